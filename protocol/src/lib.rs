@@ -1,1 +1,6 @@
-//! Skeleton.
+//! Bedload's ground floor: the scene, the messages, the channels, the participant loop, the log.
+//!
+//! Solvers know this crate and nothing of each other.
+
+pub mod message;
+pub mod participant;
