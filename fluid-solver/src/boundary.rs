@@ -1,0 +1,130 @@
+//! What holds on each face of the box, and the halo values that express it.
+//!
+//! A wall is met by the halo alone: kernels never ask where they are. With `u₁` the first value
+//! inside and `u₀` its mirror image outside, at the same distance from the wall,
+//! no-slip sets `u₀ = 2 V − u₁` and free-slip `u₀ = u₁`. Both are what the transforms of
+//! [`crate::helmholtz`] assume (odd and even continuation), so the direct solves are exact.
+
+use crate::grid::Grid;
+
+/// Condition on one face of the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Boundary<const D: usize> {
+    /// The field goes on at the opposite face; both faces of the axis must say so.
+    Periodic,
+    /// Fluid sticks to a wall that moves in its own plane.
+    NoSlip {
+        /// Velocity of the wall, m/s, one entry per axis of the grid; its normal entry must be zero.
+        velocity: [f64; D],
+    },
+    /// Impermeable, without shear stress (also a plane of symmetry).
+    FreeSlip,
+    /// The line r = 0 of an axisymmetric grid: lower face of axis 0 only.
+    Axis,
+}
+
+impl<const D: usize> Boundary<D> {
+    /// A no-slip wall at rest.
+    pub const WALL: Self = Self::NoSlip { velocity: [0.0; D] };
+
+    /// Whether the field goes on at the opposite face.
+    pub fn is_periodic(&self) -> bool {
+        matches!(self, Self::Periodic)
+    }
+
+    /// Whether a tangential component vanishes (relative to the wall) here, instead of its slope.
+    pub fn is_odd(&self) -> bool {
+        matches!(self, Self::NoSlip { .. })
+    }
+
+    /// Velocity that the fluid takes on the face along `component`, m/s (zero where it is free).
+    pub fn velocity(&self, component: usize) -> f64 {
+        match self {
+            Self::NoSlip { velocity } => velocity[component],
+            _ => 0.0,
+        }
+    }
+}
+
+/// Fills the halo and the wall faces of velocity component `d` from its unknowns (m/s).
+///
+/// Axes are filled in order, each over the halo of the former ones, so edges and corners hold too.
+pub fn fill_velocity<const D: usize>(grid: &Grid<D>, d: usize, u: &mut [f64]) {
+    for axis in 0..D {
+        let n = grid.cells[axis] as isize;
+        let [low, high] = grid.boundaries[axis];
+        if low.is_periodic() {
+            copy_layer(grid, axis, -1, n - 1, u, |x| x);
+            copy_layer(grid, axis, n, 0, u, |x| x);
+        } else if axis == d {
+            // Walls do not move along their normal (checked when the grid is made).
+            copy_layer(grid, axis, 0, 0, u, |_| 0.0);
+            copy_layer(grid, axis, n, n, u, |_| 0.0);
+            copy_layer(grid, axis, -1, 1, u, |x| -x);
+        } else {
+            ghost(grid, axis, -1, 0, low, d, u);
+            ghost(grid, axis, n, n - 1, high, d, u);
+        }
+    }
+}
+
+/// Fills the halo of a cell-centred scalar: periodic images, else zero slope at every wall.
+pub fn fill_scalar<const D: usize>(grid: &Grid<D>, p: &mut [f64]) {
+    for axis in 0..D {
+        let n = grid.cells[axis] as isize;
+        let (below, above) = if grid.periodic(axis) {
+            (n - 1, 0)
+        } else {
+            (0, n - 1)
+        };
+        copy_layer(grid, axis, -1, below, p, |x| x);
+        copy_layer(grid, axis, n, above, p, |x| x);
+    }
+}
+
+/// Sets the image `to` of layer `from` in a wall for a component tangential to that wall.
+fn ghost<const D: usize>(
+    grid: &Grid<D>,
+    axis: usize,
+    to: isize,
+    from: isize,
+    wall: Boundary<D>,
+    d: usize,
+    u: &mut [f64],
+) {
+    if wall.is_odd() {
+        let twice = 2.0 * wall.velocity(d);
+        copy_layer(grid, axis, to, from, u, |x| twice - x);
+    } else {
+        copy_layer(grid, axis, to, from, u, |x| x);
+    }
+}
+
+/// `u(to) = map(u(from))` over a whole layer across `axis`, halo of the other axes included.
+fn copy_layer<const D: usize>(
+    grid: &Grid<D>,
+    axis: usize,
+    to: isize,
+    from: isize,
+    u: &mut [f64],
+    map: impl Fn(f64) -> f64,
+) {
+    let mut at = [-1_isize; D];
+    at[axis] = to;
+    let shift = (from - to) * grid.stride(axis) as isize;
+    // The first axis that is not `axis` runs innermost.
+    let inner = usize::from(axis == 0);
+    let outer = 3 - axis - inner;
+    let layers = if D == 3 { grid.cells[outer] + 2 } else { 1 };
+    for k in 0..layers {
+        if D == 3 {
+            at[outer] = k as isize - 1;
+        }
+        let start = grid.index(at);
+        for j in 0..grid.cells[inner] + 2 {
+            let here = start + j * grid.stride(inner);
+            u[here] = map(u[here.wrapping_add_signed(shift)]);
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! The fields that decide the next step.
+//!
+//! Layout of every array: see [`crate::grid`].
+
+use crate::grid::Grid;
+
+/// Everything that decides the next time step; copying it saves a run, putting it back restores it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State<const D: usize> {
+    /// Velocity components, m/s. The caller may change them between steps (direct forcing); halo
+    /// and wall faces are refreshed by the solver at the start of every step.
+    pub velocity: [Vec<f64>; D],
+    /// Pressure over density, m²/s², without hydrostatic part and mean gradient; zero mean.
+    pub pressure: Vec<f64>,
+    /// Convection (and explicit viscosity) of the previous step, m/s²: used by Adams–Bashforth.
+    pub history: [Vec<f64>; D],
+    /// Length of the previous step, s; zero before the first one (no history yet).
+    pub previous_dt: f64,
+    /// Time, s.
+    pub time: f64,
+    /// Full steps done.
+    pub steps: u64,
+}
+
+impl<const D: usize> State<D> {
+    /// Fluid at rest at time zero.
+    pub fn at_rest(grid: &Grid<D>) -> Self {
+        Self {
+            velocity: grid.new_vector(),
+            pressure: grid.new_field(),
+            history: grid.new_vector(),
+            previous_dt: 0.0,
+            time: 0.0,
+            steps: 0,
+        }
+    }
+}
+
+/// Sets the unknowns of component `d` from a function of position (m, one entry per axis).
+pub fn set_component<const D: usize>(
+    grid: &Grid<D>,
+    d: usize,
+    u: &mut [f64],
+    value: impl Fn([f64; D]) -> f64,
+) {
+    for_each_unknown(grid, d, |at, index| {
+        u[index] = value(std::array::from_fn(|a| grid.nodes(d, a)[at[a]]));
+    });
+}
+
+/// Visits every unknown of component `d` in memory order: its indices and its place in the field.
+pub fn for_each_unknown<const D: usize>(
+    grid: &Grid<D>,
+    d: usize,
+    mut visit: impl FnMut([usize; D], usize),
+) {
+    let ranges = grid.unknowns(d);
+    let mut at: [usize; D] = std::array::from_fn(|a| ranges[a].start);
+    'all: loop {
+        visit(at, grid.index(at.map(|i| i as isize)));
+        for a in 0..D {
+            at[a] += 1;
+            if at[a] < ranges[a].end {
+                continue 'all;
+            }
+            at[a] = ranges[a].start;
+        }
+        return;
+    }
+}
