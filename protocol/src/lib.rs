@@ -2,5 +2,7 @@
 //!
 //! Solvers know this crate and nothing of each other.
 
+pub mod facts;
 pub mod message;
 pub mod participant;
+pub mod scene;

@@ -224,40 +224,26 @@ pub enum State {
 
 /// Error of a code that no [`Order`] or [`State`] has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "code {0} is not part of protocol {PROTOCOL_VERSION}: rebuild the peer against this version"
-)]
+#[error("code {0} is not part of protocol {PROTOCOL_VERSION}: rebuild the peer against this version")]
 pub struct UnknownCode(pub u64);
 
 impl TryFrom<u64> for Order {
     type Error = UnknownCode;
     fn try_from(code: u64) -> Result<Self, UnknownCode> {
-        [
-            Self::Advance,
-            Self::Repeat,
-            Self::Accept,
-            Self::Checkpoint,
-            Self::Stop,
-        ]
-        .into_iter()
-        .find(|order| *order as u64 == code)
-        .ok_or(UnknownCode(code))
+        [Self::Advance, Self::Repeat, Self::Accept, Self::Checkpoint, Self::Stop]
+            .into_iter()
+            .find(|order| *order as u64 == code)
+            .ok_or(UnknownCode(code))
     }
 }
 
 impl TryFrom<u64> for State {
     type Error = UnknownCode;
     fn try_from(code: u64) -> Result<Self, UnknownCode> {
-        [
-            Self::Ready,
-            Self::Done,
-            Self::Saved,
-            Self::Stopped,
-            Self::Failed,
-        ]
-        .into_iter()
-        .find(|state| *state as u64 == code)
-        .ok_or(UnknownCode(code))
+        [Self::Ready, Self::Done, Self::Saved, Self::Stopped, Self::Failed]
+            .into_iter()
+            .find(|state| *state as u64 == code)
+            .ok_or(UnknownCode(code))
     }
 }
 
@@ -269,12 +255,7 @@ impl Status {
             end -= 1;
         }
         self.text = Default::default();
-        for (word, chunk) in self
-            .text
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(text.as_bytes()[..end].chunks(8))
-        {
+        for (word, chunk) in self.text.as_flattened_mut().iter_mut().zip(text.as_bytes()[..end].chunks(8)) {
             let mut bytes = [0; 8];
             bytes[..chunk.len()].copy_from_slice(chunk);
             *word = u64::from_le_bytes(bytes);
@@ -284,16 +265,8 @@ impl Status {
     /// The text, without its padding; bytes that are not UTF-8 are replaced.
     #[must_use]
     pub fn text(&self) -> String {
-        let bytes: Vec<u8> = self
-            .text
-            .as_flattened()
-            .iter()
-            .flat_map(|word| word.to_le_bytes())
-            .collect();
-        let end = bytes
-            .iter()
-            .position(|byte| *byte == 0)
-            .unwrap_or(bytes.len());
+        let bytes: Vec<u8> = self.text.as_flattened().iter().flat_map(|word| word.to_le_bytes()).collect();
+        let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
         String::from_utf8_lossy(&bytes[..end]).into_owned()
     }
 }
@@ -311,19 +284,13 @@ pub fn layout_hash() -> u64 {
     add_layout::<Command>(&mut digest);
     add_layout::<Status>(&mut digest);
     let bytes = digest.finalize();
-    bytes
-        .iter()
-        .take(8)
-        .fold(0, |hash, byte| (hash << 8) | u64::from(*byte))
+    bytes.iter().take(8).fold(0, |hash, byte| (hash << 8) | u64::from(*byte))
 }
 
 fn add_layout<R: Record>(digest: &mut Sha256) {
     digest.update(R::NAME);
     for field in R::FIELDS {
-        digest.update(format!(
-            "|{}:{}x{}:{}",
-            field.name, field.words, field.kind, field.unit
-        ));
+        digest.update(format!("|{}:{}x{}:{}", field.name, field.words, field.kind, field.unit));
     }
 }
 
@@ -346,10 +313,7 @@ mod tests {
         assert_eq!(Loads::field_of_word(2), "force[2]");
         assert_eq!(Loads::field_of_word(6), "added_mass");
         assert_eq!(Kinematics::field_of_word(3), "orientation[0]");
-        let loads = Loads {
-            added_inertia: 2.5,
-            ..Loads::default()
-        };
+        let loads = Loads { added_inertia: 2.5, ..Loads::default() };
         assert_eq!(loads.words()[7], 2.5f64.to_bits());
         assert_eq!(loads.words().len() * 8, size_of::<Loads>());
     }

@@ -49,13 +49,7 @@ impl Window {
     /// The header of a message of this window; the DEM fills in the last three fields.
     #[must_use]
     pub fn header(&self) -> Header {
-        Header {
-            step: self.step,
-            attempt: self.attempt,
-            time: self.time,
-            dt: self.dt,
-            ..Header::default()
-        }
+        Header { step: self.step, attempt: self.attempt, time: self.time, dt: self.dt, ..Header::default() }
     }
 }
 
@@ -132,21 +126,14 @@ pub trait Exchange<In: Record, Out: Record> {
     ///
     /// # Errors
     /// [`ExchangeError`] if no peer takes it in time.
-    fn send(
-        &mut self,
-        header: Header,
-        fill: &mut dyn FnMut(&mut [Out]),
-    ) -> Result<(), ExchangeError>;
+    fn send(&mut self, header: Header, fill: &mut dyn FnMut(&mut [Out])) -> Result<(), ExchangeError>;
 
     /// Waits for the peer's records of this window and lends them to `read`.
     ///
     /// # Errors
     /// [`ExchangeError`] if the peer died, hangs, or sends another window or count.
-    fn receive(
-        &mut self,
-        window: &Window,
-        read: &mut dyn FnMut(&Header, &[In]),
-    ) -> Result<(), ExchangeError>;
+    fn receive(&mut self, window: &Window, read: &mut dyn FnMut(&Header, &[In]))
+    -> Result<(), ExchangeError>;
 }
 
 /// A solver that can take part in a run.

@@ -1,0 +1,97 @@
+//! What a solver says of itself before a run, so that the coupler can plan and refuse without knowing
+//! its insides. `bedload-fluid check SCENE --json` and `bedload-dem check SCENE --json` print these.
+
+use serde::{Deserialize, Serialize};
+
+/// How the loads are formed from the immersed-boundary forcing (numerics: F1 … F5b).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, schemars::JsonSchema)]
+pub enum LoadsForm {
+    /// −ρρ_p/(ρ_p−ρ) ∫f dV (Izard et al. 2014, eqs 5–6): singular at ρ_p = ρ.
+    F1,
+    /// −ρ∫f dV + ρ d/dt∫αu dV (Kempe & Fröhlich 2012).
+    F2,
+    /// −ρ∫f dV + ρV dU/dt (Uhlmann 2005).
+    F3,
+    /// Force before forcing (after Yu & Shao 2007); imposes (2−β)λ at steady state.
+    F5,
+    /// Force before forcing with λ as a true fixed point.
+    #[default]
+    F5b,
+}
+
+impl LoadsForm {
+    /// Does the fluid wait for the new motion before it imposes it (semi-implicit order)?
+    #[must_use]
+    pub fn is_semi_implicit(self) -> bool {
+        matches!(self, Self::F5 | Self::F5b)
+    }
+}
+
+/// How the immersed boundary imposes the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Forcing {
+    /// f = α(U − u)/Δt anew each step (Izard et al. 2014, eq. 7).
+    Direct,
+    /// λ carried from step to step (numerics §1).
+    #[default]
+    Carried,
+}
+
+/// Facts of the fluid solver.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct FluidFacts {
+    /// Cells.
+    pub cells: u64,
+    /// Estimated memory, bytes.
+    pub memory: u64,
+    /// Largest step it proposes, s: the scene's dt, or from CFL and an estimated speed.
+    pub dt: f64,
+    /// May the step be changed while the run goes (dt from CFL)?
+    pub adaptive: bool,
+    /// CFL number it keeps when adaptive.
+    pub cfl: f64,
+    /// Largest CFL number at which its time scheme is stable.
+    pub cfl_limit: f64,
+    /// Smallest spacing, m.
+    pub spacing: f64,
+    /// Is viscosity implicit?
+    pub implicit_viscosity: bool,
+    /// Form of the loads.
+    pub loads: LoadsForm,
+    /// Virtual mass coefficient C_v it sends.
+    pub virtual_mass: f64,
+    /// How the motion is imposed.
+    pub forcing: Forcing,
+    /// Estimated cost of a step, s.
+    pub step_cost: f64,
+    /// Things the user should know (fallbacks, say).
+    pub notices: Vec<String>,
+    /// The `[fluid]` section with every default written out.
+    pub resolved: toml::Table,
+}
+
+/// Facts of the DEM solver.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct DemFacts {
+    /// Grains.
+    pub grains: u64,
+    /// Estimated memory, bytes.
+    pub memory: u64,
+    /// Sub-step it asks for, s.
+    pub dt: f64,
+    /// Shortest contact duration over all pairs, s (infinite: nothing can touch).
+    pub contact_time: f64,
+    /// Largest stable sub-step of its explicit lubrication, s (infinite where implicit or off).
+    pub lubrication_dt: f64,
+    /// Range within which contact or lubrication acts, as a gap, m.
+    pub interaction_range: f64,
+    /// Estimated cost of a sub-step, s.
+    pub substep_cost: f64,
+    /// Things the user should know.
+    pub notices: Vec<String>,
+    /// The `[dem]` section with every default written out.
+    pub resolved: toml::Table,
+}

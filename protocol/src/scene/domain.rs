@@ -1,0 +1,325 @@
+//! The box: geometry, grid, boundaries, and the fluid that fills it.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::grains::Wall;
+
+/// How many axes, and with what metric.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Geometry {
+    /// (x, z), per unit depth.
+    Plane,
+    /// (r, z), axis of symmetry at r = 0.
+    Axisymmetric,
+    /// (x, y, z).
+    Space,
+}
+
+/// An axis of the laboratory frame as the grid sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[allow(missing_docs)]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+    R,
+}
+
+impl Geometry {
+    /// The grid's axes in order.
+    #[must_use]
+    pub fn axes(self) -> &'static [Axis] {
+        match self {
+            Self::Plane => &[Axis::X, Axis::Z],
+            Self::Axisymmetric => &[Axis::R, Axis::Z],
+            Self::Space => &[Axis::X, Axis::Y, Axis::Z],
+        }
+    }
+
+    /// Component (0 = x, 1 = y, 2 = z) of a laboratory vector along grid axis `axis`; the radial
+    /// axis maps to x.
+    #[must_use]
+    pub fn component(self, axis: usize) -> usize {
+        match self.axes()[axis] {
+            Axis::X | Axis::R => 0,
+            Axis::Y => 1,
+            Axis::Z => 2,
+        }
+    }
+}
+
+/// What happens at a face of the box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallKind {
+    /// Joined to the opposite face.
+    Periodic,
+    /// The fluid has the wall's velocity; grains bounce.
+    NoSlip,
+    /// No flow through, no shear; grains pass unless `contact = true`.
+    FreeSlip,
+}
+
+/// One face, written either as a name (`"no-slip"`) or as a table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Face {
+    /// Kind.
+    #[serde(rename = "type")]
+    pub kind: WallKind,
+    /// Velocity of a no-slip wall along itself (x, y, z), m/s.
+    pub velocity: [f64; 3],
+    /// Do grains touch it? By default no-slip faces yes, others no.
+    pub contact: bool,
+}
+
+/// A face written as a table.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct FaceTable {
+    #[serde(rename = "type")]
+    kind: WallKind,
+    #[serde(default)]
+    velocity: [f64; 3],
+    contact: Option<bool>,
+}
+
+impl From<FaceTable> for Face {
+    fn from(table: FaceTable) -> Self {
+        let contact = table.contact.unwrap_or(table.kind == WallKind::NoSlip);
+        Self { kind: table.kind, velocity: table.velocity, contact }
+    }
+}
+
+impl<'de> Deserialize<'de> for Face {
+    /// By hand rather than `untagged`, which would lose the place and the reason of an error.
+    fn deserialize<De: serde::Deserializer<'de>>(input: De) -> Result<Self, De::Error> {
+        struct FaceVisitor;
+        impl<'de> serde::de::Visitor<'de> for FaceVisitor {
+            type Value = Face;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("\"periodic\", \"no-slip\", \"free-slip\" or { type, velocity, contact }")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Face, E> {
+                let kind = WallKind::deserialize(serde::de::value::StrDeserializer::new(name))?;
+                Ok(FaceTable { kind, velocity: [0.0; 3], contact: None }.into())
+            }
+
+            fn visit_map<M: serde::de::MapAccess<'de>>(self, map: M) -> Result<Face, M::Error> {
+                FaceTable::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Face::from)
+            }
+        }
+        input.deserialize_any(FaceVisitor)
+    }
+}
+
+/// The two faces of one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Boundary {
+    /// At the smaller coordinate; `None` at the axis of symmetry.
+    pub lower: Option<Face>,
+    /// At the larger coordinate.
+    pub upper: Face,
+}
+
+/// Faces by name: `x_lower`, `x_upper`, … or, for both at once, `x`.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct Faces {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<Face>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x_lower: Option<Face>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x_upper: Option<Face>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<Face>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y_lower: Option<Face>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y_upper: Option<Face>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<Face>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z_lower: Option<Face>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z_upper: Option<Face>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r_upper: Option<Face>,
+}
+
+impl Faces {
+    /// (both, lower, upper) as written for an axis.
+    #[must_use]
+    pub fn of(&self, axis: Axis) -> (Option<Face>, Option<Face>, Option<Face>) {
+        match axis {
+            Axis::X => (self.x, self.x_lower, self.x_upper),
+            Axis::Y => (self.y, self.y_lower, self.y_upper),
+            Axis::Z => (self.z, self.z_lower, self.z_upper),
+            Axis::R => (None, None, self.r_upper),
+        }
+    }
+}
+
+/// A stretched axis: constant spacing up to `uniform_to`, then widths in arithmetic progression to
+/// the far face, the cells in all as `cells` says (Izard et al. 2014, §3.1, for the r axis).
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stretching {
+    /// Axis.
+    pub axis: Axis,
+    /// End of the uniform part, m.
+    pub uniform_to: f64,
+    /// Spacing in the uniform part, m.
+    pub spacing: f64,
+}
+
+/// Box, grid and boundaries.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Domain {
+    /// `plane`, `axisymmetric` or `space`.
+    pub geometry: Geometry,
+    /// Lower corner along the grid's axes, m.
+    pub lower: Vec<f64>,
+    /// Upper corner, m.
+    pub upper: Vec<f64>,
+    /// Cells along the grid's axes; not needed in a dry scene.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cells: Vec<usize>,
+    /// One stretched axis, if any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stretching: Option<Stretching>,
+    /// What happens at each face.
+    pub boundary: Faces,
+}
+
+impl Domain {
+    /// Number of axes of the grid.
+    #[must_use]
+    pub fn dimensions(&self) -> usize {
+        self.geometry.axes().len()
+    }
+
+    /// Faces of grid axis `axis`, once validated.
+    #[must_use]
+    pub fn boundary(&self, axis: usize) -> Option<Boundary> {
+        let name = self.geometry.axes()[axis];
+        let (both, lower, upper) = self.boundary.of(name);
+        let lower = lower.or(both);
+        let upper = upper.or(both)?;
+        if name != Axis::R && lower.is_none() {
+            return None;
+        }
+        Some(Boundary { lower, upper })
+    }
+
+    /// Is grid axis `axis` periodic?
+    #[must_use]
+    pub fn is_periodic(&self, axis: usize) -> bool {
+        self.boundary(axis).is_some_and(|faces| faces.upper.kind == WallKind::Periodic)
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub fn cell_count(&self) -> usize {
+        self.cells.iter().product()
+    }
+
+    /// Spacing near the grains along grid axis `axis`: of the uniform part where it is stretched.
+    #[must_use]
+    pub fn spacing(&self, axis: usize) -> f64 {
+        match self.stretching {
+            Some(stretching) if stretching.axis == self.geometry.axes()[axis] => stretching.spacing,
+            _ => (self.upper[axis] - self.lower[axis]) / self.cells[axis] as f64,
+        }
+    }
+
+    /// The faces that grains touch, as plane walls.
+    #[must_use]
+    pub fn contact_faces(&self) -> Vec<Wall> {
+        let mut walls = Vec::new();
+        for axis in 0..self.dimensions() {
+            let Some(faces) = self.boundary(axis) else { continue };
+            let component = self.geometry.component(axis);
+            let radial = self.geometry.axes()[axis] == Axis::R;
+            let sides = [(faces.lower, self.lower[axis], 1.0), (Some(faces.upper), self.upper[axis], -1.0)];
+            for (face, coordinate, sign) in sides {
+                let Some(face) = face else { continue };
+                // A grain on the axis cannot reach the outer cylinder.
+                if !face.contact || radial {
+                    continue;
+                }
+                let mut wall = Wall::at_rest([0.0; 3], [0.0; 3]);
+                wall.point[component] = coordinate;
+                wall.normal[component] = sign;
+                wall.velocity = face.velocity;
+                walls.push(wall);
+            }
+        }
+        walls
+    }
+}
+
+/// Velocity of the fluid at t = 0.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum InitialVelocity {
+    /// At rest.
+    #[default]
+    Rest,
+    /// The same everywhere.
+    Uniform {
+        /// (x, y, z), m/s.
+        velocity: [f64; 3],
+    },
+    /// Simple shear: velocity `rate`·(distance from `origin` along `gradient`) along `direction`.
+    Shear {
+        /// Axis of the velocity.
+        direction: Axis,
+        /// Axis along which it changes.
+        gradient: Axis,
+        /// Rate, 1/s.
+        rate: f64,
+        /// Coordinate of zero velocity, m.
+        origin: f64,
+    },
+    /// Taylor–Green vortices that fill the box: u = A sin(kx) cos(kz), w = −A cos(kx) sin(kz).
+    TaylorGreen {
+        /// Amplitude A, m/s.
+        amplitude: f64,
+    },
+}
+
+/// The fluid.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Medium {
+    /// Density, kg/m³.
+    pub density: f64,
+    /// Dynamic viscosity, Pa s.
+    pub viscosity: f64,
+    /// Velocity at t = 0.
+    #[serde(default)]
+    pub initial: InitialVelocity,
+    /// Uniform body force on the fluid per unit mass, besides gravity, m/s². Gravity itself is
+    /// carried by the hydrostatic pressure, except along periodic axes, where nothing balances it.
+    #[serde(default)]
+    pub body_force: [f64; 3],
+    /// Mean pressure gradient ∂p/∂x, Pa/m: drives the flow along periodic axes.
+    #[serde(default)]
+    pub pressure_gradient: [f64; 3],
+}
+
+impl Medium {
+    /// Kinematic viscosity ν = μ/ρ, m²/s.
+    #[must_use]
+    pub fn kinematic_viscosity(&self) -> f64 {
+        self.viscosity / self.density
+    }
+}

@@ -1,0 +1,342 @@
+//! Grains and walls as written, and laid out one by one.
+
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Scene;
+use super::domain::Geometry;
+use super::error::SceneError;
+use super::source::SceneSource;
+
+/// Form of a grain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shape {
+    /// Sphere (space and axisymmetric).
+    #[default]
+    Sphere,
+    /// Disc (plane), mass per unit depth.
+    Disc,
+}
+
+/// Velocity or spin that swings: amplitude·sin(2π frequency t + phase), added to the constant part.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Oscillation {
+    /// Amplitude of the velocity (x, y, z), m/s.
+    pub amplitude: [f64; 3],
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Phase, rad.
+    #[serde(default)]
+    pub phase: f64,
+}
+
+/// Who decides the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Motion {
+    /// Newton's equations.
+    #[default]
+    Free,
+    /// Never moves.
+    Fixed,
+    /// Keeps its `velocity` and `spin`, whatever pushes it.
+    Prescribed,
+}
+
+/// A degree of freedom that can be locked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[allow(missing_docs)]
+pub enum Freedom {
+    X,
+    Y,
+    Z,
+    SpinX,
+    SpinY,
+    SpinZ,
+}
+
+/// One grain.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grain {
+    /// `sphere`, or `disc` in the plane (the default there).
+    #[serde(default)]
+    pub shape: Shape,
+    /// Centre (x, y, z), m. Plane: y = 0; axisymmetric: x = y = 0.
+    pub position: [f64; 3],
+    /// Velocity at t = 0, m/s.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// Spin at t = 0, rad/s.
+    #[serde(default)]
+    pub spin: [f64; 3],
+    /// Orientation at t = 0, unit quaternion (w, x, y, z).
+    #[serde(default = "upright")]
+    pub orientation: [f64; 4],
+    /// Radius, m.
+    pub radius: f64,
+    /// Density, kg/m³.
+    pub density: f64,
+    /// `free`, `fixed` or `prescribed`.
+    #[serde(default)]
+    pub motion: Motion,
+    /// Swing added to a prescribed velocity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub oscillation: Option<Oscillation>,
+    /// Degrees of freedom that are locked, besides those that the geometry has not.
+    #[serde(default)]
+    pub locked: Vec<Freedom>,
+}
+
+fn upright() -> [f64; 4] {
+    [1.0, 0.0, 0.0, 0.0]
+}
+
+impl Grain {
+    /// Volume (plane: per unit depth), m³ or m².
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        use std::f64::consts::PI;
+        match self.shape {
+            Shape::Sphere => 4.0 / 3.0 * PI * self.radius.powi(3),
+            Shape::Disc => PI * self.radius.powi(2),
+        }
+    }
+
+    /// Mass (plane: per unit depth).
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        self.density * self.volume()
+    }
+
+    /// Is this degree of freedom free in `geometry`?
+    #[must_use]
+    pub fn is_free(&self, freedom: Freedom, geometry: Geometry) -> bool {
+        let allowed: &[Freedom] = match geometry {
+            Geometry::Plane => &[Freedom::X, Freedom::Z, Freedom::SpinY],
+            Geometry::Axisymmetric => &[Freedom::Z],
+            Geometry::Space => {
+                &[Freedom::X, Freedom::Y, Freedom::Z, Freedom::SpinX, Freedom::SpinY, Freedom::SpinZ]
+            }
+        };
+        self.motion == Motion::Free && allowed.contains(&freedom) && !self.locked.contains(&freedom)
+    }
+}
+
+/// Grains from a CSV file with the columns x, y, z, radius, density and, if present, vx, vy, vz.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GrainFile {
+    /// Path, from the folder in which the command runs.
+    pub file: PathBuf,
+}
+
+/// Grains placed at random without overlap, reproducible from the seed.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Group {
+    /// How many.
+    pub count: usize,
+    /// Lower corner (x, y, z) of the region that holds them whole, m.
+    pub lower: [f64; 3],
+    /// Upper corner, m.
+    pub upper: [f64; 3],
+    /// Mean radius, m.
+    pub radius: f64,
+    /// Half-width of the uniform spread of radii, relative to the mean.
+    #[serde(default)]
+    pub radius_spread: f64,
+    /// Density, kg/m³.
+    pub density: f64,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// `free` or `fixed`.
+    #[serde(default)]
+    pub motion: Motion,
+}
+
+/// A plane that grains touch.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Wall {
+    /// A point of the plane, m.
+    pub point: [f64; 3],
+    /// Normal, into the room of the grains (any length).
+    pub normal: [f64; 3],
+    /// Velocity, m/s.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// The wall vanishes at this time, s (a gate).
+    #[serde(default = "forever")]
+    pub until: f64,
+}
+
+fn forever() -> f64 {
+    f64::INFINITY
+}
+
+impl Wall {
+    /// A wall that stays.
+    #[must_use]
+    pub fn at_rest(point: [f64; 3], normal: [f64; 3]) -> Self {
+        Self { point, normal, velocity: [0.0; 3], until: f64::INFINITY }
+    }
+}
+
+/// Every grain of the scene in message order.
+pub(super) fn lay_out(scene: &Scene, source: &SceneSource) -> Result<Vec<Grain>, SceneError> {
+    let geometry = scene.domain.geometry;
+    let mut grains: Vec<Grain> =
+        scene.grains.iter().map(|grain| with_shape(grain.clone(), geometry)).collect();
+    for (index, from) in scene.grain_files.iter().enumerate() {
+        grains.extend(read_csv(&from.file, geometry).map_err(|why| {
+            source.error(
+                &format!("grain_files[{index}].file"),
+                why,
+                "give a CSV file with the header x,y,z,radius,density[,vx,vy,vz] and one row per grain",
+            )
+        })?);
+    }
+    for (index, group) in scene.groups.iter().enumerate() {
+        place(group, geometry, &mut grains).map_err(|why| {
+            source.error(
+                &format!("groups[{index}]"),
+                why,
+                "make the region larger, or the count or the radius smaller",
+            )
+        })?;
+    }
+    Ok(grains)
+}
+
+fn with_shape(mut grain: Grain, geometry: Geometry) -> Grain {
+    if geometry == Geometry::Plane {
+        grain.shape = Shape::Disc;
+    }
+    grain
+}
+
+fn read_csv(path: &Path, geometry: Geometry) -> Result<Vec<Grain>, String> {
+    let text =
+        std::fs::read_to_string(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    let mut lines =
+        text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
+    let (_, header) = lines.next().ok_or("the file is empty")?;
+    let columns: Vec<&str> = header.split(',').map(str::trim).collect();
+    let find = |name: &str| columns.iter().position(|column| *column == name);
+    let need = |name: &str| find(name).ok_or(format!("{} has no column `{name}`", path.display()));
+    let places = [need("x")?, need("y")?, need("z")?, need("radius")?, need("density")?];
+    let speeds = [find("vx"), find("vy"), find("vz")];
+    let mut grains = Vec::new();
+    for (number, line) in lines {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        let value = |column: usize| -> Result<f64, String> {
+            let text = cells.get(column).copied().unwrap_or("");
+            let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
+            value.ok_or(format!(
+                "{}:{}: `{text}` in column {} is not a finite number",
+                path.display(),
+                number + 1,
+                columns[column]
+            ))
+        };
+        let speed = |column: Option<usize>| column.map_or(Ok(0.0), value);
+        grains.push(with_shape(
+            Grain {
+                shape: Shape::Sphere,
+                position: [value(places[0])?, value(places[1])?, value(places[2])?],
+                velocity: [speed(speeds[0])?, speed(speeds[1])?, speed(speeds[2])?],
+                spin: [0.0; 3],
+                orientation: upright(),
+                radius: value(places[3])?,
+                density: value(places[4])?,
+                motion: Motion::Free,
+                oscillation: None,
+                locked: Vec::new(),
+            },
+            geometry,
+        ));
+    }
+    Ok(grains)
+}
+
+/// Random sequential placement: draw, keep if free of every grain so far. Neighbours are found
+/// through a table of cells as wide as the largest grain, so that n grains cost O(n).
+fn place(group: &Group, geometry: Geometry, grains: &mut Vec<Grain>) -> Result<(), String> {
+    let largest =
+        grains.iter().map(|grain| grain.radius).fold(group.radius * (1.0 + group.radius_spread), f64::max);
+    let cell = |position: &[f64; 3]| position.map(|x| (x / (2.0 * largest)).floor() as i64);
+    let mut table: std::collections::HashMap<[i64; 3], Vec<usize>> = std::collections::HashMap::new();
+    for (index, grain) in grains.iter().enumerate() {
+        table.entry(cell(&grain.position)).or_default().push(index);
+    }
+    let mut random = SplitMix64(group.seed);
+    for number in 0..group.count {
+        let radius = group.radius * (1.0 + group.radius_spread * (2.0 * random.unit() - 1.0));
+        let position = (0..1_000)
+            .map(|_| draw(group, geometry, radius, &mut random))
+            .find(|position| is_clear(position, radius, cell(position), &table, grains))
+            .ok_or(format!("no room for grain {} of {} after 1000 tries", number + 1, group.count))?;
+        table.entry(cell(&position)).or_default().push(grains.len());
+        grains.push(with_shape(
+            Grain {
+                shape: Shape::Sphere,
+                position,
+                velocity: [0.0; 3],
+                spin: [0.0; 3],
+                orientation: upright(),
+                radius,
+                density: group.density,
+                motion: group.motion,
+                oscillation: None,
+                locked: Vec::new(),
+            },
+            geometry,
+        ));
+    }
+    Ok(())
+}
+
+fn draw(group: &Group, geometry: Geometry, radius: f64, random: &mut SplitMix64) -> [f64; 3] {
+    std::array::from_fn(|axis| {
+        if axis == 1 && geometry == Geometry::Plane {
+            return 0.0;
+        }
+        let (lower, upper) = (group.lower[axis] + radius, group.upper[axis] - radius);
+        lower + (upper - lower) * random.unit()
+    })
+}
+
+fn is_clear(
+    position: &[f64; 3],
+    radius: f64,
+    home: [i64; 3],
+    table: &std::collections::HashMap<[i64; 3], Vec<usize>>,
+    grains: &[Grain],
+) -> bool {
+    let near = (0..27i64).map(|n| [home[0] + n % 3 - 1, home[1] + n / 3 % 3 - 1, home[2] + n / 9 - 1]);
+    near.filter_map(|cell| table.get(&cell)).flatten().all(|other| {
+        let other = &grains[*other];
+        let distance2: f64 = (0..3).map(|axis| (position[axis] - other.position[axis]).powi(2)).sum();
+        distance2 >= (radius + other.radius).powi(2)
+    })
+}
+
+/// Sebastiano Vigna's SplitMix64 (2015): small, seedable, the same on every machine.
+struct SplitMix64(u64);
+
+impl SplitMix64 {
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}

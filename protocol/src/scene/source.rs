@@ -1,0 +1,342 @@
+//! The scene's text: parsing with places, `--set`, and sections for the crates that own them.
+
+use std::ops::Range;
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::error::SceneError;
+
+/// A scene file as text, after `--set`.
+#[derive(Clone, Debug)]
+pub struct SceneSource {
+    /// Name for messages.
+    pub file: String,
+    /// TOML text.
+    pub text: String,
+}
+
+impl SceneSource {
+    /// Reads a file and applies `KEY=VALUE` overrides.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is not TOML, or an override does not fit.
+    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            SceneError::of_file(
+                &file,
+                format!("cannot read the scene: {error}"),
+                "name a readable TOML file, such as scenes/bouncing-sphere.toml",
+            )
+        })?;
+        Self { file, text }.with_overrides(overrides)
+    }
+
+    /// Applies `KEY=VALUE` overrides; KEY is dotted (`grains[0].density`), VALUE is TOML, or taken
+    /// as a string where it is not.
+    ///
+    /// # Errors
+    /// If the text is not TOML, or a key runs through something that is not a table or array.
+    pub fn with_overrides(mut self, overrides: &[String]) -> Result<Self, SceneError> {
+        self.tree()?;
+        if overrides.is_empty() {
+            return Ok(self);
+        }
+        let mut document: toml_edit::DocumentMut =
+            self.text.parse().map_err(|error: toml_edit::TomlError| {
+                self.error_at(error.span().unwrap_or(0..0), "", error.message().to_owned(), "mend the TOML")
+            })?;
+        for text in overrides {
+            let refuse = |why: String| {
+                SceneError::of_file(
+                    "--set",
+                    format!("`{text}`: {why}"),
+                    "write --set KEY=VALUE with a dotted key of the scene, such as --set grains[0].density=2.0",
+                )
+            };
+            let (key, value) = text.split_once('=').ok_or_else(|| refuse("has no `=`".into()))?;
+            let value = value.trim().parse::<toml_edit::Value>().unwrap_or_else(|_| value.trim().into());
+            set(document.as_item_mut(), &key_path(key.trim()), value).map_err(refuse)?;
+        }
+        self.text = document.to_string();
+        self.file = format!("{} (with --set)", self.file);
+        Ok(self)
+    }
+
+    /// Reads the parts of the scene that `T` knows. `T` is a struct with one field per section;
+    /// sections it does not name are left to their owners.
+    ///
+    /// # Errors
+    /// With the place of a missing or unknown key or a wrong type.
+    pub fn section<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
+        toml::from_str(&self.text).map_err(|error| self.convert(&error))
+    }
+
+    /// An error at a key.
+    #[must_use]
+    pub fn error(&self, key: &str, message: impl Into<String>, remedy: &str) -> SceneError {
+        let span = self.tree().ok().map_or(0..0, |tree| find(&tree, &key_path(key)));
+        self.error_at(span, key, message.into(), remedy)
+    }
+
+    fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
+        DeTable::parse(&self.text).map_err(|error| {
+            self.error_at(
+                error.span().unwrap_or(0..0),
+                "",
+                format!("not valid TOML: {}", error.message()),
+                "mend the syntax at the mark (https://toml.io)",
+            )
+        })
+    }
+
+    fn error_at(&self, span: Range<usize>, key: &str, message: String, remedy: &str) -> SceneError {
+        let start = span.start.min(self.text.len());
+        SceneError {
+            file: self.file.clone(),
+            line: 1 + self.text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count(),
+            key: key.to_owned(),
+            message,
+            remedy: remedy.to_owned(),
+            span: start..span.end.clamp(start, self.text.len()),
+            text: self.text.clone(),
+        }
+    }
+
+    /// Serde's error with our key and remedy. Inside tagged enums serde knows only the table's
+    /// place; the field it names then narrows it.
+    fn convert(&self, error: &toml::de::Error) -> SceneError {
+        let mut span = error.span().unwrap_or(0..0);
+        let message = error.message().trim_end().to_owned();
+        let mut key = String::new();
+        if let Ok(tree) = self.tree() {
+            if let Some(name) = quoted_after(&message, "unknown field `") {
+                if let Some(found) = find_key(tree.get_ref(), &name, &span) {
+                    span = found;
+                }
+            }
+            key = key_at(tree.get_ref(), &span);
+        }
+        let remedy = if message.starts_with("missing field") {
+            "add the key; docs/scene.md says what it means"
+        } else if message.starts_with("unknown") {
+            "mend the name, or remove it; docs/scene.md lists every key"
+        } else {
+            "give a value of the type that docs/scene.md names for this key"
+        };
+        self.error_at(span, &key, message, remedy)
+    }
+}
+
+/// `a.b[2].c` → `a`, `b`, `2`, `c`.
+fn key_path(key: &str) -> Vec<String> {
+    key.split(['.', '[', ']']).filter(|part| !part.is_empty()).map(str::to_owned).collect()
+}
+
+fn quoted_after(message: &str, prefix: &str) -> Option<String> {
+    let rest = message.split_once(prefix)?.1;
+    Some(rest.split_once('`')?.0.to_owned())
+}
+
+/// Span of the deepest part of `path` that stands in the text; of the key where a part is missing.
+fn find(tree: &Spanned<DeTable<'_>>, path: &[String]) -> Range<usize> {
+    let mut span = 0..0;
+    let mut table = Some(tree.get_ref());
+    let mut value: Option<&Spanned<DeValue<'_>>> = None;
+    for part in path {
+        if let Some(inside) = table {
+            let Some((name, found)) = inside.iter().find(|(name, _)| name.get_ref() == part) else { break };
+            span = if found.get_ref().is_table() || found.get_ref().is_array() {
+                name.span()
+            } else {
+                found.span()
+            };
+            value = Some(found);
+        } else if let Some(found) = value
+            .and_then(|value| value.get_ref().as_array())
+            .and_then(|array| array.get(part.parse::<usize>().ok()?))
+        {
+            span = found.span();
+            value = Some(found);
+        } else {
+            break;
+        }
+        table = value.and_then(|value| value.get_ref().as_table());
+    }
+    span
+}
+
+/// Span of the first key `name` from the start of `within` on (the span of a table is its header).
+fn find_key(table: &DeTable<'_>, name: &str, within: &Range<usize>) -> Option<Range<usize>> {
+    for (key, value) in table {
+        if key.get_ref() == name && key.span().start >= within.start {
+            return Some(key.span());
+        }
+        if let Some(found) = children(value.get_ref()).find_map(|child| find_key(child, name, within)) {
+            return Some(found);
+        }
+    }
+    None
+}
+
+fn children<'a, 'i>(value: &'a DeValue<'i>) -> Box<dyn Iterator<Item = &'a DeTable<'i>> + 'a> {
+    match value {
+        DeValue::Table(table) => Box::new(std::iter::once(table)),
+        DeValue::Array(items) => Box::new(items.iter().filter_map(|item| item.get_ref().as_table())),
+        _ => Box::new(std::iter::empty()),
+    }
+}
+
+/// Dotted key of what stands at `span`.
+fn key_at(table: &DeTable<'_>, span: &Range<usize>) -> String {
+    let touches =
+        |other: &Range<usize>| other.start <= span.start && span.start < other.end.max(other.start + 1);
+    for (key, value) in table {
+        if touches(&key.span()) {
+            return key.get_ref().to_string();
+        }
+        let inside = key_inside(value, span, &touches);
+        if let Some(inside) = inside {
+            let joint = if inside.is_empty() || inside.starts_with('[') { "" } else { "." };
+            return format!("{}{joint}{inside}", key.get_ref());
+        }
+    }
+    String::new()
+}
+
+fn key_inside(
+    value: &Spanned<DeValue<'_>>,
+    span: &Range<usize>,
+    touches: &dyn Fn(&Range<usize>) -> bool,
+) -> Option<String> {
+    match value.get_ref() {
+        DeValue::Table(table) => {
+            let inside = key_at(table, span);
+            (!inside.is_empty() || touches(&value.span())).then_some(inside)
+        }
+        DeValue::Array(items) => {
+            for (index, item) in items.iter().enumerate() {
+                if let Some(inside) = key_inside(item, span, touches) {
+                    let joint = if inside.is_empty() || inside.starts_with('[') { "" } else { "." };
+                    return Some(format!("[{index}]{joint}{inside}"));
+                }
+            }
+            touches(&value.span()).then(String::new)
+        }
+        _ => touches(&value.span()).then(String::new),
+    }
+}
+
+fn set(item: &mut toml_edit::Item, path: &[String], value: toml_edit::Value) -> Result<(), String> {
+    let Some((part, rest)) = path.split_first() else {
+        *item = toml_edit::Item::Value(value);
+        return Ok(());
+    };
+    if let Ok(index) = part.parse::<usize>() {
+        if let Some(tables) = item.as_array_of_tables_mut() {
+            let count = tables.len();
+            let table = tables.get_mut(index).ok_or(format!("index {index} is past the last of {count}"))?;
+            let (name, rest) = rest.split_first().ok_or("names a whole table, not a key")?;
+            return set(table.entry(name).or_insert(toml_edit::Item::None), rest, value);
+        }
+        if let Some(array) = item.as_array_mut() {
+            let count = array.len();
+            let slot = array.get_mut(index).ok_or(format!("index {index} is past the last of {count}"))?;
+            let mut inner = toml_edit::Item::Value(slot.clone());
+            set(&mut inner, rest, value)?;
+            *slot = inner.into_value().map_err(|_| "does not fit an array")?;
+            return Ok(());
+        }
+        return Err(format!("`{index}` counts into something that is not an array"));
+    }
+    if item.is_none() {
+        *item = toml_edit::Item::Table(toml_edit::Table::new());
+    }
+    let table =
+        item.as_table_like_mut().ok_or(format!("`{part}` goes into something that is not a table"))?;
+    if !table.contains_key(part) {
+        table.insert(part, toml_edit::Item::None);
+    }
+    match table.get_mut(part) {
+        Some(inner) => set(inner, rest, value),
+        None => {
+            // toml_edit hides empty items: build the branch apart and put it in whole.
+            let mut inner = toml_edit::Item::None;
+            set(&mut inner, rest, value)?;
+            table.insert(part, inner);
+            Ok(())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn source(text: &str) -> SceneSource {
+        SceneSource { file: "s.toml".into(), text: text.into() }
+    }
+
+    #[test]
+    fn overrides_reach_tables_arrays_and_new_keys() {
+        let text = "until = 1.0\n[[grains]]\ndensity = 2.0\nposition = [0.0, 0.0, 1.0]\n";
+        let changed = source(text)
+            .with_overrides(&[
+                "grains[0].density=4".into(),
+                "grains.0.position[2]=7.5".into(),
+                "fluid.loads.form=F1".into(),
+                "until=3".into(),
+            ])
+            .expect("fits");
+        let table: toml::Table = changed.text.parse().expect("TOML");
+        assert_eq!(table["grains"][0]["density"].as_integer(), Some(4));
+        assert_eq!(table["grains"][0]["position"][2].as_float(), Some(7.5));
+        assert_eq!(table["fluid"]["loads"]["form"].as_str(), Some("F1"));
+        assert_eq!(table["until"].as_integer(), Some(3));
+        assert!(source(text).with_overrides(&["grains[3].density=4".into()]).is_err());
+        assert!(source(text).with_overrides(&["nonsense".into()]).is_err());
+    }
+
+    #[test]
+    fn errors_point_at_the_line_and_name_the_key() {
+        let text = "until = 1.0\n\n[[grains]]\nradius = -1.0\n";
+        let error = source(text).error("grains[0].radius", "is -1", "give a positive radius");
+        assert_eq!((error.line, error.key.as_str()), (4, "grains[0].radius"));
+        assert_eq!(&error.text[error.span.clone()], "-1.0");
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    struct Doc {
+        #[allow(dead_code)]
+        part: Part,
+    }
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[allow(dead_code)]
+    struct Part {
+        size: f64,
+        law: Law,
+    }
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(tag = "form", rename_all = "kebab-case", deny_unknown_fields)]
+    #[allow(dead_code)]
+    enum Law {
+        Linear { stiffness: f64 },
+    }
+
+    #[test]
+    fn serde_errors_carry_key_and_line() {
+        let wrong_type = source("[part]\nsize = \"big\"\n").section::<Doc>().expect_err("type");
+        assert_eq!((wrong_type.line, wrong_type.key.as_str()), (2, "part.size"));
+        let unknown =
+            source("[part]\nsize = 1.0\n[part.law]\nform = \"linear\"\nstiffness = 1.0\nstifness = 2.0\n")
+                .section::<Doc>()
+                .expect_err("unknown");
+        assert_eq!((unknown.line, unknown.key.as_str()), (6, "part.law.stifness"));
+        let missing = source("[part]\nsize = 1.0\n").section::<Doc>().expect_err("missing");
+        assert!(missing.message.contains("law"), "{missing}");
+    }
+}

@@ -1,0 +1,566 @@
+//! Checks of the shared part: once, at the edge; behind it the types are trusted.
+
+use super::Scene;
+use super::domain::{Axis, Geometry, InitialVelocity, WallKind};
+use super::error::SceneError;
+use super::grains::{Grain, Motion, Shape};
+use super::source::SceneSource;
+
+/// More cells than this need more memory than any one machine here is asked to have.
+const MOST_CELLS: usize = 1 << 33;
+/// More grains than this do not fit the exchange.
+const MOST_GRAINS: usize = 1 << 26;
+
+type Check = Result<(), SceneError>;
+
+/// Everything but the grains themselves.
+pub(super) fn shared(scene: &Scene, source: &SceneSource) -> Check {
+    positive(source, "until", scene.until)?;
+    finite(source, "gravity", &scene.gravity)?;
+    domain(scene, source)?;
+    medium(scene, source)?;
+    groups(scene, source)?;
+    walls(scene, source)?;
+    observe(scene, source)
+}
+
+fn positive(source: &SceneSource, key: &str, value: f64) -> Check {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(source.error(
+        key,
+        format!("is {value}; allowed: a finite number > 0"),
+        "give a positive number in consistent units",
+    ))
+}
+
+fn not_negative(source: &SceneSource, key: &str, value: f64) -> Check {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(source.error(
+        key,
+        format!("is {value}; allowed: a finite number ≥ 0"),
+        "give zero or a positive number",
+    ))
+}
+
+fn finite(source: &SceneSource, key: &str, values: &[f64]) -> Check {
+    match values.iter().find(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(value) => {
+            Err(source.error(key, format!("holds {value}; allowed: finite numbers"), "give finite numbers"))
+        }
+    }
+}
+
+fn domain(scene: &Scene, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    let axes = domain.geometry.axes();
+    for (key, length) in [("domain.lower", domain.lower.len()), ("domain.upper", domain.upper.len())] {
+        if length != axes.len() {
+            return Err(source.error(
+                key,
+                format!("has {length} numbers; {:?} has {} axes {axes:?}", domain.geometry, axes.len()),
+                "give one number per axis",
+            ));
+        }
+    }
+    finite(source, "domain.lower", &domain.lower)?;
+    finite(source, "domain.upper", &domain.upper)?;
+    for axis in 0..axes.len() {
+        if domain.lower[axis] >= domain.upper[axis] {
+            let message = format!(
+                "upper {} is not above lower {} along {:?}",
+                domain.upper[axis], domain.lower[axis], axes[axis]
+            );
+            return Err(source.error(
+                "domain.upper",
+                message,
+                "make every upper coordinate larger than its lower one",
+            ));
+        }
+    }
+    if domain.geometry == Geometry::Axisymmetric {
+        if domain.lower[0] != 0.0 {
+            return Err(source.error(
+                "domain.lower",
+                format!("starts at r = {}", domain.lower[0]),
+                "an axisymmetric box starts at r = 0",
+            ));
+        }
+        if scene.gravity[0] != 0.0 || scene.gravity[1] != 0.0 {
+            return Err(source.error(
+                "gravity",
+                format!("is {:?}: across the axis of symmetry", scene.gravity),
+                "write gravity = [0.0, 0.0, g] along z, or use geometry = \"space\"",
+            ));
+        }
+    }
+    if domain.geometry == Geometry::Plane && scene.gravity[1] != 0.0 {
+        return Err(source.error(
+            "gravity",
+            format!("is {:?}: out of the plane (x, z)", scene.gravity),
+            "set its y component to 0",
+        ));
+    }
+    boundary(scene, source)?;
+    cells(scene, source)
+}
+
+fn boundary(scene: &Scene, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    let axes = domain.geometry.axes();
+    for axis in [Axis::X, Axis::Y, Axis::Z, Axis::R] {
+        let (both, lower, upper) = domain.boundary.of(axis);
+        let name = format!("{axis:?}").to_lowercase();
+        let given = both.is_some() || lower.is_some() || upper.is_some();
+        if given && !axes.contains(&axis) {
+            return Err(source.error(
+                "domain.boundary",
+                format!("names axis {name}, but {:?} has the axes {axes:?}", domain.geometry),
+                "remove the faces of that axis",
+            ));
+        }
+        if both.is_some() && (lower.is_some() || upper.is_some()) {
+            return Err(source.error(
+                &format!("domain.boundary.{name}"),
+                format!("gives both faces at once, and {name}_lower or {name}_upper again"),
+                "give either the pair or the two faces",
+            ));
+        }
+    }
+    for (axis, name) in axes.iter().enumerate() {
+        let name = format!("{name:?}").to_lowercase();
+        let Some(faces) = domain.boundary(axis) else {
+            return Err(source.error("domain.boundary", format!("says nothing of a face of axis {name}"), &format!("add {name} = \"periodic\", or {name}_lower and {name}_upper = \"no-slip\" or \"free-slip\"")));
+        };
+        let periodic = faces.upper.kind == WallKind::Periodic;
+        if periodic && axes[axis] == Axis::R {
+            return Err(source.error(
+                "domain.boundary.r_upper",
+                "is periodic".to_owned(),
+                "the outer cylinder is no-slip or free-slip",
+            ));
+        }
+        if faces.lower.is_some_and(|lower| (lower.kind == WallKind::Periodic) != periodic) {
+            return Err(source.error(
+                "domain.boundary",
+                format!("makes one face of {name} periodic and the other not"),
+                &format!("write {name} = \"periodic\" for both"),
+            ));
+        }
+        let component = domain.geometry.component(axis);
+        for face in faces.lower.iter().chain([&faces.upper]) {
+            finite(source, "domain.boundary", &face.velocity)?;
+            if face.velocity[component] != 0.0 {
+                return Err(source.error(
+                    "domain.boundary",
+                    format!("moves a face of {name} through itself at {}", face.velocity[component]),
+                    "a wall's velocity lies in its plane",
+                ));
+            }
+            if face.velocity != [0.0; 3] && face.kind != WallKind::NoSlip {
+                return Err(source.error(
+                    "domain.boundary",
+                    format!("gives a velocity to a face of {name} that is not no-slip"),
+                    "only a no-slip wall drags the fluid",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn cells(scene: &Scene, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    let axes = domain.geometry.axes();
+    if scene.medium.is_none() && domain.cells.is_empty() {
+        return Ok(());
+    }
+    if domain.cells.len() != axes.len() {
+        return Err(source.error(
+            "domain.cells",
+            format!("has {} numbers; {:?} has the axes {axes:?}", domain.cells.len(), domain.geometry),
+            "give the number of cells along each axis",
+        ));
+    }
+    if let Some(few) = domain.cells.iter().find(|count| **count < 4) {
+        return Err(source.error(
+            "domain.cells",
+            format!("has {few} cells along an axis; at least 4"),
+            "refine the grid",
+        ));
+    }
+    let total = domain.cells.iter().try_fold(1usize, |product, count| product.checked_mul(*count));
+    if total.is_none_or(|total| total > MOST_CELLS) {
+        return Err(source.error(
+            "domain.cells",
+            format!("asks for {:?} cells; at most {MOST_CELLS} in all", domain.cells),
+            "coarsen the grid",
+        ));
+    }
+    let Some(stretching) = domain.stretching else { return Ok(()) };
+    positive(source, "domain.stretching.spacing", stretching.spacing)?;
+    let Some(axis) = axes.iter().position(|axis| *axis == stretching.axis) else {
+        return Err(source.error(
+            "domain.stretching.axis",
+            format!("is {:?}, but the axes are {axes:?}", stretching.axis),
+            "name an axis of this geometry",
+        ));
+    };
+    if domain.is_periodic(axis) {
+        return Err(source.error(
+            "domain.stretching.axis",
+            "is periodic".to_owned(),
+            "stretch an axis with walls; periodic axes are uniform",
+        ));
+    }
+    let (lower, upper, count) = (domain.lower[axis], domain.upper[axis], domain.cells[axis]);
+    let uniform = (stretching.uniform_to - lower) / stretching.spacing;
+    if !(uniform.round() >= 1.0 && (uniform - uniform.round()).abs() < 1e-6) {
+        return Err(source.error(
+            "domain.stretching.uniform_to",
+            format!("makes {uniform} cells of {}", stretching.spacing),
+            "let the uniform part hold a whole number of cells",
+        ));
+    }
+    let rest = count as f64 - uniform.round();
+    if !(stretching.uniform_to < upper
+        && rest >= 2.0
+        && rest * stretching.spacing <= upper - stretching.uniform_to)
+    {
+        let message = format!(
+            "{count} cells do not reach from {lower} to {upper} with widths that grow from {}",
+            stretching.spacing
+        );
+        return Err(source.error(
+            "domain.stretching",
+            message,
+            "take fewer cells, a smaller spacing, or no stretching",
+        ));
+    }
+    Ok(())
+}
+
+fn medium(scene: &Scene, source: &SceneSource) -> Check {
+    let Some(medium) = &scene.medium else { return Ok(()) };
+    positive(source, "medium.density", medium.density)?;
+    positive(source, "medium.viscosity", medium.viscosity)?;
+    finite(source, "medium.body_force", &medium.body_force)?;
+    finite(source, "medium.pressure_gradient", &medium.pressure_gradient)?;
+    for axis in 0..scene.domain.dimensions() {
+        let component = scene.domain.geometry.component(axis);
+        if medium.pressure_gradient[component] != 0.0 && !scene.domain.is_periodic(axis) {
+            return Err(source.error(
+                "medium.pressure_gradient",
+                "drives along an axis with walls, where the pressure balances it".to_owned(),
+                "make that axis periodic, or remove the gradient",
+            ));
+        }
+    }
+    match &medium.initial {
+        InitialVelocity::Rest => Ok(()),
+        InitialVelocity::Uniform { velocity } => finite(source, "medium.initial.velocity", velocity),
+        InitialVelocity::Shear { direction, gradient, rate, origin } => {
+            finite(source, "medium.initial", &[*rate, *origin])?;
+            let axes = scene.domain.geometry.axes();
+            if direction == gradient || !axes.contains(direction) || !axes.contains(gradient) {
+                return Err(source.error(
+                    "medium.initial",
+                    format!("shears {direction:?} along {gradient:?}; the axes are {axes:?}"),
+                    "name two different axes of this geometry",
+                ));
+            }
+            Ok(())
+        }
+        InitialVelocity::TaylorGreen { amplitude } => {
+            finite(source, "medium.initial.amplitude", &[*amplitude])
+        }
+    }
+}
+
+fn groups(scene: &Scene, source: &SceneSource) -> Check {
+    let total = scene.groups.iter().try_fold(scene.grains.len(), |sum, group| sum.checked_add(group.count));
+    if total.is_none_or(|total| total > MOST_GRAINS) {
+        return Err(source.error(
+            "groups",
+            format!("asks for more than {MOST_GRAINS} grains"),
+            "ask for fewer grains",
+        ));
+    }
+    for (index, group) in scene.groups.iter().enumerate() {
+        let key = |name: &str| format!("groups[{index}].{name}");
+        positive(source, &key("radius"), group.radius)?;
+        positive(source, &key("density"), group.density)?;
+        finite(source, &key("lower"), &group.lower)?;
+        finite(source, &key("upper"), &group.upper)?;
+        if !(0.0..1.0).contains(&group.radius_spread) {
+            return Err(source.error(
+                &key("radius_spread"),
+                format!("is {}; allowed: 0 ≤ spread < 1", group.radius_spread),
+                "a spread of 1 or more makes a radius ≤ 0",
+            ));
+        }
+        let width = 2.0 * group.radius * (1.0 + group.radius_spread);
+        let flat = scene.domain.geometry == Geometry::Plane;
+        if (0..3).any(|axis| !(flat && axis == 1) && group.upper[axis] - group.lower[axis] < width) {
+            return Err(source.error(
+                &key("upper"),
+                format!("leaves no room for a grain of diameter {width}"),
+                "make the region larger than the largest grain",
+            ));
+        }
+        if scene.domain.geometry == Geometry::Axisymmetric {
+            return Err(source.error(
+                &format!("groups[{index}]"),
+                "an axisymmetric scene has its grains on the axis".to_owned(),
+                "write them out in [[grains]], or use geometry = \"space\"",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn walls(scene: &Scene, source: &SceneSource) -> Check {
+    for (index, wall) in scene.walls.iter().enumerate() {
+        let key = |name: &str| format!("walls[{index}].{name}");
+        finite(source, &key("point"), &wall.point)?;
+        finite(source, &key("velocity"), &wall.velocity)?;
+        let length: f64 = wall.normal.iter().map(|n| n * n).sum();
+        if !(length.is_finite() && length > 0.0) {
+            return Err(source.error(
+                &key("normal"),
+                format!("is {:?}", wall.normal),
+                "give a normal of non-zero length that points to the grains",
+            ));
+        }
+        if wall.until.is_nan() {
+            return Err(source.error(
+                &key("until"),
+                "is NaN".to_owned(),
+                "give the time at which the wall vanishes, or leave it out",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn observe(scene: &Scene, source: &SceneSource) -> Check {
+    not_negative(source, "observe.every", scene.observe.every)?;
+    not_negative(source, "observe.fields_every", scene.observe.fields_every)?;
+    finite(source, "observe.fields_at", &scene.observe.fields_at)
+}
+
+/// Key of grain `index` where it is written out, of its file or group where it is not.
+fn grain_key(scene: &Scene, index: usize, name: &str) -> String {
+    let written = scene.grains.len();
+    if index < written {
+        format!("grains[{index}].{name}")
+    } else if scene.grain_files.is_empty() {
+        "groups".to_owned()
+    } else {
+        "grain_files".to_owned()
+    }
+}
+
+/// Each grain alone, and against the box, the walls and the other grains.
+pub(super) fn grains(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
+    if grains.is_empty() && scene.medium.is_none() {
+        return Err(source.error(
+            "grains",
+            "the scene has neither fluid nor grains",
+            "add [medium] or [[grains]]",
+        ));
+    }
+    for (index, grain) in grains.iter().enumerate() {
+        one(scene, index, grain, source)?;
+    }
+    apart(scene, grains, source)
+}
+
+fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
+    let key = |name: &str| grain_key(scene, index, name);
+    positive(source, &key("radius"), grain.radius)?;
+    positive(source, &key("density"), grain.density)?;
+    finite(source, &key("position"), &grain.position)?;
+    finite(source, &key("velocity"), &grain.velocity)?;
+    finite(source, &key("spin"), &grain.spin)?;
+    let norm: f64 = grain.orientation.iter().map(|q| q * q).sum();
+    if (norm - 1.0).abs() > 1e-6 || norm.is_nan() {
+        return Err(source.error(
+            &key("orientation"),
+            format!("{:?} has norm² {norm}", grain.orientation),
+            "give a unit quaternion (w, x, y, z)",
+        ));
+    }
+    if grain.oscillation.is_some() && grain.motion != Motion::Prescribed {
+        return Err(source.error(
+            &key("oscillation"),
+            "swings a grain that is not prescribed".to_owned(),
+            "add motion = \"prescribed\"",
+        ));
+    }
+    let geometry = scene.domain.geometry;
+    if geometry == Geometry::Axisymmetric && (grain.position[0] != 0.0 || grain.position[1] != 0.0) {
+        return Err(source.error(
+            &key("position"),
+            format!("{:?} is off the axis", grain.position),
+            "an axisymmetric grain has x = y = 0",
+        ));
+    }
+    if geometry == Geometry::Plane && grain.position[1] != 0.0 {
+        return Err(source.error(
+            &key("position"),
+            format!("{:?} is out of the plane (x, z)", grain.position),
+            "set y = 0",
+        ));
+    }
+    if geometry != Geometry::Plane && grain.shape == Shape::Disc {
+        return Err(source.error(
+            &key("shape"),
+            "is a disc".to_owned(),
+            "discs live in geometry = \"plane\"",
+        ));
+    }
+    inside(scene, index, grain, source)?;
+    resolved(scene, index, grain, source)
+}
+
+fn inside(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    for axis in 0..domain.dimensions() {
+        let component = domain.geometry.component(axis);
+        let x = grain.position[component];
+        let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
+        if x < lower || x > upper {
+            let message = format!(
+                "{:?} of grain {index} is outside the box {lower}..{upper} along {:?}",
+                grain.position,
+                domain.geometry.axes()[axis]
+            );
+            return Err(source.error(
+                &grain_key(scene, index, "position"),
+                message,
+                "move the grain in, or enlarge [domain]",
+            ));
+        }
+    }
+    let mut planes = scene.walls.clone();
+    planes.extend(domain.contact_faces());
+    for wall in &planes {
+        let length: f64 = wall.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+        let gap = (0..3).map(|a| (grain.position[a] - wall.point[a]) * wall.normal[a]).sum::<f64>() / length
+            - grain.radius;
+        if gap < -0.01 * grain.radius && grain.motion == Motion::Free {
+            let message = format!(
+                "{:?} puts grain {index} (radius {}) {} into the wall at {:?}; allowed: 1 % of R",
+                grain.position, grain.radius, -gap, wall.point
+            );
+            return Err(source.error(
+                &grain_key(scene, index, "position"),
+                message,
+                "move the grain or the wall",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn resolved(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    if scene.medium.is_none() {
+        return Ok(());
+    }
+    for axis in 0..domain.dimensions() {
+        let spacing = domain.spacing(axis);
+        if 2.0 * grain.radius < 2.0 * spacing {
+            let message = format!(
+                "grain {index} of diameter {} has fewer than 2 cells of {spacing} along {:?}",
+                2.0 * grain.radius,
+                domain.geometry.axes()[axis]
+            );
+            return Err(source.error(
+                "domain.cells",
+                message,
+                "the grid does not hold the grain: refine it (8 cells per diameter and more)",
+            ));
+        }
+        if domain.is_periodic(axis) && 2.0 * grain.radius > domain.upper[axis] - domain.lower[axis] {
+            let message = format!(
+                "grain {index} of diameter {} is larger than the periodic box along {:?}",
+                2.0 * grain.radius,
+                domain.geometry.axes()[axis]
+            );
+            return Err(source.error(
+                &grain_key(scene, index, "radius"),
+                message,
+                "enlarge the box, or shrink the grain",
+            ));
+        }
+    }
+    if let Some(stretching) = domain.stretching {
+        let far = match stretching.axis {
+            Axis::R => grain.radius,
+            Axis::X => grain.position[0] + grain.radius,
+            Axis::Y => grain.position[1] + grain.radius,
+            Axis::Z => grain.position[2] + grain.radius,
+        };
+        if far > stretching.uniform_to {
+            return Err(source.error(
+                "domain.stretching.uniform_to",
+                format!("is {}, but grain {index} reaches to {far}", stretching.uniform_to),
+                "let the uniform part hold every grain",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// No two grains overlap by more than 1 % of the smaller radius (sweep along the longest axis).
+fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
+    let mut order: Vec<usize> = (0..grains.len()).collect();
+    order.sort_by(|a, b| grains[*a].position[2].total_cmp(&grains[*b].position[2]));
+    let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+    for (place, &i) in order.iter().enumerate() {
+        for &j in &order[place + 1..] {
+            let (a, b) = (&grains[i], &grains[j]);
+            if b.position[2] - a.position[2] > a.radius + largest {
+                break;
+            }
+            let distance2: f64 = (0..3).map(|axis| (a.position[axis] - b.position[axis]).powi(2)).sum();
+            let overlap = a.radius + b.radius - distance2.sqrt();
+            let both_held = a.motion != Motion::Free && b.motion != Motion::Free;
+            if overlap > 0.01 * a.radius.min(b.radius) && !both_held {
+                let (first, second) = (i.min(j), i.max(j));
+                let message = format!(
+                    "grains {first} and {second} overlap by {overlap}; allowed: 1 % of the smaller radius"
+                );
+                return Err(source.error(&grain_key(scene, second, "position"), message, "move one of them"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Metrics and observed grains name grains that exist.
+pub(super) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Check {
+    for (index, metric) in scene.metrics.iter().enumerate() {
+        if let Some(grain) = metric.kind.grain().filter(|grain| *grain >= count) {
+            return Err(source.error(
+                &format!("metrics[{index}].grain"),
+                format!("is {grain}, but the scene has {count} grains"),
+                "count grains from 0",
+            ));
+        }
+    }
+    if let Some(grain) = scene.observe.grains.iter().flatten().find(|grain| **grain >= count) {
+        return Err(source.error(
+            "observe.grains",
+            format!("holds {grain}, but the scene has {count} grains"),
+            "count grains from 0",
+        ));
+    }
+    Ok(())
+}
