@@ -48,13 +48,7 @@ impl AxisSpec {
                 faces.push(end);
                 Ok((faces, true))
             }
-            Self::Growing {
-                start,
-                core_end,
-                width,
-                end,
-                cells,
-            } => {
+            Self::Growing { start, core_end, width, end, cells } => {
                 check_cells(axis, cells)?;
                 growing(axis, [start, core_end, end], width, cells).map(|f| (f, false))
             }
@@ -68,11 +62,7 @@ impl AxisSpec {
 
 /// Refuses an axis with too few cells for a staggered grid.
 fn check_cells(axis: usize, cells: usize) -> Result<(), GridError> {
-    if cells < 2 {
-        Err(GridError::TooFewCells { axis, cells })
-    } else {
-        Ok(())
-    }
+    if cells < 2 { Err(GridError::TooFewCells { axis, cells }) } else { Ok(()) }
 }
 
 /// Face positions of [`AxisSpec::Growing`]: `[start, core_end, end]`, core width, cells in total.
@@ -81,23 +71,14 @@ fn growing(axis: usize, ends: [f64; 3], width: f64, cells: usize) -> Result<Vec<
     let wanted = (core_end - start) / width;
     let core = wanted.round();
     if !(core >= 1.0 && (wanted - core).abs() < 1e-6 * core && core < cells as f64) {
-        return Err(GridError::Core {
-            axis,
-            core: core_end - start,
-            width,
-            cells,
-        });
+        return Err(GridError::Core { axis, core: core_end - start, width, cells });
     }
     let grown = cells as f64 - core;
     // Σ_{k=1..m} (width + k δ) = end − core_end
     let growth = 2.0 * (end - core_end - grown * width) / (grown * (grown + 1.0));
     if !(growth >= -1e-12 * width && growth.is_finite()) {
         let most = core + ((end - core_end) / width).floor();
-        return Err(GridError::Shrinking {
-            axis,
-            cells,
-            most: most as usize,
-        });
+        return Err(GridError::Shrinking { axis, cells, most: most as usize });
     }
     let core = core as usize;
     let mut faces: Vec<f64> = (0..=core).map(|i| start + width * i as f64).collect();
@@ -145,24 +126,14 @@ impl Axis {
     ///
     /// # Errors
     /// If the description is impossible, not increasing, or starts below r = 0.
-    pub fn new(
-        number: usize,
-        spec: &AxisSpec,
-        periodic: bool,
-        radial: bool,
-    ) -> Result<Self, GridError> {
+    pub fn new(number: usize, spec: &AxisSpec, periodic: bool, radial: bool) -> Result<Self, GridError> {
         let (faces, uniform) = spec.faces(number)?;
         if let Some(at) = faces.iter().copied().find(|f| !f.is_finite()) {
             return Err(GridError::NotFinite { axis: number, at });
         }
         if let Some(i) = (0..faces.len() - 1).find(|&i| faces[i + 1] <= faces[i]) {
             let (at, next) = (faces[i], faces[i + 1]);
-            return Err(GridError::NotIncreasing {
-                axis: number,
-                face: i,
-                at,
-                next,
-            });
+            return Err(GridError::NotIncreasing { axis: number, face: i, at, next });
         }
         if radial && faces[0] < 0.0 {
             return Err(GridError::NegativeRadius { start: faces[0] });
@@ -175,32 +146,19 @@ impl Axis {
     /// Derives every array from the face positions.
     fn measured(faces: Vec<f64>, uniform: Option<f64>, periodic: bool, radial: bool) -> Self {
         let n = faces.len() - 1;
-        let widths: Vec<f64> = (0..n)
-            .map(|i| uniform.unwrap_or(faces[i + 1] - faces[i]))
-            .collect();
+        let widths: Vec<f64> = (0..n).map(|i| uniform.unwrap_or(faces[i + 1] - faces[i])).collect();
         let centres: Vec<f64> = (0..n).map(|i| 0.5 * (faces[i] + faces[i + 1])).collect();
         let metric = |x: &f64| if radial { *x } else { 1.0 };
         let face_area: Vec<f64> = faces.iter().map(metric).collect();
         let centre_area: Vec<f64> = centres.iter().map(metric).collect();
         let cell_volume: Vec<f64> = (0..n).map(|i| centre_area[i] * widths[i]).collect();
         let (below, above) = if periodic { (n - 1, 0) } else { (0, n - 1) };
-        let sides = |i: usize| {
-            (
-                if i == 0 { below } else { i - 1 },
-                if i == n { above } else { i },
-            )
-        };
-        let distances = (0..=n)
-            .map(|i| 0.5 * (widths[sides(i).0] + widths[sides(i).1]))
-            .collect();
+        let sides = |i: usize| (if i == 0 { below } else { i - 1 }, if i == n { above } else { i });
+        let distances = (0..=n).map(|i| 0.5 * (widths[sides(i).0] + widths[sides(i).1])).collect();
         let face_volume = (0..=n)
             .map(|i| {
                 let (a, b) = sides(i);
-                let half = if !periodic && (i == 0 || i == n) {
-                    0.25
-                } else {
-                    0.5
-                };
+                let half = if !periodic && (i == 0 || i == n) { 0.25 } else { 0.5 };
                 half * (cell_volume[a] + cell_volume[b])
             })
             .collect();

@@ -73,11 +73,7 @@ pub fn fill_velocity<const D: usize>(grid: &Grid<D>, d: usize, u: &mut [f64]) {
 pub fn fill_scalar<const D: usize>(grid: &Grid<D>, p: &mut [f64]) {
     for axis in 0..D {
         let n = grid.cells[axis] as isize;
-        let (below, above) = if grid.periodic(axis) {
-            (n - 1, 0)
-        } else {
-            (0, n - 1)
-        };
+        let (below, above) = if grid.periodic(axis) { (n - 1, 0) } else { (0, n - 1) };
         copy_layer(grid, axis, -1, below, p, |x| x);
         copy_layer(grid, axis, n, above, p, |x| x);
     }

@@ -49,11 +49,7 @@ pub fn set_component<const D: usize>(
 }
 
 /// Visits every unknown of component `d` in memory order: its indices and its place in the field.
-pub fn for_each_unknown<const D: usize>(
-    grid: &Grid<D>,
-    d: usize,
-    mut visit: impl FnMut([usize; D], usize),
-) {
+pub fn for_each_unknown<const D: usize>(grid: &Grid<D>, d: usize, mut visit: impl FnMut([usize; D], usize)) {
     let ranges = grid.unknowns(d);
     let mut at: [usize; D] = std::array::from_fn(|a| ranges[a].start);
     'all: loop {

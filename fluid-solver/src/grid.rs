@@ -74,9 +74,7 @@ pub enum GridError {
         cells: usize,
     },
     /// Faces out of order.
-    #[error(
-        "axis {axis}: face {face} at {at} is followed by a face at {next}: positions must increase"
-    )]
+    #[error("axis {axis}: face {face} at {at} is followed by a face at {next}: positions must increase")]
     NotIncreasing {
         /// Axis number.
         axis: usize,
@@ -139,6 +137,12 @@ pub enum GridError {
         /// Second such axis.
         second: usize,
     },
+    /// In space the swept axis must be the last one.
+    #[error("axis {axis} is stretched: in space only the last axis (z) may be; rename the axes of the scene")]
+    StretchedSpace {
+        /// Axis number.
+        axis: usize,
+    },
     /// Only one face of an axis is periodic.
     #[error("axis {axis} is periodic on one face only: make both faces periodic, or neither")]
     HalfPeriodic {
@@ -198,17 +202,9 @@ impl<const D: usize> Grid<D> {
     /// # Errors
     /// See [`GridError`]: each names the axis, what is wrong with it and what is allowed.
     pub fn new(spec: &GridSpec<D>) -> Result<Self, GridError> {
-        let needed = if spec.geometry == Geometry::Space {
-            3
-        } else {
-            2
-        };
+        let needed = if spec.geometry == Geometry::Space { 3 } else { 2 };
         if needed != D {
-            return Err(GridError::Axes {
-                geometry: spec.geometry,
-                needed,
-                given: D,
-            });
+            return Err(GridError::Axes { geometry: spec.geometry, needed, given: D });
         }
         check_boundaries(spec)?;
         let mut axes = Vec::with_capacity(D);
@@ -221,14 +217,7 @@ impl<const D: usize> Grid<D> {
         let cells = std::array::from_fn(|a| axes[a].cells());
         let (strides, len) = layout(&cells);
         let axes = axes.try_into().expect("one axis was pushed for each of D");
-        Ok(Self {
-            geometry: spec.geometry,
-            axes,
-            cells,
-            boundaries: spec.boundaries,
-            strides,
-            len,
-        })
+        Ok(Self { geometry: spec.geometry, axes, cells, boundaries: spec.boundaries, strides, len })
     }
 
     /// Length of every field, halo and padding included.
@@ -298,29 +287,17 @@ impl<const D: usize> Grid<D> {
     ///
     /// Faces (`n + 1` entries) along the component's own axis, else centres (`n`).
     pub fn nodes(&self, d: usize, axis: usize) -> &[f64] {
-        if d == axis {
-            &self.axes[axis].faces
-        } else {
-            &self.axes[axis].centres
-        }
+        if d == axis { &self.axes[axis].faces } else { &self.axes[axis].centres }
     }
 
     /// Factor along `axis` of the control volumes of component `d`; entries as in [`Grid::nodes`].
     pub fn volumes(&self, d: usize, axis: usize) -> &[f64] {
-        if d == axis {
-            &self.axes[axis].face_volume
-        } else {
-            &self.axes[axis].cell_volume
-        }
+        if d == axis { &self.axes[axis].face_volume } else { &self.axes[axis].cell_volume }
     }
 
     /// What multiplies the product of the axes' factors: 2π for the full turn, else 1.
     pub fn turn(&self) -> f64 {
-        if self.geometry == Geometry::Axisymmetric {
-            std::f64::consts::TAU
-        } else {
-            1.0
-        }
+        if self.geometry == Geometry::Axisymmetric { std::f64::consts::TAU } else { 1.0 }
     }
 
     /// Control volume of the value of component `d` at indices `at`: m³ (plane: m³ per metre of
@@ -341,10 +318,7 @@ impl<const D: usize> Grid<D> {
 
     /// Smallest cell width of the whole grid, m.
     pub fn smallest_width(&self) -> f64 {
-        self.axes
-            .iter()
-            .flat_map(|a| &a.widths)
-            .fold(f64::INFINITY, |m, &w| m.min(w))
+        self.axes.iter().flat_map(|a| &a.widths).fold(f64::INFINITY, |m, &w| m.min(w))
     }
 }
 
@@ -378,11 +352,7 @@ fn check_boundaries<const D: usize>(spec: &GridSpec<D>) -> Result<(), GridError>
             }
             let velocity = face.velocity(axis);
             if velocity != 0.0 {
-                return Err(GridError::NormalVelocity {
-                    axis,
-                    side,
-                    velocity,
-                });
+                return Err(GridError::NormalVelocity { axis, side, velocity });
             }
         }
     }
@@ -394,6 +364,9 @@ fn check_axes<const D: usize>(spec: &GridSpec<D>, axes: &[Axis]) -> Result<(), G
     let mut swept = (0..D).filter(|&a| !axes[a].is_transformable());
     if let (Some(first), Some(second)) = (swept.next(), swept.next()) {
         return Err(GridError::TwoStretched { first, second });
+    }
+    if let Some(axis) = (0..D - 1).find(|&a| D == 3 && !axes[a].is_transformable()) {
+        return Err(GridError::StretchedSpace { axis });
     }
     for (a, axis) in axes.iter().enumerate() {
         if spec.boundaries[a][0].is_periodic() && !axis.is_transformable() {

@@ -1,0 +1,126 @@
+//! The last axis of a separable solve: eight modes at once, by a sweep or by one more transform.
+
+use crate::lanes::Lanes;
+use crate::threads::for_chunks;
+use crate::transform::{Scratch, Transform};
+use crate::tridiagonal::Sweep;
+
+/// Sets of pivots kept: the three stages of a Runge–Kutta step.
+const KEPT: usize = 3;
+
+/// How the last axis is treated.
+pub(super) enum Across {
+    /// Tridiagonal sweep: stretched, radial or walled axis.
+    Sweep(Sweep),
+    /// Transform, division by the eigenvalue, transform back; with the width squared, m².
+    Transform(Box<Transform>, f64),
+}
+
+/// Pivots, or inverse eigenvalues, for one operator `σ − c L`.
+struct Factors {
+    operator: [f64; 2],
+    values: Vec<Lanes>,
+}
+
+/// All columns of a solve: column `q` holds eight modes of the other axes.
+pub(super) struct Columns {
+    across: Across,
+    lambda: Vec<Lanes>,
+    scale: f64,
+    factors: Vec<Factors>,
+    next: usize,
+}
+
+impl Columns {
+    /// `lambda` are the eigenvalues of the transformed axes per column and lane, `scale` the
+    /// normalisation of their transforms. Lane 0 of column 0 is the constant mode.
+    pub(super) fn new(across: Across, lambda: Vec<Lanes>, scale: f64) -> Self {
+        Self { across, lambda, scale, factors: Vec::new(), next: 0 }
+    }
+
+    /// Unknowns along a column.
+    pub(super) fn len(&self) -> usize {
+        match &self.across {
+            Across::Sweep(sweep) => sweep.len(),
+            Across::Transform(transform, _) => transform.values(),
+        }
+    }
+
+    /// Number of columns.
+    pub(super) fn count(&self) -> usize {
+        self.lambda.len()
+    }
+
+    /// Working memory for the transform across, if there is one.
+    pub(super) fn scratch(&self) -> Scratch {
+        match &self.across {
+            Across::Sweep(_) => Scratch::default(),
+            Across::Transform(transform, _) => transform.scratch(),
+        }
+    }
+
+    /// Makes sure the pivots of `σ − c L` are at hand and returns their number for [`Self::solve`].
+    pub(super) fn prepare(&mut self, sigma: f64, c: f64) -> usize {
+        let operator = [sigma, c];
+        if let Some(at) = self.factors.iter().position(|f| f.operator == operator) {
+            return at;
+        }
+        if self.factors.len() < KEPT {
+            let values = vec![[0.0; 8]; self.count() * self.len()];
+            self.factors.push(Factors { operator, values });
+            self.next = self.factors.len() - 1;
+        }
+        let at = self.next;
+        self.next = (at + 1) % KEPT;
+        let mut values = std::mem::take(&mut self.factors[at].values);
+        for_chunks(&mut values, self.len(), |q, column| {
+            self.factor_column(q, operator, column);
+        });
+        self.factors[at] = Factors { operator, values };
+        at
+    }
+
+    /// Computes the pivots of column `q`.
+    fn factor_column(&self, q: usize, [sigma, c]: [f64; 2], values: &mut [Lanes]) {
+        let lambda = &self.lambda[q];
+        let singular = (q == 0 && sigma == 0.0 && lambda[0] == 0.0).then_some(0);
+        match &self.across {
+            Across::Sweep(sweep) => sweep.pivots(sigma, c, lambda, singular, values),
+            Across::Transform(transform, width2) => {
+                let (kind, cells) = (transform.kind(), transform.cells());
+                let scale = self.scale * kind.scale(cells);
+                for (k, value) in values.iter_mut().enumerate() {
+                    let own = kind.eigenvalue(k, cells) / width2;
+                    *value = lambda.map(|l| scale / (sigma - c * (own + l)));
+                    if let (Some(lane), 0) = (singular, k) {
+                        value[lane] = 0.0;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Solves column `q` in place with the pivots `at` from [`Self::prepare`].
+    pub(super) fn solve(&self, q: usize, at: usize, x: &mut [Lanes], scratch: &mut Scratch) {
+        let factors = &self.factors[at];
+        let [sigma, c] = factors.operator;
+        let values = &factors.values[q * self.len()..(q + 1) * self.len()];
+        match &self.across {
+            Across::Sweep(sweep) => {
+                sweep.solve(c, self.scale, values, x);
+                if q == 0 && sigma == 0.0 && self.lambda[0][0] == 0.0 {
+                    sweep.remove_mean(0, x);
+                }
+            }
+            Across::Transform(transform, _) => {
+                transform.forward(x, scratch);
+                for (x, value) in x.iter_mut().zip(values) {
+                    for l in 0..8 {
+                        x[l] *= value[l];
+                    }
+                }
+                transform.inverse(x, scratch);
+            }
+        }
+    }
+}

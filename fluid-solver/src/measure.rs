@@ -1,0 +1,89 @@
+//! Numbers and fields derived from the velocity.
+
+use crate::field::for_each_unknown;
+use crate::grid::Grid;
+use crate::project::Projection;
+
+/// Largest Σ_a |u_a|/Δx_a over all cells, 1/s: the step length times this is the CFL number.
+///
+/// In each cell the larger of the two faces counts for each axis.
+pub fn courant_rate<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> f64 {
+    let mut largest = 0.0_f64;
+    for row in 0..grid.rows() {
+        let start = grid.row(row);
+        let at = [0, row % grid.cells[1], row / grid.cells[1]];
+        for i in 0..grid.cells[0] {
+            let mut rate = 0.0;
+            for (a, u) in velocity.iter().enumerate() {
+                let k = if a == 0 { i } else { at[a] };
+                let (low, high) = (u[start + i], u[start + i + grid.stride(a)]);
+                rate += low.abs().max(high.abs()) / grid.axes[a].widths[k];
+            }
+            largest = largest.max(rate);
+        }
+    }
+    largest
+}
+
+/// Largest |∇·u| over all cells, 1/s. Halo and wall faces must be up to date.
+pub fn largest_divergence<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> f64 {
+    let projection = Projection::new(grid);
+    let mut line = vec![0.0; grid.cells[0]];
+    let mut largest = 0.0_f64;
+    for row in 0..grid.rows() {
+        projection.divergence_row(grid, velocity, row, &mut line);
+        largest = line.iter().fold(largest, |m, x| m.max(x.abs()));
+    }
+    largest
+}
+
+/// ½ ∫ u² dV over the unknowns, m⁵/s² per unit density (plane: per metre of depth).
+pub fn kinetic_energy<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> f64 {
+    let mut energy = 0.0;
+    for (d, u) in velocity.iter().enumerate() {
+        for_each_unknown(grid, d, |at, index| {
+            energy += 0.5 * u[index] * u[index] * grid.control_volume(d, at);
+        });
+    }
+    energy
+}
+
+/// ∫ u_d dV over the unknowns of component `d`, m⁴/s (plane: per metre of depth).
+pub fn momentum<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    for_each_unknown(grid, d, |at, index| sum += u[index] * grid.control_volume(d, at));
+    sum
+}
+
+/// The first value that is not finite: component and indices.
+pub fn first_not_finite<const D: usize>(
+    grid: &Grid<D>,
+    velocity: &[Vec<f64>; D],
+) -> Option<(usize, [usize; D])> {
+    let mut found = None;
+    for (d, u) in velocity.iter().enumerate() {
+        for_each_unknown(grid, d, |at, index| {
+            if found.is_none() && !u[index].is_finite() {
+                found = Some((d, at));
+            }
+        });
+    }
+    found
+}
+
+/// Out-of-plane vorticity on two axes, ω = ∂u₀/∂x₁ − ∂u₁/∂x₀, 1/s: stored at the corner of the
+/// lower faces, that is at `(faces₀[i], faces₁[j])`, for `i, j` from 0 to `n` inclusive.
+///
+/// In the plane (x, z) and in (r, z) this is the component along y and along the angle. Halos must
+/// be up to date; on the line r = 0 it is zero.
+pub fn vorticity(grid: &Grid<2>, velocity: &[Vec<f64>; 2], out: &mut [f64]) {
+    let s = grid.stride(1);
+    for j in 0..=grid.cells[1] {
+        for i in 0..=grid.cells[0] {
+            let at = grid.index([i as isize, j as isize]);
+            let across = (velocity[0][at] - velocity[0][at - s]) / grid.axes[1].distances[j];
+            let along = (velocity[1][at] - velocity[1][at - 1]) / grid.axes[0].distances[i];
+            out[at] = across - along;
+        }
+    }
+}

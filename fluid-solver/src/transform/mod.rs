@@ -1,0 +1,122 @@
+//! Real-to-real transforms that diagonalise the second difference on equal cells.
+//!
+//! Which one follows from the boundary type and the staggering (Schumann & Sweet 1988): see
+//! [`Kind`]. Eight lines are transformed at once. `inverse(forward(x)) = x / scale`; the caller
+//! folds `scale` into the division by the eigenvalues.
+
+mod reference;
+
+use crate::grid::Grid;
+use crate::lanes::Lanes;
+use reference::Reference;
+use std::f64::consts::PI;
+
+/// Boundary type and staggering of one line of values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Periodic, `n` values: real Fourier transform, cosine amplitudes of wave number k at place k,
+    /// sine amplitudes at place n − k.
+    Periodic,
+    /// Cell centres, zero slope at both ends, `n` values: cosine transform II.
+    EvenEven,
+    /// Cell centres, zero value at both ends, `n` values: sine transform II.
+    OddOdd,
+    /// Cell centres, zero slope below and zero value above: cosine transform IV.
+    EvenOdd,
+    /// Cell centres, zero value below and zero slope above: sine transform IV.
+    OddEven,
+    /// Faces between two walls, zero on both, `n − 1` values: sine transform I.
+    Fixed,
+}
+
+impl Kind {
+    /// Kind of velocity component `d` along `axis`.
+    pub fn of_component<const D: usize>(grid: &Grid<D>, d: usize, axis: usize) -> Self {
+        let [low, high] = grid.boundaries[axis];
+        match (low.is_periodic(), d == axis, low.is_odd(), high.is_odd()) {
+            (true, ..) => Self::Periodic,
+            (_, true, ..) => Self::Fixed,
+            (_, _, false, false) => Self::EvenEven,
+            (_, _, true, true) => Self::OddOdd,
+            (_, _, false, true) => Self::EvenOdd,
+            (_, _, true, false) => Self::OddEven,
+        }
+    }
+
+    /// Kind of pressure along `axis`.
+    pub fn of_pressure<const D: usize>(grid: &Grid<D>, axis: usize) -> Self {
+        if grid.periodic(axis) { Self::Periodic } else { Self::EvenEven }
+    }
+
+    /// Number of values on an axis of `cells` cells.
+    pub fn values(self, cells: usize) -> usize {
+        cells - usize::from(self == Self::Fixed)
+    }
+
+    /// Eigenvalue of the second difference (unit width) that belongs to place `q` of the transform.
+    pub fn eigenvalue(self, q: usize, cells: usize) -> f64 {
+        let n = cells as f64;
+        let angle = match self {
+            Self::Periodic => 2.0 * PI * q.min(cells - q) as f64 / n,
+            Self::EvenEven => PI * q as f64 / n,
+            Self::OddOdd | Self::Fixed => PI * (q + 1) as f64 / n,
+            Self::EvenOdd | Self::OddEven => PI * (q as f64 + 0.5) / n,
+        };
+        -4.0 * (0.5 * angle).sin().powi(2)
+    }
+
+    /// What `inverse(forward(x))` must be multiplied by to give `x`.
+    pub fn scale(self, cells: usize) -> f64 {
+        if self == Self::Periodic { 1.0 / cells as f64 } else { 2.0 / cells as f64 }
+    }
+}
+
+/// Working memory of one thread for [`Transform`].
+#[derive(Debug, Default)]
+pub struct Scratch {
+    reference: reference::Scratch,
+}
+
+/// A transform of eight lines at once.
+pub struct Transform {
+    kind: Kind,
+    cells: usize,
+    engine: Reference,
+}
+
+impl Transform {
+    /// Plans a transform along an axis of `cells` cells.
+    pub fn new(kind: Kind, cells: usize) -> Self {
+        Self { kind, cells, engine: Reference::new(kind, cells) }
+    }
+
+    /// Boundary type and staggering.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// Number of cells of the axis.
+    pub fn cells(&self) -> usize {
+        self.cells
+    }
+
+    /// Number of values of a line.
+    pub fn values(&self) -> usize {
+        self.kind.values(self.cells)
+    }
+
+    /// Working memory for this transform.
+    pub fn scratch(&self) -> Scratch {
+        Scratch { reference: self.engine.scratch() }
+    }
+
+    /// Values to amplitudes, in place; `data` has [`Transform::values`] entries.
+    pub fn forward(&self, data: &mut [Lanes], scratch: &mut Scratch) {
+        self.engine.forward(data, &mut scratch.reference);
+    }
+
+    /// Amplitudes to values (times 1/scale), in place.
+    pub fn inverse(&self, data: &mut [Lanes], scratch: &mut Scratch) {
+        self.engine.inverse(data, &mut scratch.reference);
+    }
+}

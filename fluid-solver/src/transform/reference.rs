@@ -1,0 +1,139 @@
+//! Transforms by `rustdct` and `realfft`, line by line: any length, and the measure of the fast ones.
+
+use super::Kind;
+use crate::lanes::Lanes;
+use realfft::num_complex::Complex;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustdct::{DctPlanner, Dst1, TransformType2And3, TransformType4};
+use std::sync::Arc;
+
+/// One planned transform.
+enum Plan {
+    Fourier(Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>),
+    Two(Arc<dyn TransformType2And3<f64>>),
+    Four(Arc<dyn TransformType4<f64>>),
+    SineOne(Arc<dyn Dst1<f64>>),
+}
+
+/// Working memory: one line, its spectrum, and what the libraries ask for.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    line: Vec<f64>,
+    spectrum: Vec<Complex<f64>>,
+    real: Vec<f64>,
+    complex: Vec<Complex<f64>>,
+}
+
+/// A transform of any length, one line after the other.
+pub(super) struct Reference {
+    kind: Kind,
+    values: usize,
+    plan: Plan,
+}
+
+impl Reference {
+    /// Plans the transform.
+    pub(super) fn new(kind: Kind, cells: usize) -> Self {
+        let values = kind.values(cells);
+        let mut dct = DctPlanner::new();
+        let plan = match kind {
+            Kind::Periodic => {
+                let mut fft = RealFftPlanner::new();
+                Plan::Fourier(fft.plan_fft_forward(values), fft.plan_fft_inverse(values))
+            }
+            Kind::EvenEven | Kind::OddOdd => Plan::Two(dct.plan_dct2(values)),
+            Kind::EvenOdd | Kind::OddEven => Plan::Four(dct.plan_dct4(values)),
+            Kind::Fixed => Plan::SineOne(dct.plan_dst1(values)),
+        };
+        Self { kind, values, plan }
+    }
+
+    /// Working memory for one thread.
+    pub(super) fn scratch(&self) -> Scratch {
+        let mut scratch = Scratch { line: vec![0.0; self.values], ..Scratch::default() };
+        match &self.plan {
+            Plan::Fourier(forward, inverse) => {
+                scratch.spectrum = forward.make_output_vec();
+                let len = forward.get_scratch_len().max(inverse.get_scratch_len());
+                scratch.complex = vec![Complex::default(); len];
+            }
+            Plan::Two(plan) => scratch.real = vec![0.0; plan.get_scratch_len()],
+            Plan::Four(plan) => scratch.real = vec![0.0; plan.get_scratch_len()],
+            Plan::SineOne(plan) => scratch.real = vec![0.0; plan.get_scratch_len()],
+        }
+        scratch
+    }
+
+    /// Values to amplitudes.
+    pub(super) fn forward(&self, data: &mut [Lanes], scratch: &mut Scratch) {
+        self.each_line(data, scratch, |s| match (&self.plan, self.kind) {
+            (Plan::Fourier(plan, _), _) => to_halfcomplex(plan.as_ref(), s),
+            (Plan::Two(plan), Kind::EvenEven) => {
+                plan.process_dct2_with_scratch(&mut s.line, &mut s.real);
+            }
+            (Plan::Two(plan), _) => plan.process_dst2_with_scratch(&mut s.line, &mut s.real),
+            _ => self.self_inverse(s),
+        });
+    }
+
+    /// Amplitudes to values.
+    pub(super) fn inverse(&self, data: &mut [Lanes], scratch: &mut Scratch) {
+        self.each_line(data, scratch, |s| match (&self.plan, self.kind) {
+            (Plan::Fourier(_, plan), _) => from_halfcomplex(plan.as_ref(), s),
+            (Plan::Two(plan), Kind::EvenEven) => {
+                plan.process_dct3_with_scratch(&mut s.line, &mut s.real);
+            }
+            (Plan::Two(plan), _) => plan.process_dst3_with_scratch(&mut s.line, &mut s.real),
+            _ => self.self_inverse(s),
+        });
+    }
+
+    /// The kinds that are their own inverse.
+    fn self_inverse(&self, s: &mut Scratch) {
+        match (&self.plan, self.kind) {
+            (Plan::Four(plan), Kind::EvenOdd) => {
+                plan.process_dct4_with_scratch(&mut s.line, &mut s.real);
+            }
+            (Plan::Four(plan), _) => plan.process_dst4_with_scratch(&mut s.line, &mut s.real),
+            (Plan::SineOne(plan), _) => plan.process_dst1_with_scratch(&mut s.line, &mut s.real),
+            _ => unreachable!("Fourier and type-II plans are handled by their callers"),
+        }
+    }
+
+    /// Takes each of the eight lines through `process`.
+    fn each_line(&self, data: &mut [Lanes], s: &mut Scratch, process: impl Fn(&mut Scratch)) {
+        for lane in 0..8 {
+            for (x, row) in s.line.iter_mut().zip(&data[..self.values]) {
+                *x = row[lane];
+            }
+            process(s);
+            for (x, row) in s.line.iter().zip(&mut data[..self.values]) {
+                row[lane] = *x;
+            }
+        }
+    }
+}
+
+/// Real line to cosine amplitudes (places k) and sine amplitudes (places n − k).
+fn to_halfcomplex(plan: &dyn RealToComplex<f64>, s: &mut Scratch) {
+    let n = s.line.len();
+    plan.process_with_scratch(&mut s.line, &mut s.spectrum, &mut s.complex)
+        .expect("the buffers come from the plan");
+    for (k, z) in s.spectrum.iter().enumerate() {
+        s.line[k] = z.re;
+        if k > 0 && 2 * k < n {
+            s.line[n - k] = z.im;
+        }
+    }
+}
+
+/// The way back from [`to_halfcomplex`], times n.
+fn from_halfcomplex(plan: &dyn ComplexToReal<f64>, s: &mut Scratch) {
+    let n = s.line.len();
+    for (k, z) in s.spectrum.iter_mut().enumerate() {
+        let im = if k > 0 && 2 * k < n { s.line[n - k] } else { 0.0 };
+        *z = Complex::new(s.line[k], im);
+    }
+    plan.process_with_scratch(&mut s.spectrum, &mut s.line, &mut s.complex)
+        .expect("the buffers come from the plan, and the end amplitudes are real");
+}
