@@ -1,1 +1,58 @@
-//! Skeleton.
+//! Soft-sphere discrete element method (DEM) with lubrication and virtual mass.
+//!
+//! The equations are those of Izard, Bonometti & Lacaze (2014), "the seed": eqs 11–18 for contacts,
+//! eq. 19 for the film between grains; the virtual mass is that of Schwarz, Kempe & Fröhlich (2015).
+//! One model is one file:
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | [`contact`] | normal law, eqs 15, 17, 18, and the form that gives the asked restitution back |
+//! | [`tangential`] | eq. 16: spring history, sliding, dashpot |
+//! | [`wan_turek`] | the short-range repulsion of Wan & Turek (2007) |
+//! | [`lubrication`] | eq. 19 for one film, explicit and implicit |
+//! | [`films`] | many films at once, momentum conserving |
+//! | [`walls`] | planes |
+//! | [`neighbours`], [`cells`] | half list with contact history, cell search |
+//! | [`interact`] | loops over contacts: forces and torques on all grains |
+//! | [`integrate`] | kick, drift, rotation |
+//! | [`step`](mod@step) | the sub-step, readable from top to bottom |
+//! | [`state`] | everything that decides the next step: save, restore, repeat |
+//!
+//! SI units or any consistent set. Vectors have three components in the laboratory frame; plane and
+//! axisymmetric scenes are masks on free motions ([`spec::Freedom`]). With [`spec::Shape::Disc`]
+//! masses, forces and energies are per unit length.
+//!
+//! Sums run in a fixed order, grain by grain and partner by partner, so a result never depends on
+//! when the neighbour list was built, and save/restore/repeat gives identical bits.
+
+pub mod cells;
+pub mod contact;
+pub mod diagnostics;
+pub mod error;
+pub mod films;
+pub mod grains;
+pub mod integrate;
+pub mod interact;
+pub mod lubrication;
+pub mod neighbours;
+pub mod report;
+pub mod rk3;
+pub mod spec;
+pub mod state;
+pub mod step;
+pub mod tangential;
+pub mod walls;
+pub mod wan_turek;
+
+pub use contact::{ContactLaw, LinearSpringDashpot};
+pub use error::{AdvanceError, RestoreError, SpecError};
+pub use integrate::Integrator;
+pub use lubrication::Lubrication;
+pub use report::{GrainLoad, WindowReport};
+pub use spec::{DemSpec, Freedom, Grain, Motion, Shape};
+pub use state::State;
+pub use step::Dem;
+pub use walls::Wall;
+
+/// Three components in the laboratory frame.
+pub type Vec3 = nalgebra::Vector3<f64>;

@@ -1,0 +1,209 @@
+//! The scene's `[dem]` section, and the way from a scene to a [`DemSpec`].
+
+use protocol::facts::DemFacts;
+use protocol::scene::{CheckedScene, Freedom as LockedFreedom, Geometry, Motion as SceneMotion, SceneError};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::contact::{ContactLaw, LinearSpringDashpot};
+use crate::integrate::Integrator;
+use crate::lubrication::{FilmIntegration, FilmSettings, Lubrication};
+use crate::spec::{DemSpec, Freedom, Grain, Motion, Shape};
+use crate::walls::Wall;
+
+/// Roughness η/R where a coupled scene names none (Izard et al. 2014, §4.1).
+const ROUGHNESS: f64 = 4e-4;
+
+/// The `[dem]` section.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DemSection {
+    /// Command of another DEM code in place of `bedload-dem` (read by the coupler).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub command: Option<Vec<String>>,
+    /// Contact law; needed as soon as a grain can touch a grain or a wall.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactLaw>,
+    /// Film between near surfaces. Default: none in a dry scene; with a fluid `continuous`, η/R = 4e-4,
+    /// cut-off two cells (at most R/2).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lubrication: Option<Lubrication>,
+    /// Time integration.
+    pub integrator: Integrator,
+    /// Sub-step, s. Default: contact time over `steps_per_contact`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dt: Option<f64>,
+    /// Sub-steps in a contact time: 20 and more are accurate, below 5 is refused.
+    pub steps_per_contact: f64,
+    /// Width of the neighbour list beyond the range of forces, m; changes cost, never results.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skin: Option<f64>,
+}
+
+impl Default for DemSection {
+    fn default() -> Self {
+        Self {
+            command: None,
+            contact: None,
+            lubrication: None,
+            integrator: Integrator::default(),
+            dt: None,
+            steps_per_contact: 50.0,
+            skin: None,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+struct Doc {
+    #[serde(default)]
+    dem: DemSection,
+}
+
+/// A scene ready for the DEM.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// What the solver is made of.
+    pub spec: DemSpec,
+    /// What the coupler is told.
+    pub facts: DemFacts,
+}
+
+impl Config {
+    /// Reads and checks `[dem]` and lays out the grains.
+    ///
+    /// # Errors
+    /// [`SceneError`] with the key and the remedy.
+    pub fn new(scene: &CheckedScene) -> Result<Self, SceneError> {
+        let Doc { mut dem } = scene.source.section()?;
+        let spec = spec(scene, &mut dem)?;
+        if let Err(fault) = spec.validate() {
+            return Err(scene.source.error("dem", fault.to_string(), "docs/scene.md says what [dem] allows"));
+        }
+        let facts = facts(scene, &spec, &dem)?;
+        Ok(Self { spec, facts })
+    }
+}
+
+fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneError> {
+    let shared = &scene.scene;
+    let walls: Vec<Wall> = scene.contact_walls().iter().map(wall).collect();
+    let can_touch = scene.grains.len() > 1 || !walls.is_empty();
+    if dem.contact.is_none() && can_touch {
+        let remedy = "add [dem.contact] with law = \"linear-spring-dashpot\", restitution, contact_time and friction";
+        return Err(scene.source.error("dem", "has no contact law, but grains can touch a grain or a wall", remedy));
+    }
+    // Never used where nothing can touch.
+    let contact = dem.contact.unwrap_or_else(|| ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(1.0, 1.0, 0.0)));
+    let lubrication = *dem.lubrication.get_or_insert_with(|| default_lubrication(scene));
+    let grains = scene.grains.iter().map(|grain| self::grain(grain, shared.domain.geometry)).collect();
+    let mut periods = [None; 3];
+    for axis in (0..shared.domain.dimensions()).filter(|axis| shared.domain.is_periodic(*axis)) {
+        let lower = shared.domain.lower[axis];
+        periods[shared.domain.geometry.component(axis)] = Some((lower, shared.domain.upper[axis] - lower));
+    }
+    Ok(DemSpec {
+        grains,
+        shape: if shared.domain.geometry == Geometry::Plane { Shape::Disc } else { Shape::Sphere },
+        walls,
+        periods,
+        gravity: shared.gravity,
+        materials: 1,
+        contact,
+        pairs: Vec::new(),
+        lubrication,
+        viscosity: shared.medium.as_ref().map_or(0.0, |medium| medium.viscosity),
+        integrator: dem.integrator,
+        skin: dem.skin,
+    })
+}
+
+/// Two cells of cut-off: what is nearer than that the fluid does not resolve.
+fn default_lubrication(scene: &CheckedScene) -> Lubrication {
+    let domain = &scene.scene.domain;
+    let largest = scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+    if scene.scene.medium.is_none() || largest == 0.0 {
+        return Lubrication::None;
+    }
+    let spacing = (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(0.0, f64::max);
+    Lubrication::Continuous(FilmSettings {
+        cut_off: (2.0 * spacing / largest).min(0.5),
+        ..FilmSettings::new(ROUGHNESS)
+    })
+}
+
+fn wall(wall: &protocol::scene::Wall) -> Wall {
+    Wall {
+        velocity: wall.velocity,
+        until: Some(wall.until).filter(|until| until.is_finite()),
+        ..Wall::new(wall.point, wall.normal)
+    }
+}
+
+fn grain(grain: &protocol::scene::Grain, geometry: Geometry) -> Grain {
+    use LockedFreedom::{SpinX, SpinY, SpinZ, X, Y, Z};
+    let is_free = |freedom| grain.is_free(freedom, geometry);
+    let motion = match (grain.motion, grain.oscillation) {
+        (SceneMotion::Free, _) => Motion::Free,
+        (SceneMotion::Fixed, _) => Motion::Fixed,
+        (SceneMotion::Prescribed, None) => Motion::Prescribed { velocity: grain.velocity, spin: grain.spin },
+        (SceneMotion::Prescribed, Some(swing)) => {
+            let rate = 2.0 * std::f64::consts::PI * swing.frequency;
+            // Position amplitude A of x = A sin(ωt + φ') has velocity Aω cos: shift the phase by −π/2.
+            Motion::Oscillating {
+                amplitude: swing.amplitude.map(|speed| speed / rate),
+                angle: [0.0; 3],
+                frequency: rate,
+                phase: swing.phase - std::f64::consts::FRAC_PI_2,
+            }
+        }
+    };
+    Grain {
+        velocity: grain.velocity,
+        spin: grain.spin,
+        orientation: grain.orientation,
+        motion,
+        free: Freedom {
+            translation: [is_free(X), is_free(Y), is_free(Z)],
+            rotation: [is_free(SpinX), is_free(SpinY), is_free(SpinZ)],
+        },
+        ..Grain::new(grain.position, grain.radius, grain.density)
+    }
+}
+
+fn facts(scene: &CheckedScene, spec: &DemSpec, dem: &DemSection) -> Result<DemFacts, SceneError> {
+    let can_touch = scene.grains.len() > 1 || !spec.walls.is_empty();
+    let contact_time = spec.contact.contact_time().filter(|_| can_touch).unwrap_or(f64::INFINITY);
+    for (key, value) in [("dem.dt", dem.dt), ("dem.steps_per_contact", Some(dem.steps_per_contact))] {
+        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            return Err(scene.source.error(key, format!("is {value}; allowed: a finite number > 0"), "give a positive number, or leave the key out"));
+        }
+    }
+    let dt = dem.dt.unwrap_or(contact_time / dem.steps_per_contact);
+    let grains = spec.grains.len();
+    Ok(DemFacts {
+        grains: grains as u64,
+        memory: 4096 + 1024 * grains as u64,
+        dt,
+        contact_time,
+        lubrication_dt: lubrication_dt(spec),
+        interaction_range: spec.range(),
+        substep_cost: 2e-7 * grains as f64,
+        notices: Vec::new(),
+        resolved: toml::Table::try_from(dem).unwrap_or_default(),
+    })
+}
+
+/// Bound of explicit lubrication on the sub-step: 2 (η + δ) m/(6πμR²) at δ = 0, over all free grains.
+fn lubrication_dt(spec: &DemSpec) -> f64 {
+    let Some(film) = spec.lubrication.settings().filter(|film| film.integration == FilmIntegration::Explicit) else {
+        return f64::INFINITY;
+    };
+    let free = spec.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    free.map(|grain| {
+        let mass = spec.shape.mass(grain.radius, grain.density);
+        let r = grain.radius;
+        2.0 * film.roughness * r * mass / (6.0 * std::f64::consts::PI * spec.viscosity * r * r)
+    })
+    .fold(f64::INFINITY, f64::min)
+}

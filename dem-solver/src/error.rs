@@ -1,0 +1,133 @@
+//! What can be wrong with an input, and how it is said.
+
+use thiserror::Error;
+
+/// A [`crate::DemSpec`] that cannot be run.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SpecError {
+    /// A value of one grain is out of range.
+    #[error("grain {grain}: {quantity} is {value}; it must be {allowed}")]
+    Grain {
+        /// Index of the grain.
+        grain: usize,
+        /// Name of the quantity.
+        quantity: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A value of one wall is out of range.
+    #[error("wall {wall}: {quantity} is {value}; it must be {allowed}")]
+    Wall {
+        /// Index of the wall.
+        wall: usize,
+        /// Name of the quantity.
+        quantity: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A parameter of a model is out of range.
+    #[error("{model}: {quantity} is {value}; it must be {allowed}")]
+    Model {
+        /// Name of the model.
+        model: &'static str,
+        /// Name of the parameter.
+        quantity: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A material index that no law knows.
+    #[error("{owner} {index} has material {material}, but materials run from 0 to {last}; raise `materials` or correct the index")]
+    Material {
+        /// `grain`, `wall` or `law`.
+        owner: &'static str,
+        /// Index of the grain, wall or law.
+        index: usize,
+        /// What was given.
+        material: usize,
+        /// Largest allowed index.
+        last: usize,
+    },
+    /// Two images of one pair would be in reach at once.
+    #[error("period {length} along axis {axis} is shorter than {least}, twice the reach of a pair (two radii and the film's cut-off); lengthen the period or shorten the cut-off")]
+    Period {
+        /// Axis, 0 to 2.
+        axis: usize,
+        /// Length that was given.
+        length: f64,
+        /// Shortest allowed length.
+        least: f64,
+    },
+    /// Two choices that exclude each other.
+    #[error("{0}")]
+    Combination(&'static str),
+}
+
+/// A window that cannot be advanced; the state is untouched.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum AdvanceError {
+    /// One load per grain, or none at all.
+    #[error("{given} loads for {grains} grains; give one per grain, or none in a dry run")]
+    LoadCount {
+        /// Number of loads given.
+        given: usize,
+        /// Number of grains.
+        grains: usize,
+    },
+    /// Window or number of sub-steps is not positive.
+    #[error("window of {dt} s in {n_sub} sub-steps; both must be positive and finite")]
+    Window {
+        /// Length of the window, s.
+        dt: f64,
+        /// Number of sub-steps.
+        n_sub: u32,
+    },
+    /// A load is not a number, or an added mass is negative.
+    #[error("load on grain {grain}: {quantity} is {value}; loads must be finite, added mass and inertia not negative")]
+    Load {
+        /// Index of the grain.
+        grain: usize,
+        /// Name of the quantity.
+        quantity: &'static str,
+        /// What was given.
+        value: f64,
+    },
+}
+
+/// A [`crate::State`] that does not belong to this solver; the solver is untouched.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum RestoreError {
+    /// An array has the wrong length.
+    #[error("the state holds {found} values of {quantity}, this scene needs {needed}; restore it with the scene that wrote it")]
+    Length {
+        /// Name of the array.
+        quantity: &'static str,
+        /// Length in the state.
+        found: usize,
+        /// Length needed.
+        needed: usize,
+    },
+    /// A contact names a grain or wall that does not exist, or is out of order.
+    #[error("contact {index} of the state joins {first} and {second}, which this scene does not have in this order; restore it with the scene that wrote it")]
+    Contact {
+        /// Index of the contact in the state.
+        index: usize,
+        /// First partner.
+        first: u32,
+        /// Second partner.
+        second: u32,
+    },
+    /// A value is not a number.
+    #[error("the state holds a {quantity} of grain {grain} that is not finite; take an earlier checkpoint")]
+    NotFinite {
+        /// Name of the quantity.
+        quantity: &'static str,
+        /// Index of the grain.
+        grain: usize,
+    },
+}

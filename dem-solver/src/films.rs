@@ -1,0 +1,193 @@
+//! All films of a sub-step at once.
+//!
+//! The implicit equations of all films together are the condition of least
+//! ½ Σ_i M_i |v_i − v*_i|² + (1/dt) Σ_films ∫Φ: a convex function, so visiting one film after the
+//! other, each with its impulse re-solved against the present velocities, converges to the one
+//! solution (Gauss–Seidel; "sequential impulses" in rigid-body dynamics). One film, or films that
+//! share no grain that can move, are exact after one sweep. Each visit changes both partners by
+//! opposite impulses, so momentum is kept to round-off whatever the number of sweeps.
+//!
+//! The order is fixed: grain pairs (i, j) ascending, then walls by grain. M_i holds the virtual mass,
+//! locked directions have zero inverse mass.
+
+use crate::Vec3;
+use crate::grains::{Grains, Response};
+use crate::interact::Scene;
+use crate::lubrication::{FilmLaw, FilmModel};
+use crate::neighbours::ContactList;
+
+/// A sweep that changes no gap rate by more than this part of the largest is the last.
+const CONVERGED: f64 = 1e-10;
+
+/// One film in reach.
+#[derive(Clone, Copy, Debug)]
+struct Film {
+    first: u32,
+    /// Second grain, or the wall's index if `wall`.
+    second: u32,
+    wall: bool,
+    normal: Vec3,
+    gap: f64,
+    /// Normal velocity of the wall, m/s.
+    wall_rate: f64,
+    inverse_mass: f64,
+    law: FilmLaw,
+    impulse: f64,
+}
+
+/// Scratch of the implicit pass; its memory is kept between sub-steps.
+#[derive(Clone, Debug, Default)]
+pub struct Films {
+    active: Vec<Film>,
+}
+
+impl Films {
+    /// Room for `count` films.
+    pub fn reserve(&mut self, count: usize) {
+        self.active.clear();
+        self.active.reserve(count);
+    }
+
+    /// Applies the impulses of all films over `dt` to the velocities, in place, and writes the mean
+    /// force of the films on each grain into `force`. Positions stay at the start of the sub-step.
+    #[allow(clippy::too_many_arguments)] // the pass touches all parts of the step, each once
+    pub fn apply(
+        &mut self,
+        scene: &Scene,
+        model: &FilmModel,
+        sweeps: u32,
+        grains: &mut Grains,
+        response: &Response,
+        (pairs, walls): (&ContactList, &ContactList),
+        (t, dt): (f64, f64),
+        force: &mut [Vec3],
+    ) {
+        force.fill(Vec3::zeros());
+        self.active.clear();
+        self.collect_pairs(scene, model, grains, response, pairs, dt);
+        self.collect_walls(scene, model, grains, response, walls, t, dt);
+        let sweeps = if self.active.len() <= 1 { 1 } else { sweeps };
+        for _ in 0..sweeps {
+            if self.sweep(&mut grains.velocity, &response.inverse_mass, dt) {
+                break;
+            }
+        }
+        for film in &self.active {
+            let push = film.normal * (film.impulse / dt);
+            force[film.first as usize] += push;
+            if !film.wall {
+                force[film.second as usize] -= push;
+            }
+        }
+    }
+
+    fn collect_pairs(&mut self, scene: &Scene, model: &FilmModel, grains: &Grains, response: &Response, list: &ContactList, dt: f64) {
+        for i in 0..grains.len() {
+            let (x, v, r) = (grains.position[i], grains.velocity[i], grains.radius[i]);
+            for k in list.row(i) {
+                let j = list.other[k] as usize;
+                let law = model.film(r, grains.radius[j]);
+                let apart = scene.periods.nearest(x - grains.position[j]);
+                let distance = apart.norm();
+                let gap = distance - r - grains.radius[j];
+                let normal = apart / distance;
+                let rate = (v - grains.velocity[j]).dot(&normal);
+                let weight = response.inverse_mass[i] + response.inverse_mass[j];
+                if let Some(inverse_mass) = in_reach(&law, gap, rate, dt, &normal, &weight) {
+                    self.active.push(Film { first: i as u32, second: j as u32, wall: false, normal, gap, wall_rate: 0.0, inverse_mass, law, impulse: 0.0 });
+                }
+            }
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn collect_walls(&mut self, scene: &Scene, model: &FilmModel, grains: &Grains, response: &Response, list: &ContactList, t: f64, dt: f64) {
+        for i in 0..grains.len() {
+            for k in list.row(i) {
+                let wall = &scene.walls[list.other[k] as usize];
+                if !wall.stands(t) {
+                    continue;
+                }
+                let law = model.film(grains.radius[i], f64::INFINITY);
+                let gap = wall.gap(&grains.position[i], grains.radius[i], t);
+                let wall_rate = wall.velocity.dot(&wall.normal);
+                let rate = grains.velocity[i].dot(&wall.normal) - wall_rate;
+                if let Some(inverse_mass) = in_reach(&law, gap, rate, dt, &wall.normal, &response.inverse_mass[i]) {
+                    self.active.push(Film { first: i as u32, second: list.other[k], wall: true, normal: wall.normal, gap, wall_rate, inverse_mass, law, impulse: 0.0 });
+                }
+            }
+        }
+    }
+
+    /// One pass over all films; true when nothing worth another pass changed.
+    fn sweep(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3], dt: f64) -> bool {
+        let (mut change, mut largest) = (0.0f64, 0.0f64);
+        for film in &mut self.active {
+            let i = film.first as usize;
+            let mut rate = velocity[i].dot(&film.normal) - film.wall_rate;
+            if !film.wall {
+                rate -= velocity[film.second as usize].dot(&film.normal);
+            }
+            let without = rate - film.inverse_mass * film.impulse;
+            let impulse = film.law.impulse(film.gap, without, dt, film.inverse_mass);
+            let kick = impulse - film.impulse;
+            film.impulse = impulse;
+            velocity[i] += inverse_mass[i].component_mul(&film.normal) * kick;
+            if !film.wall {
+                let j = film.second as usize;
+                velocity[j] -= inverse_mass[j].component_mul(&film.normal) * kick;
+            }
+            change = change.max((film.inverse_mass * kick).abs());
+            largest = largest.max(without.abs());
+        }
+        change <= CONVERGED * largest
+    }
+}
+
+/// n·W n of the pair if the film can act within the sub-step and something can move.
+///
+/// A film beyond the cut-off is kept if the grain could reach it even at twice its present rate, as
+/// another film may speed it up.
+#[inline(always)]
+fn in_reach(law: &FilmLaw, gap: f64, rate: f64, dt: f64, normal: &Vec3, weight: &Vec3) -> Option<f64> {
+    let inverse_mass = weight.component_mul(normal).dot(normal);
+    (inverse_mass > 0.0 && gap - 2.0 * dt * rate.abs() <= law.cut_off).then_some(inverse_mass)
+}
+
+/// Adds the explicit film forces −κ(δ) δ̇ at the present positions and velocities to `force`.
+pub fn explicit_forces(
+    scene: &Scene,
+    model: &FilmModel,
+    grains: &Grains,
+    velocity: &[Vec3],
+    (pairs, walls): (&ContactList, &ContactList),
+    t: f64,
+    force: &mut [Vec3],
+) {
+    force.fill(Vec3::zeros());
+    for i in 0..grains.len() {
+        let (x, r) = (grains.position[i], grains.radius[i]);
+        for k in pairs.row(i) {
+            let j = pairs.other[k] as usize;
+            let law = model.film(r, grains.radius[j]);
+            let apart = scene.periods.nearest(x - grains.position[j]);
+            let distance = apart.norm();
+            let gap = distance - r - grains.radius[j];
+            if (0.0..=law.cut_off).contains(&gap) {
+                let normal = apart / distance;
+                let push = normal * (-law.resistance(gap) * (velocity[i] - velocity[j]).dot(&normal));
+                force[i] += push;
+                force[j] -= push;
+            }
+        }
+        for k in walls.row(i) {
+            let wall = &scene.walls[walls.other[k] as usize];
+            let law = model.film(r, f64::INFINITY);
+            let gap = wall.gap(&x, r, t);
+            if wall.stands(t) && (0.0..=law.cut_off).contains(&gap) {
+                let rate = (velocity[i] - wall.velocity).dot(&wall.normal);
+                force[i] += wall.normal * (-law.resistance(gap) * rate);
+            }
+        }
+    }
+}

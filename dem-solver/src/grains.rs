@@ -1,0 +1,161 @@
+//! Grains as structure of arrays, and how they answer to a force.
+
+use crate::Vec3;
+use crate::report::GrainLoad;
+use crate::spec::{Grain, Motion, Shape};
+use nalgebra::{Quaternion, UnitQuaternion};
+
+/// All grains; index = grain. Laboratory frame.
+#[derive(Clone, Debug, Default)]
+pub struct Grains {
+    /// Centres, m; inside the period along periodic axes between windows.
+    pub position: Vec<Vec3>,
+    /// How often each centre has been put back into the period, per axis: add `image` × period to
+    /// unroll the path.
+    pub image: Vec<[i32; 3]>,
+    /// Velocities, m/s.
+    pub velocity: Vec<Vec3>,
+    /// Orientations, body to laboratory.
+    pub orientation: Vec<UnitQuaternion<f64>>,
+    /// Angular velocities, rad/s.
+    pub spin: Vec<Vec3>,
+    /// Mean acceleration over the last window, contact included (A_prev), m/s².
+    pub acceleration: Vec<Vec3>,
+    /// Mean angular acceleration over the last window, rad/s².
+    pub spin_acceleration: Vec<Vec3>,
+    /// Radii, m.
+    pub radius: Vec<f64>,
+    /// Masses, kg (per unit length for discs).
+    pub mass: Vec<f64>,
+    /// Moments of inertia, kg m².
+    pub inertia: Vec<f64>,
+    /// Materials.
+    pub material: Vec<usize>,
+    /// Who moves the grain.
+    pub motion: Vec<Motion>,
+    /// 1 along axes that the grain may move along, 0 else.
+    pub translation: Vec<Vec3>,
+    /// 1 about axes that the grain may turn about, 0 else.
+    pub rotation: Vec<Vec3>,
+}
+
+impl Grains {
+    /// Fills the arrays; locked components of the initial motion become zero.
+    #[must_use]
+    pub fn new(list: &[Grain], shape: Shape) -> Self {
+        let mut grains = Self::default();
+        for grain in list {
+            let (translation, rotation) = match grain.motion {
+                Motion::Free => (grain.free.translation(), grain.free.rotation()),
+                _ => (Vec3::zeros(), Vec3::zeros()),
+            };
+            let (velocity, spin) = match &grain.motion {
+                Motion::Free => (translation.component_mul(&Vec3::from(grain.velocity)), rotation.component_mul(&Vec3::from(grain.spin))),
+                other => other.velocity_at(0.0),
+            };
+            let [w, x, y, z] = grain.orientation;
+            let mass = shape.mass(grain.radius, grain.density);
+            grains.position.push(grain.position.into());
+            grains.velocity.push(velocity);
+            grains.orientation.push(UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)));
+            grains.spin.push(spin);
+            grains.radius.push(grain.radius);
+            grains.mass.push(mass);
+            grains.inertia.push(shape.inertia(mass, grain.radius));
+            grains.material.push(grain.material);
+            grains.motion.push(grain.motion);
+            grains.translation.push(translation);
+            grains.rotation.push(rotation);
+        }
+        grains.image = vec![[0; 3]; list.len()];
+        grains.acceleration = vec![Vec3::zeros(); list.len()];
+        grains.spin_acceleration = vec![Vec3::zeros(); list.len()];
+        grains
+    }
+
+    /// Number of grains.
+    #[inline(always)]
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Whether forces can move or turn grain `i`.
+    #[must_use]
+    pub fn responds(&self, i: usize) -> bool {
+        self.translation[i] != Vec3::zeros() || self.rotation[i] != Vec3::zeros()
+    }
+}
+
+/// What stays constant over a window: inverse masses with the virtual mass, and the acceleration by
+/// gravity, fluid and virtual mass.
+///
+/// (m_p + m_a) dU/dt = m_p g + F + m_a A_prev + F_contact + F_film (Schwarz, Kempe & Fröhlich 2015),
+/// likewise for the spin with the virtual inertia. F is the whole force of the fluid, buoyancy
+/// included.
+#[derive(Clone, Debug, Default)]
+pub struct Response {
+    /// 1/(m_p + m_a) along free axes, 0 along locked ones, 1/kg.
+    pub inverse_mass: Vec<Vec3>,
+    /// 1/(I_p + I_a) about free axes, 1/(kg m²).
+    pub inverse_inertia: Vec<Vec3>,
+    /// 1/(m_p + m_a) for m*, 0 for a grain that nothing moves, 1/kg.
+    pub contact_inverse_mass: Vec<f64>,
+    /// (m_p g + F + m_a A_prev)/(m_p + m_a) along free axes, m/s².
+    pub acceleration: Vec<Vec3>,
+    /// (T + I_a dω/dt_prev)/(I_p + I_a) about free axes, rad/s².
+    pub spin_acceleration: Vec<Vec3>,
+}
+
+impl Response {
+    /// Room for `n` grains.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        Self {
+            inverse_mass: vec![Vec3::zeros(); n],
+            inverse_inertia: vec![Vec3::zeros(); n],
+            contact_inverse_mass: vec![0.0; n],
+            acceleration: vec![Vec3::zeros(); n],
+            spin_acceleration: vec![Vec3::zeros(); n],
+        }
+    }
+
+    /// Takes the loads of a window; no load at all is a dry run.
+    pub fn set(&mut self, grains: &Grains, gravity: &Vec3, loads: &[GrainLoad]) {
+        for i in 0..grains.len() {
+            let load = loads.get(i).copied().unwrap_or_default();
+            let inverse = 1.0 / (grains.mass[i] + load.added_mass);
+            let inverse_turn = 1.0 / (grains.inertia[i] + load.added_inertia);
+            let force = gravity * grains.mass[i] + load.force + grains.acceleration[i] * load.added_mass;
+            let torque = load.torque + grains.spin_acceleration[i] * load.added_inertia;
+            let moves = grains.translation[i] != Vec3::zeros();
+            self.inverse_mass[i] = grains.translation[i] * inverse;
+            self.inverse_inertia[i] = grains.rotation[i] * inverse_turn;
+            self.contact_inverse_mass[i] = if moves { inverse } else { 0.0 };
+            self.acceleration[i] = self.inverse_mass[i].component_mul(&force);
+            self.spin_acceleration[i] = self.inverse_inertia[i].component_mul(&torque);
+        }
+    }
+
+    /// m* of grains `i` and `j`; two grains that only turn count with their own masses.
+    #[inline(always)]
+    #[must_use]
+    pub fn effective_mass(&self, grains: &Grains, i: usize, j: usize) -> f64 {
+        let inverse = self.contact_inverse_mass[i] + self.contact_inverse_mass[j];
+        if inverse > 0.0 { 1.0 / inverse } else { grains.mass[i] * grains.mass[j] / (grains.mass[i] + grains.mass[j]) }
+    }
+
+    /// m* of grain `i` against a wall.
+    #[inline(always)]
+    #[must_use]
+    pub fn wall_mass(&self, grains: &Grains, i: usize) -> f64 {
+        let inverse = self.contact_inverse_mass[i];
+        if inverse > 0.0 { 1.0 / inverse } else { grains.mass[i] }
+    }
+}

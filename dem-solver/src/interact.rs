@@ -1,0 +1,293 @@
+//! Contact forces and torques on all grains (the seed, eqs 11–16).
+//!
+//! Frame of a pair: n from the second to the first partner, so that a normal force pushes the first
+//! along +n. Slip of the surfaces: v_t = (1 − nn)(v_i − v_j) − (l_i ω_i + l_j ω_j) × n with the lever
+//! arms l; torques −l_i n × F_t on the first and −l_j n × F_t on the second (eq. 14 with n reversed).
+
+use crate::Vec3;
+use crate::cells::Periods;
+use crate::contact::{LawTable, LinearPair, PairLaw};
+use crate::grains::{Grains, Response};
+use crate::neighbours::ContactList;
+use crate::report::Observations;
+use crate::tangential::{carry, tangential_force};
+use crate::walls::Plane;
+
+/// What does not change over a run.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Walls.
+    pub walls: Vec<Plane>,
+    /// Periodic directions.
+    pub periods: Periods,
+    /// Laws by materials.
+    pub laws: LawTable,
+    /// Gap below which gaps are watched, m.
+    pub range: f64,
+}
+
+/// When the springs take the step's slip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpringStep {
+    /// First the springs, then the force from them.
+    Before,
+    /// First the force, then the springs: a stage of a Runge–Kutta method.
+    After,
+}
+
+/// Velocities that a force evaluation sees, and the step that the springs take.
+#[derive(Clone, Copy, Debug)]
+pub struct Kinematics<'a> {
+    /// Velocities for dashpots, m/s.
+    pub velocity: &'a [Vec3],
+    /// Spins for dashpots, rad/s.
+    pub spin: &'a [Vec3],
+    /// Velocities for the springs, if others than for the dashpots (Verlet's half step).
+    pub path: Option<(&'a [Vec3], &'a [Vec3])>,
+    /// Step of the springs, s; zero leaves them.
+    pub dt: f64,
+    /// Order of spring and force.
+    pub spring: SpringStep,
+    /// Time, s.
+    pub t: f64,
+}
+
+/// Forces and torques on the grains.
+#[derive(Clone, Debug, Default)]
+pub struct Forces {
+    /// Contact forces, N.
+    pub contact: Vec<Vec3>,
+    /// Contact torques, N m.
+    pub torque: Vec<Vec3>,
+    /// Film forces, N.
+    pub film: Vec<Vec3>,
+    /// Contacts that bear a force.
+    pub contacts: usize,
+    /// Largest overlap met, m.
+    pub overlap: f64,
+}
+
+impl Forces {
+    /// Room for `n` grains.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        Self { contact: vec![Vec3::zeros(); n], torque: vec![Vec3::zeros(); n], film: vec![Vec3::zeros(); n], contacts: 0, overlap: 0.0 }
+    }
+}
+
+/// One contact in its frame.
+struct Frame {
+    normal: Vec3,
+    gap: f64,
+    /// Distance of the centres, or infinite for a wall: its normal does not turn.
+    distance: f64,
+    mass: f64,
+    arms: (f64, f64),
+}
+
+/// Velocity of the first against the second centre, and the two spins.
+struct Relative {
+    velocity: Vec3,
+    spin: (Vec3, Vec3),
+}
+
+impl Relative {
+    /// Slip of the surfaces in the contact plane, m/s.
+    #[inline(always)]
+    fn slip(&self, frame: &Frame) -> Vec3 {
+        let n = &frame.normal;
+        let along = self.velocity - n * n.dot(&self.velocity);
+        along - (self.spin.0 * frame.arms.0 + self.spin.1 * frame.arms.1).cross(n)
+    }
+
+    /// Rotation rate of the contact frame, rad/s (see [`crate::tangential`]).
+    #[inline(always)]
+    fn turning(&self, frame: &Frame) -> Vec3 {
+        let n = &frame.normal;
+        n.cross(&self.velocity) / frame.distance + n * (0.5 * n.dot(&(self.spin.0 + self.spin.1)))
+    }
+}
+
+/// Contact forces of all pairs and walls; springs take their step on the way.
+pub fn contact_forces(
+    scene: &Scene,
+    grains: &Grains,
+    response: &Response,
+    kinematics: &Kinematics<'_>,
+    (pairs, walls): (&mut ContactList, &mut ContactList),
+    forces: &mut Forces,
+    seen: &mut Observations,
+) {
+    forces.contact.fill(Vec3::zeros());
+    forces.torque.fill(Vec3::zeros());
+    forces.contacts = 0;
+    pair_forces(scene, grains, response, kinematics, pairs, forces, seen);
+    wall_forces(scene, grains, response, kinematics, walls, forces, seen);
+}
+
+fn pair_forces(
+    scene: &Scene,
+    grains: &Grains,
+    response: &Response,
+    kinematics: &Kinematics<'_>,
+    list: &mut ContactList,
+    forces: &mut Forces,
+    seen: &mut Observations,
+) {
+    for i in 0..grains.len() {
+        let (x, r) = (grains.position[i], grains.radius[i]);
+        for k in list.row(i) {
+            let j = list.other[k] as usize;
+            let apart = scene.periods.nearest(x - grains.position[j]);
+            let reach = r + grains.radius[j] + scene.range;
+            let distance2 = apart.norm_squared();
+            if distance2 > reach * reach && !list.touching[k] {
+                continue;
+            }
+            let distance = distance2.sqrt();
+            let gap = distance - r - grains.radius[j];
+            note_gap(seen, forces, i, gap);
+            seen.smallest_gap[j] = seen.smallest_gap[j].min(gap);
+            let law = scene.laws.between(grains.material[i], grains.material[j]);
+            let relative = |velocity: &[Vec3], spin: &[Vec3]| Relative { velocity: velocity[i] - velocity[j], spin: (spin[i], spin[j]) };
+            let normal = if distance > 0.0 { apart / distance } else { Vec3::z() };
+            match law {
+                PairLaw::WanTurek(law) => {
+                    let size = law.pair_force(gap, distance);
+                    forces.contact[i] += normal * size;
+                    forces.contact[j] -= normal * size;
+                    let rate = (kinematics.velocity[i] - kinematics.velocity[j]).dot(&normal);
+                    note_event(&mut list.touching[k], size > 0.0, rate, seen, i, Some(j));
+                    forces.contacts += usize::from(size > 0.0);
+                }
+                PairLaw::Linear(law) => {
+                    if gap >= 0.0 && !list.touching[k] {
+                        continue;
+                    }
+                    let half = if law.at_contact_point { 0.5 * gap } else { 0.0 };
+                    let mass = response.effective_mass(grains, i, j);
+                    let frame = Frame { normal, gap, distance, mass, arms: (r + half, grains.radius[j] + half) };
+                    let (force, tangential, rate) = resolve(law, &frame, kinematics, relative, &mut list.spring[k]);
+                    let bears = force != Vec3::zeros();
+                    note_event(&mut list.touching[k], bears, rate, seen, i, Some(j));
+                    forces.contacts += usize::from(bears);
+                    forces.contact[i] += force;
+                    forces.contact[j] -= force;
+                    let moment = tangential.cross(&normal);
+                    forces.torque[i] += moment * frame.arms.0;
+                    forces.torque[j] += moment * frame.arms.1;
+                }
+            }
+        }
+    }
+}
+
+fn wall_forces(
+    scene: &Scene,
+    grains: &Grains,
+    response: &Response,
+    kinematics: &Kinematics<'_>,
+    list: &mut ContactList,
+    forces: &mut Forces,
+    seen: &mut Observations,
+) {
+    for i in 0..grains.len() {
+        let r = grains.radius[i];
+        for k in list.row(i) {
+            let wall = &scene.walls[list.other[k] as usize];
+            if !wall.stands(kinematics.t) {
+                list.touching[k] = false;
+                list.spring[k] = Vec3::zeros();
+                continue;
+            }
+            let gap = wall.gap(&grains.position[i], r, kinematics.t);
+            if gap > scene.range && !list.touching[k] {
+                continue;
+            }
+            note_gap(seen, forces, i, gap);
+            let relative = |velocity: &[Vec3], spin: &[Vec3]| Relative { velocity: velocity[i] - wall.velocity, spin: (spin[i], Vec3::zeros()) };
+            match scene.laws.between(grains.material[i], wall.material) {
+                PairLaw::WanTurek(law) => {
+                    let size = law.wall_force(gap, r);
+                    forces.contact[i] += wall.normal * size;
+                    let rate = (kinematics.velocity[i] - wall.velocity).dot(&wall.normal);
+                    note_event(&mut list.touching[k], size > 0.0, rate, seen, i, None);
+                    forces.contacts += usize::from(size > 0.0);
+                }
+                PairLaw::Linear(law) => {
+                    if gap >= 0.0 && !list.touching[k] {
+                        continue;
+                    }
+                    // the wall does not yield: the force attacks in its plane, R + δ from the centre
+                    let arm = if law.at_contact_point { r + gap } else { r };
+                    let mass = response.wall_mass(grains, i);
+                    let frame = Frame { normal: wall.normal, gap, distance: f64::INFINITY, mass, arms: (arm, 0.0) };
+                    let (force, tangential, rate) = resolve(law, &frame, kinematics, relative, &mut list.spring[k]);
+                    let bears = force != Vec3::zeros();
+                    note_event(&mut list.touching[k], bears, rate, seen, i, None);
+                    forces.contacts += usize::from(bears);
+                    forces.contact[i] += force;
+                    forces.torque[i] += tangential.cross(&wall.normal) * arm;
+                }
+            }
+        }
+    }
+}
+
+/// Force on the first partner, its tangential part, and the gap rate.
+#[inline(always)]
+fn resolve<'a>(
+    law: &LinearPair,
+    frame: &Frame,
+    kinematics: &Kinematics<'a>,
+    relative: impl Fn(&'a [Vec3], &'a [Vec3]) -> Relative,
+    spring: &mut Vec3,
+) -> (Vec3, Vec3, f64) {
+    let now = relative(kinematics.velocity, kinematics.spin);
+    let rate = now.velocity.dot(&frame.normal);
+    let normal = if frame.gap < 0.0 { law.normal_force(frame.mass, frame.gap, rate) } else { 0.0 };
+    if normal == 0.0 {
+        *spring = Vec3::zeros();
+        return (Vec3::zeros(), Vec3::zeros(), rate);
+    }
+    let slip = now.slip(frame);
+    let dt = kinematics.dt;
+    let (path_slip, turn) = match kinematics.path {
+        Some((velocity, spin)) => {
+            let path = relative(velocity, spin);
+            (path.slip(frame), path.turning(frame) * dt)
+        }
+        None => (slip, now.turning(frame) * dt),
+    };
+    if kinematics.spring == SpringStep::Before {
+        *spring = carry(*spring, &frame.normal, &turn) + path_slip * dt;
+        let tangential = tangential_force(law, frame.mass, normal, &slip, spring);
+        (frame.normal * normal + tangential, tangential, rate)
+    } else {
+        let tangential = tangential_force(law, frame.mass, normal, &slip, spring);
+        *spring = carry(*spring, &frame.normal, &turn) + path_slip * dt;
+        (frame.normal * normal + tangential, tangential, rate)
+    }
+}
+
+/// Records the gap of grain `i`.
+#[inline(always)]
+fn note_gap(seen: &mut Observations, forces: &mut Forces, i: usize, gap: f64) {
+    seen.smallest_gap[i] = seen.smallest_gap[i].min(gap);
+    forces.overlap = forces.overlap.max(-gap);
+}
+
+/// Records the beginning and the end of a contact, with the normal speed at that moment.
+#[inline(always)]
+fn note_event(touching: &mut bool, bears: bool, rate: f64, seen: &mut Observations, i: usize, j: Option<usize>) {
+    if *touching == bears {
+        return;
+    }
+    *touching = bears;
+    let speeds = if bears { &mut seen.impact_speed } else { &mut seen.rebound_speed };
+    let speed = if bears { -rate } else { rate };
+    speeds[i] = speed.max(0.0);
+    if let Some(j) = j {
+        speeds[j] = speed.max(0.0);
+    }
+}

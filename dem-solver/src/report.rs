@@ -1,0 +1,93 @@
+//! What goes into a window and what comes out of it.
+
+use crate::Vec3;
+
+/// What the fluid does to one grain over a window: constant over its sub-steps.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct GrainLoad {
+    /// Mean force of the fluid, buoyancy included, N.
+    pub force: Vec3,
+    /// Mean torque about the centre, N m.
+    pub torque: Vec3,
+    /// Virtual mass C_v m_f, kg.
+    pub added_mass: f64,
+    /// Virtual moment of inertia, kg m².
+    pub added_inertia: f64,
+}
+
+/// Where a state stopped being finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NonFinite {
+    /// Index of the grain.
+    pub grain: usize,
+    /// `position`, `velocity`, `spin` or `orientation`.
+    pub quantity: &'static str,
+}
+
+impl std::fmt::Display for NonFinite {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} of grain {} is not finite", self.quantity, self.grain)
+    }
+}
+
+/// Outcome of a window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WindowReport {
+    /// Sub-steps done: as many as asked, unless the state stopped being finite.
+    pub n_sub_done: u32,
+    /// Smallest gap of any grain to another or to a wall, m: over all sub-steps within the watched
+    /// range, and at the end of the window. Infinite if nothing was near. Negative: overlap.
+    pub smallest_gap: f64,
+    /// Largest overlap over all sub-steps, m; zero without contact.
+    pub largest_overlap: f64,
+    /// Largest speed of a grain at any sub-step, m/s.
+    pub max_speed: f64,
+    /// Contacts that bear a force at the last evaluation.
+    pub contacts: usize,
+    /// First grain whose state is not finite; the window stopped there.
+    pub first_non_finite: Option<NonFinite>,
+}
+
+/// Observations of one window, per grain.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Observations {
+    /// Mean contact force over the window, N.
+    pub mean_contact: Vec<Vec3>,
+    /// Mean modelled film force over the window, N.
+    pub mean_lubrication: Vec<Vec3>,
+    /// Smallest gap over the window within the watched range and at its end, m; infinite if nothing
+    /// was near.
+    pub smallest_gap: Vec<f64>,
+    /// Gap at the end of the window, m: exact for walls and in scenes of up to
+    /// [`crate::step::EXACT_GAPS`] grains, else infinite beyond the watched range.
+    pub gap_end: Vec<f64>,
+    /// Approach speed at the last beginning of a contact within the window, m/s; 0 if none.
+    pub impact_speed: Vec<f64>,
+    /// Separation speed at the last end of a contact within the window, m/s; 0 if none.
+    pub rebound_speed: Vec<f64>,
+}
+
+impl Observations {
+    /// Room for `n` grains.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        Self {
+            mean_contact: vec![Vec3::zeros(); n],
+            mean_lubrication: vec![Vec3::zeros(); n],
+            smallest_gap: vec![f64::INFINITY; n],
+            gap_end: vec![f64::INFINITY; n],
+            impact_speed: vec![0.0; n],
+            rebound_speed: vec![0.0; n],
+        }
+    }
+
+    /// Forgets the last window.
+    pub fn clear(&mut self) {
+        self.mean_contact.fill(Vec3::zeros());
+        self.mean_lubrication.fill(Vec3::zeros());
+        self.smallest_gap.fill(f64::INFINITY);
+        self.gap_end.fill(f64::INFINITY);
+        self.impact_speed.fill(0.0);
+        self.rebound_speed.fill(0.0);
+    }
+}

@@ -1,0 +1,167 @@
+//! Everything that decides the next step.
+//!
+//! Neighbour lists are not part of it: sums run in an order that does not depend on them.
+
+use crate::Vec3;
+use crate::error::RestoreError;
+use crate::neighbours::ContactList;
+use crate::step::Dem;
+use nalgebra::{Quaternion, UnitQuaternion};
+use serde::{Deserialize, Serialize};
+
+/// A contact that bears a force, with its history.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SavedContact {
+    /// Grain.
+    pub first: u32,
+    /// Other grain, or wall.
+    pub second: u32,
+    /// Tangential spring δ_t, m.
+    pub spring: [f64; 3],
+}
+
+/// State of a run between two windows: restoring it and repeating gives identical bits.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Time, s.
+    pub time: f64,
+    /// Sub-steps done.
+    pub substeps: u64,
+    /// Windows done.
+    pub windows: u64,
+    /// Centres, m, inside the period.
+    pub position: Vec<[f64; 3]>,
+    /// Turns around the period.
+    pub image: Vec<[i32; 3]>,
+    /// Orientations, unit quaternions (w, x, y, z).
+    pub orientation: Vec<[f64; 4]>,
+    /// Velocities, m/s.
+    pub velocity: Vec<[f64; 3]>,
+    /// Angular velocities, rad/s.
+    pub spin: Vec<[f64; 3]>,
+    /// Mean acceleration over the last window (A_prev), m/s².
+    pub acceleration: Vec<[f64; 3]>,
+    /// Mean angular acceleration over the last window, rad/s².
+    pub spin_acceleration: Vec<[f64; 3]>,
+    /// Contacts between grains, ascending.
+    pub contacts: Vec<SavedContact>,
+    /// Contacts with walls, ascending.
+    pub wall_contacts: Vec<SavedContact>,
+}
+
+impl Dem {
+    /// The state now.
+    #[must_use]
+    pub fn save(&self) -> State {
+        let mut state = State::default();
+        self.save_into(&mut state);
+        state
+    }
+
+    /// The state now, into memory that is used again.
+    pub fn save_into(&self, state: &mut State) {
+        let grains = &self.grains;
+        (state.time, state.substeps, state.windows) = (self.time, self.substeps, self.windows);
+        let copy = |to: &mut Vec<[f64; 3]>, from: &[Vec3]| {
+            to.clear();
+            to.extend(from.iter().map(|v| <[f64; 3]>::from(*v)));
+        };
+        copy(&mut state.position, &grains.position);
+        copy(&mut state.velocity, &grains.velocity);
+        copy(&mut state.spin, &grains.spin);
+        copy(&mut state.acceleration, &grains.acceleration);
+        copy(&mut state.spin_acceleration, &grains.spin_acceleration);
+        state.image.clone_from(&grains.image);
+        state.orientation.clear();
+        state.orientation.extend(grains.orientation.iter().map(|q| [q.w, q.i, q.j, q.k]));
+        save_list(&self.lists.pairs, grains.len(), &mut state.contacts);
+        save_list(&self.lists.walls, grains.len(), &mut state.wall_contacts);
+    }
+
+    /// Goes (back) to `state`; on an error nothing changes.
+    pub fn restore(&mut self, state: &State) -> Result<(), RestoreError> {
+        self.check_state(state)?;
+        let copy = |to: &mut Vec<Vec3>, from: &[[f64; 3]]| {
+            to.clear();
+            to.extend(from.iter().map(|v| Vec3::from(*v)));
+        };
+        let grains = &mut self.grains;
+        copy(&mut grains.position, &state.position);
+        copy(&mut grains.velocity, &state.velocity);
+        copy(&mut grains.spin, &state.spin);
+        copy(&mut grains.acceleration, &state.acceleration);
+        copy(&mut grains.spin_acceleration, &state.spin_acceleration);
+        grains.image.clone_from(&state.image);
+        grains.orientation.clear();
+        grains.orientation.extend(state.orientation.iter().map(|&[w, x, y, z]| UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))));
+        (self.time, self.substeps, self.windows) = (state.time, state.substeps, state.windows);
+        let n = grains.len();
+        self.lists.restart(n);
+        restore_list(&state.contacts, n, &mut self.lists.pairs);
+        restore_list(&state.wall_contacts, n, &mut self.lists.walls);
+        Ok(())
+    }
+
+    fn check_state(&self, state: &State) -> Result<(), RestoreError> {
+        let needed = self.grains.len();
+        for (quantity, found) in [
+            ("position", state.position.len()),
+            ("image", state.image.len()),
+            ("orientation", state.orientation.len()),
+            ("velocity", state.velocity.len()),
+            ("spin", state.spin.len()),
+            ("acceleration", state.acceleration.len()),
+            ("spin_acceleration", state.spin_acceleration.len()),
+        ] {
+            if found != needed {
+                return Err(RestoreError::Length { quantity, found, needed });
+            }
+        }
+        for (quantity, values) in [
+            ("position", &state.position),
+            ("velocity", &state.velocity),
+            ("spin", &state.spin),
+            ("acceleration", &state.acceleration),
+            ("spin acceleration", &state.spin_acceleration),
+        ] {
+            if let Some(grain) = values.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
+                return Err(RestoreError::NotFinite { quantity, grain });
+            }
+        }
+        if let Some(grain) = state.orientation.iter().position(|q| q.iter().any(|c| !c.is_finite())) {
+            return Err(RestoreError::NotFinite { quantity: "orientation", grain });
+        }
+        check_list(&state.contacts, needed, |contact| contact.second > contact.first && (contact.second as usize) < needed)?;
+        check_list(&state.wall_contacts, needed, |contact| (contact.second as usize) < self.wall_count())
+    }
+}
+
+fn save_list(list: &ContactList, grains: usize, saved: &mut Vec<SavedContact>) {
+    saved.clear();
+    for i in 0..grains {
+        let touching = list.row(i).filter(|&k| list.touching[k]);
+        saved.extend(touching.map(|k| SavedContact { first: i as u32, second: list.other[k], spring: list.spring[k].into() }));
+    }
+}
+
+fn restore_list(saved: &[SavedContact], grains: usize, list: &mut ContactList) {
+    list.clear();
+    let mut rest = saved.iter().peekable();
+    for i in 0..grains as u32 {
+        while let Some(contact) = rest.next_if(|contact| contact.first == i) {
+            list.push(contact.second, contact.spring.into(), true);
+        }
+        list.close_row();
+    }
+}
+
+fn check_list(saved: &[SavedContact], grains: usize, fits: impl Fn(&SavedContact) -> bool) -> Result<(), RestoreError> {
+    for (index, contact) in saved.iter().enumerate() {
+        let ordered = index == 0 || (saved[index - 1].first, saved[index - 1].second) < (contact.first, contact.second);
+        let finite = contact.spring.iter().all(|c| c.is_finite());
+        if !ordered || !finite || contact.first as usize >= grains || !fits(contact) {
+            return Err(RestoreError::Contact { index, first: contact.first, second: contact.second });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,99 @@
+//! Infinite planes, which may move and may vanish (a gate).
+
+use crate::Vec3;
+use crate::error::SpecError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A plane. It bounds the half space that `normal` points into.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Wall {
+    /// A point of the plane at time zero, m.
+    pub point: [f64; 3],
+    /// Normal towards the grains; any length but zero.
+    pub normal: [f64; 3],
+    /// Velocity, m/s: the normal part moves the plane, the tangential part drags grains along.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// Time at which the wall vanishes, s; never if absent.
+    #[serde(default)]
+    pub until: Option<f64>,
+    /// Material of the wall.
+    #[serde(default)]
+    pub material: usize,
+}
+
+impl Wall {
+    /// A wall at rest that stays, of material 0.
+    #[must_use]
+    pub fn new(point: [f64; 3], normal: [f64; 3]) -> Self {
+        Self { point, normal, velocity: [0.0; 3], until: None, material: 0 }
+    }
+
+    /// Checks values and directions; a wall may not cut a periodic direction obliquely.
+    pub fn validate(&self, wall: usize, periodic: [bool; 3]) -> Result<(), SpecError> {
+        let bad = |quantity, value, allowed| Err(SpecError::Wall { wall, quantity, value, allowed });
+        for (quantity, vector) in [("point", self.point), ("normal", self.normal), ("velocity", self.velocity)] {
+            if let Some(value) = vector.into_iter().find(|c| !c.is_finite()) {
+                return bad(quantity, value, "finite");
+            }
+        }
+        let length = Vec3::from(self.normal).norm();
+        if !(length > 0.0 && length.is_finite()) {
+            return bad("length of the normal", length, "positive and finite");
+        }
+        for axis in 0..3 {
+            if periodic[axis] && self.normal[axis] != 0.0 {
+                return bad("component of the normal along a periodic axis", self.normal[axis], "zero");
+            }
+        }
+        match self.until {
+            Some(time) if time.is_nan() => bad("until", time, "a time"),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A wall as the loops use it.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
+    /// Point at time zero, m.
+    pub point: Vec3,
+    /// Unit normal towards the grains.
+    pub normal: Vec3,
+    /// Velocity, m/s.
+    pub velocity: Vec3,
+    /// Time of vanishing, s; infinite if it stays.
+    pub until: f64,
+    /// Material.
+    pub material: usize,
+}
+
+impl From<&Wall> for Plane {
+    fn from(wall: &Wall) -> Self {
+        Self {
+            point: wall.point.into(),
+            normal: Vec3::from(wall.normal).normalize(),
+            velocity: wall.velocity.into(),
+            until: wall.until.unwrap_or(f64::INFINITY),
+            material: wall.material,
+        }
+    }
+}
+
+impl Plane {
+    /// Gap between the plane and a grain at time `t`, m.
+    #[inline(always)]
+    #[must_use]
+    pub fn gap(&self, position: &Vec3, radius: f64, t: f64) -> f64 {
+        (position - self.point).dot(&self.normal) - self.velocity.dot(&self.normal) * t - radius
+    }
+
+    /// Whether the wall still stands at time `t`.
+    #[inline(always)]
+    #[must_use]
+    pub fn stands(&self, t: f64) -> bool {
+        t < self.until
+    }
+}
