@@ -2,7 +2,9 @@
 //!
 //! Solvers know this crate and nothing of each other.
 
+pub mod channel;
 pub mod facts;
 pub mod message;
 pub mod participant;
 pub mod scene;
+pub mod serve;

@@ -93,6 +93,28 @@ pub enum ExchangeError {
         /// What was expected and what came.
         what: String,
     },
+    /// The peer was built against another protocol or layout, or reads another scene.
+    #[error(
+        "{peer} has {what} {theirs}, we have {ours}: rebuild both from one version and start both from one scene"
+    )]
+    Mismatch {
+        /// Name of the process.
+        peer: String,
+        /// What differs.
+        what: String,
+        /// Theirs.
+        theirs: String,
+        /// Ours.
+        ours: String,
+    },
+    /// The peer gave up and said why.
+    #[error("{peer} failed: {text}")]
+    Failed {
+        /// Name of the process.
+        peer: String,
+        /// Its last words.
+        text: String,
+    },
     /// The run is being stopped.
     #[error("the run was stopped")]
     Stopped,

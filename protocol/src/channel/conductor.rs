@@ -1,0 +1,178 @@
+//! The coupler's end of a run.
+
+use std::time::Duration;
+
+use iceoryx2::prelude::*;
+
+use super::folder::Membership;
+use super::observer::{Event, Observer};
+use super::outbox::{Outbox, Receivers};
+use super::rendezvous::Rendezvous;
+use super::topics;
+use super::wake::Wake;
+use super::watch::{Member, Watch};
+use crate::message::{Command, Order, State, Status};
+use crate::participant::{ExchangeError, Role};
+
+/// The coupler's end: founds the run, gives orders, observes everything. Dropped, it leaves the run.
+#[derive(Debug)]
+pub struct ConductorLink {
+    commands: Outbox<Command, ()>,
+    observer: Observer,
+    wake: Wake,
+    watch: Watch,
+    /// Commands given that are answered by a report.
+    ordered: u64,
+    step: u64,
+    rendezvous: Rendezvous,
+    // Ports go before the node, the node before the membership.
+    _node: Node<ipc::Service>,
+    _membership: Membership,
+}
+
+impl ConductorLink {
+    /// Founds the run of `rendezvous`; start the solvers afterwards.
+    ///
+    /// # Errors
+    /// [`ExchangeError::Transport`] if a folder, segment or service cannot be made.
+    pub fn create(rendezvous: &Rendezvous) -> Result<Self, ExchangeError> {
+        let membership = Membership::found(rendezvous)?;
+        let own = Member::Coupler;
+        let node = topics::node(rendezvous, own)?;
+        let watch = Watch::new(node.config());
+        let solvers = rendezvous.roles.iter().copied().map(Member::Solver);
+        let commands = topics::commands(&node, rendezvous, own)?;
+        let commands = Outbox::single(
+            &commands,
+            Receivers { members: solvers.collect(), watch: watch.clone(), limit: rendezvous.deadline() },
+        )?;
+        Ok(Self {
+            commands,
+            observer: Observer::open(&node, rendezvous)?,
+            wake: Wake::open(&node, rendezvous, own)?,
+            watch,
+            ordered: 0,
+            step: 0,
+            rendezvous: rendezvous.clone(),
+            _node: node,
+            _membership: membership,
+        })
+    }
+
+    /// The run; its [`Rendezvous::token`] goes to the solvers.
+    #[must_use]
+    pub fn rendezvous(&self) -> &Rendezvous {
+        &self.rendezvous
+    }
+
+    /// Waits until every solver has joined and said `Ready`, and checks what they know. `alive` is
+    /// called every few milliseconds: there the supervisor looks after its child processes.
+    ///
+    /// # Errors
+    /// [`ExchangeError::Mismatch`] if a solver was built against another layout or knows another
+    /// number of grains, [`ExchangeError::Failed`] if it gave up, [`ExchangeError::PeerDied`],
+    /// [`ExchangeError::Deadline`], or what `alive` returned.
+    pub fn wait_ready(
+        &mut self,
+        alive: &mut dyn FnMut() -> Result<(), ExchangeError>,
+    ) -> Result<Vec<(Role, Status)>, ExchangeError> {
+        self.ordered += 1;
+        let mut ready = Vec::new();
+        while ready.len() < self.rendezvous.roles.len() {
+            let Event::Status(role, status) = self.next(self.rendezvous.join(), alive)? else {
+                return Err(ExchangeError::Order {
+                    what: "a solver sent data before the first command".into(),
+                });
+            };
+            self.check_ready(role, &status)?;
+            ready.push((role, status));
+        }
+        self.commands.connect()?;
+        self.observer.connect()?;
+        Ok(ready)
+    }
+
+    fn check_ready(&self, role: Role, status: &Status) -> Result<(), ExchangeError> {
+        if status.state == State::Failed as u64 {
+            return Err(ExchangeError::Failed { peer: role.to_string(), text: status.text() });
+        }
+        if status.state != State::Ready as u64 {
+            return Err(ExchangeError::Order {
+                what: format!("expected Ready of the {role}, got state {}", status.state),
+            });
+        }
+        let grains = self.rendezvous.grains.to_string();
+        for (what, theirs, ours) in [
+            ("protocol and layout", status.text(), Rendezvous::greeting()),
+            ("number of grains", status.grains.to_string(), grains),
+        ] {
+            if theirs != ours {
+                return Err(ExchangeError::Mismatch {
+                    peer: role.to_string(),
+                    what: what.into(),
+                    theirs,
+                    ours,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives an order to every solver. Up to [`Rendezvous::ahead`] may be unanswered at once.
+    ///
+    /// # Errors
+    /// [`ExchangeError`] if a solver does not take it.
+    pub fn order(&mut self, command: Command) -> Result<(), ExchangeError> {
+        self.step = command.step;
+        self.commands.send(command, command.step)?;
+        if command.order != Order::Accept as u64 {
+            self.ordered += 1;
+        }
+        for role in &self.rendezvous.roles {
+            self.wake.ring(Member::Solver(*role))?;
+        }
+        Ok(())
+    }
+
+    /// Orders that some solver has not answered yet.
+    #[must_use]
+    pub fn unanswered(&self) -> u64 {
+        self.ordered.saturating_sub(self.observer.answered())
+    }
+
+    /// Waits at most `limit` for the next event. `alive` is called every few milliseconds; with it
+    /// the nodes of all solvers that have not said `Stopped` are looked at.
+    ///
+    /// Events come in the order of windows, within one window loads, kinematics, reports, whatever
+    /// the order in which the topics were read.
+    ///
+    /// # Errors
+    /// [`ExchangeError::Deadline`] naming the solver that is behind, [`ExchangeError::PeerDied`], or
+    /// what `alive` returned.
+    pub fn next(
+        &mut self,
+        limit: Duration,
+        alive: &mut dyn FnMut() -> Result<(), ExchangeError>,
+    ) -> Result<Event, ExchangeError> {
+        let step = self.step;
+        let members: Vec<Member> = self.observer.running().collect();
+        let Self { wake, watch, observer, .. } = self;
+        let found = wake.wait(limit, &mut || observer.poll(), &mut || {
+            alive()?;
+            watch.check(&members, step)
+        })?;
+        found.ok_or_else(|| ExchangeError::Deadline {
+            peer: self.observer.behind().to_string(),
+            step,
+            seconds: limit.as_secs_f64(),
+        })
+    }
+
+    /// The next event if there is one already.
+    ///
+    /// # Errors
+    /// [`ExchangeError::Transport`].
+    pub fn try_next(&mut self) -> Result<Option<Event>, ExchangeError> {
+        self.observer.poll()
+    }
+}

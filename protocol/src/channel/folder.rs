@@ -1,0 +1,283 @@
+//! The folder of a run, its lock, and the removal of everything a run leaves behind.
+//!
+//! Every process of a run holds `run.lock` shared for as long as it lives; the kernel lets go of it
+//! however the process ends. Who can take it exclusively is therefore the last one, and removes the
+//! segments and the folder. Founding and removing runs is serialised by `.lock` in the user's folder.
+
+use std::fs::{self, DirBuilder, File, TryLockError};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use super::rendezvous::Rendezvous;
+use crate::participant::ExchangeError;
+
+/// Where POSIX shared memory lives on Linux. The runs' folders stand there too: they vanish with the
+/// segments at a restart, no cleaner of temporary files touches them, and `TMPDIR` does not move them.
+const SHARED_MEMORY: &str = "/dev/shm";
+const RUN_LOCK: &str = "run.lock";
+const USER_LOCK: &str = ".lock";
+/// The user's lock is held for a few file operations; longer means that its holder is stopped.
+const LOCK_PATIENCE: Duration = Duration::from_secs(2);
+
+/// Begins the name of every segment of `run`. Names of runs have no `_`, so no prefix begins another.
+pub(crate) fn prefix_of(run: &str) -> String {
+    format!("bl{run}_")
+}
+
+/// A name no other run on this machine has: start time and process, in base 36.
+pub(crate) fn fresh_run_name() -> String {
+    static COUNT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let count = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    let process = u64::from(std::process::id());
+    base36(since.as_micros() as u64) + &base36(process) + &base36(count)
+}
+
+fn base36(mut value: u64) -> String {
+    let mut digits = Vec::new();
+    loop {
+        digits.push(b"0123456789abcdefghijklmnopqrstuvwxyz"[(value % 36) as usize]);
+        value /= 36;
+        if value == 0 {
+            break;
+        }
+    }
+    digits.iter().rev().map(|digit| char::from(*digit)).collect()
+}
+
+fn base() -> PathBuf {
+    let shared = Path::new(SHARED_MEMORY);
+    if shared.is_dir() { shared.to_owned() } else { std::env::temp_dir() }
+}
+
+fn failed(what: &str, path: &Path, error: &io::Error) -> ExchangeError {
+    ExchangeError::Transport(format!("{what} {}: {error}", path.display()))
+}
+
+fn user() -> Result<u32, ExchangeError> {
+    let own = Path::new("/proc/self");
+    fs::metadata(own).map(|data| data.uid()).map_err(|error| failed("cannot tell the user from", own, &error))
+}
+
+/// The folder that holds the runs of this user, mode 0700.
+pub(crate) fn user_folder() -> Result<PathBuf, ExchangeError> {
+    Ok(base().join(format!("bedload-{}", user()?)))
+}
+
+/// Holds the user's lock: nobody else founds or removes a run of this user meanwhile.
+struct UserLock {
+    folder: PathBuf,
+    _file: File,
+}
+
+impl UserLock {
+    fn take(folder: &Path) -> Result<Self, ExchangeError> {
+        let start = Instant::now();
+        loop {
+            make_private(folder)?;
+            let path = folder.join(USER_LOCK);
+            match open_lock(&path) {
+                // Another process removed the empty folder in between: make it again.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                Err(error) => return Err(failed("cannot open", &path, &error)),
+                Ok(file) => {
+                    let taken = match file.try_lock() {
+                        Ok(()) => is_at(&file, &path),
+                        Err(TryLockError::WouldBlock) => false,
+                        Err(TryLockError::Error(error)) => {
+                            return Err(failed("cannot lock", &path, &error));
+                        }
+                    };
+                    if taken {
+                        let folder = folder.to_owned();
+                        return Ok(Self { folder, _file: file });
+                    }
+                }
+            }
+            if start.elapsed() > LOCK_PATIENCE {
+                return Err(ExchangeError::Transport(format!(
+                    "{} has been locked for {LOCK_PATIENCE:?}: a bedload process is stopped while it founds or removes a run",
+                    path.display()
+                )));
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Removes the user's folder if it holds no run any more.
+    fn remove_if_empty(&self) {
+        let Ok(entries) = fs::read_dir(&self.folder) else {
+            return;
+        };
+        let only_lock = entries.flatten().all(|entry| entry.file_name() == USER_LOCK);
+        if only_lock {
+            // Whoever waits for this lock sees that the file is gone and starts again.
+            let _ = fs::remove_file(self.folder.join(USER_LOCK));
+            let _ = fs::remove_dir(&self.folder);
+        }
+    }
+}
+
+/// Makes `folder` with mode 0700, or refuses one that is not a folder of this user.
+fn make_private(folder: &Path) -> Result<(), ExchangeError> {
+    match DirBuilder::new().mode(0o700).create(folder) {
+        Ok(()) => return Ok(()),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+        Err(error) => return Err(failed("cannot make", folder, &error)),
+    }
+    match fs::symlink_metadata(folder) {
+        Ok(data) if data.is_dir() && data.uid() == user()? && data.mode() & 0o022 == 0 => Ok(()),
+        Ok(_) => Err(ExchangeError::Transport(format!(
+            "{} is not a private folder of this user: remove it",
+            folder.display()
+        ))),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(failed("cannot look at", folder, &error)),
+    }
+}
+
+fn open_lock(path: &Path) -> io::Result<File> {
+    File::options().read(true).write(true).create(true).truncate(false).open(path)
+}
+
+/// Whether `path` still names the opened file.
+fn is_at(file: &File, path: &Path) -> bool {
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(ours), Ok(there)) => ours.ino() == there.ino() && ours.dev() == there.dev(),
+        _ => false,
+    }
+}
+
+/// This process's part in a run: the shared lock. Leaving (drop) as the last one removes the run.
+#[derive(Debug)]
+pub(crate) struct Membership {
+    root: PathBuf,
+    prefix: String,
+    lock: File,
+}
+
+impl Membership {
+    /// Makes the folder of a new run.
+    pub(crate) fn found(rendezvous: &Rendezvous) -> Result<Self, ExchangeError> {
+        rendezvous.check()?;
+        let root = &rendezvous.root;
+        let parent = root.parent().unwrap_or(root);
+        let _user = UserLock::take(parent)?;
+        DirBuilder::new()
+            .mode(0o700)
+            .create(root)
+            .map_err(|error| failed("cannot make the run's folder", root, &error))?;
+        let path = root.join(RUN_LOCK);
+        let lock = open_lock(&path).map_err(|error| failed("cannot make", &path, &error))?;
+        lock.lock_shared().map_err(|error| failed("cannot lock", &path, &error))?;
+        Ok(Self::of(rendezvous, lock))
+    }
+
+    /// Joins a run that the coupler has founded.
+    pub(crate) fn join(rendezvous: &Rendezvous) -> Result<Self, ExchangeError> {
+        rendezvous.check()?;
+        let path = rendezvous.root.join(RUN_LOCK);
+        let over = |why: &str| {
+            ExchangeError::Transport(format!(
+                "run {} is over or was never started: {why} {}; bedload starts the solvers itself",
+                rendezvous.run,
+                path.display()
+            ))
+        };
+        let lock =
+            File::options().read(true).write(true).open(&path).map_err(|error| over(&format!("{error}:")))?;
+        // Refused only while the last process removes the run.
+        lock.try_lock_shared().map_err(|_| over("being removed:"))?;
+        if !is_at(&lock, &path) {
+            return Err(over("removed:"));
+        }
+        Ok(Self::of(rendezvous, lock))
+    }
+
+    fn of(rendezvous: &Rendezvous, lock: File) -> Self {
+        Self { root: rendezvous.root.clone(), prefix: rendezvous.prefix.clone(), lock }
+    }
+}
+
+impl Drop for Membership {
+    fn drop(&mut self) {
+        let _ = self.lock.unlock();
+        let Some(parent) = self.root.parent() else {
+            return;
+        };
+        // Without the folder the run was removed by another process that left at the same time.
+        if !self.root.exists() {
+            return;
+        }
+        // A run that cannot be removed now is removed by the next coupler of this user.
+        let Ok(user) = UserLock::take(parent) else {
+            return;
+        };
+        if is_at(&self.lock, &self.root.join(RUN_LOCK)) && self.lock.try_lock().is_ok() {
+            remove_run(&self.root, &self.prefix);
+        }
+        user.remove_if_empty();
+    }
+}
+
+/// Removes a dead run: segments first, so that a removal cut short is found and finished later.
+/// A foreign solver that does not hold the lock, but lives, is respected too.
+fn remove_run(root: &Path, prefix: &str) -> bool {
+    if super::watch::anyone_alive(root, prefix) {
+        return false;
+    }
+    if let Ok(entries) = fs::read_dir(SHARED_MEMORY) {
+        for entry in entries.flatten() {
+            let ours = entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix));
+            if ours {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+    fs::remove_dir_all(root).is_ok()
+}
+
+/// Removes what is left of this user's runs of which every process is dead, and returns their
+/// number. Runs with a living process, and runs of other users, are not touched. The coupler calls
+/// it when it starts.
+///
+/// # Errors
+/// [`ExchangeError::Transport`] if the user's folder cannot be read or locked.
+pub fn remove_stale_runs() -> Result<usize, ExchangeError> {
+    let folder = user_folder()?;
+    if !folder.exists() {
+        return Ok(0);
+    }
+    let user = UserLock::take(&folder)?;
+    let entries = fs::read_dir(&folder).map_err(|error| failed("cannot read", &folder, &error))?;
+    let mut removed = 0;
+    for entry in entries.flatten() {
+        let root = entry.path();
+        let name = entry.file_name();
+        let Some(run) = name.to_str().filter(|name| *name != USER_LOCK) else {
+            continue;
+        };
+        if root.is_dir() && remove_if_dead(&root, run) {
+            removed += 1;
+        }
+    }
+    user.remove_if_empty();
+    Ok(removed)
+}
+
+/// Removes the run if no process holds its lock; held meanwhile, so that nobody joins. A folder
+/// without a lock is a removal cut short: founding happens under the user's lock, which the caller
+/// holds.
+fn remove_if_dead(root: &Path, run: &str) -> bool {
+    let lock = match File::options().read(true).write(true).open(root.join(RUN_LOCK)) {
+        Ok(lock) => Some(lock),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        Err(_) => return false,
+    };
+    if lock.as_ref().is_some_and(|lock| lock.try_lock().is_err()) {
+        return false;
+    }
+    remove_run(root, &prefix_of(run))
+}

@@ -1,0 +1,205 @@
+//! What the coupler hears, put into the order in which it happened.
+
+use std::collections::VecDeque;
+
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::*;
+use iceoryx2::sample::Sample;
+
+use super::rendezvous::Rendezvous;
+use super::topics::{self, Wire, transport};
+use super::watch::Member;
+use crate::message::{Header, Kinematics, Loads, State, Status};
+use crate::participant::{ExchangeError, Role};
+
+/// An observed message, still in shared memory. Hold one at a time and not for long: while it is
+/// held, its sender has one buffer less.
+#[derive(Debug)]
+pub struct Lent<R: Wire>(Sample<ipc::Service, [R], Header>);
+
+impl<R: Wire> Lent<R> {
+    /// What stands before the slice.
+    #[must_use]
+    pub fn header(&self) -> &Header {
+        self.0.user_header()
+    }
+
+    /// One record per grain.
+    #[must_use]
+    pub fn records(&self) -> &[R] {
+        self.0.payload()
+    }
+}
+
+/// What the coupler hears.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant)] // moved once; boxing the report would allocate in each window
+pub enum Event {
+    /// The fluid sent loads.
+    Loads(Lent<Loads>),
+    /// The DEM sent kinematics.
+    Kinematics(Lent<Kinematics>),
+    /// A solver reported.
+    Status(Role, Status),
+}
+
+/// A topic of data with the message taken from it and not yet given out.
+#[derive(Debug)]
+struct Feed<R: Wire> {
+    subscriber: Subscriber<ipc::Service, [R], Header>,
+    held: Option<Lent<R>>,
+    /// Windows (and tries) begun, to tell who is behind.
+    given: u64,
+}
+
+impl<R: Wire> Feed<R> {
+    fn open(node: &Node<ipc::Service>, rendezvous: &Rendezvous) -> Result<Self, ExchangeError> {
+        let subscriber = topics::records::<R>(node, rendezvous, Member::Coupler)?
+            .subscriber_builder()
+            .create()
+            .map_err(transport("cannot observe the solvers"))?;
+        Ok(Self { subscriber, held: None, given: 0 })
+    }
+
+    fn fill(&mut self) -> Result<(), ExchangeError> {
+        if self.held.is_none() {
+            let taken = self.subscriber.receive();
+            self.held = taken.map_err(transport("cannot observe"))?.map(Lent);
+        }
+        Ok(())
+    }
+
+    fn key(&self) -> Option<(u64, u64)> {
+        let header = self.held.as_ref()?.header();
+        Some((header.step, header.attempt))
+    }
+
+    fn give(&mut self) -> Option<Lent<R>> {
+        self.given += 1;
+        self.held.take()
+    }
+}
+
+/// A solver as the coupler sees it.
+#[derive(Debug)]
+struct Player {
+    role: Role,
+    subscriber: Subscriber<ipc::Service, Status, ()>,
+    held: VecDeque<Status>,
+    /// Reports given out.
+    answered: u64,
+    /// It has left in order.
+    stopped: bool,
+}
+
+impl Player {
+    fn open(node: &Node<ipc::Service>, rendezvous: &Rendezvous, role: Role) -> Result<Self, ExchangeError> {
+        let subscriber = topics::status(node, rendezvous, Member::Coupler, role)?
+            .subscriber_builder()
+            .create()
+            .map_err(transport("cannot subscribe to status"))?;
+        Ok(Self {
+            role,
+            subscriber,
+            held: VecDeque::with_capacity(rendezvous.ahead + 8),
+            answered: 0,
+            stopped: false,
+        })
+    }
+
+    fn fill(&mut self) -> Result<(), ExchangeError> {
+        if self.held.is_empty() {
+            let taken = self.subscriber.receive();
+            if let Some(status) = taken.map_err(transport("cannot receive a status"))? {
+                self.held.push_back(*status.payload());
+            }
+        }
+        Ok(())
+    }
+
+    fn key(&self) -> Option<(u64, u64)> {
+        self.held.front().map(|status| (status.step, status.attempt))
+    }
+
+    fn give(&mut self) -> Option<Status> {
+        let status = self.held.pop_front()?;
+        self.answered += 1;
+        self.stopped |= status.state == State::Stopped as u64;
+        Some(status)
+    }
+}
+
+/// Every topic that the coupler listens to.
+#[derive(Debug)]
+pub(crate) struct Observer {
+    loads: Feed<Loads>,
+    kinematics: Feed<Kinematics>,
+    players: Vec<Player>,
+}
+
+impl Observer {
+    pub(crate) fn open(node: &Node<ipc::Service>, rendezvous: &Rendezvous) -> Result<Self, ExchangeError> {
+        let players = rendezvous.roles.iter();
+        Ok(Self {
+            loads: Feed::open(node, rendezvous)?,
+            kinematics: Feed::open(node, rendezvous)?,
+            players: players.map(|role| Player::open(node, rendezvous, *role)).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// Connects to publishers that have come since.
+    pub(crate) fn connect(&self) -> Result<(), ExchangeError> {
+        let failed = transport("cannot observe a solver");
+        self.loads.subscriber.update_connections().map_err(&failed)?;
+        self.kinematics.subscriber.update_connections().map_err(&failed)
+    }
+
+    /// The next event, if there is one: the earliest window first, in it loads, kinematics, reports.
+    ///
+    /// Reports are looked for first, then loads, then kinematics, against the order of events: what
+    /// is found was then sent after everything it depends on, which the later looks find too.
+    pub(crate) fn poll(&mut self) -> Result<Option<Event>, ExchangeError> {
+        for player in &mut self.players {
+            player.fill()?;
+        }
+        self.loads.fill()?;
+        self.kinematics.fill()?;
+        let data = [(self.loads.key(), 0), (self.kinematics.key(), 1)];
+        let reports = self.players.iter().zip(2..).map(|(player, place)| (player.key(), place));
+        let first =
+            data.into_iter().chain(reports).filter_map(|(key, place)| key.map(|key| (key, place))).min();
+        Ok(first.and_then(|(_, place): (_, usize)| match place {
+            0 => self.loads.give().map(Event::Loads),
+            1 => self.kinematics.give().map(Event::Kinematics),
+            _ => {
+                let player = &mut self.players[place - 2];
+                player.give().map(|status| Event::Status(player.role, status))
+            }
+        }))
+    }
+
+    /// Solvers that have not left in order.
+    pub(crate) fn running(&self) -> impl Iterator<Item = Member> {
+        let running = self.players.iter().filter(|player| !player.stopped);
+        running.map(|player| Member::Solver(player.role))
+    }
+
+    /// Reports of the solver that has given the fewest.
+    pub(crate) fn answered(&self) -> u64 {
+        let answers = self.players.iter().map(|player| player.answered);
+        answers.min().unwrap_or(0)
+    }
+
+    /// The solver that the run waits for: the one that owes a report. If both do, the one whose turn
+    /// it is to send, by the number of messages seen.
+    pub(crate) fn behind(&self) -> Role {
+        let least = self.answered();
+        let mut owing = self.players.iter().filter(|player| player.answered == least);
+        match (owing.next(), owing.next()) {
+            (Some(player), None) => player.role,
+            _ if self.loads.given > self.kinematics.given => Role::Dem,
+            _ => Role::Fluid,
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! A solver's end of the run.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::PortFactory;
+
+use super::folder::Membership;
+use super::outbox::{Outbox, Receivers};
+use super::rendezvous::Rendezvous;
+use super::topics::{self, Wire, transport};
+use super::wake::Wake;
+use super::watch::{Member, Watch};
+use crate::message::{Command, Header, Order, Status};
+use crate::participant::{Exchange, ExchangeError, Role, Window};
+
+/// The solver in `role` as connected to a run: it receives `In` and sends `Out`.
+///
+/// Dropped, it leaves the run; whoever leaves last removes what iceoryx2 left behind.
+#[derive(Debug)]
+pub struct SharedMemory<In: Wire, Out: Wire> {
+    incoming: Subscriber<ipc::Service, [In], Header>,
+    outgoing: Outbox<[Out], Header>,
+    commands: Subscriber<ipc::Service, Command, ()>,
+    status: Outbox<Status, ()>,
+    /// Commands taken while waiting for the peer.
+    backlog: VecDeque<Command>,
+    wake: Wake,
+    watch: Watch,
+    role: Role,
+    peer: Option<Role>,
+    step: u64,
+    exchange: Duration,
+    rendezvous: Rendezvous,
+    // Ports go before the node, the node before the membership.
+    _node: Node<ipc::Service>,
+    _membership: Membership,
+}
+
+impl<In: Wire, Out: Wire> SharedMemory<In, Out> {
+    /// Joins a run and waits until the peer has joined too, so that no message is lost.
+    ///
+    /// # Errors
+    /// [`ExchangeError::Mismatch`] if the coupler was built against another layout or knows another
+    /// number of grains, [`ExchangeError::Deadline`] if the peer does not come,
+    /// [`ExchangeError::Transport`] if the run is over or the role is taken.
+    pub fn join(rendezvous: &Rendezvous, role: Role, grains: usize) -> Result<Self, ExchangeError> {
+        let own = Member::Solver(role);
+        if grains != rendezvous.grains {
+            return Err(ExchangeError::Mismatch {
+                peer: Member::Coupler.to_string(),
+                what: "number of grains".into(),
+                theirs: rendezvous.grains.to_string(),
+                ours: grains.to_string(),
+            });
+        }
+        if !rendezvous.roles.contains(&role) {
+            return Err(ExchangeError::Transport(format!(
+                "run {} has no {role}: {:?} take part",
+                rendezvous.run, rendezvous.roles
+            )));
+        }
+        let membership = Membership::join(rendezvous)?;
+        let node = topics::node(rendezvous, own)?;
+        let watch = Watch::new(node.config());
+        let peer = rendezvous.peer_of(role);
+        let to =
+            |members: Vec<Member>| Receivers { members, watch: watch.clone(), limit: rendezvous.deadline() };
+
+        let outgoing_topic = topics::records::<Out>(&node, rendezvous, own)?;
+        let incoming_topic = topics::records::<In>(&node, rendezvous, own)?;
+        let observers = std::iter::once(Member::Coupler).chain(peer.map(Member::Solver));
+        let outgoing = Outbox::records(&outgoing_topic, grains, to(observers.collect()))?;
+        let incoming = incoming_topic
+            .subscriber_builder()
+            .create()
+            .map_err(transport("cannot subscribe to the peer"))?;
+        let commands = topics::commands(&node, rendezvous, own)?
+            .subscriber_builder()
+            .create()
+            .map_err(transport("cannot subscribe to commands"))?;
+        let status = topics::status(&node, rendezvous, own, role)?;
+        let status = Outbox::single(&status, to(vec![Member::Coupler]))?;
+        let mut link = Self {
+            incoming,
+            outgoing,
+            commands,
+            status,
+            backlog: VecDeque::with_capacity(rendezvous.ahead + 4),
+            wake: Wake::open(&node, rendezvous, own)?,
+            watch,
+            role,
+            peer,
+            step: 0,
+            exchange: Duration::ZERO,
+            rendezvous: rendezvous.clone(),
+            _node: node,
+            _membership: membership,
+        };
+        link.await_peer(|| {
+            let publishers = incoming_topic.dynamic_config().number_of_publishers();
+            let subscribers = outgoing_topic.dynamic_config().number_of_subscribers();
+            publishers == 1 && subscribers == 2
+        })?;
+        Ok(link)
+    }
+
+    /// Waits until the peer's ports exist, and connects to them.
+    fn await_peer(&mut self, there: impl Fn() -> bool) -> Result<(), ExchangeError> {
+        if let Some(peer) = self.peer {
+            self.wake.ring(Member::Solver(peer))?;
+            let watch = &mut self.watch;
+            let members = [Member::Coupler, Member::Solver(peer)];
+            self.wake
+                .wait(self.rendezvous.join(), &mut || Ok(there().then_some(())), &mut || {
+                    watch.check(&members, 0)
+                })?
+                .ok_or_else(|| ExchangeError::Deadline {
+                    peer: peer.to_string(),
+                    step: 0,
+                    seconds: self.rendezvous.join_s,
+                })?;
+            self.wake.ring(Member::Solver(peer))?;
+        }
+        self.incoming.update_connections().map_err(transport("cannot connect to the peer"))?;
+        self.commands.update_connections().map_err(transport("cannot connect to the coupler"))?;
+        self.outgoing.connect()?;
+        self.status.connect()
+    }
+
+    /// The run.
+    #[must_use]
+    pub fn rendezvous(&self) -> &Rendezvous {
+        &self.rendezvous
+    }
+
+    /// This solver's role.
+    #[must_use]
+    pub fn role(&self) -> Role {
+        self.role
+    }
+
+    /// Wall time spent sending and receiving so far, waiting excluded, s.
+    #[must_use]
+    pub fn exchange_seconds(&self) -> f64 {
+        self.exchange.as_secs_f64()
+    }
+
+    /// Tells the coupler.
+    ///
+    /// # Errors
+    /// [`ExchangeError`] if it does not take it.
+    pub fn report(&mut self, status: Status) -> Result<(), ExchangeError> {
+        let start = Instant::now();
+        let held_up = self.status.send(status, status.step)?;
+        self.wake.ring(Member::Coupler)?;
+        self.exchange += start.elapsed().saturating_sub(held_up);
+        Ok(())
+    }
+
+    /// Waits for the next command, in the order in which they were given. The time of two joins and
+    /// windows is allowed: the coupler may itself be waiting for the other solver.
+    ///
+    /// # Errors
+    /// [`ExchangeError::PeerDied`] or [`ExchangeError::Deadline`] of the coupler.
+    pub fn next_command(&mut self) -> Result<Command, ExchangeError> {
+        if let Some(command) = self.backlog.pop_front() {
+            return Ok(command);
+        }
+        let limit = 2 * (self.rendezvous.join() + self.rendezvous.deadline());
+        let (commands, watch, step) = (&self.commands, &mut self.watch, self.step);
+        let found =
+            self.wake.wait(limit, &mut || take(commands), &mut || watch.check(&[Member::Coupler], step))?;
+        found.ok_or_else(|| ExchangeError::Deadline {
+            peer: Member::Coupler.to_string(),
+            step,
+            seconds: limit.as_secs_f64(),
+        })
+    }
+}
+
+fn take(commands: &Subscriber<ipc::Service, Command, ()>) -> Result<Option<Command>, ExchangeError> {
+    let taken = commands.receive().map_err(transport("cannot receive a command"))?;
+    Ok(taken.map(|sample| *sample.payload()))
+}
+
+impl<In: Wire, Out: Wire> Exchange<In, Out> for SharedMemory<In, Out> {
+    fn send(&mut self, header: Header, fill: &mut dyn FnMut(&mut [Out])) -> Result<(), ExchangeError> {
+        let start = Instant::now();
+        self.step = header.step;
+        let held_up = self.outgoing.send(header, self.rendezvous.grains, fill)?;
+        if let Some(peer) = self.peer {
+            self.wake.ring(Member::Solver(peer))?;
+        }
+        self.exchange += start.elapsed().saturating_sub(held_up);
+        Ok(())
+    }
+
+    fn receive(
+        &mut self,
+        window: &Window,
+        read: &mut dyn FnMut(&Header, &[In]),
+    ) -> Result<(), ExchangeError> {
+        let Some(peer) = self.peer else {
+            return Err(ExchangeError::Order {
+                what: format!("the {} waits for {} in a run without its sender", self.role, In::NAME),
+            });
+        };
+        self.step = window.step;
+        let members = [Member::Solver(peer), Member::Coupler];
+        let (incoming, commands) = (&self.incoming, &self.commands);
+        let (watch, backlog) = (&mut self.watch, &mut self.backlog);
+        let found = self.wake.wait(
+            self.rendezvous.deadline(),
+            &mut || incoming.receive().map_err(transport("cannot receive")),
+            &mut || {
+                while let Some(command) = take(commands)? {
+                    if command.order == Order::Stop as u64 {
+                        return Err(ExchangeError::Stopped);
+                    }
+                    backlog.push_back(command);
+                }
+                watch.check(&members, window.step)
+            },
+        )?;
+        let start = Instant::now();
+        let sample = found.ok_or_else(|| ExchangeError::Deadline {
+            peer: peer.to_string(),
+            step: window.step,
+            seconds: self.rendezvous.deadline_s,
+        })?;
+        let (header, records) = (sample.user_header(), sample.payload());
+        belongs(window, header, records.len(), self.rendezvous.grains)?;
+        read(header, records);
+        drop(sample);
+        self.exchange += start.elapsed();
+        Ok(())
+    }
+}
+
+/// Refuses a message of another window, another try, or another number of grains.
+fn belongs(window: &Window, header: &Header, count: usize, grains: usize) -> Result<(), ExchangeError> {
+    if (header.step, header.attempt) != (window.step, window.attempt) {
+        return Err(ExchangeError::Order {
+            what: format!(
+                "expected window {} attempt {}, got window {} attempt {}",
+                window.step, window.attempt, header.step, header.attempt
+            ),
+        });
+    }
+    if count != grains {
+        return Err(ExchangeError::Order {
+            what: format!("expected {grains} grains in window {}, got {count}", window.step),
+        });
+    }
+    Ok(())
+}
