@@ -4,6 +4,7 @@
 
 pub mod channel;
 pub mod facts;
+pub mod log;
 pub mod message;
 pub mod participant;
 pub mod scene;

@@ -1,0 +1,164 @@
+//! Payload bytes of the data channels: the only module that knows bincode.
+//!
+//! Fixed-width little-endian integers, so the layout is the records' words one after the other
+//! (`docs/log.md` prints it): a slice is its header, the number of records as `u64`, the records.
+//! Decoding has a byte limit: without one, a hostile length makes bincode ask for memory that no
+//! machine has, and the process is aborted.
+
+use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::message::{Header, Record};
+
+/// Most bytes a payload may claim, 1 GiB (5.8 million grains).
+pub const LIMIT: usize = 1 << 30;
+
+/// A payload that does not decode.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CodecError {
+    /// Bytes missing, left over, or over the limit.
+    #[error("payload of {bytes} bytes does not hold {wanted}: {what}")]
+    Decode {
+        /// Length of the payload.
+        bytes: usize,
+        /// What it should hold.
+        wanted: &'static str,
+        /// What bincode says.
+        what: String,
+    },
+    /// The count before a slice disagrees with the payload's length.
+    #[error("payload of {bytes} bytes claims {count} records of {size} bytes")]
+    Count {
+        /// Length of the payload.
+        bytes: usize,
+        /// Claimed number of records.
+        count: u64,
+        /// Bytes of a record.
+        size: usize,
+    },
+    /// A value that bincode cannot write.
+    #[error("cannot encode: {0}")]
+    Encode(String),
+}
+
+fn config() -> Configuration<LittleEndian, Fixint, Limit<LIMIT>> {
+    bincode::config::standard().with_little_endian().with_fixed_int_encoding().with_limit::<LIMIT>()
+}
+
+/// Appends `value` to `out`.
+///
+/// # Errors
+/// [`CodecError::Encode`]; no record of this crate gives it.
+pub fn encode<T: Serialize>(value: &T, out: &mut Vec<u8>) -> Result<(), CodecError> {
+    bincode::serde::encode_into_std_write(value, out, config())
+        .map(drop)
+        .map_err(|error| CodecError::Encode(error.to_string()))
+}
+
+/// Appends a header and its records to `out`.
+///
+/// # Errors
+/// As [`encode`].
+pub fn encode_slice<R: Record + Serialize>(
+    header: &Header,
+    records: &[R],
+    out: &mut Vec<u8>,
+) -> Result<(), CodecError> {
+    out.reserve(size_of::<Header>() + 8 + size_of_val(records));
+    encode(header, out)?;
+    encode(&records, out)
+}
+
+/// Decodes a payload that holds one `T` and nothing else.
+///
+/// # Errors
+/// [`CodecError::Decode`] if bytes are missing, left over or over [`LIMIT`].
+pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
+    let fail =
+        |what: String| CodecError::Decode { bytes: bytes.len(), wanted: std::any::type_name::<T>(), what };
+    let (value, used) =
+        bincode::serde::decode_from_slice(bytes, config()).map_err(|error| fail(error.to_string()))?;
+    match bytes.len() - used {
+        0 => Ok(value),
+        left => Err(fail(format!("{left} bytes are left over"))),
+    }
+}
+
+/// Decodes the header in front of a slice, leaving the records alone.
+///
+/// # Errors
+/// [`CodecError::Decode`] if the payload is shorter than a header.
+pub fn decode_header(bytes: &[u8]) -> Result<Header, CodecError> {
+    decode(&bytes[..bytes.len().min(size_of::<Header>())])
+}
+
+/// Decodes a header and its records.
+///
+/// # Errors
+/// [`CodecError::Count`] if the count and the length disagree, else [`CodecError::Decode`].
+pub fn decode_slice<R: Record + DeserializeOwned>(bytes: &[u8]) -> Result<(Header, Vec<R>), CodecError> {
+    let header = decode_header(bytes)?;
+    let rest = &bytes[size_of::<Header>()..];
+    let count: u64 = decode(&rest[..rest.len().min(8)])?;
+    let size = size_of::<R>();
+    // Asked before bincode reads on: its own limit would first let it reserve the claimed room.
+    if count.checked_mul(size as u64) != Some((rest.len() - 8) as u64) {
+        return Err(CodecError::Count { bytes: bytes.len(), count, size });
+    }
+    Ok((header, decode(rest)?))
+}
+
+/// Whether a command's payload is an `Advance`: the window before it stands for good.
+pub(crate) fn begins_window(bytes: &[u8]) -> bool {
+    bytes.get(..8) == Some(&(crate::message::Order::Advance as u64).to_le_bytes()[..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::Loads;
+
+    fn sample() -> Vec<u8> {
+        let header = Header { step: 7, time: 0.5, ..Header::default() };
+        let records = [Loads { force: [1.0, -0.0, f64::NAN], ..Loads::default() }; 2];
+        let mut out = Vec::new();
+        encode_slice(&header, &records, &mut out).unwrap();
+        out
+    }
+
+    #[test]
+    fn payload_is_the_words_in_order() {
+        let bytes = sample();
+        assert_eq!(bytes.len(), 56 + 8 + 2 * 64);
+        assert_eq!(bytes[..8], 7u64.to_le_bytes());
+        assert_eq!(bytes[16..24], 0.5f64.to_le_bytes());
+        assert_eq!(bytes[56..64], 2u64.to_le_bytes());
+        assert_eq!(bytes[64..72], 1.0f64.to_le_bytes());
+        assert_eq!(bytes[72..80], (-0.0f64).to_le_bytes());
+        let (_, records) = decode_slice::<Loads>(&bytes).unwrap();
+        assert_eq!(records[1].words()[2], f64::NAN.to_bits());
+    }
+
+    #[test]
+    fn hostile_counts_are_refused_without_asking_for_memory() {
+        let mut bytes = sample();
+        for claim in [u64::MAX, 1 << 60, 1 << 32, 3, 1, 0] {
+            bytes[56..64].copy_from_slice(&claim.to_le_bytes());
+            assert!(matches!(
+                decode_slice::<Loads>(&bytes),
+                Err(CodecError::Count { count, .. }) if count == claim
+            ));
+            // The limit alone must hold too, for payloads that are plain bincode.
+            assert!(decode::<Vec<Loads>>(&bytes[56..]).is_err());
+        }
+    }
+
+    #[test]
+    fn any_cut_is_an_error() {
+        let bytes = sample();
+        for end in 0..bytes.len() {
+            assert!(decode_slice::<Loads>(&bytes[..end]).is_err(), "cut at {end}");
+        }
+    }
+}

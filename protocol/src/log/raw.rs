@@ -1,0 +1,377 @@
+//! A log as records: streams an MCAP file from its beginning to its end or to the first error.
+//!
+//! No index is needed, so a file without its end reads just as well. Every chunk is held against
+//! its checksum before any of its messages are given out.
+
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+use mcap::McapError;
+use mcap::records::op;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+use super::bytes::Bytes;
+use super::error::{After, LogError};
+
+/// Largest chunk that is unpacked, bytes: a chunk holds at least one message, and a message is
+/// bounded by the codec; twice that leaves room for what shares its chunk.
+const CHUNK_LIMIT: usize = 2 * super::codec::LIMIT;
+
+/// A channel as the file declares it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Number in the file.
+    pub id: u16,
+    /// Name.
+    pub topic: String,
+    /// How payloads are encoded.
+    pub encoding: String,
+    /// Further facts.
+    pub metadata: BTreeMap<String, String>,
+    /// Its schema, if it has one.
+    pub schema: Option<Arc<Schema>>,
+}
+
+/// A schema as the file declares it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Schema {
+    /// Name.
+    pub name: String,
+    /// How it is written.
+    pub encoding: String,
+    /// Its bytes.
+    pub data: Vec<u8>,
+}
+
+/// A message with its payload undecoded.
+#[derive(Clone, Debug)]
+pub struct RawMessage {
+    /// Its channel.
+    pub channel: Arc<Channel>,
+    /// Step number.
+    pub sequence: u32,
+    /// Simulated time, ns.
+    pub log_time: u64,
+    /// Wall time since the recorder's start, ns.
+    pub publish_time: u64,
+    /// Where its chunk begins in the file, bytes.
+    pub offset: u64,
+    /// Payload.
+    pub data: Vec<u8>,
+}
+
+/// A record of interest.
+#[derive(Clone, Debug)]
+pub enum RawItem {
+    /// Text by key, under a name.
+    Metadata(String, BTreeMap<String, String>),
+    /// A file inside the file: name, media type, bytes.
+    Attachment(String, String, Vec<u8>),
+    /// A message.
+    Message(RawMessage),
+}
+
+/// Sizes met so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sizes {
+    /// Bytes of the file read.
+    pub file: u64,
+    /// Chunks.
+    pub chunks: u64,
+    /// Bytes in chunks as they stand in the file.
+    pub packed: u64,
+    /// Bytes in chunks unpacked.
+    pub unpacked: u64,
+}
+
+/// Streams a file. An error ends it.
+pub struct RawReader {
+    source: Box<dyn Read + Send>,
+    name: String,
+    reader: LinearReader,
+    schemas: HashMap<u16, Arc<Schema>>,
+    channels: HashMap<u16, Arc<Channel>>,
+    ready: VecDeque<RawItem>,
+    /// Error found behind the items in `ready`.
+    failure: Option<LogError>,
+    last_step: Option<u64>,
+    sizes: Sizes,
+    done: bool,
+}
+
+impl RawReader {
+    /// Opens the file at `path`.
+    ///
+    /// # Errors
+    /// [`LogError::File`].
+    pub fn open(path: &Path) -> Result<Self, LogError> {
+        let name = path.display().to_string();
+        let fail = |error| LogError::io(&name, "open", error);
+        let file = std::fs::File::open(path).map_err(fail)?;
+        let length = file.metadata().map_err(fail)?.len();
+        Ok(Self::new(Box::new(std::io::BufReader::with_capacity(1 << 18, file)), length, &name))
+    }
+
+    /// Reads `length` bytes from `source`; `name` stands for the file in messages.
+    #[must_use]
+    pub fn new(source: Box<dyn Read + Send>, length: u64, name: &str) -> Self {
+        let limit = usize::try_from(length).unwrap_or(usize::MAX);
+        let options = LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_check_finishes_after_end_magic(true)
+            // No record is longer than the file: a hostile length asks for no memory.
+            .with_record_length_limit(limit);
+        Self {
+            source,
+            name: name.to_owned(),
+            reader: LinearReader::new_with_options(options),
+            schemas: HashMap::new(),
+            channels: HashMap::new(),
+            ready: VecDeque::new(),
+            failure: None,
+            last_step: None,
+            sizes: Sizes::default(),
+            done: false,
+        }
+    }
+
+    /// Name of the file.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Sizes met so far.
+    #[must_use]
+    pub fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
+    /// An error at `offset`.
+    pub(crate) fn damaged(&self, offset: u64, what: String) -> LogError {
+        let after = After(self.last_step);
+        LogError::Damaged { file: self.name.clone(), offset, after, what }
+    }
+
+    /// Reads one record of the file; `None` at its proper end.
+    fn advance(&mut self) -> Option<Result<(), LogError>> {
+        loop {
+            match self.reader.next_event()? {
+                Ok(LinearReadEvent::ReadRequest(need)) => match self.feed(need) {
+                    Ok(()) => {}
+                    Err(error) => return Some(Err(error)),
+                },
+                Ok(LinearReadEvent::Record { opcode, data }) => {
+                    let offset = self.sizes.file - (data.len() as u64 + 9);
+                    let body = data.to_vec();
+                    return Some(self.record(opcode, &body, offset));
+                }
+                Err(error) => return Some(Err(self.failed(&error))),
+            }
+        }
+    }
+
+    /// Gives the framing reader the bytes it asks for.
+    fn feed(&mut self, need: usize) -> Result<(), LogError> {
+        // In slices: a record that claims more than is left must not reserve its claim.
+        let buffer = self.reader.insert(need.min(1 << 20));
+        let read = loop {
+            match self.source.read(buffer) {
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                other => break other,
+            }
+        };
+        let read = read.map_err(|error| LogError::io(&self.name, "read", error))?;
+        self.reader.notify_read(read);
+        self.sizes.file += read as u64;
+        Ok(())
+    }
+
+    /// The framing reader's error, as ours.
+    fn failed(&self, error: &McapError) -> LogError {
+        let file = self.name.clone();
+        match error {
+            McapError::UnexpectedEof => {
+                LogError::Truncated { file, offset: self.sizes.file, after: After(self.last_step) }
+            }
+            McapError::BadMagic if self.sizes.file <= mcap::MAGIC.len() as u64 => {
+                LogError::NotALog { file, what: "it does not begin like an MCAP file".to_owned() }
+            }
+            other => self.damaged(self.sizes.file, other.to_string()),
+        }
+    }
+
+    fn record(&mut self, opcode: u8, body: &[u8], offset: u64) -> Result<(), LogError> {
+        let known = match opcode {
+            op::CHUNK => return self.chunk(body, offset),
+            op::METADATA => metadata(body).map(|item| self.ready.push_back(item)),
+            op::ATTACHMENT => attachment(body).map(|item| self.ready.push_back(item)),
+            op::SCHEMA | op::CHANNEL | op::MESSAGE => self.declare(opcode, body, offset),
+            _ => Some(()),
+        };
+        known.ok_or_else(|| self.damaged(offset, format!("record of type {opcode} is malformed")))
+    }
+
+    /// Unpacks a chunk whole, against its checksum, and reads its records.
+    fn chunk(&mut self, body: &[u8], offset: u64) -> Result<(), LogError> {
+        let (packed, unpacked) = chunk_sizes(body)
+            .ok_or_else(|| self.damaged(offset, "its chunk header is malformed".to_owned()))?;
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(CHUNK_LIMIT);
+        let mut inner = LinearReader::new_with_options(options);
+        let mut rest = Bytes(body);
+        let mut head = vec![op::CHUNK];
+        head.extend_from_slice(&(body.len() as u64).to_le_bytes());
+        inner.insert(head.len()).copy_from_slice(&head);
+        inner.notify_read(head.len());
+        loop {
+            match inner.next_event() {
+                None => break,
+                Some(Ok(LinearReadEvent::ReadRequest(need))) => {
+                    let piece = rest.take(need.min(rest.0.len())).unwrap_or_default();
+                    inner.insert(piece.len()).copy_from_slice(piece);
+                    inner.notify_read(piece.len());
+                }
+                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                    if self.declare(opcode, data, offset).is_none() {
+                        let what = format!("record of type {opcode} in its chunk is malformed");
+                        return Err(self.damaged(offset, what));
+                    }
+                }
+                Some(Err(error)) => return Err(self.damaged(offset, error.to_string())),
+            }
+        }
+        self.sizes.chunks += 1;
+        self.sizes.packed += packed;
+        self.sizes.unpacked += unpacked;
+        Ok(())
+    }
+
+    /// A schema, a channel or a message.
+    fn declare(&mut self, opcode: u8, body: &[u8], offset: u64) -> Option<()> {
+        let mut body = Bytes(body);
+        match opcode {
+            op::SCHEMA => {
+                let id = body.u16()?;
+                let (name, encoding) = (body.text()?.to_owned(), body.text()?.to_owned());
+                let data = body.short()?.to_vec();
+                self.schemas.insert(id, Arc::new(Schema { name, encoding, data }));
+            }
+            op::CHANNEL => {
+                let id = body.u16()?;
+                let schema = match body.u16()? {
+                    0 => None,
+                    schema => Some(self.schemas.get(&schema)?.clone()),
+                };
+                let (topic, encoding) = (body.text()?.to_owned(), body.text()?.to_owned());
+                let metadata = body.map()?;
+                let channel = Channel { id, topic, encoding, metadata, schema };
+                self.channels.insert(id, Arc::new(channel));
+            }
+            op::MESSAGE => {
+                let channel = self.channels.get(&body.u16()?)?.clone();
+                let sequence = body.u32()?;
+                let (log_time, publish_time) = (body.u64()?, body.u64()?);
+                let data = body.0.to_vec();
+                self.ready.push_back(RawItem::Message(RawMessage {
+                    channel,
+                    sequence,
+                    log_time,
+                    publish_time,
+                    offset,
+                    data,
+                }));
+            }
+            _ => {}
+        }
+        Some(())
+    }
+
+    fn fetch(&mut self) -> Option<Result<RawItem, LogError>> {
+        loop {
+            if let Some(item) = self.ready.pop_front() {
+                if let RawItem::Message(message) = &item {
+                    self.last_step = Some(u64::from(message.sequence));
+                }
+                return Some(Ok(item));
+            }
+            if let Some(error) = self.failure.take() {
+                return Some(Err(error));
+            }
+            if self.done {
+                return None;
+            }
+            match self.advance() {
+                Some(Ok(())) => {}
+                Some(Err(error)) => {
+                    // Messages of a chunk whose sum failed are not to be given out.
+                    self.ready.clear();
+                    self.failure = Some(error);
+                    self.done = true;
+                }
+                None => self.done = true,
+            }
+        }
+    }
+}
+
+impl Iterator for RawReader {
+    type Item = Result<RawItem, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.fetch()
+    }
+}
+
+fn metadata(body: &[u8]) -> Option<RawItem> {
+    let mut body = Bytes(body);
+    Some(RawItem::Metadata(body.text()?.to_owned(), body.map()?))
+}
+
+fn attachment(body: &[u8]) -> Option<RawItem> {
+    let mut rest = Bytes(body);
+    let _times = rest.take(16)?;
+    let (name, media) = (rest.text()?.to_owned(), rest.text()?.to_owned());
+    let data = rest.long()?.to_vec();
+    let summed = body.len() - rest.0.len();
+    let sum = rest.u32()?;
+    // 0 stands for "no sum" (specification).
+    (sum == 0 || sum == crc32(&body[..summed])).then_some(RawItem::Attachment(name, media, data))
+}
+
+/// Bytes packed and unpacked, of a chunk compressed with zstd.
+fn chunk_sizes(body: &[u8]) -> Option<(u64, u64)> {
+    let mut body = Bytes(body);
+    let _times = body.take(16)?;
+    let unpacked = body.u64()?;
+    let _sum = body.u32()?;
+    // The framing reader trusts lengths inside a chunk that is not compressed; a recorder
+    // compresses always.
+    let zstd = body.text()? == "zstd";
+    let packed = body.long()?.len() as u64;
+    (zstd && usize::try_from(unpacked).is_ok_and(|size| size <= CHUNK_LIMIT)).then_some((packed, unpacked))
+}
+
+/// CRC-32 (ISO-HDLC), for attachments only: a scene is a few kilobytes.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |sum, byte| {
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ (0xEDB8_8320 & (sum & 1).wrapping_neg()))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn crc32_of_the_check_string() {
+        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
+    }
+}

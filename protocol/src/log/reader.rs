@@ -1,0 +1,250 @@
+//! A log as typed messages, in order, each step accounted for.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::codec::{self, CodecError};
+use super::error::LogError;
+use super::manifest::{METADATA, Manifest, SCENE};
+use super::raw::{Channel, RawItem, RawMessage, RawReader, Sizes};
+use super::sequence::Sequence;
+use super::topic::Topic;
+use crate::message::{Command, Header, Kinematics, Loads, Status};
+use crate::participant::Role;
+
+/// A decoded payload.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Message {
+    /// An order.
+    Command(Command),
+    /// Fluid → DEM.
+    Loads(Header, Vec<Loads>),
+    /// DEM → fluid.
+    Kinematics(Header, Vec<Kinematics>),
+    /// An answer.
+    Status(Role, Status),
+    /// A viewer's message, an unknown channel, or any message of another layout: bytes.
+    Opaque(Vec<u8>),
+}
+
+/// A message and where it stands.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// Its channel, as the file declares it.
+    pub channel: Arc<Channel>,
+    /// Step number.
+    pub step: u64,
+    /// Simulated time, ns: the start of the window (viewer channels: its end).
+    pub log_time: u64,
+    /// Wall time since the recorder's start, ns.
+    pub publish_time: u64,
+    /// Where its chunk begins in the file, bytes.
+    pub offset: u64,
+    /// Bytes of the payload.
+    pub size: usize,
+    /// What it says.
+    pub message: Message,
+}
+
+/// Streams a log. The first error ends it.
+pub struct LogReader {
+    raw: RawReader,
+    manifest: Manifest,
+    /// None: another layout, payloads stay bytes.
+    sequence: Option<Sequence>,
+    log_time: u64,
+    ended: bool,
+}
+
+impl LogReader {
+    /// Opens a log written with the layout of this build.
+    ///
+    /// # Errors
+    /// [`LogError::File`], [`LogError::NotALog`], [`LogError::Layout`], or what is wrong with the
+    /// beginning of the file.
+    pub fn open(path: &Path) -> Result<Self, LogError> {
+        Self::strict(RawReader::open(path)?)
+    }
+
+    /// Opens a log written with any layout; if it is not ours, payloads stay bytes and their order
+    /// is not checked.
+    ///
+    /// # Errors
+    /// As [`LogReader::open`], without [`LogError::Layout`].
+    pub fn open_any(path: &Path) -> Result<Self, LogError> {
+        Self::new(RawReader::open(path)?)
+    }
+
+    /// Reads a log in memory; `name` stands for the file in messages.
+    ///
+    /// # Errors
+    /// As [`LogReader::open`].
+    pub fn from_bytes(bytes: Vec<u8>, name: &str) -> Result<Self, LogError> {
+        let length = bytes.len() as u64;
+        let source = Box::new(std::io::Cursor::new(bytes));
+        Self::strict(RawReader::new(source, length, name))
+    }
+
+    fn strict(raw: RawReader) -> Result<Self, LogError> {
+        let reader = Self::new(raw)?;
+        reader.manifest.check_layout(reader.raw.name())?;
+        Ok(reader)
+    }
+
+    fn new(mut raw: RawReader) -> Result<Self, LogError> {
+        let manifest = read_manifest(&mut raw)?;
+        let ours = manifest.check_layout(raw.name()).is_ok();
+        let sequence = ours.then(|| Sequence::new(&manifest));
+        Ok(Self { raw, manifest, sequence, log_time: 0, ended: false })
+    }
+
+    /// What stands at the beginning of the log.
+    #[must_use]
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// Name of the file.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.raw.name()
+    }
+
+    /// Sizes met so far.
+    #[must_use]
+    pub fn sizes(&self) -> Sizes {
+        self.raw.sizes()
+    }
+
+    /// Whether the last window read has all its messages.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.sequence.as_ref().is_none_or(Sequence::is_complete)
+    }
+
+    fn entry(&mut self, raw: RawMessage) -> Result<Entry, LogError> {
+        if raw.log_time < self.log_time {
+            let (now, before) = (raw.log_time, self.log_time);
+            let what = format!("its time {now} ns is before the message in front of it, {before} ns");
+            return Err(self.raw.damaged(raw.offset, what));
+        }
+        self.log_time = raw.log_time;
+        let size = raw.data.len();
+        let message = match (&mut self.sequence, Topic::from_name(&raw.channel.topic)) {
+            (Some(sequence), Some(topic)) if topic.is_data() => {
+                let message = decode(topic, &raw.data)
+                    .map_err(|error| self.raw.damaged(raw.offset, error.to_string()))?;
+                check(sequence, &message, u64::from(raw.sequence)).map_err(|fault| match fault {
+                    Fault::Order(source) => {
+                        let file = self.raw.name().to_owned();
+                        LogError::Sequence { file, offset: Some(raw.offset), source }
+                    }
+                    Fault::Label(what) => self.raw.damaged(raw.offset, what),
+                })?;
+                message
+            }
+            _ => Message::Opaque(raw.data),
+        };
+        Ok(Entry {
+            channel: raw.channel,
+            step: u64::from(raw.sequence),
+            log_time: raw.log_time,
+            publish_time: raw.publish_time,
+            offset: raw.offset,
+            size,
+            message,
+        })
+    }
+}
+
+impl Iterator for LogReader {
+    type Item = Result<Entry, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while !self.ended {
+            let entry = match self.raw.next()? {
+                Ok(RawItem::Message(raw)) => self.entry(raw),
+                // A repaired or edited log may carry more; none of it is a message.
+                Ok(_) => continue,
+                Err(error) => Err(error),
+            };
+            self.ended = entry.is_err();
+            return Some(entry);
+        }
+        None
+    }
+}
+
+/// Manifest and scene stand before the first message.
+fn read_manifest(raw: &mut RawReader) -> Result<Manifest, LogError> {
+    let mut facts = None;
+    loop {
+        let what = match raw.next() {
+            Some(Ok(RawItem::Metadata(name, map))) if name == METADATA => {
+                facts = Some(map);
+                continue;
+            }
+            Some(Ok(RawItem::Attachment(name, _, bytes))) if name == SCENE => {
+                let facts = facts.unwrap_or_default();
+                match std::str::from_utf8(&bytes).map_err(|error| error.to_string()) {
+                    Ok(scene) => match Manifest::from_metadata(&facts, scene) {
+                        Ok(manifest) => return Ok(manifest),
+                        Err(what) => what,
+                    },
+                    Err(what) => format!("its scene is not text: {what}"),
+                }
+            }
+            Some(Ok(RawItem::Message(_))) | None => "it does not begin with a manifest".to_owned(),
+            Some(Ok(_)) => continue,
+            Some(Err(error)) => return Err(error),
+        };
+        return Err(LogError::NotALog { file: raw.name().to_owned(), what });
+    }
+}
+
+fn decode(topic: Topic, bytes: &[u8]) -> Result<Message, CodecError> {
+    Ok(match topic {
+        Topic::Command => Message::Command(codec::decode(bytes)?),
+        Topic::Loads => {
+            let (header, records) = codec::decode_slice(bytes)?;
+            Message::Loads(header, records)
+        }
+        Topic::Kinematics => {
+            let (header, records) = codec::decode_slice(bytes)?;
+            Message::Kinematics(header, records)
+        }
+        Topic::Status => {
+            let (role, status): (u64, Status) = codec::decode(bytes)?;
+            Message::Status(role_of(role, bytes.len())?, status)
+        }
+        _ => Message::Opaque(bytes.to_vec()),
+    })
+}
+
+fn role_of(code: u64, bytes: usize) -> Result<Role, CodecError> {
+    [Role::Fluid, Role::Dem].into_iter().find(|role| *role as u64 == code).ok_or_else(|| {
+        let what = format!("role {code} is neither 0 (fluid) nor 1 (DEM)");
+        CodecError::Decode { bytes, wanted: "a status", what }
+    })
+}
+
+enum Fault {
+    Order(super::sequence::SequenceError),
+    Label(String),
+}
+
+/// The order of messages, and that the label in the file is the step in the payload.
+fn check(sequence: &mut Sequence, message: &Message, label: u64) -> Result<(), Fault> {
+    let (step, result) = match message {
+        Message::Command(command) => (command.step, sequence.command(command)),
+        Message::Loads(header, loads) => (header.step, sequence.loads(header, loads.len())),
+        Message::Kinematics(header, grains) => (header.step, sequence.kinematics(header, grains.len())),
+        Message::Status(_, status) => (status.step, sequence.status(status)),
+        Message::Opaque(_) => (label, Ok(())),
+    };
+    result.map_err(Fault::Order)?;
+    if step == label {
+        return Ok(());
+    }
+    Err(Fault::Label(format!("its label says step {label}, its payload step {step}")))
+}

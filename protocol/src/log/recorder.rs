@@ -1,0 +1,406 @@
+//! The recorder: copies a message at once, writes it later, in a thread that owns the file.
+//!
+//! It never slows a solver: a call encodes the message into a buffer and returns. What goes wrong
+//! (the disk is full, does not keep up, a step is missing) becomes an error that stays: every later
+//! call and [`Recorder::error`] return it, and what was written before remains a readable log.
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::codec::{self, CodecError};
+use super::error::LogError;
+use super::manifest::Manifest;
+use super::queue::Batch;
+use super::sequence::{Sequence, SequenceError};
+use super::sink::Sink;
+use super::topic::Topic;
+use super::viewer::{Decimation, Viewer};
+use crate::message::{Command, Header, Kinematics, Loads, Record, Status};
+use crate::participant::Role;
+
+/// How a log is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecorderOptions {
+    /// Bytes of messages after which a chunk is written.
+    pub chunk_bytes: usize,
+    /// Time after which a chunk is written, however small: what a kill loses at most.
+    pub flush_period: Duration,
+    /// Room of the queue, bytes; 0: 64 MiB, or four windows where a window is larger than that.
+    pub queue_bytes: usize,
+    /// Which windows become frames for viewers.
+    pub viewer: Decimation,
+    /// How long [`Recorder::finish`] waits for the disk.
+    pub finish_deadline: Duration,
+}
+
+impl Default for RecorderOptions {
+    fn default() -> Self {
+        Self {
+            chunk_bytes: 64 << 10,
+            flush_period: Duration::from_millis(100),
+            queue_bytes: 0,
+            viewer: Decimation::Auto,
+            finish_deadline: Duration::from_secs(30),
+        }
+    }
+}
+
+/// What recording cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RecorderStatistics {
+    /// Data messages taken.
+    pub messages: u64,
+    /// Bytes handed to the operating system.
+    pub bytes: u64,
+    /// Wall time inside `record_*` calls, s: what the caller paid.
+    pub call_s: f64,
+    /// Wall time of the recorder's thread at work, s (compressing and writing).
+    pub write_s: f64,
+}
+
+/// What both threads see.
+struct Shared {
+    state: Mutex<State>,
+    /// Wakes the writer: enough bytes, or closing.
+    work: Condvar,
+    /// Wakes [`Recorder::finish`].
+    done: Condvar,
+    bytes: Arc<AtomicU64>,
+}
+
+struct State {
+    filling: Batch,
+    sequence: Sequence,
+    error: Option<LogError>,
+    closing: bool,
+    done: bool,
+    statistics: RecorderStatistics,
+}
+
+impl Shared {
+    /// A panic in one thread must not hide the log's state from the other.
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Records a run. Callable from several threads; dropped without [`Recorder::finish`] it finishes
+/// the file and forgets errors.
+pub struct Recorder {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    file: String,
+    options: RecorderOptions,
+    room: usize,
+    start: Instant,
+}
+
+impl Recorder {
+    /// Creates the log file at `path` (an older one is replaced) and writes the manifest.
+    ///
+    /// # Errors
+    /// [`LogError::File`] if the file cannot be created or written.
+    pub fn create(path: &Path, manifest: &Manifest, options: RecorderOptions) -> Result<Self, LogError> {
+        let name = path.display().to_string();
+        let file = std::fs::File::create(path).map_err(|error| LogError::io(&name, "create", error))?;
+        Self::to_writer(file, &name, manifest, options)
+    }
+
+    /// Records into any writer; `name` stands for the file in messages.
+    ///
+    /// # Errors
+    /// [`LogError::File`] if the manifest cannot be written.
+    pub fn to_writer<W: Write + Send + 'static>(
+        inner: W,
+        name: &str,
+        manifest: &Manifest,
+        options: RecorderOptions,
+    ) -> Result<Self, LogError> {
+        let viewer = Viewer::new(options.viewer, manifest);
+        let bytes = Arc::new(AtomicU64::new(0));
+        let chunk = options.chunk_bytes as u64;
+        let sink = Sink::create(inner, name, manifest, viewer.is_on(), chunk, bytes.clone())?;
+        let shared = Arc::new(Shared {
+            state: Mutex::new(State {
+                filling: Batch::default(),
+                sequence: Sequence::new(manifest),
+                error: None,
+                closing: false,
+                done: false,
+                statistics: RecorderStatistics::default(),
+            }),
+            work: Condvar::new(),
+            done: Condvar::new(),
+            bytes,
+        });
+        let theirs = shared.clone();
+        let start = Instant::now();
+        let thread = std::thread::Builder::new()
+            .name("recorder".to_owned())
+            .spawn(move || Thread { shared: theirs, viewer, options, start }.run(sink))
+            .map_err(|error| LogError::io(name, "start a thread for", error))?;
+        Ok(Self {
+            shared,
+            thread: Some(thread),
+            file: name.to_owned(),
+            room: room(options, manifest),
+            options,
+            start,
+        })
+    }
+
+    /// Takes an order of the coupler.
+    ///
+    /// # Errors
+    /// The first thing that went wrong, from then on; [`LogError::Sequence`] on a step gap.
+    pub fn record_command(&self, command: &Command) -> Result<(), LogError> {
+        let step = command.step;
+        self.take(Topic::Command, step, |s| s.command(command), |out| codec::encode(command, out))
+    }
+
+    /// Takes the loads of a window.
+    ///
+    /// # Errors
+    /// As [`Recorder::record_command`].
+    pub fn record_loads(&self, header: &Header, loads: &[Loads]) -> Result<(), LogError> {
+        let count = loads.len();
+        self.take_slice(Topic::Loads, header, loads, |s| s.loads(header, count))
+    }
+
+    /// Takes the kinematics of a window.
+    ///
+    /// # Errors
+    /// As [`Recorder::record_command`].
+    pub fn record_kinematics(&self, header: &Header, kinematics: &[Kinematics]) -> Result<(), LogError> {
+        let count = kinematics.len();
+        self.take_slice(Topic::Kinematics, header, kinematics, |s| s.kinematics(header, count))
+    }
+
+    /// Takes an answer of a solver.
+    ///
+    /// # Errors
+    /// As [`Recorder::record_command`].
+    pub fn record_status(&self, role: Role, status: &Status) -> Result<(), LogError> {
+        let role = role as u64;
+        let step = status.step;
+        self.take(Topic::Status, step, |s| s.status(status), |out| codec::encode(&(role, status), out))
+    }
+
+    /// What went wrong, if anything did.
+    #[must_use]
+    pub fn error(&self) -> Option<LogError> {
+        self.shared.lock().error.clone()
+    }
+
+    /// What recording has cost so far.
+    #[must_use]
+    pub fn statistics(&self) -> RecorderStatistics {
+        let bytes = self.shared.bytes.load(Ordering::Relaxed);
+        RecorderStatistics { bytes, ..self.shared.lock().statistics }
+    }
+
+    /// Writes what is queued, the index and the end mark.
+    ///
+    /// # Errors
+    /// The first thing that went wrong in the whole recording, or [`LogError::Unfinished`] if the
+    /// disk hangs.
+    pub fn finish(mut self) -> Result<RecorderStatistics, LogError> {
+        self.close()?;
+        match self.error() {
+            Some(error) => Err(error),
+            None => Ok(self.statistics()),
+        }
+    }
+
+    fn close(&mut self) -> Result<(), LogError> {
+        let Some(thread) = self.thread.take() else { return Ok(()) };
+        let mut state = self.shared.lock();
+        state.closing = true;
+        self.shared.work.notify_one();
+        let deadline = self.options.finish_deadline;
+        let (state, waited) = self
+            .shared
+            .done
+            .wait_timeout_while(state, deadline, |state| !state.done)
+            .unwrap_or_else(PoisonError::into_inner);
+        drop(state);
+        if waited.timed_out() {
+            // The thread sits in a write that does not return; it must not take the run with it.
+            let seconds = deadline.as_secs_f64();
+            return Err(LogError::Unfinished { file: self.file.clone(), seconds });
+        }
+        // `done` is set last, so this does not wait; a panic has become an error already.
+        let _ = thread.join();
+        Ok(())
+    }
+
+    fn take_slice<R: Record + Serialize>(
+        &self,
+        topic: Topic,
+        header: &Header,
+        records: &[R],
+        check: impl FnOnce(&mut Sequence) -> Result<(), SequenceError>,
+    ) -> Result<(), LogError> {
+        self.take(topic, header.step, check, |out| codec::encode_slice(header, records, out))
+    }
+
+    /// Checks the order, encodes into the queue, wakes the writer when a chunk is full.
+    fn take(
+        &self,
+        topic: Topic,
+        step: u64,
+        check: impl FnOnce(&mut Sequence) -> Result<(), SequenceError>,
+        encode: impl FnOnce(&mut Vec<u8>) -> Result<(), CodecError>,
+    ) -> Result<(), LogError> {
+        let begin = Instant::now();
+        let mut state = self.shared.lock();
+        let state = &mut *state;
+        if let Some(error) = &state.error {
+            return Err(error.clone());
+        }
+        let before = state.filling.bytes.len();
+        let taken = self.check_and_encode(state, step, check, encode);
+        if let Err(error) = taken {
+            state.filling.undo();
+            state.error = Some(error.clone());
+            return Err(error);
+        }
+        let now = begin.duration_since(self.start).as_nanos() as u64;
+        // Checked by the sequence: a step that does not fit never gets here.
+        let sequence = u32::try_from(step).unwrap_or(u32::MAX);
+        state.filling.close(topic, sequence, state.sequence.clock(), now);
+        let chunk = self.options.chunk_bytes;
+        if before < chunk && state.filling.bytes.len() >= chunk {
+            self.shared.work.notify_one();
+        }
+        state.statistics.messages += 1;
+        state.statistics.call_s += begin.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn check_and_encode(
+        &self,
+        state: &mut State,
+        step: u64,
+        check: impl FnOnce(&mut Sequence) -> Result<(), SequenceError>,
+        encode: impl FnOnce(&mut Vec<u8>) -> Result<(), CodecError>,
+    ) -> Result<(), LogError> {
+        let file = || self.file.clone();
+        check(&mut state.sequence).map_err(|source| LogError::Sequence {
+            file: file(),
+            offset: None,
+            source,
+        })?;
+        encode(&mut state.filling.bytes)
+            .map_err(|error| LogError::Value { file: file(), what: error.to_string() })?;
+        if state.filling.bytes.len() > self.room {
+            return Err(LogError::QueueFull { file: file(), step, limit: self.room });
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        let _ = self.close();
+    }
+}
+
+/// Room of the queue: a window must fit several times.
+fn room(options: RecorderOptions, manifest: &Manifest) -> usize {
+    let window = manifest.grains() * (size_of::<Loads>() + size_of::<Kinematics>());
+    match options.queue_bytes {
+        0 => (64 << 20).max(4 * window),
+        bytes => bytes,
+    }
+}
+
+/// The thread that owns the file.
+struct Thread {
+    shared: Arc<Shared>,
+    viewer: Viewer,
+    options: RecorderOptions,
+    start: Instant,
+}
+
+impl Thread {
+    fn run<W: Write>(mut self, sink: Sink<W>) {
+        // Only a defect of this crate could panic here; the run must hear of it all the same.
+        let work = std::panic::AssertUnwindSafe(|| self.record(sink));
+        let result = std::panic::catch_unwind(work).unwrap_or_else(|_| {
+            let what = "anything more: its thread panicked".to_owned();
+            Err(LogError::Value { file: "recorder".to_owned(), what })
+        });
+        let mut state = self.shared.lock();
+        if let Err(error) = result {
+            state.error.get_or_insert(error);
+        }
+        // Nothing more will be written: let the buffer go.
+        state.filling = Batch::default();
+        state.done = true;
+        drop(state);
+        self.shared.done.notify_all();
+    }
+
+    /// Writes batches until the recorder closes or the disk refuses.
+    fn record<W: Write>(&mut self, mut sink: Sink<W>) -> Result<(), LogError> {
+        let mut batch = Batch::default();
+        loop {
+            let closing = self.next(&mut batch);
+            let begin = Instant::now();
+            for (frame, payload) in batch.iter() {
+                self.write(&mut sink, frame, payload)?;
+            }
+            batch.clear();
+            if closing {
+                self.emit(&mut sink, u64::MAX)?;
+                return sink.finish();
+            }
+            sink.flush()?;
+            self.shared.lock().statistics.write_s += begin.elapsed().as_secs_f64();
+        }
+    }
+
+    /// Waits for a chunk's worth, the flush period or the end, and takes what is there.
+    fn next(&self, batch: &mut Batch) -> bool {
+        let chunk = self.options.chunk_bytes;
+        let wait = |state: &mut State| !state.closing && state.filling.bytes.len() < chunk;
+        let (mut state, _) = self
+            .shared
+            .work
+            .wait_timeout_while(self.shared.lock(), self.options.flush_period, wait)
+            .unwrap_or_else(PoisonError::into_inner);
+        std::mem::swap(&mut state.filling, batch);
+        state.closing
+    }
+
+    fn write<W: Write>(
+        &mut self,
+        sink: &mut Sink<W>,
+        frame: super::queue::Frame,
+        payload: &[u8],
+    ) -> Result<(), LogError> {
+        if frame.topic == Topic::Command && codec::begins_window(payload) {
+            self.emit(sink, frame.log_time)?;
+        }
+        self.viewer
+            .watch(frame.topic, payload)
+            .map_err(|error| LogError::Value { file: "viewer".to_owned(), what: error.to_string() })?;
+        sink.write(frame.topic, frame.sequence, frame.log_time, frame.publish_time, payload)
+    }
+
+    /// Writes the frame of the window that has just ended, not later than `latest`.
+    fn emit<W: Write>(&mut self, sink: &mut Sink<W>, latest: u64) -> Result<(), LogError> {
+        let now = self.start.elapsed().as_nanos() as u64;
+        self.viewer.emit(|topic, step, time, bytes| {
+            let sequence = u32::try_from(step).unwrap_or(u32::MAX);
+            sink.write(topic, sequence, time.min(latest), now, bytes)
+        })
+    }
+}

@@ -1,0 +1,338 @@
+//! The order of messages that a log must have, checked while recording and again while reading.
+//!
+//! Windows count up by one from the manifest's first step; a `Repeat` counts the attempt up. Every
+//! window but the last has its loads (if a fluid takes part) and its kinematics (if a DEM does),
+//! once each. A gap means that something was lost, so it is an error, never a warning.
+
+use super::manifest::Manifest;
+use crate::message::{Command, Header, Order, Status};
+use crate::participant::Role;
+
+/// What is out of order.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SequenceError {
+    /// A window that does not follow.
+    #[error("step gap: window {step} attempt {attempt} where window {expected} was expected")]
+    Gap {
+        /// Window that came.
+        step: u64,
+        /// Attempt that came.
+        attempt: u64,
+        /// What should have come, in words.
+        expected: String,
+    },
+    /// A window ended without a message.
+    #[error("step gap: window {step} attempt {attempt} has no {what}")]
+    Missing {
+        /// Window.
+        step: u64,
+        /// Attempt.
+        attempt: u64,
+        /// `loads` or `kinematics`.
+        what: &'static str,
+    },
+    /// A message outside its window, or twice.
+    #[error("{what} of window {step} attempt {attempt} {where_}")]
+    Stray {
+        /// Kind of message.
+        what: &'static str,
+        /// Its window.
+        step: u64,
+        /// Its attempt.
+        attempt: u64,
+        /// Where it was found.
+        where_: String,
+    },
+    /// Another number of grains.
+    #[error("{what} of window {step} have {found} grains, the scene has {expected}")]
+    Grains {
+        /// Kind of message.
+        what: &'static str,
+        /// Its window.
+        step: u64,
+        /// Number in the message.
+        found: usize,
+        /// Number in the manifest.
+        expected: usize,
+    },
+    /// Time went backwards.
+    #[error("window {step} begins at {time} s, before the window in front of it")]
+    Time {
+        /// Window.
+        step: u64,
+        /// Its start, s, as text (so that the error can be compared).
+        time: String,
+    },
+    /// An order that this protocol does not know.
+    #[error("command of window {step}: {what}")]
+    Order {
+        /// Window.
+        step: u64,
+        /// What is wrong.
+        what: String,
+    },
+    /// More windows than an MCAP sequence number can count.
+    #[error("window {step} is beyond 4294967295, the last that a log can number")]
+    TooMany {
+        /// Window.
+        step: u64,
+    },
+}
+
+/// A window under way.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    step: u64,
+    attempt: u64,
+    loads: bool,
+    kinematics: bool,
+}
+
+/// Follows a stream of messages and refuses the first that does not fit.
+#[derive(Clone, Debug)]
+pub struct Sequence {
+    first_step: u64,
+    grains: usize,
+    fluid: bool,
+    dem: bool,
+    open: Option<Open>,
+    clock: u64,
+}
+
+impl Sequence {
+    /// For the run of `manifest`.
+    #[must_use]
+    pub fn new(manifest: &Manifest) -> Self {
+        Self {
+            first_step: manifest.first_step,
+            grains: manifest.grains(),
+            fluid: manifest.has(Role::Fluid),
+            dem: manifest.has(Role::Dem),
+            open: None,
+            clock: 0,
+        }
+    }
+
+    /// Simulated time of the next message, ns: the start of its window, never falling.
+    #[must_use]
+    pub fn clock(&self) -> u64 {
+        self.clock
+    }
+
+    /// Window and attempt under way.
+    #[must_use]
+    pub fn window(&self) -> Option<(u64, u64)> {
+        self.open.map(|open| (open.step, open.attempt))
+    }
+
+    /// Whether the window under way has all its messages.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.missing().is_none()
+    }
+
+    fn missing(&self) -> Option<(Open, &'static str)> {
+        let open = self.open?;
+        match (self.fluid && !open.loads, self.dem && !open.kinematics) {
+            (true, _) => Some((open, "loads")),
+            (_, true) => Some((open, "kinematics")),
+            _ => None,
+        }
+    }
+
+    /// Takes an order.
+    ///
+    /// # Errors
+    /// [`SequenceError`] if a window is missing, unfinished, or time runs backwards.
+    pub fn command(&mut self, command: &Command) -> Result<(), SequenceError> {
+        let step = command.step;
+        let order = Order::try_from(command.order)
+            .map_err(|error| SequenceError::Order { step, what: error.to_string() })?;
+        match order {
+            Order::Advance | Order::Repeat => self.begin(order, command),
+            Order::Accept | Order::Checkpoint | Order::Stop => self.remark(order, command),
+        }
+    }
+
+    fn begin(&mut self, order: Order, command: &Command) -> Result<(), SequenceError> {
+        let Command { step, attempt, .. } = *command;
+        if u32::try_from(step).is_err() {
+            return Err(SequenceError::TooMany { step });
+        }
+        if let Some((open, what)) = self.missing() {
+            let Open { step, attempt, .. } = open;
+            return Err(SequenceError::Missing { step, attempt, what });
+        }
+        let expected = match (order, self.open) {
+            (Order::Repeat, Some(open)) => (open.step, open.attempt + 1),
+            (_, Some(open)) => (open.step + 1, 0),
+            (_, None) => (self.first_step, 0),
+        };
+        if (step, attempt) != expected || (order == Order::Repeat && self.open.is_none()) {
+            let expected = format!("{} attempt {}", expected.0, expected.1);
+            return Err(SequenceError::Gap { step, attempt, expected });
+        }
+        self.tick(step, command.time)?;
+        self.open = Some(Open { step, attempt, loads: false, kinematics: false });
+        Ok(())
+    }
+
+    /// Moves the clock to the start of a window.
+    fn tick(&mut self, step: u64, time: f64) -> Result<(), SequenceError> {
+        let now = nanoseconds(time);
+        // The coupler may sum dt in another order than t + dt: one nanosecond is rounding.
+        if !time.is_finite() || now + 1 < self.clock {
+            return Err(SequenceError::Time { step, time: time.to_string() });
+        }
+        self.clock = self.clock.max(now);
+        Ok(())
+    }
+
+    /// `Accept`, `Checkpoint`, `Stop`: about the window under way or the next.
+    fn remark(&mut self, order: Order, command: &Command) -> Result<(), SequenceError> {
+        let (low, high) = match (order, self.open) {
+            (Order::Accept, Some(open)) => (open.step, open.step),
+            (_, Some(open)) => (open.step, open.step + 1),
+            (_, None) => (0, self.first_step),
+        };
+        if (low..=high).contains(&command.step) {
+            return Ok(());
+        }
+        Err(SequenceError::Order {
+            step: command.step,
+            what: format!("{order:?} must name a window from {low} to {high}"),
+        })
+    }
+
+    /// Takes loads of `found` grains.
+    ///
+    /// # Errors
+    /// [`SequenceError`] if they are of another window, come twice, or the count differs.
+    pub fn loads(&mut self, header: &Header, found: usize) -> Result<(), SequenceError> {
+        self.slice("loads", header, found, |open| &mut open.loads)
+    }
+
+    /// Takes kinematics of `found` grains.
+    ///
+    /// # Errors
+    /// As [`Sequence::loads`].
+    pub fn kinematics(&mut self, header: &Header, found: usize) -> Result<(), SequenceError> {
+        self.slice("kinematics", header, found, |open| &mut open.kinematics)
+    }
+
+    fn slice(
+        &mut self,
+        what: &'static str,
+        header: &Header,
+        found: usize,
+        seen: fn(&mut Open) -> &mut bool,
+    ) -> Result<(), SequenceError> {
+        let Header { step, attempt, .. } = *header;
+        let stray = |where_: String| SequenceError::Stray { what, step, attempt, where_ };
+        let Some(open) = &mut self.open else {
+            return Err(stray("stand before the first window".to_owned()));
+        };
+        if (step, attempt) != (open.step, open.attempt) {
+            let (at, attempt) = (open.step, open.attempt);
+            return Err(stray(format!("stand in window {at} attempt {attempt}")));
+        }
+        if found != self.grains {
+            let expected = self.grains;
+            return Err(SequenceError::Grains { what, step, found, expected });
+        }
+        if std::mem::replace(seen(open), true) {
+            return Err(stray("come twice".to_owned()));
+        }
+        Ok(())
+    }
+
+    /// Takes an answer of a solver.
+    ///
+    /// # Errors
+    /// [`SequenceError::Stray`] if it is about a window not ordered yet.
+    pub fn status(&mut self, status: &Status) -> Result<(), SequenceError> {
+        let last = self.open.map_or(self.first_step, |open| open.step);
+        if status.step <= last {
+            return Ok(());
+        }
+        Err(SequenceError::Stray {
+            what: "status",
+            step: status.step,
+            attempt: status.attempt,
+            where_: format!("stands in window {last}"),
+        })
+    }
+}
+
+/// Seconds as whole nanoseconds, the clock of an MCAP file; what is not a time is 0.
+#[must_use]
+pub fn nanoseconds(seconds: f64) -> u64 {
+    // `as` saturates and turns NaN and negative values into 0.
+    (seconds * 1e9).round() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sequence(first_step: u64) -> Sequence {
+        let mut manifest = Manifest::new("", "", vec![1.0], 0.1, 1.0);
+        manifest.first_step = first_step;
+        Sequence::new(&manifest)
+    }
+
+    fn order(order: Order, step: u64, attempt: u64) -> Command {
+        Command { order: order as u64, step, attempt, time: step as f64, ..Command::default() }
+    }
+
+    fn window(sequence: &mut Sequence, step: u64, attempt: u64) {
+        let kind = if attempt == 0 { Order::Advance } else { Order::Repeat };
+        sequence.command(&order(kind, step, attempt)).unwrap();
+        let header = Header { step, attempt, ..Header::default() };
+        sequence.loads(&header, 1).unwrap();
+        sequence.kinematics(&header, 1).unwrap();
+    }
+
+    #[test]
+    fn windows_and_repeats_in_order_pass() {
+        let mut sequence = sequence(5);
+        window(&mut sequence, 5, 0);
+        window(&mut sequence, 5, 1);
+        sequence.command(&order(Order::Accept, 5, 1)).unwrap();
+        window(&mut sequence, 6, 0);
+        sequence.command(&order(Order::Stop, 7, 0)).unwrap();
+        assert_eq!(sequence.clock(), 6_000_000_000);
+    }
+
+    #[test]
+    fn every_kind_of_gap_is_named() {
+        let mut s = sequence(0);
+        assert!(matches!(s.command(&order(Order::Advance, 1, 0)), Err(SequenceError::Gap { step: 1, .. })));
+        assert!(matches!(s.command(&order(Order::Repeat, 0, 0)), Err(SequenceError::Gap { .. })));
+        window(&mut s, 0, 0);
+        assert!(matches!(s.command(&order(Order::Advance, 2, 0)), Err(SequenceError::Gap { step: 2, .. })));
+        assert!(matches!(s.command(&order(Order::Repeat, 0, 2)), Err(SequenceError::Gap { attempt: 2, .. })));
+        s.command(&order(Order::Advance, 1, 0)).unwrap();
+        let header = Header { step: 1, ..Header::default() };
+        assert!(matches!(s.loads(&header, 2), Err(SequenceError::Grains { found: 2, .. })));
+        s.loads(&header, 1).unwrap();
+        assert!(matches!(s.loads(&header, 1), Err(SequenceError::Stray { .. })));
+        assert!(matches!(
+            s.command(&order(Order::Advance, 2, 0)),
+            Err(SequenceError::Missing { step: 1, what: "kinematics", .. })
+        ));
+    }
+
+    #[test]
+    fn time_must_not_run_backwards() {
+        let mut s = sequence(0);
+        window(&mut s, 0, 0);
+        let mut back = order(Order::Advance, 1, 0);
+        back.time = f64::NAN;
+        assert!(matches!(s.command(&back), Err(SequenceError::Time { .. })));
+        window(&mut s, 1, 0);
+        back = order(Order::Advance, 2, 0);
+        back.time = 0.5;
+        assert!(matches!(s.command(&back), Err(SequenceError::Time { step: 2, .. })));
+    }
+}
