@@ -95,7 +95,12 @@ impl Reference {
                 plan.process_dct4_with_scratch(&mut s.line, &mut s.real);
             }
             (Plan::Four(plan), _) => plan.process_dst4_with_scratch(&mut s.line, &mut s.real),
-            (Plan::SineOne(plan), _) => plan.process_dst1_with_scratch(&mut s.line, &mut s.real),
+            (Plan::SineOne(plan), _) => {
+                // rustdct 0.7.1 takes places 0 and n of its odd continuation from the scratch
+                // memory without setting them: they have to be zero.
+                s.real.fill(0.0);
+                plan.process_dst1_with_scratch(&mut s.line, &mut s.real);
+            }
             _ => unreachable!("Fourier and type-II plans are handled by their callers"),
         }
     }

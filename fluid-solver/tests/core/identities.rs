@@ -1,0 +1,130 @@
+//! Discrete identities of the operators, in plane, axisymmetric and space grids.
+
+use crate::common::{Random, plane_grids, space_grids};
+use fluid_solver::advect::Advection;
+use fluid_solver::boundary::fill_velocity;
+use fluid_solver::diffuse::Diffusion;
+use fluid_solver::field::for_each_unknown;
+use fluid_solver::grid::Grid;
+use fluid_solver::scheme::{Scheme, Viscous};
+use fluid_solver::step::{Options, Stepper};
+
+/// A random divergence-free velocity of size about 1, halos filled.
+fn solenoidal<const D: usize>(grid: &Grid<D>) -> [Vec<f64>; D] {
+    let options = Options {
+        viscosity: 0.0,
+        scheme: Scheme::AdamsBashforth2,
+        viscous: Viscous::Explicit,
+        convection: false,
+        body_force: [0.0; D],
+    };
+    let mut stepper = Stepper::new(grid.clone(), options);
+    for d in 0..D {
+        Random(11 + d as u64).fill(grid, d, &mut stepper.state_mut().velocity[d]);
+    }
+    stepper.project_velocity();
+    stepper.state().velocity.clone()
+}
+
+/// One operator applied to every row of component `d`.
+fn apply<const D: usize>(grid: &Grid<D>, row: impl Fn(usize, &mut [f64])) -> Vec<f64> {
+    let mut out = grid.new_field();
+    for r in 0..grid.rows() {
+        let start = grid.row(r);
+        row(r, &mut out[start..start + grid.cells[0]]);
+    }
+    out
+}
+
+/// ∫ a b dV over the unknowns of component `d`, and ∫ |a b| dV.
+fn product<const D: usize>(grid: &Grid<D>, d: usize, a: &[f64], b: &[f64]) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    for_each_unknown(grid, d, |at, index| {
+        let x = a[index] * b[index] * grid.control_volume(d, at);
+        sums[0] += x;
+        sums[1] += x.abs();
+    });
+    sums
+}
+
+/// Σ_d ∫ u_d N_d dV relative to Σ ∫ |u_d N_d| dV.
+fn convective_power<const D: usize>(grid: &Grid<D>) -> f64 {
+    let u = solenoidal(grid);
+    let advection = Advection::new(grid);
+    let mut total = [0.0; 2];
+    for d in 0..D {
+        let n = apply(grid, |row, out| advection.add_row(grid, d, &u, row, out));
+        let p = product(grid, d, &u[d], &n);
+        total = [total[0] + p[0], total[1] + p[1]];
+    }
+    total[0].abs() / total[1]
+}
+
+/// Convection of a divergence-free field does no work, ∫ u·N dV = 0, with every boundary, metric
+/// and stretching. The divergence left is 1e-12, hence 1e-12.
+#[test]
+fn convection_conserves_energy() {
+    for grid in plane_grids() {
+        let power = convective_power(&grid);
+        assert!(power < 1e-12, "{:?} {:?}: {power:e}", grid.geometry, grid.boundaries);
+    }
+    for grid in space_grids() {
+        let power = convective_power(&grid);
+        assert!(power < 1e-12, "{:?}: {power:e}", grid.boundaries);
+    }
+}
+
+/// Relative asymmetry ∫ (a ∇²b − b ∇²a) dV, and the sign of ∫ a ∇²a dV.
+fn laplacian_symmetry<const D: usize>(grid: &Grid<D>, d: usize) -> (f64, f64) {
+    let [mut a, mut b] = [grid.new_field(), grid.new_field()];
+    Random(5).fill(grid, d, &mut a);
+    Random(6).fill(grid, d, &mut b);
+    fill_velocity(grid, d, &mut a);
+    fill_velocity(grid, d, &mut b);
+    let diffusion = Diffusion::new(grid, d);
+    let of = |u: &[f64]| apply(grid, |row, out| diffusion.add_row(grid, 1.0, u, row, out));
+    let (la, lb) = (of(&a), of(&b));
+    let (ab, ba) = (product(grid, d, &a, &lb), product(grid, d, &b, &la));
+    ((ab[0] - ba[0]).abs() / ab[1], product(grid, d, &a, &la)[0])
+}
+
+/// ∫ a ∇²b dV = ∫ b ∇²a dV and ∫ a ∇²a dV < 0, to round-off of the sums.
+#[test]
+fn laplacian_is_symmetric_and_negative() {
+    for grid in plane_grids() {
+        for d in 0..2 {
+            let (asymmetry, form) = laplacian_symmetry(&grid, d);
+            assert!(asymmetry < 1e-13, "{:?} d={d}: {asymmetry:e}", grid.boundaries);
+            assert!(form < 0.0, "{:?} d={d}: {form:e}", grid.boundaries);
+        }
+    }
+    for grid in space_grids() {
+        for d in 0..3 {
+            let (asymmetry, form) = laplacian_symmetry(&grid, d);
+            assert!(asymmetry < 1e-13, "{:?} d={d}: {asymmetry:e}", grid.boundaries);
+            assert!(form < 0.0, "{:?} d={d}: {form:e}", grid.boundaries);
+        }
+    }
+}
+
+/// The control volumes of each component, with the wall halves, fill the domain exactly.
+#[test]
+fn control_volumes_fill_the_domain() {
+    for grid in plane_grids() {
+        let total: f64 = (0..grid.rows())
+            .flat_map(|j| (0..grid.cells[0]).map(move |i| [i, j]))
+            .map(|at| grid.cell_volume(at))
+            .sum();
+        for d in 0..2 {
+            let mut sum = 0.0;
+            for_each_unknown(&grid, d, |at, _| sum += grid.control_volume(d, at));
+            if !grid.periodic(d) {
+                let walls = [0, grid.cells[d]].map(|i| grid.volumes(d, d)[i]);
+                let across: f64 = grid.volumes(d, 1 - d).iter().sum();
+                sum += grid.turn() * across * (walls[0] + walls[1]);
+            }
+            // Sums of a few hundred terms.
+            assert!((sum / total - 1.0).abs() < 1e-13, "{:?} d={d}", grid.boundaries);
+        }
+    }
+}

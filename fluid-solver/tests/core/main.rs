@@ -1,0 +1,11 @@
+//! The Navier–Stokes core against exact solutions and discrete identities.
+
+mod common;
+
+mod identities;
+mod order;
+mod radial;
+mod repeat;
+mod solve;
+mod transforms;
+mod walls;

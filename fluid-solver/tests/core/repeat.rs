@@ -1,0 +1,95 @@
+//! Same bits: whatever the number of threads, and after a restore.
+
+use crate::common::{Random, SCHEMES, grid, pipe, stepper, uniform};
+use fluid_solver::boundary::Boundary;
+use fluid_solver::field::State;
+use fluid_solver::grid::Grid;
+use fluid_solver::scheme::Scheme;
+
+/// Three steps from a random state on a pool of `threads`.
+fn run<const D: usize>(grid: &Grid<D>, scheme: Scheme, threads: usize) -> State<D> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("a pool of threads").install(|| {
+        let mut s = stepper(grid.clone(), 0.01, scheme);
+        for d in 0..D {
+            Random(d as u64).fill(grid, d, &mut s.state_mut().velocity[d]);
+        }
+        (0..3).for_each(|_| s.step(1e-3, None));
+        s.state().clone()
+    })
+}
+
+/// Compares every bit of two states, halos and padding included.
+fn assert_same<const D: usize>(a: &State<D>, b: &State<D>) {
+    let fields = |s: &State<D>| [s.velocity.clone(), s.history.clone()].concat();
+    let bits = |f: &[f64]| f.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    for (name, (x, y)) in fields(a).iter().zip(&fields(b)).enumerate() {
+        let differ = bits(x).iter().zip(&bits(y)).filter(|(x, y)| x != y).count();
+        assert_eq!(differ, 0, "field {name} of {D} velocities, {D} histories");
+        assert!(x.iter().all(|x| x.is_finite()), "field {name} is not finite");
+    }
+    assert_eq!(bits(&a.pressure), bits(&b.pressure), "pressure");
+}
+
+/// 1, 2 and 4 threads agree bit for bit (grids large enough that four threads do take part).
+#[test]
+fn threads_do_not_change_a_bit() {
+    let p = [Boundary::Periodic; 2];
+    let w = [Boundary::WALL, Boundary::FreeSlip];
+    let tube = pipe(uniform(1.0, 200), uniform(2.0, 360));
+    let walls = grid([uniform(1.0, 300), uniform(1.0, 250)], [w, w]);
+    let across = grid([uniform(1.0, 256), uniform(1.0, 256)], [p, w]);
+    let space = grid(
+        [uniform(1.0, 40), uniform(1.0, 42), uniform(1.0, 44)],
+        [[Boundary::Periodic; 2], [Boundary::WALL; 2], [Boundary::FreeSlip; 2]],
+    );
+    for scheme in SCHEMES {
+        for plane in [&tube, &walls, &across] {
+            let one = run(plane, scheme, 1);
+            for threads in [2, 4] {
+                assert_same(&run(plane, scheme, threads), &one);
+            }
+        }
+        let one = run(&space, scheme, 1);
+        for threads in [2, 4] {
+            assert_same(&run(&space, scheme, threads), &one);
+        }
+    }
+}
+
+/// A restored state goes on with the same bits, the Adams–Bashforth history included.
+#[test]
+fn restored_state_repeats_its_future() {
+    for scheme in SCHEMES {
+        let mut s = stepper(pipe(uniform(1.0, 12), uniform(1.0, 16)), 0.01, scheme);
+        let g = s.grid().clone();
+        Random(9).fill(&g, 1, &mut s.state_mut().velocity[1]);
+        (0..3).for_each(|_| s.step(0.01, None));
+        let saved = s.state().clone();
+        (0..3).for_each(|_| s.step(0.02, None));
+        let first = s.state().clone();
+        s.restore(&saved);
+        (0..3).for_each(|_| s.step(0.02, None));
+        assert_eq!(*s.state(), first);
+    }
+}
+
+/// Splitting the step into predictor and projection changes nothing if nothing is done between.
+#[test]
+fn split_step_equals_whole_step() {
+    for scheme in SCHEMES {
+        let make = || {
+            let mut s = stepper(pipe(uniform(1.0, 12), uniform(1.0, 16)), 0.01, scheme);
+            let g = s.grid().clone();
+            Random(9).fill(&g, 1, &mut s.state_mut().velocity[1]);
+            s
+        };
+        let (mut whole, mut split) = (make(), make());
+        for _ in 0..3 {
+            whole.step(0.01, None);
+            split.advance_without_projection(0.01, None);
+            split.project();
+        }
+        assert_eq!(whole.state(), split.state());
+    }
+}

@@ -1,0 +1,139 @@
+//! The direct solver against the discrete operators it inverts, for every kind of boundary.
+
+use crate::common::{Random, plane_grids, space_grids};
+use fluid_solver::boundary::{fill_scalar, fill_velocity};
+use fluid_solver::diffuse::Diffusion;
+use fluid_solver::grid::Grid;
+use fluid_solver::helmholtz::{Helmholtz, Unknown, Write};
+use fluid_solver::measure::largest_divergence;
+use fluid_solver::project::Projection;
+use fluid_solver::scheme::{Scheme, Viscous};
+use fluid_solver::step::{Options, Stepper};
+
+/// Largest |x − c ∇²x − b| over the unknowns of component `d`, for a random b of size 1.
+fn viscous_residual<const D: usize>(grid: &Grid<D>, d: usize, c: f64) -> f64 {
+    let mut b = grid.new_field();
+    Random(7 + d as u64).fill(grid, d, &mut b);
+    let mut x = grid.new_field();
+    let mut solver = Helmholtz::new(grid, Unknown::Component(d));
+    solver.solve(grid, 1.0, c, &mut b.clone(), &mut x, Write::Set);
+    fill_velocity(grid, d, &mut x);
+    let laplacian = Diffusion::new(grid, d);
+    let (mut line, mut worst) = (vec![0.0; grid.cells[0]], 0.0_f64);
+    let unknowns = grid.unknowns(d);
+    for row in 0..grid.rows() {
+        let at = [0, row % grid.cells[1], row / grid.cells[1]];
+        if (1..D).any(|a| !unknowns[a].contains(&at[a])) {
+            continue;
+        }
+        line.fill(0.0);
+        laplacian.add_row(grid, c, &x, row, &mut line);
+        for i in unknowns[0].clone() {
+            let index = grid.row(row) + i;
+            worst = worst.max((x[index] - line[i] - b[index]).abs());
+        }
+    }
+    worst
+}
+
+/// x − c ∇²x = b holds to round-off: the solution is of size 1 and c ∇² amplifies it at most by
+/// 4c Σ 1/Δx² (about 4000 for the smallest cells here), hence 1e-12.
+#[test]
+fn viscous_solve_inverts_the_discrete_operator() {
+    for c in [1e-3, 0.7] {
+        for grid in plane_grids() {
+            for d in 0..2 {
+                let residual = viscous_residual(&grid, d, c);
+                assert!(residual < 1e-12, "{:?} d={d} c={c}: {residual:e}", grid.boundaries);
+            }
+        }
+        for grid in space_grids() {
+            for d in 0..3 {
+                let residual = viscous_residual(&grid, d, c);
+                assert!(residual < 1e-12, "{:?} d={d} c={c}: {residual:e}", grid.boundaries);
+            }
+        }
+    }
+}
+
+/// Divergence after making a random velocity of size 1 divergence-free, and after one whole step.
+fn divergence_left<const D: usize>(grid: Grid<D>, scheme: Scheme) -> [f64; 2] {
+    let options = Options {
+        viscosity: 0.01,
+        scheme,
+        viscous: Viscous::Implicit,
+        convection: true,
+        body_force: [0.3; D],
+    };
+    let mut stepper = Stepper::new(grid, options);
+    let grid = stepper.grid().clone();
+    for d in 0..D {
+        Random(1 + d as u64).fill(&grid, d, &mut stepper.state_mut().velocity[d]);
+    }
+    stepper.project_velocity();
+    let first = largest_divergence(&grid, &stepper.state().velocity);
+    stepper.step(0.01, None);
+    [first, largest_divergence(&grid, &stepper.state().velocity)]
+}
+
+/// ∇·u = 0 after every projection. A divergence of size 1/Δx ≈ 30 is removed; 1e-12 is 3e-14 of it.
+#[test]
+fn divergence_is_round_off_for_every_combination_of_boundaries() {
+    for scheme in crate::common::SCHEMES {
+        for grid in plane_grids() {
+            let boundaries = grid.boundaries;
+            let left = divergence_left(grid, scheme);
+            assert!(left.iter().all(|d| *d < 1e-12), "{boundaries:?}: {left:?}");
+        }
+        for grid in space_grids() {
+            let boundaries = grid.boundaries;
+            let left = divergence_left(grid, scheme);
+            assert!(left.iter().all(|d| *d < 1e-12), "{boundaries:?}: {left:?}");
+        }
+    }
+}
+
+/// ∇²p = b with zero mean of p, where b = ∇²q for a random q: p = q − mean(q).
+#[test]
+fn pressure_solve_has_zero_mean() {
+    for grid in plane_grids() {
+        let mut q = grid.new_field();
+        let mut random = Random(3);
+        let (mut mean, mut volume) = (0.0, 0.0);
+        for row in 0..grid.rows() {
+            for i in 0..grid.cells[0] {
+                let v = grid.cell_volume([i, row]);
+                q[grid.row(row) + i] = random.next();
+                mean += v * q[grid.row(row) + i];
+                volume += v;
+            }
+        }
+        fill_scalar(&grid, &mut q);
+        let projection = Projection::new(&grid);
+        let mut gradient = grid.new_vector();
+        for (d, g) in gradient.iter_mut().enumerate() {
+            for row in 0..grid.rows() {
+                let start = grid.row(row);
+                let line = &mut g[start..start + grid.cells[0]];
+                projection.add_gradient_row(&grid, d, 1.0, &q, row, line);
+            }
+            fill_velocity(&grid, d, g);
+        }
+        let (mut b, mut p) = (grid.new_field(), grid.new_field());
+        for row in 0..grid.rows() {
+            let start = grid.row(row);
+            let line = &mut b[start..start + grid.cells[0]];
+            projection.divergence_row(&grid, &gradient, row, line);
+        }
+        let mut solver = Helmholtz::new(&grid, Unknown::Pressure);
+        solver.solve(&grid, 0.0, -1.0, &mut b, &mut p, Write::Set);
+        for row in 0..grid.rows() {
+            for i in 0..grid.cells[0] {
+                let index = grid.row(row) + i;
+                // Condition number of the Neumann operator here ≤ 1e3, p of size 1.
+                let wrong = (p[index] - q[index] + mean / volume).abs();
+                assert!(wrong < 1e-11, "{:?}: {wrong:e}", grid.boundaries);
+            }
+        }
+    }
+}
