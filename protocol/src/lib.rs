@@ -2,7 +2,9 @@
 //!
 //! Solvers know this crate and nothing of each other.
 
+pub mod alone;
 pub mod channel;
+pub mod checkpoint;
 pub mod facts;
 pub mod log;
 pub mod message;

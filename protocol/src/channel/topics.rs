@@ -7,16 +7,16 @@ use iceoryx2::service::port_factory::{event, publish_subscribe};
 
 use super::rendezvous::Rendezvous;
 use super::watch::Member;
-use crate::message::{Command, Header, PROTOCOL_VERSION, Record, Status, layout_hash};
+use crate::message::{Command, Header, Record, Status};
 use crate::participant::{ExchangeError, Role};
 
 /// A record that may lie in shared memory.
 pub trait Wire: Record + ZeroCopySend {}
 impl<T: Record + ZeroCopySend> Wire for T {}
 
-/// Attribute that carries [`PROTOCOL_VERSION`] in decimal.
+/// Attribute that carries [`crate::message::PROTOCOL_VERSION`] in decimal.
 pub const PROTOCOL_ATTRIBUTE: &str = "bedload.protocol";
-/// Attribute that carries [`layout_hash`] in 16 hexadecimal digits.
+/// Attribute that carries [`crate::message::layout_hash`] in 16 hexadecimal digits.
 pub const LAYOUT_ATTRIBUTE: &str = "bedload.layout";
 /// Attribute that carries the number of grains in decimal.
 pub const GRAINS_ATTRIBUTE: &str = "bedload.grains";
@@ -53,11 +53,11 @@ fn service_name(name: &str) -> Result<ServiceName, ExchangeError> {
     name.try_into().map_err(transport(name))
 }
 
-/// What this build writes into the attributes of every service.
+/// What the rendezvous says about this build ([`Rendezvous::parse`] has compared it with ours).
 fn attributes(rendezvous: &Rendezvous) -> [(&'static str, String); 3] {
     [
-        (PROTOCOL_ATTRIBUTE, PROTOCOL_VERSION.to_string()),
-        (LAYOUT_ATTRIBUTE, format!("{:016x}", layout_hash())),
+        (PROTOCOL_ATTRIBUTE, rendezvous.protocol.to_string()),
+        (LAYOUT_ATTRIBUTE, rendezvous.layout.clone()),
         (GRAINS_ATTRIBUTE, rendezvous.grains.to_string()),
     ]
 }

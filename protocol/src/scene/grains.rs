@@ -21,7 +21,7 @@ pub enum Shape {
     Disc,
 }
 
-/// Velocity or spin that swings: amplitude·sin(2π frequency t + phase), added to the constant part.
+/// Velocity that swings in place of a constant one: amplitude·sin(2π frequency t + phase).
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Oscillation {
@@ -85,7 +85,7 @@ pub struct Grain {
     /// `free`, `fixed` or `prescribed`.
     #[serde(default)]
     pub motion: Motion,
-    /// Swing added to a prescribed velocity.
+    /// Swing of a prescribed grain, in place of its `velocity` and `spin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub oscillation: Option<Oscillation>,
     /// Degrees of freedom that are locked, besides those that the geometry has not.

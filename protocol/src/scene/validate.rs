@@ -402,6 +402,11 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
             "add motion = \"prescribed\"",
         ));
     }
+    if let Some(swing) = grain.oscillation {
+        positive(source, &key("oscillation.frequency"), swing.frequency)?;
+        finite(source, &key("oscillation.amplitude"), &swing.amplitude)?;
+        finite(source, &key("oscillation.phase"), &[swing.phase])?;
+    }
     let geometry = scene.domain.geometry;
     if geometry == Geometry::Axisymmetric && (grain.position[0] != 0.0 || grain.position[1] != 0.0) {
         return Err(source.error(
