@@ -1,0 +1,232 @@
+//! The plan of a run: who takes part, every time step, every bound, and what it will cost.
+
+use protocol::facts::{DemFacts, FluidFacts};
+use protocol::scene::{CheckedScene, SceneError};
+use serde::Serialize;
+
+use crate::bounds::{self, Bound, Facts, Ladder, Short};
+use crate::config::{Coupling, Scheme};
+
+/// Which processes a scene needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cast {
+    /// Fluid and DEM, coupled.
+    Coupled,
+    /// No grain is free: the fluid alone.
+    Fluid,
+    /// No fluid: the DEM alone.
+    Dem,
+}
+
+impl Cast {
+    /// Of a scene.
+    #[must_use]
+    pub fn of(scene: &CheckedScene) -> Self {
+        match (scene.scene.medium.is_some(), scene.has_free_grains()) {
+            (false, _) => Self::Dem,
+            (true, false) => Self::Fluid,
+            (true, true) => Self::Coupled,
+        }
+    }
+
+    /// Does a fluid take part?
+    #[must_use]
+    pub fn has_fluid(self) -> bool {
+        self != Self::Dem
+    }
+
+    /// Does a DEM take part?
+    #[must_use]
+    pub fn has_dem(self) -> bool {
+        self != Self::Fluid
+    }
+}
+
+/// Plan of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Plan {
+    /// Who takes part.
+    pub cast: Cast,
+    /// Order of the exchange; none where nothing is exchanged.
+    pub scheme: Option<Scheme>,
+    /// Cells of the grid.
+    pub cells: u64,
+    /// Grains, all motions included.
+    pub grains: usize,
+    /// Memory of the solvers, estimated, bytes.
+    pub memory: u64,
+    /// Time steps.
+    #[serde(flatten)]
+    pub ladder: Ladder,
+    /// Sub-step aimed at; a window gets ceil(dt/dt_dem) of them, s.
+    pub dt_dem_target: f64,
+    /// May the window change while the run goes?
+    pub adaptive: bool,
+    /// Ratio by which the fluid's own limit on dt may be passed before its scheme is unstable.
+    pub cfl_reserve: f64,
+    /// Largest window, s.
+    pub dt_most: f64,
+    /// End, s.
+    pub until: f64,
+    /// Windows, estimated.
+    pub windows: u64,
+    /// Cost of the run on one core, estimated, s; 0 where no solver gave an estimate.
+    pub cost: f64,
+    /// Bounds.
+    pub bounds: Vec<Bound>,
+    /// Names of bounds that may be broken.
+    pub forced: Vec<String>,
+    /// What the user should know.
+    pub notices: Vec<String>,
+}
+
+/// ceil(dt/dt_dem), where a ratio that is whole up to rounding counts as whole.
+#[must_use]
+pub fn substeps(dt: f64, dt_dem: f64) -> u64 {
+    ((dt / dt_dem) * (1.0 - 1e-12)).ceil().max(1.0) as u64
+}
+
+impl Plan {
+    /// Plans a run from the scene and what the solvers said of themselves. `memory` is what the
+    /// machine can still give, bytes.
+    ///
+    /// # Errors
+    /// [`SceneError`] where `[coupling]` contradicts the solvers, or a solver gave no usable step.
+    pub fn new(
+        scene: &CheckedScene,
+        coupling: &Coupling,
+        fluid: Option<&FluidFacts>,
+        dem: Option<&DemFacts>,
+        memory: Option<u64>,
+    ) -> Result<Self, SceneError> {
+        let cast = Cast::of(scene);
+        let (fluid, dem) = (fluid.filter(|_| cast.has_fluid()), dem.filter(|_| cast.has_dem()));
+        let scheme = match (cast, fluid) {
+            (Cast::Coupled, Some(fluid)) => Some(coupling.agree_with(fluid.loads, &scene.source)?),
+            _ => None,
+        };
+        let adaptive = fluid.is_some_and(|fluid| fluid.adaptive);
+        let contact_time = dem.map_or(f64::INFINITY, |dem| dem.contact_time);
+        let dt_most = match cast {
+            Cast::Coupled if adaptive => coupling.max_dt_over_contact_time * contact_time,
+            _ => f64::INFINITY,
+        };
+        let dt_dem_target = substep_target(cast, coupling, dem);
+        let dt_fluid = fluid.map_or(dt_dem_target, |fluid| fluid.dt).min(dt_most).min(scene.scene.until);
+        usable(scene, if cast == Cast::Dem { "dem" } else { "fluid" }, dt_fluid)?;
+        usable(scene, "dem", dt_dem_target)?;
+        let full = substeps(dt_fluid, dt_dem_target);
+        let ladder = Ladder { dt_fluid, dt_dem: dt_fluid / full as f64, substeps: full, contact_time };
+        let facts = Facts { scene, fluid, dem, coupling, ladder, memory };
+        let windows = (scene.scene.until / dt_fluid).ceil();
+        let of_a_window = fluid.map_or(0.0, |fluid| fluid.step_cost)
+            + dem.map_or(0.0, |dem| dem.substep_cost) * full as f64;
+        let notices = fluid.map(|fluid| &fluid.notices).into_iter().chain(dem.map(|dem| &dem.notices));
+        Ok(Self {
+            cast,
+            scheme,
+            cells: fluid.map_or(0, |fluid| fluid.cells),
+            grains: scene.grains.len(),
+            memory: fluid.map_or(0, |fluid| fluid.memory) + dem.map_or(0, |dem| dem.memory),
+            ladder,
+            dt_dem_target,
+            adaptive,
+            cfl_reserve: fluid.map_or(1.0, cfl_reserve),
+            dt_most,
+            until: scene.scene.until,
+            windows: windows as u64,
+            cost: windows * of_a_window,
+            bounds: bounds::all(&facts),
+            forced: coupling.force.clone(),
+            notices: notices.flatten().cloned().collect(),
+        })
+    }
+
+    /// Bounds that stop the run.
+    pub fn refusals(&self) -> impl Iterator<Item = &Bound> {
+        self.bounds.iter().filter(|bound| bound.refuses(&self.forced))
+    }
+
+    /// Bounds that are broken without stopping the run, by level or because the scene forces them.
+    pub fn warnings(&self) -> impl Iterator<Item = &Bound> {
+        self.bounds.iter().filter(|bound| !bound.holds && !bound.refuses(&self.forced))
+    }
+
+    /// Sub-steps of a full window of length `dt`.
+    #[must_use]
+    pub fn full_substeps(&self, dt: f64) -> u64 {
+        if self.dt_dem_target.is_finite() { substeps(dt, self.dt_dem_target) } else { 1 }
+    }
+
+    /// The plan as lines of text.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
+        let ladder = &self.ladder;
+        let who = match self.cast {
+            Cast::Coupled => "fluid and DEM, coupled",
+            Cast::Fluid => "fluid alone (no grain is free)",
+            Cast::Dem => "DEM alone (no fluid)",
+        };
+        let mut lines = vec![
+            line("processes", who.to_owned()),
+            line("cells", self.cells.to_string()),
+            line("grains", self.grains.to_string()),
+            line("memory", format!("{:.1} MiB, estimated", self.memory as f64 / f64::from(1 << 20))),
+        ];
+        if let Some(scheme) = self.scheme {
+            lines.push(line("scheme", scheme.to_string()));
+        }
+        if self.cast.has_fluid() {
+            let how = if self.adaptive { " (adaptive)" } else { "" };
+            lines.push(line("dt fluid", format!("{} s{how}", Short(ladder.dt_fluid))));
+        }
+        if self.cast.has_dem() {
+            lines.push(line("dt dem", format!("{} s", Short(ladder.dt_dem))));
+            lines.push(line("t_c", format!("{} s", Short(ladder.contact_time))));
+            lines.push(line("t_c/dt_dem", Short(ladder.contact_time / ladder.dt_dem).to_string()));
+            lines.push(line("dt_fluid/t_c", Short(ladder.dt_fluid / ladder.contact_time).to_string()));
+            lines.push(line("sub-steps", format!("{} in a full window", ladder.substeps)));
+        }
+        lines.push(line("windows", format!("{} to t = {} s", self.windows, Short(self.until))));
+        let cost = if self.cost > 0.0 { format!("{} s on one core, estimated", Short(self.cost)) } else { "unknown".into() };
+        lines.push(line("cost", cost));
+        lines
+    }
+}
+
+fn line(name: &str, value: String) -> String {
+    format!("{name:<14} {value}")
+}
+
+/// How far above the CFL number that the fluid aims at its scheme is still stable.
+fn cfl_reserve(fluid: &FluidFacts) -> f64 {
+    if fluid.cfl > 0.0 && fluid.cfl_limit > fluid.cfl { fluid.cfl_limit / fluid.cfl } else { 1.0 }
+}
+
+/// The DEM's sub-step; in a coupled run at most t_c/`steps_per_contact`.
+fn substep_target(cast: Cast, coupling: &Coupling, dem: Option<&DemFacts>) -> f64 {
+    let Some(dem) = dem else { return f64::INFINITY };
+    match cast {
+        Cast::Coupled => dem.dt.min(dem.contact_time / coupling.steps_per_contact),
+        _ => dem.dt,
+    }
+}
+
+/// A step must be a positive number; of the DEM also infinite, where nothing can touch.
+fn usable(scene: &CheckedScene, section: &str, dt: f64) -> Result<(), SceneError> {
+    if dt > 0.0 {
+        return Ok(());
+    }
+    let message = format!("its solver asks for a step of {dt} s; allowed: a positive number");
+    Err(scene.source.error(section, message, "give dt in this section, or mend the solver's `check --json`"))
+}
+
+/// Memory that the machine can still give, bytes; none where the system does not say.
+#[must_use]
+pub fn available_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}

@@ -1,0 +1,263 @@
+//! Which window comes next, and how many sub-steps it gets.
+//!
+//! The planner is deterministic: the window after the next `ahead` ones is planned from what was
+//! known exactly `ahead` windows before, never from what happens to have arrived. So the order in
+//! which messages come, and a resume in between, change no bit of a run.
+
+use std::collections::VecDeque;
+
+use protocol::message::{Header, Kinematics, Loads};
+use protocol::participant::Window;
+use protocol::scene::{CheckedScene, Motion, Observe, Oscillation, Wall};
+use serde::{Deserialize, Serialize};
+
+use crate::config::{Coupling, Substeps};
+use crate::plan::Plan;
+
+/// Windows that may be on their way at once where dt is fixed: enough to take the coupler's own
+/// latency off the critical path.
+pub const AHEAD: usize = 4;
+/// An adaptive step grows by at most this ratio from one window to the next.
+const GROWTH: f64 = 1.2;
+
+/// How long nothing can begin to touch.
+///
+/// Relative motion over T is at most V T + ½ A T², V and A the largest relative speed and
+/// acceleration. Both are doubled: V for what the fluid's memory may add, A because loads change.
+#[derive(Clone, Debug)]
+pub struct QuietRule {
+    /// Gap at which contact or lubrication begins, m.
+    range: f64,
+    gravity: f64,
+    masses: Vec<f64>,
+    /// Acceleration that the scene prescribes, by grain, m/s².
+    swings: Vec<f64>,
+    wall_speed: f64,
+}
+
+fn norm(v: &[f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Largest acceleration of a swing: 2π f times its amplitude.
+fn swing_acceleration(swing: &Oscillation) -> f64 {
+    2.0 * std::f64::consts::PI * swing.frequency * norm(&swing.amplitude)
+}
+
+impl QuietRule {
+    /// For a scene whose contact and lubrication begin at the gap `range`.
+    #[must_use]
+    pub fn new(scene: &CheckedScene, range: f64) -> Self {
+        let held = |motion: Motion| motion != Motion::Free;
+        let walls = scene.contact_walls();
+        Self {
+            range,
+            gravity: norm(&scene.scene.gravity),
+            masses: scene
+                .grains
+                .iter()
+                .map(|grain| if held(grain.motion) { f64::INFINITY } else { grain.mass() })
+                .collect(),
+            swings: scene.grains.iter().map(|grain| grain.oscillation.as_ref().map_or(0.0, swing_acceleration)).collect(),
+            wall_speed: walls.iter().map(|wall: &Wall| norm(&wall.velocity)).fold(0.0, f64::max),
+        }
+    }
+
+    /// Largest acceleration of grain `index` under `load`: weight and twice the load on the dry mass,
+    /// or what the scene prescribes.
+    fn acceleration(&self, index: usize, load: &Loads) -> f64 {
+        let mass = self.masses[index];
+        if mass.is_infinite() {
+            return self.swings[index];
+        }
+        self.gravity + 2.0 * norm(&load.force) / mass
+    }
+
+    /// Time, counted from the end of the window of these messages, in which nothing can begin to
+    /// touch; 0 where something touches already or a gap is not known.
+    #[must_use]
+    pub fn quiet_for(&self, loads: &[Loads], kinematics: &[Kinematics]) -> f64 {
+        let gap = kinematics.iter().map(|grain| grain.gap).fold(f64::INFINITY, f64::min);
+        let room = gap - self.range;
+        if room.is_nan() || room <= 0.0 {
+            return 0.0;
+        }
+        let speeds = kinematics.iter().map(|grain| norm(&grain.velocity));
+        let accelerations = loads.iter().enumerate().map(|(index, load)| self.acceleration(index, load));
+        let (v, a) = (largest_pair(speeds, self.wall_speed), largest_pair(accelerations, 0.0));
+        time_to_cover(room, 2.0 * v, 2.0 * a)
+    }
+}
+
+/// Sum of the two largest values, `other` being one more that is always there.
+fn largest_pair(values: impl Iterator<Item = f64>, other: f64) -> f64 {
+    let (first, second) = values.fold((other, 0.0), |(first, second), value| {
+        if value > first { (value, first) } else { (first, f64::max(second, value)) }
+    });
+    first + second
+}
+
+/// The T at which v T + ½ a T² = room; infinite at rest.
+fn time_to_cover(room: f64, v: f64, a: f64) -> f64 {
+    // The form without the difference of near numbers.
+    2.0 * room / (v + (v * v + 2.0 * a * room).sqrt())
+}
+
+/// State of the planner: everything that decides the next window.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlannerState {
+    /// Next window.
+    step: u64,
+    /// Its start, s.
+    time: f64,
+    /// Length of the last window, s.
+    dt: f64,
+    /// Until when nothing can touch, as known after each window that no plan has used yet, oldest
+    /// first: the first is used for the next window. −1: not at all.
+    quiet: VecDeque<f64>,
+    /// Largest step that the solvers would accept; infinite: not asked yet.
+    limit: f64,
+}
+
+/// Plans window after window.
+#[derive(Clone, Debug)]
+pub struct Planner {
+    plan: Plan,
+    substeps: Substeps,
+    observe: Observe,
+    ahead: usize,
+    state: PlannerState,
+}
+
+impl Planner {
+    /// From the start of a run.
+    #[must_use]
+    pub fn new(plan: &Plan, coupling: &Coupling, observe: &Observe) -> Self {
+        let ahead = if plan.adaptive { 1 } else { AHEAD };
+        let state = PlannerState {
+            step: 0,
+            time: 0.0,
+            dt: plan.ladder.dt_fluid,
+            quiet: std::iter::repeat_n(-1.0, ahead).collect(),
+            limit: f64::INFINITY,
+        };
+        Self { plan: plan.clone(), substeps: coupling.substeps, observe: observe.clone(), ahead, state }
+    }
+
+    /// Windows that may be on their way at once.
+    #[must_use]
+    pub fn ahead(&self) -> usize {
+        self.ahead
+    }
+
+    /// Next window to plan.
+    #[must_use]
+    pub fn step(&self) -> u64 {
+        self.state.step
+    }
+
+    /// Its start, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// For a checkpoint: to be asked only while nothing is on its way.
+    #[must_use]
+    pub fn state(&self) -> &PlannerState {
+        &self.state
+    }
+
+    /// Goes on from a checkpoint.
+    pub fn resume(&mut self, state: PlannerState) {
+        self.state = state;
+    }
+
+    /// Is the end reached?
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.remaining() <= 0.0
+    }
+
+    fn remaining(&self) -> f64 {
+        // A remainder of rounding is no window.
+        let left = self.plan.until - self.state.time;
+        if left <= 1e-9 * self.plan.until.min(self.state.dt.max(self.plan.ladder.dt_fluid)) { 0.0 } else { left }
+    }
+
+    /// Plans the next window; none at the end, or while the window `ahead` before it is not known.
+    pub fn next_window(&mut self) -> Option<Window> {
+        if self.is_over() {
+            return None;
+        }
+        let quiet = self.state.quiet.pop_front()?;
+        let dt = self.window_length();
+        let state = &self.state;
+        let full = self.plan.full_substeps(dt);
+        let end = state.time + dt;
+        let single = self.substeps == Substeps::Auto && end <= quiet;
+        let window = Window {
+            step: state.step,
+            attempt: 0,
+            time: state.time,
+            dt,
+            substeps: if single { 1 } else { full },
+            output: is_due(&self.observe, state.time, end),
+        };
+        self.advance(dt);
+        Some(window)
+    }
+
+    fn window_length(&self) -> f64 {
+        let left = self.remaining();
+        if !self.plan.adaptive {
+            let dt = self.plan.ladder.dt_fluid;
+            return if left <= dt * (1.0 + 1e-6) { left } else { dt };
+        }
+        let first = if self.state.step == 0 { self.state.dt } else { f64::INFINITY };
+        let dt = first.min(self.state.limit).min(self.plan.dt_most).min(GROWTH * self.state.dt);
+        // The last two windows share what is left, so that none is a sliver.
+        match left / dt {
+            ratio if ratio <= 1.0 + 1e-6 => left,
+            ratio if ratio < 2.0 => 0.5 * left,
+            _ => dt,
+        }
+    }
+
+    fn advance(&mut self, dt: f64) {
+        let fixed = self.plan.ladder.dt_fluid;
+        self.state.step += 1;
+        // Multiplied, not summed: a million windows add no rounding.
+        let regular = !self.plan.adaptive && dt == fixed;
+        self.state.time = match regular {
+            true => self.state.step as f64 * fixed,
+            false => self.state.time + dt,
+        };
+        if self.plan.until - self.state.time <= 1e-9 * dt {
+            self.state.time = self.plan.until;
+        }
+        self.state.dt = dt;
+    }
+
+    /// Takes what is known after a window: until when nothing can touch, and the solvers' limit.
+    pub fn learn(&mut self, quiet_until: f64, dt_limit: f64) {
+        self.state.quiet.push_back(quiet_until);
+        self.state.limit = dt_limit;
+    }
+}
+
+/// Are fields due in the window from `start` to `end`?
+fn is_due(observe: &Observe, start: f64, end: f64) -> bool {
+    let asked = observe.fields_at.iter().any(|t| (start < *t || (start == 0.0 && *t <= 0.0)) && *t <= end);
+    let every = observe.fields_every;
+    // A multiple that is missed by rounding counts as reached.
+    let count = |t: f64| (t / every * (1.0 + 1e-12)).floor();
+    asked || (every > 0.0 && count(end) > count(start))
+}
+
+/// Did a window that got one sub-step see something begin to touch after all? Then the rule's
+/// margin was too small for this flow.
+#[must_use]
+pub fn was_late(window: &Window, full: u64, header: &Header, range: f64) -> bool {
+    full > 1 && window.substeps == 1 && header.smallest_gap < range
+}

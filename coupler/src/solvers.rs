@@ -1,0 +1,329 @@
+//! The solvers as commands: where they are, and what they say of themselves.
+
+use std::ffi::OsString;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use protocol::facts::{DemFacts, FluidFacts};
+use protocol::participant::Role;
+use protocol::scene::{CheckedScene, SceneError};
+use serde::de::DeserializeOwned;
+
+use crate::supervise::program;
+
+/// Why a solver could not be asked.
+#[derive(Debug, thiserror::Error)]
+pub enum SolverCommandError {
+    /// The scene's `command` makes no command.
+    #[error(transparent)]
+    Scene(#[from] Box<SceneError>),
+    /// The program cannot be started.
+    #[error("cannot start the {role} solver `{command}`: {source}; build it beside bedload (cargo build --release), put it on PATH, or name it in [{role}] command")]
+    Start {
+        /// Which solver.
+        role: Role,
+        /// Its command.
+        command: String,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// It refused the scene: its own words.
+    #[error("the {role} solver refuses the scene (exit code {code}):\n{words}")]
+    Refused {
+        /// Which solver.
+        role: Role,
+        /// Its exit code, −1 if it was killed.
+        code: i32,
+        /// What it wrote to stderr.
+        words: String,
+    },
+    /// What it printed are no facts.
+    #[error("`{command} check --json` of the {role} solver printed no facts: {what}; rebuild it with this version of bedload")]
+    Facts {
+        /// Which solver.
+        role: Role,
+        /// Its command.
+        command: String,
+        /// What is wrong.
+        what: String,
+    },
+}
+
+/// A solver as a command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Solver {
+    /// Its side.
+    pub role: Role,
+    /// Executable and leading arguments.
+    pub command: Vec<String>,
+    /// Named by the scene, so perhaps not ours.
+    pub foreign: bool,
+}
+
+impl Solver {
+    /// The solver of `role`: `command` of its section, or ours beside this program, or on PATH.
+    ///
+    /// # Errors
+    /// [`SceneError`] if `command` is not a list of words.
+    pub fn of(role: Role, scene: &CheckedScene) -> Result<Self, SceneError> {
+        let section = match role {
+            Role::Fluid => &scene.scene.fluid,
+            Role::Dem => &scene.scene.dem,
+        };
+        match section.get("command") {
+            None => Ok(Self { role, command: vec![sibling(program(role))], foreign: false }),
+            Some(value) => {
+                let command = words(value).ok_or_else(|| {
+                    scene.source.error(
+                        &format!("{role}.command"),
+                        format!("is {value}; allowed: a list of strings, the executable first"),
+                        "write command = [\"path/to/solver\", \"first argument\"]",
+                    )
+                })?;
+                Ok(Self { role, command, foreign: true })
+            }
+        }
+    }
+
+    /// The command as one line.
+    #[must_use]
+    pub fn line(&self) -> String {
+        self.command.join(" ")
+    }
+
+    /// Runs `command arguments…` to its end, at most `limit`, and returns exit code and output.
+    fn ask(&self, arguments: &[OsString], limit: Duration) -> Result<Answer, SolverCommandError> {
+        ask(&self.command, arguments, limit).map_err(|source| SolverCommandError::Start {
+            role: self.role,
+            command: self.line(),
+            source,
+        })
+    }
+
+    /// What the solver says of a scene; `None` from a foreign solver that does not know `check`.
+    fn facts<F: DeserializeOwned>(
+        &self,
+        scene: &Path,
+        overrides: &[String],
+        limit: Duration,
+    ) -> Result<Option<F>, SolverCommandError> {
+        let mut arguments: Vec<OsString> = vec!["check".into(), scene.into(), "--json".into()];
+        for text in overrides {
+            arguments.extend(["--set".into(), text.into()]);
+        }
+        let answer = self.ask(&arguments, limit)?;
+        if answer.code == Some(0) {
+            return match parse_facts(&answer.stdout) {
+                Ok(facts) => Ok(Some(facts)),
+                Err(_) if self.foreign => Ok(None),
+                Err(what) => Err(SolverCommandError::Facts { role: self.role, command: self.line(), what }),
+            };
+        }
+        // A foreign solver may not know the word; ours, named by `command`, refuses with 2 and says
+        // where.
+        let refused = answer.code == Some(2) && answer.stderr.contains("remedy:");
+        if self.foreign && !refused {
+            return Ok(None);
+        }
+        Err(SolverCommandError::Refused {
+            role: self.role,
+            code: answer.code.unwrap_or(-1),
+            words: answer.stderr.trim_end().to_owned(),
+        })
+    }
+
+    /// JSON Schema of the solver's section; `None` if it is not there or does not print one.
+    #[must_use]
+    pub fn schema(&self, limit: Duration) -> Option<serde_json::Value> {
+        let answer = self.ask(&["schema".into()], limit).ok()?;
+        serde_json::from_str(&answer.stdout).ok()
+    }
+}
+
+/// What the fluid solver says of the scene; a foreign one that does not know `check` is described
+/// from the scene, with a notice.
+///
+/// # Errors
+/// [`SolverCommandError`].
+pub fn fluid_facts(
+    solver: &Solver,
+    scene: &CheckedScene,
+    path: &Path,
+    overrides: &[String],
+    limit: Duration,
+) -> Result<FluidFacts, SolverCommandError> {
+    if let Some(facts) = solver.facts(path, overrides, limit)? {
+        return Ok(facts);
+    }
+    let domain = &scene.scene.domain;
+    let spacing = (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(f64::INFINITY, f64::min);
+    Ok(FluidFacts {
+        cells: domain.cell_count() as u64,
+        dt: section_dt(scene, Role::Fluid, &scene.scene.fluid)?,
+        spacing,
+        implicit_viscosity: true,
+        notices: vec![unknown(solver)],
+        ..FluidFacts::default()
+    })
+}
+
+/// As [`fluid_facts`], of the DEM.
+///
+/// # Errors
+/// [`SolverCommandError`].
+pub fn dem_facts(
+    solver: &Solver,
+    scene: &CheckedScene,
+    path: &Path,
+    overrides: &[String],
+    limit: Duration,
+) -> Result<DemFacts, SolverCommandError> {
+    if let Some(facts) = solver.facts(path, overrides, limit)? {
+        return Ok(facts);
+    }
+    Ok(DemFacts {
+        grains: scene.grains.len() as u64,
+        dt: section_dt(scene, Role::Dem, &scene.scene.dem)?,
+        contact_time: f64::INFINITY,
+        lubrication_dt: f64::INFINITY,
+        // It does not say from what gap it acts: nothing is far enough for a single sub-step.
+        interaction_range: f64::INFINITY,
+        notices: vec![unknown(solver)],
+        ..DemFacts::default()
+    })
+}
+
+fn unknown(solver: &Solver) -> String {
+    format!(
+        "the {} solver `{}` does not answer `check SCENE --json`: it is planned from the scene alone, and bounds that need its facts are not checked",
+        solver.role,
+        solver.line()
+    )
+}
+
+/// The `dt` that a section names for a solver that says nothing of itself.
+fn section_dt(scene: &CheckedScene, role: Role, section: &toml::Table) -> Result<f64, Box<SceneError>> {
+    let dt = section.get("dt").and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+    dt.filter(|dt| *dt > 0.0).ok_or_else(|| {
+        Box::new(scene.source.error(
+            &role.to_string(),
+            "its solver does not say what step it needs, and the section has no dt".to_owned(),
+            "add dt = …, a positive number of seconds",
+        ))
+    })
+}
+
+/// A program beside this one, or its bare name, which the system looks for on PATH.
+fn sibling(name: &str) -> String {
+    let beside = std::env::current_exe().ok().and_then(|own| own.parent().map(|folder| folder.join(name)));
+    match beside.filter(|path: &PathBuf| path.is_file()) {
+        Some(path) => path.display().to_string(),
+        None => name.to_owned(),
+    }
+}
+
+fn words(value: &toml::Value) -> Option<Vec<String>> {
+    let list = value.as_array()?;
+    let words: Option<Vec<String>> = list.iter().map(|word| word.as_str().map(str::to_owned)).collect();
+    words.filter(|words| !words.is_empty())
+}
+
+/// Facts as printed. JSON writes an infinite number as `null`; TOML, through which they are read,
+/// has both.
+fn parse_facts<F: DeserializeOwned>(text: &str) -> Result<F, String> {
+    let json: serde_json::Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    to_toml(json).try_into().map_err(|error: toml::de::Error| error.message().to_owned())
+}
+
+fn to_toml(json: serde_json::Value) -> toml::Value {
+    use serde_json::Value;
+    match json {
+        Value::Null => toml::Value::Float(f64::INFINITY),
+        Value::Bool(value) => value.into(),
+        Value::String(text) => text.into(),
+        Value::Number(number) => match number.as_i64() {
+            Some(whole) => whole.into(),
+            None => number.as_f64().unwrap_or(f64::NAN).into(),
+        },
+        Value::Array(items) => items.into_iter().map(to_toml).collect::<Vec<_>>().into(),
+        Value::Object(map) => {
+            toml::Value::Table(map.into_iter().map(|(key, value)| (key, to_toml(value))).collect())
+        }
+    }
+}
+
+struct Answer {
+    /// None: killed, or out of time.
+    code: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+fn ask(command: &[String], arguments: &[OsString], limit: Duration) -> std::io::Result<Answer> {
+    let Some((executable, leading)) = command.split_first() else {
+        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty"));
+    };
+    let mut child = Command::new(executable)
+        .args(leading)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    let stdout = child.stdout.take().map(|pipe| std::thread::spawn(move || read_all(pipe)));
+    let stderr = child.stderr.take().map(|pipe| std::thread::spawn(move || read_all(pipe)));
+    let start = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break Some(status);
+        }
+        if start.elapsed() >= limit {
+            child.kill()?;
+            child.wait()?;
+            break None;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    };
+    let text = |thread: Option<std::thread::JoinHandle<String>>| {
+        thread.and_then(|thread| thread.join().ok()).unwrap_or_default()
+    };
+    let (stdout, mut stderr) = (text(stdout), text(stderr));
+    if status.is_none() {
+        stderr += &format!("no answer within {} s", limit.as_secs_f64());
+    }
+    Ok(Answer { code: status.and_then(|status| status.code()), stdout, stderr })
+}
+
+fn read_all(mut pipe: impl Read) -> String {
+    let mut bytes = Vec::new();
+    // What was read before an error is still worth showing.
+    let _ = pipe.read_to_end(&mut bytes);
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_infinite_fact_survives_json() {
+        let facts = DemFacts { dt: 1e-4, contact_time: f64::INFINITY, lubrication_dt: f64::INFINITY, ..DemFacts::default() };
+        let read: DemFacts = parse_facts(&serde_json::to_string(&facts).unwrap()).unwrap();
+        assert_eq!(read, facts);
+        let fluid: FluidFacts = parse_facts(r#"{"dt": 1, "cells": 12, "loads": "F1", "resolved": {"dt": 0.5}}"#).unwrap();
+        assert_eq!((fluid.dt, fluid.cells), (1.0, 12));
+        assert_eq!(fluid.resolved["dt"].as_float(), Some(0.5));
+        assert!(parse_facts::<DemFacts>("not json").is_err());
+    }
+
+    #[test]
+    fn a_solver_that_does_not_answer_is_given_up() {
+        let command = ["sh".to_owned(), "-c".to_owned(), "exec sleep 20".to_owned()];
+        let start = Instant::now();
+        let answer = ask(&command, &[], Duration::from_millis(100)).unwrap();
+        assert!(answer.code.is_none() && start.elapsed() < Duration::from_secs(2));
+        assert!(answer.stderr.contains("no answer"));
+    }
+}

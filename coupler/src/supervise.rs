@@ -1,0 +1,317 @@
+//! Solver processes as children: started, watched, and ended whatever happens.
+//!
+//! Each child has a thread that sleeps until it exits (without reaping it, so that its process id
+//! stays its own until the parent lets go), and one that keeps the last lines of its stderr. Every
+//! child leads a process group of its own: Ctrl-C reaches the coupler alone, which ends the run in
+//! order.
+
+use std::collections::VecDeque;
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader};
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use protocol::participant::Role;
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
+
+/// Lines of stderr kept as last words.
+const LAST_LINES: usize = 20;
+/// How often a wait for several children looks.
+const LOOK_EVERY: Duration = Duration::from_millis(2);
+
+/// What became of a child.
+#[derive(Clone, Debug)]
+pub struct Exit {
+    /// Which solver.
+    pub role: Role,
+    /// How it ended; none if the system would not tell.
+    pub status: Option<ExitStatus>,
+}
+
+impl Exit {
+    /// Was it killed by a signal?
+    #[must_use]
+    pub fn was_killed(&self) -> bool {
+        self.status.is_none_or(|status| status.signal().is_some())
+    }
+
+    /// Exit code, if it left by itself.
+    #[must_use]
+    pub fn code(&self) -> Option<i32> {
+        self.status.and_then(|status| status.code())
+    }
+}
+
+impl std::fmt::Display for Exit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let process = program(self.role);
+        match self.status {
+            None => write!(f, "{process} is gone"),
+            Some(status) => match (status.code(), status.signal()) {
+                (Some(code), _) => write!(f, "{process} left with exit code {code}"),
+                (None, Some(signal)) => write!(f, "{process} was killed by signal {signal}"),
+                (None, None) => write!(f, "{process} is gone"),
+            },
+        }
+    }
+}
+
+/// Name of our solver in a role.
+#[must_use]
+pub fn program(role: Role) -> &'static str {
+    match role {
+        Role::Fluid => "bedload-fluid",
+        Role::Dem => "bedload-dem",
+    }
+}
+
+/// Where a child's words go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Words {
+    /// To the coupler's stderr line by line, the last ones kept.
+    Kept,
+    /// The child speaks for itself: stdin, stdout and stderr are the coupler's.
+    Own,
+}
+
+/// One child.
+struct Watched {
+    role: Role,
+    child: Arc<Mutex<Child>>,
+    words: Arc<Mutex<VecDeque<String>>>,
+}
+
+/// Exits in the order in which they were seen.
+type Exits = Arc<Mutex<Vec<Exit>>>;
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // A panic in a watching thread must not hide what it saw.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The children of a run. Dropped, it kills those that still live.
+#[derive(Default)]
+pub struct Supervisor {
+    children: Vec<Watched>,
+    exits: Exits,
+}
+
+impl Supervisor {
+    /// Starts a solver.
+    ///
+    /// # Errors
+    /// The system's, if the program cannot be started.
+    pub fn start(&mut self, role: Role, program: &[String], arguments: &[OsString], words: Words) -> std::io::Result<()> {
+        let Some((executable, leading)) = program.split_first() else {
+            return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty"));
+        };
+        let mut command = Command::new(executable);
+        command.args(leading).args(arguments).process_group(0);
+        if words == Words::Kept {
+            command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        }
+        let mut child = command.spawn()?;
+        let kept: Arc<Mutex<VecDeque<String>>> = Arc::default();
+        if let Some(stderr) = child.stderr.take() {
+            let kept = kept.clone();
+            std::thread::spawn(move || keep_words(role, BufReader::new(stderr), &kept));
+        }
+        let child = Arc::new(Mutex::new(child));
+        let (theirs, exits) = (child.clone(), self.exits.clone());
+        std::thread::spawn(move || await_exit(role, &theirs, &exits));
+        self.children.push(Watched { role, child, words: kept });
+        Ok(())
+    }
+
+    /// Children that have exited, in the order in which that was seen.
+    #[must_use]
+    pub fn exits(&self) -> Vec<Exit> {
+        locked(&self.exits).clone()
+    }
+
+    /// Has any child exited? Costs a lock, so that it can be asked every few milliseconds.
+    #[must_use]
+    pub fn any_exit(&self) -> bool {
+        !locked(&self.exits).is_empty()
+    }
+
+    /// Last lines that a solver wrote to stderr.
+    #[must_use]
+    pub fn last_words(&self, role: Role) -> String {
+        let of_role = self.children.iter().find(|watched| watched.role == role);
+        of_role.map_or_else(String::new, |watched| {
+            let words = locked(&watched.words);
+            words.iter().map(String::as_str).collect::<Vec<_>>().join("\n")
+        })
+    }
+
+    /// Waits at most `limit` until every child has exited.
+    pub fn wait_all(&self, limit: Duration) -> bool {
+        let start = Instant::now();
+        while locked(&self.exits).len() < self.children.len() {
+            if start.elapsed() >= limit {
+                return false;
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
+        true
+    }
+
+    /// Sends `signal` to every child that lives.
+    pub fn signal(&self, signal: Signal) {
+        for watched in &self.children {
+            let mut child = locked(&watched.child);
+            // Not yet reaped, so the number is still this child's.
+            if let (Ok(None), Some(pid)) = (child.try_wait(), pid_of(&child)) {
+                let _ = kill_process(pid, signal);
+            }
+        }
+    }
+
+    /// Ends every child: SIGTERM, and SIGKILL after `grace`.
+    pub fn end(&self, grace: Duration) {
+        self.signal(Signal::TERM);
+        // A stopped process takes SIGTERM only when it goes on.
+        self.signal(Signal::CONT);
+        if !self.wait_all(grace) {
+            self.signal(Signal::KILL);
+            self.wait_all(Duration::from_secs(5));
+        }
+    }
+}
+
+impl Drop for Supervisor {
+    fn drop(&mut self) {
+        if !self.wait_all(Duration::ZERO) {
+            self.signal(Signal::KILL);
+            self.wait_all(Duration::from_secs(5));
+        }
+    }
+}
+
+fn pid_of(child: &Child) -> Option<Pid> {
+    Pid::from_raw(i32::try_from(child.id()).ok()?)
+}
+
+/// Sleeps until the child exits, then reaps it under the lock.
+fn await_exit(role: Role, child: &Mutex<Child>, exits: &Mutex<Vec<Exit>>) {
+    let pid = pid_of(&locked(child));
+    if let Some(pid) = pid {
+        // WNOWAIT leaves it to be reaped below; an error means that `try_wait` has reaped it.
+        let _ = waitid(WaitId::Pid(pid), WaitIdOptions::EXITED | WaitIdOptions::NOWAIT);
+    }
+    let status = locked(child).wait().ok();
+    locked(exits).push(Exit { role, status });
+}
+
+fn keep_words(role: Role, stderr: impl BufRead, kept: &Mutex<VecDeque<String>>) {
+    // Lossy, because a foreign solver may write what it likes.
+    for line in stderr.split(b'\n') {
+        let Ok(bytes) = line else { return };
+        let line = String::from_utf8_lossy(&bytes).trim_end().to_owned();
+        if line.is_empty() {
+            continue;
+        }
+        eprintln!("{role}: {line}");
+        let mut kept = locked(kept);
+        if kept.len() == LAST_LINES {
+            kept.pop_front();
+        }
+        kept.push_back(line);
+    }
+}
+
+/// Ctrl-C and SIGTERM as a count: the first ends the run in order, the second kills the solvers, the
+/// third the coupler itself.
+#[derive(Clone, Debug)]
+pub struct Interrupts(Arc<AtomicUsize>);
+
+impl Interrupts {
+    /// Starts listening.
+    ///
+    /// # Errors
+    /// The system's, if a handler cannot be set.
+    pub fn listen() -> std::io::Result<Self> {
+        use signal_hook::consts::{SIGINT, SIGTERM};
+        let count = Arc::new(AtomicUsize::new(0));
+        let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+        let theirs = count.clone();
+        std::thread::spawn(move || {
+            for _ in signals.forever() {
+                if theirs.fetch_add(1, Ordering::SeqCst) >= 2 {
+                    std::process::exit(130);
+                }
+            }
+        });
+        Ok(Self(count))
+    }
+
+    /// An ear that hears nothing, for tests and plans.
+    #[must_use]
+    pub fn deaf() -> Self {
+        Self(Arc::default())
+    }
+
+    /// Signals so far.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.0.load(Ordering::SeqCst)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shell(script: &str) -> Vec<String> {
+        ["sh", "-c", script].map(str::to_owned).to_vec()
+    }
+
+    #[test]
+    fn an_exit_is_seen_at_once_with_its_last_words() {
+        let mut supervisor = Supervisor::default();
+        supervisor.start(Role::Dem, &shell("echo one >&2; echo two >&2; exit 7"), &[], Words::Kept).unwrap();
+        assert!(supervisor.wait_all(Duration::from_secs(5)));
+        let exit = supervisor.exits().remove(0);
+        assert_eq!((exit.role, exit.code()), (Role::Dem, Some(7)));
+        let patience = Instant::now();
+        while supervisor.last_words(Role::Dem) != "one\ntwo" && patience.elapsed() < Duration::from_secs(2) {
+            std::thread::sleep(LOOK_EVERY);
+        }
+        assert_eq!(supervisor.last_words(Role::Dem), "one\ntwo");
+    }
+
+    #[test]
+    fn a_child_that_ignores_sigterm_is_killed_after_the_grace() {
+        let mut supervisor = Supervisor::default();
+        supervisor.start(Role::Fluid, &shell("trap '' TERM; while :; do sleep 0.05; done"), &[], Words::Kept).unwrap();
+        std::thread::sleep(Duration::from_millis(100));
+        let start = Instant::now();
+        supervisor.end(Duration::from_millis(200));
+        assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
+        assert!(supervisor.exits()[0].was_killed());
+    }
+
+    #[test]
+    fn a_stopped_child_is_ended_too() {
+        let mut supervisor = Supervisor::default();
+        supervisor.start(Role::Fluid, &["sleep".into(), "60".into()], &[], Words::Kept).unwrap();
+        supervisor.signal(Signal::STOP);
+        assert!(!supervisor.wait_all(Duration::from_millis(50)), "stopping is no exit");
+        supervisor.end(Duration::from_millis(500));
+        assert!(supervisor.any_exit());
+    }
+
+    #[test]
+    fn the_order_of_exits_is_kept() {
+        let mut supervisor = Supervisor::default();
+        supervisor.start(Role::Fluid, &shell("sleep 0.3"), &[], Words::Kept).unwrap();
+        supervisor.start(Role::Dem, &shell("exit 3"), &[], Words::Kept).unwrap();
+        assert!(supervisor.wait_all(Duration::from_secs(5)));
+        let roles: Vec<Role> = supervisor.exits().iter().map(|exit| exit.role).collect();
+        assert_eq!(roles, [Role::Dem, Role::Fluid]);
+    }
+}
