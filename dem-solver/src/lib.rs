@@ -26,6 +26,7 @@
 //! when the neighbour list was built, and save/restore/repeat gives identical bits.
 
 pub mod cells;
+pub mod config;
 pub mod contact;
 pub mod diagnostics;
 pub mod error;
@@ -35,6 +36,7 @@ pub mod integrate;
 pub mod interact;
 pub mod lubrication;
 pub mod neighbours;
+pub mod participant;
 pub mod report;
 pub mod rk3;
 pub mod spec;
