@@ -89,6 +89,7 @@ impl ConductorLink {
         }
         self.commands.connect()?;
         self.observer.connect()?;
+        self.watch.everyone_joined();
         Ok(ready)
     }
 
@@ -119,19 +120,23 @@ impl ConductorLink {
     }
 
     /// Gives an order to every solver. Up to [`Rendezvous::ahead`] may be unanswered at once.
+    /// `Stop` reaches those who are left, also after one has died.
     ///
     /// # Errors
     /// [`ExchangeError`] if a solver does not take it.
     pub fn order(&mut self, command: Command) -> Result<(), ExchangeError> {
         self.step = command.step;
-        self.commands.send(command, command.step)?;
+        let sent = self.commands.send(command, command.step);
         if command.order != Order::Accept as u64 {
             self.ordered += 1;
         }
         for role in &self.rendezvous.roles {
             self.wake.ring(Member::Solver(*role))?;
         }
-        Ok(())
+        match sent {
+            Err(ExchangeError::PeerDied { .. }) if command.order == Order::Stop as u64 => Ok(()),
+            sent => sent.map(|_| ()),
+        }
     }
 
     /// Orders that some solver has not answered yet.
@@ -143,8 +148,9 @@ impl ConductorLink {
     /// Waits at most `limit` for the next event. `alive` is called every few milliseconds; with it
     /// the nodes of all solvers that have not said `Stopped` are looked at.
     ///
-    /// Events come in the order of windows, within one window loads, kinematics, reports, whatever
-    /// the order in which the topics were read.
+    /// Events come in an order in which they may have happened: the loads of a window, its
+    /// kinematics, the reports about it; loads of the next window after the kinematics of this one.
+    /// (A solver that was ordered ahead may send again before the other one has reported.)
     ///
     /// # Errors
     /// [`ExchangeError::Deadline`] naming the solver that is behind, [`ExchangeError::PeerDied`], or

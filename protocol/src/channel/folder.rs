@@ -4,11 +4,13 @@
 //! however the process ends. Who can take it exclusively is therefore the last one, and removes the
 //! segments and the folder. Founding and removing runs is serialised by `.lock` in the user's folder.
 
+use std::collections::hash_map::RandomState;
 use std::fs::{self, DirBuilder, File, TryLockError};
+use std::hash::{BuildHasher, Hasher};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use super::rendezvous::Rendezvous;
 use crate::participant::ExchangeError;
@@ -26,25 +28,16 @@ pub(crate) fn prefix_of(run: &str) -> String {
     format!("bl{run}_")
 }
 
-/// A name no other run on this machine has: start time and process, in base 36.
+/// A random name of ten letters and digits. Short, because the name of a socket in the folder may
+/// have 107 bytes in all. Founding fails if a run of that name exists.
 pub(crate) fn fresh_run_name() -> String {
-    static COUNT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let count = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-    let process = u64::from(std::process::id());
-    base36(since.as_micros() as u64) + &base36(process) + &base36(count)
-}
-
-fn base36(mut value: u64) -> String {
-    let mut digits = Vec::new();
-    loop {
-        digits.push(b"0123456789abcdefghijklmnopqrstuvwxyz"[(value % 36) as usize]);
+    let mut value = RandomState::new().build_hasher().finish();
+    let digit = |_| {
+        let digit = b"0123456789abcdefghijklmnopqrstuvwxyz"[(value % 36) as usize];
         value /= 36;
-        if value == 0 {
-            break;
-        }
-    }
-    digits.iter().rev().map(|digit| char::from(*digit)).collect()
+        char::from(digit)
+    };
+    (0..10).map(digit).collect()
 }
 
 fn base() -> PathBuf {

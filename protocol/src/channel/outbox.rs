@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections;
@@ -14,6 +14,9 @@ use super::topics::{Records, Single, Wire, transport};
 use super::watch::{LOOK_EVERY, Member, Watch};
 use crate::message::Header;
 use crate::participant::ExchangeError;
+
+/// Longest time between the end of a process's ports and that of its node.
+const LEAVING: Duration = Duration::from_millis(500);
 
 /// What a full queue of a receiver led to.
 #[derive(Debug, Default)]
@@ -117,13 +120,23 @@ impl<Payload: ?Sized + IceoryxSend + std::fmt::Debug + 'static, H: ZeroCopySend 
                 if let Some(error) = self.jam.take_verdict() {
                     return Err(error);
                 }
-                self.receivers.watch.check(&self.receivers.members, step)?;
+                self.await_culprit(step)?;
                 Err(ExchangeError::Transport(format!(
                     "message of window {step} for {}: {outcome:?}, expected {expected} receivers",
                     names(&self.receivers.members)
                 )))
             }
         }
+    }
+
+    /// A receiver that is missing has died, or is leaving and still has its node: names it.
+    fn await_culprit(&mut self, step: u64) -> Result<(), ExchangeError> {
+        let start = Instant::now();
+        while start.elapsed() < LEAVING {
+            self.receivers.watch.check(&self.receivers.members, step)?;
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Ok(())
     }
 }
 

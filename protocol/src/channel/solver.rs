@@ -128,7 +128,9 @@ impl<In: Wire, Out: Wire> SharedMemory<In, Out> {
         self.incoming.update_connections().map_err(transport("cannot connect to the peer"))?;
         self.commands.update_connections().map_err(transport("cannot connect to the coupler"))?;
         self.outgoing.connect()?;
-        self.status.connect()
+        self.status.connect()?;
+        self.watch.everyone_joined();
+        Ok(())
     }
 
     /// The run.

@@ -4,9 +4,12 @@
 
 use std::os::unix::process::parent_id;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use iceoryx2::config::Config;
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::node::NodeView;
 use iceoryx2::prelude::*;
 
@@ -81,24 +84,33 @@ struct Census {
     coupler: Option<u32>,
 }
 
-fn census(config: &Config) -> Option<Census> {
+/// Nodes of the members, once they were seen: a later look that cannot read a node's details still
+/// knows whose it is.
+type Known = [Option<UniqueNodeId>; 3];
+
+fn census(config: &Config, known: &mut Known) -> Option<Census> {
     let mut census = Census::default();
     let listed = Node::<ipc::Service>::list(config, |state| {
-        let (details, alive) = match &state {
-            NodeState::Alive(view) => (view.details(), true),
-            NodeState::Dead(view) => (view.details(), false),
-            _ => return CallbackProgression::Continue,
+        let details = match &state {
+            NodeState::Alive(view) => view.details().as_ref(),
+            NodeState::Dead(view) => view.details().as_ref(),
+            _ => None,
         };
-        let Some(details) = details else {
+        let member = Member::ALL.into_iter().find(|member| {
+            known[member.seat()] == Some(*state.node_id())
+                || details.is_some_and(|details| details.name().as_str() == member.node_name())
+        });
+        let Some(member) = member else {
             return CallbackProgression::Continue;
         };
-        for member in Member::ALL {
-            if details.name().as_str() == member.node_name() {
-                let seats = if alive { &mut census.alive } else { &mut census.dead };
-                seats[member.seat()] = true;
-                if alive && member == Member::Coupler {
-                    census.coupler = u32::try_from(details.process_id().value()).ok();
-                }
+        known[member.seat()] = Some(*state.node_id());
+        if matches!(state, NodeState::Dead(_)) {
+            census.dead[member.seat()] = true;
+        } else {
+            census.alive[member.seat()] = true;
+            if member == Member::Coupler {
+                let process = details.map(|details| details.process_id().value());
+                census.coupler = process.and_then(|process| u32::try_from(process).ok());
             }
         }
         CallbackProgression::Continue
@@ -119,24 +131,32 @@ pub(crate) fn anyone_alive(root: &Path, prefix: &str) -> bool {
     listed.is_ok() && alive
 }
 
-/// Looks after the other processes of the run.
+/// Looks after the other processes of the run. Clones share what they have seen.
 #[derive(Clone, Debug)]
 pub(crate) struct Watch {
     config: Config,
-    /// Members seen alive once: their absence is then a death too.
-    seen: [bool; 3],
+    /// Every member has joined, so one that is absent has left.
+    complete: Arc<AtomicBool>,
+    known: Known,
     /// The coupler's process, if it is this process's parent.
     parent: Option<u32>,
 }
 
 impl Watch {
     pub(crate) fn new(config: &Config) -> Self {
-        let first = census(config).unwrap_or_default();
+        let mut known = Known::default();
+        let first = census(config, &mut known).unwrap_or_default();
         Self {
             config: config.clone(),
-            seen: first.alive,
+            complete: Arc::new(AtomicBool::new(false)),
+            known,
             parent: first.coupler.filter(|process| *process == parent_id()),
         }
+    }
+
+    /// From now on absence is death, for all clones.
+    pub(crate) fn everyone_joined(&self) {
+        self.complete.store(true, Ordering::Relaxed);
     }
 
     /// Fails if one of `members` has died or left.
@@ -153,13 +173,18 @@ impl Watch {
         if orphan && members.contains(&Member::Coupler) {
             return Some(Member::Coupler);
         }
-        let now = census(&self.config)?;
-        let seen = self.seen;
-        for (seat, alive) in now.alive.iter().enumerate() {
-            self.seen[seat] |= alive;
-        }
-        let killed = |member: &&Member| now.dead[member.seat()];
-        let left = |member: &&Member| seen[member.seat()] && !now.alive[member.seat()];
-        members.iter().find(killed).or_else(|| members.iter().find(left)).copied()
+        let now = census(&self.config, &mut self.known)?;
+        let killed = members.iter().find(|member| now.dead[member.seat()]);
+        killed.or_else(|| self.first_left(members, &now)).copied()
+    }
+
+    /// A member known to have joined and absent twice: reading a folder while others change it may
+    /// pass over an entry.
+    fn first_left<'a>(&mut self, members: &'a [Member], now: &Census) -> Option<&'a Member> {
+        let complete = self.complete.load(Ordering::Relaxed);
+        let joined = |seat: usize| complete || self.known[seat].is_some();
+        let left = members.iter().find(|member| joined(member.seat()) && !now.alive[member.seat()])?;
+        let again = census(&self.config, &mut self.known)?;
+        (!again.alive[left.seat()]).then_some(left)
     }
 }
