@@ -5,7 +5,8 @@
 //! ```
 //!
 //! One window is `Advance` → loads → kinematics → `Done` of both solvers, each record written and
-//! read once in every process. The program starts itself again in the two roles.
+//! read once in every process. The program starts itself again in the two roles. The last line says
+//! how soon the coupler notices that a solver was killed.
 
 use std::error::Error;
 use std::path::Path;
@@ -51,7 +52,30 @@ fn main() -> Outcome<()> {
             }
         }
     }
+    let mut noticed = (0..9).map(|_| notice_a_kill()).collect::<Outcome<Vec<f64>>>()?;
+    noticed.sort_by(f64::total_cmp);
+    println!("killed solver noticed after {:.1} ms (median of 9, worst {:.1})", noticed[4], noticed[8]);
     Ok(())
+}
+
+/// Kills the DEM while the coupler waits; ms until the coupler says so.
+fn notice_a_kill() -> Outcome<f64> {
+    let rendezvous = Rendezvous::new(200)?;
+    let mut link = ConductorLink::create(&rendezvous)?;
+    let mut fluid = start(&rendezvous, Role::Fluid)?;
+    let mut dem = start(&rendezvous, Role::Dem)?;
+    link.wait_ready(&mut || Ok(()))?;
+    let start = Instant::now();
+    dem.kill()?;
+    let heard = link.next(Duration::from_secs(10), &mut || Ok(()));
+    let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+    link.order(command(Order::Stop, 0))?;
+    fluid.wait()?;
+    dem.wait()?;
+    match heard {
+        Err(ExchangeError::PeerDied { .. }) => Ok(milliseconds),
+        other => Err(format!("expected a death, heard {other:?}").into()),
+    }
 }
 
 /// Runs `windows` windows; µs per window: wall, and each solver's own exchange time.

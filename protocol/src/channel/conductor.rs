@@ -123,8 +123,20 @@ impl ConductorLink {
     /// `Stop` reaches those who are left, also after one has died.
     ///
     /// # Errors
-    /// [`ExchangeError`] if a solver does not take it.
+    /// [`ExchangeError::Order`] for a window more than that, [`ExchangeError`] if a solver does not
+    /// take it.
     pub fn order(&mut self, command: Command) -> Result<(), ExchangeError> {
+        let window = [Order::Advance as u64, Order::Repeat as u64].contains(&command.order);
+        if window && self.unanswered() >= self.rendezvous.ahead as u64 {
+            return Err(ExchangeError::Order {
+                what: format!(
+                    "window {} ordered with {} unanswered: at most {} may be ordered ahead",
+                    command.step,
+                    self.unanswered(),
+                    self.rendezvous.ahead
+                ),
+            });
+        }
         self.step = command.step;
         let sent = self.commands.send(command, command.step);
         if command.order != Order::Accept as u64 {

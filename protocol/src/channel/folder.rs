@@ -73,7 +73,7 @@ impl UserLock {
             let path = folder.join(USER_LOCK);
             match open_lock(&path) {
                 // Another process removed the empty folder in between: make it again.
-                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
                 Err(error) => return Err(failed("cannot open", &path, &error)),
                 Ok(file) => {
                     let taken = match file.try_lock() {

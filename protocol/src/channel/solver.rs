@@ -260,3 +260,27 @@ fn belongs(window: &Window, header: &Header, count: usize, grains: usize) -> Res
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn message_of_another_window_try_or_count_is_refused() {
+        let window = Window { step: 7, attempt: 2, time: 0.0, dt: 0.1, substeps: 5, output: false };
+        let header = window.header();
+        assert!(belongs(&window, &header, 4, 4).is_ok());
+        for (step, attempt, count, named) in [
+            (6, 2, 4, "got window 6 attempt 2"),
+            (8, 2, 4, "got window 8 attempt 2"),
+            (7, 1, 4, "got window 7 attempt 1"),
+            (7, 2, 3, "expected 4 grains in window 7, got 3"),
+            (7, 2, 5, "expected 4 grains in window 7, got 5"),
+        ] {
+            let header = Header { step, attempt, ..header };
+            let error = belongs(&window, &header, count, 4).unwrap_err();
+            assert!(matches!(error, ExchangeError::Order { .. }));
+            assert!(error.to_string().contains(named), "{error}");
+        }
+    }
+}

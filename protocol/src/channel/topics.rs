@@ -152,13 +152,13 @@ fn single<R: Wire>(
         .map_err(transport(name))
 }
 
-/// `bedload/command`, coupler → every solver.
+/// `bedload/command`, coupler → every solver. Room for an `Accept` after each window ordered ahead.
 pub(crate) fn commands(
     node: &Node<ipc::Service>,
     rendezvous: &Rendezvous,
     own: Member,
 ) -> Result<Single<Command>, ExchangeError> {
-    let (solvers, buffer) = (rendezvous.roles.len(), rendezvous.ahead + 4);
+    let (solvers, buffer) = (rendezvous.roles.len(), 2 * rendezvous.ahead + 4);
     single(node, rendezvous, own, "bedload/command", solvers, buffer)
 }
 

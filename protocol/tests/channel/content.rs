@@ -6,7 +6,7 @@ use protocol::participant::Role;
 use protocol::serve::checkpoint_folder;
 
 use super::players::force;
-use super::stage::{PATIENCE, Stage, out_dir};
+use super::stage::{PATIENCE, Stage, command, out_dir};
 
 /// Conducts `windows` windows with up to `ahead` ordered at once and checks every event.
 fn conduct(grains: usize, windows: u64, ahead: usize) {
@@ -121,4 +121,17 @@ fn repeat_is_refused_where_nothing_was_saved() {
         assert_eq!(status.state, State::Failed as u64, "{role}");
         assert!(status.text().contains("Repeat of window 0"), "{}", status.text());
     }
+}
+
+#[test]
+fn more_windows_than_allowed_ahead_are_refused() {
+    let mut rendezvous = Rendezvous::new(1).unwrap();
+    rendezvous.ahead = 2;
+    let mut stage = Stage::open(rendezvous, None, None);
+    stage.order(Order::Advance, 0, 0);
+    stage.order(Order::Advance, 1, 0);
+    let third = stage.link.order(command(Order::Advance, 2, 0));
+    assert!(third.unwrap_err().to_string().contains("at most 2"));
+    stage.settle().unwrap();
+    stage.close(2);
 }
