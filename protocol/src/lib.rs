@@ -8,6 +8,7 @@ pub mod checkpoint;
 pub mod facts;
 pub mod log;
 pub mod message;
+pub mod output;
 pub mod participant;
 pub mod scene;
 pub mod serve;

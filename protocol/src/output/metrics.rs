@@ -1,0 +1,455 @@
+//! Metrics: numbers for `summary.json`, accumulated window by window in constant memory.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::trajectory::{Crossing, Passage, Trajectory};
+use super::{Columns, MetricValue, Sample, Sides};
+use crate::scene::{CheckedScene, Metric, MetricKind, SceneError};
+
+/// Part of the run, at its end, over which "terminal" and "resting" are averaged.
+const TAIL: f64 = 0.1;
+
+/// What one metric keeps.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub enum Accumulator {
+    /// The grain's trajectory says it all.
+    Trajectory,
+    /// The first value, once it is known.
+    First(Option<f64>),
+    /// Mean over time from an instant on.
+    Mean {
+        /// Start, s.
+        from: f64,
+        /// Time averaged over so far, s.
+        time: f64,
+        /// Integral over that time.
+        integral: f64,
+    },
+    /// Speeds at a gap.
+    Crossing(Crossing),
+    /// Last value.
+    Last(Option<f64>),
+    /// Largest value.
+    Largest(Option<f64>),
+}
+
+/// Everything that the metrics have kept: belongs into a checkpoint.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct MetricsState {
+    /// One per grain that a metric is about, in the order of [`Metrics`].
+    pub trajectories: Vec<Trajectory>,
+    /// One per metric of the scene.
+    pub accumulators: Vec<Accumulator>,
+}
+
+/// What the metrics need to know of a grain.
+#[derive(Clone, Debug, PartialEq)]
+struct Subject {
+    /// Number in the scene.
+    grain: usize,
+    /// Unit vector along which it settles: of the submerged weight; zero without gravity.
+    settling: [f64; 3],
+    radius: f64,
+    density: f64,
+    /// Weight less buoyancy, N.
+    submerged_weight: f64,
+}
+
+/// The metrics of a scene.
+#[derive(Clone, Debug)]
+pub struct Metrics {
+    metrics: Vec<Metric>,
+    /// Place of each metric's subject; place and unit of each metric's column.
+    subject_of: Vec<Option<usize>>,
+    column_of: Vec<Option<(usize, String)>>,
+    subjects: Vec<Subject>,
+    /// Density and viscosity, if there is a fluid.
+    medium: Option<(f64, f64)>,
+    gravity: f64,
+    state: MetricsState,
+}
+
+impl Metrics {
+    /// Metrics of `scene` as a run with these `columns` and `sides` sees it.
+    ///
+    /// # Errors
+    /// If a name comes twice, or a column does not exist although the run sees all there is.
+    pub fn new(scene: &CheckedScene, columns: &Columns, sides: Sides) -> Result<Self, SceneError> {
+        refuse_twins(scene)?;
+        let mut built = Self {
+            metrics: scene.scene.metrics.clone(),
+            subject_of: Vec::new(),
+            column_of: Vec::new(),
+            subjects: Vec::new(),
+            medium: scene.scene.medium.as_ref().map(|medium| (medium.density, medium.viscosity)),
+            gravity: norm(&scene.scene.gravity),
+            state: MetricsState::default(),
+        };
+        for (index, metric) in scene.scene.metrics.iter().enumerate() {
+            let column = find_column(&metric.kind, columns);
+            if let Err(name) = &column
+                && sees_all(scene, sides)
+            {
+                return Err(unknown_column(scene, columns, index, name));
+            }
+            built.column_of.push(column.unwrap_or(None));
+            let subject = metric.kind.grain().map(|grain| built.subject(scene, grain));
+            built.subject_of.push(subject);
+            built.state.accumulators.push(accumulator(&metric.kind, scene.scene.until));
+        }
+        Ok(built)
+    }
+
+    /// Place of the subject of a grain, made where it is new.
+    fn subject(&mut self, scene: &CheckedScene, grain: usize) -> usize {
+        if let Some(place) = self.subjects.iter().position(|subject| subject.grain == grain) {
+            return place;
+        }
+        let data = &scene.grains[grain];
+        let excess = data.density - self.medium.map_or(0.0, |(density, _)| density);
+        let way = if excess < 0.0 { -1.0 } else { 1.0 };
+        let gravity = self.gravity;
+        let subject = Subject {
+            grain,
+            settling: scene.scene.gravity.map(|g| if gravity > 0.0 { way * g / gravity } else { 0.0 }),
+            radius: data.radius,
+            density: data.density,
+            submerged_weight: excess.abs() * data.volume() * gravity,
+        };
+        self.state.trajectories.push(Trajectory::new(subject.speed(&data.velocity)));
+        self.subjects.push(subject);
+        self.subjects.len() - 1
+    }
+
+    /// Adds an accepted window; `row` is what [`Columns::fill`] made of it.
+    pub fn record(&mut self, sample: &Sample, row: &[f64]) {
+        // One grain after the other: its metrics see its trajectory before and after the window.
+        for (place, subject) in self.subjects.iter().enumerate() {
+            let Some(passage) = subject.passage(sample) else { continue };
+            let before = self.state.trajectories[place];
+            self.state.trajectories[place].record(&passage);
+            let after = &self.state.trajectories[place];
+            for (index, metric) in self.metrics.iter().enumerate() {
+                if self.subject_of[index] != Some(place) {
+                    continue;
+                }
+                let accumulator = &mut self.state.accumulators[index];
+                let view = View { subject, gravity: self.gravity, before: &before, after, passage: &passage };
+                view.record(&metric.kind, accumulator, sample);
+            }
+        }
+        for (accumulator, column) in self.state.accumulators.iter_mut().zip(&self.column_of) {
+            if let Some((place, _)) = column {
+                accumulator.add(row[*place], sample);
+            }
+        }
+    }
+
+    /// All that decides the final values, for a checkpoint.
+    #[must_use]
+    pub fn state(&self) -> &MetricsState {
+        &self.state
+    }
+
+    /// Goes on from a checkpoint. A mean over the end of the run starts anew where `until` has
+    /// changed since.
+    ///
+    /// # Errors
+    /// If the state is of other metrics.
+    pub fn restore(&mut self, state: MetricsState) -> Result<(), String> {
+        let fits = state.trajectories.len() == self.state.trajectories.len()
+            && state.accumulators.len() == self.state.accumulators.len()
+            && state
+                .accumulators
+                .iter()
+                .zip(&self.state.accumulators)
+                .all(|(new, old)| std::mem::discriminant(new) == std::mem::discriminant(old));
+        if !fits {
+            return Err("the checkpoint is of other metrics; leave [[metrics]] as they were".into());
+        }
+        let fresh = std::mem::replace(&mut self.state, state);
+        for (kept, fresh) in self.state.accumulators.iter_mut().zip(fresh.accumulators) {
+            if let (Accumulator::Mean { from: old, .. }, Accumulator::Mean { from: new, .. }) =
+                (&*kept, &fresh)
+                && old != new
+            {
+                *kept = fresh;
+            }
+        }
+        Ok(())
+    }
+
+    /// The values so far, by name.
+    #[must_use]
+    pub fn finish(&self) -> BTreeMap<String, MetricValue> {
+        let value = |index: usize| {
+            let metric = &self.metrics[index];
+            let (reference, source) = (metric.reference, metric.source.clone());
+            let unit = self.column_of[index].as_ref().map_or("-", |(_, unit)| unit);
+            match self.value(index) {
+                Ok((value, note)) => {
+                    let mut measured = MetricValue::measured(value, unit, reference, source);
+                    measured.note = measured.note.or(note.map(str::to_owned));
+                    measured
+                }
+                Err(note) => MetricValue::missing(note, unit, reference, source),
+            }
+        };
+        (0..self.metrics.len()).map(|index| (self.metrics[index].name.clone(), value(index))).collect()
+    }
+
+    /// A value, perhaps with a remark, or why there is none.
+    fn value(&self, index: usize) -> Result<(f64, Option<&'static str>), String> {
+        let accumulator = &self.state.accumulators[index];
+        match &self.metrics[index].kind {
+            MetricKind::Mean { column, .. } | MetricKind::Final { column } | MetricKind::Max { column } => {
+                if self.column_of[index].is_none() {
+                    return Err(format!("this run has no column `{column}`"));
+                }
+                plain(accumulator.value()?)
+            }
+            kind => {
+                let place = self.subject_of[index].ok_or("is about no grain")?;
+                let way = &self.state.trajectories[place];
+                if way.windows == 0 {
+                    return Err("the motion of the grain was not observed".into());
+                }
+                self.value_of_grain(kind, accumulator, &self.subjects[place], way)
+            }
+        }
+    }
+
+    /// The definitions, one line each; [`MetricKind`] has them in words.
+    fn value_of_grain(
+        &self,
+        kind: &MetricKind,
+        accumulator: &Accumulator,
+        subject: &Subject,
+        way: &Trajectory,
+    ) -> Result<(f64, Option<&'static str>), String> {
+        let diameter = 2.0 * subject.radius;
+        match kind {
+            MetricKind::TerminalReynolds { .. } => {
+                let (density, viscosity) = self.medium()?;
+                plain(density * accumulator.value()? * diameter / viscosity)
+            }
+            MetricKind::Reynolds { .. } => {
+                let (density, viscosity) = self.medium()?;
+                plain(density * way.terminal * diameter / viscosity)
+            }
+            MetricKind::Stokes { .. } => {
+                let (density, viscosity) = self.medium()?;
+                plain((subject.density + 0.5 * density) * way.terminal * diameter / (9.0 * viscosity))
+            }
+            MetricKind::InitialAcceleration { .. } => {
+                require(self.gravity > 0.0, "the scene has no gravity")?;
+                plain(accumulator.value()?)
+            }
+            MetricKind::ImpactVelocityRatio { .. } => {
+                require_contact(way)?;
+                let impact = way.impact.ok_or("the DEM reports no impact speed")?;
+                plain(impact / settled(way)?)
+            }
+            MetricKind::ReboundVelocityRatio { .. } => {
+                require_contact(way)?;
+                let terminal = settled(way)?;
+                Ok(way.rebound.map_or((0.0, Some("the first contact never ended")), |v| (v / terminal, None)))
+            }
+            MetricKind::RestitutionAtGap { .. } => restitution(accumulator, way),
+            MetricKind::ReboundHeight { .. } => {
+                require_contact(way)?;
+                plain(way.first_height / diameter)
+            }
+            MetricKind::SecondReboundHeight { .. } => {
+                require(way.contacts >= 2, "there was no second contact")?;
+                plain(way.second_height / diameter)
+            }
+            MetricKind::RestingForceRatio { .. } => {
+                require(subject.submerged_weight > 0.0, "the grain has no submerged weight")?;
+                plain(accumulator.value()? / subject.submerged_weight)
+            }
+            MetricKind::Mean { .. } | MetricKind::Final { .. } | MetricKind::Max { .. } => {
+                Err("is about no grain".into())
+            }
+        }
+    }
+
+    fn medium(&self) -> Result<(f64, f64), String> {
+        self.medium.ok_or_else(|| "the scene has no fluid".into())
+    }
+}
+
+impl Subject {
+    /// Speed along the settling direction, m/s; without gravity the magnitude of the velocity.
+    fn speed(&self, velocity: &[f64; 3]) -> f64 {
+        if self.settling == [0.0; 3] { norm(velocity) } else { dot(velocity, &self.settling) }
+    }
+
+    fn passage(&self, sample: &Sample) -> Option<Passage> {
+        let motion = sample.kinematics.get(self.grain)?;
+        Some(Passage {
+            speed: self.speed(&motion.velocity),
+            gap: motion.gap,
+            touching: motion.contact_force != [0.0; 3],
+            impact: motion.impact_speed,
+            rebound: motion.rebound_speed,
+        })
+    }
+}
+
+/// One grain over one window, with its trajectory before and after.
+struct View<'a> {
+    subject: &'a Subject,
+    gravity: f64,
+    before: &'a Trajectory,
+    after: &'a Trajectory,
+    passage: &'a Passage,
+}
+
+impl View<'_> {
+    fn record(&self, kind: &MetricKind, accumulator: &mut Accumulator, sample: &Sample) {
+        match kind {
+            MetricKind::TerminalReynolds { .. } => accumulator.add(self.passage.speed, sample),
+            MetricKind::InitialAcceleration { .. } => {
+                let gained = self.passage.speed - self.before.speed;
+                accumulator.add(gained / (sample.window.dt * self.gravity), sample);
+            }
+            MetricKind::RestingForceRatio { .. } => {
+                let force = sample.kinematics[self.subject.grain].contact_force;
+                accumulator.add(-dot(&force, &self.subject.settling), sample);
+            }
+            MetricKind::RestitutionAtGap { gap, .. } => {
+                if let Accumulator::Crossing(crossing) = accumulator {
+                    crossing.record(gap * self.subject.radius, self.before, self.passage, self.after);
+                }
+            }
+            // The trajectory holds the others; columns come from the row.
+            _ => {}
+        }
+    }
+}
+
+impl Accumulator {
+    /// Adds a value of a window; means weigh it with the part of the window after their start.
+    fn add(&mut self, value: f64, sample: &Sample) {
+        match self {
+            Self::First(first) => *first = first.or(Some(value)),
+            Self::Mean { from, time, integral } => {
+                let weight = (sample.time() - *from).clamp(0.0, sample.window.dt);
+                // Outside its span not even a NaN counts.
+                if weight > 0.0 {
+                    *time += weight;
+                    *integral += weight * value;
+                }
+            }
+            Self::Last(last) => *last = Some(value),
+            Self::Largest(largest) => *largest = Some(largest.map_or(value, |kept| kept.max(value))),
+            Self::Trajectory | Self::Crossing(_) => {}
+        }
+    }
+
+    fn value(&self) -> Result<f64, String> {
+        match self {
+            Self::Mean { from, time, .. } if *time <= 0.0 => {
+                Err(format!("the run ended before t = {from} s, where its mean begins"))
+            }
+            Self::Mean { time, integral, .. } => Ok(integral / time),
+            Self::First(value) | Self::Last(value) | Self::Largest(value) => {
+                value.ok_or_else(|| "no window was done".into())
+            }
+            Self::Trajectory | Self::Crossing(_) => Err("is not a single number".into()),
+        }
+    }
+}
+
+fn accumulator(kind: &MetricKind, until: f64) -> Accumulator {
+    let mean = |from| Accumulator::Mean { from, time: 0.0, integral: 0.0 };
+    match kind {
+        MetricKind::TerminalReynolds { .. } | MetricKind::RestingForceRatio { .. } => {
+            mean((1.0 - TAIL) * until)
+        }
+        MetricKind::InitialAcceleration { .. } => Accumulator::First(None),
+        MetricKind::RestitutionAtGap { .. } => Accumulator::Crossing(Crossing::default()),
+        MetricKind::Mean { from, .. } => mean(*from),
+        MetricKind::Final { .. } => Accumulator::Last(None),
+        MetricKind::Max { .. } => Accumulator::Largest(None),
+        _ => Accumulator::Trajectory,
+    }
+}
+
+/// Speed out over speed in; 0 if the grain never comes back to the gap.
+fn restitution(accumulator: &Accumulator, way: &Trajectory) -> Result<(f64, Option<&'static str>), String> {
+    require_contact(way)?;
+    let Accumulator::Crossing(crossing) = accumulator else { return Err("is not a crossing".into()) };
+    let inward = crossing.inward.ok_or("the grain never came in through the gap")?;
+    require(inward > 0.0, "the speed on the way in is not positive")?;
+    Ok(crossing
+        .outward
+        .map_or((0.0, Some("the grain never came back to the gap")), |out| (out / inward, None)))
+}
+
+fn plain(value: f64) -> Result<(f64, Option<&'static str>), String> {
+    Ok((value, None))
+}
+
+fn require(met: bool, otherwise: &str) -> Result<(), String> {
+    if met { Ok(()) } else { Err(otherwise.to_owned()) }
+}
+
+fn require_contact(way: &Trajectory) -> Result<(), String> {
+    require(way.contacts > 0, "there was no contact")
+}
+
+fn settled(way: &Trajectory) -> Result<f64, String> {
+    require(way.terminal > 0.0, "the grain never settled")?;
+    Ok(way.terminal)
+}
+
+fn find_column(kind: &MetricKind, columns: &Columns) -> Result<Option<(usize, String)>, String> {
+    match kind {
+        MetricKind::Mean { column, .. } | MetricKind::Final { column } | MetricKind::Max { column } => {
+            let found = columns.find(column).map(|(place, unit)| Some((place, unit.to_owned())));
+            found.ok_or_else(|| column.clone())
+        }
+        _ => Ok(None),
+    }
+}
+
+/// Does the run see everything that the scene has?
+fn sees_all(scene: &CheckedScene, sides: Sides) -> bool {
+    let loads = sides.loads || scene.scene.medium.is_none() || scene.grains.is_empty();
+    let contact = sides.contact || !scene.has_free_grains();
+    loads && contact
+}
+
+fn unknown_column(scene: &CheckedScene, columns: &Columns, index: usize, name: &str) -> SceneError {
+    scene.source.error(
+        &format!("metrics[{index}].column"),
+        format!("is `{name}`; the columns of this run are {}", columns.names().join(", ")),
+        "name one of them; grains need a place in observe.grains to have columns",
+    )
+}
+
+fn refuse_twins(scene: &CheckedScene) -> Result<(), SceneError> {
+    let metrics = &scene.scene.metrics;
+    for (index, metric) in metrics.iter().enumerate() {
+        if metrics[..index].iter().any(|other| other.name == metric.name) {
+            return Err(scene.source.error(
+                &format!("metrics[{index}].name"),
+                format!("is `{}` a second time", metric.name),
+                "give every metric a name of its own",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn norm(a: &[f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}

@@ -1,0 +1,142 @@
+//! What the metrics need of one grain's way, kept as it goes: settling, contacts, bounces.
+//!
+//! Plain numbers and options only, so that it goes into any checkpoint.
+
+use serde::{Deserialize, Serialize};
+
+/// One grain over one window, as the metrics see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Passage {
+    /// Speed along the settling direction at the end, m/s.
+    pub(super) speed: f64,
+    /// Gap at the end, m.
+    pub(super) gap: f64,
+    /// Does a contact force act?
+    pub(super) touching: bool,
+    /// Normal speed at the last begin of a contact within the window, m/s; 0 if none.
+    pub(super) impact: f64,
+    /// Normal speed at the last end of a contact within the window, m/s; 0 if none.
+    pub(super) rebound: f64,
+}
+
+/// A grain's way so far.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Trajectory {
+    /// Windows seen.
+    pub windows: u64,
+    /// Speed along the settling direction at the end of the last window, m/s.
+    pub speed: f64,
+    /// Gap at the end of the last window, m; none before the first.
+    pub gap: Option<f64>,
+    /// V_T: largest settling speed before the first contact, m/s.
+    pub terminal: f64,
+    /// Contacts that began.
+    pub contacts: u64,
+    /// Did a contact force act in the last window?
+    pub touching: bool,
+    /// V_C: normal speed at the first touch, m/s; none if the DEM does not report it.
+    pub impact: Option<f64>,
+    /// V_R: normal speed at the end of the first contact, m/s.
+    pub rebound: Option<f64>,
+    /// Largest gap between the first and the second contact, m.
+    pub first_height: f64,
+    /// Largest gap between the second and the third contact, m.
+    pub second_height: f64,
+}
+
+impl Trajectory {
+    /// At t = 0, with the initial settling speed, m/s.
+    #[must_use]
+    pub fn new(speed: f64) -> Self {
+        Self {
+            windows: 0,
+            speed,
+            gap: None,
+            terminal: speed.max(0.0),
+            contacts: 0,
+            touching: false,
+            impact: None,
+            rebound: None,
+            first_height: 0.0,
+            second_height: 0.0,
+        }
+    }
+
+    /// Adds a window. A contact begins where the DEM reports an impact speed or, with a DEM that
+    /// does not, where a contact force appears.
+    pub(super) fn record(&mut self, passage: &Passage) {
+        let begins = passage.impact > 0.0 || (passage.touching && !self.touching);
+        let earlier = self.contacts;
+        if begins {
+            if self.contacts == 0 {
+                self.impact = (passage.impact > 0.0).then_some(passage.impact);
+            }
+            self.contacts += 1;
+        }
+        if self.contacts == 0 {
+            self.terminal = self.terminal.max(passage.speed);
+        }
+        // The end of the first contact may share a window with the begin of the second.
+        let first = earlier <= 1 && self.contacts >= 1;
+        if first && self.rebound.is_none() && passage.rebound > 0.0 {
+            self.rebound = Some(passage.rebound);
+        }
+        match self.contacts {
+            1 if passage.gap.is_finite() => self.first_height = self.first_height.max(passage.gap),
+            2 if passage.gap.is_finite() => self.second_height = self.second_height.max(passage.gap),
+            _ => {}
+        }
+        self.windows += 1;
+        self.speed = passage.speed;
+        // No neighbour in reach is an infinite gap, which JSON cannot hold.
+        self.gap = Some(passage.gap.min(f64::MAX));
+        self.touching = passage.touching || passage.impact > 0.0;
+    }
+}
+
+/// Speeds at which a grain passes a stated gap: inward before the first contact (the last time),
+/// outward between the first and the second (the first time), m/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct Crossing {
+    /// Inward.
+    pub inward: Option<f64>,
+    /// Outward.
+    pub outward: Option<f64>,
+}
+
+impl Crossing {
+    /// Adds a window; `before` is the trajectory up to its start, `after` up to its end.
+    ///
+    /// The speed at the gap is interpolated linearly in the gap between the ends of the windows.
+    /// Where the grain touches within the window, the touch (gap 0, V_C or V_R) is one of the ends.
+    pub(super) fn record(&mut self, at: f64, before: &Trajectory, passage: &Passage, after: &Trajectory) {
+        let Some(gap) = before.gap else { return };
+        let touched = after.contacts > before.contacts;
+        if before.contacts == 0 && gap > at {
+            let end = match (touched, after.impact) {
+                (true, Some(impact)) => (0.0, impact),
+                _ => (passage.gap.min(f64::MAX), passage.speed),
+            };
+            if end.0 <= at {
+                self.inward = Some(interpolate(at, (gap, before.speed), end));
+            }
+        }
+        // The speed of settling is negative on the way out.
+        if after.contacts == 1 && self.outward.is_none() && passage.gap >= at {
+            let released = before.rebound.is_none().then_some(after.rebound).flatten();
+            let start = match released {
+                Some(rebound) => (0.0, rebound),
+                None => (gap, -before.speed),
+            };
+            if start.0 < at {
+                self.outward =
+                    Some(interpolate(at, start, (passage.gap.min(f64::MAX), -passage.speed)).max(0.0));
+            }
+        }
+    }
+}
+
+/// Value at `x` on the line through two points (x, y).
+fn interpolate(x: f64, (x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> f64 {
+    y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+}
