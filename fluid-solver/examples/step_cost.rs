@@ -105,8 +105,8 @@ fn run() {
         full,
         Viscous::Implicit,
     );
-    measure("space channel, RK3 x3, explicit", &space(64, wall), full, Viscous::Explicit);
+    measure("space channel, RK3 x3, explicit", &space(64, Boundary::WALL), full, Viscous::Explicit);
     measure("space periodic, RK3 x3, explicit", &space(64, Boundary::Periodic), full, Viscous::Explicit);
-    measure("space channel, RK3 x3, implicit", &space(64, wall), full, Viscous::Implicit);
-    measure("space channel, AB2, explicit", &space(64, wall), cheap, Viscous::Explicit);
+    measure("space channel, RK3 x3, implicit", &space(64, Boundary::WALL), full, Viscous::Implicit);
+    measure("space channel, AB2, explicit", &space(64, Boundary::WALL), cheap, Viscous::Explicit);
 }

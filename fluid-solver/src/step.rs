@@ -19,6 +19,7 @@ use crate::project::Projection;
 use crate::scheme::{Scheme, Stage, Viscous};
 use crate::threads::for_rows;
 use crate::timings::{Part, Timings};
+use pulp::Arch;
 
 /// Choices of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -132,7 +133,7 @@ impl<const D: usize> Stepper<D> {
     fn momentum(&mut self, stage: Stage, dt: f64, force: Option<&[Vec<f64>; D]>) {
         let begin = std::time::Instant::now();
         let Self { grid, options, state, advection, diffusion, projection, rhs, .. } = self;
-        let grid = &*grid;
+        let (grid, arch) = (&*grid, Arch::new());
         let State { velocity, pressure, history, .. } = state;
         let (velocity, pressure) = (&*velocity, pressure.as_slice());
         for (d, (rhs, history)) in rhs.iter_mut().zip(history).enumerate() {
@@ -150,7 +151,7 @@ impl<const D: usize> Stepper<D> {
                 force: force.map(|f| f[d].as_slice()),
             };
             for_rows(grid, rhs, history, |row, rhs, history| {
-                terms.row(row, rhs, history);
+                arch.dispatch(|| terms.row(row, rhs, history));
             });
         }
         self.timings.add(Part::Momentum, begin);
@@ -194,9 +195,9 @@ impl<const D: usize> Stepper<D> {
         let correction = if carry { pending.correction } else { 0.0 };
         let Self { grid, state, projection, rhs, phi, .. } = self;
         let State { velocity, pressure, .. } = state;
-        let rhs = &mut rhs[0];
+        let (rhs, arch) = (&mut rhs[0], Arch::new());
         for_rows(grid, rhs, pressure, |row, rhs, p| {
-            projection.divergence_row(grid, velocity, row, rhs);
+            arch.dispatch(|| projection.divergence_row(grid, velocity, row, rhs));
             for (r, p) in rhs.iter_mut().zip(p) {
                 *p -= correction * *r;
                 *r *= inverse;
@@ -211,9 +212,10 @@ impl<const D: usize> Stepper<D> {
     /// `velocity` −= weight ∇φ.
     fn correct(&mut self, weight: f64) {
         let Self { grid, state, projection, rhs, phi, .. } = self;
+        let arch = Arch::new();
         for d in 0..D {
             for_rows(grid, &mut state.velocity[d], &mut rhs[d], |row, u, _| {
-                projection.add_gradient_row(grid, d, -weight, phi, row, u);
+                arch.dispatch(|| projection.add_gradient_row(grid, d, -weight, phi, row, u));
             });
         }
         self.fill_halos();

@@ -32,6 +32,7 @@ impl Sweep {
 
     /// Inverse pivots for eight eigenvalues. A lane in `singular` gets a zero last pivot: its system
     /// is solved up to a constant, with the last value zero.
+    #[inline(always)]
     pub fn pivots(&self, sigma: f64, c: f64, lambda: &Lanes, singular: Option<usize>, pivots: &mut [Lanes]) {
         let mut previous = ZERO;
         for (i, pivot) in pivots[..self.len()].iter_mut().enumerate() {

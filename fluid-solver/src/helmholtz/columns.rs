@@ -4,6 +4,7 @@ use crate::lanes::Lanes;
 use crate::threads::for_chunks;
 use crate::transform::{Scratch, Transform};
 use crate::tridiagonal::Sweep;
+use pulp::Arch;
 
 /// Sets of pivots kept: the three stages of a Runge–Kutta step.
 const KEPT: usize = 3;
@@ -85,7 +86,9 @@ impl Columns {
         let lambda = &self.lambda[q];
         let singular = (q == 0 && sigma == 0.0 && lambda[0] == 0.0).then_some(0);
         match &self.across {
-            Across::Sweep(sweep) => sweep.pivots(sigma, c, lambda, singular, values),
+            Across::Sweep(sweep) => {
+                Arch::new().dispatch(|| sweep.pivots(sigma, c, lambda, singular, values));
+            }
             Across::Transform(transform, width2) => {
                 let (kind, cells) = (transform.kind(), transform.cells());
                 let scale = self.scale * kind.scale(cells);
@@ -107,7 +110,7 @@ impl Columns {
         let values = &factors.values[q * self.len()..(q + 1) * self.len()];
         match &self.across {
             Across::Sweep(sweep) => {
-                sweep.solve(c, self.scale, values, x);
+                Arch::new().dispatch(|| sweep.solve(c, self.scale, values, x));
                 if q == 0 && sigma == 0.0 && self.lambda[0][0] == 0.0 {
                     sweep.remove_mean(0, x);
                 }

@@ -10,6 +10,7 @@ use crate::grid::Grid;
 use crate::lanes::{Lanes, load, tile, transpose};
 use crate::threads::for_chunks;
 use crate::transform::{Scratch, Transform};
+use pulp::Arch;
 
 /// Solver for a grid of two axes.
 pub(super) struct Plane {
@@ -125,9 +126,7 @@ impl Plane {
         let mut modes = std::mem::take(&mut self.modes);
         let (from, to) = (self.line_block(), self.mode_block());
         for_chunks(&mut modes, to, |block, data| {
-            for (b, to) in data.chunks_exact_mut(8).enumerate() {
-                to.copy_from_slice(&transpose(&tile(&self.lines, b * from + 8 * block)));
-            }
+            Arch::new().dispatch(|| exchange(&self.lines, from, block, data));
             let column = &mut data[..self.columns.len()];
             self.scratch.with(|s| self.columns.solve(block, factors, column, &mut s.1));
         });
@@ -139,9 +138,7 @@ impl Plane {
         let mut lines = std::mem::take(&mut self.lines);
         let (to, from) = (self.line_block(), self.mode_block());
         for_chunks(&mut lines, to, |block, data| {
-            for (b, to) in data.chunks_exact_mut(8).enumerate() {
-                to.copy_from_slice(&transpose(&tile(&self.modes, b * from + 8 * block)));
-            }
+            Arch::new().dispatch(|| exchange(&self.modes, from, block, data));
             let line = &mut data[..self.transform.values()];
             self.scratch.with(|s| self.transform.inverse(line, &mut s.0));
         });
@@ -173,5 +170,14 @@ impl Plane {
                 }
             }
         });
+    }
+}
+
+/// Row blocks to column blocks: rows `8 block..` of every block of `from` (blocks of `length` rows)
+/// become block `block` of the other array.
+#[inline(always)]
+fn exchange(from: &[Lanes], length: usize, block: usize, to: &mut [Lanes]) {
+    for (from, to) in from.chunks_exact(length).zip(to.chunks_exact_mut(8)) {
+        to.copy_from_slice(&transpose(&tile(from, 8 * block)));
     }
 }

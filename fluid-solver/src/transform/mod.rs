@@ -4,10 +4,14 @@
 //! [`Kind`]. Eight lines are transformed at once. `inverse(forward(x)) = x / scale`; the caller
 //! folds `scale` into the division by the eigenvalues.
 
+mod fast;
+mod fft;
 mod reference;
+mod vector;
 
 use crate::grid::Grid;
 use crate::lanes::Lanes;
+use fast::Fast;
 use reference::Reference;
 use std::f64::consts::PI;
 
@@ -75,19 +79,37 @@ impl Kind {
 #[derive(Debug, Default)]
 pub struct Scratch {
     reference: reference::Scratch,
+    fast: Vec<Lanes>,
+}
+
+/// Who does the work.
+enum Engine {
+    /// Lengths 2ᵃ 3ᵇ 5ᶜ, even.
+    Fast(Fast),
+    /// Any other length.
+    Reference(Reference),
 }
 
 /// A transform of eight lines at once.
 pub struct Transform {
     kind: Kind,
     cells: usize,
-    engine: Reference,
+    engine: Engine,
 }
 
 impl Transform {
     /// Plans a transform along an axis of `cells` cells.
     pub fn new(kind: Kind, cells: usize) -> Self {
-        Self { kind, cells, engine: Reference::new(kind, cells) }
+        let engine = match Fast::new(kind, cells) {
+            Some(fast) => Engine::Fast(fast),
+            None => Engine::Reference(Reference::new(kind, cells)),
+        };
+        Self { kind, cells, engine }
+    }
+
+    /// Plans a transform by `rustdct` and `realfft` whatever the length: for comparison.
+    pub fn reference(kind: Kind, cells: usize) -> Self {
+        Self { kind, cells, engine: Engine::Reference(Reference::new(kind, cells)) }
     }
 
     /// Boundary type and staggering.
@@ -107,16 +129,25 @@ impl Transform {
 
     /// Working memory for this transform.
     pub fn scratch(&self) -> Scratch {
-        Scratch { reference: self.engine.scratch() }
+        match &self.engine {
+            Engine::Fast(fast) => Scratch { fast: fast.scratch(), ..Scratch::default() },
+            Engine::Reference(engine) => Scratch { reference: engine.scratch(), ..Scratch::default() },
+        }
     }
 
     /// Values to amplitudes, in place; `data` has [`Transform::values`] entries.
     pub fn forward(&self, data: &mut [Lanes], scratch: &mut Scratch) {
-        self.engine.forward(data, &mut scratch.reference);
+        match &self.engine {
+            Engine::Fast(fast) => fast.run(false, data, &mut scratch.fast),
+            Engine::Reference(engine) => engine.forward(data, &mut scratch.reference),
+        }
     }
 
     /// Amplitudes to values (times 1/scale), in place.
     pub fn inverse(&self, data: &mut [Lanes], scratch: &mut Scratch) {
-        self.engine.inverse(data, &mut scratch.reference);
+        match &self.engine {
+            Engine::Fast(fast) => fast.run(true, data, &mut scratch.fast),
+            Engine::Reference(engine) => engine.inverse(data, &mut scratch.reference),
+        }
     }
 }

@@ -1,0 +1,340 @@
+//! Fast real-to-real transforms of eight lines: an even length n through a complex transform of n/2.
+//!
+//! Real Fourier by packing even and odd values; cosine II and III after Makhoul (1980); the type
+//! IV pair by one rotation before and one after; sine I by the odd–even split of Cooley, Lewis &
+//! Welch (1970); sines of type II, III and IV from the cosines by reversal and alternating signs.
+
+use super::Kind;
+use super::fft::Fft;
+use super::vector::{Complex, Real};
+use crate::lanes::{Lanes, ZERO};
+use pulp::{Arch, Simd, WithSimd};
+use std::f64::consts::PI;
+
+/// Plan of one fast transform.
+pub(super) struct Fast {
+    kind: Kind,
+    /// Number of cells n, even.
+    n: usize,
+    fft: Fft,
+    /// e^{−2πik/n}, k < n/2.
+    split: Vec<[f64; 2]>,
+    /// Rotation of the kind: e^{−iπk/2n}, or e^{−iπ(k + 1/8)/n} (type IV), or sin πk/n (sine I).
+    turn: Vec<[f64; 2]>,
+    arch: Arch,
+}
+
+/// One call of a plan.
+struct Call<'a> {
+    plan: &'a Fast,
+    inverse: bool,
+    data: &'a mut [Lanes],
+    work: &'a mut [Lanes],
+}
+
+impl Fast {
+    /// Plans the transform, or `None` where n is odd or has a prime factor above 5.
+    pub(super) fn new(kind: Kind, n: usize) -> Option<Self> {
+        if !n.is_multiple_of(2) {
+            return None;
+        }
+        let unit = |angle: f64| [angle.cos(), -angle.sin()];
+        let cells = n as f64;
+        let turn = |k: usize| match kind {
+            Kind::EvenOdd | Kind::OddEven => unit(PI * (k as f64 + 0.125) / cells),
+            Kind::Fixed => [(PI * k as f64 / cells).sin(), 0.0],
+            _ => unit(0.5 * PI * k as f64 / cells),
+        };
+        Some(Self {
+            kind,
+            n,
+            fft: Fft::new(n / 2)?,
+            split: (0..n / 2).map(|k| unit(2.0 * PI * k as f64 / cells)).collect(),
+            turn: (0..n).map(turn).collect(),
+            arch: Arch::new(),
+        })
+    }
+
+    /// Working memory for one thread.
+    pub(super) fn scratch(&self) -> Vec<Lanes> {
+        vec![ZERO; 2 * self.n]
+    }
+
+    /// Transforms `data` in place.
+    pub(super) fn run(&self, inverse: bool, data: &mut [Lanes], work: &mut [Lanes]) {
+        self.arch.dispatch(Call { plan: self, inverse, data, work });
+    }
+}
+
+impl WithSimd for Call<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let per = 8 / S::F64_LANES;
+        let half = self.plan.n / 2 * per;
+        let (x, _) = S::as_mut_simd_f64s(self.data.as_flattened_mut());
+        let (work, _) = S::as_mut_simd_f64s(self.work.as_flattened_mut());
+        let (a, b) = work[..4 * half].split_at_mut(2 * half);
+        let (first, second) = (a.split_at_mut(half), b.split_at_mut(half));
+        let lines =
+            Lines { plan: self.plan, simd, per, first: [first.0, first.1], second: [second.0, second.1] };
+        match (self.plan.kind, self.inverse) {
+            (Kind::Periodic, false) => lines.fourier(x),
+            (Kind::Periodic, true) => lines.fourier_back(x),
+            (Kind::EvenEven | Kind::OddOdd, false) => lines.two(x),
+            (Kind::EvenEven | Kind::OddOdd, true) => lines.three(x),
+            (Kind::EvenOdd | Kind::OddEven, _) => lines.four(x),
+            (Kind::Fixed, _) => lines.sine_one(x),
+        }
+    }
+}
+
+/// Eight lines in work; row `k` of any array is `per` vectors long.
+struct Lines<'a, S: Simd> {
+    plan: &'a Fast,
+    simd: S,
+    per: usize,
+    first: [&'a mut [S::f64s]; 2],
+    second: [&'a mut [S::f64s]; 2],
+}
+
+impl<S: Simd> Lines<'_, S> {
+    #[inline(always)]
+    fn real(&self, v: S::f64s) -> Real<S> {
+        Real::new(self.simd, v)
+    }
+
+    /// Sets place `at` of the Fourier transform's input.
+    #[inline(always)]
+    fn put(&mut self, at: usize, z: Complex<S>) {
+        let into = if self.plan.fft.starts_in_second() { &mut self.second } else { &mut self.first };
+        into[0][at] = z.re.get();
+        into[1][at] = z.im.get();
+    }
+
+    /// Place `at` of the Fourier transform's result.
+    #[inline(always)]
+    fn got(&self, at: usize) -> Complex<S> {
+        Complex::new(self.real(self.first[0][at]), self.real(self.first[1][at]))
+    }
+
+    #[inline(always)]
+    fn forward(&mut self) {
+        let ([a, b], [c, d]) = (&mut self.first, &mut self.second);
+        self.plan.fft.run(self.simd, [&mut **a, &mut **b], [&mut **c, &mut **d]);
+    }
+
+    #[inline(always)]
+    fn backward(&mut self) {
+        // Conjugate before and after = real and imaginary parts exchanged.
+        let ([a, b], [c, d]) = (&mut self.first, &mut self.second);
+        self.plan.fft.run(self.simd, [&mut **b, &mut **a], [&mut **d, &mut **c]);
+    }
+
+    /// Amplitude k (0 < k < n/2) of the real transform whose packed transform is in place.
+    #[inline(always)]
+    fn amplitude(&self, k: usize, t: usize) -> Complex<S> {
+        let m = self.plan.n / 2;
+        let z = self.got(k * self.per + t);
+        let mirror = self.got((m - k) * self.per + t).conj();
+        let (even, odd) = ((z + mirror) * 0.5, (z - mirror).minus_i() * 0.5);
+        even + odd.rotate(self.plan.split[k])
+    }
+
+    /// Amplitudes 0 and n/2, both real.
+    #[inline(always)]
+    fn ends(&self, t: usize) -> [Real<S>; 2] {
+        let z = self.got(t);
+        [z.re + z.im, z.re - z.im]
+    }
+
+    /// Packed input for the way back from amplitudes k and n/2 − k (of n, so 0 ≤ k < n/2).
+    #[inline(always)]
+    fn pack(&mut self, k: usize, t: usize, here: Complex<S>, mirror: Complex<S>) {
+        let mirror = mirror.conj();
+        let [c, s] = self.plan.split[k];
+        let odd = (here - mirror).rotate([c, -s]);
+        let even = here + mirror;
+        // even + i odd
+        self.put(k * self.per + t, even - odd.minus_i());
+    }
+
+    /// Value `j` of the line in the order of the packed transform: even values up, odd values down.
+    #[inline(always)]
+    fn makhoul(&self, j: usize) -> (usize, bool) {
+        let n = self.plan.n;
+        if j < n.div_ceil(2) { (2 * j, false) } else { (2 * (n - 1 - j) + 1, true) }
+    }
+
+    #[inline(always)]
+    fn fourier(mut self, x: &mut [S::f64s]) {
+        let (n, per) = (self.plan.n, self.per);
+        for j in 0..n / 2 {
+            for t in 0..per {
+                let (a, b) = (self.real(x[2 * j * per + t]), self.real(x[(2 * j + 1) * per + t]));
+                self.put(j * per + t, Complex::new(a, b));
+            }
+        }
+        self.forward();
+        for t in 0..per {
+            let [low, high] = self.ends(t);
+            x[t] = low.get();
+            x[n / 2 * per + t] = high.get();
+        }
+        for k in 1..n / 2 {
+            for t in 0..per {
+                let z = self.amplitude(k, t);
+                x[k * per + t] = z.re.get();
+                x[(n - k) * per + t] = z.im.get();
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn fourier_back(mut self, x: &mut [S::f64s]) {
+        let (n, per) = (self.plan.n, self.per);
+        for t in 0..per {
+            let (low, high) = (self.real(x[t]), self.real(x[n / 2 * per + t]));
+            self.put(t, Complex::new(low + high, low - high));
+        }
+        for k in 1..n / 2 {
+            for t in 0..per {
+                let at = |q: usize| {
+                    let (re, im) = (x[q * per + t], x[(n - q) * per + t]);
+                    Complex::new(self.real(re), self.real(im))
+                };
+                let (here, mirror) = (at(k), at(n / 2 - k));
+                self.pack(k, t, here, mirror);
+            }
+        }
+        self.backward();
+        for j in 0..n / 2 {
+            for t in 0..per {
+                let z = self.got(j * per + t);
+                x[2 * j * per + t] = z.re.get();
+                x[(2 * j + 1) * per + t] = z.im.get();
+            }
+        }
+    }
+
+    /// Cosine II, or sine II by alternating signs and reversed places.
+    #[inline(always)]
+    fn two(mut self, x: &mut [S::f64s]) {
+        let (n, per, odd) = (self.plan.n, self.per, self.plan.kind == Kind::OddOdd);
+        for j in 0..n / 2 {
+            for t in 0..per {
+                let at = |j: usize| {
+                    let (from, flip) = self.makhoul(j);
+                    let v = self.real(x[from * per + t]);
+                    if odd && flip { -v } else { v }
+                };
+                let z = Complex::new(at(2 * j), at(2 * j + 1));
+                self.put(j * per + t, z);
+            }
+        }
+        self.forward();
+        let place = |k: usize| if odd { n - 1 - k } else { k };
+        let quarter = self.plan.turn[n / 2][0];
+        for t in 0..per {
+            let [low, high] = self.ends(t);
+            x[place(0) * per + t] = low.get();
+            x[place(n / 2) * per + t] = (high * quarter).get();
+        }
+        for k in 1..n / 2 {
+            for t in 0..per {
+                let z = self.amplitude(k, t).rotate(self.plan.turn[k]);
+                x[place(k) * per + t] = z.re.get();
+                x[place(n - k) * per + t] = (-z.im).get();
+            }
+        }
+    }
+
+    /// Cosine III, the way back of [`Self::two`] (times n/2), and sine III.
+    #[inline(always)]
+    fn three(mut self, x: &mut [S::f64s]) {
+        let (n, per, odd) = (self.plan.n, self.per, self.plan.kind == Kind::OddOdd);
+        let place = |k: usize| if odd { n - 1 - k } else { k };
+        let quarter = 0.5 / self.plan.turn[n / 2][0];
+        for t in 0..per {
+            let low = self.real(x[place(0) * per + t]) * 0.5;
+            let high = self.real(x[place(n / 2) * per + t]) * quarter;
+            self.put(t, Complex::new(low + high, low - high));
+        }
+        for k in 1..n / 2 {
+            for t in 0..per {
+                let at = |q: usize| {
+                    let (re, im) = (x[place(q) * per + t], x[place(n - q) * per + t]);
+                    let [c, s] = self.plan.turn[q];
+                    Complex::new(self.real(re), -self.real(im)).rotate([0.5 * c, -0.5 * s])
+                };
+                let (here, mirror) = (at(k), at(n / 2 - k));
+                self.pack(k, t, here, mirror);
+            }
+        }
+        self.backward();
+        for j in 0..n / 2 {
+            for t in 0..per {
+                let z = self.got(j * per + t);
+                for (j, v) in [(2 * j, z.re), (2 * j + 1, z.im)] {
+                    let (to, flip) = self.makhoul(j);
+                    x[to * per + t] = if odd && flip { (-v).get() } else { v.get() };
+                }
+            }
+        }
+    }
+
+    /// Cosine IV, or sine IV by reversed values and alternating signs.
+    #[inline(always)]
+    fn four(mut self, x: &mut [S::f64s]) {
+        let (n, per, odd) = (self.plan.n, self.per, self.plan.kind == Kind::OddEven);
+        let from = |j: usize| if odd { n - 1 - j } else { j };
+        for j in 0..n / 2 {
+            for t in 0..per {
+                let (a, b) = (x[from(2 * j) * per + t], x[from(n - 1 - 2 * j) * per + t]);
+                let z = Complex::new(self.real(a), self.real(b)).rotate(self.plan.turn[j]);
+                self.put(j * per + t, z);
+            }
+        }
+        self.forward();
+        for k in 0..n / 2 {
+            for t in 0..per {
+                let z = self.got(k * per + t).rotate(self.plan.turn[k]);
+                x[2 * k * per + t] = z.re.get();
+                // n is even, so n − 1 − 2k is odd: the sign of sine IV turns once more.
+                let high = if odd { z.im } else { -z.im };
+                x[(n - 1 - 2 * k) * per + t] = high.get();
+            }
+        }
+    }
+
+    /// Sine I of n − 1 values.
+    #[inline(always)]
+    fn sine_one(mut self, x: &mut [S::f64s]) {
+        let (n, per) = (self.plan.n, self.per);
+        for j in 0..n / 2 {
+            for t in 0..per {
+                let at = |j: usize| {
+                    if j == 0 {
+                        return self.real(x[t]) * 0.0;
+                    }
+                    let (a, b) = (self.real(x[(j - 1) * per + t]), self.real(x[(n - j - 1) * per + t]));
+                    (a + b) * self.plan.turn[j][0] + (a - b) * 0.5
+                };
+                let z = Complex::new(at(2 * j), at(2 * j + 1));
+                self.put(j * per + t, z);
+            }
+        }
+        self.forward();
+        for t in 0..per {
+            let mut sum = self.ends(t)[0] * 0.5;
+            x[t] = sum.get();
+            for k in 1..n / 2 {
+                let z = self.amplitude(k, t);
+                sum = sum + z.re;
+                x[(2 * k - 1) * per + t] = (-z.im).get();
+                x[2 * k * per + t] = sum.get();
+            }
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Complex arithmetic on SIMD vectors of whatever width the machine has (`pulp`), no fused
+//! multiply-add: every instruction set gives the same bits.
+
+use pulp::Simd;
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// A vector of real numbers.
+#[derive(Clone, Copy)]
+pub(super) struct Real<S: Simd> {
+    simd: S,
+    v: S::f64s,
+}
+
+impl<S: Simd> Real<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, v: S::f64s) -> Self {
+        Self { simd, v }
+    }
+
+    /// The machine's vector.
+    #[inline(always)]
+    pub(super) fn get(self) -> S::f64s {
+        self.v
+    }
+}
+
+impl<S: Simd> Add for Real<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self::new(self.simd, self.simd.add_f64s(self.v, o.v))
+    }
+}
+
+impl<S: Simd> Sub for Real<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self::new(self.simd, self.simd.sub_f64s(self.v, o.v))
+    }
+}
+
+impl<S: Simd> Neg for Real<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(self.simd, self.simd.neg_f64s(self.v))
+    }
+}
+
+impl<S: Simd> Mul<f64> for Real<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: f64) -> Self {
+        let o = self.simd.splat_f64s(o);
+        Self::new(self.simd, self.simd.mul_f64s(self.v, o))
+    }
+}
+
+/// A vector of complex numbers.
+#[derive(Clone, Copy)]
+pub(super) struct Complex<S: Simd> {
+    pub(super) re: Real<S>,
+    pub(super) im: Real<S>,
+}
+
+impl<S: Simd> Complex<S> {
+    #[inline(always)]
+    pub(super) fn new(re: Real<S>, im: Real<S>) -> Self {
+        Self { re, im }
+    }
+
+    /// Complex conjugate.
+    #[inline(always)]
+    pub(super) fn conj(self) -> Self {
+        Self::new(self.re, -self.im)
+    }
+
+    /// Times −i.
+    #[inline(always)]
+    pub(super) fn minus_i(self) -> Self {
+        Self::new(self.im, -self.re)
+    }
+
+    /// Times a complex constant.
+    #[inline(always)]
+    pub(super) fn rotate(self, [c, s]: [f64; 2]) -> Self {
+        Self::new(self.re * c - self.im * s, self.re * s + self.im * c)
+    }
+}
+
+impl<S: Simd> Add for Complex<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self::new(self.re + o.re, self.im + o.im)
+    }
+}
+
+impl<S: Simd> Sub for Complex<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self::new(self.re - o.re, self.im - o.im)
+    }
+}
+
+impl<S: Simd> Mul<f64> for Complex<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: f64) -> Self {
+        Self::new(self.re * o, self.im * o)
+    }
+}
