@@ -1,1 +1,5 @@
-fn main() {}
+//! `bedload-dem`: the soft-sphere DEM solver.
+
+fn main() -> std::process::ExitCode {
+    protocol::program::main::<dem_solver::participant::DemParticipant>()
+}

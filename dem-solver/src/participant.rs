@@ -4,12 +4,15 @@ use std::path::Path;
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
+use protocol::alone::{self, Answer, Clock};
 use protocol::checkpoint;
+use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
+use protocol::program::Solver;
 use protocol::scene::{CheckedScene, SceneError};
 
-use crate::config::Config;
+use crate::config::{Config, DemSection};
 use crate::report::GrainLoad;
 use crate::state::State;
 use crate::step::Dem;
@@ -134,5 +137,45 @@ impl Participant for DemParticipant {
 
     fn solver_seconds(&self) -> f64 {
         self.work.as_secs_f64()
+    }
+}
+
+impl Solver for DemParticipant {
+    const PROGRAM: &'static str = "bedload-dem";
+    type Facts = DemFacts;
+
+    fn facts(scene: &CheckedScene) -> Result<DemFacts, SceneError> {
+        Ok(Config::new(scene)?.facts)
+    }
+
+    fn build(scene: &CheckedScene, _: &Path) -> Result<Self, SceneError> {
+        Self::new(scene)
+    }
+
+    fn schema() -> serde_json::Value {
+        schemars::schema_for!(DemSection).to_value()
+    }
+
+    fn stand_in(scene: &CheckedScene) -> Result<Answer<Loads>, SceneError> {
+        Ok(alone::buoyancy(scene))
+    }
+
+    fn clock(scene: &CheckedScene, facts: &DemFacts) -> Clock {
+        // Windows of 100 sub-steps: short enough to observe, long enough to cost nothing.
+        let observe = &scene.scene.observe;
+        let longest = if observe.every > 0.0 { observe.every } else { scene.scene.until };
+        let window = (100.0 * facts.dt).min(longest);
+        Clock { window, substep: facts.dt, adaptive: false }
+    }
+
+    fn sides<'a>(
+        incoming: &'a [Loads],
+        outgoing: &'a [Kinematics],
+    ) -> (&'a [Loads], &'a [Kinematics]) {
+        (incoming, outgoing)
+    }
+
+    fn facts_by_role(facts: &DemFacts) -> (Option<&FluidFacts>, Option<&DemFacts>) {
+        (None, Some(facts))
     }
 }

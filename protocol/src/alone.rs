@@ -8,7 +8,7 @@ use crate::participant::{Exchange, ExchangeError, Participant, SolverError, Wind
 use crate::scene::{CheckedScene, Grain, Motion, Oscillation};
 
 /// What the absent peer would say in a window.
-pub type Answer<R> = Box<dyn Fn(&Window, &mut [R])>;
+pub type Answer<R> = Box<dyn Fn(&Window, &mut [R]) + Send>;
 
 /// The exchange of a solver alone.
 pub struct StandIn<In: Record, Out: Record> {

@@ -10,5 +10,6 @@ pub mod log;
 pub mod message;
 pub mod output;
 pub mod participant;
+pub mod program;
 pub mod scene;
 pub mod serve;

@@ -1,0 +1,193 @@
+//! `run`: a solver alone, with the options and the output folder of a coupled run.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::{ProgramError, Solver, with_threads};
+use crate::alone::{self, Clock, StandIn};
+use crate::checkpoint;
+use crate::message::Header;
+use crate::output::{Observer, OutputFolder, RunOptions, RunStatus, Sides, Summary};
+use crate::participant::{Role, SolverError, Window};
+use crate::scene::{CheckedScene, Motion, Observe};
+
+/// Times at which fields are due.
+pub struct FieldTimes {
+    at: Vec<f64>,
+    every: f64,
+}
+
+impl FieldTimes {
+    /// As the scene asks.
+    #[must_use]
+    pub fn new(observe: &Observe) -> Self {
+        Self { at: observe.fields_at.clone(), every: observe.fields_every }
+    }
+
+    /// Is a field due at the end of a window from `time` to `time + dt`?
+    #[must_use]
+    pub fn is_due(&self, time: f64, dt: f64) -> bool {
+        let end = time + dt;
+        let periodic = self.every > 0.0 && (end / self.every + 1e-9).floor() > (time / self.every + 1e-9).floor();
+        periodic || self.at.iter().any(|at| time < *at && *at <= end)
+    }
+}
+
+/// Where the plain loop stands; part of its checkpoint.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Position {
+    step: u64,
+    time: f64,
+    limit: f64,
+    observed: crate::output::ObserverState,
+}
+
+/// Seconds between lines of progress, and between checkpoints.
+const PROGRESS_EVERY: f64 = 2.0;
+const CHECKPOINT_EVERY: f64 = 60.0;
+
+/// Runs a solver alone, from the scene's start or from a checkpoint, to the scene's end.
+pub(super) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
+    let scene = options.read_scene()?;
+    let facts = S::facts(&scene)?;
+    let answer = S::stand_in(&scene)?;
+    let folder = options.folder(&scene)?;
+    let (fluid, dem) = S::facts_by_role(&facts);
+    folder.write_scene(&scene, fluid, dem, None)?;
+    let mut solver = S::build(&scene, folder.root())?;
+    let clock = S::clock(&scene, &facts);
+    let mut summary = Summary::new(&scene, env!("CARGO_PKG_VERSION"));
+    let contact_time = dem.map_or(f64::INFINITY, |facts| facts.contact_time);
+    let begin = Instant::now();
+    let mut run = Run::new(&folder, &scene, &mut solver, clock, options.resume, contact_time, answer)?;
+    let outcome = with_threads(options.threads(), || run.to_end())?;
+    run.summarise(&mut summary, begin, &outcome)?;
+    summary.write(&folder.summary())?;
+    outcome
+}
+
+/// A run of a solver alone under way.
+struct Run<'a, S: Solver> {
+    folder: &'a OutputFolder,
+    scene: &'a CheckedScene,
+    solver: &'a mut S,
+    exchange: StandIn<S::Incoming, S::Outgoing>,
+    clock: Clock,
+    observer: Observer,
+    position: Position,
+    contact_time: f64,
+    stop: Arc<AtomicBool>,
+}
+
+impl<'a, S: Solver> Run<'a, S> {
+    fn new(
+        folder: &'a OutputFolder,
+        scene: &'a CheckedScene,
+        solver: &'a mut S,
+        clock: Clock,
+        resume: bool,
+        contact_time: f64,
+        answer: alone::Answer<S::Incoming>,
+    ) -> Result<Self, ProgramError> {
+        let sides = match S::ROLE {
+            Role::Fluid => Sides::fluid_alone(!scene.grains.is_empty()),
+            Role::Dem => Sides::dry(),
+        };
+        let stop = Arc::new(AtomicBool::new(false));
+        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+            // A second signal ends the program at once.
+            signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&stop))
+                .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
+                .map_err(|error| SolverError::Failed(format!("cannot handle signals: {error}")))?;
+        }
+        let (position, observer) = if resume {
+            let position: Position = checkpoint::read(&folder.checkpoint(), "loop", &scene.sha256())?;
+            solver.read_checkpoint(&folder.checkpoint())?;
+            let observer = Observer::resume(folder, scene, sides, &[], position.observed.clone())?;
+            (position, observer)
+        } else {
+            let observed = crate::output::ObserverState::default();
+            let position = Position { step: 0, time: 0.0, limit: f64::INFINITY, observed };
+            (position, Observer::create(folder, scene, sides, &[])?)
+        };
+        let exchange = StandIn::new(solver.grains(), answer);
+        Ok(Self { folder, scene, solver, exchange, clock, observer, position, contact_time, stop })
+    }
+
+    fn to_end(&mut self) -> Result<(), ProgramError> {
+        let until = self.scene.scene.until;
+        let fields = FieldTimes::new(&self.scene.scene.observe);
+        let (mut told, mut saved) = (Instant::now(), Instant::now());
+        while self.position.time < until {
+            if self.stop.load(Ordering::Relaxed) {
+                self.checkpoint()?;
+                return Err(ProgramError::Interrupted);
+            }
+            let at = &self.position;
+            let mut window = self.clock.next(at.step, at.time, until, at.limit, false);
+            window.output = fields.is_due(window.time, window.dt);
+            self.window(&window)?;
+            if told.elapsed().as_secs_f64() > PROGRESS_EVERY {
+                eprintln!("{}: t = {:.6} of {until} s, window {}", S::PROGRAM, self.position.time, window.step);
+                told = Instant::now();
+            }
+            if saved.elapsed().as_secs_f64() > CHECKPOINT_EVERY {
+                self.checkpoint()?;
+                saved = Instant::now();
+            }
+        }
+        self.checkpoint()
+    }
+
+    fn window(&mut self, window: &Window) -> Result<(), ProgramError> {
+        let report = alone::advance(self.solver, window, &mut self.exchange)?;
+        let (sent, outgoing) = self.exchange.outgoing();
+        let (loads, kinematics) = S::sides(self.exchange.incoming(), outgoing);
+        let header: &Header = sent;
+        let sample = crate::output::Sample { window, loads, header, kinematics, extras: &[] };
+        self.observer.record(&sample)?;
+        self.position.step += 1;
+        self.position.time = window.time + window.dt;
+        self.position.limit = report.dt_limit;
+        Ok(())
+    }
+
+    fn checkpoint(&mut self) -> Result<(), ProgramError> {
+        self.position.observed = self.observer.state()?;
+        let folder = self.folder.checkpoint();
+        self.solver.write_checkpoint(&folder)?;
+        Ok(checkpoint::write(&folder, "loop", &self.scene.sha256(), &self.position)?)
+    }
+
+    fn summarise(
+        &mut self,
+        summary: &mut Summary,
+        begin: Instant,
+        outcome: &Result<(), ProgramError>,
+    ) -> Result<(), ProgramError> {
+        self.observer.finish(summary, self.contact_time)?;
+        summary.cost.wall_s = begin.elapsed().as_secs_f64();
+        let (cpu, memory) = (self.solver.solver_seconds(), crate::output::peak_rss_bytes());
+        match S::ROLE {
+            Role::Fluid => {
+                summary.cost.fluid_cpu_s = cpu;
+                summary.cost.peak_rss_bytes.fluid = Some(memory);
+            }
+            Role::Dem => {
+                summary.cost.dem_cpu_s = cpu;
+                summary.cost.peak_rss_bytes.dem = Some(memory);
+            }
+        }
+        let free = self.scene.grains.iter().filter(|grain| grain.motion == Motion::Free).count();
+        summary.set_unit_costs(free as u64);
+        match outcome {
+            Ok(()) => {}
+            Err(ProgramError::Interrupted) => summary.status = RunStatus::Interrupted,
+            Err(error) => summary.fail(error),
+        }
+        Ok(())
+    }
+}
