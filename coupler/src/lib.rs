@@ -1,9 +1,34 @@
 //! The coupler behind `bedload`: it plans, starts the solvers, is their master of time, watches,
 //! records. It never stands in the path of the data.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | [`bounds`] | every stability and accuracy bound, with its source and remedy |
+//! | [`config`] | the `[coupling]` section |
+//! | [`plan`] | who takes part, time steps, cost |
+//! | [`prepare`], [`check`] | from a scene file to a plan |
+//! | [`scheme`] | which window comes next, and its sub-steps |
+//! | [`run`], [`conduct`], [`judge`] | a run, window by window |
+//! | [`supervise`], [`solvers`] | solvers as commands and child processes |
+//! | [`record`], [`resume`], [`progress`] | log, checkpoints, progress |
+//! | [`replay`], [`export`] | a log driving a solver; files for viewers |
+//! | [`cli`], [`failure`] | command line and exit codes |
 
 pub mod bounds;
+pub mod check;
+pub mod cli;
+pub mod conduct;
 pub mod config;
+pub mod export;
+pub mod failure;
+pub mod judge;
 pub mod plan;
+pub mod prepare;
+pub mod progress;
+pub mod record;
+pub mod replay;
+pub mod resume;
+pub mod run;
 pub mod scheme;
 pub mod solvers;
 pub mod supervise;

@@ -1,1 +1,5 @@
-fn main() {}
+//! `bedload`: plans, starts, conducts and records coupled runs.
+
+fn main() -> std::process::ExitCode {
+    coupler::cli::main()
+}

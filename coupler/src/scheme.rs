@@ -77,8 +77,13 @@ impl QuietRule {
     /// touch; 0 where something touches already or a gap is not known.
     #[must_use]
     pub fn quiet_for(&self, loads: &[Loads], kinematics: &[Kinematics]) -> f64 {
-        let gap = kinematics.iter().map(|grain| grain.gap).fold(f64::INFINITY, f64::min);
+        // A DEM may not watch far pairs of many grains and leave their gap infinite: that is no
+        // knowledge, except of a grain that has no other.
+        let alone = kinematics.len() == 1;
+        let known = |gap: f64| if gap.is_nan() || (gap == f64::INFINITY && !alone) { f64::NEG_INFINITY } else { gap };
+        let gap = kinematics.iter().map(|grain| known(grain.gap)).fold(f64::INFINITY, f64::min);
         let room = gap - self.range;
+        // Infinity less infinity is no room either.
         if room.is_nan() || room <= 0.0 {
             return 0.0;
         }

@@ -73,7 +73,7 @@ impl Solver {
             Role::Dem => &scene.scene.dem,
         };
         match section.get("command") {
-            None => Ok(Self { role, command: vec![sibling(program(role))], foreign: false }),
+            None => Ok(Self::ours(role)),
             Some(value) => {
                 let command = words(value).ok_or_else(|| {
                     scene.source.error(
@@ -85,6 +85,12 @@ impl Solver {
                 Ok(Self { role, command, foreign: true })
             }
         }
+    }
+
+    /// Our solver of a role: beside this program, or on PATH.
+    #[must_use]
+    pub fn ours(role: Role) -> Self {
+        Self { role, command: vec![sibling(program(role))], foreign: false }
     }
 
     /// The command as one line.

@@ -1,0 +1,136 @@
+//! The command line of `bedload`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use protocol::output::RunOptions;
+use protocol::participant::Role;
+
+use crate::export::Viewer;
+use crate::failure::Failure;
+
+/// Grains in a flow: fluid and DEM solvers coupled.
+///
+/// Exit codes: 0 done; 1 a run failed or a comparison differs; 2 bad input or a broken bound; 3 a
+/// solver died or timed out; 130 interrupted (checkpoint and log are in order).
+#[derive(Debug, Parser)]
+#[command(name = "bedload", version, propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Validate a scene and print its plan: steps, bounds, cost
+    Check {
+        /// Scene file (TOML)
+        scene: PathBuf,
+        /// Override any key of the scene, such as --set grains[0].density=2.0; may be repeated
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        /// End of the run, s, instead of the scene's `until`
+        #[arg(long, value_name = "T", allow_negative_numbers = true)]
+        until: Option<f64>,
+        /// Print the plan as JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Run a scene
+    Run {
+        #[command(flatten)]
+        options: RunOptions,
+    },
+    /// Drive one solver from a log, at full speed
+    Replay {
+        /// Log of a coupled run (MCAP)
+        log: PathBuf,
+        /// Solver to drive
+        #[arg(long)]
+        drive: Drive,
+        /// Compare every message bit for bit; exit 1 at the first difference
+        #[arg(long)]
+        verify: bool,
+        /// Checkpoint that the log of a resumed run begins at
+        #[arg(long, value_name = "DIR")]
+        checkpoint: Option<PathBuf>,
+        /// Output folder
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Print the JSON Schema of a whole scene
+    Schema,
+    /// Name a run's files for viewers and tables
+    Export {
+        /// Output folder of a run
+        dir: PathBuf,
+        #[command(flatten)]
+        format: Format,
+    },
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Drive {
+    Fluid,
+    Dem,
+}
+
+#[derive(Clone, Copy, Debug, Args)]
+#[group(required = true, multiple = false)]
+struct Format {
+    /// Fields for ParaView
+    #[arg(long)]
+    vtk: bool,
+    /// Tables
+    #[arg(long)]
+    csv: bool,
+    /// The log, with channels for Foxglove, Lichtblick and Rerun
+    #[arg(long)]
+    foxglove: bool,
+}
+
+impl Format {
+    fn viewer(self) -> Viewer {
+        match (self.vtk, self.csv) {
+            (true, _) => Viewer::Vtk,
+            (_, true) => Viewer::Csv,
+            _ => Viewer::Foxglove,
+        }
+    }
+}
+
+/// The whole program.
+#[must_use]
+pub fn main() -> ExitCode {
+    match dispatch(Arguments::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            let code = failure.exit_code();
+            failure.explain();
+            ExitCode::from(code)
+        }
+    }
+}
+
+fn dispatch(command: Command) -> Result<(), Failure> {
+    match command {
+        Command::Check { scene, overrides, until, json } => {
+            let options = RunOptions { overrides, until, ..RunOptions::of_scene(&scene) };
+            crate::check::check(&options, json)
+        }
+        Command::Run { options } => crate::run::run(&options),
+        Command::Replay { log, drive, verify, checkpoint, out } => {
+            let drive = match drive {
+                Drive::Fluid => Role::Fluid,
+                Drive::Dem => Role::Dem,
+            };
+            crate::replay::replay(&crate::replay::Replay { log, drive, verify, checkpoint, out })
+        }
+        Command::Schema => {
+            println!("{:#}", crate::check::schema()?);
+            Ok(())
+        }
+        Command::Export { dir, format } => crate::export::export(&dir, format.viewer()),
+    }
+}

@@ -1,0 +1,53 @@
+//! `bedload export`: where a run's files for viewers are. Runs write them as they go, so nothing is
+//! converted.
+
+use std::path::{Path, PathBuf};
+
+use protocol::output::OutputFolder;
+
+use crate::failure::Failure;
+
+/// Kind of viewer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Viewer {
+    /// ParaView and the like: fields of the fluid.
+    Vtk,
+    /// Tables.
+    Csv,
+    /// Foxglove, Lichtblick, Rerun: the log, which has channels for them.
+    Foxglove,
+}
+
+/// Prints the files of a run for `viewer`.
+///
+/// # Errors
+/// [`Failure::Input`] if the folder is no run or has none of these files, with how to get them.
+pub fn export(folder: &Path, viewer: Viewer) -> Result<(), Failure> {
+    let folder = OutputFolder::open(folder)?;
+    let (files, remedy) = match viewer {
+        Viewer::Vtk => (fields(&folder), "ask for them with [observe] fields_at or fields_every, and run again"),
+        Viewer::Csv => (existing(folder.series()), "the run was killed before its first row"),
+        Viewer::Foxglove => (existing(folder.log()), "run again without --no-record (a run of one solver has no exchange to log)"),
+    };
+    if files.is_empty() {
+        return Err(Failure::Input(format!("{} holds no such files: {remedy}", folder.root().display())));
+    }
+    for file in files {
+        println!("{}", file.display());
+    }
+    Ok(())
+}
+
+fn existing(path: PathBuf) -> Vec<PathBuf> {
+    if path.is_file() { vec![path] } else { Vec::new() }
+}
+
+fn fields(folder: &OutputFolder) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder.fields()).into_iter().flatten().flatten();
+    let is_field = |path: &PathBuf| {
+        path.extension().and_then(|end| end.to_str()).is_some_and(|end| end.starts_with("vt") || end == "pvd")
+    };
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_field).collect();
+    files.sort();
+    files
+}

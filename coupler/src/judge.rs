@@ -1,0 +1,179 @@
+//! Judges a window: everything that crossed is finite, counts are kept, bounds are kept.
+
+use protocol::message::{Header, Kinematics, Loads, Record, Status};
+use protocol::participant::Window;
+
+use crate::failure::Failure;
+
+/// Overlap over radius beyond which a soft contact is no contact any more.
+const MOST_OVERLAP: f64 = 0.1;
+
+/// A message must be of the window that is under way, with one record per grain.
+///
+/// # Errors
+/// [`Failure::Run`] naming what came and what was expected.
+pub fn belongs<R: Record>(window: &Window, header: &Header, records: &[R], grains: usize) -> Result<(), Failure> {
+    if (header.step, header.attempt) != (window.step, window.attempt) {
+        return Err(Failure::Run(format!(
+            "{} of window {} attempt {} came in window {} attempt {}: a solver does not keep the order of calls",
+            R::NAME,
+            header.step,
+            header.attempt,
+            window.step,
+            window.attempt
+        )));
+    }
+    if records.len() != grains {
+        return Err(Failure::Run(format!(
+            "{} of window {} are of {} grains; the scene has {grains}",
+            R::NAME,
+            window.step,
+            records.len()
+        )));
+    }
+    Ok(())
+}
+
+/// The loads must be numbers.
+///
+/// # Errors
+/// [`Failure::Run`] naming grain, field and window.
+pub fn loads(window: &Window, loads: &[Loads]) -> Result<(), Failure> {
+    for (grain, load) in loads.iter().enumerate() {
+        let values = load.force.iter().chain(&load.torque).chain([&load.added_mass, &load.added_inertia]);
+        finite("fluid", window, grain, load, values)?;
+    }
+    Ok(())
+}
+
+/// The motion must be numbers, after as many sub-steps as were ordered.
+///
+/// # Errors
+/// [`Failure::Run`] naming the solver and both counts, or grain, field and window.
+pub fn motion(window: &Window, header: &Header, motion: &[Kinematics]) -> Result<(), Failure> {
+    if header.substeps != window.substeps {
+        return Err(Failure::Run(format!(
+            "the dem solver did {} sub-steps in window {} where {} were ordered: it does not keep the coupler's time",
+            header.substeps, window.step, window.substeps
+        )));
+    }
+    for (grain, kinematics) in motion.iter().enumerate() {
+        // Observations (gap, …) may be infinite.
+        let values = (kinematics.position.iter())
+            .chain(&kinematics.orientation)
+            .chain(&kinematics.velocity)
+            .chain(&kinematics.spin);
+        finite("dem", window, grain, kinematics, values)?;
+    }
+    Ok(())
+}
+
+fn finite<'a, R: Record>(
+    solver: &str,
+    window: &Window,
+    grain: usize,
+    record: &R,
+    mut values: impl Iterator<Item = &'a f64>,
+) -> Result<(), Failure> {
+    if values.all(|value| value.is_finite()) {
+        return Ok(());
+    }
+    let words = record.words();
+    let bad = words.iter().position(|word| !f64::from_bits(*word).is_finite()).unwrap_or(0);
+    Err(Failure::Run(format!(
+        "the {solver} solver sent {} = {} of grain {grain} in window {} (t = {} s): the run has become unstable; see the bounds of `bedload check`",
+        R::field_of_word(bad),
+        f64::from_bits(words[bad]),
+        window.step,
+        window.time
+    )))
+}
+
+/// Grains must not sink into each other.
+///
+/// # Errors
+/// [`Failure::Run`] naming the bound `overlap`, unless it is forced.
+pub fn overlap(window: &Window, header: &Header, dem: &Status, largest_radius: f64, forced: &[String]) -> Result<(), Failure> {
+    // The DEM's own ratio if it gives one; else at least the overlap over the largest radius.
+    let ratio = dem.residual.max(header.largest_overlap / largest_radius);
+    if ratio <= MOST_OVERLAP || forced.iter().any(|name| name == "overlap") {
+        return Ok(());
+    }
+    Err(Failure::Run(format!(
+        "bound overlap: {:.1} % of a radius in window {} (t = {} s), at most 10 %: shorten the contact time, or --set 'coupling.force=[\"overlap\"]'",
+        100.0 * ratio,
+        window.step,
+        window.time
+    )))
+}
+
+/// A fixed step must stay stable as the flow grows; says whether the solver's own limit is passed.
+///
+/// # Errors
+/// [`Failure::Run`] naming the bound `cfl`, unless it is forced.
+pub fn step_limit(window: &Window, limit: f64, reserve: f64, forced: &[String]) -> Result<bool, Failure> {
+    let passed = window.dt > limit * (1.0 + 1e-9);
+    if window.dt > limit * reserve * (1.0 + 1e-9) && !forced.iter().any(|name| name == "cfl") {
+        return Err(Failure::Run(format!(
+            "bound cfl: dt = {} s after window {} (t = {} s), the solver accepts {limit} s: lower dt, make it adaptive, or --set 'coupling.force=[\"cfl\"]'",
+            window.dt, window.step, window.time
+        )));
+    }
+    Ok(passed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn window() -> Window {
+        Window { step: 3, attempt: 0, time: 0.3, dt: 0.1, substeps: 10, output: false }
+    }
+
+    #[test]
+    fn another_count_of_sub_steps_is_an_error_with_both_counts() {
+        let good = Header { substeps: 10, ..window().header() };
+        motion(&window(), &good, &[Kinematics::default()]).unwrap();
+        let bad = Header { substeps: 9, ..window().header() };
+        let text = motion(&window(), &bad, &[]).unwrap_err().to_string();
+        assert!(text.contains("dem solver did 9") && text.contains("10 were ordered"), "{text}");
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_named_by_grain_and_field() {
+        let mut sick = vec![Loads::default(); 3];
+        sick[2].torque[1] = f64::NAN;
+        let text = loads(&window(), &sick).unwrap_err().to_string();
+        assert!(text.contains("torque[1]") && text.contains("grain 2") && text.contains("fluid"), "{text}");
+        let header = Header { substeps: 10, ..window().header() };
+        let far = Kinematics { gap: f64::INFINITY, ..Kinematics::default() };
+        motion(&window(), &header, &[far]).expect("an infinite gap is an observation");
+        let gone = Kinematics { velocity: [0.0, 0.0, f64::INFINITY], ..Kinematics::default() };
+        let text = motion(&window(), &header, &[gone]).unwrap_err().to_string();
+        assert!(text.contains("velocity[2]"), "{text}");
+    }
+
+    #[test]
+    fn messages_of_another_window_or_count_are_refused() {
+        let header = window().header();
+        belongs(&window(), &header, &[Loads::default()], 1).unwrap();
+        assert!(belongs(&window(), &header, &[Loads::default()], 2).is_err());
+        let late = Header { step: 2, ..header };
+        assert!(belongs(&window(), &late, &[Loads::default()], 1).is_err());
+    }
+
+    #[test]
+    fn overlap_and_step_limit_can_be_forced() {
+        let status = |residual| Status { residual, ..Status::default() };
+        let header = window().header();
+        overlap(&window(), &header, &status(0.1), 1.0, &[]).unwrap();
+        assert!(overlap(&window(), &header, &status(0.11), 1.0, &[]).unwrap_err().to_string().contains("overlap"));
+        overlap(&window(), &header, &status(0.11), 1.0, &["overlap".into()]).unwrap();
+        let deep = Header { largest_overlap: 0.3, ..header };
+        assert!(overlap(&window(), &deep, &status(0.0), 2.0, &[]).is_err());
+        assert!(!step_limit(&window(), 0.1, 1.0, &[]).unwrap());
+        assert!(step_limit(&window(), 0.09, 1.5, &[]).unwrap(), "passed, but stable");
+        assert!(step_limit(&window(), 0.05, 1.5, &[]).is_err());
+        assert!(step_limit(&window(), 0.05, 1.5, &["cfl".into()]).unwrap());
+    }
+}

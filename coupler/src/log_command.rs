@@ -1,0 +1,384 @@
+//! `bedload log info | cat | repair`: reads a log without any solver.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+use protocol::log::{Entry, LogError, LogReader, Manifest, Message, repair as rewrite};
+use protocol::message::{Command, Header, Order, State, Status};
+use protocol::participant::Role;
+use serde::Serialize;
+use serde_json::json;
+
+/// Why the command failed.
+#[derive(Debug, thiserror::Error)]
+pub enum LogCommandError {
+    /// The log cannot be read or written.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The terminal or pipe is gone.
+    #[error("cannot print: {0}")]
+    Print(#[from] std::io::Error),
+    /// A value on the command line.
+    #[error("{0}")]
+    Usage(String),
+}
+
+/// What `log cat` prints.
+#[derive(Clone, Debug, Default)]
+pub struct CatOptions {
+    /// Only this topic; its last part is enough (`loads`).
+    pub topic: Option<String>,
+    /// Only these steps.
+    pub steps: Option<RangeInclusive<u64>>,
+    /// JSON, one object per line.
+    pub json: bool,
+}
+
+/// Reads `A..B` (both included), `A..`, `..B` or `A`.
+///
+/// # Errors
+/// [`LogCommandError::Usage`].
+pub fn parse_steps(text: &str) -> Result<RangeInclusive<u64>, LogCommandError> {
+    let usage = || LogCommandError::Usage(format!("--step {text}: give A..B, A.., ..B or A"));
+    let number = |word: &str, open: u64| match word {
+        "" => Ok(open),
+        word => word.parse().map_err(|_| usage()),
+    };
+    let (from, to) = match text.split_once("..") {
+        Some((from, to)) => (number(from, 0)?, number(to, u64::MAX)?),
+        None if text.is_empty() => return Err(usage()),
+        None => (number(text, 0)?, number(text, 0)?),
+    };
+    if from > to {
+        return Err(usage());
+    }
+    Ok(from..=to)
+}
+
+/// Counts of one reading.
+#[derive(Default)]
+struct Tally {
+    topics: BTreeMap<String, (u64, u64)>,
+    steps: Option<(u64, u64)>,
+    repeats: u64,
+    time: Option<(f64, f64)>,
+    failed: Option<String>,
+}
+
+impl Tally {
+    fn add(&mut self, entry: &Entry) {
+        let topic = self.topics.entry(entry.channel.topic.clone()).or_default();
+        topic.0 += 1;
+        topic.1 += entry.size as u64;
+        match &entry.message {
+            Message::Command(command) => self.command(command),
+            Message::Status(role, status) if status.state == State::Failed as u64 => {
+                self.failed = Some(format!("{role} in step {}: {}", status.step, status.text()));
+            }
+            _ => {}
+        }
+    }
+
+    fn command(&mut self, command: &Command) {
+        let Ok(order @ (Order::Advance | Order::Repeat)) = Order::try_from(command.order) else {
+            return;
+        };
+        self.repeats += u64::from(order == Order::Repeat);
+        let first = self.steps.map_or(command.step, |steps| steps.0);
+        self.steps = Some((first, command.step));
+        let begin = self.time.map_or(command.time, |time| time.0);
+        self.time = Some((begin, command.time + command.dt));
+    }
+}
+
+/// `bedload log info LOG`: what is in it, and whether it is whole.
+///
+/// # Errors
+/// [`LogCommandError`] if it is no log. A log that breaks off or is damaged is described as such,
+/// and is no error.
+pub fn info(path: &Path, out: &mut dyn Write) -> Result<(), LogCommandError> {
+    let mut reader = LogReader::open_any(path)?;
+    let mut tally = Tally::default();
+    let mut end = None;
+    for entry in reader.by_ref() {
+        match entry {
+            Ok(entry) => tally.add(&entry),
+            Err(error) => end = Some(error),
+        }
+    }
+    writeln!(out, "{}", path.display())?;
+    print_manifest(reader.manifest(), out)?;
+    print_tally(&tally, out)?;
+    let sizes = reader.sizes();
+    let bytes = std::fs::metadata(path)?.len();
+    let ratio = sizes.unpacked as f64 / sizes.packed.max(1) as f64;
+    line(out, "size", &format!("{bytes} bytes, {} chunks, compressed {ratio:.1} : 1", sizes.chunks))?;
+    let state = match (&end, reader.is_complete()) {
+        (None, true) => "complete".to_owned(),
+        (None, false) => "complete file; the last window has not all its messages".to_owned(),
+        (Some(error), _) if error.is_truncation() => format!("truncated: {error}"),
+        (Some(error), _) => format!("damaged: {error}"),
+    };
+    line(out, "state", &state)
+}
+
+fn line(out: &mut dyn Write, name: &str, value: &str) -> Result<(), LogCommandError> {
+    Ok(writeln!(out, "  {name:<12} {value}")?)
+}
+
+fn print_manifest(manifest: &Manifest, out: &mut dyn Write) -> Result<(), LogCommandError> {
+    let ours = Manifest::new("", "", Vec::new(), 0.0, 0.0);
+    let same = (ours.layout, ours.protocol) == (manifest.layout, manifest.protocol);
+    let note = if same { "as this build" } else { "NOT this build's: cannot be replayed by it" };
+    let (version, protocol, layout) = (&manifest.version, manifest.protocol, manifest.layout);
+    line(out, "title", &manifest.title)?;
+    line(out, "written by", &format!("Bedload {version}"))?;
+    line(out, "protocol", &format!("{protocol}, layout {layout:016x} ({note})"))?;
+    for (name, command) in [("fluid", &manifest.fluid_command), ("dem", &manifest.dem_command)] {
+        let words = if command.is_empty() { "none".to_owned() } else { command.join(" ") };
+        line(out, name, &words)?;
+    }
+    line(out, "grains", &manifest.grains().to_string())?;
+    line(out, "dt", &format!("{} s planned, until {} s", manifest.dt, manifest.until))?;
+    if manifest.first_step > 0 {
+        let (step, time) = (manifest.first_step, manifest.first_time);
+        line(out, "resumed", &format!("from step {step}, {time} s"))?;
+    }
+    Ok(())
+}
+
+fn print_tally(tally: &Tally, out: &mut dyn Write) -> Result<(), LogCommandError> {
+    if let (Some((first, last)), Some((begin, end))) = (tally.steps, tally.time) {
+        line(out, "steps", &format!("{first} to {last}, {} repeated", tally.repeats))?;
+        line(out, "time", &format!("{begin} to {end} s"))?;
+    }
+    for (topic, (count, bytes)) in &tally.topics {
+        line(out, "messages", &format!("{count:>8} {bytes:>12} bytes  {topic}"))?;
+    }
+    match &tally.failed {
+        Some(failed) => line(out, "failed", failed),
+        None => Ok(()),
+    }
+}
+
+/// `bedload log cat LOG`: one line per message, in order.
+///
+/// # Errors
+/// [`LogCommandError`]: also if the log breaks off, after everything before was printed.
+pub fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(), LogCommandError> {
+    for entry in LogReader::open_any(path)? {
+        let entry = entry?;
+        if !is_wanted(&entry, options) {
+            continue;
+        }
+        match options.json {
+            true => writeln!(out, "{}", as_json(&entry)?)?,
+            false => writeln!(out, "{}", as_text(&entry))?,
+        }
+    }
+    Ok(())
+}
+
+fn is_wanted(entry: &Entry, options: &CatOptions) -> bool {
+    let topic = &entry.channel.topic;
+    let named = options
+        .topic
+        .as_ref()
+        .is_none_or(|name| topic == name || topic.rsplit('/').next().is_some_and(|last| last == name));
+    named && options.steps.as_ref().is_none_or(|steps| steps.contains(&entry.step))
+}
+
+fn as_text(entry: &Entry) -> String {
+    let (topic, step) = (&entry.channel.topic, entry.step);
+    let what = match &entry.message {
+        Message::Command(command) => command_text(command),
+        Message::Loads(header, loads) => {
+            let force = loads.iter().fold([0.0; 3], |sum, load| add(sum, load.force));
+            format!("{}, {} grains, total force {force:?} N", slice_text(header), loads.len())
+        }
+        Message::Kinematics(header, grains) => format!(
+            "{}, {} grains, {} sub-steps, smallest gap {} m, largest overlap {} m",
+            slice_text(header),
+            grains.len(),
+            header.substeps,
+            header.smallest_gap,
+            header.largest_overlap
+        ),
+        Message::Status(role, status) => status_text(*role, status),
+        Message::Opaque(bytes) => format!("{} bytes", bytes.len()),
+    };
+    format!("{step:>8}  {topic:<20} {what}")
+}
+
+fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+fn slice_text(header: &Header) -> String {
+    format!("attempt {}, t = {} s, dt = {} s", header.attempt, header.time, header.dt)
+}
+
+fn command_text(command: &Command) -> String {
+    let Command { attempt, time, dt, substeps, .. } = command;
+    match Order::try_from(command.order) {
+        Ok(order @ (Order::Advance | Order::Repeat)) => {
+            format!("{order:?}, attempt {attempt}, t = {time} s, dt = {dt} s, {substeps} sub-steps")
+        }
+        Ok(order) => format!("{order:?}"),
+        Err(error) => error.to_string(),
+    }
+}
+
+fn status_text(role: Role, status: &Status) -> String {
+    let state =
+        State::try_from(status.state).map_or_else(|error| error.to_string(), |state| format!("{state:?}"));
+    let (limit, cpu, text) = (status.dt_limit, status.solver_s, status.text());
+    let space = if text.is_empty() { "" } else { ": " };
+    format!("{role} {state}, accepts dt <= {limit} s, {cpu} s of CPU{space}{text}")
+}
+
+/// One message as JSON. Numbers that JSON does not have (NaN, infinities) become `null`.
+fn as_json(entry: &Entry) -> Result<String, LogCommandError> {
+    #[derive(Serialize)]
+    struct Line<'a> {
+        step: u64,
+        topic: &'a str,
+        log_time: u64,
+        publish_time: u64,
+        message: serde_json::Value,
+    }
+    let message = match &entry.message {
+        Message::Command(command) => json!(command),
+        Message::Loads(header, loads) => json!({ "header": header, "records": loads }),
+        Message::Kinematics(header, grains) => json!({ "header": header, "records": grains }),
+        Message::Status(role, status) => {
+            let mut value = json!(status);
+            value["role"] = json!(role);
+            value["text"] = json!(status.text());
+            value
+        }
+        Message::Opaque(bytes) => json!({ "bytes": bytes.len() }),
+    };
+    let line = Line {
+        step: entry.step,
+        topic: &entry.channel.topic,
+        log_time: entry.log_time,
+        publish_time: entry.publish_time,
+        message,
+    };
+    serde_json::to_string(&line).map_err(|error| LogCommandError::Print(error.into()))
+}
+
+/// `bedload log repair LOG [OUT]`: rewrites what can be read, complete and indexed; without `to`
+/// the log itself is replaced.
+///
+/// # Errors
+/// [`LogCommandError`] if nothing can be read or the new file cannot be written.
+pub fn repair(from: &Path, to: Option<&Path>, out: &mut dyn Write) -> Result<(), LogCommandError> {
+    let to = to.unwrap_or(from);
+    let report = rewrite(from, to)?;
+    writeln!(out, "{}", to.display())?;
+    for (topic, count) in &report.kept {
+        line(out, "kept", &format!("{count:>8}  {topic}"))?;
+    }
+    let last = report.last_step.map_or("no step".to_owned(), |step| format!("step {step}"));
+    line(out, "last", &last)?;
+    match &report.error {
+        None => line(out, "lost", "nothing: the log was whole"),
+        Some(error) => {
+            let (lost, bytes) = (report.bytes_lost, report.bytes);
+            line(out, "lost", &format!("{lost} of {bytes} bytes at the end"))?;
+            line(out, "because", &error.to_string())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use protocol::log::Recorder;
+    use protocol::message::{Kinematics, Loads};
+
+    use super::*;
+
+    fn log(name: &str) -> PathBuf {
+        let path = std::env::temp_dir().join(format!("bedload-{}-{name}", std::process::id()));
+        let manifest = Manifest::new("two grains", "", vec![1.0; 2], 0.5, 2.0);
+        let recorder = Recorder::create(&path, &manifest, Default::default()).unwrap();
+        for step in 0..4 {
+            let (time, dt) = (0.5 * step as f64, 0.5);
+            let order = Order::Advance as u64;
+            let command = Command { order, step, time, dt, substeps: 7, ..Command::default() };
+            let header = Header { step, time, dt, ..Header::default() };
+            recorder.record_command(&command).unwrap();
+            let loads = Loads { force: [0.0, 0.0, f64::INFINITY], ..Loads::default() };
+            recorder.record_loads(&header, &[loads; 2]).unwrap();
+            recorder.record_kinematics(&header, &[Kinematics::default(); 2]).unwrap();
+        }
+        let mut status = Status { state: State::Failed as u64, step: 3, ..Status::default() };
+        status.set_text("diverged");
+        recorder.record_status(Role::Dem, &status).unwrap();
+        recorder.finish().unwrap();
+        path
+    }
+
+    fn printed(run: impl FnOnce(&mut Vec<u8>) -> Result<(), LogCommandError>) -> String {
+        let mut out = Vec::new();
+        run(&mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn steps_are_read_in_every_form() {
+        assert_eq!(parse_steps("3..7").unwrap(), 3..=7);
+        assert_eq!(parse_steps("3..").unwrap(), 3..=u64::MAX);
+        assert_eq!(parse_steps("..7").unwrap(), 0..=7);
+        assert_eq!(parse_steps("4").unwrap(), 4..=4);
+        for bad in ["", "a", "7..3", "1..b", "-1"] {
+            assert!(parse_steps(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn info_tells_what_is_there_and_whether_it_is_whole() {
+        let path = log("info.mcap");
+        let text = printed(|out| info(&path, out));
+        for part in [
+            "two grains",
+            "steps        0 to 3, 0 repeated",
+            "time         0 to 2 s",
+            "bedload/kinematics",
+            "dem in step 3: diverged",
+            "state        complete",
+        ] {
+            assert!(text.contains(part), "{part} is not in\n{text}");
+        }
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() - 20]).unwrap();
+        assert!(printed(|out| info(&path, out)).contains("state        truncated: "));
+        let text = printed(|out| repair(&path, None, out));
+        assert!(text.contains("lost") && text.contains("4  bedload/loads"), "{text}");
+        assert!(printed(|out| info(&path, out)).contains("state        complete"));
+        std::fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn cat_filters_and_prints_json_lines() {
+        let path = log("cat.mcap");
+        let options = CatOptions { topic: Some("loads".to_owned()), steps: Some(1..=2), json: true };
+        let text = printed(|out| cat(&path, &options, out));
+        let lines: Vec<serde_json::Value> =
+            text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        assert_eq!(lines.len(), 2);
+        assert_eq!(lines[1]["step"], 2);
+        assert_eq!(lines[1]["message"]["header"]["time"], 1.0);
+        assert_eq!(lines[1]["message"]["records"][1]["force"], json!([0.0, 0.0, null]));
+        let all = printed(|out| cat(&path, &CatOptions::default(), out));
+        assert!(all.lines().count() >= 13);
+        assert!(all.lines().next().unwrap().contains("Advance, attempt 0, t = 0 s, dt = 0.5 s"));
+        std::fs::remove_file(path).unwrap();
+    }
+}

@@ -1,0 +1,89 @@
+//! From a scene file to a plan: what `check` prints and `run` starts from.
+
+use std::time::Duration;
+
+use protocol::facts::{DemFacts, FluidFacts};
+use protocol::output::RunOptions;
+use protocol::participant::Role;
+use protocol::scene::CheckedScene;
+
+use crate::config::Coupling;
+use crate::failure::Failure;
+use crate::plan::{Cast, Plan, available_memory};
+use crate::solvers::{Solver, dem_facts, fluid_facts};
+
+/// A solver that takes part, and what it says of itself.
+#[derive(Clone, Debug)]
+pub struct Player<F> {
+    /// Its command.
+    pub solver: Solver,
+    /// Its facts.
+    pub facts: F,
+}
+
+/// A scene, read, checked and planned.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// Scene.
+    pub scene: CheckedScene,
+    /// `[coupling]`.
+    pub coupling: Coupling,
+    /// The fluid, where one takes part.
+    pub fluid: Option<Player<FluidFacts>>,
+    /// The DEM, where one takes part.
+    pub dem: Option<Player<DemFacts>>,
+    /// The plan.
+    pub plan: Plan,
+}
+
+impl Prepared {
+    /// Reads the scene, asks the solvers it needs, and plans.
+    ///
+    /// # Errors
+    /// [`Failure`]: bad input, or a solver that cannot be asked.
+    pub fn new(options: &RunOptions) -> Result<Self, Failure> {
+        let scene = options.read_scene()?;
+        let coupling = Coupling::read(&scene)?;
+        let cast = Cast::of(&scene);
+        let limit = Duration::from_secs_f64(coupling.startup_deadline);
+        let (path, overrides) = (&options.scene, options.all_overrides());
+        let fluid = if cast.has_fluid() {
+            let solver = Solver::of(Role::Fluid, &scene)?;
+            let facts = fluid_facts(&solver, &scene, path, &overrides, limit)?;
+            Some(Player { solver, facts })
+        } else {
+            None
+        };
+        let dem = if cast.has_dem() {
+            let solver = Solver::of(Role::Dem, &scene)?;
+            let facts = dem_facts(&solver, &scene, path, &overrides, limit)?;
+            Some(Player { solver, facts })
+        } else {
+            None
+        };
+        let fluid_facts = fluid.as_ref().map(|player| &player.facts);
+        let dem_facts = dem.as_ref().map(|player| &player.facts);
+        let plan = Plan::new(&scene, &coupling, fluid_facts, dem_facts, available_memory())?;
+        Ok(Self { scene, coupling, fluid, dem, plan })
+    }
+
+    /// Refuses a plan that breaks a bound.
+    ///
+    /// # Errors
+    /// [`Failure::Bounds`].
+    pub fn refuse_broken(&self) -> Result<(), Failure> {
+        let broken: Vec<_> = self.plan.refusals().cloned().collect();
+        if broken.is_empty() { Ok(()) } else { Err(Failure::Bounds(broken)) }
+    }
+
+    /// What the user should know before the run, line by line.
+    #[must_use]
+    pub fn notices(&self) -> Vec<String> {
+        let mut lines: Vec<String> = self.plan.notices.iter().map(|notice| format!("note: {notice}")).collect();
+        for bound in self.plan.warnings() {
+            let forced = if bound.level == crate::bounds::Level::Refuse { " (forced by coupling.force)" } else { "" };
+            lines.push(format!("warning: {}{forced}: {}; {}", bound.name, bound.relation(), bound.why));
+        }
+        lines
+    }
+}

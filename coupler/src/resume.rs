@@ -1,0 +1,98 @@
+//! The coupler's part of a checkpoint, and which checkpoint is whole.
+//!
+//! A checkpoint is a folder `checkpoint/<step>`: one file of each solver and, written last, one of the
+//! coupler. A folder without the coupler's file was cut short and is never resumed from.
+
+use std::path::{Path, PathBuf};
+
+use protocol::checkpoint;
+use protocol::output::{ObserverState, OutputFolder};
+use protocol::serve::checkpoint_folder;
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+use crate::scheme::PlannerState;
+
+const ROLE: &str = "coupler";
+
+/// Costs of a run up to a checkpoint, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spent {
+    /// Wall time.
+    pub wall: f64,
+    /// CPU time of the fluid.
+    pub fluid: f64,
+    /// CPU time of the DEM.
+    pub dem: f64,
+    /// CPU time of the coupler.
+    pub coupler: f64,
+    /// Sending and receiving.
+    pub exchange: f64,
+    /// Recording.
+    pub record: f64,
+}
+
+/// Everything of the coupler that decides, or counts, what comes next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CouplerState {
+    /// Windows.
+    pub planner: PlannerState,
+    /// Metrics and counts.
+    pub observer: ObserverState,
+    /// Costs.
+    pub spent: Spent,
+    /// Windows in which something began to touch against the sub-step rule.
+    pub late: u64,
+}
+
+/// Writes the coupler's file: the checkpoint of window `step` is whole from then on, and older ones
+/// go.
+///
+/// # Errors
+/// [`Failure::Run`] if the disk refuses.
+pub fn complete(folder: &OutputFolder, step: u64, identity: &str, state: &CouplerState) -> Result<(), Failure> {
+    let here = checkpoint_folder(folder.root(), step);
+    checkpoint::write(&here, ROLE, identity, state).map_err(|error| Failure::Run(error.to_string()))?;
+    for (_, older) in folders(folder).into_iter().filter(|(_, path)| *path != here) {
+        // A leftover costs room on the disk, nothing else: the newest whole one counts.
+        let _ = std::fs::remove_dir_all(older);
+    }
+    Ok(())
+}
+
+/// Newest whole checkpoint: its folder and the coupler's state.
+///
+/// # Errors
+/// [`Failure::Input`] if there is none, or it is of another scene.
+pub fn latest(folder: &OutputFolder, identity: &str) -> Result<(PathBuf, CouplerState), Failure> {
+    let mut found = folders(folder);
+    found.retain(|(_, path)| checkpoint::path(path, ROLE).is_file());
+    found.sort();
+    let Some((_, path)) = found.pop() else {
+        return Err(Failure::Input(format!(
+            "{} holds no whole checkpoint to resume from: start anew without --resume",
+            folder.checkpoint().display()
+        )));
+    };
+    let state = checkpoint::read(&path, ROLE, identity).map_err(|error| {
+        Failure::Input(format!("{error}; --resume needs the scene, --set and --until as they were"))
+    })?;
+    Ok((path, state))
+}
+
+/// Removes every checkpoint of an earlier run.
+pub fn remove_all(folder: &OutputFolder) {
+    for (_, path) in folders(folder) {
+        let _ = std::fs::remove_dir_all(path);
+    }
+}
+
+/// Folders named by a step.
+fn folders(folder: &OutputFolder) -> Vec<(u64, PathBuf)> {
+    let Ok(entries) = std::fs::read_dir(folder.checkpoint()) else { return Vec::new() };
+    let step_of = |path: &Path| -> Option<u64> {
+        let name = path.file_name()?.to_str()?;
+        (name.len() == 10 && path.is_dir()).then(|| name.parse().ok())?
+    };
+    entries.flatten().filter_map(|entry| step_of(&entry.path()).map(|step| (step, entry.path()))).collect()
+}

@@ -1,0 +1,257 @@
+//! `bedload run`: from the scene to the output folder.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use protocol::channel::{ConductorLink, Rendezvous, Waiting, remove_stale_runs};
+use protocol::output::{OutputFolder, RunOptions, RunStatus, Summary};
+use protocol::participant::Role;
+use protocol::scene::Motion;
+use rustix::process::Signal;
+
+use crate::conduct::{Conductor, End, alive, explain};
+use crate::failure::Failure;
+use crate::plan::Cast;
+use crate::prepare::Prepared;
+use crate::resume::{self, CouplerState};
+use crate::scheme::Planner;
+use crate::solvers::Solver;
+use crate::supervise::{Interrupts, Supervisor, Words};
+use crate::{record, supervise};
+
+/// Version in `summary.json`.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Runs a scene.
+///
+/// # Errors
+/// [`Failure`], with `summary.json` written wherever there is an output folder.
+pub fn run(options: &RunOptions) -> Result<(), Failure> {
+    match remove_stale_runs() {
+        Ok(0) => {}
+        Ok(count) => eprintln!("bedload: removed what {count} dead run(s) had left in shared memory"),
+        Err(error) => eprintln!("bedload: warning: cannot remove what dead runs left: {error}"),
+    }
+    let prepared = Prepared::new(options)?;
+    for line in prepared.notices() {
+        eprintln!("bedload: {line}");
+    }
+    prepared.refuse_broken()?;
+    let interrupts = Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
+    match (prepared.plan.cast, &prepared.fluid, &prepared.dem) {
+        (Cast::Fluid, Some(fluid), _) => alone(options, &prepared, &fluid.solver, &interrupts),
+        (Cast::Dem, _, Some(dem)) => alone(options, &prepared, &dem.solver, &interrupts),
+        _ => coupled(options, &prepared, interrupts),
+    }
+}
+
+fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) -> Result<(), Failure> {
+    let begin = Instant::now();
+    let folder = options.folder(&prepared.scene)?;
+    let resumed = open_folder(options, prepared, &folder)?;
+    let mut summary = Summary::new(&prepared.scene, VERSION);
+    let outcome = conduct(options, prepared, &folder, interrupts, resumed, begin, &mut summary);
+    if summary.cost.wall_s == 0.0 {
+        summary.cost.wall_s = begin.elapsed().as_secs_f64();
+    }
+    let free = prepared.scene.grains.iter().filter(|grain| grain.motion == Motion::Free).count();
+    summary.set_unit_costs(free as u64);
+    let outcome = match outcome {
+        Ok(End::Reached) => Ok(()),
+        Ok(End::Interrupted) => {
+            Err(Failure::Interrupted(format!("go on with --resume --out {}", folder.root().display())))
+        }
+        Err(failure) => Err(failure),
+    };
+    finish(&folder, &mut summary, outcome)
+}
+
+/// Writes the summary and the report.
+fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Failure>) -> Result<(), Failure> {
+    match &outcome {
+        Ok(()) => summary.status = RunStatus::Completed,
+        Err(Failure::Interrupted(_)) => summary.status = RunStatus::Interrupted,
+        Err(failure) => summary.fail(failure),
+    }
+    let written = summary.write(&folder.summary());
+    draw(folder);
+    outcome?;
+    written?;
+    eprintln!("bedload: done, see {}", folder.root().display());
+    Ok(())
+}
+
+/// Draws the report; a failure to draw costs no result.
+fn draw(_folder: &OutputFolder) {}
+
+/// Prepares the output folder, and finds the checkpoint to go on from.
+fn open_folder(
+    options: &RunOptions,
+    prepared: &Prepared,
+    folder: &OutputFolder,
+) -> Result<Option<(std::path::PathBuf, CouplerState)>, Failure> {
+    if options.resume {
+        return resume::latest(folder, &prepared.scene.sha256()).map(Some);
+    }
+    resume::remove_all(folder);
+    record::remove_parts(folder.root());
+    let coupling = toml::Table::try_from(&prepared.coupling).map_err(|error| Failure::Run(error.to_string()))?;
+    // What a solver did not resolve stays as the user wrote it.
+    let fluid = prepared.fluid.as_ref().map(|player| &player.facts).filter(|facts| !facts.resolved.is_empty());
+    let dem = prepared.dem.as_ref().map(|player| &player.facts).filter(|facts| !facts.resolved.is_empty());
+    folder.write_scene(&prepared.scene, fluid, dem, Some(&coupling))?;
+    let plan = serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;
+    protocol::output::atomic_write(&folder.plan(), plan.as_bytes())?;
+    Ok(None)
+}
+
+fn conduct(
+    options: &RunOptions,
+    prepared: &Prepared,
+    folder: &OutputFolder,
+    interrupts: Interrupts,
+    resumed: Option<(std::path::PathBuf, CouplerState)>,
+    begin: Instant,
+    summary: &mut Summary,
+) -> Result<End, Failure> {
+    let exchange = |error: protocol::participant::ExchangeError| Failure::Run(error.to_string());
+    let rendezvous = rendezvous(prepared).map_err(exchange)?;
+    let mut link = ConductorLink::create(&rendezvous).map_err(exchange)?;
+    let mut supervisor = Supervisor::default();
+    let (checkpoint, state) = resumed.unzip();
+    start_solvers(options, prepared, folder, &mut supervisor, &link, checkpoint.as_deref())?;
+    if let Err(error) = link.wait_ready(&mut || alive(&supervisor, &interrupts, false, 0)) {
+        // Give the one that goes the time to be gone.
+        supervisor.wait_all(Duration::from_millis(200));
+        let failure = explain(&error, None, &supervisor);
+        supervisor.end(Duration::from_millis(300));
+        return Err(failure);
+    }
+    let recorder = open_log(options, prepared, folder, state.as_ref())?;
+    let mut conductor =
+        Conductor::new(supervisor, link, prepared, folder, recorder, interrupts, state, begin)?;
+    let outcome = conductor.conduct();
+    let closed = conductor.close(summary, outcome.is_ok());
+    let end = outcome?;
+    closed?;
+    Ok(end)
+}
+
+fn rendezvous(prepared: &Prepared) -> Result<Rendezvous, protocol::participant::ExchangeError> {
+    let coupling = &prepared.coupling;
+    let mut rendezvous = Rendezvous::new(prepared.scene.grains.len())?;
+    rendezvous.ahead = crate::scheme::AHEAD;
+    rendezvous.join_s = coupling.startup_deadline;
+    // The coupler judges first who hangs; the solvers are only to give up in the end.
+    rendezvous.deadline_s = 2.0 * coupling.deadline + 1.0;
+    rendezvous.waiting = if coupling.spin { Waiting::Spin } else { Waiting::Event };
+    Ok(rendezvous)
+}
+
+fn start_solvers(
+    options: &RunOptions,
+    prepared: &Prepared,
+    folder: &OutputFolder,
+    supervisor: &mut Supervisor,
+    link: &ConductorLink,
+    checkpoint: Option<&Path>,
+) -> Result<(), Failure> {
+    let solvers = [prepared.fluid.as_ref().map(|fluid| &fluid.solver), prepared.dem.as_ref().map(|dem| &dem.solver)];
+    for solver in solvers.into_iter().flatten() {
+        let mut arguments: Vec<OsString> = vec!["serve".into(), folder.scene().into()];
+        arguments.extend(["--connect".into(), link.rendezvous().token().into()]);
+        arguments.extend(["--out".into(), folder.root().into()]);
+        if let Some(threads) = options.threads {
+            arguments.extend(["--threads".into(), threads.to_string().into()]);
+        }
+        if let Some(checkpoint) = checkpoint {
+            arguments.extend(["--checkpoint".into(), checkpoint.into()]);
+        }
+        start(supervisor, solver, &arguments, Words::Kept)?;
+    }
+    Ok(())
+}
+
+fn start(supervisor: &mut Supervisor, solver: &Solver, arguments: &[OsString], words: Words) -> Result<(), Failure> {
+    supervisor
+        .start(solver.role, &solver.command, arguments, words)
+        .map_err(|error| Failure::Peer(format!("cannot start the {} solver `{}`: {error}", solver.role, solver.line())))
+}
+
+fn open_log(
+    options: &RunOptions,
+    prepared: &Prepared,
+    folder: &OutputFolder,
+    state: Option<&CouplerState>,
+) -> Result<Option<protocol::log::Recorder>, Failure> {
+    if options.no_record || !prepared.coupling.record {
+        return Ok(None);
+    }
+    let mut planner = Planner::new(&prepared.plan, &prepared.coupling, &prepared.scene.scene.observe);
+    let mut part = 1;
+    if let Some(state) = state {
+        planner.resume(state.planner.clone());
+        part = record::next_part(folder);
+    }
+    record::open(prepared, folder, part, planner.step(), planner.time()).map(Some)
+}
+
+/// A scene that needs one solver only: its own `run` does everything.
+fn alone(options: &RunOptions, prepared: &Prepared, solver: &Solver, interrupts: &Interrupts) -> Result<(), Failure> {
+    let mut supervisor = Supervisor::default();
+    start(&mut supervisor, solver, &alone_arguments(options), Words::Own)?;
+    let mut passed_on = 0;
+    while !supervisor.wait_all(Duration::from_millis(20)) {
+        let count = interrupts.count();
+        if count > passed_on {
+            passed_on = count;
+            supervisor.signal(if count == 1 { Signal::INT } else { Signal::KILL });
+        }
+    }
+    let Some(exit) = supervisor.exits().pop() else {
+        return Err(Failure::Peer(format!("{} is gone", supervise::program(solver.role))));
+    };
+    match exit.code() {
+        Some(0) => {
+            if let Ok(folder) = OutputFolder::open(&options.out_path()) {
+                draw(&folder);
+            }
+            Ok(())
+        }
+        Some(code) => Err(Failure::Passed(u8::try_from(code).unwrap_or(1))),
+        None => lost(options, prepared, solver.role, &exit.to_string(), passed_on > 0),
+    }
+}
+
+/// The solver was killed and could not sum up: do it here.
+fn lost(options: &RunOptions, prepared: &Prepared, role: Role, what: &str, interrupted: bool) -> Result<(), Failure> {
+    let failure = if interrupted {
+        Failure::Interrupted(format!("{} was killed", supervise::program(role)))
+    } else {
+        Failure::Peer(what.to_owned())
+    };
+    if let Ok(folder) = OutputFolder::open(&options.out_path()) {
+        let mut summary = Summary::new(&prepared.scene, VERSION);
+        return finish(&folder, &mut summary, Err(failure));
+    }
+    Err(failure)
+}
+
+fn alone_arguments(options: &RunOptions) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> = vec!["run".into(), options.scene.clone().into()];
+    arguments.extend(["--out".into(), options.out_path().into()]);
+    for text in options.all_overrides() {
+        arguments.extend(["--set".into(), text.into()]);
+    }
+    if let Some(threads) = options.threads {
+        arguments.extend(["--threads".into(), threads.to_string().into()]);
+    }
+    if options.resume {
+        arguments.push("--resume".into());
+    }
+    if options.no_record {
+        arguments.push("--no-record".into());
+    }
+    arguments
+}

@@ -1,0 +1,334 @@
+//! Every bound of the plan with a case below and one above its limit, and the ladder of steps.
+
+use coupler::bounds::{Bound, NAMES, SINGULAR, lowest_density_ratio};
+use coupler::config::{Coupling, Scheme};
+use coupler::plan::{Cast, Plan, substeps};
+use protocol::facts::{DemFacts, FluidFacts, Forcing, LoadsForm};
+use protocol::scene::{CheckedScene, SceneSource};
+
+/// A sphere of diameter 1 over a floor, 16 cells per diameter, ν = 0.01, ρ = 1.
+const SCENE: &str = r#"
+until = 1.0
+gravity = [0.0, 0.0, -1.0]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [4.0, 4.0, 4.0]
+cells = [64, 64, 64]
+boundary = { x = "periodic", y = "periodic", z = "no-slip" }
+[medium]
+density = 1.0
+viscosity = 0.01
+[[grains]]
+position = [2.0, 2.0, 2.0]
+radius = 0.5
+density = 4.0
+"#;
+
+fn scene(overrides: &[&str]) -> CheckedScene {
+    let source = SceneSource { file: "test.toml".into(), text: SCENE.into() };
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    CheckedScene::new(source.with_overrides(&overrides).expect("fits")).expect("a good scene")
+}
+
+fn fluid() -> FluidFacts {
+    FluidFacts {
+        cells: 64 * 64 * 64,
+        memory: 1 << 20,
+        dt: 0.01,
+        spacing: 0.0625,
+        cfl: 0.5,
+        cfl_limit: 0.8,
+        implicit_viscosity: true,
+        virtual_mass: 0.5,
+        step_cost: 0.02,
+        ..FluidFacts::default()
+    }
+}
+
+fn dem() -> DemFacts {
+    DemFacts {
+        grains: 1,
+        memory: 1 << 10,
+        dt: 1e-4,
+        contact_time: 2e-3,
+        lubrication_dt: f64::INFINITY,
+        interaction_range: 0.25,
+        substep_cost: 1e-6,
+        ..DemFacts::default()
+    }
+}
+
+struct Case {
+    scene: Vec<&'static str>,
+    fluid: FluidFacts,
+    dem: DemFacts,
+}
+
+impl Case {
+    fn new() -> Self {
+        Self { scene: Vec::new(), fluid: fluid(), dem: dem() }
+    }
+
+    fn plan(&self) -> Plan {
+        let scene = scene(&self.scene);
+        let coupling = Coupling::read(&scene).expect("good coupling");
+        Plan::new(&scene, &coupling, Some(&self.fluid), Some(&self.dem), Some(1 << 30)).expect("a plan")
+    }
+
+    fn bound(&self, name: &str) -> Option<Bound> {
+        self.plan().bounds.into_iter().find(|bound| bound.name == name)
+    }
+}
+
+/// The bound holds as `set(case, good)` and breaks as `set(case, bad)`.
+fn below_and_above<T>(name: &str, good: T, bad: T, set: impl Fn(&mut Case, T)) {
+    for (value, expected) in [(good, true), (bad, false)] {
+        let mut case = Case::new();
+        set(&mut case, value);
+        let bound = case.bound(name).unwrap_or_else(|| panic!("{name} is not judged"));
+        assert_eq!(bound.holds, expected, "{name}: {}", bound.relation());
+        assert_eq!(bound.margin >= 1.0 - 1e-9, expected);
+        assert!(!bound.why.is_empty() && !bound.source.is_empty() && !bound.remedy.is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn the_plain_case_breaks_nothing_that_stops_it() {
+    let plan = Case::new().plan();
+    assert_eq!(plan.refusals().count(), 0, "{:?}", plan.refusals().collect::<Vec<_>>());
+    assert_eq!((plan.cast, plan.scheme), (Cast::Coupled, Some(Scheme::SemiImplicit)));
+    assert_eq!(plan.ladder.substeps, 100);
+    assert!((plan.ladder.dt_dem - 1e-4).abs() < 1e-18);
+    assert_eq!(plan.windows, 100);
+    // 100 windows of 0.02 s, and of 100 sub-steps of 1 µs.
+    assert!((plan.cost - 100.0 * (0.02 + 1e-4)).abs() < 1e-12);
+}
+
+#[test]
+fn density_ratio_by_form_of_the_loads() {
+    for (form, virtual_mass, good, bad) in [
+        (LoadsForm::F1, 0.0, "grains[0].density=2.01", "grains[0].density=1.99"),
+        (LoadsForm::F2, 0.0, "grains[0].density=0.31", "grains[0].density=0.29"),
+        (LoadsForm::F2, 0.5, "grains[0].density=0.11", "grains[0].density=0.09"),
+        (LoadsForm::F3, 0.0, "grains[0].density=1.01", "grains[0].density=0.99"),
+        (LoadsForm::F5, 0.0, "grains[0].density=0.81", "grains[0].density=0.79"),
+        (LoadsForm::F5b, 0.5, "grains[0].density=0.011", "grains[0].density=0.009"),
+    ] {
+        below_and_above("density-ratio", good, bad, |case, density| {
+            case.fluid.loads = form;
+            case.fluid.virtual_mass = virtual_mass;
+            case.scene = vec![density];
+        });
+    }
+}
+
+#[test]
+fn density_limit_is_never_less_strict_between_columns() {
+    for form in [LoadsForm::F1, LoadsForm::F2, LoadsForm::F3, LoadsForm::F5, LoadsForm::F5b] {
+        for virtual_mass in [0.0, 0.3, 0.5] {
+            let limit = |x: f64| lowest_density_ratio(form, virtual_mass, x);
+            for (left, right) in [(0.0024, 0.024), (0.024, 0.08), (0.08, 0.8)] {
+                let between = limit(0.5 * (left + right));
+                assert!(between >= limit(right).min(limit(left)));
+                // Both measured columns are at least as lenient as what is assumed between them.
+                assert!(limit(right) <= between || form == LoadsForm::F1);
+            }
+        }
+    }
+    // The measured corner that the seed's form owes its limit to.
+    assert_eq!(lowest_density_ratio(LoadsForm::F1, 0.0, 0.01), 1.7);
+    assert_eq!(lowest_density_ratio(LoadsForm::F5b, 0.5, 0.05), 0.3);
+    assert_eq!(lowest_density_ratio(LoadsForm::F5b, 0.5, 5.0), 0.8);
+}
+
+#[test]
+fn a_grain_that_cannot_rotate_may_be_lighter_with_the_seeds_form() {
+    below_and_above(
+        "density-ratio",
+        vec!["grains[0].density=1.8", r#"grains[0].locked=["spin-x","spin-y","spin-z"]"#],
+        vec!["grains[0].density=1.8"],
+        |case, overrides| {
+            case.fluid.loads = LoadsForm::F1;
+            case.scene = overrides;
+        },
+    );
+}
+
+#[test]
+fn seed_form_is_singular_for_neutral_grains_whatever_is_forced() {
+    below_and_above("loads-singular", "grains[0].density=1.1", "grains[0].density=1.0", |case, density| {
+        case.fluid.loads = LoadsForm::F1;
+        case.scene = vec![density, r#"coupling.force=["density-ratio","loads-singular"]"#];
+    });
+    let mut case = Case::new();
+    case.fluid.loads = LoadsForm::F1;
+    case.scene = vec!["grains[0].density=1.0", r#"coupling.force=["density-ratio","loads-singular"]"#];
+    let names: Vec<&str> = case.plan().refusals().map(|bound| bound.name).collect();
+    assert_eq!(names, [SINGULAR]);
+}
+
+#[test]
+fn resting_weight_of_the_seeds_form_is_a_warning_with_its_factor() {
+    below_and_above("resting-weight", "grains[0].density=30.0", "grains[0].density=8.0", |case, density| {
+        case.fluid.loads = LoadsForm::F1;
+        case.scene = vec![density];
+    });
+    let mut case = Case::new();
+    case.fluid.loads = LoadsForm::F1;
+    case.scene = vec!["grains[0].density=8.0"];
+    let bound = case.bound("resting-weight").unwrap();
+    assert!((bound.value - 8.0 / 7.0).abs() < 1e-15, "{}", bound.value);
+    assert!(!bound.refuses(&[]));
+}
+
+#[test]
+fn convection_and_viscosity() {
+    below_and_above("density-range", 0.5, 0.9, |case, nu_dt| {
+        case.scene = vec!["medium.viscosity=10.0"];
+        case.fluid.dt = nu_dt / 10.0;
+    });
+    below_and_above("cfl", 0.8, 0.81, |case, cfl| {
+        case.fluid.adaptive = true;
+        case.fluid.cfl = cfl;
+    });
+    // With a fixed step: the grain's own speed times 0.01 over 0.0625.
+    below_and_above("cfl", "grains[0].velocity=[4.9,0,0]", "grains[0].velocity=[5.1,0,0]", |case, velocity| {
+        case.scene = vec![velocity];
+    });
+    // ν dt/Δx² = 0.01 dt/0.0625².
+    for (name, good, bad) in [("direct-forcing", 3.1, 3.2), ("direct-forcing-accuracy", 0.39, 0.4)] {
+        below_and_above(name, good, bad, |case, dt| {
+            case.fluid.forcing = Forcing::Direct;
+            case.fluid.dt = dt;
+            case.scene = vec!["until=100.0"];
+        });
+    }
+    // Three axes: Σ 1/Δx² = 768, so the limits are at dt = 0.0818 and 0.03255.
+    for (name, good, bad) in [("explicit-viscosity", 0.081, 0.082), ("explicit-viscosity-ab2", 0.032, 0.033)] {
+        below_and_above(name, good, bad, |case, dt| {
+            case.fluid.implicit_viscosity = false;
+            case.fluid.dt = dt;
+        });
+    }
+    assert!(Case::new().bound("explicit-viscosity").is_none(), "implicit viscosity has no such bound");
+}
+
+#[test]
+fn a_dense_bed_wants_small_viscous_steps() {
+    // 27 touching spheres fill π/6 of their box.
+    let mut bed = String::from("grains=[");
+    for n in 0..27 {
+        let [x, y, z] = [n % 3, n / 3 % 3, n / 9].map(|i| 0.5 + f64::from(i));
+        bed += &format!("{{position=[{x:?},{y:?},{z:?}],radius=0.5,density=4.0}},");
+    }
+    bed += "]";
+    let bed: &'static str = bed.leak();
+    below_and_above("dense-bed-forcing", 0.78, 0.79, |case, dt| {
+        case.scene = vec![bed, "until=100.0"];
+        case.fluid.dt = dt;
+    });
+    assert!(Case::new().bound("dense-bed-forcing").is_none(), "one grain is no bed");
+}
+
+#[test]
+fn contact_and_lubrication() {
+    below_and_above("contact-steps", "coupling.steps_per_contact=5", "coupling.steps_per_contact=4", |case, steps| {
+        case.dem.dt = 1.0;
+        case.scene = vec![steps];
+    });
+    below_and_above("contact-accuracy", "coupling.steps_per_contact=20", "coupling.steps_per_contact=19", |case, steps| {
+        case.dem.dt = 1.0;
+        case.scene = vec![steps];
+    });
+    below_and_above("window-over-contact", 0.2, 0.201, |case, dt| case.fluid.dt = dt);
+    below_and_above("explicit-lubrication", 1e-4, 0.9e-4, |case, dt| case.dem.lubrication_dt = dt);
+    let mut case = Case::new();
+    case.dem.contact_time = f64::INFINITY;
+    assert!(case.bound("contact-steps").is_none(), "nothing can touch");
+}
+
+#[test]
+fn grid_and_memory() {
+    // D/Δx of 5 and 4, of 8 and 7 on the axis with the fewest cells.
+    below_and_above("resolution", "domain.cells=[64,64,20]", "domain.cells=[64,64,16]", |case, cells| {
+        case.scene = vec![cells];
+    });
+    below_and_above("resolution-accuracy", "domain.cells=[64,64,32]", "domain.cells=[64,64,28]", |case, cells| {
+        case.scene = vec![cells];
+    });
+    below_and_above("memory", 1 << 29, 1 << 31, |case, bytes| case.fluid.memory = bytes);
+}
+
+#[test]
+fn every_name_is_judged_by_some_test_or_at_run_time() {
+    // `overlap` is judged window by window, not in the plan.
+    let text = include_str!("plan.rs");
+    for name in NAMES.iter().filter(|name| **name != "overlap") {
+        assert!(text.contains(&format!("\"{name}\"")), "no test of {name}");
+    }
+}
+
+#[test]
+fn an_adaptive_window_is_held_below_the_contact_bound_and_a_fixed_one_is_refused() {
+    let mut case = Case::new();
+    case.fluid.dt = 0.5;
+    case.fluid.adaptive = true;
+    let plan = case.plan();
+    assert!((plan.ladder.dt_fluid - 0.2).abs() < 1e-15, "100 t_c");
+    assert_eq!(plan.refusals().count(), 0);
+    case.fluid.adaptive = false;
+    let plan = case.plan();
+    assert_eq!(plan.refusals().map(|bound| bound.name).collect::<Vec<_>>(), ["window-over-contact"]);
+}
+
+#[test]
+fn the_smaller_of_two_sub_steps_wins() {
+    let mut case = Case::new();
+    case.dem.dt = 5e-5;
+    assert_eq!(case.plan().ladder.substeps, 200, "the DEM's own");
+    case.dem.dt = 1.0;
+    assert_eq!(case.plan().ladder.substeps, 100, "t_c/20");
+    assert_eq!(substeps(0.3, 0.1), 3, "0.3/0.1 is 2.9999999999999996");
+    assert_eq!(substeps(0.1 + 0.2, 0.1), 3, "0.30000000000000004/0.1");
+    assert_eq!(substeps(0.31, 0.1), 4);
+    assert_eq!(substeps(0.01, 0.1), 1);
+}
+
+#[test]
+fn scheme_must_agree_with_the_loads() {
+    let scene = scene(&[r#"coupling.scheme="explicit""#]);
+    let coupling = Coupling::read(&scene).unwrap();
+    let error = Plan::new(&scene, &coupling, Some(&fluid()), Some(&dem()), None).expect_err("F5b is semi-implicit");
+    assert_eq!(error.key, "coupling.scheme");
+    let explicit = FluidFacts { loads: LoadsForm::F2, ..fluid() };
+    assert!(Plan::new(&scene, &coupling, Some(&explicit), Some(&dem()), None).is_ok());
+}
+
+#[test]
+fn coupling_section_names_what_is_wrong() {
+    for (text, key) in [
+        ("coupling.deadline=0", "coupling.deadline"),
+        ("coupling.checkpoint_every=-1", "coupling.checkpoint_every"),
+        ("coupling.steps_per_contact=nan", "coupling.steps_per_contact"),
+        ("coupling.force=[\"speed-limit\"]", "coupling.force"),
+        ("coupling.deadlin=3", "coupling.deadlin"),
+    ] {
+        let error = Coupling::read(&scene(&[text])).expect_err(text);
+        assert_eq!(error.key, key, "{error}");
+        assert!(error.line > 0 && !error.remedy.is_empty());
+    }
+}
+
+#[test]
+fn who_takes_part() {
+    assert_eq!(Cast::of(&scene(&[r#"grains[0].motion="fixed""#])), Cast::Fluid);
+    let dry = SCENE.replace("[medium]\ndensity = 1.0\nviscosity = 0.01\n", "");
+    let dry = CheckedScene::new(SceneSource { file: "dry.toml".into(), text: dry }).unwrap();
+    let coupling = Coupling::read(&dry).unwrap();
+    let plan = Plan::new(&dry, &coupling, None, Some(&dem()), None).unwrap();
+    assert_eq!((plan.cast, plan.scheme), (Cast::Dem, None));
+    assert_eq!((plan.ladder.dt_fluid, plan.ladder.substeps), (1e-4, 1));
+    assert!(plan.bounds.iter().any(|bound| bound.name == "contact-steps"));
+    assert!(!plan.bounds.iter().any(|bound| bound.name == "window-over-contact"));
+}
