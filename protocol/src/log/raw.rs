@@ -4,7 +4,7 @@
 //! its checksum before any of its messages are given out.
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
-use std::io::Read;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -98,6 +98,12 @@ pub struct RawReader {
     failure: Option<LogError>,
     last_step: Option<u64>,
     sizes: Sizes,
+    /// Where the record under way begins.
+    begin: u64,
+    /// Whether the file ends in an end mark.
+    marked: bool,
+    /// Behind the data.
+    in_index: bool,
     done: bool,
 }
 
@@ -109,14 +115,22 @@ impl RawReader {
     pub fn open(path: &Path) -> Result<Self, LogError> {
         let name = path.display().to_string();
         let fail = |error| LogError::io(&name, "open", error);
-        let file = std::fs::File::open(path).map_err(fail)?;
+        let mut file = std::fs::File::open(path).map_err(fail)?;
         let length = file.metadata().map_err(fail)?.len();
-        Ok(Self::new(Box::new(std::io::BufReader::with_capacity(1 << 18, file)), length, &name))
+        let marked = ends_in_mark(&mut file, length).map_err(fail)?;
+        let source = std::io::BufReader::with_capacity(1 << 18, file);
+        Ok(Self::new(Box::new(source), length, marked, &name))
     }
 
-    /// Reads `length` bytes from `source`; `name` stands for the file in messages.
+    /// Reads a file in memory; `name` stands for it in messages.
     #[must_use]
-    pub fn new(source: Box<dyn Read + Send>, length: u64, name: &str) -> Self {
+    pub fn from_bytes(bytes: Vec<u8>, name: &str) -> Self {
+        let marked = bytes.len() > 2 * mcap::MAGIC.len() && bytes.ends_with(mcap::MAGIC);
+        let length = bytes.len() as u64;
+        Self::new(Box::new(std::io::Cursor::new(bytes)), length, marked, name)
+    }
+
+    fn new(source: Box<dyn Read + Send>, length: u64, marked: bool, name: &str) -> Self {
         let limit = usize::try_from(length).unwrap_or(usize::MAX);
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -135,6 +149,9 @@ impl RawReader {
             failure: None,
             last_step: None,
             sizes: Sizes::default(),
+            begin: 0,
+            marked,
+            in_index: false,
             done: false,
         }
     }
@@ -166,7 +183,8 @@ impl RawReader {
                     Err(error) => return Some(Err(error)),
                 },
                 Ok(LinearReadEvent::Record { opcode, data }) => {
-                    let offset = self.sizes.file - (data.len() as u64 + 9);
+                    // The framing reader asks for no byte beyond its record.
+                    let offset = std::mem::replace(&mut self.begin, self.sizes.file);
                     let body = data.to_vec();
                     return Some(self.record(opcode, &body, offset));
                 }
@@ -193,25 +211,37 @@ impl RawReader {
 
     /// The framing reader's error, as ours.
     fn failed(&self, error: &McapError) -> LogError {
-        let file = self.name.clone();
+        use McapError::{BadMagic, ChunkTooLarge, RecordTooLarge, UnexpectedEof};
+        let (file, offset, after) = (self.name.clone(), self.begin, After(self.last_step));
         match error {
-            McapError::UnexpectedEof => {
-                LogError::Truncated { file, offset: self.sizes.file, after: After(self.last_step) }
+            // A record that leads beyond the end: either the end is missing, or its length is bad.
+            UnexpectedEof | RecordTooLarge { .. } | ChunkTooLarge(_) if !self.marked => {
+                LogError::Truncated { file, offset, after }
             }
-            McapError::BadMagic if self.sizes.file <= mcap::MAGIC.len() as u64 => {
+            BadMagic if offset == 0 => {
                 LogError::NotALog { file, what: "it does not begin like an MCAP file".to_owned() }
             }
-            other => self.damaged(self.sizes.file, other.to_string()),
+            other => self.damaged(offset, other.to_string()),
         }
     }
 
+    /// A record outside chunks. A recorder writes few kinds there, and no other is passed over:
+    /// a chunk whose type was damaged would go missing unnoticed.
     fn record(&mut self, opcode: u8, body: &[u8], offset: u64) -> Result<(), LogError> {
-        let known = match opcode {
-            op::CHUNK => return self.chunk(body, offset),
-            op::METADATA => metadata(body).map(|item| self.ready.push_back(item)),
-            op::ATTACHMENT => attachment(body).map(|item| self.ready.push_back(item)),
-            op::SCHEMA | op::CHANNEL | op::MESSAGE => self.declare(opcode, body, offset),
-            _ => Some(()),
+        let known = match (opcode, self.in_index) {
+            (op::CHUNK, false) => return self.chunk(body, offset),
+            (op::METADATA, false) => metadata(body).map(|item| self.ready.push_back(item)),
+            (op::ATTACHMENT, false) => attachment(body).map(|item| self.ready.push_back(item)),
+            (op::MESSAGE_INDEX, false) => message_index(body),
+            // The first record begins with the file's mark.
+            (op::HEADER, false) if offset == 0 => Some(()),
+            (op::DATA_END, false) => {
+                self.in_index = true;
+                Some(())
+            }
+            // Behind the data everything is said once more, for readers that jump.
+            (op::CHUNK | op::MESSAGE | op::DATA_END, true) | (_, false) => None,
+            (_, true) => Some(()),
         };
         known.ok_or_else(|| self.damaged(offset, format!("record of type {opcode} is malformed")))
     }
@@ -330,6 +360,18 @@ impl Iterator for RawReader {
     }
 }
 
+/// Whether the file ends as a complete one does; leaves it at its beginning.
+fn ends_in_mark(file: &mut std::fs::File, length: u64) -> std::io::Result<bool> {
+    let mut mark = [0; 8];
+    if length <= 2 * mark.len() as u64 {
+        return Ok(false);
+    }
+    file.seek(SeekFrom::End(-(mark.len() as i64)))?;
+    file.read_exact(&mut mark)?;
+    file.seek(SeekFrom::Start(0))?;
+    Ok(mark == mcap::MAGIC)
+}
+
 fn metadata(body: &[u8]) -> Option<RawItem> {
     let mut body = Bytes(body);
     Some(RawItem::Metadata(body.text()?.to_owned(), body.map()?))
@@ -344,6 +386,14 @@ fn attachment(body: &[u8]) -> Option<RawItem> {
     let sum = rest.u32()?;
     // 0 stands for "no sum" (specification).
     (sum == 0 || sum == crc32(&body[..summed])).then_some(RawItem::Attachment(name, media, data))
+}
+
+/// Nothing in it is needed; only that it is one.
+fn message_index(body: &[u8]) -> Option<()> {
+    let mut body = Bytes(body);
+    body.u16()?;
+    let entries = body.short()?.len();
+    (entries % 16 == 0 && body.0.is_empty()).then_some(())
 }
 
 /// Bytes packed and unpacked, of a chunk compressed with zstd.

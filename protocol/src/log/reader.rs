@@ -80,9 +80,7 @@ impl LogReader {
     /// # Errors
     /// As [`LogReader::open`].
     pub fn from_bytes(bytes: Vec<u8>, name: &str) -> Result<Self, LogError> {
-        let length = bytes.len() as u64;
-        let source = Box::new(std::io::Cursor::new(bytes));
-        Self::strict(RawReader::new(source, length, name))
+        Self::strict(RawReader::from_bytes(bytes, name))
     }
 
     fn strict(raw: RawReader) -> Result<Self, LogError> {

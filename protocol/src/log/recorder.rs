@@ -400,7 +400,9 @@ impl Thread {
         let now = self.start.elapsed().as_nanos() as u64;
         self.viewer.emit(|topic, step, time, bytes| {
             let sequence = u32::try_from(step).unwrap_or(u32::MAX);
-            sink.write(topic, sequence, time.min(latest), now, bytes)
+            // A solver may say any time in its header; the file's clock must not fall.
+            let time = time.min(latest).max(sink.clock());
+            sink.write(topic, sequence, time, now, bytes)
         })
     }
 }

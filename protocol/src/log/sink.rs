@@ -56,6 +56,8 @@ pub(crate) struct Sink<W: Write> {
     channels: [u16; Topic::ALL.len()],
     /// Nothing since the last flush.
     clean: bool,
+    /// Time of the last message, ns.
+    clock: u64,
 }
 
 impl<W: Write> Sink<W> {
@@ -76,7 +78,7 @@ impl<W: Write> Sink<W> {
         writer.attach(&scene(manifest)).map_err(fail)?;
         let channels = add_channels(&mut writer, viewer).map_err(fail)?;
         writer.flush().map_err(fail)?;
-        Ok(Self { file: file.to_owned(), writer, channels, clean: true })
+        Ok(Self { file: file.to_owned(), writer, channels, clean: true, clock: 0 })
     }
 
     /// Puts one message into the chunk under way.
@@ -91,7 +93,13 @@ impl<W: Write> Sink<W> {
         let channel_id = self.channels[topic as usize];
         let header = MessageHeader { channel_id, sequence, log_time, publish_time };
         self.clean = false;
+        self.clock = log_time;
         self.writer.write_to_known_channel(&header, data).map_err(|error| LogError::write(&self.file, error))
+    }
+
+    /// Time of the last message, ns.
+    pub(crate) fn clock(&self) -> u64 {
+        self.clock
     }
 
     /// Ends the chunk under way and hands it to the operating system.

@@ -1,0 +1,7 @@
+//! The log from outside: round trips, damage, kills, full disks, replays.
+
+mod damage;
+mod recording;
+mod replaying;
+mod round_trip;
+mod support;

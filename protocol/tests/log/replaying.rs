@@ -1,0 +1,146 @@
+//! A solver driven by its log.
+
+use std::path::PathBuf;
+
+use protocol::log::{
+    LogExchange, LogReader, ReplayError, ReplayOptions, ReplayReport, Topic, flip_bit, replay,
+};
+use protocol::message::{Header, Kinematics, Loads};
+use protocol::participant::{Exchange, ExchangeError};
+
+use crate::support::{ToyDem, ToyFluid, coupled_log, coupled_log_with, manifest, path, window};
+
+const VERIFY: ReplayOptions = ReplayOptions { verify: true, checkpoint: None, fields: false };
+
+fn replay_dem(file: &PathBuf, options: &ReplayOptions) -> ReplayReport {
+    let log = LogReader::open(file).unwrap();
+    replay(&mut ToyDem::new(), log, options, &mut |_, _| {}).unwrap()
+}
+
+#[test]
+fn both_roles_repeat_their_log_bit_for_bit() {
+    let file = path("replay.mcap");
+    coupled_log(&file, 30, &[0, 4, 29]);
+    let mut steps = Vec::new();
+    let log = LogReader::open(&file).unwrap();
+    let report = replay(&mut ToyFluid::new(), log, &VERIFY, &mut |window, report| {
+        steps.push((window.step, window.attempt));
+        assert_eq!(report.substeps, 0);
+    })
+    .unwrap();
+    assert_eq!(report.first_difference, None);
+    assert_eq!((report.windows, report.repeats, report.compared), (33, 3, 33));
+    assert_eq!(steps[..2], [(0, 0), (0, 1)]);
+    let report = replay_dem(&file, &VERIFY);
+    assert_eq!(report.first_difference, None);
+    assert_eq!((report.windows, report.compared), (33, 33));
+    assert!((report.time - 0.03).abs() < 1e-12);
+    assert!(report.truncated.is_none() && report.unfinished.is_none());
+}
+
+#[test]
+fn one_flipped_bit_is_named_by_step_grain_and_field() {
+    let (file, bad) = (path("true.mcap"), path("flipped.mcap"));
+    coupled_log(&file, 12, &[]);
+    // Header 56 bytes, count 8, then 176 bytes per grain; velocity begins at word 7.
+    let bit = 8 * (56 + 8 + 176 * 2 + 8 * (7 + 2)) + 3;
+    flip_bit(&file, &bad, Topic::Kinematics, 8, 0, bit).unwrap();
+    let report = replay_dem(&bad, &VERIFY);
+    let found = report.first_difference.expect("noticed");
+    assert_eq!((found.step, found.grain, found.field.as_str()), (8, Some(2), "velocity[2]"));
+    assert_eq!(found.logged ^ found.sent, 8);
+    assert_eq!(report.windows, 8);
+    let text = found.to_string();
+    assert!(text.starts_with("step 8, grain 2, field velocity[2]: logged "), "{text}");
+}
+
+#[test]
+fn a_flipped_bit_of_the_header_or_of_the_input_is_found_too() {
+    let (file, bad) = (path("true-2.mcap"), path("flipped-2.mcap"));
+    coupled_log(&file, 12, &[]);
+    // Word 4 of the header: sub-steps.
+    flip_bit(&file, &bad, Topic::Kinematics, 5, 0, 64 * 4 + 1).unwrap();
+    let found = replay_dem(&bad, &VERIFY).first_difference.expect("noticed");
+    assert_eq!((found.step, found.grain), (5, None));
+    assert_eq!(found.field, "header.substeps");
+    // Lowest exponent bit of the vertical force on grain 1, once it is not zero: the DEM then
+    // moves otherwise than logged, from that step on.
+    let bit = 8 * (56 + 8 + 64 + 8 * 2) + 52;
+    flip_bit(&file, &bad, Topic::Loads, 5, 0, bit).unwrap();
+    let found = replay_dem(&bad, &VERIFY).first_difference.expect("noticed");
+    assert_eq!((found.step, found.grain, found.field.as_str()), (5, Some(1), "position[2]"));
+}
+
+#[test]
+fn without_verify_differences_are_measured() {
+    let (file, bad) = (path("true-3.mcap"), path("flipped-3.mcap"));
+    coupled_log(&file, 10, &[]);
+    let bit = 8 * (56 + 8 + 8 * 2) + 51;
+    flip_bit(&file, &bad, Topic::Kinematics, 4, 0, bit).unwrap();
+    let report = replay_dem(&bad, &ReplayOptions::default());
+    assert_eq!(report.windows, 10);
+    assert_eq!(report.first_difference.map(|found| found.step), Some(4));
+    let position = report.fields["position"];
+    assert_eq!((position.words, position.differing), (10 * 3 * 3, 1));
+    assert!(position.largest > 0.1 && position.rms > 0.0 && position.rms < position.largest);
+    assert_eq!(report.fields["spin"].differing, 0);
+    assert_eq!(report.fields["header.dt"].words, 10);
+}
+
+#[test]
+fn a_log_that_breaks_off_is_replayed_up_to_there() {
+    let (file, cut) = (path("long.mcap"), path("short.mcap"));
+    let options = protocol::log::RecorderOptions { chunk_bytes: 3000, ..Default::default() };
+    coupled_log_with(&file, 20, &[], &manifest(), options);
+    let bytes = std::fs::read(&file).unwrap();
+    std::fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+    let report = replay_dem(&cut, &VERIFY);
+    assert!(report.truncated.is_some());
+    assert!(report.windows > 0 && report.windows < 20);
+    assert_eq!(report.first_difference, None);
+}
+
+#[test]
+fn a_resumed_log_needs_its_checkpoint() {
+    let file = path("resumed.mcap");
+    let mut resumed = manifest();
+    resumed.first_step = 3;
+    resumed.first_time = 3e-3;
+    let recorder = protocol::log::Recorder::create(&file, &resumed, Default::default()).unwrap();
+    let (mut fluid, mut dem) = (ToyFluid::new(), ToyDem::new());
+    let order = |step| crate::support::command(protocol::message::Order::Advance, &window(step, 0));
+    // Step 0 is not what the manifest promises.
+    for step in 3..6 {
+        recorder.record_command(&order(step)).unwrap();
+        crate::support::run_window(&mut fluid, &mut dem, &window(step, 0), &recorder);
+    }
+    recorder.finish().unwrap();
+    let open = || LogReader::open(&file).unwrap();
+    let error = replay(&mut ToyDem::new(), open(), &VERIFY, &mut |_, _| {}).unwrap_err();
+    assert!(matches!(&error, ReplayError::Mismatch { what, .. } if what.contains("step 3")));
+    let options = ReplayOptions { checkpoint: Some(std::env::temp_dir()), ..VERIFY };
+    let report = replay(&mut ToyDem::new(), open(), &options, &mut |_, _| {}).unwrap();
+    assert_eq!((report.windows, report.first_difference), (3, None));
+    let fresh = protocol::log::Recorder::create(&file, &resumed, Default::default()).unwrap();
+    assert!(fresh.record_command(&order(0)).is_err());
+}
+
+#[test]
+fn an_exchange_out_of_turn_is_refused() {
+    let mut exchange = LogExchange::<Kinematics>::new(3, true);
+    let receive = |exchange: &mut LogExchange<Kinematics>, step| {
+        Exchange::<Loads, Kinematics>::receive(exchange, &window(step, 0), &mut |_, _| {})
+    };
+    assert!(matches!(receive(&mut exchange, 0), Err(ExchangeError::Order { .. })));
+    let file = path("turns.mcap");
+    coupled_log(&file, 2, &[]);
+    let first = LogReader::open(&file).unwrap().windows().next().unwrap().unwrap();
+    exchange.load(first.clone());
+    assert!(receive(&mut exchange, 1).is_err(), "another window");
+    exchange.load(first);
+    assert!(receive(&mut exchange, 0).is_ok());
+    assert!(receive(&mut exchange, 0).is_err(), "twice");
+    assert!(!exchange.is_done());
+    let sent = Exchange::<Loads, Kinematics>::send(&mut exchange, Header::default(), &mut |_| {});
+    assert!(matches!(sent, Err(ExchangeError::Stopped)), "an empty message differs");
+}
