@@ -4,36 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::trajectory::{Crossing, Passage, Trajectory};
-use super::{Columns, MetricValue, Sample, Sides};
+use super::subject::{Subject, View, norm};
+use super::{Accumulator, Columns, MetricValue, Sample, Sides, Trajectory};
 use crate::scene::{CheckedScene, Metric, MetricKind, SceneError};
-
-/// Part of the run, at its end, over which "terminal" and "resting" are averaged.
-const TAIL: f64 = 0.1;
-
-/// What one metric keeps.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub enum Accumulator {
-    /// The grain's trajectory says it all.
-    Trajectory,
-    /// The first value, once it is known.
-    First(Option<f64>),
-    /// Mean over time from an instant on.
-    Mean {
-        /// Start, s.
-        from: f64,
-        /// Time averaged over so far, s.
-        time: f64,
-        /// Integral over that time.
-        integral: f64,
-    },
-    /// Speeds at a gap.
-    Crossing(Crossing),
-    /// Last value.
-    Last(Option<f64>),
-    /// Largest value.
-    Largest(Option<f64>),
-}
 
 /// Everything that the metrics have kept: belongs into a checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -42,19 +15,6 @@ pub struct MetricsState {
     pub trajectories: Vec<Trajectory>,
     /// One per metric of the scene.
     pub accumulators: Vec<Accumulator>,
-}
-
-/// What the metrics need to know of a grain.
-#[derive(Clone, Debug, PartialEq)]
-struct Subject {
-    /// Number in the scene.
-    grain: usize,
-    /// Unit vector along which it settles: of the submerged weight; zero without gravity.
-    settling: [f64; 3],
-    radius: f64,
-    density: f64,
-    /// Weight less buoyancy, N.
-    submerged_weight: f64,
 }
 
 /// The metrics of a scene.
@@ -97,7 +57,7 @@ impl Metrics {
             built.column_of.push(column.unwrap_or(None));
             let subject = metric.kind.grain().map(|grain| built.subject(scene, grain));
             built.subject_of.push(subject);
-            built.state.accumulators.push(accumulator(&metric.kind, scene.scene.until));
+            built.state.accumulators.push(Accumulator::of(&metric.kind, scene.scene.until));
         }
         Ok(built)
     }
@@ -107,18 +67,8 @@ impl Metrics {
         if let Some(place) = self.subjects.iter().position(|subject| subject.grain == grain) {
             return place;
         }
-        let data = &scene.grains[grain];
-        let excess = data.density - self.medium.map_or(0.0, |(density, _)| density);
-        let way = if excess < 0.0 { -1.0 } else { 1.0 };
-        let gravity = self.gravity;
-        let subject = Subject {
-            grain,
-            settling: scene.scene.gravity.map(|g| if gravity > 0.0 { way * g / gravity } else { 0.0 }),
-            radius: data.radius,
-            density: data.density,
-            submerged_weight: excess.abs() * data.volume() * gravity,
-        };
-        self.state.trajectories.push(Trajectory::new(subject.speed(&data.velocity)));
+        let subject = Subject::new(scene, grain);
+        self.state.trajectories.push(Trajectory::new(subject.speed(&scene.grains[grain].velocity)));
         self.subjects.push(subject);
         self.subjects.len() - 1
     }
@@ -281,104 +231,6 @@ impl Metrics {
     }
 }
 
-impl Subject {
-    /// Speed along the settling direction, m/s; without gravity the magnitude of the velocity.
-    fn speed(&self, velocity: &[f64; 3]) -> f64 {
-        if self.settling == [0.0; 3] { norm(velocity) } else { dot(velocity, &self.settling) }
-    }
-
-    fn passage(&self, sample: &Sample) -> Option<Passage> {
-        let motion = sample.kinematics.get(self.grain)?;
-        Some(Passage {
-            speed: self.speed(&motion.velocity),
-            gap: motion.gap,
-            touching: motion.contact_force != [0.0; 3],
-            impact: motion.impact_speed,
-            rebound: motion.rebound_speed,
-        })
-    }
-}
-
-/// One grain over one window, with its trajectory before and after.
-struct View<'a> {
-    subject: &'a Subject,
-    gravity: f64,
-    before: &'a Trajectory,
-    after: &'a Trajectory,
-    passage: &'a Passage,
-}
-
-impl View<'_> {
-    fn record(&self, kind: &MetricKind, accumulator: &mut Accumulator, sample: &Sample) {
-        match kind {
-            MetricKind::TerminalReynolds { .. } => accumulator.add(self.passage.speed, sample),
-            MetricKind::InitialAcceleration { .. } => {
-                let gained = self.passage.speed - self.before.speed;
-                accumulator.add(gained / (sample.window.dt * self.gravity), sample);
-            }
-            MetricKind::RestingForceRatio { .. } => {
-                let force = sample.kinematics[self.subject.grain].contact_force;
-                accumulator.add(-dot(&force, &self.subject.settling), sample);
-            }
-            MetricKind::RestitutionAtGap { gap, .. } => {
-                if let Accumulator::Crossing(crossing) = accumulator {
-                    crossing.record(gap * self.subject.radius, self.before, self.passage, self.after);
-                }
-            }
-            // The trajectory holds the others; columns come from the row.
-            _ => {}
-        }
-    }
-}
-
-impl Accumulator {
-    /// Adds a value of a window; means weigh it with the part of the window after their start.
-    fn add(&mut self, value: f64, sample: &Sample) {
-        match self {
-            Self::First(first) => *first = first.or(Some(value)),
-            Self::Mean { from, time, integral } => {
-                let weight = (sample.time() - *from).clamp(0.0, sample.window.dt);
-                // Outside its span not even a NaN counts.
-                if weight > 0.0 {
-                    *time += weight;
-                    *integral += weight * value;
-                }
-            }
-            Self::Last(last) => *last = Some(value),
-            Self::Largest(largest) => *largest = Some(largest.map_or(value, |kept| kept.max(value))),
-            Self::Trajectory | Self::Crossing(_) => {}
-        }
-    }
-
-    fn value(&self) -> Result<f64, String> {
-        match self {
-            Self::Mean { from, time, .. } if *time <= 0.0 => {
-                Err(format!("the run ended before t = {from} s, where its mean begins"))
-            }
-            Self::Mean { time, integral, .. } => Ok(integral / time),
-            Self::First(value) | Self::Last(value) | Self::Largest(value) => {
-                value.ok_or_else(|| "no window was done".into())
-            }
-            Self::Trajectory | Self::Crossing(_) => Err("is not a single number".into()),
-        }
-    }
-}
-
-fn accumulator(kind: &MetricKind, until: f64) -> Accumulator {
-    let mean = |from| Accumulator::Mean { from, time: 0.0, integral: 0.0 };
-    match kind {
-        MetricKind::TerminalReynolds { .. } | MetricKind::RestingForceRatio { .. } => {
-            mean((1.0 - TAIL) * until)
-        }
-        MetricKind::InitialAcceleration { .. } => Accumulator::First(None),
-        MetricKind::RestitutionAtGap { .. } => Accumulator::Crossing(Crossing::default()),
-        MetricKind::Mean { from, .. } => mean(*from),
-        MetricKind::Final { .. } => Accumulator::Last(None),
-        MetricKind::Max { .. } => Accumulator::Largest(None),
-        _ => Accumulator::Trajectory,
-    }
-}
-
 /// Speed out over speed in; 0 if the grain never comes back to the gap.
 fn restitution(accumulator: &Accumulator, way: &Trajectory) -> Result<(f64, Option<&'static str>), String> {
     require_contact(way)?;
@@ -444,12 +296,4 @@ fn refuse_twins(scene: &CheckedScene) -> Result<(), SceneError> {
         }
     }
     Ok(())
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn norm(a: &[f64; 3]) -> f64 {
-    dot(a, a).sqrt()
 }

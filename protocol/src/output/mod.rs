@@ -5,18 +5,21 @@
 //! too: [`Columns::fill`] makes the row, [`SeriesWriter`] writes it, [`Metrics`] measures it,
 //! [`Tally`] counts.
 
+mod accumulator;
 mod columns;
 mod folder;
 mod metrics;
 mod observer;
 mod options;
 mod series;
+mod subject;
 mod summary;
 mod trajectory;
 
+pub use accumulator::Accumulator;
 pub use columns::{Columns, Extra, Sample, Sides};
 pub use folder::{OutputFolder, atomic_write, resolved_scene};
-pub use metrics::{Accumulator, Metrics, MetricsState};
+pub use metrics::{Metrics, MetricsState};
 pub use observer::{Observer, ObserverState};
 pub use options::RunOptions;
 pub use series::{Series, SeriesWriter};
