@@ -124,7 +124,13 @@ impl Cells {
         }
         let most = 8.0 * position.len() as f64 + 64.0;
         while count.iter().product::<f64>() > most {
-            let longest = if count[0] >= count[1] && count[0] >= count[2] { 0 } else if count[1] >= count[2] { 1 } else { 2 };
+            let longest = if count[0] >= count[1] && count[0] >= count[2] {
+                0
+            } else if count[1] >= count[2] {
+                1
+            } else {
+                2
+            };
             count[longest] = (0.5 * count[longest]).floor().max(1.0);
         }
         for axis in 0..3 {
@@ -138,7 +144,11 @@ impl Cells {
         for axis in (0..3).rev() {
             let n = self.count[axis];
             let at = ((x[axis] - self.origin[axis]) * self.inverse[axis]).floor();
-            let index = if periods.is_periodic(axis) { at.rem_euclid(n as f64) as usize } else { at.max(0.0) as usize };
+            let index = if periods.is_periodic(axis) {
+                at.rem_euclid(n as f64) as usize
+            } else {
+                at.max(0.0) as usize
+            };
             cell = cell * n + index.min(n - 1);
         }
         cell
@@ -147,8 +157,13 @@ impl Cells {
     /// Calls `visit` with every grain in the cells around grain `i`, each once.
     fn around(&self, i: usize, periods: &Periods, mut visit: impl FnMut(usize)) {
         let cell = self.cell[i] as usize;
-        let at = [cell % self.count[0], cell / self.count[0] % self.count[1], cell / (self.count[0] * self.count[1])];
-        let reach: [Neighbours; 3] = std::array::from_fn(|axis| Neighbours::of(at[axis], self.count[axis], periods.is_periodic(axis)));
+        let at = [
+            cell % self.count[0],
+            cell / self.count[0] % self.count[1],
+            cell / (self.count[0] * self.count[1]),
+        ];
+        let reach: [Neighbours; 3] =
+            std::array::from_fn(|axis| Neighbours::of(at[axis], self.count[axis], periods.is_periodic(axis)));
         for z in reach[2].iter() {
             for y in reach[1].iter() {
                 for x in reach[0].iter() {
@@ -214,7 +229,15 @@ impl Search {
     }
 
     /// Appends all j > i with a gap to `i` below `reach`, ascending, to `found`.
-    pub fn partners(&self, i: usize, position: &[Vec3], radius: &[f64], reach: f64, periods: &Periods, found: &mut Vec<u32>) {
+    pub fn partners(
+        &self,
+        i: usize,
+        position: &[Vec3],
+        radius: &[f64],
+        reach: f64,
+        periods: &Periods,
+        found: &mut Vec<u32>,
+    ) {
         let near = |j: usize| {
             let limit = radius[i] + radius[j] + reach;
             periods.nearest(position[i] - position[j]).norm_squared() < limit * limit

@@ -212,12 +212,20 @@ impl LinearSpringDashpot {
             return bad("restitution", self.restitution, "above 0 and at most 1");
         }
         if exact && self.restitution <= (-2.0f64).exp() * 1.001 {
-            return bad("restitution", self.restitution, "above 0.1355 in the exact-restitution form (critical damping); use form = \"seed\"");
+            return bad(
+                "restitution",
+                self.restitution,
+                "above 0.1355 in the exact-restitution form (critical damping); use form = \"seed\"",
+            );
         }
         if !(self.contact_time > 0.0 && self.contact_time.is_finite()) {
             return bad("contact_time", self.contact_time, "positive and finite");
         }
-        for (quantity, value) in [("friction", self.friction), ("stiffness_ratio", self.stiffness_ratio), ("damping_ratio", self.damping_ratio)] {
+        for (quantity, value) in [
+            ("friction", self.friction),
+            ("stiffness_ratio", self.stiffness_ratio),
+            ("damping_ratio", self.damping_ratio),
+        ] {
             if !(value >= 0.0 && value.is_finite()) {
                 return bad(quantity, value, "zero or positive, and finite");
             }

@@ -9,7 +9,11 @@ impl Dem {
     #[must_use]
     pub fn kinetic_energy(&self) -> f64 {
         let g = &self.grains;
-        (0..g.len()).map(|i| 0.5 * (g.mass[i] * g.velocity[i].norm_squared() + g.inertia[i] * g.spin[i].norm_squared())).sum()
+        (0..g.len())
+            .map(|i| {
+                0.5 * (g.mass[i] * g.velocity[i].norm_squared() + g.inertia[i] * g.spin[i].norm_squared())
+            })
+            .sum()
     }
 
     /// Energy in the springs of all linear contacts, J.
@@ -19,9 +23,16 @@ impl Dem {
         for i in 0..g.len() {
             for k in self.lists.pairs.row(i) {
                 let j = self.lists.pairs.other[k] as usize;
-                let gap = self.scene().periods.nearest(g.position[i] - g.position[j]).norm() - g.radius[i] - g.radius[j];
+                let gap = self.scene().periods.nearest(g.position[i] - g.position[j]).norm()
+                    - g.radius[i]
+                    - g.radius[j];
                 let mass = self.response.effective_mass(g, i, j);
-                energy += stored(self.scene().laws.between(g.material[i], g.material[j]), mass, gap, &self.lists.pairs.spring[k]);
+                energy += stored(
+                    self.scene().laws.between(g.material[i], g.material[j]),
+                    mass,
+                    gap,
+                    &self.lists.pairs.spring[k],
+                );
             }
             for k in self.lists.walls.row(i) {
                 let wall = &self.scene().walls[self.lists.walls.other[k] as usize];
@@ -52,7 +63,9 @@ impl Dem {
 
 fn stored(law: &PairLaw, mass: f64, gap: f64, spring: &Vec3) -> f64 {
     match law {
-        PairLaw::Linear(law) if gap < 0.0 => 0.5 * mass * (law.stiffness * gap * gap + law.tangential_stiffness * spring.norm_squared()),
+        PairLaw::Linear(law) if gap < 0.0 => {
+            0.5 * mass * (law.stiffness * gap * gap + law.tangential_stiffness * spring.norm_squared())
+        }
         _ => 0.0,
     }
 }

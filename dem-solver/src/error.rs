@@ -42,7 +42,9 @@ pub enum SpecError {
         allowed: &'static str,
     },
     /// A material index that no law knows.
-    #[error("{owner} {index} has material {material}, but materials run from 0 to {last}; raise `materials` or correct the index")]
+    #[error(
+        "{owner} {index} has material {material}, but materials run from 0 to {last}; raise `materials` or correct the index"
+    )]
     Material {
         /// `grain`, `wall` or `law`.
         owner: &'static str,
@@ -54,7 +56,9 @@ pub enum SpecError {
         last: usize,
     },
     /// Two images of one pair would be in reach at once.
-    #[error("period {length} along axis {axis} is shorter than {least}, twice the reach of a pair (two radii and the film's cut-off); lengthen the period or shorten the cut-off")]
+    #[error(
+        "period {length} along axis {axis} is shorter than {least}, twice the reach of a pair (two radii and the film's cut-off); lengthen the period or shorten the cut-off"
+    )]
     Period {
         /// Axis, 0 to 2.
         axis: usize,
@@ -88,7 +92,9 @@ pub enum AdvanceError {
         n_sub: u32,
     },
     /// A load is not a number, or an added mass is negative.
-    #[error("load on grain {grain}: {quantity} is {value}; loads must be finite, added mass and inertia not negative")]
+    #[error(
+        "load on grain {grain}: {quantity} is {value}; loads must be finite, added mass and inertia not negative"
+    )]
     Load {
         /// Index of the grain.
         grain: usize,
@@ -103,7 +109,9 @@ pub enum AdvanceError {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RestoreError {
     /// An array has the wrong length.
-    #[error("the state holds {found} values of {quantity}, this scene needs {needed}; restore it with the scene that wrote it")]
+    #[error(
+        "the state holds {found} values of {quantity}, this scene needs {needed}; restore it with the scene that wrote it"
+    )]
     Length {
         /// Name of the array.
         quantity: &'static str,
@@ -113,7 +121,9 @@ pub enum RestoreError {
         needed: usize,
     },
     /// A contact names a grain or wall that does not exist, or is out of order.
-    #[error("contact {index} of the state joins {first} and {second}, which this scene does not have in this order; restore it with the scene that wrote it")]
+    #[error(
+        "contact {index} of the state joins {first} and {second}, which this scene does not have in this order; restore it with the scene that wrote it"
+    )]
     Contact {
         /// Index of the contact in the state.
         index: usize,

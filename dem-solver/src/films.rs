@@ -81,7 +81,15 @@ impl Films {
         }
     }
 
-    fn collect_pairs(&mut self, scene: &Scene, model: &FilmModel, grains: &Grains, response: &Response, list: &ContactList, dt: f64) {
+    fn collect_pairs(
+        &mut self,
+        scene: &Scene,
+        model: &FilmModel,
+        grains: &Grains,
+        response: &Response,
+        list: &ContactList,
+        dt: f64,
+    ) {
         for i in 0..grains.len() {
             let (x, v, r) = (grains.position[i], grains.velocity[i], grains.radius[i]);
             for k in list.row(i) {
@@ -94,14 +102,33 @@ impl Films {
                 let rate = (v - grains.velocity[j]).dot(&normal);
                 let weight = response.inverse_mass[i] + response.inverse_mass[j];
                 if let Some(inverse_mass) = in_reach(&law, gap, rate, dt, &normal, &weight) {
-                    self.active.push(Film { first: i as u32, second: j as u32, wall: false, normal, gap, wall_rate: 0.0, inverse_mass, law, impulse: 0.0 });
+                    self.active.push(Film {
+                        first: i as u32,
+                        second: j as u32,
+                        wall: false,
+                        normal,
+                        gap,
+                        wall_rate: 0.0,
+                        inverse_mass,
+                        law,
+                        impulse: 0.0,
+                    });
                 }
             }
         }
     }
 
     #[allow(clippy::too_many_arguments)]
-    fn collect_walls(&mut self, scene: &Scene, model: &FilmModel, grains: &Grains, response: &Response, list: &ContactList, t: f64, dt: f64) {
+    fn collect_walls(
+        &mut self,
+        scene: &Scene,
+        model: &FilmModel,
+        grains: &Grains,
+        response: &Response,
+        list: &ContactList,
+        t: f64,
+        dt: f64,
+    ) {
         for i in 0..grains.len() {
             for k in list.row(i) {
                 let wall = &scene.walls[list.other[k] as usize];
@@ -112,8 +139,20 @@ impl Films {
                 let gap = wall.gap(&grains.position[i], grains.radius[i], t);
                 let wall_rate = wall.velocity.dot(&wall.normal);
                 let rate = grains.velocity[i].dot(&wall.normal) - wall_rate;
-                if let Some(inverse_mass) = in_reach(&law, gap, rate, dt, &wall.normal, &response.inverse_mass[i]) {
-                    self.active.push(Film { first: i as u32, second: list.other[k], wall: true, normal: wall.normal, gap, wall_rate, inverse_mass, law, impulse: 0.0 });
+                if let Some(inverse_mass) =
+                    in_reach(&law, gap, rate, dt, &wall.normal, &response.inverse_mass[i])
+                {
+                    self.active.push(Film {
+                        first: i as u32,
+                        second: list.other[k],
+                        wall: true,
+                        normal: wall.normal,
+                        gap,
+                        wall_rate,
+                        inverse_mass,
+                        law,
+                        impulse: 0.0,
+                    });
                 }
             }
         }

@@ -50,7 +50,10 @@ impl Grains {
                 _ => (Vec3::zeros(), Vec3::zeros()),
             };
             let (velocity, spin) = match &grain.motion {
-                Motion::Free => (translation.component_mul(&Vec3::from(grain.velocity)), rotation.component_mul(&Vec3::from(grain.spin))),
+                Motion::Free => (
+                    translation.component_mul(&Vec3::from(grain.velocity)),
+                    rotation.component_mul(&Vec3::from(grain.spin)),
+                ),
                 other => other.velocity_at(0.0),
             };
             let [w, x, y, z] = grain.orientation;
@@ -148,7 +151,11 @@ impl Response {
     #[must_use]
     pub fn effective_mass(&self, grains: &Grains, i: usize, j: usize) -> f64 {
         let inverse = self.contact_inverse_mass[i] + self.contact_inverse_mass[j];
-        if inverse > 0.0 { 1.0 / inverse } else { grains.mass[i] * grains.mass[j] / (grains.mass[i] + grains.mass[j]) }
+        if inverse > 0.0 {
+            1.0 / inverse
+        } else {
+            grains.mass[i] * grains.mass[j] / (grains.mass[i] + grains.mass[j])
+        }
     }
 
     /// m* of grain `i` against a wall.

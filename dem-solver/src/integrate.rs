@@ -31,7 +31,14 @@ pub struct Speed {
 
 /// v ← v + h (a + W F), ω ← ω + h (α + J T): gravity, fluid and virtual mass in a, α; `film` are
 /// explicit film forces, if there are any.
-pub fn kick(h: f64, grains: &mut Grains, response: &Response, contact: &[Vec3], torque: &[Vec3], film: Option<&[Vec3]>) -> Speed {
+pub fn kick(
+    h: f64,
+    grains: &mut Grains,
+    response: &Response,
+    contact: &[Vec3],
+    torque: &[Vec3],
+    film: Option<&[Vec3]>,
+) -> Speed {
     let n = grains.len();
     let (velocity, spin) = (&mut grains.velocity[..n], &mut grains.spin[..n]);
     let (a, alpha) = (&response.acceleration[..n], &response.spin_acceleration[..n]);
@@ -74,7 +81,11 @@ pub fn drift(dt: f64, t: f64, grains: &mut Grains, prescribed: &[u32]) {
 /// Grains whose velocity is a function of time.
 #[must_use]
 pub fn prescribed(grains: &Grains) -> Vec<u32> {
-    (0u32..).zip(&grains.motion).filter(|(_, motion)| matches!(motion, Motion::Oscillating { .. })).map(|(i, _)| i).collect()
+    (0u32..)
+        .zip(&grains.motion)
+        .filter(|(_, motion)| matches!(motion, Motion::Oscillating { .. }))
+        .map(|(i, _)| i)
+        .collect()
 }
 
 /// q ← exp(dt ω/2) q: exact for a constant spin; unit length is kept to round-off.
@@ -88,7 +99,8 @@ pub fn rotate(q: &mut UnitQuaternion<f64>, spin: &Vec3, dt: f64) {
     let (cos, sinc) = if angle2 < 1e-4 {
         // series to 1e-17 of the value: cheaper than sine and cosine at the angles of a sub-step
         let cos = 1.0 - angle2 * (0.5 - angle2 * (1.0 / 24.0 - angle2 * (1.0 / 720.0 - angle2 / 40320.0)));
-        let sinc = 1.0 - angle2 * (1.0 / 6.0 - angle2 * (1.0 / 120.0 - angle2 * (1.0 / 5040.0 - angle2 / 362_880.0)));
+        let sinc = 1.0
+            - angle2 * (1.0 / 6.0 - angle2 * (1.0 / 120.0 - angle2 * (1.0 / 5040.0 - angle2 / 362_880.0)));
         (cos, sinc)
     } else {
         let angle = angle2.sqrt();

@@ -71,7 +71,13 @@ impl Forces {
     /// Room for `n` grains.
     #[must_use]
     pub fn new(n: usize) -> Self {
-        Self { contact: vec![Vec3::zeros(); n], torque: vec![Vec3::zeros(); n], film: vec![Vec3::zeros(); n], contacts: 0, overlap: 0.0 }
+        Self {
+            contact: vec![Vec3::zeros(); n],
+            torque: vec![Vec3::zeros(); n],
+            film: vec![Vec3::zeros(); n],
+            contacts: 0,
+            overlap: 0.0,
+        }
     }
 }
 
@@ -149,7 +155,10 @@ fn pair_forces(
             note_gap(seen, forces, i, gap);
             seen.smallest_gap[j] = seen.smallest_gap[j].min(gap);
             let law = scene.laws.between(grains.material[i], grains.material[j]);
-            let relative = |velocity: &[Vec3], spin: &[Vec3]| Relative { velocity: velocity[i] - velocity[j], spin: (spin[i], spin[j]) };
+            let relative = |velocity: &[Vec3], spin: &[Vec3]| Relative {
+                velocity: velocity[i] - velocity[j],
+                spin: (spin[i], spin[j]),
+            };
             let normal = if distance > 0.0 { apart / distance } else { Vec3::z() };
             match law {
                 PairLaw::WanTurek(law) => {
@@ -166,8 +175,10 @@ fn pair_forces(
                     }
                     let half = if law.at_contact_point { 0.5 * gap } else { 0.0 };
                     let mass = response.effective_mass(grains, i, j);
-                    let frame = Frame { normal, gap, distance, mass, arms: (r + half, grains.radius[j] + half) };
-                    let (force, tangential, rate) = resolve(law, &frame, kinematics, relative, &mut list.spring[k]);
+                    let frame =
+                        Frame { normal, gap, distance, mass, arms: (r + half, grains.radius[j] + half) };
+                    let (force, tangential, rate) =
+                        resolve(law, &frame, kinematics, relative, &mut list.spring[k]);
                     let bears = force != Vec3::zeros();
                     note_event(&mut list.touching[k], bears, rate, seen, i, Some(j));
                     forces.contacts += usize::from(bears);
@@ -205,7 +216,10 @@ fn wall_forces(
                 continue;
             }
             note_gap(seen, forces, i, gap);
-            let relative = |velocity: &[Vec3], spin: &[Vec3]| Relative { velocity: velocity[i] - wall.velocity, spin: (spin[i], Vec3::zeros()) };
+            let relative = |velocity: &[Vec3], spin: &[Vec3]| Relative {
+                velocity: velocity[i] - wall.velocity,
+                spin: (spin[i], Vec3::zeros()),
+            };
             match scene.laws.between(grains.material[i], wall.material) {
                 PairLaw::WanTurek(law) => {
                     let size = law.wall_force(gap, r);
@@ -221,8 +235,10 @@ fn wall_forces(
                     // the wall does not yield: the force attacks in its plane, R + δ from the centre
                     let arm = if law.at_contact_point { r + gap } else { r };
                     let mass = response.wall_mass(grains, i);
-                    let frame = Frame { normal: wall.normal, gap, distance: f64::INFINITY, mass, arms: (arm, 0.0) };
-                    let (force, tangential, rate) = resolve(law, &frame, kinematics, relative, &mut list.spring[k]);
+                    let frame =
+                        Frame { normal: wall.normal, gap, distance: f64::INFINITY, mass, arms: (arm, 0.0) };
+                    let (force, tangential, rate) =
+                        resolve(law, &frame, kinematics, relative, &mut list.spring[k]);
                     let bears = force != Vec3::zeros();
                     note_event(&mut list.touching[k], bears, rate, seen, i, None);
                     forces.contacts += usize::from(bears);
@@ -279,7 +295,14 @@ fn note_gap(seen: &mut Observations, forces: &mut Forces, i: usize, gap: f64) {
 
 /// Records the beginning and the end of a contact, with the normal speed at that moment.
 #[inline(always)]
-fn note_event(touching: &mut bool, bears: bool, rate: f64, seen: &mut Observations, i: usize, j: Option<usize>) {
+fn note_event(
+    touching: &mut bool,
+    bears: bool,
+    rate: f64,
+    seen: &mut Observations,
+    i: usize,
+    j: Option<usize>,
+) {
     if *touching == bears {
         return;
     }

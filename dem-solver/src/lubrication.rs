@@ -117,7 +117,9 @@ impl Lubrication {
     /// Checks ranges.
     pub fn validate(&self) -> Result<(), SpecError> {
         let Some(settings) = self.settings() else { return Ok(()) };
-        let bad = |quantity, value, allowed| Err(SpecError::Model { model: "lubrication", quantity, value, allowed });
+        let bad = |quantity, value, allowed| {
+            Err(SpecError::Model { model: "lubrication", quantity, value, allowed })
+        };
         if !(settings.roughness > 0.0 && settings.roughness.is_finite()) {
             return bad("roughness", settings.roughness, "positive (real grains: 1e-6 to 1e-3)");
         }
@@ -156,7 +158,9 @@ impl FilmModel {
         let cut_off = self.cut_off * scale;
         let coefficient = match self.shape {
             FilmShape::Point => 6.0 * PI * self.viscosity * reduced * reduced,
-            FilmShape::Line => 3.0 * std::f64::consts::SQRT_2 * PI * self.viscosity * reduced * reduced.sqrt(),
+            FilmShape::Line => {
+                3.0 * std::f64::consts::SQRT_2 * PI * self.viscosity * reduced * reduced.sqrt()
+            }
         };
         let mut law = FilmLaw { shape: self.shape, coefficient, roughness, cut_off, shift: 0.0 };
         if self.continuous {

@@ -120,7 +120,14 @@ impl Neighbours {
 
     /// Makes sure that the lists hold for one more step in which nothing moves further than `step`.
     /// Returns whether they were built again.
-    pub fn refresh(&mut self, step: f64, grains: &Grains, planes: &[Plane], periods: &Periods, t: f64) -> bool {
+    pub fn refresh(
+        &mut self,
+        step: f64,
+        grains: &Grains,
+        planes: &[Plane],
+        periods: &Periods,
+        t: f64,
+    ) -> bool {
         self.travel += step;
         if self.valid && self.travel <= 0.5 * self.built {
             return false;
@@ -157,7 +164,9 @@ impl Neighbours {
         for i in 0..grains.len() {
             self.found.clear();
             if grains.responds(i) {
-                let near = |plane: &Plane| plane.stands(t) && plane.gap(&grains.position[i], grains.radius[i], t) < reach;
+                let near = |plane: &Plane| {
+                    plane.stands(t) && plane.gap(&grains.position[i], grains.radius[i], t) < reach
+                };
                 self.found.extend((0u32..).zip(planes).filter(|(_, plane)| near(plane)).map(|(w, _)| w));
             }
             self.walls.push_row(i, &self.found, &self.spare);

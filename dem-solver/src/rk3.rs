@@ -6,6 +6,7 @@
 use crate::Vec3;
 use crate::integrate::{Speed, kick, rotate};
 use crate::interact::SpringStep;
+use crate::neighbours::ContactList;
 use crate::step::Dem;
 
 /// The state at the start of the sub-step, and the spin for the orientations.
@@ -32,7 +33,8 @@ impl Start {
 }
 
 /// Time of each stage, weight of the old state, weight of the stage's slope in the whole step.
-const STAGES: [(f64, f64, f64); 3] = [(0.0, 0.0, 1.0 / 6.0), (1.0, 0.75, 1.0 / 6.0), (0.5, 1.0 / 3.0, 2.0 / 3.0)];
+const STAGES: [(f64, f64, f64); 3] =
+    [(0.0, 0.0, 1.0 / 6.0), (1.0, 0.75, 1.0 / 6.0), (0.5, 1.0 / 3.0, 2.0 / 3.0)];
 
 /// Advances all grains by `dt` from time `t`; returns the speed at the end.
 pub fn substep(dem: &mut Dem, t: f64, dt: f64) -> Speed {
@@ -56,12 +58,23 @@ pub fn substep(dem: &mut Dem, t: f64, dt: f64) -> Speed {
         blend(&mut dem.lists.pairs.spring, &start.pair_spring, old);
         blend(&mut dem.lists.walls.spring, &start.wall_spring, old);
     }
+    forget(&mut dem.lists.pairs);
+    forget(&mut dem.lists.walls);
     dem.set_prescribed(t + dt);
     for i in 0..dem.grains.len() {
         rotate(&mut dem.grains.orientation[i], &start.mean_spin[i], dt);
     }
     dem.rk3 = start;
     speed
+}
+
+/// A contact that ended within the sub-step keeps no share of its old spring.
+fn forget(list: &mut ContactList) {
+    for (spring, touching) in list.spring.iter_mut().zip(&list.touching) {
+        if !touching {
+            *spring = Vec3::zeros();
+        }
+    }
 }
 
 /// new ← old_weight · old + (1 − old_weight) · new.

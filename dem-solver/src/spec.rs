@@ -105,7 +105,9 @@ impl Motion {
         match *self {
             Self::Free | Self::Fixed => Vec::new(),
             Self::Prescribed { velocity, spin } => [velocity, spin].concat(),
-            Self::Oscillating { amplitude, angle, frequency, phase } => [&amplitude[..], &angle, &[frequency, phase]].concat(),
+            Self::Oscillating { amplitude, angle, frequency, phase } => {
+                [&amplitude[..], &angle, &[frequency, phase]].concat()
+            }
         }
     }
 }
@@ -189,7 +191,12 @@ impl Grain {
 
     fn validate(&self, grain: usize) -> Result<(), SpecError> {
         let bad = |quantity, value, allowed| Err(SpecError::Grain { grain, quantity, value, allowed });
-        for (quantity, values) in [("position", &self.position[..]), ("velocity", &self.velocity), ("spin", &self.spin), ("motion", &self.motion.values())] {
+        for (quantity, values) in [
+            ("position", &self.position[..]),
+            ("velocity", &self.velocity),
+            ("spin", &self.spin),
+            ("motion", &self.motion.values()),
+        ] {
             if let Some(&value) = values.iter().find(|c| !c.is_finite()) {
                 return bad(quantity, value, "finite");
             }
@@ -200,7 +207,7 @@ impl Grain {
             }
         }
         let norm = self.orientation.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if !((norm - 1.0).abs() < 1e-6) {
+        if norm.is_nan() || (norm - 1.0).abs() > 1e-6 {
             return bad("length of the orientation quaternion", norm, "1 (to 1e-6)");
         }
         Ok(())
@@ -269,7 +276,8 @@ impl DemSpec {
 
     /// Checks everything; the first fault found is returned.
     pub fn validate(&self) -> Result<(), SpecError> {
-        let model = |model, quantity, value, allowed| Err(SpecError::Model { model, quantity, value, allowed });
+        let model =
+            |model, quantity, value, allowed| Err(SpecError::Model { model, quantity, value, allowed });
         self.contact.validate()?;
         self.lubrication.validate()?;
         for (index, pair) in self.pairs.iter().enumerate() {
@@ -289,14 +297,22 @@ impl DemSpec {
             return model("gravity", "a component", value, "finite");
         }
         if self.lubrication.settings().is_some() && !(self.viscosity > 0.0 && self.viscosity.is_finite()) {
-            return model("lubrication", "viscosity", self.viscosity, "positive and finite; a dry scene takes form = \"none\"");
+            return model(
+                "lubrication",
+                "viscosity",
+                self.viscosity,
+                "positive and finite; a dry scene takes form = \"none\"",
+            );
         }
         if let Some(skin) = self.skin.filter(|skin| !(*skin > 0.0 && skin.is_finite())) {
             return model("neighbour list", "skin", skin, "positive and finite");
         }
-        let implicit = self.lubrication.settings().is_some_and(|film| film.integration == FilmIntegration::Implicit);
+        let implicit =
+            self.lubrication.settings().is_some_and(|film| film.integration == FilmIntegration::Implicit);
         if self.integrator == Integrator::Rk3 && implicit {
-            return Err(SpecError::Combination("integrator rk3 takes no implicit lubrication; choose symplectic-euler, or integration = \"explicit\" with its bound on the sub-step"));
+            return Err(SpecError::Combination(
+                "integrator rk3 takes no implicit lubrication; choose symplectic-euler, or integration = \"explicit\" with its bound on the sub-step",
+            ));
         }
         self.check_periods()
     }
@@ -313,7 +329,7 @@ impl DemSpec {
         let least = if pairs { 2.0 * (2.0 * self.largest_radius() + self.range()) } else { 0.0 };
         for (axis, period) in self.periods.iter().enumerate() {
             let Some((start, length)) = *period else { continue };
-            if !start.is_finite() || !(length > 0.0 && length >= least && length.is_finite()) {
+            if !(start.is_finite() && length > 0.0 && length >= least && length.is_finite()) {
                 return Err(SpecError::Period { axis, length, least });
             }
         }
@@ -337,7 +353,8 @@ impl DemSpec {
     /// Skin of the neighbour list, m.
     #[must_use]
     pub fn skin(&self) -> f64 {
-        let mean = self.grains.iter().map(|grain| grain.radius).sum::<f64>() / self.grains.len().max(1) as f64;
+        let mean =
+            self.grains.iter().map(|grain| grain.radius).sum::<f64>() / self.grains.len().max(1) as f64;
         self.skin.unwrap_or(0.2 * mean)
     }
 

@@ -93,7 +93,12 @@ impl Dem {
         copy(&mut grains.spin_acceleration, &state.spin_acceleration);
         grains.image.clone_from(&state.image);
         grains.orientation.clear();
-        grains.orientation.extend(state.orientation.iter().map(|&[w, x, y, z]| UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))));
+        grains.orientation.extend(
+            state
+                .orientation
+                .iter()
+                .map(|&[w, x, y, z]| UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))),
+        );
         (self.time, self.substeps, self.windows) = (state.time, state.substeps, state.windows);
         let n = grains.len();
         self.lists.restart(n);
@@ -131,7 +136,9 @@ impl Dem {
         if let Some(grain) = state.orientation.iter().position(|q| q.iter().any(|c| !c.is_finite())) {
             return Err(RestoreError::NotFinite { quantity: "orientation", grain });
         }
-        check_list(&state.contacts, needed, |contact| contact.second > contact.first && (contact.second as usize) < needed)?;
+        check_list(&state.contacts, needed, |contact| {
+            contact.second > contact.first && (contact.second as usize) < needed
+        })?;
         check_list(&state.wall_contacts, needed, |contact| (contact.second as usize) < self.wall_count())
     }
 }
@@ -140,7 +147,11 @@ fn save_list(list: &ContactList, grains: usize, saved: &mut Vec<SavedContact>) {
     saved.clear();
     for i in 0..grains {
         let touching = list.row(i).filter(|&k| list.touching[k]);
-        saved.extend(touching.map(|k| SavedContact { first: i as u32, second: list.other[k], spring: list.spring[k].into() }));
+        saved.extend(touching.map(|k| SavedContact {
+            first: i as u32,
+            second: list.other[k],
+            spring: list.spring[k].into(),
+        }));
     }
 }
 
@@ -155,9 +166,14 @@ fn restore_list(saved: &[SavedContact], grains: usize, list: &mut ContactList) {
     }
 }
 
-fn check_list(saved: &[SavedContact], grains: usize, fits: impl Fn(&SavedContact) -> bool) -> Result<(), RestoreError> {
+fn check_list(
+    saved: &[SavedContact],
+    grains: usize,
+    fits: impl Fn(&SavedContact) -> bool,
+) -> Result<(), RestoreError> {
     for (index, contact) in saved.iter().enumerate() {
-        let ordered = index == 0 || (saved[index - 1].first, saved[index - 1].second) < (contact.first, contact.second);
+        let ordered =
+            index == 0 || (saved[index - 1].first, saved[index - 1].second) < (contact.first, contact.second);
         let finite = contact.spring.iter().all(|c| c.is_finite());
         if !ordered || !finite || contact.first as usize >= grains || !fits(contact) {
             return Err(RestoreError::Contact { index, first: contact.first, second: contact.second });

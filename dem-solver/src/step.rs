@@ -74,7 +74,10 @@ impl Dem {
             scene: Scene { walls, periods, laws: spec.laws(), range: spec.range() },
             gravity: spec.gravity.into(),
             integrator: spec.integrator,
-            film: spec.film().zip(settings).map(|(model, settings)| (model, settings.integration, settings.sweeps)),
+            film: spec
+                .film()
+                .zip(settings)
+                .map(|(model, settings)| (model, settings.integration, settings.sweeps)),
             films: Films::default(),
             seen: Observations::new(n),
             prescribed: prescribed(&grains),
@@ -144,7 +147,12 @@ impl Dem {
     /// Advances by `dt_window` in `n_sub` sub-steps under constant `loads` (one per grain; none at all
     /// for a dry run). A state that stops being finite ends the window early and is named in the
     /// report.
-    pub fn advance(&mut self, dt_window: f64, n_sub: u32, loads: &[GrainLoad]) -> Result<WindowReport, AdvanceError> {
+    pub fn advance(
+        &mut self,
+        dt_window: f64,
+        n_sub: u32,
+        loads: &[GrainLoad],
+    ) -> Result<WindowReport, AdvanceError> {
         self.check(dt_window, n_sub, loads)?;
         self.begin(loads);
         let (t, dt) = (self.time, dt_window / f64::from(n_sub));
@@ -159,7 +167,8 @@ impl Dem {
             finite = speed.finite;
             done += 1;
         }
-        let failed = if finite { self.first_non_finite() } else { Some(self.first_non_finite().unwrap_or(OVERFLOW)) };
+        let failed =
+            if finite { self.first_non_finite() } else { Some(self.first_non_finite().unwrap_or(OVERFLOW)) };
         self.finish(dt_window, n_sub);
         Ok(self.report(done, failed))
     }
@@ -196,12 +205,35 @@ impl Dem {
 
     /// Forces at the present state; springs take `dt` of the present slip.
     pub(crate) fn evaluate(&mut self, t: f64, dt: f64, spring: SpringStep) {
-        let kinematics = Kinematics { velocity: &self.grains.velocity, spin: &self.grains.spin, path: None, dt, spring, t };
+        let kinematics = Kinematics {
+            velocity: &self.grains.velocity,
+            spin: &self.grains.spin,
+            path: None,
+            dt,
+            spring,
+            t,
+        };
         let lists = (&mut self.lists.pairs, &mut self.lists.walls);
-        contact_forces(&self.scene, &self.grains, &self.response, &kinematics, lists, &mut self.forces, &mut self.seen);
+        contact_forces(
+            &self.scene,
+            &self.grains,
+            &self.response,
+            &kinematics,
+            lists,
+            &mut self.forces,
+            &mut self.seen,
+        );
         if let Some((model, FilmIntegration::Explicit, _)) = &self.film {
             let lists = (&self.lists.pairs, &self.lists.walls);
-            explicit_forces(&self.scene, model, &self.grains, &self.grains.velocity, lists, t, &mut self.forces.film);
+            explicit_forces(
+                &self.scene,
+                model,
+                &self.grains,
+                &self.grains.velocity,
+                lists,
+                t,
+                &mut self.forces.film,
+            );
         }
     }
 
@@ -220,11 +252,22 @@ impl Dem {
         let h = 0.5 * dt;
         for i in 0..grains.len() {
             let force = if explicit { forces.contact[i] + forces.film[i] } else { forces.contact[i] };
-            self.ahead.0[i] = grains.velocity[i] + (response.acceleration[i] + response.inverse_mass[i].component_mul(&force)) * h;
-            self.ahead.1[i] = grains.spin[i] + (response.spin_acceleration[i] + response.inverse_inertia[i].component_mul(&forces.torque[i])) * h;
+            self.ahead.0[i] = grains.velocity[i]
+                + (response.acceleration[i] + response.inverse_mass[i].component_mul(&force)) * h;
+            self.ahead.1[i] = grains.spin[i]
+                + (response.spin_acceleration[i]
+                    + response.inverse_inertia[i].component_mul(&forces.torque[i]))
+                    * h;
         }
         let path = Some((&grains.velocity[..], &grains.spin[..]));
-        let kinematics = Kinematics { velocity: &self.ahead.0, spin: &self.ahead.1, path, dt, spring: SpringStep::Before, t };
+        let kinematics = Kinematics {
+            velocity: &self.ahead.0,
+            spin: &self.ahead.1,
+            path,
+            dt,
+            spring: SpringStep::Before,
+            t,
+        };
         let lists = (&mut self.lists.pairs, &mut self.lists.walls);
         contact_forces(&self.scene, grains, response, &kinematics, lists, forces, &mut self.seen);
         if let Some((model, FilmIntegration::Explicit, _)) = &self.film {
@@ -243,7 +286,9 @@ impl Dem {
     fn refresh(&mut self, speed: &Speed, t: f64, dt: f64) {
         if speed.finite {
             let step = 1.5 * dt * speed.largest2.sqrt().max(self.wall_speed);
-            if self.lists.refresh(step, &self.grains, &self.scene.walls, &self.scene.periods, t) && self.film.is_some() {
+            if self.lists.refresh(step, &self.grains, &self.scene.walls, &self.scene.periods, t)
+                && self.film.is_some()
+            {
                 self.films.reserve(self.lists.pairs.len() + self.lists.walls.len());
             }
         }
@@ -253,7 +298,16 @@ impl Dem {
     fn lubricate(&mut self, t: f64, dt: f64) {
         if let Some((model, FilmIntegration::Implicit, sweeps)) = self.film {
             let lists = (&self.lists.pairs, &self.lists.walls);
-            self.films.apply(&self.scene, &model, sweeps, &mut self.grains, &self.response, lists, (t, dt), &mut self.forces.film);
+            self.films.apply(
+                &self.scene,
+                &model,
+                sweeps,
+                &mut self.grains,
+                &self.response,
+                lists,
+                (t, dt),
+                &mut self.forces.film,
+            );
             for (mean, film) in self.seen.mean_lubrication.iter_mut().zip(&self.forces.film) {
                 *mean += film;
             }

@@ -34,7 +34,9 @@ impl Wall {
     /// Checks values and directions; a wall may not cut a periodic direction obliquely.
     pub fn validate(&self, wall: usize, periodic: [bool; 3]) -> Result<(), SpecError> {
         let bad = |quantity, value, allowed| Err(SpecError::Wall { wall, quantity, value, allowed });
-        for (quantity, vector) in [("point", self.point), ("normal", self.normal), ("velocity", self.velocity)] {
+        for (quantity, vector) in
+            [("point", self.point), ("normal", self.normal), ("velocity", self.velocity)]
+        {
             if let Some(value) = vector.into_iter().find(|c| !c.is_finite()) {
                 return bad(quantity, value, "finite");
             }
@@ -43,10 +45,9 @@ impl Wall {
         if !(length > 0.0 && length.is_finite()) {
             return bad("length of the normal", length, "positive and finite");
         }
-        for axis in 0..3 {
-            if periodic[axis] && self.normal[axis] != 0.0 {
-                return bad("component of the normal along a periodic axis", self.normal[axis], "zero");
-            }
+        let across = periodic.into_iter().zip(self.normal).find(|(periodic, n)| *periodic && *n != 0.0);
+        if let Some((_, value)) = across {
+            return bad("component of the normal along a periodic axis", value, "zero");
         }
         match self.until {
             Some(time) if time.is_nan() => bad("until", time, "a time"),

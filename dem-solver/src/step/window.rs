@@ -19,7 +19,8 @@ impl Dem {
                     return Err(AdvanceError::Load { grain, quantity, value });
                 }
             }
-            for (quantity, value) in [("added mass", load.added_mass), ("added inertia", load.added_inertia)] {
+            for (quantity, value) in [("added mass", load.added_mass), ("added inertia", load.added_inertia)]
+            {
                 if !(value >= 0.0 && value.is_finite()) {
                     return Err(AdvanceError::Load { grain, quantity, value });
                 }
@@ -82,11 +83,11 @@ impl Dem {
                 self.lists.pairs.row(i).for_each(|k| note(i, self.lists.pairs.other[k] as usize));
             }
         }
-        for i in 0..grains.len() {
+        for (i, nearest) in gap_end.iter_mut().enumerate() {
             for wall in self.scene.walls.iter().filter(|wall| wall.stands(self.time)) {
-                gap_end[i] = gap_end[i].min(wall.gap(&grains.position[i], grains.radius[i], self.time));
+                *nearest = nearest.min(wall.gap(&grains.position[i], grains.radius[i], self.time));
             }
-            self.seen.smallest_gap[i] = self.seen.smallest_gap[i].min(gap_end[i]);
+            self.seen.smallest_gap[i] = self.seen.smallest_gap[i].min(*nearest);
         }
     }
 
@@ -122,7 +123,10 @@ impl Dem {
                 ("spin", grains.spin[grain].norm_squared()),
                 ("orientation", grains.orientation[grain].quaternion().norm_squared()),
             ];
-            values.iter().find(|(_, value)| !value.is_finite()).map(|&(quantity, _)| NonFinite { grain, quantity })
+            values
+                .iter()
+                .find(|(_, value)| !value.is_finite())
+                .map(|&(quantity, _)| NonFinite { grain, quantity })
         })
     }
 }

@@ -1,0 +1,62 @@
+//! Set-ups shared by the tests of this folder.
+#![allow(dead_code, unreachable_pub)] // each test binary uses its own part
+
+use dem_solver::contact::{LinearSpringDashpot, RestitutionForm};
+use dem_solver::{ContactLaw, Dem, DemSpec, Grain, Wall};
+
+/// A frictionless law with restitution `e` and contact time `t_c`.
+pub fn law(e: f64, t_c: f64) -> LinearSpringDashpot {
+    LinearSpringDashpot::new(e, t_c, 0.0)
+}
+
+pub fn exact(mut law: LinearSpringDashpot) -> LinearSpringDashpot {
+    law.form = RestitutionForm::ExactRestitution;
+    law
+}
+
+pub fn spec(grains: Vec<Grain>, law: LinearSpringDashpot) -> DemSpec {
+    DemSpec::new(grains, ContactLaw::LinearSpringDashpot(law))
+}
+
+pub fn dem(spec: &DemSpec) -> Dem {
+    Dem::new(spec).expect("valid spec")
+}
+
+/// Floor z = 0.
+pub fn floor() -> Wall {
+    Wall::new([0.0; 3], [0.0, 0.0, 1.0])
+}
+
+/// A deterministic stream of numbers in [0, 1) (SplitMix64).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn vector(&mut self, low: f64, high: f64) -> [f64; 3] {
+        std::array::from_fn(|_| low + (high - low) * self.next())
+    }
+}
+
+/// `n` grains of radius about 0.5 on a jittered cubic lattice, some in slight overlap, in random motion.
+pub fn cloud(n: usize, seed: u64) -> Vec<Grain> {
+    let mut random = Random(seed);
+    let side = (1..).find(|side: &usize| side.pow(3) >= n).expect("a cube");
+    (0..n)
+        .map(|k| {
+            let site = [k % side, k / side % side, k / (side * side)];
+            let jitter = random.vector(-0.05, 0.05);
+            let position = std::array::from_fn(|axis| 0.55 + 1.1 * site[axis] as f64 + jitter[axis]);
+            let mut grain = Grain::new(position, 0.45 + 0.1 * random.next(), 1.0);
+            grain.velocity = random.vector(-1.0, 1.0);
+            grain.spin = random.vector(-1.0, 1.0);
+            grain
+        })
+        .collect()
+}

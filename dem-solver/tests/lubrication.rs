@@ -1,0 +1,264 @@
+//! The film: exact solutions of m dU/dt = −κ(h) U, stability, tunnelling, many films.
+mod common;
+use common::{dem, floor, law, spec};
+use dem_solver::lubrication::{FilmIntegration, FilmLaw, FilmModel, FilmSettings, FilmShape};
+use dem_solver::{Dem, DemSpec, Grain, Lubrication, Vec3, Wall};
+use std::f64::consts::PI;
+
+const R: f64 = 0.5;
+
+fn model(roughness: f64, shape: FilmShape, continuous: bool) -> FilmModel {
+    FilmModel { shape, roughness, cut_off: 0.5, continuous, viscosity: 1.0 }
+}
+
+/// One sphere of radius ½ above the floor: gap `gap`, velocity `v`, St_R = m |v|/(6πμR²) = `stokes`.
+fn approach(gap: f64, v: f64, stokes: f64, settings: FilmSettings, t_c: f64) -> DemSpec {
+    let mut grain = Grain::new([0.0, 0.0, R + gap], R, 1.0);
+    grain.velocity = [0.0, 0.0, v];
+    let mass = 4.0 / 3.0 * PI * R.powi(3);
+    let mut set_up = spec(vec![grain], law(0.97, t_c));
+    set_up.walls.push(floor());
+    set_up.viscosity = mass * v.abs() / (6.0 * PI * R * R * stokes);
+    set_up.lubrication = Lubrication::AsPrinted(settings);
+    set_up
+}
+
+/// U(h) = U₀ + K ln((h + η)/(h₀ + η)), whatever the sub-step: on the way in, stopped by the film.
+#[test]
+fn approach_keeps_the_logarithm_to_four_digits() {
+    for eta in [1e-3, 4e-4, 1e-4, 1e-5, 1e-6] {
+        for dt in [1e-5, 1e-4, 1e-3, 1e-2] {
+            for stokes in [1.0, 3.0, 10.0, 100.0] {
+                let mut solver = dem(&approach(0.2, -1.0, stokes, FilmSettings::new(eta), 1e-3));
+                let k = 1.0 / stokes;
+                let mut worst = 0.0f64;
+                let n = (0.4 / dt) as u32;
+                for _ in 0..n {
+                    solver.advance(dt, 1, &[]).expect("advances");
+                    let h = solver.grains.position[0].z - R;
+                    if h < 0.0 {
+                        break;
+                    }
+                    let exact = -1.0 - k * ((h + eta * R) / (0.2 + eta * R)).ln();
+                    worst = worst.max((solver.grains.velocity[0].z - exact).abs());
+                }
+                assert!(worst < 1e-4, "eta/R {eta}, dt {dt}, St_R {stokes}: {worst:.2e}");
+            }
+        }
+    }
+}
+
+/// Below St_R ln((h₀ + η)/η) = 1 the film stops the grain, however long the sub-step.
+#[test]
+fn stopped_grain_never_touches() {
+    for eta in [1e-3, 1e-6] {
+        for dt in [1e-5, 1e-3, 1e-2, 1.0, 100.0] {
+            let mut solver = dem(&approach(0.2, -1.0, 0.1, FilmSettings::new(eta), 1e-3));
+            let report = solver.advance(2000.0 * dt, 2000, &[]).expect("advances");
+            assert!(
+                report.smallest_gap > 0.0 && report.largest_overlap == 0.0,
+                "eta/R {eta}, dt {dt}: {report:?}"
+            );
+        }
+    }
+}
+
+/// A load that presses the grain on: the film yields slowly, but no sub-step, however long, tunnels.
+#[test]
+fn pressed_grain_never_tunnels() {
+    for dt in [1e-3, 1e-1, 1e1] {
+        let mut set_up = approach(0.1, -1e-9, 1e-9, FilmSettings::new(1e-4), 1e-3);
+        set_up.gravity = [0.0, 0.0, -1e-3];
+        let mut solver = dem(&set_up);
+        let mut last = 0.1;
+        for _ in 0..200 {
+            let report = solver.advance(dt, 1, &[]).expect("advances");
+            let h = solver.grains.position[0].z - R;
+            assert!(
+                report.largest_overlap < 1e-12 && h < last && h > -1e-9,
+                "dt {dt}: h {h:.3e} after {last:.3e}"
+            );
+            last = h;
+        }
+    }
+}
+
+/// e = e_dry − (1 + e_dry) ln((x₀ + η)/η)/St_R (Davis; Barnocky & Davis): in, dry contact, out to x₀.
+#[test]
+fn bounce_through_the_film() {
+    println!("  eta/R     dt     St_R   found     exact");
+    for eta in [1e-3, 1e-4, 1e-6] {
+        for n in [100, 1000] {
+            for stokes in [30.0, 100.0] {
+                // a contact so short that the film's path during it does not count
+                let t_c = 1e-5;
+                let mut set_up = approach(0.1, -1.0, stokes, FilmSettings::new(eta), t_c);
+                set_up.contact = dem_solver::ContactLaw::LinearSpringDashpot(law(0.97, t_c));
+                let mut solver = dem(&set_up);
+                let dt = t_c / f64::from(n);
+                let dry = law(0.97, t_c).effective().restitution;
+                let exact = dry - (1.0 + dry) * ((0.1 + eta * R) / (eta * R)).ln() / stokes;
+                let height = |solver: &Dem| solver.grains.position[0].z - R;
+                // long sub-steps through the film, short ones near the wall and in contact
+                while height(&solver) > 1e-3 {
+                    solver.advance(1e-4, 1, &[]).expect("advances");
+                }
+                while height(&solver) < 1e-3 {
+                    solver.advance(10.0 * dt, 10, &[]).expect("advances");
+                }
+                while height(&solver) < 0.1 {
+                    solver.advance(1e-4, 1, &[]).expect("advances");
+                }
+                let beyond = ((height(&solver) + eta * R) / (0.1 + eta * R)).ln() / stokes;
+                let found = solver.grains.velocity[0].z + beyond;
+                println!("{eta:7.0e} {dt:7.0e} {stokes:6.0} {found:9.6} {exact:9.6}");
+                assert!(
+                    (found - exact).abs() < 1.5 / f64::from(n),
+                    "eta/R {eta}, n {n}, St_R {stokes}: {found} instead of {exact}"
+                );
+            }
+        }
+    }
+}
+
+/// Explicit integration at fixed gap: stable just below dt = 2(η + δ)m/(6πμR²), growing just above.
+#[test]
+fn explicit_film_has_its_stability_limit() {
+    let (eta, gap) = (1e-3, 0.01);
+    let settings = FilmSettings { integration: FilmIntegration::Explicit, ..FilmSettings::new(eta) };
+    for (factor, grows) in [(0.98, false), (1.02, true)] {
+        let set_up = approach(gap, -1e-9, 1e-9, settings, 1e-3);
+        let mass = 4.0 / 3.0 * PI * R.powi(3);
+        let limit = 2.0 * (eta * R + gap) * mass / (6.0 * PI * set_up.viscosity * R * R);
+        let mut solver = dem(&set_up);
+        solver.advance(factor * limit * 100.0, 100, &[]).expect("advances");
+        let v = solver.grains.velocity[0].z.abs() / 1e-9;
+        println!("dt/limit {factor}: |v| grew by {v:.3}");
+        assert_eq!(v > 1.0, grows, "dt/limit {factor}: {v}");
+    }
+    // where the explicit form blows up, the implicit one only decays
+    let set_up = approach(gap, -1e-9, 1e-9, FilmSettings::new(eta), 1e-3);
+    let mut solver = dem(&set_up);
+    solver.advance(1.0, 1, &[]).expect("advances");
+    assert!(solver.grains.velocity[0].z.abs() < 1e-9);
+}
+
+/// All four film laws: the implicit rate satisfies m(U′ − U) + ∫κ = 0 by quadrature, for random input.
+#[test]
+fn implicit_rate_solves_its_equation() {
+    let mut random = common::Random(7);
+    for shape in [FilmShape::Point, FilmShape::Line] {
+        for continuous in [false, true] {
+            for _ in 0..2000 {
+                let eta = 10f64.powf(-6.0 + 4.0 * random.next());
+                let film = model(eta, shape, continuous).film(0.5, 0.7);
+                let gap = if random.next() < 0.2 {
+                    -1e-3
+                } else {
+                    0.5 * random.next() * 10f64.powf(-4.0 * random.next())
+                };
+                let (rate, dt) = (4.0 * random.next() - 2.0, 10f64.powf(-5.0 + 4.0 * random.next()));
+                let inverse_mass = 10f64.powf(-2.0 + 4.0 * random.next());
+                let impulse = film.impulse(gap, rate, dt, inverse_mass);
+                let after = rate + inverse_mass * impulse;
+                let residual = impulse + quadrature(&film, gap, gap + dt * after);
+                let scale = rate.abs() / inverse_mass;
+                assert!(
+                    residual.abs() < 1e-6 * scale,
+                    "{film:?} gap {gap} rate {rate} dt {dt}: residual {residual:.2e} of {scale:.2e}"
+                );
+                assert!(impulse * rate <= 0.0 && after * rate >= 0.0, "a film only brakes");
+            }
+        }
+    }
+}
+
+/// ∫κ dδ from `a` to `b` by Simpson's rule in ln(δ + η), κ = 0 outside [0, δ_c].
+fn quadrature(film: &FilmLaw, a: f64, b: f64) -> f64 {
+    let (a, b) = (a.clamp(0.0, film.cut_off), b.clamp(0.0, film.cut_off));
+    let (low, high) = ((a + film.roughness).ln(), (b + film.roughness).ln());
+    let n = 400;
+    let value = |k: usize| {
+        let y = low + (high - low) * k as f64 / n as f64;
+        film.resistance(y.exp() - film.roughness) * y.exp()
+    };
+    let sum: f64 = (0..=n)
+        .map(|k| {
+            value(k)
+                * if k == 0 || k == n {
+                    1.0
+                } else if k % 2 == 1 {
+                    4.0
+                } else {
+                    2.0
+                }
+        })
+        .sum();
+    sum * (high - low) / (3.0 * n as f64)
+}
+
+/// Printed coefficients: eq. 19 for two spheres and a wall, 3√2 πμ (R/h)^{3/2} for a disc at a wall.
+#[test]
+fn coefficients_are_the_printed_ones() {
+    let point = model(1e-3, FilmShape::Point, false);
+    let pair = point.film(0.5, 0.5).resistance(0.01);
+    assert!((pair - 6.0 * PI * 0.0625 / (0.01 + 0.5e-3)).abs() < 1e-12 * pair);
+    let wall = point.film(0.5, f64::INFINITY).resistance(0.01);
+    assert!((wall - 6.0 * PI * 0.25 / (0.01 + 0.5e-3)).abs() < 1e-12 * wall);
+    let disc = model(1e-9, FilmShape::Line, false).film(0.5, f64::INFINITY).resistance(0.01);
+    assert!((disc / (3.0 * 2f64.sqrt() * PI * 50f64.powf(1.5)) - 1.0).abs() < 1e-6, "{disc}");
+    let smooth = model(1e-3, FilmShape::Point, true).film(0.5, 0.5);
+    assert!(smooth.resistance(smooth.cut_off).abs() < 1e-12);
+}
+
+/// A column of grains, each in the film of the next, pressed together: momentum of the grains changes
+/// by gravity and the wall's film alone; nothing tunnels; more sweeps converge.
+#[test]
+fn many_films_conserve_momentum_and_converge() {
+    let column = |sweeps: u32| {
+        let grains: Vec<Grain> = (0..6)
+            .map(|k| {
+                let mut grain = Grain::new([0.0, 0.0, R + 0.02 + 1.02 * f64::from(k)], R, 1.0 + f64::from(k));
+                grain.velocity = [0.0, 0.0, -0.1 * f64::from(k)];
+                grain
+            })
+            .collect();
+        let mut set_up = spec(grains, law(0.97, 1e-2));
+        set_up.viscosity = 0.05;
+        set_up.lubrication = Lubrication::AsPrinted(FilmSettings { sweeps, ..FilmSettings::new(1e-4) });
+        set_up
+    };
+    let run = |set_up: &DemSpec| -> Dem {
+        let mut solver = dem(set_up);
+        solver.advance(1e-2, 1, &[]).expect("advances");
+        solver
+    };
+    let free = column(8);
+    let before = dem(&free).momentum();
+    let after = run(&free);
+    assert!((after.momentum() - before).norm() < 1e-14 * before.norm());
+    assert!((after.lubrication_force().iter().sum::<Vec3>()).norm() < 1e-12);
+    let speed = |sweeps| run(&column(sweeps)).grains.velocity.iter().map(|v| v.z).collect::<Vec<_>>();
+    let exact = speed(10_000);
+    let errors = [1, 4, 16, 64]
+        .map(|sweeps| speed(sweeps).iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
+    println!("error of one stiff sub-step by sweeps 1, 4, 16, 64: {errors:?}");
+    assert!(errors[0] > errors[1] && errors[1] > errors[2] && errors[3] < 1e-6, "{errors:?}");
+}
+
+/// A wall that moves towards a resting grain pushes it through the film.
+#[test]
+fn moving_wall_carries_the_grain() {
+    let mut set_up = approach(0.01, -1e-12, 1e-12, FilmSettings::new(1e-3), 1e-3);
+    set_up.walls = vec![Wall { velocity: [0.0, 0.0, 0.3], ..floor() }];
+    let mut solver = dem(&set_up);
+    solver.advance(1.0, 100, &[]).expect("advances");
+    assert!((solver.grains.velocity[0].z - 0.3).abs() < 1e-6);
+    // K = 1 here: ln((h + η)/(h₀ + η)) = −0.3
+    let exact = (0.01 + 1e-3 * R) * (-0.3f64).exp() - 1e-3 * R;
+    assert!(
+        (solver.observations().gap_end[0] - exact).abs() < 1e-6,
+        "{}",
+        solver.observations().gap_end[0] - exact
+    );
+}

@@ -1,0 +1,78 @@
+//! Models as keys of the scene's `[dem]` section.
+use dem_solver::{ContactLaw, Integrator, LinearSpringDashpot, Lubrication, Motion, Wall};
+use serde::Deserialize;
+
+#[derive(Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Section {
+    contact: ContactLaw,
+    #[serde(default)]
+    lubrication: Lubrication,
+    #[serde(default)]
+    integrator: Integrator,
+    #[serde(default)]
+    walls: Vec<Wall>,
+    #[serde(default)]
+    motion: Motion,
+}
+
+fn read(text: &str) -> Result<Section, toml::de::Error> {
+    toml::from_str(text)
+}
+
+#[test]
+fn models_read_with_their_defaults() {
+    let section = read(
+        "integrator = \"velocity-verlet\"\n\
+         [contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.97\ncontact_time = 1e-4\nfriction = 0.25\n\
+         [lubrication]\nform = \"continuous\"\nroughness = 1e-4\n\
+         [motion]\nkind = \"oscillating\"\namplitude = [0.0, 0.0, 0.1]\nfrequency = 3.0\n\
+         [[walls]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 2.0]\nuntil = 1.5\n",
+    )
+    .expect("reads");
+    assert_eq!(section.contact, ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(0.97, 1e-4, 0.25)));
+    let film = section.lubrication.settings().expect("a film");
+    assert_eq!((film.roughness, film.cut_off, film.sweeps), (1e-4, 0.5, 8));
+    assert_eq!(section.integrator, Integrator::VelocityVerlet);
+    assert_eq!(section.walls[0].until, Some(1.5));
+    let again = toml::to_string(&section.contact).expect("writes");
+    assert_eq!(toml::from_str::<ContactLaw>(&again).expect("reads"), section.contact);
+}
+
+#[test]
+fn all_forms_have_their_names() {
+    for (text, ok) in [
+        ("[contact]\nlaw = \"wan-turek\"\nsoftness = 1e-6\nwall_softness = 5e-7\nrange = 0.1\n", true),
+        (
+            "[contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1.0\nform = \"exact-restitution\"\nsliding = \"uncapped\"\nlever_arm = \"radius\"\n",
+            true,
+        ),
+        (
+            "[contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1.0\nfrction = 0.3\n",
+            false,
+        ),
+        ("[contact]\nlaw = \"hertz\"\n", false),
+        ("[contact]\nlaw = \"linear-spring-dashpot\"\ncontact_time = 1.0\n", false),
+    ] {
+        assert_eq!(read(text).is_ok(), ok, "{text}{:?}", read(text));
+    }
+    for (text, ok) in [
+        ("form = \"none\"", true),
+        (
+            "form = \"as-printed\"\nroughness = 1e-3\nintegration = \"explicit\"\nfilm = \"line\"\ncut_off = 0.2",
+            true,
+        ),
+        ("form = \"as-printed\"", false),
+        ("form = \"as-printed\"\nroughness = 1e-3\nrougness = 1e-3", false),
+    ] {
+        assert_eq!(toml::from_str::<Lubrication>(text).is_ok(), ok, "{text}");
+    }
+}
+
+#[test]
+fn schema_carries_the_documentation() {
+    let schema = serde_json::to_string(&schemars::schema_for!(ContactLaw)).expect("writes");
+    assert!(schema.contains("Coefficient of normal restitution") && schema.contains("wan-turek"));
+    let schema = serde_json::to_string(&schemars::schema_for!(Lubrication)).expect("writes");
+    assert!(schema.contains("continuous") && schema.contains("cut_off"));
+}
