@@ -230,14 +230,16 @@ impl FilmLaw {
         let balance = |s: f64| inertia * s - rate + inverse_mass * self.path(a, s);
         let low = -start / a;
         let high = (self.cut_off - start) / a;
-        if rate < 0.0 && balance(low) >= 0.0 {
+        // the film only brakes: its path ends inside unless the free path leaves it
+        if free <= 0.0 && balance(low) >= 0.0 {
             return -self.path(a, low);
         }
-        if rate > 0.0 && balance(high) <= 0.0 {
+        if free >= self.cut_off && balance(high) <= 0.0 {
             return -self.path(a, high);
         }
         let (low, high) = if rate < 0.0 { (low, 0.0) } else { (0.0, high) };
-        -self.path(a, self.root(a, rate, inertia, inverse_mass, low, high))
+        // at the root the impulse is m (U' - U), with no further logarithm
+        (inertia * self.root(a, rate, inertia, inverse_mass, low, high) - rate) / inverse_mass
     }
 
     /// Root of inertia·s − rate + path(s)/m in [low, high]: Newton in s where inertia dominates and in
@@ -265,7 +267,8 @@ impl FilmLaw {
             }
             let change = (next - s).abs();
             s = next;
-            if change <= 4.0 * f64::EPSILON * s.abs() || change <= f64::EPSILON * 1e-3 {
+            // quadratic convergence: the error left is the square of this change
+            if change <= 1e-8 * s.abs() {
                 break;
             }
         }
