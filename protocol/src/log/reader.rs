@@ -22,7 +22,7 @@ pub enum Message {
     /// DEM → fluid.
     Kinematics(Header, Vec<Kinematics>),
     /// An answer.
-    Status(Role, Status),
+    Status(Role, Box<Status>),
     /// A viewer's message, an unknown channel, or any message of another layout: bytes.
     Opaque(Vec<u8>),
 }
@@ -213,7 +213,7 @@ fn decode(topic: Topic, bytes: &[u8]) -> Result<Message, CodecError> {
         }
         Topic::Status => {
             let (role, status): (u64, Status) = codec::decode(bytes)?;
-            Message::Status(role_of(role, bytes.len())?, status)
+            Message::Status(role_of(role, bytes.len())?, Box::new(status))
         }
         _ => Message::Opaque(bytes.to_vec()),
     })

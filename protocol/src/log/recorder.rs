@@ -360,11 +360,17 @@ impl Thread {
             batch.clear();
             if closing {
                 self.emit(&mut sink, u64::MAX)?;
-                return sink.finish();
+                sink.finish()?;
+                self.count(begin);
+                return Ok(());
             }
             sink.flush()?;
-            self.shared.lock().statistics.write_s += begin.elapsed().as_secs_f64();
+            self.count(begin);
         }
+    }
+
+    fn count(&self, begin: Instant) {
+        self.shared.lock().statistics.write_s += begin.elapsed().as_secs_f64();
     }
 
     /// Waits for a chunk's worth, the flush period or the end, and takes what is there.

@@ -70,7 +70,7 @@ impl Due {
     fn is_due(&self, header: &Header) -> bool {
         match *self {
             Self::Never => false,
-            Self::Windows { first, every } => (header.step - first.min(header.step)) % every == 0,
+            Self::Windows { first, every } => header.step.saturating_sub(first).is_multiple_of(every),
             Self::Period { period, next, .. } => header.time + header.dt >= next - SLACK * period,
         }
     }

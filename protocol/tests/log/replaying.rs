@@ -1,6 +1,6 @@
 //! A solver driven by its log.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use protocol::log::{
     LogExchange, LogReader, ReplayError, ReplayOptions, ReplayReport, Topic, flip_bit, replay,
@@ -12,7 +12,7 @@ use crate::support::{ToyDem, ToyFluid, coupled_log, coupled_log_with, manifest, 
 
 const VERIFY: ReplayOptions = ReplayOptions { verify: true, checkpoint: None, fields: false };
 
-fn replay_dem(file: &PathBuf, options: &ReplayOptions) -> ReplayReport {
+fn replay_dem(file: &Path, options: &ReplayOptions) -> ReplayReport {
     let log = LogReader::open(file).unwrap();
     replay(&mut ToyDem::new(), log, options, &mut |_, _| {}).unwrap()
 }

@@ -76,11 +76,11 @@ fn window(random: &mut Random, step: u64, attempt: u64, grains: usize) -> Vec<Me
         Message::Loads(header(random, step, attempt), (0..grains).map(|_| loads(random)).collect()),
         Message::Kinematics(header(random, step, attempt), (0..grains).map(|_| kinematics(random)).collect()),
     ];
-    if random.next() % 2 == 0 {
+    if random.next().is_multiple_of(2) {
         messages.swap(0, 1);
     }
     messages.insert(0, Message::Command(command));
-    messages.push(Message::Status(Role::Dem, status));
+    messages.push(Message::Status(Role::Dem, Box::new(status)));
     messages
 }
 
