@@ -19,7 +19,8 @@ use crate::solvers::Solver;
 pub fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
     let prepared = Prepared::new(options)?;
     if json {
-        let text = serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;
+        let text =
+            serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;
         println!("{text}");
     } else {
         print_plan(&prepared);
@@ -72,7 +73,9 @@ pub fn schema() -> Result<Value, Failure> {
     for role in [Role::Fluid, Role::Dem] {
         match Solver::ours(role).schema(Duration::from_secs(10)) {
             Some(section) => graft(&mut whole, &role.to_string(), section),
-            None => eprintln!("bedload: no schema of [{role}]: its solver is not beside bedload, nor on PATH"),
+            None => {
+                eprintln!("bedload: no schema of [{role}]: its solver is not beside bedload, nor on PATH")
+            }
         }
     }
     Ok(whole)

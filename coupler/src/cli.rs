@@ -9,6 +9,7 @@ use protocol::participant::Role;
 
 use crate::export::Viewer;
 use crate::failure::Failure;
+use crate::log_command::{self, CatOptions, LogCommandError};
 
 /// Grains in a flow: fluid and DEM solvers coupled.
 ///
@@ -59,6 +60,11 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Read a log without any solver
+    Log {
+        #[command(subcommand)]
+        command: LogWord,
+    },
     /// Print the JSON Schema of a whole scene
     Schema,
     /// Name a run's files for viewers and tables
@@ -67,6 +73,36 @@ enum Command {
         dir: PathBuf,
         #[command(flatten)]
         format: Format,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum LogWord {
+    /// What a log holds
+    Info {
+        /// Log (MCAP)
+        log: PathBuf,
+    },
+    /// Print its messages
+    Cat {
+        /// Log (MCAP)
+        log: PathBuf,
+        /// Only this topic; its last part is enough (`loads`)
+        #[arg(long)]
+        topic: Option<String>,
+        /// Only these windows: A..B, A.., ..B or A
+        #[arg(long, value_name = "RANGE")]
+        step: Option<String>,
+        /// JSON, one object per line
+        #[arg(long)]
+        json: bool,
+    },
+    /// Rewrite a log that breaks off, complete and indexed
+    Repair {
+        /// Log (MCAP)
+        log: PathBuf,
+        /// New log; by default the log itself is replaced
+        out: Option<PathBuf>,
     },
 }
 
@@ -113,6 +149,19 @@ pub fn main() -> ExitCode {
     }
 }
 
+fn log(word: &LogWord) -> Result<(), LogCommandError> {
+    let mut out = std::io::stdout().lock();
+    match word {
+        LogWord::Info { log } => log_command::info(log, &mut out),
+        LogWord::Cat { log, topic, step, json } => {
+            let steps = step.as_deref().map(log_command::parse_steps).transpose()?;
+            let options = CatOptions { topic: topic.clone(), steps, json: *json };
+            log_command::cat(log, &options, &mut out)
+        }
+        LogWord::Repair { log, out: to } => log_command::repair(log, to.as_deref(), &mut out),
+    }
+}
+
 fn dispatch(command: Command) -> Result<(), Failure> {
     match command {
         Command::Check { scene, overrides, until, json } => {
@@ -127,6 +176,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             };
             crate::replay::replay(&crate::replay::Replay { log, drive, verify, checkpoint, out })
         }
+        Command::Log { command } => Ok(log(&command)?),
         Command::Schema => {
             println!("{:#}", crate::check::schema()?);
             Ok(())

@@ -18,7 +18,7 @@ use crate::judge;
 use crate::prepare::Prepared;
 use crate::progress::Progress;
 use crate::resume::{self, CouplerState, Spent};
-use crate::scheme::{Planner, QuietRule, was_late};
+use crate::scheme::{AHEAD, Planner, QuietRule, was_late};
 use crate::supervise::{Exit, Interrupts, Supervisor};
 
 /// Writing files may take longer than a window.
@@ -33,29 +33,40 @@ pub enum End {
     Interrupted,
 }
 
-/// What has come of the window under way.
+/// What has come of a window on its way. Copies, because the fluid may send the loads of the next
+/// window before the DEM has reported this one.
 #[derive(Debug, Default)]
 struct Collected {
-    loads: Vec<Loads>,
-    kinematics: Vec<Kinematics>,
-    header: Header,
-    has_loads: bool,
-    has_kinematics: bool,
-    fluid_done: bool,
-    dem_done: bool,
+    loads: Option<Header>,
+    kinematics: Option<Header>,
+    fluid: Option<Status>,
+    dem: Option<Status>,
+    /// Loads, one per grain, once there is a header of them.
+    force: Vec<Loads>,
+    /// Kinematics likewise.
+    motion: Vec<Kinematics>,
 }
 
 impl Collected {
     fn begin(&mut self) {
-        self.has_loads = false;
-        self.has_kinematics = false;
-        self.fluid_done = false;
-        self.dem_done = false;
+        self.loads = None;
+        self.kinematics = None;
+        self.fluid = None;
+        self.dem = None;
     }
 
-    fn is_whole(&self) -> bool {
-        self.has_loads && self.has_kinematics && self.fluid_done && self.dem_done
+    /// Headers and reports, once all four are there.
+    fn whole(&self) -> Option<Whole> {
+        Some(Whole { loads: self.loads?, kinematics: self.kinematics?, fluid: self.fluid?, dem: self.dem? })
     }
+}
+
+/// Headers and reports of a window that is done.
+struct Whole {
+    loads: Header,
+    kinematics: Header,
+    fluid: Status,
+    dem: Status,
 }
 
 /// A coupled run under way.
@@ -72,7 +83,9 @@ pub struct Conductor<'a> {
     interrupts: Interrupts,
     progress: Progress,
     ordered: VecDeque<(Command, Window)>,
-    collected: Collected,
+    /// One slot for each window on its way; a window has the slot of its number modulo their count.
+    slots: Vec<Collected>,
+    /// Last reports.
     fluid: Status,
     dem: Status,
     /// Costs before a resume.
@@ -125,7 +138,7 @@ impl<'a> Conductor<'a> {
             interrupts,
             progress: Progress::new(plan.until),
             ordered: VecDeque::new(),
-            collected: Collected::default(),
+            slots: (0..AHEAD).map(|_| Collected::default()).collect(),
             fluid: Status::default(),
             dem: Status::default(),
             before,
@@ -181,8 +194,9 @@ impl<'a> Conductor<'a> {
                 substeps: window.substeps,
                 output: u64::from(window.output),
             };
-            self.order(command)?;
+            self.slots[slot_of(window.step)].begin();
             self.ordered.push_back((command, window));
+            self.order(command)?;
         }
         Ok(())
     }
@@ -194,23 +208,41 @@ impl<'a> Conductor<'a> {
     /// The oldest ordered window, from its first message to the plan that it allows.
     fn window(&mut self) -> Result<(), Failure> {
         let Some((command, window)) = self.ordered.front().copied() else { return Ok(()) };
-        if let Some(recorder) = &self.recorder {
-            recorder.record_command(&command)?;
-        }
-        self.collected.begin();
-        while !self.collected.is_whole() {
+        let slot = slot_of(window.step);
+        let whole = loop {
+            if let Some(whole) = self.slots[slot].whole() {
+                break whole;
+            }
             let event = self.next()?;
-            self.take(&window, event)?;
-        }
+            self.take(event)?;
+        };
         self.ordered.pop_front();
-        self.judge(&window)?;
-        let Collected { loads, kinematics, header, .. } = &self.collected;
-        let sample = Sample { window: &window, loads, header, kinematics, extras: &[] };
+        self.record(&command, slot, &whole)?;
+        self.judge(&window, slot, &whole)?;
+        let Collected { force, motion, .. } = &self.slots[slot];
+        let sample = Sample {
+            window: &window,
+            loads: force,
+            header: &whole.kinematics,
+            kinematics: motion,
+            extras: &[],
+        };
         self.observer.record(&sample)?;
-        let quiet_until = sample.time() + self.rule.quiet_for(loads, kinematics);
-        self.planner.learn(quiet_until, self.fluid.dt_limit.min(self.dem.dt_limit));
+        let quiet_until = sample.time() + self.rule.quiet_for(force, motion);
+        self.planner.learn(quiet_until, whole.fluid.dt_limit.min(whole.dem.dt_limit));
         self.progress.tell(window.step, window.time + window.dt, window.substeps);
         Ok(())
+    }
+
+    /// Into the log, before it is judged: what broke a run is worth seeing.
+    fn record(&self, command: &Command, slot: usize, whole: &Whole) -> Result<(), Failure> {
+        let Some(recorder) = &self.recorder else { return Ok(()) };
+        let Collected { force, motion, .. } = &self.slots[slot];
+        recorder.record_command(command)?;
+        recorder.record_loads(&whole.loads, force)?;
+        recorder.record_kinematics(&whole.kinematics, motion)?;
+        recorder.record_status(Role::Fluid, &whole.fluid)?;
+        Ok(recorder.record_status(Role::Dem, &whole.dem)?)
     }
 
     /// The next event; children and interrupts are looked at meanwhile.
@@ -224,40 +256,45 @@ impl<'a> Conductor<'a> {
         result.map_err(|error| self.diagnose(error))
     }
 
-    fn take(&mut self, window: &Window, event: Event) -> Result<(), Failure> {
+    /// Puts a message where it belongs: the window under way, or one ordered ahead.
+    fn take(&mut self, event: Event) -> Result<(), Failure> {
         let grains = self.prepared.scene.grains.len();
         match event {
             Event::Loads(lent) => {
-                judge::belongs(window, lent.header(), lent.records(), grains)?;
-                if let Some(recorder) = &self.recorder {
-                    recorder.record_loads(lent.header(), lent.records())?;
-                }
-                self.collected.loads.clear();
-                self.collected.loads.extend_from_slice(lent.records());
-                self.collected.has_loads = true;
+                judge::belongs(self.window_of(lent.header().step), lent.header(), lent.records(), grains)?;
+                let slot = &mut self.slots[slot_of(lent.header().step)];
+                slot.loads = Some(*lent.header());
+                slot.force.clear();
+                slot.force.extend_from_slice(lent.records());
             }
             Event::Kinematics(lent) => {
-                judge::belongs(window, lent.header(), lent.records(), grains)?;
-                if let Some(recorder) = &self.recorder {
-                    recorder.record_kinematics(lent.header(), lent.records())?;
-                }
-                self.collected.kinematics.clear();
-                self.collected.kinematics.extend_from_slice(lent.records());
-                self.collected.header = *lent.header();
-                self.collected.has_kinematics = true;
+                judge::belongs(self.window_of(lent.header().step), lent.header(), lent.records(), grains)?;
+                let slot = &mut self.slots[slot_of(lent.header().step)];
+                slot.kinematics = Some(*lent.header());
+                slot.motion.clear();
+                slot.motion.extend_from_slice(lent.records());
             }
             Event::Status(role, status) => {
                 self.expect(role, &status, State::Done)?;
-                if let Some(recorder) = &self.recorder {
-                    recorder.record_status(role, &status)?;
+                if self.window_of(status.step).is_none() {
+                    return Err(Failure::Run(format!(
+                        "the {role} solver reports window {}, which was not ordered",
+                        status.step
+                    )));
                 }
+                let slot = &mut self.slots[slot_of(status.step)];
                 match role {
-                    Role::Fluid => self.collected.fluid_done = true,
-                    Role::Dem => self.collected.dem_done = true,
+                    Role::Fluid => slot.fluid = Some(status),
+                    Role::Dem => slot.dem = Some(status),
                 }
             }
         }
         Ok(())
+    }
+
+    /// The window on its way that has this number.
+    fn window_of(&self, step: u64) -> Option<&Window> {
+        self.ordered.iter().map(|(_, window)| window).find(|window| window.step == step)
     }
 
     /// Keeps a report, and refuses one that is not `wanted`.
@@ -273,25 +310,32 @@ impl<'a> Conductor<'a> {
         if status.state == wanted as u64 {
             return Ok(());
         }
-        Err(Failure::Run(format!("the {role} solver answered with state {} where {wanted:?} was due", status.state)))
+        Err(Failure::Run(format!(
+            "the {role} solver answered with state {} where {wanted:?} was due",
+            status.state
+        )))
     }
 
-    fn judge(&mut self, window: &Window) -> Result<(), Failure> {
+    fn judge(&mut self, window: &Window, slot: usize, whole: &Whole) -> Result<(), Failure> {
         let plan = &self.prepared.plan;
-        let collected = &self.collected;
-        judge::loads(window, &collected.loads)?;
-        judge::motion(window, &collected.header, &collected.kinematics)?;
-        judge::overlap(window, &collected.header, &self.dem, self.largest_radius, &plan.forced)?;
+        let Collected { force, motion, .. } = &self.slots[slot];
+        let header = &whole.kinematics;
+        judge::loads(window, force)?;
+        judge::motion(window, header, motion)?;
+        judge::overlap(window, header, &whole.dem, self.largest_radius, &plan.forced)?;
         if !plan.adaptive {
-            let passed = judge::step_limit(window, self.fluid.dt_limit, plan.cfl_reserve, &plan.forced)?;
+            let passed = judge::step_limit(window, whole.fluid.dt_limit, plan.cfl_reserve, &plan.forced)?;
             if passed && !self.told_of_limit {
                 self.told_of_limit = true;
-                let limit = self.fluid.dt_limit;
-                eprintln!("bedload: warning: cfl: from window {} on the fluid would rather take dt ≤ {limit} s", window.step);
+                let limit = whole.fluid.dt_limit;
+                eprintln!(
+                    "bedload: warning: cfl: from window {} on the fluid would rather take dt ≤ {limit} s",
+                    window.step
+                );
             }
         }
         let range = self.prepared.dem.as_ref().map_or(0.0, |dem| dem.facts.interaction_range);
-        if was_late(window, plan.full_substeps(window.dt), &collected.header, range) {
+        if was_late(window, plan.full_substeps(window.dt), header, range) {
             if self.late == 0 {
                 eprintln!(
                     "bedload: warning: something came within range in window {} although one sub-step was planned; if this worries you, --set coupling.substeps=full",
@@ -306,7 +350,12 @@ impl<'a> Conductor<'a> {
     /// Both solvers and the coupler write what decides the next window. Nothing is on its way.
     fn checkpoint(&mut self) -> Result<(), Failure> {
         let step = self.planner.step();
-        let command = Command { order: Order::Checkpoint as u64, step, time: self.planner.time(), ..Command::default() };
+        let command = Command {
+            order: Order::Checkpoint as u64,
+            step,
+            time: self.planner.time(),
+            ..Command::default()
+        };
         self.order(command)?;
         self.collect(State::Saved)?;
         let state = CouplerState {
@@ -420,6 +469,10 @@ impl<'a> Conductor<'a> {
     }
 }
 
+fn slot_of(step: u64) -> usize {
+    (step % AHEAD as u64) as usize
+}
+
 /// Looks after children and interrupts while the coupler waits.
 pub(crate) fn alive(
     supervisor: &Supervisor,
@@ -441,7 +494,11 @@ pub(crate) fn alive(
 }
 
 /// The cause as the user should read it, with the exit code that it stands for.
-pub(crate) fn explain(error: &ExchangeError, failed: Option<(String, String)>, supervisor: &Supervisor) -> Failure {
+pub(crate) fn explain(
+    error: &ExchangeError,
+    failed: Option<(String, String)>,
+    supervisor: &Supervisor,
+) -> Failure {
     if matches!(error, ExchangeError::Stopped) {
         return Failure::Interrupted("killed by a second signal; the last checkpoint stands".into());
     }
@@ -490,7 +547,8 @@ fn own_cpu_seconds() -> f64 {
     let Ok(text) = std::fs::read_to_string(Path::new("/proc/self/stat")) else { return 0.0 };
     // Fields 14 and 15, counted from 1, after the name in brackets, which may hold spaces.
     let after = text.rsplit_once(')').map_or("", |(_, rest)| rest);
-    let ticks: f64 = after.split_whitespace().skip(11).take(2).filter_map(|field| field.parse::<f64>().ok()).sum();
+    let ticks: f64 =
+        after.split_whitespace().skip(11).take(2).filter_map(|field| field.parse::<f64>().ok()).sum();
     // USER_HZ is 100 on every Linux that runs Rust.
     ticks / 100.0
 }

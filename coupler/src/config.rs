@@ -123,7 +123,11 @@ impl Coupling {
         }
         if !(self.checkpoint_every >= 0.0 && self.checkpoint_every <= 1e9) {
             let message = format!("is {}; allowed: 0 ≤ checkpoint_every ≤ 1e9", self.checkpoint_every);
-            return Err(source.error("coupling.checkpoint_every", message, "give seconds of wall time, or 0"));
+            return Err(source.error(
+                "coupling.checkpoint_every",
+                message,
+                "give seconds of wall time, or 0",
+            ));
         }
         Ok(())
     }

@@ -66,8 +66,11 @@ fn refusal(bounds: &[Bound]) -> String {
             bound.remedy
         );
     }
-    let names: Vec<String> =
-        bounds.iter().filter(|bound| bound.name != crate::bounds::SINGULAR).map(|bound| format!("{:?}", bound.name)).collect();
+    let names: Vec<String> = bounds
+        .iter()
+        .filter(|bound| bound.name != crate::bounds::SINGULAR)
+        .map(|bound| format!("{:?}", bound.name))
+        .collect();
     if !names.is_empty() {
         text += &format!("\n  to run all the same: --set 'coupling.force=[{}]'", names.join(", "));
     }
@@ -86,7 +89,23 @@ impl From<SolverCommandError> for Failure {
             SolverCommandError::Scene(error) => Self::Scene(error),
             SolverCommandError::Start { .. } => Self::Peer(error.to_string()),
             SolverCommandError::Refused { code: 2, .. } => Self::Input(error.to_string()),
-            SolverCommandError::Refused { .. } | SolverCommandError::Facts { .. } => Self::Run(error.to_string()),
+            SolverCommandError::Refused { .. } | SolverCommandError::Facts { .. } => {
+                Self::Run(error.to_string())
+            }
+        }
+    }
+}
+
+impl From<crate::log_command::LogCommandError> for Failure {
+    fn from(error: crate::log_command::LogCommandError) -> Self {
+        use crate::log_command::LogCommandError;
+        use protocol::log::LogError;
+        match &error {
+            LogCommandError::Usage(_) => Self::Input(error.to_string()),
+            LogCommandError::Log(
+                LogError::File { .. } | LogError::NotALog { .. } | LogError::Layout { .. },
+            ) => Self::Input(error.to_string()),
+            LogCommandError::Log(_) | LogCommandError::Print(_) => Self::Run(error.to_string()),
         }
     }
 }

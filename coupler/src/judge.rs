@@ -8,26 +8,29 @@ use crate::failure::Failure;
 /// Overlap over radius beyond which a soft contact is no contact any more.
 const MOST_OVERLAP: f64 = 0.1;
 
-/// A message must be of the window that is under way, with one record per grain.
+/// A message must be of a window that was ordered, with one record per grain.
 ///
 /// # Errors
 /// [`Failure::Run`] naming what came and what was expected.
-pub fn belongs<R: Record>(window: &Window, header: &Header, records: &[R], grains: usize) -> Result<(), Failure> {
-    if (header.step, header.attempt) != (window.step, window.attempt) {
+pub fn belongs<R: Record>(
+    window: Option<&Window>,
+    header: &Header,
+    records: &[R],
+    grains: usize,
+) -> Result<(), Failure> {
+    if window.is_none_or(|window| (header.step, header.attempt) != (window.step, window.attempt)) {
         return Err(Failure::Run(format!(
-            "{} of window {} attempt {} came in window {} attempt {}: a solver does not keep the order of calls",
+            "{} of window {} attempt {} came, which was not ordered: a solver does not keep the order of calls",
             R::NAME,
             header.step,
-            header.attempt,
-            window.step,
-            window.attempt
+            header.attempt
         )));
     }
     if records.len() != grains {
         return Err(Failure::Run(format!(
             "{} of window {} are of {} grains; the scene has {grains}",
             R::NAME,
-            window.step,
+            header.step,
             records.len()
         )));
     }
@@ -93,7 +96,13 @@ fn finite<'a, R: Record>(
 ///
 /// # Errors
 /// [`Failure::Run`] naming the bound `overlap`, unless it is forced.
-pub fn overlap(window: &Window, header: &Header, dem: &Status, largest_radius: f64, forced: &[String]) -> Result<(), Failure> {
+pub fn overlap(
+    window: &Window,
+    header: &Header,
+    dem: &Status,
+    largest_radius: f64,
+    forced: &[String],
+) -> Result<(), Failure> {
     // The DEM's own ratio if it gives one; else at least the overlap over the largest radius.
     let ratio = dem.residual.max(header.largest_overlap / largest_radius);
     if ratio <= MOST_OVERLAP || forced.iter().any(|name| name == "overlap") {
@@ -156,10 +165,11 @@ mod tests {
     #[test]
     fn messages_of_another_window_or_count_are_refused() {
         let header = window().header();
-        belongs(&window(), &header, &[Loads::default()], 1).unwrap();
-        assert!(belongs(&window(), &header, &[Loads::default()], 2).is_err());
-        let late = Header { step: 2, ..header };
-        assert!(belongs(&window(), &late, &[Loads::default()], 1).is_err());
+        belongs(Some(&window()), &header, &[Loads::default()], 1).unwrap();
+        assert!(belongs(Some(&window()), &header, &[Loads::default()], 2).is_err());
+        let repeated = Header { attempt: 1, ..header };
+        assert!(belongs(Some(&window()), &repeated, &[Loads::default()], 1).is_err());
+        assert!(belongs(None, &header, &[Loads::default()], 1).is_err());
     }
 
     #[test]
@@ -167,7 +177,9 @@ mod tests {
         let status = |residual| Status { residual, ..Status::default() };
         let header = window().header();
         overlap(&window(), &header, &status(0.1), 1.0, &[]).unwrap();
-        assert!(overlap(&window(), &header, &status(0.11), 1.0, &[]).unwrap_err().to_string().contains("overlap"));
+        assert!(
+            overlap(&window(), &header, &status(0.11), 1.0, &[]).unwrap_err().to_string().contains("overlap")
+        );
         overlap(&window(), &header, &status(0.11), 1.0, &["overlap".into()]).unwrap();
         let deep = Header { largest_overlap: 0.3, ..header };
         assert!(overlap(&window(), &deep, &status(0.0), 2.0, &[]).is_err());

@@ -11,7 +11,7 @@
 //! | [`run`], [`conduct`], [`judge`] | a run, window by window |
 //! | [`supervise`], [`solvers`] | solvers as commands and child processes |
 //! | [`record`], [`resume`], [`progress`] | log, checkpoints, progress |
-//! | [`replay`], [`export`] | a log driving a solver; files for viewers |
+//! | [`replay`], [`log_command`], [`export`] | a log driving a solver, or read; files for viewers |
 //! | [`cli`], [`failure`] | command line and exit codes |
 
 pub mod bounds;
@@ -22,6 +22,7 @@ pub mod config;
 pub mod export;
 pub mod failure;
 pub mod judge;
+pub mod log_command;
 pub mod plan;
 pub mod prepare;
 pub mod progress;

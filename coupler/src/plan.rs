@@ -189,7 +189,11 @@ impl Plan {
             lines.push(line("sub-steps", format!("{} in a full window", ladder.substeps)));
         }
         lines.push(line("windows", format!("{} to t = {} s", self.windows, Short(self.until))));
-        let cost = if self.cost > 0.0 { format!("{} s on one core, estimated", Short(self.cost)) } else { "unknown".into() };
+        let cost = if self.cost > 0.0 {
+            format!("{} s on one core, estimated", Short(self.cost))
+        } else {
+            "unknown".into()
+        };
         lines.push(line("cost", cost));
         lines
     }

@@ -79,9 +79,11 @@ impl Prepared {
     /// What the user should know before the run, line by line.
     #[must_use]
     pub fn notices(&self) -> Vec<String> {
-        let mut lines: Vec<String> = self.plan.notices.iter().map(|notice| format!("note: {notice}")).collect();
+        let mut lines: Vec<String> =
+            self.plan.notices.iter().map(|notice| format!("note: {notice}")).collect();
         for bound in self.plan.warnings() {
-            let forced = if bound.level == crate::bounds::Level::Refuse { " (forced by coupling.force)" } else { "" };
+            let forced =
+                if bound.level == crate::bounds::Level::Refuse { " (forced by coupling.force)" } else { "" };
             lines.push(format!("warning: {}{forced}: {}; {}", bound.name, bound.relation(), bound.why));
         }
         lines

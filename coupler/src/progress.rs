@@ -25,7 +25,8 @@ impl Progress {
     #[must_use]
     pub fn new(until: f64) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::with_draw_target(Some(TICKS as u64), ProgressDrawTarget::stderr_with_hz(5));
+            let bar =
+                ProgressBar::with_draw_target(Some(TICKS as u64), ProgressDrawTarget::stderr_with_hz(5));
             if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left") {
                 bar.set_style(style);
             }
@@ -41,7 +42,8 @@ impl Progress {
             return;
         }
         self.told = Instant::now();
-        let text = format!("t = {} of {} s, window {step}, {substeps} sub-steps", Short(time), Short(self.until));
+        let text =
+            format!("t = {} of {} s, window {step}, {substeps} sub-steps", Short(time), Short(self.until));
         match &self.bar {
             Some(bar) => {
                 bar.set_position((time / self.until * TICKS) as u64);

@@ -51,7 +51,8 @@ pub fn replay(replay: &Replay) -> Result<(), Failure> {
         )));
     }
     let solver = Solver::ours(replay.drive);
-    let interrupts = Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
+    let interrupts =
+        Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
     let mut supervisor = Supervisor::default();
     supervisor.start(solver.role, &solver.command, &arguments(replay), Words::Own).map_err(|error| {
         Failure::Peer(format!("cannot start the {} solver `{}`: {error}", solver.role, solver.line()))

@@ -50,7 +50,12 @@ pub struct CouplerState {
 ///
 /// # Errors
 /// [`Failure::Run`] if the disk refuses.
-pub fn complete(folder: &OutputFolder, step: u64, identity: &str, state: &CouplerState) -> Result<(), Failure> {
+pub fn complete(
+    folder: &OutputFolder,
+    step: u64,
+    identity: &str,
+    state: &CouplerState,
+) -> Result<(), Failure> {
     let here = checkpoint_folder(folder.root(), step);
     checkpoint::write(&here, ROLE, identity, state).map_err(|error| Failure::Run(error.to_string()))?;
     for (_, older) in folders(folder).into_iter().filter(|(_, path)| *path != here) {

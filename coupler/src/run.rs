@@ -38,7 +38,8 @@ pub fn run(options: &RunOptions) -> Result<(), Failure> {
         eprintln!("bedload: {line}");
     }
     prepared.refuse_broken()?;
-    let interrupts = Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
+    let interrupts =
+        Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
     match (prepared.plan.cast, &prepared.fluid, &prepared.dem) {
         (Cast::Fluid, Some(fluid), _) => alone(options, &prepared, &fluid.solver, &interrupts),
         (Cast::Dem, _, Some(dem)) => alone(options, &prepared, &dem.solver, &interrupts),
@@ -67,7 +68,7 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
     finish(&folder, &mut summary, outcome)
 }
 
-/// Writes the summary and the report.
+/// Writes the summary.
 fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Failure>) -> Result<(), Failure> {
     match &outcome {
         Ok(()) => summary.status = RunStatus::Completed,
@@ -75,15 +76,11 @@ fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Fail
         Err(failure) => summary.fail(failure),
     }
     let written = summary.write(&folder.summary());
-    draw(folder);
     outcome?;
     written?;
     eprintln!("bedload: done, see {}", folder.root().display());
     Ok(())
 }
-
-/// Draws the report; a failure to draw costs no result.
-fn draw(_folder: &OutputFolder) {}
 
 /// Prepares the output folder, and finds the checkpoint to go on from.
 fn open_folder(
@@ -96,12 +93,15 @@ fn open_folder(
     }
     resume::remove_all(folder);
     record::remove_parts(folder.root());
-    let coupling = toml::Table::try_from(&prepared.coupling).map_err(|error| Failure::Run(error.to_string()))?;
+    let coupling =
+        toml::Table::try_from(&prepared.coupling).map_err(|error| Failure::Run(error.to_string()))?;
     // What a solver did not resolve stays as the user wrote it.
-    let fluid = prepared.fluid.as_ref().map(|player| &player.facts).filter(|facts| !facts.resolved.is_empty());
+    let fluid =
+        prepared.fluid.as_ref().map(|player| &player.facts).filter(|facts| !facts.resolved.is_empty());
     let dem = prepared.dem.as_ref().map(|player| &player.facts).filter(|facts| !facts.resolved.is_empty());
     folder.write_scene(&prepared.scene, fluid, dem, Some(&coupling))?;
-    let plan = serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;
+    let plan =
+        serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;
     protocol::output::atomic_write(&folder.plan(), plan.as_bytes())?;
     Ok(None)
 }
@@ -157,7 +157,8 @@ fn start_solvers(
     link: &ConductorLink,
     checkpoint: Option<&Path>,
 ) -> Result<(), Failure> {
-    let solvers = [prepared.fluid.as_ref().map(|fluid| &fluid.solver), prepared.dem.as_ref().map(|dem| &dem.solver)];
+    let solvers =
+        [prepared.fluid.as_ref().map(|fluid| &fluid.solver), prepared.dem.as_ref().map(|dem| &dem.solver)];
     for solver in solvers.into_iter().flatten() {
         let mut arguments: Vec<OsString> = vec!["serve".into(), folder.scene().into()];
         arguments.extend(["--connect".into(), link.rendezvous().token().into()]);
@@ -173,10 +174,15 @@ fn start_solvers(
     Ok(())
 }
 
-fn start(supervisor: &mut Supervisor, solver: &Solver, arguments: &[OsString], words: Words) -> Result<(), Failure> {
-    supervisor
-        .start(solver.role, &solver.command, arguments, words)
-        .map_err(|error| Failure::Peer(format!("cannot start the {} solver `{}`: {error}", solver.role, solver.line())))
+fn start(
+    supervisor: &mut Supervisor,
+    solver: &Solver,
+    arguments: &[OsString],
+    words: Words,
+) -> Result<(), Failure> {
+    supervisor.start(solver.role, &solver.command, arguments, words).map_err(|error| {
+        Failure::Peer(format!("cannot start the {} solver `{}`: {error}", solver.role, solver.line()))
+    })
 }
 
 fn open_log(
@@ -198,7 +204,12 @@ fn open_log(
 }
 
 /// A scene that needs one solver only: its own `run` does everything.
-fn alone(options: &RunOptions, prepared: &Prepared, solver: &Solver, interrupts: &Interrupts) -> Result<(), Failure> {
+fn alone(
+    options: &RunOptions,
+    prepared: &Prepared,
+    solver: &Solver,
+    interrupts: &Interrupts,
+) -> Result<(), Failure> {
     let mut supervisor = Supervisor::default();
     start(&mut supervisor, solver, &alone_arguments(options), Words::Own)?;
     let mut passed_on = 0;
@@ -213,19 +224,20 @@ fn alone(options: &RunOptions, prepared: &Prepared, solver: &Solver, interrupts:
         return Err(Failure::Peer(format!("{} is gone", supervise::program(solver.role))));
     };
     match exit.code() {
-        Some(0) => {
-            if let Ok(folder) = OutputFolder::open(&options.out_path()) {
-                draw(&folder);
-            }
-            Ok(())
-        }
+        Some(0) => Ok(()),
         Some(code) => Err(Failure::Passed(u8::try_from(code).unwrap_or(1))),
         None => lost(options, prepared, solver.role, &exit.to_string(), passed_on > 0),
     }
 }
 
 /// The solver was killed and could not sum up: do it here.
-fn lost(options: &RunOptions, prepared: &Prepared, role: Role, what: &str, interrupted: bool) -> Result<(), Failure> {
+fn lost(
+    options: &RunOptions,
+    prepared: &Prepared,
+    role: Role,
+    what: &str,
+    interrupted: bool,
+) -> Result<(), Failure> {
     let failure = if interrupted {
         Failure::Interrupted(format!("{} was killed", supervise::program(role)))
     } else {

@@ -58,7 +58,11 @@ impl QuietRule {
                 .iter()
                 .map(|grain| if held(grain.motion) { f64::INFINITY } else { grain.mass() })
                 .collect(),
-            swings: scene.grains.iter().map(|grain| grain.oscillation.as_ref().map_or(0.0, swing_acceleration)).collect(),
+            swings: scene
+                .grains
+                .iter()
+                .map(|grain| grain.oscillation.as_ref().map_or(0.0, swing_acceleration))
+                .collect(),
             wall_speed: walls.iter().map(|wall: &Wall| norm(&wall.velocity)).fold(0.0, f64::max),
         }
     }
@@ -80,7 +84,8 @@ impl QuietRule {
         // A DEM may not watch far pairs of many grains and leave their gap infinite: that is no
         // knowledge, except of a grain that has no other.
         let alone = kinematics.len() == 1;
-        let known = |gap: f64| if gap.is_nan() || (gap == f64::INFINITY && !alone) { f64::NEG_INFINITY } else { gap };
+        let known =
+            |gap: f64| if gap.is_nan() || (gap == f64::INFINITY && !alone) { f64::NEG_INFINITY } else { gap };
         let gap = kinematics.iter().map(|grain| known(grain.gap)).fold(f64::INFINITY, f64::min);
         let room = gap - self.range;
         // Infinity less infinity is no room either.
@@ -187,7 +192,11 @@ impl Planner {
     fn remaining(&self) -> f64 {
         // A remainder of rounding is no window.
         let left = self.plan.until - self.state.time;
-        if left <= 1e-9 * self.plan.until.min(self.state.dt.max(self.plan.ladder.dt_fluid)) { 0.0 } else { left }
+        if left <= 1e-9 * self.plan.until.min(self.state.dt.max(self.plan.ladder.dt_fluid)) {
+            0.0
+        } else {
+            left
+        }
     }
 
     /// Plans the next window; none at the end, or while the window `ahead` before it is not known.

@@ -20,7 +20,9 @@ pub enum SolverCommandError {
     #[error(transparent)]
     Scene(#[from] Box<SceneError>),
     /// The program cannot be started.
-    #[error("cannot start the {role} solver `{command}`: {source}; build it beside bedload (cargo build --release), put it on PATH, or name it in [{role}] command")]
+    #[error(
+        "cannot start the {role} solver `{command}`: {source}; build it beside bedload (cargo build --release), put it on PATH, or name it in [{role}] command"
+    )]
     Start {
         /// Which solver.
         role: Role,
@@ -40,7 +42,9 @@ pub enum SolverCommandError {
         words: String,
     },
     /// What it printed are no facts.
-    #[error("`{command} check --json` of the {role} solver printed no facts: {what}; rebuild it with this version of bedload")]
+    #[error(
+        "`{command} check --json` of the {role} solver printed no facts: {what}; rebuild it with this version of bedload"
+    )]
     Facts {
         /// Which solver.
         role: Role,
@@ -211,7 +215,8 @@ fn unknown(solver: &Solver) -> String {
 
 /// The `dt` that a section names for a solver that says nothing of itself.
 fn section_dt(scene: &CheckedScene, role: Role, section: &toml::Table) -> Result<f64, Box<SceneError>> {
-    let dt = section.get("dt").and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+    let dt =
+        section.get("dt").and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
     dt.filter(|dt| *dt > 0.0).ok_or_else(|| {
         Box::new(scene.source.error(
             &role.to_string(),
@@ -315,10 +320,16 @@ mod tests {
 
     #[test]
     fn an_infinite_fact_survives_json() {
-        let facts = DemFacts { dt: 1e-4, contact_time: f64::INFINITY, lubrication_dt: f64::INFINITY, ..DemFacts::default() };
+        let facts = DemFacts {
+            dt: 1e-4,
+            contact_time: f64::INFINITY,
+            lubrication_dt: f64::INFINITY,
+            ..DemFacts::default()
+        };
         let read: DemFacts = parse_facts(&serde_json::to_string(&facts).unwrap()).unwrap();
         assert_eq!(read, facts);
-        let fluid: FluidFacts = parse_facts(r#"{"dt": 1, "cells": 12, "loads": "F1", "resolved": {"dt": 0.5}}"#).unwrap();
+        let fluid: FluidFacts =
+            parse_facts(r#"{"dt": 1, "cells": 12, "loads": "F1", "resolved": {"dt": 0.5}}"#).unwrap();
         assert_eq!((fluid.dt, fluid.cells), (1.0, 12));
         assert_eq!(fluid.resolved["dt"].as_float(), Some(0.5));
         assert!(parse_facts::<DemFacts>("not json").is_err());

@@ -104,7 +104,13 @@ impl Supervisor {
     ///
     /// # Errors
     /// The system's, if the program cannot be started.
-    pub fn start(&mut self, role: Role, program: &[String], arguments: &[OsString], words: Words) -> std::io::Result<()> {
+    pub fn start(
+        &mut self,
+        role: Role,
+        program: &[String],
+        arguments: &[OsString],
+        words: Words,
+    ) -> std::io::Result<()> {
         let Some((executable, leading)) = program.split_first() else {
             return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty"));
         };
@@ -287,7 +293,9 @@ mod tests {
     #[test]
     fn a_child_that_ignores_sigterm_is_killed_after_the_grace() {
         let mut supervisor = Supervisor::default();
-        supervisor.start(Role::Fluid, &shell("trap '' TERM; while :; do sleep 0.05; done"), &[], Words::Kept).unwrap();
+        supervisor
+            .start(Role::Fluid, &shell("trap '' TERM; while :; do sleep 0.05; done"), &[], Words::Kept)
+            .unwrap();
         std::thread::sleep(Duration::from_millis(100));
         let start = Instant::now();
         supervisor.end(Duration::from_millis(200));

@@ -193,9 +193,14 @@ fn convection_and_viscosity() {
         case.fluid.cfl = cfl;
     });
     // With a fixed step: the grain's own speed times 0.01 over 0.0625.
-    below_and_above("cfl", "grains[0].velocity=[4.9,0,0]", "grains[0].velocity=[5.1,0,0]", |case, velocity| {
-        case.scene = vec![velocity];
-    });
+    below_and_above(
+        "cfl",
+        "grains[0].velocity=[4.9,0,0]",
+        "grains[0].velocity=[5.1,0,0]",
+        |case, velocity| {
+            case.scene = vec![velocity];
+        },
+    );
     // ν dt/Δx² = 0.01 dt/0.0625².
     for (name, good, bad) in [("direct-forcing", 3.1, 3.2), ("direct-forcing-accuracy", 0.39, 0.4)] {
         below_and_above(name, good, bad, |case, dt| {
@@ -205,7 +210,8 @@ fn convection_and_viscosity() {
         });
     }
     // Three axes: Σ 1/Δx² = 768, so the limits are at dt = 0.0818 and 0.03255.
-    for (name, good, bad) in [("explicit-viscosity", 0.081, 0.082), ("explicit-viscosity-ab2", 0.032, 0.033)] {
+    for (name, good, bad) in [("explicit-viscosity", 0.081, 0.082), ("explicit-viscosity-ab2", 0.032, 0.033)]
+    {
         below_and_above(name, good, bad, |case, dt| {
             case.fluid.implicit_viscosity = false;
             case.fluid.dt = dt;
@@ -233,14 +239,24 @@ fn a_dense_bed_wants_small_viscous_steps() {
 
 #[test]
 fn contact_and_lubrication() {
-    below_and_above("contact-steps", "coupling.steps_per_contact=5", "coupling.steps_per_contact=4", |case, steps| {
-        case.dem.dt = 1.0;
-        case.scene = vec![steps];
-    });
-    below_and_above("contact-accuracy", "coupling.steps_per_contact=20", "coupling.steps_per_contact=19", |case, steps| {
-        case.dem.dt = 1.0;
-        case.scene = vec![steps];
-    });
+    below_and_above(
+        "contact-steps",
+        "coupling.steps_per_contact=5",
+        "coupling.steps_per_contact=4",
+        |case, steps| {
+            case.dem.dt = 1.0;
+            case.scene = vec![steps];
+        },
+    );
+    below_and_above(
+        "contact-accuracy",
+        "coupling.steps_per_contact=20",
+        "coupling.steps_per_contact=19",
+        |case, steps| {
+            case.dem.dt = 1.0;
+            case.scene = vec![steps];
+        },
+    );
     below_and_above("window-over-contact", 0.2, 0.201, |case, dt| case.fluid.dt = dt);
     below_and_above("explicit-lubrication", 1e-4, 0.9e-4, |case, dt| case.dem.lubrication_dt = dt);
     let mut case = Case::new();
@@ -254,9 +270,14 @@ fn grid_and_memory() {
     below_and_above("resolution", "domain.cells=[64,64,20]", "domain.cells=[64,64,16]", |case, cells| {
         case.scene = vec![cells];
     });
-    below_and_above("resolution-accuracy", "domain.cells=[64,64,32]", "domain.cells=[64,64,28]", |case, cells| {
-        case.scene = vec![cells];
-    });
+    below_and_above(
+        "resolution-accuracy",
+        "domain.cells=[64,64,32]",
+        "domain.cells=[64,64,28]",
+        |case, cells| {
+            case.scene = vec![cells];
+        },
+    );
     below_and_above("memory", 1 << 29, 1 << 31, |case, bytes| case.fluid.memory = bytes);
 }
 
@@ -299,7 +320,8 @@ fn the_smaller_of_two_sub_steps_wins() {
 fn scheme_must_agree_with_the_loads() {
     let scene = scene(&[r#"coupling.scheme="explicit""#]);
     let coupling = Coupling::read(&scene).unwrap();
-    let error = Plan::new(&scene, &coupling, Some(&fluid()), Some(&dem()), None).expect_err("F5b is semi-implicit");
+    let error =
+        Plan::new(&scene, &coupling, Some(&fluid()), Some(&dem()), None).expect_err("F5b is semi-implicit");
     assert_eq!(error.key, "coupling.scheme");
     let explicit = FluidFacts { loads: LoadsForm::F2, ..fluid() };
     assert!(Plan::new(&scene, &coupling, Some(&explicit), Some(&dem()), None).is_ok());

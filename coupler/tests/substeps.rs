@@ -62,7 +62,14 @@ fn no_contact_is_ever_missed() {
         let forces = [random.wide(), random.wide()].map(|force| force * mass);
         let kinematics = |z: &[f64; 2], v: &[f64; 2]| -> Vec<Kinematics> {
             let gap = smallest_gap(z[0], z[1]);
-            (0..2).map(|i| Kinematics { position: [4.0, 4.0, z[i]], velocity: [0.0, 0.0, v[i]], gap, ..Kinematics::default() }).collect()
+            (0..2)
+                .map(|i| Kinematics {
+                    position: [4.0, 4.0, z[i]],
+                    velocity: [0.0, 0.0, v[i]],
+                    gap,
+                    ..Kinematics::default()
+                })
+                .collect()
         };
         let loads: Vec<Loads> =
             forces.iter().map(|force| Loads { force: [0.0, 0.0, *force], ..Loads::default() }).collect();
@@ -183,7 +190,8 @@ fn one_sub_step_exactly_where_the_window_of_four_before_allows_it() {
     let mut planner = Planner::new(&plan(0.1, 0.01, 2.0, false), &Coupling::default(), &Observe::default());
     // Known after window 5 (end 0.6): quiet until 1.05.
     let windows = collect(&mut planner, |window| (if window.step == 5 { 1.05 } else { -1.0 }, f64::INFINITY));
-    let singles: Vec<u64> = windows.iter().filter(|window| window.substeps == 1).map(|window| window.step).collect();
+    let singles: Vec<u64> =
+        windows.iter().filter(|window| window.substeps == 1).map(|window| window.step).collect();
     assert_eq!(singles, [5 + AHEAD as u64], "windows ends at 1.0, inside the quiet time");
     let full = Coupling { substeps: coupler::config::Substeps::Full, ..Coupling::default() };
     let mut planner = Planner::new(&plan(0.1, 0.01, 2.0, false), &full, &Observe::default());
@@ -194,9 +202,12 @@ fn one_sub_step_exactly_where_the_window_of_four_before_allows_it() {
 fn a_resume_plans_the_same_windows() {
     let coupling = Coupling::default();
     let plan = plan(0.1, 0.01, 3.0, false);
-    let quiet = |window: &Window| (if window.step % 3 == 0 { window.time + 0.6 } else { -1.0 }, f64::INFINITY);
+    let quiet =
+        |window: &Window| (if window.step % 3 == 0 { window.time + 0.6 } else { -1.0 }, f64::INFINITY);
     let whole = collect(&mut Planner::new(&plan, &coupling, &Observe::default()), quiet);
-    assert!(whole.iter().any(|window| window.substeps == 1) && whole.iter().any(|window| window.substeps == 10));
+    assert!(
+        whole.iter().any(|window| window.substeps == 1) && whole.iter().any(|window| window.substeps == 10)
+    );
     // Drained after 11 windows, then gone on from the saved state.
     let mut first = Planner::new(&plan, &coupling, &Observe::default());
     let (mut ordered, mut done) = (Vec::new(), 0);
@@ -221,7 +232,10 @@ fn a_resume_plans_the_same_windows() {
 fn fields_are_due_once_each() {
     let observe = Observe { fields_at: vec![0.0, 0.25, 0.3], fields_every: 0.5, ..Observe::default() };
     let mut planner = Planner::new(&plan(0.1, 1.0, 1.2, false), &Coupling::default(), &observe);
-    let due: Vec<u64> =
-        collect(&mut planner, |_| (-1.0, 1.0)).iter().filter(|window| window.output).map(|window| window.step).collect();
+    let due: Vec<u64> = collect(&mut planner, |_| (-1.0, 1.0))
+        .iter()
+        .filter(|window| window.output)
+        .map(|window| window.step)
+        .collect();
     assert_eq!(due, [0, 2, 4, 9]);
 }

@@ -36,7 +36,8 @@ pub fn lowest_density_ratio(loads: LoadsForm, virtual_mass: f64, nu_dt_over_d2: 
 }
 
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
-    let (Some(fluid), Some(medium), Some(nu)) = (facts.fluid, &facts.scene.scene.medium, facts.viscosity()) else {
+    let (Some(fluid), Some(medium), Some(nu)) = (facts.fluid, &facts.scene.scene.medium, facts.viscosity())
+    else {
         return;
     };
     if facts.dem.is_none() {
@@ -57,13 +58,11 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     };
     bounds.push(ratio_bound(worst, fluid));
     let widest = judged.iter().map(|one| one.nu_dt_over_d2).fold(0.0, f64::max);
-    bounds.push(
-        Bound::new("density-range", "ν dt/D²", widest, Side::AtMost, COLUMNS[3]).warning().because(
-            "the lowest stable density ratio was measured up to ν dt/D² = 0.8 only",
-            "numerics §1, table",
-            "lower the fluid's dt, or watch the first windows",
-        ),
-    );
+    bounds.push(Bound::new("density-range", "ν dt/D²", widest, Side::AtMost, COLUMNS[3]).warning().because(
+        "the lowest stable density ratio was measured up to ν dt/D² = 0.8 only",
+        "numerics §1, table",
+        "lower the fluid's dt, or watch the first windows",
+    ));
     if fluid.loads == LoadsForm::F1 {
         add_seed_form(facts, &judged, bounds);
     }

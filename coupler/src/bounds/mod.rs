@@ -123,7 +123,12 @@ impl Bound {
 
     /// With what goes wrong, where that is known from, and what to do.
     #[must_use]
-    pub fn because(mut self, why: impl Into<String>, source: &'static str, remedy: impl Into<String>) -> Self {
+    pub fn because(
+        mut self,
+        why: impl Into<String>,
+        source: &'static str,
+        remedy: impl Into<String>,
+    ) -> Self {
         self.why = why.into();
         self.source = source;
         self.remedy = remedy.into();

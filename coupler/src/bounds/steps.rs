@@ -13,11 +13,12 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     }
     if dem.lubrication_dt.is_finite() {
         bounds.push(
-            Bound::new("explicit-lubrication", "dt_dem", ladder.dt_dem, Side::AtMost, dem.lubrication_dt).because(
-                "explicit lubrication is stable only for dt < 2(η+δ)m/(6πμR²)",
-                "numerics §3",
-                "make the lubrication implicit, raise the roughness η, or lower the DEM's dt",
-            ),
+            Bound::new("explicit-lubrication", "dt_dem", ladder.dt_dem, Side::AtMost, dem.lubrication_dt)
+                .because(
+                    "explicit lubrication is stable only for dt < 2(η+δ)m/(6πμR²)",
+                    "numerics §3",
+                    "make the lubrication implicit, raise the roughness η, or lower the DEM's dt",
+                ),
         );
     }
 }

@@ -39,9 +39,10 @@ fn add_cfl(facts: &Facts<'_>, fluid: &FluidFacts, bounds: &mut Vec<Bound>) {
 fn known_speed(scene: &CheckedScene) -> f64 {
     let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let domain = &scene.scene.domain;
-    let grains = scene.grains.iter().map(|grain| {
-        norm(grain.velocity) + grain.oscillation.map_or(0.0, |swing| norm(swing.amplitude))
-    });
+    let grains = scene
+        .grains
+        .iter()
+        .map(|grain| norm(grain.velocity) + grain.oscillation.map_or(0.0, |swing| norm(swing.amplitude)));
     let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis)).flat_map(|faces| {
         [faces.lower.map_or(0.0, |lower| norm(lower.velocity)), norm(faces.upper.velocity)]
     });
@@ -67,14 +68,17 @@ fn add_forcing(facts: &Facts<'_>, fluid: &FluidFacts, number: f64, bounds: &mut 
                 "numerics §2 and §5",
                 "use the carried forcing, or a smaller dt",
             ));
-            bounds.push(Bound::new("direct-forcing-accuracy", QUANTITY, number, Side::AtMost, 1.0).warning().because(
-                "direct forcing (eq. 7) is wrong by tens of per cent in the settling speed",
-                "numerics §2 (Ar = 9: +40 %, Ar = 0.9: +90 %)",
-                "use the carried forcing, or a smaller dt",
-            ));
+            bounds.push(
+                Bound::new("direct-forcing-accuracy", QUANTITY, number, Side::AtMost, 1.0).warning().because(
+                    "direct forcing (eq. 7) is wrong by tens of per cent in the settling speed",
+                    "numerics §2 (Ar = 9: +40 %, Ar = 0.9: +90 %)",
+                    "use the carried forcing, or a smaller dt",
+                ),
+            );
         }
         Forcing::Carried if is_dense(facts.scene) => {
-            bounds.push(Bound::new("dense-bed-forcing", QUANTITY, number, Side::AtMost, 2.0).warning().because(
+            bounds
+                .push(Bound::new("dense-bed-forcing", QUANTITY, number, Side::AtMost, 2.0).warning().because(
                 "the carried forcing of a dense bed converges slowly (340 steps to 1 % at φ = 0.52 and 16)",
                 "numerics §2, limits",
                 "lower the fluid's dt",
@@ -115,9 +119,11 @@ fn add_viscosity(facts: &Facts<'_>, nu: f64, bounds: &mut Vec<Bound>) {
         "stability region of third-order Runge–Kutta (Wray 1986)",
         "make the fluid's viscosity implicit, or lower dt",
     ));
-    bounds.push(Bound::new("explicit-viscosity-ab2", QUANTITY, number, Side::AtMost, 0.25).warning().because(
-        "second-order Adams–Bashforth is unstable beyond it (Runge–Kutta is not)",
-        "stability region of AB2 on the real axis: −1",
-        "make the fluid's viscosity implicit, lower dt, or use Runge–Kutta",
-    ));
+    bounds.push(
+        Bound::new("explicit-viscosity-ab2", QUANTITY, number, Side::AtMost, 0.25).warning().because(
+            "second-order Adams–Bashforth is unstable beyond it (Runge–Kutta is not)",
+            "stability region of AB2 on the real axis: −1",
+            "make the fluid's viscosity implicit, lower dt, or use Runge–Kutta",
+        ),
+    );
 }

@@ -1,0 +1,346 @@
+//! Solvers for tests of the coupler: the smallest that keep the protocol, and some that break it.
+//!
+//! A test executable is its own solver: the scene's `command` starts it again with the solver's
+//! arguments in `FAKE_ARGS`, and the test named `fake_solver` plays the part.
+#![allow(dead_code, unreachable_pub)] // each test file uses its own part
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use protocol::channel::{Rendezvous, SharedMemory};
+use protocol::message::{Kinematics, Loads};
+use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
+use protocol::scene::{CheckedScene, SceneSource};
+
+/// How a fake misbehaves, and in which window: `die:3`.
+fn misbehaviour(role: Role) -> (String, u64) {
+    let text = std::env::var(format!("FAKE_{role}")).unwrap_or_default();
+    let (what, step) = text.split_once(':').unwrap_or((&text, "0"));
+    (what.to_owned(), step.parse().unwrap_or(0))
+}
+
+/// Does what it was told to do in this window; the rest is for the solver.
+fn misbehave(role: Role, step: u64) -> Result<&'static str, SolverError> {
+    let (what, when) = misbehaviour(role);
+    if what == "slow" {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    if step != when {
+        return Ok("");
+    }
+    match what.as_str() {
+        "die" => {
+            eprintln!("farewell");
+            std::process::abort()
+        }
+        "leave" => std::process::exit(1),
+        "hang" => loop {
+            std::thread::sleep(std::time::Duration::from_secs(1));
+        },
+        "fail" => Err(SolverError::Failed("the pressure solver diverged".into())),
+        "nan" => Ok("nan"),
+        "miscount" => Ok("miscount"),
+        _ => Ok(""),
+    }
+}
+
+/// Drags each grain towards rest: force −velocity.
+struct FakeFluid {
+    velocity: Vec<[f64; 3]>,
+}
+
+impl Participant for FakeFluid {
+    type Incoming = Kinematics;
+    type Outgoing = Loads;
+    const ROLE: Role = Role::Fluid;
+
+    fn grains(&self) -> usize {
+        self.velocity.len()
+    }
+
+    fn advance(
+        &mut self,
+        window: &Window,
+        exchange: &mut dyn Exchange<Kinematics, Loads>,
+    ) -> Result<WindowReport, SolverError> {
+        let sick = misbehave(Role::Fluid, window.step)? == "nan";
+        let velocity = &self.velocity;
+        exchange.send(window.header(), &mut |out| {
+            for (load, v) in out.iter_mut().zip(velocity) {
+                *load = Loads { force: v.map(|v| -v), ..Loads::default() };
+            }
+            if sick {
+                out[0].force[1] = f64::NAN;
+            }
+        })?;
+        let velocity = &mut self.velocity;
+        exchange.receive(window, &mut |_, motion| {
+            for (own, grain) in velocity.iter_mut().zip(motion) {
+                *own = grain.velocity;
+            }
+        })?;
+        Ok(WindowReport { dt_limit: f64::INFINITY, residual: 0.0, substeps: 0 })
+    }
+
+    fn save(&mut self) {}
+    fn restore(&mut self) {}
+
+    fn write_checkpoint(&self, folder: &Path) -> Result<(), SolverError> {
+        protocol::checkpoint::write(folder, "fluid", "fake", &self.velocity)
+    }
+
+    fn read_checkpoint(&mut self, folder: &Path) -> Result<(), SolverError> {
+        self.velocity = protocol::checkpoint::read(folder, "fluid", "fake")?;
+        Ok(())
+    }
+
+    fn write_fields(&mut self, _: &Window) -> Result<(), SolverError> {
+        Ok(())
+    }
+
+    fn solver_seconds(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Symplectic Euler on unit masses.
+struct FakeDem {
+    position: Vec<[f64; 3]>,
+    velocity: Vec<[f64; 3]>,
+    gravity: [f64; 3],
+}
+
+impl FakeDem {
+    fn step(&mut self, dt: f64, forces: &[[f64; 3]]) {
+        for (grain, force) in forces.iter().enumerate() {
+            for axis in 0..3 {
+                self.velocity[grain][axis] += dt * (force[axis] + self.gravity[axis]);
+                self.position[grain][axis] += dt * self.velocity[grain][axis];
+            }
+        }
+    }
+}
+
+impl Participant for FakeDem {
+    type Incoming = Loads;
+    type Outgoing = Kinematics;
+    const ROLE: Role = Role::Dem;
+
+    fn grains(&self) -> usize {
+        self.position.len()
+    }
+
+    fn advance(
+        &mut self,
+        window: &Window,
+        exchange: &mut dyn Exchange<Loads, Kinematics>,
+    ) -> Result<WindowReport, SolverError> {
+        let what = misbehave(Role::Dem, window.step)?;
+        let mut forces = Vec::new();
+        exchange.receive(window, &mut |_, loads| forces = loads.iter().map(|load| load.force).collect())?;
+        for _ in 0..window.substeps {
+            self.step(window.dt / window.substeps as f64, &forces);
+        }
+        let mut header = window.header();
+        header.substeps = window.substeps - u64::from(what == "miscount");
+        exchange.send(header, &mut |out| {
+            for (grain, motion) in out.iter_mut().enumerate() {
+                *motion = Kinematics {
+                    position: self.position[grain],
+                    velocity: self.velocity[grain],
+                    orientation: [1.0, 0.0, 0.0, 0.0],
+                    ..Kinematics::default()
+                };
+            }
+            if what == "nan" {
+                out[1].velocity[2] = f64::NAN;
+            }
+        })?;
+        Ok(WindowReport { dt_limit: f64::INFINITY, residual: 0.0, substeps: window.substeps })
+    }
+
+    fn save(&mut self) {}
+    fn restore(&mut self) {}
+
+    fn write_checkpoint(&self, folder: &Path) -> Result<(), SolverError> {
+        protocol::checkpoint::write(folder, "dem", "fake", &(&self.position, &self.velocity))
+    }
+
+    fn read_checkpoint(&mut self, folder: &Path) -> Result<(), SolverError> {
+        (self.position, self.velocity) = protocol::checkpoint::read(folder, "dem", "fake")?;
+        Ok(())
+    }
+
+    fn write_fields(&mut self, _: &Window) -> Result<(), SolverError> {
+        Ok(())
+    }
+
+    fn solver_seconds(&self) -> f64 {
+        0.0
+    }
+}
+
+/// The part of a solver, if this process was started to play one; it does not return then.
+pub fn play() {
+    let (Ok(arguments), Ok(role)) = (std::env::var("FAKE_ARGS"), std::env::var("FAKE_ROLE")) else { return };
+    let words: Vec<&str> = arguments.split('\n').collect();
+    if words.first() != Some(&"serve") {
+        std::process::exit(64);
+    }
+    let value = |name: &str| {
+        words
+            .iter()
+            .position(|word| *word == name)
+            .and_then(|place| words.get(place + 1))
+            .map(|word| (*word).to_owned())
+    };
+    let rendezvous = Rendezvous::parse(&value("--connect").expect("a token")).expect("a good token");
+    let out = PathBuf::from(value("--out").expect("a folder"));
+    let source = SceneSource::read(Path::new(words[1]), &[]).expect("the resolved scene");
+    let scene = CheckedScene::new(source).expect("the resolved scene is good");
+    let checkpoint = value("--checkpoint").map(PathBuf::from);
+    let n = scene.grains.len();
+    let outcome = if role == "fluid" {
+        let velocity = scene.grains.iter().map(|grain| grain.velocity).collect();
+        serve(FakeFluid { velocity }, &rendezvous, n, &out, checkpoint.as_deref())
+    } else {
+        let position = scene.grains.iter().map(|grain| grain.position).collect();
+        let velocity = scene.grains.iter().map(|grain| grain.velocity).collect();
+        serve(
+            FakeDem { position, velocity, gravity: scene.scene.gravity },
+            &rendezvous,
+            n,
+            &out,
+            checkpoint.as_deref(),
+        )
+    };
+    match outcome {
+        Ok(()) => std::process::exit(0),
+        Err(error) => {
+            eprintln!("{error}");
+            let lost = matches!(error, SolverError::Exchange(_));
+            std::process::exit(if lost { 3 } else { 1 });
+        }
+    }
+}
+
+fn serve<P>(
+    mut solver: P,
+    rendezvous: &Rendezvous,
+    grains: usize,
+    out: &Path,
+    checkpoint: Option<&Path>,
+) -> Result<(), SolverError>
+where
+    P: Participant,
+    P::Incoming: protocol::channel::Wire,
+    P::Outgoing: protocol::channel::Wire,
+{
+    if let Some(folder) = checkpoint {
+        solver.read_checkpoint(folder)?;
+    }
+    let mut link = SharedMemory::join(rendezvous, P::ROLE, grains)?;
+    protocol::serve::serve(&mut solver, &mut link, out)
+}
+
+/// A scene whose solvers are this test executable, misbehaving as told.
+pub fn scene(fluid: &str, dem: &str, more: &str) -> String {
+    let own = std::env::current_exe().expect("a test executable");
+    let command = |role: &str, what: &str| {
+        let script = format!(
+            "IFS='\n'; FAKE_ARGS=\"$*\" FAKE_ROLE={role} FAKE_{role}={what} exec '{}' fake_solver --exact --nocapture --quiet",
+            own.display()
+        );
+        format!("command = [\"sh\", \"-c\", {script:?}, \"sh\"]")
+    };
+    format!(
+        r#"title = "fakes"
+until = 0.2
+gravity = [0.0, 0.0, -1.0]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [4.0, 4.0, 4.0]
+cells = [64, 64, 64]
+boundary = {{ x = "periodic", y = "periodic", z = "no-slip" }}
+[medium]
+density = 1.0
+viscosity = 0.01
+[[grains]]
+position = [2.0, 2.0, 2.0]
+velocity = [0.25, 0.0, 0.0]
+radius = 0.5
+density = 4.0
+[[grains]]
+position = [1.0, 1.0, 3.0]
+radius = 0.5
+density = 4.0
+[fluid]
+dt = 0.01
+{}
+[dem]
+dt = 0.003
+{}
+[coupling]
+deadline = 2.0
+{more}
+"#,
+        command("fluid", fluid),
+        command("dem", dem)
+    )
+}
+
+/// A folder of this test alone, removed when dropped.
+pub struct Room(pub PathBuf);
+
+impl Room {
+    pub fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("bedload-test-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a temporary folder");
+        Self(path)
+    }
+
+    /// Writes the scene and returns its path.
+    pub fn put(&self, text: &str) -> PathBuf {
+        let path = self.0.join("scene.toml");
+        std::fs::write(&path, text).expect("a scene");
+        path
+    }
+
+    pub fn out(&self) -> PathBuf {
+        self.0.join("out")
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.out().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    pub fn summary(&self) -> serde_json::Value {
+        serde_json::from_str(&self.read("summary.json")).expect("JSON")
+    }
+}
+
+impl Drop for Room {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// `bedload` with arguments.
+pub fn bedload(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_bedload"));
+    command.args(arguments);
+    command
+}
+
+/// `bedload run SCENE --out OUT more…`, to its end.
+pub fn run(room: &Room, scene: &Path, more: &[&str]) -> Output {
+    let out = room.out();
+    let mut arguments = vec!["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+    arguments.extend(more);
+    bedload(&arguments).output().expect("bedload starts")
+}
+
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}

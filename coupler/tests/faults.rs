@@ -1,0 +1,174 @@
+//! Whole runs with real processes: to the end, interrupted and resumed, and with solvers that die,
+//! hang, lie and fail. Every end has its exit code, its words and its summary.
+
+mod common;
+
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use common::{Room, bedload, run, scene, stderr};
+use protocol::log::LogReader;
+
+/// No test of its own: the part of a solver when this executable is started as one.
+#[test]
+fn fake_solver() {
+    common::play();
+}
+
+#[test]
+fn a_good_run_leaves_everything_behind() {
+    let room = Room::new("good");
+    let path = room.put(&scene("good", "good", ""));
+    let output = run(&room, &path, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let summary = room.summary();
+    assert_eq!(summary["status"], "completed");
+    assert_eq!(summary["time"]["fluid_steps"], 20);
+    assert_eq!(summary["time"]["dem_substeps"], 80, "ceil(0.01/0.003) in each of 20 windows");
+    assert!((summary["time"]["simulated"].as_f64().unwrap() - 0.2).abs() < 1e-15);
+    assert!(summary["cost"]["wall_s"].as_f64().unwrap() > 0.0);
+    // Grain 1 starts at rest: v' = −v − 1 in steps of the fluid.
+    let v = (0..20).fold(0.0, |v: f64, _| v - 0.01 * (v + 1.0));
+    let series = protocol::output::Series::read(&room.out().join("series.csv")).unwrap();
+    let measured = *series.column("velocity_z[1]").unwrap().last().unwrap();
+    assert!((measured - v).abs() < 1e-12, "{measured} {v}");
+    let reader = LogReader::open(&room.out().join("exchange.mcap")).unwrap();
+    let steps: Vec<u64> = reader.map(|entry| entry.unwrap().step).collect();
+    assert_eq!(steps.last(), Some(&19));
+    assert!(room.read("scene.toml").contains("max_dt_over_contact_time"), "defaults are written out");
+    assert!(room.out().join("plan.json").is_file());
+    assert!(stderr(&output).contains("does not answer `check SCENE --json`"), "{}", stderr(&output));
+}
+
+#[test]
+fn no_record_leaves_no_log() {
+    let room = Room::new("norecord");
+    let path = room.put(&scene("good", "good", ""));
+    assert_eq!(run(&room, &path, &["--no-record", "--until", "0.05"]).status.code(), Some(0));
+    assert!(!room.out().join("exchange.mcap").exists());
+    assert_eq!(room.summary()["time"]["fluid_steps"], 5);
+}
+
+#[test]
+fn a_solver_that_dies_is_named_with_its_last_words() {
+    for (fluid, dem, name) in [("die:7", "good", "bedload-fluid"), ("good", "die:7", "bedload-dem")] {
+        let room = Room::new(&format!("dies-{name}"));
+        let path = room.put(&scene(fluid, dem, ""));
+        let start = Instant::now();
+        let output = run(&room, &path, &[]);
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(3), "{text}");
+        assert!(text.contains(&format!("{name} was killed")) && text.contains("farewell"), "{text}");
+        assert!(start.elapsed() < Duration::from_secs(4), "{:?}", start.elapsed());
+        let summary = room.summary();
+        assert_eq!(summary["status"], "failed");
+        assert!(summary["error"].as_str().unwrap().contains(name));
+        let steps = summary["time"]["fluid_steps"].as_u64();
+        assert!(matches!(steps, Some(6 | 7)), "what was done counts: {steps:?}");
+    }
+}
+
+#[test]
+fn a_solver_that_hangs_runs_into_the_deadline() {
+    let room = Room::new("hangs");
+    let path = room.put(&scene("good", "hang:3", ""));
+    let start = Instant::now();
+    let output = run(&room, &path, &["--set", "coupling.deadline=0.5"]);
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(3), "{text}");
+    assert!(text.contains("dem did not answer within 0.5 s in window"), "{text}");
+    assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
+}
+
+#[test]
+fn a_solver_that_miscounts_or_sends_nonsense_or_gives_up_stops_the_run() {
+    for (fluid, dem, words) in [
+        ("good", "miscount:4", vec!["the dem solver did 3 sub-steps in window 4 where 4 were ordered"]),
+        ("good", "nan:4", vec!["the dem solver sent velocity[2]", "grain 1", "window 4"]),
+        ("nan:4", "good", vec!["the fluid solver sent force[1]", "grain 0", "window 4"]),
+        ("fail:4", "good", vec!["the fluid solver failed: the pressure solver diverged"]),
+        ("good", "fail:4", vec!["the dem solver failed: the pressure solver diverged"]),
+        ("leave:4", "good", vec!["bedload-fluid left with exit code 1"]),
+    ] {
+        let room = Room::new(&format!("stops-{}-{}", fluid.replace(':', ""), dem.replace(':', "")));
+        let path = room.put(&scene(fluid, dem, ""));
+        let output = run(&room, &path, &[]);
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{fluid} {dem}: {text}");
+        for word in words {
+            assert!(text.contains(word), "{fluid} {dem}: {word:?} in {text}");
+        }
+        assert_eq!(room.summary()["status"], "failed");
+        let steps = room.summary()["time"]["fluid_steps"].as_u64();
+        // The other solver may not have reported window 3 yet.
+        assert!(matches!(steps, Some(3 | 4)), "{fluid} {dem}: {steps:?}");
+    }
+}
+
+#[test]
+fn an_interrupted_run_goes_on_bit_for_bit() {
+    let whole = Room::new("whole");
+    let path = whole.put(&scene("good", "slow", ""));
+    let output = run(&whole, &path, &["--until", "1.0"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+
+    let cut = Room::new("cut");
+    let out = cut.out();
+    let arguments = ["run", path.to_str().unwrap(), "--out", out.to_str().unwrap(), "--until", "1.0"];
+    let child = bedload(&arguments).stderr(Stdio::piped()).spawn().unwrap();
+    let begun = Instant::now();
+    while !out.join("exchange.mcap").exists() && begun.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(400));
+    let pid = rustix::process::Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+    let summary = cut.summary();
+    assert_eq!(summary["status"], "interrupted");
+    let done = summary["time"]["fluid_steps"].as_u64().unwrap();
+    assert!((1..100).contains(&done), "interrupted in the middle: {done}");
+    assert!(LogReader::open(&out.join("exchange.mcap")).unwrap().all(|entry| entry.is_ok()));
+
+    let output = run(&cut, &path, &["--until", "1.0", "--resume"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(cut.read("series.csv"), whole.read("series.csv"));
+    assert_eq!(cut.summary()["time"], whole.summary()["time"]);
+    for role in ["fluid", "dem"] {
+        let file = format!("checkpoint/0000000100/{role}.checkpoint");
+        let bytes = |room: &Room| std::fs::read(room.out().join(&file)).unwrap();
+        assert_eq!(bytes(&cut), bytes(&whole), "{role}");
+    }
+    let second = LogReader::open(&out.join("exchange.2.mcap")).unwrap();
+    assert_eq!(second.manifest().first_step, done);
+    assert!(second.map(|entry| entry.unwrap()).count() > 0);
+
+    // Another scene must not go on from this checkpoint.
+    let output = run(&cut, &path, &["--until", "2.0", "--resume"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+}
+
+#[test]
+fn a_second_signal_kills() {
+    let room = Room::new("second");
+    let path = room.put(&scene("good", "hang:2", "startup_deadline = 5.0"));
+    let out = room.out();
+    let arguments =
+        ["run", path.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set", "coupling.deadline=60"];
+    let child = bedload(&arguments).stderr(Stdio::piped()).spawn().unwrap();
+    let begun = Instant::now();
+    while !out.join("exchange.mcap").exists() && begun.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(200));
+    let pid = rustix::process::Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
+    let start = Instant::now();
+    for _ in 0..2 {
+        rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+    assert!(start.elapsed() < Duration::from_secs(3), "{:?}", start.elapsed());
+}
