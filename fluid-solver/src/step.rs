@@ -15,11 +15,11 @@ use crate::diffuse::Diffusion;
 use crate::field::State;
 use crate::grid::{Grid, GridError};
 use crate::helmholtz::{Helmholtz, Unknown, Write};
+use crate::lanes::{Kernel, dispatch};
 use crate::project::Projection;
 use crate::scheme::{Scheme, Stage, Viscous};
 use crate::threads::for_rows;
 use crate::timings::{Part, Timings};
-use pulp::Arch;
 
 /// Choices of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,7 +133,7 @@ impl<const D: usize> Stepper<D> {
     fn momentum(&mut self, stage: Stage, dt: f64, force: Option<&[Vec<f64>; D]>) {
         let begin = std::time::Instant::now();
         let Self { grid, options, state, advection, diffusion, projection, rhs, .. } = self;
-        let (grid, arch) = (&*grid, Arch::new());
+        let grid = &*grid;
         let State { velocity, pressure, history, .. } = state;
         let (velocity, pressure) = (&*velocity, pressure.as_slice());
         for (d, (rhs, history)) in rhs.iter_mut().zip(history).enumerate() {
@@ -151,7 +151,7 @@ impl<const D: usize> Stepper<D> {
                 force: force.map(|f| f[d].as_slice()),
             };
             for_rows(grid, rhs, history, |row, rhs, history| {
-                arch.dispatch(|| terms.row(row, rhs, history));
+                dispatch(MomentumRow { terms: &terms, row, rhs, history });
             });
         }
         self.timings.add(Part::Momentum, begin);
@@ -195,13 +195,9 @@ impl<const D: usize> Stepper<D> {
         let correction = if carry { pending.correction } else { 0.0 };
         let Self { grid, state, projection, rhs, phi, .. } = self;
         let State { velocity, pressure, .. } = state;
-        let (rhs, arch) = (&mut rhs[0], Arch::new());
+        let rhs = &mut rhs[0];
         for_rows(grid, rhs, pressure, |row, rhs, p| {
-            arch.dispatch(|| projection.divergence_row(grid, velocity, row, rhs));
-            for (r, p) in rhs.iter_mut().zip(p) {
-                *p -= correction * *r;
-                *r *= inverse;
-            }
+            dispatch(DivergenceRow { projection, grid, velocity, row, correction, inverse, rhs, p });
         });
         let begin = std::time::Instant::now();
         self.pressure_solver.solve(grid, 0.0, -1.0, rhs, phi, Write::Set);
@@ -212,10 +208,9 @@ impl<const D: usize> Stepper<D> {
     /// `velocity` −= weight ∇φ.
     fn correct(&mut self, weight: f64) {
         let Self { grid, state, projection, rhs, phi, .. } = self;
-        let arch = Arch::new();
         for d in 0..D {
             for_rows(grid, &mut state.velocity[d], &mut rhs[d], |row, u, _| {
-                arch.dispatch(|| projection.add_gradient_row(grid, d, -weight, phi, row, u));
+                dispatch(CorrectRow { projection, grid, d, weight, phi, row, u });
             });
         }
         self.fill_halos();
@@ -339,5 +334,61 @@ impl<const D: usize> Terms<'_, D> {
                 *r += share * f;
             }
         }
+    }
+}
+
+/// [`Terms::row`] on one row.
+struct MomentumRow<'a, const D: usize> {
+    terms: &'a Terms<'a, D>,
+    row: usize,
+    rhs: &'a mut [f64],
+    history: &'a mut [f64],
+}
+
+impl<const D: usize> Kernel for MomentumRow<'_, D> {
+    #[inline(always)]
+    fn run(self) {
+        self.terms.row(self.row, self.rhs, self.history);
+    }
+}
+
+/// One row of `p −= correction ∇·u`, `rhs = inverse ∇·u`.
+struct DivergenceRow<'a, const D: usize> {
+    projection: &'a Projection<D>,
+    grid: &'a Grid<D>,
+    velocity: &'a [Vec<f64>; D],
+    row: usize,
+    correction: f64,
+    inverse: f64,
+    rhs: &'a mut [f64],
+    p: &'a mut [f64],
+}
+
+impl<const D: usize> Kernel for DivergenceRow<'_, D> {
+    #[inline(always)]
+    fn run(self) {
+        self.projection.divergence_row(self.grid, self.velocity, self.row, self.rhs);
+        for (r, p) in self.rhs.iter_mut().zip(self.p) {
+            *p -= self.correction * *r;
+            *r *= self.inverse;
+        }
+    }
+}
+
+/// One row of `u −= weight ∇φ`.
+struct CorrectRow<'a, const D: usize> {
+    projection: &'a Projection<D>,
+    grid: &'a Grid<D>,
+    d: usize,
+    weight: f64,
+    phi: &'a [f64],
+    row: usize,
+    u: &'a mut [f64],
+}
+
+impl<const D: usize> Kernel for CorrectRow<'_, D> {
+    #[inline(always)]
+    fn run(self) {
+        self.projection.add_gradient_row(self.grid, self.d, -self.weight, self.phi, self.row, self.u);
     }
 }

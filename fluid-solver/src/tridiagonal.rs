@@ -5,6 +5,7 @@
 //! inverse pivots are stored per lane.
 
 use crate::lanes::{Lanes, ZERO};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Tridiagonal form of a stencil along the swept axis, walls folded into the diagonal. Unknowns only.
 #[derive(Clone, Debug)]
@@ -50,25 +51,8 @@ impl Sweep {
     }
 
     /// Solves in place: `x` holds `b` on entry and the solution of `… = scale · b` on return.
-    #[inline(always)]
     pub fn solve(&self, c: f64, scale: f64, pivots: &[Lanes], x: &mut [Lanes]) {
-        let n = self.len();
-        let (pivots, x) = (&pivots[..n], &mut x[..n]);
-        let mut previous = ZERO;
-        for ((x, pivot), lower) in x.iter_mut().zip(pivots).zip(&self.lower) {
-            let weight = c * lower;
-            for l in 0..8 {
-                x[l] = (scale * x[l] + weight * previous[l]) * pivot[l];
-            }
-            previous = *x;
-        }
-        for ((x, pivot), upper) in x.iter_mut().zip(pivots).zip(&self.upper).rev().skip(1) {
-            let weight = c * upper;
-            for l in 0..8 {
-                x[l] += weight * pivot[l] * previous[l];
-            }
-            previous = *x;
-        }
+        Arch::new().dispatch(Solve { sweep: self, c, scale, pivots, x });
     }
 
     /// Removes the volume mean of one lane (the singular mode of pressure).
@@ -77,6 +61,48 @@ impl Sweep {
         let sum: f64 = x.iter().zip(&self.volume).map(|(x, v)| x[lane] * v).sum();
         for x in &mut x[..self.len()] {
             x[lane] -= sum / total;
+        }
+    }
+}
+
+/// [`Sweep::solve`] for any vector width; eight lanes are one, two or more vectors.
+struct Solve<'a> {
+    sweep: &'a Sweep,
+    c: f64,
+    scale: f64,
+    pivots: &'a [Lanes],
+    x: &'a mut [Lanes],
+}
+
+impl WithSimd for Solve<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let n = self.sweep.len();
+        let (lower, upper) = (&self.sweep.lower[..n], &self.sweep.upper[..n]);
+        let (pivots, _) = S::as_simd_f64s(self.pivots[..n].as_flattened());
+        let (x, _) = S::as_mut_simd_f64s(self.x[..n].as_flattened_mut());
+        let (per, scale) = (8 / S::F64_LANES, simd.splat_f64s(self.scale));
+        let mut previous = [simd.splat_f64s(0.0); 8];
+        for i in 0..n {
+            let weight = simd.splat_f64s(self.c * lower[i]);
+            for t in 0..per {
+                let at = i * per + t;
+                let carried = simd.mul_f64s(weight, previous[t]);
+                let sum = simd.add_f64s(simd.mul_f64s(scale, x[at]), carried);
+                previous[t] = simd.mul_f64s(sum, pivots[at]);
+                x[at] = previous[t];
+            }
+        }
+        for i in (0..n - 1).rev() {
+            let weight = simd.splat_f64s(self.c * upper[i]);
+            for t in 0..per {
+                let at = i * per + t;
+                let share = simd.mul_f64s(weight, pivots[at]);
+                previous[t] = simd.add_f64s(x[at], simd.mul_f64s(share, previous[t]));
+                x[at] = previous[t];
+            }
         }
     }
 }

@@ -1,10 +1,9 @@
 //! The last axis of a separable solve: eight modes at once, by a sweep or by one more transform.
 
-use crate::lanes::Lanes;
+use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::threads::for_chunks;
 use crate::transform::{Scratch, Transform};
 use crate::tridiagonal::Sweep;
-use pulp::Arch;
 
 /// Sets of pivots kept: the three stages of a Runge–Kutta step.
 const KEPT: usize = 3;
@@ -87,7 +86,7 @@ impl Columns {
         let singular = (q == 0 && sigma == 0.0 && lambda[0] == 0.0).then_some(0);
         match &self.across {
             Across::Sweep(sweep) => {
-                Arch::new().dispatch(|| sweep.pivots(sigma, c, lambda, singular, values));
+                dispatch(Factor { sweep, operator: [sigma, c], lambda, singular, pivots: values });
             }
             Across::Transform(transform, width2) => {
                 let (kind, cells) = (transform.kind(), transform.cells());
@@ -110,7 +109,7 @@ impl Columns {
         let values = &factors.values[q * self.len()..(q + 1) * self.len()];
         match &self.across {
             Across::Sweep(sweep) => {
-                Arch::new().dispatch(|| sweep.solve(c, self.scale, values, x));
+                sweep.solve(c, self.scale, values, x);
                 if q == 0 && sigma == 0.0 && self.lambda[0][0] == 0.0 {
                     sweep.remove_mean(0, x);
                 }
@@ -125,5 +124,22 @@ impl Columns {
                 transform.inverse(x, scratch);
             }
         }
+    }
+}
+
+/// [`Sweep::pivots`].
+struct Factor<'a> {
+    sweep: &'a Sweep,
+    operator: [f64; 2],
+    lambda: &'a Lanes,
+    singular: Option<usize>,
+    pivots: &'a mut [Lanes],
+}
+
+impl Kernel for Factor<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let [sigma, c] = self.operator;
+        self.sweep.pivots(sigma, c, self.lambda, self.singular, self.pivots);
     }
 }

@@ -7,10 +7,9 @@
 use super::columns::Columns;
 use super::{Pool, Unknown, Write, blocks, pack, store};
 use crate::grid::Grid;
-use crate::lanes::{Lanes, load, tile, transpose};
+use crate::lanes::{Kernel, Lanes, dispatch, load, tile, transpose};
 use crate::threads::for_chunks;
 use crate::transform::{Scratch, Transform};
-use pulp::Arch;
 
 /// Solver for a grid of two axes.
 pub(super) struct Plane {
@@ -126,7 +125,7 @@ impl Plane {
         let mut modes = std::mem::take(&mut self.modes);
         let (from, to) = (self.line_block(), self.mode_block());
         for_chunks(&mut modes, to, |block, data| {
-            Arch::new().dispatch(|| exchange(&self.lines, from, block, data));
+            dispatch(Exchange { from: &self.lines, length: from, block, to: &mut *data });
             let column = &mut data[..self.columns.len()];
             self.scratch.with(|s| self.columns.solve(block, factors, column, &mut s.1));
         });
@@ -138,7 +137,7 @@ impl Plane {
         let mut lines = std::mem::take(&mut self.lines);
         let (to, from) = (self.line_block(), self.mode_block());
         for_chunks(&mut lines, to, |block, data| {
-            Arch::new().dispatch(|| exchange(&self.modes, from, block, data));
+            dispatch(Exchange { from: &self.modes, length: from, block, to: &mut *data });
             let line = &mut data[..self.transform.values()];
             self.scratch.with(|s| self.transform.inverse(line, &mut s.0));
         });
@@ -175,9 +174,23 @@ impl Plane {
 
 /// Row blocks to column blocks: rows `8 block..` of every block of `from` (blocks of `length` rows)
 /// become block `block` of the other array.
-#[inline(always)]
-fn exchange(from: &[Lanes], length: usize, block: usize, to: &mut [Lanes]) {
-    for (from, to) in from.chunks_exact(length).zip(to.chunks_exact_mut(8)) {
-        to.copy_from_slice(&transpose(&tile(from, 8 * block)));
+struct Exchange<'a> {
+    from: &'a [Lanes],
+    length: usize,
+    block: usize,
+    to: &'a mut [Lanes],
+}
+
+impl Kernel for Exchange<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (from, to) in self.from.chunks_exact(self.length).zip(self.to.chunks_exact_mut(8)) {
+            let from = &from[8 * self.block..8 * self.block + 8];
+            for (lane, to) in to.iter_mut().enumerate() {
+                for (place, row) in to.iter_mut().zip(from) {
+                    *place = row[lane];
+                }
+            }
+        }
     }
 }

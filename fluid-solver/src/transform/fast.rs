@@ -167,6 +167,52 @@ impl<S: Simd> Lines<'_, S> {
         if j < n.div_ceil(2) { (2 * j, false) } else { (2 * (n - 1 - j) + 1, true) }
     }
 
+    /// Whether the transform is the sine of its pair.
+    #[inline(always)]
+    fn odd(&self) -> bool {
+        matches!(self.plan.kind, Kind::OddOdd | Kind::OddEven)
+    }
+
+    /// Where amplitude `k` of the cosine II stands: sines are reversed.
+    #[inline(always)]
+    fn place(&self, k: usize) -> usize {
+        if self.odd() { self.plan.n - 1 - k } else { k }
+    }
+
+    /// Places `a` and `b` of the line as one complex number.
+    #[inline(always)]
+    fn pair(&self, x: &[S::f64s], a: usize, b: usize, t: usize) -> Complex<S> {
+        let (a, b) = (x[a * self.per + t], x[b * self.per + t]);
+        Complex::new(self.real(a), self.real(b))
+    }
+
+    /// Value `j` of the packed order, sign of the sine included.
+    #[inline(always)]
+    fn value(&self, x: &[S::f64s], j: usize, t: usize) -> Real<S> {
+        let (from, flip) = self.makhoul(j);
+        let v = self.real(x[from * self.per + t]);
+        if flip && self.odd() { -v } else { v }
+    }
+
+    /// Fourier amplitude `k` that belongs to the cosine amplitudes `k` and `n − k`, halved.
+    #[inline(always)]
+    fn cosine_pair(&self, x: &[S::f64s], k: usize, t: usize) -> Complex<S> {
+        let z = self.pair(x, self.place(k), self.place(self.plan.n - k), t).conj();
+        let [c, s] = self.plan.turn[k];
+        z.rotate([0.5 * c, -0.5 * s])
+    }
+
+    /// Value `j` of the real line whose Fourier transform holds the sine I.
+    #[inline(always)]
+    fn folded(&self, x: &[S::f64s], j: usize, t: usize) -> Real<S> {
+        if j == 0 {
+            return self.real(x[t]) * 0.0;
+        }
+        let (a, b) = (x[(j - 1) * self.per + t], x[(self.plan.n - j - 1) * self.per + t]);
+        let (a, b) = (self.real(a), self.real(b));
+        (a + b) * self.plan.turn[j][0] + (a - b) * 0.5
+    }
+
     #[inline(always)]
     fn fourier(mut self, x: &mut [S::f64s]) {
         let (n, per) = (self.plan.n, self.per);
@@ -200,11 +246,8 @@ impl<S: Simd> Lines<'_, S> {
         }
         for k in 1..n / 2 {
             for t in 0..per {
-                let at = |q: usize| {
-                    let (re, im) = (x[q * per + t], x[(n - q) * per + t]);
-                    Complex::new(self.real(re), self.real(im))
-                };
-                let (here, mirror) = (at(k), at(n / 2 - k));
+                let here = self.pair(x, k, n - k, t);
+                let mirror = self.pair(x, n / 2 - k, n / 2 + k, t);
                 self.pack(k, t, here, mirror);
             }
         }
@@ -221,31 +264,25 @@ impl<S: Simd> Lines<'_, S> {
     /// Cosine II, or sine II by alternating signs and reversed places.
     #[inline(always)]
     fn two(mut self, x: &mut [S::f64s]) {
-        let (n, per, odd) = (self.plan.n, self.per, self.plan.kind == Kind::OddOdd);
+        let (n, per) = (self.plan.n, self.per);
         for j in 0..n / 2 {
             for t in 0..per {
-                let at = |j: usize| {
-                    let (from, flip) = self.makhoul(j);
-                    let v = self.real(x[from * per + t]);
-                    if odd && flip { -v } else { v }
-                };
-                let z = Complex::new(at(2 * j), at(2 * j + 1));
+                let z = Complex::new(self.value(x, 2 * j, t), self.value(x, 2 * j + 1, t));
                 self.put(j * per + t, z);
             }
         }
         self.forward();
-        let place = |k: usize| if odd { n - 1 - k } else { k };
         let quarter = self.plan.turn[n / 2][0];
         for t in 0..per {
             let [low, high] = self.ends(t);
-            x[place(0) * per + t] = low.get();
-            x[place(n / 2) * per + t] = (high * quarter).get();
+            x[self.place(0) * per + t] = low.get();
+            x[self.place(n / 2) * per + t] = (high * quarter).get();
         }
         for k in 1..n / 2 {
             for t in 0..per {
                 let z = self.amplitude(k, t).rotate(self.plan.turn[k]);
-                x[place(k) * per + t] = z.re.get();
-                x[place(n - k) * per + t] = (-z.im).get();
+                x[self.place(k) * per + t] = z.re.get();
+                x[self.place(n - k) * per + t] = (-z.im).get();
             }
         }
     }
@@ -253,22 +290,17 @@ impl<S: Simd> Lines<'_, S> {
     /// Cosine III, the way back of [`Self::two`] (times n/2), and sine III.
     #[inline(always)]
     fn three(mut self, x: &mut [S::f64s]) {
-        let (n, per, odd) = (self.plan.n, self.per, self.plan.kind == Kind::OddOdd);
-        let place = |k: usize| if odd { n - 1 - k } else { k };
+        let (n, per) = (self.plan.n, self.per);
         let quarter = 0.5 / self.plan.turn[n / 2][0];
         for t in 0..per {
-            let low = self.real(x[place(0) * per + t]) * 0.5;
-            let high = self.real(x[place(n / 2) * per + t]) * quarter;
+            let low = self.real(x[self.place(0) * per + t]) * 0.5;
+            let high = self.real(x[self.place(n / 2) * per + t]) * quarter;
             self.put(t, Complex::new(low + high, low - high));
         }
         for k in 1..n / 2 {
             for t in 0..per {
-                let at = |q: usize| {
-                    let (re, im) = (x[place(q) * per + t], x[place(n - q) * per + t]);
-                    let [c, s] = self.plan.turn[q];
-                    Complex::new(self.real(re), -self.real(im)).rotate([0.5 * c, -0.5 * s])
-                };
-                let (here, mirror) = (at(k), at(n / 2 - k));
+                let here = self.cosine_pair(x, k, t);
+                let mirror = self.cosine_pair(x, n / 2 - k, t);
                 self.pack(k, t, here, mirror);
             }
         }
@@ -278,7 +310,8 @@ impl<S: Simd> Lines<'_, S> {
                 let z = self.got(j * per + t);
                 for (j, v) in [(2 * j, z.re), (2 * j + 1, z.im)] {
                     let (to, flip) = self.makhoul(j);
-                    x[to * per + t] = if odd && flip { (-v).get() } else { v.get() };
+                    let flip = flip && self.odd();
+                    x[to * per + t] = if flip { (-v).get() } else { v.get() };
                 }
             }
         }
@@ -288,11 +321,11 @@ impl<S: Simd> Lines<'_, S> {
     #[inline(always)]
     fn four(mut self, x: &mut [S::f64s]) {
         let (n, per, odd) = (self.plan.n, self.per, self.plan.kind == Kind::OddEven);
-        let from = |j: usize| if odd { n - 1 - j } else { j };
         for j in 0..n / 2 {
             for t in 0..per {
-                let (a, b) = (x[from(2 * j) * per + t], x[from(n - 1 - 2 * j) * per + t]);
-                let z = Complex::new(self.real(a), self.real(b)).rotate(self.plan.turn[j]);
+                let (a, b) = (2 * j, n - 1 - 2 * j);
+                let (a, b) = if odd { (b, a) } else { (a, b) };
+                let z = self.pair(x, a, b, t).rotate(self.plan.turn[j]);
                 self.put(j * per + t, z);
             }
         }
@@ -314,14 +347,7 @@ impl<S: Simd> Lines<'_, S> {
         let (n, per) = (self.plan.n, self.per);
         for j in 0..n / 2 {
             for t in 0..per {
-                let at = |j: usize| {
-                    if j == 0 {
-                        return self.real(x[t]) * 0.0;
-                    }
-                    let (a, b) = (self.real(x[(j - 1) * per + t]), self.real(x[(n - j - 1) * per + t]));
-                    (a + b) * self.plan.turn[j][0] + (a - b) * 0.5
-                };
-                let z = Complex::new(at(2 * j), at(2 * j + 1));
+                let z = Complex::new(self.folded(x, 2 * j, t), self.folded(x, 2 * j + 1, t));
                 self.put(j * per + t, z);
             }
         }

@@ -52,10 +52,10 @@ impl Fft {
         }
         for pass in &self.passes {
             match pass.radix {
-                2 => pass.run(simd, &from, &mut to, two),
-                3 => pass.run(simd, &from, &mut to, three),
-                4 => pass.run(simd, &from, &mut to, four),
-                _ => pass.run(simd, &from, &mut to, five),
+                2 => pass.run::<S, Two, 2>(simd, &from, &mut to),
+                3 => pass.run::<S, Three, 3>(simd, &from, &mut to),
+                4 => pass.run::<S, Four, 4>(simd, &from, &mut to),
+                _ => pass.run::<S, Five, 5>(simd, &from, &mut to),
             }
             std::mem::swap(&mut from, &mut to);
         }
@@ -63,27 +63,33 @@ impl Fft {
 }
 
 impl Pass {
+    /// One pass. Everything called from here must be inlined to use the machine's vectors, which
+    /// rules out closures.
     #[inline(always)]
-    fn run<S: Simd, const R: usize>(
+    fn run<S: Simd, B: Butterfly<R>, const R: usize>(
         &self,
         simd: S,
         from: &Parts<'_, S>,
         to: &mut Parts<'_, S>,
-        butterfly: impl Fn([Complex<S>; R]) -> [Complex<S>; R],
     ) {
         let len = self.stride * (8 / S::F64_LANES);
         let apart = self.groups * len;
         let [to_re, to_im] = to;
         let blocks = to_re.chunks_exact_mut(R * len).zip(to_im.chunks_exact_mut(R * len));
         for (p, (to_re, to_im)) in blocks.take(self.groups).enumerate() {
-            let re: [&[S::f64s]; R] = std::array::from_fn(|k| &from[0][p * len + k * apart..][..len]);
-            let im: [&[S::f64s]; R] = std::array::from_fn(|k| &from[1][p * len + k * apart..][..len]);
+            let mut re: [&[S::f64s]; R] = [&[]; R];
+            let mut im: [&[S::f64s]; R] = [&[]; R];
+            for k in 0..R {
+                re[k] = &from[0][p * len + k * apart..][..len];
+                im[k] = &from[1][p * len + k * apart..][..len];
+            }
             let twiddles = &self.twiddles[p * (R - 1)..(p + 1) * (R - 1)];
             for t in 0..len {
-                let x = std::array::from_fn(|k| {
-                    Complex::new(Real::new(simd, re[k][t]), Real::new(simd, im[k][t]))
-                });
-                let y = butterfly(x);
+                let mut x = [Complex::new(Real::new(simd, re[0][t]), Real::new(simd, im[0][t])); R];
+                for k in 1..R {
+                    x[k] = Complex::new(Real::new(simd, re[k][t]), Real::new(simd, im[k][t]));
+                }
+                let y = B::apply(x);
                 for j in 0..R {
                     let y = if j == 0 || p == 0 { y[j] } else { y[j].rotate(twiddles[j - 1]) };
                     to_re[j * len + t] = y.re.get();
@@ -94,35 +100,57 @@ impl Pass {
     }
 }
 
-#[inline(always)]
-fn two<S: Simd>([a, b]: [Complex<S>; 2]) -> [Complex<S>; 2] {
-    [a + b, a - b]
+/// Fourier transform of `R` places in registers.
+trait Butterfly<const R: usize> {
+    /// Σ_k x_k e^{−2πi jk/R}.
+    fn apply<S: Simd>(x: [Complex<S>; R]) -> [Complex<S>; R];
 }
 
-#[inline(always)]
-fn three<S: Simd>([a, b, c]: [Complex<S>; 3]) -> [Complex<S>; 3] {
-    let (sum, difference) = (b + c, (b - c).minus_i() * (0.75_f64).sqrt());
-    let middle = a - sum * 0.5;
-    [a + sum, middle + difference, middle - difference]
+struct Two;
+
+impl Butterfly<2> for Two {
+    #[inline(always)]
+    fn apply<S: Simd>([a, b]: [Complex<S>; 2]) -> [Complex<S>; 2] {
+        [a + b, a - b]
+    }
 }
 
-#[inline(always)]
-fn four<S: Simd>([a, b, c, d]: [Complex<S>; 4]) -> [Complex<S>; 4] {
-    let (ac, bd) = (a + c, b + d);
-    let (a_c, b_d) = (a - c, (b - d).minus_i());
-    [ac + bd, a_c + b_d, ac - bd, a_c - b_d]
+struct Three;
+
+impl Butterfly<3> for Three {
+    #[inline(always)]
+    fn apply<S: Simd>([a, b, c]: [Complex<S>; 3]) -> [Complex<S>; 3] {
+        let (sum, difference) = (b + c, (b - c).minus_i() * (0.75_f64).sqrt());
+        let middle = a - sum * 0.5;
+        [a + sum, middle + difference, middle - difference]
+    }
 }
 
-#[inline(always)]
-fn five<S: Simd>([a, b, c, d, e]: [Complex<S>; 5]) -> [Complex<S>; 5] {
-    // cos and sin of 2π/5 and 4π/5.
-    const C1: f64 = 0.309_016_994_374_947_45;
-    const C2: f64 = -0.809_016_994_374_947_5;
-    const S1: f64 = 0.951_056_516_295_153_5;
-    const S2: f64 = 0.587_785_252_292_473_1;
-    let (be, cd) = (b + e, c + d);
-    let (b_e, c_d) = ((b - e).minus_i(), (c - d).minus_i());
-    let (near, far) = (a + be * C1 + cd * C2, a + be * C2 + cd * C1);
-    let (turn, twist) = (b_e * S1 + c_d * S2, b_e * S2 - c_d * S1);
-    [a + be + cd, near + turn, far + twist, far - twist, near - turn]
+struct Four;
+
+impl Butterfly<4> for Four {
+    #[inline(always)]
+    fn apply<S: Simd>([a, b, c, d]: [Complex<S>; 4]) -> [Complex<S>; 4] {
+        let (ac, bd) = (a + c, b + d);
+        let (a_c, b_d) = (a - c, (b - d).minus_i());
+        [ac + bd, a_c + b_d, ac - bd, a_c - b_d]
+    }
+}
+
+struct Five;
+
+impl Butterfly<5> for Five {
+    #[inline(always)]
+    fn apply<S: Simd>([a, b, c, d, e]: [Complex<S>; 5]) -> [Complex<S>; 5] {
+        // cos and sin of 2π/5 and 4π/5.
+        const C1: f64 = 0.309_016_994_374_947_45;
+        const C2: f64 = -0.809_016_994_374_947_5;
+        const S1: f64 = 0.951_056_516_295_153_5;
+        const S2: f64 = 0.587_785_252_292_473_1;
+        let (be, cd) = (b + e, c + d);
+        let (b_e, c_d) = ((b - e).minus_i(), (c - d).minus_i());
+        let (near, far) = (a + be * C1 + cd * C2, a + be * C2 + cd * C1);
+        let (turn, twist) = (b_e * S1 + c_d * S2, b_e * S2 - c_d * S1);
+        [a + be + cd, near + turn, far + twist, far - twist, near - turn]
+    }
 }
