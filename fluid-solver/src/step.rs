@@ -208,8 +208,8 @@ impl<const D: usize> Stepper<D> {
     /// `velocity` −= weight ∇φ.
     fn correct(&mut self, weight: f64) {
         let Self { grid, state, projection, rhs, phi, .. } = self;
-        for d in 0..D {
-            for_rows(grid, &mut state.velocity[d], &mut rhs[d], |row, u, _| {
+        for (d, (u, rhs)) in state.velocity.iter_mut().zip(rhs).enumerate() {
+            for_rows(grid, u, rhs, |row, u, _| {
                 dispatch(CorrectRow { projection, grid, d, weight, phi, row, u });
             });
         }

@@ -78,6 +78,7 @@ impl WithSimd for Solve<'_> {
     type Output = ();
 
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
     fn with_simd<S: Simd>(self, simd: S) {
         let n = self.sweep.len();
         let (lower, upper) = (&self.sweep.lower[..n], &self.sweep.upper[..n]);
