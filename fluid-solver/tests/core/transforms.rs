@@ -37,10 +37,10 @@ fn transforms_equal_their_definition() {
             let mut data = line.clone();
             transform.forward(&mut data, &mut scratch);
             let tolerance = 4e-15 * (n as f64).max(8.0);
-            for q in 0..values {
+            for (q, row) in data.iter().enumerate() {
                 for lane in [0, 7] {
                     let sum: f64 = (0..values).map(|j| line[j][lane] * basis(kind, n, q, j)).sum();
-                    let wrong = (data[q][lane] - sum).abs();
+                    let wrong = (row[lane] - sum).abs();
                     assert!(wrong <= tolerance, "{kind:?} {n} mode {q}: {wrong:e}");
                 }
             }
