@@ -1,0 +1,163 @@
+//! From a checked scene to a grid, the stepper's options and the grains' shapes.
+
+use crate::axis::AxisSpec;
+use crate::boundary::Boundary;
+use crate::config::{Choices, ProjectionsKey, SchemeKey};
+use crate::field::{State, set_component};
+use crate::grid::{Geometry, Grid, GridSpec};
+use crate::immersed::body::{Motion, Shape, laboratory};
+use crate::scheme::{Projections, Scheme, Viscous};
+use crate::step::Options;
+use protocol::scene::{self, CheckedScene, Face, InitialVelocity, Medium, SceneError, WallKind};
+
+/// Geometry of the scene in this crate's words.
+pub fn geometry(scene: &CheckedScene) -> Geometry {
+    match scene.scene.domain.geometry {
+        scene::Geometry::Plane => Geometry::Plane,
+        scene::Geometry::Axisymmetric => Geometry::Axisymmetric,
+        scene::Geometry::Space => Geometry::Space,
+    }
+}
+
+/// The grid of a scene with `D` axes.
+///
+/// # Errors
+/// What the direct solver cannot treat (two stretched axes, say).
+pub fn grid<const D: usize>(scene: &CheckedScene) -> Result<Grid<D>, SceneError> {
+    let domain = &scene.scene.domain;
+    let geometry = geometry(scene);
+    let axes = std::array::from_fn(|a| {
+        let (start, end, cells) = (domain.lower[a], domain.upper[a], domain.cells[a]);
+        match domain.stretching.filter(|s| s.axis == domain.geometry.axes()[a]) {
+            None => AxisSpec::Uniform { start, end, cells },
+            Some(s) => {
+                AxisSpec::Growing { start, core_end: s.uniform_to, width: s.spacing, end, cells }
+            }
+        }
+    });
+    let boundaries = std::array::from_fn(|a| {
+        let faces = domain.boundary(a).expect("the scene's faces were checked");
+        let lower = faces.lower.map_or(Boundary::Axis, |face| boundary(geometry, &face));
+        [lower, boundary(geometry, &faces.upper)]
+    });
+    Grid::new(&GridSpec { geometry, axes, boundaries }).map_err(|error| {
+        scene.source.error(
+            if domain.stretching.is_some() { "domain.stretching" } else { "domain" },
+            error.to_string(),
+            "change the grid as the message says",
+        )
+    })
+}
+
+fn boundary<const D: usize>(geometry: Geometry, face: &Face) -> Boundary<D> {
+    match face.kind {
+        WallKind::Periodic => Boundary::Periodic,
+        WallKind::FreeSlip => Boundary::FreeSlip,
+        WallKind::NoSlip => Boundary::NoSlip {
+            velocity: std::array::from_fn(|a| face.velocity[laboratory(geometry, a)]),
+        },
+    }
+}
+
+/// The stepper's options, `viscous` being decided by [`crate::plan`].
+pub fn options<const D: usize>(
+    scene: &CheckedScene,
+    medium: &Medium,
+    choices: &Choices,
+    viscous: Viscous,
+) -> Options<D> {
+    let geometry = geometry(scene);
+    let projections = match choices.time.projections {
+        ProjectionsKey::EachStage => Projections::EveryStage,
+        ProjectionsKey::Once => Projections::OncePerStep,
+    };
+    Options {
+        viscosity: medium.kinematic_viscosity(),
+        scheme: match choices.time.scheme {
+            SchemeKey::Rk3 => Scheme::RungeKutta3 { projections },
+            SchemeKey::Ab2 => Scheme::AdamsBashforth2,
+        },
+        viscous,
+        convection: choices.time.convection,
+        body_force: std::array::from_fn(|a| drive(scene, medium, a, laboratory(geometry, a))),
+    }
+}
+
+/// What drives the fluid along grid axis `axis`, m/s²: body force, mean pressure gradient, and
+/// gravity where the axis is periodic, so that no pressure can balance it.
+fn drive(scene: &CheckedScene, medium: &Medium, axis: usize, c: usize) -> f64 {
+    let gravity = if scene.scene.domain.is_periodic(axis) { scene.scene.gravity[c] } else { 0.0 };
+    medium.body_force[c] + gravity - medium.pressure_gradient[c] / medium.density
+}
+
+/// Shapes of the grains, in message order.
+pub fn shapes(scene: &CheckedScene) -> Vec<Shape> {
+    let shape = |grain: &scene::Grain| Shape {
+        radius: grain.radius,
+        density: grain.density,
+        volume: grain.volume(),
+        gyration: match grain.shape {
+            scene::Shape::Sphere => 0.4 * grain.radius * grain.radius,
+            scene::Shape::Disc => 0.5 * grain.radius * grain.radius,
+        },
+    };
+    scene.grains.iter().map(shape).collect()
+}
+
+/// Motion of the grains at t = 0.
+pub fn motions(scene: &CheckedScene) -> Vec<Motion> {
+    let geometry = geometry(scene);
+    let motion = |grain: &scene::Grain| {
+        let mut velocity = grain.velocity;
+        if let Some(swing) = &grain.oscillation {
+            for (v, amplitude) in velocity.iter_mut().zip(swing.amplitude) {
+                *v += amplitude * swing.phase.sin();
+            }
+        }
+        let from = protocol::message::Kinematics {
+            position: grain.position,
+            velocity,
+            spin: grain.spin,
+            ..Default::default()
+        };
+        let motion = Motion::received(geometry, &from);
+        match grain.motion {
+            scene::Motion::Fixed => Motion { centre: motion.centre, ..Motion::default() },
+            _ => motion,
+        }
+    };
+    scene.grains.iter().map(motion).collect()
+}
+
+/// Sets the velocity at t = 0.
+pub fn set_initial<const D: usize>(scene: &CheckedScene, grid: &Grid<D>, state: &mut State<D>) {
+    let Some(medium) = &scene.scene.medium else { return };
+    let axes = scene.scene.domain.geometry.axes();
+    match medium.initial {
+        InitialVelocity::Rest => {}
+        InitialVelocity::Uniform { velocity } => {
+            for d in 0..D {
+                let value = velocity[laboratory(grid.geometry, d)];
+                set_component(grid, d, &mut state.velocity[d], |_| value);
+            }
+        }
+        InitialVelocity::Shear { direction, gradient, rate, origin } => {
+            let place = |axis| axes.iter().position(|a| *a == axis);
+            if let (Some(d), Some(g)) = (place(direction), place(gradient)) {
+                set_component(grid, d, &mut state.velocity[d], |x| rate * (x[g] - origin));
+            }
+        }
+        InitialVelocity::TaylorGreen { amplitude } => {
+            // In space (x, z) too; the wave fills the box along both.
+            let last = D - 1;
+            let k = |a: usize| std::f64::consts::TAU / grid.axes[a].length();
+            let (kx, kz) = (k(0), k(last));
+            set_component(grid, 0, &mut state.velocity[0], |x| {
+                amplitude * (kx * x[0]).sin() * (kz * x[last]).cos()
+            });
+            set_component(grid, last, &mut state.velocity[last], |x| {
+                -amplitude * kx / kz * (kx * x[0]).cos() * (kz * x[last]).sin()
+            });
+        }
+    }
+}

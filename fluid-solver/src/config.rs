@@ -1,0 +1,287 @@
+//! The `[fluid]` section: as typed ([`FluidSection`]) and as meant ([`Choices`]).
+
+use crate::immersed::mask::Mask;
+use protocol::facts::{Forcing, LoadsForm};
+use protocol::scene::{CheckedScene, Motion, SceneError};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Time scheme.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SchemeKey {
+    /// Three-stage Runge–Kutta for convection, Crank–Nicolson for implicit viscosity.
+    #[default]
+    Rk3,
+    /// Adams–Bashforth for convection, Crank–Nicolson for implicit viscosity.
+    Ab2,
+}
+
+/// How often a Runge–Kutta step is projected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProjectionsKey {
+    /// After every stage.
+    #[default]
+    EachStage,
+    /// At the end of the step.
+    Once,
+}
+
+/// How viscosity is integrated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ViscosityKey {
+    /// Any ν dt/Δx².
+    Implicit,
+    /// Cheaper; small ν dt/Δx² only.
+    Explicit,
+    /// Explicit where it does not shorten the step, else implicit.
+    #[default]
+    Auto,
+}
+
+/// `fluid.time`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TimeSection {
+    /// `rk3` or `ab2`.
+    pub scheme: SchemeKey,
+    /// `each-stage` or `once` (`rk3` only).
+    pub projections: ProjectionsKey,
+    /// `implicit`, `explicit` or `auto`.
+    pub viscosity: ViscosityKey,
+    /// Time step, s. Without it the step follows `cfl`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dt: Option<f64>,
+    /// dt Σ_a |u_a|/Δx_a that an adaptive step keeps.
+    pub cfl: f64,
+    /// Convection; `false` is Stokes flow.
+    pub convection: bool,
+}
+
+impl Default for TimeSection {
+    fn default() -> Self {
+        Self {
+            scheme: SchemeKey::default(),
+            projections: ProjectionsKey::default(),
+            viscosity: ViscosityKey::default(),
+            dt: None,
+            cfl: 0.5,
+            convection: true,
+        }
+    }
+}
+
+/// `fluid.immersed`.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ImmersedSection {
+    /// `carried` (default) or `direct` (Izard et al. 2014, eq. 7).
+    pub method: Forcing,
+    /// `parameter-free` (default of `carried`) or `seed` (default of `direct`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mask: Option<Mask>,
+    /// Factor on the thickness of the seed's eqs 8–10; by default 0.5 for `parameter-free`, 1 for
+    /// `seed`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width: Option<f64>,
+}
+
+/// `fluid.loads`.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LoadsSection {
+    /// `F1`, `F2`, `F3`, `F5` or `F5b`; by default `F5b` for `carried`, `F1` for `direct`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub form: Option<LoadsForm>,
+    /// Virtual mass coefficient C_v; by default 0.5, but 0 with `F1`, which has none in print.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub virtual_mass: Option<f64>,
+    /// Count the grain's volume on the grid, not its true one, in the mass that F5 and F5b take off:
+    /// quiet at very small density ratios, a slower start.
+    pub displaced_mass: bool,
+}
+
+/// The `[fluid]` section.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FluidSection {
+    /// Command of a foreign fluid solver; the coupler's key, without meaning here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub command: Option<Vec<String>>,
+    /// Time integration.
+    pub time: TimeSection,
+    /// Immersed boundary.
+    pub immersed: ImmersedSection,
+    /// Loads on the grains.
+    pub loads: LoadsSection,
+}
+
+/// The part of a scene that is read here.
+#[derive(Deserialize)]
+struct Document {
+    #[serde(default)]
+    fluid: FluidSection,
+}
+
+/// The section with every choice made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choices {
+    /// Time integration.
+    pub time: TimeSection,
+    /// How the motion is imposed.
+    pub method: Forcing,
+    /// Form of the mask.
+    pub mask: Mask,
+    /// Factor on its thickness.
+    pub width: f64,
+    /// Form of the loads.
+    pub form: LoadsForm,
+    /// C_v.
+    pub virtual_mass: f64,
+    /// Whether the grain's volume on the grid counts.
+    pub displaced_mass: bool,
+}
+
+impl FluidSection {
+    /// Reads the section of a scene.
+    ///
+    /// # Errors
+    /// With the place of an unknown key, a wrong type or a value that is not allowed.
+    pub fn read(scene: &CheckedScene) -> Result<Self, SceneError> {
+        let section = scene.source.section::<Document>()?.fluid;
+        section.check(scene)?;
+        Ok(section)
+    }
+
+    /// Every choice made, defaults filled in.
+    #[must_use]
+    pub fn choices(&self) -> Choices {
+        let method = self.immersed.method;
+        let direct = method == Forcing::Direct;
+        let mask =
+            self.immersed.mask.unwrap_or(if direct { Mask::Seed } else { Mask::ParameterFree });
+        let form = self.loads.form.unwrap_or(if direct { LoadsForm::F1 } else { LoadsForm::F5b });
+        let none = form == LoadsForm::F1;
+        Choices {
+            time: self.time.clone(),
+            method,
+            mask,
+            width: self.immersed.width.unwrap_or(if mask == Mask::Seed { 1.0 } else { 0.5 }),
+            form,
+            virtual_mass: self.loads.virtual_mass.unwrap_or(if none { 0.0 } else { 0.5 }),
+            displaced_mass: self.loads.displaced_mass,
+        }
+    }
+
+    /// The section with every default written out.
+    #[must_use]
+    pub fn resolved(&self) -> Self {
+        let choices = self.choices();
+        let mut section = self.clone();
+        section.immersed.mask = Some(choices.mask);
+        section.immersed.width = Some(choices.width);
+        section.loads.form = Some(choices.form);
+        section.loads.virtual_mass = Some(choices.virtual_mass);
+        section
+    }
+
+    /// Refuses values and combinations that mean nothing.
+    fn check(&self, scene: &CheckedScene) -> Result<(), SceneError> {
+        let source = &scene.source;
+        let time = &self.time;
+        if let Some(dt) = time.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
+            return Err(source.error(
+                "fluid.time.dt",
+                format!("is {dt}; allowed: a finite number > 0"),
+                "give a positive time step in s, or leave it out to follow fluid.time.cfl",
+            ));
+        }
+        let limit = time.scheme.cfl_limit();
+        if !(time.cfl > 0.0 && time.cfl <= limit) {
+            return Err(source.error(
+                "fluid.time.cfl",
+                format!("is {}; allowed: above 0, up to {limit} with this scheme", time.cfl),
+                "give a CFL number such as 0.5",
+            ));
+        }
+        let choices = self.choices();
+        if !(choices.width > 0.0 && choices.width <= 4.0) {
+            return Err(source.error(
+                "fluid.immersed.width",
+                format!("is {}; allowed: above 0, up to 4", choices.width),
+                "give a factor on the seed's thickness, such as 0.5",
+            ));
+        }
+        if !(choices.virtual_mass >= 0.0 && choices.virtual_mass.is_finite()) {
+            return Err(source.error(
+                "fluid.loads.virtual_mass",
+                format!("is {}; allowed: a finite number ≥ 0", choices.virtual_mass),
+                "give the coefficient C_v, such as 0.5",
+            ));
+        }
+        self.check_loads(scene, &choices)
+    }
+
+    /// Refuses forms of the loads that the method or the grains do not allow.
+    fn check_loads(&self, scene: &CheckedScene, choices: &Choices) -> Result<(), SceneError> {
+        let source = &scene.source;
+        let (form, semi) = (choices.form, choices.form.is_semi_implicit());
+        if choices.method == Forcing::Direct && semi {
+            return Err(source.error(
+                "fluid.loads.form",
+                format!("is {form:?}, which needs a carried force; fluid.immersed.method is \"direct\""),
+                "take F1, F2 or F3, or set fluid.immersed.method = \"carried\"",
+            ));
+        }
+        if choices.displaced_mass && !semi {
+            return Err(source.error(
+                "fluid.loads.displaced_mass",
+                format!("has no meaning for {form:?}"),
+                "remove it, or take fluid.loads.form = \"F5b\"",
+            ));
+        }
+        let Some(medium) = &scene.scene.medium else {
+            return Err(source.error(
+                "medium",
+                "is missing: a scene without fluid needs no fluid solver",
+                "add [medium] with density and viscosity, or run bedload-dem alone",
+            ));
+        };
+        let near = |density: f64| (density / medium.density - 1.0).abs() < 1e-6;
+        let neutral = scene.grains.iter().position(|g| g.motion == Motion::Free && near(g.density));
+        if let (LoadsForm::F1, Some(grain)) = (form, neutral) {
+            return Err(source.error(
+                "fluid.loads.form",
+                format!(
+                    "is F1, which divides by the difference of the densities, and grain {grain} is as \
+                     dense as the fluid ({})",
+                    medium.density
+                ),
+                "take F5b (fluid.immersed.method = \"carried\"), or F2",
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl SchemeKey {
+    /// Largest dt Σ_a |u_a|/Δx_a at which flows with grains were seen stable.
+    #[must_use]
+    pub fn cfl_limit(self) -> f64 {
+        match self {
+            Self::Rk3 => 1.7,
+            Self::Ab2 => 0.75,
+        }
+    }
+
+    /// Largest ν dt Σ_a 1/Δx_a² with explicit viscosity.
+    #[must_use]
+    pub fn viscous_limit(self) -> f64 {
+        match self {
+            Self::Rk3 => 0.6,
+            Self::Ab2 => 0.25,
+        }
+    }
+}

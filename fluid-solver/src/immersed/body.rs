@@ -1,0 +1,112 @@
+//! A grain as the fluid sees it: a rigid sphere or disc with a given motion.
+
+use crate::grid::Geometry;
+use protocol::message::Kinematics;
+use serde::{Deserialize, Serialize};
+
+/// What never changes about a grain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// Radius, m.
+    pub radius: f64,
+    /// Density of the grain, kg/m³.
+    pub density: f64,
+    /// Volume, m³ (plane: m² per metre of depth).
+    pub volume: f64,
+    /// Moment of inertia over mass, m²: 2R²/5 for a sphere, R²/2 for a disc.
+    pub gyration: f64,
+}
+
+/// Where a grain is and how it moves, laboratory frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// Centre, m.
+    pub centre: [f64; 3],
+    /// Velocity of the centre, m/s.
+    pub velocity: [f64; 3],
+    /// Angular velocity, rad/s.
+    pub spin: [f64; 3],
+}
+
+impl Motion {
+    /// The coupling part of a message. What the geometry has no room for is dropped: motion off the
+    /// plane, and all but the motion along the axis in an axisymmetric run.
+    pub fn received(geometry: Geometry, from: &Kinematics) -> Self {
+        let mut motion = Self { centre: from.position, velocity: from.velocity, spin: from.spin };
+        match geometry {
+            Geometry::Space => {}
+            Geometry::Plane => {
+                (motion.centre[1], motion.velocity[1]) = (0.0, 0.0);
+                (motion.spin[0], motion.spin[2]) = (0.0, 0.0);
+            }
+            Geometry::Axisymmetric => {
+                for c in 0..2 {
+                    (motion.centre[c], motion.velocity[c]) = (0.0, 0.0);
+                }
+                motion.spin = [0.0; 3];
+            }
+        }
+        motion
+    }
+
+    /// Where the motion leads within `dt` at constant velocity.
+    pub fn predicted(&self, dt: f64) -> Self {
+        let centre = std::array::from_fn(|c| self.centre[c] + dt * self.velocity[c]);
+        Self { centre, ..*self }
+    }
+
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        [self.centre, self.velocity, self.spin].as_flattened().iter().all(|x| x.is_finite())
+    }
+
+    /// Component `c` of the velocity at the arm `arm` from the centre: U + ω × r.
+    #[inline]
+    pub fn velocity_at(&self, c: usize, arm: [f64; 3]) -> f64 {
+        let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+        self.velocity[c] + self.spin[a] * arm[b] - self.spin[b] * arm[a]
+    }
+
+    /// How that component changes per metre along laboratory axis `axis`.
+    #[inline]
+    pub fn slope(&self, c: usize, axis: usize) -> f64 {
+        let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+        if axis == b {
+            self.spin[a]
+        } else if axis == a {
+            -self.spin[b]
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Laboratory component (0 x, 1 y, 2 z) of grid axis `axis`; the radial axis stands for x.
+pub fn laboratory(geometry: Geometry, axis: usize) -> usize {
+    match geometry {
+        Geometry::Space => axis,
+        Geometry::Plane | Geometry::Axisymmetric => 2 * axis,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rigid_velocity_is_the_cross_product() {
+        let motion = Motion { centre: [0.0; 3], velocity: [1.0, 2.0, 3.0], spin: [0.5, -0.25, 2.0] };
+        let arm = [0.1, 0.2, -0.3];
+        let cross = nalgebra::Vector3::from(motion.spin).cross(&nalgebra::Vector3::from(arm));
+        for c in 0..3 {
+            let here = motion.velocity_at(c, arm);
+            assert!((here - motion.velocity[c] - cross[c]).abs() < 1e-15);
+            for axis in 0..3 {
+                let mut further = arm;
+                further[axis] += 1.0;
+                let step = motion.velocity_at(c, further) - here;
+                assert!((step - motion.slope(c, axis)).abs() < 1e-15);
+            }
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Loads on the grains, in each of the forms of numerics §1.
+//!
+//! With `f` the force per unit density that the grain would exert on the fluid, m_f the mass of the
+//! fluid it displaces and ρ the fluid's density, the message carries
+//! ```text
+//! F1        −ρ ρ_p / (ρ_p − ρ) ∫ f dV                    as printed (Izard et al. 2014, eqs 5–6)
+//! F2        −ρ ∫ f dV + ρ d/dt ∫ α u dV − m_f g
+//! F3        −ρ ∫ f dV + m_f dU/dt − m_f g
+//! F5, F5b    ρ G / dt − m_f g
+//! ```
+//! so that `m_p dU/dt = m_p g + F` in every case: buoyancy is in F, weight is not. Eq. 5 holds the
+//! buoyancy already. Why −m_f g stands along periodic axes too: `docs/equations-immersed.md`.
+
+use crate::immersed::Wrench;
+use crate::immersed::body::Shape;
+use protocol::facts::LoadsForm;
+use protocol::message::Loads;
+
+/// What is the same for all grains and steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadsRule {
+    /// Form.
+    pub form: LoadsForm,
+    /// Virtual mass coefficient C_v.
+    pub virtual_mass: f64,
+    /// Gravity, m/s².
+    pub gravity: [f64; 3],
+    /// Density of the fluid, kg/m³.
+    pub density: f64,
+    /// Number of axes of a grain: 3 for a sphere, 2 for a disc.
+    pub dimensions: i32,
+}
+
+/// What the fluid knows about one grain in one window.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// ∫ f dV; for F5 and F5b −G/dt.
+    pub force: Wrench,
+    /// d/dt ∫ α u dV (F2).
+    pub interior: Wrench,
+    /// Acceleration and angular acceleration over the window before (F3, displaced mass).
+    pub acceleration: Wrench,
+    /// ∫ β dV on the grid's nodes of each component, m³, where it is to count.
+    pub volume: Option<[f64; 3]>,
+    /// Acceleration that the fluid as a whole begins with, m/s²: in the first window only.
+    pub drive: [f64; 3],
+}
+
+impl LoadsRule {
+    /// The message about one grain.
+    pub fn loads(&self, shape: &Shape, measured: &Measured) -> Loads {
+        let rho = self.density;
+        let mass = rho * shape.volume;
+        let inertia = mass * shape.gyration;
+        let mut loads = Loads {
+            added_mass: self.virtual_mass * mass,
+            added_inertia: self.virtual_mass * inertia,
+            ..Loads::default()
+        };
+        let scale = match self.form {
+            LoadsForm::F1 => rho * shape.density / (shape.density - rho),
+            _ => rho,
+        };
+        let buoyant = if self.form == LoadsForm::F1 { 0.0 } else { mass };
+        let (f, inside, a) = (&measured.force, &measured.interior, &measured.acceleration);
+        for c in 0..3 {
+            loads.force[c] = -scale * f.force[c] - buoyant * self.gravity[c];
+            loads.torque[c] = -scale * f.torque[c];
+            // Virtual mass resists motion relative to the fluid. A DEM counts the part of the fluid
+            // through A_prev, of which it knows nothing before the first window.
+            loads.force[c] += loads.added_mass * measured.drive[c];
+            match self.form {
+                LoadsForm::F2 => {
+                    loads.force[c] += rho * inside.force[c];
+                    loads.torque[c] += rho * inside.torque[c];
+                }
+                LoadsForm::F3 => {
+                    loads.force[c] += mass * a.force[c];
+                    loads.torque[c] += inertia * a.torque[c];
+                }
+                LoadsForm::F1 | LoadsForm::F5 | LoadsForm::F5b => {}
+            }
+        }
+        if let Some(volumes) = measured.volume {
+            self.displace(shape, volumes, measured, &mut loads);
+        }
+        loads
+    }
+
+    /// Puts the mass ρ(∫β dV − V) on the grain's side of the equation. A DEM adds added_mass A_prev
+    /// to the force, which belongs to C_v m_f alone, so the rest is taken off here.
+    ///
+    /// The mass of a message has no direction: it is the mean over the components that the grain
+    /// moves along, and the rest acts through the acceleration that is known.
+    fn displace(&self, shape: &Shape, volumes: [f64; 3], measured: &Measured, loads: &mut Loads) {
+        let a = &measured.acceleration;
+        let filled = volumes.iter().filter(|v| **v > 0.0).count().max(1);
+        let volume = volumes.iter().sum::<f64>() / filled as f64;
+        let mass = self.density * (volume - shape.volume);
+        // A body swollen in proportion has inertia ∝ V^{1 + 2/d}.
+        let swollen = (volume / shape.volume).powf(1.0 + 2.0 / f64::from(self.dimensions)) - 1.0;
+        let inertia = self.density * shape.volume * shape.gyration * swollen;
+        loads.added_mass += mass;
+        loads.added_inertia += inertia;
+        for c in 0..3 {
+            let uneven = if volumes[c] > 0.0 { self.density * (volumes[c] - volume) } else { 0.0 };
+            loads.force[c] -= mass * a.force[c] + uneven * (a.force[c] + measured.drive[c]);
+            loads.torque[c] -= inertia * a.torque[c];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHAPE: Shape = Shape { radius: 1.0, density: 4.0, volume: 3.0, gyration: 0.4 };
+
+    fn rule(form: LoadsForm) -> LoadsRule {
+        LoadsRule { form, virtual_mass: 0.5, gravity: [0.0, 0.0, -2.0], density: 1.0, dimensions: 3 }
+    }
+
+    #[test]
+    fn buoyancy_is_in_every_form_but_the_printed_one() {
+        let none = Measured::default();
+        for form in [LoadsForm::F2, LoadsForm::F3, LoadsForm::F5, LoadsForm::F5b] {
+            let loads = rule(form).loads(&SHAPE, &none);
+            assert_eq!(loads.force, [0.0, 0.0, 6.0]);
+            assert_eq!((loads.added_mass, loads.added_inertia), (1.5, 0.6));
+        }
+        assert_eq!(rule(LoadsForm::F1).loads(&SHAPE, &none).force, [0.0; 3]);
+    }
+
+    /// A grain at rest in fluid at rest: interior fluid would fall with (ρ_p − ρ)/ρ_p g but is held.
+    #[test]
+    fn all_forms_agree_on_a_grain_that_moves_with_its_interior() {
+        // Rigid interior, surface force per unit density s: ρV a = s − ρV g_h + ρ∫f with the
+        // hydrostatic part subtracted, so ∫f = V a − s; every form must return s − m_f g.
+        let (surface, a) = (1.7, 0.3);
+        let force = Wrench { force: [0.0, 0.0, SHAPE.volume * a - surface], torque: [0.0; 3] };
+        let interior = Wrench { force: [0.0, 0.0, SHAPE.volume * a], torque: [0.0; 3] };
+        let acceleration = Wrench { force: [0.0, 0.0, a], torque: [0.0; 3] };
+        let measured = Measured { force, interior, acceleration, ..Measured::default() };
+        for form in [LoadsForm::F2, LoadsForm::F3] {
+            let loads = rule(form).loads(&SHAPE, &measured);
+            assert!((loads.force[2] - (surface + 6.0)).abs() < 1e-14, "{form:?}: {:?}", loads.force);
+        }
+        // F1 agrees when `a` is the grain's true acceleration: m_p a = m_p g + F.
+        let a = (12.0 * -2.0 + surface + 6.0) / 12.0;
+        let force = Wrench { force: [0.0, 0.0, SHAPE.volume * a - surface], torque: [0.0; 3] };
+        let loads = rule(LoadsForm::F1).loads(&SHAPE, &Measured { force, ..Measured::default() });
+        assert!((loads.force[2] - (surface + 6.0)).abs() < 1e-13, "{:?}", loads.force);
+    }
+
+    #[test]
+    fn displaced_mass_leaves_a_steady_acceleration_alone() {
+        let acceleration = Wrench { force: [0.0, 0.0, 0.25], torque: [0.0; 3] };
+        let plain = Measured { acceleration, ..Measured::default() };
+        let swollen = Measured { volume: Some([3.2, 3.3, 3.3]), ..plain };
+        let (p, s) = (rule(LoadsForm::F5b).loads(&SHAPE, &plain), rule(LoadsForm::F5b).loads(&SHAPE, &swollen));
+        // (m_p + m_a) a = m_p g + F + C_v m_f a: the same a solves both.
+        let left = |l: &Loads| (12.0 + l.added_mass) * 0.25 - l.force[2];
+        assert!((left(&p) - left(&s)).abs() < 1e-14);
+        assert!(s.added_mass > p.added_mass && s.added_inertia > p.added_inertia);
+    }
+}

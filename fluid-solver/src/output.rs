@@ -1,0 +1,167 @@
+//! Field files for ParaView: VTK rectilinear grids (`.vtr`), appended raw binary, 64-bit floats.
+//!
+//! Cell data: velocity at the centres, pressure without its hydrostatic part and mean gradient,
+//! vorticity, solid fraction. A plane or (r, z) grid lies in the plane y = 0, r along x.
+
+use crate::grid::{Geometry, Grid};
+use crate::immersed::body::laboratory;
+use crate::immersed::cover::{Cover, Nodes};
+use crate::solver::Solver;
+use protocol::participant::{SolverError, Window};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+/// One array of a file: name, components, values.
+struct Array {
+    name: &'static str,
+    components: usize,
+    values: Vec<f64>,
+}
+
+/// Writes the fields after `window` to `folder`/`fluid_<step>.vtr`.
+///
+/// # Errors
+/// [`SolverError::File`].
+pub fn write<const D: usize>(
+    solver: &mut Solver<D>,
+    window: &Window,
+    folder: &Path,
+) -> Result<(), SolverError> {
+    solver.stepper_mut().fill_halos();
+    let data = [velocity(solver), pressure(solver), vorticity(solver), solid(solver)];
+    let path = folder.join(format!("fluid_{:08}.vtr", window.step));
+    let save = || -> std::io::Result<()> {
+        std::fs::create_dir_all(folder)?;
+        std::fs::write(&path, file(solver.grid(), window.time + window.dt, &data)?)
+    };
+    save().map_err(|source| SolverError::File { path: path.display().to_string(), source })
+}
+
+/// The whole file.
+fn file<const D: usize>(grid: &Grid<D>, time: f64, data: &[Array]) -> std::io::Result<Vec<u8>> {
+    let coordinates: [Vec<f64>; 3] = std::array::from_fn(|c| {
+        let axis = (0..D).find(|a| laboratory(grid.geometry, *a) == c);
+        axis.map_or_else(|| vec![0.0], |a| grid.axes[a].faces.clone())
+    });
+    let extent = coordinates.iter().fold(String::new(), |mut text, c| {
+        let _ = write!(text, "0 {} ", c.len() - 1);
+        text
+    });
+    let extent = extent.trim_end();
+    let mut offset = 0;
+    let mut entry = |name: &str, components: usize, values: &[f64]| {
+        let here = offset;
+        offset += 8 + 8 * values.len();
+        format!(
+            "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
+             format=\"appended\" offset=\"{here}\"/>\n"
+        )
+    };
+    let mut text = format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"RectilinearGrid\" version=\"1.0\" \
+         byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<RectilinearGrid WholeExtent=\"{extent}\">\n\
+         <FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" \
+         format=\"ascii\">{time:e}</DataArray>\n</FieldData>\n<Piece Extent=\"{extent}\">\n<CellData>\n"
+    );
+    for array in data {
+        text += &entry(array.name, array.components, &array.values);
+    }
+    text += "</CellData>\n<Coordinates>\n";
+    for (name, values) in ["x", "y", "z"].iter().zip(&coordinates) {
+        text += &entry(name, 1, values);
+    }
+    text += "</Coordinates>\n</Piece>\n</RectilinearGrid>\n<AppendedData encoding=\"raw\">\n_";
+    let mut bytes = text.into_bytes();
+    for values in data.iter().map(|a| &a.values).chain(&coordinates) {
+        bytes.write_all(&(8 * values.len() as u64).to_le_bytes())?;
+        for value in values {
+            bytes.write_all(&value.to_le_bytes())?;
+        }
+    }
+    bytes.write_all(b"\n</AppendedData>\n</VTKFile>\n")?;
+    Ok(bytes)
+}
+
+/// Visits every cell in VTK's order (x fastest): its indices and its place in a field.
+fn for_each_cell<const D: usize>(grid: &Grid<D>, mut visit: impl FnMut([usize; D], usize)) {
+    for row in 0..grid.rows() {
+        let start = grid.row(row);
+        let rest = [0, row % grid.cells[1], row / grid.cells[1]];
+        for i in 0..grid.cells[0] {
+            visit(std::array::from_fn(|a| if a == 0 { i } else { rest[a] }), start + i);
+        }
+    }
+}
+
+fn velocity<const D: usize>(solver: &Solver<D>) -> Array {
+    let grid = solver.grid();
+    let mut values = Vec::with_capacity(3 * grid.cell_count());
+    for_each_cell(grid, |_, index| {
+        let mut v = [0.0; 3];
+        for (a, u) in solver.stepper().state().velocity.iter().enumerate() {
+            v[laboratory(grid.geometry, a)] = 0.5 * (u[index] + u[index + grid.stride(a)]);
+        }
+        values.extend(v);
+    });
+    Array { name: "velocity", components: 3, values }
+}
+
+fn pressure<const D: usize>(solver: &Solver<D>) -> Array {
+    let grid = solver.grid();
+    let mut values = Vec::with_capacity(grid.cell_count());
+    let p = &solver.stepper().state().pressure;
+    for_each_cell(grid, |_, index| values.push(solver.density() * p[index]));
+    Array { name: "pressure", components: 1, values }
+}
+
+/// ∇ × u at the centres: central differences of the centred velocity, walls through the halo.
+fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
+    let grid = solver.grid();
+    let velocity = &solver.stepper().state().velocity;
+    let mut values = Vec::with_capacity(3 * grid.cell_count());
+    // ∂u_d/∂x_a at a centre, a ≠ d.
+    let slope = |at: [usize; D], index: usize, d: usize, a: usize| {
+        let u = &velocity[d];
+        let centred = |i: usize| 0.5 * (u[i] + u[i + grid.stride(d)]);
+        let distances = &grid.axes[a].distances;
+        let width = distances[at[a]] + distances[at[a] + 1];
+        (centred(index + grid.stride(a)) - centred(index - grid.stride(a))) / width
+    };
+    for_each_cell(grid, |at, index| {
+        let mut curl = [0.0; 3];
+        for d in 0..D {
+            for a in (0..D).filter(|a| *a != d) {
+                let (c, k) = (laboratory(grid.geometry, d), laboratory(grid.geometry, a));
+                let normal = 3 - c - k;
+                // ε_{normal, k, c} ∂u_c/∂x_k
+                let sign = if (k + 1) % 3 == c { 1.0 } else { -1.0 };
+                curl[normal] += sign * slope(at, index, d, a);
+            }
+        }
+        if grid.geometry == Geometry::Axisymmetric {
+            curl[0] = 0.0;
+            curl[2] = 0.0;
+        }
+        values.extend(curl);
+    });
+    Array { name: "vorticity", components: 3, values }
+}
+
+fn solid<const D: usize>(solver: &Solver<D>) -> Array {
+    let grid = solver.grid();
+    let nodes = Nodes::new(grid, D);
+    let mut odds = grid.new_field();
+    let mut cover = Cover::default();
+    for (shape, motion) in solver.immersed().shapes().iter().zip(solver.motions()) {
+        cover.place(grid, &nodes, solver.kernel(), motion.centre, shape.radius);
+        for (span, row) in cover.rows() {
+            for (sum, q) in odds[span.start..].iter_mut().zip(row) {
+                *sum += q;
+            }
+        }
+    }
+    let mut values = Vec::with_capacity(grid.cell_count());
+    for_each_cell(grid, |_, index| values.push(odds[index] / (1.0 + odds[index])));
+    Array { name: "solid", components: 1, values }
+}

@@ -1,0 +1,110 @@
+//! The fluid as a participant: the number of axes is chosen here, once.
+
+use crate::checkpoint;
+use crate::output;
+use crate::solver::Solver;
+use protocol::message::{Kinematics, Loads};
+use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
+use protocol::scene::{CheckedScene, SceneError};
+use std::path::{Path, PathBuf};
+
+/// A fluid solver for any geometry.
+pub struct Fluid {
+    solver: Any,
+    scene: String,
+    fields: PathBuf,
+}
+
+/// Two or three axes. Boxed: the plans of the transforms are large.
+enum Any {
+    Two(Box<Solver<2>>),
+    Three(Box<Solver<3>>),
+}
+
+/// Calls a method on whichever solver there is.
+macro_rules! any {
+    ($any:expr, $solver:ident => $call:expr) => {
+        match $any {
+            Any::Two($solver) => $call,
+            Any::Three($solver) => $call,
+        }
+    };
+}
+
+impl Fluid {
+    /// Reads `[fluid]`, lays out the grid and the grains. Field files go to `folder`/`fields`.
+    ///
+    /// # Errors
+    /// [`SceneError`] naming the key that this solver cannot follow.
+    pub fn new(scene: &CheckedScene, folder: &Path) -> Result<Self, SceneError> {
+        crate::facts::facts(scene)?;
+        let solver = match scene.scene.domain.dimensions() {
+            2 => Any::Two(Box::new(Solver::new(scene)?)),
+            _ => Any::Three(Box::new(Solver::new(scene)?)),
+        };
+        Ok(Self { solver, scene: scene.sha256(), fields: folder.join("fields") })
+    }
+
+    /// The solver of a plane or axisymmetric scene.
+    pub fn two(&self) -> Option<&Solver<2>> {
+        match &self.solver {
+            Any::Two(solver) => Some(solver),
+            Any::Three(_) => None,
+        }
+    }
+
+    /// The solver of a scene in space.
+    pub fn three(&self) -> Option<&Solver<3>> {
+        match &self.solver {
+            Any::Two(_) => None,
+            Any::Three(solver) => Some(solver),
+        }
+    }
+
+    /// Step proposed for the first window, s.
+    pub fn first_dt(&self) -> f64 {
+        any!(&self.solver, solver => solver.plan().first())
+    }
+}
+
+impl Participant for Fluid {
+    type Incoming = Kinematics;
+    type Outgoing = Loads;
+    const ROLE: Role = Role::Fluid;
+
+    fn grains(&self) -> usize {
+        any!(&self.solver, solver => solver.motions().len())
+    }
+
+    fn advance(
+        &mut self,
+        window: &Window,
+        exchange: &mut dyn Exchange<Kinematics, Loads>,
+    ) -> Result<WindowReport, SolverError> {
+        any!(&mut self.solver, solver => solver.advance(window, exchange))
+    }
+
+    fn save(&mut self) {
+        any!(&mut self.solver, solver => solver.save());
+    }
+
+    fn restore(&mut self) {
+        any!(&mut self.solver, solver => solver.restore());
+    }
+
+    fn write_checkpoint(&self, folder: &Path) -> Result<(), SolverError> {
+        any!(&self.solver, solver => checkpoint::write(solver, &self.scene, folder))
+    }
+
+    fn read_checkpoint(&mut self, folder: &Path) -> Result<(), SolverError> {
+        any!(&mut self.solver, solver => checkpoint::read(solver, &self.scene, folder))
+    }
+
+    fn write_fields(&mut self, window: &Window) -> Result<(), SolverError> {
+        any!(&mut self.solver, solver => output::write(solver, window, &self.fields))
+    }
+
+    fn solver_seconds(&self) -> f64 {
+        any!(&self.solver, solver => solver.seconds())
+    }
+}

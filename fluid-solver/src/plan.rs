@@ -1,0 +1,164 @@
+//! The time step: what is asked for, what the method bears, what is proposed.
+
+use crate::config::{Choices, ViscosityKey};
+use crate::grid::Grid;
+use crate::immersed::body::Motion;
+use crate::scheme::Viscous;
+use protocol::scene::{self, CheckedScene, Medium, SceneError};
+
+/// ν dt/Δx² up to which the carried force converges in few steps in dense beds (numerics §2).
+const FORCE_NUMBER: f64 = 2.0;
+
+/// Bounds on the time step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// dt of the scene, s, if it is fixed.
+    pub fixed: Option<f64>,
+    /// CFL number kept when it is not.
+    pub cfl: f64,
+    /// Largest step whatever the velocity, s.
+    pub ceiling: f64,
+    /// Treatment of viscosity.
+    pub viscous: Viscous,
+    /// Smallest cell, m.
+    pub spacing: f64,
+}
+
+impl Plan {
+    /// Decides the treatment of viscosity and the bounds.
+    ///
+    /// # Errors
+    /// If explicit viscosity is asked for with a dt that it does not bear.
+    pub fn new<const D: usize>(
+        scene: &CheckedScene,
+        medium: &Medium,
+        choices: &Choices,
+        grid: &Grid<D>,
+    ) -> Result<Self, SceneError> {
+        let nu = medium.kinematic_viscosity();
+        let time = &choices.time;
+        let width = |a: usize| grid.axes[a].widths.iter().copied().fold(f64::INFINITY, f64::min);
+        let inverse: f64 = (0..D).map(|a| width(a).powi(-2)).sum();
+        let explicit = time.scheme.viscous_limit() / (nu * inverse);
+        let spacing = grid.smallest_width();
+        let force = if scene.grains.is_empty() { f64::INFINITY } else { FORCE_NUMBER * spacing * spacing / nu };
+        let speed = expected_speed(scene, medium);
+        let by_speed = time.cfl * spacing / speed;
+        let wanted = time.dt.unwrap_or(by_speed.min(force));
+        let viscous = match time.viscosity {
+            ViscosityKey::Implicit => Viscous::Implicit,
+            ViscosityKey::Explicit => Viscous::Explicit,
+            ViscosityKey::Auto if wanted <= explicit => Viscous::Explicit,
+            ViscosityKey::Auto => Viscous::Implicit,
+        };
+        let mut ceiling = by_speed.min(force).min(scene.scene.until);
+        if viscous == Viscous::Explicit {
+            if let Some(dt) = time.dt.filter(|dt| *dt > explicit) {
+                return Err(scene.source.error(
+                    "fluid.time.dt",
+                    format!("is {dt}; with explicit viscosity this grid allows at most {explicit:.3e}"),
+                    "give a smaller dt, or set fluid.time.viscosity = \"implicit\"",
+                ));
+            }
+            ceiling = ceiling.min(explicit);
+        }
+        Ok(Self { fixed: time.dt, cfl: time.cfl, ceiling, viscous, spacing })
+    }
+
+    /// Step proposed before anything moves, s.
+    pub fn first(&self) -> f64 {
+        self.fixed.unwrap_or_else(|| rung(self.ceiling))
+    }
+
+    /// Step proposed after one of length `previous`, with `rate` the largest Σ|u|/Δx.
+    ///
+    /// It stands on a ladder of four rungs per octave, and stays where it is while it is allowed
+    /// and not less than half of what is: a new length costs the carried force a few steps.
+    pub fn next(&self, previous: f64, rate: f64, motions: &[Motion]) -> f64 {
+        if let Some(dt) = self.fixed {
+            return dt;
+        }
+        let fastest = motions.iter().map(|m| m.velocity.iter().map(|v| v.abs()).sum()).fold(0.0, f64::max);
+        let allowed = (self.cfl / rate.max(fastest / self.spacing)).min(self.ceiling);
+        if previous <= allowed && previous >= 0.5 * allowed { previous } else { rung(allowed) }
+    }
+}
+
+/// The largest number 2^k {1, 1¼, 1½, 1¾} that is not above `dt`.
+fn rung(dt: f64) -> f64 {
+    f64::from_bits(dt.to_bits() & !((1 << 50) - 1))
+}
+
+/// An estimate of the largest speed of a run, m/s, for the first steps: walls, initial and
+/// prescribed speeds, settling grains, driven flow. Later steps follow the flow itself.
+fn expected_speed(scene: &CheckedScene, medium: &Medium) -> f64 {
+    let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let nu = medium.kinematic_viscosity();
+    let domain = &scene.scene.domain;
+    let extent = |a: usize| domain.upper[a] - domain.lower[a];
+    let mut speed = match &medium.initial {
+        scene::InitialVelocity::Rest => 0.0,
+        scene::InitialVelocity::Uniform { velocity } => length(velocity),
+        scene::InitialVelocity::Shear { rate, .. } => {
+            rate.abs() * (0..domain.dimensions()).map(extent).fold(0.0, f64::max)
+        }
+        scene::InitialVelocity::TaylorGreen { amplitude } => amplitude.abs(),
+    };
+    for a in 0..domain.dimensions() {
+        if let Some(faces) = domain.boundary(a) {
+            speed = faces.lower.iter().chain([&faces.upper]).fold(speed, |s, f| s.max(length(&f.velocity)));
+        }
+    }
+    let gravity = length(&scene.scene.gravity);
+    for grain in &scene.grains {
+        let swing = grain.oscillation.map_or(0.0, |o| length(&o.amplitude));
+        speed = speed.max(length(&grain.velocity) + swing + length(&grain.spin) * grain.radius);
+        if grain.motion == scene::Motion::Free {
+            let weight = (grain.density / medium.density - 1.0).abs() * gravity * 2.0 * grain.radius;
+            let stokes = weight * 2.0 * grain.radius / (18.0 * nu);
+            // Between Stokes and C_D = 0.4.
+            let newton = (weight * 4.0 / 1.2).sqrt();
+            if weight > 0.0 {
+                speed = speed.max(1.0 / (1.0 / stokes + 1.0 / newton));
+            }
+        }
+    }
+    let drive: [f64; 3] = std::array::from_fn(|c| {
+        let axis = (0..domain.dimensions()).find(|a| domain.geometry.component(*a) == c);
+        let gravity = if axis.is_some_and(|a| domain.is_periodic(a)) { scene.scene.gravity[c] } else { 0.0 };
+        medium.body_force[c] + gravity - medium.pressure_gradient[c] / medium.density
+    });
+    let width = (0..domain.dimensions()).map(extent).fold(f64::INFINITY, f64::min);
+    let drive = length(&drive);
+    speed.max((drive * width * width / (8.0 * nu)).min(drive * scene.scene.until))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rungs_stand_close_below() {
+        for dt in [0.04, 1e-7, 3.0, 0.999, 123.4] {
+            let rung = rung(dt);
+            assert!(rung <= dt && rung > 0.79 * dt, "{rung} under {dt}");
+        }
+        assert_eq!(rung(1.75), 1.75);
+    }
+
+    #[test]
+    fn the_step_changes_seldom() {
+        let plan =
+            Plan { fixed: None, cfl: 0.5, ceiling: 1.0, viscous: Viscous::Implicit, spacing: 0.1 };
+        let mut dt = plan.first();
+        let mut changes = 0;
+        for k in 0..1000 {
+            let rate = 0.5 + f64::from(k) * 0.002;
+            let next = plan.next(dt, rate, &[]);
+            assert!(next * rate <= 0.5 + 1e-12 || next <= 1.0);
+            changes += usize::from(next != dt);
+            dt = next;
+        }
+        assert!(changes <= 6, "{changes}");
+    }
+}

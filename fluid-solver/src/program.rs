@@ -1,0 +1,50 @@
+//! The fluid as a program: facts, schema and what stands in for the DEM when it runs alone.
+
+use crate::config::FluidSection;
+use crate::participant::Fluid;
+use protocol::alone::{self, Answer, Clock};
+use protocol::facts::{DemFacts, FluidFacts};
+use protocol::message::{Kinematics, Loads};
+use protocol::program::Solver;
+use protocol::scene::{CheckedScene, Motion, SceneError};
+use std::path::Path;
+
+impl Solver for Fluid {
+    const PROGRAM: &'static str = "bedload-fluid";
+    type Facts = FluidFacts;
+
+    fn facts(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
+        crate::facts::facts(scene)
+    }
+
+    fn build(scene: &CheckedScene, out: &Path) -> Result<Self, SceneError> {
+        Self::new(scene, out)
+    }
+
+    fn schema() -> serde_json::Value {
+        schemars::schema_for!(FluidSection).to_value()
+    }
+
+    fn stand_in(scene: &CheckedScene) -> Result<Answer<Kinematics>, SceneError> {
+        match scene.grains.iter().position(|grain| grain.motion == Motion::Free) {
+            None => Ok(alone::prescribed_motion(scene)),
+            Some(grain) => Err(scene.source.error(
+                &format!("grains[{grain}].motion"),
+                format!("lets grain {grain} move freely, which a fluid alone cannot decide"),
+                "run the scene with `bedload run`, or make the grain \"fixed\" or \"prescribed\"",
+            )),
+        }
+    }
+
+    fn clock(_: &CheckedScene, facts: &FluidFacts) -> Clock {
+        Clock { window: facts.dt, substep: f64::INFINITY, adaptive: facts.adaptive }
+    }
+
+    fn sides<'a>(incoming: &'a [Kinematics], outgoing: &'a [Loads]) -> (&'a [Loads], &'a [Kinematics]) {
+        (outgoing, incoming)
+    }
+
+    fn facts_by_role(facts: &FluidFacts) -> (Option<&FluidFacts>, Option<&DemFacts>) {
+        (Some(facts), None)
+    }
+}

@@ -1,0 +1,489 @@
+//! The fluid with its grains: one window of time, read from top to bottom like numerics §1.
+
+use crate::build;
+use crate::config::{Choices, FluidSection};
+use crate::field::State;
+use crate::grid::Grid;
+use crate::health::Health;
+use crate::immersed::body::{Motion, laboratory};
+use crate::immersed::carried::Imposed;
+use crate::immersed::mask::{Kernel, Mask};
+use crate::immersed::{Immersed, Wrench};
+use crate::loads::{LoadsRule, Measured};
+use crate::measure::first_not_finite;
+use crate::plan::Plan;
+use crate::step::Stepper;
+use crate::work::Work;
+use protocol::facts::{Forcing, LoadsForm};
+use protocol::message::{Kinematics, Loads};
+use protocol::participant::{Exchange, SolverError, Window, WindowReport};
+use protocol::scene::{CheckedScene, Medium, SceneError};
+use serde::{Deserialize, Serialize};
+
+/// What decides the next window besides velocity, pressure and the carried force.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Motion of the grains now.
+    pub motions: Vec<Motion>,
+    /// Where the force was imposed last: its support.
+    pub held: Vec<Motion>,
+    /// dt with which it was imposed, s; zero: never.
+    pub held_dt: f64,
+    /// Motion one window ago.
+    pub before: Vec<Motion>,
+    /// Length of that window, s; zero: there was none.
+    pub before_dt: f64,
+    /// ∫ α u dV one window ago (F2).
+    pub contents: Vec<Wrench>,
+}
+
+/// Everything that decides the next window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot<const D: usize> {
+    /// Velocity, pressure, previous convection, time.
+    pub state: State<D>,
+    /// The carried force per unit mass, m/s².
+    pub lambda: [Vec<f64>; D],
+    /// The grains.
+    pub memory: Memory,
+}
+
+/// The exchange of a fluid.
+pub type FluidExchange<'a> = dyn Exchange<Kinematics, Loads> + 'a;
+
+/// A fluid with its grains on `D` axes.
+pub struct Solver<const D: usize> {
+    stepper: Stepper<D>,
+    immersed: Immersed<D>,
+    lambda: [Vec<f64>; D],
+    memory: Memory,
+    choices: Choices,
+    kernel: Kernel,
+    rule: LoadsRule,
+    plan: Plan,
+    measured: Vec<Measured>,
+    predicted: Vec<Motion>,
+    volumes: Vec<[f64; 3]>,
+    saved: Option<Box<Snapshot<D>>>,
+    seconds: f64,
+}
+
+impl<const D: usize> Solver<D> {
+    /// Builds grid, fields and grains of a scene.
+    ///
+    /// # Errors
+    /// With the key of whatever the fluid cannot do.
+    pub fn new(scene: &CheckedScene) -> Result<Self, SceneError> {
+        let choices = FluidSection::read(scene)?.choices();
+        let medium: &Medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
+        let grid = build::grid::<D>(scene)?;
+        let plan = Plan::new(scene, medium, &choices, &grid)?;
+        let shapes = build::shapes(scene);
+        let grains = shapes.len();
+        let rule = LoadsRule {
+            form: choices.form,
+            virtual_mass: choices.virtual_mass,
+            gravity: scene.scene.gravity,
+            density: medium.density,
+            dimensions: if build::geometry(scene) == crate::grid::Geometry::Plane { 2 } else { 3 },
+        };
+        let kernel = Kernel {
+            mask: choices.mask,
+            width: choices.width,
+            viscosity: medium.kinematic_viscosity(),
+            dt: plan.first(),
+        };
+        let carried = choices.method == Forcing::Carried && grains > 0;
+        let motions = build::motions(scene);
+        let mut solver = Self {
+            immersed: Immersed::new(&grid, shapes),
+            lambda: std::array::from_fn(|_| if carried { grid.new_field() } else { Vec::new() }),
+            memory: Memory {
+                held: motions.clone(),
+                before: motions.clone(),
+                contents: vec![Wrench::default(); grains],
+                motions,
+                ..Memory::default()
+            },
+            measured: vec![Measured::default(); grains],
+            predicted: vec![Motion::default(); grains],
+            volumes: vec![[0.0; 3]; grains],
+            stepper: Stepper::new(grid, build::options(scene, medium, &choices, plan.viscous)),
+            choices,
+            kernel,
+            rule,
+            plan,
+            saved: None,
+            seconds: 0.0,
+        };
+        solver.begin(scene);
+        Ok(solver)
+    }
+
+    /// Initial velocity: the scene's, with the grains' own inside them, made divergence-free.
+    fn begin(&mut self, scene: &CheckedScene) {
+        let grid = self.stepper.grid().clone();
+        build::set_initial(scene, &grid, self.stepper.state_mut());
+        let sharp = Kernel { mask: Mask::Seed, ..self.kernel };
+        self.immersed.place(&grid, &sharp, &self.memory.motions);
+        self.immersed.impose_direct(&mut self.stepper.state_mut().velocity);
+        self.stepper.project_velocity();
+        if self.choices.form == LoadsForm::F2 {
+            self.immersed.place(&grid, &self.kernel, &self.memory.motions);
+            let velocity = &self.stepper.state().velocity;
+            let contents = self.immersed.contents(&grid, &self.memory.motions, velocity);
+            self.memory.contents.copy_from_slice(contents);
+            self.immersed.clear();
+        }
+    }
+
+    /// Does one window, exchanging once each way.
+    ///
+    /// # Errors
+    /// If the velocity or the grains' motion is not finite, or the exchange fails.
+    pub fn advance(
+        &mut self,
+        window: &Window,
+        exchange: &mut FluidExchange<'_>,
+    ) -> Result<WindowReport, SolverError> {
+        if !(window.dt > 0.0 && window.dt.is_finite()) {
+            return Err(SolverError::Failed(format!(
+                "window {} has the length {}: a window must last longer than 0 s",
+                window.step, window.dt
+            )));
+        }
+        self.kernel.dt = window.dt;
+        let health = if self.choices.form.is_semi_implicit() {
+            self.window_semi_implicit(window, exchange)?
+        } else {
+            self.window_explicit(window, exchange)?
+        };
+        Ok(WindowReport {
+            dt_limit: self.plan.next(window.dt, health.rate, &self.memory.motions),
+            residual: health.divergence,
+            substeps: 0,
+        })
+    }
+
+    /// F5, F5b: predict u*, send the loads, receive the motion, impose it.
+    fn window_semi_implicit(
+        &mut self,
+        window: &Window,
+        exchange: &mut FluidExchange<'_>,
+    ) -> Result<Health, SolverError> {
+        let work = Work::begin();
+        let dt = window.dt;
+        let force = (!self.memory.motions.is_empty()).then_some(&self.lambda);
+        self.stepper.step(dt, force);
+        let health = self.health(window)?;
+        for (predicted, motion) in self.predicted.iter_mut().zip(&self.memory.motions) {
+            *predicted = motion.predicted(dt);
+        }
+        self.measure_impulse(dt);
+        self.seconds += work.seconds();
+        self.exchange(window, exchange)?;
+        let work = Work::begin();
+        self.impose_carried(dt);
+        self.seconds += work.seconds();
+        Ok(health)
+    }
+
+    /// The seed's order: the whole step with the motion known, then loads and motion cross.
+    fn window_explicit(
+        &mut self,
+        window: &Window,
+        exchange: &mut FluidExchange<'_>,
+    ) -> Result<Health, SolverError> {
+        let work = Work::begin();
+        let dt = window.dt;
+        if self.choices.method == Forcing::Direct {
+            self.stepper.advance_without_projection(dt, None);
+            self.measure_force(dt);
+            self.immersed.impose_direct(&mut self.stepper.state_mut().velocity);
+            self.stepper.project();
+        } else {
+            self.stepper.step(dt, Some(&self.lambda));
+            self.measure_force(dt);
+            self.impose_placed(dt);
+        }
+        let health = self.health(window)?;
+        self.measure_interior(dt);
+        self.seconds += work.seconds();
+        self.exchange(window, exchange)?;
+        Ok(health)
+    }
+
+    /// G of every grain at its predicted place, as the force −G/dt (numerics §1, step 4).
+    fn measure_impulse(&mut self, dt: f64) {
+        let Self { immersed, stepper, lambda, predicted, measured, memory, .. } = self;
+        if measured.is_empty() {
+            return;
+        }
+        let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
+        let by_force = self.choices.form == LoadsForm::F5b;
+        immersed.place(grid, &self.kernel, predicted);
+        let carried = by_force.then_some(&*lambda);
+        for (m, force) in measured.iter_mut().zip(immersed.forces(grid, predicted, dt, velocity, carried)) {
+            m.force = *force;
+        }
+        if self.choices.displaced_mass {
+            immersed.volumes(grid, predicted, &mut self.volumes);
+        }
+        immersed.clear();
+        if !by_force {
+            for (m, held) in measured.iter_mut().zip(immersed.carried(grid, &memory.held, lambda)) {
+                for c in 0..3 {
+                    m.force.force[c] += held.force[c];
+                    m.force.torque[c] += held.torque[c];
+                }
+            }
+        }
+        for (grain, m) in measured.iter_mut().enumerate() {
+            m.acceleration = memory.acceleration(grain);
+            m.drive = memory.first_drive(stepper);
+            m.volume = self.choices.displaced_mass.then(|| self.volumes[grain]);
+        }
+    }
+
+    /// ∫ f dV of every grain where it is; leaves the grains placed.
+    fn measure_force(&mut self, dt: f64) {
+        let Self { immersed, stepper, lambda, measured, memory, .. } = self;
+        let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
+        let carried = (self.choices.method == Forcing::Carried).then_some(&*lambda);
+        immersed.place(grid, &self.kernel, &memory.motions);
+        let forces = immersed.forces(grid, &memory.motions, dt, velocity, carried);
+        for (grain, (m, force)) in measured.iter_mut().zip(forces).enumerate() {
+            m.force = *force;
+            m.acceleration = memory.acceleration(grain);
+            m.drive = memory.first_drive(stepper);
+        }
+    }
+
+    /// d/dt ∫ α u dV of every grain (F2).
+    fn measure_interior(&mut self, dt: f64) {
+        if self.choices.form != LoadsForm::F2 {
+            return;
+        }
+        let Self { immersed, stepper, measured, memory, .. } = self;
+        let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
+        immersed.place(grid, &self.kernel, &memory.motions);
+        let contents = immersed.contents(grid, &memory.motions, velocity);
+        for ((m, now), before) in measured.iter_mut().zip(contents).zip(&mut memory.contents) {
+            for c in 0..3 {
+                m.interior.force[c] = (now.force[c] - before.force[c]) / dt;
+                m.interior.torque[c] = (now.torque[c] - before.torque[c]) / dt;
+            }
+            *before = *now;
+        }
+        immersed.clear();
+    }
+
+    /// Sends the loads and takes over the motion that comes back.
+    fn exchange(&mut self, window: &Window, exchange: &mut FluidExchange<'_>) -> Result<(), SolverError> {
+        let Self { rule, immersed, measured, memory, .. } = self;
+        exchange.send(window.header(), &mut |out| {
+            for ((loads, shape), m) in out.iter_mut().zip(immersed.shapes()).zip(&*measured) {
+                *loads = rule.loads(shape, m);
+            }
+        })?;
+        std::mem::swap(&mut memory.before, &mut memory.motions);
+        memory.before_dt = window.dt;
+        let geometry = self.stepper.grid().geometry;
+        let mut count = 0;
+        exchange.receive(window, &mut |_, records| {
+            count = records.len();
+            for (motion, record) in memory.motions.iter_mut().zip(records) {
+                *motion = Motion::received(geometry, record);
+            }
+        })?;
+        if count != memory.motions.len() {
+            return Err(SolverError::Failed(format!(
+                "window {}: kinematics of {count} grains came, the scene has {}",
+                window.step,
+                memory.motions.len()
+            )));
+        }
+        match memory.motions.iter().position(|motion| !motion.is_finite()) {
+            None => Ok(()),
+            Some(grain) => Err(SolverError::Failed(format!(
+                "window {}: the motion received for grain {grain} is not finite: {:?}",
+                window.step, memory.motions[grain]
+            ))),
+        }
+    }
+
+    /// Steps 1 and 2 of numerics §1 at the motion just received.
+    fn impose_carried(&mut self, dt: f64) {
+        if self.memory.motions.is_empty() {
+            return;
+        }
+        self.immersed.place(self.stepper.grid(), &self.kernel, &self.memory.motions);
+        self.impose_placed(dt);
+    }
+
+    fn impose_placed(&mut self, dt: f64) {
+        let imposed =
+            if self.choices.form == LoadsForm::F5 { Imposed::ByVelocity } else { Imposed::ByForce };
+        let velocity = &mut self.stepper.state_mut().velocity;
+        self.immersed.impose_carried(imposed, dt, velocity, &mut self.lambda);
+        self.memory.held.copy_from_slice(&self.memory.motions);
+        self.memory.held_dt = dt;
+    }
+
+    /// Looks at the projected velocity.
+    fn health(&self, window: &Window) -> Result<Health, SolverError> {
+        let (grid, velocity) = (self.stepper.grid(), &self.stepper.state().velocity);
+        let health = Health::of(grid, velocity);
+        if health.finite {
+            return Ok(health);
+        }
+        let place = match first_not_finite(grid, velocity) {
+            None => "a wall or halo value".to_owned(),
+            Some((d, at)) => {
+                let x: [f64; D] = std::array::from_fn(|a| grid.nodes(d, a)[at[a]]);
+                format!("component {d} at cell {at:?}, position {x:?} m")
+            }
+        };
+        Err(SolverError::Failed(format!(
+            "the velocity is not finite after window {} (t = {} s, dt = {} s): {place}; the step is too \
+             long or the coupling unstable: lower fluid.time.cfl or dt, or run `bedload check`",
+            window.step, window.time, window.dt
+        )))
+    }
+
+    /// Keeps everything that decides the next window.
+    pub fn save(&mut self) {
+        let Self { stepper, lambda, memory, .. } = self;
+        match &mut self.saved {
+            Some(saved) => {
+                copy_state(&mut saved.state, stepper.state());
+                for (to, from) in saved.lambda.iter_mut().zip(lambda) {
+                    to.copy_from_slice(from);
+                }
+                saved.memory.clone_from(memory);
+            }
+            None => self.saved = Some(Box::new(self.snapshot())),
+        }
+    }
+
+    /// Goes back to the last [`Solver::save`]; without one, stays.
+    pub fn restore(&mut self) {
+        if let Some(saved) = self.saved.take() {
+            self.resume(&saved);
+            self.saved = Some(saved);
+        }
+    }
+
+    /// A copy of everything that decides the next window.
+    pub fn snapshot(&self) -> Snapshot<D> {
+        Snapshot {
+            state: self.stepper.state().clone(),
+            lambda: self.lambda.clone(),
+            memory: self.memory.clone(),
+        }
+    }
+
+    /// Goes on from `snapshot`, made by a solver of the same scene.
+    pub fn resume(&mut self, snapshot: &Snapshot<D>) {
+        self.stepper.restore(&snapshot.state);
+        for (to, from) in self.lambda.iter_mut().zip(&snapshot.lambda) {
+            to.copy_from_slice(from);
+        }
+        self.memory.clone_from(&snapshot.memory);
+        if self.memory.held_dt > 0.0 {
+            let kernel = Kernel { dt: self.memory.held_dt, ..self.kernel };
+            self.immersed.hold(self.stepper.grid(), &kernel, &self.memory.held);
+        }
+    }
+
+    /// The stepper: grid, state, options.
+    pub fn stepper(&self) -> &Stepper<D> {
+        &self.stepper
+    }
+
+    /// The stepper, to be changed (halos before output, say).
+    pub fn stepper_mut(&mut self) -> &mut Stepper<D> {
+        &mut self.stepper
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Grid<D> {
+        self.stepper.grid()
+    }
+
+    /// The carried force, m/s²; empty fields with direct forcing.
+    pub fn lambda(&self) -> &[Vec<f64>; D] {
+        &self.lambda
+    }
+
+    /// Motion of the grains now.
+    pub fn motions(&self) -> &[Motion] {
+        &self.memory.motions
+    }
+
+    /// Shapes and places of the grains.
+    pub fn immersed(&self) -> &Immersed<D> {
+        &self.immersed
+    }
+
+    /// The mask with the present dt.
+    pub fn kernel(&self) -> &Kernel {
+        &self.kernel
+    }
+
+    /// Bounds on the time step.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Density of the fluid, kg/m³.
+    pub fn density(&self) -> f64 {
+        self.rule.density
+    }
+
+    /// CPU seconds of solver work so far, over all threads, without the exchange.
+    pub fn seconds(&self) -> f64 {
+        self.seconds
+    }
+}
+
+impl Memory {
+    /// Number of grains, if all parts agree on it.
+    pub fn grains(&self) -> Option<usize> {
+        let n = self.motions.len();
+        let same = self.held.len() == n && self.before.len() == n && self.contents.len() == n;
+        same.then_some(n)
+    }
+
+    /// What drives the whole fluid along periodic axes, m/s²: told in the first window, then zero.
+    fn first_drive<const D: usize>(&self, stepper: &Stepper<D>) -> [f64; 3] {
+        let mut drive = [0.0; 3];
+        if self.before_dt == 0.0 {
+            let grid = stepper.grid();
+            for a in (0..D).filter(|a| grid.periodic(*a)) {
+                drive[laboratory(grid.geometry, a)] = stepper.options().body_force[a];
+            }
+        }
+        drive
+    }
+
+    /// Mean acceleration of a grain over the last window: zero in the first.
+    fn acceleration(&self, grain: usize) -> Wrench {
+        if self.before_dt == 0.0 {
+            return Wrench::default();
+        }
+        let (now, before) = (&self.motions[grain], &self.before[grain]);
+        let rate = |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| (a[c] - b[c]) / self.before_dt);
+        Wrench { force: rate(&now.velocity, &before.velocity), torque: rate(&now.spin, &before.spin) }
+    }
+}
+
+/// Copies without allocating.
+fn copy_state<const D: usize>(to: &mut State<D>, from: &State<D>) {
+    for d in 0..D {
+        to.velocity[d].copy_from_slice(&from.velocity[d]);
+        to.history[d].copy_from_slice(&from.history[d]);
+    }
+    to.pressure.copy_from_slice(&from.pressure);
+    (to.previous_dt, to.time, to.steps) = (from.previous_dt, from.time, from.steps);
+}

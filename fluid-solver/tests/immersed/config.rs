@@ -1,0 +1,90 @@
+//! The `[fluid]` section: defaults, and errors that name key, value and remedy.
+
+use crate::newton::try_scene;
+use fluid_solver::facts::facts;
+use protocol::facts::{Forcing, LoadsForm};
+
+fn text(density: f64, cells: &str, fluid: &str) -> String {
+    format!(
+        "until = 1.0
+gravity = [0.0, 0.0, -1.0]
+[domain]
+geometry = \"space\"
+lower = [0.0, 0.0, 0.0]
+upper = [4.0, 4.0, 4.0]
+cells = {cells}
+boundary = {{ x = \"periodic\", y = \"periodic\", z = \"no-slip\" }}
+[medium]
+density = 1.0
+viscosity = 0.01
+[[grains]]
+position = [2.0, 2.0, 2.0]
+radius = 0.5
+density = {density}
+[fluid]
+{fluid}
+"
+    )
+}
+
+/// Key and message of the error that a `[fluid]` section must give.
+fn refusal(density: f64, fluid: &str) -> (String, String) {
+    let scene = try_scene(&text(density, "[32, 32, 32]", fluid)).expect("the shared part is right");
+    let error = facts(&scene).expect_err(fluid);
+    assert!(error.line > 0 && !error.remedy.is_empty(), "{error}");
+    (error.key.clone(), error.message)
+}
+
+#[test]
+fn defaults_are_those_of_the_documentation() {
+    let scene = try_scene(&text(2.0, "[32, 32, 32]", "command = [\"other\", \"solver\"]")).expect("right");
+    let facts = facts(&scene).expect("right");
+    assert_eq!((facts.loads, facts.forcing), (LoadsForm::F5b, Forcing::Carried));
+    assert_eq!((facts.virtual_mass, facts.cells, facts.adaptive), (0.5, 32 * 32 * 32, true));
+    assert_eq!(facts.resolved["immersed"]["width"].as_float(), Some(0.5));
+    assert_eq!(facts.resolved["immersed"]["mask"].as_str(), Some("parameter-free"));
+    assert!(facts.dt > 0.0 && facts.dt < 0.2, "{}", facts.dt);
+}
+
+#[test]
+fn the_seed_is_one_key_away() {
+    let seed = "immersed = { method = \"direct\" }";
+    let scene = try_scene(&text(2.0, "[32, 32, 32]", seed)).expect("right");
+    let facts = facts(&scene).expect("right");
+    assert_eq!((facts.loads, facts.virtual_mass), (LoadsForm::F1, 0.0));
+    assert_eq!(facts.resolved["immersed"]["mask"].as_str(), Some("seed"));
+    assert_eq!(facts.resolved["immersed"]["width"].as_float(), Some(1.0));
+}
+
+#[test]
+fn errors_name_key_and_value() {
+    for (density, fluid, key, part) in [
+        (2.0, "time = { dt = -0.1 }", "fluid.time.dt", "-0.1"),
+        (2.0, "time = { cfl = 9.0 }", "fluid.time.cfl", "9"),
+        (2.0, "time = { dt = 1.0, viscosity = \"explicit\" }", "fluid.time.dt", "explicit"),
+        (2.0, "immersed = { width = 0.0 }", "fluid.immersed.width", "0"),
+        (2.0, "loads = { virtual_mass = -1.0 }", "fluid.loads.virtual_mass", "-1"),
+        (1.0, "loads = { form = \"F1\" }", "fluid.loads.form", "grain 0"),
+        (
+            2.0,
+            "immersed = { method = \"direct\" }\nloads = { form = \"F5b\" }",
+            "fluid.loads.form",
+            "direct",
+        ),
+        (2.0, "loads = { form = \"F3\", displaced_mass = true }", "fluid.loads.displaced_mass", "F3"),
+        (2.0, "time = { dtt = 0.1 }", "fluid.time.dtt", "unknown field"),
+        (2.0, "sort = 3", "fluid.sort", "unknown field"),
+    ] {
+        let (found, message) = refusal(density, fluid);
+        assert_eq!(found, key, "{fluid}: {message}");
+        assert!(message.contains(part), "{fluid}: {message}");
+    }
+}
+
+#[test]
+fn more_memory_than_there_is_is_refused() {
+    let scene = try_scene(&text(2.0, "[2000, 2000, 2000]", "")).expect("the shared part is right");
+    let error = facts(&scene).expect_err("terabytes");
+    assert_eq!(error.key, "domain.cells");
+    assert!(error.message.contains("GiB"), "{}", error.message);
+}

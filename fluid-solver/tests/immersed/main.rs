@@ -1,0 +1,14 @@
+//! Immersed grains, loads, restart and output, against exact and published results.
+//!
+//! The DEM is replaced by [`newton::Newton`]: Newton's second law for each grain, with the virtual
+//! mass of the message, and nothing else.
+
+mod arrays;
+mod balance;
+mod config;
+mod drift;
+mod newton;
+mod output;
+mod restart;
+mod settling;
+mod wall;
