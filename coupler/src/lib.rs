@@ -12,6 +12,7 @@
 //! | [`supervise`], [`solvers`] | solvers as commands and child processes |
 //! | [`record`], [`resume`], [`progress`] | log, checkpoints, progress |
 //! | [`replay`], [`log_command`], [`export`] | a log driving a solver, or read; files for viewers |
+//! | [`report`] | the HTML page of a run |
 //! | [`cli`], [`failure`] | command line and exit codes |
 
 pub mod bounds;
@@ -28,6 +29,7 @@ pub mod prepare;
 pub mod progress;
 pub mod record;
 pub mod replay;
+pub mod report;
 pub mod resume;
 pub mod run;
 pub mod scheme;

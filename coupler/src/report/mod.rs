@@ -1,0 +1,57 @@
+//! `bedload report`: one self-contained HTML page per run, from the files in its output folder.
+//!
+//! The page needs nothing but itself: no script, no outside style, font or picture.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `run_files` | what is read of a run, and the scales of its pictures |
+//! | `page`, `tables` | HTML: frame, style, numbers, tables |
+//! | `chart`, `plots` | lines against time |
+//! | `vtr`, `contour`, `pictures` | fields, their contours, the panel of vorticity |
+
+mod chart;
+mod contour;
+mod page;
+mod pictures;
+mod plots;
+mod run_files;
+mod tables;
+pub mod vtr;
+
+use std::path::{Path, PathBuf};
+
+use protocol::output::{OutputError, atomic_write};
+
+use run_files::RunFiles;
+
+/// Why a report could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A file of the run cannot be read, or the page not written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// No folder was named.
+    #[error("no folder was named: give the output folder of at least one run")]
+    Nothing,
+}
+
+/// Makes `report.html` in each of `dirs`, the output folders of runs; returns the pages.
+///
+/// What a run has not left (a log, fields, a plan) is left out of its page, which says so; only the
+/// summary must be there.
+///
+/// # Errors
+/// [`ReportError`] at the first folder that holds no run or cannot be written.
+pub fn report(dirs: &[&Path]) -> Result<Vec<PathBuf>, ReportError> {
+    if dirs.is_empty() {
+        return Err(ReportError::Nothing);
+    }
+    dirs.iter().map(|dir| report_one(dir)).collect()
+}
+
+fn report_one(dir: &Path) -> Result<PathBuf, ReportError> {
+    let run = RunFiles::read(dir)?;
+    let page = dir.join("report.html");
+    atomic_write(&page, page::page(&run).as_bytes())?;
+    Ok(page)
+}

@@ -1,0 +1,246 @@
+//! The panel of vorticity pictures around a grain, after Izard et al. (2014), figure 6.
+
+use std::fmt::Write as _;
+
+use protocol::scene::Geometry;
+
+use super::contour::{Field, Segment};
+use super::page::{escape, number};
+use super::run_files::RunFiles;
+use super::vtr::Vtr;
+
+/// Pictures in a panel.
+const MOST_PICTURES: usize = 24;
+
+/// Contours: ten, evenly from −17.8 to 17.8 in √(g/D) (the increment 3.956 is printed there as 3.9).
+const LEVELS: usize = 10;
+const HIGHEST: f64 = 17.8;
+
+/// A picture shows this far around the grain's centre, in D.
+const REACH: f64 = 1.6;
+
+/// Units of a picture per D.
+const UNIT: f64 = 70.0;
+
+/// One instant, everything in units of the grain's diameter.
+struct Picture {
+    time: f64,
+    field: Field,
+    /// Grains within sight: x, z and radius.
+    grains: Vec<(f64, f64, f64)>,
+    /// Lower left and upper right corner of the view.
+    view: Corners,
+    /// The same of the box.
+    walls: Corners,
+}
+
+/// Lower left and upper right corner.
+type Corners = [(f64, f64); 2];
+
+/// The panel, or nothing if the run left no fields or has no grain.
+pub(super) fn panel(run: &RunFiles) -> Option<String> {
+    let mut remarks = Vec::new();
+    let files = &run.fields;
+    let step = files.len().div_ceil(MOST_PICTURES).max(1);
+    let read = files.iter().step_by(step).filter_map(|path| match Vtr::read(path) {
+        Ok(vtr) => picture(run, &vtr),
+        Err(error) => {
+            remarks.push(error);
+            None
+        }
+    });
+    let pictures: Vec<Picture> = read.collect();
+    if pictures.is_empty() {
+        return (!remarks.is_empty()).then(|| notes(&remarks));
+    }
+    let unit = if run.scales.by_gravity { 1.0 / run.scales.time } else { 1.0 };
+    let highest = highest_level(&pictures, run.scales.by_gravity.then_some(unit));
+    let mut html = String::from("<div class=\"panel\">\n");
+    for picture in &pictures {
+        html += &picture.draw(run, highest);
+    }
+    let scaled = if run.scales.by_gravity { "in √(g/D)" } else { "in 1/s" };
+    let _ = write!(
+        html,
+        "</div>\n<p class=\"note\">Vorticity about y: ten contours from −{level} to {level} {scaled}, red positive, \
+         blue negative{mirror}. {count} of {total} field files.</p>\n{notes}",
+        level = number(highest / unit),
+        mirror = if axisymmetric(run) { ", mirrored about the axis with its sign" } else { "" },
+        count = pictures.len(),
+        total = files.len(),
+        notes = notes(&remarks),
+    );
+    Some(html)
+}
+
+fn notes(remarks: &[String]) -> String {
+    remarks.iter().map(|remark| format!("<p class=\"note\">{}</p>\n", escape(remark))).collect()
+}
+
+fn axisymmetric(run: &RunFiles) -> bool {
+    run.summary.size.geometry == Geometry::Axisymmetric
+}
+
+/// The seed's highest level, 1/s; half the strongest vorticity where that would leave the pictures
+/// empty, or where there is no gravity to scale with.
+fn highest_level(pictures: &[Picture], unit: Option<f64>) -> f64 {
+    let strongest = pictures.iter().map(Picture::strongest).fold(0.0, f64::max);
+    let seed = unit.map(|unit| HIGHEST * unit);
+    seed.filter(|highest| strongest > highest / (LEVELS as f64 - 1.0)).unwrap_or(0.5 * strongest)
+}
+
+fn picture(run: &RunFiles, vtr: &Vtr) -> Option<Picture> {
+    let scene = run.scene.as_ref()?;
+    let grain = run.grains().first().copied().unwrap_or(0);
+    let radius = scene.grains.get(grain)?.radius;
+    let length = 2.0 * radius;
+    let at = position(run, grain, vtr.time)?;
+    let slice = nearest(&vtr.centres(1), at[1]);
+    let values = vtr.slice("vorticity", 1, slice)?;
+    let mut field = Field { x: vtr.centres(0), z: vtr.centres(2), values };
+    if axisymmetric(run) {
+        field = mirrored(&field);
+    }
+    let edge = |axis: usize| Some((*vtr.faces[axis].first()?, *vtr.faces[axis].last()?));
+    let ((mut left, right), (bottom, top)) = (edge(0)?, edge(2)?);
+    if axisymmetric(run) {
+        left = -right;
+    }
+    let corner = |x: f64, z: f64| (x / length, z / length);
+    let reach = REACH * length;
+    let view = [corner(at[0] - reach, at[2] - reach), corner(at[0] + reach, at[2] + reach)];
+    let walls = [corner(left, bottom), corner(right, top)];
+    let mut grains = Vec::new();
+    for other in run.grains() {
+        let (Some(place), Some(data)) = (position(run, other, vtr.time), scene.grains.get(other)) else {
+            continue;
+        };
+        // The plane of the picture cuts a sphere in a smaller circle.
+        let cut = (data.radius.powi(2) - (place[1] - at[1]).powi(2)).max(0.0).sqrt();
+        if cut > 0.0 {
+            grains.push((place[0] / length, place[2] / length, cut / length));
+        }
+    }
+    let field = cropped(&field, length, view);
+    Some(Picture { time: vtr.time, field, grains, view, walls })
+}
+
+/// Position of a grain at `time` from the series, between its rows; components that have no column
+/// are those of the scene.
+fn position(run: &RunFiles, grain: usize, time: f64) -> Option<[f64; 3]> {
+    let mut at = run.scene.as_ref()?.grains.get(grain)?.position;
+    for (axis, name) in ["x", "y", "z"].iter().enumerate() {
+        if let Some(column) = run.series.column(&format!("position_{name}[{grain}]")) {
+            at[axis] = between(run.series.time(), column, time, at[axis]);
+        }
+    }
+    Some(at)
+}
+
+/// Linear interpolation; before the first row from `initial` at t = 0, after the last row the last.
+fn between(times: &[f64], values: &[f64], time: f64, initial: f64) -> f64 {
+    let after = times.partition_point(|t| *t < time);
+    let point = |row: usize| (times[row], values[row]);
+    match (after, times.len()) {
+        (_, 0) => initial,
+        (after, rows) if after == rows => values[rows - 1],
+        (after, _) => {
+            let (t0, v0) = if after == 0 { (0.0, initial) } else { point(after - 1) };
+            let (t1, v1) = point(after);
+            if t1 > t0 { v0 + (v1 - v0) * (time - t0) / (t1 - t0) } else { v1 }
+        }
+    }
+}
+
+fn nearest(centres: &[f64], value: f64) -> usize {
+    let distance = |index: &usize| (centres[*index] - value).abs();
+    (0..centres.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+}
+
+/// The field on both sides of the axis: the azimuthal direction turns round, so the component along
+/// y changes its sign.
+fn mirrored(field: &Field) -> Field {
+    let x = field.x.iter().rev().map(|x| -x).chain(field.x.iter().copied()).collect();
+    let row = |row: &Vec<f64>| row.iter().rev().map(|value| -value).chain(row.iter().copied()).collect();
+    Field { x, z: field.z.clone(), values: field.values.iter().map(row).collect() }
+}
+
+/// The part of the field in view and one point around it, in units of `length`.
+fn cropped(field: &Field, length: f64, view: Corners) -> Field {
+    let range = |points: &[f64], from: f64, to: f64| {
+        let first = points.partition_point(|point| point / length < from).saturating_sub(1);
+        let last = (points.partition_point(|point| point / length <= to) + 1).min(points.len());
+        first..last
+    };
+    let columns = range(&field.x, view[0].0, view[1].0);
+    let rows = range(&field.z, view[0].1, view[1].1);
+    Field {
+        x: field.x[columns.clone()].iter().map(|x| x / length).collect(),
+        z: field.z[rows.clone()].iter().map(|z| z / length).collect(),
+        values: field.values[rows].iter().map(|row| row[columns.clone()].to_vec()).collect(),
+    }
+}
+
+impl Picture {
+    /// Largest magnitude of vorticity in view outside the grains, 1/s.
+    fn strongest(&self) -> f64 {
+        let mut strongest = 0.0f64;
+        for (z, row) in self.field.z.iter().zip(&self.field.values) {
+            for (x, value) in self.field.x.iter().zip(row) {
+                let inside = self.grains.iter().any(|(gx, gz, r)| (x - gx).hypot(z - gz) < *r);
+                if !inside && value.is_finite() {
+                    strongest = strongest.max(value.abs());
+                }
+            }
+        }
+        strongest
+    }
+
+    fn draw(&self, run: &RunFiles, highest: f64) -> String {
+        let [(left, bottom), (right, top)] = self.view;
+        let (width, height) = (UNIT * (right - left), UNIT * (top - bottom));
+        let place = |(x, z): (f64, f64)| (UNIT * (x - left), UNIT * (top - z));
+        let time = number(self.time / run.scales.time);
+        let caption =
+            if run.scales.by_gravity { format!("t = {time} √(D/g)") } else { format!("t = {time} s") };
+        let mut svg = format!(
+            "<figure><svg viewBox=\"0 0 {width:.1} {height:.1}\" role=\"img\" \
+             aria-label=\"Vorticity at {caption}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ccc\"/>\n"
+        );
+        // What lies outside the box stays grey.
+        let (x, y) = place((self.walls[0].0.max(left), self.walls[1].1.min(top)));
+        let (x2, y2) = place((self.walls[1].0.min(right), self.walls[0].1.max(bottom)));
+        let (w, h) = (x2 - x, y2 - y);
+        let _ = writeln!(
+            svg,
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"#fff\"/>"
+        );
+        for (colour, sign) in [("#B2182B", 1.0), ("#2166AC", -1.0)] {
+            let mut path = String::new();
+            for index in 0..LEVELS / 2 {
+                let level = sign * highest * (2 * index + 1) as f64 / (LEVELS - 1) as f64;
+                append(&mut path, &self.field.contour(level), &place);
+            }
+            let _ =
+                writeln!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"0.9\"/>");
+        }
+        for (x, z, radius) in &self.grains {
+            let (cx, cy) = place((*x, *z));
+            let r = UNIT * radius;
+            let _ = writeln!(
+                svg,
+                "<circle class=\"grain\" cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"{r:.1}\" fill=\"#eee\" stroke=\"#000\"/>"
+            );
+        }
+        svg += "<rect width=\"100%\" height=\"100%\" fill=\"none\" stroke=\"#999\"/>\n</svg>";
+        let _ = writeln!(svg, "<figcaption>{caption}</figcaption></figure>");
+        svg
+    }
+}
+
+fn append(path: &mut String, segments: &[Segment], place: &impl Fn((f64, f64)) -> (f64, f64)) {
+    for [from, to] in segments {
+        let ((x1, y1), (x2, y2)) = (place(*from), place(*to));
+        let _ = write!(path, "M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}");
+    }
+}
