@@ -1,1 +1,3 @@
-//! Skeleton.
+//! What tests that cross crates share.
+
+pub mod harness;

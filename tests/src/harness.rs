@@ -1,0 +1,246 @@
+//! Runs of the real programs: small scenes, folders that clean up after themselves, processes found
+//! and killed.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// A program of the workspace, as `cargo test` built it beside the tests.
+///
+/// # Panics
+/// If it is not there: `cargo test --workspace` builds it.
+#[must_use]
+pub fn program(name: &str) -> PathBuf {
+    let test = std::env::current_exe().expect("the test has a path");
+    let folder = test.parent().and_then(Path::parent).expect("target/<profile>/deps");
+    let path = folder.join(name);
+    assert!(path.exists(), "{} is missing: run `cargo test --workspace`, which builds it", path.display());
+    path
+}
+
+/// A folder that goes when the test ends well.
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// An empty folder for the test `name`.
+    ///
+    /// # Panics
+    /// If the system refuses.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("bedload-test-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).expect("a folder for the test");
+        Self(path)
+    }
+
+    /// A path in it.
+    #[must_use]
+    pub fn join(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// Writes a file in it.
+    ///
+    /// # Panics
+    /// If the system refuses.
+    #[must_use]
+    pub fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.join(name);
+        std::fs::write(&path, text).expect("a file for the test");
+        path
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
+    }
+}
+
+/// Runs `bedload` with arguments to its end.
+///
+/// # Panics
+/// If it does not start.
+#[must_use]
+pub fn bedload<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Output {
+    Command::new(program("bedload")).args(arguments).output().expect("bedload starts")
+}
+
+/// Starts `bedload` with arguments, its output captured.
+///
+/// # Panics
+/// If it does not start.
+#[must_use]
+pub fn start<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Child {
+    Command::new(program("bedload"))
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("bedload starts")
+}
+
+/// What a program said, for assertions.
+#[must_use]
+pub fn said(output: &Output) -> String {
+    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+}
+
+/// A metric of `summary.json`.
+///
+/// # Panics
+/// If the file or the metric is not there.
+#[must_use]
+pub fn metric(folder: &Path, name: &str) -> f64 {
+    let value = &summary(folder)["metrics"][name]["value"];
+    value.as_f64().unwrap_or_else(|| panic!("{name} is {value} in {}", folder.display()))
+}
+
+/// `summary.json`.
+///
+/// # Panics
+/// If it cannot be read.
+#[must_use]
+pub fn summary(folder: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(folder.join("summary.json")).expect("summary.json");
+    serde_json::from_str(&text).expect("summary.json is JSON")
+}
+
+/// Waits until `done`, at most `seconds`; says how long it took.
+///
+/// # Errors
+/// If it is not done by then.
+pub fn wait_until(seconds: f64, mut done: impl FnMut() -> bool) -> Result<Duration, String> {
+    let begin = Instant::now();
+    while !done() {
+        if begin.elapsed().as_secs_f64() > seconds {
+            return Err(format!("not done after {seconds} s"));
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    Ok(begin.elapsed())
+}
+
+/// A solver process of a run.
+#[derive(Clone, Debug)]
+pub struct Solver {
+    /// Process id.
+    pub pid: u32,
+    /// `fluid` or `dem`.
+    pub role: &'static str,
+    /// Folder of the run in shared memory.
+    pub root: PathBuf,
+    /// Prefix of its shared-memory segments.
+    pub prefix: String,
+}
+
+/// The solvers that `parent` has started so far.
+#[must_use]
+pub fn solvers(parent: u32) -> Vec<Solver> {
+    let children = format!("/proc/{parent}/task/{parent}/children");
+    let text = std::fs::read_to_string(children).unwrap_or_default();
+    let mut pids: Vec<u32> = text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect();
+    // Threads of the coupler may have started them.
+    if let Ok(threads) = std::fs::read_dir(format!("/proc/{parent}/task")) {
+        for thread in threads.flatten() {
+            let text = std::fs::read_to_string(thread.path().join("children")).unwrap_or_default();
+            pids.extend(text.split_whitespace().filter_map(|pid| pid.parse::<u32>().ok()));
+        }
+    }
+    pids.sort_unstable();
+    pids.dedup();
+    pids.into_iter().filter_map(solver).collect()
+}
+
+fn solver(pid: u32) -> Option<Solver> {
+    let line = std::fs::read(format!("/proc/{pid}/cmdline")).ok()?;
+    let words: Vec<String> =
+        line.split(|byte| *byte == 0).map(|word| String::from_utf8_lossy(word).into_owned()).collect();
+    let role = ["fluid", "dem"].into_iter().find(|role| words[0].ends_with(&format!("bedload-{role}")))?;
+    let at = words.iter().position(|word| word == "--connect")?;
+    let token: serde_json::Value = serde_json::from_str(words.get(at + 1)?).ok()?;
+    Some(Solver {
+        pid,
+        role,
+        root: PathBuf::from(token["root"].as_str()?),
+        prefix: token["prefix"].as_str()?.to_owned(),
+    })
+}
+
+/// Does the process run (a zombie does not)?
+#[must_use]
+pub fn is_alive(pid: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    stat.rsplit_once(") ").is_some_and(|(_, rest)| !rest.starts_with('Z') && !rest.starts_with('X'))
+}
+
+/// Sends a signal by name (`KILL`, `INT`, `STOP`).
+///
+/// # Panics
+/// If `kill` is missing.
+pub fn signal(pid: u32, name: &str) {
+    let _ = Command::new("kill").args([&format!("-{name}"), &pid.to_string()]).status().expect("kill");
+}
+
+/// What is left of a run in shared memory.
+#[must_use]
+pub fn leftovers(solver: &Solver) -> Vec<PathBuf> {
+    let segments = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten().map(|entry| entry.path());
+    let of_run =
+        |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().contains(&solver.prefix));
+    let mut left: Vec<PathBuf> = segments.filter(of_run).collect();
+    if solver.root.exists() {
+        left.push(solver.root.clone());
+    }
+    left
+}
+
+/// A sphere that falls on a wall from a small height in a small, coarse, axisymmetric box: the main
+/// job in a second or two. D = g = ρ = 1, ρ_r = 8.
+pub const SMALL_BOUNCE: &str = r#"
+title = "Small bounce"
+until = 3.0
+gravity = [0.0, 0.0, -1.0]
+
+[domain]
+geometry = "axisymmetric"
+lower = [0.0, 0.0]
+upper = [3.0, 4.0]
+cells = [16, 32]
+stretching = { axis = "r", uniform_to = 1.5, spacing = 0.125 }
+
+[domain.boundary]
+r_upper = "free-slip"
+z_lower = "no-slip"
+z_upper = "free-slip"
+
+[medium]
+density = 1.0
+viscosity = 0.05
+
+[[grains]]
+position = [0.0, 0.0, 1.6]
+radius = 0.5
+density = 8.0
+
+[fluid.time]
+dt = 0.01
+
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.97
+contact_time = 2e-3
+friction = 0.25
+
+[[metrics]]
+name = "impact_velocity_ratio"
+kind = "impact-velocity-ratio"
+
+[[metrics]]
+name = "rebound_height_over_diameter"
+kind = "rebound-height"
+"#;

@@ -1,0 +1,104 @@
+//! The main job with the real programs: it completes, it is the same every time, it can be
+//! interrupted, resumed and replayed, bit for bit.
+
+use std::path::Path;
+
+use protocol::log::{Topic, flip_bit};
+use tests::harness::{Folder, SMALL_BOUNCE, bedload, metric, said, signal, start, summary, wait_until};
+
+fn text(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Runs the small bounce into `out` with further arguments.
+fn run(scene: &Path, out: &Path, more: &[&str]) {
+    let mut arguments = vec!["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+    arguments.extend(more);
+    let output = bedload(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+}
+
+#[test]
+fn the_main_job_leaves_everything_it_promises() {
+    let folder = Folder::new("main-job");
+    let (scene, out) = (folder.write("bounce.toml", SMALL_BOUNCE), folder.join("out"));
+    run(&scene, &out, &[]);
+    for name in
+        ["scene.toml", "summary.json", "series.csv", "exchange.mcap", "report.html", "checkpoint", "fields"]
+    {
+        assert!(out.join(name).exists(), "{name} is missing");
+    }
+    let summary = summary(&out);
+    assert_eq!(summary["status"], "completed");
+    assert_eq!(summary["size"]["cells"], 512);
+    assert!(summary["time"]["simulated"].as_f64().expect("a number") >= 3.0);
+    // The sphere touches the wall slower than it fell, and comes back up.
+    let impact = metric(&out, "impact_velocity_ratio");
+    assert!((0.3..1.0).contains(&impact), "V_C/V_T = {impact}");
+    assert!(metric(&out, "rebound_height_over_diameter") > 0.01);
+}
+
+#[test]
+fn the_same_bits_for_any_number_of_threads_and_twice() {
+    let folder = Folder::new("same-bits");
+    let scene = folder.write("bounce.toml", SMALL_BOUNCE);
+    let series: Vec<String> = [("a", "1"), ("b", "1"), ("c", "2"), ("d", "4")]
+        .into_iter()
+        .map(|(name, threads)| {
+            let out = folder.join(name);
+            run(&scene, &out, &["--threads", threads, "--no-record"]);
+            assert!(!out.join("exchange.mcap").exists(), "--no-record recorded");
+            text(&out.join("series.csv"))
+        })
+        .collect();
+    assert!(series[0].lines().count() > 100);
+    assert!(series.iter().all(|other| *other == series[0]), "series.csv differs between runs");
+}
+
+#[test]
+fn the_same_bits_after_an_interrupt_and_resume() {
+    let folder = Folder::new("resume");
+    let scene = folder.write("bounce.toml", SMALL_BOUNCE);
+    let (whole, parts) = (folder.join("whole"), folder.join("parts"));
+    run(&scene, &whole, &[]);
+    let arguments = ["run", scene.to_str().expect("UTF-8"), "--out", parts.to_str().expect("UTF-8")];
+    let child = start(&arguments);
+    // Somewhere in the middle: when the series has grown, or the log when rows wait in a buffer.
+    let begun = || std::fs::metadata(parts.join("exchange.mcap")).is_ok_and(|data| data.len() > 20_000);
+    wait_until(30.0, begun).expect("the run begins");
+    signal(child.id(), "INT");
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    assert_eq!(summary(&parts)["status"], "interrupted");
+    let reached = summary(&parts)["time"]["simulated"].as_f64().expect("a number");
+    assert!(reached > 0.0 && reached < 3.0, "interrupted at t = {reached}");
+    let log = bedload(&["log", "info", parts.join("exchange.mcap").to_str().expect("UTF-8")]);
+    assert_eq!(log.status.code(), Some(0), "{}", said(&log));
+    run(&scene, &parts, &["--resume"]);
+    assert_eq!(text(&parts.join("series.csv")), text(&whole.join("series.csv")));
+    assert_eq!(summary(&parts)["metrics"], summary(&whole)["metrics"]);
+}
+
+#[test]
+fn a_log_replays_bit_for_bit_in_both_directions_and_a_flipped_bit_is_named() {
+    let folder = Folder::new("replay");
+    let (scene, out) = (folder.write("bounce.toml", SMALL_BOUNCE), folder.join("out"));
+    run(&scene, &out, &[]);
+    let log = out.join("exchange.mcap");
+    let replay = |log: &Path, side: &str| {
+        bedload(&["replay", log.to_str().expect("UTF-8"), "--drive", side, "--verify"])
+    };
+    for side in ["dem", "fluid"] {
+        let output = replay(&log, side);
+        assert_eq!(output.status.code(), Some(0), "{side}: {}", said(&output));
+    }
+    // Word 5 of the loads: torque about z, which nothing on the axis uses, so only the record differs.
+    let flipped = folder.join("flipped.mcap");
+    let bit = (7 + 1 + 2) * 64 + 30;
+    flip_bit(&log, &flipped, Topic::Loads, 120, 0, bit).expect("flips");
+    let output = replay(&flipped, "fluid");
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    for word in ["step 120", "grain 0", "force[2]"] {
+        assert!(said(&output).contains(word), "no {word:?} in {}", said(&output));
+    }
+}
