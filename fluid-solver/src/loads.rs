@@ -102,8 +102,8 @@ impl LoadsRule {
         let inertia = self.density * shape.volume * shape.gyration * swollen;
         loads.added_mass += mass;
         loads.added_inertia += inertia;
-        for c in 0..3 {
-            let uneven = if volumes[c] > 0.0 { self.density * (volumes[c] - volume) } else { 0.0 };
+        for (c, here) in volumes.into_iter().enumerate() {
+            let uneven = if here > 0.0 { self.density * (here - volume) } else { 0.0 };
             loads.force[c] -= mass * a.force[c] + uneven * (a.force[c] + measured.drive[c]);
             loads.torque[c] -= inertia * a.torque[c];
         }

@@ -82,13 +82,12 @@ impl<const D: usize> Nodes<D> {
             return [self.least, self.most];
         }
         let mut bounds = [f64::INFINITY, 0.0_f64];
-        for a in 0..D {
-            let axis = &grid.axes[a];
+        for (axis, centre) in grid.axes.iter().zip(centre) {
             // Wide enough for the band of the widest cells that a grain of this size may meet.
             let margin = 2.0 * radius + 4.0 * self.least;
             let n = axis.cells();
-            let low = axis.faces.partition_point(|f| *f < centre[a] - margin).clamp(1, n) - 1;
-            let high = axis.faces.partition_point(|f| *f <= centre[a] + margin).clamp(low + 1, n);
+            let low = axis.faces.partition_point(|f| *f < centre - margin).clamp(1, n) - 1;
+            let high = axis.faces.partition_point(|f| *f <= centre + margin).clamp(low + 1, n);
             for w in &axis.widths[low..high] {
                 bounds = [bounds[0].min(*w), bounds[1].max(*w)];
             }

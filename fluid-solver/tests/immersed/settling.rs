@@ -124,7 +124,10 @@ fn full_scene() {
         for dt in steps.split(',').map(|dt| dt.parse().expect("a number")) {
             let begin = std::time::Instant::now();
             let mut run = sphere(across, [20.0, 40.0], 4.0, dt, &fluid);
+            let history: Vec<String> =
+                [10.0, 14.0, 18.0, 22.0].map(|t| format!("{:.3}", reynolds(&mut run, t))).into();
             let re = reynolds(&mut run, 26.0);
+            println!("Re at t = 10, 14, 18, 22: {}", history.join(", "));
             println!(
                 "20D x 40D, D/dx = {across}, dt = {dt} {fluid}: Re = {re:.3}, {} steps, {:.1} s, {:.0} ns per cell and step",
                 run.step,
