@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{ContactLaw, LinearSpringDashpot};
+use crate::error::SpecError;
 use crate::integrate::Integrator;
 use crate::lubrication::{FilmIntegration, FilmSettings, Lubrication};
 use crate::spec::{DemSpec, Freedom, Grain, Motion, Shape};
@@ -78,11 +79,43 @@ impl Config {
         let Doc { mut dem } = scene.source.section()?;
         let spec = spec(scene, &mut dem)?;
         if let Err(fault) = spec.validate() {
-            return Err(scene.source.error("dem", fault.to_string(), "docs/scene.md says what [dem] allows"));
+            return Err(refusal(scene, &fault));
         }
         let facts = facts(scene, &spec, &dem)?;
         Ok(Self { spec, facts })
     }
+}
+
+/// The fault at the key it is about.
+fn refusal(scene: &CheckedScene, fault: &SpecError) -> SceneError {
+    let (key, remedy) = match fault {
+        SpecError::Grain { grain, .. } => (format!("grains[{grain}]"), "mend this grain"),
+        SpecError::Wall { wall, .. } if *wall < scene.scene.walls.len() => {
+            (format!("walls[{wall}]"), "mend this wall")
+        }
+        SpecError::Wall { .. } => ("domain.boundary".to_owned(), "mend the faces of the box"),
+        SpecError::Model { model: "lubrication", quantity: "viscosity", .. } => {
+            ("dem.lubrication".to_owned(), "write form = \"none\", or add [medium]")
+        }
+        SpecError::Model { model: "lubrication", quantity, .. } => {
+            (format!("dem.lubrication.{quantity}"), "give a value in that range")
+        }
+        SpecError::Model { model: "neighbour list", .. } => {
+            ("dem.skin".to_owned(), "give a positive length in m, or leave the key out")
+        }
+        SpecError::Model { model: "gravity", .. } => ("gravity".to_owned(), "give finite numbers"),
+        SpecError::Model { quantity, .. } => {
+            (format!("dem.contact.{quantity}"), "give a value in that range")
+        }
+        SpecError::Period { .. } => {
+            ("domain.upper".to_owned(), "make the box longer, or dem.lubrication.cut_off smaller")
+        }
+        SpecError::Combination(_) => {
+            ("dem.integrator".to_owned(), "change the integrator or dem.lubrication.integration")
+        }
+        SpecError::Material { .. } => ("dem".to_owned(), "mend the index of the material"),
+    };
+    scene.source.error(&key, fault.to_string(), remedy)
 }
 
 fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneError> {
@@ -90,11 +123,18 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
     let walls: Vec<Wall> = scene.contact_walls().iter().map(wall).collect();
     let can_touch = scene.grains.len() > 1 || !walls.is_empty();
     if dem.contact.is_none() && can_touch {
-        let remedy = "add [dem.contact] with law = \"linear-spring-dashpot\", restitution, contact_time and friction";
-        return Err(scene.source.error("dem", "has no contact law, but grains can touch a grain or a wall", remedy));
+        let remedy =
+            "add [dem.contact] with law = \"linear-spring-dashpot\", restitution, contact_time and friction";
+        return Err(scene.source.error(
+            "dem.contact",
+            "is missing: there is no contact law, but grains can touch a grain or a wall",
+            remedy,
+        ));
     }
     // Never used where nothing can touch.
-    let contact = dem.contact.unwrap_or_else(|| ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(1.0, 1.0, 0.0)));
+    let contact = dem
+        .contact
+        .unwrap_or_else(|| ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(1.0, 1.0, 0.0)));
     let lubrication = *dem.lubrication.get_or_insert_with(|| default_lubrication(scene));
     let grains = scene.grains.iter().map(|grain| self::grain(grain, shared.domain.geometry)).collect();
     let mut periods = [None; 3];
@@ -176,7 +216,11 @@ fn facts(scene: &CheckedScene, spec: &DemSpec, dem: &DemSection) -> Result<DemFa
     let contact_time = spec.contact.contact_time().filter(|_| can_touch).unwrap_or(f64::INFINITY);
     for (key, value) in [("dem.dt", dem.dt), ("dem.steps_per_contact", Some(dem.steps_per_contact))] {
         if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            return Err(scene.source.error(key, format!("is {value}; allowed: a finite number > 0"), "give a positive number, or leave the key out"));
+            return Err(scene.source.error(
+                key,
+                format!("is {value}; allowed: a finite number > 0"),
+                "give a positive number, or leave the key out",
+            ));
         }
     }
     let dt = dem.dt.unwrap_or(contact_time / dem.steps_per_contact);
@@ -196,7 +240,8 @@ fn facts(scene: &CheckedScene, spec: &DemSpec, dem: &DemSection) -> Result<DemFa
 
 /// Bound of explicit lubrication on the sub-step: 2 (η + δ) m/(6πμR²) at δ = 0, over all free grains.
 fn lubrication_dt(spec: &DemSpec) -> f64 {
-    let Some(film) = spec.lubrication.settings().filter(|film| film.integration == FilmIntegration::Explicit) else {
+    let Some(film) = spec.lubrication.settings().filter(|film| film.integration == FilmIntegration::Explicit)
+    else {
         return f64::INFINITY;
     };
     let free = spec.grains.iter().filter(|grain| grain.motion == Motion::Free);

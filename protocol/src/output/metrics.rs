@@ -35,9 +35,8 @@ impl Metrics {
     /// Metrics of `scene` as a run with these `columns` and `sides` sees it.
     ///
     /// # Errors
-    /// If a name comes twice, or a column does not exist although the run sees all there is.
+    /// If a column does not exist although the run sees all there is.
     pub fn new(scene: &CheckedScene, columns: &Columns, sides: Sides) -> Result<Self, SceneError> {
-        refuse_twins(scene)?;
         let mut built = Self {
             metrics: scene.scene.metrics.clone(),
             subject_of: Vec::new(),
@@ -282,18 +281,4 @@ fn unknown_column(scene: &CheckedScene, columns: &Columns, index: usize, name: &
         format!("is `{name}`; the columns of this run are {}", columns.names().join(", ")),
         "name one of them; grains need a place in observe.grains to have columns",
     )
-}
-
-fn refuse_twins(scene: &CheckedScene) -> Result<(), SceneError> {
-    let metrics = &scene.scene.metrics;
-    for (index, metric) in metrics.iter().enumerate() {
-        if metrics[..index].iter().any(|other| other.name == metric.name) {
-            return Err(scene.source.error(
-                &format!("metrics[{index}].name"),
-                format!("is `{}` a second time", metric.name),
-                "give every metric a name of its own",
-            ));
-        }
-    }
-    Ok(())
 }

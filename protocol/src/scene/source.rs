@@ -75,11 +75,18 @@ impl SceneSource {
         toml::from_str(&self.text).map_err(|error| self.convert(&error))
     }
 
-    /// An error at a key.
+    /// An error at a key; without a line where no part of the key stands in the text.
     #[must_use]
     pub fn error(&self, key: &str, message: impl Into<String>, remedy: &str) -> SceneError {
         let span = self.tree().ok().map_or(0..0, |tree| find(&tree, &key_path(key)));
+        if span.is_empty() {
+            return self.error_without_place(key, message.into(), remedy);
+        }
         self.error_at(span, key, message.into(), remedy)
+    }
+
+    fn error_without_place(&self, key: &str, message: String, remedy: &str) -> SceneError {
+        SceneError { key: key.to_owned(), ..SceneError::of_file(&self.file, message, remedy) }
     }
 
     fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
@@ -107,21 +114,33 @@ impl SceneSource {
     }
 
     /// Serde's error with our key and remedy. Inside tagged enums serde knows only the table's
-    /// place; the field it names then narrows it.
+    /// place; the field or value it names then narrows it.
     fn convert(&self, error: &toml::de::Error) -> SceneError {
         let mut span = error.span().unwrap_or(0..0);
         let message = error.message().trim_end().to_owned();
         let mut key = String::new();
         if let Ok(tree) = self.tree() {
+            let table = tree.get_ref();
             if let Some(name) = quoted_after(&message, "unknown field `") {
-                if let Some(found) = find_key(tree.get_ref(), &name, &span) {
-                    span = found;
+                span = find_key(table, &name, &span).unwrap_or(span);
+            } else if message.starts_with("invalid ") || message.starts_with("unknown variant") {
+                span = find_value(table, &message, &span).unwrap_or(span);
+            }
+            // What spans the whole text belongs to no key.
+            let whole = error
+                .span()
+                .is_none_or(|span| span.is_empty() || span.end - span.start >= self.text.trim().len());
+            key = if whole { String::new() } else { key_at(table, &span) };
+            if let Some(name) = quoted_after(&message, "missing field `") {
+                let joint = if key.is_empty() { "" } else { "." };
+                key += &format!("{joint}{name}");
+                if whole {
+                    return self.error_without_place(&key, message, MISSING);
                 }
             }
-            key = key_at(tree.get_ref(), &span);
         }
         let remedy = if message.starts_with("missing field") {
-            "add the key; docs/scene.md says what it means"
+            MISSING
         } else if message.starts_with("unknown") {
             "mend the name, or remove it; docs/scene.md lists every key"
         } else {
@@ -130,6 +149,9 @@ impl SceneSource {
         self.error_at(span, &key, message, remedy)
     }
 }
+
+/// Remedy of a key that is not there.
+const MISSING: &str = "add the key; docs/scene.md says what it means";
 
 /// `a.b[2].c` → `a`, `b`, `2`, `c`.
 fn key_path(key: &str) -> Vec<String> {
@@ -180,6 +202,57 @@ fn find_key(table: &DeTable<'_>, name: &str, within: &Range<usize>) -> Option<Ra
         }
     }
     None
+}
+
+/// Span of the only value in the table at `within` that is what serde's `message` describes.
+fn find_value(table: &DeTable<'_>, message: &str, within: &Range<usize>) -> Option<Range<usize>> {
+    let mut found = Vec::new();
+    for value in table.values() {
+        collect(value, message, within, false, &mut found);
+    }
+    if found.len() == 1 { found.pop() } else { None }
+}
+
+fn collect(
+    value: &Spanned<DeValue<'_>>,
+    message: &str,
+    within: &Range<usize>,
+    inside: bool,
+    found: &mut Vec<Range<usize>>,
+) {
+    let inside = inside || value.span() == *within;
+    if inside && describes(message, value.get_ref()) {
+        found.push(value.span());
+    }
+    match value.get_ref() {
+        DeValue::Table(table) => {
+            table.values().for_each(|value| collect(value, message, within, inside, found))
+        }
+        DeValue::Array(items) => items.iter().for_each(|item| collect(item, message, within, inside, found)),
+        _ => {}
+    }
+}
+
+/// Does serde's `message` speak of this value?
+fn describes(message: &str, value: &DeValue<'_>) -> bool {
+    match value {
+        DeValue::String(text) => {
+            message.contains(&format!(": string {text:?},"))
+                || message.starts_with(&format!("unknown variant `{text}`,"))
+        }
+        DeValue::Integer(number) => message.contains(&format!(": integer `{}`,", number.as_str())),
+        DeValue::Float(number) => {
+            let said = quoted_after(message, ": floating point `").and_then(|text| text.parse::<f64>().ok());
+            said.is_some() && said == number.as_str().parse().ok()
+        }
+        DeValue::Boolean(truth) => message.contains(&format!(": boolean `{truth}`,")),
+        DeValue::Array(items) => {
+            message.starts_with("invalid type: sequence")
+                || message.starts_with(&format!("invalid length {},", items.len()))
+        }
+        DeValue::Table(_) => message.starts_with("invalid type: map"),
+        DeValue::Datetime(_) => false,
+    }
 }
 
 fn children<'a, 'i>(value: &'a DeValue<'i>) -> Box<dyn Iterator<Item = &'a DeTable<'i>> + 'a> {

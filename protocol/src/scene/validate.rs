@@ -4,6 +4,7 @@ use super::Scene;
 use super::domain::{Axis, Geometry, InitialVelocity, WallKind};
 use super::error::SceneError;
 use super::grains::{Grain, Motion, Shape};
+use super::observe::MetricKind;
 use super::source::SceneSource;
 
 /// More cells than this need more memory than any one machine here is asked to have.
@@ -115,11 +116,12 @@ fn boundary(scene: &Scene, source: &SceneSource) -> Check {
     for axis in [Axis::X, Axis::Y, Axis::Z, Axis::R] {
         let (both, lower, upper) = domain.boundary.of(axis);
         let name = format!("{axis:?}").to_lowercase();
-        let given = both.is_some() || lower.is_some() || upper.is_some();
-        if given && !axes.contains(&axis) {
+        let given =
+            [(both, name.clone()), (lower, format!("{name}_lower")), (upper, format!("{name}_upper"))];
+        if let Some((_, face)) = given.iter().find(|(face, _)| face.is_some() && !axes.contains(&axis)) {
             return Err(source.error(
-                "domain.boundary",
-                format!("names axis {name}, but {:?} has the axes {axes:?}", domain.geometry),
+                &format!("domain.boundary.{face}"),
+                format!("is a face of axis {name}, but {:?} has the axes {axes:?}", domain.geometry),
                 "remove the faces of that axis",
             ));
         }
@@ -131,43 +133,60 @@ fn boundary(scene: &Scene, source: &SceneSource) -> Check {
             ));
         }
     }
-    for (axis, name) in axes.iter().enumerate() {
-        let name = format!("{name:?}").to_lowercase();
-        let Some(faces) = domain.boundary(axis) else {
-            return Err(source.error("domain.boundary", format!("says nothing of a face of axis {name}"), &format!("add {name} = \"periodic\", or {name}_lower and {name}_upper = \"no-slip\" or \"free-slip\"")));
+    (0..axes.len()).try_for_each(|axis| faces(scene, axis, source))
+}
+
+/// The two faces of grid axis `axis`.
+fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    let name = format!("{:?}", domain.geometry.axes()[axis]).to_lowercase();
+    let pair = format!("domain.boundary.{name}");
+    let (both, lower, upper) = domain.boundary.of(domain.geometry.axes()[axis]);
+    let Some(faces) = domain.boundary(axis) else {
+        let key = match (lower, upper) {
+            (Some(_), None) => format!("{pair}_upper"),
+            (None, Some(_)) => format!("{pair}_lower"),
+            _ if name == "r" => format!("{pair}_upper"),
+            _ => pair,
         };
-        let periodic = faces.upper.kind == WallKind::Periodic;
-        if periodic && axes[axis] == Axis::R {
+        return Err(source.error(
+            &key,
+            "is missing: every face of the box needs a boundary".to_owned(),
+            &format!("add {name} = \"periodic\", or {name}_lower and {name}_upper = \"no-slip\" or \"free-slip\" (axis r: r_upper alone)"),
+        ));
+    };
+    let periodic = faces.upper.kind == WallKind::Periodic;
+    if periodic && domain.geometry.axes()[axis] == Axis::R {
+        return Err(source.error(
+            "domain.boundary.r_upper",
+            "is periodic".to_owned(),
+            "the outer cylinder is no-slip or free-slip",
+        ));
+    }
+    if faces.lower.is_some_and(|lower| (lower.kind == WallKind::Periodic) != periodic) {
+        return Err(source.error(
+            &format!("{pair}_{}", if periodic { "lower" } else { "upper" }),
+            format!("is not periodic, but the other face of {name} is"),
+            &format!("write {name} = \"periodic\" for both"),
+        ));
+    }
+    let component = domain.geometry.component(axis);
+    for (face, side) in faces.lower.iter().map(|lower| (lower, "_lower")).chain([(&faces.upper, "_upper")]) {
+        let key = format!("{pair}{}.velocity", if both.is_some() { "" } else { side });
+        finite(source, &key, &face.velocity)?;
+        if face.velocity[component] != 0.0 {
             return Err(source.error(
-                "domain.boundary.r_upper",
-                "is periodic".to_owned(),
-                "the outer cylinder is no-slip or free-slip",
+                &key,
+                format!("moves a face of {name} through itself at {}", face.velocity[component]),
+                "a wall's velocity lies in its plane: set this component to 0",
             ));
         }
-        if faces.lower.is_some_and(|lower| (lower.kind == WallKind::Periodic) != periodic) {
+        if face.velocity != [0.0; 3] && face.kind != WallKind::NoSlip {
             return Err(source.error(
-                "domain.boundary",
-                format!("makes one face of {name} periodic and the other not"),
-                &format!("write {name} = \"periodic\" for both"),
+                &key,
+                format!("is {:?} on a face of {name} that is not no-slip", face.velocity),
+                "only a no-slip wall drags the fluid: remove the velocity, or make the face no-slip",
             ));
-        }
-        let component = domain.geometry.component(axis);
-        for face in faces.lower.iter().chain([&faces.upper]) {
-            finite(source, "domain.boundary", &face.velocity)?;
-            if face.velocity[component] != 0.0 {
-                return Err(source.error(
-                    "domain.boundary",
-                    format!("moves a face of {name} through itself at {}", face.velocity[component]),
-                    "a wall's velocity lies in its plane",
-                ));
-            }
-            if face.velocity != [0.0; 3] && face.kind != WallKind::NoSlip {
-                return Err(source.error(
-                    "domain.boundary",
-                    format!("gives a velocity to a face of {name} that is not no-slip"),
-                    "only a no-slip wall drags the fluid",
-                ));
-            }
         }
     }
     Ok(())
@@ -359,7 +378,12 @@ fn grain_key(scene: &Scene, index: usize, name: &str) -> String {
     if index < written {
         format!("grains[{index}].{name}")
     } else if scene.grain_files.is_empty() {
-        "groups".to_owned()
+        let mut end = written;
+        let group = scene.groups.iter().position(|group| {
+            end += group.count;
+            index < end
+        });
+        format!("groups[{}]", group.unwrap_or(0))
     } else {
         "grain_files".to_owned()
     }
@@ -525,20 +549,25 @@ fn resolved(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) ->
 
 /// No two grains overlap by more than 1 % of the smaller radius (sweep along the longest axis).
 fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
-    let mut order: Vec<usize> = (0..grains.len()).collect();
-    order.sort_by(|a, b| grains[*a].position[2].total_cmp(&grains[*b].position[2]));
     let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
-    for (place, &i) in order.iter().enumerate() {
-        for &j in &order[place + 1..] {
-            let (a, b) = (&grains[i], &grains[j]);
-            if b.position[2] - a.position[2] > a.radius + largest {
+    let mut places = places(scene, grains, largest);
+    let extent = |axis: usize| {
+        let x = || places.iter().map(|(place, _)| place[axis]);
+        x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min)
+    };
+    let longest = (0..3).max_by(|a, b| extent(*a).total_cmp(&extent(*b))).unwrap_or(2);
+    places.sort_by(|a, b| a.0[longest].total_cmp(&b.0[longest]));
+    for (number, (here, i)) in places.iter().enumerate() {
+        for (there, j) in &places[number + 1..] {
+            let (a, b) = (&grains[*i], &grains[*j]);
+            if there[longest] - here[longest] > a.radius + largest {
                 break;
             }
-            let distance2: f64 = (0..3).map(|axis| (a.position[axis] - b.position[axis]).powi(2)).sum();
+            let distance2: f64 = (0..3).map(|axis| (here[axis] - there[axis]).powi(2)).sum();
             let overlap = a.radius + b.radius - distance2.sqrt();
             let both_held = a.motion != Motion::Free && b.motion != Motion::Free;
-            if overlap > 0.01 * a.radius.min(b.radius) && !both_held {
-                let (first, second) = (i.min(j), i.max(j));
+            if i != j && overlap > 0.01 * a.radius.min(b.radius) && !both_held {
+                let (first, second) = (*i.min(j), *i.max(j));
                 let message = format!(
                     "grains {first} and {second} overlap by {overlap}; allowed: 1 % of the smaller radius"
                 );
@@ -549,12 +578,45 @@ fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
     Ok(())
 }
 
-/// Metrics and observed grains name grains that exist.
+/// Centre and index of every grain, and of the images beyond the upper periodic faces of those that
+/// a grain there can reach.
+fn places(scene: &Scene, grains: &[Grain], largest: f64) -> Vec<([f64; 3], usize)> {
+    let domain = &scene.domain;
+    let mut places: Vec<_> =
+        grains.iter().enumerate().map(|(index, grain)| (grain.position, index)).collect();
+    for axis in (0..domain.dimensions()).filter(|axis| domain.is_periodic(*axis)) {
+        let component = domain.geometry.component(axis);
+        let (lower, length) = (domain.lower[axis], domain.upper[axis] - domain.lower[axis]);
+        for number in 0..places.len() {
+            let (mut place, index) = places[number];
+            if place[component] - lower < grains[index].radius + largest {
+                place[component] += length;
+                places.push((place, index));
+            }
+        }
+    }
+    places
+}
+
+/// Metrics have names of their own; they and `observe.grains` name grains that exist.
 pub(super) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Check {
     for (index, metric) in scene.metrics.iter().enumerate() {
+        let key = |name: &str| format!("metrics[{index}].{name}");
+        if scene.metrics[..index].iter().any(|other| other.name == metric.name) {
+            return Err(source.error(
+                &key("name"),
+                format!("is `{}` a second time", metric.name),
+                "give every metric a name of its own",
+            ));
+        }
+        match &metric.kind {
+            MetricKind::RestitutionAtGap { gap, .. } => positive(source, &key("gap"), *gap)?,
+            MetricKind::Mean { from, .. } => not_negative(source, &key("from"), *from)?,
+            _ => {}
+        }
         if let Some(grain) = metric.kind.grain().filter(|grain| *grain >= count) {
             return Err(source.error(
-                &format!("metrics[{index}].grain"),
+                &key("grain"),
                 format!("is {grain}, but the scene has {count} grains"),
                 "count grains from 0",
             ));

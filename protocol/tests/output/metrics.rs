@@ -256,18 +256,6 @@ fn an_unknown_column_is_refused_with_the_known_ones() {
 }
 
 #[test]
-fn a_name_given_twice_is_refused() {
-    let scene = discs(&format!(
-        "{}{}",
-        COLUMNS.replace("flow_rate", "t"),
-        "[[metrics]]\nname = \"last\"\nkind = \"final\"\ncolumn = \"t\"\n"
-    ));
-    let columns = Columns::new(&scene, Sides::dry(), &[]);
-    let error = Metrics::new(&scene, &columns, Sides::dry()).expect_err("twins");
-    assert!(error.to_string().contains("a second time"), "{error}");
-}
-
-#[test]
 fn a_resumed_run_measures_the_same_bits() {
     let scene = sphere(BOUNCE);
     let mut whole = Watch::new(&scene, 1.0);
