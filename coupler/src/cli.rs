@@ -1,6 +1,6 @@
 //! The command line of `bedload`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -64,6 +64,12 @@ enum Command {
     Log {
         #[command(subcommand)]
         command: LogWord,
+    },
+    /// Make report.html in the output folder of each run
+    Report {
+        /// Output folders of runs
+        #[arg(required = true)]
+        dirs: Vec<PathBuf>,
     },
     /// Print the JSON Schema of a whole scene
     Schema,
@@ -177,6 +183,13 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             crate::replay::replay(&crate::replay::Replay { log, drive, verify, checkpoint, out })
         }
         Command::Log { command } => Ok(log(&command)?),
+        Command::Report { dirs } => {
+            let dirs: Vec<&Path> = dirs.iter().map(PathBuf::as_path).collect();
+            for page in crate::report::report(&dirs)? {
+                println!("{}", page.display());
+            }
+            Ok(())
+        }
         Command::Schema => {
             println!("{:#}", crate::check::schema()?);
             Ok(())

@@ -110,6 +110,12 @@ impl From<crate::log_command::LogCommandError> for Failure {
     }
 }
 
+impl From<crate::report::ReportError> for Failure {
+    fn from(error: crate::report::ReportError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
 impl From<protocol::output::OutputError> for Failure {
     fn from(error: protocol::output::OutputError) -> Self {
         use protocol::output::OutputError;

@@ -68,7 +68,14 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
     finish(&folder, &mut summary, outcome)
 }
 
-/// Writes the summary.
+/// Draws the report; a failure to draw costs no result.
+fn draw(folder: &Path) {
+    if let Err(error) = crate::report::report(&[folder]) {
+        eprintln!("bedload: warning: no report.html: {error}");
+    }
+}
+
+/// Writes the summary and the report.
 fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Failure>) -> Result<(), Failure> {
     match &outcome {
         Ok(()) => summary.status = RunStatus::Completed,
@@ -76,6 +83,7 @@ fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Fail
         Err(failure) => summary.fail(failure),
     }
     let written = summary.write(&folder.summary());
+    draw(folder.root());
     outcome?;
     written?;
     eprintln!("bedload: done, see {}", folder.root().display());
@@ -224,7 +232,10 @@ fn alone(
         return Err(Failure::Peer(format!("{} is gone", supervise::program(solver.role))));
     };
     match exit.code() {
-        Some(0) => Ok(()),
+        Some(0) => {
+            draw(&options.out_path());
+            Ok(())
+        }
         Some(code) => Err(Failure::Passed(u8::try_from(code).unwrap_or(1))),
         None => lost(options, prepared, solver.role, &exit.to_string(), passed_on > 0),
     }

@@ -37,6 +37,7 @@ fn a_good_run_leaves_everything_behind() {
     assert_eq!(steps.last(), Some(&19));
     assert!(room.read("scene.toml").contains("max_dt_over_contact_time"), "defaults are written out");
     assert!(room.out().join("plan.json").is_file());
+    assert!(room.read("report.html").contains("</html>"));
     assert!(stderr(&output).contains("does not answer `check SCENE --json`"), "{}", stderr(&output));
 }
 

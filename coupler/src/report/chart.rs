@@ -104,7 +104,8 @@ impl Chart {
         let body = bare.draw((width, height), 4)?.body;
         Some(format!(
             "<svg class=\"inset\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\">{body}</svg>"
+             viewBox=\"0 0 {width} {height}\">{body}\
+             <rect width=\"100%\" height=\"100%\" fill=\"none\" stroke=\"#999\"/></svg>"
         ))
     }
 

@@ -8,7 +8,9 @@ use super::page::{escape, integer, number};
 /// A table with a header row; cells are HTML already.
 pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     let row = |tag: &str, cells: &mut dyn Iterator<Item = String>| {
-        let cells: String = cells.map(|cell| format!("<{tag}>{cell}</{tag}>")).collect();
+        // Long cells may break their lines; short ones stay whole and the table scrolls.
+        let wide = |cell: &str| if cell.chars().count() > 24 { " class=\"text\"" } else { "" };
+        let cells: String = cells.map(|cell| format!("<{tag}{}>{cell}</{tag}>", wide(&cell))).collect();
         format!("<tr>{cells}</tr>\n")
     };
     let mut html = String::from("<div class=\"wide\"><table>\n");
