@@ -16,8 +16,8 @@ const MOST_PICTURES: usize = 24;
 const LEVELS: usize = 10;
 const HIGHEST: f64 = 17.8;
 
-/// A picture shows this far around the grain's centre, in D.
-const REACH: f64 = 1.6;
+/// A picture shows this far around the grain's centre, in D: sideways, down and up (the wake).
+const REACH: [f64; 3] = [1.6, 1.0, 2.2];
 
 /// Units of a picture per D.
 const UNIT: f64 = 70.0;
@@ -107,8 +107,8 @@ fn picture(run: &RunFiles, vtr: &Vtr) -> Option<Picture> {
         left = -right;
     }
     let corner = |x: f64, z: f64| (x / length, z / length);
-    let reach = REACH * length;
-    let view = [corner(at[0] - reach, at[2] - reach), corner(at[0] + reach, at[2] + reach)];
+    let [aside, down, up] = REACH.map(|reach| reach * length);
+    let view = [corner(at[0] - aside, at[2] - down), corner(at[0] + aside, at[2] + up)];
     let walls = [corner(left, bottom), corner(right, top)];
     let mut grains = Vec::new();
     for other in run.grains() {

@@ -45,7 +45,7 @@ pub(super) fn steps(summary: &Summary, plan: Option<&Value>) -> String {
     let count = |value: Option<f64>| value.map_or("–".into(), |value| integer(value as u64));
     let rows = [
         line("dt of the fluid", seconds(dt_f), seconds(time.dt_fluid)),
-        line("dt of the DEM", seconds(dt_dem), seconds(time.dt_dem)),
+        line("dt of the DEM (done: smallest)", seconds(dt_dem), seconds(time.dt_dem)),
         line("contact time t_c", seconds(t_c), seconds(time.contact_time)),
         line("t_c / dt of the DEM", ratio(t_c, dt_dem), ratio(time.contact_time, time.dt_dem)),
         line("dt of the fluid / t_c", ratio(dt_f, t_c), ratio(time.dt_fluid, time.contact_time)),

@@ -55,7 +55,8 @@ pub struct Time {
     pub dem_substeps: u64,
     /// Mean step of the fluid, s.
     pub dt_fluid: Option<f64>,
-    /// Mean sub-step of the DEM, s.
+    /// Smallest sub-step of the DEM, s: the one that resolves contacts. Away from contact a window
+    /// may take few, long ones, so that the mean says nothing.
     pub dt_dem: Option<f64>,
     /// Shortest contact duration, s.
     pub contact_time: Option<f64>,
@@ -236,6 +237,8 @@ pub struct Tally {
     pub least: u64,
     /// Most in a window.
     pub most: u64,
+    /// Smallest sub-step, s; none before the first.
+    pub finest: Option<f64>,
 }
 
 impl Tally {
@@ -243,6 +246,10 @@ impl Tally {
     pub fn record(&mut self, window: &Window, substeps: u64) {
         self.least = if self.windows == 0 { substeps } else { self.least.min(substeps) };
         self.most = self.most.max(substeps);
+        if substeps > 0 {
+            let dt = window.dt / substeps as f64;
+            self.finest = Some(self.finest.map_or(dt, |finest| finest.min(dt)));
+        }
         self.windows += 1;
         self.substeps += substeps;
         self.simulated = window.time + window.dt;
@@ -257,7 +264,7 @@ impl Tally {
             fluid_steps: if has_fluid { self.windows } else { 0 },
             dem_substeps: self.substeps,
             dt_fluid: mean(if has_fluid { self.windows } else { 0 }),
-            dt_dem: mean(self.substeps),
+            dt_dem: self.finest,
             contact_time: contact_time.is_finite().then_some(contact_time),
             substeps_per_window: SubstepRange {
                 min: self.least,

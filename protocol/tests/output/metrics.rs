@@ -3,7 +3,7 @@
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::output::{Columns, Extra, Metrics, MetricsState, Sides};
 
-use crate::stage::{Watch, discs, falling, sphere};
+use crate::stage::{Watch, falling, sphere};
 
 const BOUNCE: &str = r#"
 [[metrics]]

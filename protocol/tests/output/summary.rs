@@ -77,7 +77,7 @@ fn values_are_worked_out_as_documented() {
     let summary = sample();
     assert_eq!(summary.time.simulated, 1.5);
     assert_eq!((summary.time.fluid_steps, summary.time.dem_substeps), (3, 15));
-    assert_eq!((summary.time.dt_fluid, summary.time.dt_dem), (Some(0.5), Some(0.1)));
+    assert_eq!((summary.time.dt_fluid, summary.time.dt_dem), (Some(0.5), Some(0.5 / 8.0)));
     assert_eq!((summary.time.substeps_per_window.min, summary.time.substeps_per_window.max), (2, 8));
     assert_eq!(summary.time.substeps_per_window.mean, 5.0);
     // 4.8 s over 1600 cells and 3 steps; 3 s over 1 grain and 15 sub-steps.
