@@ -202,8 +202,9 @@ fn one_sub_step_exactly_where_the_window_of_four_before_allows_it() {
 fn a_resume_plans_the_same_windows() {
     let coupling = Coupling::default();
     let plan = plan(0.1, 0.01, 3.0, false);
-    let quiet =
-        |window: &Window| (if window.step % 3 == 0 { window.time + 0.6 } else { -1.0 }, f64::INFINITY);
+    let quiet = |window: &Window| {
+        (if window.step.is_multiple_of(3) { window.time + 0.6 } else { -1.0 }, f64::INFINITY)
+    };
     let whole = collect(&mut Planner::new(&plan, &coupling, &Observe::default()), quiet);
     assert!(
         whole.iter().any(|window| window.substeps == 1) && whole.iter().any(|window| window.substeps == 10)

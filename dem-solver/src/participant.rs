@@ -33,8 +33,9 @@ impl DemParticipant {
     /// [`SceneError`] if the scene does not make a DEM.
     pub fn new(scene: &CheckedScene) -> Result<Self, SceneError> {
         let config = Config::new(scene)?;
-        let dem = Dem::new(&config.spec)
-            .map_err(|fault| scene.source.error("dem", fault.to_string(), "docs/scene.md says what [dem] allows"))?;
+        let dem = Dem::new(&config.spec).map_err(|fault| {
+            scene.source.error("dem", fault.to_string(), "docs/scene.md says what [dem] allows")
+        })?;
         Ok(Self {
             loads: vec![GrainLoad::default(); scene.grains.len()],
             saved: dem.save(),
@@ -89,15 +90,19 @@ impl Participant for DemParticipant {
             }
         })?;
         let start = ProcessTime::now();
-        let substeps = u32::try_from(window.substeps)
-            .map_err(|_| SolverError::Failed(format!("{} sub-steps in one window; at most {}", window.substeps, u32::MAX)))?;
+        let substeps = u32::try_from(window.substeps).map_err(|_| {
+            SolverError::Failed(format!("{} sub-steps in one window; at most {}", window.substeps, u32::MAX))
+        })?;
         let report = self
             .dem
             .advance(window.dt, substeps, &self.loads)
             .map_err(|fault| SolverError::Failed(fault.to_string()))?;
         self.work += start.elapsed();
         if let Some(fault) = report.first_non_finite {
-            return Err(SolverError::Failed(format!("{fault} in window {} (t = {} s): reduce [dem] dt, or see whether the loads are finite", window.step, window.time)));
+            return Err(SolverError::Failed(format!(
+                "{fault} in window {} (t = {} s): reduce [dem] dt, or see whether the loads are finite",
+                window.step, window.time
+            )));
         }
         let mut header = window.header();
         header.substeps = u64::from(report.n_sub_done);
@@ -168,10 +173,7 @@ impl Solver for DemParticipant {
         Clock { window, substep: facts.dt, adaptive: false }
     }
 
-    fn sides<'a>(
-        incoming: &'a [Loads],
-        outgoing: &'a [Kinematics],
-    ) -> (&'a [Loads], &'a [Kinematics]) {
+    fn sides<'a>(incoming: &'a [Loads], outgoing: &'a [Kinematics]) -> (&'a [Loads], &'a [Kinematics]) {
         (incoming, outgoing)
     }
 

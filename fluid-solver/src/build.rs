@@ -30,9 +30,7 @@ pub fn grid<const D: usize>(scene: &CheckedScene) -> Result<Grid<D>, SceneError>
         let (start, end, cells) = (domain.lower[a], domain.upper[a], domain.cells[a]);
         match domain.stretching.filter(|s| s.axis == domain.geometry.axes()[a]) {
             None => AxisSpec::Uniform { start, end, cells },
-            Some(s) => {
-                AxisSpec::Growing { start, core_end: s.uniform_to, width: s.spacing, end, cells }
-            }
+            Some(s) => AxisSpec::Growing { start, core_end: s.uniform_to, width: s.spacing, end, cells },
         }
     });
     let boundaries = std::array::from_fn(|a| {
@@ -53,9 +51,9 @@ fn boundary<const D: usize>(geometry: Geometry, face: &Face) -> Boundary<D> {
     match face.kind {
         WallKind::Periodic => Boundary::Periodic,
         WallKind::FreeSlip => Boundary::FreeSlip,
-        WallKind::NoSlip => Boundary::NoSlip {
-            velocity: std::array::from_fn(|a| face.velocity[laboratory(geometry, a)]),
-        },
+        WallKind::NoSlip => {
+            Boundary::NoSlip { velocity: std::array::from_fn(|a| face.velocity[laboratory(geometry, a)]) }
+        }
     }
 }
 

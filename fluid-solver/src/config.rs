@@ -160,8 +160,7 @@ impl FluidSection {
     pub fn choices(&self) -> Choices {
         let method = self.immersed.method;
         let direct = method == Forcing::Direct;
-        let mask =
-            self.immersed.mask.unwrap_or(if direct { Mask::Seed } else { Mask::ParameterFree });
+        let mask = self.immersed.mask.unwrap_or(if direct { Mask::Seed } else { Mask::ParameterFree });
         let form = self.loads.form.unwrap_or(if direct { LoadsForm::F1 } else { LoadsForm::F5b });
         let none = form == LoadsForm::F1;
         Choices {

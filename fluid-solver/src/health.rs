@@ -48,8 +48,7 @@ impl Health {
                 let k = if a == 0 { i } else { at[a] };
                 let (low, high) = (u[start + i], u[start + i + grid.stride(a)]);
                 rate += low.abs().max(high.abs()) / axis.widths[k];
-                divergence +=
-                    (axis.face_area[k + 1] * high - axis.face_area[k] * low) / axis.cell_volume[k];
+                divergence += (axis.face_area[k + 1] * high - axis.face_area[k] * low) / axis.cell_volume[k];
                 sum += low + high;
             }
             health.rate = health.rate.max(rate);

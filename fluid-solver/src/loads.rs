@@ -157,7 +157,8 @@ mod tests {
         let acceleration = Wrench { force: [0.0, 0.0, 0.25], torque: [0.0; 3] };
         let plain = Measured { acceleration, ..Measured::default() };
         let swollen = Measured { volume: Some([3.2, 3.3, 3.3]), ..plain };
-        let (p, s) = (rule(LoadsForm::F5b).loads(&SHAPE, &plain), rule(LoadsForm::F5b).loads(&SHAPE, &swollen));
+        let (p, s) =
+            (rule(LoadsForm::F5b).loads(&SHAPE, &plain), rule(LoadsForm::F5b).loads(&SHAPE, &swollen));
         // (m_p + m_a) a = m_p g + F + C_v m_f a: the same a solves both.
         let left = |l: &Loads| (12.0 + l.added_mass) * 0.25 - l.force[2];
         assert!((left(&p) - left(&s)).abs() < 1e-14);

@@ -41,7 +41,8 @@ impl Plan {
         let inverse: f64 = (0..D).map(|a| width(a).powi(-2)).sum();
         let explicit = time.scheme.viscous_limit() / (nu * inverse);
         let spacing = grid.smallest_width();
-        let force = if scene.grains.is_empty() { f64::INFINITY } else { FORCE_NUMBER * spacing * spacing / nu };
+        let force =
+            if scene.grains.is_empty() { f64::INFINITY } else { FORCE_NUMBER * spacing * spacing / nu };
         let speed = expected_speed(scene, medium);
         let by_speed = time.cfl * spacing / speed;
         let wanted = time.dt.unwrap_or(by_speed.min(force));
@@ -148,8 +149,7 @@ mod tests {
 
     #[test]
     fn the_step_changes_seldom() {
-        let plan =
-            Plan { fixed: None, cfl: 0.5, ceiling: 1.0, viscous: Viscous::Implicit, spacing: 0.1 };
+        let plan = Plan { fixed: None, cfl: 0.5, ceiling: 1.0, viscous: Viscous::Implicit, spacing: 0.1 };
         let mut dt = plan.first();
         let mut changes = 0;
         for k in 0..1000 {

@@ -322,8 +322,7 @@ impl<const D: usize> Solver<D> {
     }
 
     fn impose_placed(&mut self, dt: f64) {
-        let imposed =
-            if self.choices.form == LoadsForm::F5 { Imposed::ByVelocity } else { Imposed::ByForce };
+        let imposed = if self.choices.form == LoadsForm::F5 { Imposed::ByVelocity } else { Imposed::ByForce };
         let velocity = &mut self.stepper.state_mut().velocity;
         self.immersed.impose_carried(imposed, dt, velocity, &mut self.lambda);
         self.memory.held.copy_from_slice(&self.memory.motions);

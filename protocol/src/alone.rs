@@ -133,7 +133,8 @@ impl Clock {
         let wished = if self.adaptive { self.window.min(limit) } else { self.window };
         // A remainder of a few parts in 1e9 is rounding, not a window.
         let dt = if time + wished * (1.0 + 1e-9) >= until { until - time } else { wished };
-        let substeps = if self.substep.is_finite() { (dt / self.substep * (1.0 - 1e-12)).ceil().max(1.0) } else { 1.0 };
+        let substeps =
+            if self.substep.is_finite() { (dt / self.substep * (1.0 - 1e-12)).ceil().max(1.0) } else { 1.0 };
         Window { step, attempt: 0, time, dt, substeps: substeps as u64, output }
     }
 }

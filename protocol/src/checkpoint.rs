@@ -48,7 +48,7 @@ pub fn write<T: Serialize>(folder: &Path, role: &str, identity: &str, state: &T)
     std::fs::rename(&beside, &target).map_err(|error| fail(&target, error))
 }
 
-/// Reads what [`write`] wrote for the same role and scene.
+/// Reads what [`write()`] wrote for the same role and scene.
 ///
 /// # Errors
 /// [`SolverError`] if the file is missing, truncated, damaged, of another version or of another scene.
@@ -60,7 +60,8 @@ pub fn read<T: DeserializeOwned>(folder: &Path, role: &str, identity: &str) -> R
     if bytes.len() < HEAD || bytes[..8] != MAGIC {
         return Err(refuse("is not a Bedload checkpoint, or was cut short: start anew without --resume"));
     }
-    let word = |at: usize| bytes[at..at + 8].iter().rev().fold(0u64, |sum, byte| (sum << 8) | u64::from(*byte));
+    let word =
+        |at: usize| bytes[at..at + 8].iter().rev().fold(0u64, |sum, byte| (sum << 8) | u64::from(*byte));
     if word(8) != VERSION {
         return Err(refuse(&format!("has version {}, this build reads {VERSION}", word(8))));
     }
@@ -70,7 +71,9 @@ pub fn read<T: DeserializeOwned>(folder: &Path, role: &str, identity: &str) -> R
     }
     let (scene, state): (String, T) = codec::decode(payload).map_err(|error| refuse(&error.to_string()))?;
     if scene != identity {
-        return Err(refuse("was written by another scene: resume with the scene that wrote it, or start anew"));
+        return Err(refuse(
+            "was written by another scene: resume with the scene that wrote it, or start anew",
+        ));
     }
     Ok(state)
 }
@@ -85,8 +88,16 @@ mod tests {
         let state = vec![1.0f64, -0.0, 3.5];
         write(&folder, "dem", "scene-a", &state).expect("writes");
         let back: Vec<f64> = read(&folder, "dem", "scene-a").expect("reads");
-        assert_eq!(back.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), state.iter().map(|x| x.to_bits()).collect::<Vec<_>>());
-        assert!(read::<Vec<f64>>(&folder, "dem", "scene-b").expect_err("foreign").to_string().contains("another scene"));
+        assert_eq!(
+            back.iter().map(|x| x.to_bits()).collect::<Vec<_>>(),
+            state.iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+        );
+        assert!(
+            read::<Vec<f64>>(&folder, "dem", "scene-b")
+                .expect_err("foreign")
+                .to_string()
+                .contains("another scene")
+        );
         assert!(read::<Vec<f64>>(&folder, "fluid", "scene-a").is_err());
         let whole = std::fs::read(path(&folder, "dem")).expect("there");
         for end in 0..whole.len() {

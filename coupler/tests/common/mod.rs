@@ -113,9 +113,10 @@ struct FakeDem {
 impl FakeDem {
     fn step(&mut self, dt: f64, forces: &[[f64; 3]]) {
         for (grain, force) in forces.iter().enumerate() {
-            for axis in 0..3 {
-                self.velocity[grain][axis] += dt * (force[axis] + self.gravity[axis]);
-                self.position[grain][axis] += dt * self.velocity[grain][axis];
+            let (velocity, position) = (&mut self.velocity[grain], &mut self.position[grain]);
+            for (axis, push) in force.iter().enumerate() {
+                velocity[axis] += dt * (push + self.gravity[axis]);
+                position[axis] += dt * velocity[axis];
             }
         }
     }

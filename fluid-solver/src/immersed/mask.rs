@@ -104,8 +104,7 @@ mod tests {
         let (n, spacing, s) = ([0.6, 0.8], [0.1; 2], 0.03);
         let w = thickness(0.5, &n, &spacing);
         let fourth = n[0].powi(4) + n[1].powi(4);
-        let tau =
-            w * w / (4.0 * 1e-2) * (2.0 * 0.5772156649_f64 - 0.0566 * fourth * 0.01 / (w * w)).exp();
+        let tau = w * w / (4.0 * 1e-2) * (2.0 * 0.5772156649_f64 - 0.0566 * fourth * 0.01 / (w * w)).exp();
         let beta = 1.0 / (1.0 + tau / 0.5 * (2.0 * s / w).exp());
         let ours = fraction(KERNEL.odds(s, &n, &spacing));
         assert!((ours - beta).abs() < 1e-9, "{ours} against {beta}");

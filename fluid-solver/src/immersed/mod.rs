@@ -124,12 +124,7 @@ impl<const D: usize> Immersed<D> {
     }
 
     /// ∫ b u dV of every grain: the momentum per unit density of the fluid in its place.
-    pub fn contents(
-        &mut self,
-        grid: &Grid<D>,
-        motions: &[Motion],
-        velocity: &[Vec<f64>; D],
-    ) -> &[Wrench] {
+    pub fn contents(&mut self, grid: &Grid<D>, motions: &[Motion], velocity: &[Vec<f64>; D]) -> &[Wrench] {
         each(self.busy(), &mut self.components, |d, component| {
             let u = velocity[d].as_slice();
             component.integrate(grid, motions, |p: Point| p.share() * u[p.index]);
@@ -138,12 +133,7 @@ impl<const D: usize> Immersed<D> {
     }
 
     /// ∫ λ dV of every grain where it was held last, shared by odds (F5).
-    pub fn carried(
-        &mut self,
-        grid: &Grid<D>,
-        held: &[Motion],
-        lambda: &[Vec<f64>; D],
-    ) -> &[Wrench] {
+    pub fn carried(&mut self, grid: &Grid<D>, held: &[Motion], lambda: &[Vec<f64>; D]) -> &[Wrench] {
         each(self.busy(), &mut self.components, |d, component| {
             component.swap();
             component.gather(grid, held);

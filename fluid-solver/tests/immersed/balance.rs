@@ -92,8 +92,7 @@ fn overlapping_grains_stay_bounded() {
     let mut run = Run::new(PAIR);
     run.windows(60);
     let solver = run.fluid.two().expect("plane");
-    let fastest =
-        solver.stepper().state().velocity.iter().flatten().fold(0.0_f64, |m, u| m.max(u.abs()));
+    let fastest = solver.stepper().state().velocity.iter().flatten().fold(0.0_f64, |m, u| m.max(u.abs()));
     assert!(fastest < 3.0, "{fastest}");
 }
 
@@ -104,14 +103,10 @@ fn mask_volume_tends_to_the_grains_volume() {
     let volume = |geometry: &str, n: usize| {
         let (lower, upper, cells, faces, at) = match geometry {
             "plane" => ("[0.0, 0.0]", "[1.0, 1.0]", format!("[{n}, {n}]"), "x", "[0.5, 0.0, 0.5]"),
-            "axisymmetric" => ("[0.0, 0.0]", "[0.5, 1.0]", format!("[{}, {n}]", n / 2), "r", "[0.0, 0.0, 0.5]"),
-            _ => (
-                "[0.0, 0.0, 0.0]",
-                "[1.0, 1.0, 1.0]",
-                format!("[{n}, {n}, {n}]"),
-                "y",
-                "[0.5, 0.5, 0.5]",
-            ),
+            "axisymmetric" => {
+                ("[0.0, 0.0]", "[0.5, 1.0]", format!("[{}, {n}]", n / 2), "r", "[0.0, 0.0, 0.5]")
+            }
+            _ => ("[0.0, 0.0, 0.0]", "[1.0, 1.0, 1.0]", format!("[{n}, {n}, {n}]"), "y", "[0.5, 0.5, 0.5]"),
         };
         let faces = match faces {
             "x" => "x = \"periodic\", z = \"periodic\"",

@@ -43,8 +43,7 @@ pub(crate) struct Newton {
 
 impl Newton {
     pub(crate) fn new(scene: &CheckedScene) -> Self {
-        let freedoms =
-            [Freedom::X, Freedom::Y, Freedom::Z, Freedom::SpinX, Freedom::SpinY, Freedom::SpinZ];
+        let freedoms = [Freedom::X, Freedom::Y, Freedom::Z, Freedom::SpinX, Freedom::SpinY, Freedom::SpinZ];
         let geometry: Geometry = scene.scene.domain.geometry;
         let bodies = scene.grains.iter().map(|grain| {
             let gyration = if grain.shape == Shape::Sphere { 0.4 } else { 0.5 };
@@ -128,14 +127,8 @@ impl Run {
 
     /// One window of the proposed length.
     pub(crate) fn window(&mut self) -> Result<WindowReport, SolverError> {
-        let window = Window {
-            step: self.step,
-            attempt: 0,
-            time: self.time,
-            dt: self.dt,
-            substeps: 1,
-            output: false,
-        };
+        let window =
+            Window { step: self.step, attempt: 0, time: self.time, dt: self.dt, substeps: 1, output: false };
         let report = self.fluid.advance(&window, &mut self.newton)?;
         self.time += self.dt;
         self.step += 1;

@@ -96,7 +96,9 @@ fn a_checkpoint_gives_the_same_bits_and_refuses_what_does_not_fit() {
         other.newton.take_over(&kept);
         assert_eq!(first, messages(&mut other, 6), "{keys}");
 
-        let text = fluid(keys).replace("2.0\n    cells", "2.0\n    # another\n    cells").replace("density = 1.1", "density = 1.2");
+        let text = fluid(keys)
+            .replace("2.0\n    cells", "2.0\n    # another\n    cells")
+            .replace("density = 1.1", "density = 1.2");
         let mut foreign = Fluid::new(&scene(&text), &folder).expect("a scene");
         let error = foreign.read_checkpoint(&folder).expect_err("another scene").to_string();
         assert!(error.contains("another scene"), "{error}");

@@ -11,13 +11,13 @@ use crate::scene::{CheckedScene, SceneError, SceneSource};
 pub struct RunOptions {
     /// Scene file (TOML)
     pub scene: PathBuf,
-    /// Output folder; by default out/<name of the scene>
+    /// Output folder; by default out/SCENE
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// End of the run, s, instead of the scene's `until`
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub until: Option<f64>,
-    /// Override any key of the scene, such as --set grains[0].density=2.0; may be repeated
+    /// Override any key of the scene, such as `grains[0].density=2.0`; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
     /// Threads per solver; by default as many as the machine offers

@@ -31,7 +31,8 @@ impl FieldTimes {
     #[must_use]
     pub fn is_due(&self, time: f64, dt: f64) -> bool {
         let end = time + dt;
-        let periodic = self.every > 0.0 && (end / self.every + 1e-9).floor() > (time / self.every + 1e-9).floor();
+        let periodic =
+            self.every > 0.0 && (end / self.every + 1e-9).floor() > (time / self.every + 1e-9).floor();
         periodic || self.at.iter().any(|at| time < *at && *at <= end)
     }
 }
@@ -63,7 +64,7 @@ pub(super) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
     let contact_time = dem.map_or(f64::INFINITY, |facts| facts.contact_time);
     let begin = Instant::now();
     let mut run = Run::new(&folder, &scene, &mut solver, clock, options.resume, contact_time, answer)?;
-    let outcome = with_threads(options.threads(), || run.to_end())?;
+    let outcome = with_threads(options.threads(), || run.advance_to_end())?;
     run.summarise(&mut summary, begin, &outcome)?;
     summary.write(&folder.summary())?;
     outcome
@@ -117,7 +118,7 @@ impl<'a, S: Solver> Run<'a, S> {
         Ok(Self { folder, scene, solver, exchange, clock, observer, position, contact_time, stop })
     }
 
-    fn to_end(&mut self) -> Result<(), ProgramError> {
+    fn advance_to_end(&mut self) -> Result<(), ProgramError> {
         let until = self.scene.scene.until;
         let fields = FieldTimes::new(&self.scene.scene.observe);
         let (mut told, mut saved) = (Instant::now(), Instant::now());
@@ -131,7 +132,12 @@ impl<'a, S: Solver> Run<'a, S> {
             window.output = fields.is_due(window.time, window.dt);
             self.window(&window)?;
             if told.elapsed().as_secs_f64() > PROGRESS_EVERY {
-                eprintln!("{}: t = {:.6} of {until} s, window {}", S::PROGRAM, self.position.time, window.step);
+                eprintln!(
+                    "{}: t = {:.6} of {until} s, window {}",
+                    S::PROGRAM,
+                    self.position.time,
+                    window.step
+                );
                 told = Instant::now();
             }
             if saved.elapsed().as_secs_f64() > CHECKPOINT_EVERY {

@@ -61,11 +61,7 @@ where
     let scene = CheckedScene::new(SceneSource { file: name, text: reader.manifest().scene.clone() })?;
     let folder = out.map_or_else(|| PathBuf::from("out/replay"), Path::to_owned);
     let mut solver = S::build(&scene, &folder)?;
-    let options = ReplayOptions {
-        verify,
-        checkpoint: checkpoint.map(Path::to_owned),
-        fields: out.is_some(),
-    };
+    let options = ReplayOptions { verify, checkpoint: checkpoint.map(Path::to_owned), fields: out.is_some() };
     let report = with_threads(threads, || crate::log::replay(&mut solver, reader, &options, &mut |_, _| {}))?
         .map_err(failed)?;
     println!(

@@ -70,12 +70,9 @@ fn domain(scene: &Scene, source: &SceneSource) -> Check {
     }
     finite(source, "domain.lower", &domain.lower)?;
     finite(source, "domain.upper", &domain.upper)?;
-    for axis in 0..axes.len() {
-        if domain.lower[axis] >= domain.upper[axis] {
-            let message = format!(
-                "upper {} is not above lower {} along {:?}",
-                domain.upper[axis], domain.lower[axis], axes[axis]
-            );
+    for ((lower, upper), axis) in domain.lower.iter().zip(&domain.upper).zip(axes) {
+        if lower >= upper {
+            let message = format!("upper {upper} is not above lower {lower} along {axis:?}");
             return Err(source.error(
                 "domain.upper",
                 message,
