@@ -1,5 +1,6 @@
 //! The command line of `bedload`.
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -64,6 +65,20 @@ enum Command {
     Log {
         #[command(subcommand)]
         command: LogWord,
+    },
+    /// Run published cases and compare with their references; exit 1 if a check fails
+    Validate {
+        /// Names (falling-sphere) or files (*.toml) of cases; by default all in scenes/validation
+        cases: Vec<String>,
+        /// Only quick runs of quick cases: minutes in all
+        #[arg(long)]
+        quick: bool,
+        /// Runs at a time; by default as many as there are cores
+        #[arg(long, value_name = "N")]
+        jobs: Option<NonZeroUsize>,
+        /// Folder of runs, page and figures; finished runs in it are not repeated
+        #[arg(long, value_name = "DIR", default_value = "out/validation")]
+        out: PathBuf,
     },
     /// Make report.html in the output folder of each run
     Report {
@@ -183,6 +198,9 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             crate::replay::replay(&crate::replay::Replay { log, drive, verify, checkpoint, out })
         }
         Command::Log { command } => Ok(log(&command)?),
+        Command::Validate { cases, quick, jobs, out } => {
+            Ok(crate::validate::validate(&crate::validate::Validate { cases, quick, jobs, out })?)
+        }
         Command::Report { dirs } => {
             let dirs: Vec<&Path> = dirs.iter().map(PathBuf::as_path).collect();
             for page in crate::report::report(&dirs)? {

@@ -13,6 +13,7 @@
 //! | [`record`], [`resume`], [`progress`] | log, checkpoints, progress |
 //! | [`replay`], [`log_command`], [`export`] | a log driving a solver, or read; files for viewers |
 //! | [`report`] | the HTML page of a run |
+//! | [`validate`] | published cases, run and compared |
 //! | [`cli`], [`failure`] | command line and exit codes |
 
 pub mod bounds;
@@ -35,3 +36,4 @@ pub mod run;
 pub mod scheme;
 pub mod solvers;
 pub mod supervise;
+pub mod validate;

@@ -1,0 +1,162 @@
+//! The figure of a case: measured points, published curves and points, as one SVG file.
+
+use std::path::Path;
+
+use kuva::plot::scatter::MarkerShape;
+use kuva::plot::{LegendPosition, LinePlot, ScatterPlot};
+use kuva::render::annotations::ReferenceLine;
+use kuva::render::layout::Layout;
+use kuva::render::plots::Plot;
+use kuva::render_to_svg;
+
+use super::ValidateError;
+use super::case::{Case, Figure, Points, Series, matches};
+use super::formula;
+use super::runs::Outcome;
+
+/// Colours that stay apart for colour-blind eyes (Okabe & Ito 2008).
+const COLOURS: [&str; 6] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
+
+/// Marker of each series: colour is never the only difference.
+const MARKERS: [MarkerShape; 6] = [
+    MarkerShape::Circle,
+    MarkerShape::Square,
+    MarkerShape::Triangle,
+    MarkerShape::Diamond,
+    MarkerShape::TriangleDown,
+    MarkerShape::Plus,
+];
+
+/// Grey of what was not measured here.
+const PUBLISHED: &str = "#444444";
+
+/// Width and height.
+const SIZE: (f64, f64) = (860.0, 440.0);
+
+/// Points along a curve.
+const STEPS: usize = 200;
+
+/// The figure, or nothing if the case has none or no run gave a point.
+pub(super) fn draw(case: &Case, outcomes: &[Outcome]) -> Result<Option<String>, ValidateError> {
+    let Some(figure) = &case.figure else { return Ok(None) };
+    let measured: Vec<Vec<(f64, f64)>> =
+        figure.series.iter().map(|series| measured(case, figure, series, outcomes)).collect();
+    let abscissae = measured.iter().flatten().map(|(x, _)| *x);
+    let marks = figure.marks.iter().map(|mark| mark.at);
+    let (from, to) = abscissae
+        .chain(marks)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), x| (x.min(from), x.max(to)));
+    if measured.iter().all(Vec::is_empty) {
+        return Ok(None);
+    }
+    let mut plots = curves(figure, from, to);
+    for points in &figure.points {
+        plots.push(scatter(&published(points, &case.folder)?, &points.name, PUBLISHED, MarkerShape::Cross));
+    }
+    for (number, (series, points)) in figure.series.iter().zip(&measured).enumerate() {
+        if !points.is_empty() {
+            let colour = COLOURS[number % COLOURS.len()];
+            plots.push(scatter(points, &series.name, colour, MARKERS[number % MARKERS.len()]));
+        }
+    }
+    let layout = layout(figure, &plots);
+    Ok(Some(render_to_svg(plots, layout)))
+}
+
+fn layout(figure: &Figure, plots: &[Plot]) -> Layout {
+    let mut layout = Layout::auto_from_plots(plots)
+        .with_width(SIZE.0)
+        .with_height(SIZE.1)
+        .with_title(figure.title.as_str())
+        .with_x_label(figure.x.label.as_str())
+        .with_y_label(figure.y.label.as_str())
+        .with_legend_position(LegendPosition::OutsideRightTop)
+        .with_font_family("system-ui, sans-serif")
+        .with_title_size(16)
+        .with_label_size(15)
+        .with_tick_size(13)
+        .with_body_size(13);
+    if figure.log_x {
+        layout = layout.with_log_x();
+    }
+    for mark in &figure.marks {
+        let line = ReferenceLine::vertical(mark.at).with_color(PUBLISHED).with_label(mark.name.as_str());
+        layout = layout.with_reference_line(line);
+    }
+    layout
+}
+
+/// Points of a series: one per run that has both values.
+fn measured(case: &Case, figure: &Figure, series: &Series, outcomes: &[Outcome]) -> Vec<(f64, f64)> {
+    let of = |number: usize, outcome: &Outcome| {
+        let Outcome::Done(summary) = outcome else { return None };
+        let run = &case.runs[number];
+        let value = |name: &String| summary.metrics.get(name).and_then(|metric| metric.value);
+        let x = figure.x.metric.as_ref().map_or(run.at, value)?;
+        let y = value(series.metric.as_ref().or(figure.y.metric.as_ref())?)? / series.over;
+        let drawn = x.is_finite() && y.is_finite() && (x > 0.0 || !figure.log_x);
+        (matches(&series.run, &run.label) && drawn).then_some((x, y))
+    };
+    outcomes.iter().enumerate().filter_map(|(number, outcome)| of(number, outcome)).collect()
+}
+
+/// Curves by formula, evenly spaced along the axis as it is drawn.
+fn curves(figure: &Figure, from: f64, to: f64) -> Vec<Plot> {
+    let place = |step: usize| {
+        let part = step as f64 / STEPS as f64;
+        if figure.log_x { from * (to / from).powf(part) } else { from + (to - from) * part }
+    };
+    let curve = |(number, curve): (usize, &super::case::Curve)| {
+        let value = |x: f64| formula::evaluate(&curve.formula, &|name| (name == "x").then_some(x));
+        let points =
+            (0..=STEPS).map(place).filter_map(|x| Some((x, value(x).ok().filter(|y| y.is_finite())?)));
+        let line = LinePlot::new()
+            .with_data(points.collect::<Vec<_>>())
+            .with_color(PUBLISHED)
+            .with_stroke_width(1.6)
+            .with_legend(curve.name.as_str());
+        Plot::Line(if number == 0 { line } else { line.with_dashed() })
+    };
+    figure.curves.iter().enumerate().map(curve).collect()
+}
+
+fn scatter(points: &[(f64, f64)], name: &str, colour: &str, marker: MarkerShape) -> Plot {
+    let plot = ScatterPlot::new().with_data(points.iter().copied()).with_color(colour);
+    Plot::Scatter(plot.with_size(5.0).with_marker(marker).with_legend(name))
+}
+
+/// Two columns of a CSV file.
+fn published(points: &Points, folder: &Path) -> Result<Vec<(f64, f64)>, ValidateError> {
+    let path = folder.join(&points.file);
+    let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
+    columns(&text, &points.x, &points.y).map_err(|what| ValidateError::Case { path, what })
+}
+
+fn columns(text: &str, x: &str, y: &str) -> Result<Vec<(f64, f64)>, String> {
+    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
+    let header: Vec<&str> = lines.next().unwrap_or("").split(',').map(str::trim).collect();
+    let place = |name: &str| {
+        let found = header.iter().position(|column| *column == name);
+        found.ok_or_else(|| format!("has no column {name:?}; it has {}", header.join(", ")))
+    };
+    let (x, y) = (place(x)?, place(y)?);
+    let point = |line: &str| {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        let cell = |place: usize| cells.get(place)?.parse::<f64>().ok();
+        cell(x).zip(cell(y)).ok_or_else(|| format!("the line {line:?} lacks a number in a column asked for"))
+    };
+    lines.map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn published_points_are_read_by_column() {
+        let text = "# remark\nSt, e,note\n10,0.03,a\n\n20, 0.17 ,b\n";
+        assert_eq!(columns(text, "St", "e"), Ok(vec![(10.0, 0.03), (20.0, 0.17)]));
+        assert!(columns(text, "St", "E").unwrap_err().contains("St, e, note"));
+        assert!(columns(text, "St", "note").unwrap_err().contains("10,0.03,a"));
+    }
+}

@@ -1,0 +1,151 @@
+//! `bedload validate`: published cases, run and compared with their references.
+//!
+//! A case is data, `scenes/validation/NAME.toml`: scenes with overrides, numbers to compare, one
+//! figure. Each run is a `bedload run` of its own, whose output folder stays; a run that is already
+//! finished there, of the same scene and version, is not repeated.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `case` | a case file, read and checked |
+//! | `formula` | references and curves given as formulas |
+//! | `runs` | the runs of a case, several at a time |
+//! | `verdict` | a measured value against its reference |
+//! | `table` | the Markdown page |
+//! | `figure` | the SVG figure of a case |
+
+mod case;
+mod figure;
+mod formula;
+mod runs;
+mod table;
+mod verdict;
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use protocol::output::{OutputError, atomic_write};
+
+use crate::failure::Failure;
+use case::Case;
+use verdict::Verdict;
+
+/// Where cases are, seen from the root of the repository.
+const CASES: &str = "scenes/validation";
+
+/// What to validate, and how.
+#[derive(Clone, Debug, Default)]
+pub struct Validate {
+    /// Names or files of cases; none: all there are.
+    pub cases: Vec<String>,
+    /// Only quick runs of quick cases.
+    pub quick: bool,
+    /// Runs at a time; by default as many as there are cores.
+    pub jobs: Option<NonZeroUsize>,
+    /// Folder of the runs, the page `validation.md` and `figures/`.
+    pub out: PathBuf,
+}
+
+/// Why a validation could not be done.
+#[derive(Debug, thiserror::Error)]
+pub enum ValidateError {
+    /// A case file is wrong.
+    #[error("{}: {what}", path.display())]
+    Case {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, what is allowed, what to do.
+        what: String,
+    },
+    /// A file or program cannot be used.
+    #[error("cannot {action} {}: {source}", path.display())]
+    File {
+        /// What was tried.
+        action: &'static str,
+        /// On which path.
+        path: PathBuf,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// The results cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// Values outside their tolerance, or without a value.
+    #[error("{failed} of {judged} checks failed; see {}", page.display())]
+    Differs {
+        /// Checks that failed.
+        failed: usize,
+        /// Checks with a tolerance.
+        judged: usize,
+        /// The page with all of them.
+        page: PathBuf,
+    },
+}
+
+impl ValidateError {
+    fn file(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::File { action, path, source }
+    }
+}
+
+impl From<ValidateError> for Failure {
+    fn from(error: ValidateError) -> Self {
+        match error {
+            ValidateError::Differs { .. } => Self::Run(error.to_string()),
+            ValidateError::Output(error) => error.into(),
+            ValidateError::Case { .. } | ValidateError::File { .. } => Self::Input(error.to_string()),
+        }
+    }
+}
+
+/// Runs the cases, prints the page and writes it with the figures.
+///
+/// # Errors
+/// [`ValidateError`] if a case is wrong, a file cannot be written or a check failed.
+pub fn validate(options: &Validate) -> Result<(), ValidateError> {
+    let cases = chosen(options)?;
+    let results = runs::run_all(&cases, options)?;
+    let figures = options.out.join("figures");
+    std::fs::create_dir_all(&figures).map_err(ValidateError::file("make", &figures))?;
+    let mut page = table::heading(options.quick);
+    let (mut failed, mut judged) = (0, 0);
+    for (case, results) in cases.iter().zip(&results) {
+        let rows = verdict::rows(case, results);
+        failed += rows.iter().filter(|row| row.verdict.is_failure()).count();
+        judged += rows.iter().filter(|row| row.verdict != Verdict::Reported).count();
+        let drawing = figure::draw(case, results)?;
+        if let Some(svg) = &drawing {
+            atomic_write(&figures.join(format!("{}.svg", case.name)), svg.as_bytes())?;
+        }
+        page += &table::section(case, results, &rows, drawing.is_some());
+    }
+    let path = options.out.join("validation.md");
+    atomic_write(&path, page.as_bytes())?;
+    println!("{page}");
+    if failed > 0 {
+        return Err(ValidateError::Differs { failed, judged, page: path });
+    }
+    println!("{judged} checks passed; {}", path.display());
+    Ok(())
+}
+
+/// The cases asked for; with `--quick` and no names, the quick ones.
+fn chosen(options: &Validate) -> Result<Vec<Case>, ValidateError> {
+    if options.cases.is_empty() {
+        let folder = Path::new(CASES);
+        let entries = std::fs::read_dir(folder).map_err(ValidateError::file(
+            "find cases (run in the root of the repository, or name case files) in",
+            folder,
+        ))?;
+        let is_case = |path: &PathBuf| path.extension().is_some_and(|end| end == "toml");
+        let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_case).collect();
+        paths.sort();
+        let cases: Vec<Case> = paths.iter().map(|path| Case::read(path)).collect::<Result<_, _>>()?;
+        return Ok(cases.into_iter().filter(|case| case.quick || !options.quick).collect());
+    }
+    let path = |name: &String| match name.strip_suffix(".toml") {
+        Some(_) => PathBuf::from(name),
+        None => Path::new(CASES).join(format!("{name}.toml")),
+    };
+    options.cases.iter().map(|name| Case::read(&path(name))).collect()
+}
