@@ -126,7 +126,7 @@ mod tests {
         for form in [LoadsForm::F2, LoadsForm::F3, LoadsForm::F5, LoadsForm::F5b] {
             let loads = rule(form).loads(&SHAPE, &none);
             assert_eq!(loads.force, [0.0, 0.0, 6.0]);
-            assert_eq!((loads.added_mass, loads.added_inertia), (1.5, 0.6));
+            assert_eq!((loads.added_mass, loads.added_inertia), (0.5 * 3.0, 0.5 * (3.0 * 0.4)));
         }
         assert_eq!(rule(LoadsForm::F1).loads(&SHAPE, &none).force, [0.0; 3]);
     }
@@ -152,16 +152,18 @@ mod tests {
         assert!((loads.force[2] - (surface + 6.0)).abs() < 1e-13, "{:?}", loads.force);
     }
 
+    /// A DEM solves (m_p + m_a) a = m_p g + F + m_a A_prev. With A_prev = a the message must add
+    /// ρ(∫β dV − V) a, component by component, to the grain's side, and nothing else.
     #[test]
-    fn displaced_mass_leaves_a_steady_acceleration_alone() {
-        let acceleration = Wrench { force: [0.0, 0.0, 0.25], torque: [0.0; 3] };
+    fn displaced_mass_stands_on_the_grains_side() {
+        let (a, volumes) = (0.25, [3.2, 3.3, 3.3]);
+        let acceleration = Wrench { force: [0.0, 0.0, a], torque: [0.0; 3] };
         let plain = Measured { acceleration, ..Measured::default() };
-        let swollen = Measured { volume: Some([3.2, 3.3, 3.3]), ..plain };
-        let (p, s) =
-            (rule(LoadsForm::F5b).loads(&SHAPE, &plain), rule(LoadsForm::F5b).loads(&SHAPE, &swollen));
-        // (m_p + m_a) a = m_p g + F + C_v m_f a: the same a solves both.
-        let left = |l: &Loads| (12.0 + l.added_mass) * 0.25 - l.force[2];
-        assert!((left(&p) - left(&s)).abs() < 1e-14);
-        assert!(s.added_mass > p.added_mass && s.added_inertia > p.added_inertia);
+        let filled = Measured { volume: Some(volumes), ..plain };
+        let (p, f) =
+            (rule(LoadsForm::F5b).loads(&SHAPE, &plain), rule(LoadsForm::F5b).loads(&SHAPE, &filled));
+        let side = |l: &Loads| (12.0 + l.added_mass) * a - l.force[2] - l.added_mass * a;
+        assert!((side(&f) - side(&p) - (volumes[2] - SHAPE.volume) * a).abs() < 1e-14);
+        assert!(f.added_mass > p.added_mass && f.added_inertia > p.added_inertia);
     }
 }

@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 
 use crate::channel::{Rendezvous, SharedMemory, Wire};
 use crate::message::{Command, Order, State, Status};
+use crate::output::peak_rss_bytes;
 use crate::participant::{ExchangeError, Participant, SolverError, Window, WindowReport};
 
 /// Reading the peak memory costs some 20 µs, so it is read this often at most.
@@ -59,7 +60,7 @@ where
     let outcome = served.run(participant, link);
     match outcome {
         Ok(()) | Err(SolverError::Exchange(ExchangeError::Stopped)) => {
-            served.memory = peak_memory();
+            served.memory = peak_rss_bytes();
             link.report(served.status(State::Stopped, participant, link))?;
             Ok(())
         }
@@ -95,7 +96,7 @@ impl Served {
             about: (0, 0),
             report: WindowReport { dt_limit: f64::INFINITY, residual: 0.0, substeps: 0 },
             substeps: 0,
-            memory: peak_memory(),
+            memory: peak_rss_bytes(),
             measured: Instant::now(),
         }
     }
@@ -189,7 +190,7 @@ impl Served {
         self.last = Some(window);
         link.report(self.status(State::Done, participant, link))?;
         if self.measured.elapsed() >= MEMORY_EVERY {
-            self.memory = peak_memory();
+            self.memory = peak_rss_bytes();
             self.measured = Instant::now();
         }
         Ok(())
@@ -248,24 +249,15 @@ impl Served {
     }
 }
 
-/// Peak resident memory of this process, bytes; 0 where `/proc` does not tell.
-#[must_use]
-pub fn peak_memory() -> u64 {
-    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB"));
-    kilobytes.and_then(|number| number.trim().parse::<u64>().ok()).unwrap_or(0) * 1024
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn peak_memory_follows_a_large_block() {
-        let before = peak_memory();
+        let before = peak_rss_bytes();
         let block = vec![1u8; 64 << 20];
         assert_eq!(block.iter().map(|byte| u64::from(*byte)).sum::<u64>(), 64 << 20);
-        assert!(before > 0 && peak_memory() >= before.max(64 << 20));
+        assert!(before > 0 && peak_rss_bytes() >= before.max(64 << 20));
     }
 }

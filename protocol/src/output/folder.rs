@@ -17,7 +17,7 @@ const FILES: [&str; 6] =
 
 /// What a run writes in its sub-folders: by extension in `fields/`, by first word in `checkpoint/`.
 const FIELD_EXTENSIONS: [&str; 6] = ["vtr", "vtu", "vtp", "vti", "pvd", "tmp"];
-const CHECKPOINT_NAMES: [&str; 3] = ["fluid", "dem", "coupler"];
+const CHECKPOINT_NAMES: [&str; 4] = ["fluid", "dem", "coupler", "loop"];
 
 /// The folder of one run.
 #[derive(Clone, Debug, PartialEq, Eq)]
