@@ -20,6 +20,7 @@ use crate::project::Projection;
 use crate::scheme::{Scheme, Stage, Viscous};
 use crate::threads::for_rows;
 use crate::timings::{Part, Timings};
+use crate::work::Work;
 
 /// Choices of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,7 +132,7 @@ impl<const D: usize> Stepper<D> {
 
     /// `rhs` ← increment of each component before the viscous solve; `history` ← N.
     fn momentum(&mut self, stage: Stage, dt: f64, force: Option<&[Vec<f64>; D]>) {
-        let begin = std::time::Instant::now();
+        let begin = Work::begin();
         let Self { grid, options, state, advection, diffusion, projection, rhs, .. } = self;
         let grid = &*grid;
         let State { velocity, pressure, history, .. } = state;
@@ -159,7 +160,7 @@ impl<const D: usize> Stepper<D> {
 
     /// `velocity` += increment, through the viscous solve where it is implicit.
     fn viscous(&mut self, stage: Stage, dt: f64) {
-        let begin = std::time::Instant::now();
+        let begin = Work::begin();
         let c = stage.alpha * self.options.viscosity * dt;
         for d in 0..D {
             let (rhs, u) = (&mut self.rhs[d], &mut self.state.velocity[d]);
@@ -177,7 +178,7 @@ impl<const D: usize> Stepper<D> {
     /// The projection that is pending, if any.
     fn project_stage(&mut self) {
         let Some(pending) = self.pending.take() else { return };
-        let begin = std::time::Instant::now();
+        let begin = Work::begin();
         self.fill_halos();
         self.solve_phi(pending, true);
         let Self { grid, state, phi, .. } = self;
@@ -199,7 +200,7 @@ impl<const D: usize> Stepper<D> {
         for_rows(grid, rhs, pressure, |row, rhs, p| {
             dispatch(DivergenceRow { projection, grid, velocity, row, correction, inverse, rhs, p });
         });
-        let begin = std::time::Instant::now();
+        let begin = Work::begin();
         self.pressure_solver.solve(grid, 0.0, -1.0, rhs, phi, Write::Set);
         self.timings.add(Part::Pressure, begin);
         fill_scalar(&self.grid, &mut self.phi);

@@ -1,6 +1,6 @@
-//! Where the time goes.
+//! Where the time goes, by the CPU clock: other programs on the machine do not count.
 
-use std::time::{Duration, Instant};
+use crate::work::Work;
 
 /// A part of the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,20 +15,20 @@ pub enum Part {
     Pressure,
 }
 
-/// Time spent in each part, summed over steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// CPU time spent in each part, over all threads, summed over steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timings {
-    spent: [Duration; 4],
+    spent: [f64; 4],
 }
 
 impl Timings {
     /// Adds the time since `begin` to `part`.
-    pub fn add(&mut self, part: Part, begin: Instant) {
-        self.spent[part as usize] += begin.elapsed();
+    pub fn add(&mut self, part: Part, begin: Work) {
+        self.spent[part as usize] += begin.seconds();
     }
 
-    /// Seconds spent in `part` so far.
+    /// CPU seconds spent in `part` so far.
     pub fn seconds(&self, part: Part) -> f64 {
-        self.spent[part as usize].as_secs_f64()
+        self.spent[part as usize]
     }
 }

@@ -50,8 +50,9 @@ impl Sweep {
         }
     }
 
-    /// Solves in place: `x` holds `b` on entry and the solution of `… = scale · b` on return.
-    pub fn solve(&self, c: f64, scale: f64, pivots: &[Lanes], x: &mut [Lanes]) {
+    /// Solves `K` sets of eight systems in place: `x` holds `b` on entry and the solution of
+    /// `… = scale · b` on return. Two sets at once hide half of the wait for the value before.
+    pub fn solve<const K: usize>(&self, c: f64, scale: f64, pivots: [&[Lanes]; K], x: [&mut [Lanes]; K]) {
         Arch::new().dispatch(Solve { sweep: self, c, scale, pivots, x });
     }
 
@@ -66,15 +67,15 @@ impl Sweep {
 }
 
 /// [`Sweep::solve`] for any vector width; eight lanes are one, two or more vectors.
-struct Solve<'a> {
+struct Solve<'a, const K: usize> {
     sweep: &'a Sweep,
     c: f64,
     scale: f64,
-    pivots: &'a [Lanes],
-    x: &'a mut [Lanes],
+    pivots: [&'a [Lanes]; K],
+    x: [&'a mut [Lanes]; K],
 }
 
-impl WithSimd for Solve<'_> {
+impl<const K: usize> WithSimd for Solve<'_, K> {
     type Output = ();
 
     #[inline(always)]
@@ -82,27 +83,38 @@ impl WithSimd for Solve<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let n = self.sweep.len();
         let (lower, upper) = (&self.sweep.lower[..n], &self.sweep.upper[..n]);
-        let (pivots, _) = S::as_simd_f64s(self.pivots[..n].as_flattened());
-        let (x, _) = S::as_mut_simd_f64s(self.x[..n].as_flattened_mut());
-        let (per, scale) = (8 / S::F64_LANES, simd.splat_f64s(self.scale));
-        let mut previous = [simd.splat_f64s(0.0); 8];
+        let per = 8 / S::F64_LANES;
+        let mut pivots: [&[S::f64s]; K] = [&[]; K];
+        let mut x: [&mut [S::f64s]; K] = std::array::from_fn(|_| Default::default());
+        for (k, data) in self.x.into_iter().enumerate() {
+            pivots[k] = &S::as_simd_f64s(self.pivots[k][..n].as_flattened()).0[..n * per];
+            x[k] = &mut S::as_mut_simd_f64s(data[..n].as_flattened_mut()).0[..n * per];
+        }
+        let scale = simd.splat_f64s(self.scale);
+        let mut previous = [[simd.splat_f64s(0.0); 8]; K];
         for i in 0..n {
             let weight = simd.splat_f64s(self.c * lower[i]);
-            for t in 0..per {
-                let at = i * per + t;
-                let carried = simd.mul_f64s(weight, previous[t]);
-                let sum = simd.add_f64s(simd.mul_f64s(scale, x[at]), carried);
-                previous[t] = simd.mul_f64s(sum, pivots[at]);
-                x[at] = previous[t];
+            for k in 0..K {
+                for t in 0..per {
+                    let at = i * per + t;
+                    let pivot = pivots[k][at];
+                    // Only one product and one sum wait for the value before.
+                    let own = simd.mul_f64s(simd.mul_f64s(scale, pivot), x[k][at]);
+                    let carried = simd.mul_f64s(simd.mul_f64s(weight, pivot), previous[k][t]);
+                    previous[k][t] = simd.add_f64s(own, carried);
+                    x[k][at] = previous[k][t];
+                }
             }
         }
         for i in (0..n - 1).rev() {
             let weight = simd.splat_f64s(self.c * upper[i]);
-            for t in 0..per {
-                let at = i * per + t;
-                let share = simd.mul_f64s(weight, pivots[at]);
-                previous[t] = simd.add_f64s(x[at], simd.mul_f64s(share, previous[t]));
-                x[at] = previous[t];
+            for k in 0..K {
+                for t in 0..per {
+                    let at = i * per + t;
+                    let share = simd.mul_f64s(weight, pivots[k][at]);
+                    previous[k][t] = simd.add_f64s(x[k][at], simd.mul_f64s(share, previous[k][t]));
+                    x[k][at] = previous[k][t];
+                }
             }
         }
     }

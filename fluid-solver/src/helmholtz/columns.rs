@@ -102,14 +102,34 @@ impl Columns {
         }
     }
 
+    /// Solves columns `q` and `q + 1` in place, see [`Self::solve`].
+    pub(super) fn solve_two(&self, q: usize, at: usize, x: [&mut [Lanes]; 2], scratch: &mut Scratch) {
+        let singular = q == 0 && self.factors[at].operator[0] == 0.0;
+        match &self.across {
+            Across::Sweep(sweep) if !singular => {
+                let pivots = [self.pivots(q, at), self.pivots(q + 1, at)];
+                sweep.solve(self.factors[at].operator[1], self.scale, pivots, x);
+            }
+            _ => {
+                for (k, x) in x.into_iter().enumerate() {
+                    self.solve(q + k, at, x, scratch);
+                }
+            }
+        }
+    }
+
+    /// Pivots of column `q`.
+    fn pivots(&self, q: usize, at: usize) -> &[Lanes] {
+        &self.factors[at].values[q * self.len()..(q + 1) * self.len()]
+    }
+
     /// Solves column `q` in place with the pivots `at` from [`Self::prepare`].
     pub(super) fn solve(&self, q: usize, at: usize, x: &mut [Lanes], scratch: &mut Scratch) {
-        let factors = &self.factors[at];
-        let [sigma, c] = factors.operator;
-        let values = &factors.values[q * self.len()..(q + 1) * self.len()];
+        let [sigma, c] = self.factors[at].operator;
+        let values = self.pivots(q, at);
         match &self.across {
             Across::Sweep(sweep) => {
-                sweep.solve(c, self.scale, values, x);
+                sweep.solve(c, self.scale, [values], [&mut *x]);
                 if q == 0 && sigma == 0.0 && self.lambda[0][0] == 0.0 {
                     sweep.remove_mean(0, x);
                 }

@@ -5,7 +5,7 @@
 //! `modes` has columns of the other axis (eight modes per block).
 
 use super::columns::Columns;
-use super::{Pool, Unknown, Write, blocks, pack, store};
+use super::{Pool, Unknown, Write, block_length, blocks, pack, store};
 use crate::grid::Grid;
 use crate::lanes::{Kernel, Lanes, dispatch, load, tile, transpose};
 use crate::threads::for_chunks;
@@ -71,12 +71,12 @@ impl Plane {
 
     /// Length of one block of `lines`.
     fn line_block(&self) -> usize {
-        self.transform.values().next_multiple_of(8)
+        block_length(self.transform.values())
     }
 
     /// Length of one block of `modes`.
     fn mode_block(&self) -> usize {
-        self.columns.len().next_multiple_of(8)
+        block_length(self.columns.len())
     }
 
     /// `lines` ← transform of `rhs`.
@@ -98,10 +98,7 @@ impl Plane {
     fn load_columns<const D: usize>(&self, g: &Grid<D>, rhs: &[f64], block: usize, to: &mut [Lanes]) {
         let width = (self.columns.len() - 8 * block).min(8);
         let start = g.row(self.first[1]) + self.first[0] + 8 * block;
-        for (j, to) in to.iter_mut().enumerate() {
-            let at = start + j * g.stride(1);
-            *to = load(&rhs[at..at + width]);
-        }
+        dispatch(Gather { rhs: &rhs[start..], stride: g.stride(1), width, to });
     }
 
     /// Eight rows, all places of axis 0.
@@ -124,10 +121,17 @@ impl Plane {
     fn solve_columns(&mut self, factors: usize) {
         let mut modes = std::mem::take(&mut self.modes);
         let (from, to) = (self.line_block(), self.mode_block());
-        for_chunks(&mut modes, to, |block, data| {
-            dispatch(Exchange { from: &self.lines, length: from, block, to: &mut *data });
-            let column = &mut data[..self.columns.len()];
-            self.scratch.with(|s| self.columns.solve(block, factors, column, &mut s.1));
+        let n = self.columns.len();
+        for_chunks(&mut modes, 2 * to, |pair, data| {
+            for (k, data) in data.chunks_exact_mut(to).enumerate() {
+                dispatch(Exchange { from: &self.lines, length: from, block: 2 * pair + k, to: data });
+            }
+            self.scratch.with(|s| match data.split_at_mut_checked(to) {
+                Some((a, b)) if !b.is_empty() => {
+                    self.columns.solve_two(2 * pair, factors, [&mut a[..n], &mut b[..n]], &mut s.1);
+                }
+                _ => self.columns.solve(2 * pair, factors, &mut data[..n], &mut s.1),
+            });
         });
         self.modes = modes;
     }
@@ -150,9 +154,7 @@ impl Plane {
         let start = grid.row(self.first[1]) + self.first[0];
         let end = start + self.transform.values() * grid.stride(1);
         for_chunks(&mut out[start..end], grid.stride(1), |j, row| {
-            for (b, to) in row[..n].chunks_mut(8).enumerate() {
-                store(to, &self.lines[b * block + j], write);
-            }
+            dispatch(WriteRow { lines: &self.lines[j..], block, write, row: &mut row[..n] });
         });
     }
 
@@ -169,6 +171,40 @@ impl Plane {
                 }
             }
         });
+    }
+}
+
+/// Eight neighbours of every row of a field, as one block.
+struct Gather<'a> {
+    rhs: &'a [f64],
+    stride: usize,
+    width: usize,
+    to: &'a mut [Lanes],
+}
+
+impl Kernel for Gather<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (row, to) in self.rhs.chunks(self.stride).zip(self.to) {
+            *to = load(&row[..self.width]);
+        }
+    }
+}
+
+/// One row of a field from the first place of each block of `lines`.
+struct WriteRow<'a> {
+    lines: &'a [Lanes],
+    block: usize,
+    write: Write,
+    row: &'a mut [f64],
+}
+
+impl Kernel for WriteRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (to, from) in self.row.chunks_mut(8).zip(self.lines.chunks(self.block)) {
+            store(to, &from[0], self.write);
+        }
     }
 }
 

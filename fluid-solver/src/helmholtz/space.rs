@@ -4,7 +4,7 @@
 //! modes of one row `j`: `columns[j][block of 8 in i][k][8]`.
 
 use super::columns::Columns;
-use super::{Pool, Unknown, Write, blocks, store};
+use super::{Pool, Unknown, Write, block_length, blocks, store};
 use crate::grid::Grid;
 use crate::lanes::{Lanes, ZERO, load, transpose};
 use crate::threads::for_chunks;
@@ -112,7 +112,7 @@ impl Space {
             }
             apply(&self.transforms[1], &mut batch[..ny], &mut transforms[1]);
             for (j, from) in batch[..ny].iter().enumerate() {
-                plane[j * stride + i..][..width].copy_from_slice(&from[..width]);
+                store(&mut plane[j * stride + i..][..width], from, Write::Set);
             }
         }
     }
@@ -121,7 +121,7 @@ impl Space {
     fn solve_columns<const D: usize>(&mut self, grid: &Grid<D>, factors: usize, rhs: &[f64]) {
         let mut modes = std::mem::take(&mut self.modes);
         let (nx, nz) = (self.transforms[0].values(), self.columns.len());
-        let height = nz.next_multiple_of(8);
+        let height = block_length(nz);
         let per_row = nx.div_ceil(8);
         for_chunks(&mut modes, per_row * height, |j, row| {
             for (b, data) in row.chunks_exact_mut(height).enumerate() {
@@ -141,13 +141,13 @@ impl Space {
     /// Copies plane `k` of the solved modes back.
     fn gather_plane<const D: usize>(&self, grid: &Grid<D>, k: usize, plane: &mut [f64]) {
         let [nx, ny] = [0, 1].map(|a| self.transforms[a].values());
-        let height = self.columns.len().next_multiple_of(8);
+        let height = block_length(self.columns.len());
         let per_row = nx.div_ceil(8);
         for j in 0..ny {
             let row = &mut plane[j * grid.stride(1)..][..nx];
             for (b, to) in row.chunks_mut(8).enumerate() {
                 let from = &self.modes[(j * per_row + b) * height + k];
-                to.copy_from_slice(&from[..to.len()]);
+                store(to, from, Write::Set);
             }
         }
     }

@@ -132,14 +132,16 @@ impl<S: Simd> Lines<'_, S> {
         self.plan.fft.run(self.simd, [&mut **b, &mut **a], [&mut **d, &mut **c]);
     }
 
-    /// Amplitude k (0 < k < n/2) of the real transform whose packed transform is in place.
+    /// Amplitudes k and n/2 − k (0 < k ≤ n/4) of the real transform whose packed transform is in
+    /// place: even ± odd part, the second conjugated.
     #[inline(always)]
-    fn amplitude(&self, k: usize, t: usize) -> Complex<S> {
+    fn amplitudes(&self, k: usize, t: usize) -> [Complex<S>; 2] {
         let m = self.plan.n / 2;
         let z = self.got(k * self.per + t);
         let mirror = self.got((m - k) * self.per + t).conj();
         let (even, odd) = ((z + mirror) * 0.5, (z - mirror).minus_i() * 0.5);
-        even + odd.rotate(self.plan.split[k])
+        let odd = odd.rotate(self.plan.split[k]);
+        [even + odd, (even - odd).conj()]
     }
 
     /// Amplitudes 0 and n/2, both real.
@@ -149,15 +151,16 @@ impl<S: Simd> Lines<'_, S> {
         [z.re + z.im, z.re - z.im]
     }
 
-    /// Packed input for the way back from amplitudes k and n/2 − k (of n, so 0 ≤ k < n/2).
+    /// Packed input k and n/2 − k for the way back from the amplitudes there (0 < k ≤ n/4).
     #[inline(always)]
     fn pack(&mut self, k: usize, t: usize, here: Complex<S>, mirror: Complex<S>) {
         let mirror = mirror.conj();
         let [c, s] = self.plan.split[k];
         let odd = (here - mirror).rotate([c, -s]);
-        let even = here + mirror;
-        // even + i odd
-        self.put(k * self.per + t, even - odd.minus_i());
+        let (even, odd) = (here + mirror, odd.minus_i());
+        // even + i odd, and the conjugate of even − i odd.
+        self.put(k * self.per + t, even - odd);
+        self.put((self.plan.n / 2 - k) * self.per + t, (even + odd).conj());
     }
 
     /// Value `j` of the line in the order of the packed transform: even values up, odd values down.
@@ -228,11 +231,13 @@ impl<S: Simd> Lines<'_, S> {
             x[t] = low.get();
             x[n / 2 * per + t] = high.get();
         }
-        for k in 1..n / 2 {
+        for k in 1..n / 4 + 1 {
             for t in 0..per {
-                let z = self.amplitude(k, t);
-                x[k * per + t] = z.re.get();
-                x[(n - k) * per + t] = z.im.get();
+                let [low, high] = self.amplitudes(k, t);
+                for (k, z) in [(n / 2 - k, high), (k, low)] {
+                    x[k * per + t] = z.re.get();
+                    x[(n - k) * per + t] = z.im.get();
+                }
             }
         }
     }
@@ -244,7 +249,7 @@ impl<S: Simd> Lines<'_, S> {
             let (low, high) = (self.real(x[t]), self.real(x[n / 2 * per + t]));
             self.put(t, Complex::new(low + high, low - high));
         }
-        for k in 1..n / 2 {
+        for k in 1..n / 4 + 1 {
             for t in 0..per {
                 let here = self.pair(x, k, n - k, t);
                 let mirror = self.pair(x, n / 2 - k, n / 2 + k, t);
@@ -278,11 +283,14 @@ impl<S: Simd> Lines<'_, S> {
             x[self.place(0) * per + t] = low.get();
             x[self.place(n / 2) * per + t] = (high * quarter).get();
         }
-        for k in 1..n / 2 {
+        for k in 1..n / 4 + 1 {
             for t in 0..per {
-                let z = self.amplitude(k, t).rotate(self.plan.turn[k]);
-                x[self.place(k) * per + t] = z.re.get();
-                x[self.place(n - k) * per + t] = (-z.im).get();
+                let [low, high] = self.amplitudes(k, t);
+                for (k, z) in [(n / 2 - k, high), (k, low)] {
+                    let z = z.rotate(self.plan.turn[k]);
+                    x[self.place(k) * per + t] = z.re.get();
+                    x[self.place(n - k) * per + t] = (-z.im).get();
+                }
             }
         }
     }
@@ -297,7 +305,7 @@ impl<S: Simd> Lines<'_, S> {
             let high = self.real(x[self.place(n / 2) * per + t]) * quarter;
             self.put(t, Complex::new(low + high, low - high));
         }
-        for k in 1..n / 2 {
+        for k in 1..n / 4 + 1 {
             for t in 0..per {
                 let here = self.cosine_pair(x, k, t);
                 let mirror = self.cosine_pair(x, n / 2 - k, t);
@@ -352,13 +360,21 @@ impl<S: Simd> Lines<'_, S> {
             }
         }
         self.forward();
+        for k in 1..n / 4 + 1 {
+            for t in 0..per {
+                let [low, high] = self.amplitudes(k, t);
+                for (k, z) in [(n / 2 - k, high), (k, low)] {
+                    x[(2 * k - 1) * per + t] = (-z.im).get();
+                    x[2 * k * per + t] = z.re.get();
+                }
+            }
+        }
+        // The odd amplitudes are the running sum of the real parts.
         for t in 0..per {
             let mut sum = self.ends(t)[0] * 0.5;
             x[t] = sum.get();
             for k in 1..n / 2 {
-                let z = self.amplitude(k, t);
-                sum = sum + z.re;
-                x[(2 * k - 1) * per + t] = (-z.im).get();
+                sum = sum + self.real(x[2 * k * per + t]);
                 x[2 * k * per + t] = sum.get();
             }
         }

@@ -75,14 +75,16 @@ impl Pass {
         let len = self.stride * (8 / S::F64_LANES);
         let apart = self.groups * len;
         let [to_re, to_im] = to;
+        let (to_re, to_im) = (&mut to_re[..R * apart], &mut to_im[..R * apart]);
         let blocks = to_re.chunks_exact_mut(R * len).zip(to_im.chunks_exact_mut(R * len));
-        for (p, (to_re, to_im)) in blocks.take(self.groups).enumerate() {
+        for (p, (to_re, to_im)) in blocks.enumerate() {
             let mut re: [&[S::f64s]; R] = [&[]; R];
             let mut im: [&[S::f64s]; R] = [&[]; R];
             for k in 0..R {
                 re[k] = &from[0][p * len + k * apart..][..len];
                 im[k] = &from[1][p * len + k * apart..][..len];
             }
+            let (to_re, to_im) = (split::<_, R>(to_re, len), split::<_, R>(to_im, len));
             let twiddles = &self.twiddles[p * (R - 1)..(p + 1) * (R - 1)];
             for t in 0..len {
                 let mut x = [Complex::new(Real::new(simd, re[0][t]), Real::new(simd, im[0][t])); R];
@@ -92,12 +94,23 @@ impl Pass {
                 let y = B::apply(x);
                 for j in 0..R {
                     let y = if j == 0 || p == 0 { y[j] } else { y[j].rotate(twiddles[j - 1]) };
-                    to_re[j * len + t] = y.re.get();
-                    to_im[j * len + t] = y.im.get();
+                    to_re[j][t] = y.re.get();
+                    to_im[j][t] = y.im.get();
                 }
             }
         }
     }
+}
+
+/// Cuts `R` slices of `len` entries, so that one check of the length serves a whole loop.
+#[inline(always)]
+fn split<T, const R: usize>(mut rest: &mut [T], len: usize) -> [&mut [T]; R] {
+    let mut parts: [&mut [T]; R] = std::array::from_fn(|_| Default::default());
+    for part in &mut parts {
+        let (head, tail) = rest.split_at_mut(len);
+        (*part, rest) = (head, tail);
+    }
+    parts
 }
 
 /// Fourier transform of `R` places in registers.
