@@ -31,7 +31,10 @@ const MARKERS: [MarkerShape; 6] = [
 const PUBLISHED: &str = "#444444";
 
 /// Width and height.
-const SIZE: (f64, f64) = (860.0, 440.0);
+const SIZE: (f64, f64) = (900.0, 440.0);
+
+/// Width of the legend: kuva's own guess is too narrow for Greek letters.
+const LEGEND: f64 = 250.0;
 
 /// Points along a curve.
 const STEPS: usize = 200;
@@ -51,12 +54,20 @@ pub(super) fn draw(case: &Case, outcomes: &[Outcome]) -> Result<Option<String>, 
     }
     let mut plots = curves(figure, from, to);
     for points in &figure.points {
-        plots.push(scatter(&published(points, &case.folder)?, &points.name, PUBLISHED, MarkerShape::Cross));
+        plots.push(scatter(
+            &published(points, &case.folder)?,
+            &points.name,
+            PUBLISHED,
+            MarkerShape::Cross,
+            5.0,
+        ));
     }
     for (number, (series, points)) in figure.series.iter().zip(&measured).enumerate() {
         if !points.is_empty() {
+            // Smaller and smaller, so that points of two series at one place both show.
+            let size = 7.5 - 0.7 * number.min(5) as f64;
             let colour = COLOURS[number % COLOURS.len()];
-            plots.push(scatter(points, &series.name, colour, MARKERS[number % MARKERS.len()]));
+            plots.push(scatter(points, &series.name, colour, MARKERS[number % MARKERS.len()], size));
         }
     }
     let layout = layout(figure, &plots);
@@ -71,6 +82,7 @@ fn layout(figure: &Figure, plots: &[Plot]) -> Layout {
         .with_x_label(figure.x.label.as_str())
         .with_y_label(figure.y.label.as_str())
         .with_legend_position(LegendPosition::OutsideRightTop)
+        .with_legend_width(LEGEND)
         .with_font_family("system-ui, sans-serif")
         .with_title_size(16)
         .with_label_size(15)
@@ -120,9 +132,9 @@ fn curves(figure: &Figure, from: f64, to: f64) -> Vec<Plot> {
     figure.curves.iter().enumerate().map(curve).collect()
 }
 
-fn scatter(points: &[(f64, f64)], name: &str, colour: &str, marker: MarkerShape) -> Plot {
+fn scatter(points: &[(f64, f64)], name: &str, colour: &str, marker: MarkerShape, size: f64) -> Plot {
     let plot = ScatterPlot::new().with_data(points.iter().copied()).with_color(colour);
-    Plot::Scatter(plot.with_size(5.0).with_marker(marker).with_legend(name))
+    Plot::Scatter(plot.with_size(size).with_marker(marker).with_legend(name))
 }
 
 /// Two columns of a CSV file.
