@@ -9,7 +9,7 @@ use super::observer::{Event, Observer};
 use super::outbox::{Outbox, Receivers};
 use super::rendezvous::Rendezvous;
 use super::topics;
-use super::wake::Wake;
+use super::wake::{Pace, Rhythm, Wake};
 use super::watch::{Member, Watch};
 use crate::message::{Command, Order, State, Status};
 use crate::participant::{ExchangeError, Role};
@@ -20,6 +20,7 @@ pub struct ConductorLink {
     commands: Outbox<Command, ()>,
     observer: Observer,
     wake: Wake,
+    pace: Pace,
     watch: Watch,
     /// Commands given that are answered by a report.
     ordered: u64,
@@ -50,6 +51,7 @@ impl ConductorLink {
             commands,
             observer: Observer::open(&node, rendezvous)?,
             wake: Wake::open(&node, rendezvous, own)?,
+            pace: Pace::default(),
             watch,
             ordered: 0,
             step: 0,
@@ -174,8 +176,17 @@ impl ConductorLink {
     ) -> Result<Event, ExchangeError> {
         let step = self.step;
         let members: Vec<Member> = self.observer.running().collect();
-        let Self { wake, watch, observer, .. } = self;
-        let found = wake.wait(limit, &mut || observer.poll(), &mut || {
+        // With a window in hand nobody waits for the coupler: it looks once a window, unasked.
+        let spare = self.unanswered() >= 2;
+        let Self { wake, watch, observer, pace, .. } = self;
+        pace.learn(observer.answered());
+        if let Some(event) = observer.poll()? {
+            return Ok(event);
+        }
+        if let Some(nap) = pace.nap().filter(|_| spare) {
+            std::thread::sleep(nap);
+        }
+        let found = wake.wait(limit, &mut Rhythm::default(), &mut || observer.poll(), &mut || {
             alive()?;
             watch.check(&members, step)
         })?;

@@ -49,7 +49,9 @@
 //!
 //! `cargo run --release -p protocol --example exchange_cost` measures it. A receiver yields its core
 //! for [`Rendezvous::spin_us`] before it sleeps, and drains events only just before sleeping, so that
-//! notifying a process that is awake costs no system call. With [`Rendezvous::ahead`] > 1 the coupler
+//! notifying a process that is awake costs no system call. Where windows are long and even it naps by
+//! its own timer until shortly before the message is due, so that it is awake then; the coupler, with
+//! windows in hand, looks once a window instead of being woken. With [`Rendezvous::ahead`] > 1 the coupler
 //! orders further windows while the solvers work, and no window waits for it.
 
 mod conductor;

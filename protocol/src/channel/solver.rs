@@ -12,7 +12,7 @@ use super::folder::Membership;
 use super::outbox::{Outbox, Receivers};
 use super::rendezvous::Rendezvous;
 use super::topics::{self, Wire, transport};
-use super::wake::Wake;
+use super::wake::{Rhythm, Wake};
 use super::watch::{Member, Watch};
 use crate::message::{Command, Header, Order, Status};
 use crate::participant::{Exchange, ExchangeError, Role, Window};
@@ -29,6 +29,8 @@ pub struct SharedMemory<In: Wire, Out: Wire> {
     /// Commands taken while waiting for the peer.
     backlog: VecDeque<Command>,
     wake: Wake,
+    /// Of the waits for the peer.
+    rhythm: Rhythm,
     watch: Watch,
     role: Role,
     peer: Option<Role>,
@@ -91,6 +93,7 @@ impl<In: Wire, Out: Wire> SharedMemory<In, Out> {
             status,
             backlog: VecDeque::with_capacity(rendezvous.ahead + 4),
             wake: Wake::open(&node, rendezvous, own)?,
+            rhythm: Rhythm::default(),
             watch,
             role,
             peer,
@@ -115,9 +118,12 @@ impl<In: Wire, Out: Wire> SharedMemory<In, Out> {
             let watch = &mut self.watch;
             let members = [Member::Coupler, Member::Solver(peer)];
             self.wake
-                .wait(self.rendezvous.join(), &mut || Ok(there().then_some(())), &mut || {
-                    watch.check(&members, 0)
-                })?
+                .wait(
+                    self.rendezvous.join(),
+                    &mut Rhythm::default(),
+                    &mut || Ok(there().then_some(())),
+                    &mut || watch.check(&members, 0),
+                )?
                 .ok_or_else(|| ExchangeError::Deadline {
                     peer: peer.to_string(),
                     step: 0,
@@ -174,8 +180,9 @@ impl<In: Wire, Out: Wire> SharedMemory<In, Out> {
         }
         let limit = 2 * (self.rendezvous.join() + self.rendezvous.deadline());
         let (commands, watch, step) = (&self.commands, &mut self.watch, self.step);
-        let found =
-            self.wake.wait(limit, &mut || take(commands), &mut || watch.check(&[Member::Coupler], step))?;
+        let found = self.wake.wait(limit, &mut Rhythm::default(), &mut || take(commands), &mut || {
+            watch.check(&[Member::Coupler], step)
+        })?;
         found.ok_or_else(|| ExchangeError::Deadline {
             peer: Member::Coupler.to_string(),
             step,
@@ -217,6 +224,7 @@ impl<In: Wire, Out: Wire> Exchange<In, Out> for SharedMemory<In, Out> {
         let (watch, backlog) = (&mut self.watch, &mut self.backlog);
         let found = self.wake.wait(
             self.rendezvous.deadline(),
+            &mut self.rhythm,
             &mut || incoming.receive().map_err(transport("cannot receive")),
             &mut || {
                 while let Some(command) = take(commands)? {

@@ -1,5 +1,9 @@
-//! Waiting for a message: yield for a moment, then sleep until the sender's event, and look now and
-//! then whether the sender lives.
+//! Waiting for a message: nap while none is expected, yield for a moment, then sleep until the
+//! sender's event, and look now and then whether the sender lives.
+//!
+//! Waking a sleeper costs its sender a system call and an interrupt to another core, and the sleeper
+//! some 50 µs, in every window. Windows are much alike, so a [`Rhythm`] naps by its own timer until
+//! shortly before the message is due and yields from there on: the sender finds its receiver awake.
 
 use std::time::{Duration, Instant};
 
@@ -11,6 +15,72 @@ use super::rendezvous::{Rendezvous, Waiting};
 use super::topics::{self, transport};
 use super::watch::{LOOK_EVERY, Member};
 use crate::participant::ExchangeError;
+
+/// A nap ends this long before the message is due.
+const EARLY: Duration = Duration::from_micros(120);
+/// A message that is late by more than this is slept for.
+const LATE: Duration = Duration::from_micros(250);
+/// Shorter naps are not worth the timer.
+const SHORTEST_NAP: Duration = Duration::from_micros(80);
+
+/// How long the waits at one place last, at least.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rhythm {
+    least: Duration,
+}
+
+impl Rhythm {
+    /// What is left to nap after `waited`, in pieces after which the sender is looked at.
+    pub(crate) fn nap(&self, waited: Duration) -> Option<Duration> {
+        let left = self.least.saturating_sub(EARLY).saturating_sub(waited);
+        (left >= SHORTEST_NAP).then_some(left.min(LOOK_EVERY))
+    }
+
+    /// Until when yielding is better than sleeping.
+    fn awake(&self, spin: Duration) -> Duration {
+        if self.least > EARLY { spin.max(self.least + LATE) } else { spin }
+    }
+
+    /// A wait is over: the estimate falls at once and rises slowly, and falls below the wait itself if
+    /// the message came during a nap and may have lain there.
+    pub(crate) fn learn(&mut self, waited: Duration, napped: bool) {
+        if napped {
+            self.least = waited / 2;
+        } else if waited < self.least {
+            self.least = waited;
+        } else {
+            self.least += (waited - self.least) / 16;
+        }
+    }
+}
+
+/// How long a window takes, as the coupler sees it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pace {
+    answered: u64,
+    since: Option<Instant>,
+    window: Duration,
+}
+
+impl Pace {
+    /// `answered` orders have been answered by now.
+    pub(crate) fn learn(&mut self, answered: u64) {
+        if answered <= self.answered {
+            return;
+        }
+        let now = Instant::now();
+        if let Some(since) = self.since {
+            let each = (now - since).div_f64((answered - self.answered) as f64);
+            self.window = if self.window.is_zero() { each } else { (self.window * 7 + each) / 8 };
+        }
+        (self.answered, self.since) = (answered, Some(now));
+    }
+
+    /// One window, where it is long enough for a timer and short enough not to miss a death.
+    pub(crate) fn nap(&self) -> Option<Duration> {
+        (self.window >= 4 * SHORTEST_NAP && self.window <= LOOK_EVERY).then_some(self.window)
+    }
+}
 
 /// The ear of this process, and the bells of the others.
 #[derive(Debug)]
@@ -68,21 +138,28 @@ impl Wake {
     pub(crate) fn wait<T>(
         &self,
         limit: Duration,
+        rhythm: &mut Rhythm,
         ready: &mut dyn FnMut() -> Result<Option<T>, ExchangeError>,
         look: &mut dyn FnMut() -> Result<(), ExchangeError>,
     ) -> Result<Option<T>, ExchangeError> {
         if let Some(found) = ready()? {
+            rhythm.learn(Duration::ZERO, false);
             return Ok(Some(found));
         }
         let start = Instant::now();
         let (mut last, mut looked, mut waited) = (start, start, Duration::ZERO);
+        let awake = rhythm.awake(self.spin);
         loop {
-            if self.sleeps && last - start >= self.spin {
-                self.sleep(LOOK_EVERY.min(limit.saturating_sub(waited)))?;
-            } else {
-                std::thread::yield_now();
+            let nap = rhythm.nap(last - start).filter(|_| self.sleeps);
+            match nap {
+                Some(nap) => std::thread::sleep(nap.min(limit.saturating_sub(waited))),
+                None if self.sleeps && last - start >= awake => {
+                    self.sleep(LOOK_EVERY.min(limit.saturating_sub(waited)))?;
+                }
+                None => std::thread::yield_now(),
             }
             if let Some(found) = ready()? {
+                rhythm.learn(start.elapsed(), nap.is_some());
                 return Ok(Some(found));
             }
             let now = Instant::now();
@@ -107,5 +184,58 @@ impl Wake {
             Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
             Err(error) => Err(transport("cannot wait for an event")(error)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn micros(n: u64) -> Duration {
+        Duration::from_micros(n)
+    }
+
+    /// Waits `of` one after the other; returns how long each message would have lain unread.
+    fn keep(rhythm: &mut Rhythm, of: &[u64]) -> Vec<Duration> {
+        let meet = |&due: &u64| {
+            let (due, mut now, mut napped) = (micros(due), Duration::ZERO, false);
+            while now < due {
+                let nap = rhythm.nap(now);
+                napped = nap.is_some();
+                now = nap.map_or(due, |nap| now + nap);
+            }
+            rhythm.learn(now, napped);
+            now - due
+        };
+        of.iter().map(meet).collect()
+    }
+
+    #[test]
+    fn even_waits_are_napped_through_and_met_awake() {
+        let mut rhythm = Rhythm::default();
+        let lain = keep(&mut rhythm, &[2400; 200]);
+        assert!(lain.iter().all(Duration::is_zero));
+        assert!(rhythm.nap(Duration::ZERO).unwrap() > micros(2000));
+        assert!(rhythm.awake(micros(50)) > micros(2400));
+    }
+
+    #[test]
+    fn a_sudden_early_message_is_overslept_once() {
+        let mut rhythm = Rhythm::default();
+        keep(&mut rhythm, &[2400; 200]);
+        let lain = keep(&mut rhythm, &[300, 300, 300, 300]);
+        assert!(lain[0] > micros(1000) && lain[0] < micros(2100));
+        // The first wait only showed that the message came at some time before the end of the nap.
+        assert!(lain.iter().sum::<Duration>() < micros(3200));
+        keep(&mut rhythm, &[300; 30]);
+        assert!(keep(&mut rhythm, &[300; 10]).iter().all(Duration::is_zero));
+    }
+
+    #[test]
+    fn short_waits_are_not_napped() {
+        let mut rhythm = Rhythm::default();
+        keep(&mut rhythm, &[15; 100]);
+        assert_eq!(rhythm.nap(Duration::ZERO), None);
+        assert_eq!(rhythm.awake(micros(50)), micros(50));
     }
 }
