@@ -74,7 +74,9 @@ pub fn schema() -> Result<Value, Failure> {
         match Solver::ours(role).schema(Duration::from_secs(10)) {
             Some(section) => graft(&mut whole, &role.to_string(), section),
             None => {
-                eprintln!("bedload: no schema of [{role}]: its solver is not beside bedload, nor on PATH")
+                protocol::say!(
+                    "bedload: no schema of [{role}]: its solver is not beside bedload, nor on PATH"
+                )
             }
         }
     }

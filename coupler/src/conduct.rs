@@ -328,7 +328,7 @@ impl<'a> Conductor<'a> {
             if passed && !self.told_of_limit {
                 self.told_of_limit = true;
                 let limit = whole.fluid.dt_limit;
-                eprintln!(
+                protocol::say!(
                     "bedload: warning: cfl: from window {} on the fluid would rather take dt ≤ {limit} s",
                     window.step
                 );
@@ -337,7 +337,7 @@ impl<'a> Conductor<'a> {
         let range = self.prepared.dem.as_ref().map_or(0.0, |dem| dem.facts.interaction_range);
         if was_late(window, plan.full_substeps(window.dt), header, range) {
             if self.late == 0 {
-                eprintln!(
+                protocol::say!(
                     "bedload: warning: something came within range in window {} although one sub-step was planned; if this worries you, --set coupling.substeps=full",
                     window.step
                 );

@@ -47,9 +47,9 @@ impl Failure {
     /// Says it on stderr.
     pub fn explain(self) {
         match self {
-            Self::Scene(error) => eprintln!("{:?}", miette::Report::new(*error)),
+            Self::Scene(error) => protocol::say!("{:?}", miette::Report::new(*error)),
             Self::Passed(_) => {}
-            other => eprintln!("bedload: {other}"),
+            other => protocol::say!("bedload: {other}"),
         }
     }
 }

@@ -49,7 +49,7 @@ impl Progress {
                 bar.set_position((time / self.until * TICKS) as u64);
                 bar.set_message(text);
             }
-            None => eprintln!("bedload: {text}, {:.0} s", self.begin.elapsed().as_secs_f64()),
+            None => protocol::say!("bedload: {text}, {:.0} s", self.begin.elapsed().as_secs_f64()),
         }
     }
 

@@ -30,12 +30,12 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 pub fn run(options: &RunOptions) -> Result<(), Failure> {
     match remove_stale_runs() {
         Ok(0) => {}
-        Ok(count) => eprintln!("bedload: removed what {count} dead run(s) had left in shared memory"),
-        Err(error) => eprintln!("bedload: warning: cannot remove what dead runs left: {error}"),
+        Ok(count) => protocol::say!("bedload: removed what {count} dead run(s) had left in shared memory"),
+        Err(error) => protocol::say!("bedload: warning: cannot remove what dead runs left: {error}"),
     }
     let prepared = Prepared::new(options)?;
     for line in prepared.notices() {
-        eprintln!("bedload: {line}");
+        protocol::say!("bedload: {line}");
     }
     prepared.refuse_broken()?;
     let interrupts =
@@ -71,7 +71,7 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
 /// Draws the report; a failure to draw costs no result.
 fn draw(folder: &Path) {
     if let Err(error) = crate::report::report(&[folder]) {
-        eprintln!("bedload: warning: no report.html: {error}");
+        protocol::say!("bedload: warning: no report.html: {error}");
     }
 }
 
@@ -86,7 +86,7 @@ fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Fail
     draw(folder.root());
     outcome?;
     written?;
-    eprintln!("bedload: done, see {}", folder.root().display());
+    protocol::say!("bedload: done, see {}", folder.root().display());
     Ok(())
 }
 

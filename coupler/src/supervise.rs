@@ -221,7 +221,7 @@ fn keep_words(role: Role, stderr: impl BufRead, kept: &Mutex<VecDeque<String>>) 
         if line.is_empty() {
             continue;
         }
-        eprintln!("{role}: {line}");
+        protocol::say!("{role}: {line}");
         let mut kept = locked(kept);
         if kept.len() == LAST_LINES {
             kept.pop_front();

@@ -13,3 +13,12 @@ pub mod participant;
 pub mod program;
 pub mod scene;
 pub mod serve;
+
+/// `eprintln!` that does not panic where nobody reads any more: a process whose reader has died still
+/// has to leave in order, with its own exit code.
+#[macro_export]
+macro_rules! say {
+    ($($text:tt)*) => {{
+        let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{}\n", format_args!($($text)*)));
+    }};
+}

@@ -186,10 +186,10 @@ where
 pub fn explain(program: &str, error: &ProgramError) {
     match error {
         ProgramError::Scene(scene) => {
-            eprintln!("{program}: {scene}");
-            eprintln!("  remedy: {}", scene.remedy);
+            crate::say!("{program}: {scene}");
+            crate::say!("  remedy: {}", scene.remedy);
         }
-        other => eprintln!("{program}: {other}"),
+        other => crate::say!("{program}: {other}"),
     }
 }
 

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use protocol::log::LogReader;
+use rustix::process::{Pid, WaitOptions, getpid, set_child_subreaper, waitpid};
 use tests::harness::{
     Folder, SMALL_BOUNCE, Solver, is_alive, leftovers, said, signal, solvers, start, wait_until,
 };
@@ -82,8 +83,16 @@ fn a_killed_dem_ends_the_run() {
     kill_a_solver("dem");
 }
 
+/// Exit code of a solver whose parent has died: this process has become its parent.
+fn exit_code_of_orphan(pid: u32) -> Option<i32> {
+    let pid = Pid::from_raw(pid.try_into().ok()?)?;
+    let (_, status) = waitpid(Some(pid), WaitOptions::empty()).expect("a child of ours")?;
+    status.exit_status()
+}
+
 #[test]
 fn a_killed_coupler_ends_the_solvers() {
+    set_child_subreaper(Some(getpid())).expect("Linux 3.4");
     for (number, bytes) in INSTANTS.into_iter().enumerate() {
         let folder = Folder::new(&format!("kill-coupler-{number}"));
         let (scene, out) = (folder.write("bounce.toml", &long_bounce()), folder.join("out"));
@@ -94,6 +103,7 @@ fn a_killed_coupler_ends_the_solvers() {
         }
         let _ = child.wait();
         for solver in &found {
+            assert_eq!(exit_code_of_orphan(solver.pid), Some(3), "{}", solver.role);
             assert_eq!(leftovers(solver), Vec::<std::path::PathBuf>::new());
         }
         assert_readable(&out.join("exchange.mcap"), false, bytes);

@@ -74,7 +74,7 @@ impl Task<'_> {
         let name = format!("{}/{}", self.case.name, self.run.label);
         match self.finished() {
             Ok(Some(summary)) => {
-                eprintln!("bedload: {name}: finished before");
+                protocol::say!("bedload: {name}: finished before");
                 Outcome::Done(Box::new(summary))
             }
             Ok(None) => self.make(&name),
@@ -97,7 +97,7 @@ impl Task<'_> {
 
     /// Runs it; what it says goes to a file beside its folder.
     fn make(&self, name: &str) -> Outcome {
-        eprintln!("bedload: {name}: runs");
+        protocol::say!("bedload: {name}: runs");
         let said = self.out.join(&self.case.name).join(format!("{}.log", self.run.label));
         let status = match self.start(&said) {
             Ok(status) => status,
@@ -105,11 +105,11 @@ impl Task<'_> {
         };
         match Summary::read(&self.folder().join("summary.json")) {
             Ok(summary) if status.success() && summary.status == RunStatus::Completed => {
-                eprintln!("bedload: {name}: done in {:.1} s", summary.cost.wall_s);
+                protocol::say!("bedload: {name}: done in {:.1} s", summary.cost.wall_s);
                 Outcome::Done(Box::new(summary))
             }
             _ => {
-                eprintln!("bedload: {name}: failed, see {}", said.display());
+                protocol::say!("bedload: {name}: failed, see {}", said.display());
                 Outcome::Failed(format!("the run ended with {status}, see {}", said.display()))
             }
         }

@@ -132,7 +132,7 @@ impl<'a, S: Solver> Run<'a, S> {
             window.output = fields.is_due(window.time, window.dt);
             self.window(&window)?;
             if told.elapsed().as_secs_f64() > PROGRESS_EVERY {
-                eprintln!(
+                crate::say!(
                     "{}: t = {:.6} of {until} s, window {}",
                     S::PROGRAM,
                     self.position.time,
