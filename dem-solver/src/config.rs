@@ -25,8 +25,8 @@ pub struct DemSection {
     /// Contact law; needed as soon as a grain can touch a grain or a wall.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactLaw>,
-    /// Film between near surfaces. Default: none in a dry scene; with a fluid `continuous`, η/R = 4e-4,
-    /// cut-off two cells (at most R/2).
+    /// Film between near surfaces, η/R = 4e-4. Default: none in a dry scene; with a fluid `complement`
+    /// up to four cells (at most 0.8 R) for spheres, `continuous` up to two cells (at most R/2) for discs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
     /// Time integration.
@@ -135,7 +135,11 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
     let contact = dem
         .contact
         .unwrap_or_else(|| ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(1.0, 1.0, 0.0)));
-    let lubrication = *dem.lubrication.get_or_insert_with(|| default_lubrication(scene));
+    let lubrication = dem.lubrication.get_or_insert_with(|| default_lubrication(scene));
+    if let Lubrication::Complement(film) = lubrication {
+        film.resolved_length.get_or_insert(coarsest_spacing(scene));
+    }
+    let lubrication = *lubrication;
     let grains = scene.grains.iter().map(|grain| self::grain(grain, shared.domain.geometry)).collect();
     let mut periods = [None; 3];
     for axis in (0..shared.domain.dimensions()).filter(|axis| shared.domain.is_periodic(*axis)) {
@@ -158,18 +162,25 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
     })
 }
 
-/// Two cells of cut-off: what is nearer than that the fluid does not resolve.
+/// The film that the fluid does not resolve.
 fn default_lubrication(scene: &CheckedScene) -> Lubrication {
-    let domain = &scene.scene.domain;
     let largest = scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
     if scene.scene.medium.is_none() || largest == 0.0 {
         return Lubrication::None;
     }
-    let spacing = (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(0.0, f64::max);
-    Lubrication::Continuous(FilmSettings {
-        cut_off: (2.0 * spacing / largest).min(0.5),
-        ..FilmSettings::new(ROUGHNESS)
-    })
+    let cells = |count: f64, most: f64| (count * coarsest_spacing(scene) / largest).min(most);
+    let film = FilmSettings::new(ROUGHNESS);
+    if scene.scene.domain.geometry == Geometry::Plane {
+        Lubrication::Continuous(FilmSettings { cut_off: cells(2.0, 0.5), ..film })
+    } else {
+        Lubrication::Complement(FilmSettings { cut_off: cells(4.0, 0.8), ..film })
+    }
+}
+
+/// Widest cell near the grains, m.
+fn coarsest_spacing(scene: &CheckedScene) -> f64 {
+    let domain = &scene.scene.domain;
+    (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(0.0, f64::max)
 }
 
 fn wall(wall: &protocol::scene::Wall) -> Wall {

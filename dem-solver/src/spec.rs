@@ -314,6 +314,12 @@ impl DemSpec {
                 "integrator rk3 takes no implicit lubrication; choose symplectic-euler, or integration = \"explicit\" with its bound on the sub-step",
             ));
         }
+        let line = self.film().is_some_and(|film| film.shape == FilmShape::Line);
+        if line && matches!(self.lubrication, Lubrication::Complement(_)) {
+            return Err(SpecError::Combination(
+                "lubrication form \"complement\" is measured for spheres (point films) only; take \"continuous\" for discs",
+            ));
+        }
         self.check_periods()
     }
 
@@ -381,6 +387,7 @@ impl DemSpec {
             roughness: settings.roughness,
             cut_off: settings.cut_off,
             continuous: matches!(self.lubrication, Lubrication::Continuous(_)),
+            resolved_length: settings.resolved_length.unwrap_or(f64::INFINITY),
             viscosity: self.viscosity,
         })
     }

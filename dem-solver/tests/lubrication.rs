@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 const R: f64 = 0.5;
 
 fn model(roughness: f64, shape: FilmShape, continuous: bool) -> FilmModel {
-    FilmModel { shape, roughness, cut_off: 0.5, continuous, viscosity: 1.0 }
+    FilmModel { shape, roughness, cut_off: 0.5, continuous, resolved_length: f64::INFINITY, viscosity: 1.0 }
 }
 
 /// One sphere of radius ½ above the floor: gap `gap`, velocity `v`, St_R = m |v|/(6πμR²) = `stokes`.
@@ -143,15 +143,23 @@ fn explicit_film_has_its_stability_limit() {
     assert!(solver.grains.velocity[0].z.abs() < 1e-9);
 }
 
-/// All four film laws: the implicit rate satisfies m(U′ − U) + ∫κ = 0 by quadrature, for random input.
+/// All film laws: the implicit rate satisfies m(U′ − U) + ∫κ = 0 by quadrature, for random input.
 #[test]
 fn implicit_rate_solves_its_equation() {
     let mut random = common::Random(7);
-    for shape in [FilmShape::Point, FilmShape::Line] {
-        for continuous in [false, true] {
+    let laws = [
+        (FilmShape::Point, false, f64::INFINITY),
+        (FilmShape::Point, true, f64::INFINITY),
+        (FilmShape::Line, false, f64::INFINITY),
+        (FilmShape::Line, true, f64::INFINITY),
+        (FilmShape::Point, false, 0.1),
+        (FilmShape::Point, false, 1e-3),
+    ];
+    for (shape, continuous, resolved_length) in laws {
+        {
             for _ in 0..2000 {
                 let eta = 10f64.powf(-6.0 + 4.0 * random.next());
-                let film = model(eta, shape, continuous).film(0.5, 0.7);
+                let film = FilmModel { resolved_length, ..model(eta, shape, continuous) }.film(0.5, 0.7);
                 let gap = if random.next() < 0.2 {
                     -1e-3
                 } else {
@@ -209,6 +217,11 @@ fn coefficients_are_the_printed_ones() {
     assert!((disc / (3.0 * 2f64.sqrt() * PI * 50f64.powf(1.5)) - 1.0).abs() < 1e-6, "{disc}");
     let smooth = model(1e-3, FilmShape::Point, true).film(0.5, 0.5);
     assert!(smooth.resistance(smooth.cut_off).abs() < 1e-12);
+    let complement = FilmModel { resolved_length: 0.01, ..model(1e-9, FilmShape::Point, false) };
+    let film = complement.film(0.5, f64::INFINITY);
+    // a fifth of eq. 19 one cell away, all of it far within a cell
+    assert!((film.resistance(0.01) / (6.0 * PI * 0.25 / 0.01) - 0.2).abs() < 1e-6);
+    assert!((film.resistance(1e-6) / (6.0 * PI * 0.25 / 1e-6) - 1.0).abs() < 1e-3);
 }
 
 /// A column of grains, each in the film of the next, pressed together: momentum of the grains changes
