@@ -1,6 +1,7 @@
 //! The plan of a run: who takes part, every time step, every bound, and what it will cost.
 
 use protocol::facts::{DemFacts, FluidFacts};
+use protocol::output::{Observer, Sides};
 use protocol::scene::{CheckedScene, SceneError};
 use serde::Serialize;
 
@@ -27,6 +28,16 @@ impl Cast {
             (false, _) => Self::Dem,
             (true, false) => Self::Fluid,
             (true, true) => Self::Coupled,
+        }
+    }
+
+    /// What its observer sees.
+    #[must_use]
+    pub fn sides(self) -> Sides {
+        match self {
+            Self::Coupled => Sides::coupled(),
+            Self::Fluid => Sides::fluid_alone(true),
+            Self::Dem => Sides::dry(),
         }
     }
 
@@ -101,6 +112,7 @@ impl Plan {
         memory: Option<u64>,
     ) -> Result<Self, SceneError> {
         let cast = Cast::of(scene);
+        Observer::check(scene, cast.sides())?;
         let (fluid, dem) = (fluid.filter(|_| cast.has_fluid()), dem.filter(|_| cast.has_dem()));
         let scheme = match (cast, fluid) {
             (Cast::Coupled, Some(fluid)) => Some(coupling.agree_with(fluid.loads, &scene.source)?),

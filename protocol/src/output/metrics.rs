@@ -215,6 +215,12 @@ impl Metrics {
                 require(way.contacts >= 2, "there was no second contact")?;
                 plain(way.second_height / diameter)
             }
+            MetricKind::ReboundRiseTime { .. } => {
+                self.after_touch(way, way.first_top, "there was no rebound", diameter)
+            }
+            MetricKind::ReboundDuration { .. } => {
+                self.after_touch(way, way.second_touch, "there was no second contact", diameter)
+            }
             MetricKind::RestingForceRatio { .. } => {
                 require(subject.submerged_weight > 0.0, "the grain has no submerged weight")?;
                 plain(accumulator.value()? / subject.submerged_weight)
@@ -223,6 +229,19 @@ impl Metrics {
                 Err("is about no grain".into())
             }
         }
+    }
+
+    /// Time from the first touch to `then` over (D/g)^½.
+    fn after_touch(
+        &self,
+        way: &Trajectory,
+        then: Option<f64>,
+        otherwise: &str,
+        diameter: f64,
+    ) -> Result<(f64, Option<&'static str>), String> {
+        require(self.gravity > 0.0, "the scene has no gravity")?;
+        let touch = way.first_touch.ok_or("there was no contact")?;
+        plain((then.ok_or(otherwise)? - touch) / (diameter / self.gravity).sqrt())
     }
 
     fn medium(&self) -> Result<(f64, f64), String> {

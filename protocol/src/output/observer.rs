@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Columns, Extra, Metrics, MetricsState, OutputError, OutputFolder, Sample, SeriesWriter, Sides};
 use super::{Summary, Tally};
-use crate::scene::CheckedScene;
+use crate::scene::{CheckedScene, SceneError};
 
 /// Series, metrics and counts of a run.
 #[derive(Debug)]
@@ -27,6 +27,14 @@ pub struct ObserverState {
 }
 
 impl Observer {
+    /// Refuses what a run that sees these `sides` would refuse at its start.
+    ///
+    /// # Errors
+    /// If a metric names an unknown column.
+    pub fn check(scene: &CheckedScene, sides: Sides) -> Result<(), SceneError> {
+        Metrics::new(scene, &Columns::new(scene, sides, &[]), sides).map(|_| ())
+    }
+
     /// Watches a new run: starts `series.csv`.
     ///
     /// # Errors

@@ -49,6 +49,7 @@ impl Subject {
             touching: motion.contact_force != [0.0; 3],
             impact: motion.impact_speed,
             rebound: motion.rebound_speed,
+            time: sample.time(),
         })
     }
 }

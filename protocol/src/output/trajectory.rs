@@ -17,6 +17,8 @@ pub(super) struct Passage {
     pub(super) impact: f64,
     /// Normal speed at the last end of a contact within the window, m/s; 0 if none.
     pub(super) rebound: f64,
+    /// Time at the end, s.
+    pub(super) time: f64,
 }
 
 /// A grain's way so far.
@@ -42,6 +44,12 @@ pub struct Trajectory {
     pub first_height: f64,
     /// Largest gap between the second and the third contact, m.
     pub second_height: f64,
+    /// End of the window of the first touch, s.
+    pub first_touch: Option<f64>,
+    /// End of the window of the largest gap between the first and the second contact, s.
+    pub first_top: Option<f64>,
+    /// End of the window of the second touch, s.
+    pub second_touch: Option<f64>,
 }
 
 impl Trajectory {
@@ -59,6 +67,9 @@ impl Trajectory {
             rebound: None,
             first_height: 0.0,
             second_height: 0.0,
+            first_touch: None,
+            first_top: None,
+            second_touch: None,
         }
     }
 
@@ -72,6 +83,11 @@ impl Trajectory {
                 self.impact = (passage.impact > 0.0).then_some(passage.impact);
             }
             self.contacts += 1;
+            match self.contacts {
+                1 => self.first_touch = Some(passage.time),
+                2 => self.second_touch = Some(passage.time),
+                _ => {}
+            }
         }
         if self.contacts == 0 {
             self.terminal = self.terminal.max(passage.speed);
@@ -82,7 +98,9 @@ impl Trajectory {
             self.rebound = Some(passage.rebound);
         }
         match self.contacts {
-            1 if passage.gap.is_finite() => self.first_height = self.first_height.max(passage.gap),
+            1 if passage.gap.is_finite() && passage.gap > self.first_height => {
+                (self.first_height, self.first_top) = (passage.gap, Some(passage.time));
+            }
             2 if passage.gap.is_finite() => self.second_height = self.second_height.max(passage.gap),
             _ => {}
         }

@@ -82,6 +82,18 @@ pub enum MetricKind {
         #[serde(default)]
         grain: usize,
     },
+    /// Time from the first touch to the top of the first rebound over (D/g)^½.
+    ReboundRiseTime {
+        /// Grain.
+        #[serde(default)]
+        grain: usize,
+    },
+    /// Time from the first touch to the second over (D/g)^½.
+    ReboundDuration {
+        /// Grain.
+        #[serde(default)]
+        grain: usize,
+    },
     /// (ρ_p + ρ/2) V_T D/(9 μ) (Izard et al. 2014, eq. 23).
     Stokes {
         /// Grain.
@@ -132,6 +144,8 @@ impl MetricKind {
             | Self::RestitutionAtGap { grain, .. }
             | Self::ReboundHeight { grain }
             | Self::SecondReboundHeight { grain }
+            | Self::ReboundRiseTime { grain }
+            | Self::ReboundDuration { grain }
             | Self::Stokes { grain }
             | Self::Reynolds { grain }
             | Self::RestingForceRatio { grain } => Some(*grain),

@@ -182,6 +182,7 @@ pub(crate) const OBSERVATIONS: &[Case] = cases! {
     "observed grain that is not there": "every = 0.1" => "every = 0.1\n§grains = [0, 2]"; "observe.grains", "holds 2", "2 grains";
     "unknown kind": "kind = \"max\"" => "§kind = \"median\""; "metrics[0].kind", "median", "terminal-reynolds";
     "kind missing": "[[metrics]]\nname = \"speed\"\nkind = \"max\"" => "§[[metrics]]\nname = \"speed\""; "metrics[0].kind", "missing field";
+    "unknown column": "column = \"velocity_z[0]\"" => "§column = \"speed_z[0]\""; "metrics[0].column", "speed_z[0]", "velocity_z[0]";
     "column missing": "[[metrics]]\nname = \"speed\"" => "§[[metrics]]\nname = \"speed\"", "column = \"velocity_z[0]\"\n" => ""; "metrics[0].column", "missing field";
     "metric of a grain that is not there": "grain = 1" => "§grain = 7"; "metrics[1].grain", "is 7", "2 grains";
     "two metrics with one name": "name = \"reynolds\"" => "§name = \"speed\""; "metrics[1].name", "second time";
