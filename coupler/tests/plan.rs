@@ -241,8 +241,8 @@ fn a_dense_bed_wants_small_viscous_steps() {
 fn contact_and_lubrication() {
     below_and_above(
         "contact-steps",
-        "coupling.steps_per_contact=5",
-        "coupling.steps_per_contact=4",
+        "coupling.steps_per_contact=10",
+        "coupling.steps_per_contact=9",
         |case, steps| {
             case.dem.dt = 1.0;
             case.scene = vec![steps];

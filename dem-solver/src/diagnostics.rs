@@ -1,7 +1,7 @@
 //! Sums over all grains: energy, momentum.
 
 use crate::Vec3;
-use crate::contact::PairLaw;
+use crate::contact::{LinearPair, PairLaw};
 use crate::step::Dem;
 
 impl Dem {
@@ -16,7 +16,7 @@ impl Dem {
             .sum()
     }
 
-    /// Energy in the springs of all linear contacts, J.
+    /// Energy in the springs of all contacts but those of Wan & Turek, J; not in their rolling.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         let (g, mut energy) = (&self.grains, 0.0);
@@ -27,9 +27,10 @@ impl Dem {
                     - g.radius[i]
                     - g.radius[j];
                 let mass = self.response.effective_mass(g, i, j);
+                let radius = g.radius[i] * g.radius[j] / (g.radius[i] + g.radius[j]);
                 energy += stored(
                     self.scene().laws.between(g.material[i], g.material[j]),
-                    mass,
+                    (mass, radius),
                     gap,
                     &self.lists.pairs.spring[k],
                 );
@@ -39,7 +40,8 @@ impl Dem {
                 if wall.stands(self.time) {
                     let gap = wall.gap(&g.position[i], g.radius[i], self.time);
                     let law = self.scene().laws.between(g.material[i], wall.material);
-                    energy += stored(law, self.response.wall_mass(g, i), gap, &self.lists.walls.spring[k]);
+                    let size = (self.response.wall_mass(g, i), g.radius[i]);
+                    energy += stored(law, size, gap, &self.lists.walls.spring[k]);
                 }
             }
         }
@@ -61,11 +63,17 @@ impl Dem {
     }
 }
 
-fn stored(law: &PairLaw, mass: f64, gap: f64, spring: &Vec3) -> f64 {
+/// Energy of one contact; `size` holds m* and R*.
+fn stored(law: &PairLaw, (mass, radius): (f64, f64), gap: f64, spring: &Vec3) -> f64 {
+    if gap >= 0.0 {
+        return 0.0;
+    }
+    let linear = |law: &LinearPair| 0.5 * mass * law.stiffness * gap * gap;
+    let shear = |law: &LinearPair| 0.5 * mass * law.tangential_stiffness * spring.norm_squared();
     match law {
-        PairLaw::Linear(law) if gap < 0.0 => {
-            0.5 * mass * (law.stiffness * gap * gap + law.tangential_stiffness * spring.norm_squared())
-        }
-        _ => 0.0,
+        PairLaw::Linear(law) => linear(law) + shear(law),
+        PairLaw::Stiff(law) => linear(&law.at(mass)) + shear(&law.at(mass)),
+        PairLaw::Hertz(law) => law.normal_energy(radius, gap) + shear(&law.at(mass, radius, gap)),
+        PairLaw::WanTurek(_) => 0.0,
     }
 }

@@ -70,6 +70,9 @@ pub enum SpecError {
     /// Two choices that exclude each other.
     #[error("{0}")]
     Combination(&'static str),
+    /// A contact law that does not fit the grains.
+    #[error("{0}")]
+    Law(&'static str),
 }
 
 /// A window that cannot be advanced; the state is untouched.

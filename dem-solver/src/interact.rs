@@ -8,8 +8,10 @@ use crate::Vec3;
 use crate::cells::Periods;
 use crate::contact::{LawTable, LinearPair, PairLaw};
 use crate::grains::{Grains, Response};
+use crate::hertz_mindlin::HertzPair;
 use crate::neighbours::ContactList;
 use crate::report::Observations;
+use crate::rolling::{Roll, Rolling, grow, rolling_rate};
 use crate::tangential::{carry, tangential_force};
 use crate::walls::Plane;
 
@@ -160,34 +162,40 @@ fn pair_forces(
                 spin: (spin[i], spin[j]),
             };
             let normal = if distance > 0.0 { apart / distance } else { Vec3::z() };
-            match law {
-                PairLaw::WanTurek(law) => {
-                    let size = law.pair_force(gap, distance);
-                    forces.contact[i] += normal * size;
-                    forces.contact[j] -= normal * size;
-                    let rate = (kinematics.velocity[i] - kinematics.velocity[j]).dot(&normal);
-                    note_event(&mut list.touching[k], size > 0.0, rate, seen, i, Some(j));
-                    forces.contacts += usize::from(size > 0.0);
-                }
-                PairLaw::Linear(law) => {
-                    if gap >= 0.0 && !list.touching[k] {
-                        continue;
-                    }
-                    let half = if law.at_contact_point { 0.5 * gap } else { 0.0 };
-                    let mass = response.effective_mass(grains, i, j);
-                    let frame =
-                        Frame { normal, gap, distance, mass, arms: (r + half, grains.radius[j] + half) };
-                    let (force, tangential, rate) =
-                        resolve(law, &frame, kinematics, relative, &mut list.spring[k]);
-                    let bears = force != Vec3::zeros();
-                    note_event(&mut list.touching[k], bears, rate, seen, i, Some(j));
-                    forces.contacts += usize::from(bears);
-                    forces.contact[i] += force;
-                    forces.contact[j] -= force;
-                    let moment = tangential.cross(&normal);
-                    forces.torque[i] += moment * frame.arms.0;
-                    forces.torque[j] += moment * frame.arms.1;
-                }
+            let rolls = scene.laws.rolling(grains.material[i], grains.material[j]);
+            if let PairLaw::WanTurek(law) = law {
+                let size = law.pair_force(gap, distance);
+                forces.contact[i] += normal * size;
+                forces.contact[j] -= normal * size;
+                let rate = (kinematics.velocity[i] - kinematics.velocity[j]).dot(&normal);
+                note_event(&mut list.touching[k], size > 0.0, rate, seen, i, Some(j));
+                forces.contacts += usize::from(size > 0.0);
+                continue;
+            }
+            if gap >= 0.0 && !list.touching[k] {
+                continue;
+            }
+            let mass = response.effective_mass(grains, i, j);
+            let radius = r * grains.radius[j] / (r + grains.radius[j]);
+            let Some(law) = Coefficients::of(law, mass, radius, gap) else { continue };
+            let half = if law.pair.at_contact_point { 0.5 * gap } else { 0.0 };
+            let frame = Frame { normal, gap, distance, mass, arms: (r + half, grains.radius[j] + half) };
+            let (force, tangential, rate) = resolve(&law, &frame, kinematics, relative, &mut list.spring[k]);
+            let bears = force != Vec3::zeros();
+            note_event(&mut list.touching[k], bears, rate, seen, i, Some(j));
+            forces.contacts += usize::from(bears);
+            forces.contact[i] += force;
+            forces.contact[j] -= force;
+            let moment = tangential.cross(&normal);
+            forces.torque[i] += moment * frame.arms.0;
+            forces.torque[j] += moment * frame.arms.1;
+            if let Some(rolls) = rolls {
+                let inertia = rolling_inertia(grains, response, i, Some(j));
+                let force = (force - tangential).dot(&normal);
+                let roll = Roll { normal, force, stiffness: law.pair.stiffness * mass, radius, inertia };
+                let torque = roll_torque(rolls, &roll, &frame, kinematics, relative, &mut list.rolling[k]);
+                forces.torque[i] += torque;
+                forces.torque[j] -= torque;
             }
         }
     }
@@ -209,6 +217,7 @@ fn wall_forces(
             if !wall.stands(kinematics.t) {
                 list.touching[k] = false;
                 list.spring[k] = Vec3::zeros();
+                list.rolling[k] = Vec3::zeros();
                 continue;
             }
             let gap = wall.gap(&grains.position[i], r, kinematics.t);
@@ -220,40 +229,106 @@ fn wall_forces(
                 velocity: velocity[i] - wall.velocity,
                 spin: (spin[i], Vec3::zeros()),
             };
-            match scene.laws.between(grains.material[i], wall.material) {
-                PairLaw::WanTurek(law) => {
-                    let size = law.wall_force(gap, r);
-                    forces.contact[i] += wall.normal * size;
-                    let rate = (kinematics.velocity[i] - wall.velocity).dot(&wall.normal);
-                    note_event(&mut list.touching[k], size > 0.0, rate, seen, i, None);
-                    forces.contacts += usize::from(size > 0.0);
-                }
-                PairLaw::Linear(law) => {
-                    if gap >= 0.0 && !list.touching[k] {
-                        continue;
-                    }
-                    // the wall does not yield: the force attacks in its plane, R + δ from the centre
-                    let arm = if law.at_contact_point { r + gap } else { r };
-                    let mass = response.wall_mass(grains, i);
-                    let frame =
-                        Frame { normal: wall.normal, gap, distance: f64::INFINITY, mass, arms: (arm, 0.0) };
-                    let (force, tangential, rate) =
-                        resolve(law, &frame, kinematics, relative, &mut list.spring[k]);
-                    let bears = force != Vec3::zeros();
-                    note_event(&mut list.touching[k], bears, rate, seen, i, None);
-                    forces.contacts += usize::from(bears);
-                    forces.contact[i] += force;
-                    forces.torque[i] += tangential.cross(&wall.normal) * arm;
-                }
+            let law = scene.laws.between(grains.material[i], wall.material);
+            if let PairLaw::WanTurek(law) = law {
+                let size = law.wall_force(gap, r);
+                forces.contact[i] += wall.normal * size;
+                let rate = (kinematics.velocity[i] - wall.velocity).dot(&wall.normal);
+                note_event(&mut list.touching[k], size > 0.0, rate, seen, i, None);
+                forces.contacts += usize::from(size > 0.0);
+                continue;
+            }
+            if gap >= 0.0 && !list.touching[k] {
+                continue;
+            }
+            let mass = response.wall_mass(grains, i);
+            let Some(law) = Coefficients::of(law, mass, r, gap) else { continue };
+            // the wall does not yield: the force attacks in its plane, R + δ from the centre
+            let arm = if law.pair.at_contact_point { r + gap } else { r };
+            let frame = Frame { normal: wall.normal, gap, distance: f64::INFINITY, mass, arms: (arm, 0.0) };
+            let (force, tangential, rate) = resolve(&law, &frame, kinematics, relative, &mut list.spring[k]);
+            let bears = force != Vec3::zeros();
+            note_event(&mut list.touching[k], bears, rate, seen, i, None);
+            forces.contacts += usize::from(bears);
+            forces.contact[i] += force;
+            forces.torque[i] += tangential.cross(&wall.normal) * arm;
+            if let Some(rolls) = scene.laws.rolling(grains.material[i], wall.material) {
+                let inertia = rolling_inertia(grains, response, i, None);
+                let force = (force - tangential).dot(&wall.normal);
+                let stiffness = law.pair.stiffness * mass;
+                let roll = Roll { normal: wall.normal, force, stiffness, radius: r, inertia };
+                forces.torque[i] +=
+                    roll_torque(rolls, &roll, &frame, kinematics, relative, &mut list.rolling[k]);
             }
         }
+    }
+}
+
+/// A law at one overlap: its coefficients, and what becomes of the spring as the contact grows.
+struct Coefficients {
+    pair: LinearPair,
+    /// Hertz–Mindlin: the spring shrinks in loading.
+    grows: bool,
+}
+
+impl Coefficients {
+    /// Of a law that has springs; `radius` is R*.
+    #[inline(always)]
+    fn of(law: &PairLaw, mass: f64, radius: f64, gap: f64) -> Option<Self> {
+        match law {
+            PairLaw::Linear(pair) => Some(Self { pair: *pair, grows: false }),
+            PairLaw::Stiff(law) => Some(Self { pair: law.at(mass), grows: false }),
+            PairLaw::Hertz(law) => Some(Self { pair: law.at(mass, radius, gap), grows: true }),
+            PairLaw::WanTurek(_) => None,
+        }
+    }
+}
+
+/// I_r: 1/I_r = Σ 1/(I + m R²) over the partners that can move (Ai et al. 2011); walls and held grains
+/// are infinitely heavy.
+#[inline(always)]
+fn rolling_inertia(grains: &Grains, response: &Response, i: usize, j: Option<usize>) -> f64 {
+    let inverse = |g: usize| {
+        let moves = response.contact_inverse_mass[g] > 0.0 || grains.responds(g);
+        let inertia = grains.inertia[g] + grains.mass[g] * grains.radius[g] * grains.radius[g];
+        if moves { 1.0 / inertia } else { 0.0 }
+    };
+    1.0 / (inverse(i) + j.map_or(0.0, inverse))
+}
+
+/// Rolling torque on the first partner; the angle takes its step on the way.
+#[inline(always)]
+fn roll_torque<'a>(
+    rolling: &Rolling,
+    roll: &Roll,
+    frame: &Frame,
+    kinematics: &Kinematics<'a>,
+    relative: impl Fn(&'a [Vec3], &'a [Vec3]) -> Relative,
+    angle: &mut Vec3,
+) -> Vec3 {
+    if roll.force <= 0.0 {
+        *angle = Vec3::zeros();
+        return Vec3::zeros();
+    }
+    let rate_of = |relative: &Relative| rolling_rate(&roll.normal, &relative.spin.0, &relative.spin.1);
+    let now = relative(kinematics.velocity, kinematics.spin);
+    let rate = rate_of(&now);
+    let path = kinematics.path.map_or(now, |(velocity, spin)| relative(velocity, spin));
+    let (turn, dt) = (path.turning(frame) * kinematics.dt, kinematics.dt);
+    if kinematics.spring == SpringStep::Before {
+        *angle = grow(*angle, &roll.normal, &turn, &rate_of(&path), dt);
+        rolling.torque(roll, &rate, angle)
+    } else {
+        let torque = rolling.torque(roll, &rate, angle);
+        *angle = grow(*angle, &roll.normal, &turn, &rate_of(&path), dt);
+        torque
     }
 }
 
 /// Force on the first partner, its tangential part, and the gap rate.
 #[inline(always)]
 fn resolve<'a>(
-    law: &LinearPair,
+    law: &Coefficients,
     frame: &Frame,
     kinematics: &Kinematics<'a>,
     relative: impl Fn(&'a [Vec3], &'a [Vec3]) -> Relative,
@@ -261,27 +336,29 @@ fn resolve<'a>(
 ) -> (Vec3, Vec3, f64) {
     let now = relative(kinematics.velocity, kinematics.spin);
     let rate = now.velocity.dot(&frame.normal);
-    let normal = if frame.gap < 0.0 { law.normal_force(frame.mass, frame.gap, rate) } else { 0.0 };
+    let pair = &law.pair;
+    let normal = if frame.gap < 0.0 { pair.normal_force(frame.mass, frame.gap, rate) } else { 0.0 };
     if normal == 0.0 {
         *spring = Vec3::zeros();
         return (Vec3::zeros(), Vec3::zeros(), rate);
     }
     let slip = now.slip(frame);
     let dt = kinematics.dt;
-    let (path_slip, turn) = match kinematics.path {
+    let (path_slip, turn, path_rate) = match kinematics.path {
         Some((velocity, spin)) => {
             let path = relative(velocity, spin);
-            (path.slip(frame), path.turning(frame) * dt)
+            (path.slip(frame), path.turning(frame) * dt, path.velocity.dot(&frame.normal))
         }
-        None => (slip, now.turning(frame) * dt),
+        None => (slip, now.turning(frame) * dt, rate),
     };
+    let growth = if law.grows { HertzPair::growth(frame.gap, path_rate * dt) } else { 1.0 };
     if kinematics.spring == SpringStep::Before {
-        *spring = carry(*spring, &frame.normal, &turn) + path_slip * dt;
-        let tangential = tangential_force(law, frame.mass, normal, &slip, spring);
+        *spring = carry(*spring, &frame.normal, &turn) * growth + path_slip * dt;
+        let tangential = tangential_force(pair, frame.mass, normal, &slip, spring);
         (frame.normal * normal + tangential, tangential, rate)
     } else {
-        let tangential = tangential_force(law, frame.mass, normal, &slip, spring);
-        *spring = carry(*spring, &frame.normal, &turn) + path_slip * dt;
+        let tangential = tangential_force(pair, frame.mass, normal, &slip, spring);
+        *spring = carry(*spring, &frame.normal, &turn) * growth + path_slip * dt;
         (frame.normal * normal + tangential, tangential, rate)
     }
 }

@@ -6,7 +6,10 @@
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | [`contact`] | normal law, eqs 15, 17, 18, and the form that gives the asked restitution back |
+//! | [`contact`] | the laws by name, and the table of all pairs of materials |
+//! | [`linear`] | linear normal law, eqs 15, 17, 18, and the form that gives the asked restitution back |
+//! | [`hertz_mindlin`] | Hertz–Mindlin law with damping by restitution |
+//! | [`rolling`] | resistance to rolling |
 //! | [`tangential`] | eq. 16: spring history, sliding, dashpot |
 //! | [`wan_turek`] | the short-range repulsion of Wan & Turek (2007) |
 //! | [`lubrication`] | eq. 19 for one film, explicit and implicit |
@@ -32,13 +35,16 @@ pub mod diagnostics;
 pub mod error;
 pub mod films;
 pub mod grains;
+pub mod hertz_mindlin;
 pub mod integrate;
 pub mod interact;
+pub mod linear;
 pub mod lubrication;
 pub mod neighbours;
 pub mod participant;
 pub mod report;
 pub mod rk3;
+pub mod rolling;
 pub mod spec;
 pub mod state;
 pub mod step;

@@ -17,6 +17,8 @@ pub struct ContactList {
     pub other: Vec<u32>,
     /// Tangential springs δ_t, m; zero where nothing touches.
     pub spring: Vec<Vec3>,
+    /// Rolling angles θ, rad; zero where nothing touches or rolling is free.
+    pub rolling: Vec<Vec3>,
     /// Whether the contact bears a force.
     pub touching: Vec<bool>,
 }
@@ -47,13 +49,15 @@ impl ContactList {
         self.start.push(0);
         self.other.clear();
         self.spring.clear();
+        self.rolling.clear();
         self.touching.clear();
     }
 
     /// Appends an entry to the open row.
-    pub fn push(&mut self, other: u32, spring: Vec3, touching: bool) {
+    pub fn push(&mut self, other: u32, spring: Vec3, rolling: Vec3, touching: bool) {
         self.other.push(other);
         self.spring.push(spring);
+        self.rolling.push(rolling);
         self.touching.push(touching);
     }
 
@@ -70,9 +74,10 @@ impl ContactList {
                 history.start += 1;
             }
             if history.start < history.end && old.other[history.start] == other {
-                self.push(other, old.spring[history.start], old.touching[history.start]);
+                let k = history.start;
+                self.push(other, old.spring[k], old.rolling[k], old.touching[k]);
             } else {
-                self.push(other, Vec3::zeros(), false);
+                self.push(other, Vec3::zeros(), Vec3::zeros(), false);
             }
         }
         self.close_row();

@@ -17,6 +17,8 @@ pub struct Start {
     spin: Vec<Vec3>,
     pair_spring: Vec<Vec3>,
     wall_spring: Vec<Vec3>,
+    pair_rolling: Vec<Vec3>,
+    wall_rolling: Vec<Vec3>,
     mean_spin: Vec<Vec3>,
 }
 
@@ -27,6 +29,8 @@ impl Start {
         self.spin.clone_from(&dem.grains.spin);
         self.pair_spring.clone_from(&dem.lists.pairs.spring);
         self.wall_spring.clone_from(&dem.lists.walls.spring);
+        self.pair_rolling.clone_from(&dem.lists.pairs.rolling);
+        self.wall_rolling.clone_from(&dem.lists.walls.rolling);
         self.mean_spin.clear();
         self.mean_spin.resize(dem.grains.len(), Vec3::zeros());
     }
@@ -57,6 +61,8 @@ pub fn substep(dem: &mut Dem, t: f64, dt: f64) -> Speed {
         blend(&mut dem.grains.spin, &start.spin, old);
         blend(&mut dem.lists.pairs.spring, &start.pair_spring, old);
         blend(&mut dem.lists.walls.spring, &start.wall_spring, old);
+        blend(&mut dem.lists.pairs.rolling, &start.pair_rolling, old);
+        blend(&mut dem.lists.walls.rolling, &start.wall_rolling, old);
     }
     forget(&mut dem.lists.pairs);
     forget(&mut dem.lists.walls);
@@ -70,9 +76,10 @@ pub fn substep(dem: &mut Dem, t: f64, dt: f64) -> Speed {
 
 /// A contact that ended within the sub-step keeps no share of its old spring.
 fn forget(list: &mut ContactList) {
-    for (spring, touching) in list.spring.iter_mut().zip(&list.touching) {
+    for ((spring, rolling), touching) in list.spring.iter_mut().zip(&mut list.rolling).zip(&list.touching) {
         if !touching {
             *spring = Vec3::zeros();
+            *rolling = Vec3::zeros();
         }
     }
 }

@@ -307,6 +307,13 @@ impl DemSpec {
         if let Some(skin) = self.skin.filter(|skin| !(*skin > 0.0 && skin.is_finite())) {
             return model("neighbour list", "skin", skin, "positive and finite");
         }
+        let hertz = |law: &ContactLaw| matches!(law, ContactLaw::HertzMindlin(_));
+        let laws = || self.pairs.iter().map(|pair| &pair.contact).chain([&self.contact]);
+        if self.shape == Shape::Disc && laws().any(hertz) {
+            return Err(SpecError::Law(
+                "hertz-mindlin is a law of spheres, and discs touch along a line; choose linear-spring-dashpot",
+            ));
+        }
         let implicit =
             self.lubrication.settings().is_some_and(|film| film.integration == FilmIntegration::Implicit);
         if self.integrator == Integrator::Rk3 && implicit {

@@ -47,6 +47,8 @@ pub struct State {
     pub contacts: Vec<SavedContact>,
     /// Contacts with walls, ascending.
     pub wall_contacts: Vec<SavedContact>,
+    /// Rolling angles of `contacts`, then of `wall_contacts`, rad; empty where rolling is free.
+    pub rolling: Vec<[f64; 3]>,
 }
 
 impl Dem {
@@ -76,6 +78,13 @@ impl Dem {
         state.orientation.extend(grains.orientation.iter().map(|q| [q.w, q.i, q.j, q.k]));
         save_list(&self.lists.pairs, grains.len(), &mut state.contacts);
         save_list(&self.lists.walls, grains.len(), &mut state.wall_contacts);
+        state.rolling.clear();
+        if self.scene().laws.any_rolling() {
+            for list in [&self.lists.pairs, &self.lists.walls] {
+                let touching = (0..list.len()).filter(|&k| list.touching[k]);
+                state.rolling.extend(touching.map(|k| <[f64; 3]>::from(list.rolling[k])));
+            }
+        }
     }
 
     /// Goes (back) to `state`; on an error nothing changes.
@@ -102,8 +111,10 @@ impl Dem {
         (self.time, self.substeps, self.windows) = (state.time, state.substeps, state.windows);
         let n = grains.len();
         self.lists.restart(n);
-        restore_list(&state.contacts, n, &mut self.lists.pairs);
-        restore_list(&state.wall_contacts, n, &mut self.lists.walls);
+        let of_pairs = state.contacts.len().min(state.rolling.len());
+        let (pairs, walls) = state.rolling.split_at(of_pairs);
+        restore_list(&state.contacts, pairs, n, &mut self.lists.pairs);
+        restore_list(&state.wall_contacts, walls, n, &mut self.lists.walls);
         Ok(())
     }
 
@@ -136,6 +147,15 @@ impl Dem {
         if let Some(grain) = state.orientation.iter().position(|q| q.iter().any(|c| !c.is_finite())) {
             return Err(RestoreError::NotFinite { quantity: "orientation", grain });
         }
+        let contacts = state.contacts.len() + state.wall_contacts.len();
+        let needed_rolling = if self.scene().laws.any_rolling() { contacts } else { 0 };
+        if state.rolling.len() != needed_rolling {
+            let found = state.rolling.len();
+            return Err(RestoreError::Length { quantity: "rolling angles", found, needed: needed_rolling });
+        }
+        if let Some(index) = state.rolling.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
+            return Err(RestoreError::NotFinite { quantity: "rolling angle, of contact", grain: index });
+        }
         check_list(&state.contacts, needed, |contact| {
             contact.second > contact.first && (contact.second as usize) < needed
         })?;
@@ -155,12 +175,13 @@ fn save_list(list: &ContactList, grains: usize, saved: &mut Vec<SavedContact>) {
     }
 }
 
-fn restore_list(saved: &[SavedContact], grains: usize, list: &mut ContactList) {
+fn restore_list(saved: &[SavedContact], rolling: &[[f64; 3]], grains: usize, list: &mut ContactList) {
     list.clear();
-    let mut rest = saved.iter().peekable();
+    let mut rest = saved.iter().enumerate().peekable();
     for i in 0..grains as u32 {
-        while let Some(contact) = rest.next_if(|contact| contact.first == i) {
-            list.push(contact.second, contact.spring.into(), true);
+        while let Some((k, contact)) = rest.next_if(|(_, contact)| contact.first == i) {
+            let angle = rolling.get(k).copied().unwrap_or_default();
+            list.push(contact.second, contact.spring.into(), angle.into(), true);
         }
         list.close_row();
     }

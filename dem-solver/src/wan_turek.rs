@@ -4,6 +4,10 @@
 //!
 //! F = (X_i − X_j)(s − d)/ε for d ≤ s,  (X_i − X_j)(s + h_s − d)²/ε for s < d ≤ s + h_s, else 0.
 //!
+//! **A misprint.** The overlap branch of Verjus & Guillou is printed with R_i − R_j − d, which would pull
+//! equal grains together with −d however little they overlap; R_i + R_j − d is evidently meant, as in
+//! Wan & Turek (2007) and in the printed wall force (2R_i − d′), and is what is used here.
+//!
 //! A wall acts like a grain mirrored in it: d′ = 2(R + δ) and 2R instead of s. The two branches do
 //! not meet at d = s (the printed form jumps by h_s² d/ε there); it is kept as printed. There is no
 //! friction and no damping.

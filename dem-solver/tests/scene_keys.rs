@@ -51,8 +51,17 @@ fn all_forms_have_their_names() {
             "[contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1.0\nfrction = 0.3\n",
             false,
         ),
+        (
+            "[contact]\nlaw = \"hertz-mindlin\"\nyoung_modulus = 7e10\npoisson_ratio = 0.25\nrestitution = 0.9\nimpact_speed = 1.0\nrolling = { friction = 0.1 }\n",
+            true,
+        ),
+        ("[contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\nstiffness = 1e4\n", true),
         ("[contact]\nlaw = \"hertz\"\n", false),
         ("[contact]\nlaw = \"linear-spring-dashpot\"\ncontact_time = 1.0\n", false),
+        (
+            "[contact]\nlaw = \"wan-turek\"\nsoftness = 1.0\nwall_softness = 1.0\nrange = 0.1\nrolling = { friction = 0.1 }\n",
+            false,
+        ),
     ] {
         assert_eq!(read(text).is_ok(), ok, "{text}{:?}", read(text));
     }
@@ -75,4 +84,40 @@ fn schema_carries_the_documentation() {
     assert!(schema.contains("Coefficient of normal restitution") && schema.contains("wan-turek"));
     let schema = serde_json::to_string(&schemars::schema_for!(Lubrication)).expect("writes");
     assert!(schema.contains("continuous") && schema.contains("cut_off"));
+}
+
+/// A dry scene of two grains with the given lines in `[dem]`.
+fn dry(dem: &str) -> Result<protocol::facts::DemFacts, protocol::scene::SceneError> {
+    let text = format!(
+        "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [1.0, 1.0, 1.0]\n\
+         boundary = {{ x = \"no-slip\", y = \"no-slip\", z = \"no-slip\" }}\n\
+         [[grains]]\nposition = [0.5, 0.5, 0.2]\nradius = 0.1\ndensity = 2500.0\n\
+         [[grains]]\nposition = [0.5, 0.5, 0.6]\nradius = 0.05\ndensity = 2500.0\n\
+         [dem]\n{dem}\n"
+    );
+    let source = protocol::scene::SceneSource { file: "s.toml".into(), text };
+    let scene = protocol::scene::CheckedScene::new(source)?;
+    Ok(dem_solver::config::Config::new(&scene)?.facts)
+}
+
+#[test]
+fn a_coarse_sub_step_is_refused_unless_asked_for() {
+    let law = "contact = { law = \"linear-spring-dashpot\", restitution = 0.9, contact_time = 1e-3 }";
+    assert_eq!(dry(&format!("steps_per_contact = 10\n{law}")).expect("at the limit").dt, 1e-4);
+    for (line, key) in [("steps_per_contact = 9.0", "dem.steps_per_contact"), ("dt = 2e-4", "dem.dt")] {
+        let error = dry(&format!("{line}\n{law}")).expect_err(line);
+        assert!(error.key == key && error.message.contains("t_c/10"), "{error}");
+        assert!(error.remedy.contains("allow_coarse_dt"), "{}", error.remedy);
+        let asked = dry(&format!("allow_coarse_dt = true\n{line}\n{law}")).expect("asked for");
+        assert!(asked.coarse_dt && asked.dt > 1.1e-4);
+    }
+}
+
+#[test]
+fn contact_time_follows_from_a_stiffness_and_the_smallest_pair() {
+    let facts = dry("contact = { law = \"linear-spring-dashpot\", restitution = 1.0, stiffness = 1e5 }")
+        .expect("fits");
+    let mass = 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3) * 2500.0;
+    let expected = std::f64::consts::PI * (0.5 * mass / 1e5).sqrt();
+    assert!((facts.contact_time / expected - 1.0).abs() < 1e-12, "{} {expected}", facts.contact_time);
 }

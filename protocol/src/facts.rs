@@ -84,6 +84,8 @@ pub struct DemFacts {
     pub dt: f64,
     /// Shortest contact duration over all pairs, s (infinite: nothing can touch).
     pub contact_time: f64,
+    /// Did the user accept sub-steps above t_c/10?
+    pub coarse_dt: bool,
     /// Largest stable sub-step of its explicit lubrication, s (infinite where implicit or off).
     pub lubrication_dt: f64,
     /// Range within which contact or lubrication acts, as a gap, m.
