@@ -216,7 +216,7 @@ impl Planner {
             time: state.time,
             dt,
             substeps: if single { 1 } else { full },
-            output: is_due(&self.observe, state.time, end),
+            output: self.observe.fields_due(state.time, end),
         };
         self.advance(dt);
         Some(window)
@@ -258,15 +258,6 @@ impl Planner {
         self.state.quiet.push_back(quiet_until);
         self.state.limit = dt_limit;
     }
-}
-
-/// Are fields due in the window from `start` to `end`?
-fn is_due(observe: &Observe, start: f64, end: f64) -> bool {
-    let asked = observe.fields_at.iter().any(|t| (start < *t || (start == 0.0 && *t <= 0.0)) && *t <= end);
-    let every = observe.fields_every;
-    // A multiple that is missed by rounding counts as reached.
-    let count = |t: f64| (t / every * (1.0 + 1e-12)).floor();
-    asked || (every > 0.0 && count(end) > count(start))
 }
 
 /// Did a window that got one sub-step see something begin to touch after all? Then the rule's

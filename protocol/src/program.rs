@@ -26,8 +26,6 @@ use crate::scene::{CheckedScene, SceneError};
 mod alone_run;
 mod coupled;
 
-pub use alone_run::FieldTimes;
-
 /// What a solver adds to [`Participant`] to become a program.
 pub trait Solver: Participant + Send + Sized {
     /// Name of the executable.

@@ -12,30 +12,7 @@ use crate::checkpoint;
 use crate::message::Header;
 use crate::output::{Observer, OutputFolder, RunOptions, RunStatus, Sides, Summary};
 use crate::participant::{Role, SolverError, Window};
-use crate::scene::{CheckedScene, Motion, Observe};
-
-/// Times at which fields are due.
-pub struct FieldTimes {
-    at: Vec<f64>,
-    every: f64,
-}
-
-impl FieldTimes {
-    /// As the scene asks.
-    #[must_use]
-    pub fn new(observe: &Observe) -> Self {
-        Self { at: observe.fields_at.clone(), every: observe.fields_every }
-    }
-
-    /// Is a field due at the end of a window from `time` to `time + dt`?
-    #[must_use]
-    pub fn is_due(&self, time: f64, dt: f64) -> bool {
-        let end = time + dt;
-        let periodic =
-            self.every > 0.0 && (end / self.every + 1e-9).floor() > (time / self.every + 1e-9).floor();
-        periodic || self.at.iter().any(|at| time < *at && *at <= end)
-    }
-}
+use crate::scene::{CheckedScene, Motion};
 
 /// Where the plain loop stands; part of its checkpoint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -120,7 +97,6 @@ impl<'a, S: Solver> Run<'a, S> {
 
     fn advance_to_end(&mut self) -> Result<(), ProgramError> {
         let until = self.scene.scene.until;
-        let fields = FieldTimes::new(&self.scene.scene.observe);
         let (mut told, mut saved) = (Instant::now(), Instant::now());
         while self.position.time < until {
             if self.stop.load(Ordering::Relaxed) {
@@ -129,7 +105,7 @@ impl<'a, S: Solver> Run<'a, S> {
             }
             let at = &self.position;
             let mut window = self.clock.next(at.step, at.time, until, at.limit, false);
-            window.output = fields.is_due(window.time, window.dt);
+            window.output = self.scene.scene.observe.fields_due(window.time, window.time + window.dt);
             self.window(&window)?;
             if told.elapsed().as_secs_f64() > PROGRESS_EVERY {
                 crate::say!(

@@ -33,6 +33,17 @@ pub struct Metric {
     pub source: Option<String>,
 }
 
+impl Observe {
+    /// Are fields due in the window from `start` to `end`, s? At t = 0 only in the first window.
+    #[must_use]
+    pub fn fields_due(&self, start: f64, end: f64) -> bool {
+        let asked = self.fields_at.iter().any(|t| (start < *t || (start == 0.0 && *t <= 0.0)) && *t <= end);
+        // A multiple that is missed by rounding counts as reached.
+        let count = |t: f64| (t / self.fields_every * (1.0 + 1e-12)).floor();
+        asked || (self.fields_every > 0.0 && count(end) > count(start))
+    }
+}
+
 /// Kinds of metric. D = 2 R of the grain, V_T its terminal speed: the largest settling speed before
 /// the first contact.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -151,5 +162,20 @@ impl MetricKind {
             | Self::RestingForceRatio { grain } => Some(*grain),
             Self::Mean { .. } | Self::Final { .. } | Self::Max { .. } => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_due_once_each() {
+        let observe = Observe { fields_at: vec![0.0, 0.25], fields_every: 0.1, ..Observe::default() };
+        let dt = 0.05;
+        let due: Vec<bool> =
+            (0..8).map(|k| observe.fields_due(f64::from(k) * dt, f64::from(k + 1) * dt)).collect();
+        // t = 0 in the first window, 0.1, 0.2, 0.25, 0.3, 0.4 at the ends of others
+        assert_eq!(due, [true, true, false, true, true, true, false, true]);
     }
 }
