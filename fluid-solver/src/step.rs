@@ -21,6 +21,7 @@ use crate::scheme::{Scheme, Stage, Viscous};
 use crate::threads::for_rows;
 use crate::timings::{Part, Timings};
 use crate::work::Work;
+use pulp::Simd;
 
 /// Choices of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -348,7 +349,7 @@ struct MomentumRow<'a, const D: usize> {
 
 impl<const D: usize> Kernel for MomentumRow<'_, D> {
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, _: S) {
         self.terms.row(self.row, self.rhs, self.history);
     }
 }
@@ -367,7 +368,7 @@ struct DivergenceRow<'a, const D: usize> {
 
 impl<const D: usize> Kernel for DivergenceRow<'_, D> {
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, _: S) {
         self.projection.divergence_row(self.grid, self.velocity, self.row, self.rhs);
         for (r, p) in self.rhs.iter_mut().zip(self.p) {
             *p -= self.correction * *r;
@@ -389,7 +390,7 @@ struct CorrectRow<'a, const D: usize> {
 
 impl<const D: usize> Kernel for CorrectRow<'_, D> {
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, _: S) {
         self.projection.add_gradient_row(self.grid, self.d, -self.weight, self.phi, self.row, self.u);
     }
 }

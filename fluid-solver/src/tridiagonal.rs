@@ -4,8 +4,8 @@
 //! the transformed axes, one per lane. Off-diagonals are the same for all lanes, so only the
 //! inverse pivots are stored per lane.
 
-use crate::lanes::{Lanes, ZERO};
-use pulp::{Arch, Simd, WithSimd};
+use crate::lanes::{Kernel, Lanes, ZERO, dispatch};
+use pulp::Simd;
 
 /// Tridiagonal form of a stencil along the swept axis, walls folded into the diagonal. Unknowns only.
 #[derive(Clone, Debug)]
@@ -18,6 +18,8 @@ pub struct Sweep {
     pub diagonal: Vec<f64>,
     /// Metric volume of each unknown, for the mean of the singular mode.
     pub volume: Vec<f64>,
+    /// The last true unknown: there may be idle ones around, see [`Sweep::padded`].
+    pub last: usize,
 }
 
 impl Sweep {
@@ -31,7 +33,23 @@ impl Sweep {
         self.diagonal.is_empty()
     }
 
-    /// Inverse pivots for eight eigenvalues. A lane in `singular` gets a zero last pivot: its system
+    /// The same with `before` idle unknowns in front and some behind, to whole tiles of eight. An
+    /// idle one has no neighbour and nothing to do with the others.
+    pub fn padded(mut self, before: usize) -> Self {
+        let len = (self.len() + before).next_multiple_of(8);
+        let pad = |values: &mut Vec<f64>, idle: f64| {
+            values.splice(0..0, std::iter::repeat_n(idle, before));
+            values.resize(len, idle);
+        };
+        pad(&mut self.lower, 0.0);
+        pad(&mut self.upper, 0.0);
+        pad(&mut self.diagonal, -1.0);
+        pad(&mut self.volume, 0.0);
+        self.last += before;
+        self
+    }
+
+    /// Inverse pivots for eight eigenvalues. A lane in `singular` gets a zero pivot at the last true unknown: its system
     /// is solved up to a constant, with the last value zero.
     #[inline(always)]
     pub fn pivots(&self, sigma: f64, c: f64, lambda: &Lanes, singular: Option<usize>, pivots: &mut [Lanes]) {
@@ -43,17 +61,17 @@ impl Sweep {
                 let d = sigma - c * (self.diagonal[i] + lambda[l]);
                 pivot[l] = 1.0 / (d - off * previous[l]);
             }
+            if let (true, Some(lane)) = (i == self.last, singular) {
+                pivot[lane] = 0.0;
+            }
             previous = *pivot;
-        }
-        if let Some(lane) = singular {
-            pivots[self.len() - 1][lane] = 0.0;
         }
     }
 
-    /// Solves `K` sets of eight systems in place: `x` holds `b` on entry and the solution of
-    /// `… = scale · b` on return. Two sets at once hide half of the wait for the value before.
-    pub fn solve<const K: usize>(&self, c: f64, scale: f64, pivots: [&[Lanes]; K], x: [&mut [Lanes]; K]) {
-        Arch::new().dispatch(Solve { sweep: self, c, scale, pivots, x });
+    /// Solves eight systems in place: `x` holds `b` on entry and the solution of `… = scale · b` on
+    /// return.
+    pub fn solve(&self, c: f64, scale: f64, pivots: &[Lanes], x: &mut [Lanes]) {
+        dispatch(Solve { sweep: self, c, scale, pivots, x });
     }
 
     /// Removes the volume mean of one lane (the singular mode of pressure).
@@ -67,54 +85,42 @@ impl Sweep {
 }
 
 /// [`Sweep::solve`] for any vector width; eight lanes are one, two or more vectors.
-struct Solve<'a, const K: usize> {
+struct Solve<'a> {
     sweep: &'a Sweep,
     c: f64,
     scale: f64,
-    pivots: [&'a [Lanes]; K],
-    x: [&'a mut [Lanes]; K],
+    pivots: &'a [Lanes],
+    x: &'a mut [Lanes],
 }
 
-impl<const K: usize> WithSimd for Solve<'_, K> {
-    type Output = ();
-
+impl Kernel for Solve<'_> {
     #[inline(always)]
-    #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn run<S: Simd>(self, simd: S) {
         let n = self.sweep.len();
         let (lower, upper) = (&self.sweep.lower[..n], &self.sweep.upper[..n]);
         let per = 8 / S::F64_LANES;
-        let mut pivots: [&[S::f64s]; K] = [&[]; K];
-        let mut x: [&mut [S::f64s]; K] = std::array::from_fn(|_| Default::default());
-        for (k, data) in self.x.into_iter().enumerate() {
-            pivots[k] = &S::as_simd_f64s(self.pivots[k][..n].as_flattened()).0[..n * per];
-            x[k] = &mut S::as_mut_simd_f64s(data[..n].as_flattened_mut()).0[..n * per];
-        }
+        let pivots = &S::as_simd_f64s(self.pivots[..n].as_flattened()).0[..n * per];
+        let x = &mut S::as_mut_simd_f64s(self.x[..n].as_flattened_mut()).0[..n * per];
         let scale = simd.splat_f64s(self.scale);
-        let mut previous = [[simd.splat_f64s(0.0); 8]; K];
+        let mut previous = [simd.splat_f64s(0.0); 8];
         for i in 0..n {
             let weight = simd.splat_f64s(self.c * lower[i]);
-            for k in 0..K {
-                for t in 0..per {
-                    let at = i * per + t;
-                    let pivot = pivots[k][at];
-                    // Only one product and one sum wait for the value before.
-                    let own = simd.mul_f64s(simd.mul_f64s(scale, pivot), x[k][at]);
-                    let carried = simd.mul_f64s(simd.mul_f64s(weight, pivot), previous[k][t]);
-                    previous[k][t] = simd.add_f64s(own, carried);
-                    x[k][at] = previous[k][t];
-                }
+            for t in 0..per {
+                let (at, pivot) = (i * per + t, pivots[i * per + t]);
+                // Only one product and one sum wait for the value before.
+                let own = simd.mul_f64s(simd.mul_f64s(scale, pivot), x[at]);
+                let carried = simd.mul_f64s(simd.mul_f64s(weight, pivot), previous[t]);
+                previous[t] = simd.add_f64s(own, carried);
+                x[at] = previous[t];
             }
         }
         for i in (0..n - 1).rev() {
             let weight = simd.splat_f64s(self.c * upper[i]);
-            for k in 0..K {
-                for t in 0..per {
-                    let at = i * per + t;
-                    let share = simd.mul_f64s(weight, pivots[k][at]);
-                    previous[k][t] = simd.add_f64s(x[k][at], simd.mul_f64s(share, previous[k][t]));
-                    x[k][at] = previous[k][t];
-                }
+            for t in 0..per {
+                let at = i * per + t;
+                let share = simd.mul_f64s(weight, pivots[at]);
+                previous[t] = simd.add_f64s(x[at], simd.mul_f64s(share, previous[t]));
+                x[at] = previous[t];
             }
         }
     }

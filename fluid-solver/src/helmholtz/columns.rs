@@ -1,9 +1,11 @@
 //! The last axis of a separable solve: eight modes at once, by a sweep or by one more transform.
 
+use super::tiles::{Eliminate, Gather, Scatter, Substitute, Tiles};
 use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::threads::for_chunks;
 use crate::transform::{Scratch, Transform};
 use crate::tridiagonal::Sweep;
+use pulp::Simd;
 
 /// Sets of pivots kept: the three stages of a Runge–Kutta step.
 const KEPT: usize = 3;
@@ -14,6 +16,16 @@ pub(super) enum Across {
     Sweep(Sweep),
     /// Transform, division by the eigenvalue, transform back; with the width squared, m².
     Transform(Box<Transform>, f64),
+}
+
+impl Across {
+    /// With `before` idle unknowns in front, see [`Sweep::padded`]; a transform needs none.
+    pub(super) fn padded(self, before: usize) -> Self {
+        match self {
+            Self::Sweep(sweep) => Self::Sweep(sweep.padded(before)),
+            other => other,
+        }
+    }
 }
 
 /// Pivots, or inverse eigenvalues, for one operator `σ − c L`.
@@ -102,20 +114,78 @@ impl Columns {
         }
     }
 
-    /// Solves columns `q` and `q + 1` in place, see [`Self::solve`].
-    pub(super) fn solve_two(&self, q: usize, at: usize, x: [&mut [Lanes]; 2], scratch: &mut Scratch) {
-        let singular = q == 0 && self.factors[at].operator[0] == 0.0;
+    /// First half of the solution of columns `q` and `q + 1` (if there is one): their tiles are
+    /// places 8q and 8q + 8 of the blocks of `lines`, the result goes to `columns`.
+    pub(super) fn eliminate(
+        &self,
+        q: usize,
+        at: usize,
+        lines: &[Lanes],
+        apart: usize,
+        columns: &mut [Lanes],
+        scratch: &mut Scratch,
+    ) {
+        let n = self.len().next_multiple_of(8);
+        let (a, b) = columns[..2 * n].split_at_mut(n);
+        let tiles = [8 * q, 8 * q + 8].map(|first| Tiles { first, apart });
+        let [_, c] = self.factors[at].operator;
+        let scale = self.scale;
+        let pair = q + 1 < self.count();
         match &self.across {
-            Across::Sweep(sweep) if !singular => {
-                let pivots = [self.pivots(q, at), self.pivots(q + 1, at)];
-                sweep.solve(self.factors[at].operator[1], self.scale, pivots, x);
+            Across::Sweep(sweep) if !self.singular(q, at) => {
+                if pair {
+                    let pivots = [self.pivots(q, at), self.pivots(q + 1, at)];
+                    dispatch(Eliminate { sweep, c, scale, pivots, lines, tiles, columns: [a, b] });
+                } else {
+                    let (pivots, tiles) = ([self.pivots(q, at)], [tiles[0]]);
+                    dispatch(Eliminate { sweep, c, scale, pivots, lines, tiles, columns: [a] });
+                }
             }
             _ => {
-                for (k, x) in x.into_iter().enumerate() {
-                    self.solve(q + k, at, x, scratch);
+                for (k, column) in [a, b].into_iter().enumerate().take(1 + usize::from(pair)) {
+                    dispatch(Gather { lines, tiles: tiles[k], column: &mut *column });
+                    self.solve(q + k, at, &mut column[..self.len()], scratch);
                 }
             }
         }
+    }
+
+    /// Second half: from `columns` to the tiles that begin at `places` of `lines`.
+    pub(super) fn substitute(
+        &self,
+        q: usize,
+        at: usize,
+        columns: &[Lanes],
+        lines: &mut [Lanes],
+        places: [usize; 2],
+        apart: usize,
+    ) {
+        let n = self.len().next_multiple_of(8);
+        let (a, b) = columns[..2 * n].split_at(n);
+        let tiles = places.map(|first| Tiles { first, apart });
+        let c = self.factors[at].operator[1];
+        let pair = q + 1 < self.count();
+        match &self.across {
+            Across::Sweep(sweep) if !self.singular(q, at) => {
+                if pair {
+                    let pivots = [self.pivots(q, at), self.pivots(q + 1, at)];
+                    dispatch(Substitute { sweep, c, pivots, columns: [a, b], lines, tiles });
+                } else {
+                    let (pivots, tiles) = ([self.pivots(q, at)], [tiles[0]]);
+                    dispatch(Substitute { sweep, c, pivots, columns: [a], lines, tiles });
+                }
+            }
+            _ => {
+                for (k, column) in [a, b].into_iter().enumerate().take(1 + usize::from(pair)) {
+                    dispatch(Scatter { column, lines: &mut *lines, tiles: tiles[k] });
+                }
+            }
+        }
+    }
+
+    /// Whether column `q` holds a mode that is solved up to a constant.
+    fn singular(&self, q: usize, at: usize) -> bool {
+        q == 0 && self.factors[at].operator[0] == 0.0 && self.lambda[0][0] == 0.0
     }
 
     /// Pivots of column `q`.
@@ -125,12 +195,12 @@ impl Columns {
 
     /// Solves column `q` in place with the pivots `at` from [`Self::prepare`].
     pub(super) fn solve(&self, q: usize, at: usize, x: &mut [Lanes], scratch: &mut Scratch) {
-        let [sigma, c] = self.factors[at].operator;
+        let c = self.factors[at].operator[1];
         let values = self.pivots(q, at);
         match &self.across {
             Across::Sweep(sweep) => {
-                sweep.solve(c, self.scale, [values], [&mut *x]);
-                if q == 0 && sigma == 0.0 && self.lambda[0][0] == 0.0 {
+                sweep.solve(c, self.scale, values, x);
+                if self.singular(q, at) {
                     sweep.remove_mean(0, x);
                 }
             }
@@ -158,7 +228,7 @@ struct Factor<'a> {
 
 impl Kernel for Factor<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, _: S) {
         let [sigma, c] = self.operator;
         self.sweep.pivots(sigma, c, self.lambda, self.singular, self.pivots);
     }

@@ -10,6 +10,7 @@
 mod columns;
 mod plane;
 mod space;
+mod tiles;
 
 use crate::grid::Grid;
 use crate::lanes::{Lanes, ZERO};
@@ -18,6 +19,8 @@ use crate::transform::{Kind, Transform};
 use crate::tridiagonal::Sweep;
 use columns::Across;
 use std::sync::Mutex;
+
+pub use crate::transform::Write;
 
 /// What is solved for: it decides positions and wall conditions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +51,7 @@ impl Unknown {
         let stencil = if own { Stencil::staggered(grid, axis) } else { Stencil::centred(grid, axis) };
         let range = self.first(grid, axis)..grid.cells[axis];
         let mut sweep = Sweep {
+            last: range.len() - 1,
             lower: stencil.lower[range.clone()].to_vec(),
             upper: stencil.upper[range.clone()].to_vec(),
             diagonal: range
@@ -60,7 +64,7 @@ impl Unknown {
                 grid.axes[axis].cell_volume[range].to_vec()
             },
         };
-        let last = sweep.len() - 1;
+        let last = sweep.last;
         let (low, high) = match self.kind(grid, axis) {
             // The neighbour is the wall itself.
             Kind::Fixed => (0.0, 0.0),
@@ -94,15 +98,6 @@ impl Unknown {
         let width = grid.axes[axis].length() / cells as f64;
         (0..kind.values(cells)).map(|q| kind.eigenvalue(q, cells) / (width * width)).collect()
     }
-}
-
-/// What to do with the solution.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Write {
-    /// Store it.
-    Set,
-    /// Add it.
-    Add,
 }
 
 /// A direct solver for one unknown on one grid.
@@ -191,7 +186,7 @@ fn block_length(rows: usize) -> usize {
     (rows.div_ceil(8) | 1) * 8
 }
 
-/// `count` blocks of zeros for `rows` rows each.
+/// `count` blocks of zeros for `rows` rows each, and one row to [`crate::lanes::aligned`] them.
 fn blocks(count: usize, rows: usize) -> Vec<Lanes> {
-    vec![ZERO; count * block_length(rows)]
+    vec![ZERO; count * block_length(rows) + 1]
 }

@@ -1,27 +1,43 @@
 //! Two axes: transform along one, solve along the other.
 //!
-//! Working arrays hold blocks of eight lines, `[block][place][8]`, so each task writes one chunk:
-//! `lines` has lines of the transformed axis (eight neighbours of the other axis per block),
-//! `modes` has columns of the other axis (eight modes per block).
+//! `lines` holds blocks of eight lines of the transformed axis, `[block][place][8]`. Lines along
+//! axis 1 are read from and written to the field itself, eight neighbours at a time; lines along
+//! axis 0 pass through a transposition. One thread sweeps in place; several threads write the
+//! solved columns to `modes`, so that each task owns what it writes. The arithmetic is the same.
 
 use super::columns::Columns;
+use super::tiles::{LoadRows, StoreRows};
 use super::{Pool, Unknown, Write, block_length, blocks, pack, store};
 use crate::grid::Grid;
-use crate::lanes::{Kernel, Lanes, dispatch, load, tile, transpose};
+use crate::lanes::{Kernel, Lanes, ZERO, aligned, dispatch};
 use crate::threads::for_chunks;
-use crate::transform::{Scratch, Transform};
+use crate::transform::{Direction, Rows, RowsMut, Scratch, Transform};
+use pulp::Simd;
 
 /// Solver for a grid of two axes.
 pub(super) struct Plane {
     /// Transformed axis.
     along: usize,
-    /// Index of the first unknown along each axis.
+    /// Index of the first value of the lines along each axis: along = 1 begins with the wall.
     first: [usize; 2],
+    /// Number of lines.
+    count: usize,
     transform: Transform,
     columns: Columns,
     lines: Vec<Lanes>,
+    /// Solved columns `[block of modes][block of lines][8][8]`; empty with one thread.
     modes: Vec<Lanes>,
-    scratch: Pool<(Scratch, Scratch)>,
+    memory: Pool<Memory>,
+}
+
+/// Working memory of one thread.
+struct Memory {
+    along: Scratch,
+    across: Scratch,
+    /// Two columns.
+    columns: Vec<Lanes>,
+    /// Eight lines.
+    lines: Vec<Lanes>,
 }
 
 impl Plane {
@@ -36,14 +52,26 @@ impl Plane {
         let kind = unknown.kind(grid, along);
         let transform = Transform::new(kind, grid.cells[along]);
         let lambda = pack(&unknown.eigenvalues(grid, along));
-        let columns = Columns::new(unknown.across(grid, across), lambda, kind.scale(grid.cells[along]));
-        let (places, others) = (transform.values(), columns.len());
+        let mut first = std::array::from_fn(|a| unknown.first(grid, a));
+        // A wall in front goes along as an idle line, so that blocks of eight are aligned.
+        let before = if along == 1 { std::mem::take(&mut first[0]) } else { 0 };
+        let count = grid.cells[across] - first[across];
+        let scale = kind.scale(grid.cells[along]);
+        let columns = Columns::new(unknown.across(grid, across).padded(before), lambda, scale);
+        let (places, high) = (transform.values(), count.next_multiple_of(8));
+        let modes = if rayon::current_num_threads() > 1 { columns.count() * high + 1 } else { 0 };
         Self {
             along,
-            first: std::array::from_fn(|a| unknown.first(grid, a)),
-            lines: blocks(others.div_ceil(8), places),
-            modes: blocks(places.div_ceil(8), others),
-            scratch: Pool::new(|| (transform.scratch(), columns.scratch())),
+            first,
+            count,
+            lines: blocks(count.div_ceil(8), places),
+            modes: vec![ZERO; modes],
+            memory: Pool::new(|| Memory {
+                along: transform.scratch(),
+                across: columns.scratch(),
+                columns: vec![ZERO; 2 * high + 1],
+                lines: vec![ZERO; places.next_multiple_of(8) + 1],
+            }),
             transform,
             columns,
         }
@@ -59,135 +87,150 @@ impl Plane {
         write: Write,
     ) {
         let factors = self.columns.prepare(sigma, c);
-        self.transform_lines(grid, rhs);
-        self.solve_columns(factors);
-        self.transform_back();
-        if self.along == 1 {
-            self.write_rows(grid, out, write);
-        } else {
-            self.write_row_blocks(grid, out, write);
+        let (mut lines, mut modes) = (std::mem::take(&mut self.lines), std::mem::take(&mut self.modes));
+        {
+            let lines = aligned(&mut lines);
+            let start = grid.row(self.first[1]) + self.first[0];
+            self.transform_lines(grid, &rhs[start..], lines);
+            if modes.is_empty() {
+                self.solve_in_place(factors, lines);
+            } else {
+                self.solve_apart(factors, lines, aligned(&mut modes));
+            }
+            let out = &mut out[start..];
+            match (self.along, modes.is_empty()) {
+                (1, true) => self.back_to_field(grid, lines, out, write),
+                (1, false) => {
+                    self.back_to_lines(aligned(&mut modes), lines);
+                    self.write_rows(grid, lines, out, write);
+                }
+                (_, one) => {
+                    let solved = if one { &*lines } else { &*aligned(&mut modes) };
+                    self.back_to_rows(grid, solved, one, out, write);
+                }
+            }
         }
+        (self.lines, self.modes) = (lines, modes);
     }
 
     /// Length of one block of `lines`.
-    fn line_block(&self) -> usize {
+    fn block(&self) -> usize {
         block_length(self.transform.values())
     }
 
     /// Length of one block of `modes`.
     fn mode_block(&self) -> usize {
-        block_length(self.columns.len())
+        self.count.next_multiple_of(8)
     }
 
-    /// `lines` ← transform of `rhs`.
-    fn transform_lines<const D: usize>(&mut self, grid: &Grid<D>, rhs: &[f64]) {
-        let mut lines = std::mem::take(&mut self.lines);
-        for_chunks(&mut lines, self.line_block(), |block, data| {
-            let data = &mut data[..self.transform.values()];
-            if self.along == 1 {
-                self.load_columns(grid, rhs, block, data);
-            } else {
-                self.load_rows(grid, rhs, block, data);
-            }
-            self.scratch.with(|s| self.transform.forward(data, &mut s.0));
-        });
-        self.lines = lines;
-    }
-
-    /// Eight neighbours of axis 0, all places of axis 1.
-    fn load_columns<const D: usize>(&self, g: &Grid<D>, rhs: &[f64], block: usize, to: &mut [Lanes]) {
-        let width = (self.columns.len() - 8 * block).min(8);
-        let start = g.row(self.first[1]) + self.first[0] + 8 * block;
-        dispatch(Gather { rhs: &rhs[start..], stride: g.stride(1), width, to });
-    }
-
-    /// Eight rows, all places of axis 0.
-    fn load_rows<const D: usize>(&self, g: &Grid<D>, rhs: &[f64], block: usize, to: &mut [Lanes]) {
-        let height = (self.columns.len() - 8 * block).min(8);
-        let start = g.row(self.first[1] + 8 * block) + self.first[0];
-        for (t, to) in to.chunks_mut(8).enumerate() {
-            let at = |l: usize| start + l * g.stride(1) + 8 * t;
-            let rows =
-                std::array::from_fn(
-                    |l| {
-                        if l < height { load(&rhs[at(l)..at(l) + to.len()]) } else { [0.0; 8] }
-                    },
-                );
-            to.copy_from_slice(&transpose(&rows)[..to.len()]);
-        }
-    }
-
-    /// `modes` ← solution of every column.
-    fn solve_columns(&mut self, factors: usize) {
-        let mut modes = std::mem::take(&mut self.modes);
-        let (from, to) = (self.line_block(), self.mode_block());
-        let n = self.columns.len();
-        for_chunks(&mut modes, 2 * to, |pair, data| {
-            for (k, data) in data.chunks_exact_mut(to).enumerate() {
-                dispatch(Exchange { from: &self.lines, length: from, block: 2 * pair + k, to: data });
-            }
-            self.scratch.with(|s| match data.split_at_mut_checked(to) {
-                Some((a, b)) if !b.is_empty() => {
-                    self.columns.solve_two(2 * pair, factors, [&mut a[..n], &mut b[..n]], &mut s.1);
+    /// `lines` ← transform of the field.
+    fn transform_lines<const D: usize>(&self, grid: &Grid<D>, rhs: &[f64], lines: &mut [Lanes]) {
+        let stride = grid.stride(1);
+        for_chunks(lines, self.block(), |b, to| {
+            self.memory.with(|m| {
+                if self.along == 1 {
+                    let rows = Rows::of_field(&rhs[8 * b..], stride);
+                    self.transform.load(Direction::Forward, rows, &mut m.along);
+                } else {
+                    let line = &mut aligned(&mut m.lines)[..self.transform.values()];
+                    let height = (self.count - 8 * b).min(8);
+                    let field = &rhs[8 * b * stride..];
+                    dispatch(LoadRows { field, stride, height, to: &mut *line });
+                    self.transform.load(Direction::Forward, Rows::of(line), &mut m.along);
                 }
-                _ => self.columns.solve(2 * pair, factors, &mut data[..n], &mut s.1),
+                self.transform.store(Direction::Forward, RowsMut::of(to), &mut m.along);
             });
         });
-        self.modes = modes;
+    }
+
+    /// Solves all columns of `lines`, in place.
+    fn solve_in_place(&self, factors: usize, lines: &mut [Lanes]) {
+        self.memory.with(|m| {
+            let columns = aligned(&mut m.columns);
+            for q in (0..self.columns.count()).step_by(2) {
+                self.columns.eliminate(q, factors, lines, self.block(), columns, &mut m.across);
+                let places = [8 * q, 8 * q + 8];
+                self.columns.substitute(q, factors, columns, lines, places, self.block());
+            }
+        });
+    }
+
+    /// `modes` ← solution of all columns of `lines`.
+    fn solve_apart(&self, factors: usize, lines: &[Lanes], modes: &mut [Lanes]) {
+        let length = self.mode_block();
+        for_chunks(modes, 2 * length, |pair, to| {
+            self.memory.with(|m| {
+                let columns = aligned(&mut m.columns);
+                let q = 2 * pair;
+                self.columns.eliminate(q, factors, lines, self.block(), columns, &mut m.across);
+                self.columns.substitute(q, factors, columns, to, [0, length], 8);
+            });
+        });
+    }
+
+    /// Adds or sets the field, from solved lines along axis 1.
+    fn back_to_field<const D: usize>(&self, g: &Grid<D>, lines: &[Lanes], out: &mut [f64], write: Write) {
+        self.memory.with(|m| {
+            for (b, line) in lines.chunks(self.block()).enumerate() {
+                self.transform.load(Direction::Inverse, Rows::of(line), &mut m.along);
+                let rows = RowsMut::of_field(&mut out[8 * b..], g.stride(1), write);
+                self.transform.store(Direction::Inverse, rows, &mut m.along);
+            }
+        });
+    }
+
+    /// Block `b` of the lines out of the solved columns.
+    fn collect(&self, modes: &[Lanes], b: usize, line: &mut [Lanes]) {
+        for (to, from) in line.chunks_mut(8).zip(modes.chunks(self.mode_block())) {
+            to.copy_from_slice(&from[8 * b..][..to.len()]);
+        }
     }
 
     /// `lines` ← `modes` transformed back.
-    fn transform_back(&mut self) {
-        let mut lines = std::mem::take(&mut self.lines);
-        let (to, from) = (self.line_block(), self.mode_block());
-        for_chunks(&mut lines, to, |block, data| {
-            dispatch(Exchange { from: &self.modes, length: from, block, to: &mut *data });
-            let line = &mut data[..self.transform.values()];
-            self.scratch.with(|s| self.transform.inverse(line, &mut s.0));
-        });
-        self.lines = lines;
-    }
-
-    /// Writes the solution where lines run along axis 1: row by row.
-    fn write_rows<const D: usize>(&self, grid: &Grid<D>, out: &mut [f64], write: Write) {
-        let (block, n) = (self.line_block(), self.columns.len());
-        let start = grid.row(self.first[1]) + self.first[0];
-        let end = start + self.transform.values() * grid.stride(1);
-        for_chunks(&mut out[start..end], grid.stride(1), |j, row| {
-            dispatch(WriteRow { lines: &self.lines[j..], block, write, row: &mut row[..n] });
+    fn back_to_lines(&self, modes: &[Lanes], lines: &mut [Lanes]) {
+        for_chunks(lines, self.block(), |b, line| {
+            let line = &mut line[..self.transform.values()];
+            self.collect(modes, b, line);
+            self.memory.with(|m| self.transform.inverse(line, &mut m.along));
         });
     }
 
-    /// Writes the solution where lines run along axis 0: eight rows at a time.
-    fn write_row_blocks<const D: usize>(&self, grid: &Grid<D>, out: &mut [f64], write: Write) {
-        let (stride, n) = (grid.stride(1), self.transform.values());
-        let start = grid.row(self.first[1]) + self.first[0];
-        let end = start + self.columns.len() * stride;
-        for_chunks(&mut out[start..end], 8 * stride, |block, rows| {
-            for t in 0..n.div_ceil(8) {
-                let values = transpose(&tile(&self.lines, block * self.line_block() + 8 * t));
-                for (row, values) in rows.chunks_mut(stride).zip(&values) {
-                    store(&mut row[8 * t..n.min(8 * t + 8)], values, write);
+    /// Adds or sets the field row by row, from transformed lines along axis 1.
+    fn write_rows<const D: usize>(&self, grid: &Grid<D>, lines: &[Lanes], out: &mut [f64], write: Write) {
+        let (block, stride) = (self.block(), grid.stride(1));
+        let end = (self.transform.values() - 1) * stride + self.count;
+        for_chunks(&mut out[..end], stride, |j, row| {
+            dispatch(WriteRow { lines: &lines[j..], block, write, row: &mut row[..self.count] });
+        });
+    }
+
+    /// Adds or sets the field from solved lines along axis 0, eight rows at a time; `place` tells
+    /// whether they stand in `lines` or in `modes`.
+    fn back_to_rows<const D: usize>(
+        &self,
+        grid: &Grid<D>,
+        solved: &[Lanes],
+        in_lines: bool,
+        out: &mut [f64],
+        write: Write,
+    ) {
+        let (stride, places) = (grid.stride(1), self.transform.values());
+        let end = (self.count - 1) * stride + places;
+        for_chunks(&mut out[..end], 8 * stride, |b, field| {
+            self.memory.with(|m| {
+                let line = &mut aligned(&mut m.lines)[..places];
+                if in_lines {
+                    let from = &solved[b * self.block()..][..places];
+                    self.transform.load(Direction::Inverse, Rows::of(from), &mut m.along);
+                } else {
+                    self.collect(solved, b, line);
+                    self.transform.load(Direction::Inverse, Rows::of(line), &mut m.along);
                 }
-            }
+                self.transform.store(Direction::Inverse, RowsMut::of(line), &mut m.along);
+                let height = (self.count - 8 * b).min(8);
+                dispatch(StoreRows { from: line, field, stride, height, write });
+            });
         });
-    }
-}
-
-/// Eight neighbours of every row of a field, as one block.
-struct Gather<'a> {
-    rhs: &'a [f64],
-    stride: usize,
-    width: usize,
-    to: &'a mut [Lanes],
-}
-
-impl Kernel for Gather<'_> {
-    #[inline(always)]
-    fn run(self) {
-        for (row, to) in self.rhs.chunks(self.stride).zip(self.to) {
-            *to = load(&row[..self.width]);
-        }
     }
 }
 
@@ -201,32 +244,9 @@ struct WriteRow<'a> {
 
 impl Kernel for WriteRow<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, _: S) {
         for (to, from) in self.row.chunks_mut(8).zip(self.lines.chunks(self.block)) {
             store(to, &from[0], self.write);
-        }
-    }
-}
-
-/// Row blocks to column blocks: rows `8 block..` of every block of `from` (blocks of `length` rows)
-/// become block `block` of the other array.
-struct Exchange<'a> {
-    from: &'a [Lanes],
-    length: usize,
-    block: usize,
-    to: &'a mut [Lanes],
-}
-
-impl Kernel for Exchange<'_> {
-    #[inline(always)]
-    fn run(self) {
-        for (from, to) in self.from.chunks_exact(self.length).zip(self.to.chunks_exact_mut(8)) {
-            let from = &from[8 * self.block..8 * self.block + 8];
-            for (lane, to) in to.iter_mut().enumerate() {
-                for (place, row) in to.iter_mut().zip(from) {
-                    *place = row[lane];
-                }
-            }
         }
     }
 }

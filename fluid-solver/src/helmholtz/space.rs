@@ -4,9 +4,10 @@
 //! modes of one row `j`: `columns[j][block of 8 in i][k][8]`.
 
 use super::columns::Columns;
+use super::tiles::{LoadRows, StoreRows};
 use super::{Pool, Unknown, Write, block_length, blocks, store};
 use crate::grid::Grid;
-use crate::lanes::{Lanes, ZERO, load, transpose};
+use crate::lanes::{Lanes, ZERO, aligned, dispatch, load};
 use crate::threads::for_chunks;
 use crate::transform::{Scratch, Transform};
 
@@ -41,7 +42,7 @@ impl Space {
             first: std::array::from_fn(|a| unknown.first(grid, a)),
             modes: blocks(columns.count(), columns.len()),
             scratch: Pool::new(|| Memory {
-                batch: vec![ZERO; longest.next_multiple_of(8)],
+                batch: vec![ZERO; longest.next_multiple_of(8) + 1],
                 transforms: [transforms[0].scratch(), transforms[1].scratch()],
                 columns: columns.scratch(),
             }),
@@ -66,10 +67,13 @@ impl Space {
             self.scratch.with(|m| self.transform_plane(grid, plane, m, Transform::forward));
         });
         self.solve_columns(grid, factors, &rhs[planes.clone()]);
+        let mut modes = std::mem::take(&mut self.modes);
+        let solved = &*aligned(&mut modes);
         for_chunks(&mut rhs[planes.clone()], stride, |k, plane| {
-            self.gather_plane(grid, k, plane);
+            self.gather_plane(grid, solved, k, plane);
             self.scratch.with(|m| self.transform_plane(grid, plane, m, Transform::inverse));
         });
+        self.modes = modes;
         let solution = &rhs[planes.clone()];
         let [nx, ny] = [0, 1].map(|a| self.transforms[a].values());
         for_chunks(&mut out[planes], stride, |k, plane| {
@@ -97,13 +101,14 @@ impl Space {
         apply: impl Fn(&Transform, &mut [Lanes], &mut Scratch),
     ) {
         let Memory { batch, transforms, .. } = memory;
+        let batch = aligned(batch);
         let stride = grid.stride(1);
         let [nx, ny] = [0, 1].map(|a| self.transforms[a].values());
         for j in (0..ny).step_by(8) {
-            let rows = j..ny.min(j + 8);
-            load_rows(plane, stride, rows.clone(), &mut batch[..nx]);
+            let (height, rows) = ((ny - j).min(8), &mut plane[j * stride..]);
+            dispatch(LoadRows { field: rows, stride, height, to: &mut batch[..nx] });
             apply(&self.transforms[0], &mut batch[..nx], &mut transforms[0]);
-            store_rows(plane, stride, rows, &batch[..nx]);
+            dispatch(StoreRows { from: &batch[..nx], field: rows, stride, height, write: Write::Set });
         }
         for i in (0..nx).step_by(8) {
             let width = (nx - i).min(8);
@@ -123,7 +128,7 @@ impl Space {
         let (nx, nz) = (self.transforms[0].values(), self.columns.len());
         let height = block_length(nz);
         let per_row = nx.div_ceil(8);
-        for_chunks(&mut modes, per_row * height, |j, row| {
+        for_chunks(aligned(&mut modes), per_row * height, |j, row| {
             for (b, data) in row.chunks_exact_mut(height).enumerate() {
                 let column = &mut data[..nz];
                 let width = (nx - 8 * b).min(8);
@@ -139,37 +144,16 @@ impl Space {
     }
 
     /// Copies plane `k` of the solved modes back.
-    fn gather_plane<const D: usize>(&self, grid: &Grid<D>, k: usize, plane: &mut [f64]) {
+    fn gather_plane<const D: usize>(&self, grid: &Grid<D>, modes: &[Lanes], k: usize, plane: &mut [f64]) {
         let [nx, ny] = [0, 1].map(|a| self.transforms[a].values());
         let height = block_length(self.columns.len());
         let per_row = nx.div_ceil(8);
         for j in 0..ny {
             let row = &mut plane[j * grid.stride(1)..][..nx];
             for (b, to) in row.chunks_mut(8).enumerate() {
-                let from = &self.modes[(j * per_row + b) * height + k];
+                let from = &modes[(j * per_row + b) * height + k];
                 store(to, from, Write::Set);
             }
-        }
-    }
-}
-
-/// Up to eight rows of a plane to lanes.
-fn load_rows(plane: &[f64], stride: usize, rows: std::ops::Range<usize>, to: &mut [Lanes]) {
-    for (t, to) in to.chunks_mut(8).enumerate() {
-        let tile = std::array::from_fn(|l| {
-            let row = rows.start + l;
-            if row < rows.end { load(&plane[row * stride + 8 * t..][..to.len()]) } else { ZERO }
-        });
-        to.copy_from_slice(&transpose(&tile)[..to.len()]);
-    }
-}
-
-/// Lanes back to up to eight rows of a plane.
-fn store_rows(plane: &mut [f64], stride: usize, rows: std::ops::Range<usize>, from: &[Lanes]) {
-    for (t, from) in from.chunks(8).enumerate() {
-        let tile = transpose(&crate::lanes::tile(from, 0));
-        for (row, values) in rows.clone().zip(&tile) {
-            plane[row * stride + 8 * t..][..from.len()].copy_from_slice(&values[..from.len()]);
         }
     }
 }

@@ -4,15 +4,24 @@
 //! [`Kind`]. Eight lines are transformed at once. `inverse(forward(x)) = x / scale`; the caller
 //! folds `scale` into the division by the eigenvalues.
 
+mod butterfly;
+mod cosine;
+mod ends;
 mod fast;
 mod fft;
+mod four;
+mod fourier;
+mod line;
 mod reference;
+mod rows;
+mod sine;
 mod vector;
 
 use crate::grid::Grid;
 use crate::lanes::Lanes;
 use fast::Fast;
 use reference::Reference;
+pub use rows::{Rows, RowsMut, Write};
 use std::f64::consts::PI;
 
 /// Boundary type and staggering of one line of values.
@@ -82,9 +91,18 @@ pub struct Scratch {
     fast: Vec<Lanes>,
 }
 
+/// Which way a transform goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// Values to amplitudes.
+    Forward,
+    /// Amplitudes to values, times 1/scale.
+    Inverse,
+}
+
 /// Who does the work.
 enum Engine {
-    /// Lengths 2ᵃ 3ᵇ 5ᶜ, even.
+    /// Lengths 2ᵃ 3ᵇ 5ᶜ, even, from 8 on.
     Fast(Fast),
     /// Any other length.
     Reference(Reference),
@@ -137,17 +155,30 @@ impl Transform {
 
     /// Values to amplitudes, in place; `data` has [`Transform::values`] entries.
     pub fn forward(&self, data: &mut [Lanes], scratch: &mut Scratch) {
-        match &self.engine {
-            Engine::Fast(fast) => fast.run(false, data, &mut scratch.fast),
-            Engine::Reference(engine) => engine.forward(data, &mut scratch.reference),
-        }
+        self.load(Direction::Forward, Rows::of(data), scratch);
+        self.store(Direction::Forward, RowsMut::of(data), scratch);
     }
 
     /// Amplitudes to values (times 1/scale), in place.
     pub fn inverse(&self, data: &mut [Lanes], scratch: &mut Scratch) {
+        self.load(Direction::Inverse, Rows::of(data), scratch);
+        self.store(Direction::Inverse, RowsMut::of(data), scratch);
+    }
+
+    /// First half of a transform: takes the lines from [`Transform::values`] rows.
+    pub fn load(&self, direction: Direction, rows: Rows<'_>, scratch: &mut Scratch) {
+        let inverse = direction == Direction::Inverse;
         match &self.engine {
-            Engine::Fast(fast) => fast.run(true, data, &mut scratch.fast),
-            Engine::Reference(engine) => engine.inverse(data, &mut scratch.reference),
+            Engine::Fast(fast) => fast.load(inverse, rows, &mut scratch.fast),
+            Engine::Reference(engine) => engine.load(inverse, rows, &mut scratch.reference),
+        }
+    }
+
+    /// Second half: writes the result of [`Transform::load`] (same direction, same scratch).
+    pub fn store(&self, direction: Direction, rows: RowsMut<'_>, scratch: &mut Scratch) {
+        match &self.engine {
+            Engine::Fast(fast) => fast.store(direction == Direction::Inverse, rows, &mut scratch.fast),
+            Engine::Reference(engine) => engine.store(rows, &mut scratch.reference),
         }
     }
 }

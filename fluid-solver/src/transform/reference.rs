@@ -1,7 +1,8 @@
 //! Transforms by `rustdct` and `realfft`, line by line: any length, and the measure of the fast ones.
 
 use super::Kind;
-use crate::lanes::Lanes;
+use super::rows::{Rows, RowsMut};
+use crate::lanes::{Lanes, ZERO};
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustdct::{DctPlanner, Dst1, TransformType2And3, TransformType4};
@@ -15,9 +16,10 @@ enum Plan {
     SineOne(Arc<dyn Dst1<f64>>),
 }
 
-/// Working memory: one line, its spectrum, and what the libraries ask for.
+/// Working memory: eight lines, one of them, its spectrum, and what the libraries ask for.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
+    data: Vec<Lanes>,
     line: Vec<f64>,
     spectrum: Vec<Complex<f64>>,
     real: Vec<f64>,
@@ -50,7 +52,11 @@ impl Reference {
 
     /// Working memory for one thread.
     pub(super) fn scratch(&self) -> Scratch {
-        let mut scratch = Scratch { line: vec![0.0; self.values], ..Scratch::default() };
+        let mut scratch = Scratch {
+            data: vec![ZERO; self.values],
+            line: vec![0.0; self.values],
+            ..Scratch::default()
+        };
         match &self.plan {
             Plan::Fourier(forward, inverse) => {
                 scratch.spectrum = forward.make_output_vec();
@@ -64,8 +70,29 @@ impl Reference {
         scratch
     }
 
+    /// Reads and transforms.
+    pub(super) fn load(&self, inverse: bool, rows: Rows<'_>, scratch: &mut Scratch) {
+        let mut data = std::mem::take(&mut scratch.data);
+        for (j, row) in data.iter_mut().enumerate() {
+            row.copy_from_slice(rows.row(j));
+        }
+        if inverse {
+            self.inverse(&mut data, scratch);
+        } else {
+            self.forward(&mut data, scratch);
+        }
+        scratch.data = data;
+    }
+
+    /// Writes the result.
+    pub(super) fn store(&self, mut rows: RowsMut<'_>, scratch: &mut Scratch) {
+        for (j, row) in scratch.data.iter().enumerate() {
+            rows.put_row(j, row);
+        }
+    }
+
     /// Values to amplitudes.
-    pub(super) fn forward(&self, data: &mut [Lanes], scratch: &mut Scratch) {
+    fn forward(&self, data: &mut [Lanes], scratch: &mut Scratch) {
         self.each_line(data, scratch, |s| match (&self.plan, self.kind) {
             (Plan::Fourier(plan, _), _) => to_halfcomplex(plan.as_ref(), s),
             (Plan::Two(plan), Kind::EvenEven) => {
@@ -77,7 +104,7 @@ impl Reference {
     }
 
     /// Amplitudes to values.
-    pub(super) fn inverse(&self, data: &mut [Lanes], scratch: &mut Scratch) {
+    fn inverse(&self, data: &mut [Lanes], scratch: &mut Scratch) {
         self.each_line(data, scratch, |s| match (&self.plan, self.kind) {
             (Plan::Fourier(_, plan), _) => from_halfcomplex(plan.as_ref(), s),
             (Plan::Two(plan), Kind::EvenEven) => {

@@ -17,6 +17,12 @@ impl<S: Simd> Real<S> {
         Self { simd, v }
     }
 
+    /// Plus a machine's vector.
+    #[inline(always)]
+    pub(super) fn plus(self, v: S::f64s) -> S::f64s {
+        self.simd.add_f64s(v, self.v)
+    }
+
     /// The machine's vector.
     #[inline(always)]
     pub(super) fn get(self) -> S::f64s {
@@ -68,6 +74,25 @@ impl<S: Simd> Complex<S> {
     #[inline(always)]
     pub(super) fn new(re: Real<S>, im: Real<S>) -> Self {
         Self { re, im }
+    }
+
+    /// From real and imaginary part.
+    #[inline(always)]
+    pub(super) fn of(simd: S, [re, im]: [S::f64s; 2]) -> Self {
+        Self::new(Real::new(simd, re), Real::new(simd, im))
+    }
+
+    /// Real and imaginary part.
+    #[inline(always)]
+    pub(super) fn parts(self) -> [S::f64s; 2] {
+        [self.re.v, self.im.v]
+    }
+
+    /// Real and imaginary part exchanged: before and after a forward transform it makes the
+    /// backward one.
+    #[inline(always)]
+    pub(super) fn swap(self) -> Self {
+        Self::new(self.im, self.re)
     }
 
     /// Complex conjugate.
