@@ -46,6 +46,13 @@ impl<const D: usize> Advection<D> {
         Self { axes }
     }
 
+    /// Metric factors along `axis`: areas and volumes with one entry of halo on each side, then
+    /// 1 / volume of the cells and of the faces without.
+    pub(crate) fn metric(&self, axis: usize) -> [&[f64]; 4] {
+        let Metric { area, volume, inverse_cell, inverse_face } = &self.axes[axis];
+        [area, volume, inverse_cell, inverse_face]
+    }
+
     /// Adds −∇·(u u_d) on interior row `row` to `out` (values `0..n` of the row), m/s².
     #[inline(always)]
     pub fn add_row(&self, grid: &Grid<D>, d: usize, velocity: &[Vec<f64>; D], row: usize, out: &mut [f64]) {

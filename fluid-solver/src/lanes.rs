@@ -55,9 +55,10 @@ fn transpose_v4(simd: pulp::x86::V4, rows: [Lanes; 8]) -> [Lanes; 8] {
 /// A vector that lies across two cache lines costs twice.
 #[inline(always)]
 pub(crate) fn aligned(memory: &mut [Lanes]) -> &mut [Lanes] {
+    let rows = memory.len() - 1;
     let values = memory.as_flattened_mut();
     let skip = values.as_ptr().align_offset(64).min(7);
-    values[skip..].as_chunks_mut().0
+    &mut values[skip..].as_chunks_mut().0[..rows]
 }
 
 /// Copies up to eight values into lanes, the rest zero.

@@ -19,6 +19,7 @@ pub mod immersed;
 pub mod lanes;
 pub mod loads;
 pub mod measure;
+pub mod momentum;
 pub mod output;
 pub mod participant;
 pub mod plan;

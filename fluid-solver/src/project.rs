@@ -27,11 +27,69 @@ impl<const D: usize> Projection<D> {
         }
     }
 
+    /// 1 / distance between centres, per face of `axis`, 1/m.
+    pub(crate) fn slope(&self, axis: usize) -> &[f64] {
+        &self.slope[axis]
+    }
+
+    /// The end of a projection on interior row `row` of a grid of two axes, values `0..n` of each:
+    /// `u −= weight ∇φ`, `p += φ − correction ∇²φ`. Halo of φ up to date.
+    #[inline(always)]
+    pub fn finish_row(
+        &self,
+        grid: &Grid<D>,
+        [weight, correction]: [f64; 2],
+        phi: &[f64],
+        row: usize,
+        [u, w, p]: [&mut [f64]; 3],
+    ) {
+        let (start, s) = (grid.row(row), grid.stride(1));
+        let at = [start - 1, start, start + 1, start - s, start + s].map(|at| &phi[at..][..p.len()]);
+        let across = [self.slope[1][row], self.slope[1][row + 1], self.low[1][row], self.high[1][row]];
+        self.finish(weight, correction, at, across, u, w, p);
+    }
+
+    /// [`Self::finish_row`]; the results are arguments, which tells that they overlap nothing.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "see above")]
+    fn finish(
+        &self,
+        weight: f64,
+        correction: f64,
+        [left, mid, right, under, over]: [&[f64]; 5],
+        [slope_under, slope_over, low_across, high_across]: [f64; 4],
+        u: &mut [f64],
+        w: &mut [f64],
+        p: &mut [f64],
+    ) {
+        let n = p.len();
+        let (u, w, p) = (&mut u[..n], &mut w[..n], &mut p[..n]);
+        let (left, mid, right, under, over) = (&left[..n], &mid[..n], &right[..n], &under[..n], &over[..n]);
+        let (low, high) = (&self.low[0][..n], &self.high[0][..n]);
+        let (slope, next) = (&self.slope[0][..n], &self.slope[0][1..][..n]);
+        for i in 0..n {
+            let west = slope[i] * (mid[i] - left[i]);
+            let east = next[i] * (right[i] - mid[i]);
+            let south = slope_under * (mid[i] - under[i]);
+            let north = slope_over * (over[i] - mid[i]);
+            let laplacian = (high[i] * east - low[i] * west) + (high_across * north - low_across * south);
+            u[i] -= weight * west;
+            w[i] -= weight * south;
+            p[i] += mid[i] - correction * laplacian;
+        }
+    }
+
     /// ∇·u = (1/V) Σ_faces ± A u on interior row `row`, stored in `out` (values `0..n`), 1/s.
     #[inline(always)]
     pub fn divergence_row(&self, grid: &Grid<D>, velocity: &[Vec<f64>; D], row: usize, out: &mut [f64]) {
         let n = out.len();
         let start = grid.row(row);
+        if D == 2 {
+            let (u, s) = (&velocity[0][start..], grid.stride(1));
+            let across = [&velocity[1][start..][..n], &velocity[1][start + s..][..n]];
+            let [low, high] = [self.low[1][row], self.high[1][row]];
+            return self.divergence([&u[..n], &u[1..][..n]], across, low, high, out);
+        }
         let (low, high) = (&self.low[0][..n], &self.high[0][..n]);
         let (below, above) = (&velocity[0][start..][..n], &velocity[0][start + 1..][..n]);
         for i in 0..n {
@@ -45,6 +103,25 @@ impl<const D: usize> Projection<D> {
             for i in 0..n {
                 out[i] += high * above[i] - low * below[i];
             }
+        }
+    }
+
+    /// [`Self::divergence_row`] on two axes.
+    #[inline(always)]
+    fn divergence(
+        &self,
+        [left, right]: [&[f64]; 2],
+        [under, over]: [&[f64]; 2],
+        low_across: f64,
+        high_across: f64,
+        out: &mut [f64],
+    ) {
+        let n = out.len();
+        let (low, high) = (&self.low[0][..n], &self.high[0][..n]);
+        let (left, right, under, over) = (&left[..n], &right[..n], &under[..n], &over[..n]);
+        for i in 0..n {
+            out[i] =
+                (high[i] * right[i] - low[i] * left[i]) + (high_across * over[i] - low_across * under[i]);
         }
     }
 

@@ -16,9 +16,10 @@ use crate::field::State;
 use crate::grid::{Grid, GridError};
 use crate::helmholtz::{Helmholtz, Unknown, Write};
 use crate::lanes::{Kernel, dispatch};
+use crate::momentum::{Factors, Momentum};
 use crate::project::Projection;
 use crate::scheme::{Scheme, Stage, Viscous};
-use crate::threads::for_rows;
+use crate::threads::{for_row_triples, for_rows};
 use crate::timings::{Part, Timings};
 use crate::work::Work;
 use pulp::Simd;
@@ -55,6 +56,8 @@ pub struct Stepper<const D: usize> {
     advection: Advection<D>,
     diffusion: [Diffusion<D>; D],
     projection: Projection<D>,
+    /// The same terms in one loop per component; on two axes only.
+    momentum: Vec<Momentum>,
     viscous_solver: [Helmholtz<D>; D],
     pressure_solver: Helmholtz<D>,
     rhs: [Vec<f64>; D],
@@ -66,11 +69,14 @@ pub struct Stepper<const D: usize> {
 impl<const D: usize> Stepper<D> {
     /// Fluid at rest on `grid`. Working memory is sized for the current rayon pool.
     pub fn new(grid: Grid<D>, options: Options<D>) -> Self {
+        let (advection, projection) = (Advection::new(&grid), Projection::new(&grid));
+        let fused = if D == 2 { 0..D } else { 0..0 };
         Self {
             state: State::at_rest(&grid),
-            advection: Advection::new(&grid),
+            momentum: fused.map(|d| Momentum::new(&grid, d, &advection, &projection)).collect(),
+            advection,
             diffusion: std::array::from_fn(|d| Diffusion::new(&grid, d)),
-            projection: Projection::new(&grid),
+            projection,
             viscous_solver: std::array::from_fn(|d| Helmholtz::new(&grid, Unknown::Component(d))),
             pressure_solver: Helmholtz::new(&grid, Unknown::Pressure),
             rhs: grid.new_vector(),
@@ -134,7 +140,7 @@ impl<const D: usize> Stepper<D> {
     /// `rhs` ← increment of each component before the viscous solve; `history` ← N.
     fn momentum(&mut self, stage: Stage, dt: f64, force: Option<&[Vec<f64>; D]>) {
         let begin = Work::begin();
-        let Self { grid, options, state, advection, diffusion, projection, rhs, .. } = self;
+        let Self { grid, options, state, advection, diffusion, projection, momentum, rhs, .. } = self;
         let grid = &*grid;
         let State { velocity, pressure, history, .. } = state;
         let (velocity, pressure) = (&*velocity, pressure.as_slice());
@@ -148,6 +154,7 @@ impl<const D: usize> Stepper<D> {
                 advection,
                 diffusion: &diffusion[d],
                 projection,
+                momentum: momentum.get(d).filter(|_| options.convection),
                 velocity,
                 pressure,
                 force: force.map(|f| f[d].as_slice()),
@@ -181,13 +188,17 @@ impl<const D: usize> Stepper<D> {
         let Some(pending) = self.pending.take() else { return };
         let begin = Work::begin();
         self.fill_halos();
-        self.solve_phi(pending, true);
-        let Self { grid, state, phi, .. } = self;
-        for_rows(grid, &mut state.pressure, phi, |_, p, phi| {
-            p.iter_mut().zip(&*phi).for_each(|(p, phi)| *p += phi);
-        });
+        self.solve_phi(pending, D > 2);
+        if D == 2 {
+            self.finish(pending);
+        } else {
+            let Self { grid, state, phi, .. } = self;
+            for_rows(grid, &mut state.pressure, phi, |_, p, phi| {
+                p.iter_mut().zip(&*phi).for_each(|(p, phi)| *p += phi);
+            });
+            self.correct(pending.weight);
+        }
         fill_scalar(&self.grid, &mut self.state.pressure);
-        self.correct(pending.weight);
         self.timings.add(Part::Projection, begin);
     }
 
@@ -205,6 +216,19 @@ impl<const D: usize> Stepper<D> {
         self.pressure_solver.solve(grid, 0.0, -1.0, rhs, phi, Write::Set);
         self.timings.add(Part::Pressure, begin);
         fill_scalar(&self.grid, &mut self.phi);
+    }
+
+    /// `velocity` −= weight ∇φ, `pressure` += φ − correction ∇·u* in one pass on two axes; with
+    /// ∇·u* = weight ∇²φ the old velocity is not needed for it.
+    fn finish(&mut self, pending: Pending) {
+        let Self { grid, state, projection, phi, .. } = self;
+        let weights = [pending.weight, pending.correction * pending.weight];
+        let State { velocity, pressure, .. } = state;
+        let [u, w, ..] = velocity.as_mut_slice() else { return };
+        for_row_triples(grid, [u, w, pressure], |row, fields| {
+            dispatch(FinishRow { projection, grid, weights, phi, row, fields });
+        });
+        self.fill_halos();
     }
 
     /// `velocity` −= weight ∇φ.
@@ -297,6 +321,7 @@ struct Terms<'a, const D: usize> {
     advection: &'a Advection<D>,
     diffusion: &'a Diffusion<D>,
     projection: &'a Projection<D>,
+    momentum: Option<&'a Momentum>,
     velocity: &'a [Vec<f64>; D],
     pressure: &'a [f64],
     force: Option<&'a [f64]>,
@@ -306,10 +331,40 @@ impl<const D: usize> Terms<'_, D> {
     /// `rhs = dt (γ N + ζ N_old) + 2 α dt (f − ∇p + ν ∇²u)`, `history = N`.
     #[inline(always)]
     fn row(&self, row: usize, rhs: &mut [f64], history: &mut [f64]) {
-        let Self { grid, options, stage, dt, d, .. } = *self;
+        match self.momentum {
+            Some(momentum) => {
+                let factors = self.factors();
+                momentum.row(self.grid, &factors, self.velocity, self.pressure, row, rhs, history);
+            }
+            None => self.row_by_terms(row, rhs, history),
+        }
+        if let Some(force) = self.force {
+            let share = 2.0 * self.stage.alpha * self.dt;
+            let force = &force[self.grid.row(row)..][..rhs.len()];
+            for (r, f) in rhs.iter_mut().zip(force) {
+                *r += share * f;
+            }
+        }
+    }
+
+    /// What multiplies each term.
+    fn factors(&self) -> Factors {
+        let Self { stage, dt, options, .. } = *self;
+        let share = 2.0 * stage.alpha * dt;
+        let [explicit, implicit] = match options.viscous {
+            Viscous::Explicit => [options.viscosity, 0.0],
+            Viscous::Implicit => [0.0, share * options.viscosity],
+        };
+        let body = share * options.body_force[self.d];
+        Factors { now: dt * stage.gamma, old: dt * stage.zeta, share, explicit, implicit, body }
+    }
+
+    /// [`Self::row`] without forces of the caller, one term after the other.
+    #[inline(always)]
+    fn row_by_terms(&self, row: usize, rhs: &mut [f64], history: &mut [f64]) {
+        let Self { grid, options, d, .. } = *self;
+        let Factors { now, old, share, explicit, implicit, body } = self.factors();
         let u = &self.velocity[d];
-        let (share, old) = (2.0 * stage.alpha * dt, dt * stage.zeta);
-        let body = share * options.body_force[d];
         for (r, n) in rhs.iter_mut().zip(&mut *history) {
             *r = old * *n + body;
             *n = 0.0;
@@ -318,23 +373,12 @@ impl<const D: usize> Terms<'_, D> {
             self.advection.add_row(grid, d, self.velocity, row, history);
         }
         match options.viscous {
-            Viscous::Explicit => {
-                self.diffusion.add_row(grid, options.viscosity, u, row, history);
-            }
-            Viscous::Implicit => {
-                self.diffusion.add_row(grid, share * options.viscosity, u, row, rhs);
-            }
+            Viscous::Explicit => self.diffusion.add_row(grid, explicit, u, row, history),
+            Viscous::Implicit => self.diffusion.add_row(grid, implicit, u, row, rhs),
         }
         self.projection.add_gradient_row(grid, d, -share, self.pressure, row, rhs);
-        let now = dt * stage.gamma;
         for (r, n) in rhs.iter_mut().zip(&*history) {
             *r += now * n;
-        }
-        if let Some(force) = self.force {
-            let force = &force[grid.row(row)..][..rhs.len()];
-            for (r, f) in rhs.iter_mut().zip(force) {
-                *r += share * f;
-            }
         }
     }
 }
@@ -370,8 +414,12 @@ impl<const D: usize> Kernel for DivergenceRow<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
         self.projection.divergence_row(self.grid, self.velocity, self.row, self.rhs);
-        for (r, p) in self.rhs.iter_mut().zip(self.p) {
-            *p -= self.correction * *r;
+        if self.correction != 0.0 {
+            for (r, p) in self.rhs.iter().zip(self.p) {
+                *p -= self.correction * *r;
+            }
+        }
+        for r in self.rhs {
             *r *= self.inverse;
         }
     }
@@ -392,5 +440,22 @@ impl<const D: usize> Kernel for CorrectRow<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
         self.projection.add_gradient_row(self.grid, self.d, -self.weight, self.phi, self.row, self.u);
+    }
+}
+
+/// [`Projection::finish_row`] on one row.
+struct FinishRow<'a, const D: usize> {
+    projection: &'a Projection<D>,
+    grid: &'a Grid<D>,
+    weights: [f64; 2],
+    phi: &'a [f64],
+    row: usize,
+    fields: [&'a mut [f64]; 3],
+}
+
+impl<const D: usize> Kernel for FinishRow<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        self.projection.finish_row(self.grid, self.weights, self.phi, self.row, self.fields);
     }
 }

@@ -21,6 +21,31 @@ pub fn for_chunks<T: Send>(data: &mut [T], chunk: usize, task: impl Fn(usize, &m
     }
 }
 
+/// Calls `task(row, [a, b, c])` for every interior row of three fields on two axes at once, each
+/// being the values `0..n` of that row, in parallel where worth it.
+pub fn for_row_triples<const D: usize>(
+    grid: &Grid<D>,
+    fields: [&mut [f64]; 3],
+    task: impl Fn(usize, [&mut [f64]; 3]) + Sync,
+) {
+    debug_assert!(D == 2, "rows follow each other on two axes only");
+    let (n, stride) = (grid.cells[0], grid.stride(1));
+    let range = grid.row(0)..grid.row(grid.rows() - 1) + n;
+    let [a, b, c] = fields.map(|field| &mut field[range.clone()]);
+    let threads = rayon::current_num_threads().min(grid.cell_count() / WORTH_A_THREAD);
+    if threads < 2 {
+        let rows = a.chunks_mut(stride).zip(b.chunks_mut(stride)).zip(c.chunks_mut(stride));
+        rows.enumerate().for_each(|(row, ((a, b), c))| task(row, [a, b, c].map(|x| &mut x[..n])));
+    } else {
+        a.par_chunks_mut(stride)
+            .zip(b.par_chunks_mut(stride))
+            .zip(c.par_chunks_mut(stride))
+            .enumerate()
+            .with_min_len(grid.cells[1].div_ceil(4 * threads))
+            .for_each(|(row, ((a, b), c))| task(row, [a, b, c].map(|x| &mut x[..n])));
+    }
+}
+
 /// Calls `task(row, a, b)` for every interior row of two fields at once, `a` and `b` being the
 /// values `0..n` of that row, in parallel where worth it.
 pub fn for_rows<const D: usize>(

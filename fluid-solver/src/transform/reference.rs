@@ -52,11 +52,8 @@ impl Reference {
 
     /// Working memory for one thread.
     pub(super) fn scratch(&self) -> Scratch {
-        let mut scratch = Scratch {
-            data: vec![ZERO; self.values],
-            line: vec![0.0; self.values],
-            ..Scratch::default()
-        };
+        let mut scratch =
+            Scratch { data: vec![ZERO; self.values], line: vec![0.0; self.values], ..Scratch::default() };
         match &self.plan {
             Plan::Fourier(forward, inverse) => {
                 scratch.spectrum = forward.make_output_vec();
