@@ -95,6 +95,7 @@ struct Solve<'a> {
 
 impl Kernel for Solve<'_> {
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
     fn run<S: Simd>(self, simd: S) {
         let n = self.sweep.len();
         let (lower, upper) = (&self.sweep.lower[..n], &self.sweep.upper[..n]);

@@ -50,6 +50,7 @@ macro_rules! by_radix {
 }
 pub(super) use by_radix;
 
+#[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
 impl Pass {
     /// Butterfly `p` of the first pass on `z`, its results to `to`.
     #[inline(always)]
