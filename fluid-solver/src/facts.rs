@@ -60,7 +60,7 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
         loads: choices.form,
         virtual_mass: choices.virtual_mass,
         forcing: choices.method,
-        step_cost: cells as f64 * cost::<D>(choices.time.scheme, implicit),
+        step_cost: cells as f64 * cost::<D>(choices.time.scheme, implicit, cells),
         notices,
         resolved,
     })
@@ -102,11 +102,28 @@ fn machine_memory() -> Option<u64> {
     Some(kib * 1024)
 }
 
-/// Seconds per cell and step on one core, measured (`docs/performance.md`): good to a factor of two.
-fn cost<const D: usize>(scheme: SchemeKey, implicit: bool) -> f64 {
-    let stage = if D == 2 { 15e-9 } else { 25e-9 } * if implicit { 2.0 } else { 1.0 };
-    match scheme {
-        SchemeKey::Rk3 => 3.0 * stage,
-        SchemeKey::Ab2 => stage,
-    }
+/// Nanoseconds per cell and stage (one projection each) on two axes at 1e4, 1e5 and 1e6 cells:
+/// implicit and explicit viscosity, the mean of r–z and the plane (20 % apart at 1e6). One core, measured (`docs/performance.md`).
+const PLANE: [[f64; 3]; 2] = [[25.0, 36.0, 55.0], [15.0, 18.0, 30.0]];
+
+/// The same in space, measured at 64³ cells only.
+const SPACE: [f64; 2] = [110.0, 58.0];
+
+/// Seconds per cell and step on one core of the machine of `docs/performance.md`: the caches make
+/// it depend on the number of cells.
+fn cost<const D: usize>(scheme: SchemeKey, implicit: bool, cells: u64) -> f64 {
+    let kind = usize::from(!implicit);
+    let stage = if D == 2 {
+        let decades = ((cells as f64).log10() - 4.0).clamp(0.0, 2.0);
+        let below = (decades as usize).min(1);
+        let [low, high] = [PLANE[kind][below], PLANE[kind][below + 1]];
+        low + (high - low) * (decades - below as f64)
+    } else {
+        SPACE[kind]
+    };
+    let stages = match scheme {
+        SchemeKey::Rk3 => 3.0,
+        SchemeKey::Ab2 => 1.0,
+    };
+    1e-9 * stage * stages
 }
