@@ -1,5 +1,7 @@
 //! The scene's `[dem]` section, and the way from a scene to a [`DemSpec`].
 
+use std::path::PathBuf;
+
 use protocol::facts::DemFacts;
 use protocol::scene::{CheckedScene, Freedom as LockedFreedom, Geometry, Motion as SceneMotion, SceneError};
 use schemars::JsonSchema;
@@ -39,6 +41,9 @@ pub struct DemSection {
     pub dt: Option<f64>,
     /// Sub-steps in a contact time: 20 and more are accurate, below 10 is refused.
     pub steps_per_contact: f64,
+    /// Output folder of another run of the same grains, whose last state is the first of this one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub initial_state: Option<PathBuf>,
     /// Take a sub-step above t_c/10 all the same.
     pub allow_coarse_dt: bool,
     /// Width of the neighbour list beyond the range of forces, m; changes cost, never results.
@@ -55,6 +60,7 @@ impl Default for DemSection {
             integrator: Integrator::default(),
             dt: None,
             steps_per_contact: 50.0,
+            initial_state: None,
             allow_coarse_dt: false,
             skin: None,
         }
@@ -74,6 +80,8 @@ pub struct Config {
     pub spec: DemSpec,
     /// What the coupler is told.
     pub facts: DemFacts,
+    /// Where the first state comes from, if not from the scene.
+    pub initial_state: Option<PathBuf>,
 }
 
 impl Config {
@@ -88,7 +96,7 @@ impl Config {
             return Err(refusal(scene, &fault));
         }
         let facts = facts(scene, &spec, &dem)?;
-        Ok(Self { spec, facts })
+        Ok(Self { spec, facts, initial_state: dem.initial_state })
     }
 }
 
@@ -119,6 +127,7 @@ fn refusal(scene: &CheckedScene, fault: &SpecError) -> SceneError {
         SpecError::Combination(_) => {
             ("dem.integrator".to_owned(), "change the integrator or dem.lubrication.integration")
         }
+        SpecError::Missing { quantity, .. } => (format!("dem.contact.{quantity}"), "add one of the two keys"),
         SpecError::Law(_) => ("dem.contact.law".to_owned(), "choose another law, or geometry = \"space\""),
         SpecError::Material { .. } => ("dem".to_owned(), "mend the index of the material"),
     };

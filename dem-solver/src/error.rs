@@ -70,6 +70,16 @@ pub enum SpecError {
     /// Two choices that exclude each other.
     #[error("{0}")]
     Combination(&'static str),
+    /// A parameter without which a model cannot be.
+    #[error("{model}: {quantity} is missing; give it, or {instead}")]
+    Missing {
+        /// Name of the model.
+        model: &'static str,
+        /// Name of the parameter.
+        quantity: &'static str,
+        /// What may stand in its place.
+        instead: &'static str,
+    },
     /// A contact law that does not fit the grains.
     #[error("{0}")]
     Law(&'static str),

@@ -84,19 +84,19 @@ impl Forces {
 }
 
 /// One contact in its frame.
-struct Frame {
-    normal: Vec3,
-    gap: f64,
+pub(crate) struct Frame {
+    pub(crate) normal: Vec3,
+    pub(crate) gap: f64,
     /// Distance of the centres, or infinite for a wall: its normal does not turn.
-    distance: f64,
-    mass: f64,
-    arms: (f64, f64),
+    pub(crate) distance: f64,
+    pub(crate) mass: f64,
+    pub(crate) arms: (f64, f64),
 }
 
 /// Velocity of the first against the second centre, and the two spins.
-struct Relative {
-    velocity: Vec3,
-    spin: (Vec3, Vec3),
+pub(crate) struct Relative {
+    pub(crate) velocity: Vec3,
+    pub(crate) spin: (Vec3, Vec3),
 }
 
 impl Relative {
@@ -265,8 +265,8 @@ fn wall_forces(
 }
 
 /// A law at one overlap: its coefficients, and what becomes of the spring as the contact grows.
-struct Coefficients {
-    pair: LinearPair,
+pub(crate) struct Coefficients {
+    pub(crate) pair: LinearPair,
     /// Hertz–Mindlin: the spring shrinks in loading.
     grows: bool,
 }
@@ -274,7 +274,7 @@ struct Coefficients {
 impl Coefficients {
     /// Of a law that has springs; `radius` is R*.
     #[inline(always)]
-    fn of(law: &PairLaw, mass: f64, radius: f64, gap: f64) -> Option<Self> {
+    pub(crate) fn of(law: &PairLaw, mass: f64, radius: f64, gap: f64) -> Option<Self> {
         match law {
             PairLaw::Linear(pair) => Some(Self { pair: *pair, grows: false }),
             PairLaw::Stiff(law) => Some(Self { pair: law.at(mass), grows: false }),
@@ -327,7 +327,7 @@ fn roll_torque<'a>(
 
 /// Force on the first partner, its tangential part, and the gap rate.
 #[inline(always)]
-fn resolve<'a>(
+pub(crate) fn resolve<'a>(
     law: &Coefficients,
     frame: &Frame,
     kinematics: &Kinematics<'a>,

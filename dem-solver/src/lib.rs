@@ -20,6 +20,11 @@
 //! | [`integrate`] | kick, drift, rotation |
 //! | [`step`](mod@step) | the sub-step, readable from top to bottom |
 //! | [`state`] | everything that decides the next step: save, restore, repeat |
+//! | [`pour`] | grains that are poured in while the run goes |
+//! | [`contacts`] | every contact with its force, for the mathematics of averages |
+//! | [`coarse_grain`], [`partition`] | solid fraction, velocity, stress on slabs or a grid (Goldhirsch 2010) |
+//! | [`profile`], [`janssen`] | profile over slabs as a table; Janssen's curve in a silo |
+//! | [`output`] | grains for ParaView and as a table |
 //!
 //! SI units or any consistent set. Vectors have three components in the laboratory frame; plane and
 //! axisymmetric scenes are masks on free motions ([`spec::Freedom`]). With [`spec::Shape::Disc`]
@@ -29,19 +34,29 @@
 //! when the neighbour list was built, and save/restore/repeat gives identical bits.
 
 pub mod cells;
+pub mod coarse_grain;
+pub mod coarse_grain_command;
 pub mod config;
 pub mod contact;
+pub mod contacts;
 pub mod diagnostics;
 pub mod error;
 pub mod films;
+mod finish;
 pub mod grains;
 pub mod hertz_mindlin;
+mod initial;
 pub mod integrate;
 pub mod interact;
+pub mod janssen;
 pub mod linear;
 pub mod lubrication;
 pub mod neighbours;
+pub mod output;
 pub mod participant;
+pub mod partition;
+pub mod pour;
+pub mod profile;
 pub mod report;
 pub mod rk3;
 pub mod rolling;

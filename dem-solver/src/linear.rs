@@ -244,7 +244,11 @@ impl LinearSpringDashpot {
         }
         match (self.contact_time, self.stiffness) {
             (None, None) => {
-                return bad("contact_time", f64::NAN, "given, in s, or else stiffness in N/m");
+                return Err(SpecError::Missing {
+                    model: "linear-spring-dashpot",
+                    quantity: "contact_time",
+                    instead: "stiffness in N/m",
+                });
             }
             (Some(time), Some(_)) => {
                 return bad("contact_time", time, "left out where stiffness is given: each sets the other");

@@ -1,6 +1,7 @@
 //! The DEM as a participant of a run: receives loads, sub-steps, sends kinematics.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
@@ -8,18 +9,30 @@ use protocol::alone::{self, Answer, Clock};
 use protocol::checkpoint;
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Kinematics, Loads};
+use protocol::output::{MetricValue, OutputFolder};
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
 use protocol::program::Solver;
 use protocol::scene::{CheckedScene, SceneError};
 
 use crate::config::{Config, DemSection};
+use crate::contacts::Contact;
+use crate::pour::Pouring;
+use crate::profile::Profile;
 use crate::report::GrainLoad;
+use crate::spec::DemSpec;
 use crate::state::State;
 use crate::step::Dem;
+use crate::{finish, initial, output};
 
 /// The DEM with what a run needs around it.
 pub struct DemParticipant {
+    /// The grains that are there; poured ones join at the end.
     dem: Dem,
+    /// All grains, also those still to be poured.
+    spec: DemSpec,
+    pouring: Pouring,
+    profile: Option<protocol::scene::Profile>,
+    fields: PathBuf,
     loads: Vec<GrainLoad>,
     saved: State,
     identity: String,
@@ -27,16 +40,25 @@ pub struct DemParticipant {
 }
 
 impl DemParticipant {
-    /// Builds the solver at time zero.
+    /// Builds the solver at time zero; files go below `out`.
     ///
     /// # Errors
     /// [`SceneError`] if the scene does not make a DEM.
-    pub fn new(scene: &CheckedScene) -> Result<Self, SceneError> {
-        let config = Config::new(scene)?;
-        let dem = Dem::new(&config.spec).map_err(|fault| {
+    pub fn new(scene: &CheckedScene, out: &Path) -> Result<Self, SceneError> {
+        let Config { mut spec, initial_state, .. } = Config::new(scene)?;
+        // Of all grains, so that it does not change as they are poured.
+        spec.skin = Some(spec.skin());
+        let mut dem = Dem::new(&first(&spec, scene.present())).map_err(|fault| {
             scene.source.error("dem", fault.to_string(), "docs/scene.md says what [dem] allows")
         })?;
+        if let Some(folder) = &initial_state {
+            initial::load(&mut dem, folder, scene)?;
+        }
         Ok(Self {
+            spec,
+            pouring: Pouring::new(scene),
+            profile: scene.scene.observe.profile.clone(),
+            fields: out.join("fields"),
             loads: vec![GrainLoad::default(); scene.grains.len()],
             saved: dem.save(),
             dem,
@@ -47,7 +69,13 @@ impl DemParticipant {
 
     fn fill(&self, out: &mut [Kinematics]) {
         let (grains, seen) = (&self.dem.grains, self.dem.observations());
-        for (i, motion) in out.iter_mut().enumerate() {
+        let there = grains.len().min(out.len());
+        for (waiting, motion) in self.spec.grains[there..].iter().zip(&mut out[there..]) {
+            // No orientation: not there yet.
+            let (position, orientation) = (waiting.position, [0.0; 4]);
+            *motion = Kinematics { position, orientation, gap: f64::INFINITY, ..Kinematics::default() };
+        }
+        for (i, motion) in out[..there].iter_mut().enumerate() {
             let q = grains.orientation[i];
             *motion = Kinematics {
                 position: grains.position[i].into(),
@@ -62,6 +90,77 @@ impl DemParticipant {
             };
         }
     }
+
+    /// Adds the grains that are due and have room.
+    fn pour(&mut self, window: &Window) -> Result<(), SolverError> {
+        let there = self.dem.grains.len();
+        if there == self.spec.grains.len() {
+            return Ok(());
+        }
+        let grains = &self.dem.grains;
+        let periods = &self.dem.scene().periods;
+        let places = self.pouring.places(grains, &self.spec.grains, periods, window.step, window.time);
+        if places.is_empty() {
+            return Ok(());
+        }
+        let mut state = self.dem.save();
+        for (place, grain) in places.iter().zip(&self.spec.grains[there..]) {
+            state.position.push((*place).into());
+            state.velocity.push(grain.velocity);
+            state.spin.push(grain.spin);
+            state.orientation.push(grain.orientation);
+            state.image.push([0; 3]);
+            state.acceleration.push([0.0; 3]);
+            state.spin_acceleration.push([0.0; 3]);
+        }
+        self.adopt(&state)
+    }
+
+    /// Takes a state of any number of the scene's first grains.
+    pub(crate) fn adopt(&mut self, state: &State) -> Result<(), SolverError> {
+        let count = state.position.len();
+        if count != self.dem.grains.len() && count <= self.spec.grains.len() {
+            self.dem = Dem::new(&first(&self.spec, count)).map_err(failed)?;
+        }
+        self.dem.restore(state).map_err(failed)
+    }
+
+    /// Loads of the grains that are there.
+    fn present_loads(&self) -> &[GrainLoad] {
+        &self.loads[..self.dem.grains.len()]
+    }
+
+    /// The contacts now.
+    pub(crate) fn contacts(&self) -> Vec<Contact> {
+        self.dem.contact_list(self.present_loads())
+    }
+
+    /// The profile now, if the scene asks for one.
+    pub(crate) fn profile(&self) -> Option<Profile> {
+        let asked = self.profile.as_ref()?;
+        Some(Profile::new(asked, &self.spec, &self.dem.grains, &self.contacts()))
+    }
+
+    /// The solver.
+    #[must_use]
+    pub fn dem(&self) -> &Dem {
+        &self.dem
+    }
+
+    /// What it is made of, all grains included.
+    #[must_use]
+    pub fn spec(&self) -> &DemSpec {
+        &self.spec
+    }
+}
+
+/// The run with its first `count` grains only.
+fn first(spec: &DemSpec, count: usize) -> DemSpec {
+    DemSpec { grains: spec.grains[..count].to_vec(), ..spec.clone() }
+}
+
+fn failed(fault: impl std::fmt::Display) -> SolverError {
+    SolverError::Failed(fault.to_string())
 }
 
 impl Participant for DemParticipant {
@@ -70,7 +169,7 @@ impl Participant for DemParticipant {
     const ROLE: Role = Role::Dem;
 
     fn grains(&self) -> usize {
-        self.dem.grains.len()
+        self.spec.grains.len()
     }
 
     fn advance(
@@ -93,10 +192,9 @@ impl Participant for DemParticipant {
         let substeps = u32::try_from(window.substeps).map_err(|_| {
             SolverError::Failed(format!("{} sub-steps in one window; at most {}", window.substeps, u32::MAX))
         })?;
-        let report = self
-            .dem
-            .advance(window.dt, substeps, &self.loads)
-            .map_err(|fault| SolverError::Failed(fault.to_string()))?;
+        self.pour(window)?;
+        let there = self.dem.grains.len();
+        let report = self.dem.advance(window.dt, substeps, &self.loads[..there]).map_err(failed)?;
         self.work += start.elapsed();
         if let Some(fault) = report.first_non_finite {
             return Err(SolverError::Failed(format!(
@@ -123,7 +221,9 @@ impl Participant for DemParticipant {
 
     fn restore(&mut self) {
         // Its own state fits by construction.
-        let restored = self.dem.restore(&self.saved);
+        let saved = std::mem::take(&mut self.saved);
+        let restored = self.adopt(&saved);
+        self.saved = saved;
         debug_assert!(restored.is_ok(), "{restored:?}");
     }
 
@@ -133,10 +233,23 @@ impl Participant for DemParticipant {
 
     fn read_checkpoint(&mut self, folder: &Path) -> Result<(), SolverError> {
         let state: State = checkpoint::read(folder, "dem", &self.identity)?;
-        self.dem.restore(&state).map_err(|fault| SolverError::Failed(fault.to_string()))
+        self.adopt(&state)
     }
 
-    fn write_fields(&mut self, _: &Window) -> Result<(), SolverError> {
+    fn write_fields(&mut self, window: &Window) -> Result<(), SolverError> {
+        let time = window.time + window.dt;
+        let name = format!("grains_{:08}.vtp", window.step);
+        let write = |path: PathBuf, bytes: &[u8]| {
+            std::fs::create_dir_all(&self.fields)
+                .and_then(|()| std::fs::write(&path, bytes))
+                .map_err(|source| SolverError::File { path: path.display().to_string(), source })
+        };
+        write(self.fields.join(&name), &output::vtp(time, &self.dem.grains, self.dem.observations()))?;
+        protocol::vtk::list(&self.fields.join("grains.pvd"), time, &name).map_err(failed)?;
+        if let Some(profile) = self.profile() {
+            let name = format!("profile_{:08}.csv", window.step);
+            write(self.fields.join(name), profile.table(&[]).as_bytes())?;
+        }
         Ok(())
     }
 
@@ -153,8 +266,16 @@ impl Solver for DemParticipant {
         Ok(Config::new(scene)?.facts)
     }
 
-    fn build(scene: &CheckedScene, _: &Path) -> Result<Self, SceneError> {
-        Self::new(scene)
+    fn build(scene: &CheckedScene, out: &Path) -> Result<Self, SceneError> {
+        Self::new(scene, out)
+    }
+
+    fn finish(
+        &mut self,
+        scene: &CheckedScene,
+        folder: &OutputFolder,
+    ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
+        finish::finish(self, scene, folder)
     }
 
     fn schema() -> serde_json::Value {

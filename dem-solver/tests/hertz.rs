@@ -176,7 +176,7 @@ fn bad_parameters_are_refused_by_name() {
     both.stiffness = Some(1.0);
     assert!(both.validate().expect_err("both").to_string().contains("left out where stiffness"));
     (both.contact_time, both.stiffness) = (None, None);
-    assert!(both.validate().expect_err("none").to_string().contains("or else stiffness"));
+    assert!(both.validate().expect_err("none").to_string().contains("contact_time is missing"));
     let mut flat = DemSpec::new(vec![Grain::new([0.0; 3], R, RHO)], ContactLaw::HertzMindlin(glass(0.9)));
     flat.shape = dem_solver::Shape::Disc;
     assert!(flat.validate().expect_err("discs").to_string().contains("spheres"));

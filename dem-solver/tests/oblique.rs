@@ -6,7 +6,7 @@ use dem_solver::contact::LinearSpringDashpot;
 use dem_solver::tangential::Sliding;
 use dem_solver::{Grain, Shape};
 
-const TABLE: &str = include_str!("data/oblique_linear_model.csv");
+const TABLE: &str = include_str!("../../scenes/reference/oblique_linear_model.csv");
 
 struct Row {
     ratio: f64,

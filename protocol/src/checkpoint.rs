@@ -53,6 +53,21 @@ pub fn write<T: Serialize>(folder: &Path, role: &str, identity: &str, state: &T)
 /// # Errors
 /// [`SolverError`] if the file is missing, truncated, damaged, of another version or of another scene.
 pub fn read<T: DeserializeOwned>(folder: &Path, role: &str, identity: &str) -> Result<T, SolverError> {
+    let (scene, state) = read_any(folder, role)?;
+    if scene != identity {
+        return Err(SolverError::Failed(format!(
+            "{}: was written by another scene: resume with the scene that wrote it, or start anew",
+            path(folder, role).display()
+        )));
+    }
+    Ok(state)
+}
+
+/// Reads what [`write()`] wrote for the same role, with the identity of its scene, whichever that is.
+///
+/// # Errors
+/// [`SolverError`] if the file is missing, truncated, damaged or of another version.
+pub fn read_any<T: DeserializeOwned>(folder: &Path, role: &str) -> Result<(String, T), SolverError> {
     let path = path(folder, role);
     let refuse = |why: &str| SolverError::Failed(format!("{}: {why}", path.display()));
     let bytes = std::fs::read(&path)
@@ -69,13 +84,7 @@ pub fn read<T: DeserializeOwned>(folder: &Path, role: &str, identity: &str) -> R
     if word(16) != payload.len() as u64 || Sha256::digest(payload)[..] != bytes[24..HEAD] {
         return Err(refuse("is truncated or damaged: start anew without --resume"));
     }
-    let (scene, state): (String, T) = codec::decode(payload).map_err(|error| refuse(&error.to_string()))?;
-    if scene != identity {
-        return Err(refuse(
-            "was written by another scene: resume with the scene that wrote it, or start anew",
-        ));
-    }
-    Ok(state)
+    codec::decode(payload).map_err(|error| refuse(&error.to_string()))
 }
 
 #[cfg(test)]

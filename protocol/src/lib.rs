@@ -13,6 +13,7 @@ pub mod participant;
 pub mod program;
 pub mod scene;
 pub mod serve;
+pub mod vtk;
 
 /// `eprintln!` that does not panic where nobody reads any more: a process whose reader has died still
 /// has to leave in order, with its own exit code.

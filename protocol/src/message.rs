@@ -294,6 +294,14 @@ fn add_layout<R: Record>(digest: &mut Sha256) {
     }
 }
 
+impl Kinematics {
+    /// Is the grain in the run yet? One that is still to be poured has no orientation.
+    #[must_use]
+    pub fn is_there(&self) -> bool {
+        self.orientation != [0.0; 4]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,6 +9,7 @@
 //! | `serve SCENE --connect TOKEN --out DIR` | joins a coupled run |
 //! | `replay LOG [--verify] [--out DIR]` | does again what the log says it did |
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -19,7 +20,7 @@ use crate::channel::Wire;
 use crate::facts::{DemFacts, FluidFacts};
 use crate::log::Logged;
 use crate::message::{Kinematics, Loads};
-use crate::output::RunOptions;
+use crate::output::{MetricValue, OutputFolder, RunOptions};
 use crate::participant::{ExchangeError, Participant, SolverError};
 use crate::scene::{CheckedScene, SceneError};
 
@@ -62,6 +63,19 @@ pub trait Solver: Participant + Send + Sized {
         incoming: &'a [Self::Incoming],
         outgoing: &'a [Self::Outgoing],
     ) -> (&'a [Loads], &'a [Kinematics]);
+
+    /// What it writes and measures at the end of a run alone that went well: files into `folder`,
+    /// values of the metrics that only it can measure.
+    ///
+    /// # Errors
+    /// [`SolverError`] if a file cannot be written.
+    fn finish(
+        &mut self,
+        _scene: &CheckedScene,
+        _folder: &OutputFolder,
+    ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
+        Ok(BTreeMap::new())
+    }
 
     /// The facts under the role they belong to.
     fn facts_by_role(facts: &Self::Facts) -> (Option<&FluidFacts>, Option<&DemFacts>);

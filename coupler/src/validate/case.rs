@@ -88,6 +88,7 @@ pub(super) struct Figure {
     pub(super) y: Axis,
     #[serde(default)]
     pub(super) log_x: bool,
+    #[serde(default)]
     pub(super) series: Vec<Series>,
     /// Curves by formula.
     #[serde(default)]
@@ -95,9 +96,29 @@ pub(super) struct Figure {
     /// Published points, by file.
     #[serde(default)]
     pub(super) points: Vec<Points>,
+    /// Curves and points that the runs left as tables.
+    #[serde(default)]
+    pub(super) tables: Vec<Table>,
     /// Upright lines at known bounds.
     #[serde(default)]
     pub(super) marks: Vec<Mark>,
+}
+
+/// Two columns of a table in the output folder of a run.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Table {
+    pub(super) name: String,
+    /// Label of the run.
+    pub(super) run: String,
+    /// File in its folder, such as `profile.csv`.
+    pub(super) file: PathBuf,
+    /// Names of two columns.
+    pub(super) x: String,
+    pub(super) y: String,
+    /// A line instead of points?
+    #[serde(default)]
+    pub(super) line: bool,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -170,6 +191,11 @@ impl Case {
         case.check_names()?;
         for check in &case.checks {
             case.check_check(check)?;
+        }
+        for table in case.figure.iter().flat_map(|figure| &figure.tables) {
+            if !case.runs.iter().any(|run| run.label == table.run) {
+                return Err(format!("the table {:?} of the figure is of no run {:?}", table.name, table.run));
+            }
         }
         for curve in case.figure.iter().flat_map(|figure| &figure.curves) {
             formula::evaluate(&curve.formula, &|name| (name == "x").then_some(1.0))

@@ -10,7 +10,7 @@ use kuva::render::plots::Plot;
 use kuva::render_to_svg;
 
 use super::ValidateError;
-use super::case::{Case, Figure, Points, Series, matches};
+use super::case::{Case, Figure, Points, Series, Table, matches};
 use super::formula;
 use super::runs::Outcome;
 
@@ -39,17 +39,19 @@ const LEGEND: f64 = 250.0;
 /// Points along a curve.
 const STEPS: usize = 200;
 
-/// The figure, or nothing if the case has none or no run gave a point.
-pub(super) fn draw(case: &Case, outcomes: &[Outcome]) -> Result<Option<String>, ValidateError> {
+/// The figure, or nothing if the case has none or no run gave a point. `runs` is the folder of the
+/// runs' output folders.
+pub(super) fn draw(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Option<String>, ValidateError> {
     let Some(figure) = &case.figure else { return Ok(None) };
+    let tables = tables(case, figure, outcomes, runs)?;
     let measured: Vec<Vec<(f64, f64)>> =
         figure.series.iter().map(|series| measured(case, figure, series, outcomes)).collect();
-    let abscissae = measured.iter().flatten().map(|(x, _)| *x);
+    let abscissae = measured.iter().flatten().chain(tables.iter().flat_map(|(_, t)| t)).map(|(x, _)| *x);
     let marks = figure.marks.iter().map(|mark| mark.at);
     let (from, to) = abscissae
         .chain(marks)
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), x| (x.min(from), x.max(to)));
-    if measured.iter().all(Vec::is_empty) {
+    if measured.iter().all(Vec::is_empty) && tables.is_empty() {
         return Ok(None);
     }
     let mut plots = curves(figure, from, to);
@@ -61,6 +63,16 @@ pub(super) fn draw(case: &Case, outcomes: &[Outcome]) -> Result<Option<String>, 
             MarkerShape::Cross,
             5.0,
         ));
+    }
+    for (number, (table, points)) in tables.iter().enumerate() {
+        let number = number + figure.series.len();
+        let colour = COLOURS[number % COLOURS.len()];
+        plots.push(if table.line {
+            let line = LinePlot::new().with_data(points.clone()).with_color(colour).with_stroke_width(1.8);
+            Plot::Line(line.with_legend(table.name.as_str()))
+        } else {
+            scatter(points, &table.name, colour, MARKERS[number % MARKERS.len()], 4.5)
+        });
     }
     for (number, (series, points)) in figure.series.iter().zip(&measured).enumerate() {
         if !points.is_empty() {
@@ -110,6 +122,32 @@ fn measured(case: &Case, figure: &Figure, series: &Series, outcomes: &[Outcome])
         (matches(&series.run, &run.label) && drawn).then_some((x, y))
     };
     outcomes.iter().enumerate().filter_map(|(number, outcome)| of(number, outcome)).collect()
+}
+
+/// A table and its points.
+type Drawn<'a> = (&'a Table, Vec<(f64, f64)>);
+
+/// Tables of the runs that were made, with their points.
+fn tables<'a>(
+    case: &Case,
+    figure: &'a Figure,
+    outcomes: &[Outcome],
+    runs: &Path,
+) -> Result<Vec<Drawn<'a>>, ValidateError> {
+    let mut found = Vec::new();
+    for table in &figure.tables {
+        let made = |(run, outcome): (&super::case::Run, &Outcome)| {
+            run.label == table.run && matches!(outcome, Outcome::Done(_))
+        };
+        if !case.runs.iter().zip(outcomes).any(made) {
+            continue;
+        }
+        let path = runs.join(&table.run).join(&table.file);
+        let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
+        let points = columns(&text, &table.x, &table.y).map_err(|what| ValidateError::Case { path, what })?;
+        found.push((table, points));
+    }
+    Ok(found)
 }
 
 /// Curves by formula, evenly spaced along the axis as it is drawn.

@@ -113,7 +113,7 @@ pub fn validate(options: &Validate) -> Result<(), ValidateError> {
         let rows = verdict::rows(case, results);
         failed += rows.iter().filter(|row| row.verdict.is_failure()).count();
         judged += rows.iter().filter(|row| row.verdict != Verdict::Reported).count();
-        let drawing = figure::draw(case, results)?;
+        let drawing = figure::draw(case, results, &options.out.join(&case.name))?;
         if let Some(svg) = &drawing {
             atomic_write(&figures.join(format!("{}.svg", case.name)), svg.as_bytes())?;
         }

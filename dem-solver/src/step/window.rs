@@ -29,7 +29,7 @@ impl Dem {
         Ok(())
     }
 
-    pub(super) fn begin(&mut self, loads: &[GrainLoad]) {
+    pub(crate) fn begin(&mut self, loads: &[GrainLoad]) {
         self.response.set(&self.grains, &self.gravity, loads);
         self.start.0.copy_from_slice(&self.grains.velocity);
         self.start.1.copy_from_slice(&self.grains.spin);

@@ -172,6 +172,8 @@ pub struct Columns {
     front: f64,
     /// Lower face of the box along z, m.
     floor: f64,
+    /// Number of grains that are there from the start.
+    present: usize,
 }
 
 /// What the sums over free grains need.
@@ -205,6 +207,7 @@ impl Columns {
     /// The columns of `scene` as `sides` sees it; scalars first, then grain by grain.
     #[must_use]
     pub fn new(scene: &CheckedScene, sides: Sides, extras: &[Extra]) -> Self {
+        let present = scene.present();
         let free: Vec<FreeGrain> = scene
             .grains
             .iter()
@@ -218,9 +221,14 @@ impl Columns {
             units: Vec::new(),
             sources: Vec::new(),
             row: Vec::new(),
-            front: free.iter().map(surface).fold(f64::NEG_INFINITY, f64::max),
+            front: free
+                .iter()
+                .filter(|grain| grain.index < present)
+                .map(surface)
+                .fold(f64::NEG_INFINITY, f64::max),
             floor: scene.scene.domain.lower.last().copied().unwrap_or(0.0),
             free,
+            present,
         };
         columns.add_scalars(scene.scene.domain.geometry, sides, extras);
         let geometry = scene.scene.domain.geometry;
@@ -284,6 +292,12 @@ impl Columns {
         Some((place, &self.units[place]))
     }
 
+    /// Value of a column in the last row.
+    #[must_use]
+    pub fn latest(&self, name: &str) -> Option<f64> {
+        self.find(name).map(|(place, _)| self.row[place])
+    }
+
     /// The row after a window. What was not observed is NaN.
     ///
     /// `run_out` is the way that the foremost surface of a free grain has gained along x since
@@ -320,8 +334,11 @@ impl Columns {
 
     /// Largest coordinate of a free grain's surface along `axis`, m.
     fn extent(&self, sample: &Sample, axis: usize) -> f64 {
-        let surface =
-            |grain: &FreeGrain| Some(sample.kinematics.get(grain.index)?.position[axis] + grain.radius);
+        let surface = |grain: &FreeGrain| {
+            let motion = sample.kinematics.get(grain.index)?;
+            let there = grain.index < self.present || motion.is_there();
+            there.then_some(motion.position[axis] + grain.radius)
+        };
         self.free.iter().filter_map(surface).fold(f64::NEG_INFINITY, f64::max)
     }
 }

@@ -12,11 +12,21 @@ use crate::scene::CheckedScene;
 const MARKER: &str = "# Bedload output:";
 
 /// Files that a run writes in the folder itself.
-const FILES: [&str; 6] =
-    ["summary.json", "series.csv", "exchange.mcap", "report.html", "plan.json", "scene.toml"];
+const FILES: [&str; 10] = [
+    "summary.json",
+    "series.csv",
+    "exchange.mcap",
+    "report.html",
+    "plan.json",
+    "grains.csv",
+    "profile.csv",
+    "oblique.csv",
+    "deposit.csv",
+    "scene.toml",
+];
 
 /// What a run writes in its sub-folders: by extension in `fields/`, by first word in `checkpoint/`.
-const FIELD_EXTENSIONS: [&str; 6] = ["vtr", "vtu", "vtp", "vti", "pvd", "tmp"];
+const FIELD_EXTENSIONS: [&str; 7] = ["vtr", "vtu", "vtp", "vti", "pvd", "csv", "tmp"];
 const CHECKPOINT_NAMES: [&str; 4] = ["fluid", "dem", "coupler", "loop"];
 
 /// The folder of one run.
@@ -141,6 +151,18 @@ impl OutputFolder {
     #[must_use]
     pub fn series(&self) -> PathBuf {
         self.root.join("series.csv")
+    }
+
+    /// The grains as a run of a DEM alone leaves them, `grains.csv`.
+    #[must_use]
+    pub fn grains(&self) -> PathBuf {
+        self.root.join("grains.csv")
+    }
+
+    /// Coarse-grained profile at the end of a run of a DEM alone, `profile.csv`.
+    #[must_use]
+    pub fn profile(&self) -> PathBuf {
+        self.root.join("profile.csv")
     }
 
     /// The log of the exchange, `exchange.mcap`.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::last::LastState;
 use super::subject::{Subject, View, norm};
 use super::{Accumulator, Columns, MetricValue, Sample, Sides, Trajectory};
 use crate::scene::{CheckedScene, Metric, MetricKind, SceneError};
@@ -28,6 +29,8 @@ pub struct Metrics {
     /// Density and viscosity, if there is a fluid.
     medium: Option<(f64, f64)>,
     gravity: f64,
+    /// For metrics of the last state of all grains.
+    last: Option<LastState>,
     state: MetricsState,
 }
 
@@ -44,6 +47,7 @@ impl Metrics {
             subjects: Vec::new(),
             medium: scene.scene.medium.as_ref().map(|medium| (medium.density, medium.viscosity)),
             gravity: norm(&scene.scene.gravity),
+            last: LastState::new(scene)?,
             state: MetricsState::default(),
         };
         for (index, metric) in scene.scene.metrics.iter().enumerate() {
@@ -89,6 +93,17 @@ impl Metrics {
                 view.record(&metric.kind, accumulator, sample);
             }
         }
+        if let Some(last) = &mut self.last {
+            last.record(sample);
+            for (metric, accumulator) in self.metrics.iter().zip(&mut self.state.accumulators) {
+                if let MetricKind::DepositAspectRatio(column) = &metric.kind
+                    && sample.time() >= column.release
+                    && matches!(accumulator, Accumulator::First(None))
+                {
+                    accumulator.add(last.standing_height(column) / column.half_length, sample);
+                }
+            }
+        }
         for (accumulator, column) in self.state.accumulators.iter_mut().zip(&self.column_of) {
             if let Some((place, _)) = column {
                 accumulator.add(row[*place], sample);
@@ -130,6 +145,12 @@ impl Metrics {
         Ok(())
     }
 
+    /// Tables that belong to metrics of the last state: name of the file and text.
+    #[must_use]
+    pub fn tables(&self) -> Vec<(&'static str, String)> {
+        self.last.as_ref().map_or_else(Vec::new, |last| last.tables(&self.metrics))
+    }
+
     /// The values so far, by name.
     #[must_use]
     pub fn finish(&self) -> BTreeMap<String, MetricValue> {
@@ -158,6 +179,18 @@ impl Metrics {
                     return Err(format!("this run has no column `{column}`"));
                 }
                 plain(accumulator.value()?)
+            }
+            MetricKind::DepositAspectRatio(column) => plain(
+                accumulator.value().map_err(|_| format!("the run ended before t = {} s", column.release))?,
+            ),
+            MetricKind::DepositRunOut(_) | MetricKind::DepositHeight(_) | MetricKind::ObliqueError { .. } => {
+                let last = self.last.as_ref().ok_or("the last state was not kept")?;
+                plain(last.value(&self.metrics[index])?)
+            }
+            MetricKind::JanssenFit { .. }
+            | MetricKind::JanssenDirect { .. }
+            | MetricKind::PlateauPressure { .. } => {
+                Err("is measured by bedload-dem at the end of a dry run with [observe.profile]".into())
             }
             kind => {
                 let place = self.subject_of[index].ok_or("is about no grain")?;
@@ -225,9 +258,7 @@ impl Metrics {
                 require(subject.submerged_weight > 0.0, "the grain has no submerged weight")?;
                 plain(accumulator.value()? / subject.submerged_weight)
             }
-            MetricKind::Mean { .. } | MetricKind::Final { .. } | MetricKind::Max { .. } => {
-                Err("is about no grain".into())
-            }
+            _ => Err("is about no grain".into()),
         }
     }
 

@@ -7,8 +7,11 @@
 
 mod accumulator;
 mod columns;
+mod deposit;
 mod folder;
+mod last;
 mod metrics;
+mod oblique;
 mod observer;
 mod options;
 mod series;

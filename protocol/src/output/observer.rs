@@ -14,6 +14,7 @@ pub struct Observer {
     metrics: Metrics,
     tally: Tally,
     has_fluid: bool,
+    root: std::path::PathBuf,
 }
 
 /// What an [`Observer`] needs to go on: belongs into a checkpoint. Holds no infinity and no NaN
@@ -48,7 +49,8 @@ impl Observer {
         let columns = Columns::new(scene, sides, extras);
         let metrics = Metrics::new(scene, &columns, sides).map_err(Box::new)?;
         let series = SeriesWriter::create(&folder.series(), columns.names(), scene.scene.observe.every)?;
-        Ok(Self { columns, series, metrics, tally: Tally::default(), has_fluid: sides.loads })
+        let (tally, root) = (Tally::default(), folder.root().to_owned());
+        Ok(Self { columns, series, metrics, tally, has_fluid: sides.loads, root })
     }
 
     /// Watches a run that goes on from a checkpoint: rows of `series.csv` after it are cut off.
@@ -69,7 +71,8 @@ impl Observer {
             .map_err(|what| OutputError::Content { path: folder.checkpoint(), what })?;
         let every = scene.scene.observe.every;
         let series = SeriesWriter::resume(&folder.series(), columns.names(), every, state.tally.simulated)?;
-        Ok(Self { columns, series, metrics, tally: state.tally, has_fluid: sides.loads })
+        let (tally, root) = (state.tally, folder.root().to_owned());
+        Ok(Self { columns, series, metrics, tally, has_fluid: sides.loads, root })
     }
 
     /// Takes an accepted window, once, in order.
@@ -93,6 +96,12 @@ impl Observer {
         Ok(ObserverState { metrics: self.metrics.state().clone(), tally: self.tally })
     }
 
+    /// Value of a column after the last window.
+    #[must_use]
+    pub fn latest(&self, column: &str) -> Option<f64> {
+        self.columns.latest(column)
+    }
+
     /// Counts so far.
     #[must_use]
     pub fn tally(&self) -> &Tally {
@@ -108,6 +117,9 @@ impl Observer {
         self.series.flush()?;
         summary.time = self.tally.time(self.has_fluid, contact_time);
         summary.metrics = self.metrics.finish();
+        for (name, text) in self.metrics.tables() {
+            super::atomic_write(&self.root.join(name), text.as_bytes())?;
+        }
         Ok(())
     }
 }

@@ -12,7 +12,7 @@ use crate::checkpoint;
 use crate::message::Header;
 use crate::output::{Observer, OutputFolder, RunOptions, RunStatus, Sides, Summary};
 use crate::participant::{Role, SolverError, Window};
-use crate::scene::{CheckedScene, Motion};
+use crate::scene::{CheckedScene, Motion, Rest};
 
 /// Where the plain loop stands; part of its checkpoint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -57,6 +57,7 @@ struct Run<'a, S: Solver> {
     observer: Observer,
     position: Position,
     contact_time: f64,
+    rest: Option<Rest>,
     stop: Arc<AtomicBool>,
 }
 
@@ -92,13 +93,15 @@ impl<'a, S: Solver> Run<'a, S> {
             (position, Observer::create(folder, scene, sides, &[])?)
         };
         let exchange = StandIn::new(solver.grains(), answer);
-        Ok(Self { folder, scene, solver, exchange, clock, observer, position, contact_time, stop })
+        let rest = Rest::new(scene);
+        Ok(Self { folder, scene, solver, exchange, clock, observer, position, contact_time, rest, stop })
     }
 
     fn advance_to_end(&mut self) -> Result<(), ProgramError> {
         let until = self.scene.scene.until;
-        let (mut told, mut saved) = (Instant::now(), Instant::now());
-        while self.position.time < until {
+        let begin = (Instant::now(), self.position.time);
+        let (mut told, mut saved) = (begin.0, begin.0);
+        while self.position.time < until && !self.rests() {
             if self.stop.load(Ordering::Relaxed) {
                 self.checkpoint()?;
                 return Err(ProgramError::Interrupted);
@@ -108,12 +111,7 @@ impl<'a, S: Solver> Run<'a, S> {
             window.output = self.scene.scene.observe.fields_due(window.time, window.time + window.dt);
             self.window(&window)?;
             if told.elapsed().as_secs_f64() > PROGRESS_EVERY {
-                crate::say!(
-                    "{}: t = {:.6} of {until} s, window {}",
-                    S::PROGRAM,
-                    self.position.time,
-                    window.step
-                );
+                self.tell(begin, &window);
                 told = Instant::now();
             }
             if saved.elapsed().as_secs_f64() > CHECKPOINT_EVERY {
@@ -122,6 +120,38 @@ impl<'a, S: Solver> Run<'a, S> {
             }
         }
         self.checkpoint()
+    }
+
+    /// One line: how far, how much work, how lively, how long still.
+    fn tell(&self, (begin, from): (Instant, f64), window: &Window) {
+        let (time, until) = (self.position.time, self.scene.scene.until);
+        let steps = match self.observer.tally().substeps {
+            0 => format!("step {}", window.step + 1),
+            substeps => format!("{substeps} sub-steps"),
+        };
+        let energy = self.observer.latest("kinetic_energy");
+        let energy = energy.map_or(String::new(), |energy| format!(", kinetic energy {energy:.3e} J"));
+        let share = self.rest.as_ref().and_then(|rest| rest.energy(self.exchange_kinematics()));
+        let share = share.map_or(String::new(), |share| format!(" = {share:.1e} m g R"));
+        let to_go = begin.elapsed().as_secs_f64() * (until - time) / (time - from);
+        let most = if self.rest.is_some() { "at most " } else { "" };
+        crate::say!(
+            "{}: t = {time:.6} of {until} s, {steps}{energy}{share}, {most}{to_go:.0} s to go",
+            S::PROGRAM
+        );
+    }
+
+    fn exchange_kinematics(&self) -> &[crate::message::Kinematics] {
+        S::sides(self.exchange.incoming(), self.exchange.outgoing().1).1
+    }
+
+    /// Whether the scene asks to stop here.
+    fn rests(&self) -> bool {
+        self.position.step > 0
+            && self
+                .rest
+                .as_ref()
+                .is_some_and(|rest| rest.reached(self.position.time, self.exchange_kinematics()))
     }
 
     fn window(&mut self, window: &Window) -> Result<(), ProgramError> {
@@ -166,7 +196,7 @@ impl<'a, S: Solver> Run<'a, S> {
         let free = self.scene.grains.iter().filter(|grain| grain.motion == Motion::Free).count();
         summary.set_unit_costs(free as u64);
         match outcome {
-            Ok(()) => {}
+            Ok(()) => summary.metrics.extend(self.solver.finish(self.scene, self.folder)?),
             Err(ProgramError::Interrupted) => summary.status = RunStatus::Interrupted,
             Err(error) => summary.fail(error),
         }

@@ -1,6 +1,6 @@
 //! Grains and walls as written, and laid out one by one.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,10 @@ use serde::{Deserialize, Serialize};
 use super::Scene;
 use super::domain::Geometry;
 use super::error::SceneError;
+use super::pours::{self, Poured};
+use super::random::SplitMix64;
 use super::source::SceneSource;
+use super::table;
 
 /// Form of a grain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -98,6 +101,23 @@ fn upright() -> [f64; 4] {
 }
 
 impl Grain {
+    /// A free sphere at rest.
+    #[must_use]
+    pub fn at(position: [f64; 3], radius: f64, density: f64) -> Self {
+        Self {
+            shape: Shape::Sphere,
+            position,
+            velocity: [0.0; 3],
+            spin: [0.0; 3],
+            orientation: upright(),
+            radius,
+            density,
+            motion: Motion::Free,
+            oscillation: None,
+            locked: Vec::new(),
+        }
+    }
+
     /// Volume (plane: per unit depth), m³ or m².
     #[must_use]
     pub fn volume(&self) -> f64 {
@@ -128,12 +148,23 @@ impl Grain {
     }
 }
 
-/// Grains from a CSV file with the columns x, y, z, radius, density and, if present, vx, vy, vz.
+/// Grains from a CSV file with the columns x, y, z, radius, density and, if present, vx, vy, vz, wx,
+/// wy, wz, motion: `grains.csv` of a run is such a file.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GrainFile {
     /// Path, from the folder in which the command runs.
     pub file: PathBuf,
+    /// How often: a packing can be laid again and again beside itself.
+    #[serde(default = "once")]
+    pub copies: usize,
+    /// From one copy to the next (x, y, z), m.
+    #[serde(default)]
+    pub shift: [f64; 3],
+}
+
+fn once() -> usize {
+    1
 }
 
 /// Grains placed at random without overlap, reproducible from the seed.
@@ -158,6 +189,9 @@ pub struct Group {
     /// `free` or `fixed`.
     #[serde(default)]
     pub motion: Motion,
+    /// Degrees of freedom that are locked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub locked: Vec<Freedom>,
 }
 
 /// A plane that grains touch.
@@ -188,19 +222,22 @@ impl Wall {
     }
 }
 
-/// Every grain of the scene in message order.
-pub(super) fn lay_out(scene: &Scene, source: &SceneSource) -> Result<Vec<Grain>, SceneError> {
+/// Every grain of the scene in message order: `grains`, `grain_files`, `layers`, `groups`, and, in
+/// order of their times, `pours`.
+pub(super) fn lay_out(scene: &Scene, source: &SceneSource) -> Result<(Vec<Grain>, Vec<Poured>), SceneError> {
     let geometry = scene.domain.geometry;
-    let mut grains: Vec<Grain> =
-        scene.grains.iter().map(|grain| with_shape(grain.clone(), geometry)).collect();
+    let mut grains = scene.grains.clone();
     for (index, from) in scene.grain_files.iter().enumerate() {
-        grains.extend(read_csv(&from.file, geometry).map_err(|why| {
+        grains.extend(table::read(from).map_err(|why| {
             source.error(
                 &format!("grain_files[{index}].file"),
                 why,
-                "give a CSV file with the header x,y,z,radius,density[,vx,vy,vz] and one row per grain",
+                "give a CSV file with the header x,y,z,radius,density[,vx,vy,vz][,wx,wy,wz][,motion] and one row per grain",
             )
         })?);
+    }
+    for layer in &scene.layers {
+        layer.lay(geometry, &mut grains);
     }
     for (index, group) in scene.groups.iter().enumerate() {
         place(group, geometry, &mut grains).map_err(|why| {
@@ -211,7 +248,10 @@ pub(super) fn lay_out(scene: &Scene, source: &SceneSource) -> Result<Vec<Grain>,
             )
         })?;
     }
-    Ok(grains)
+    let (more, poured) = pours::lay_out(&scene.pours, geometry);
+    grains.extend(more);
+    let grains = grains.into_iter().map(|grain| with_shape(grain, geometry)).collect();
+    Ok((grains, poured))
 }
 
 fn with_shape(mut grain: Grain, geometry: Geometry) -> Grain {
@@ -219,50 +259,6 @@ fn with_shape(mut grain: Grain, geometry: Geometry) -> Grain {
         grain.shape = Shape::Disc;
     }
     grain
-}
-
-fn read_csv(path: &Path, geometry: Geometry) -> Result<Vec<Grain>, String> {
-    let text =
-        std::fs::read_to_string(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-    let mut lines =
-        text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-    let (_, header) = lines.next().ok_or("the file is empty")?;
-    let columns: Vec<&str> = header.split(',').map(str::trim).collect();
-    let find = |name: &str| columns.iter().position(|column| *column == name);
-    let need = |name: &str| find(name).ok_or(format!("{} has no column `{name}`", path.display()));
-    let places = [need("x")?, need("y")?, need("z")?, need("radius")?, need("density")?];
-    let speeds = [find("vx"), find("vy"), find("vz")];
-    let mut grains = Vec::new();
-    for (number, line) in lines {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let value = |column: usize| -> Result<f64, String> {
-            let text = cells.get(column).copied().unwrap_or("");
-            let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
-            value.ok_or(format!(
-                "{}:{}: `{text}` in column {} is not a finite number",
-                path.display(),
-                number + 1,
-                columns[column]
-            ))
-        };
-        let speed = |column: Option<usize>| column.map_or(Ok(0.0), value);
-        grains.push(with_shape(
-            Grain {
-                shape: Shape::Sphere,
-                position: [value(places[0])?, value(places[1])?, value(places[2])?],
-                velocity: [speed(speeds[0])?, speed(speeds[1])?, speed(speeds[2])?],
-                spin: [0.0; 3],
-                orientation: upright(),
-                radius: value(places[3])?,
-                density: value(places[4])?,
-                motion: Motion::Free,
-                oscillation: None,
-                locked: Vec::new(),
-            },
-            geometry,
-        ));
-    }
-    Ok(grains)
 }
 
 /// Random sequential placement: draw, keep if free of every grain so far. Neighbours are found
@@ -277,27 +273,14 @@ fn place(group: &Group, geometry: Geometry, grains: &mut Vec<Grain>) -> Result<(
     }
     let mut random = SplitMix64(group.seed);
     for number in 0..group.count {
-        let radius = group.radius * (1.0 + group.radius_spread * (2.0 * random.unit() - 1.0));
+        let radius = random.about(group.radius, group.radius_spread);
         let position = (0..1_000)
             .map(|_| draw(group, geometry, radius, &mut random))
             .find(|position| is_clear(position, radius, cell(position), &table, grains))
             .ok_or(format!("no room for grain {} of {} after 1000 tries", number + 1, group.count))?;
         table.entry(cell(&position)).or_default().push(grains.len());
-        grains.push(with_shape(
-            Grain {
-                shape: Shape::Sphere,
-                position,
-                velocity: [0.0; 3],
-                spin: [0.0; 3],
-                orientation: upright(),
-                radius,
-                density: group.density,
-                motion: group.motion,
-                oscillation: None,
-                locked: Vec::new(),
-            },
-            geometry,
-        ));
+        let (motion, locked) = (group.motion, group.locked.clone());
+        grains.push(Grain { motion, locked, ..Grain::at(position, radius, group.density) });
     }
     Ok(())
 }
@@ -325,18 +308,4 @@ fn is_clear(
         let distance2: f64 = (0..3).map(|axis| (position[axis] - other.position[axis]).powi(2)).sum();
         distance2 >= (radius + other.radius).powi(2)
     })
-}
-
-/// Sebastiano Vigna's SplitMix64 (2015): small, seedable, the same on every machine.
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
 }

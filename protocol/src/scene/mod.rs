@@ -6,8 +6,13 @@
 mod domain;
 mod error;
 mod grains;
+mod layers;
 mod observe;
+mod pours;
+mod random;
+mod rest;
 mod source;
+mod table;
 mod validate;
 
 use schemars::JsonSchema;
@@ -18,7 +23,10 @@ pub use domain::{
 };
 pub use error::SceneError;
 pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape, Wall};
-pub use observe::{Metric, MetricKind, Observe};
+pub use layers::{Arrangement, Layer};
+pub use observe::{Column, Metric, MetricKind, Observe, Profile};
+pub use pours::{Pour, Poured};
+pub use rest::{Rest, StopWhen};
 pub use source::SceneSource;
 
 /// A scene as written, shared part. The sections of the solvers stay raw tables here.
@@ -33,6 +41,9 @@ pub struct Scene {
     pub source: String,
     /// End of the run, s.
     pub until: f64,
+    /// End the run earlier, once the grains rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop_when: Option<StopWhen>,
     /// Acceleration of gravity (x, y, z), m/s². Axisymmetric: (0, 0, z).
     #[serde(default)]
     pub gravity: [f64; 3],
@@ -47,9 +58,15 @@ pub struct Scene {
     /// Grains from CSV files.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub grain_files: Vec<GrainFile>,
+    /// Rough walls of fixed grains.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
     /// Grains placed at random.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<Group>,
+    /// Grains poured in while the run goes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pours: Vec<Pour>,
     /// Plane walls, besides the domain's no-slip faces.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
@@ -86,8 +103,10 @@ pub struct Scene {
 pub struct CheckedScene {
     /// As written, defaults filled in.
     pub scene: Scene,
-    /// Every grain, in message order: `grains`, then `grain_files`, then `groups`.
+    /// Every grain, in message order: `grains`, `grain_files`, `layers`, `groups`, `pours`.
     pub grains: Vec<Grain>,
+    /// Of the last of them: when they are poured in, ascending.
+    pub poured: Vec<Poured>,
     /// The text, for errors of the sections.
     pub source: SceneSource,
 }
@@ -100,10 +119,16 @@ impl CheckedScene {
     pub fn new(source: SceneSource) -> Result<Self, SceneError> {
         let scene: Scene = source.section()?;
         validate::shared(&scene, &source)?;
-        let grains = grains::lay_out(&scene, &source)?;
-        validate::grains(&scene, &grains, &source)?;
+        let (grains, poured) = grains::lay_out(&scene, &source)?;
+        validate::grains(&scene, &grains, grains.len() - poured.len(), &source)?;
         validate::metrics(&scene, grains.len(), &source)?;
-        Ok(Self { scene, grains, source })
+        Ok(Self { scene, grains, poured, source })
+    }
+
+    /// Number of grains that are there from the start.
+    #[must_use]
+    pub fn present(&self) -> usize {
+        self.grains.len() - self.poured.len()
     }
 
     /// Is any grain free, so that a DEM is needed?

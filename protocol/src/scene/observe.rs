@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::domain::Axis;
+
 /// What is written to `series.csv` and `fields/`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -11,10 +13,45 @@ pub struct Observe {
     pub every: f64,
     /// Grains with columns of their own; by default the first 16.
     pub grains: Option<Vec<usize>>,
-    /// Times at which the fluid's fields are written, s.
+    /// Times at which fields and grains are written, s.
     pub fields_at: Vec<f64>,
     /// Time between field files, s; 0: none besides `fields_at`.
     pub fields_every: f64,
+    /// Coarse-grained profile of the grains: written with the fields and at the end of a DEM run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<Profile>,
+}
+
+/// Slabs over which the grains are averaged (Goldhirsch 2010).
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Profile {
+    /// Axis across the slabs.
+    #[serde(default = "upward")]
+    pub axis: Axis,
+    /// Lower corner (x, y, z) of the region, m.
+    pub lower: [f64; 3],
+    /// Upper corner, m.
+    pub upper: [f64; 3],
+    /// Number of slabs.
+    pub slabs: usize,
+}
+
+fn upward() -> Axis {
+    Axis::Z
+}
+
+impl Profile {
+    /// Component across the slabs; 3 for an axis that grains have not.
+    #[must_use]
+    pub fn axis(&self) -> usize {
+        match self.axis {
+            Axis::X => 0,
+            Axis::Y => 1,
+            Axis::Z => 2,
+            Axis::R => 3,
+        }
+    }
 }
 
 /// A number for `summary.json`.
@@ -141,6 +178,54 @@ pub enum MetricKind {
         /// Column.
         column: String,
     },
+    /// Largest relative error of Ψ₂(Ψ₁) over the pairs of grains (0, 1), (2, 3), … that have collided,
+    /// against a published table. The curve goes to `oblique.csv`.
+    ObliqueError {
+        /// CSV file with the columns psi1 and psi2, from the folder in which the command runs.
+        file: std::path::PathBuf,
+        /// Rows of the file that count: text of a column by its name.
+        #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
+        select: std::collections::BTreeMap<String, String>,
+    },
+    /// (L∞ − L₀)/L₀ of the final heap, L∞ its mean half-length. The heap goes to `deposit.csv`.
+    DepositRunOut(Column),
+    /// H∞/L₀ of the final heap.
+    DepositHeight(Column),
+    /// H₀/L₀ of the column as it is let go.
+    DepositAspectRatio(Column),
+    /// f_w K of the best fit of Janssen's curve (Izard et al. 2014, eq. 22) to the profile of
+    /// granular pressure.
+    JanssenFit {
+        /// Part of the profile, m.
+        range: [f64; 2],
+    },
+    /// f_w K measured: friction at the side walls over granular pressure, mean over slabs.
+    JanssenDirect {
+        /// Part of the profile, m.
+        range: [f64; 2],
+    },
+    /// Mean granular pressure of the profile, Pa.
+    PlateauPressure {
+        /// Part of the profile, m.
+        range: [f64; 2],
+    },
+}
+
+/// A granular column that is let go.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Column {
+    /// Half-length L₀, m.
+    pub half_length: f64,
+    /// Middle along x, m.
+    pub centre: f64,
+    /// Time at which it is let go, s.
+    #[serde(default)]
+    pub release: f64,
+    /// Width of the bins of the profile, m; by default three mean radii (the 1.5 d of Staron's
+    /// profiles).
+    #[serde(default)]
+    pub bin: f64,
 }
 
 impl MetricKind {
@@ -160,7 +245,18 @@ impl MetricKind {
             | Self::Stokes { grain }
             | Self::Reynolds { grain }
             | Self::RestingForceRatio { grain } => Some(*grain),
-            Self::Mean { .. } | Self::Final { .. } | Self::Max { .. } => None,
+            _ => None,
+        }
+    }
+
+    /// The column that it is about, if it is about one.
+    #[must_use]
+    pub fn column(&self) -> Option<&Column> {
+        match self {
+            Self::DepositRunOut(column) | Self::DepositHeight(column) | Self::DepositAspectRatio(column) => {
+                Some(column)
+            }
+            _ => None,
         }
     }
 }

@@ -20,8 +20,11 @@ pub(super) fn shared(scene: &Scene, source: &SceneSource) -> Check {
     finite(source, "gravity", &scene.gravity)?;
     domain(scene, source)?;
     medium(scene, source)?;
+    layers(scene, source)?;
     groups(scene, source)?;
+    pours(scene, source)?;
     walls(scene, source)?;
+    stop(scene, source)?;
     observe(scene, source)
 }
 
@@ -298,13 +301,18 @@ fn medium(scene: &Scene, source: &SceneSource) -> Check {
 }
 
 fn groups(scene: &Scene, source: &SceneSource) -> Check {
-    let total = scene.groups.iter().try_fold(scene.grains.len(), |sum, group| sum.checked_add(group.count));
-    if total.is_none_or(|total| total > MOST_GRAINS) {
-        return Err(source.error(
-            "groups",
-            format!("asks for more than {MOST_GRAINS} grains"),
-            "ask for fewer grains",
-        ));
+    let geometry = scene.domain.geometry;
+    let layered: f64 = scene.layers.iter().map(|layer| layer.count(geometry)).sum();
+    let grouped = scene.groups.iter().map(|group| group.count as f64).sum::<f64>();
+    let poured = scene.pours.iter().map(|pour| pour.count as f64).sum::<f64>();
+    for (key, count) in [("groups", grouped), ("layers", layered), ("pours", poured)] {
+        if count + scene.grains.len() as f64 > MOST_GRAINS as f64 {
+            return Err(source.error(
+                key,
+                format!("asks for more than {MOST_GRAINS} grains"),
+                "ask for fewer grains",
+            ));
+        }
     }
     for (index, group) in scene.groups.iter().enumerate() {
         let key = |name: &str| format!("groups[{index}].{name}");
@@ -312,13 +320,7 @@ fn groups(scene: &Scene, source: &SceneSource) -> Check {
         positive(source, &key("density"), group.density)?;
         finite(source, &key("lower"), &group.lower)?;
         finite(source, &key("upper"), &group.upper)?;
-        if !(0.0..1.0).contains(&group.radius_spread) {
-            return Err(source.error(
-                &key("radius_spread"),
-                format!("is {}; allowed: 0 ≤ spread < 1", group.radius_spread),
-                "a spread of 1 or more makes a radius ≤ 0",
-            ));
-        }
+        spread(source, &key("radius_spread"), group.radius_spread)?;
         let width = 2.0 * group.radius * (1.0 + group.radius_spread);
         let flat = scene.domain.geometry == Geometry::Plane;
         if (0..3).any(|axis| !(flat && axis == 1) && group.upper[axis] - group.lower[axis] < width) {
@@ -335,6 +337,100 @@ fn groups(scene: &Scene, source: &SceneSource) -> Check {
                 "write them out in [[grains]], or use geometry = \"space\"",
             ));
         }
+    }
+    Ok(())
+}
+
+fn layers(scene: &Scene, source: &SceneSource) -> Check {
+    for (index, layer) in scene.layers.iter().enumerate() {
+        let key = |name: &str| format!("layers[{index}].{name}");
+        positive(source, &key("radius"), layer.radius)?;
+        positive(source, &key("density"), layer.density)?;
+        positive(source, &key("spacing"), layer.spacing())?;
+        finite(source, &key("lower"), &layer.lower)?;
+        finite(source, &key("upper"), &layer.upper)?;
+        spread(source, &key("radius_spread"), layer.radius_spread)?;
+        if scene.domain.geometry == Geometry::Axisymmetric || !layer.is_flat(scene.domain.geometry) {
+            return Err(source.error(
+                &key("upper"),
+                format!("{:?} and lower {:?} do not span a rectangle", layer.upper, layer.lower),
+                "let the two corners agree along one axis and differ along the others (plane: differ along x or z alone)",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn pours(scene: &Scene, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    for (index, pour) in scene.pours.iter().enumerate() {
+        let key = |name: &str| format!("pours[{index}].{name}");
+        positive(source, &key("radius"), pour.radius)?;
+        positive(source, &key("density"), pour.density)?;
+        positive(source, &key("rate"), pour.rate)?;
+        not_negative(source, &key("start"), pour.start)?;
+        finite(source, &key("lower"), &pour.lower)?;
+        finite(source, &key("upper"), &pour.upper)?;
+        finite(source, &key("velocity"), &pour.velocity)?;
+        spread(source, &key("radius_spread"), pour.radius_spread)?;
+        if domain.geometry == Geometry::Axisymmetric || scene.medium.is_some() {
+            return Err(source.error(
+                &format!("pours[{index}]"),
+                "pours grains into an axisymmetric scene or one with a fluid, which sees every grain from the start",
+                "pour in a dry scene, and begin the other from its grains.csv with [[grain_files]]",
+            ));
+        }
+        let width = 2.0 * pour.radius * (1.0 + pour.radius_spread);
+        for axis in 0..domain.dimensions() {
+            let c = domain.geometry.component(axis);
+            if pour.upper[c] - pour.lower[c] < width {
+                return Err(source.error(
+                    &key("upper"),
+                    format!("leaves no room for a grain of diameter {width}"),
+                    "make the region larger than the largest grain",
+                ));
+            }
+            if pour.lower[c] < domain.lower[axis] || pour.upper[c] > domain.upper[axis] {
+                return Err(source.error(
+                    &key("upper"),
+                    format!("{:?} and lower {:?} reach outside the box", pour.upper, pour.lower),
+                    "keep the region in the box, or enlarge [domain]",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn spread(source: &SceneSource, key: &str, spread: f64) -> Check {
+    if (0.0..1.0).contains(&spread) {
+        return Ok(());
+    }
+    Err(source.error(
+        key,
+        format!("is {spread}; allowed: 0 ≤ spread < 1"),
+        "a spread of 1 or more makes a radius ≤ 0",
+    ))
+}
+
+/// A dry run alone stops by itself.
+fn stop(scene: &Scene, source: &SceneSource) -> Check {
+    let Some(stop) = &scene.stop_when else { return Ok(()) };
+    positive(source, "stop_when.kinetic_energy_per_grain_below", stop.kinetic_energy_per_grain_below)?;
+    not_negative(source, "stop_when.after", stop.after)?;
+    if scene.medium.is_some() {
+        return Err(source.error(
+            "stop_when",
+            "ends dry runs only",
+            "leave it out, and let `until` end the run",
+        ));
+    }
+    if scene.gravity == [0.0; 3] {
+        return Err(source.error(
+            "stop_when",
+            "measures energy in m g R, but the scene has no gravity",
+            "give gravity, or leave it out",
+        ));
     }
     Ok(())
 }
@@ -366,28 +462,50 @@ fn walls(scene: &Scene, source: &SceneSource) -> Check {
 fn observe(scene: &Scene, source: &SceneSource) -> Check {
     not_negative(source, "observe.every", scene.observe.every)?;
     not_negative(source, "observe.fields_every", scene.observe.fields_every)?;
-    finite(source, "observe.fields_at", &scene.observe.fields_at)
+    finite(source, "observe.fields_at", &scene.observe.fields_at)?;
+    let Some(profile) = &scene.observe.profile else { return Ok(()) };
+    finite(source, "observe.profile.lower", &profile.lower)?;
+    finite(source, "observe.profile.upper", &profile.upper)?;
+    let flat = scene.domain.geometry == Geometry::Plane;
+    let empty = (0..3).any(|c| !(flat && c == 1) && profile.upper[c] <= profile.lower[c]);
+    if empty || profile.slabs == 0 || profile.axis() > 2 || (flat && profile.axis() == 1) {
+        return Err(source.error(
+            "observe.profile",
+            format!(
+                "spans {:?} to {:?} in {} slabs along {:?}",
+                profile.lower, profile.upper, profile.slabs, profile.axis
+            ),
+            "give a box of positive size, one slab at least, and an axis x, y or z of this geometry",
+        ));
+    }
+    Ok(())
 }
 
-/// Key of grain `index` where it is written out, of its file or group where it is not.
+/// Key of grain `index` where it is written out, of its file, layer, group or pour where it is not.
 fn grain_key(scene: &Scene, index: usize, name: &str) -> String {
     let written = scene.grains.len();
     if index < written {
         format!("grains[{index}].{name}")
-    } else if scene.grain_files.is_empty() {
+    } else if scene.grain_files.is_empty() && scene.groups.is_empty() {
+        if scene.layers.is_empty() { "pours" } else { "layers" }.to_owned()
+    } else if scene.grain_files.is_empty() && scene.layers.is_empty() {
         let mut end = written;
         let group = scene.groups.iter().position(|group| {
             end += group.count;
             index < end
         });
         format!("groups[{}]", group.unwrap_or(0))
+    } else if scene.grain_files.is_empty() {
+        "layers".to_owned()
     } else {
         "grain_files".to_owned()
     }
 }
 
 /// Each grain alone, and against the box, the walls and the other grains.
-pub(super) fn grains(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
+///
+/// Grains from `present` on are poured in later, where there is room then.
+pub(super) fn grains(scene: &Scene, grains: &[Grain], present: usize, source: &SceneSource) -> Check {
     if grains.is_empty() && scene.medium.is_none() {
         return Err(source.error(
             "grains",
@@ -395,10 +513,10 @@ pub(super) fn grains(scene: &Scene, grains: &[Grain], source: &SceneSource) -> C
             "add [medium] or [[grains]]",
         ));
     }
-    for (index, grain) in grains.iter().enumerate() {
+    for (index, grain) in grains[..present].iter().enumerate() {
         one(scene, index, grain, source)?;
     }
-    apart(scene, grains, source)
+    apart(scene, &grains[..present], source)
 }
 
 fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {

@@ -149,7 +149,7 @@ pub(crate) const SECTIONS: &[Case] = cases! {
         "[dem.lubrication]\nform = \"continuous\"\nroughness = 4e-4\ncut_off = 0.4\n" => ""; "dem.contact", "is missing";
     "unknown law": "law = \"linear-spring-dashpot\"" => "§law = \"hertz\""; "dem.contact.law", "hertz", "linear-spring-dashpot";
     "law missing": "[dem.contact]\nlaw = \"linear-spring-dashpot\"" => "§[dem.contact]"; "dem.contact.law", "missing field";
-    "contact time missing": "[dem.contact]" => "§[dem.contact]", "contact_time = 0.02\n" => ""; "dem.contact.contact_time", "missing field";
+    "contact time missing": "[dem.contact]" => "§[dem.contact]", "contact_time = 0.02\n" => ""; "dem.contact.contact_time", "is missing", "stiffness";
     "restitution zero": "restitution = 0.9" => "§restitution = 0.0"; "dem.contact.restitution", "is 0", "above 0";
     "restitution above one": "restitution = 0.9" => "§restitution = 1.1"; "dem.contact.restitution", "1.1", "at most 1";
     "restitution out of the exact form": "restitution = 0.9" => "§restitution = 0.1\nform = \"exact-restitution\""; "dem.contact.restitution", "0.1", "0.1355";

@@ -1,0 +1,159 @@
+//! Every contact of a state with its force: what averages over grains are made of.
+
+use crate::Vec3;
+use crate::contact::PairLaw;
+use crate::grains::Grains;
+use crate::interact::{Coefficients, Frame, Kinematics, Relative, SpringStep, resolve};
+use crate::report::GrainLoad;
+use crate::spec::Motion;
+use crate::step::Dem;
+
+/// One contact that bears a force, seen from a free grain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// The free grain.
+    pub grain: usize,
+    /// Force on it, N (per unit length for discs).
+    pub force: Vec3,
+    /// Its centre, m.
+    pub end: Vec3,
+    /// Centre of the other grain (its nearest image) if that is free too, else the point of contact:
+    /// stress lives in the grains that flow (Weinhart et al. 2012).
+    pub start: Vec3,
+    /// Point of contact, m.
+    pub point: Vec3,
+    /// Is the other one a wall or a held grain?
+    pub held: bool,
+}
+
+impl Dem {
+    /// The contacts of the present state under `loads` (none at all for a dry run); nothing changes.
+    #[must_use]
+    pub fn contact_list(&self, loads: &[GrainLoad]) -> Vec<Contact> {
+        let mut copy = self.clone();
+        copy.begin(loads);
+        let mut found = Vec::new();
+        copy.collect_pairs(&mut found);
+        copy.collect_walls(&mut found);
+        found
+    }
+
+    /// Law, masses and history of one contact as a force; `history` is its spring.
+    fn force_of(
+        &self,
+        law: &PairLaw,
+        radius: f64,
+        frame: &Frame,
+        relative: impl Fn(&[Vec3], &[Vec3]) -> Relative,
+        history: Vec3,
+    ) -> Vec3 {
+        let Some(law) = Coefficients::of(law, frame.mass, radius, frame.gap) else { return Vec3::zeros() };
+        let kinematics = Kinematics {
+            velocity: &self.grains.velocity,
+            spin: &self.grains.spin,
+            path: None,
+            dt: 0.0,
+            spring: SpringStep::Before,
+            t: self.time,
+        };
+        let mut spring = history;
+        resolve(&law, frame, &kinematics, relative, &mut spring).0
+    }
+
+    fn collect_pairs(&self, found: &mut Vec<Contact>) {
+        let (g, scene) = (&self.grains, self.scene());
+        for i in 0..g.len() {
+            for k in self.lists.pairs.row(i) {
+                let j = self.lists.pairs.other[k] as usize;
+                let apart = scene.periods.nearest(g.position[i] - g.position[j]);
+                let distance = apart.norm();
+                let (r, s) = (g.radius[i], g.radius[j]);
+                let gap = distance - r - s;
+                if gap > scene.range || distance == 0.0 {
+                    continue;
+                }
+                let normal = apart / distance;
+                let law = scene.laws.between(g.material[i], g.material[j]);
+                let force = if let PairLaw::WanTurek(law) = law {
+                    normal * law.pair_force(gap, distance)
+                } else {
+                    let mass = self.response.effective_mass(g, i, j);
+                    let frame = Frame { normal, gap, distance, mass, arms: (r + 0.5 * gap, s + 0.5 * gap) };
+                    let relative =
+                        |v: &[Vec3], w: &[Vec3]| Relative { velocity: v[i] - v[j], spin: (w[i], w[j]) };
+                    self.force_of(law, r * s / (r + s), &frame, relative, self.lists.pairs.spring[k])
+                };
+                if force == Vec3::zeros() {
+                    continue;
+                }
+                let point = g.position[i] - normal * (r + 0.5 * gap);
+                let start = g.position[i] - apart;
+                let contact = match (is_free(g, i), is_free(g, j)) {
+                    (true, true) => {
+                        Contact { grain: i, force, end: g.position[i], start, point, held: false }
+                    }
+                    (true, false) => {
+                        Contact { grain: i, force, end: g.position[i], start: point, point, held: true }
+                    }
+                    (false, true) => {
+                        let shift = g.position[j] - start;
+                        let point = point + shift;
+                        Contact {
+                            grain: j,
+                            force: -force,
+                            end: g.position[j],
+                            start: point,
+                            point,
+                            held: true,
+                        }
+                    }
+                    (false, false) => continue,
+                };
+                found.push(contact);
+            }
+        }
+    }
+
+    fn collect_walls(&self, found: &mut Vec<Contact>) {
+        let (g, scene) = (&self.grains, self.scene());
+        for i in (0..g.len()).filter(|&i| is_free(g, i)) {
+            for k in self.lists.walls.row(i) {
+                let wall = &scene.walls[self.lists.walls.other[k] as usize];
+                let (r, normal) = (g.radius[i], wall.normal);
+                let gap = wall.gap(&g.position[i], r, self.time);
+                if !wall.stands(self.time) || gap > scene.range {
+                    continue;
+                }
+                let law = scene.laws.between(g.material[i], wall.material);
+                let force = if let PairLaw::WanTurek(law) = law {
+                    normal * law.wall_force(gap, r)
+                } else {
+                    let mass = self.response.wall_mass(g, i);
+                    let frame = Frame { normal, gap, distance: f64::INFINITY, mass, arms: (r + gap, 0.0) };
+                    let relative = |v: &[Vec3], w: &[Vec3]| Relative {
+                        velocity: v[i] - wall.velocity,
+                        spin: (w[i], Vec3::zeros()),
+                    };
+                    self.force_of(law, r, &frame, relative, self.lists.walls.spring[k])
+                };
+                if force != Vec3::zeros() {
+                    let point = g.position[i] - normal * (r + gap);
+                    found.push(Contact {
+                        grain: i,
+                        force,
+                        end: g.position[i],
+                        start: point,
+                        point,
+                        held: true,
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// Is grain `i` moved by forces?
+#[must_use]
+pub fn is_free(grains: &Grains, i: usize) -> bool {
+    grains.motion[i] == Motion::Free
+}

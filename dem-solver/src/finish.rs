@@ -1,0 +1,100 @@
+//! What a run of the DEM alone leaves at its end: `grains.csv`, `profile.csv`, metrics of a silo.
+
+use std::collections::BTreeMap;
+
+use crate::janssen::{Measured, Silo, direct, plateau};
+use crate::participant::DemParticipant;
+use crate::profile::Profile;
+use crate::{Vec3, output};
+use protocol::output::{MetricValue, OutputFolder, atomic_write};
+use protocol::participant::SolverError;
+use protocol::scene::{CheckedScene, MetricKind};
+
+/// Writes the files and measures.
+pub(crate) fn finish(
+    participant: &DemParticipant,
+    scene: &CheckedScene,
+    folder: &OutputFolder,
+) -> Result<BTreeMap<String, MetricValue>, SolverError> {
+    let failed = |error: protocol::output::OutputError| SolverError::Failed(error.to_string());
+    let dem = participant.dem();
+    let table = output::table(dem.time(), &dem.grains, participant.spec());
+    atomic_write(&folder.grains(), table.as_bytes()).map_err(failed)?;
+    let waiting = participant.spec().grains.len() - dem.grains.len();
+    if waiting > 0 {
+        protocol::say!(
+            "bedload-dem: {waiting} grains were not poured: their region was full, or the run too short"
+        );
+    }
+    left_the_box(participant, scene);
+    let Some(profile) = participant.profile() else { return Ok(BTreeMap::new()) };
+    let gravity = Vec3::from(participant.spec().gravity)[profile.axis];
+    let fit = scene.scene.metrics.iter().find_map(|metric| match metric.kind {
+        MetricKind::JanssenFit { range } => {
+            let silo = Silo::new(&profile, range, gravity)?;
+            Some((silo, silo.fit(&profile, range)?))
+        }
+        _ => None,
+    });
+    let curves = fit.map_or_else(Vec::new, |(silo, fit)| curves(&profile, &silo, fit.value));
+    atomic_write(&folder.profile(), profile.table(&curves).as_bytes()).map_err(failed)?;
+    Ok(metrics(scene, &profile, gravity))
+}
+
+/// Janssen's and the hydrostatic pressure beside the measured one.
+fn curves(profile: &Profile, silo: &Silo, k: f64) -> Vec<(&'static str, Vec<f64>)> {
+    let along =
+        |of: &dyn Fn(f64) -> f64| (0..profile.cells.len()).map(|slab| of(profile.middle(slab))).collect();
+    vec![("janssen", along(&|z| silo.pressure(z, k))), ("hydrostatic", along(&|z| silo.hydrostatic(z)))]
+}
+
+fn metrics(scene: &CheckedScene, profile: &Profile, gravity: f64) -> BTreeMap<String, MetricValue> {
+    let mut values = BTreeMap::new();
+    for metric in &scene.scene.metrics {
+        let (measured, unit) = match metric.kind {
+            MetricKind::JanssenFit { range } => {
+                (Silo::new(profile, range, gravity).and_then(|silo| silo.fit(profile, range)), "-")
+            }
+            MetricKind::JanssenDirect { range } => (direct(profile, range), "-"),
+            MetricKind::PlateauPressure { range } => (plateau(profile, range), "Pa"),
+            _ => continue,
+        };
+        let (reference, source) = (metric.reference, metric.source.clone());
+        let value = match measured {
+            Some(Measured { value, spread, slabs }) => {
+                let mut value = MetricValue::measured(value, unit, reference, source);
+                value.note = value.note.or(Some(format!("± {spread:.3} over {slabs} slabs")));
+                value
+            }
+            None => MetricValue::missing("no slab in `range` holds grains", unit, reference, source),
+        };
+        values.insert(metric.name.clone(), value);
+    }
+    values
+}
+
+/// Says which free grains are outside the box.
+fn left_the_box(participant: &DemParticipant, scene: &CheckedScene) {
+    let domain = &scene.scene.domain;
+    let grains = &participant.dem().grains;
+    let outside = |x: &Vec3| {
+        (0..domain.dimensions()).any(|axis| {
+            let c = domain.geometry.component(axis);
+            !domain.is_periodic(axis) && !(domain.lower[axis]..=domain.upper[axis]).contains(&x[c])
+        })
+    };
+    let lost: Vec<usize> = (0..grains.len()).filter(|&i| outside(&grains.position[i])).collect();
+    if let Some(&i) = lost.first() {
+        let (x, v) = (grains.position[i], grains.velocity[i]);
+        protocol::say!(
+            "bedload-dem: {} grains are outside the box; the first is grain {i} at [{}, {}, {}], moving at [{}, {}, {}]",
+            lost.len(),
+            x.x,
+            x.y,
+            x.z,
+            v.x,
+            v.y,
+            v.z
+        );
+    }
+}

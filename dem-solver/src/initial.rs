@@ -1,0 +1,72 @@
+//! The first state of a run from the last one of another, with the springs between grains.
+
+use std::path::Path;
+
+use crate::state::State;
+use crate::step::Dem;
+use protocol::checkpoint;
+use protocol::scene::{CheckedScene, SceneError};
+
+/// Deepest overlap, over the smaller radius.
+const DEEPEST: f64 = 0.01;
+
+/// Brings `dem` to the state in the output folder `folder`, at time zero. Contacts with walls start
+/// anew: the other scene's walls may be others.
+pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result<(), SceneError> {
+    let refuse = |why: String, remedy: &str| Err(scene.source.error("dem.initial_state", why, remedy));
+    if scene.scene.medium.is_some() {
+        return refuse(
+            "moves the grains, but the fluid starts with them where the scene has them".into(),
+            "use [[grain_files]] with the other run's grains.csv",
+        );
+    }
+    let read = checkpoint::read_any::<State>(&folder.join("checkpoint"), "dem");
+    let mut state = match read {
+        Ok((_, state)) => state,
+        Err(error) => return refuse(error.to_string(), "name the output folder of a finished run"),
+    };
+    let expected = dem.grains.len();
+    if state.position.len() != expected {
+        return refuse(
+            format!("holds {} grains, this scene {expected}", state.position.len()),
+            "start from a run of the same grains, or use [[grain_files]] with its grains.csv",
+        );
+    }
+    (state.time, state.substeps, state.windows) = (0.0, 0, 0);
+    state.rolling.truncate(state.contacts.len());
+    state.wall_contacts.clear();
+    if let Err(fault) = dem.restore(&state) {
+        return refuse(fault.to_string(), "start from a run with the same grains and contact law");
+    }
+    if let Some(fault) = misplaced(dem, scene) {
+        return refuse(fault, "let the other run settle, or make this box fit");
+    }
+    Ok(())
+}
+
+/// A grain outside the box, or two in each other.
+fn misplaced(dem: &mut Dem, scene: &CheckedScene) -> Option<String> {
+    let domain = &scene.scene.domain;
+    for (i, x) in dem.grains.position.iter().enumerate() {
+        for axis in 0..domain.dimensions() {
+            let at = x[domain.geometry.component(axis)];
+            if !domain.is_periodic(axis) && !(domain.lower[axis]..=domain.upper[axis]).contains(&at) {
+                return Some(format!("puts grain {i} at {:?}, outside the box", <[f64; 3]>::from(*x)));
+            }
+        }
+    }
+    dem.begin(&[]);
+    let (g, periods) = (&dem.grains, &dem.scene().periods);
+    for i in 0..g.len() {
+        for k in dem.lists.pairs.row(i) {
+            let j = dem.lists.pairs.other[k] as usize;
+            let overlap = g.radius[i] + g.radius[j] - periods.nearest(g.position[i] - g.position[j]).norm();
+            if overlap > DEEPEST * g.radius[i].min(g.radius[j]) {
+                return Some(format!(
+                    "lets grains {i} and {j} overlap by {overlap} m; allowed: 1 % of the smaller radius"
+                ));
+            }
+        }
+    }
+    None
+}

@@ -1,0 +1,172 @@
+//! Janssen's model of a silo (1895; Izard et al. 2014, eq. 22) against a profile.
+//!
+//! p(z) = ρ_g g S/(k P) (1 − exp(−k P (h − z)/S)), k = f_w K, S area and P perimeter of the silo, ρ_g
+//! density of the granular medium, h height of its top.
+
+use crate::profile::Profile;
+
+/// A number and how far it is certain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Value.
+    pub value: f64,
+    /// Standard error of a fit, or standard deviation over slabs.
+    pub spread: f64,
+    /// Slabs that it comes from.
+    pub slabs: usize,
+}
+
+/// A silo as Janssen sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Silo {
+    /// ρ_g, kg/m³.
+    pub density: f64,
+    /// g, m/s².
+    pub gravity: f64,
+    /// S/P, m.
+    pub section: f64,
+    /// h, m.
+    pub top: f64,
+}
+
+impl Silo {
+    /// From the slabs of `range`: ρ_g is their mean, and h where a column of that density ends.
+    /// `None` if there is no grain or no slab.
+    #[must_use]
+    pub fn new(profile: &Profile, range: [f64; 2], gravity: f64) -> Option<Self> {
+        let filled: Vec<f64> = profile.slabs_in(range).map(|slab| profile.cells[slab].density).collect();
+        // Slabs above the top, and the one that holds it, say nothing of the density.
+        let most = filled.iter().copied().fold(0.0, f64::max);
+        let full: Vec<f64> = filled.into_iter().filter(|density| *density > 0.8 * most).collect();
+        if full.is_empty() || most <= 0.0 {
+            return None;
+        }
+        let density = full.iter().sum::<f64>() / full.len() as f64;
+        let above = [range[0], f64::INFINITY];
+        let first = profile.slabs_in(above).next()?;
+        let mass: f64 = profile.slabs_in(above).map(|slab| profile.cells[slab].density * profile.width).sum();
+        let top = profile.middle(first) - 0.5 * profile.width + mass / density;
+        Some(Self { density, gravity: gravity.abs(), section: profile.area / profile.perimeter, top })
+    }
+
+    /// Janssen's pressure at `z` for k = f_w K, Pa.
+    #[must_use]
+    pub fn pressure(&self, z: f64, k: f64) -> f64 {
+        let depth = (self.top - z).max(0.0);
+        self.density * self.gravity * self.section / k * -(-k * depth / self.section).exp_m1()
+    }
+
+    /// Hydrostatic pressure at `z`, Pa.
+    #[must_use]
+    pub fn hydrostatic(&self, z: f64) -> f64 {
+        self.density * self.gravity * (self.top - z).max(0.0)
+    }
+
+    /// k of least squares over the slabs of `range` below the top.
+    #[must_use]
+    pub fn fit(&self, profile: &Profile, range: [f64; 2]) -> Option<Measured> {
+        let below = [range[0], range[1].min(self.top)];
+        let points: Vec<(f64, f64)> =
+            profile.slabs_in(below).map(|slab| (profile.middle(slab), profile.pressure(slab))).collect();
+        if points.len() < 3 {
+            return None;
+        }
+        let miss = |ln_k: f64| -> f64 {
+            points.iter().map(|(z, p)| (p - self.pressure(*z, ln_k.exp())).powi(2)).sum()
+        };
+        let value = least(miss, 1e-4f64.ln(), 1e2f64.ln()).exp();
+        let slope =
+            |z: f64| (self.pressure(z, value * 1.001) - self.pressure(z, value * 0.999)) / (0.002 * value);
+        let steepness: f64 = points.iter().map(|(z, _)| slope(*z).powi(2)).sum();
+        let spread = (miss(value.ln()) / (points.len() - 1) as f64 / steepness).sqrt();
+        Some(Measured { value, spread, slabs: points.len() })
+    }
+}
+
+/// Place of the least value between `low` and `high`: the best of a coarse walk, then golden section.
+fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
+    const WALK: usize = 400;
+    let step = (high - low) / WALK as f64;
+    let best = (0..=WALK).min_by(|a, b| f(low + step * *a as f64).total_cmp(&f(low + step * *b as f64)));
+    let middle = low + step * best.unwrap_or(0) as f64;
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let (mut a, mut b) = (middle - step, middle + step);
+    for _ in 0..100 {
+        let (c, d) = (b - golden * (b - a), a + golden * (b - a));
+        if f(c) < f(d) {
+            b = d;
+        } else {
+            a = c;
+        }
+    }
+    0.5 * (a + b)
+}
+
+/// f_w K measured: friction of the side walls over granular pressure, slab by slab.
+#[must_use]
+pub fn direct(profile: &Profile, range: [f64; 2]) -> Option<Measured> {
+    mean(profile, range, |slab| profile.wall_shear(slab) / profile.pressure(slab))
+}
+
+/// Mean granular pressure, Pa.
+#[must_use]
+pub fn plateau(profile: &Profile, range: [f64; 2]) -> Option<Measured> {
+    mean(profile, range, |slab| profile.pressure(slab))
+}
+
+/// Mean and standard deviation over the slabs of `range` that bear a pressure.
+fn mean(profile: &Profile, range: [f64; 2], of: impl Fn(usize) -> f64) -> Option<Measured> {
+    let values: Vec<f64> =
+        profile.slabs_in(range).filter(|&slab| profile.pressure(slab) > 0.0).map(of).collect();
+    let count = values.len() as f64;
+    let value = values.iter().sum::<f64>() / count;
+    let spread = (values.iter().map(|v| (v - value).powi(2)).sum::<f64>() / count).sqrt();
+    (!values.is_empty()).then_some(Measured { value, spread, slabs: values.len() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coarse_grain::Cell;
+    use crate::spec::Shape;
+
+    /// A profile that is Janssen's curve with k = 0.3, as far as the fit can see.
+    fn exact(k: f64) -> (Profile, Silo) {
+        let silo = Silo { density: 800.0, gravity: 10.0, section: 0.025, top: 1.0 };
+        let mut profile = Profile {
+            axis: 2,
+            first: 0.01,
+            width: 0.02,
+            area: 0.01,
+            perimeter: 0.4,
+            shape: Shape::Sphere,
+            cells: vec![Cell::default(); 60],
+            inward: vec![0.0; 60],
+        };
+        for slab in 0..60 {
+            let z = profile.middle(slab);
+            let p = silo.pressure(z, k);
+            let cell = &mut profile.cells[slab];
+            cell.density = if z < 1.0 { 800.0 } else { 0.0 };
+            cell.contact = nalgebra::Matrix3::identity() * p;
+            cell.boundary.z = k * p * 0.4 * 0.02;
+        }
+        (profile, silo)
+    }
+
+    #[test]
+    fn the_fit_finds_the_curve_it_was_given_and_the_balance_agrees() {
+        let (profile, silo) = exact(0.3);
+        let found = Silo::new(&profile, [0.1, 0.9], -10.0).expect("filled");
+        assert!((found.top - 1.0).abs() < 1e-12 && (found.density - 800.0).abs() < 1e-9, "{found:?}");
+        assert!((found.section - silo.section).abs() < 1e-15);
+        let fit = found.fit(&profile, [0.1, 2.0]).expect("fits");
+        assert!((fit.value - 0.3).abs() < 1e-6 && fit.spread < 1e-6, "{fit:?}");
+        let direct = direct(&profile, [0.1, 0.9]).expect("slabs");
+        assert!((direct.value - 0.3).abs() < 1e-12 && direct.spread < 1e-12 && direct.slabs == 40);
+        // far down ρ g S/(k P), near the top hydrostatic
+        assert!((found.pressure(-10.0, 0.3) / (800.0 * 10.0 * 0.025 / 0.3) - 1.0).abs() < 1e-12);
+        assert!((found.pressure(0.9999, 0.3) / found.hydrostatic(0.9999) - 1.0).abs() < 1e-3);
+        assert!(Silo::new(&profile, [1.1, 1.2], 10.0).is_none(), "empty");
+    }
+}

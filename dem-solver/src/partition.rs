@@ -1,0 +1,252 @@
+//! Where averages live: slabs across an axis, or the cells of a grid. Each says which part of a grain
+//! and which part of a line belongs to which cell; the parts of what lies inside add up to one.
+
+use crate::Vec3;
+use crate::spec::Shape;
+use std::f64::consts::PI;
+
+/// Slabs, with sharp edges: a grain belongs to a slab with the part of its volume that lies in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slabs {
+    /// Component across the slabs.
+    pub axis: usize,
+    /// Lower edge of the first, m.
+    pub lower: f64,
+    /// Thickness, m.
+    pub width: f64,
+    /// Number.
+    pub count: usize,
+    /// Area of a slab across the axis, m² (m for discs).
+    pub area: f64,
+    /// Length of the period along the axis, if it has one, m.
+    pub period: Option<f64>,
+    /// Shape of the grains.
+    pub shape: Shape,
+}
+
+/// Cells of a uniform grid over which a Gaussian of width w is spread: φ ∝ exp(−|r|²/(2w²)), cut at 3w
+/// and at the grid, its sum over the cells made one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    /// Lower corner, m.
+    pub lower: [f64; 3],
+    /// Edges of a cell, m; for discs the second is 1.
+    pub spacing: [f64; 3],
+    /// Numbers of cells, x fastest.
+    pub cells: [usize; 3],
+    /// w, m.
+    pub width: f64,
+}
+
+/// Slabs or grid.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Partition {
+    /// Slabs.
+    Slabs(Slabs),
+    /// Grid.
+    Grid(Grid),
+}
+
+impl Partition {
+    /// Number of cells.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Slabs(slabs) => slabs.count,
+            Self::Grid(grid) => grid.cells.iter().product(),
+        }
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Volume of each cell, m³ (m² for discs).
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        match self {
+            Self::Slabs(slabs) => slabs.area * slabs.width,
+            Self::Grid(grid) => grid.spacing.iter().product(),
+        }
+    }
+
+    /// Parts of a grain by cell.
+    pub fn ball(&self, centre: &Vec3, radius: f64, mut share: impl FnMut(usize, f64)) {
+        match self {
+            Self::Slabs(slabs) => slabs.ball(centre[slabs.axis], radius, &mut share),
+            Self::Grid(grid) => grid.spread(centre, 1.0, &mut share),
+        }
+    }
+
+    /// Parts of the line from `start` to `end` by cell.
+    pub fn line(&self, start: &Vec3, end: &Vec3, mut share: impl FnMut(usize, f64)) {
+        match self {
+            Self::Slabs(slabs) => slabs.line(start[slabs.axis], end[slabs.axis], &mut share),
+            Self::Grid(grid) => {
+                // A point every half width: ∫₀¹ φ(start + s (end − start)) ds by the midpoint rule.
+                let points = 1 + ((end - start).norm() / (0.5 * grid.width)).ceil() as usize;
+                for point in 0..points {
+                    let s = (point as f64 + 0.5) / points as f64;
+                    grid.spread(&(start + (end - start) * s), 1.0 / points as f64, &mut share);
+                }
+            }
+        }
+    }
+}
+
+impl Slabs {
+    /// Where the images of something between `low` and `high` lie.
+    fn images(&self, low: f64, high: f64) -> impl Iterator<Item = f64> {
+        let top = self.lower + self.width * self.count as f64;
+        let bottom = self.lower;
+        let period = self.period;
+        [0.0, -1.0, 1.0]
+            .into_iter()
+            .map(move |turn| if turn == 0.0 { Some(0.0) } else { period.map(|period| turn * period) })
+            .filter_map(move |shift| shift.filter(|shift| high + shift > bottom && low + shift < top))
+    }
+
+    /// Slabs that the interval touches.
+    fn range(&self, low: f64, high: f64) -> std::ops::RangeInclusive<usize> {
+        let place =
+            |x: f64| ((x - self.lower) / self.width).floor().clamp(0.0, (self.count - 1) as f64) as usize;
+        place(low)..=place(high)
+    }
+
+    /// Part of a sphere or disc of radius 1 below the height `h` of its centre.
+    fn below(&self, h: f64) -> f64 {
+        let h = h.clamp(-1.0, 1.0);
+        match self.shape {
+            Shape::Sphere => 0.25 * (2.0 - h) * (1.0 + h) * (1.0 + h),
+            Shape::Disc => 0.5 + (h * (1.0 - h * h).max(0.0).sqrt() + h.asin()) / PI,
+        }
+    }
+
+    fn ball(&self, x: f64, radius: f64, share: &mut impl FnMut(usize, f64)) {
+        for shift in self.images(x - radius, x + radius) {
+            let x = x + shift;
+            let edge = |slab: usize| self.below((self.lower + self.width * slab as f64 - x) / radius);
+            for slab in self.range(x - radius, x + radius) {
+                share(slab, edge(slab + 1) - edge(slab));
+            }
+        }
+    }
+
+    fn line(&self, start: f64, end: f64, share: &mut impl FnMut(usize, f64)) {
+        let (low, high) = (start.min(end), start.max(end));
+        for shift in self.images(low, high + f64::MIN_POSITIVE) {
+            let (low, high) = (low + shift, high + shift);
+            for slab in self.range(low, high) {
+                let from = self.lower + self.width * slab as f64;
+                let inside = high.min(from + self.width) - low.max(from);
+                if high > low {
+                    share(slab, inside.max(0.0) / (high - low));
+                } else if low >= from && low < from + self.width {
+                    share(slab, 1.0);
+                }
+            }
+        }
+    }
+}
+
+impl Grid {
+    fn spread(&self, at: &Vec3, whole: f64, share: &mut impl FnMut(usize, f64)) {
+        let reach = 3.0 * self.width;
+        let span = |axis: usize| {
+            let place = |x: f64| ((x - self.lower[axis]) / self.spacing[axis]).floor();
+            let (first, last) = (place(at[axis] - reach), place(at[axis] + reach));
+            let most = self.cells[axis] as f64 - 1.0;
+            if last < 0.0 || first > most {
+                0..0
+            } else {
+                first.max(0.0) as usize..last.min(most) as usize + 1
+            }
+        };
+        let spans = [span(0), span(1), span(2)];
+        let away = |axis: usize, place: usize| {
+            if self.cells[axis] == 1 {
+                return 0.0;
+            }
+            self.lower[axis] + (place as f64 + 0.5) * self.spacing[axis] - at[axis]
+        };
+        let visit = |scale: f64, share: &mut dyn FnMut(usize, f64)| -> f64 {
+            let mut sum = 0.0;
+            for k in spans[2].clone() {
+                for j in spans[1].clone() {
+                    for i in spans[0].clone() {
+                        let square = away(0, i).powi(2) + away(1, j).powi(2) + away(2, k).powi(2);
+                        let weight = (-0.5 * square / (self.width * self.width)).exp();
+                        sum += weight;
+                        share((k * self.cells[1] + j) * self.cells[0] + i, weight * scale);
+                    }
+                }
+            }
+            sum
+        };
+        let sum = visit(0.0, &mut |_, _| {});
+        if sum > 0.0 {
+            visit(whole / sum, share);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slabs(shape: Shape, period: Option<f64>) -> Partition {
+        Partition::Slabs(Slabs { axis: 2, lower: 0.0, width: 0.3, count: 10, area: 2.0, period, shape })
+    }
+
+    fn total(partition: &Partition, x: f64) -> f64 {
+        let mut sum = 0.0;
+        partition.ball(&Vec3::new(0.5, 0.5, x), 0.4, |_, part| sum += part);
+        sum
+    }
+
+    #[test]
+    fn parts_add_up_to_what_lies_inside() {
+        for shape in [Shape::Sphere, Shape::Disc] {
+            let walls = slabs(shape, None);
+            assert!((total(&walls, 1.234) - 1.0).abs() < 1e-15);
+            assert!((total(&walls, 0.0) - 0.5).abs() < 1e-15, "half of it is outside");
+            assert!((total(&slabs(shape, Some(3.0)), 0.1) - 1.0).abs() < 1e-15, "the image has the rest");
+        }
+        // A unit cap of height 0.3/0.4: (2 − h)(1 + h)²/4 at h = −0.25
+        let mut first = 0.0;
+        slabs(Shape::Sphere, None).ball(&Vec3::new(0.0, 0.0, 0.4), 0.4, |slab, part| {
+            if slab == 0 {
+                first = part;
+            }
+        });
+        assert!((first - 0.25 * 2.25 * 0.75f64.powi(2)).abs() < 1e-15, "{first}");
+    }
+
+    #[test]
+    fn lines_are_cut_at_the_edges() {
+        let partition = slabs(Shape::Sphere, None);
+        let mut parts = [0.0; 10];
+        partition
+            .line(&Vec3::new(0.0, 0.0, 0.9), &Vec3::new(1.0, 0.0, 0.15), |slab, part| parts[slab] += part);
+        let expected = [0.2, 0.4, 0.4];
+        for (part, expected) in parts.iter().zip(expected) {
+            assert!((part - expected).abs() < 1e-14, "{parts:?}");
+        }
+        let mut level = 0.0;
+        partition.line(&Vec3::new(0.0, 0.0, 0.5), &Vec3::new(1.0, 0.0, 0.5), |_, part| level += part);
+        assert_eq!(level, 1.0);
+    }
+
+    #[test]
+    fn the_grid_gives_everything_to_its_cells() {
+        let grid = Grid { lower: [0.0; 3], spacing: [0.2; 3], cells: [5; 3], width: 0.3 };
+        let partition = Partition::Grid(grid);
+        assert_eq!((partition.len(), partition.is_empty()), (125, false));
+        assert!((total(&partition, 0.9) - 1.0).abs() < 1e-14);
+        let mut sum = 0.0;
+        partition.line(&Vec3::zeros(), &Vec3::new(1.0, 0.7, 0.2), |_, part| sum += part);
+        assert!((sum - 1.0).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,95 @@
+//! Grains that are poured in while the run goes.
+//!
+//! The solver holds the grains that are there; the others wait outside of it, in order of their times.
+//! A batch comes when it is due and worth the rebuilding: a 200th of the grains there, or all that
+//! are left. Each grain of a batch takes the first of a hundred random places that is free; where none
+//! is, it and those after it wait for the next window.
+
+use crate::Vec3;
+use crate::cells::Periods;
+use crate::grains::Grains;
+use crate::spec::Grain;
+use protocol::scene::{CheckedScene, Geometry, Pour, Poured};
+
+/// Tries for a place, per grain and window.
+const TRIES: u64 = 100;
+
+/// What waits to be poured.
+#[derive(Clone, Debug)]
+pub struct Pouring {
+    pours: Vec<Pour>,
+    poured: Vec<Poured>,
+    geometry: Geometry,
+    /// Grains that are there from the start.
+    present: usize,
+}
+
+impl Pouring {
+    /// As the scene has it.
+    #[must_use]
+    pub fn new(scene: &CheckedScene) -> Self {
+        Self {
+            pours: scene.scene.pours.clone(),
+            poured: scene.poured.clone(),
+            geometry: scene.scene.domain.geometry,
+            present: scene.present(),
+        }
+    }
+
+    /// Places of the grains to add to those there now (`grains`), in window `step` that begins at
+    /// `time`; `all` holds every grain of the scene.
+    #[must_use]
+    pub fn places(
+        &self,
+        grains: &Grains,
+        all: &[Grain],
+        periods: &Periods,
+        step: u64,
+        time: f64,
+    ) -> Vec<Vec3> {
+        let there = grains.len();
+        let waiting = &self.poured[there.min(all.len()) - self.present..];
+        let due = waiting.iter().take_while(|poured| poured.time <= time).count();
+        if due == 0 || (due < waiting.len() && due < (there - self.present) / 200) {
+            return Vec::new();
+        }
+        let mut near = self.near(grains, all, periods, &waiting[..due]);
+        let mut places = Vec::new();
+        for (number, poured) in waiting[..due].iter().enumerate() {
+            let (pour, radius) = (&self.pours[poured.pour], all[there + number].radius);
+            let clear = |place: &Vec3| {
+                near.iter().all(|(x, r): &(Vec3, f64)| {
+                    periods.nearest(place - x).norm_squared() >= (radius + r).powi(2)
+                })
+            };
+            let grain = (there + number) as u64;
+            let place = (0..TRIES)
+                .map(|attempt| Vec3::from(pour.place(self.geometry, radius, grain, step, attempt)))
+                .find(clear);
+            let Some(place) = place else { break };
+            near.push((place, radius));
+            places.push(place);
+        }
+        places
+    }
+
+    /// Grains that can stand in the way.
+    fn near(&self, grains: &Grains, all: &[Grain], periods: &Periods, due: &[Poured]) -> Vec<(Vec3, f64)> {
+        let largest = all.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+        let mut used: Vec<usize> = due.iter().map(|poured| poured.pour).collect();
+        used.sort_unstable();
+        used.dedup();
+        let reaches = |x: &Vec3| {
+            used.iter().any(|&pour| {
+                let (low, high) = (&self.pours[pour].lower, &self.pours[pour].upper);
+                (0..3).all(|c| {
+                    (self.geometry == Geometry::Plane && c == 1)
+                        || periods.is_periodic(c)
+                        || (low[c] - 2.0 * largest..=high[c] + 2.0 * largest).contains(&x[c])
+                })
+            })
+        };
+        let there = grains.position.iter().zip(&grains.radius);
+        there.filter(|(x, _)| reaches(x)).map(|(x, r)| (*x, *r)).collect()
+    }
+}

@@ -1,0 +1,149 @@
+//! Profile of the grains over slabs, and its table.
+
+use std::fmt::Write;
+
+use crate::Vec3;
+use crate::coarse_grain::{Cell, coarse_grain};
+use crate::contacts::Contact;
+use crate::grains::Grains;
+use crate::partition::{Partition, Slabs};
+use crate::spec::{DemSpec, Shape};
+use protocol::scene;
+
+/// Averages over slabs.
+#[derive(Clone, Debug)]
+pub struct Profile {
+    /// Component across the slabs.
+    pub axis: usize,
+    /// Middle of the first slab, m.
+    pub first: f64,
+    /// Thickness of a slab, m.
+    pub width: f64,
+    /// Area of the region across the axis, m² (m for discs).
+    pub area: f64,
+    /// Perimeter of that area, m (2 for discs).
+    pub perimeter: f64,
+    /// Shape of the grains.
+    pub shape: Shape,
+    /// Averages, slab by slab.
+    pub cells: Vec<Cell>,
+    /// Inward normal force of the boundary per slab, N.
+    pub inward: Vec<f64>,
+}
+
+/// The two other components.
+fn lateral(axis: usize) -> [usize; 2] {
+    [(axis + 1) % 3, (axis + 2) % 3]
+}
+
+impl Profile {
+    /// Averages over the region of `asked`.
+    #[must_use]
+    pub fn new(asked: &scene::Profile, spec: &DemSpec, grains: &Grains, contacts: &[Contact]) -> Self {
+        let axis = asked.axis();
+        let disc = spec.shape == Shape::Disc;
+        let sides: Vec<usize> = lateral(axis).into_iter().filter(|c| !(disc && *c == 1)).collect();
+        let extent = |c: &usize| asked.upper[*c] - asked.lower[*c];
+        let width = (asked.upper[axis] - asked.lower[axis]) / asked.slabs as f64;
+        let slabs = Slabs {
+            axis,
+            lower: asked.lower[axis],
+            width,
+            count: asked.slabs,
+            area: sides.iter().map(extent).product(),
+            period: spec.periods[axis].map(|(_, length)| length),
+            shape: spec.shape,
+        };
+        let perimeter = if disc { 2.0 } else { 2.0 * sides.iter().map(extent).sum::<f64>() };
+        let inside = |x: &Vec3| sides.iter().all(|&c| (asked.lower[c]..=asked.upper[c]).contains(&x[c]));
+        let area = slabs.area;
+        let partition = Partition::Slabs(slabs);
+        let cells = coarse_grain(grains, spec.shape, contacts, &partition, inside);
+        let mut inward = vec![0.0; asked.slabs];
+        for contact in contacts.iter().filter(|contact| contact.held && inside(&contact.end)) {
+            let push = inward_part(contact, asked, &sides);
+            partition.line(&contact.point, &contact.point, |slab, part| inward[slab] += push * part);
+        }
+        let first = asked.lower[axis] + 0.5 * width;
+        Self { axis, first, width, area, perimeter, shape: spec.shape, cells, inward }
+    }
+
+    /// Middle of a slab along the axis, m.
+    #[must_use]
+    pub fn middle(&self, slab: usize) -> f64 {
+        self.first + self.width * slab as f64
+    }
+
+    /// Granular pressure of a slab, Pa.
+    #[must_use]
+    pub fn pressure(&self, slab: usize) -> f64 {
+        self.cells[slab].pressure(self.shape)
+    }
+
+    /// Force of the side walls along the axis per area of wall, Pa.
+    #[must_use]
+    pub fn wall_shear(&self, slab: usize) -> f64 {
+        self.cells[slab].boundary[self.axis] / (self.perimeter * self.width)
+    }
+
+    /// Force of the side walls inward per area of wall, Pa.
+    #[must_use]
+    pub fn wall_pressure(&self, slab: usize) -> f64 {
+        self.inward[slab] / (self.perimeter * self.width)
+    }
+
+    /// Slabs whose middle lies in `range`.
+    pub fn slabs_in(&self, range: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
+        (0..self.cells.len()).filter(move |&slab| (range[0]..=range[1]).contains(&self.middle(slab)))
+    }
+
+    /// As CSV; `more` are columns by name, one number per slab.
+    #[must_use]
+    pub fn table(&self, more: &[(&str, Vec<f64>)]) -> String {
+        let mut text = String::from(["x", "y", "z"][self.axis]);
+        text += ",solid_fraction,density,velocity_x,velocity_y,velocity_z,stress_xx,stress_yy,stress_zz,stress_xy,\
+                 stress_xz,stress_yz,kinetic_pressure,pressure,wall_shear,wall_pressure";
+        for (name, _) in more {
+            let _ = write!(text, ",{name}");
+        }
+        text.push('\n');
+        for (slab, cell) in self.cells.iter().enumerate() {
+            let (u, s) = (cell.velocity, cell.stress());
+            let kinetic = Cell { contact: nalgebra::Matrix3::zeros(), ..*cell }.pressure(self.shape);
+            let _ = write!(
+                text,
+                "{},{},{},{},{},{},{},{},{},{},{},{},{kinetic},{},{},{}",
+                self.middle(slab),
+                cell.solid,
+                cell.density,
+                u.x,
+                u.y,
+                u.z,
+                s[(0, 0)],
+                s[(1, 1)],
+                s[(2, 2)],
+                s[(0, 1)],
+                s[(0, 2)],
+                s[(1, 2)],
+                self.pressure(slab),
+                self.wall_shear(slab),
+                self.wall_pressure(slab)
+            );
+            for (_, values) in more {
+                let _ = write!(text, ",{}", values[slab]);
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+/// Part of a boundary force along the inward normal of the nearest side of the region, N.
+fn inward_part(contact: &Contact, asked: &scene::Profile, sides: &[usize]) -> f64 {
+    let faces = sides.iter().flat_map(|&c| {
+        let x = contact.point[c];
+        [((x - asked.lower[c]).abs(), c, 1.0), ((asked.upper[c] - x).abs(), c, -1.0)]
+    });
+    let nearest = faces.min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map_or(0.0, |(_, c, sign)| sign * contact.force[c])
+}

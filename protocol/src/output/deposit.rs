@@ -1,0 +1,113 @@
+//! The heap that a granular column leaves: profile, half-length, height.
+
+use std::fmt::Write;
+
+/// Profile of a heap over bins along x.
+#[derive(Clone, Debug)]
+pub(super) struct Heap {
+    bin: f64,
+    /// Number of bins left of the middle.
+    left: usize,
+    /// Topmost surface in each bin, m; zero where it is empty.
+    top: Vec<f64>,
+    /// Outermost surface in each bin: largest |x| + R, m.
+    reach: Vec<f64>,
+}
+
+impl Heap {
+    /// Of grains given by x from the middle, z above the floor, and radius.
+    pub(super) fn new(grains: &[[f64; 3]], bin: f64) -> Self {
+        let farthest = grains.iter().map(|[x, ..]| x.abs()).filter(|x| x.is_finite()).fold(0.0, f64::max);
+        let left = (farthest / bin).floor() as usize + 1;
+        let mut heap = Self { bin, left, top: vec![0.0; 2 * left], reach: vec![0.0; 2 * left] };
+        for [x, z, radius] in grains.iter().filter(|grain| grain.iter().all(|value| value.is_finite())) {
+            let place = ((x / bin).floor() + left as f64) as usize;
+            let place = place.min(2 * left - 1);
+            heap.top[place] = heap.top[place].max(z + radius);
+            heap.reach[place] = heap.reach[place].max(x.abs() + radius);
+        }
+        heap
+    }
+
+    /// Filled bins from the middle outward, right and left, up to the first two empty ones in a row:
+    /// what lies beyond (3 d by default) is no part of the heap.
+    fn sides(&self) -> [Vec<usize>; 2] {
+        let walk = |places: &mut dyn Iterator<Item = usize>| {
+            let (mut side, mut empty) = (Vec::new(), 0);
+            for place in places {
+                empty = if self.top[place] > 0.0 { 0 } else { empty + 1 };
+                match empty {
+                    0 => side.push(place),
+                    1 => {}
+                    _ => break,
+                }
+            }
+            side
+        };
+        [walk(&mut (self.left..self.top.len())), walk(&mut (0..self.left).rev())]
+    }
+
+    /// Mean of the half-lengths to both sides, or of the one that there is.
+    pub(super) fn half_length(&self) -> Option<f64> {
+        let ends: Vec<f64> = self
+            .sides()
+            .iter()
+            .filter(|side| !side.is_empty())
+            .map(|side| side.iter().map(|place| self.reach[*place]).fold(0.0, f64::max))
+            .collect();
+        (!ends.is_empty()).then(|| ends.iter().sum::<f64>() / ends.len() as f64)
+    }
+
+    /// Topmost surface of the heap, m.
+    pub(super) fn height(&self) -> f64 {
+        self.sides().iter().flatten().map(|place| self.top[*place]).fold(0.0, f64::max)
+    }
+
+    /// Mean of the surface over the bins whose middle is nearer than `within`, m.
+    pub(super) fn mean_height(&self, within: f64) -> f64 {
+        let inside: Vec<f64> = (0..self.top.len())
+            .filter(|place| self.middle(*place).abs() < within)
+            .map(|p| self.top[p])
+            .collect();
+        inside.iter().sum::<f64>() / inside.len().max(1) as f64
+    }
+
+    fn middle(&self, place: usize) -> f64 {
+        (place as f64 - self.left as f64 + 0.5) * self.bin
+    }
+
+    /// The profile as CSV, also in units of the column's half-length.
+    pub(super) fn table(&self, half_length: f64) -> String {
+        let mut text = String::from("x,height,x_over_half_length,height_over_half_length\n");
+        for place in 0..self.top.len() {
+            let (x, top) = (self.middle(place), self.top[place]);
+            let _ = writeln!(text, "{x},{top},{},{}", x / half_length, top / half_length);
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grains_that_lie_apart_are_no_part_of_the_heap() {
+        let r = 0.5;
+        let mut grains: Vec<[f64; 3]> = (-10..=10).map(|k| [f64::from(k), r, r]).collect();
+        grains.extend((-4..=4).map(|k| [f64::from(k), 1.5, r]));
+        let heap = Heap::new(&grains, 1.5);
+        assert_eq!(heap.half_length(), Some(10.5));
+        assert_eq!(heap.height(), 2.0);
+        assert_eq!(heap.mean_height(2.0), 2.0);
+        grains.push([40.0, r, r]);
+        assert_eq!(Heap::new(&grains, 1.5).half_length(), Some(10.5), "one rolled away");
+        grains.push([12.5, r, r]);
+        assert_eq!(Heap::new(&grains, 1.5).half_length(), Some(11.75), "one bin apart still belongs");
+        grains.pop();
+        let one_sided: Vec<[f64; 3]> = grains.into_iter().filter(|[x, ..]| *x >= 0.0).collect();
+        assert_eq!(Heap::new(&one_sided, 1.5).half_length(), Some(10.5));
+        assert_eq!(Heap::new(&[], 1.5).half_length(), None);
+        assert!(heap.table(5.0).lines().count() > 13);
+    }
+}

@@ -1,0 +1,114 @@
+//! Rough walls: flat layers of fixed grains.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::domain::Geometry;
+use super::grains::{Grain, Motion};
+use super::random::SplitMix64;
+
+/// Arrangement of the centres of a layer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Arrangement {
+    /// Rows half a spacing apart along, √3/2 across.
+    #[default]
+    Hexagonal,
+    /// Rows side by side.
+    Square,
+}
+
+/// A rough wall: fixed grains whose centres fill a rectangle (plane: a line).
+///
+/// They may overlap each other.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Layer {
+    /// Lower corner (x, y, z) of the rectangle of centres: equal to `upper` along one axis, m.
+    pub lower: [f64; 3],
+    /// Upper corner, m.
+    pub upper: [f64; 3],
+    /// Mean radius, m.
+    pub radius: f64,
+    /// Half-width of the uniform spread of radii, relative to the mean.
+    #[serde(default)]
+    pub radius_spread: f64,
+    /// Distance between neighbouring centres, m; by default two mean radii.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<f64>,
+    /// Arrangement of the centres.
+    #[serde(default)]
+    pub arrangement: Arrangement,
+    /// Density, kg/m³; it has no meaning for fixed grains, but every grain has one.
+    pub density: f64,
+    /// Seed of the radii.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+impl Layer {
+    /// Axes of the rectangle: the first along the rows, the second across (none in the plane).
+    /// `None` unless the layer is flat.
+    fn axes(&self, geometry: Geometry) -> Option<(usize, Option<usize>)> {
+        let wide = |axis: &usize| self.upper[*axis] > self.lower[*axis];
+        match geometry {
+            Geometry::Plane => {
+                let mut along = [0, 2].into_iter().filter(wide);
+                let first = along.next()?;
+                along.next().is_none().then_some((first, None))
+            }
+            _ => {
+                let mut along = (0..3).filter(wide);
+                let (first, second) = (along.next()?, along.next()?);
+                along.next().is_none().then_some((first, Some(second)))
+            }
+        }
+    }
+
+    /// Centre-to-centre distance, m.
+    #[must_use]
+    pub fn spacing(&self) -> f64 {
+        self.spacing.unwrap_or(2.0 * self.radius)
+    }
+
+    /// Whether it is flat: a rectangle, or a line in the plane.
+    #[must_use]
+    pub fn is_flat(&self, geometry: Geometry) -> bool {
+        self.axes(geometry).is_some()
+    }
+
+    /// Number of grains it may have at most.
+    pub(super) fn count(&self, geometry: Geometry) -> f64 {
+        let Some((first, second)) = self.axes(geometry) else { return 0.0 };
+        let sites = |axis: usize| ((self.upper[axis] - self.lower[axis]) / self.spacing()).floor() + 1.0;
+        sites(first) * second.map_or(1.0, |second| 1.2 * sites(second) + 1.0)
+    }
+
+    /// Appends the grains.
+    pub(super) fn lay(&self, geometry: Geometry, grains: &mut Vec<Grain>) {
+        let Some((first, second)) = self.axes(geometry) else { return };
+        let mut random = SplitMix64(self.seed);
+        let step = self.spacing();
+        let hexagonal = self.arrangement == Arrangement::Hexagonal;
+        let across = if hexagonal { 0.75f64.sqrt() * step } else { step };
+        // A remainder of rounding is no reason to lose the last row.
+        let fits = |length: f64, step: f64| (length / step * (1.0 + 1e-12)).floor() as usize;
+        let rows = second.map_or(0, |second| fits(self.upper[second] - self.lower[second], across));
+        for row in 0..=rows {
+            let offset = if hexagonal && row % 2 == 1 { 0.5 * step } else { 0.0 };
+            let length = self.upper[first] - self.lower[first] - offset;
+            if length < 0.0 {
+                continue;
+            }
+            for site in 0..=fits(length, step) {
+                let mut position = self.lower;
+                position[first] += offset + site as f64 * step;
+                if let Some(second) = second {
+                    position[second] += row as f64 * across;
+                }
+                let radius = random.about(self.radius, self.radius_spread);
+                grains.push(Grain { motion: Motion::Fixed, ..Grain::at(position, radius, self.density) });
+            }
+        }
+    }
+}

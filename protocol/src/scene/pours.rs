@@ -1,0 +1,93 @@
+//! Grains that are poured in while the run goes.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::domain::Geometry;
+use super::grains::Grain;
+use super::random::SplitMix64;
+
+/// Grains that appear one after the other at random places of a region, where there is room.
+///
+/// Every poured grain has its place in the messages from the start, after all others and in order of
+/// its time; until it appears its orientation is zero.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pour {
+    /// How many in all.
+    pub count: usize,
+    /// Lower corner (x, y, z) of the region that holds them whole as they appear, m.
+    pub lower: [f64; 3],
+    /// Upper corner, m.
+    pub upper: [f64; 3],
+    /// Mean radius, m.
+    pub radius: f64,
+    /// Half-width of the uniform spread of radii, relative to the mean.
+    #[serde(default)]
+    pub radius_spread: f64,
+    /// Density, kg/m³.
+    pub density: f64,
+    /// Velocity as they appear, m/s.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// Grains per second; fewer come where the region is full.
+    pub rate: f64,
+    /// Time of the first, s.
+    #[serde(default)]
+    pub start: f64,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+/// When and from which pour a grain comes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Poured {
+    /// Earliest time, s.
+    pub time: f64,
+    /// Index of the pour.
+    pub pour: usize,
+}
+
+impl Pour {
+    /// Place for `grain` at `attempt` in window `step`: the same numbers, the same place.
+    #[must_use]
+    pub fn place(&self, geometry: Geometry, radius: f64, grain: u64, step: u64, attempt: u64) -> [f64; 3] {
+        let mut mixed = SplitMix64(self.seed);
+        for number in [grain, step, attempt] {
+            mixed.0 = mixed.next() ^ number;
+        }
+        std::array::from_fn(|axis| {
+            if axis == 1 && geometry == Geometry::Plane {
+                return 0.0;
+            }
+            let (lower, upper) = (self.lower[axis] + radius, self.upper[axis] - radius);
+            lower + (upper - lower) * mixed.unit()
+        })
+    }
+
+    /// The grains, waiting in the middle of the region.
+    fn grains(&self, geometry: Geometry) -> impl Iterator<Item = Grain> + '_ {
+        let mut random = SplitMix64(self.seed);
+        let mut middle = std::array::from_fn(|axis| 0.5 * (self.lower[axis] + self.upper[axis]));
+        if geometry == Geometry::Plane {
+            middle[1] = 0.0;
+        }
+        (0..self.count).map(move |_| {
+            let radius = random.about(self.radius, self.radius_spread);
+            Grain { velocity: self.velocity, ..Grain::at(middle, radius, self.density) }
+        })
+    }
+}
+
+/// All poured grains in order of their times.
+pub(super) fn lay_out(pours: &[Pour], geometry: Geometry) -> (Vec<Grain>, Vec<Poured>) {
+    let mut all: Vec<(Poured, Grain)> = Vec::new();
+    for (index, pour) in pours.iter().enumerate() {
+        let time = |number: usize| pour.start + number as f64 / pour.rate;
+        let grains = pour.grains(geometry).enumerate();
+        all.extend(grains.map(|(number, grain)| (Poured { time: time(number), pour: index }, grain)));
+    }
+    all.sort_by(|a, b| a.0.time.total_cmp(&b.0.time).then(a.0.pour.cmp(&b.0.pour)));
+    let (poured, grains) = all.into_iter().unzip();
+    (grains, poured)
+}

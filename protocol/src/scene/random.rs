@@ -1,0 +1,25 @@
+//! Sebastiano Vigna's SplitMix64 (2015): small, seedable, the same on every machine.
+
+/// The stream.
+pub(super) struct SplitMix64(pub(super) u64);
+
+impl SplitMix64 {
+    /// Next 64 bits.
+    pub(super) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    pub(super) fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform about `mean`, relative half-width `spread`.
+    pub(super) fn about(&mut self, mean: f64, spread: f64) -> f64 {
+        mean * (1.0 + spread * (2.0 * self.unit() - 1.0))
+    }
+}

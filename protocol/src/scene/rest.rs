@@ -1,0 +1,75 @@
+//! When the grains have come to rest.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::CheckedScene;
+use super::grains::{Motion, Shape};
+use crate::message::Kinematics;
+
+/// End of a dry run before `until`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StopWhen {
+    /// Σ ½(m v² + I ω²) over the free grains is below this part of Σ m g R.
+    pub kinetic_energy_per_grain_below: f64,
+    /// Not before this time, s, nor before all grains have been poured.
+    #[serde(default)]
+    pub after: f64,
+}
+
+/// Watches for rest.
+#[derive(Clone, Debug)]
+pub struct Rest {
+    stop: StopWhen,
+    /// Index, mass and moment of inertia of the free grains.
+    free: Vec<(usize, f64, f64)>,
+    /// Σ m g R, J.
+    scale: f64,
+    /// Number of grains that are there from the start.
+    present: usize,
+}
+
+impl Rest {
+    /// For the scene's `stop_when`, if it has one.
+    #[must_use]
+    pub fn new(scene: &CheckedScene) -> Option<Self> {
+        let stop = scene.scene.stop_when?;
+        let gravity = scene.scene.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
+        let share = |shape: Shape| if shape == Shape::Disc { 0.5 } else { 0.4 };
+        Some(Self {
+            stop,
+            present: scene.present(),
+            scale: free().map(|(_, grain)| grain.mass() * gravity * grain.radius).sum(),
+            free: free()
+                .map(|(index, grain)| {
+                    let mass = grain.mass();
+                    (index, mass, share(grain.shape) * mass * grain.radius * grain.radius)
+                })
+                .collect(),
+        })
+    }
+
+    /// Kinetic energy over Σ m g R; none while grains are still to be poured.
+    #[must_use]
+    pub fn energy(&self, kinematics: &[Kinematics]) -> Option<f64> {
+        let square = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>();
+        let mut energy = 0.0;
+        for &(index, mass, inertia) in &self.free {
+            let motion = kinematics.get(index)?;
+            if index >= self.present && !motion.is_there() {
+                return None;
+            }
+            energy += 0.5 * (mass * square(&motion.velocity) + inertia * square(&motion.spin));
+        }
+        Some(energy / self.scale)
+    }
+
+    /// Do the grains rest at `time`?
+    #[must_use]
+    pub fn reached(&self, time: f64, kinematics: &[Kinematics]) -> bool {
+        time >= self.stop.after
+            && self.energy(kinematics).is_some_and(|energy| energy < self.stop.kinetic_energy_per_grain_below)
+    }
+}
