@@ -11,7 +11,7 @@ use crate::contact::{ContactLaw, LinearSpringDashpot};
 use crate::error::SpecError;
 use crate::integrate::Integrator;
 use crate::lubrication::{FilmIntegration, FilmSettings, Lubrication};
-use crate::spec::{DemSpec, Freedom, Grain, Motion, Shape};
+use crate::spec::{DemSpec, Engine, Freedom, Grain, Motion, Shape};
 use crate::walls::Wall;
 
 /// Fewest sub-steps in a contact time: at 10 the restitution is 1 % off, at 5 three, at 2 wrong.
@@ -49,6 +49,8 @@ pub struct DemSection {
     /// Width of the neighbour list beyond the range of forces, m; changes cost, never results.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<f64>,
+    /// What does the sub-steps: `bulk` is for many grains in linear contact, `auto` takes it where it can.
+    pub engine: Engine,
 }
 
 impl Default for DemSection {
@@ -63,6 +65,7 @@ impl Default for DemSection {
             initial_state: None,
             allow_coarse_dt: false,
             skin: None,
+            engine: Engine::default(),
         }
     }
 }
@@ -129,6 +132,7 @@ fn refusal(scene: &CheckedScene, fault: &SpecError) -> SceneError {
         }
         SpecError::Missing { quantity, .. } => (format!("dem.contact.{quantity}"), "add one of the two keys"),
         SpecError::Law(_) => ("dem.contact.law".to_owned(), "choose another law, or geometry = \"space\""),
+        SpecError::Engine(_) => ("dem.engine".to_owned(), "leave the key out, or mend what is named"),
         SpecError::Material { .. } => ("dem".to_owned(), "mend the index of the material"),
     };
     scene.source.error(&key, fault.to_string(), remedy)
@@ -175,6 +179,10 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         viscosity: shared.medium.as_ref().map_or(0.0, |medium| medium.viscosity),
         integrator: dem.integrator,
         skin: dem.skin,
+        engine: dem.engine,
+        bulk: crate::bulk::Settings { skin: dem.skin, ..Default::default() },
+        observations: true,
+        orientation: true,
     })
 }
 

@@ -30,7 +30,7 @@ impl Dem {
     /// The contacts of the present state under `loads` (none at all for a dry run); nothing changes.
     #[must_use]
     pub fn contact_list(&self, loads: &[GrainLoad]) -> Vec<Contact> {
-        let mut copy = self.clone();
+        let mut copy = self.general();
         copy.begin(loads);
         let mut found = Vec::new();
         copy.collect_pairs(&mut found);

@@ -2,6 +2,7 @@
 
 use crate::Vec3;
 use crate::contact::{LinearPair, PairLaw};
+use crate::grains::Response;
 use crate::step::Dem;
 
 impl Dem {
@@ -19,30 +20,32 @@ impl Dem {
     /// Energy in the springs of all contacts but those of Wan & Turek, J; not in their rolling.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
-        let (g, mut energy) = (&self.grains, 0.0);
-        for i in 0..g.len() {
-            for k in self.lists.pairs.row(i) {
-                let j = self.lists.pairs.other[k] as usize;
-                let gap = self.scene().periods.nearest(g.position[i] - g.position[j]).norm()
-                    - g.radius[i]
-                    - g.radius[j];
-                let mass = self.response.effective_mass(g, i, j);
-                let radius = g.radius[i] * g.radius[j] / (g.radius[i] + g.radius[j]);
-                energy += stored(
-                    self.scene().laws.between(g.material[i], g.material[j]),
-                    (mass, radius),
-                    gap,
-                    &self.lists.pairs.spring[k],
-                );
-            }
-            for k in self.lists.walls.row(i) {
-                let wall = &self.scene().walls[self.lists.walls.other[k] as usize];
-                if wall.stands(self.time) {
-                    let gap = wall.gap(&g.position[i], g.radius[i], self.time);
-                    let law = self.scene().laws.between(g.material[i], wall.material);
-                    let size = (self.response.wall_mass(g, i), g.radius[i]);
-                    energy += stored(law, size, gap, &self.lists.walls.spring[k]);
-                }
+        let g = &self.grains;
+        // the general engine's lists also hold overlaps that have not met a force yet
+        let (pairs, walls) = match &self.bulk {
+            Some(bulk) => bulk.contacts(true),
+            None => (self.lists.pairs.all(), self.lists.walls.all()),
+        };
+        let response =
+            if self.response.inverse_mass.len() == g.len() { &self.response } else { &Response::dry(g) };
+        let mut energy = 0.0;
+        for contact in &pairs {
+            let (i, j) = (contact.first as usize, contact.second as usize);
+            let apart = self.scene().periods.nearest(g.position[i] - g.position[j]).norm();
+            let law = self.scene().laws.between(g.material[i], g.material[j]);
+            let gap = apart - g.radius[i] - g.radius[j];
+            let radius = g.radius[i] * g.radius[j] / (g.radius[i] + g.radius[j]);
+            let size = (response.effective_mass(g, i, j), radius);
+            energy += stored(law, size, gap, &contact.spring.into());
+        }
+        for contact in &walls {
+            let i = contact.first as usize;
+            let wall = &self.scene().walls[contact.second as usize];
+            if wall.stands(self.time) {
+                let gap = wall.gap(&g.position[i], g.radius[i], self.time);
+                let law = self.scene().laws.between(g.material[i], wall.material);
+                let size = (response.wall_mass(g, i), g.radius[i]);
+                energy += stored(law, size, gap, &contact.spring.into());
             }
         }
         energy

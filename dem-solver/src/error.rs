@@ -83,6 +83,9 @@ pub enum SpecError {
     /// A contact law that does not fit the grains.
     #[error("{0}")]
     Law(&'static str),
+    /// The bulk engine was asked for where it cannot do the work.
+    #[error("engine \"bulk\" cannot run this: {0}; write engine = \"auto\" or \"general\"")]
+    Engine(String),
 }
 
 /// A window that cannot be advanced; the state is untouched.
@@ -144,6 +147,12 @@ pub enum RestoreError {
         first: u32,
         /// Second partner.
         second: u32,
+    },
+    /// The order of the grains is none.
+    #[error("the order in the state does not hold each of {grains} grains once; take an earlier checkpoint")]
+    Order {
+        /// Number of grains.
+        grains: usize,
     },
     /// A value is not a number.
     #[error("the state holds a {quantity} of grain {grain} that is not finite; take an earlier checkpoint")]

@@ -129,6 +129,14 @@ impl Response {
         }
     }
 
+    /// The response without any load.
+    #[must_use]
+    pub fn dry(grains: &Grains) -> Self {
+        let mut response = Self::new(grains.len());
+        response.set(grains, &Vec3::zeros(), &[]);
+        response
+    }
+
     /// Takes the loads of a window; no load at all is a dry run.
     pub fn set(&mut self, grains: &Grains, gravity: &Vec3, loads: &[GrainLoad]) {
         for i in 0..grains.len() {

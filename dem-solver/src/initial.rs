@@ -45,7 +45,7 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
 }
 
 /// A grain outside the box, or two in each other.
-fn misplaced(dem: &mut Dem, scene: &CheckedScene) -> Option<String> {
+fn misplaced(dem: &Dem, scene: &CheckedScene) -> Option<String> {
     let domain = &scene.scene.domain;
     for (i, x) in dem.grains.position.iter().enumerate() {
         for axis in 0..domain.dimensions() {
@@ -55,6 +55,7 @@ fn misplaced(dem: &mut Dem, scene: &CheckedScene) -> Option<String> {
             }
         }
     }
+    let mut dem = dem.general();
     dem.begin(&[]);
     let (g, periods) = (&dem.grains, &dem.scene().periods);
     for i in 0..g.len() {

@@ -18,6 +18,7 @@
 //! | [`neighbours`], [`cells`] | half list with contact history, cell search |
 //! | [`interact`] | loops over contacts: forces and torques on all grains |
 //! | [`integrate`] | kick, drift, rotation |
+//! | [`bulk`] | the engine for many grains in linear contact |
 //! | [`step`](mod@step) | the sub-step, readable from top to bottom |
 //! | [`state`] | everything that decides the next step: save, restore, repeat |
 //! | [`pour`] | grains that are poured in while the run goes |
@@ -33,6 +34,7 @@
 //! Sums run in a fixed order, grain by grain and partner by partner, so a result never depends on
 //! when the neighbour list was built, and save/restore/repeat gives identical bits.
 
+pub mod bulk;
 pub mod cells;
 pub mod coarse_grain;
 pub mod coarse_grain_command;
@@ -72,7 +74,7 @@ pub use error::{AdvanceError, RestoreError, SpecError};
 pub use integrate::Integrator;
 pub use lubrication::Lubrication;
 pub use report::{GrainLoad, WindowReport};
-pub use spec::{DemSpec, Freedom, Grain, Motion, Shape};
+pub use spec::{DemSpec, Engine, Freedom, Grain, Motion, Shape};
 pub use state::State;
 pub use step::Dem;
 pub use walls::Wall;

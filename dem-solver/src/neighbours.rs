@@ -7,6 +7,7 @@
 use crate::Vec3;
 use crate::cells::{Periods, Search};
 use crate::grains::Grains;
+use crate::state::SavedContact;
 use crate::walls::Plane;
 
 /// Pairs by first partner: row `i` holds the partners of grain `i`, ascending.
@@ -41,6 +42,15 @@ impl ContactList {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.other.is_empty()
+    }
+
+    /// All entries with their springs.
+    #[must_use]
+    pub fn all(&self) -> Vec<SavedContact> {
+        let rows = (0u32..).zip(self.start.windows(2));
+        rows.flat_map(|(first, row)| (row[0]..row[1]).map(move |k| (first, k as usize)))
+            .map(|(first, k)| SavedContact { first, second: self.other[k], spring: self.spring[k].into() })
+            .collect()
     }
 
     /// Empties the list and opens the first row.

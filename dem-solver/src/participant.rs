@@ -82,11 +82,11 @@ impl DemParticipant {
                 orientation: [q.w, q.i, q.j, q.k],
                 velocity: grains.velocity[i].into(),
                 spin: grains.spin[i].into(),
-                contact_force: seen.mean_contact[i].into(),
-                lubrication_force: seen.mean_lubrication[i].into(),
-                gap: seen.gap_end[i],
-                impact_speed: seen.impact_speed[i],
-                rebound_speed: seen.rebound_speed[i],
+                contact_force: at(&seen.mean_contact, i).into(),
+                lubrication_force: at(&seen.mean_lubrication, i).into(),
+                gap: seen.gap_end.get(i).copied().unwrap_or(f64::INFINITY),
+                impact_speed: at(&seen.impact_speed, i),
+                rebound_speed: at(&seen.rebound_speed, i),
             };
         }
     }
@@ -113,6 +113,8 @@ impl DemParticipant {
             state.acceleration.push([0.0; 3]);
             state.spin_acceleration.push([0.0; 3]);
         }
+        // the order of the grains that were there is none of all
+        state.order.clear();
         self.adopt(&state)
     }
 
@@ -161,6 +163,11 @@ fn first(spec: &DemSpec, count: usize) -> DemSpec {
 
 fn failed(fault: impl std::fmt::Display) -> SolverError {
     SolverError::Failed(fault.to_string())
+}
+
+/// What was observed of grain `i`; zero where nobody asked for it.
+fn at<T: Copy + Default>(values: &[T], i: usize) -> T {
+    values.get(i).copied().unwrap_or_default()
 }
 
 impl Participant for DemParticipant {

@@ -112,6 +112,19 @@ impl Motion {
     }
 }
 
+/// What does the sub-steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Engine {
+    /// `bulk` for many grains ([`crate::bulk::FROM`]) where the scene allows it, else `general`.
+    #[default]
+    Auto,
+    /// All laws, films and integrators.
+    General,
+    /// For many grains: linear contacts and symplectic Euler only, several times as fast.
+    Bulk,
+}
+
 /// Which motions of a free grain are left to the forces, in the laboratory frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -252,6 +265,14 @@ pub struct DemSpec {
     /// Width of the neighbour list beyond the range of forces, m; a tenth of the mean diameter if
     /// absent. It changes the cost, never the result.
     pub skin: Option<f64>,
+    /// What does the sub-steps.
+    pub engine: Engine,
+    /// How the bulk engine does its work.
+    pub bulk: crate::bulk::Settings,
+    /// Whether forces, gaps and impact speeds per grain are wanted; the general engine has them anyway.
+    pub observations: bool,
+    /// Whether orientations are wanted: nothing depends on them. The general engine has them anyway.
+    pub orientation: bool,
 }
 
 impl DemSpec {
@@ -271,6 +292,10 @@ impl DemSpec {
             viscosity: 0.0,
             integrator: Integrator::default(),
             skin: None,
+            engine: Engine::default(),
+            bulk: crate::bulk::Settings::default(),
+            observations: true,
+            orientation: true,
         }
     }
 
@@ -326,6 +351,11 @@ impl DemSpec {
             return Err(SpecError::Combination(
                 "lubrication form \"complement\" is measured for spheres (point films) only; take \"continuous\" for discs",
             ));
+        }
+        if self.engine == Engine::Bulk
+            && let Some(reason) = crate::bulk::prevents(self)
+        {
+            return Err(SpecError::Engine(reason));
         }
         self.check_periods()
     }

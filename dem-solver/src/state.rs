@@ -1,6 +1,7 @@
 //! Everything that decides the next step.
 //!
-//! Neighbour lists are not part of it: sums run in an order that does not depend on them.
+//! Neighbour lists are not part of it: sums run in an order that does not depend on them. The bulk engine's
+//! order of the grains is, since its sums follow it.
 
 use crate::Vec3;
 use crate::error::RestoreError;
@@ -49,6 +50,10 @@ pub struct State {
     pub wall_contacts: Vec<SavedContact>,
     /// Rolling angles of `contacts`, then of `wall_contacts`, rad; empty where rolling is free.
     pub rolling: Vec<[f64; 3]>,
+    /// Order of the grains in the bulk engine; empty before its first window and in the general engine.
+    pub order: Vec<u32>,
+    /// How far grains may have moved since that order was made, m.
+    pub order_travel: f64,
 }
 
 impl Dem {
@@ -76,9 +81,14 @@ impl Dem {
         state.image.clone_from(&grains.image);
         state.orientation.clear();
         state.orientation.extend(grains.orientation.iter().map(|q| [q.w, q.i, q.j, q.k]));
+        state.rolling.clear();
+        if let Some(bulk) = &self.bulk {
+            return bulk.save_into(state);
+        }
+        state.order.clear();
+        state.order_travel = 0.0;
         save_list(&self.lists.pairs, grains.len(), &mut state.contacts);
         save_list(&self.lists.walls, grains.len(), &mut state.wall_contacts);
-        state.rolling.clear();
         if self.scene().laws.any_rolling() {
             for list in [&self.lists.pairs, &self.lists.walls] {
                 let touching = (0..list.len()).filter(|&k| list.touching[k]);
@@ -109,6 +119,10 @@ impl Dem {
                 .map(|&[w, x, y, z]| UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))),
         );
         (self.time, self.substeps, self.windows) = (state.time, state.substeps, state.windows);
+        if let Some(bulk) = &mut self.bulk {
+            bulk.restore(grains, state);
+            return Ok(());
+        }
         let n = grains.len();
         self.lists.restart(n);
         let of_pairs = state.contacts.len().min(state.rolling.len());
@@ -155,6 +169,11 @@ impl Dem {
         }
         if let Some(index) = state.rolling.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
             return Err(RestoreError::NotFinite { quantity: "rolling angle, of contact", grain: index });
+        }
+        let mut places = state.order.clone();
+        places.sort_unstable();
+        if !places.is_empty() && !places.into_iter().eq(0..needed as u32) {
+            return Err(RestoreError::Order { grains: needed });
         }
         check_list(&state.contacts, needed, |contact| {
             contact.second > contact.first && (contact.second as usize) < needed

@@ -12,6 +12,7 @@
 //! velocity, dashpots at the predicted full-step one) and ends with the other half.
 
 use crate::Vec3;
+use crate::bulk::{self, Bulk};
 use crate::error::{AdvanceError, SpecError};
 use crate::films::{Films, explicit_forces};
 use crate::grains::{Grains, Response};
@@ -21,7 +22,7 @@ use crate::lubrication::{FilmIntegration, FilmModel};
 use crate::neighbours::Neighbours;
 use crate::report::{GrainLoad, NonFinite, Observations, WindowReport};
 use crate::rk3;
-use crate::spec::DemSpec;
+use crate::spec::{DemSpec, Engine};
 use crate::walls::Plane;
 
 /// Up to this number of grains the gaps at the end of a window are exact at any distance.
@@ -32,6 +33,7 @@ pub const EXACT_GAPS: usize = 64;
 pub struct Dem {
     /// Grains, in their present state.
     pub grains: Grains,
+    pub(crate) bulk: Option<Box<Bulk>>,
     pub(crate) lists: Neighbours,
     pub(crate) forces: Forces,
     pub(crate) response: Response,
@@ -50,6 +52,17 @@ pub struct Dem {
     start: (Vec<Vec3>, Vec<Vec3>),
     ahead: (Vec<Vec3>, Vec<Vec3>),
     max_speed2: f64,
+    orientation: bool,
+}
+
+/// The bulk engine, if it is to do the work.
+fn choose(spec: &DemSpec) -> Option<Bulk> {
+    let wanted = match spec.engine {
+        Engine::General => false,
+        Engine::Bulk => true,
+        Engine::Auto => spec.grains.len() >= bulk::FROM,
+    };
+    if wanted && bulk::prevents(spec).is_none() { Bulk::new(spec) } else { None }
 }
 
 impl Dem {
@@ -61,11 +74,14 @@ impl Dem {
         let walls: Vec<Plane> = spec.walls.iter().map(Plane::from).collect();
         let periods = crate::cells::Periods::new(spec.periods);
         let settings = spec.lubrication.settings();
-        let zeros = || (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
+        let bulk = choose(spec).map(Box::new);
+        // what only the general engine needs: a run of many grains would spend a third of its memory on it
+        let own = if bulk.is_some() { 0 } else { n };
+        let zeros = |n| (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
         let mut dem = Self {
-            lists: Neighbours::new(spec.range(), spec.skin(), n),
-            forces: Forces::new(n),
-            response: Response::new(n),
+            lists: Neighbours::new(spec.range(), spec.skin(), own),
+            forces: Forces::new(own),
+            response: Response::new(own),
             rk3: rk3::Start::default(),
             time: 0.0,
             substeps: 0,
@@ -79,10 +95,12 @@ impl Dem {
                 .zip(settings)
                 .map(|(model, settings)| (model, settings.integration, settings.sweeps)),
             films: Films::default(),
-            seen: Observations::new(n),
+            seen: Observations::new(if bulk.is_some() && !spec.observations { 0 } else { n }),
             prescribed: prescribed(&grains),
-            start: zeros(),
-            ahead: zeros(),
+            start: zeros(own),
+            ahead: zeros(if spec.integrator == Integrator::VelocityVerlet { n } else { 0 }),
+            orientation: spec.orientation,
+            bulk,
             max_speed2: 0.0,
             grains,
         };
@@ -108,25 +126,46 @@ impl Dem {
         self.windows
     }
 
-    /// Observations of the last window.
+    /// The same state with the general engine, for what needs its lists.
+    pub(crate) fn general(&self) -> Self {
+        let mut copy = self.clone();
+        if copy.bulk.take().is_some() {
+            let n = copy.grains.len();
+            copy.forces = Forces::new(n);
+            copy.response = Response::new(n);
+            copy.seen = Observations::new(n);
+            copy.start = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
+            let restored = copy.restore(&self.save());
+            debug_assert!(restored.is_ok(), "{restored:?}");
+        }
+        copy
+    }
+
+    /// Whether the bulk engine does the work.
+    #[must_use]
+    pub fn is_bulk(&self) -> bool {
+        self.bulk.is_some()
+    }
+
+    /// Observations of the last window; empty in the bulk engine if they were not asked for.
     #[must_use]
     pub fn observations(&self) -> &Observations {
         &self.seen
     }
 
-    /// Contact forces at the last evaluation, N (symplectic Euler: at the start of the last sub-step).
+    /// Contact forces at the last evaluation, N (symplectic Euler: at the start of the last sub-step). Empty in the bulk engine.
     #[must_use]
     pub fn contact_force(&self) -> &[Vec3] {
         &self.forces.contact
     }
 
-    /// Contact torques at the last evaluation, N m.
+    /// Contact torques at the last evaluation, N m. Empty in the bulk engine.
     #[must_use]
     pub fn contact_torque(&self) -> &[Vec3] {
         &self.forces.torque
     }
 
-    /// Film forces at the last sub-step, N.
+    /// Film forces at the last sub-step, N. Empty in the bulk engine.
     #[must_use]
     pub fn lubrication_force(&self) -> &[Vec3] {
         &self.forces.film
@@ -135,7 +174,7 @@ impl Dem {
     /// How often the neighbour lists were built.
     #[must_use]
     pub fn list_builds(&self) -> u64 {
-        self.lists.builds
+        self.bulk.as_ref().map_or(self.lists.builds, |bulk| bulk.builds)
     }
 
     /// Gap up to which pairs are watched during a window, m.
@@ -154,6 +193,9 @@ impl Dem {
         loads: &[GrainLoad],
     ) -> Result<WindowReport, AdvanceError> {
         self.check(dt_window, n_sub, loads)?;
+        if self.bulk.is_some() {
+            return Ok(self.advance_bulk(dt_window, n_sub, loads));
+        }
         self.begin(loads);
         let (t, dt) = (self.time, dt_window / f64::from(n_sub));
         let mut done = 0;

@@ -1,7 +1,9 @@
 //! Beginning and end of a window: checks, virtual mass, gaps, report.
 
-use super::{Dem, EXACT_GAPS};
+use super::{Dem, EXACT_GAPS, OVERFLOW};
+use crate::bulk::Wanted;
 use crate::error::AdvanceError;
+use crate::grains::Response;
 use crate::integrate::Speed;
 use crate::report::{GrainLoad, NonFinite, WindowReport};
 
@@ -27,6 +29,52 @@ impl Dem {
             }
         }
         Ok(())
+    }
+
+    /// A window with the bulk engine.
+    pub(super) fn advance_bulk(&mut self, dt_window: f64, n_sub: u32, loads: &[GrainLoad]) -> WindowReport {
+        let Some(mut bulk) = self.bulk.take() else { return self.report(0, None) };
+        let loaded = loads.iter().any(|load| *load != GrainLoad::default());
+        if loaded {
+            if self.response.inverse_mass.len() != self.grains.len() {
+                self.response = Response::new(self.grains.len());
+            }
+            self.response.set(&self.grains, &self.gravity, loads);
+        }
+        let observations = !self.seen.gap_end.is_empty();
+        let wanted = Wanted { observations, orientation: self.orientation };
+        let dt = dt_window / f64::from(n_sub);
+        bulk.begin(&self.grains, loaded.then_some(&self.response), &self.gravity, wanted);
+        // the old velocities wait where the new accelerations will stand
+        let grains = &mut self.grains;
+        grains.acceleration.copy_from_slice(&grains.velocity);
+        grains.spin_acceleration.copy_from_slice(&grains.spin);
+        let outcome = bulk.advance(self.time, dt, n_sub);
+        bulk.end(grains);
+        let rate = 1.0 / dt_window;
+        for i in 0..grains.len() {
+            grains.acceleration[i] = (grains.velocity[i] - grains.acceleration[i]) * rate;
+            grains.spin_acceleration[i] = (grains.spin[i] - grains.spin_acceleration[i]) * rate;
+        }
+        self.time += dt_window;
+        self.windows += 1;
+        self.substeps += u64::from(n_sub);
+        self.max_speed2 = outcome.speed2;
+        (self.forces.contacts, self.forces.overlap) = bulk.met();
+        self.seen.clear();
+        if observations {
+            bulk.observe(&mut self.seen, (self.time, dt));
+            let share = 1.0 / f64::from(n_sub);
+            self.seen.mean_contact.iter_mut().for_each(|mean| *mean *= share);
+            self.gaps_to_walls();
+        }
+        self.bulk = Some(bulk);
+        let failed = if outcome.finite { None } else { Some(self.first_non_finite().unwrap_or(OVERFLOW)) };
+        let mut report = self.report(outcome.done, failed);
+        if self.forces.overlap > 0.0 {
+            report.smallest_gap = report.smallest_gap.min(-self.forces.overlap);
+        }
+        report
     }
 
     pub(crate) fn begin(&mut self, loads: &[GrainLoad]) {
@@ -83,7 +131,13 @@ impl Dem {
                 self.lists.pairs.row(i).for_each(|k| note(i, self.lists.pairs.other[k] as usize));
             }
         }
-        for (i, nearest) in gap_end.iter_mut().enumerate() {
+        self.gaps_to_walls();
+    }
+
+    /// Gaps to walls at the end of a window, and with them the smallest.
+    fn gaps_to_walls(&mut self) {
+        let grains = &self.grains;
+        for (i, nearest) in self.seen.gap_end.iter_mut().enumerate() {
             for wall in self.scene.walls.iter().filter(|wall| wall.stands(self.time)) {
                 *nearest = nearest.min(wall.gap(&grains.position[i], grains.radius[i], self.time));
             }

@@ -1,0 +1,169 @@
+//! Cells of the neighbour search, filled in the order of the engine.
+
+use super::order::by_length;
+use super::row::Row;
+
+/// Marks a grain that forces do not move.
+pub(super) const IMMOBILE: u32 = 1 << 31;
+
+/// Grains sorted into cells at least as wide as the reach of a pair.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Bins {
+    low: [f64; 3],
+    inverse: [f64; 3],
+    count: [usize; 3],
+    length: [f64; 3],
+    /// Axes from the one whose cells follow one another to the slowest.
+    axes: [usize; 3],
+    start: Vec<u32>,
+    cell: Vec<u32>,
+    /// Centres and radii, cell by cell.
+    pub(super) item: Vec<[f64; 4]>,
+    /// Numbers in the order of the engine, with [`IMMOBILE`].
+    pub(super) who: Vec<u32>,
+}
+
+/// Stretches of `item` that hold the neighbours of a place.
+pub(super) struct Around {
+    run: [(u32, u32); 18],
+    count: usize,
+}
+
+impl Around {
+    /// From, to.
+    pub(super) fn runs(&self) -> &[(u32, u32)] {
+        &self.run[..self.count]
+    }
+}
+
+impl Bins {
+    /// Sorts `rows` (each without its last, empty row) into cells of at least `width`; periodic axes
+    /// start at `start` and have a `length`.
+    pub(super) fn sort<'a>(
+        &mut self,
+        rows: impl Iterator<Item = &'a [Row]> + Clone,
+        n: usize,
+        width: f64,
+        (start, length): ([f64; 3], [f64; 3]),
+    ) {
+        self.shape(rows.clone(), n, width, (start, length));
+        let cells = self.count.iter().product::<usize>();
+        self.start.clear();
+        self.start.resize(cells + 1, 0);
+        self.cell.clear();
+        for row in rows.clone().flatten() {
+            let cell = self.cell_of(&self.place(&row.position()));
+            self.start[cell] += 1;
+            self.cell.push(cell as u32);
+        }
+        let mut sum = 0;
+        for start in &mut self.start {
+            sum += std::mem::replace(start, sum);
+        }
+        self.item.resize(n, [0.0; 4]);
+        self.who.resize(n, 0);
+        for (g, row) in rows.flatten().enumerate() {
+            let slot = &mut self.start[self.cell[g] as usize];
+            let k = *slot as usize;
+            *slot += 1;
+            self.item[k] = [row.a[0], row.a[1], row.a[2], row.a[3]];
+            self.who[k] = g as u32 | if row.inverse_mass() > 0.0 { 0 } else { IMMOBILE };
+        }
+        // each start now is the next one's
+        self.start.rotate_right(1);
+        self.start[0] = 0;
+    }
+
+    fn shape<'a>(
+        &mut self,
+        rows: impl Iterator<Item = &'a [Row]>,
+        n: usize,
+        width: f64,
+        (start, length): ([f64; 3], [f64; 3]),
+    ) {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for row in rows.flatten() {
+            for (axis, x) in row.position().into_iter().enumerate() {
+                low[axis] = low[axis].min(x);
+                high[axis] = high[axis].max(x);
+            }
+        }
+        let mut count = [1.0; 3];
+        for axis in 0..3 {
+            if length[axis] > 0.0 {
+                (low[axis], high[axis]) = (start[axis], start[axis] + length[axis]);
+            }
+            count[axis] = ((high[axis] - low[axis]) / width).floor().clamp(1.0, 1e6);
+        }
+        // a few cells per grain, whatever the extent
+        while count.iter().product::<f64>() > 4.0 * n as f64 + 64.0 {
+            let longest = by_length(count)[2];
+            count[longest] = (0.5 * count[longest]).floor().max(1.0);
+        }
+        for axis in 0..3 {
+            let size = high[axis] - low[axis];
+            self.count[axis] = count[axis] as usize;
+            self.inverse[axis] = if size > 0.0 { count[axis] / size } else { 0.0 };
+        }
+        (self.low, self.length, self.axes) = (low, length, by_length(count));
+    }
+
+    /// Cell indices of a place.
+    #[inline]
+    fn place(&self, x: &[f64; 3]) -> [usize; 3] {
+        let mut at = [0; 3];
+        for axis in 0..3 {
+            let n = self.count[axis];
+            let cell = ((x[axis] - self.low[axis]) * self.inverse[axis]).floor();
+            let cell = if self.length[axis] > 0.0 { cell.rem_euclid(n as f64) } else { cell.max(0.0) };
+            at[axis] = (cell as usize).min(n - 1);
+        }
+        at
+    }
+
+    #[inline]
+    fn cell_of(&self, at: &[usize; 3]) -> usize {
+        let [a, b, c] = self.axes;
+        (at[c] * self.count[b] + at[b]) * self.count[a] + at[a]
+    }
+
+    /// Ranges of neighbouring cells along one axis; the second is empty except at a period's end.
+    #[inline]
+    fn near(&self, axis: usize, at: usize) -> [(usize, usize); 2] {
+        let n = self.count[axis];
+        if n <= 3 && self.length[axis] > 0.0 {
+            return [(0, n), (0, 0)];
+        }
+        let inner = (at.saturating_sub(1), (at + 2).min(n));
+        let around = if self.length[axis] > 0.0 && at == 0 {
+            (n - 1, n)
+        } else if self.length[axis] > 0.0 && at == n - 1 {
+            (0, 1)
+        } else {
+            (0, 0)
+        };
+        [inner, around]
+    }
+
+    /// Where the neighbours of `x` are.
+    #[inline]
+    pub(super) fn around(&self, x: &[f64; 3]) -> Around {
+        let at = self.place(x);
+        let [a, b, c] = self.axes;
+        let mut around = Around { run: [(0, 0); 18], count: 0 };
+        let near = [self.near(a, at[a]), self.near(b, at[b]), self.near(c, at[c])];
+        for k in near[2].iter().flat_map(|&(from, to)| from..to) {
+            for j in near[1].iter().flat_map(|&(from, to)| from..to) {
+                let row = (k * self.count[b] + j) * self.count[a];
+                for &(from, to) in &near[0] {
+                    if from < to {
+                        let (from, to) = (self.start[row + from], self.start[row + to]);
+                        around.run[around.count] = (from, to);
+                        around.count += usize::from(from < to);
+                    }
+                }
+            }
+        }
+        around
+    }
+}

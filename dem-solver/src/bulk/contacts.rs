@@ -1,0 +1,95 @@
+//! Springs in and out, by the grains' own numbers.
+
+use super::list::History;
+use super::row::Kept;
+use super::stretch::{lock, mine};
+use super::{Bulk, SIZE};
+use crate::state::SavedContact;
+
+impl Bulk {
+    /// Contacts between grains and with walls, each ascending: those that bear a force, or `all` that are
+    /// listed.
+    pub(crate) fn contacts(&self, all: bool) -> (Vec<SavedContact>, Vec<SavedContact>) {
+        let (mut pairs, mut walls) = (Vec::new(), Vec::new());
+        let mut history = History::default();
+        for (b, block) in self.blocks.block.iter().enumerate() {
+            let block = lock(block);
+            match self.seeds.get(b) {
+                Some(seed) => history.clone_from(seed),
+                None => block.history(SIZE as u32, all, &mut history),
+            }
+            let [inner, cross, at_walls] = &history;
+            let number = |place: u32| self.order[place as usize];
+            for kept in inner.iter().chain(cross) {
+                let place = block.first + kept.i;
+                // the other block has the same contact the other way round
+                if place < kept.j {
+                    pairs.push(between(number(place), number(kept.j), kept.spring));
+                }
+            }
+            walls.extend(at_walls.iter().map(|kept| SavedContact {
+                first: number(block.first + kept.i),
+                second: kept.j,
+                spring: kept.spring,
+            }));
+        }
+        for list in [&mut pairs, &mut walls] {
+            list.sort_unstable_by_key(|contact| (contact.first, contact.second));
+        }
+        (pairs, walls)
+    }
+
+    /// Takes springs over; the next build puts them into its lists.
+    pub(super) fn take(&mut self, contacts: &[SavedContact], wall_contacts: &[SavedContact]) {
+        let mut place = vec![0u32; self.n];
+        for (k, &i) in (0u32..).zip(&self.order) {
+            place[i as usize] = k;
+        }
+        let size = SIZE as u32;
+        self.seeds = vec![History::default(); self.blocks.block.len()];
+        for contact in contacts {
+            let (i, j) = (place[contact.first as usize], place[contact.second as usize]);
+            let turned = contact.spring.map(|s| -s);
+            let (low, high, up, down) =
+                if i < j { (i, j, contact.spring, turned) } else { (j, i, turned, contact.spring) };
+            let (a, b) = ((low / size) as usize, (high / size) as usize);
+            if a == b {
+                self.seeds[a][0].push(Kept { i: low % size, j: high, spring: up });
+            } else {
+                self.seeds[a][1].push(Kept { i: low % size, j: high, spring: up });
+                self.seeds[b][1].push(Kept { i: high % size, j: low, spring: down });
+            }
+        }
+        for contact in wall_contacts {
+            let i = place[contact.first as usize];
+            let kept = Kept { i: i % size, j: contact.second, spring: contact.spring };
+            self.seeds[(i / size) as usize][2].push(kept);
+        }
+        for [pairs, cross, walls] in &mut self.seeds {
+            pairs.sort_unstable_by_key(|kept| (kept.i, kept.j));
+            cross.sort_unstable_by_key(|kept| (kept.i, kept.j));
+            walls.sort_unstable_by_key(|kept| (kept.j, kept.i));
+        }
+        self.valid = false;
+    }
+
+    /// Contacts at the last evaluation and the largest overlap of the window, m.
+    pub(crate) fn met(&mut self) -> (usize, f64) {
+        let (mut twice, mut overlap) = (0, 0.0f64);
+        for block in &mut self.blocks.block {
+            let seen = &mine(block).seen;
+            twice += seen.contacts as usize;
+            overlap = overlap.max(seen.overlap);
+        }
+        (twice / 2, overlap)
+    }
+}
+
+/// A contact as it is saved, the lower number first.
+fn between(i: u32, j: u32, spring: [f64; 3]) -> SavedContact {
+    if i < j {
+        SavedContact { first: i, second: j, spring }
+    } else {
+        SavedContact { first: j, second: i, spring: spring.map(|s| -s) }
+    }
+}

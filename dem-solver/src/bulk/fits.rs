@@ -1,0 +1,43 @@
+//! Which scenes the engine takes.
+
+use super::linear;
+use crate::integrate::Integrator;
+use crate::spec::{DemSpec, Grain, Motion};
+
+/// Number of grains from which the engine is chosen by itself.
+pub const FROM: usize = 256;
+
+/// What keeps the engine from a checked spec; none if nothing does.
+#[must_use]
+pub fn prevents(spec: &DemSpec) -> Option<String> {
+    let Some(first) = spec.grains.first() else { return Some("there are no grains".to_owned()) };
+    if spec.integrator != Integrator::SymplecticEuler {
+        return Some("the integrator is not symplectic-euler".to_owned());
+    }
+    if spec.lubrication.settings().is_some() {
+        return Some("there is a lubrication film".to_owned());
+    }
+    let laws = spec.laws();
+    let material = first.material;
+    if let Some(i) = spec.grains.iter().position(|grain| grain.material != material) {
+        return Some(format!("grain {i} has another material than grain 0"));
+    }
+    if laws.any_rolling() {
+        return Some("there is a resistance to rolling".to_owned());
+    }
+    if linear(&laws, material, material).is_none() {
+        return Some("the contact law is not linear-spring-dashpot with a contact time".to_owned());
+    }
+    if let Some(w) = spec.walls.iter().position(|wall| linear(&laws, material, wall.material).is_none()) {
+        return Some(format!("the contact law of wall {w} is not linear-spring-dashpot with a contact time"));
+    }
+    if spec.walls.len() > usize::from(u16::MAX) {
+        return Some(format!("there are {} walls", spec.walls.len()));
+    }
+    let only_turns = |grain: &Grain| {
+        grain.motion == Motion::Free
+            && grain.free.translation == [false; 3]
+            && grain.free.rotation != [false; 3]
+    };
+    spec.grains.iter().position(only_turns).map(|i| format!("grain {i} may turn but not move"))
+}

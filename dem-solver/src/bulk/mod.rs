@@ -1,0 +1,346 @@
+//! The engine for many grains: linear contacts, symplectic Euler, no films.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `fits` | which scenes it takes |
+//! | `row` | a grain is a row of 12 numbers, eight contacts are a pack |
+//! | `order`, `bins`, `list` | the order of the grains, cells, the lists of a block |
+//! | `lanes`, `law`, `pair`, `wall` | eight contacts at once |
+//! | `advance`, `block` | kick and drift; one sub-step of a block |
+//! | `stretch` | sub-steps between two looks at the lists: wavefront and threads |
+//! | `contacts`, `window` | springs in and out; start and end of a window |
+//!
+//! Grains stand in an order of cells and are cut into blocks of [`SIZE`], by their number alone. Each block
+//! has its own list; a contact between two blocks stands in both, each with its own spring, and since every
+//! expression changes sign or stays when the partners change places, the copies stay equal. Sums run in the
+//! order of the contacts, so the bits depend on the order of the grains and on nothing else: not on skins,
+//! moments of building lists, threads or the depth of the wavefront. The order is part of the saved state.
+
+mod advance;
+mod bins;
+mod block;
+mod contacts;
+mod fits;
+mod lanes;
+mod law;
+mod list;
+mod order;
+mod pair;
+mod row;
+mod seen;
+mod stretch;
+mod wall;
+mod window;
+
+use crate::cells::Periods;
+use crate::contact::{LawTable, PairLaw};
+use crate::spec::DemSpec;
+use crate::walls::Plane;
+use bins::Bins;
+use block::{Bench, Common};
+use list::{Builder, History, Search};
+use stretch::{Blocks, Plan, lock, mine, on_threads, only, part, read};
+use wall::Wall;
+
+pub use fits::{FROM, prevents};
+pub(crate) use window::Wanted;
+
+/// Grains of a block.
+pub const SIZE: usize = 512;
+
+/// Sub-steps of a stretch at most.
+const LONGEST: u32 = 256;
+
+/// Skins: least and most, over the mean diameter.
+const SKINS: (f64, f64) = (0.002, 0.5);
+
+/// Cost of a build over that of a listed pair out of reach, both per grain: decides the skin.
+const BUILD_OVER_PAIR: f64 = 60.0;
+
+/// How the engine does its work: nothing here changes a bit of the result.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// Threads; 0: one.
+    pub threads: usize,
+    /// Sub-steps that follow one another through the blocks; 0: chosen by the size of the run.
+    pub depth: u32,
+    /// Width of the lists beyond contact, m; none: chosen from the motion.
+    pub skin: Option<f64>,
+    /// Leave the widest vectors of the machine unused.
+    pub plain: bool,
+}
+
+/// Outcome of a window.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outcome {
+    /// Sub-steps done.
+    pub(crate) done: u32,
+    /// Square of the largest speed, m²/s².
+    pub(crate) speed2: f64,
+    /// Whether the state stayed finite.
+    pub(crate) finite: bool,
+}
+
+/// The engine.
+#[derive(Debug)]
+pub(crate) struct Bulk {
+    settings: Settings,
+    common: Common,
+    periods: ([f64; 3], [f64; 3]),
+    n: usize,
+    diameter: f64,
+    largest: f64,
+    wall_speed: f64,
+    /// Number of the grain at each place of the order; empty before the first window.
+    order: Vec<u32>,
+    /// Σ dt v_max since the order was made, m.
+    order_travel: f64,
+    blocks: Blocks,
+    /// Which rows hold the state.
+    now: usize,
+    bins: Bins,
+    seeds: Vec<History>,
+    benches: Vec<Bench>,
+    builders: Vec<Builder>,
+    /// Skin of the present lists, m.
+    skin: f64,
+    /// How far a grain may have moved since they were built, m.
+    travel: f64,
+    valid: bool,
+    /// Largest speed expected, m/s.
+    speed: f64,
+    found: list::Listed,
+    loaded: bool,
+    pub(crate) builds: u64,
+}
+
+impl Clone for Bulk {
+    fn clone(&self) -> Self {
+        let rows = self.blocks.rows.iter().map(|both| {
+            let [a, b] = both;
+            [read(a).clone().into(), read(b).clone().into()]
+        });
+        let block = self.blocks.block.iter().map(|block| lock(block).clone().into());
+        Self {
+            settings: self.settings,
+            common: self.common.clone(),
+            periods: self.periods,
+            order: self.order.clone(),
+            blocks: Blocks::new(rows.collect(), block.collect()),
+            bins: self.bins.clone(),
+            seeds: self.seeds.clone(),
+            benches: self.benches.clone(),
+            builders: self.builders.clone(),
+            ..*self
+        }
+    }
+}
+
+impl Bulk {
+    /// The engine for a checked spec that nothing [`prevents`].
+    pub(crate) fn new(spec: &DemSpec) -> Option<Self> {
+        let n = spec.grains.len();
+        let laws = spec.laws();
+        let linear = |a: usize, b: usize| linear(&laws, a, b);
+        let material = spec.grains.first()?.material;
+        let law = linear(material, material)?;
+        let planes = spec.walls.iter().map(|wall| (Plane::from(wall), wall.material));
+        let walls = planes.map(|(plane, of)| Some(Wall::new(plane, linear(material, of)?)));
+        let walls: Vec<Wall> = walls.collect::<Option<_>>()?;
+        let (mut start, mut length) = ([0.0; 3], [0.0; 3]);
+        for (axis, period) in spec.periods.iter().enumerate() {
+            if let Some((from, size)) = *period {
+                (start[axis], length[axis]) = (from, size);
+            }
+        }
+        let settings = spec.bulk;
+        let threads = settings.threads.clamp(1, n.div_ceil(SIZE).max(1));
+        let mean = spec.grains.iter().map(|grain| grain.radius).sum::<f64>() / n as f64;
+        let wall_speed = walls
+            .iter()
+            .map(|wall| wall.plane().velocity.dot(&wall.plane().normal).abs())
+            .fold(0.0, f64::max);
+        Some(Self {
+            settings,
+            common: Common { walls, length, law, plain: settings.plain },
+            periods: (start, length),
+            n,
+            diameter: 2.0 * mean,
+            largest: spec.largest_radius(),
+            wall_speed,
+            order: Vec::new(),
+            order_travel: 0.0,
+            blocks: Blocks::default(),
+            now: 0,
+            bins: Bins::default(),
+            seeds: Vec::new(),
+            benches: vec![Bench::default(); threads],
+            builders: vec![Builder::default(); threads],
+            skin: 0.0,
+            travel: 0.0,
+            valid: false,
+            speed: 0.0,
+            found: list::Listed::default(),
+            loaded: false,
+            builds: 0,
+        })
+    }
+
+    /// The periods, for wrapping.
+    fn wrapping(&self) -> Periods {
+        let (start, length) = self.periods;
+        Periods::new(std::array::from_fn(|axis| (length[axis] > 0.0).then_some((start[axis], length[axis]))))
+    }
+
+    /// `n_sub` sub-steps of `dt` from `t` on.
+    pub(crate) fn advance(&mut self, t: f64, dt: f64, n_sub: u32) -> Outcome {
+        let mut outcome = Outcome { done: 0, speed2: self.speed * self.speed, finite: true };
+        while outcome.done < n_sub && outcome.finite {
+            let at = t + f64::from(outcome.done) * dt;
+            let steps = self.prepare(at, dt, n_sub - outcome.done);
+            self.stretch(t, dt, steps, &mut outcome);
+        }
+        outcome
+    }
+
+    /// Distance that a grain may move in one sub-step, m.
+    fn step_length(&self, dt: f64) -> f64 {
+        1.25 * dt * self.speed.max(self.wall_speed)
+    }
+
+    /// Whether the lists hold all pairs in contact now.
+    fn holds(&self) -> bool {
+        self.valid && self.travel <= 0.5 * self.skin
+    }
+
+    /// Sub-steps that the present lists are good for; builds them if these are few.
+    fn prepare(&mut self, t: f64, dt: f64, wanted: u32) -> u32 {
+        let wanted = wanted.min(LONGEST);
+        let step = self.step_length(dt);
+        let fit = |rest: f64| if step > 0.0 { (rest / step).min(1e9) as u32 } else { u32::MAX };
+        let rest = fit(0.5 * self.skin - self.travel);
+        if self.holds() && rest >= wanted.min(8) {
+            return wanted.min(rest);
+        }
+        self.build(t, dt);
+        wanted.min(fit(0.5 * self.skin)).max(1)
+    }
+
+    /// One stretch of the window from `t` on. If a grain turns out to have outrun the lists, or to be no longer finite, it is done
+    /// again up to the sub-step at which that happened.
+    fn stretch(&mut self, t: f64, dt: f64, steps: u32, outcome: &mut Outcome) {
+        self.run(t, dt, outcome.done, steps);
+        let mut good = 0;
+        while good < steps && outcome.finite && self.holds() {
+            let fastest2 = self.fastest2(good);
+            outcome.finite = fastest2.is_finite();
+            if outcome.finite {
+                self.speed = fastest2.sqrt();
+                outcome.speed2 = outcome.speed2.max(fastest2);
+                self.travel += dt * self.speed.max(self.wall_speed);
+                self.order_travel += dt * self.speed;
+            }
+            good += 1;
+        }
+        if good < steps {
+            self.go_back();
+            self.run(t, dt, outcome.done, good);
+        }
+        outcome.done += good;
+        self.now = (self.now + good as usize) % 2;
+    }
+
+    fn run(&mut self, t: f64, dt: f64, done: u32, steps: u32) {
+        let reach = self.found.reach.max(1);
+        let depth = match self.settings.depth {
+            0 => depth(self.n, reach),
+            depth => depth,
+        };
+        let plan = Plan { t, dt, done, steps, now: self.now, depth, reach };
+        self.blocks.run(&self.common, &plan, &mut self.benches);
+    }
+
+    /// Square of the largest speed after sub-step `s` of the stretch, NaN if not finite.
+    fn fastest2(&mut self, s: u32) -> f64 {
+        let mut fastest2 = 0.0f64;
+        for block in &mut self.blocks.block {
+            let speed2 = mine(block).speed2[s as usize];
+            if speed2.is_nan() {
+                return speed2;
+            }
+            fastest2 = fastest2.max(speed2);
+        }
+        fastest2
+    }
+
+    fn go_back(&mut self) {
+        for (block, rows) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows) {
+            let rows: &mut Vec<_> = only(&mut rows[self.now]);
+            mine(block).go_back(rows);
+        }
+    }
+
+    /// Skin for the present motion: wider lists cost pairs out of reach, narrower ones more builds.
+    fn choose_skin(&self, dt: f64) -> f64 {
+        let step = self.step_length(dt);
+        let width = self.settings.skin.unwrap_or_else(|| {
+            let spare = (self.found.pairs - self.found.touching) as f64 / self.n as f64;
+            if self.skin == 0.0 || spare == 0.0 {
+                return 0.1 * self.diameter;
+            }
+            let best = (2.0 * step * BUILD_OVER_PAIR * self.skin / spare).sqrt();
+            best.clamp(0.5 * self.skin, 2.0 * self.skin)
+                .clamp(SKINS.0 * self.diameter, SKINS.1 * self.diameter)
+        });
+        // a stretch of some steps at least: fast grains must not force a build in every sub-step, nor a
+        // lost one lists of everything
+        width.max((32.0 * step).min(SKINS.1 * self.diameter))
+    }
+
+    /// Builds the lists for the present state.
+    fn build(&mut self, t: f64, dt: f64) {
+        let skin = self.choose_skin(dt);
+        (self.skin, self.travel, self.valid) = (skin, 0.0, true);
+        self.builds += 1;
+        let now = self.now;
+        let guards: Vec<_> = self.blocks.rows.iter().map(|rows| read(&rows[now])).collect();
+        let rows = guards.iter().map(|rows| rows.split_last().map_or(&[][..], |(_, rows)| rows));
+        self.bins.sort(rows, self.n, 2.0 * self.largest + skin, self.periods);
+        drop(guards);
+        let search = Search {
+            bins: &self.bins,
+            skin,
+            length: self.common.length,
+            t,
+            size: SIZE as u32,
+            grains: self.n,
+        };
+        let (blocks, common, seeds) = (&self.blocks, &self.common, &self.seeds);
+        let threads = self.builders.len();
+        let count = blocks.block.len();
+        let found = std::sync::Mutex::new(list::Listed::default());
+        on_threads(&mut self.builders, |k, builder| {
+            for b in part(count, k, threads) {
+                let rows = read(&blocks.rows[b][now]);
+                let listed = lock(&blocks.block[b]).build(&search, common, &rows, builder, seeds.get(b));
+                lock(&found).add(&listed);
+            }
+        });
+        self.found = found.into_inner().unwrap_or_default();
+        self.seeds.clear();
+    }
+}
+
+/// The linear law between two materials, if they have one.
+fn linear(laws: &LawTable, a: usize, b: usize) -> Option<crate::linear::LinearPair> {
+    match laws.between(a, b) {
+        PairLaw::Linear(law) => Some(*law),
+        _ => None,
+    }
+}
+
+/// Depth of the wavefront: none where the run fits into the cache, or where blocks read so far away
+/// that a wavefront would not.
+fn depth(n: usize, reach: usize) -> u32 {
+    if n < 8 * SIZE || reach > 2 { 1 } else { 4 }
+}

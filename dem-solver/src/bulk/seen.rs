@@ -1,0 +1,59 @@
+//! What a block notices on the way.
+
+use super::row::Pack;
+
+/// Observations of one block over a window; per grain only where asked for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Seen {
+    /// Twice the contacts that bear a force at the last sub-step: one shared with another block
+    /// counts once in each.
+    pub(super) contacts: u32,
+    /// Largest overlap, m.
+    pub(super) overlap: f64,
+    /// Sum of the contact forces over the sub-steps, N, with an empty fourth number; empty if not
+    /// asked for.
+    pub(super) force: Vec<[f64; 4]>,
+    /// Approach and separation speed at the last beginning and end of a contact, m/s; empty if not
+    /// asked for.
+    pub(super) speeds: Vec<[f64; 2]>,
+}
+
+impl Seen {
+    /// Starts a window with `n` observed grains, or none.
+    pub(super) fn clear(&mut self, n: usize) {
+        self.contacts = 0;
+        self.overlap = 0.0;
+        self.force.clear();
+        self.force.resize(n, [0.0; 4]);
+        self.speeds.clear();
+        self.speeds.resize(n, [0.0; 2]);
+    }
+
+    #[cold]
+    fn note(&mut self, i: u32, begins: bool, rate: f64) {
+        // lanes without a grain point behind the last one
+        if let Some(speeds) = self.speeds.get_mut(i as usize) {
+            let at = usize::from(!begins);
+            speeds[at] = (if begins { -rate } else { rate }).max(0.0);
+        }
+    }
+
+    /// Contacts of `pack` begin or end: `now` touch.
+    pub(super) fn pair_event(&mut self, pack: &Pack, now: u8, rate: &[f64; 8], cross: bool) {
+        if self.speeds.is_empty() {
+            return;
+        }
+        for k in (0..8).filter(|k| (pack.touching ^ now) >> k & 1 == 1) {
+            let begins = now >> k & 1 == 1;
+            self.note(u32::from(pack.i[k]), begins, rate[k]);
+            if !cross {
+                self.note(pack.j[k], begins, rate[k]);
+            }
+        }
+    }
+
+    /// Wall contacts of `pack` begin or end: `now` touch.
+    pub(super) fn wall_event(&mut self, pack: &Pack, now: u8, rate: &[f64; 8]) {
+        self.pair_event(pack, now, rate, true);
+    }
+}

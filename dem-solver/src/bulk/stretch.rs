@@ -1,0 +1,187 @@
+//! A stretch: some sub-steps of all blocks without a look at the lists, by any number of threads.
+//!
+//! Block b may do sub-step s as soon as the blocks that it reads have done s − 1, and this alone is
+//! watched; so the bits do not depend on who does what when. Each thread takes a run of blocks and goes
+//! through it in a wavefront: `depth` sub-steps follow one another through the blocks, `reach` blocks
+//! apart, while the rows are in the cache. Neighbouring threads go in opposite directions, so that both
+//! sides of a border come to it at the same time.
+
+use super::block::{Bench, Block, Common};
+use super::row::Row;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+
+/// Rows of a block, before and after a sub-step by turns; one row without extent follows the last.
+pub(super) type Rows = [RwLock<Vec<Row>>; 2];
+
+/// All blocks of a run.
+#[derive(Debug, Default)]
+pub(super) struct Blocks {
+    pub(super) rows: Vec<Rows>,
+    pub(super) block: Vec<Mutex<Block>>,
+    done: Vec<AtomicU32>,
+    /// A thread is lost: the others must not wait for it.
+    lost: AtomicBool,
+}
+
+/// What a stretch does.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plan {
+    /// Time at the start of the window, s.
+    pub(super) t: f64,
+    /// Sub-steps of the window done before: time is counted from the window's start, so that its bits do
+    /// not depend on where stretches begin.
+    pub(super) done: u32,
+    /// Sub-step, s.
+    pub(super) dt: f64,
+    /// Sub-steps.
+    pub(super) steps: u32,
+    /// Which rows hold the state at its start.
+    pub(super) now: usize,
+    /// Sub-steps that follow one another through the blocks.
+    pub(super) depth: u32,
+    /// How many blocks further a block reads at most.
+    pub(super) reach: usize,
+}
+
+/// Takes a lock; what a lost thread left behind is never used.
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+pub(super) fn read<T>(lock: &RwLock<T>) -> RwLockReadGuard<'_, T> {
+    lock.read().unwrap_or_else(PoisonError::into_inner)
+}
+
+pub(super) fn write<T>(lock: &RwLock<T>) -> RwLockWriteGuard<'_, T> {
+    lock.write().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Without a lock, where nobody else can hold it.
+pub(super) fn only<T>(lock: &mut RwLock<T>) -> &mut T {
+    lock.get_mut().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Without a lock, where nobody else can hold it.
+pub(super) fn mine<T>(mutex: &mut Mutex<T>) -> &mut T {
+    mutex.get_mut().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Says that a thread is lost, when it is.
+struct Alarm<'a>(&'a AtomicBool);
+
+impl Drop for Alarm<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.store(true, Ordering::Release);
+        }
+    }
+}
+
+/// Part `k` of `of` equal parts of `n`.
+pub(super) fn part(n: usize, k: usize, of: usize) -> std::ops::Range<usize> {
+    n * k / of..n * (k + 1) / of
+}
+
+/// Runs `task` once per thread, the last on this one.
+pub(super) fn on_threads<S: Send>(scratch: &mut [S], task: impl Fn(usize, &mut S) + Sync) {
+    let Some((last, rest)) = scratch.split_last_mut() else { return };
+    if rest.is_empty() {
+        return task(0, last);
+    }
+    let (here, task) = (rest.len(), &task);
+    std::thread::scope(|scope| {
+        for (k, own) in rest.iter_mut().enumerate() {
+            scope.spawn(move || task(k, own));
+        }
+        task(here, last);
+    });
+}
+
+impl Blocks {
+    /// Blocks with their rows.
+    pub(super) fn new(rows: Vec<Rows>, block: Vec<Mutex<Block>>) -> Self {
+        let done = block.iter().map(|_| AtomicU32::new(0)).collect();
+        Self { rows, block, done, lost: AtomicBool::new(false) }
+    }
+
+    /// Does a stretch with as many threads as there are benches.
+    pub(super) fn run(&mut self, common: &Common, plan: &Plan, benches: &mut [Bench]) {
+        for done in &mut self.done {
+            *done.get_mut() = 0;
+        }
+        let (blocks, threads) = (&*self, benches.len());
+        on_threads(benches, |k, bench| {
+            let _alarm = Alarm(&blocks.lost);
+            blocks.share(common, plan, part(blocks.block.len(), k, threads), k % 2 == 1, bench);
+        });
+    }
+
+    /// One thread's blocks, from the first to the last or `down`.
+    fn share(
+        &self,
+        common: &Common,
+        plan: &Plan,
+        blocks: std::ops::Range<usize>,
+        down: bool,
+        bench: &mut Bench,
+    ) {
+        let count = blocks.len();
+        // a wavefront needs the parts longer than its reach: see the order of waiting in docs/performance.md
+        let depth = if plan.reach < count { plan.depth.max(1) } else { 1 };
+        let mut first = 0;
+        while first < plan.steps {
+            let depth = depth.min(plan.steps - first);
+            for wave in 0..count + plan.reach * (depth as usize - 1) {
+                for s in 0..depth {
+                    let Some(at) = wave.checked_sub(plan.reach * s as usize) else { break };
+                    if at < count {
+                        let b = if down { blocks.end - 1 - at } else { blocks.start + at };
+                        self.step(common, plan, b, first + s, bench);
+                    }
+                }
+            }
+            first += depth;
+        }
+    }
+
+    /// Sub-step `s` of block `b`.
+    fn step(&self, common: &Common, plan: &Plan, b: usize, s: u32, bench: &mut Bench) {
+        let mut block = lock(&self.block[b]);
+        let now = (plan.now + s as usize) % 2;
+        let old = read(&self.rows[b][now]);
+        if s == 0 {
+            block.keep(&old);
+            block.speed2.clear();
+        }
+        bench.halo.clear();
+        let mut from = 0;
+        for segment in &block.segments {
+            let end = segment.end as usize;
+            if !self.wait(segment.block as usize, s) {
+                return;
+            }
+            let rows = read(&self.rows[segment.block as usize][now]);
+            bench.halo.extend(block.halo[from..end].iter().map(|&k| rows[k as usize]));
+            from = end;
+        }
+        let mut new = write(&self.rows[b][1 - now]);
+        let t = plan.t + f64::from(plan.done + s) * plan.dt;
+        block.step(common, (t, plan.dt), &old, &mut new, bench);
+        drop(new);
+        self.done[b].store(s + 1, Ordering::Release);
+    }
+
+    /// Waits until `block` has done `steps`; false if it never will.
+    fn wait(&self, block: usize, steps: u32) -> bool {
+        let mut tries = 0u32;
+        while self.done[block].load(Ordering::Acquire) < steps {
+            if self.lost.load(Ordering::Acquire) {
+                return false;
+            }
+            tries += 1;
+            if tries < 64 { std::hint::spin_loop() } else { std::thread::yield_now() }
+        }
+        true
+    }
+}

@@ -1,0 +1,108 @@
+//! Contacts with walls: the law of pairs with the plane's normal, eight grains at one wall at a time.
+
+use super::lanes::Lanes;
+use super::law::{Contact8, LawLanes, Vec8};
+use super::pair::add;
+use super::row::{Pack, Push, Row};
+use super::seen::Seen;
+use crate::linear::LinearPair;
+use crate::walls::Plane;
+
+/// A wall as the kernel sees it, at the start of a sub-step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wall {
+    plane: Plane,
+    law: LinearPair,
+}
+
+impl Wall {
+    /// A plane with its law against the grains.
+    pub(super) fn new(plane: Plane, law: LinearPair) -> Self {
+        Self { plane, law }
+    }
+
+    /// The plane.
+    pub(super) fn plane(&self) -> &Plane {
+        &self.plane
+    }
+}
+
+/// Adds the forces of all wall contacts to `push` at time `t`.
+#[inline(always)]
+pub(super) fn wall_forces<L: Lanes>(
+    token: L::Token,
+    walls: &[Wall],
+    (t, dt): (f64, f64),
+    packs: &mut [Pack],
+    own: &[Row],
+    push: &mut [Push],
+    seen: &mut Seen,
+) {
+    for pack in packs {
+        let Wall { plane, law } = &walls[pack.wall as usize];
+        if !plane.stands(t) {
+            pack.touching = 0;
+            pack.spring = [[0.0; 8]; 3];
+            continue;
+        }
+        let law = LawLanes::<L>::new(token, law, dt, 1.0);
+        let n = Vec8::splat(token, plane.normal.into());
+        let mut rows = [law.zero; 8];
+        for (row, i) in rows.iter_mut().zip(pack.i) {
+            *row = L::load(token, &own[i as usize].a);
+        }
+        let [x, y, z, r, vx, vy, vz, inverse_mass] = L::transpose(rows);
+        let apart = Vec8(x, y, z).minus(Vec8::splat(token, plane.point.into()));
+        let moved = L::splat(token, plane.velocity.dot(&plane.normal) * t);
+        let gap = apart.dot(n) - moved - r;
+        // a lane without a grain has no radius and no mass
+        let near = gap.lt(law.zero) & law.zero.lt(r);
+        if near == 0 && pack.touching == 0 {
+            continue;
+        }
+        let mut deep = [0.0; 8];
+        (law.zero - gap).select(near, law.zero).store(&mut deep);
+        seen.overlap = deep.iter().copied().fold(seen.overlap, f64::max);
+        let none = [0.0; 4];
+        let mut spins = [law.zero; 8];
+        for (spin, i) in spins.iter_mut().zip(pack.i) {
+            *spin = L::load_halves(token, &own[i as usize].b, &none);
+        }
+        let [ax, ay, az, ..] = L::transpose(spins);
+        let w = Vec8(ax, ay, az);
+        let arm = r + gap * law.arm;
+        let mut spring = Vec8::load(token, &pack.spring);
+        let (length2, divisor) = law.length2(token, spring);
+        let one = L::splat(token, 1.0) / (inverse_mass * divisor);
+        let contact = Contact8 {
+            near,
+            n,
+            gap,
+            v: Vec8(vx, vy, vz).minus(Vec8::splat(token, plane.velocity.into())),
+            rolling: w.scale(arm),
+            spin: w,
+            inverse_distance: None,
+            mass: one * divisor,
+            inverse_mass,
+            inverse_length2: one * inverse_mass,
+            length2,
+        };
+        let answer = law.resolve(token, &contact, &mut spring);
+        spring.store(&mut pack.spring);
+        if answer.touching != pack.touching {
+            let mut rate = [0.0; 8];
+            answer.rate.store(&mut rate);
+            seen.wall_event(pack, answer.touching, &rate);
+            pack.touching = answer.touching;
+        }
+        if answer.touching == 0 {
+            continue;
+        }
+        seen.contacts += 2 * answer.touching.count_ones();
+        let (f, t, zero) = (answer.force, answer.moment.scale(arm), law.zero);
+        let first = L::transpose([f.0, f.1, f.2, zero, t.0, t.1, t.2, zero]);
+        for (i, what) in pack.i.iter().zip(first) {
+            add(token, push, *i as usize, what);
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! Start and end of a window: between two windows the state is in [`Grains`], in the grains' own
+//! numbers, and in the springs.
+
+use super::advance::Drive;
+use super::block::Block;
+use super::list::History;
+use super::order::order;
+use super::row::Row;
+use super::stretch::{Blocks, mine, only};
+use super::{Bulk, SIZE};
+use crate::Vec3;
+use crate::grains::{Grains, Response};
+use crate::report::Observations;
+use crate::state::{SavedContact, State};
+use nalgebra::{Quaternion, UnitQuaternion};
+
+/// Cells of the order over the mean diameter.
+const CELL: f64 = 1.1;
+
+/// Motion after which the order is made anew, over the mean diameter.
+const STALE: f64 = 1.0;
+
+/// What a window asks for besides the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Wanted {
+    /// Forces, gaps and speeds per grain.
+    pub(crate) observations: bool,
+    /// Orientations.
+    pub(crate) orientation: bool,
+}
+
+impl Bulk {
+    /// Takes the state of all grains, and what acts on them over the window if that is other than
+    /// before (`response`).
+    pub(crate) fn begin(
+        &mut self,
+        grains: &Grains,
+        response: Option<&Response>,
+        gravity: &Vec3,
+        wanted: Wanted,
+    ) {
+        let stale = self.order_travel > STALE * self.diameter;
+        if self.order.is_empty() || stale {
+            let (pairs, walls) = self.contacts(false);
+            self.arrange(grains, order(&grains.position, CELL * self.diameter), 0.0);
+            self.take(&pairs, &walls);
+            self.loaded = true; // what acts on the grains must be set
+        }
+        if let Some(response) = response {
+            self.set_loads(grains, response);
+            self.loaded = true;
+        } else if self.loaded {
+            self.set_gravity(grains, gravity);
+            self.loaded = false;
+        }
+        let (mut speed2, mut moved) = (0.0f64, false);
+        for (block, rows) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows) {
+            let (block, rows) = (mine(block), only(&mut rows[self.now]));
+            let n = block.len();
+            let order = &self.order[block.first as usize..][..n];
+            for (row, &i) in rows[..n].iter_mut().zip(order) {
+                let (x, v, w) =
+                    (&grains.position[i as usize], &grains.velocity[i as usize], &grains.spin[i as usize]);
+                moved |= row.a[0] != x.x || row.a[1] != x.y || row.a[2] != x.z;
+                row.a[..3].copy_from_slice(x.as_slice());
+                row.a[4..7].copy_from_slice(v.as_slice());
+                row.b[..3].copy_from_slice(w.as_slice());
+                speed2 = speed2.max(v.norm_squared());
+            }
+            block.seen.clear(if wanted.observations { n } else { 0 });
+            block.orientation.clear();
+            if wanted.orientation {
+                let turned = order.iter().map(|&i| &grains.orientation[i as usize]);
+                block.orientation.extend(turned.map(|q| [q.w, q.i, q.j, q.k]));
+            }
+        }
+        // someone else may have moved a grain
+        self.valid &= !moved;
+        self.speed = speed2.sqrt();
+    }
+
+    /// Hands the state back, positions within the period.
+    pub(crate) fn end(&mut self, grains: &mut Grains) {
+        let periods = self.wrapping();
+        for (block, rows) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows) {
+            let (block, rows) = (mine(block), only(&mut rows[self.now]));
+            let n = block.len();
+            let order = &self.order[block.first as usize..][..n];
+            for (row, &i) in rows[..n].iter_mut().zip(order) {
+                let i = i as usize;
+                let mut x = Vec3::from(row.position());
+                periods.wrap(&mut x, &mut grains.image[i]);
+                row.a[..3].copy_from_slice(x.as_slice());
+                grains.position[i] = x;
+                grains.velocity[i] = row.velocity().into();
+                grains.spin[i] = row.spin().into();
+            }
+            for (&[w, x, y, z], &i) in block.orientation.iter().zip(order) {
+                grains.orientation[i as usize] = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+            }
+        }
+    }
+
+    /// Per-grain observations of the window, in sums over its sub-steps; gaps of overlapping pairs at its
+    /// end `t`.
+    pub(crate) fn observe(&mut self, seen: &mut Observations, (t, dt): (f64, f64)) {
+        if !self.holds() {
+            self.build(t, dt);
+        }
+        let (periods, mut listed) = (self.wrapping(), History::default());
+        for b in 0..self.blocks.block.len() {
+            let block = mine(&mut self.blocks.block[b]);
+            let first = block.first as usize;
+            for (k, (force, speeds)) in block.seen.force.iter().zip(&block.seen.speeds).enumerate() {
+                let i = self.order[first + k] as usize;
+                seen.mean_contact[i] = Vec3::new(force[0], force[1], force[2]);
+                (seen.impact_speed[i], seen.rebound_speed[i]) = (speeds[0], speeds[1]);
+            }
+            block.history(SIZE as u32, true, &mut listed);
+            let near: Vec<(u32, u32)> =
+                listed[0].iter().chain(&listed[1]).map(|pair| (pair.i, pair.j)).collect();
+            for (i, j) in near {
+                let (a, b) = (self.row(first + i as usize), self.row(j as usize));
+                let apart = periods.nearest(Vec3::from(a.position()) - Vec3::from(b.position()));
+                let gap = apart.norm() - a.radius() - b.radius();
+                if gap <= 0.0 {
+                    for place in [first + i as usize, j as usize] {
+                        let nearest = &mut seen.gap_end[self.order[place] as usize];
+                        *nearest = nearest.min(gap);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Row of the grain at a place of the order.
+    fn row(&mut self, place: usize) -> Row {
+        only(&mut self.blocks.rows[place / SIZE][self.now])[place % SIZE]
+    }
+
+    /// Puts the grains into blocks in a new order.
+    fn arrange(&mut self, grains: &Grains, order: Vec<u32>, travel: f64) {
+        let (mut rows, mut blocks) = (Vec::new(), Vec::new());
+        for (b, numbers) in order.chunks(SIZE).enumerate() {
+            let mut block = Block { first: (b * SIZE) as u32, ..Block::default() };
+            let of = |&i: &u32| {
+                let (mut row, r) = (Row::NONE, grains.radius[i as usize]);
+                (row.a[3], row.b[3]) = (r, r);
+                // no place yet: the first window finds all grains moved
+                row.a[0] = f64::NAN;
+                row
+            };
+            let mut own: Vec<Row> = numbers.iter().map(of).collect();
+            own.push(Row::NONE);
+            block.inverse_inertia = vec![0.0; numbers.len()];
+            let given = (0u16..).zip(numbers).filter(|(_, i)| !grains.responds(**i as usize));
+            block.given = given.map(|(k, &i)| (k, grains.motion[i as usize])).collect();
+            rows.push([own.clone().into(), own.into()]);
+            blocks.push(block.into());
+        }
+        (self.order, self.order_travel, self.now) = (order, travel, 0);
+        self.blocks = Blocks::new(rows, blocks);
+        self.valid = false;
+    }
+
+    /// Masses, and gravity or whatever acts on each grain.
+    fn set_loads(&mut self, grains: &Grains, response: &Response) {
+        let order = &self.order;
+        let four = |v: &Vec3| [v.x, v.y, v.z, 0.0];
+        for (block, rows) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows) {
+            let block = mine(block);
+            let order = &order[block.first as usize..][..block.len()];
+            block.drive.clear();
+            for (k, &i) in order.iter().enumerate() {
+                let i = i as usize;
+                for rows in &mut *rows {
+                    only(rows)[k].a[7] = response.contact_inverse_mass[i];
+                }
+                block.inverse_inertia[k] = response.inverse_inertia[i].max();
+                block.drive.push(Drive {
+                    acceleration: four(&response.acceleration[i]),
+                    spin_acceleration: four(&response.spin_acceleration[i]),
+                    free: four(&grains.translation[i]),
+                    turns: four(&grains.rotation[i]),
+                });
+            }
+        }
+    }
+
+    /// No load but gravity: one entry for all grains of a block, where all are free in the same way.
+    fn set_gravity(&mut self, grains: &Grains, gravity: &Vec3) {
+        let mut response = Response::new(grains.len());
+        response.set(grains, gravity, &[]);
+        self.set_loads(grains, &response);
+        let order = &self.order;
+        for block in &mut self.blocks.block {
+            let block = mine(block);
+            let mut moving = order[block.first as usize..][..block.len()]
+                .iter()
+                .map(|&i| i as usize)
+                .filter(|&i| grains.responds(i))
+                .map(|i| (grains.translation[i], grains.rotation[i]));
+            let Some((free, turns)) = moving.next() else { continue };
+            if moving.all(|other| other == (free, turns)) {
+                let four = |v: &Vec3| [v.x, v.y, v.z, 0.0];
+                let one = Drive {
+                    acceleration: four(&gravity.component_mul(&free)),
+                    spin_acceleration: [0.0; 4],
+                    free: four(&free),
+                    turns: four(&turns),
+                };
+                block.drive = vec![one];
+            }
+        }
+    }
+
+    /// Order and springs into a state.
+    pub(crate) fn save_into(&self, state: &mut State) {
+        state.order.clone_from(&self.order);
+        state.order_travel = self.order_travel;
+        (state.contacts, state.wall_contacts) = self.contacts(false);
+    }
+
+    /// Order and springs of a checked state, which `grains` already hold.
+    pub(crate) fn restore(&mut self, grains: &Grains, state: &State) {
+        let (order, travel) = if state.order.is_empty() {
+            (order(&grains.position, CELL * self.diameter), 0.0)
+        } else {
+            (state.order.clone(), state.order_travel)
+        };
+        self.arrange(grains, order, travel);
+        let stays = |contact: &&SavedContact| (contact.second as usize) < self.common.walls.len();
+        let walls: Vec<SavedContact> = state.wall_contacts.iter().filter(stays).copied().collect();
+        self.take(&state.contacts, &walls);
+        self.loaded = true;
+    }
+}
