@@ -53,7 +53,7 @@ impl Pouring {
         if due == 0 || (due < waiting.len() && due < (there - self.present) / 200) {
             return Vec::new();
         }
-        let mut near = self.near(grains, all, periods, &waiting[..due]);
+        let mut near = self.near(grains, all, periods, &waiting[..due], time);
         let mut places = Vec::new();
         for (number, poured) in waiting[..due].iter().enumerate() {
             let (pour, radius) = (&self.pours[poured.pour], all[there + number].radius);
@@ -65,6 +65,7 @@ impl Pouring {
             let grain = (there + number) as u64;
             let place = (0..TRIES)
                 .map(|attempt| Vec3::from(pour.place(self.geometry, radius, grain, step, attempt)))
+                .map(|place| place + Vec3::from(pour.shift(time)))
                 .find(clear);
             let Some(place) = place else { break };
             near.push((place, radius));
@@ -74,14 +75,24 @@ impl Pouring {
     }
 
     /// Grains that can stand in the way.
-    fn near(&self, grains: &Grains, all: &[Grain], periods: &Periods, due: &[Poured]) -> Vec<(Vec3, f64)> {
+    fn near(
+        &self,
+        grains: &Grains,
+        all: &[Grain],
+        periods: &Periods,
+        due: &[Poured],
+        time: f64,
+    ) -> Vec<(Vec3, f64)> {
         let largest = all.iter().map(|grain| grain.radius).fold(0.0, f64::max);
         let mut used: Vec<usize> = due.iter().map(|poured| poured.pour).collect();
         used.sort_unstable();
         used.dedup();
         let reaches = |x: &Vec3| {
             used.iter().any(|&pour| {
-                let (low, high) = (&self.pours[pour].lower, &self.pours[pour].upper);
+                let shift = self.pours[pour].shift(time);
+                let corner =
+                    |corner: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|c| corner[c] + shift[c]) };
+                let (low, high) = (corner(&self.pours[pour].lower), corner(&self.pours[pour].upper));
                 (0..3).all(|c| {
                     (self.geometry == Geometry::Plane && c == 1)
                         || periods.is_periodic(c)

@@ -80,6 +80,28 @@ fn grains_come_at_their_rate_without_overlap_and_rest() {
 }
 
 #[test]
+fn a_region_rises_with_the_bed() {
+    let low =
+        POUR.replace("2.0]", "0.2]").replace("2.9]", "0.6]").replace("rate", "rise = [0.0, 0.0, 5.0]\nrate");
+    let scene =
+        read(&format!("{BOX}{low}").replace("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, 0.0]"))
+            .expect("reads");
+    let mut run = Run::new(&scene, &folder("rise"));
+    run.go(41);
+    assert_eq!(run.there(), 60);
+    // No gravity: each falls at 1 m/s from where it appeared, 5 m/s higher the later.
+    for (number, motion) in run.exchange.outgoing().1.iter().enumerate() {
+        let due = 0.1 + number as f64 / 200.0;
+        let (fallen, shift) = (run.solver.dem().time() - due, 5.0 * (due - 0.1));
+        let appeared = motion.position[2] + fallen;
+        assert!(
+            motion.velocity[2] != -1.0 || (appeared - shift - 0.4).abs() < 0.35,
+            "{number}: {appeared} {shift}"
+        );
+    }
+}
+
+#[test]
 fn a_full_region_delays_grains_and_loses_none() {
     let tight = POUR
         .replace("lower = [0.1, 0.1, 2.0]", "lower = [0.4, 0.4, 2.6]")
@@ -145,6 +167,7 @@ fn bad_pours_and_stops_are_refused() {
         ("rate = 200.0", "rate = 0.0", "pours[0].rate", "> 0"),
         ("start = 0.1", "start = -1.0", "pours[0].start", "≥ 0"),
         ("upper = [0.9, 0.9, 2.9]", "upper = [0.9, 0.9, 3.9]", "pours[0].upper", "outside the box"),
+        ("start = 0.1", "start = 0.1\nrise = [0.0, 0.0, 0.4]", "pours[0].upper", "outside the box, moving"),
         ("upper = [0.9, 0.9, 2.9]", "upper = [0.2, 0.9, 2.9]", "pours[0].upper", "no room"),
         (
             "until = 10.0",

@@ -35,6 +35,9 @@ pub struct Pour {
     /// Time of the first, s.
     #[serde(default)]
     pub start: f64,
+    /// Velocity of the region until the last grain is due, m/s: let it rise with the bed.
+    #[serde(default)]
+    pub rise: [f64; 3],
     /// Seed of the random numbers.
     pub seed: u64,
 }
@@ -49,7 +52,15 @@ pub struct Poured {
 }
 
 impl Pour {
-    /// Place for `grain` at `attempt` in window `step`: the same numbers, the same place.
+    /// How far the region has moved at `time`, m.
+    #[must_use]
+    pub fn shift(&self, time: f64) -> [f64; 3] {
+        let moving = (time - self.start).clamp(0.0, self.count as f64 / self.rate);
+        self.rise.map(|speed| speed * moving)
+    }
+
+    /// Place in the region as it was at t = 0 for `grain` at `attempt` in window `step`: the same
+    /// numbers, the same place.
     #[must_use]
     pub fn place(&self, geometry: Geometry, radius: f64, grain: u64, step: u64, attempt: u64) -> [f64; 3] {
         let mut mixed = SplitMix64(self.seed);

@@ -372,6 +372,8 @@ fn pours(scene: &Scene, source: &SceneSource) -> Check {
         finite(source, &key("lower"), &pour.lower)?;
         finite(source, &key("upper"), &pour.upper)?;
         finite(source, &key("velocity"), &pour.velocity)?;
+        finite(source, &key("rise"), &pour.rise)?;
+        let shift = pour.shift(f64::INFINITY);
         spread(source, &key("radius_spread"), pour.radius_spread)?;
         if domain.geometry == Geometry::Axisymmetric || scene.medium.is_some() {
             return Err(source.error(
@@ -390,10 +392,14 @@ fn pours(scene: &Scene, source: &SceneSource) -> Check {
                     "make the region larger than the largest grain",
                 ));
             }
-            if pour.lower[c] < domain.lower[axis] || pour.upper[c] > domain.upper[axis] {
+            let (low, high) = (pour.lower[c] + shift[c].min(0.0), pour.upper[c] + shift[c].max(0.0));
+            if low < domain.lower[axis] || high > domain.upper[axis] {
                 return Err(source.error(
                     &key("upper"),
-                    format!("{:?} and lower {:?} reach outside the box", pour.upper, pour.lower),
+                    format!(
+                        "{:?} and lower {:?} reach outside the box, moving by {shift:?}",
+                        pour.upper, pour.lower
+                    ),
                     "keep the region in the box, or enlarge [domain]",
                 ));
             }
