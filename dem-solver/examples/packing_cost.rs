@@ -1,8 +1,9 @@
 //! What a grain and sub-step cost in bulk:
 //! `cargo run --release -p dem-solver --example packing_cost -- N [STEPS [THREADS [general|rain|write FILE]]]`.
+//! With RELAX=n in the environment, n sub-steps before the timed ones (300).
 //!
 //! `scenes/bench/packing.csv` (1,000 settled spheres, D = 2 mm ± 10 %, walls 10 D apart) stacked up to N
-//! grains; e_n = 0.3, μ = 0.25, t_c = 1e-4 s, dt = t_c/50. After 300 sub-steps of rest STEPS are timed by the
+//! grains; e_n = 0.3, μ = 0.25, t_c = 1e-4 s, dt = t_c/50. After RELAX sub-steps STEPS are timed by the
 //! CPU clock of the process. `rain` spreads them fourfold in height with 0.5 m/s; `general` takes the other
 //! engine; `write` only writes the start for LAMMPS (see `tests/peers/lammps.sh`).
 
@@ -99,7 +100,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     spec.engine = if mode == "general" { Engine::General } else { Engine::Bulk };
     let mut dem = Dem::new(&spec)?;
     drop(spec);
-    dem.advance(300.0 * DT, 300, &[])?;
+    let relax: u32 = std::env::var("RELAX").map_or(Ok(300), |word| word.parse())?;
+    for _ in 0..relax / 100 {
+        dem.advance(100.0 * DT, 100, &[])?;
+    }
     let (builds, cpu, wall) = (dem.list_builds(), ProcessTime::now(), Instant::now());
     let mut contacts = 0;
     for first in (0..steps).step_by(100) {

@@ -48,6 +48,14 @@ impl DemParticipant {
         let Config { mut spec, initial_state, .. } = Config::new(scene)?;
         // Of all grains, so that it does not change as they are poured.
         spec.skin = Some(spec.skin());
+        // Orientations and forces per grain cost time; some dry scenes read neither.
+        let observe = &scene.scene.observe;
+        let read = scene.scene.medium.is_some()
+            || observe.grains.as_ref().is_none_or(|grains| !grains.is_empty())
+            || observe.fields_every > 0.0
+            || !observe.fields_at.is_empty()
+            || scene.scene.metrics.iter().any(|metric| metric.kind.grain().is_some());
+        (spec.observations, spec.orientation) = (read, read);
         let mut dem = Dem::new(&first(&spec, scene.present())).map_err(|fault| {
             scene.source.error("dem", fault.to_string(), "docs/scene.md says what [dem] allows")
         })?;
@@ -207,6 +215,16 @@ impl Participant for DemParticipant {
             return Err(SolverError::Failed(format!(
                 "{fault} in window {} (t = {} s): reduce [dem] dt, or see whether the loads are finite",
                 window.step, window.time
+            )));
+        }
+        if let Some(i) = report.lost {
+            let (x, v) = (self.dem.grains.position[i], self.dem.grains.velocity[i]);
+            return Err(SolverError::Failed(format!(
+                "grain {i} left through a wall in window {} (t = {} s): it is at {:?} m with {:?} m/s; reduce [dem] dt",
+                window.step,
+                window.time + window.dt,
+                <[f64; 3]>::from(x),
+                <[f64; 3]>::from(v)
             )));
         }
         let mut header = window.header();

@@ -46,6 +46,8 @@ pub struct WindowReport {
     pub contacts: usize,
     /// First grain whose state is not finite; the window stopped there.
     pub first_non_finite: Option<NonFinite>,
+    /// First free grain whose centre is behind a wall by more than its diameter at the end of the window.
+    pub lost: Option<usize>,
 }
 
 /// Observations of one window, per grain.

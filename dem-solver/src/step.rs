@@ -141,6 +141,13 @@ impl Dem {
         copy
     }
 
+    /// Threads of the bulk engine; they change no bit.
+    pub fn set_threads(&mut self, threads: usize) {
+        if let Some(bulk) = &mut self.bulk {
+            bulk.set_threads(threads);
+        }
+    }
+
     /// Whether the bulk engine does the work.
     #[must_use]
     pub fn is_bulk(&self) -> bool {

@@ -161,10 +161,10 @@ fn run(set_up: &DemSpec, bulk: Settings, windows: usize) -> (State, u64) {
 
 #[test]
 fn threads_wavefront_skin_and_vectors_change_no_bit() {
-    let set_up = busy(3000, 0.4);
+    let set_up = busy(9000, 0.4);
     let standard = Settings::default();
     let (reference, _) = run(&set_up, standard, 12);
-    assert!(reference.contacts.len() > 300, "{} contacts", reference.contacts.len());
+    assert!(reference.contacts.len() > 1000, "{} contacts", reference.contacts.len());
     for threads in [1, 2, 4] {
         for depth in [1, 3, 8] {
             let (state, _) = run(&set_up, Settings { threads, depth, ..standard }, 12);
@@ -284,7 +284,7 @@ fn scenes_it_cannot_run_are_refused_by_name() {
 
 #[test]
 fn a_state_that_stops_being_finite_is_named() {
-    let mut set_up = busy(1200, 0.4);
+    let mut set_up = busy(5000, 0.4);
     set_up.bulk.threads = 2;
     let mut solver = dem(&set_up);
     solver.advance(2e-3, 10, &[]).expect("advances");
@@ -292,4 +292,16 @@ fn a_state_that_stops_being_finite_is_named() {
     let report = solver.advance(2e-3, 10, &[]).expect("advances");
     assert_eq!(report.n_sub_done, 1);
     assert_eq!(report.first_non_finite.map(|fault| fault.grain), Some(700));
+}
+
+#[test]
+fn a_grain_that_leaves_through_a_wall_is_named() {
+    let mut set_up = busy(300, 0.4);
+    set_up.grains[200].velocity = [0.0, 0.0, -3000.0];
+    set_up.grains[200].motion = Motion::Free;
+    for engine in [Engine::Bulk, Engine::General] {
+        let mut solver = dem(&DemSpec { engine, ..set_up.clone() });
+        let report = solver.advance(0.02, 4, &[]).expect("advances");
+        assert_eq!((report.first_non_finite, report.lost), (None, Some(200)), "{engine:?}");
+    }
 }

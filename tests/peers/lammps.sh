@@ -2,10 +2,12 @@
 # Bedload's DEM beside LAMMPS gran/hooke/history on the same packings, one core each, one after the other.
 #   apt-get install lammps; cargo build --release -p dem-solver --example packing_cost
 #   tests/peers/lammps.sh [N STEPS]...
+# Stacked layers need time to settle: RELAX sub-steps come before the timed ones (300).
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 cost=${COST:-${CARGO_TARGET_DIR:-$here/../../target}/release/examples/packing_cost}
 lmp=${LMP:-lmp}
+export RELAX=${RELAX:-300}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 # one stiffness for all, that of two grains of 2 mm; k_t = 2/7 k_n, gamma_t = gamma_n/2
@@ -17,7 +19,7 @@ print(k, k*2/7, g, g/2)")
 while [ $# -gt 1 ]; do
   "$cost" "$1" 1 1 write "$work/start.data"
   ours=$("$cost" "$1" "$2" 1)
-  (cd "$work" && OMP_NUM_THREADS=1 "$lmp" -in "$here/packing.lmp" -log none -v DATA start.data -v STEPS "$2" \
+  (cd "$work" && OMP_NUM_THREADS=1 "$lmp" -in "$here/packing.lmp" -log none -v DATA start.data -v STEPS "$2" -v RELAX "$RELAX" \
     -v KN "$kn" -v KT "$kt" -v GN "$gn" -v GT "$gt" > out)
   echo "$ours"
   python3 - "$work/out" "$ours" <<'P'

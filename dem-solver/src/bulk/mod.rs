@@ -154,7 +154,7 @@ impl Bulk {
             }
         }
         let settings = spec.bulk;
-        let threads = settings.threads.clamp(1, n.div_ceil(SIZE).max(1));
+        let threads = useful_threads(settings.threads, n);
         let mean = spec.grains.iter().map(|grain| grain.radius).sum::<f64>() / n as f64;
         let wall_speed = walls
             .iter()
@@ -184,6 +184,13 @@ impl Bulk {
             loaded: false,
             builds: 0,
         })
+    }
+
+    /// Takes another number of threads.
+    pub(crate) fn set_threads(&mut self, threads: usize) {
+        let threads = useful_threads(threads, self.n);
+        self.benches.resize(threads, Bench::default());
+        self.builders.resize(threads, Builder::default());
     }
 
     /// The periods, for wrapping.
@@ -329,6 +336,11 @@ impl Bulk {
         self.found = found.into_inner().unwrap_or_default();
         self.seeds.clear();
     }
+}
+
+/// At most one thread per four blocks: below that they wait for one another.
+fn useful_threads(threads: usize, n: usize) -> usize {
+    threads.clamp(1, (n / (4 * SIZE)).max(1))
 }
 
 /// The linear law between two materials, if they have one.

@@ -153,7 +153,19 @@ impl Dem {
             max_speed: self.max_speed2.sqrt(),
             contacts: self.forces.contacts,
             first_non_finite,
+            lost: self.first_lost(),
         }
+    }
+
+    /// First free grain that is behind a wall by more than its diameter.
+    fn first_lost(&self) -> Option<usize> {
+        let grains = &self.grains;
+        let behind = |&i: &usize| {
+            let stands = self.scene.walls.iter().filter(|wall| wall.stands(self.time));
+            let mut gaps = stands.map(|wall| wall.gap(&grains.position[i], grains.radius[i], self.time));
+            gaps.any(|gap| gap < -3.0 * grains.radius[i])
+        };
+        (0..grains.len()).filter(|&i| grains.responds(i)).find(behind)
     }
 
     /// Largest speed now.
