@@ -127,7 +127,7 @@ impl Blocks {
         bench: &mut Bench,
     ) {
         let count = blocks.len();
-        // a wavefront needs the parts longer than its reach: see the order of waiting in docs/performance.md
+        // a wavefront needs the parts longer than its reach: see docs/decisions/bulk-engine.md
         let depth = if plan.reach < count { plan.depth.max(1) } else { 1 };
         let mut first = 0;
         while first < plan.steps {
