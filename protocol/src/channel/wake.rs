@@ -16,41 +16,42 @@ use super::topics::{self, transport};
 use super::watch::{LOOK_EVERY, Member};
 use crate::participant::ExchangeError;
 
-/// A nap ends this long before the message is due.
-const EARLY: Duration = Duration::from_micros(120);
-/// A message that is late by more than this is slept for.
-const LATE: Duration = Duration::from_micros(250);
+/// A nap ends this long before the message is due: what a timer may come too late by, and its use.
+const EARLY: Duration = Duration::from_micros(200);
+/// A message that is late by more than this and its usual scatter is slept for.
+const LATE: Duration = Duration::from_micros(300);
 /// Shorter naps are not worth the timer.
 const SHORTEST_NAP: Duration = Duration::from_micros(80);
 
-/// How long the waits at one place last, at least.
+/// How long the waits at one place last: smoothed mean and mean deviation (as Jacobson 1988 has them
+/// for the answers of a network).
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rhythm {
-    least: Duration,
+    mean: Duration,
+    deviation: Duration,
 }
 
 impl Rhythm {
     /// What is left to nap after `waited`, in pieces after which the sender is looked at.
     pub(crate) fn nap(&self, waited: Duration) -> Option<Duration> {
-        let left = self.least.saturating_sub(EARLY).saturating_sub(waited);
+        let left = self.mean.saturating_sub(2 * self.deviation + EARLY).saturating_sub(waited);
         (left >= SHORTEST_NAP).then_some(left.min(LOOK_EVERY))
     }
 
     /// Until when yielding is better than sleeping.
     fn awake(&self, spin: Duration) -> Duration {
-        if self.least > EARLY { spin.max(self.least + LATE) } else { spin }
+        if self.mean.is_zero() {
+            return spin;
+        }
+        spin.max(self.mean + (4 * self.deviation).min(LATE) + LATE)
     }
 
-    /// A wait is over: the estimate falls at once and rises slowly, and falls below the wait itself if
-    /// the message came during a nap and may have lain there.
+    /// A wait is over. A message that came during a nap may have lain there: its wait counts as shorter.
     pub(crate) fn learn(&mut self, waited: Duration, napped: bool) {
-        if napped {
-            self.least = waited / 2;
-        } else if waited < self.least {
-            self.least = waited;
-        } else {
-            self.least += (waited - self.least) / 16;
-        }
+        let waited = if napped { waited * 3 / 4 } else { waited };
+        let off = waited.abs_diff(self.mean);
+        self.mean = if waited > self.mean { self.mean + off / 8 } else { self.mean - off / 4 };
+        self.deviation = (self.deviation * 7 + off) / 8;
     }
 }
 
@@ -213,22 +214,20 @@ mod tests {
     #[test]
     fn even_waits_are_napped_through_and_met_awake() {
         let mut rhythm = Rhythm::default();
-        let lain = keep(&mut rhythm, &[2400; 200]);
-        assert!(lain.iter().all(Duration::is_zero));
-        assert!(rhythm.nap(Duration::ZERO).unwrap() > micros(2000));
-        assert!(rhythm.awake(micros(50)) > micros(2400));
+        keep(&mut rhythm, &[2400; 200]);
+        let lain = keep(&mut rhythm, &[2400, 2300, 2500, 2350, 2450].repeat(20));
+        assert!(lain.iter().all(Duration::is_zero), "{lain:?}");
+        assert!(rhythm.nap(Duration::ZERO).unwrap() > micros(1700));
+        assert!(rhythm.awake(micros(50)) > micros(2500));
     }
 
     #[test]
-    fn a_sudden_early_message_is_overslept_once() {
+    fn early_messages_are_overslept_a_few_times_only() {
         let mut rhythm = Rhythm::default();
         keep(&mut rhythm, &[2400; 200]);
-        let lain = keep(&mut rhythm, &[300, 300, 300, 300]);
+        let lain = keep(&mut rhythm, &[300; 20]);
         assert!(lain[0] > micros(1000) && lain[0] < micros(2100));
-        // The first wait only showed that the message came at some time before the end of the nap.
-        assert!(lain.iter().sum::<Duration>() < micros(3200));
-        keep(&mut rhythm, &[300; 30]);
-        assert!(keep(&mut rhythm, &[300; 10]).iter().all(Duration::is_zero));
+        assert!(lain.iter().filter(|time| !time.is_zero()).count() <= 5, "{lain:?}");
     }
 
     #[test]
@@ -236,6 +235,7 @@ mod tests {
         let mut rhythm = Rhythm::default();
         keep(&mut rhythm, &[15; 100]);
         assert_eq!(rhythm.nap(Duration::ZERO), None);
-        assert_eq!(rhythm.awake(micros(50)), micros(50));
+        assert!(rhythm.awake(micros(50)) < micros(400));
+        assert_eq!(Rhythm::default().awake(micros(50)), micros(50));
     }
 }
