@@ -275,7 +275,7 @@ fn place(group: &Group, geometry: Geometry, grains: &mut Vec<Grain>) -> Result<(
     for number in 0..group.count {
         let radius = random.about(group.radius, group.radius_spread);
         let position = (0..1_000)
-            .map(|_| draw(group, geometry, radius, &mut random))
+            .map(|_| random.place(geometry, &group.lower, &group.upper, radius))
             .find(|position| is_clear(position, radius, cell(position), &table, grains))
             .ok_or(format!("no room for grain {} of {} after 1000 tries", number + 1, group.count))?;
         table.entry(cell(&position)).or_default().push(grains.len());
@@ -283,16 +283,6 @@ fn place(group: &Group, geometry: Geometry, grains: &mut Vec<Grain>) -> Result<(
         grains.push(Grain { motion, locked, ..Grain::at(position, radius, group.density) });
     }
     Ok(())
-}
-
-fn draw(group: &Group, geometry: Geometry, radius: f64, random: &mut SplitMix64) -> [f64; 3] {
-    std::array::from_fn(|axis| {
-        if axis == 1 && geometry == Geometry::Plane {
-            return 0.0;
-        }
-        let (lower, upper) = (group.lower[axis] + radius, group.upper[axis] - radius);
-        lower + (upper - lower) * random.unit()
-    })
 }
 
 fn is_clear(

@@ -67,13 +67,7 @@ impl Pour {
         for number in [grain, step, attempt] {
             mixed.0 = mixed.next() ^ number;
         }
-        std::array::from_fn(|axis| {
-            if axis == 1 && geometry == Geometry::Plane {
-                return 0.0;
-            }
-            let (lower, upper) = (self.lower[axis] + radius, self.upper[axis] - radius);
-            lower + (upper - lower) * mixed.unit()
-        })
+        mixed.place(geometry, &self.lower, &self.upper, radius)
     }
 
     /// The grains, waiting in the middle of the region.

@@ -1,5 +1,7 @@
 //! Sebastiano Vigna's SplitMix64 (2015): small, seedable, the same on every machine.
 
+use super::domain::Geometry;
+
 /// The stream.
 pub(super) struct SplitMix64(pub(super) u64);
 
@@ -21,5 +23,22 @@ impl SplitMix64 {
     /// Uniform about `mean`, relative half-width `spread`.
     pub(super) fn about(&mut self, mean: f64, spread: f64) -> f64 {
         mean * (1.0 + spread * (2.0 * self.unit() - 1.0))
+    }
+
+    /// Place that is uniform in a box which holds a grain of `radius` whole; y = 0 in the plane.
+    pub(super) fn place(
+        &mut self,
+        geometry: Geometry,
+        lower: &[f64; 3],
+        upper: &[f64; 3],
+        radius: f64,
+    ) -> [f64; 3] {
+        std::array::from_fn(|axis| {
+            if axis == 1 && geometry == Geometry::Plane {
+                return 0.0;
+            }
+            let (lower, upper) = (lower[axis] + radius, upper[axis] - radius);
+            lower + (upper - lower) * self.unit()
+        })
     }
 }
