@@ -95,6 +95,10 @@ pub struct Conductor<'a> {
     late: u64,
     told_of_limit: bool,
     stopping: bool,
+    /// What ends the run, once everything sent before it has been read.
+    broken: Option<ExchangeError>,
+    /// Solver that said so, and its words.
+    failed: Option<(String, String)>,
     largest_radius: f64,
 }
 
@@ -147,6 +151,8 @@ impl<'a> Conductor<'a> {
             late,
             told_of_limit: false,
             stopping: false,
+            broken: None,
+            failed: None,
             largest_radius: scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max),
         })
     }
@@ -157,10 +163,13 @@ impl<'a> Conductor<'a> {
     /// [`Failure`]; children may live still, [`Conductor::close`] ends them.
     pub fn conduct(&mut self) -> Result<End, Failure> {
         loop {
+            if let Some(error) = self.broken.take_if(|_| self.ordered.is_empty()) {
+                return Err(self.diagnose(error));
+            }
             let interrupted = self.interrupts.count() > 0;
             let save = self.is_checkpoint_due();
             if !interrupted && !save {
-                self.order_ahead()?;
+                self.order_ahead();
             }
             if !self.ordered.is_empty() {
                 self.window()?;
@@ -183,8 +192,10 @@ impl<'a> Conductor<'a> {
     }
 
     /// Orders every window that the planner gives; it gives `ahead` at most.
-    fn order_ahead(&mut self) -> Result<(), Failure> {
-        while let Some(window) = self.planner.next_window() {
+    fn order_ahead(&mut self) {
+        while self.broken.is_none()
+            && let Some(window) = self.planner.next_window()
+        {
             let command = Command {
                 order: Order::Advance as u64,
                 step: window.step,
@@ -196,9 +207,8 @@ impl<'a> Conductor<'a> {
             };
             self.slots[slot_of(window.step)].begin();
             self.ordered.push_back((command, window));
-            self.order(command)?;
+            self.broken = self.link.order(command).err();
         }
-        Ok(())
     }
 
     fn order(&mut self, command: Command) -> Result<(), Failure> {
@@ -245,15 +255,41 @@ impl<'a> Conductor<'a> {
         Ok(recorder.record_status(Role::Dem, &whole.dem)?)
     }
 
-    /// The next event; children and interrupts are looked at meanwhile.
+    /// The next event. After a failure those that are there already, so that every window that was
+    /// done counts, then the failure.
     fn next(&mut self) -> Result<Event, Failure> {
+        loop {
+            let event = if self.broken.is_none() { self.wait() } else { self.link.try_next() };
+            match event {
+                Ok(Some(Event::Status(role, status))) if status.state == State::Failed as u64 => {
+                    self.hear_failure(role, &status);
+                }
+                Ok(Some(event)) => return Ok(event),
+                result => match (self.broken.take(), result) {
+                    (Some(error), _) => return Err(self.diagnose(error)),
+                    (None, result) => self.broken = result.err(),
+                },
+            }
+        }
+    }
+
+    /// Keeps the words of the cause: the other solver fails too, because its peer is gone.
+    fn hear_failure(&mut self, role: Role, status: &Status) {
+        let (peer, text) = (role.to_string(), status.text());
+        self.broken.get_or_insert_with(|| ExchangeError::Failed { peer: peer.clone(), text: text.clone() });
+        if self.failed.as_ref().is_none_or(|(_, text)| is_about_a_peer(text)) {
+            self.failed = Some((peer, text));
+        }
+    }
+
+    /// Waits for an event; children and interrupts are looked at meanwhile.
+    fn wait(&mut self) -> Result<Option<Event>, ExchangeError> {
         let slow = self.ordered.iter().any(|(_, window)| window.output) || self.ordered.is_empty();
         let deadline = Duration::from_secs_f64(self.prepared.coupling.deadline);
         let limit = if slow { deadline * FILES_TAKE } else { deadline };
         let Self { link, supervisor, interrupts, stopping, .. } = self;
         let step = self.ordered.front().map_or(0, |(_, window)| window.step);
-        let result = link.next(limit, &mut || alive(supervisor, interrupts, *stopping, step));
-        result.map_err(|error| self.diagnose(error))
+        link.next(limit, &mut || alive(supervisor, interrupts, *stopping, step)).map(Some)
     }
 
     /// Puts a message where it belongs: the window under way, or one ordered ahead.
@@ -299,10 +335,6 @@ impl<'a> Conductor<'a> {
 
     /// Keeps a report, and refuses one that is not `wanted`.
     fn expect(&mut self, role: Role, status: &Status, wanted: State) -> Result<(), Failure> {
-        if status.state == State::Failed as u64 {
-            let error = ExchangeError::Failed { peer: role.to_string(), text: status.text() };
-            return Err(self.diagnose(error));
-        }
         match role {
             Role::Fluid => self.fluid = *status,
             Role::Dem => self.dem = *status,
@@ -403,18 +435,14 @@ impl<'a> Conductor<'a> {
 
     /// What really happened behind an error of the exchange.
     fn diagnose(&mut self, error: ExchangeError) -> Failure {
-        let mut failed = None;
-        if let ExchangeError::Failed { peer, text } = &error {
-            failed = Some((peer.clone(), text.clone()));
-        }
         let patience = Instant::now();
         // A dead peer makes the others give up too: the first to go is the cause.
-        while failed.is_none() && patience.elapsed() < Duration::from_millis(200) {
+        while self.failed.is_none() && patience.elapsed() < Duration::from_millis(200) {
             while let Ok(Some(event)) = self.link.try_next() {
                 if let Event::Status(role, status) = event
                     && status.state == State::Failed as u64
                 {
-                    failed = Some((role.to_string(), status.text()));
+                    self.hear_failure(role, &status);
                 }
             }
             if self.supervisor.any_exit() || matches!(error, ExchangeError::Deadline { .. }) {
@@ -422,7 +450,7 @@ impl<'a> Conductor<'a> {
             }
             std::thread::sleep(Duration::from_millis(5));
         }
-        explain(&error, failed, &self.supervisor)
+        explain(&error, self.failed.take(), &self.supervisor)
     }
 
     /// Costs so far, those before a resume included.
