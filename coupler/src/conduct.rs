@@ -10,13 +10,13 @@ use std::time::{Duration, Instant};
 use protocol::channel::{ConductorLink, Event};
 use protocol::log::Recorder;
 use protocol::message::{Command, Header, Kinematics, Loads, Order, State, Status};
-use protocol::output::{Observer, OutputFolder, Sample, Sides};
+use protocol::output::{Observer, OutputFolder, Progress, Sample, Sides};
 use protocol::participant::{ExchangeError, Role, Window};
 
+use crate::bounds::Short;
 use crate::failure::Failure;
 use crate::judge;
 use crate::prepare::Prepared;
-use crate::progress::Progress;
 use crate::resume::{self, CouplerState, Spent};
 use crate::scheme::{AHEAD, Planner, QuietRule, was_late};
 use crate::supervise::{Exit, Interrupts, Supervisor};
@@ -135,12 +135,12 @@ impl<'a> Conductor<'a> {
             link,
             prepared,
             folder,
+            progress: Progress::new("bedload", planner.time(), plan.until, false),
             planner,
             rule: QuietRule::new(scene, range),
             recorder,
             observer,
             interrupts,
-            progress: Progress::new(plan.until),
             ordered: VecDeque::new(),
             slots: (0..AHEAD).map(|_| Collected::default()).collect(),
             fluid: Status::default(),
@@ -240,7 +240,11 @@ impl<'a> Conductor<'a> {
         self.observer.record(&sample)?;
         let quiet_until = sample.time() + self.rule.quiet_for(force, motion);
         self.planner.learn(quiet_until, whole.fluid.dt_limit.min(whole.dem.dt_limit));
-        self.progress.tell(window.step, window.time + window.dt, window.substeps);
+        let (time, until) = (window.time + window.dt, self.prepared.plan.until);
+        self.progress.tell(time, || {
+            let (step, substeps) = (window.step, window.substeps);
+            format!("t = {} of {} s, window {step}, {substeps} sub-steps", Short(time), Short(until))
+        });
         Ok(())
     }
 

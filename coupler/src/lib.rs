@@ -10,7 +10,7 @@
 //! | [`scheme`] | which window comes next, and its sub-steps |
 //! | [`run`], [`conduct`], [`judge`] | a run, window by window |
 //! | [`supervise`], [`solvers`] | solvers as commands and child processes |
-//! | [`record`], [`resume`], [`progress`] | log, checkpoints, progress |
+//! | [`record`], [`resume`] | log, checkpoints |
 //! | [`replay`], [`log_command`], [`export`] | a log driving a solver, or read; files for viewers |
 //! | [`report`] | the HTML page of a run |
 //! | [`validate`] | published cases, run and compared |
@@ -27,7 +27,6 @@ pub mod judge;
 pub mod log_command;
 pub mod plan;
 pub mod prepare;
-pub mod progress;
 pub mod record;
 pub mod replay;
 pub mod report;

@@ -14,6 +14,7 @@ mod metrics;
 mod oblique;
 mod observer;
 mod options;
+mod progress;
 mod series;
 mod subject;
 mod summary;
@@ -25,6 +26,7 @@ pub use folder::{OutputFolder, atomic_write, resolved_scene};
 pub use metrics::{Metrics, MetricsState};
 pub use observer::{Observer, ObserverState};
 pub use options::RunOptions;
+pub use progress::Progress;
 pub use series::{Series, SeriesWriter};
 pub use summary::{
     Cost, MetricValue, PeakRss, RunStatus, Size, SubstepRange, Summary, Tally, Time, peak_rss_bytes,

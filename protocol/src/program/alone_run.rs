@@ -10,7 +10,7 @@ use super::{ProgramError, Solver, with_threads};
 use crate::alone::{self, Clock, StandIn};
 use crate::checkpoint;
 use crate::message::Header;
-use crate::output::{Observer, OutputFolder, RunOptions, RunStatus, Sides, Summary};
+use crate::output::{Observer, OutputFolder, Progress, RunOptions, RunStatus, Sides, Summary};
 use crate::participant::{Role, SolverError, Window};
 use crate::scene::{CheckedScene, Motion, Rest};
 
@@ -23,8 +23,7 @@ struct Position {
     observed: crate::output::ObserverState,
 }
 
-/// Seconds between lines of progress, and between checkpoints.
-const PROGRESS_EVERY: f64 = 2.0;
+/// Seconds between checkpoints.
 const CHECKPOINT_EVERY: f64 = 60.0;
 
 /// Runs a solver alone, from the scene's start or from a checkpoint, to the scene's end.
@@ -99,8 +98,14 @@ impl<'a, S: Solver> Run<'a, S> {
 
     fn advance_to_end(&mut self) -> Result<(), ProgramError> {
         let until = self.scene.scene.until;
-        let begin = (Instant::now(), self.position.time);
-        let (mut told, mut saved) = (begin.0, begin.0);
+        let mut progress = Progress::new(S::PROGRAM, self.position.time, until, self.rest.is_some());
+        let outcome = self.advance(until, &mut progress);
+        progress.finish();
+        outcome
+    }
+
+    fn advance(&mut self, until: f64, progress: &mut Progress) -> Result<(), ProgramError> {
+        let mut saved = Instant::now();
         while self.position.time < until && !self.rests() {
             if self.stop.load(Ordering::Relaxed) {
                 self.checkpoint()?;
@@ -110,10 +115,7 @@ impl<'a, S: Solver> Run<'a, S> {
             let mut window = self.clock.next(at.step, at.time, until, at.limit, false);
             window.output = self.scene.scene.observe.fields_due(window.time, window.time + window.dt);
             self.window(&window)?;
-            if told.elapsed().as_secs_f64() > PROGRESS_EVERY {
-                self.tell(begin, &window);
-                told = Instant::now();
-            }
+            progress.tell(self.position.time, || self.standing(&window));
             if saved.elapsed().as_secs_f64() > CHECKPOINT_EVERY {
                 self.checkpoint()?;
                 saved = Instant::now();
@@ -122,9 +124,8 @@ impl<'a, S: Solver> Run<'a, S> {
         self.checkpoint()
     }
 
-    /// One line: how far, how much work, how lively, how long still.
-    fn tell(&self, (begin, from): (Instant, f64), window: &Window) {
-        let (time, until) = (self.position.time, self.scene.scene.until);
+    /// How far, how much work, how lively.
+    fn standing(&self, window: &Window) -> String {
         let steps = match self.observer.tally().substeps {
             0 => format!("step {}", window.step + 1),
             substeps => format!("{substeps} sub-steps"),
@@ -133,12 +134,7 @@ impl<'a, S: Solver> Run<'a, S> {
         let energy = energy.map_or(String::new(), |energy| format!(", kinetic energy {energy:.3e} J"));
         let share = self.rest.as_ref().and_then(|rest| rest.energy(self.exchange_kinematics()));
         let share = share.map_or(String::new(), |share| format!(" = {share:.1e} m g R"));
-        let to_go = begin.elapsed().as_secs_f64() * (until - time) / (time - from);
-        let most = if self.rest.is_some() { "at most " } else { "" };
-        crate::say!(
-            "{}: t = {time:.6} of {until} s, {steps}{energy}{share}, {most}{to_go:.0} s to go",
-            S::PROGRAM
-        );
+        format!("t = {:.6} of {} s, {steps}{energy}{share}", self.position.time, self.scene.scene.until)
     }
 
     fn exchange_kinematics(&self) -> &[crate::message::Kinematics] {

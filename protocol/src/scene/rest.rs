@@ -4,14 +4,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::CheckedScene;
-use super::grains::{Motion, Shape};
+use super::grains::Motion;
 use crate::message::Kinematics;
 
 /// End of a dry run before `until`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StopWhen {
-    /// Σ ½(m v² + I ω²) over the free grains is below this part of Σ m g R.
+    /// Σ ½ m v² over the free grains is below this part of Σ m g R. Without spin: nothing resists a
+    /// caged grain that turns about the line through its contacts, so it turns for ever, and moves
+    /// nobody.
     pub kinetic_energy_per_grain_below: f64,
     /// Not before this time, s, nor before all grains have been poured.
     #[serde(default)]
@@ -22,8 +24,8 @@ pub struct StopWhen {
 #[derive(Clone, Debug)]
 pub struct Rest {
     stop: StopWhen,
-    /// Index, mass and moment of inertia of the free grains.
-    free: Vec<(usize, f64, f64)>,
+    /// Index and mass of the free grains.
+    free: Vec<(usize, f64)>,
     /// Σ m g R, J.
     scale: f64,
     /// Number of grains that are there from the start.
@@ -37,31 +39,24 @@ impl Rest {
         let stop = scene.scene.stop_when?;
         let gravity = scene.scene.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
         let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
-        let share = |shape: Shape| if shape == Shape::Disc { 0.5 } else { 0.4 };
         Some(Self {
             stop,
             present: scene.present(),
             scale: free().map(|(_, grain)| grain.mass() * gravity * grain.radius).sum(),
-            free: free()
-                .map(|(index, grain)| {
-                    let mass = grain.mass();
-                    (index, mass, share(grain.shape) * mass * grain.radius * grain.radius)
-                })
-                .collect(),
+            free: free().map(|(index, grain)| (index, grain.mass())).collect(),
         })
     }
 
-    /// Kinetic energy over Σ m g R; none while grains are still to be poured.
+    /// Kinetic energy of translation over Σ m g R; none while grains are still to be poured.
     #[must_use]
     pub fn energy(&self, kinematics: &[Kinematics]) -> Option<f64> {
-        let square = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>();
         let mut energy = 0.0;
-        for &(index, mass, inertia) in &self.free {
+        for &(index, mass) in &self.free {
             let motion = kinematics.get(index)?;
             if index >= self.present && !motion.is_there() {
                 return None;
             }
-            energy += 0.5 * (mass * square(&motion.velocity) + inertia * square(&motion.spin));
+            energy += 0.5 * mass * motion.velocity.iter().map(|v| v * v).sum::<f64>();
         }
         Some(energy / self.scale)
     }
