@@ -1,4 +1,4 @@
-//! The figure of a case: measured points, published curves and points, as one SVG file.
+//! A figure of a case: measured points, published curves and points, as one SVG file.
 
 use std::path::Path;
 
@@ -8,6 +8,7 @@ use kuva::render::annotations::ReferenceLine;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render_to_svg;
+use protocol::output::points;
 
 use super::ValidateError;
 use super::case::{Case, Figure, Points, Series, Table, matches};
@@ -39,10 +40,13 @@ const LEGEND: f64 = 250.0;
 /// Points along a curve.
 const STEPS: usize = 200;
 
-/// The figure, or nothing if the case has none or no run gave a point. `runs` is the folder of the
-/// runs' output folders.
-pub(super) fn draw(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Option<String>, ValidateError> {
-    let Some(figure) = &case.figure else { return Ok(None) };
+/// A figure, or nothing if no run gave a point. `runs` is the folder of the runs' output folders.
+pub(super) fn draw(
+    case: &Case,
+    figure: &Figure,
+    outcomes: &[Outcome],
+    runs: &Path,
+) -> Result<Option<String>, ValidateError> {
     let tables = tables(case, figure, outcomes, runs)?;
     let measured: Vec<Vec<(f64, f64)>> =
         figure.series.iter().map(|series| measured(case, figure, series, outcomes)).collect();
@@ -103,6 +107,9 @@ fn layout(figure: &Figure, plots: &[Plot]) -> Layout {
     if figure.log_x {
         layout = layout.with_log_x();
     }
+    if figure.log_y {
+        layout = layout.with_log_y();
+    }
     for mark in &figure.marks {
         let line = ReferenceLine::vertical(mark.at).with_color(PUBLISHED).with_label(mark.name.as_str());
         layout = layout.with_reference_line(line);
@@ -144,7 +151,7 @@ fn tables<'a>(
         }
         let path = runs.join(&table.run).join(&table.file);
         let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
-        let points = columns(&text, &table.x, &table.y).map_err(|what| ValidateError::Case { path, what })?;
+        let points = points(&text, &table.x, &table.y).map_err(|what| ValidateError::Case { path, what })?;
         found.push((table, points));
     }
     Ok(found)
@@ -176,37 +183,8 @@ fn scatter(points: &[(f64, f64)], name: &str, colour: &str, marker: MarkerShape,
 }
 
 /// Two columns of a CSV file.
-fn published(points: &Points, folder: &Path) -> Result<Vec<(f64, f64)>, ValidateError> {
-    let path = folder.join(&points.file);
+fn published(from: &Points, folder: &Path) -> Result<Vec<(f64, f64)>, ValidateError> {
+    let path = folder.join(&from.file);
     let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
-    columns(&text, &points.x, &points.y).map_err(|what| ValidateError::Case { path, what })
-}
-
-fn columns(text: &str, x: &str, y: &str) -> Result<Vec<(f64, f64)>, String> {
-    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
-    let header: Vec<&str> = lines.next().unwrap_or("").split(',').map(str::trim).collect();
-    let place = |name: &str| {
-        let found = header.iter().position(|column| *column == name);
-        found.ok_or_else(|| format!("has no column {name:?}; it has {}", header.join(", ")))
-    };
-    let (x, y) = (place(x)?, place(y)?);
-    let point = |line: &str| {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let cell = |place: usize| cells.get(place)?.parse::<f64>().ok();
-        cell(x).zip(cell(y)).ok_or_else(|| format!("the line {line:?} lacks a number in a column asked for"))
-    };
-    lines.map(point).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn published_points_are_read_by_column() {
-        let text = "# remark\nSt, e,note\n10,0.03,a\n\n20, 0.17 ,b\n";
-        assert_eq!(columns(text, "St", "e"), Ok(vec![(10.0, 0.03), (20.0, 0.17)]));
-        assert!(columns(text, "St", "E").unwrap_err().contains("St, e, note"));
-        assert!(columns(text, "St", "note").unwrap_err().contains("10,0.03,a"));
-    }
+    points(&text, &from.x, &from.y).map_err(|what| ValidateError::Case { path, what })
 }

@@ -183,7 +183,10 @@ impl Metrics {
             MetricKind::DepositAspectRatio(column) => plain(
                 accumulator.value().map_err(|_| format!("the run ended before t = {} s", column.release))?,
             ),
-            MetricKind::DepositRunOut(_) | MetricKind::DepositHeight(_) | MetricKind::ObliqueError { .. } => {
+            MetricKind::DepositRunOut(_)
+            | MetricKind::DepositHeight(_)
+            | MetricKind::DepositProfileDifference(_)
+            | MetricKind::ObliqueError { .. } => {
                 let last = self.last.as_ref().ok_or("the last state was not kept")?;
                 plain(last.value(&self.metrics[index])?)
             }

@@ -14,10 +14,12 @@ mod metrics;
 mod oblique;
 mod observer;
 mod options;
+mod points;
 mod progress;
 mod series;
 mod subject;
 mod summary;
+mod touching;
 mod trajectory;
 
 pub use accumulator::Accumulator;
@@ -26,6 +28,7 @@ pub use folder::{OutputFolder, atomic_write, resolved_scene};
 pub use metrics::{Metrics, MetricsState};
 pub use observer::{Observer, ObserverState};
 pub use options::RunOptions;
+pub use points::points;
 pub use progress::Progress;
 pub use series::{Series, SeriesWriter};
 pub use summary::{

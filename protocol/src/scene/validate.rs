@@ -735,6 +735,11 @@ pub(super) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
             MetricKind::Mean { from, .. } => not_negative(source, &key("from"), *from)?,
             _ => {}
         }
+        if let Some(column) = metric.kind.column() {
+            positive(source, &key("half_length"), column.half_length)?;
+            not_negative(source, &key("release"), column.release)?;
+            not_negative(source, &key("bin"), column.bin)?;
+        }
         if let Some(grain) = metric.kind.grain().filter(|grain| *grain >= count) {
             return Err(source.error(
                 &key("grain"),
