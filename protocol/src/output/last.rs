@@ -103,7 +103,8 @@ impl LastState {
             let mut belongs = largest_cluster(&balls, self.period).into_iter();
             balls.retain(|_| belongs.next() == Some(true));
         }
-        let place = |(x, radius): &Ball| [x[0] - column.centre, x[2] - self.floor, *radius];
+        let floor = column.floor.unwrap_or(self.floor);
+        let place = |(x, radius): &Ball| [x[0] - column.centre, x[2] - floor, *radius];
         let grains: Vec<[f64; 3]> = balls.iter().map(place).collect();
         Heap::new(&grains, if column.bin > 0.0 { column.bin } else { 3.0 * mean })
     }

@@ -232,6 +232,9 @@ pub struct Column {
     /// Where the heap ends.
     #[serde(default)]
     pub end: HeapEnd,
+    /// Height of the floor, m; by default the lower z face.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor: Option<f64>,
 }
 
 /// Where the heap of a column ends: single grains roll on over a smooth floor, and publications
@@ -259,14 +262,17 @@ pub struct HeapReference {
     pub half_length: f64,
     /// Middle along x, m.
     pub centre: f64,
+    /// Height of the floor, m; by default the lower z face.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor: Option<f64>,
 }
 
 impl HeapReference {
     /// The column that left the heap.
     #[must_use]
     pub fn column(&self) -> Column {
-        let (half_length, centre) = (self.half_length, self.centre);
-        Column { half_length, centre, release: 0.0, bin: 0.0, end: HeapEnd::Gap }
+        let (half_length, centre, floor) = (self.half_length, self.centre, self.floor);
+        Column { half_length, centre, release: 0.0, bin: 0.0, end: HeapEnd::Gap, floor }
     }
 }
 
