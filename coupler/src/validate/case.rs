@@ -151,6 +151,8 @@ pub(super) struct Axis {
     pub(super) label: String,
     /// Metric along the axis; for x without one, `at` of each run.
     pub(super) metric: Option<String>,
+    /// Ends of the axis; by default they follow from what is drawn.
+    pub(super) range: Option<[f64; 2]>,
 }
 
 /// Runs that share a marker.

@@ -37,6 +37,9 @@ const SIZE: (f64, f64) = (900.0, 440.0);
 /// Width of the legend: kuva's own guess is too narrow for Greek letters.
 const LEGEND: f64 = 250.0;
 
+/// More published points than this are a line of small crosses.
+const CROWD: usize = 60;
+
 /// Points along a curve.
 const STEPS: usize = 200;
 
@@ -59,15 +62,6 @@ pub(super) fn draw(
         return Ok(None);
     }
     let mut plots = curves(figure, from, to);
-    for points in &figure.points {
-        plots.push(scatter(
-            &published(points, &case.folder)?,
-            &points.name,
-            PUBLISHED,
-            MarkerShape::Cross,
-            5.0,
-        ));
-    }
     for (number, (table, points)) in tables.iter().enumerate() {
         let number = number + figure.series.len();
         let colour = COLOURS[number % COLOURS.len()];
@@ -85,6 +79,12 @@ pub(super) fn draw(
             let colour = COLOURS[number % COLOURS.len()];
             plots.push(scatter(points, &series.name, colour, MARKERS[number % MARKERS.len()], size));
         }
+    }
+    // Over the measured ones, which are larger.
+    for from in &figure.points {
+        let points = published(from, &case.folder)?;
+        let size = if points.len() > CROWD { 2.0 } else { 5.0 };
+        plots.push(scatter(&points, &from.name, PUBLISHED, MarkerShape::Cross, size));
     }
     let layout = layout(figure, &plots);
     Ok(Some(render_to_svg(plots, layout)))
@@ -109,6 +109,12 @@ fn layout(figure: &Figure, plots: &[Plot]) -> Layout {
     }
     if figure.log_y {
         layout = layout.with_log_y();
+    }
+    if let Some([least, largest]) = figure.x.range {
+        layout = layout.with_x_axis_min(least).with_x_axis_max(largest);
+    }
+    if let Some([least, largest]) = figure.y.range {
+        layout = layout.with_y_axis_min(least).with_y_axis_max(largest);
     }
     for mark in &figure.marks {
         let line = ReferenceLine::vertical(mark.at).with_color(PUBLISHED).with_label(mark.name.as_str());
