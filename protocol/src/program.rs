@@ -77,6 +77,11 @@ pub trait Solver: Participant + Send + Sized {
         Ok(BTreeMap::new())
     }
 
+    /// Values of the columns that only it knows, in a run alone ([`crate::output::energy_columns`]).
+    fn scalars(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// The facts under the role they belong to.
     fn facts_by_role(facts: &Self::Facts) -> (Option<&FluidFacts>, Option<&DemFacts>);
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Sample;
+use super::line::Line;
 use super::trajectory::Crossing;
 use crate::scene::MetricKind;
 
@@ -25,6 +26,8 @@ pub enum Accumulator {
         /// Integral over that time.
         integral: f64,
     },
+    /// Straight line over time.
+    Line(Line),
     /// Speeds at a gap.
     Crossing(Crossing),
     /// Last value.
@@ -46,6 +49,9 @@ impl Accumulator {
             }
             MetricKind::RestitutionAtGap { .. } => Accumulator::Crossing(Crossing::default()),
             MetricKind::Mean { from, .. } => mean(*from),
+            MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {
+                Accumulator::Line(Line::new(span.from, span.to))
+            }
             MetricKind::Final { .. } => Accumulator::Last(None),
             MetricKind::Max { .. } => Accumulator::Largest(None),
             _ => Accumulator::Trajectory,
@@ -64,6 +70,7 @@ impl Accumulator {
                     *integral += weight * value;
                 }
             }
+            Self::Line(line) => line.add(sample.time(), sample.window.dt, value),
             Self::Last(last) => *last = Some(value),
             Self::Largest(largest) => *largest = Some(largest.map_or(value, |kept| kept.max(value))),
             Self::Trajectory | Self::Crossing(_) => {}
@@ -80,7 +87,7 @@ impl Accumulator {
             Self::First(value) | Self::Last(value) | Self::Largest(value) => {
                 value.ok_or_else(|| "no window was done".into())
             }
-            Self::Trajectory | Self::Crossing(_) => Err("is not a single number".into()),
+            Self::Trajectory | Self::Crossing(_) | Self::Line(_) => Err("is not a single number".into()),
         }
     }
 }

@@ -47,6 +47,20 @@ pub struct Extra {
     pub unit: String,
 }
 
+/// What `observe.energy` adds behind other extras: a DEM alone gives the values in this order.
+#[must_use]
+pub fn energy_columns() -> [Extra; 6] {
+    [
+        "elastic_energy",
+        "potential_energy",
+        "dissipated_normal",
+        "dissipated_tangential",
+        "dissipated_sliding",
+        "dissipated_energy",
+    ]
+    .map(|name| Extra { name: name.to_owned(), unit: "J".to_owned() })
+}
+
 /// An accepted window as observed. A slice may be empty where [`Sides`] says so.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'a> {
@@ -230,7 +244,10 @@ impl Columns {
             free,
             present,
         };
-        columns.add_scalars(scene.scene.domain.geometry, sides, extras);
+        let energies = scene.scene.observe.energy && sides == Sides::dry();
+        let more = if energies { energy_columns().to_vec() } else { Vec::new() };
+        let extras = [extras, &more].concat();
+        columns.add_scalars(scene.scene.domain.geometry, sides, &extras);
         let geometry = scene.scene.domain.geometry;
         for grain in observed_grains(scene) {
             columns.add_grain(grain, geometry, sides);

@@ -1,5 +1,4 @@
-//! The heap that a granular column leaves: profile, half-length, height, and its difference from a
-//! published profile.
+//! The heap that a granular column leaves: profile, half-length, height.
 
 use std::fmt::Write;
 
@@ -50,17 +49,8 @@ impl Heap {
 
     /// Mean of the half-lengths to both sides, or of the one that there is.
     pub(super) fn half_length(&self) -> Option<f64> {
-        self.mean_reach(&self.sides())
-    }
-
-    /// The same of the outermost grains to both sides, apart from the heap or not.
-    pub(super) fn outermost(&self) -> Option<f64> {
-        let filled = |places: std::ops::Range<usize>| places.filter(|p| self.top[*p] > 0.0).collect();
-        self.mean_reach(&[filled(self.left..self.top.len()), filled(0..self.left)])
-    }
-
-    fn mean_reach(&self, sides: &[Vec<usize>; 2]) -> Option<f64> {
-        let ends: Vec<f64> = sides
+        let ends: Vec<f64> = self
+            .sides()
             .iter()
             .filter(|side| !side.is_empty())
             .map(|side| side.iter().map(|place| self.reach[*place]).fold(0.0, f64::max))
@@ -71,6 +61,27 @@ impl Heap {
     /// Topmost surface of the heap, m.
     pub(super) fn height(&self) -> f64 {
         self.sides().iter().flatten().map(|place| self.top[*place]).fold(0.0, f64::max)
+    }
+
+    /// Angle of the surface, degrees: a straight line through each flank between two parts of the height,
+    /// mean over the flanks that have three bins there.
+    pub(super) fn angle(&self, between: [f64; 2]) -> Result<f64, String> {
+        let [low, high] = between.map(|part| part * self.height());
+        let slope = |side: &Vec<usize>| {
+            let foot = side.iter().position(|place| self.top[*place] < low).unwrap_or(side.len());
+            let flank: Vec<(f64, f64)> = side[..foot]
+                .iter()
+                .filter(|place| self.top[**place] <= high)
+                .map(|place| (self.middle(*place).abs(), self.top[*place]))
+                .collect();
+            (flank.len() >= 3).then(|| line_slope(&flank))
+        };
+        let slopes: Vec<f64> = self.sides().iter().filter_map(slope).collect();
+        if slopes.is_empty() {
+            return Err("no flank of the heap has three bins; take smaller bins or more grains".into());
+        }
+        let angles = slopes.iter().map(|slope| (-slope).atan().to_degrees());
+        Ok(angles.sum::<f64>() / slopes.len() as f64)
     }
 
     /// Mean of the surface over the bins whose middle is nearer than `within`, m.
@@ -86,12 +97,6 @@ impl Heap {
         (place as f64 - self.left as f64 + 0.5) * self.bin
     }
 
-    /// Surface of the heap without what lies apart, in units of `half_length`.
-    pub(super) fn surface(&self, half_length: f64) -> Surface {
-        let places = self.sides().concat();
-        Surface::new(places.iter().map(|p| (self.middle(*p) / half_length, self.top[*p] / half_length)))
-    }
-
     /// The profile as CSV, also in units of the column's half-length.
     pub(super) fn table(&self, half_length: f64) -> String {
         let mut text = String::from("x,height,x_over_half_length,height_over_half_length\n");
@@ -103,55 +108,37 @@ impl Heap {
     }
 }
 
-/// Height of a heap against x, on straight lines between its points and zero beyond them.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Surface {
-    points: Vec<(f64, f64)>,
+/// Slope of the straight line through points, by least squares.
+fn line_slope(points: &[(f64, f64)]) -> f64 {
+    let count = points.len() as f64;
+    let (x0, y0) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / count, y + p.1 / count));
+    let sums = points
+        .iter()
+        .fold((0.0, 0.0), |(xx, xy), (x, y)| (xx + (x - x0) * (x - x0), xy + (x - x0) * (y - y0)));
+    sums.1 / sums.0
 }
-
-impl Surface {
-    /// Through `points`, in any order.
-    pub(super) fn new(points: impl Iterator<Item = (f64, f64)>) -> Self {
-        let mut points: Vec<(f64, f64)> = points.collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Self { points }
-    }
-
-    fn at(&self, x: f64) -> f64 {
-        let after = self.points.partition_point(|(place, _)| *place <= x);
-        if after == 0 || after == self.points.len() {
-            return 0.0;
-        }
-        let ((x0, y0), (x1, y1)) = (self.points[after - 1], self.points[after]);
-        y0 + (y1 - y0) * (x - x0) / (x1 - x0)
-    }
-
-    /// Mean of both sides at the distance `x` from the middle.
-    fn mean(&self, x: f64) -> f64 {
-        0.5 * (self.at(x) + self.at(-x))
-    }
-
-    /// Farthest point above zero.
-    fn reach(&self) -> f64 {
-        self.points.iter().filter(|(_, y)| *y > 0.0).map(|(x, _)| x.abs()).fold(0.0, f64::max)
-    }
-
-    /// Root mean square of the difference between the means of both sides, from the middle to where
-    /// both surfaces have ended.
-    pub(super) fn difference(&self, other: &Self) -> f64 {
-        let end = self.reach().max(other.reach());
-        let place = |sample: u32| end * (f64::from(sample) + 0.5) / f64::from(SAMPLES);
-        let square = |x: f64| (self.mean(x) - other.mean(x)).powi(2);
-        ((0..SAMPLES).map(|sample| square(place(sample))).sum::<f64>() / f64::from(SAMPLES)).sqrt()
-    }
-}
-
-/// Points at which two surfaces are compared: more than a profile has bins.
-const SAMPLES: u32 = 2000;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_slope_of_a_heap_is_found_between_foot_and_top() {
+        let side = |tan: f64| {
+            let mut grains = Vec::new();
+            for k in -200..=200 {
+                let x = 0.05 * f64::from(k);
+                // a rounded top, and a foot one grain high that runs out
+                grains.push([x, (4.0 - tan * x.abs()).clamp(0.1, 3.4), 0.1]);
+            }
+            Heap::new(&grains, 0.3).angle([0.2, 0.8]).unwrap()
+        };
+        for degrees in [15.0f64, 25.0, 35.0] {
+            let found = side(degrees.to_radians().tan());
+            assert!((found - degrees).abs() < 0.6, "{found} instead of {degrees}");
+        }
+        assert!(Heap::new(&[[0.0, 0.1, 0.1]], 0.3).angle([0.2, 0.8]).is_err());
+    }
 
     #[test]
     fn grains_that_lie_apart_are_no_part_of_the_heap() {
@@ -171,30 +158,5 @@ mod tests {
         assert_eq!(Heap::new(&one_sided, 1.5).half_length(), Some(10.5));
         assert_eq!(Heap::new(&[], 1.5).half_length(), None);
         assert!(heap.table(5.0).lines().count() > 13);
-    }
-
-    #[test]
-    fn the_outermost_grain_counts_wherever_it_lies() {
-        let heap = Heap::new(&[[0.0, 0.5, 0.5], [-1.0, 0.5, 0.5], [40.0, 0.5, 0.5]], 1.5);
-        assert_eq!(
-            (heap.half_length(), heap.outermost()),
-            (Some((0.5 + 1.5) / 2.0), Some((40.5 + 1.5) / 2.0))
-        );
-    }
-
-    #[test]
-    fn two_triangles_differ_by_the_integral_of_their_difference() {
-        // the surface ends at its last point above zero
-        let triangle = |end: f64| Surface::new([(-end, 1e-9), (0.0, 1.0), (end, 1e-9)].into_iter());
-        let (narrow, wide) = (triangle(1.0), triangle(2.0));
-        assert_eq!(narrow.difference(&narrow), 0.0);
-        // ∫₀¹ (x/2)² dx + ∫₁² (1 − x/2)² dx = 1/12 + 1/12, over a length of 2
-        let exact = (1.0_f64 / 12.0).sqrt();
-        assert!((narrow.difference(&wide) - exact).abs() < 1e-5, "{}", narrow.difference(&wide));
-        // only the mean of both sides counts
-        let leaning = Surface::new([(-2.0, 1e-9), (-1.0, 1.0), (0.0, 1.0), (1.0, 0.0)].into_iter());
-        let upright =
-            Surface::new([(-2.0, 0.0), (-1.0, 0.5), (0.0, 1.0), (1.0, 0.5), (2.0, 0.0)].into_iter());
-        assert!(leaning.difference(&upright) < 1e-8);
     }
 }

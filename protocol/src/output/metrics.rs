@@ -106,7 +106,10 @@ impl Metrics {
         }
         for (accumulator, column) in self.state.accumulators.iter_mut().zip(&self.column_of) {
             if let Some((place, _)) = column {
-                accumulator.add(row[*place], sample);
+                let value = row[*place];
+                // Haff's law is a straight line in E^(−1/2).
+                let line = matches!(accumulator, Accumulator::Line(_));
+                accumulator.add(if line { value.sqrt().recip() } else { value }, sample);
             }
         }
     }
@@ -180,12 +183,15 @@ impl Metrics {
                 }
                 plain(accumulator.value()?)
             }
+            MetricKind::HaffTime(_) | MetricKind::HaffMisfit(_) => {
+                haff(&self.metrics[index].kind, accumulator)
+            }
             MetricKind::DepositAspectRatio(column) => plain(
                 accumulator.value().map_err(|_| format!("the run ended before t = {} s", column.release))?,
             ),
             MetricKind::DepositRunOut(_)
             | MetricKind::DepositHeight(_)
-            | MetricKind::DepositProfileDifference(_)
+            | MetricKind::HeapAngle(_)
             | MetricKind::ObliqueError { .. } => {
                 let last = self.last.as_ref().ok_or("the last state was not kept")?;
                 plain(last.value(&self.metrics[index])?)
@@ -283,6 +289,17 @@ impl Metrics {
     }
 }
 
+/// τ of Haff's law, or how far the energy is from it.
+fn haff(kind: &MetricKind, accumulator: &Accumulator) -> Result<(f64, Option<&'static str>), String> {
+    let Accumulator::Line(line) = accumulator else { return Err("is not a line".into()) };
+    if matches!(kind, MetricKind::HaffMisfit(_)) {
+        return plain(line.misfit()?);
+    }
+    let (start, slope) = line.fit()?;
+    require(slope > 0.0, "the kinetic energy does not fall")?;
+    plain(start / slope)
+}
+
 /// Speed out over speed in; 0 if the grain never comes back to the gap.
 fn restitution(accumulator: &Accumulator, way: &Trajectory) -> Result<(f64, Option<&'static str>), String> {
     require_contact(way)?;
@@ -316,6 +333,10 @@ fn find_column(kind: &MetricKind, columns: &Columns) -> Result<Option<(usize, St
         MetricKind::Mean { column, .. } | MetricKind::Final { column } | MetricKind::Max { column } => {
             let found = columns.find(column).map(|(place, unit)| Some((place, unit.to_owned())));
             found.ok_or_else(|| column.clone())
+        }
+        MetricKind::HaffTime(_) | MetricKind::HaffMisfit(_) => {
+            let found = columns.find("kinetic_energy").map(|(place, _)| Some((place, "s".to_owned())));
+            found.ok_or_else(|| "kinetic_energy".into())
         }
         _ => Ok(None),
     }

@@ -10,25 +10,24 @@ mod columns;
 mod deposit;
 mod folder;
 mod last;
+mod line;
 mod metrics;
 mod oblique;
 mod observer;
 mod options;
-mod points;
 mod progress;
 mod series;
 mod subject;
 mod summary;
-mod touching;
 mod trajectory;
 
 pub use accumulator::Accumulator;
-pub use columns::{Columns, Extra, Sample, Sides};
+pub use columns::{Columns, Extra, Sample, Sides, energy_columns};
 pub use folder::{OutputFolder, atomic_write, resolved_scene};
+pub use line::Line;
 pub use metrics::{Metrics, MetricsState};
 pub use observer::{Observer, ObserverState};
 pub use options::RunOptions;
-pub use points::points;
 pub use progress::Progress;
 pub use series::{Series, SeriesWriter};
 pub use summary::{

@@ -155,7 +155,8 @@ impl<'a, S: Solver> Run<'a, S> {
         let (sent, outgoing) = self.exchange.outgoing();
         let (loads, kinematics) = S::sides(self.exchange.incoming(), outgoing);
         let header: &Header = sent;
-        let sample = crate::output::Sample { window, loads, header, kinematics, extras: &[] };
+        let sample =
+            crate::output::Sample { window, loads, header, kinematics, extras: &self.solver.scalars() };
         self.observer.record(&sample)?;
         self.position.step += 1;
         self.position.time = window.time + window.dt;

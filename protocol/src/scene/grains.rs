@@ -186,6 +186,9 @@ pub struct Group {
     pub density: f64,
     /// Seed of the random numbers.
     pub seed: u64,
+    /// Standard deviation of each component of their velocities, m/s. The mean is zero.
+    #[serde(default)]
+    pub velocity_deviation: f64,
     /// `free` or `fixed`.
     #[serde(default)]
     pub motion: Motion,
@@ -282,7 +285,30 @@ fn place(group: &Group, geometry: Geometry, grains: &mut Vec<Grain>) -> Result<(
         let (motion, locked) = (group.motion, group.locked.clone());
         grains.push(Grain { motion, locked, ..Grain::at(position, radius, group.density) });
     }
+    if group.velocity_deviation > 0.0 {
+        let first = grains.len() - group.count;
+        stir(group, geometry, &mut grains[first..]);
+    }
     Ok(())
+}
+
+/// Random velocities: each component a sum of twelve uniform numbers (Irwin–Hall), which is nearly Gaussian
+/// and the same on every machine, less the mean, and scaled to the standard deviation asked for.
+fn stir(group: &Group, geometry: Geometry, grains: &mut [Grain]) {
+    // A stream of its own: the places do not depend on it.
+    let mut random = SplitMix64(group.seed ^ 0x6a09_e667_f3bc_c908);
+    for (axis, freedom) in [Freedom::X, Freedom::Y, Freedom::Z].into_iter().enumerate() {
+        let drawn: Vec<f64> = grains.iter().map(|_| (0..12).map(|_| random.unit()).sum::<f64>()).collect();
+        let count = drawn.len().max(1) as f64;
+        let mean = drawn.iter().sum::<f64>() / count;
+        let square = drawn.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
+        let scale = if square > 0.0 { group.velocity_deviation / square.sqrt() } else { 0.0 };
+        for (grain, value) in grains.iter_mut().zip(drawn) {
+            if grain.is_free(freedom, geometry) {
+                grain.velocity[axis] = (value - mean) * scale;
+            }
+        }
+    }
 }
 
 fn is_clear(

@@ -20,6 +20,8 @@ pub struct Observe {
     /// Coarse-grained profile of the grains: written with the fields and at the end of a DEM run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<Profile>,
+    /// Columns of elastic, gravitational and dissipated energy in `series.csv` (dry scenes).
+    pub energy: bool,
 }
 
 /// Slabs over which the grains are averaged (Goldhirsch 2010).
@@ -193,9 +195,13 @@ pub enum MetricKind {
     DepositHeight(Column),
     /// H₀/L₀ of the column as it is let go.
     DepositAspectRatio(Column),
-    /// Root mean square of the difference between the final heap's profile and a published one, over
-    /// L₀; both are the means of their two sides.
-    DepositProfileDifference(HeapReference),
+    /// Slope of the surface of the final heap, degrees.
+    HeapAngle(HeapSlope),
+    /// τ of the best fit of Haff's law (1983), E₀/(1 + t/τ)², to the kinetic energy: a straight line
+    /// through E^(−1/2).
+    HaffTime(Span),
+    /// Root mean square of E^(−1/2) about that line, over its mean.
+    HaffMisfit(Span),
     /// f_w K of the best fit of Janssen's curve (Izard et al. 2014, eq. 22) to the profile of
     /// granular pressure.
     JanssenFit {
@@ -214,6 +220,41 @@ pub enum MetricKind {
     },
 }
 
+/// Part of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Span {
+    /// Start, s.
+    #[serde(default)]
+    pub from: f64,
+    /// End, s.
+    #[serde(default = "forever")]
+    pub to: f64,
+}
+
+fn forever() -> f64 {
+    f64::INFINITY
+}
+
+/// Where the surface of a heap is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeapSlope {
+    /// Middle of the heap along x, m; a heap against a wall has one flank only.
+    #[serde(default)]
+    pub centre: f64,
+    /// Width of the bins of the profile, m; by default three mean radii.
+    #[serde(default)]
+    pub bin: f64,
+    /// Part of the height that counts: neither the rounded top nor the foot.
+    #[serde(default = "flank")]
+    pub between: [f64; 2],
+}
+
+fn flank() -> [f64; 2] {
+    [0.2, 0.8]
+}
+
 /// A granular column that is let go.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -229,51 +270,6 @@ pub struct Column {
     /// profiles).
     #[serde(default)]
     pub bin: f64,
-    /// Where the heap ends.
-    #[serde(default)]
-    pub end: HeapEnd,
-    /// Height of the floor, m; by default the lower z face.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub floor: Option<f64>,
-}
-
-/// Where the heap of a column ends: single grains roll on over a smooth floor, and publications
-/// count them or not.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum HeapEnd {
-    /// Before the first two empty bins in a row, from the middle outward.
-    #[default]
-    Gap,
-    /// At the outermost grain that contacts join to the largest cluster.
-    Contact,
-    /// At the outermost grain of all.
-    Outermost,
-}
-
-/// A published profile of a heap.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct HeapReference {
-    /// CSV file with the columns x_over_half_length and height_over_half_length, from the folder in
-    /// which the command runs.
-    pub file: std::path::PathBuf,
-    /// Half-length L₀ of the column, m.
-    pub half_length: f64,
-    /// Middle along x, m.
-    pub centre: f64,
-    /// Height of the floor, m; by default the lower z face.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub floor: Option<f64>,
-}
-
-impl HeapReference {
-    /// The column that left the heap.
-    #[must_use]
-    pub fn column(&self) -> Column {
-        let (half_length, centre, floor) = (self.half_length, self.centre, self.floor);
-        Column { half_length, centre, release: 0.0, bin: 0.0, end: HeapEnd::Gap, floor }
-    }
 }
 
 impl MetricKind {
@@ -299,12 +295,11 @@ impl MetricKind {
 
     /// The column that it is about, if it is about one.
     #[must_use]
-    pub fn column(&self) -> Option<Column> {
+    pub fn column(&self) -> Option<&Column> {
         match self {
             Self::DepositRunOut(column) | Self::DepositHeight(column) | Self::DepositAspectRatio(column) => {
-                Some(*column)
+                Some(column)
             }
-            Self::DepositProfileDifference(reference) => Some(reference.column()),
             _ => None,
         }
     }

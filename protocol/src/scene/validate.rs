@@ -321,6 +321,7 @@ fn groups(scene: &Scene, source: &SceneSource) -> Check {
         finite(source, &key("lower"), &group.lower)?;
         finite(source, &key("upper"), &group.upper)?;
         spread(source, &key("radius_spread"), group.radius_spread)?;
+        not_negative(source, &key("velocity_deviation"), group.velocity_deviation)?;
         let width = 2.0 * group.radius * (1.0 + group.radius_spread);
         let flat = scene.domain.geometry == Geometry::Plane;
         if (0..3).any(|axis| !(flat && axis == 1) && group.upper[axis] - group.lower[axis] < width) {
@@ -469,6 +470,13 @@ fn observe(scene: &Scene, source: &SceneSource) -> Check {
     not_negative(source, "observe.every", scene.observe.every)?;
     not_negative(source, "observe.fields_every", scene.observe.fields_every)?;
     finite(source, "observe.fields_at", &scene.observe.fields_at)?;
+    if scene.observe.energy && scene.medium.is_some() {
+        return Err(source.error(
+            "observe.energy",
+            "is for dry scenes: the work of the fluid is not counted".to_owned(),
+            "leave it out, or remove [medium]",
+        ));
+    }
     let Some(profile) = &scene.observe.profile else { return Ok(()) };
     finite(source, "observe.profile.lower", &profile.lower)?;
     finite(source, "observe.profile.upper", &profile.upper)?;
@@ -733,12 +741,12 @@ pub(super) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
         match &metric.kind {
             MetricKind::RestitutionAtGap { gap, .. } => positive(source, &key("gap"), *gap)?,
             MetricKind::Mean { from, .. } => not_negative(source, &key("from"), *from)?,
+            MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {
+                not_negative(source, &key("from"), span.from)?;
+                positive(source, &key("to"), span.to.min(f64::MAX))?;
+            }
+            MetricKind::HeapAngle(slope) => not_negative(source, &key("bin"), slope.bin)?,
             _ => {}
-        }
-        if let Some(column) = metric.kind.column() {
-            positive(source, &key("half_length"), column.half_length)?;
-            not_negative(source, &key("release"), column.release)?;
-            not_negative(source, &key("bin"), column.bin)?;
         }
         if let Some(grain) = metric.kind.grain().filter(|grain| *grain >= count) {
             return Err(source.error(
