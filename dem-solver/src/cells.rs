@@ -50,6 +50,12 @@ impl Periods {
         d
     }
 
+    /// Where `x` is, its turns around the periods counted in.
+    #[must_use]
+    pub fn unwrap(&self, x: &Vec3, image: &[i32; 3]) -> Vec3 {
+        x + Vec3::from_fn(|axis, _| self.length[axis] * f64::from(image[axis]))
+    }
+
     /// Puts `x` back into the period and counts the turns in `image`.
     #[inline]
     pub fn wrap(&self, x: &mut Vec3, image: &mut [i32; 3]) {

@@ -127,6 +127,9 @@ fn refusal(scene: &CheckedScene, fault: &SpecError) -> SceneError {
         SpecError::Period { .. } => {
             ("domain.upper".to_owned(), "make the box longer, or dem.lubrication.cut_off smaller")
         }
+        SpecError::Combination(_) if scene.scene.observe.energy => {
+            ("observe.energy".to_owned(), "leave the key out, or mend what is named")
+        }
         SpecError::Combination(_) => {
             ("dem.integrator".to_owned(), "change the integrator or dem.lubrication.integration")
         }
@@ -183,6 +186,7 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         bulk: crate::bulk::Settings { skin: dem.skin, ..Default::default() },
         observations: true,
         orientation: true,
+        energy: shared.observe.energy,
     })
 }
 

@@ -78,7 +78,8 @@ impl Dem {
                     normal * law.pair_force(gap, distance)
                 } else {
                     let mass = self.response.effective_mass(g, i, j);
-                    let frame = Frame { normal, gap, distance, mass, arms: (r + 0.5 * gap, s + 0.5 * gap) };
+                    let arms = (r + 0.5 * gap, s + 0.5 * gap);
+                    let frame = Frame { normal, gap, distance, mass, arms, begins: false };
                     let relative =
                         |v: &[Vec3], w: &[Vec3]| Relative { velocity: v[i] - v[j], spin: (w[i], w[j]) };
                     self.force_of(law, r * s / (r + s), &frame, relative, self.lists.pairs.spring[k])
@@ -129,7 +130,8 @@ impl Dem {
                     normal * law.wall_force(gap, r)
                 } else {
                     let mass = self.response.wall_mass(g, i);
-                    let frame = Frame { normal, gap, distance: f64::INFINITY, mass, arms: (r + gap, 0.0) };
+                    let (distance, arms) = (f64::INFINITY, (r + gap, 0.0));
+                    let frame = Frame { normal, gap, distance, mass, arms, begins: false };
                     let relative = |v: &[Vec3], w: &[Vec3]| Relative {
                         velocity: v[i] - wall.velocity,
                         spin: (w[i], Vec3::zeros()),

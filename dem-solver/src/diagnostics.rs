@@ -17,14 +17,15 @@ impl Dem {
             .sum()
     }
 
-    /// Energy in the springs of all contacts but those of Wan & Turek, J; not in their rolling.
+    /// Energy in the springs of all contacts that bear a force, J, but for those of Wan & Turek; not in their
+    /// rolling. An overlap whose force is clipped at zero has none left, and one that no sub-step has met yet
+    /// none so far.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         let g = &self.grains;
-        // the general engine's lists also hold overlaps that have not met a force yet
         let (pairs, walls) = match &self.bulk {
-            Some(bulk) => bulk.contacts(true),
-            None => (self.lists.pairs.all(), self.lists.walls.all()),
+            Some(bulk) => bulk.contacts(false),
+            None => (self.lists.pairs.bearing(), self.lists.walls.bearing()),
         };
         let response =
             if self.response.inverse_mass.len() == g.len() { &self.response } else { &Response::dry(g) };

@@ -7,6 +7,7 @@
 use crate::Vec3;
 use crate::cells::Periods;
 use crate::contact::{LawTable, LinearPair, PairLaw};
+use crate::energy::{Account, Entry};
 use crate::grains::{Grains, Response};
 use crate::hertz_mindlin::HertzPair;
 use crate::neighbours::ContactList;
@@ -91,6 +92,35 @@ pub(crate) struct Frame {
     pub(crate) distance: f64,
     pub(crate) mass: f64,
     pub(crate) arms: (f64, f64),
+    /// Did the partners not touch at the evaluation before?
+    pub(crate) begins: bool,
+}
+
+/// A contact that begins within a step: what the step owes to the part of it in which the partners touch.
+///
+/// The force jumps at the touch, and a rule that takes no notice of where in the step it came is of first
+/// order in restitution and Ψ₂ whatever the integrator. With f the part of the step before this evaluation
+/// in which they touched, the springs take the slip of f dt, not of dt; the dashpots have acted for f dt
+/// before it and act for ½ dt after it, where a kick gives them dt.
+struct Onset {
+    /// f dt, s.
+    slipped: f64,
+    /// f + ½: factor on the dashpots.
+    dashpot: f64,
+}
+
+impl Onset {
+    /// At an evaluation after a step `dt` along which the gap changed at `rate`.
+    #[inline(always)]
+    fn of(frame: &Frame, rate: f64, dt: f64) -> Self {
+        // a contact deeper than the path of the step was there before; the line of centres turns a little
+        if frame.begins && frame.gap > rate * dt * 1.001 {
+            let slipped = frame.gap / rate;
+            Self { slipped, dashpot: 0.5 + slipped / dt }
+        } else {
+            Self { slipped: dt, dashpot: 1.0 }
+        }
+    }
 }
 
 /// Velocity of the first against the second centre, and the two spins.
@@ -103,9 +133,14 @@ impl Relative {
     /// Slip of the surfaces in the contact plane, m/s.
     #[inline(always)]
     fn slip(&self, frame: &Frame) -> Vec3 {
-        let n = &frame.normal;
+        self.slip_at(&frame.normal, frame.arms)
+    }
+
+    /// The same by normal and lever arms.
+    #[inline(always)]
+    pub(crate) fn slip_at(&self, n: &Vec3, arms: (f64, f64)) -> Vec3 {
         let along = self.velocity - n * n.dot(&self.velocity);
-        along - (self.spin.0 * frame.arms.0 + self.spin.1 * frame.arms.1).cross(n)
+        along - (self.spin.0 * arms.0 + self.spin.1 * arms.1).cross(n)
     }
 
     /// Rotation rate of the contact frame, rad/s (see [`crate::tangential`]).
@@ -116,7 +151,7 @@ impl Relative {
     }
 }
 
-/// Contact forces of all pairs and walls; springs take their step on the way.
+/// Contact forces of all pairs and walls; springs take their step on the way, and an account what it needs.
 pub fn contact_forces(
     scene: &Scene,
     grains: &Grains,
@@ -125,12 +160,16 @@ pub fn contact_forces(
     (pairs, walls): (&mut ContactList, &mut ContactList),
     forces: &mut Forces,
     seen: &mut Observations,
+    mut account: Option<&mut Account>,
 ) {
+    if let Some(account) = &mut account {
+        account.clear();
+    }
     forces.contact.fill(Vec3::zeros());
     forces.torque.fill(Vec3::zeros());
     forces.contacts = 0;
-    pair_forces(scene, grains, response, kinematics, pairs, forces, seen);
-    wall_forces(scene, grains, response, kinematics, walls, forces, seen);
+    pair_forces(scene, grains, response, kinematics, pairs, forces, seen, account.as_deref_mut());
+    wall_forces(scene, grains, response, kinematics, walls, forces, seen, account);
 }
 
 fn pair_forces(
@@ -141,6 +180,7 @@ fn pair_forces(
     list: &mut ContactList,
     forces: &mut Forces,
     seen: &mut Observations,
+    mut account: Option<&mut Account>,
 ) {
     for i in 0..grains.len() {
         let (x, r) = (grains.position[i], grains.radius[i]);
@@ -179,8 +219,16 @@ fn pair_forces(
             let radius = r * grains.radius[j] / (r + grains.radius[j]);
             let Some(law) = Coefficients::of(law, mass, radius, gap) else { continue };
             let half = if law.pair.at_contact_point { 0.5 * gap } else { 0.0 };
-            let frame = Frame { normal, gap, distance, mass, arms: (r + half, grains.radius[j] + half) };
+            let arms = (r + half, grains.radius[j] + half);
+            let frame = Frame { normal, gap, distance, mass, arms, begins: !list.touching[k] };
+            let old = list.spring[k];
             let (force, tangential, rate) = resolve(&law, &frame, kinematics, relative, &mut list.spring[k]);
+            if let Some(account) = account.as_deref_mut() {
+                let path = path_of(&frame, kinematics, relative, old);
+                let (pair, wall, spring) = (&law.pair, Vec3::zeros(), list.spring[k]);
+                let (first, second, force) = (i, Some(j), (force, tangential));
+                account.enter(&Entry { first, second, wall, frame: &frame, law: pair, path, spring, force });
+            }
             let bears = force != Vec3::zeros();
             note_event(&mut list.touching[k], bears, rate, seen, i, Some(j));
             forces.contacts += usize::from(bears);
@@ -209,6 +257,7 @@ fn wall_forces(
     list: &mut ContactList,
     forces: &mut Forces,
     seen: &mut Observations,
+    mut account: Option<&mut Account>,
 ) {
     for i in 0..grains.len() {
         let r = grains.radius[i];
@@ -245,8 +294,17 @@ fn wall_forces(
             let Some(law) = Coefficients::of(law, mass, r, gap) else { continue };
             // the wall does not yield: the force attacks in its plane, R + δ from the centre
             let arm = if law.pair.at_contact_point { r + gap } else { r };
-            let frame = Frame { normal: wall.normal, gap, distance: f64::INFINITY, mass, arms: (arm, 0.0) };
+            let begins = !list.touching[k];
+            let (normal, distance, arms) = (wall.normal, f64::INFINITY, (arm, 0.0));
+            let frame = Frame { normal, gap, distance, mass, arms, begins };
+            let old = list.spring[k];
             let (force, tangential, rate) = resolve(&law, &frame, kinematics, relative, &mut list.spring[k]);
+            if let Some(account) = account.as_deref_mut() {
+                let path = path_of(&frame, kinematics, relative, old);
+                let (pair, spring) = (&law.pair, list.spring[k]);
+                let (first, second, wall, force) = (i, None, wall.velocity, (force, tangential));
+                account.enter(&Entry { first, second, wall, frame: &frame, law: pair, path, spring, force });
+            }
             let bears = force != Vec3::zeros();
             note_event(&mut list.touching[k], bears, rate, seen, i, None);
             forces.contacts += usize::from(bears);
@@ -314,13 +372,14 @@ fn roll_torque<'a>(
     let now = relative(kinematics.velocity, kinematics.spin);
     let rate = rate_of(&now);
     let path = kinematics.path.map_or(now, |(velocity, spin)| relative(velocity, spin));
-    let (turn, dt) = (path.turning(frame) * kinematics.dt, kinematics.dt);
+    let turn = path.turning(frame) * kinematics.dt;
     if kinematics.spring == SpringStep::Before {
-        *angle = grow(*angle, &roll.normal, &turn, &rate_of(&path), dt);
+        let onset = Onset::of(frame, path.velocity.dot(&frame.normal), kinematics.dt);
+        *angle = grow(*angle, &roll.normal, &turn, &rate_of(&path), onset.slipped);
         rolling.torque(roll, &rate, angle)
     } else {
         let torque = rolling.torque(roll, &rate, angle);
-        *angle = grow(*angle, &roll.normal, &turn, &rate_of(&path), dt);
+        *angle = grow(*angle, &roll.normal, &turn, &rate_of(&path), kinematics.dt);
         torque
     }
 }
@@ -336,31 +395,44 @@ pub(crate) fn resolve<'a>(
 ) -> (Vec3, Vec3, f64) {
     let now = relative(kinematics.velocity, kinematics.spin);
     let rate = now.velocity.dot(&frame.normal);
-    let pair = &law.pair;
-    let normal = if frame.gap < 0.0 { pair.normal_force(frame.mass, frame.gap, rate) } else { 0.0 };
+    let (pair, dt) = (&law.pair, kinematics.dt);
+    let path = kinematics.path.map(|(velocity, spin)| relative(velocity, spin));
+    let path = path.as_ref().unwrap_or(&now);
+    let path_rate = path.velocity.dot(&frame.normal);
+    let before = kinematics.spring == SpringStep::Before;
+    let onset = if before { Onset::of(frame, path_rate, dt) } else { Onset { slipped: dt, dashpot: 1.0 } };
+    let normal =
+        if frame.gap < 0.0 { pair.normal_force(frame.mass, frame.gap, rate * onset.dashpot) } else { 0.0 };
     if normal == 0.0 {
         *spring = Vec3::zeros();
         return (Vec3::zeros(), Vec3::zeros(), rate);
     }
-    let slip = now.slip(frame);
-    let dt = kinematics.dt;
-    let (path_slip, turn, path_rate) = match kinematics.path {
-        Some((velocity, spin)) => {
-            let path = relative(velocity, spin);
-            (path.slip(frame), path.turning(frame) * dt, path.velocity.dot(&frame.normal))
-        }
-        None => (slip, now.turning(frame) * dt, rate),
-    };
+    let slip = now.slip(frame) * onset.dashpot;
+    let turn = path.turning(frame) * dt;
     let growth = if law.grows { HertzPair::growth(frame.gap, path_rate * dt) } else { 1.0 };
-    if kinematics.spring == SpringStep::Before {
-        *spring = carry(*spring, &frame.normal, &turn) * growth + path_slip * dt;
-        let tangential = tangential_force(pair, frame.mass, normal, &slip, spring);
-        (frame.normal * normal + tangential, tangential, rate)
-    } else {
-        let tangential = tangential_force(pair, frame.mass, normal, &slip, spring);
-        *spring = carry(*spring, &frame.normal, &turn) * growth + path_slip * dt;
-        (frame.normal * normal + tangential, tangential, rate)
+    let stepped =
+        |spring: &Vec3| carry(*spring, &frame.normal, &turn) * growth + path.slip(frame) * onset.slipped;
+    if before {
+        *spring = stepped(spring);
     }
+    let tangential = tangential_force(pair, frame.mass, normal, &slip, spring);
+    if !before {
+        *spring = stepped(spring);
+    }
+    (frame.normal * normal + tangential, tangential, rate)
+}
+
+/// The old spring in the present contact plane, and slip and growth of the gap over the whole step.
+fn path_of<'a>(
+    frame: &Frame,
+    kinematics: &Kinematics<'a>,
+    relative: impl Fn(&'a [Vec3], &'a [Vec3]) -> Relative,
+    spring: Vec3,
+) -> (Vec3, Vec3, f64) {
+    let (velocity, spin) = kinematics.path.unwrap_or((kinematics.velocity, kinematics.spin));
+    let (path, dt) = (relative(velocity, spin), kinematics.dt);
+    let carried = carry(spring, &frame.normal, &(path.turning(frame) * dt));
+    (carried, path.slip(frame) * dt, path.velocity.dot(&frame.normal) * dt)
 }
 
 /// Records the gap of grain `i`.

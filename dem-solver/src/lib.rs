@@ -21,6 +21,7 @@
 //! | [`bulk`] | the engine for many grains in linear contact |
 //! | [`step`](mod@step) | the sub-step, readable from top to bottom |
 //! | [`state`] | everything that decides the next step: save, restore, repeat |
+//! | [`energy`] | account of the energy that contacts take |
 //! | [`pour`] | grains that are poured in while the run goes |
 //! | [`contacts`] | every contact with its force, for the mathematics of averages |
 //! | [`coarse_grain`], [`partition`] | solid fraction, velocity, stress on slabs or a grid (Goldhirsch 2010) |
@@ -42,6 +43,7 @@ pub mod config;
 pub mod contact;
 pub mod contacts;
 pub mod diagnostics;
+pub mod energy;
 pub mod error;
 pub mod films;
 mod finish;
@@ -70,6 +72,7 @@ pub mod walls;
 pub mod wan_turek;
 
 pub use contact::{ContactLaw, LinearSpringDashpot};
+pub use energy::Dissipated;
 pub use error::{AdvanceError, RestoreError, SpecError};
 pub use integrate::Integrator;
 pub use lubrication::Lubrication;

@@ -44,11 +44,12 @@ impl ContactList {
         self.other.is_empty()
     }
 
-    /// All entries with their springs.
+    /// The entries that bear a force, with their springs.
     #[must_use]
-    pub fn all(&self) -> Vec<SavedContact> {
+    pub fn bearing(&self) -> Vec<SavedContact> {
         let rows = (0u32..).zip(self.start.windows(2));
         rows.flat_map(|(first, row)| (row[0]..row[1]).map(move |k| (first, k as usize)))
+            .filter(|(_, k)| self.touching[*k])
             .map(|(first, k)| SavedContact { first, second: self.other[k], spring: self.spring[k].into() })
             .collect()
     }

@@ -323,6 +323,12 @@ impl Solver for DemParticipant {
         (incoming, outgoing)
     }
 
+    fn scalars(&self) -> Vec<f64> {
+        let Some(lost) = self.dem.dissipated() else { return Vec::new() };
+        let (elastic, potential) = (self.dem.elastic_energy(), self.dem.potential_energy());
+        vec![elastic, potential, lost.normal, lost.tangential, lost.sliding, lost.total()]
+    }
+
     fn facts_by_role(facts: &DemFacts) -> (Option<&FluidFacts>, Option<&DemFacts>) {
         (None, Some(facts))
     }

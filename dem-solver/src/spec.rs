@@ -271,6 +271,8 @@ pub struct DemSpec {
     pub bulk: crate::bulk::Settings,
     /// Whether forces, gaps and impact speeds per grain are wanted; the general engine has them anyway.
     pub observations: bool,
+    /// Whether an account of dissipated energy is kept ([`crate::energy`]); not by the bulk engine.
+    pub energy: bool,
     /// Whether orientations are wanted: nothing depends on them. The general engine has them anyway.
     pub orientation: bool,
 }
@@ -296,6 +298,7 @@ impl DemSpec {
             bulk: crate::bulk::Settings::default(),
             observations: true,
             orientation: true,
+            energy: false,
         }
     }
 
@@ -351,6 +354,9 @@ impl DemSpec {
             return Err(SpecError::Combination(
                 "lubrication form \"complement\" is measured for spheres (point films) only; take \"continuous\" for discs",
             ));
+        }
+        if let Some(reason) = crate::energy::prevents(self).filter(|_| self.energy) {
+            return Err(SpecError::Combination(reason));
         }
         if self.engine == Engine::Bulk
             && let Some(reason) = crate::bulk::prevents(self)

@@ -4,6 +4,7 @@
 //! order of the grains is, since its sums follow it.
 
 use crate::Vec3;
+use crate::energy::Dissipated;
 use crate::error::RestoreError;
 use crate::neighbours::ContactList;
 use crate::step::Dem;
@@ -54,6 +55,8 @@ pub struct State {
     pub order: Vec<u32>,
     /// How far grains may have moved since that order was made, m.
     pub order_travel: f64,
+    /// Energy that contacts have taken; zero where no account is kept.
+    pub dissipated: Dissipated,
 }
 
 impl Dem {
@@ -81,6 +84,7 @@ impl Dem {
         state.image.clone_from(&grains.image);
         state.orientation.clear();
         state.orientation.extend(grains.orientation.iter().map(|q| [q.w, q.i, q.j, q.k]));
+        state.dissipated = self.dissipated().unwrap_or_default();
         state.rolling.clear();
         if let Some(bulk) = &self.bulk {
             return bulk.save_into(state);
@@ -119,6 +123,9 @@ impl Dem {
                 .map(|&[w, x, y, z]| UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))),
         );
         (self.time, self.substeps, self.windows) = (state.time, state.substeps, state.windows);
+        if let Some(account) = &mut self.account {
+            account.lost = state.dissipated;
+        }
         if let Some(bulk) = &mut self.bulk {
             bulk.restore(grains, state);
             return Ok(());

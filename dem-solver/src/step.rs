@@ -13,6 +13,7 @@
 
 use crate::Vec3;
 use crate::bulk::{self, Bulk};
+use crate::energy::Account;
 use crate::error::{AdvanceError, SpecError};
 use crate::films::{Films, explicit_forces};
 use crate::grains::{Grains, Response};
@@ -34,6 +35,7 @@ pub struct Dem {
     /// Grains, in their present state.
     pub grains: Grains,
     pub(crate) bulk: Option<Box<Bulk>>,
+    pub(crate) account: Option<Box<Account>>,
     pub(crate) lists: Neighbours,
     pub(crate) forces: Forces,
     pub(crate) response: Response,
@@ -100,6 +102,7 @@ impl Dem {
             start: zeros(own),
             ahead: zeros(if spec.integrator == Integrator::VelocityVerlet { n } else { 0 }),
             orientation: spec.orientation,
+            account: spec.energy.then(Box::default),
             bulk,
             max_speed2: 0.0,
             grains,
@@ -271,6 +274,7 @@ impl Dem {
             lists,
             &mut self.forces,
             &mut self.seen,
+            self.account.as_deref_mut(),
         );
         if let Some((model, FilmIntegration::Explicit, _)) = &self.film {
             let lists = (&self.lists.pairs, &self.lists.walls);
@@ -318,7 +322,8 @@ impl Dem {
             t,
         };
         let lists = (&mut self.lists.pairs, &mut self.lists.walls);
-        contact_forces(&self.scene, grains, response, &kinematics, lists, forces, &mut self.seen);
+        let account = self.account.as_deref_mut();
+        contact_forces(&self.scene, grains, response, &kinematics, lists, forces, &mut self.seen, account);
         if let Some((model, FilmIntegration::Explicit, _)) = &self.film {
             let lists = (&self.lists.pairs, &self.lists.walls);
             explicit_forces(&self.scene, model, grains, &self.ahead.0, lists, t, &mut forces.film);
@@ -327,7 +332,15 @@ impl Dem {
 
     fn kick(&mut self, h: f64) -> Speed {
         let film = self.film_is_explicit().then_some(&self.forces.film[..]);
-        kick(h, &mut self.grains, &self.response, &self.forces.contact, &self.forces.torque, film)
+        if let Some(account) = &mut self.account {
+            account.before_kick(&self.grains);
+        }
+        let (contact, torque) = (&self.forces.contact, &self.forces.torque);
+        let speed = kick(h, &mut self.grains, &self.response, contact, torque, film);
+        if let Some(account) = &mut self.account {
+            account.after_kick(h, &self.grains);
+        }
+        speed
     }
 
     /// Builds the lists again if a grain may leave them within `dt`. Films only slow a pair down, but
@@ -377,6 +390,10 @@ impl Dem {
 
     pub(crate) fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    pub(crate) fn gravity(&self) -> &Vec3 {
+        &self.gravity
     }
 
     pub(crate) fn wall_count(&self) -> usize {

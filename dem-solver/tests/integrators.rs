@@ -60,8 +60,8 @@ fn order_with_the_tangential_spring() {
     }
 }
 
-/// Across a whole collision: the worst error over the phase of the first touch falls at first order
-/// with damping (the force jumps at the touch), at second order without for Verlet and RK3.
+/// Across a whole collision: the worst error over the phase of the first touch. The force jumps at the touch:
+/// Verlet knows the moment of it and keeps its order, RK3 does not, Euler's dashpots are half a step late.
 #[test]
 fn order_on_a_collision() {
     let worst = |integrator, e: f64, n: u32| {
@@ -82,7 +82,7 @@ fn order_on_a_collision() {
     };
     for (integrator, e, least) in [
         (Integrator::SymplecticEuler, 0.5, 0.9),
-        (Integrator::VelocityVerlet, 0.5, 0.9),
+        (Integrator::VelocityVerlet, 0.5, 1.7),
         (Integrator::Rk3, 0.5, 0.9),
         (Integrator::SymplecticEuler, 1.0, 0.9),
         (Integrator::VelocityVerlet, 1.0, 1.9),

@@ -17,6 +17,9 @@ pub fn prevents(spec: &DemSpec) -> Option<String> {
     if spec.lubrication.settings().is_some() {
         return Some("there is a lubrication film".to_owned());
     }
+    if spec.energy {
+        return Some("an account of energy is asked for".to_owned());
+    }
     let laws = spec.laws();
     let material = first.material;
     if let Some(i) = spec.grains.iter().position(|grain| grain.material != material) {

@@ -89,6 +89,8 @@ pub(super) struct LawLanes<L> {
 pub(super) struct Contact8<L> {
     /// Lanes that overlap.
     pub(super) near: u8,
+    /// Lanes that touched at the evaluation before.
+    pub(super) before: u8,
     /// Normal from the second to the first partner.
     pub(super) n: Vec8<L>,
     /// Gap, m.
@@ -158,8 +160,17 @@ impl<L: Lanes> LawLanes<L> {
     pub(super) fn resolve(&self, token: L::Token, c: &Contact8<L>, spring: &mut Vec8<L>) -> Answer8<L> {
         let n = c.n;
         let rate = c.v.dot(n);
+        // what begins within the step: interact::Onset
+        let (mut slipped, mut dashpot) = (self.dt, self.one);
+        let begins = c.near & !c.before;
+        if begins != 0 {
+            let within = begins & (rate * self.dt * L::splat(token, 1.001)).lt(c.gap);
+            let since = c.gap / rate;
+            slipped = since.select(within, slipped);
+            dashpot = (self.half + since / self.dt).select(within, dashpot);
+        }
         // F_n = max(0, −m* (k δ + γ dδ/dt)), eq. 15
-        let pull = c.mass * (self.stiffness * c.gap + self.damping * rate);
+        let pull = c.mass * (self.stiffness * c.gap + self.damping * (rate * dashpot));
         let normal = (self.zero - pull).max(self.zero);
         let touching = c.near & self.zero.lt(normal);
         let slip = c.v.minus(n.scale(rate)).minus(c.rolling.cross(n));
@@ -167,10 +178,10 @@ impl<L: Lanes> LawLanes<L> {
         if let Some(inverse) = c.inverse_distance {
             turn = n.cross(c.v).scale(inverse).plus(turn);
         }
-        let mut s = self.carry(token, c, *spring, turn.scale(self.dt)).plus(slip.scale(self.dt));
+        let mut s = self.carry(token, c, *spring, turn.scale(self.dt)).plus(slip.scale(slipped));
         // F_t = −min(|k_t δ_t + γ_t v_t|, μ F_n) along itself, eq. 16
         let k_t = self.tangential_stiffness * c.mass;
-        let drag = slip.scale(self.tangential_damping * c.mass);
+        let drag = slip.scale(dashpot * (self.tangential_damping * c.mass));
         let mut pulled = s.scale(k_t).plus(drag);
         let size2 = pulled.dot(pulled);
         let limit = self.friction * normal;

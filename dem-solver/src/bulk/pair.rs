@@ -86,6 +86,7 @@ pub(super) fn pair_forces<L: Lanes, const PERIODIC: bool, const CROSS: bool>(
         let inverse_distance = one * (inverse_mass * divisor);
         let contact = Contact8 {
             near,
+            before: pack.touching,
             n: d.scale(inverse_distance),
             gap,
             v: Vec8(vx, vy, vz),

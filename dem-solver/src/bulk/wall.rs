@@ -76,6 +76,7 @@ pub(super) fn wall_forces<L: Lanes>(
         let one = L::splat(token, 1.0) / (inverse_mass * divisor);
         let contact = Contact8 {
             near,
+            before: pack.touching,
             n,
             gap,
             v: Vec8(vx, vy, vz).minus(Vec8::splat(token, plane.velocity.into())),

@@ -1,0 +1,184 @@
+//! What contacts take out of the motion, told apart: dashpots along the normal and the tangent, sliding.
+//!
+//! Together with the kinetic energy, the energy of the springs ([`Dem::elastic_energy`]) and that of
+//! gravity the sum is constant but for the error of the sub-step: an account that each part of the law
+//! must settle by its own formula.
+//!
+//! - Dashpots: −F_d·v over both halves of each kick, v the mean of the velocities before and after it: the
+//!   work that they really did in the discrete motion.
+//! - Sliding: the slip Δp that cutting the spring back takes from it, times the mean of the spring's force
+//!   before and after, ½ k_t (δ + δ′)·Δp.
+//! - A contact that ends: F_n reaches zero before the overlap does, and the normal spring then gives what
+//!   is left to its own dashpot; what is left in the tangential spring counts as sliding. Half of the last
+//!   step's part is in the kicks already, hence ½ k δ δ′ with the values before and after it.
+//!
+//! Kept by the general engine for linear contacts only, and only where asked for. Work of walls and grains
+//! that are moved from outside is no part of it.
+
+use crate::Vec3;
+use crate::contact::{ContactLaw, LinearPair};
+use crate::grains::Grains;
+use crate::integrate::Integrator;
+use crate::interact::{Frame, Relative};
+use crate::spec::DemSpec;
+use crate::step::Dem;
+use crate::tangential::Sliding;
+use serde::{Deserialize, Serialize};
+
+/// Energy taken by contacts since the start, J (per unit length for discs).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Dissipated {
+    /// By dashpots along the normal.
+    pub normal: f64,
+    /// By dashpots along the tangent.
+    pub tangential: f64,
+    /// By sliding.
+    pub sliding: f64,
+}
+
+impl Dissipated {
+    /// Sum of all.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.normal + self.tangential + self.sliding
+    }
+}
+
+/// What keeps a checked spec from having an account; none if nothing does.
+#[must_use]
+pub fn prevents(spec: &DemSpec) -> Option<&'static str> {
+    let linear = |law: &ContactLaw| match law {
+        ContactLaw::LinearSpringDashpot(law) => law.sliding == Sliding::Capped && law.rolling.is_none(),
+        _ => false,
+    };
+    if !linear(&spec.contact) || !spec.pairs.iter().all(|pair| linear(&pair.contact)) {
+        return Some(
+            "an account of energy knows linear-spring-dashpot, capped and without rolling, only; leave observe.energy out",
+        );
+    }
+    if spec.integrator == Integrator::Rk3 {
+        return Some(
+            "an account of energy needs symplectic-euler or velocity-verlet; leave observe.energy out",
+        );
+    }
+    if spec.lubrication.settings().is_some() {
+        return Some("an account of energy knows no lubrication; leave observe.energy out");
+    }
+    None
+}
+
+/// The dashpots of one contact at one evaluation.
+#[derive(Clone, Copy, Debug)]
+struct Dashpots {
+    first: u32,
+    /// The other grain; none at a wall.
+    second: Option<u32>,
+    normal: Vec3,
+    arms: (f64, f64),
+    /// Velocity of a wall, m/s.
+    wall: Vec3,
+    /// Force on the first partner along the normal, N.
+    along: f64,
+    /// Force on it in the contact plane, N.
+    across: Vec3,
+}
+
+/// The account of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Account {
+    pub(crate) lost: Dissipated,
+    dashpots: Vec<Dashpots>,
+    before: (Vec<Vec3>, Vec<Vec3>),
+}
+
+/// A contact as the account sees it: partners, frame, springs before and after the evaluation.
+pub(crate) struct Entry<'a> {
+    pub(crate) first: usize,
+    pub(crate) second: Option<usize>,
+    pub(crate) wall: Vec3,
+    pub(crate) frame: &'a Frame,
+    pub(crate) law: &'a LinearPair,
+    /// δ_t before, turned into the present plane, slip and growth of the gap in the step, m.
+    pub(crate) path: (Vec3, Vec3, f64),
+    /// δ_t after, m.
+    pub(crate) spring: Vec3,
+    /// Force on the first partner, and its tangential part, N.
+    pub(crate) force: (Vec3, Vec3),
+}
+
+impl Account {
+    /// Begins an evaluation of all contacts.
+    pub(crate) fn clear(&mut self) {
+        self.dashpots.clear();
+    }
+
+    /// Takes a contact that was evaluated.
+    pub(crate) fn enter(&mut self, entry: &Entry<'_>) {
+        let Entry { frame, law, .. } = entry;
+        let ((carried, slip, opened), (force, tangential)) = (entry.path, entry.force);
+        let (k_n, k_t) = (frame.mass * law.stiffness, frame.mass * law.tangential_stiffness);
+        if force == Vec3::zeros() {
+            if !frame.begins {
+                self.lost.normal += 0.5 * k_n * frame.gap * (frame.gap - opened);
+                self.lost.sliding += 0.5 * k_t * carried.dot(&(carried + slip));
+            }
+            return;
+        }
+        let cut = carried + slip - entry.spring;
+        self.lost.sliding += 0.5 * k_t * (carried + entry.spring).dot(&cut);
+        self.dashpots.push(Dashpots {
+            first: entry.first as u32,
+            second: entry.second.map(|j| j as u32),
+            normal: frame.normal,
+            arms: frame.arms,
+            wall: entry.wall,
+            along: (force - tangential).dot(&frame.normal) + k_n * frame.gap,
+            across: tangential + entry.spring * k_t,
+        });
+    }
+
+    /// Keeps the velocities before a kick.
+    pub(crate) fn before_kick(&mut self, grains: &Grains) {
+        self.before.0.clone_from(&grains.velocity);
+        self.before.1.clone_from(&grains.spin);
+    }
+
+    /// Work of the dashpots in a kick of `h` that is just done.
+    pub(crate) fn after_kick(&mut self, h: f64, grains: &Grains) {
+        for dashpots in &self.dashpots {
+            let relative = |velocity: &[Vec3], spin: &[Vec3]| {
+                let i = dashpots.first as usize;
+                let (v, w) = dashpots
+                    .second
+                    .map_or((dashpots.wall, Vec3::zeros()), |j| (velocity[j as usize], spin[j as usize]));
+                Relative { velocity: velocity[i] - v, spin: (spin[i], w) }
+            };
+            for (velocity, spin) in [(&self.before.0, &self.before.1), (&grains.velocity, &grains.spin)] {
+                let relative = relative(velocity, spin);
+                let slip = relative.slip_at(&dashpots.normal, dashpots.arms);
+                self.lost.normal -= 0.5 * h * dashpots.along * relative.velocity.dot(&dashpots.normal);
+                self.lost.tangential -= 0.5 * h * dashpots.across.dot(&slip);
+            }
+        }
+    }
+}
+
+impl Dem {
+    /// What contacts have taken since the start, where [`DemSpec::energy`] asked for an account.
+    #[must_use]
+    pub fn dissipated(&self) -> Option<Dissipated> {
+        self.account.as_ref().map(|account| account.lost)
+    }
+
+    /// Energy of gravity, J: −Σ m g·x over the grains that forces move, with x followed through periodic
+    /// faces; zero at the origin.
+    #[must_use]
+    pub fn potential_energy(&self) -> f64 {
+        let g = &self.grains;
+        let fall = |i: usize| {
+            let x = self.scene().periods.unwrap(&g.position[i], &g.image[i]);
+            -g.mass[i] * self.gravity().dot(&x)
+        };
+        (0..g.len()).filter(|&i| g.responds(i)).map(fall).sum()
+    }
+}
