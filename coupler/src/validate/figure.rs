@@ -1,4 +1,4 @@
-//! A figure of a case: measured points, published curves and points, as one SVG file.
+//! The figure of a case: measured points, published curves and points, as one SVG file.
 
 use std::path::Path;
 
@@ -8,7 +8,6 @@ use kuva::render::annotations::ReferenceLine;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render_to_svg;
-use protocol::output::points;
 
 use super::ValidateError;
 use super::case::{Case, Figure, Points, Series, Table, matches};
@@ -37,19 +36,13 @@ const SIZE: (f64, f64) = (900.0, 440.0);
 /// Width of the legend: kuva's own guess is too narrow for Greek letters.
 const LEGEND: f64 = 250.0;
 
-/// More published points than this are a line of small crosses.
-const CROWD: usize = 60;
-
 /// Points along a curve.
 const STEPS: usize = 200;
 
-/// A figure, or nothing if no run gave a point. `runs` is the folder of the runs' output folders.
-pub(super) fn draw(
-    case: &Case,
-    figure: &Figure,
-    outcomes: &[Outcome],
-    runs: &Path,
-) -> Result<Option<String>, ValidateError> {
+/// The figure, or nothing if the case has none or no run gave a point. `runs` is the folder of the
+/// runs' output folders.
+pub(super) fn draw(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Option<String>, ValidateError> {
+    let Some(figure) = &case.figure else { return Ok(None) };
     let tables = tables(case, figure, outcomes, runs)?;
     let measured: Vec<Vec<(f64, f64)>> =
         figure.series.iter().map(|series| measured(case, figure, series, outcomes)).collect();
@@ -62,6 +55,15 @@ pub(super) fn draw(
         return Ok(None);
     }
     let mut plots = curves(figure, from, to);
+    for points in &figure.points {
+        plots.push(scatter(
+            &published(points, &case.folder)?,
+            &points.name,
+            PUBLISHED,
+            MarkerShape::Cross,
+            5.0,
+        ));
+    }
     for (number, (table, points)) in tables.iter().enumerate() {
         let number = number + figure.series.len();
         let colour = COLOURS[number % COLOURS.len()];
@@ -79,12 +81,6 @@ pub(super) fn draw(
             let colour = COLOURS[number % COLOURS.len()];
             plots.push(scatter(points, &series.name, colour, MARKERS[number % MARKERS.len()], size));
         }
-    }
-    // Over the measured ones, which are larger.
-    for from in &figure.points {
-        let points = published(from, &case.folder)?;
-        let size = if points.len() > CROWD { 2.0 } else { 5.0 };
-        plots.push(scatter(&points, &from.name, PUBLISHED, MarkerShape::Cross, size));
     }
     let layout = layout(figure, &plots);
     Ok(Some(render_to_svg(plots, layout)))
@@ -110,12 +106,6 @@ fn layout(figure: &Figure, plots: &[Plot]) -> Layout {
     if figure.log_y {
         layout = layout.with_log_y();
     }
-    if let Some([least, largest]) = figure.x.range {
-        layout = layout.with_x_axis_min(least).with_x_axis_max(largest);
-    }
-    if let Some([least, largest]) = figure.y.range {
-        layout = layout.with_y_axis_min(least).with_y_axis_max(largest);
-    }
     for mark in &figure.marks {
         let line = ReferenceLine::vertical(mark.at).with_color(PUBLISHED).with_label(mark.name.as_str());
         layout = layout.with_reference_line(line);
@@ -131,7 +121,8 @@ fn measured(case: &Case, figure: &Figure, series: &Series, outcomes: &[Outcome])
         let value = |name: &String| summary.metrics.get(name).and_then(|metric| metric.value);
         let x = figure.x.metric.as_ref().map_or(run.at, value)?;
         let y = value(series.metric.as_ref().or(figure.y.metric.as_ref())?)? / series.over;
-        let drawn = x.is_finite() && y.is_finite() && (x > 0.0 || !figure.log_x);
+        let shown = |value: f64, log: bool| value.is_finite() && (value > 0.0 || !log);
+        let drawn = shown(x, figure.log_x) && shown(y, figure.log_y);
         (matches(&series.run, &run.label) && drawn).then_some((x, y))
     };
     outcomes.iter().enumerate().filter_map(|(number, outcome)| of(number, outcome)).collect()
@@ -157,7 +148,9 @@ fn tables<'a>(
         }
         let path = runs.join(&table.run).join(&table.file);
         let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
-        let points = points(&text, &table.x, &table.y).map_err(|what| ValidateError::Case { path, what })?;
+        let mut points =
+            columns(&text, &table.x, &table.y).map_err(|what| ValidateError::Case { path, what })?;
+        points.retain(|(x, y)| (*x > 0.0 || !figure.log_x) && (*y > 0.0 || !figure.log_y));
         found.push((table, points));
     }
     Ok(found)
@@ -189,8 +182,37 @@ fn scatter(points: &[(f64, f64)], name: &str, colour: &str, marker: MarkerShape,
 }
 
 /// Two columns of a CSV file.
-fn published(from: &Points, folder: &Path) -> Result<Vec<(f64, f64)>, ValidateError> {
-    let path = folder.join(&from.file);
+fn published(points: &Points, folder: &Path) -> Result<Vec<(f64, f64)>, ValidateError> {
+    let path = folder.join(&points.file);
     let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
-    points(&text, &from.x, &from.y).map_err(|what| ValidateError::Case { path, what })
+    columns(&text, &points.x, &points.y).map_err(|what| ValidateError::Case { path, what })
+}
+
+fn columns(text: &str, x: &str, y: &str) -> Result<Vec<(f64, f64)>, String> {
+    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
+    let header: Vec<&str> = lines.next().unwrap_or("").split(',').map(str::trim).collect();
+    let place = |name: &str| {
+        let found = header.iter().position(|column| *column == name);
+        found.ok_or_else(|| format!("has no column {name:?}; it has {}", header.join(", ")))
+    };
+    let (x, y) = (place(x)?, place(y)?);
+    let point = |line: &str| {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        let cell = |place: usize| cells.get(place)?.parse::<f64>().ok();
+        cell(x).zip(cell(y)).ok_or_else(|| format!("the line {line:?} lacks a number in a column asked for"))
+    };
+    lines.map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn published_points_are_read_by_column() {
+        let text = "# remark\nSt, e,note\n10,0.03,a\n\n20, 0.17 ,b\n";
+        assert_eq!(columns(text, "St", "e"), Ok(vec![(10.0, 0.03), (20.0, 0.17)]));
+        assert!(columns(text, "St", "E").unwrap_err().contains("St, e, note"));
+        assert!(columns(text, "St", "note").unwrap_err().contains("10,0.03,a"));
+    }
 }
