@@ -8,13 +8,18 @@
 //! | `page`, `tables` | HTML: frame, style, numbers, tables |
 //! | `chart`, `plots` | lines against time |
 //! | `vtr`, `contour`, `pictures` | fields, their contours, the panel of vorticity |
+//! | `snapshot`, `sheet` | grains at an instant, and their pictures coloured by speed |
+//! | `appended` | the form of both kinds of file |
 
+mod appended;
 mod chart;
 mod contour;
 mod page;
 mod pictures;
 mod plots;
 mod run_files;
+pub(crate) mod sheet;
+pub(crate) mod snapshot;
 mod tables;
 pub mod vtr;
 

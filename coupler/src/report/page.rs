@@ -3,7 +3,11 @@
 use protocol::output::RunStatus;
 
 use super::run_files::RunFiles;
-use super::{pictures, plots, tables};
+use super::snapshot::Snapshot;
+use super::{pictures, plots, sheet, tables};
+
+/// Pictures of the grains on a page.
+const MOST_SNAPSHOTS: usize = 12;
 
 const STYLE: &str = "
 :root { color-scheme: light; }
@@ -86,6 +90,7 @@ fn sections(run: &RunFiles) -> String {
         ("Metrics", tables::metrics(summary)),
         ("Curves", charts),
         ("Vorticity", pictures::panel(run)),
+        ("Grains", grains(run)),
         ("Steps", Some(tables::steps(summary, plan))),
         ("Bounds", tables::bounds(plan)),
         ("Cost", Some(cost)),
@@ -98,6 +103,30 @@ fn sections(run: &RunFiles) -> String {
         })
     };
     parts.into_iter().filter_map(section).collect()
+}
+
+/// The grains at up to [`MOST_SNAPSHOTS`] of the times at which they were written.
+fn grains(run: &RunFiles) -> Option<String> {
+    let files = &run.grain_files;
+    let step = files.len().div_ceil(MOST_SNAPSHOTS).max(1);
+    // From the last backwards: the final state is always there.
+    let chosen = files.iter().rev().step_by(step).collect::<Vec<_>>().into_iter().rev();
+    let (read, faults): (Vec<_>, Vec<_>) = chosen.map(|path| Snapshot::read(path)).partition(Result::is_ok);
+    let snapshots: Vec<Snapshot> = read.into_iter().filter_map(Result::ok).collect();
+    let faults: String = faults
+        .into_iter()
+        .filter_map(Result::err)
+        .map(|fault| format!("<p class=\"note\">{}</p>\n", escape(&fault)))
+        .collect();
+    let Some(sheet) = sheet::sheet(&snapshots) else { return (!faults.is_empty()).then_some(faults) };
+    let cut = snapshots.iter().find_map(|snapshot| snapshot.cut);
+    let cut = cut.map_or(String::new(), |y| format!(" Spheres are cut by the plane y = {} m.", number(y)));
+    Some(format!(
+        "<figure>{sheet}</figure>\n<p class=\"note\">Coloured by speed, to scale; held grains are grey, single ones \
+         far away are left out.{cut} {} of {} files of grains.</p>\n{faults}",
+        snapshots.len(),
+        files.len()
+    ))
 }
 
 /// Text as HTML, also within quotes.

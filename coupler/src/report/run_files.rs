@@ -23,6 +23,8 @@ pub(super) struct RunFiles {
     pub(super) plan: Option<Value>,
     /// Field files in order of time.
     pub(super) fields: Vec<PathBuf>,
+    /// Files of the grains in order of time, of a DEM that wrote them.
+    pub(super) grain_files: Vec<PathBuf>,
     /// What `bedload log info` says.
     pub(super) log: Option<String>,
     /// What could not be read, and why.
@@ -81,7 +83,8 @@ impl RunFiles {
         let name = std::fs::canonicalize(dir).unwrap_or_else(|_| dir.to_owned());
         let name = name.file_name().unwrap_or(dir.as_os_str()).to_string_lossy().into_owned();
         let (fields, log) = (field_files(&dir.join("fields")), log_info(&dir.join("exchange.mcap")));
-        Ok(Self { name, summary, scene, series, plan, fields, log, remarks, scales })
+        let grain_files = super::snapshot::files(&dir.join("fields"));
+        Ok(Self { name, summary, scene, series, plan, fields, grain_files, log, remarks, scales })
     }
 
     /// Title of the page: the scene's, or the folder's name.

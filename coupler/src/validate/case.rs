@@ -25,6 +25,12 @@ pub(super) struct Case {
     pub(super) runs: Vec<Run>,
     pub(super) checks: Vec<Check>,
     pub(super) figure: Option<Figure>,
+    /// More figures, each with a name.
+    #[serde(default)]
+    pub(super) figures: Vec<Figure>,
+    /// Pictures of the grains of a run.
+    #[serde(default)]
+    pub(super) pictures: Vec<Pictures>,
     /// Folder of the case file: paths in it start there.
     #[serde(skip)]
     pub(super) folder: PathBuf,
@@ -79,10 +85,13 @@ pub(super) enum Kind {
     Reported,
 }
 
-/// The figure of a case.
+/// A figure of a case.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Figure {
+    /// What follows the case's name in the file's.
+    #[serde(default)]
+    pub(super) name: String,
     pub(super) title: String,
     pub(super) x: Axis,
     pub(super) y: Axis,
@@ -104,6 +113,19 @@ pub(super) struct Figure {
     /// Upright lines at known bounds.
     #[serde(default)]
     pub(super) marks: Vec<Mark>,
+}
+
+/// The grains of a run at some of the times at which it wrote them, coloured by speed.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Pictures {
+    /// What follows the case's name in the file's.
+    pub(super) name: String,
+    pub(super) title: String,
+    /// Label of the run.
+    pub(super) run: String,
+    /// Files of grains, counted from 0 in order of time; by default all.
+    pub(super) files: Option<Vec<usize>>,
 }
 
 /// Two columns of a table in the output folder of a run.
@@ -129,6 +151,8 @@ pub(super) struct Axis {
     pub(super) label: String,
     /// Metric along the axis; for x without one, `at` of each run.
     pub(super) metric: Option<String>,
+    /// Ends of the axis; by default they follow from what is drawn.
+    pub(super) range: Option<[f64; 2]>,
 }
 
 /// Runs that share a marker.
@@ -194,16 +218,31 @@ impl Case {
         for check in &case.checks {
             case.check_check(check)?;
         }
-        for table in case.figure.iter().flat_map(|figure| &figure.tables) {
+        let pictured = case.pictures.iter().find(|p| !case.runs.iter().any(|run| run.label == p.run));
+        if let Some(pictures) = pictured {
+            return Err(format!("the pictures {:?} are of no run {:?}", pictures.name, pictures.run));
+        }
+        for table in case.drawn().flat_map(|figure| &figure.tables) {
             if !case.runs.iter().any(|run| run.label == table.run) {
                 return Err(format!("the table {:?} of the figure is of no run {:?}", table.name, table.run));
             }
         }
-        for curve in case.figure.iter().flat_map(|figure| &figure.curves) {
+        for curve in case.drawn().flat_map(|figure| &figure.curves) {
             formula::evaluate(&curve.formula, &|name| (name == "x").then_some(1.0))
                 .map_err(|what| format!("formula {:?} of a curve: {what}", curve.formula))?;
         }
         Ok(case)
+    }
+
+    /// All figures.
+    pub(super) fn drawn(&self) -> impl Iterator<Item = &Figure> {
+        self.figure.iter().chain(&self.figures)
+    }
+
+    /// File of a figure or of pictures, by their name.
+    pub(super) fn file(&self, name: &str) -> String {
+        let dash = if name.is_empty() { "" } else { "-" };
+        format!("{}{dash}{name}.svg", self.name)
     }
 
     /// Scene of a run, as a path without `..` after a name.
@@ -234,10 +273,19 @@ impl Case {
                 ));
             }
         }
-        match self.runs.iter().find(|run| !seen.insert(&run.label)) {
-            Some(run) => Err(format!("two runs have the label {:?}: give each its own", run.label)),
-            None => Ok(()),
+        if let Some(run) = self.runs.iter().find(|run| !seen.insert(&run.label)) {
+            return Err(format!("two runs have the label {:?}: give each its own", run.label));
         }
+        let mut files = BTreeSet::new();
+        let named = self.drawn().map(|figure| &figure.name).chain(self.pictures.iter().map(|p| &p.name));
+        for name in named {
+            if !name.is_empty() && !plain(name) || !files.insert(name) {
+                return Err(format!(
+                    "the figure's name {name:?} becomes a file: give each its own, of letters, digits, '-', '_' and '.'"
+                ));
+            }
+        }
+        Ok(())
     }
 
     fn check_check(&self, check: &Check) -> Result<(), String> {
@@ -320,5 +368,12 @@ kind = "reported"
         assert!(refusal("\"coarse-8\"", "\"../../x\"").contains("becomes a folder"));
         assert!(refusal("exp(-35/stokes)", "exp(-35/").contains("formula"));
         assert!(refusal("quick = true", "quik = true").contains("quik"));
+        let axes = "title = \"\"\nx = { label = \"\" }\ny = { label = \"\" }\n";
+        let figure = format!("[figure]\n{axes}[[figures]]\n{axes}");
+        let twice = Case::parse(&format!("{GOOD}{figure}"), Path::new("")).expect_err("two without a name");
+        assert!(twice.contains("give each its own"), "{twice}");
+        let pictures = "[[pictures]]\nname = \"grains\"\ntitle = \"\"\nrun = \"fine-8\"\n";
+        let of_none = Case::parse(&format!("{GOOD}{pictures}"), Path::new("")).expect_err("no such run");
+        assert!(of_none.contains("of no run"), "{of_none}");
     }
 }

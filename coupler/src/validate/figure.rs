@@ -1,4 +1,4 @@
-//! The figure of a case: measured points, published curves and points, as one SVG file.
+//! A figure of a case: measured points, published curves and points, as one SVG file.
 
 use std::path::Path;
 
@@ -8,6 +8,7 @@ use kuva::render::annotations::ReferenceLine;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render_to_svg;
+use protocol::output::points;
 
 use super::ValidateError;
 use super::case::{Case, Figure, Points, Series, Table, matches};
@@ -36,13 +37,19 @@ const SIZE: (f64, f64) = (900.0, 440.0);
 /// Width of the legend: kuva's own guess is too narrow for Greek letters.
 const LEGEND: f64 = 250.0;
 
+/// More published points than this are a line of small crosses.
+const CROWD: usize = 60;
+
 /// Points along a curve.
 const STEPS: usize = 200;
 
-/// The figure, or nothing if the case has none or no run gave a point. `runs` is the folder of the
-/// runs' output folders.
-pub(super) fn draw(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Option<String>, ValidateError> {
-    let Some(figure) = &case.figure else { return Ok(None) };
+/// A figure, or nothing if no run gave a point. `runs` is the folder of the runs' output folders.
+pub(super) fn draw(
+    case: &Case,
+    figure: &Figure,
+    outcomes: &[Outcome],
+    runs: &Path,
+) -> Result<Option<String>, ValidateError> {
     let tables = tables(case, figure, outcomes, runs)?;
     let measured: Vec<Vec<(f64, f64)>> =
         figure.series.iter().map(|series| measured(case, figure, series, outcomes)).collect();
@@ -55,15 +62,6 @@ pub(super) fn draw(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Opt
         return Ok(None);
     }
     let mut plots = curves(figure, from, to);
-    for points in &figure.points {
-        plots.push(scatter(
-            &published(points, &case.folder)?,
-            &points.name,
-            PUBLISHED,
-            MarkerShape::Cross,
-            5.0,
-        ));
-    }
     for (number, (table, points)) in tables.iter().enumerate() {
         let number = number + figure.series.len();
         let colour = COLOURS[number % COLOURS.len()];
@@ -81,6 +79,12 @@ pub(super) fn draw(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Opt
             let colour = COLOURS[number % COLOURS.len()];
             plots.push(scatter(points, &series.name, colour, MARKERS[number % MARKERS.len()], size));
         }
+    }
+    // Over the measured ones, which are larger.
+    for from in &figure.points {
+        let points = published(from, &case.folder)?;
+        let size = if points.len() > CROWD { 2.0 } else { 5.0 };
+        plots.push(scatter(&points, &from.name, PUBLISHED, MarkerShape::Cross, size));
     }
     let layout = layout(figure, &plots);
     Ok(Some(render_to_svg(plots, layout)))
@@ -105,6 +109,12 @@ fn layout(figure: &Figure, plots: &[Plot]) -> Layout {
     }
     if figure.log_y {
         layout = layout.with_log_y();
+    }
+    if let Some([least, largest]) = figure.x.range {
+        layout = layout.with_x_axis_min(least).with_x_axis_max(largest);
+    }
+    if let Some([least, largest]) = figure.y.range {
+        layout = layout.with_y_axis_min(least).with_y_axis_max(largest);
     }
     for mark in &figure.marks {
         let line = ReferenceLine::vertical(mark.at).with_color(PUBLISHED).with_label(mark.name.as_str());
@@ -149,7 +159,7 @@ fn tables<'a>(
         let path = runs.join(&table.run).join(&table.file);
         let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
         let mut points =
-            columns(&text, &table.x, &table.y).map_err(|what| ValidateError::Case { path, what })?;
+            points(&text, &table.x, &table.y).map_err(|what| ValidateError::Case { path, what })?;
         points.retain(|(x, y)| (*x > 0.0 || !figure.log_x) && (*y > 0.0 || !figure.log_y));
         found.push((table, points));
     }
@@ -182,37 +192,8 @@ fn scatter(points: &[(f64, f64)], name: &str, colour: &str, marker: MarkerShape,
 }
 
 /// Two columns of a CSV file.
-fn published(points: &Points, folder: &Path) -> Result<Vec<(f64, f64)>, ValidateError> {
-    let path = folder.join(&points.file);
+fn published(from: &Points, folder: &Path) -> Result<Vec<(f64, f64)>, ValidateError> {
+    let path = folder.join(&from.file);
     let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
-    columns(&text, &points.x, &points.y).map_err(|what| ValidateError::Case { path, what })
-}
-
-fn columns(text: &str, x: &str, y: &str) -> Result<Vec<(f64, f64)>, String> {
-    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
-    let header: Vec<&str> = lines.next().unwrap_or("").split(',').map(str::trim).collect();
-    let place = |name: &str| {
-        let found = header.iter().position(|column| *column == name);
-        found.ok_or_else(|| format!("has no column {name:?}; it has {}", header.join(", ")))
-    };
-    let (x, y) = (place(x)?, place(y)?);
-    let point = |line: &str| {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let cell = |place: usize| cells.get(place)?.parse::<f64>().ok();
-        cell(x).zip(cell(y)).ok_or_else(|| format!("the line {line:?} lacks a number in a column asked for"))
-    };
-    lines.map(point).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn published_points_are_read_by_column() {
-        let text = "# remark\nSt, e,note\n10,0.03,a\n\n20, 0.17 ,b\n";
-        assert_eq!(columns(text, "St", "e"), Ok(vec![(10.0, 0.03), (20.0, 0.17)]));
-        assert!(columns(text, "St", "E").unwrap_err().contains("St, e, note"));
-        assert!(columns(text, "St", "note").unwrap_err().contains("10,0.03,a"));
-    }
+    points(&text, &from.x, &from.y).map_err(|what| ValidateError::Case { path, what })
 }

@@ -1,4 +1,5 @@
-//! Formulas in case files: numbers, names, `+ - * / ^`, brackets, `exp`, `ln`, `sqrt`, `abs`.
+//! Formulas in case files: numbers, names, `+ - * / ^`, brackets, `exp`, `ln`, `sqrt`, `abs`, and
+//! `min(a, b)`, `max(a, b)`.
 
 /// Value of `formula`, with `value` of each name in it.
 pub(super) fn evaluate(formula: &str, value: &dyn Fn(&str) -> Option<f64>) -> Result<f64, String> {
@@ -86,6 +87,18 @@ impl<'a> Reader<'a> {
         if self.take(')') { Ok(inner) } else { Err(self.wrong("')'")) }
     }
 
+    fn pair(&mut self) -> Result<(f64, f64), String> {
+        if !self.take('(') {
+            return Err(self.wrong("'('"));
+        }
+        let first = self.sum()?;
+        if !self.take(',') {
+            return Err(self.wrong("','"));
+        }
+        let second = self.sum()?;
+        if self.take(')') { Ok((first, second)) } else { Err(self.wrong("')'")) }
+    }
+
     /// The run of characters that `belongs` accepts, taken.
     fn word(&mut self, belongs: impl Fn(char) -> bool) -> &'a str {
         let rest = &self.formula[self.at..];
@@ -106,6 +119,8 @@ impl<'a> Reader<'a> {
             "ln" => Ok(self.bracket()?.ln()),
             "sqrt" => Ok(self.bracket()?.sqrt()),
             "abs" => Ok(self.bracket()?.abs()),
+            "min" => self.pair().map(|(a, b)| a.min(b)),
+            "max" => self.pair().map(|(a, b)| a.max(b)),
             _ => (self.value)(name).ok_or_else(|| format!("the formula needs {name:?}, which has no value")),
         }
     }
@@ -121,7 +136,8 @@ mod tests {
         assert_eq!(evaluate("exp(-35/St)", &value), Ok((-35.0_f64 / 53.0).exp()));
         assert_eq!(evaluate("2 + 3*4 - 6/3/2 - -1", &value), Ok(14.0));
         assert_eq!(evaluate("-2^2 + 2^(1+1)^0.5", &value), Ok(-4.0 + 2.0_f64.powf(2.0_f64.sqrt())));
-        for wrong in ["", "2 +", "(1", "exp 2", "1 2", "1.2.3", "$"] {
+        assert_eq!(evaluate("min(St, 2*4) + max(1, 3 - 1)", &value), Ok(10.0));
+        for wrong in ["min(1)", "max 1, 2", "min(1, 2", "", "2 +", "(1", "exp 2", "1 2", "1.2.3", "$"] {
             assert!(evaluate(wrong, &value).is_err(), "{wrong}");
         }
         assert!(evaluate("Re", &value).unwrap_err().contains("\"Re\""));

@@ -1,7 +1,7 @@
 //! `bedload validate`: published cases, run and compared with their references.
 //!
-//! A case is data, `scenes/validation/NAME.toml`: scenes with overrides, numbers to compare, one
-//! figure. Each run is a `bedload run` of its own, whose output folder stays; a run that is already
+//! A case is data, `scenes/validation/NAME.toml`: scenes with overrides, numbers to compare,
+//! figures. Each run is a `bedload run` of its own, whose output folder stays; a run that is already
 //! finished there, of the same scene and version, is not repeated.
 //!
 //! | file | what it holds |
@@ -11,11 +11,13 @@
 //! | `runs` | the runs of a case, several at a time |
 //! | `verdict` | a measured value against its reference |
 //! | `table` | the Markdown page |
-//! | `figure` | the SVG figure of a case |
+//! | `figure` | the SVG figures of a case |
+//! | `pictures` | the grains of a run at some instants |
 
 mod case;
 mod figure;
 mod formula;
+mod pictures;
 mod runs;
 mod table;
 mod verdict;
@@ -27,6 +29,7 @@ use protocol::output::{OutputError, atomic_write};
 
 use crate::failure::Failure;
 use case::Case;
+use runs::Outcome;
 use verdict::Verdict;
 
 /// Where cases are, seen from the root of the repository.
@@ -113,11 +116,11 @@ pub fn validate(options: &Validate) -> Result<(), ValidateError> {
         let rows = verdict::rows(case, results);
         failed += rows.iter().filter(|row| row.verdict.is_failure()).count();
         judged += rows.iter().filter(|row| row.verdict != Verdict::Reported).count();
-        let drawing = figure::draw(case, results, &options.out.join(&case.name))?;
-        if let Some(svg) = &drawing {
-            atomic_write(&figures.join(format!("{}.svg", case.name)), svg.as_bytes())?;
+        let drawings = drawings(case, results, &options.out.join(&case.name))?;
+        for drawing in &drawings {
+            atomic_write(&figures.join(&drawing.file), drawing.svg.as_bytes())?;
         }
-        page += &table::section(case, results, &rows, drawing.is_some());
+        page += &table::section(case, results, &rows, &drawings);
     }
     let path = options.out.join("validation.md");
     atomic_write(&path, page.as_bytes())?;
@@ -127,6 +130,31 @@ pub fn validate(options: &Validate) -> Result<(), ValidateError> {
     }
     println!("{judged} checks passed; {}", path.display());
     Ok(())
+}
+
+/// A figure or a sheet of pictures, as it was drawn.
+#[derive(Clone, Debug)]
+struct Drawing {
+    title: String,
+    /// Name of its file.
+    file: String,
+    svg: String,
+}
+
+/// What could be drawn of a case whose runs lie in `runs`.
+fn drawings(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Vec<Drawing>, ValidateError> {
+    let mut drawn = Vec::new();
+    let mut keep = |name: &str, title: &str, svg: Option<String>| {
+        let (file, title) = (case.file(name), title.to_owned());
+        drawn.extend(svg.map(|svg| Drawing { title, file, svg }));
+    };
+    for figure in case.drawn() {
+        keep(&figure.name, &figure.title, figure::draw(case, figure, outcomes, runs)?);
+    }
+    for wanted in &case.pictures {
+        keep(&wanted.name, &wanted.title, pictures::draw(case, wanted, outcomes, runs)?);
+    }
+    Ok(drawn)
 }
 
 /// The cases asked for; with `--quick` and no names, the quick ones.

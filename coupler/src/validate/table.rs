@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::Drawing;
 use super::case::{Case, Check, Run};
 use super::runs::Outcome;
 use super::verdict::Row;
@@ -19,15 +20,15 @@ pub(super) fn heading(quick: bool) -> String {
 }
 
 /// A case: its table, figure, and commands.
-pub(super) fn section(case: &Case, outcomes: &[Outcome], rows: &[Row], drawn: bool) -> String {
+pub(super) fn section(case: &Case, outcomes: &[Outcome], rows: &[Row], drawings: &[Drawing]) -> String {
     let mut text = format!("\n## {}\n\n`{}`. {}.\n", case.title, case.name, case.source);
     if !case.about.is_empty() {
         let _ = write!(text, "\n{}\n", case.about.trim());
     }
     text += &table(case, rows);
     text += &sources(case);
-    if drawn {
-        let _ = write!(text, "\n{}\n", picture(case));
+    for drawing in drawings {
+        let _ = write!(text, "\n![{}](figures/{})\n", drawing.title, drawing.file);
     }
     let left_out: Vec<&str> = case
         .runs
@@ -78,19 +79,17 @@ fn sources(case: &Case) -> String {
             lines.push(line);
         }
     }
-    let figure = case.figure.iter();
-    let drawn = figure.flat_map(|figure| {
+    let drawn = case.drawn().flat_map(|figure| {
         let curves = figure.curves.iter().map(|curve| (&curve.name, &curve.source));
         let points = figure.points.iter().map(|points| (&points.name, &points.source));
         curves.chain(points).chain(figure.marks.iter().map(|mark| (&mark.name, &mark.source)))
     });
-    lines.extend(drawn.map(|(name, source)| format!("- {name} in the figure: {source}\n")));
+    for line in drawn.map(|(name, source)| format!("- {name} in the figure: {source}\n")) {
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
     if lines.is_empty() { String::new() } else { format!("\nReferences:\n\n{}", lines.concat()) }
-}
-
-fn picture(case: &Case) -> String {
-    let title = case.figure.as_ref().map_or("", |figure| figure.title.as_str());
-    format!("![{title}](figures/{}.svg)", case.name)
 }
 
 /// The command of each run that was made.
@@ -183,7 +182,7 @@ checks = [{ run = "*", metric = "Re", reference = 20.0, tolerance = 0.01, source
         let case = Case::parse(CASE, Path::new("s")).unwrap();
         let outcomes = [done(19.9), done(20.3), Outcome::Failed("it died".into()), Outcome::LeftOut];
         let rows = verdict::rows(&case, &outcomes);
-        let text = section(&case, &outcomes, &rows, false);
+        let text = section(&case, &outcomes, &rows, &[]);
         let expected = [
             "| fall | good | `Re` | 19.90 | 20.00 | -0.50 % | 1 % | agrees | 0.0 |",
             "| fall | bad | `Re` | 20.30 | 20.00 | +1.50 % | 1 % | **DIFFERS** | 0.0 |",

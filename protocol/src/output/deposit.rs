@@ -1,4 +1,5 @@
-//! The heap that a granular column leaves: profile, half-length, height.
+//! The heap that a granular column leaves: profile, half-length, height, and its difference from a
+//! published profile.
 
 use std::fmt::Write;
 
@@ -49,8 +50,17 @@ impl Heap {
 
     /// Mean of the half-lengths to both sides, or of the one that there is.
     pub(super) fn half_length(&self) -> Option<f64> {
-        let ends: Vec<f64> = self
-            .sides()
+        self.mean_reach(&self.sides())
+    }
+
+    /// The same of the outermost grains to both sides, apart from the heap or not.
+    pub(super) fn outermost(&self) -> Option<f64> {
+        let filled = |places: std::ops::Range<usize>| places.filter(|p| self.top[*p] > 0.0).collect();
+        self.mean_reach(&[filled(self.left..self.top.len()), filled(0..self.left)])
+    }
+
+    fn mean_reach(&self, sides: &[Vec<usize>; 2]) -> Option<f64> {
+        let ends: Vec<f64> = sides
             .iter()
             .filter(|side| !side.is_empty())
             .map(|side| side.iter().map(|place| self.reach[*place]).fold(0.0, f64::max))
@@ -97,6 +107,12 @@ impl Heap {
         (place as f64 - self.left as f64 + 0.5) * self.bin
     }
 
+    /// Surface of the heap without what lies apart, in units of `half_length`.
+    pub(super) fn surface(&self, half_length: f64) -> Surface {
+        let places = self.sides().concat();
+        Surface::new(places.iter().map(|p| (self.middle(*p) / half_length, self.top[*p] / half_length)))
+    }
+
     /// The profile as CSV, also in units of the column's half-length.
     pub(super) fn table(&self, half_length: f64) -> String {
         let mut text = String::from("x,height,x_over_half_length,height_over_half_length\n");
@@ -107,6 +123,52 @@ impl Heap {
         text
     }
 }
+
+/// Height of a heap against x, on straight lines between its points and zero beyond them.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Surface {
+    points: Vec<(f64, f64)>,
+}
+
+impl Surface {
+    /// Through `points`, in any order.
+    pub(super) fn new(points: impl Iterator<Item = (f64, f64)>) -> Self {
+        let mut points: Vec<(f64, f64)> = points.collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self { points }
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let after = self.points.partition_point(|(place, _)| *place <= x);
+        if after == 0 || after == self.points.len() {
+            return 0.0;
+        }
+        let ((x0, y0), (x1, y1)) = (self.points[after - 1], self.points[after]);
+        y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+    }
+
+    /// Mean of both sides at the distance `x` from the middle.
+    fn mean(&self, x: f64) -> f64 {
+        0.5 * (self.at(x) + self.at(-x))
+    }
+
+    /// Farthest point above zero.
+    fn reach(&self) -> f64 {
+        self.points.iter().filter(|(_, y)| *y > 0.0).map(|(x, _)| x.abs()).fold(0.0, f64::max)
+    }
+
+    /// Root mean square of the difference between the means of both sides, from the middle to where
+    /// both surfaces have ended.
+    pub(super) fn difference(&self, other: &Self) -> f64 {
+        let end = self.reach().max(other.reach());
+        let place = |sample: u32| end * (f64::from(sample) + 0.5) / f64::from(SAMPLES);
+        let square = |x: f64| (self.mean(x) - other.mean(x)).powi(2);
+        ((0..SAMPLES).map(|sample| square(place(sample))).sum::<f64>() / f64::from(SAMPLES)).sqrt()
+    }
+}
+
+/// Points at which two surfaces are compared: more than a profile has bins.
+const SAMPLES: u32 = 2000;
 
 /// Slope of the straight line through points, by least squares.
 fn line_slope(points: &[(f64, f64)]) -> f64 {
@@ -158,5 +220,30 @@ mod tests {
         assert_eq!(Heap::new(&one_sided, 1.5).half_length(), Some(10.5));
         assert_eq!(Heap::new(&[], 1.5).half_length(), None);
         assert!(heap.table(5.0).lines().count() > 13);
+    }
+
+    #[test]
+    fn the_outermost_grain_counts_wherever_it_lies() {
+        let heap = Heap::new(&[[0.0, 0.5, 0.5], [-1.0, 0.5, 0.5], [40.0, 0.5, 0.5]], 1.5);
+        assert_eq!(
+            (heap.half_length(), heap.outermost()),
+            (Some((0.5 + 1.5) / 2.0), Some((40.5 + 1.5) / 2.0))
+        );
+    }
+
+    #[test]
+    fn two_triangles_differ_by_the_integral_of_their_difference() {
+        // the surface ends at its last point above zero
+        let triangle = |end: f64| Surface::new([(-end, 1e-9), (0.0, 1.0), (end, 1e-9)].into_iter());
+        let (narrow, wide) = (triangle(1.0), triangle(2.0));
+        assert_eq!(narrow.difference(&narrow), 0.0);
+        // ∫₀¹ (x/2)² dx + ∫₁² (1 − x/2)² dx = 1/12 + 1/12, over a length of 2
+        let exact = (1.0_f64 / 12.0).sqrt();
+        assert!((narrow.difference(&wide) - exact).abs() < 1e-5, "{}", narrow.difference(&wide));
+        // only the mean of both sides counts
+        let leaning = Surface::new([(-2.0, 1e-9), (-1.0, 1.0), (0.0, 1.0), (1.0, 0.0)].into_iter());
+        let upright =
+            Surface::new([(-2.0, 0.0), (-1.0, 0.5), (0.0, 1.0), (1.0, 0.5), (2.0, 0.0)].into_iter());
+        assert!(leaning.difference(&upright) < 1e-8);
     }
 }

@@ -1,10 +1,13 @@
 //! Metrics of the last state of all grains: heaps and collisions.
 
-use super::Sample;
-use super::deposit::Heap;
+use super::deposit::{Heap, Surface};
 use super::oblique::Oblique;
+use super::touching::{Ball, largest_cluster};
+use super::{Sample, points};
 use crate::message::Kinematics;
-use crate::scene::{CheckedScene, Column, Grain, Metric, MetricKind, Motion, SceneError};
+use crate::scene::{
+    CheckedScene, Column, Grain, HeapEnd, HeapReference, HeapSlope, Metric, MetricKind, Motion, SceneError,
+};
 
 /// The grains at t = 0 and after the last window.
 #[derive(Clone, Debug)]
@@ -14,14 +17,31 @@ pub(super) struct LastState {
     floor: f64,
     /// Number of grains that are there from the start.
     present: usize,
+    /// Length of the box along y, if it is periodic there, m.
+    period: Option<f64>,
     /// Reference table of each metric that has one, by the metric's name.
     oblique: Vec<(String, Oblique)>,
+    /// The same of published profiles.
+    profiles: Vec<(String, Surface)>,
+}
+
+/// A published profile, in units of L₀.
+fn published(reference: &HeapReference) -> Result<Surface, String> {
+    let path = reference.file.display();
+    let text = std::fs::read_to_string(&reference.file);
+    let text = text.map_err(|error| format!("cannot read {path}: {error}"))?;
+    let points = points(&text, "x_over_half_length", "height_over_half_length");
+    let points = points.map_err(|what| format!("{path} {what}"))?;
+    if points.len() < 2 {
+        return Err(format!("{path} has {} points; two are needed", points.len()));
+    }
+    Ok(Surface::new(points.into_iter()))
 }
 
 impl LastState {
     /// Nothing, unless a metric of the scene needs it.
     pub(super) fn new(scene: &CheckedScene) -> Result<Option<Self>, SceneError> {
-        let mut oblique = Vec::new();
+        let (mut oblique, mut profiles) = (Vec::new(), Vec::new());
         let mut needed = false;
         for (index, metric) in scene.scene.metrics.iter().enumerate() {
             needed |= metric.kind.column().is_some() || matches!(metric.kind, MetricKind::HeapAngle(_));
@@ -35,6 +55,16 @@ impl LastState {
                 })?;
                 oblique.push((metric.name.clone(), table));
             }
+            if let MetricKind::DepositProfileDifference(reference) = &metric.kind {
+                let surface = published(reference).map_err(|why| {
+                    scene.source.error(
+                        &format!("metrics[{index}].file"),
+                        why,
+                        "name a CSV file with the columns x_over_half_length and height_over_half_length",
+                    )
+                })?;
+                profiles.push((metric.name.clone(), surface));
+            }
         }
         if !needed && oblique.is_empty() {
             return Ok(None);
@@ -45,7 +75,9 @@ impl LastState {
             kinematics: Vec::new(),
             floor,
             present: scene.present(),
+            period: period_along_y(scene),
             oblique,
+            profiles,
         }))
     }
 
@@ -55,26 +87,40 @@ impl LastState {
         self.kinematics.extend_from_slice(sample.kinematics);
     }
 
-    fn heap(&self, column: &Column) -> Heap {
-        self.heap_about(column.centre, column.bin)
-    }
-
-    fn heap_about(&self, centre: f64, bin: f64) -> Heap {
+    /// The free grains that are there.
+    fn balls(&self) -> Vec<Ball> {
         let there = |(index, (grain, motion)): &(usize, (&Grain, &Kinematics))| {
             grain.motion == Motion::Free && (*index < self.present || motion.is_there())
         };
-        let all: Vec<[f64; 3]> = self
-            .grains
-            .iter()
-            .zip(&self.kinematics)
-            .enumerate()
-            .filter(there)
-            .map(|(_, (grain, motion))| {
-                [motion.position[0] - centre, motion.position[2] - self.floor, grain.radius]
-            })
-            .collect();
-        let mean = all.iter().map(|grain| grain[2]).sum::<f64>() / all.len().max(1) as f64;
-        Heap::new(&all, if bin > 0.0 { bin } else { 3.0 * mean })
+        let all = self.grains.iter().zip(&self.kinematics).enumerate().filter(there);
+        all.map(|(_, (grain, motion))| (motion.position, grain.radius)).collect()
+    }
+
+    fn heap(&self, column: &Column) -> Heap {
+        let mut balls = self.balls();
+        let mean = balls.iter().map(|(_, radius)| radius).sum::<f64>() / balls.len().max(1) as f64;
+        if column.end == HeapEnd::Contact {
+            let mut belongs = largest_cluster(&balls, self.period).into_iter();
+            balls.retain(|_| belongs.next() == Some(true));
+        }
+        let floor = column.floor.unwrap_or(self.floor);
+        let place = |(x, radius): &Ball| [x[0] - column.centre, x[2] - floor, *radius];
+        let grains: Vec<[f64; 3]> = balls.iter().map(place).collect();
+        Heap::new(&grains, if column.bin > 0.0 { column.bin } else { 3.0 * mean })
+    }
+
+    /// The heap whose slope is asked for.
+    fn slope(&self, slope: &HeapSlope) -> Heap {
+        let (centre, bin, end) = (slope.centre, slope.bin, HeapEnd::Gap);
+        self.heap(&Column { half_length: 1.0, centre, release: 0.0, bin, end, floor: None })
+    }
+
+    /// L∞ of the heap as `column` says where it ends, m.
+    fn half_length(&self, column: &Column) -> Option<f64> {
+        match column.end {
+            HeapEnd::Gap => self.heap(column).half_length(),
+            HeapEnd::Contact | HeapEnd::Outermost => self.heap(column).outermost(),
+        }
     }
 
     /// H₀ of the standing column, m.
@@ -89,11 +135,16 @@ impl LastState {
         }
         match &metric.kind {
             MetricKind::DepositRunOut(column) => {
-                let length = self.heap(column).half_length().ok_or("there is no heap at its middle")?;
+                let length = self.half_length(column).ok_or("there is no heap at its middle")?;
                 Ok((length - column.half_length) / column.half_length)
             }
             MetricKind::DepositHeight(column) => Ok(self.heap(column).height() / column.half_length),
-            MetricKind::HeapAngle(slope) => self.heap_about(slope.centre, slope.bin).angle(slope.between),
+            MetricKind::DepositProfileDifference(reference) => {
+                let (_, published) =
+                    self.profiles.iter().find(|(known, _)| *known == metric.name).ok_or("has no table")?;
+                Ok(self.heap(&reference.column()).surface(reference.half_length).difference(published))
+            }
+            MetricKind::HeapAngle(slope) => self.slope(slope).angle(slope.between),
             MetricKind::ObliqueError { .. } => {
                 let (_, table) = self.oblique(&metric.name)?;
                 table.largest_error(&self.grains, &self.kinematics)
@@ -113,9 +164,9 @@ impl LastState {
         }
         let heap = metrics.iter().find_map(|metric| metric.kind.column());
         let mut tables: Vec<(&'static str, String)> = Vec::new();
-        tables.extend(heap.map(|column| ("deposit.csv", self.heap(column).table(column.half_length))));
+        tables.extend(heap.map(|column| ("deposit.csv", self.heap(&column).table(column.half_length))));
         let slope = metrics.iter().find_map(|metric| match &metric.kind {
-            MetricKind::HeapAngle(slope) => Some(self.heap_about(slope.centre, slope.bin)),
+            MetricKind::HeapAngle(slope) => Some(self.slope(slope)),
             _ => None,
         });
         tables.extend(slope.map(|heap| ("heap.csv", heap.table(heap.height()))));
@@ -124,4 +175,10 @@ impl LastState {
         tables.extend(curve.map(|text| ("oblique.csv", text)));
         tables
     }
+}
+
+fn period_along_y(scene: &CheckedScene) -> Option<f64> {
+    let domain = &scene.scene.domain;
+    let axis = (0..domain.dimensions()).find(|axis| domain.geometry.component(*axis) == 1)?;
+    domain.is_periodic(axis).then(|| domain.upper[axis] - domain.lower[axis])
 }

@@ -191,6 +191,7 @@ impl Metrics {
             ),
             MetricKind::DepositRunOut(_)
             | MetricKind::DepositHeight(_)
+            | MetricKind::DepositProfileDifference(_)
             | MetricKind::HeapAngle(_)
             | MetricKind::ObliqueError { .. } => {
                 let last = self.last.as_ref().ok_or("the last state was not kept")?;

@@ -15,10 +15,12 @@ mod metrics;
 mod oblique;
 mod observer;
 mod options;
+mod points;
 mod progress;
 mod series;
 mod subject;
 mod summary;
+mod touching;
 mod trajectory;
 
 pub use accumulator::Accumulator;
@@ -28,6 +30,7 @@ pub use line::Line;
 pub use metrics::{Metrics, MetricsState};
 pub use observer::{Observer, ObserverState};
 pub use options::RunOptions;
+pub use points::points;
 pub use progress::Progress;
 pub use series::{Series, SeriesWriter};
 pub use summary::{

@@ -195,6 +195,9 @@ pub enum MetricKind {
     DepositHeight(Column),
     /// H₀/L₀ of the column as it is let go.
     DepositAspectRatio(Column),
+    /// Root mean square of the difference between the final heap's profile and a published one, over
+    /// L₀; both are the means of their two sides.
+    DepositProfileDifference(HeapReference),
     /// Slope of the surface of the final heap, degrees.
     HeapAngle(HeapSlope),
     /// τ of the best fit of Haff's law (1983), E₀/(1 + t/τ)², to the kinetic energy: a straight line
@@ -270,6 +273,51 @@ pub struct Column {
     /// profiles).
     #[serde(default)]
     pub bin: f64,
+    /// Where the heap ends.
+    #[serde(default)]
+    pub end: HeapEnd,
+    /// Height of the floor, m; by default the lower z face.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor: Option<f64>,
+}
+
+/// Where the heap of a column ends: single grains roll on over a smooth floor, and publications
+/// count them or not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeapEnd {
+    /// Before the first two empty bins in a row, from the middle outward.
+    #[default]
+    Gap,
+    /// At the outermost grain that contacts join to the largest cluster.
+    Contact,
+    /// At the outermost grain of all.
+    Outermost,
+}
+
+/// A published profile of a heap.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeapReference {
+    /// CSV file with the columns x_over_half_length and height_over_half_length, from the folder in
+    /// which the command runs.
+    pub file: std::path::PathBuf,
+    /// Half-length L₀ of the column, m.
+    pub half_length: f64,
+    /// Middle along x, m.
+    pub centre: f64,
+    /// Height of the floor, m; by default the lower z face.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor: Option<f64>,
+}
+
+impl HeapReference {
+    /// The column that left the heap.
+    #[must_use]
+    pub fn column(&self) -> Column {
+        let (half_length, centre, floor) = (self.half_length, self.centre, self.floor);
+        Column { half_length, centre, release: 0.0, bin: 0.0, end: HeapEnd::Gap, floor }
+    }
 }
 
 impl MetricKind {
@@ -295,11 +343,12 @@ impl MetricKind {
 
     /// The column that it is about, if it is about one.
     #[must_use]
-    pub fn column(&self) -> Option<&Column> {
+    pub fn column(&self) -> Option<Column> {
         match self {
             Self::DepositRunOut(column) | Self::DepositHeight(column) | Self::DepositAspectRatio(column) => {
-                Some(column)
+                Some(*column)
             }
+            Self::DepositProfileDifference(reference) => Some(reference.column()),
             _ => None,
         }
     }

@@ -748,6 +748,11 @@ pub(super) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
             MetricKind::HeapAngle(slope) => not_negative(source, &key("bin"), slope.bin)?,
             _ => {}
         }
+        if let Some(column) = metric.kind.column() {
+            positive(source, &key("half_length"), column.half_length)?;
+            not_negative(source, &key("release"), column.release)?;
+            not_negative(source, &key("bin"), column.bin)?;
+        }
         if let Some(grain) = metric.kind.grain().filter(|grain| *grain >= count) {
             return Err(source.error(
                 &key("grain"),

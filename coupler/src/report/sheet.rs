@@ -1,0 +1,228 @@
+//! Pictures of the grains, to scale and coloured by speed, on one sheet of SVG.
+//!
+//! A grain is a dot: a line of no length with a round end, as wide as the grain. Dots of one colour
+//! and width share a path, which keeps a picture of thousands of grains at some ten bytes each.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use super::page::number;
+use super::snapshot::{Disc, Snapshot};
+
+/// Width of the sheet; whole numbers place grains to a hundredth of a pixel on a usual screen.
+const WIDTH: f64 = 9000.0;
+
+/// Height of the text, and of the line it stands on.
+const TEXT: f64 = 150.0;
+const LINE: f64 = 220.0;
+
+/// From slow to fast: viridis (Smith & van der Walt 2015), readable without colour as well.
+const COLOURS: [&str; 10] = [
+    "#440154", "#482878", "#3E4989", "#31688E", "#26828E", "#1F9E89", "#35B779", "#6ECE58", "#B5DE2B",
+    "#FDE725",
+];
+
+/// Colour of grains that are held.
+const HELD: &str = "#999";
+
+/// This part of the grains on each side may be left out of the view: single ones roll far away.
+const STRAY: f64 = 0.005;
+
+/// What all pictures show: lower left and upper right corner, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct View {
+    low: (f64, f64),
+    high: (f64, f64),
+}
+
+impl View {
+    /// Nearly all free grains at all times, and two mean diameters around them.
+    fn of(snapshots: &[Snapshot]) -> Option<Self> {
+        let mut view: Option<Self> = None;
+        for snapshot in snapshots {
+            let any_free = snapshot.discs.iter().any(|disc| !disc.held);
+            let discs: Vec<&Disc> = snapshot.discs.iter().filter(|disc| !any_free || !disc.held).collect();
+            let largest = discs.iter().map(|disc| disc.radius).fold(0.0, f64::max);
+            let (Some(x), Some(z)) =
+                (span(discs.iter().map(|disc| disc.centre.0)), span(discs.iter().map(|disc| disc.centre.1)))
+            else {
+                continue;
+            };
+            let margin = 4.0 * largest;
+            let (low, high) = ((x.0 - margin, z.0 - margin), (x.1 + margin, z.1 + margin));
+            let old = view.unwrap_or(Self { low, high });
+            view = Some(Self {
+                low: (low.0.min(old.low.0), low.1.min(old.low.1)),
+                high: (high.0.max(old.high.0), high.1.max(old.high.1)),
+            });
+        }
+        view
+    }
+
+    fn size(&self) -> (f64, f64) {
+        (self.high.0 - self.low.0, self.high.1 - self.low.1)
+    }
+
+    fn shows(&self, disc: &Disc) -> bool {
+        let ((x, z), r) = (disc.centre, disc.radius);
+        x + r > self.low.0 && x - r < self.high.0 && z + r > self.low.1 && z - r < self.high.1
+    }
+}
+
+/// Least and largest of the values but for the strays at both ends.
+fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let strays = (STRAY * values.len() as f64) as usize;
+    Some((*values.get(strays)?, *values.get(values.len().checked_sub(strays + 1)?)?))
+}
+
+/// The sheet, or nothing if there is no grain to draw.
+pub(crate) fn sheet(snapshots: &[Snapshot]) -> Option<String> {
+    let view = View::of(snapshots)?;
+    let fastest = fastest(snapshots);
+    let columns = columns(snapshots.len(), view.size().1 / view.size().0);
+    let width = (WIDTH - (columns as f64 - 1.0) * TEXT) / columns as f64;
+    let scale = width / view.size().0;
+    let step = (width + TEXT, scale * view.size().1 + LINE);
+    let rows = snapshots.len().div_ceil(columns);
+    let height = rows as f64 * step.1 + 1.5 * LINE;
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" \
+         aria-label=\"Grains, coloured by speed\" font-family=\"system-ui, sans-serif\" \
+         font-size=\"{TEXT}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
+    );
+    for (place, snapshot) in snapshots.iter().enumerate() {
+        let corner = ((place % columns) as f64 * step.0, (place / columns) as f64 * step.1);
+        svg += &picture(snapshot, &view, scale, fastest, corner);
+    }
+    svg += &legend(fastest, view.size().0, scale, rows as f64 * step.1);
+    Some(svg + "</svg>\n")
+}
+
+/// Speed of the fastest colour: all but the strays are slower.
+fn fastest(snapshots: &[Snapshot]) -> f64 {
+    let of = |snapshot: &Snapshot| {
+        let free = snapshot.discs.iter().filter(|disc| !disc.held);
+        span(free.map(|disc| disc.speed)).map_or(0.0, |(_, high)| high)
+    };
+    snapshots.iter().map(of).fold(0.0, f64::max)
+}
+
+/// As few columns as keep the sheet from being taller than wide.
+fn columns(pictures: usize, aspect: f64) -> usize {
+    let height = |columns: &usize| pictures.div_ceil(*columns) as f64 * aspect / *columns as f64;
+    (1..=pictures).find(|columns| height(columns) <= 1.0).unwrap_or(pictures.max(1))
+}
+
+/// One instant, its upper left corner at `corner`.
+fn picture(snapshot: &Snapshot, view: &View, scale: f64, fastest: f64, corner: (f64, f64)) -> String {
+    let (width, height) = (scale * view.size().0, scale * view.size().1);
+    let mut dots: BTreeMap<(&str, u64), Vec<(i64, i64)>> = BTreeMap::new();
+    for disc in snapshot.discs.iter().filter(|disc| view.shows(disc)) {
+        let place = (scale * (disc.centre.0 - view.low.0), scale * (view.high.1 - disc.centre.1));
+        let place = (place.0.round() as i64, place.1.round() as i64);
+        let wide = (2.0 * scale * disc.radius).round().max(1.0) as u64;
+        dots.entry((colour(disc, fastest), wide)).or_default().push(place);
+    }
+    let mut svg = format!(
+        "<svg x=\"{:.0}\" y=\"{:.0}\" width=\"{width:.0}\" height=\"{:.0}\">\n<text y=\"{TEXT}\">t = {} s</text>\n\
+         <svg y=\"{LINE}\" width=\"{width:.0}\" height=\"{height:.0}\" fill=\"none\" stroke-linecap=\"round\">\n",
+        corner.0,
+        corner.1,
+        height + LINE,
+        number((1e4 * snapshot.time).round() / 1e4),
+    );
+    for ((colour, wide), places) in &dots {
+        let _ = write!(svg, "<path stroke=\"{colour}\" stroke-width=\"{wide}\" d=\"");
+        let mut last = (0, 0);
+        for place in places {
+            let _ = write!(svg, "m{} {}h0", place.0 - last.0, place.1 - last.1);
+            last = *place;
+        }
+        svg += "\"/>\n";
+    }
+    svg + "<rect width=\"100%\" height=\"100%\" stroke=\"#999\" stroke-width=\"12\"/>\n</svg>\n</svg>\n"
+}
+
+fn colour(disc: &Disc, fastest: f64) -> &'static str {
+    if disc.held {
+        return HELD;
+    }
+    let part = if fastest > 0.0 { disc.speed / fastest } else { 0.0 };
+    COLOURS[((part * COLOURS.len() as f64) as usize).min(COLOURS.len() - 1)]
+}
+
+/// Colours with their speeds, and a bar of a round length.
+fn legend(fastest: f64, width: f64, scale: f64, top: f64) -> String {
+    let (size, middle) = (TEXT, top + 0.5 * LINE);
+    let base = middle + 0.85 * TEXT;
+    let mut svg = String::from("<g>\n");
+    let start = 700.0;
+    let _ = writeln!(svg, "<text x=\"0\" y=\"{base:.0}\">0 m/s</text>");
+    for (place, colour) in COLOURS.iter().enumerate() {
+        let x = start + 1.5 * size * place as f64;
+        let _ = writeln!(
+            svg,
+            "<rect x=\"{x:.0}\" y=\"{middle:.0}\" width=\"{:.0}\" height=\"{size:.0}\" fill=\"{colour}\"/>",
+            1.5 * size
+        );
+    }
+    let end = start + 1.5 * size * COLOURS.len() as f64 + 0.6 * TEXT;
+    let _ = writeln!(svg, "<text x=\"{end:.0}\" y=\"{base:.0}\">{} m/s and more</text>", number(fastest));
+    let length = round_length(0.2 * width);
+    let (bar, from) = (scale * length, WIDTH - 1300.0 - scale * length);
+    let _ = writeln!(
+        svg,
+        "<path d=\"M{from:.0} {:.0}h{bar:.0}\" stroke=\"#000\" stroke-width=\"30\"/>\n\
+         <text x=\"{:.0}\" y=\"{base:.0}\">{} m</text>\n</g>",
+        middle + 0.5 * size,
+        WIDTH - 1300.0 + 0.6 * TEXT,
+        number(length)
+    );
+    svg
+}
+
+/// 1, 2 or 5 times a power of ten, at most `length`.
+fn round_length(length: f64) -> f64 {
+    let power = 10.0_f64.powi(length.log10().floor() as i32);
+    [5.0, 2.0, 1.0].iter().map(|step| step * power).find(|round| *round <= length).unwrap_or(power)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heap(time: f64, speed: f64) -> Snapshot {
+        let disc =
+            |i: u32| Disc { centre: (f64::from(i % 50), f64::from(i / 50)), radius: 0.5, speed, held: false };
+        let mut discs: Vec<Disc> = (0..500).map(disc).collect();
+        discs.push(Disc { centre: (1e4, 0.0), ..discs[0] });
+        Snapshot { time, count: discs.len(), cut: None, discs }
+    }
+
+    #[test]
+    fn a_grain_far_away_does_not_shrink_the_picture() {
+        let snapshots = [heap(0.0, 0.0), heap(1.0, 2.0)];
+        let view = View::of(&snapshots).unwrap();
+        assert_eq!((view.low, view.high), ((-2.0, -2.0), (51.0, 11.0)));
+        let svg = sheet(&snapshots).unwrap();
+        assert_eq!(svg.matches("h0").count(), 1000, "the far one is left out of both");
+        assert!(svg.contains("t = 1 s") && svg.contains("2 m/s and more"));
+        assert!(svg.len() < 20 * 1000, "{}", svg.len());
+        // slow ones in the first colour, fast ones in the last; the legend has each once
+        assert_eq!((svg.matches(COLOURS[0]).count(), svg.matches(COLOURS[9]).count()), (2, 2));
+    }
+
+    #[test]
+    fn nothing_is_drawn_of_nothing() {
+        assert!(sheet(&[]).is_none());
+        assert!(sheet(&[Snapshot::default()]).is_none());
+    }
+
+    #[test]
+    fn wide_pictures_stand_below_and_tall_ones_beside_each_other() {
+        assert_eq!((columns(4, 0.2), columns(4, 1.0), columns(4, 7.0), columns(1, 3.0)), (1, 2, 4, 1));
+        assert_eq!([0.3, 0.2, 0.019].map(round_length), [0.2, 0.2, 0.01]);
+    }
+}
