@@ -1,11 +1,17 @@
 //! What a grain and sub-step cost in bulk:
-//! `cargo run --release -p dem-solver --example packing_cost -- N [STEPS [THREADS [general|rain|write FILE]]]`.
-//! With RELAX=n in the environment, n sub-steps before the timed ones (300).
+//! `cargo run --release -p dem-solver --example packing_cost -- N [STEPS [THREADS [MODE [FILE]]]]`.
 //!
 //! `scenes/bench/packing.csv` (1,000 settled spheres, D = 2 mm ± 10 %, walls 10 D apart) stacked up to N
-//! grains; e_n = 0.3, μ = 0.25, t_c = 1e-4 s, dt = t_c/50. After RELAX sub-steps STEPS are timed by the
-//! CPU clock of the process. `rain` spreads them fourfold in height with 0.5 m/s; `general` takes the other
-//! engine; `write` only writes the start for LAMMPS (see `tests/peers/lammps.sh`).
+//! grains; e_n = 0.3, μ = 0.25, t_c = 1e-4 s, dt = t_c/50. After RELAX sub-steps (from the environment,
+//! else 300) STEPS are timed by the CPU clock of the process. Modes:
+//!
+//! - `settle FILE`: stacks the layers too closely, lets them come to rest and writes what lies there (`x y z r`
+//!   per line) to FILE. With START=FILE in the environment the others begin with it.
+//! - `rain`: the stack four times as high, with 0.5 m/s.
+//! - `write FILE`: writes only the start, for LAMMPS (see `tests/peers/lammps.sh`); `write-rain FILE` that of rain.
+//! - `general`: the other engine.
+//!
+//! SKIN, m, in the environment sets the width of the lists.
 
 use cpu_time::ProcessTime;
 use dem_solver::{ContactLaw, Dem, DemSpec, Engine, Grain, LinearSpringDashpot, Wall};
@@ -15,10 +21,28 @@ use std::time::Instant;
 
 const SIDE: f64 = 0.02;
 const SHIFT: f64 = 0.02042;
+/// Distance of the layers that are to settle: they overlap a little, else they fall for long.
+const CLOSE: f64 = 0.0192;
 const DT: f64 = 2e-6;
 
+/// A packing that came to rest before.
+fn settled(path: &str, n: usize) -> Result<Vec<Grain>, Box<dyn Error>> {
+    let text = std::fs::read_to_string(path)?;
+    let mut grains = Vec::with_capacity(n);
+    for line in text.lines() {
+        let value: Vec<f64> = line.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
+        let [x, y, z, r] = value[..] else { return Err(format!("{path}: not x y z r: {line}").into()) };
+        grains.push(Grain::new([x, y, z], r, 2500.0));
+    }
+    if grains.len() == n {
+        Ok(grains)
+    } else {
+        Err(format!("{path}: {} grains, not {n}", grains.len()).into())
+    }
+}
+
 /// The stacked packing.
-fn grains(n: usize, rain: bool) -> Result<Vec<Grain>, Box<dyn Error>> {
+fn stacked(n: usize, rain: bool, shift: f64) -> Result<Vec<Grain>, Box<dyn Error>> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/bench/packing.csv");
     let text = std::fs::read_to_string(path)?;
     let mut layer = Vec::new();
@@ -34,7 +58,7 @@ fn grains(n: usize, rain: bool) -> Result<Vec<Grain>, Box<dyn Error>> {
     };
     let stacked = (0..n).map(|k| {
         let (x, y, z, r) = layer[k % layer.len()];
-        let z = z + SHIFT * (k / layer.len()) as f64;
+        let z = z + shift * (k / layer.len()) as f64;
         let mut grain = Grain::new([x, y, if rain { 4.0 * z } else { z }], r, 2500.0);
         if rain {
             grain.velocity = [random(), random(), random()];
@@ -86,39 +110,78 @@ fn peak() -> f64 {
     line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok()).unwrap_or(0.0) * 1024.0
 }
 
+/// Lets closely stacked layers come to rest: first nothing may be faster than 0.1 m/s, then speeds are
+/// damped, then they are left alone until the mean grain has less than 1e-11 J (1.4 mm/s).
+fn settle(dem: &mut Dem, n: usize) -> Result<(), Box<dyn Error>> {
+    for _ in 0..1000 {
+        dem.advance(10.0 * DT, 10, &[])?;
+        for v in &mut dem.grains.velocity {
+            *v *= (0.1 / v.norm()).min(1.0);
+        }
+    }
+    for _ in 0..200 {
+        dem.advance(100.0 * DT, 100, &[])?;
+        dem.grains.velocity.iter_mut().for_each(|v| *v *= 0.9);
+    }
+    for window in 0..500 {
+        dem.advance(200.0 * DT, 200, &[])?;
+        if window % 25 == 0 {
+            let (energy, pairs) = (dem.kinetic_energy() / n as f64, dem.save().contacts.len());
+            protocol::say!(
+                "{window}: {energy:.1e} J, {:.2} contacts per grain",
+                2.0 * pairs as f64 / n as f64
+            );
+            if energy < 1e-11 {
+                return Ok(());
+            }
+        }
+    }
+    Err("the packing did not come to rest in 100,000 sub-steps".into())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let number = |k: usize, or: usize| words.get(k).map_or(Ok(or), |word| word.parse());
     let (n, steps, threads) = (number(0, 8000)?, number(1, 1000)?, number(2, 1)?);
-    let mode = words.get(3).map_or("", String::as_str);
-    let start = grains(n, mode == "rain" || words.get(5).is_some_and(|word| word == "rain"))?;
-    if let ("write", Some(path)) = (mode, words.get(4)) {
+    let (mode, path) = (words.get(3).map_or("", String::as_str), words.get(4));
+    let start = match std::env::var("START") {
+        Ok(path) if !mode.ends_with("rain") => settled(&path, n)?,
+        _ => stacked(n, mode.ends_with("rain"), if mode == "settle" { CLOSE } else { SHIFT })?,
+    };
+    if let ("write" | "write-rain", Some(path)) = (mode, path) {
         return Ok(std::fs::write(path, lammps(&start)?)?);
     }
     let mut spec = spec(start);
     spec.bulk.threads = threads;
+    spec.bulk.skin = std::env::var("SKIN").ok().map(|word| word.parse()).transpose()?;
     spec.engine = if mode == "general" { Engine::General } else { Engine::Bulk };
     let mut dem = Dem::new(&spec)?;
     drop(spec);
+    if let ("settle", Some(path)) = (mode, path) {
+        settle(&mut dem, n)?;
+        let mut text = String::new();
+        for (x, r) in dem.grains.position.iter().zip(&dem.grains.radius) {
+            writeln!(text, "{} {} {} {r}", x.x, x.y, x.z)?;
+        }
+        return Ok(std::fs::write(path, text)?);
+    }
     let relax: u32 = std::env::var("RELAX").map_or(Ok(300), |word| word.parse())?;
     for _ in 0..relax / 100 {
         dem.advance(100.0 * DT, 100, &[])?;
     }
     let (builds, cpu, wall) = (dem.list_builds(), ProcessTime::now(), Instant::now());
-    let mut contacts = 0;
     for first in (0..steps).step_by(100) {
         let part = (steps - first).min(100) as u32;
-        contacts = dem.advance(f64::from(part) * DT, part, &[])?.contacts;
+        dem.advance(f64::from(part) * DT, part, &[])?;
     }
-    let per = 1e9 / (n * steps) as f64;
+    let (cpu, wall) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
+    let (per, memory, builds) = (1e9 / (n * steps) as f64, peak() / n as f64, dem.list_builds() - builds);
     println!(
         "{n} grains, {threads} threads: {:.1} ns CPU, {:.1} ns wall per grain-step; {:.2} contacts per grain; \
-         {} builds in {steps} steps; peak {:.0} B per grain; KE {:.6e} J",
-        cpu.elapsed().as_secs_f64() * per,
-        wall.elapsed().as_secs_f64() * per,
-        2.0 * contacts as f64 / n as f64,
-        dem.list_builds() - builds,
-        peak() / n as f64,
+         {builds} builds in {steps} steps; peak {memory:.0} B per grain; KE {:.6e} J",
+        cpu * per,
+        wall * per,
+        2.0 * dem.save().contacts.len() as f64 / n as f64,
         dem.kinetic_energy(),
     );
     Ok(())

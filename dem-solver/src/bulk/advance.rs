@@ -1,5 +1,6 @@
 //! Kick and drift of a block (symplectic Euler): v ← v + dt (a + W F), x ← x + dt v, likewise the spin.
 
+use super::lanes::Eight;
 use super::row::{Push, Row};
 use crate::Vec3;
 use crate::integrate::rotate;
@@ -8,16 +9,21 @@ use nalgebra::{Quaternion, UnitQuaternion};
 
 /// What besides contacts acts on a grain over a window. The fourth numbers are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub(super) struct Drive {
-    /// Acceleration by gravity, fluid and virtual mass along free axes, m/s².
-    pub(super) acceleration: [f64; 4],
-    /// Angular acceleration about free axes, rad/s².
-    pub(super) spin_acceleration: [f64; 4],
-    /// 1 along free axes.
-    pub(super) free: [f64; 4],
-    /// 1 about free axes.
-    pub(super) turns: [f64; 4],
+    /// Acceleration by gravity, fluid and virtual mass along free axes, m/s²; angular acceleration about
+    /// free axes, rad/s².
+    pub(super) acceleration: [f64; 8],
+    /// 1 along and about free axes.
+    pub(super) free: [f64; 8],
+}
+
+impl Drive {
+    /// What acts on a grain, and along and about which axes it is free.
+    pub(super) fn new([acceleration, spin_acceleration]: [&Vec3; 2], [free, turns]: [&Vec3; 2]) -> Self {
+        let eight = |a: &Vec3, b: &Vec3| [a.x, a.y, a.z, 0.0, b.x, b.y, b.z, 0.0];
+        Self { acceleration: eight(acceleration, spin_acceleration), free: eight(free, turns) }
+    }
 }
 
 /// Squares of the largest speed and spin of a block as bits: order of integers is order of positive
@@ -38,48 +44,50 @@ impl Fastest {
     }
 
     /// Takes a grain's motion into account.
-    #[inline(always)]
-    pub(super) fn note(&mut self, v: &[f64; 4], w: &[f64; 4]) {
-        let speed2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-        let spin2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
-        self.speed2 = self.speed2.max(speed2.to_bits());
-        self.spin2 = self.spin2.max(spin2.to_bits());
+    fn note(&mut self, v: &Vec3, w: &Vec3) {
+        self.speed2 = self.speed2.max(v.norm_squared().to_bits());
+        self.spin2 = self.spin2.max(w.norm_squared().to_bits());
     }
 }
 
-/// Moves the grains of a block from `old` to `new`. `drive` holds one entry for all or one per grain.
+/// Moves the grains of a block from `old` to `new` and empties `push`. `drive` holds one entry for all or
+/// one per grain.
 #[inline(always)]
-pub(super) fn advance(
+pub(super) fn advance<L: Eight>(
+    token: L::Token,
     dt: f64,
     old: &[Row],
-    push: &[Push],
+    push: &mut [Push],
     inverse_inertia: &[f64],
     drive: &[Drive],
     new: &mut [Row],
 ) -> Fastest {
-    let n = inverse_inertia.len();
     let stride = usize::from(drive.len() > 1);
-    let (old, new, push) = (&old[..n], &mut new[..n], &push[..n]);
-    let drift = [dt, dt, dt, 0.0];
-    let mut fastest = Fastest::default();
-    for i in 0..n {
-        let (row, Push(p), drive) = (&old[i], &push[i], &drive[i * stride]);
-        let (weight, turning) = (row.a[7], inverse_inertia[i]);
-        let (mut x, mut v, mut w) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-        for k in 0..4 {
-            v[k] = row.a[4 + k] + (drive.acceleration[k] + drive.free[k] * weight * p[k]) * dt;
-            w[k] = row.b[k] + (drive.spin_acceleration[k] + drive.turns[k] * turning * p[4 + k]) * dt;
-        }
-        for k in 0..4 {
-            x[k] = row.a[k] + v[k] * drift[k];
-        }
-        fastest.note(&v, &w);
-        let to = &mut new[i];
-        to.a[..4].copy_from_slice(&x);
-        to.a[4..].copy_from_slice(&v);
-        to.b = w;
+    let zero = L::splat(token, 0.0);
+    let (step, three) = (L::splat(token, dt), L::load(token, &[1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0]));
+    let drift = L::load(token, &[dt, dt, dt, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let mut fastest = zero;
+    let grains = old.iter().zip(push).zip(inverse_inertia).zip(new);
+    for (i, (((row, push), turning), to)) in grains.enumerate() {
+        let drive = &drive[i * stride];
+        let Row { a: [.., vx, vy, vz, weight], b } = row;
+        // velocity and spin in one; the fourth of each four is a constant, which free = 0 keeps
+        let motion = L::load_halves(token, &[*vx, *vy, *vz, *weight], b);
+        let per_force = L::load_halves(token, &[*weight; 4], &[*turning; 4]);
+        let given = L::load(token, &drive.acceleration);
+        let force = L::load(token, &push.0);
+        let gained = (L::load(token, &drive.free) * per_force).times_plus(force, given);
+        let motion = gained.times_plus(step, motion);
+        zero.store(&mut push.0);
+        let place = motion.times_plus(drift, L::load(token, &row.a));
+        place.low_halves(motion).store(&mut to.a);
+        motion.store_high(&mut to.b);
+        let speed = motion * three;
+        fastest = fastest.max_bits((speed * speed).sum_halves());
     }
-    fastest
+    let mut bits = [0.0; 8];
+    fastest.store(&mut bits);
+    Fastest { speed2: bits[0].to_bits(), spin2: bits[4].to_bits() }
 }
 
 /// Grains that forces do not move: their path is a function of time.
@@ -100,8 +108,8 @@ pub(super) fn follow(
             to.a[4 + k] = velocity[k];
             to.b[k] = spin[k];
         }
-        fastest.note(&[mean.x, mean.y, mean.z, 0.0], &[0.0; 4]);
-        fastest.note(&[velocity.x, velocity.y, velocity.z, 0.0], &[spin.x, spin.y, spin.z, 0.0]);
+        fastest.note(&mean, &Vec3::zeros());
+        fastest.note(&velocity, &spin);
     }
 }
 

@@ -17,8 +17,8 @@ pub(super) struct Bins {
     axes: [usize; 3],
     start: Vec<u32>,
     cell: Vec<u32>,
-    /// Centres and radii, cell by cell.
-    pub(super) item: Vec<[f64; 4]>,
+    /// Centres and radii, cell by cell: x, y, z, r; then eight more numbers of no meaning.
+    pub(super) item: [Vec<f64>; 4],
     /// Numbers in the order of the engine, with [`IMMOBILE`].
     pub(super) who: Vec<u32>,
 }
@@ -60,13 +60,17 @@ impl Bins {
         for start in &mut self.start {
             sum += std::mem::replace(start, sum);
         }
-        self.item.resize(n, [0.0; 4]);
+        for item in &mut self.item {
+            item.resize(n + 8, 0.0);
+        }
         self.who.resize(n, 0);
         for (g, row) in rows.flatten().enumerate() {
             let slot = &mut self.start[self.cell[g] as usize];
             let k = *slot as usize;
             *slot += 1;
-            self.item[k] = [row.a[0], row.a[1], row.a[2], row.a[3]];
+            for (item, value) in self.item.iter_mut().zip(row.a) {
+                item[k] = value;
+            }
             self.who[k] = g as u32 | if row.inverse_mass() > 0.0 { 0 } else { IMMOBILE };
         }
         // each start now is the next one's
@@ -114,8 +118,11 @@ impl Bins {
         let mut at = [0; 3];
         for axis in 0..3 {
             let n = self.count[axis];
-            let cell = ((x[axis] - self.low[axis]) * self.inverse[axis]).floor();
-            let cell = if self.length[axis] > 0.0 { cell.rem_euclid(n as f64) } else { cell.max(0.0) };
+            let mut cell = (x[axis] - self.low[axis]) * self.inverse[axis];
+            if self.length[axis] > 0.0 && !(cell >= 0.0 && cell < n as f64) {
+                cell = cell.rem_euclid(n as f64);
+            }
+            // the conversion cuts off the fraction, and takes 0 for what is below or no number
             at[axis] = (cell as usize).min(n - 1);
         }
         at

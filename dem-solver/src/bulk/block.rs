@@ -2,7 +2,8 @@
 //! contacts, and one sub-step of them.
 
 use super::advance::{self, Drive};
-use super::lanes::{Lanes, Plain};
+use super::duo::Duo;
+use super::lanes::{Eight, Plain};
 use super::law::LawLanes;
 use super::pair::{Images, pair_forces};
 use super::row::{Pack, Push, Row};
@@ -10,7 +11,7 @@ use super::seen::Seen;
 use super::wall::{Wall, wall_forces};
 use crate::linear::LinearPair;
 use crate::spec::Motion;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 /// What is the same for all blocks.
 #[derive(Clone, Debug)]
@@ -125,7 +126,7 @@ impl Block {
         new: &mut [Row],
         bench: &mut Bench,
     ) {
-        bench.push.clear();
+        // all empty: the sub-step before has left them so
         bench.push.resize(self.len() + 1, Push::default());
         bench.halo.push(Row::NONE);
         self.seen.contacts = 0;
@@ -133,11 +134,6 @@ impl Block {
         advance::follow((t, dt), &self.given, old, new, &mut fastest);
         if !self.orientation.is_empty() {
             advance::turn((t, dt), &self.given, new, &mut self.orientation);
-        }
-        for (sum, Push(p)) in self.seen.force.iter_mut().zip(&bench.push) {
-            for k in 0..4 {
-                sum[k] += p[k];
-            }
         }
         self.speed2.push(fastest.speed2());
     }
@@ -162,16 +158,25 @@ impl Step<'_> {
         {
             return Simd::vectorize(simd, OnWide(self, simd));
         }
-        Arch::new().dispatch(OnPlain(self))
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            return Simd::vectorize(simd, OnPlain(self));
+        }
+        #[cfg(target_arch = "x86_64")]
+        return OnPlain(self).with_simd(pulp::Scalar);
+        #[cfg(not(target_arch = "x86_64"))]
+        pulp::Arch::new().dispatch(OnPlain(self))
     }
 
+    /// One sub-step. With `ALWAYS`, nearest images are looked for where there is no period, too: they are
+    /// where they were, and one kernel less is compiled.
     #[inline(always)]
-    fn run<L: Lanes>(self, token: L::Token) -> advance::Fastest {
+    fn run<L: Eight, const ALWAYS: bool>(self, token: L::Token) -> advance::Fastest {
         let Self { block, common, t, dt, old, new, bench } = self;
-        let law = LawLanes::<L>::new(token, &common.law, dt, 0.5);
-        let images = Images::<L>::new(token, common.length);
+        let law = LawLanes::<Duo<L>>::new(token, &common.law, dt);
+        let images = Images::<Duo<L>>::new(token, common.length);
         let (push, halo, seen) = (&mut bench.push[..], &bench.halo[..], &mut block.seen);
-        if common.length == [0.0; 3] {
+        if !ALWAYS && common.length == [0.0; 3] {
             pair_forces::<L, false, false>(token, &law, &images, &mut block.pairs, old, old, push, seen);
             pair_forces::<L, false, true>(token, &law, &images, &mut block.cross, old, halo, push, seen);
         } else {
@@ -179,7 +184,14 @@ impl Step<'_> {
             pair_forces::<L, true, true>(token, &law, &images, &mut block.cross, old, halo, push, seen);
         }
         wall_forces::<L>(token, &common.walls, (t, dt), &mut block.walls, old, push, seen);
-        advance::advance(dt, old, push, &block.inverse_inertia, &block.drive, new)
+        for (sum, Push(p)) in seen.force.iter_mut().zip(&*push) {
+            for k in 0..4 {
+                sum[k] += p[k];
+            }
+        }
+        let n = block.inverse_inertia.len();
+        push[n] = Push::default(); // where lanes without a grain add their nothing
+        advance::advance::<L>(token, dt, old, push, &block.inverse_inertia, &block.drive, new)
     }
 }
 
@@ -192,7 +204,7 @@ impl WithSimd for OnWide<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.0.run::<super::lanes::Wide>(self.1)
+        self.0.run::<super::wide::Wide, false>(self.1)
     }
 }
 
@@ -203,6 +215,6 @@ impl WithSimd for OnPlain<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.0.run::<Plain>(())
+        self.0.run::<Plain, true>(())
     }
 }

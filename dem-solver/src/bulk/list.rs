@@ -3,8 +3,9 @@
 //! A list holds every pair whose gap is below the skin. Contacts stand in the order (i, j) of the engine,
 //! and those out of reach add nothing, so sums do not depend on when a list was built.
 
-use super::bins::{Bins, IMMOBILE};
+use super::bins::Bins;
 use super::block::{Block, Common, Segment};
+use super::near::Near;
 use super::row::{Kept, Pack, Row};
 
 /// Contacts with their history: within the block, with other blocks, with walls; by (i, j) ascending.
@@ -14,8 +15,11 @@ pub(super) type History = [Vec<Kept>; 3];
 #[derive(Clone, Debug, Default)]
 pub(super) struct Builder {
     history: History,
-    found: Vec<u32>,
-    cross: Vec<(u16, u32)>,
+    pub(super) found: Vec<u32>,
+    /// Pairs within the block: row, and number in the order of the engine.
+    pub(super) inner: Vec<(u16, u32)>,
+    /// Pairs with other blocks.
+    pub(super) cross: Vec<(u16, u32)>,
     halo: Vec<u32>,
     /// Place of a grain in the halo, where it has one.
     slot: Vec<u32>,
@@ -68,6 +72,13 @@ impl<'a> Filling<'a> {
     fn new(packs: &'a mut Vec<Pack>, none: (u16, u32), history: &'a [Kept]) -> Self {
         packs.clear();
         Self { packs, none, lane: 8, history: history.iter().peekable() }
+    }
+
+    /// Ends the list. Packs are taken by twos.
+    fn end(self) {
+        if self.packs.len() % 2 == 1 {
+            self.packs.push(Pack::empty(self.none.0, self.none.1, 0));
+        }
     }
 
     /// Appends contact (i, j), which is `key` in the history; returns whether it touches.
@@ -133,7 +144,9 @@ impl Block {
             Some(seed) => history.clone_from(seed),
             None => self.history(search.size, false, &mut history),
         }
-        let mut listed = self.build_pairs(search, rows, &history[0], builder);
+        let (rows, mut listed) = (&rows[..self.len()], Listed::default());
+        Near { search, first: self.first, rows, builder, plain: common.plain }.find();
+        self.build_pairs(builder, &history[0], &mut listed);
         self.build_halo(search, builder, &mut listed);
         self.build_cross(builder, &history[1], &mut listed);
         self.build_walls(search, common, rows, &history[2]);
@@ -141,40 +154,16 @@ impl Block {
         listed
     }
 
-    /// Pairs within the block; those with other blocks are left in `builder.cross`.
-    fn build_pairs(
-        &mut self,
-        search: &Search<'_>,
-        rows: &[Row],
-        history: &[Kept],
-        builder: &mut Builder,
-    ) -> Listed {
+    /// Pairs within the block.
+    fn build_pairs(&mut self, builder: &Builder, history: &[Kept], listed: &mut Listed) {
         let n = self.len();
-        let (first, end) = (self.first, self.first + n as u32);
-        let Builder { found, cross, .. } = builder;
-        cross.clear();
-        let mut listed = Listed::default();
         let mut filling = Filling::new(&mut self.pairs, (n as u16, n as u32), history);
-        for (i, row) in rows[..n].iter().enumerate() {
-            let mobile = row.inverse_mass() > 0.0;
-            let count = near(search, row, found);
-            let found = &mut found[..count];
-            found.sort_unstable_by_key(|j| j & !IMMOBILE);
-            for &mut j in found {
-                if !mobile && j & IMMOBILE != 0 {
-                    continue;
-                }
-                let j = j & !IMMOBILE;
-                if j < first || j >= end {
-                    cross.push((i as u16, j));
-                } else if j > first + i as u32 {
-                    listed.pairs += 2;
-                    let touches = filling.put(i as u16, j - first, 0, (i as u32, j));
-                    listed.touching += 2 * usize::from(touches);
-                }
-            }
+        for &(i, j) in &builder.inner {
+            let touches = filling.put(i, j - self.first, 0, (u32::from(i), j));
+            listed.touching += 2 * usize::from(touches);
         }
-        listed
+        filling.end();
+        listed.pairs += 2 * builder.inner.len();
     }
 
     /// The rows of other blocks that are read.
@@ -215,6 +204,7 @@ impl Block {
             let touches = filling.put(i, slot[j as usize], 0, (u32::from(i), j));
             listed.touching += usize::from(touches);
         }
+        filling.end();
         listed.pairs += cross.len();
         for &j in &*halo {
             slot[j as usize] = u32::MAX;
@@ -237,7 +227,7 @@ impl Block {
             }
             let normal: [f64; 3] = plane.normal.into();
             let level = plane.normal.dot(&plane.point) + plane.velocity.dot(&plane.normal) * search.t;
-            for (i, row) in rows[..n].iter().enumerate() {
+            for (i, row) in rows.iter().enumerate() {
                 let [x, y, z] = row.position();
                 let gap = x * normal[0] + y * normal[1] + z * normal[2] - level - row.radius();
                 if gap < search.skin && row.inverse_mass() > 0.0 {
@@ -246,33 +236,4 @@ impl Block {
             }
         }
     }
-}
-
-/// Puts all grains whose gap to `row` is below the skin into `found`, itself included; their number.
-#[inline]
-fn near(search: &Search<'_>, row: &Row, found: &mut Vec<u32>) -> usize {
-    let bins = search.bins;
-    let ([x, y, z], reach) = (row.position(), row.radius() + search.skin);
-    let periodic = search.length != [0.0; 3];
-    let mut count = 0;
-    for &(from, to) in bins.around(&[x, y, z]).runs() {
-        let (from, to) = (from as usize, to as usize);
-        if found.len() < count + (to - from) {
-            found.resize(2 * (count + (to - from)), 0);
-        }
-        for (item, who) in bins.item[from..to].iter().zip(&bins.who[from..to]) {
-            let mut d = [x - item[0], y - item[1], z - item[2]];
-            if periodic {
-                for (d, length) in d.iter_mut().zip(search.length) {
-                    if length > 0.0 {
-                        *d -= length * (*d / length).round();
-                    }
-                }
-            }
-            let limit = reach + item[3];
-            found[count] = *who;
-            count += usize::from(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < limit * limit);
-        }
-    }
-    count
 }

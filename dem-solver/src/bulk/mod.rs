@@ -4,9 +4,10 @@
 //! |---|---|
 //! | `fits` | which scenes it takes |
 //! | `row` | a grain is a row of 12 numbers, eight contacts are a pack |
-//! | `order`, `bins`, `list` | the order of the grains, cells, the lists of a block |
-//! | `lanes`, `law`, `pair`, `wall` | eight contacts at once |
+//! | `order`, `bins`, `near`, `list` | the order of the grains, cells, the lists of a block |
+//! | `lanes`, `wide`, `duo`, `law`, `pair`, `wall` | many contacts at once |
 //! | `advance`, `block` | kick and drift; one sub-step of a block |
+//! | `skin` | how wide the lists are, when they are built |
 //! | `stretch` | sub-steps between two looks at the lists: wavefront and threads |
 //! | `contacts`, `window` | springs in and out; start and end of a window |
 //!
@@ -20,16 +21,21 @@ mod advance;
 mod bins;
 mod block;
 mod contacts;
+mod duo;
 mod fits;
 mod lanes;
 mod law;
 mod list;
+mod near;
 mod order;
 mod pair;
 mod row;
 mod seen;
+mod skin;
 mod stretch;
 mod wall;
+#[cfg(target_arch = "x86_64")]
+mod wide;
 mod window;
 
 use crate::cells::Periods;
@@ -50,12 +56,6 @@ pub const SIZE: usize = 512;
 
 /// Sub-steps of a stretch at most.
 const LONGEST: u32 = 256;
-
-/// Skins: least and most, over the mean diameter.
-const SKINS: (f64, f64) = (0.002, 0.5);
-
-/// Cost of a build over that of a listed pair out of reach, both per grain: decides the skin.
-const BUILD_OVER_PAIR: f64 = 60.0;
 
 /// How the engine does its work: nothing here changes a bit of the result.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -106,6 +106,8 @@ pub(crate) struct Bulk {
     skin: f64,
     /// How far a grain may have moved since they were built, m.
     travel: f64,
+    /// Sub-steps since then.
+    since: u32,
     valid: bool,
     /// Largest speed expected, m/s.
     speed: f64,
@@ -178,6 +180,7 @@ impl Bulk {
             builders: vec![Builder::default(); threads],
             skin: 0.0,
             travel: 0.0,
+            since: 0,
             valid: false,
             speed: 0.0,
             found: list::Listed::default(),
@@ -204,7 +207,7 @@ impl Bulk {
         let mut outcome = Outcome { done: 0, speed2: self.speed * self.speed, finite: true };
         while outcome.done < n_sub && outcome.finite {
             let at = t + f64::from(outcome.done) * dt;
-            let steps = self.prepare(at, dt, n_sub - outcome.done);
+            let steps = self.prepare(at, dt, (n_sub - outcome.done).min(LONGEST));
             self.stretch(t, dt, steps, &mut outcome);
         }
         outcome
@@ -213,24 +216,6 @@ impl Bulk {
     /// Distance that a grain may move in one sub-step, m.
     fn step_length(&self, dt: f64) -> f64 {
         1.25 * dt * self.speed.max(self.wall_speed)
-    }
-
-    /// Whether the lists hold all pairs in contact now.
-    fn holds(&self) -> bool {
-        self.valid && self.travel <= 0.5 * self.skin
-    }
-
-    /// Sub-steps that the present lists are good for; builds them if these are few.
-    fn prepare(&mut self, t: f64, dt: f64, wanted: u32) -> u32 {
-        let wanted = wanted.min(LONGEST);
-        let step = self.step_length(dt);
-        let fit = |rest: f64| if step > 0.0 { (rest / step).min(1e9) as u32 } else { u32::MAX };
-        let rest = fit(0.5 * self.skin - self.travel);
-        if self.holds() && rest >= wanted.min(8) {
-            return wanted.min(rest);
-        }
-        self.build(t, dt);
-        wanted.min(fit(0.5 * self.skin)).max(1)
     }
 
     /// One stretch of the window from `t` on. If a grain turns out to have outrun the lists, or to be no longer finite, it is done
@@ -247,6 +232,7 @@ impl Bulk {
                 self.travel += dt * self.speed.max(self.wall_speed);
                 self.order_travel += dt * self.speed;
             }
+            self.since = self.since.saturating_add(1);
             good += 1;
         }
         if good < steps {
@@ -287,27 +273,10 @@ impl Bulk {
         }
     }
 
-    /// Skin for the present motion: wider lists cost pairs out of reach, narrower ones more builds.
-    fn choose_skin(&self, dt: f64) -> f64 {
-        let step = self.step_length(dt);
-        let width = self.settings.skin.unwrap_or_else(|| {
-            let spare = (self.found.pairs - self.found.touching) as f64 / self.n as f64;
-            if self.skin == 0.0 || spare == 0.0 {
-                return 0.1 * self.diameter;
-            }
-            let best = (2.0 * step * BUILD_OVER_PAIR * self.skin / spare).sqrt();
-            best.clamp(0.5 * self.skin, 2.0 * self.skin)
-                .clamp(SKINS.0 * self.diameter, SKINS.1 * self.diameter)
-        });
-        // a stretch of some steps at least: fast grains must not force a build in every sub-step, nor a
-        // lost one lists of everything
-        width.max((32.0 * step).min(SKINS.1 * self.diameter))
-    }
-
     /// Builds the lists for the present state.
     fn build(&mut self, t: f64, dt: f64) {
         let skin = self.choose_skin(dt);
-        (self.skin, self.travel, self.valid) = (skin, 0.0, true);
+        (self.skin, self.travel, self.since, self.valid) = (skin, 0.0, 0, true);
         self.builds += 1;
         let now = self.now;
         let guards: Vec<_> = self.blocks.rows.iter().map(|rows| read(&rows[now])).collect();

@@ -1,7 +1,8 @@
-//! Contacts between grains, eight at a time.
+//! Contacts between grains, sixteen at a time.
 
-use super::lanes::Lanes;
-use super::law::{Contact8, LawLanes, Vec8};
+use super::duo::Duo;
+use super::lanes::{Eight, Lanes, Mask};
+use super::law::{Contact, LawLanes, Vec8};
 use super::row::{Pack, Push, Row};
 use super::seen::Seen;
 
@@ -28,18 +29,53 @@ impl<L: Lanes> Images<L> {
     }
 
     #[inline(always)]
-    fn nearest(&self, axis: usize, d: L) -> L {
+    pub(super) fn nearest(&self, axis: usize, d: L) -> L {
         d - self.length[axis] * ((d * self.inverse[axis] + self.shift) - self.shift)
     }
 }
 
-/// Adds the forces of all packs to `push`. With `CROSS`, second partners are rows of `others` and get
-/// nothing; else they are rows of `own`.
+/// Signs of the second partner's numbers in [`apart`] and [`around`].
+#[derive(Clone, Copy)]
+struct Signs<L> {
+    apart: L,
+    around: L,
+}
+
+/// Differences of centres and velocities, sums of radii and inverse masses, as columns.
 #[inline(always)]
-pub(super) fn pair_forces<L: Lanes, const PERIODIC: bool, const CROSS: bool>(
+fn apart<L: Eight>(token: L::Token, signs: &Signs<L>, pack: &Pack, own: &[Row], second: &[Row]) -> [L; 8] {
+    let mut rows = [signs.apart; 8];
+    for (k, row) in rows.iter_mut().enumerate() {
+        let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
+        // the sign is 1 or −1: one rounding, that of the sum
+        *row = L::load(token, &second[j].a).times_plus(signs.apart, L::load(token, &own[i].a));
+    }
+    L::transpose(rows)
+}
+
+/// Sums of spins and radii, then their differences, as columns.
+#[inline(always)]
+fn around<L: Eight>(token: L::Token, signs: &Signs<L>, pack: &Pack, own: &[Row], second: &[Row]) -> [L; 8] {
+    let mut rows = [signs.around; 8];
+    for (k, row) in rows.iter_mut().enumerate() {
+        let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
+        *row = L::load_twice(token, &second[j].b).times_plus(signs.around, L::load_twice(token, &own[i].b));
+    }
+    L::transpose(rows)
+}
+
+#[inline(always)]
+fn side_by_side<L: Copy>(a: [L; 8], b: [L; 8]) -> [Duo<L>; 8] {
+    std::array::from_fn(|k| Duo(a[k], b[k]))
+}
+
+/// Adds the forces of all packs, whose number is even, to `push`. With `CROSS`, second partners are rows
+/// of `others` and get nothing; else they are rows of `own`.
+#[inline(always)]
+pub(super) fn pair_forces<L: Eight, const PERIODIC: bool, const CROSS: bool>(
     token: L::Token,
-    law: &LawLanes<L>,
-    images: &Images<L>,
+    law: &LawLanes<Duo<L>>,
+    images: &Images<Duo<L>>,
     packs: &mut [Pack],
     own: &[Row],
     others: &[Row],
@@ -47,15 +83,16 @@ pub(super) fn pair_forces<L: Lanes, const PERIODIC: bool, const CROSS: bool>(
     seen: &mut Seen,
 ) {
     let second = if CROSS { others } else { own };
-    let nearly = L::splat(token, 1.0 + 1e-12);
+    let nearly = Duo::splat(token, 1.0 + 1e-12);
+    let signs = Signs {
+        apart: L::load(token, &[-1.0, -1.0, -1.0, 1.0, -1.0, -1.0, -1.0, 1.0]),
+        around: L::load(token, &[1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]),
+    };
     let mut deepest = law.zero;
-    for pack in packs {
-        let mut rows = [law.zero; 8];
-        for (k, row) in rows.iter_mut().enumerate() {
-            let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
-            *row = L::load(token, &own[i].a).apart(L::load(token, &second[j].a));
-        }
-        let [mut dx, mut dy, mut dz, reach, vx, vy, vz, inverse_mass] = L::transpose(rows);
+    let (twos, _) = packs.as_chunks_mut::<2>();
+    for [p, q] in twos {
+        let [mut dx, mut dy, mut dz, reach, vx, vy, vz, inverse_mass] =
+            side_by_side(apart(token, &signs, p, own, second), apart(token, &signs, q, own, second));
         if PERIODIC {
             dx = images.nearest(0, dx);
             dy = images.nearest(1, dy);
@@ -63,78 +100,106 @@ pub(super) fn pair_forces<L: Lanes, const PERIODIC: bool, const CROSS: bool>(
         }
         let d = Vec8(dx, dy, dz);
         let distance2 = d.dot(d);
-        if distance2.lt(reach * reach * nearly) == 0 && pack.touching == 0 {
+        if !distance2.lt(reach * reach * nearly).any() && p.touching | q.touching == 0 {
             continue;
         }
         let distance = distance2.sqrt();
-        let gap = distance - reach;
-        let near = gap.lt(law.zero);
-        deepest = deepest.max((law.zero - gap).select(near, law.zero));
-        let mut spins = [law.zero; 8];
-        for (k, spin) in spins.iter_mut().enumerate() {
-            let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
-            *spin = L::load_halves(token, &own[i].b, &second[j].b);
-        }
-        let [ax, ay, az, r_i, bx, by, bz, r_j] = L::transpose(spins);
-        let (w_i, w_j) = (Vec8(ax, ay, az), Vec8(bx, by, bz));
-        let middle = gap * law.arm;
-        let (l_i, l_j) = (r_i + middle, r_j + middle);
-        let mut spring = Vec8::load(token, &pack.spring);
+        let overlap = reach - distance;
+        let near = law.zero.lt(overlap);
+        deepest = overlap.max(deepest);
+        let [sx, sy, sz, _, ex, ey, ez, differ] =
+            side_by_side(around(token, &signs, p, own, second), around(token, &signs, q, own, second));
+        // lever arms (base ± (r_i − r_j))/2 with base r_i + r_j or the distance
+        let base = law.half * if law.at_contact_point { distance } else { reach };
+        let differ = law.half * differ;
+        let (sum, difference) = (Vec8(sx, sy, sz), Vec8(ex, ey, ez));
+        let (ps, qs) = (Vec8::load(token, &p.spring), Vec8::load(token, &q.spring));
+        let mut spring = Vec8(Duo(ps.0, qs.0), Duo(ps.1, qs.1), Duo(ps.2, qs.2));
         let (length2, divisor) = law.length2(token, spring);
         // one division for three: 1/(|d| · 1/m* · |δ_t|²)
-        let one = L::splat(token, 1.0) / (distance * inverse_mass * divisor);
-        let inverse_distance = one * (inverse_mass * divisor);
-        let contact = Contact8 {
+        let (mass_divisor, distance_divisor) = (inverse_mass * divisor, distance * divisor);
+        let one = law.one / (distance * mass_divisor);
+        let inverse_distance = one * mass_divisor;
+        let contact = Contact {
             near,
-            before: pack.touching,
+            before: Duo(p.touching, q.touching),
             n: d.scale(inverse_distance),
-            gap,
+            overlap,
             v: Vec8(vx, vy, vz),
-            rolling: w_i.scale(l_i).plus(w_j.scale(l_j)),
-            spin: w_i.plus(w_j),
+            rolling: sum.scale_plus(base, difference.scale(differ)),
+            spin: sum,
             inverse_distance: Some(inverse_distance),
-            mass: one * (distance * divisor),
+            mass: one * distance_divisor,
             inverse_mass,
             inverse_length2: one * (distance * inverse_mass),
             length2,
         };
         let answer = law.resolve(token, &contact, &mut spring);
-        spring.store(&mut pack.spring);
-        if answer.touching != pack.touching {
-            let mut rate = [0.0; 8];
-            answer.rate.store(&mut rate);
-            seen.pair_event(pack, answer.touching, &rate, CROSS);
-            pack.touching = answer.touching;
-        }
-        if answer.touching == 0 {
-            continue;
-        }
-        seen.contacts += answer.touching.count_ones() * if CROSS { 1 } else { 2 };
-        let (f, z) = (answer.force, law.zero);
-        let t = answer.moment.scale(l_i);
-        let first = L::transpose([f.0, f.1, f.2, z, t.0, t.1, t.2, z]);
-        if CROSS {
-            for (i, what) in pack.i.iter().zip(first) {
-                add(token, push, *i as usize, what);
+        Vec8(spring.0.0, spring.1.0, spring.2.0).store(&mut p.spring);
+        Vec8(spring.0.1, spring.1.1, spring.2.1).store(&mut q.spring);
+        let touching = answer.touching;
+        if touching != Duo(p.touching, q.touching) {
+            for (pack, touching, lanes) in
+                [(&mut *p, touching.0, answer.rate.0), (&mut *q, touching.1, answer.rate.1)]
+            {
+                let mut rate = super::row::Push([0.0; 8]);
+                lanes.store(&mut rate.0);
+                seen.pair_event(pack, touching, &rate.0, CROSS);
+                pack.touching = touching;
             }
-        } else {
-            let t = answer.moment.scale(l_j);
-            let second = L::transpose([z - f.0, z - f.1, z - f.2, z, t.0, t.1, t.2, z]);
-            // lane by lane: the order of a sum must not depend on where a pack begins
-            for k in 0..8 {
-                add(token, push, pack.i[k] as usize, first[k]);
-                add(token, push, pack.j[k] as usize, second[k]);
-            }
+        }
+        let (f, m) = (answer.force, answer.moment);
+        let (arm_i, arm_j) = (base + differ, base - differ);
+        if touching.0 != 0 {
+            seen.contacts += touching.0.count_ones() * if CROSS { 1 } else { 2 };
+            let (f, m) = (Vec8(f.0.0, f.1.0, f.2.0), Vec8(m.0.0, m.1.0, m.2.0));
+            hand_out::<L, CROSS>(token, law.zero.0, p, push, f, m, arm_i.0, arm_j.0);
+        }
+        if touching.1 != 0 {
+            seen.contacts += touching.1.count_ones() * if CROSS { 1 } else { 2 };
+            let (f, m) = (Vec8(f.0.1, f.1.1, f.2.1), Vec8(m.0.1, m.1.1, m.2.1));
+            hand_out::<L, CROSS>(token, law.zero.0, q, push, f, m, arm_i.1, arm_j.1);
         }
     }
-    let mut depth = [0.0; 8];
-    deepest.store(&mut depth);
-    seen.overlap = depth.iter().copied().fold(seen.overlap, f64::max);
+    for lanes in [deepest.0, deepest.1] {
+        let mut depth = [0.0; 8];
+        lanes.store(&mut depth);
+        seen.overlap = depth.iter().copied().fold(seen.overlap, f64::max);
+    }
+}
+
+/// Adds forces `f` and torques arm × `m` of a pack to its grains, lane by lane: the order of a sum must not
+/// depend on where a pack begins.
+#[inline(always)]
+fn hand_out<L: Eight, const CROSS: bool>(
+    token: L::Token,
+    z: L,
+    pack: &Pack,
+    push: &mut [Push],
+    f: Vec8<L>,
+    m: Vec8<L>,
+    arm_i: L,
+    arm_j: L,
+) {
+    let t = m.scale(arm_i);
+    let first = L::transpose([f.0, f.1, f.2, z, t.0, t.1, t.2, z]);
+    if CROSS {
+        for (i, what) in pack.i.iter().zip(first) {
+            add(token, push, *i as usize, what);
+        }
+    } else {
+        let t = m.scale(arm_j);
+        let second = L::transpose([z - f.0, z - f.1, z - f.2, z, t.0, t.1, t.2, z]);
+        for k in 0..8 {
+            add(token, push, pack.i[k] as usize, first[k]);
+            add(token, push, pack.j[k] as usize, second[k]);
+        }
+    }
 }
 
 /// Adds eight numbers to one grain's.
 #[inline(always)]
-pub(super) fn add<L: Lanes>(token: L::Token, push: &mut [Push], i: usize, what: L) {
+pub(super) fn add<L: Eight>(token: L::Token, push: &mut [Push], i: usize, what: L) {
     let to = &mut push[i].0;
     (L::load(token, to) + what).store(to);
 }

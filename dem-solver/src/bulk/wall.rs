@@ -1,7 +1,7 @@
 //! Contacts with walls: the law of pairs with the plane's normal, eight grains at one wall at a time.
 
-use super::lanes::Lanes;
-use super::law::{Contact8, LawLanes, Vec8};
+use super::lanes::Eight;
+use super::law::{Contact, LawLanes, Vec8};
 use super::pair::add;
 use super::row::{Pack, Push, Row};
 use super::seen::Seen;
@@ -29,7 +29,7 @@ impl Wall {
 
 /// Adds the forces of all wall contacts to `push` at time `t`.
 #[inline(always)]
-pub(super) fn wall_forces<L: Lanes>(
+pub(super) fn wall_forces<L: Eight>(
     token: L::Token,
     walls: &[Wall],
     (t, dt): (f64, f64),
@@ -38,14 +38,20 @@ pub(super) fn wall_forces<L: Lanes>(
     push: &mut [Push],
     seen: &mut Seen,
 ) {
+    let Some(first) = packs.first() else { return };
+    let mut at = first.wall;
+    let mut law = LawLanes::<L>::new(token, &walls[at as usize].law, dt);
     for pack in packs {
-        let Wall { plane, law } = &walls[pack.wall as usize];
+        let Wall { plane, law: coefficients } = &walls[pack.wall as usize];
+        if pack.wall != at {
+            at = pack.wall;
+            law = LawLanes::new(token, coefficients, dt);
+        }
         if !plane.stands(t) {
             pack.touching = 0;
             pack.spring = [[0.0; 8]; 3];
             continue;
         }
-        let law = LawLanes::<L>::new(token, law, dt, 1.0);
         let n = Vec8::splat(token, plane.normal.into());
         let mut rows = [law.zero; 8];
         for (row, i) in rows.iter_mut().zip(pack.i) {
@@ -54,14 +60,15 @@ pub(super) fn wall_forces<L: Lanes>(
         let [x, y, z, r, vx, vy, vz, inverse_mass] = L::transpose(rows);
         let apart = Vec8(x, y, z).minus(Vec8::splat(token, plane.point.into()));
         let moved = L::splat(token, plane.velocity.dot(&plane.normal) * t);
-        let gap = apart.dot(n) - moved - r;
+        let distance = apart.dot(n) - moved;
+        let overlap = r - distance;
         // a lane without a grain has no radius and no mass
-        let near = gap.lt(law.zero) & law.zero.lt(r);
+        let near = law.zero.lt(overlap) & law.zero.lt(r);
         if near == 0 && pack.touching == 0 {
             continue;
         }
         let mut deep = [0.0; 8];
-        (law.zero - gap).select(near, law.zero).store(&mut deep);
+        overlap.select(near, law.zero).store(&mut deep);
         seen.overlap = deep.iter().copied().fold(seen.overlap, f64::max);
         let none = [0.0; 4];
         let mut spins = [law.zero; 8];
@@ -70,15 +77,15 @@ pub(super) fn wall_forces<L: Lanes>(
         }
         let [ax, ay, az, ..] = L::transpose(spins);
         let w = Vec8(ax, ay, az);
-        let arm = r + gap * law.arm;
+        let arm = if law.at_contact_point { distance } else { r };
         let mut spring = Vec8::load(token, &pack.spring);
         let (length2, divisor) = law.length2(token, spring);
         let one = L::splat(token, 1.0) / (inverse_mass * divisor);
-        let contact = Contact8 {
+        let contact = Contact {
             near,
             before: pack.touching,
             n,
-            gap,
+            overlap,
             v: Vec8(vx, vy, vz).minus(Vec8::splat(token, plane.velocity.into())),
             rolling: w.scale(arm),
             spin: w,

@@ -166,7 +166,6 @@ impl Bulk {
     /// Masses, and gravity or whatever acts on each grain.
     fn set_loads(&mut self, grains: &Grains, response: &Response) {
         let order = &self.order;
-        let four = |v: &Vec3| [v.x, v.y, v.z, 0.0];
         for (block, rows) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows) {
             let block = mine(block);
             let order = &order[block.first as usize..][..block.len()];
@@ -177,12 +176,10 @@ impl Bulk {
                     only(rows)[k].a[7] = response.contact_inverse_mass[i];
                 }
                 block.inverse_inertia[k] = response.inverse_inertia[i].max();
-                block.drive.push(Drive {
-                    acceleration: four(&response.acceleration[i]),
-                    spin_acceleration: four(&response.spin_acceleration[i]),
-                    free: four(&grains.translation[i]),
-                    turns: four(&grains.rotation[i]),
-                });
+                block.drive.push(Drive::new(
+                    [&response.acceleration[i], &response.spin_acceleration[i]],
+                    [&grains.translation[i], &grains.rotation[i]],
+                ));
             }
         }
     }
@@ -202,13 +199,8 @@ impl Bulk {
                 .map(|i| (grains.translation[i], grains.rotation[i]));
             let Some((free, turns)) = moving.next() else { continue };
             if moving.all(|other| other == (free, turns)) {
-                let four = |v: &Vec3| [v.x, v.y, v.z, 0.0];
-                let one = Drive {
-                    acceleration: four(&gravity.component_mul(&free)),
-                    spin_acceleration: [0.0; 4],
-                    free: four(&free),
-                    turns: four(&turns),
-                };
+                let fall = gravity.component_mul(&free);
+                let one = Drive::new([&fall, &Vec3::zeros()], [&free, &turns]);
                 block.drive = vec![one];
             }
         }

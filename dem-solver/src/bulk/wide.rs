@@ -1,0 +1,173 @@
+//! Eight lanes in a register of 512 bits.
+
+use super::lanes::{Eight, Lanes};
+use pulp::{b8, cast, f64x8, x86::V4};
+use std::ops::{Add, Div, Mul, Sub};
+
+/// Lanes in a register of 512 bits.
+#[derive(Clone, Copy)]
+pub(super) struct Wide {
+    simd: V4,
+    lanes: f64x8,
+}
+
+macro_rules! wide {
+    ($name:ident, $fn:ident, $op:ident) => {
+        impl $name for Wide {
+            type Output = Self;
+            #[inline(always)]
+            fn $fn(self, other: Self) -> Self {
+                Self {
+                    simd: self.simd,
+                    lanes: cast(self.simd.avx512f.$op(cast(self.lanes), cast(other.lanes))),
+                }
+            }
+        }
+    };
+}
+wide!(Add, add, _mm512_add_pd);
+wide!(Sub, sub, _mm512_sub_pd);
+wide!(Mul, mul, _mm512_mul_pd);
+wide!(Div, div, _mm512_div_pd);
+
+impl Wide {
+    /// Even (`low`) or odd numbers of each pair of both.
+    #[inline(always)]
+    fn unpack(self, other: Self, low: bool) -> Self {
+        let (a, b, f) = (cast(self.lanes), cast(other.lanes), self.simd.avx512f);
+        let lanes = if low { f._mm512_unpacklo_pd(a, b) } else { f._mm512_unpackhi_pd(a, b) };
+        Self { simd: self.simd, lanes: cast(lanes) }
+    }
+
+    /// Quarters `0, 2` (`even`) or `1, 3` of both.
+    #[inline(always)]
+    fn quarters(self, other: Self, even: bool) -> Self {
+        let (a, b, f) = (cast(self.lanes), cast(other.lanes), self.simd.avx512f);
+        let lanes =
+            if even { f._mm512_shuffle_f64x2::<0x88>(a, b) } else { f._mm512_shuffle_f64x2::<0xdd>(a, b) };
+        Self { simd: self.simd, lanes: cast(lanes) }
+    }
+}
+
+impl Lanes for Wide {
+    type Token = V4;
+    type Mask = u8;
+
+    #[inline(always)]
+    fn splat(simd: V4, value: f64) -> Self {
+        Self { simd, lanes: simd.splat_f64x8(value) }
+    }
+
+    #[inline(always)]
+    fn times_plus(self, factor: Self, term: Self) -> Self {
+        let f = self.simd.avx512f;
+        let lanes = f._mm512_fmadd_pd(cast(self.lanes), cast(factor.lanes), cast(term.lanes));
+        Self { lanes: cast(lanes), ..self }
+    }
+
+    #[inline(always)]
+    fn times_from(self, factor: Self, term: Self) -> Self {
+        let f = self.simd.avx512f;
+        let lanes = f._mm512_fnmadd_pd(cast(self.lanes), cast(factor.lanes), cast(term.lanes));
+        Self { lanes: cast(lanes), ..self }
+    }
+
+    #[inline(always)]
+    fn times_minus(self, factor: Self, term: Self) -> Self {
+        let f = self.simd.avx512f;
+        let lanes = f._mm512_fmsub_pd(cast(self.lanes), cast(factor.lanes), cast(term.lanes));
+        Self { lanes: cast(lanes), ..self }
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self { lanes: self.simd.sqrt_f64x8(self.lanes), ..self }
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        let lanes = self.simd.avx512f._mm512_max_pd(cast(self.lanes), cast(other.lanes));
+        Self { lanes: cast(lanes), ..self }
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> u8 {
+        self.simd.cmp_lt_f64x8(self.lanes, other.lanes).0
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u8, other: Self) -> Self {
+        Self { lanes: self.simd.select_f64x8(b8(mask), self.lanes, other.lanes), ..self }
+    }
+}
+
+impl Eight for Wide {
+    #[inline(always)]
+    fn load(simd: V4, values: &[f64; 8]) -> Self {
+        Self { simd, lanes: cast(*values) }
+    }
+
+    #[inline(always)]
+    fn load_halves(simd: V4, low: &[f64; 4], high: &[f64; 4]) -> Self {
+        Self { simd, lanes: cast([*low, *high]) }
+    }
+
+    #[inline(always)]
+    fn load_twice(simd: V4, values: &[f64; 4]) -> Self {
+        Self { simd, lanes: cast(simd.avx512f._mm512_broadcast_f64x4(cast(*values))) }
+    }
+
+    #[inline(always)]
+    fn store(self, values: &mut [f64; 8]) {
+        *values = cast(self.lanes);
+    }
+
+    #[inline(always)]
+    fn store_high(self, values: &mut [f64; 4]) {
+        *values = cast(self.simd.avx512f._mm512_extractf64x4_pd::<1>(cast(self.lanes)));
+    }
+
+    #[inline(always)]
+    fn low_halves(self, other: Self) -> Self {
+        let f = self.simd.avx512f;
+        let lanes = f._mm512_shuffle_f64x2::<0x44>(cast(self.lanes), cast(other.lanes));
+        Self { lanes: cast(lanes), ..self }
+    }
+
+    #[inline(always)]
+    fn sum_halves(self) -> Self {
+        let f = self.simd.avx512f;
+        let (x, next) = (cast(self.lanes), f._mm512_permute_pd::<0x55>(cast(self.lanes)));
+        let twos = f._mm512_add_pd(x, next);
+        let lanes = f._mm512_add_pd(twos, f._mm512_shuffle_f64x2::<0xb1>(twos, twos));
+        Self { lanes: cast(lanes), ..self }
+    }
+
+    #[inline(always)]
+    fn max_bits(self, other: Self) -> Self {
+        let lanes = self.simd.avx512f._mm512_max_epu64(cast(self.lanes), cast(other.lanes));
+        Self { lanes: cast(lanes), ..self }
+    }
+
+    #[inline(always)]
+    fn transpose(r: [Self; 8]) -> [Self; 8] {
+        let (l0, h0) = (r[0].unpack(r[1], true), r[0].unpack(r[1], false));
+        let (l1, h1) = (r[2].unpack(r[3], true), r[2].unpack(r[3], false));
+        let (l2, h2) = (r[4].unpack(r[5], true), r[4].unpack(r[5], false));
+        let (l3, h3) = (r[6].unpack(r[7], true), r[6].unpack(r[7], false));
+        let (a0, a2) = (l0.quarters(l1, true), l0.quarters(l1, false));
+        let (b0, b2) = (l2.quarters(l3, true), l2.quarters(l3, false));
+        let (a1, a3) = (h0.quarters(h1, true), h0.quarters(h1, false));
+        let (b1, b3) = (h2.quarters(h3, true), h2.quarters(h3, false));
+        [
+            a0.quarters(b0, true),
+            a1.quarters(b1, true),
+            a2.quarters(b2, true),
+            a3.quarters(b3, true),
+            a0.quarters(b0, false),
+            a1.quarters(b1, false),
+            a2.quarters(b2, false),
+            a3.quarters(b3, false),
+        ]
+    }
+}
