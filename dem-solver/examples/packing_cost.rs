@@ -6,7 +6,8 @@
 //! else 300) STEPS are timed by the CPU clock of the process. Modes:
 //!
 //! - `settle FILE`: stacks the layers too closely, lets them come to rest and writes what lies there (`x y z r`
-//!   per line) to FILE. With START=FILE in the environment the others begin with it.
+//!   per line) to FILE. With START=FILE in the environment all modes but rain begin with it, or with copies of it
+//!   one upon the other.
 //! - `rain`: the stack four times as high, with 0.5 m/s.
 //! - `write FILE`: writes only the start, for LAMMPS (see `tests/peers/lammps.sh`); `write-rain FILE` that of rain.
 //! - `general`: the other engine.
@@ -25,20 +26,24 @@ const SHIFT: f64 = 0.02042;
 const CLOSE: f64 = 0.0192;
 const DT: f64 = 2e-6;
 
-/// A packing that came to rest before.
+/// A packing that came to rest before; more grains than it has are taken from copies of it, one upon the other.
 fn settled(path: &str, n: usize) -> Result<Vec<Grain>, Box<dyn Error>> {
     let text = std::fs::read_to_string(path)?;
-    let mut grains = Vec::with_capacity(n);
+    let mut one: Vec<[f64; 4]> = Vec::new();
     for line in text.lines() {
         let value: Vec<f64> = line.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
         let [x, y, z, r] = value[..] else { return Err(format!("{path}: not x y z r: {line}").into()) };
-        grains.push(Grain::new([x, y, z], r, 2500.0));
+        one.push([x, y, z, r]);
     }
-    if grains.len() == n {
-        Ok(grains)
-    } else {
-        Err(format!("{path}: {} grains, not {n}", grains.len()).into())
-    }
+    // from below, so that a part of a copy is its lower part
+    one.sort_by(|a, b| a[2].total_cmp(&b[2]));
+    let end = |side: f64| one.iter().map(|[_, _, z, r]| side * z + r).fold(f64::NEG_INFINITY, f64::max);
+    let (top, bottom) = (end(1.0), end(-1.0));
+    let grains = (0..n).map(|k| {
+        let [x, y, z, r] = one[k % one.len()];
+        Grain::new([x, y, z + (top + bottom) * (k / one.len()) as f64], r, 2500.0)
+    });
+    Ok(grains.collect())
 }
 
 /// The stacked packing.

@@ -26,7 +26,12 @@ while [ $# -gt 1 ]; do
   shift 2
   if [ -z "$kind" ]; then
     START=$keep/$n.txt
-    [ -s "$START" ] || "$cost" "$n" 1 1 settle "$START"
+    # large ones from copies of one that is at rest already
+    [ "$n" -le 8000 ] || [ -s "$keep/8000.txt" ] || "$cost" 8000 1 1 settle "$keep/8000.txt"
+    if [ ! -s "$START" ]; then
+      if [ "$n" -le 8000 ]; then "$cost" "$n" 1 1 settle "$START"
+      else START=$keep/8000.txt "$cost" "$n" 1 1 settle "$START"; fi
+    fi
     export START
   fi
   "$cost" "$n" 1 1 "write${kind:+-$kind}" "$work/start.data"

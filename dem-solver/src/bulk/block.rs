@@ -5,6 +5,7 @@ use super::advance::{self, Drive};
 use super::duo::Duo;
 use super::lanes::{Eight, Plain};
 use super::law::LawLanes;
+use super::near::Nearby;
 use super::pair::{Images, pair_forces};
 use super::row::{Pack, Push, Row};
 use super::seen::Seen;
@@ -46,6 +47,8 @@ pub(super) struct Block {
     pub(super) cross: Vec<Pack>,
     /// Contacts with walls.
     pub(super) walls: Vec<Pack>,
+    /// What may come into these lists.
+    pub(super) near: Nearby,
     /// Rows of other blocks that it reads, as numbers within those blocks, block by block.
     pub(super) halo: Vec<u16>,
     /// Whose they are.

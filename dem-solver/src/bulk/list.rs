@@ -1,12 +1,14 @@
 //! The lists of one block: which contacts it has, and the springs that they bring along.
 //!
-//! A list holds every pair whose gap is below the skin. Contacts stand in the order (i, j) of the engine,
+//! A list holds every pair whose gap is below the skin; it is taken from the pairs that `near` has found. Contacts stand in the order (i, j) of the engine,
 //! and those out of reach add nothing, so sums do not depend on when a list was built.
 
-use super::bins::Bins;
-use super::block::{Block, Common, Segment};
-use super::near::Near;
+use super::block::Block;
+use super::near::Scratch;
 use super::row::{Kept, Pack, Row};
+use super::wall::Wall;
+use crate::Vec3;
+use crate::walls::Plane;
 
 /// Contacts with their history: within the block, with other blocks, with walls; by (i, j) ascending.
 pub(super) type History = [Vec<Kept>; 3];
@@ -15,29 +17,9 @@ pub(super) type History = [Vec<Kept>; 3];
 #[derive(Clone, Debug, Default)]
 pub(super) struct Builder {
     history: History,
-    pub(super) found: Vec<u32>,
-    /// Pairs within the block: row, and number in the order of the engine.
-    pub(super) inner: Vec<(u16, u32)>,
-    /// Pairs with other blocks.
-    pub(super) cross: Vec<(u16, u32)>,
-    halo: Vec<u32>,
-    /// Place of a grain in the halo, where it has one.
-    slot: Vec<u32>,
-}
-
-/// What a build goes by.
-pub(super) struct Search<'a> {
-    pub(super) bins: &'a Bins,
-    /// Gap below which a pair is listed, m.
-    pub(super) skin: f64,
-    /// Lengths of the periods, m; 0 where there is none.
-    pub(super) length: [f64; 3],
-    /// Time, s.
-    pub(super) t: f64,
-    /// Grains per block.
-    pub(super) size: u32,
-    /// Grains.
-    pub(super) grains: usize,
+    /// Rows of other blocks.
+    pub(super) halo: Vec<Row>,
+    pub(super) search: Scratch,
 }
 
 /// What a build found.
@@ -47,8 +29,6 @@ pub(super) struct Listed {
     pub(super) pairs: usize,
     /// Of these, with a force.
     pub(super) touching: usize,
-    /// Largest number of blocks between the partners of a contact.
-    pub(super) reach: usize,
 }
 
 impl Listed {
@@ -56,7 +36,6 @@ impl Listed {
     pub(super) fn add(&mut self, other: &Self) {
         self.pairs += other.pairs;
         self.touching += other.touching;
-        self.reach = self.reach.max(other.reach);
     }
 }
 
@@ -130,11 +109,11 @@ impl Block {
         self.segments[segment].block * size + u32::from(self.halo[slot as usize])
     }
 
-    /// Builds all lists of the block. `seed` replaces the history that the present lists hold.
+    /// Builds all lists of the block from the pairs that are near: `builder.halo` holds the rows of other
+    /// blocks. `seed` replaces the history that the present lists hold.
     pub(super) fn build(
         &mut self,
-        search: &Search<'_>,
-        common: &Common,
+        reach: &Reach<'_>,
         rows: &[Row],
         builder: &mut Builder,
         seed: Option<&History>,
@@ -142,98 +121,107 @@ impl Block {
         let mut history = std::mem::take(&mut builder.history);
         match seed {
             Some(seed) => history.clone_from(seed),
-            None => self.history(search.size, false, &mut history),
+            None => self.history(reach.size, false, &mut history),
         }
-        let (rows, mut listed) = (&rows[..self.len()], Listed::default());
-        Near { search, first: self.first, rows, builder, plain: common.plain }.find();
-        self.build_pairs(builder, &history[0], &mut listed);
-        self.build_halo(search, builder, &mut listed);
-        self.build_cross(builder, &history[1], &mut listed);
-        self.build_walls(search, common, rows, &history[2]);
+        let mut listed = Listed::default();
+        self.build_pairs(reach, rows, &history[0], &mut listed);
+        self.build_cross(reach, rows, &builder.halo, &history[1], &mut listed);
+        self.build_walls(reach, rows, &history[2]);
         builder.history = history;
         listed
     }
 
     /// Pairs within the block.
-    fn build_pairs(&mut self, builder: &Builder, history: &[Kept], listed: &mut Listed) {
+    fn build_pairs(&mut self, reach: &Reach<'_>, rows: &[Row], history: &[Kept], listed: &mut Listed) {
         let n = self.len();
         let mut filling = Filling::new(&mut self.pairs, (n as u16, n as u32), history);
-        for &(i, j) in &builder.inner {
-            let touches = filling.put(i, j - self.first, 0, (u32::from(i), j));
-            listed.touching += 2 * usize::from(touches);
-        }
-        filling.end();
-        listed.pairs += 2 * builder.inner.len();
-    }
-
-    /// The rows of other blocks that are read.
-    fn build_halo(&mut self, search: &Search<'_>, builder: &mut Builder, listed: &mut Listed) {
-        let Builder { cross, halo, slot, .. } = builder;
-        slot.resize(search.grains, u32::MAX);
-        halo.clear();
-        for &(_, j) in &*cross {
-            if slot[j as usize] == u32::MAX {
-                slot[j as usize] = 0;
-                halo.push(j);
+        for &(i, j) in &self.near.pairs {
+            if reach.holds(&rows[usize::from(i)], &rows[usize::from(j)]) {
+                let key = (u32::from(i), self.first + u32::from(j));
+                listed.pairs += 2;
+                listed.touching += 2 * usize::from(filling.put(i, u32::from(j), 0, key));
             }
         }
-        halo.sort_unstable();
-        self.halo.clear();
-        self.segments.clear();
-        let here = self.first / search.size;
-        for (k, &j) in (0u32..).zip(&*halo) {
-            slot[j as usize] = k;
-            let block = j / search.size;
-            self.halo.push((j - block * search.size) as u16);
-            match self.segments.last_mut() {
-                Some(segment) if segment.block == block => segment.end = k + 1,
-                _ => {
-                    self.segments.push(Segment { block, end: k + 1 });
-                    listed.reach = listed.reach.max(block.abs_diff(here) as usize);
-                }
+        filling.end();
+    }
+
+    /// Pairs with other blocks.
+    fn build_cross(
+        &mut self,
+        reach: &Reach<'_>,
+        rows: &[Row],
+        halo: &[Row],
+        history: &[Kept],
+        listed: &mut Listed,
+    ) {
+        let mut packs = std::mem::take(&mut self.cross);
+        let none = (self.len() as u16, self.halo.len() as u32);
+        let mut filling = Filling::new(&mut packs, none, history);
+        for &(i, slot) in &self.near.cross {
+            if reach.holds(&rows[usize::from(i)], &halo[slot as usize]) {
+                let key = (u32::from(i), self.halo_number(slot, reach.size));
+                listed.pairs += 1;
+                listed.touching += usize::from(filling.put(i, slot, 0, key));
             }
         }
-    }
-
-    /// Pairs with other blocks; leaves `builder.slot` empty.
-    fn build_cross(&mut self, builder: &mut Builder, history: &[Kept], listed: &mut Listed) {
-        let Builder { cross, halo, slot, .. } = builder;
-        let none = (self.len() as u16, halo.len() as u32);
-        let mut filling = Filling::new(&mut self.cross, none, history);
-        for &(i, j) in &*cross {
-            let touches = filling.put(i, slot[j as usize], 0, (u32::from(i), j));
-            listed.touching += usize::from(touches);
-        }
         filling.end();
-        listed.pairs += cross.len();
-        for &j in &*halo {
-            slot[j as usize] = u32::MAX;
-        }
+        self.cross = packs;
     }
 
-    /// Grains near walls, wall by wall.
-    fn build_walls(&mut self, search: &Search<'_>, common: &Common, rows: &[Row], history: &[Kept]) {
-        let n = self.len();
-        let none = (n as u16, 0);
+    /// Grains at walls, wall by wall.
+    fn build_walls(&mut self, reach: &Reach<'_>, rows: &[Row], history: &[Kept]) {
+        let none = (self.len() as u16, 0);
         let mut filling = Filling::new(&mut self.walls, none, &[]);
-        for (w, wall) in (0u16..).zip(&common.walls) {
-            let plane = wall.plane();
-            filling.lane = 8;
-            let from = history.partition_point(|kept| kept.j < u32::from(w));
-            let to = history.partition_point(|kept| kept.j <= u32::from(w));
-            filling.history = history[from..to].iter().peekable();
-            if !plane.stands(search.t) {
-                continue;
+        let mut at = u16::MAX;
+        for &(w, i) in &self.near.walls {
+            let plane = reach.walls[usize::from(w)].plane();
+            if w != at {
+                at = w;
+                filling.lane = 8;
+                let from = history.partition_point(|kept| kept.j < u32::from(w));
+                let to = history.partition_point(|kept| kept.j <= u32::from(w));
+                filling.history = history[from..to].iter().peekable();
             }
-            let normal: [f64; 3] = plane.normal.into();
-            let level = plane.normal.dot(&plane.point) + plane.velocity.dot(&plane.normal) * search.t;
-            for (i, row) in rows.iter().enumerate() {
-                let [x, y, z] = row.position();
-                let gap = x * normal[0] + y * normal[1] + z * normal[2] - level - row.radius();
-                if gap < search.skin && row.inverse_mass() > 0.0 {
-                    filling.put(i as u16, 0, w, (i as u32, u32::from(w)));
-                }
+            if plane.stands(reach.t) && wall_gap(plane, reach.t, &rows[usize::from(i)]) < reach.skin {
+                filling.put(i, 0, w, (u32::from(i), u32::from(w)));
             }
         }
     }
+}
+
+/// What is listed: gaps below a skin.
+pub(super) struct Reach<'a> {
+    /// Gap below which a pair is listed, m.
+    pub(super) skin: f64,
+    /// Lengths of the periods, m; 0 where there is none.
+    pub(super) length: [f64; 3],
+    /// Time, s.
+    pub(super) t: f64,
+    /// Grains per block.
+    pub(super) size: u32,
+    /// Walls.
+    pub(super) walls: &'a [Wall],
+}
+
+impl Reach<'_> {
+    #[inline]
+    fn holds(&self, a: &Row, b: &Row) -> bool {
+        let (x, y) = (a.position(), b.position());
+        let mut distance2 = 0.0;
+        for axis in 0..3 {
+            let (mut d, length) = (x[axis] - y[axis], self.length[axis]);
+            if length > 0.0 {
+                d -= length * (d / length).round();
+            }
+            distance2 += d * d;
+        }
+        let limit = a.radius() + b.radius() + self.skin;
+        distance2 < limit * limit
+    }
+}
+
+/// Gap of a grain to a wall, m.
+pub(super) fn wall_gap(plane: &Plane, t: f64, row: &Row) -> f64 {
+    let level = plane.normal.dot(&plane.point) + plane.velocity.dot(&plane.normal) * t;
+    plane.normal.dot(&Vec3::from(row.position())) - level - row.radius()
 }

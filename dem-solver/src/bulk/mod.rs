@@ -44,8 +44,9 @@ use crate::spec::DemSpec;
 use crate::walls::Plane;
 use bins::Bins;
 use block::{Bench, Common};
-use list::{Builder, History, Search};
-use stretch::{Blocks, Plan, lock, mine, on_threads, only, part, read};
+use list::{Builder, History};
+use skin::Lists;
+use stretch::{Blocks, Plan, lock, mine, only, read};
 use wall::Wall;
 
 pub use fits::{FROM, prevents};
@@ -102,16 +103,16 @@ pub(crate) struct Bulk {
     seeds: Vec<History>,
     benches: Vec<Bench>,
     builders: Vec<Builder>,
-    /// Skin of the present lists, m.
-    skin: f64,
-    /// How far a grain may have moved since they were built, m.
-    travel: f64,
-    /// Sub-steps since then.
-    since: u32,
+    /// What is near, and the lists that were taken from it.
+    near: Lists,
+    lists: Lists,
+    /// Whether both belong to the present order and places.
     valid: bool,
     /// Largest speed expected, m/s.
     speed: f64,
     found: list::Listed,
+    /// Largest number of blocks between the partners of a pair.
+    reach: usize,
     loaded: bool,
     pub(crate) builds: u64,
 }
@@ -178,12 +179,12 @@ impl Bulk {
             seeds: Vec::new(),
             benches: vec![Bench::default(); threads],
             builders: vec![Builder::default(); threads],
-            skin: 0.0,
-            travel: 0.0,
-            since: 0,
+            near: Lists::default(),
+            lists: Lists::default(),
             valid: false,
             speed: 0.0,
             found: list::Listed::default(),
+            reach: 0,
             loaded: false,
             builds: 0,
         })
@@ -229,10 +230,9 @@ impl Bulk {
             if outcome.finite {
                 self.speed = fastest2.sqrt();
                 outcome.speed2 = outcome.speed2.max(fastest2);
-                self.travel += dt * self.speed.max(self.wall_speed);
+                self.lists.moved(dt * self.speed.max(self.wall_speed));
                 self.order_travel += dt * self.speed;
             }
-            self.since = self.since.saturating_add(1);
             good += 1;
         }
         if good < steps {
@@ -244,7 +244,7 @@ impl Bulk {
     }
 
     fn run(&mut self, t: f64, dt: f64, done: u32, steps: u32) {
-        let reach = self.found.reach.max(1);
+        let reach = self.reach.max(1);
         let depth = match self.settings.depth {
             0 => depth(self.n, reach),
             depth => depth,
@@ -271,39 +271,6 @@ impl Bulk {
             let rows: &mut Vec<_> = only(&mut rows[self.now]);
             mine(block).go_back(rows);
         }
-    }
-
-    /// Builds the lists for the present state.
-    fn build(&mut self, t: f64, dt: f64) {
-        let skin = self.choose_skin(dt);
-        (self.skin, self.travel, self.since, self.valid) = (skin, 0.0, 0, true);
-        self.builds += 1;
-        let now = self.now;
-        let guards: Vec<_> = self.blocks.rows.iter().map(|rows| read(&rows[now])).collect();
-        let rows = guards.iter().map(|rows| rows.split_last().map_or(&[][..], |(_, rows)| rows));
-        self.bins.sort(rows, self.n, 2.0 * self.largest + skin, self.periods);
-        drop(guards);
-        let search = Search {
-            bins: &self.bins,
-            skin,
-            length: self.common.length,
-            t,
-            size: SIZE as u32,
-            grains: self.n,
-        };
-        let (blocks, common, seeds) = (&self.blocks, &self.common, &self.seeds);
-        let threads = self.builders.len();
-        let count = blocks.block.len();
-        let found = std::sync::Mutex::new(list::Listed::default());
-        on_threads(&mut self.builders, |k, builder| {
-            for b in part(count, k, threads) {
-                let rows = read(&blocks.rows[b][now]);
-                let listed = lock(&blocks.block[b]).build(&search, common, &rows, builder, seeds.get(b));
-                lock(&found).add(&listed);
-            }
-        });
-        self.found = found.into_inner().unwrap_or_default();
-        self.seeds.clear();
     }
 }
 

@@ -1,29 +1,128 @@
-//! Which grains are near those of a block: eight candidates at a time.
+//! Which grains are near those of a block: found through cells, eight candidates at a time, and seldom, as
+//! lists are taken from them with a narrower skin many times.
 
 use super::bins::{Bins, IMMOBILE};
+use super::block::{Block, Segment};
 use super::lanes::{Eight, Plain};
-use super::list::{Builder, Search};
+use super::list::wall_gap;
 use super::pair::Images;
 use super::row::Row;
+use super::wall::Wall;
 use pulp::{Simd, WithSimd};
 
-/// Pairs of one block: those within it once, those with other blocks.
-pub(super) struct Near<'a> {
-    pub(super) search: &'a Search<'a>,
-    /// Number of the block's first grain in the order of the engine.
-    pub(super) first: u32,
-    /// Its grains, without the row that follows them.
-    pub(super) rows: &'a [Row],
-    pub(super) builder: &'a mut Builder,
+/// Pairs that may come into the lists of a block until the next search, ascending.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Nearby {
+    /// Both rows of the block.
+    pub(super) pairs: Vec<(u16, u16)>,
+    /// Row of the block, row of the halo.
+    pub(super) cross: Vec<(u16, u32)>,
+    /// Wall, row of the block.
+    pub(super) walls: Vec<(u16, u16)>,
+}
+
+/// Memory for searching.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    found: Vec<u32>,
+    /// Row, and number of the partner in another block.
+    cross: Vec<(u16, u32)>,
+    halo: Vec<u32>,
+    /// Place of a grain in the halo, where it has one.
+    slot: Vec<u32>,
+}
+
+/// What a search goes by.
+pub(super) struct Search<'a> {
+    pub(super) bins: &'a Bins,
+    /// Gap below which a pair is near, m.
+    pub(super) skin: f64,
+    /// Lengths of the periods, m; 0 where there is none.
+    pub(super) length: [f64; 3],
+    /// Time, s.
+    pub(super) t: f64,
+    /// Grains per block.
+    pub(super) size: u32,
+    /// Grains.
+    pub(super) grains: usize,
+    /// Walls.
+    pub(super) walls: &'a [Wall],
     /// Leave the widest vectors unused.
     pub(super) plain: bool,
 }
 
+impl Block {
+    /// Finds what is near; returns the largest number of blocks between the partners of a pair.
+    pub(super) fn search(&mut self, search: &Search<'_>, rows: &[Row], scratch: &mut Scratch) -> usize {
+        let rows = &rows[..self.len()];
+        Near { search, first: self.first, rows, near: &mut self.near, scratch }.find();
+        let reach = self.build_halo(search, scratch);
+        self.near.walls.clear();
+        for (w, wall) in (0u16..).zip(search.walls) {
+            let plane = wall.plane();
+            let at = |row: &Row| {
+                plane.stands(search.t)
+                    && row.inverse_mass() > 0.0
+                    && wall_gap(plane, search.t, row) < search.skin
+            };
+            let found = (0u16..).zip(rows).filter(|(_, row)| at(row));
+            self.near.walls.extend(found.map(|(i, _)| (w, i)));
+        }
+        reach
+    }
+
+    /// The rows of other blocks that are read; leaves `slot` empty.
+    fn build_halo(&mut self, search: &Search<'_>, scratch: &mut Scratch) -> usize {
+        let Scratch { cross, halo, slot, .. } = scratch;
+        slot.resize(search.grains, u32::MAX);
+        halo.clear();
+        for &(_, j) in &*cross {
+            if slot[j as usize] == u32::MAX {
+                slot[j as usize] = 0;
+                halo.push(j);
+            }
+        }
+        halo.sort_unstable();
+        self.halo.clear();
+        self.segments.clear();
+        let (here, mut reach) = (self.first / search.size, 0);
+        for (k, &j) in (0u32..).zip(&*halo) {
+            slot[j as usize] = k;
+            let block = j / search.size;
+            self.halo.push((j - block * search.size) as u16);
+            match self.segments.last_mut() {
+                Some(segment) if segment.block == block => segment.end = k + 1,
+                _ => {
+                    self.segments.push(Segment { block, end: k + 1 });
+                    reach = reach.max(block.abs_diff(here) as usize);
+                }
+            }
+        }
+        self.near.cross.clear();
+        self.near.cross.extend(cross.iter().map(|&(i, j)| (i, slot[j as usize])));
+        for &j in &*halo {
+            slot[j as usize] = u32::MAX;
+        }
+        reach
+    }
+}
+
+/// Pairs of one block: those within it once, those with other blocks.
+struct Near<'a> {
+    search: &'a Search<'a>,
+    /// Number of the block's first grain in the order of the engine.
+    first: u32,
+    /// Its grains, without the row that follows them.
+    rows: &'a [Row],
+    near: &'a mut Nearby,
+    scratch: &'a mut Scratch,
+}
+
 impl Near<'_> {
-    /// Fills the builder's lists by (i, j) ascending.
-    pub(super) fn find(self) {
+    /// Fills the lists by (i, j) ascending.
+    fn find(self) {
         #[cfg(target_arch = "x86_64")]
-        if !self.plain
+        if !self.search.plain
             && let Some(simd) = pulp::x86::V4::try_new()
         {
             return Simd::vectorize(simd, OnWide(self, simd));
@@ -33,29 +132,26 @@ impl Near<'_> {
 
     #[inline(always)]
     fn run<L: Eight>(self, token: L::Token) {
-        let Self { search, first, rows, builder, .. } = self;
+        let Self { search, first, rows, near, scratch } = self;
         let (n, images) = (rows.len() as u32, Images::<L>::new(token, search.length));
-        let Builder { found, inner, cross, .. } = builder;
-        inner.clear();
+        let Scratch { found, cross, .. } = scratch;
+        near.pairs.clear();
         cross.clear();
         for (i, row) in (0u32..).zip(rows) {
             // a pair of grains that nothing moves does nothing
             let barred = if row.inverse_mass() > 0.0 { 0 } else { IMMOBILE };
             let count = candidates::<L>(token, search, &images, row, found);
-            let (inner_from, cross_from) = (inner.len(), cross.len());
-            for &who in &found[..count] {
-                if who & barred != 0 {
-                    continue;
-                }
+            let (pairs_from, cross_from) = (near.pairs.len(), cross.len());
+            for &who in found[..count].iter().filter(|&who| who & barred == 0) {
                 let j = who & !IMMOBILE;
                 let within = j.wrapping_sub(first);
                 if within >= n {
                     cross.push((i as u16, j));
                 } else if within > i {
-                    inner.push((i as u16, j));
+                    near.pairs.push((i as u16, within as u16));
                 }
             }
-            inner[inner_from..].sort_unstable();
+            near.pairs[pairs_from..].sort_unstable();
             cross[cross_from..].sort_unstable();
         }
     }

@@ -154,22 +154,30 @@ impl Blocks {
             block.keep(&old);
             block.speed2.clear();
         }
-        bench.halo.clear();
-        let mut from = 0;
-        for segment in &block.segments {
-            let end = segment.end as usize;
-            if !self.wait(segment.block as usize, s) {
-                return;
-            }
-            let rows = read(&self.rows[segment.block as usize][now]);
-            bench.halo.extend(block.halo[from..end].iter().map(|&k| rows[k as usize]));
-            from = end;
+        if !self.gather(&block, now, s, &mut bench.halo) {
+            return;
         }
         let mut new = write(&self.rows[b][1 - now]);
         let t = plan.t + f64::from(plan.done + s) * plan.dt;
         block.step(common, (t, plan.dt), &old, &mut new, bench);
         drop(new);
         self.done[b].store(s + 1, Ordering::Release);
+    }
+
+    /// The rows of other blocks that `block` reads, after `s` sub-steps; false if they will never be done.
+    pub(super) fn gather(&self, block: &Block, now: usize, s: u32, halo: &mut Vec<Row>) -> bool {
+        halo.clear();
+        let mut from = 0;
+        for segment in &block.segments {
+            let end = segment.end as usize;
+            if !self.wait(segment.block as usize, s) {
+                return false;
+            }
+            let rows = read(&self.rows[segment.block as usize][now]);
+            halo.extend(block.halo[from..end].iter().map(|&k| rows[k as usize]));
+            from = end;
+        }
+        true
     }
 
     /// Waits until `block` has done `steps`; false if it never will.
