@@ -12,7 +12,7 @@
 //! - `write FILE`: writes only the start, for LAMMPS (see `tests/peers/lammps.sh`); `write-rain FILE` that of rain.
 //! - `general`: the other engine.
 //!
-//! SKIN, m, in the environment sets the width of the lists.
+//! SKIN, m, and DEPTH in the environment set the width of the lists and the depth of the wavefront.
 
 use cpu_time::ProcessTime;
 use dem_solver::{ContactLaw, Dem, DemSpec, Engine, Grain, LinearSpringDashpot, Wall};
@@ -159,6 +159,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut spec = spec(start);
     spec.bulk.threads = threads;
     spec.bulk.skin = std::env::var("SKIN").ok().map(|word| word.parse()).transpose()?;
+    spec.bulk.depth = std::env::var("DEPTH").map_or(Ok(0), |word| word.parse())?;
     spec.engine = if mode == "general" { Engine::General } else { Engine::Bulk };
     let mut dem = Dem::new(&spec)?;
     drop(spec);

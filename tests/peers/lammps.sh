@@ -3,7 +3,7 @@
 #   apt-get install lammps; cargo build --release -p dem-solver --example packing_cost
 #   tests/peers/lammps.sh [N STEPS | rain N STEPS]...
 # Packings at rest are made by Bedload when first asked for, and kept in $PACKINGS. Both codes take the centres and
-# radii, and relax RELAX sub-steps (5000; rain: none), as the springs are not handed over. REPEATS turns (3).
+# radii, and relax RELAX sub-steps (1000; rain: none), as the springs are not handed over. REPEATS turns (3).
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 cost=${COST:-${CARGO_TARGET_DIR:-$here/../../target}/release/examples/packing_cost}
@@ -19,19 +19,15 @@ m=2500*math.pi/6*2e-3**3/2; g=-2*math.log(0.3)/1e-4; k=m*((math.pi/1e-4)**2+(g/2
 print(k, k*2/7, g, g/2)")
 [ $# -gt 0 ] || set -- 1000 20000 8000 3000 56000 300 rain 8000 3000
 while [ $# -gt 1 ]; do
-  kind= relax=${RELAX:-5000}
+  kind= relax=${RELAX:-1000}
   unset START
   if [ "$1" = rain ]; then kind=rain relax=0; shift; fi
   n=$1 steps=$2
   shift 2
   if [ -z "$kind" ]; then
-    START=$keep/$n.txt
-    # large ones from copies of one that is at rest already
-    [ "$n" -le 8000 ] || [ -s "$keep/8000.txt" ] || "$cost" 8000 1 1 settle "$keep/8000.txt"
-    if [ ! -s "$START" ]; then
-      if [ "$n" -le 8000 ]; then "$cost" "$n" 1 1 settle "$START"
-      else START=$keep/8000.txt "$cost" "$n" 1 1 settle "$START"; fi
-    fi
+    # more than 8,000: copies of a packing at rest, one upon the other
+    START=$keep/$((n < 8000 ? n : 8000)).txt
+    [ -s "$START" ] || "$cost" "$((n < 8000 ? n : 8000))" 1 1 settle "$START"
     export START
   fi
   "$cost" "$n" 1 1 "write${kind:+-$kind}" "$work/start.data"
