@@ -104,6 +104,7 @@ impl Block {
             (&mut before.walls, &self.walls),
         ] {
             to.clear();
+            to.reserve_exact(from.len());
             to.extend_from_slice(from);
         }
         before.orientation.clone_from(&self.orientation);

@@ -64,6 +64,10 @@ impl<'a> Filling<'a> {
     #[inline]
     fn put(&mut self, i: u16, j: u32, wall: u16, key: (u32, u32)) -> bool {
         if self.lane == 8 {
+            // not twice the room: packs are a good part of all memory
+            if self.packs.len() == self.packs.capacity() {
+                self.packs.reserve_exact(self.packs.len() / 8 + 8);
+            }
             self.packs.push(Pack::empty(self.none.0, self.none.1, wall));
             self.lane = 0;
         }

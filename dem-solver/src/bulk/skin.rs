@@ -20,7 +20,7 @@ const FIRST: f64 = 0.02;
 
 /// Cost of taking lists from what is near over that of a listed pair out of reach in one sub-step, both
 /// per grain.
-const BUILD_OVER_PAIR: f64 = 10.0;
+const BUILD_OVER_PAIR: f64 = 25.0;
 
 /// Sub-steps that a skin is good for at least, at the present largest speed.
 const LEAST: f64 = 16.0;
