@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::janssen::{Measured, Silo, direct, plateau};
 use crate::participant::DemParticipant;
 use crate::profile::Profile;
-use crate::{Vec3, output};
+use crate::output;
 use protocol::output::{MetricValue, OutputFolder, atomic_write};
 use protocol::participant::SolverError;
 use protocol::scene::{CheckedScene, MetricKind};
@@ -26,7 +26,7 @@ pub(crate) fn finish(
             "bedload-dem: {waiting} grains were not poured: their region was full, or the run too short"
         );
     }
-    left_the_box(participant, scene);
+    participant.outside().sum_up();
     let Some(profile) = participant.profile() else { return Ok(BTreeMap::new()) };
     let gravity = Vec3::from(participant.spec().gravity)[profile.axis];
     let fit = scene.scene.metrics.iter().find_map(|metric| match metric.kind {
@@ -71,30 +71,4 @@ fn metrics(scene: &CheckedScene, profile: &Profile, gravity: f64) -> BTreeMap<St
         values.insert(metric.name.clone(), value);
     }
     values
-}
-
-/// Says which free grains are outside the box.
-fn left_the_box(participant: &DemParticipant, scene: &CheckedScene) {
-    let domain = &scene.scene.domain;
-    let grains = &participant.dem().grains;
-    let outside = |x: &Vec3| {
-        (0..domain.dimensions()).any(|axis| {
-            let c = domain.geometry.component(axis);
-            !domain.is_periodic(axis) && !(domain.lower[axis]..=domain.upper[axis]).contains(&x[c])
-        })
-    };
-    let lost: Vec<usize> = (0..grains.len()).filter(|&i| outside(&grains.position[i])).collect();
-    if let Some(&i) = lost.first() {
-        let (x, v) = (grains.position[i], grains.velocity[i]);
-        protocol::say!(
-            "bedload-dem: {} grains are outside the box; the first is grain {i} at [{}, {}, {}], moving at [{}, {}, {}]",
-            lost.len(),
-            x.x,
-            x.y,
-            x.z,
-            v.x,
-            v.y,
-            v.z
-        );
-    }
 }

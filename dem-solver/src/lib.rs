@@ -57,6 +57,7 @@ pub mod linear;
 pub mod lubrication;
 pub mod neighbours;
 pub mod output;
+mod outside;
 pub mod participant;
 pub mod partition;
 pub mod pour;

@@ -16,6 +16,7 @@ use protocol::scene::{CheckedScene, SceneError};
 
 use crate::config::{Config, DemSection};
 use crate::contacts::Contact;
+use crate::outside::Outside;
 use crate::pour::Pouring;
 use crate::profile::Profile;
 use crate::report::GrainLoad;
@@ -31,6 +32,7 @@ pub struct DemParticipant {
     /// All grains, also those still to be poured.
     spec: DemSpec,
     pouring: Pouring,
+    outside: Outside,
     profile: Option<protocol::scene::Profile>,
     fields: PathBuf,
     loads: Vec<GrainLoad>,
@@ -65,6 +67,7 @@ impl DemParticipant {
         Ok(Self {
             spec,
             pouring: Pouring::new(scene),
+            outside: Outside::new(scene),
             profile: scene.scene.observe.profile.clone(),
             fields: out.join("fields"),
             loads: vec![GrainLoad::default(); scene.grains.len()],
@@ -151,6 +154,10 @@ impl DemParticipant {
         Some(Profile::new(asked, &self.spec, &self.dem.grains, &self.contacts()))
     }
 
+    pub(crate) fn outside(&self) -> &Outside {
+        &self.outside
+    }
+
     /// The solver.
     #[must_use]
     pub fn dem(&self) -> &Dem {
@@ -227,6 +234,7 @@ impl Participant for DemParticipant {
                 <[f64; 3]>::from(v)
             )));
         }
+        self.outside.look(&self.dem.grains, window.step, window.time + window.dt);
         let mut header = window.header();
         header.substeps = u64::from(report.n_sub_done);
         header.smallest_gap = report.smallest_gap;

@@ -1,0 +1,51 @@
+//! Runs of the DEM alone, through `bedload run`.
+
+use tests::harness::{Folder, bedload, said};
+
+#[test]
+fn a_grain_that_leaves_the_box_is_named_when_it_leaves_and_counted_at_the_end() {
+    let folder = Folder::new("leaves");
+    let out = folder.join("out");
+    let scene = folder.write(
+        "leaves.toml",
+        r#"
+until = 1.0
+gravity = [0.0, 0.0, 0.0]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [1.0, 1.0, 1.0]
+boundary = { x = "free-slip", y = "free-slip", z = "free-slip" }
+[[grains]]
+position = [0.5, 0.5, 0.5]
+radius = 0.05
+density = 2.0
+[[grains]]
+position = [0.8, 0.2, 0.5]
+velocity = [0.25, 0.0, 0.0]
+radius = 0.05
+density = 2.0
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.5
+contact_time = 0.01
+[observe]
+every = 0.1
+"#,
+    );
+    for engine in ["general", "bulk"] {
+        let engine = format!("dem.engine={engine}");
+        let (scene, out) = (scene.to_str().expect("UTF-8"), out.to_str().expect("UTF-8"));
+        let output = bedload(&["run", scene, "--out", out, "--set", &engine]);
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(0), "{text}");
+        // Its centre passes x = 1 at t = 0.8 s.
+        let when = text.find("grain 1 left the box in window").expect(&text);
+        let time = text[when..].split("(t = ").nth(1).and_then(|rest| rest.split(' ').next());
+        let time: f64 = time.and_then(|time| time.parse().ok()).expect(&text);
+        assert!((0.8..0.95).contains(&time), "{text}");
+        assert!(text.contains("m with [0.25, 0.0, 0.0] m/s"), "{text}");
+        assert!(text.contains("1 grain(s) are outside the box at the end"), "{text}");
+        assert!(!text.contains("grain 0"), "{text}");
+    }
+}
