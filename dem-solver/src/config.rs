@@ -214,6 +214,7 @@ fn coarsest_spacing(scene: &CheckedScene) -> f64 {
 fn wall(wall: &protocol::scene::Wall) -> Wall {
     Wall {
         velocity: wall.velocity,
+        from: wall.from,
         until: Some(wall.until).filter(|until| until.is_finite()),
         ..Wall::new(wall.point, wall.normal)
     }

@@ -122,7 +122,7 @@ impl Dem {
                 let wall = &scene.walls[self.lists.walls.other[k] as usize];
                 let (r, normal) = (g.radius[i], wall.normal);
                 let gap = wall.gap(&g.position[i], r, self.time);
-                if !wall.stands(self.time) || gap > scene.range {
+                if !wall.acts(self.time) || gap > scene.range {
                     continue;
                 }
                 let law = scene.laws.between(g.material[i], wall.material);

@@ -42,7 +42,7 @@ impl Dem {
         for contact in &walls {
             let i = contact.first as usize;
             let wall = &self.scene().walls[contact.second as usize];
-            if wall.stands(self.time) {
+            if wall.acts(self.time) {
                 let gap = wall.gap(&g.position[i], g.radius[i], self.time);
                 let law = self.scene().laws.between(g.material[i], wall.material);
                 let size = (response.wall_mass(g, i), g.radius[i]);

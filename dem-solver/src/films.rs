@@ -132,7 +132,7 @@ impl Films {
         for i in 0..grains.len() {
             for k in list.row(i) {
                 let wall = &scene.walls[list.other[k] as usize];
-                if !wall.stands(t) {
+                if !wall.acts(t) {
                     continue;
                 }
                 let law = model.film(grains.radius[i], f64::INFINITY);
@@ -223,7 +223,7 @@ pub fn explicit_forces(
             let wall = &scene.walls[walls.other[k] as usize];
             let law = model.film(r, f64::INFINITY);
             let gap = wall.gap(&x, r, t);
-            if wall.stands(t) && (0.0..=law.cut_off).contains(&gap) {
+            if wall.acts(t) && (0.0..=law.cut_off).contains(&gap) {
                 let rate = (velocity[i] - wall.velocity).dot(&wall.normal);
                 force[i] += wall.normal * (-law.resistance(gap) * rate);
             }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::janssen::{Measured, Silo, direct, plateau};
 use crate::participant::DemParticipant;
 use crate::profile::Profile;
-use crate::output;
+use crate::{Vec3, output};
 use protocol::output::{MetricValue, OutputFolder, atomic_write};
 use protocol::participant::SolverError;
 use protocol::scene::{CheckedScene, MetricKind};

@@ -263,7 +263,7 @@ fn wall_forces(
         let r = grains.radius[i];
         for k in list.row(i) {
             let wall = &scene.walls[list.other[k] as usize];
-            if !wall.stands(kinematics.t) {
+            if !wall.acts(kinematics.t) {
                 list.touching[k] = false;
                 list.spring[k] = Vec3::zeros();
                 list.rolling[k] = Vec3::zeros();

@@ -16,6 +16,9 @@ pub struct Wall {
     /// Velocity, m/s: the normal part moves the plane, the tangential part drags grains along.
     #[serde(default)]
     pub velocity: [f64; 3],
+    /// Time from which the wall is there, s; it moves from time zero on all the same.
+    #[serde(default)]
+    pub from: f64,
     /// Time at which the wall vanishes, s; never if absent.
     #[serde(default)]
     pub until: Option<f64>,
@@ -28,7 +31,7 @@ impl Wall {
     /// A wall at rest that stays, of material 0.
     #[must_use]
     pub fn new(point: [f64; 3], normal: [f64; 3]) -> Self {
-        Self { point, normal, velocity: [0.0; 3], until: None, material: 0 }
+        Self { point, normal, velocity: [0.0; 3], from: 0.0, until: None, material: 0 }
     }
 
     /// Checks values and directions; a wall may not cut a periodic direction obliquely.
@@ -49,6 +52,9 @@ impl Wall {
         if let Some((_, value)) = across {
             return bad("component of the normal along a periodic axis", value, "zero");
         }
+        if self.from.is_nan() {
+            return bad("from", self.from, "a time");
+        }
         match self.until {
             Some(time) if time.is_nan() => bad("until", time, "a time"),
             _ => Ok(()),
@@ -65,6 +71,8 @@ pub struct Plane {
     pub normal: Vec3,
     /// Velocity, m/s.
     pub velocity: Vec3,
+    /// Time of appearing, s.
+    pub from: f64,
     /// Time of vanishing, s; infinite if it stays.
     pub until: f64,
     /// Material.
@@ -77,6 +85,7 @@ impl From<&Wall> for Plane {
             point: wall.point.into(),
             normal: Vec3::from(wall.normal).normalize(),
             velocity: wall.velocity.into(),
+            from: wall.from,
             until: wall.until.unwrap_or(f64::INFINITY),
             material: wall.material,
         }
@@ -91,7 +100,14 @@ impl Plane {
         (position - self.point).dot(&self.normal) - self.velocity.dot(&self.normal) * t - radius
     }
 
-    /// Whether the wall still stands at time `t`.
+    /// Whether grains feel the wall at time `t`.
+    #[inline(always)]
+    #[must_use]
+    pub fn acts(&self, t: f64) -> bool {
+        self.from <= t && self.stands(t)
+    }
+
+    /// Whether the wall is not gone at time `t`: lists hold it also before it acts.
     #[inline(always)]
     #[must_use]
     pub fn stands(&self, t: f64) -> bool {

@@ -30,6 +30,7 @@ fn busy(n: usize, friction: f64) -> DemSpec {
         floor(),
         Wall { velocity: [0.3, 0.0, -0.4], ..Wall::new([0.0, 0.0, side + 0.2], [0.0, 0.0, -1.0]) },
         Wall { until: Some(0.05), ..Wall::new([0.1, 0.0, 0.0], [1.0, 0.0, 0.0]) },
+        Wall { from: 0.03, ..Wall::new([side, 0.0, 0.0], [-1.0, 0.0, 0.0]) },
     ];
     set_up.periods = [None, Some((-0.3, side)), None];
     set_up.gravity = [1.0, 0.0, -9.0];

@@ -107,6 +107,25 @@ fn a_gate_vanishes_at_its_time() {
 }
 
 #[test]
+fn a_floor_that_takes_over_goes_down_with_its_grain() {
+    let mut set_up = spec(vec![Grain::new([0.0, 0.0, 0.5], 0.5, 1.0)], law(0.5, 0.01));
+    // Level with the first when that vanishes, then at 0.1 m/s downwards.
+    let next = Wall { from: 1.0, velocity: [0.0, 0.0, -0.1], ..Wall::new([0.0, 0.0, 0.1], [0.0, 0.0, 1.0]) };
+    set_up.walls = vec![Wall { until: Some(1.0), ..floor() }, next];
+    set_up.gravity = [0.0, 0.0, -1.0];
+    let mut solver = dem(&set_up);
+    for _ in 0..100 {
+        solver.advance(0.01, 20, &[]).expect("advances");
+    }
+    assert!((solver.grains.position[0].z - 0.5).abs() < 1e-4, "the second floor was not there yet");
+    for _ in 0..100 {
+        solver.advance(0.01, 20, &[]).expect("advances");
+    }
+    assert!((solver.grains.position[0].z - 0.4).abs() < 1e-4, "{}", solver.grains.position[0].z);
+    assert!((solver.grains.velocity[0].z + 0.1).abs() < 1e-4, "{}", solver.grains.velocity[0].z);
+}
+
+#[test]
 fn grains_collide_through_a_periodic_face() {
     let mut grain = Grain::new([9.3, 0.0, 0.0], 0.5, 1.0);
     grain.velocity = [1.0, 0.0, 0.0];

@@ -47,7 +47,7 @@ pub(super) fn wall_forces<L: Eight>(
             at = pack.wall;
             law = LawLanes::new(token, coefficients, dt);
         }
-        if !plane.stands(t) {
+        if !plane.acts(t) {
             pack.touching = 0;
             pack.spring = [[0.0; 8]; 3];
             continue;

@@ -138,7 +138,7 @@ impl Dem {
     fn gaps_to_walls(&mut self) {
         let grains = &self.grains;
         for (i, nearest) in self.seen.gap_end.iter_mut().enumerate() {
-            for wall in self.scene.walls.iter().filter(|wall| wall.stands(self.time)) {
+            for wall in self.scene.walls.iter().filter(|wall| wall.acts(self.time)) {
                 *nearest = nearest.min(wall.gap(&grains.position[i], grains.radius[i], self.time));
             }
             self.seen.smallest_gap[i] = self.seen.smallest_gap[i].min(*nearest);
@@ -161,7 +161,7 @@ impl Dem {
     fn first_lost(&self) -> Option<usize> {
         let grains = &self.grains;
         let behind = |&i: &usize| {
-            let stands = self.scene.walls.iter().filter(|wall| wall.stands(self.time));
+            let stands = self.scene.walls.iter().filter(|wall| wall.acts(self.time));
             let mut gaps = stands.map(|wall| wall.gap(&grains.position[i], grains.radius[i], self.time));
             gaps.any(|gap| gap < -3.0 * grains.radius[i])
         };

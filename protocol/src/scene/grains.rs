@@ -208,6 +208,9 @@ pub struct Wall {
     /// Velocity, m/s.
     #[serde(default)]
     pub velocity: [f64; 3],
+    /// The wall is there from this time on, s; it moves from time zero on all the same.
+    #[serde(default)]
+    pub from: f64,
     /// The wall vanishes at this time, s (a gate).
     #[serde(default = "forever")]
     pub until: f64,
@@ -221,7 +224,7 @@ impl Wall {
     /// A wall that stays.
     #[must_use]
     pub fn at_rest(point: [f64; 3], normal: [f64; 3]) -> Self {
-        Self { point, normal, velocity: [0.0; 3], until: f64::INFINITY }
+        Self { point, normal, velocity: [0.0; 3], from: 0.0, until: f64::INFINITY }
     }
 }
 

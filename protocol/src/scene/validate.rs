@@ -455,11 +455,11 @@ fn walls(scene: &Scene, source: &SceneSource) -> Check {
                 "give a normal of non-zero length that points to the grains",
             ));
         }
-        if wall.until.is_nan() {
+        if !(wall.from.is_finite() && wall.until > wall.from) {
             return Err(source.error(
                 &key("until"),
-                "is NaN".to_owned(),
-                "give the time at which the wall vanishes, or leave it out",
+                format!("is {}, from {}", wall.until, wall.from),
+                "give times from < until between which the wall is there, or leave them out",
             ));
         }
     }
@@ -606,6 +606,7 @@ fn inside(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> C
         }
     }
     let mut planes = scene.walls.clone();
+    planes.retain(|wall| wall.from <= 0.0);
     planes.extend(domain.contact_faces());
     for wall in &planes {
         let length: f64 = wall.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
