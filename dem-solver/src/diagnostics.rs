@@ -24,7 +24,7 @@ impl Dem {
     pub fn elastic_energy(&self) -> f64 {
         let g = &self.grains;
         let (pairs, walls) = match &self.bulk {
-            Some(bulk) => bulk.contacts(false),
+            Some(bulk) => bulk.contacts(),
             None => (self.lists.pairs.bearing(), self.lists.walls.bearing()),
         };
         let response =

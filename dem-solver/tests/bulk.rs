@@ -1,6 +1,6 @@
 //! The engine for many grains: the general one's results to round-off, and the same bits however it works.
 mod common;
-use common::{Random, cloud, dem, floor, law, spec};
+use common::{Random, cloud, dem, floor, law, repeats, spec};
 use dem_solver::bulk::Settings;
 use dem_solver::{
     Dem, DemSpec, Engine, Freedom, Grain, GrainLoad, Integrator, Motion, Shape, State, Vec3, Wall,
@@ -230,25 +230,8 @@ fn restored_runs_repeat_bit_for_bit() {
     for _ in 0..60 {
         solver.advance(4e-3, 20, &[]).expect("advances");
     }
-    let saved = solver.save();
-    let bytes = bincode::serde::encode_to_vec(&saved, bincode::config::standard()).expect("serialises");
-    let mut first = Vec::new();
-    for _ in 0..20 {
-        first.push((solver.advance(4e-3, 20, &[]).expect("advances"), solver.observations().clone()));
-    }
-    let end = solver.save();
-    let read: State =
-        bincode::serde::decode_from_slice(&bytes, bincode::config::standard()).expect("reads").0;
-    let mut fresh = dem(&set_up);
-    for (solver, state) in [(&mut solver, saved.clone()), (&mut fresh, read)] {
-        solver.restore(&state).expect("restores");
-        assert!(solver.save() == saved, "what is restored is what was saved");
-        for (report, seen) in &first {
-            assert_eq!(&solver.advance(4e-3, 20, &[]).expect("advances"), report);
-            assert!(solver.observations() == seen);
-        }
-        assert!(solver.save() == end, "the repeated run ends in other bits");
-    }
+    let saved =
+        repeats("bulk", &set_up, &mut solver, |solver| solver.advance(4e-3, 20, &[]).expect("advances"));
     // from the very beginning, before there is an order
     solver.restore(&start).expect("restores");
     for _ in 0..60 {

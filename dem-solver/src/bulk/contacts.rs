@@ -7,16 +7,15 @@ use super::{Bulk, SIZE};
 use crate::state::SavedContact;
 
 impl Bulk {
-    /// Contacts between grains and with walls, each ascending: those that bear a force, or `all` that are
-    /// listed.
-    pub(crate) fn contacts(&self, all: bool) -> (Vec<SavedContact>, Vec<SavedContact>) {
+    /// Contacts between grains and with walls that bear a force, each ascending.
+    pub(crate) fn contacts(&self) -> (Vec<SavedContact>, Vec<SavedContact>) {
         let (mut pairs, mut walls) = (Vec::new(), Vec::new());
         let mut history = History::default();
         for (b, block) in self.blocks.block.iter().enumerate() {
             let block = lock(block);
             match self.seeds.get(b) {
                 Some(seed) => history.clone_from(seed),
-                None => block.history(SIZE as u32, all, &mut history),
+                None => block.history(SIZE as u32, false, &mut history),
             }
             let [inner, cross, at_walls] = &history;
             let number = |place: u32| self.order[place as usize];

@@ -41,7 +41,7 @@ impl Bulk {
     ) {
         let stale = self.order_travel > STALE * self.diameter;
         if self.order.is_empty() || stale {
-            let (pairs, walls) = self.contacts(false);
+            let (pairs, walls) = self.contacts();
             self.arrange(grains, order(&grains.position, CELL * self.diameter), 0.0);
             self.take(&pairs, &walls);
             self.loaded = true; // what acts on the grains must be set
@@ -210,7 +210,7 @@ impl Bulk {
     pub(crate) fn save_into(&self, state: &mut State) {
         state.order.clone_from(&self.order);
         state.order_travel = self.order_travel;
-        (state.contacts, state.wall_contacts) = self.contacts(false);
+        (state.contacts, state.wall_contacts) = self.contacts();
     }
 
     /// Order and springs of a checked state, which `grains` already hold.

@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub)] // each test binary uses its own part
 
 use dem_solver::contact::{LinearSpringDashpot, RestitutionForm};
-use dem_solver::{ContactLaw, Dem, DemSpec, Grain, Wall};
+use dem_solver::{ContactLaw, Dem, DemSpec, Grain, State, Wall};
 
 /// A frictionless law with restitution `e` and contact time `t_c`.
 pub fn law(e: f64, t_c: f64) -> LinearSpringDashpot {
@@ -20,6 +20,35 @@ pub fn spec(grains: Vec<Grain>, law: LinearSpringDashpot) -> DemSpec {
 
 pub fn dem(spec: &DemSpec) -> Dem {
     Dem::new(spec).expect("valid spec")
+}
+
+/// From where it stands, 20 windows of `solver`, once more in it after a restore, and in a fresh one of `set_up` from
+/// the saved bytes: all in the same bits. Returns the state that they started from.
+pub fn repeats<R: PartialEq + std::fmt::Debug>(
+    what: &str,
+    set_up: &DemSpec,
+    solver: &mut Dem,
+    advance: impl Fn(&mut Dem) -> R,
+) -> State {
+    let saved = solver.save();
+    let bytes = bincode::serde::encode_to_vec(&saved, bincode::config::standard()).expect("serialises");
+    let mut first = Vec::new();
+    for _ in 0..20 {
+        first.push((advance(solver), solver.observations().clone()));
+    }
+    let end = solver.save();
+    let read: State =
+        bincode::serde::decode_from_slice(&bytes, bincode::config::standard()).expect("reads").0;
+    for (solver, state) in [(solver, saved.clone()), (&mut dem(set_up), read)] {
+        solver.restore(&state).expect("restores");
+        assert!(solver.save() == saved, "{what}: what is restored is what was saved");
+        for (report, seen) in &first {
+            assert_eq!(&advance(solver), report, "{what}");
+            assert!(solver.observations() == seen, "{what}");
+        }
+        assert!(solver.save() == end, "{what}: the repeated run ends in other bits");
+    }
+    saved
 }
 
 /// Floor z = 0.

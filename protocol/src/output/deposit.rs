@@ -3,6 +3,8 @@
 
 use std::fmt::Write;
 
+use super::line::Line;
+
 /// Profile of a heap over bins along x.
 #[derive(Clone, Debug)]
 pub(super) struct Heap {
@@ -79,12 +81,13 @@ impl Heap {
         let [low, high] = between.map(|part| part * self.height());
         let slope = |side: &Vec<usize>| {
             let foot = side.iter().position(|place| self.top[*place] < low).unwrap_or(side.len());
-            let flank: Vec<(f64, f64)> = side[..foot]
-                .iter()
-                .filter(|place| self.top[**place] <= high)
-                .map(|place| (self.middle(*place).abs(), self.top[*place]))
-                .collect();
-            (flank.len() >= 3).then(|| line_slope(&flank))
+            let flank: Vec<usize> =
+                side[..foot].iter().copied().filter(|place| self.top[*place] <= high).collect();
+            let mut line = Line::new(f64::NEG_INFINITY, f64::INFINITY);
+            for &place in &flank {
+                line.add(self.middle(place).abs(), 1.0, self.top[place]);
+            }
+            (flank.len() >= 3).then(|| line.fit().ok()).flatten().map(|(_, slope)| slope)
         };
         let slopes: Vec<f64> = self.sides().iter().filter_map(slope).collect();
         if slopes.is_empty() {
@@ -169,16 +172,6 @@ impl Surface {
 
 /// Points at which two surfaces are compared: more than a profile has bins.
 const SAMPLES: u32 = 2000;
-
-/// Slope of the straight line through points, by least squares.
-fn line_slope(points: &[(f64, f64)]) -> f64 {
-    let count = points.len() as f64;
-    let (x0, y0) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / count, y + p.1 / count));
-    let sums = points
-        .iter()
-        .fold((0.0, 0.0), |(xx, xy), (x, y)| (xx + (x - x0) * (x - x0), xy + (x - x0) * (y - y0)));
-    sums.1 / sums.0
-}
 
 #[cfg(test)]
 mod tests {

@@ -216,7 +216,7 @@ pub struct Wall {
     pub until: f64,
 }
 
-fn forever() -> f64 {
+pub(super) fn forever() -> f64 {
     f64::INFINITY
 }
 

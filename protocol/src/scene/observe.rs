@@ -231,12 +231,8 @@ pub struct Span {
     #[serde(default)]
     pub from: f64,
     /// End, s.
-    #[serde(default = "forever")]
+    #[serde(default = "super::grains::forever")]
     pub to: f64,
-}
-
-fn forever() -> f64 {
-    f64::INFINITY
 }
 
 /// Where the surface of a heap is measured.
