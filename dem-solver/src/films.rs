@@ -7,17 +7,20 @@
 //! share no grain that can move, are exact after one sweep. Each visit changes both partners by
 //! opposite impulses, so momentum is kept to round-off whatever the number of sweeps.
 //!
-//! The order is fixed: grain pairs (i, j) ascending, then walls by grain. M_i holds the virtual mass,
+//! The order is fixed: grain pairs (i, j) ascending, then walls by grain, eight parts of that list by turns. M_i holds the virtual mass,
 //! locked directions have zero inverse mass.
 
 use crate::Vec3;
 use crate::grains::{Grains, Response};
 use crate::interact::Scene;
-use crate::lubrication::{FilmLaw, FilmModel};
+use crate::lubrication::{Expansion, FilmLaw, FilmModel};
 use crate::neighbours::ContactList;
 
 /// A sweep that changes no gap rate by more than this part of the largest is the last.
 const CONVERGED: f64 = 1e-10;
+
+/// Parts of the list that take turns.
+const PARTS: usize = 8;
 
 /// One film in reach.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +35,9 @@ struct Film {
     wall_rate: f64,
     inverse_mass: f64,
     law: FilmLaw,
+    near: Expansion,
+    /// Path of `near` as found last.
+    path: f64,
     impulse: f64,
 }
 
@@ -67,8 +73,9 @@ impl Films {
         self.collect_pairs(scene, model, grains, response, pairs, dt);
         self.collect_walls(scene, model, grains, response, walls, t, dt);
         let sweeps = if self.active.len() <= 1 { 1 } else { sweeps };
-        for _ in 0..sweeps {
-            if self.sweep(&mut grains.velocity, &response.inverse_mass, dt) {
+        for sweep in 0..sweeps {
+            let rounds = if sweep == 0 { Expansion::ROUNDS } else { 1 };
+            if self.sweep(&mut grains.velocity, &response.inverse_mass, dt, rounds) {
                 break;
             }
         }
@@ -111,6 +118,8 @@ impl Films {
                         wall_rate: 0.0,
                         inverse_mass,
                         law,
+                        near: law.expansion(gap, dt, inverse_mass),
+                        path: 0.0,
                         impulse: 0.0,
                     });
                 }
@@ -151,6 +160,8 @@ impl Films {
                         wall_rate,
                         inverse_mass,
                         law,
+                        near: law.expansion(gap, dt, inverse_mass),
+                        path: 0.0,
                         impulse: 0.0,
                     });
                 }
@@ -159,27 +170,45 @@ impl Films {
     }
 
     /// One pass over all films; true when nothing worth another pass changed.
-    fn sweep(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3], dt: f64) -> bool {
+    ///
+    /// Neighbours in the list share a grain, so each would wait for the one before: eight parts of
+    /// the list take turns.
+    fn sweep(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3], dt: f64, rounds: u32) -> bool {
         let (mut change, mut largest) = (0.0f64, 0.0f64);
-        for film in &mut self.active {
-            let i = film.first as usize;
-            let mut rate = velocity[i].dot(&film.normal) - film.wall_rate;
-            if !film.wall {
-                rate -= velocity[film.second as usize].dot(&film.normal);
+        let part = self.active.len().div_ceil(PARTS).max(1);
+        for k in 0..part {
+            for film in self.active.iter_mut().skip(k).step_by(part) {
+                let (kick, without) = film.visit(velocity, inverse_mass, dt, rounds);
+                change = change.max((film.inverse_mass * kick).abs());
+                largest = largest.max(without.abs());
             }
-            let without = rate - film.inverse_mass * film.impulse;
-            let impulse = film.law.impulse(film.gap, without, dt, film.inverse_mass);
-            let kick = impulse - film.impulse;
-            film.impulse = impulse;
-            velocity[i] += inverse_mass[i].component_mul(&film.normal) * kick;
-            if !film.wall {
-                let j = film.second as usize;
-                velocity[j] -= inverse_mass[j].component_mul(&film.normal) * kick;
-            }
-            change = change.max((film.inverse_mass * kick).abs());
-            largest = largest.max(without.abs());
         }
         change <= CONVERGED * largest
+    }
+}
+
+impl Film {
+    /// Solves this film against the present velocities: by how much its impulse changed, and the gap
+    /// rate without it.
+    #[inline(always)]
+    fn visit(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3], dt: f64, rounds: u32) -> (f64, f64) {
+        let i = self.first as usize;
+        let mut rate = velocity[i].dot(&self.normal) - self.wall_rate;
+        if !self.wall {
+            rate -= velocity[self.second as usize].dot(&self.normal);
+        }
+        let without = rate - self.inverse_mass * self.impulse;
+        self.path = self.near.path(without, self.path, rounds);
+        let near = self.near.impulse(self.path);
+        let impulse = near.unwrap_or_else(|| self.law.impulse(self.gap, without, dt, self.inverse_mass));
+        let kick = impulse - self.impulse;
+        self.impulse = impulse;
+        velocity[i] += inverse_mass[i].component_mul(&self.normal) * kick;
+        if !self.wall {
+            let j = self.second as usize;
+            velocity[j] -= inverse_mass[j].component_mul(&self.normal) * kick;
+        }
+        (kick, without)
     }
 }
 

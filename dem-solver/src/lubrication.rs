@@ -221,6 +221,58 @@ pub struct FilmLaw {
     pub shift: f64,
 }
 
+/// A film over so short a path that four terms of the series in s, the relative change of δ + η, say
+/// everything: most films of a dense bed in most sub-steps, at a tenth of the cost of the logarithms.
+#[derive(Clone, Copy, Debug)]
+pub struct Expansion {
+    /// path = k₁ s + k₂ s² + k₃ s³ + k₄ s⁴, N s.
+    k: [f64; 4],
+    /// 1/(inertia + k₁/m): s per unit of gap rate where the path is short, s/m.
+    inverse: f64,
+    /// k₂, k₃, k₄ over m times `inverse`.
+    bend: [f64; 3],
+    /// Least s that it holds for.
+    low: f64,
+    /// Largest s that it holds for.
+    high: f64,
+}
+
+impl Default for Expansion {
+    /// One that holds for nothing.
+    fn default() -> Self {
+        Self { k: [0.0; 4], inverse: 0.0, bend: [0.0; 3], low: f64::INFINITY, high: f64::NEG_INFINITY }
+    }
+}
+
+impl Expansion {
+    /// Largest |s|: the term left out is s⁴/5 of the path, 5e-11.
+    const FAR: f64 = 1.0 / 256.0;
+
+    /// Rounds from nothing to the solution: each comes closer by a factor of 3 s at least.
+    pub const ROUNDS: u32 = 5;
+
+    /// The path s of a film at the gap that it was made for, `rounds` closer to the solution than
+    /// `guess`.
+    #[inline(always)]
+    #[must_use]
+    pub fn path(&self, rate: f64, guess: f64, rounds: u32) -> f64 {
+        let [b2, b3, b4] = self.bend;
+        let mut s = guess;
+        for _ in 0..rounds {
+            s = rate * self.inverse - s * s * (b2 + s * (b3 + s * b4));
+        }
+        s
+    }
+
+    /// [`FilmLaw::impulse`] over the path s, if that is short enough.
+    #[inline(always)]
+    #[must_use]
+    pub fn impulse(&self, s: f64) -> Option<f64> {
+        let [k1, k2, k3, k4] = self.k;
+        (s >= self.low && s <= self.high).then(|| -s * (k1 + s * (k2 + s * (k3 + s * k4))))
+    }
+}
+
 impl FilmLaw {
     /// κ at gap `gap` within the film, N s/m.
     #[inline(always)]
@@ -261,6 +313,38 @@ impl FilmLaw {
         let quotient = 2.0 * step * (1.0 + x + y) / (1.0 + 2.0 * x * (1.0 + x));
         let angle = 2.0 * step / (1.0 + (1.0 + 2.0 * x) * (1.0 + 2.0 * y));
         0.5 * quotient.ln_1p() + angle.atan()
+    }
+
+    /// The path about the gap `gap`, for a sub-step of `dt` and a pair of 1/m = `inverse_mass`.
+    #[inline(always)]
+    #[must_use]
+    pub fn expansion(&self, gap: f64, dt: f64, inverse_mass: f64) -> Expansion {
+        if !(0.0..=self.cut_off).contains(&gap) {
+            return Expansion::default();
+        }
+        let a = gap + self.roughness;
+        // path = c ∫ dσ/Q(σ) − shift a s with Q = (1 + σ)(1 + 2x(1 + σ) + 2x²(1 + σ)²), or (1 + σ)^{3/2}
+        let (c, [q0, q1, q2, q3]) = match self.shape {
+            FilmShape::Point => {
+                let x = a / self.resolved_length;
+                let x2 = x * x;
+                let q = [1.0 + 2.0 * x + 2.0 * x2, 1.0 + 4.0 * x + 6.0 * x2, 4.0 * x + 12.0 * x2, 12.0 * x2];
+                (self.coefficient, q)
+            }
+            FilmShape::Line => (self.coefficient / a.sqrt(), [1.0, 1.5, 0.75, -0.375]),
+        };
+        let (p, r) = (1.0 / q0, q1 / q0);
+        let (c, second, third) = (c * p, q2 * p, q3 * p);
+        let k = [
+            c - self.shift * a,
+            -0.5 * c * r,
+            c / 6.0 * (2.0 * r * r - second),
+            c / 24.0 * (6.0 * r * (second - r * r) - third),
+        ];
+        let inverse = 1.0 / (a / dt + inverse_mass * k[0]);
+        let low = (-gap / a).max(-Expansion::FAR);
+        let high = ((self.cut_off - gap) / a).min(Expansion::FAR);
+        Expansion { k, inverse, bend: [k[1], k[2], k[3]].map(|k| k * inverse_mass * inverse), low, high }
     }
 
     /// Impulse of the film over `dt`, N s, positive apart.

@@ -1,7 +1,7 @@
 //! The film: exact solutions of m dU/dt = −κ(h) U, stability, tunnelling, many films.
 mod common;
 use common::{dem, floor, law, spec};
-use dem_solver::lubrication::{FilmIntegration, FilmLaw, FilmModel, FilmSettings, FilmShape};
+use dem_solver::lubrication::{Expansion, FilmIntegration, FilmLaw, FilmModel, FilmSettings, FilmShape};
 use dem_solver::{Dem, DemSpec, Grain, Lubrication, Vec3, Wall};
 use std::f64::consts::PI;
 
@@ -274,4 +274,39 @@ fn moving_wall_carries_the_grain() {
         "{}",
         solver.observations().gap_end[0] - exact
     );
+}
+
+/// Short paths by the series give the impulse of the logarithms, and long ones are refused.
+#[test]
+fn short_paths_are_those_of_the_logarithms() {
+    let (mut short, mut long) = (0, 0);
+    for (shape, continuous, resolved_length) in [
+        (FilmShape::Point, false, f64::INFINITY),
+        (FilmShape::Point, true, f64::INFINITY),
+        (FilmShape::Point, false, 0.1),
+        (FilmShape::Line, true, f64::INFINITY),
+    ] {
+        let law = FilmModel { resolved_length, ..model(4e-4, shape, continuous) }.film(R, R);
+        for gap in [0.0, 1e-4, 1e-3, 0.01, 0.1, 0.2] {
+            for rate in [-3.0, -0.1, -1e-3, 1e-6, 0.02, 1.0] {
+                for (dt, inverse_mass) in [(1e-4, 0.5), (1e-2, 0.5), (1e-4, 50.0), (1e-6, 1e-3)] {
+                    let exact = law.impulse(gap, rate, dt, inverse_mass);
+                    let short_path = law.expansion(gap, dt, inverse_mass);
+                    match short_path.impulse(short_path.path(rate, 0.0, Expansion::ROUNDS)) {
+                        Some(near) => {
+                            short += 1;
+                            // the logarithms' impulse is a difference of momenta
+                            let rounding = 1e-14 * rate.abs() / inverse_mass;
+                            assert!(
+                                (near - exact).abs() <= 2e-9 * exact.abs() + rounding,
+                                "{shape:?} gap {gap}, rate {rate}, dt {dt}: {near:e} against {exact:e}"
+                            );
+                        }
+                        None => long += 1,
+                    }
+                }
+            }
+        }
+    }
+    assert!(short > 200 && long > 100, "{short} short, {long} long");
 }

@@ -23,6 +23,7 @@ pub mod momentum;
 pub mod output;
 pub mod participant;
 pub mod plan;
+pub mod planes;
 pub mod program;
 pub mod project;
 pub mod scheme;

@@ -2,10 +2,11 @@
 
 use crate::checkpoint;
 use crate::output;
+use crate::planes;
 use crate::solver::Solver;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
-use protocol::scene::{CheckedScene, SceneError};
+use protocol::scene::{CheckedScene, ObservedPlanes, SceneError};
 use std::path::{Path, PathBuf};
 
 /// A fluid solver for any geometry.
@@ -13,6 +14,7 @@ pub struct Fluid {
     solver: Any,
     scene: String,
     fields: PathBuf,
+    planes: Option<(ObservedPlanes, usize)>,
 }
 
 /// Two or three axes. Boxed: the plans of the transforms are large.
@@ -42,7 +44,11 @@ impl Fluid {
             2 => Any::Two(Box::new(Solver::new(scene)?)),
             _ => Any::Three(Box::new(Solver::new(scene)?)),
         };
-        Ok(Self { solver, scene: scene.sha256(), fields: folder.join("fields") })
+        let axes = scene.scene.domain.geometry.axes();
+        let axis = |asked: &ObservedPlanes| axes.iter().position(|axis| *axis == asked.axis);
+        let planes = scene.scene.observe.planes;
+        let planes = planes.and_then(|asked| Some((asked, axis(&asked)?)));
+        Ok(Self { solver, scene: scene.sha256(), fields: folder.join("fields"), planes })
     }
 
     /// The solver of a plane or axisymmetric scene.
@@ -81,7 +87,13 @@ impl Participant for Fluid {
         window: &Window,
         exchange: &mut dyn Exchange<Kinematics, Loads>,
     ) -> Result<WindowReport, SolverError> {
-        any!(&mut self.solver, solver => solver.advance(window, exchange))
+        let report = any!(&mut self.solver, solver => solver.advance(window, exchange))?;
+        if let Some((asked, axis)) = &self.planes
+            && asked.due(window.time, window.time + window.dt)
+        {
+            any!(&mut self.solver, solver => planes::write(solver, *axis, window, &self.fields))?;
+        }
+        Ok(report)
     }
 
     fn save(&mut self) {

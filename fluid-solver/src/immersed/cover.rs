@@ -1,10 +1,11 @@
 //! The cells that one grain holds, for one set of nodes: rows of cells with the odds of each.
 //!
-//! Odds are evaluated only in the band around the surface (numerics §4); inside they are
-//! [`SOLID`], and cells outside the band are not even listed.
+//! Odds are evaluated only in the band around the surface (numerics §4); cells outside it are not even
+//! listed.
 
 use super::body::laboratory;
-use super::mask::{Kernel, SOLID};
+use super::mask::Kernel;
+use super::odds::{Batch, Sums};
 use crate::grid::Grid;
 
 /// Neighbouring cells along axis 0.
@@ -14,6 +15,8 @@ pub struct Span {
     pub start: usize,
     /// Index of the first cell along axis 0.
     pub first: usize,
+    /// Indices along the other axes.
+    pub across: [usize; 2],
     /// Number of cells.
     pub count: usize,
     /// Control volume of a cell over its factor along axis 0.
@@ -136,24 +139,32 @@ impl Cover {
         let at: [f64; D] = std::array::from_fn(|a| centre[laboratory(grid.geometry, a)]);
         let [least, most] = nodes.bounds(grid, &at, radius);
         let [inner, outer] = kernel.reach(radius, least, most);
-        let place = Place { grid, nodes, kernel, at, radius, inner: inner.max(0.0), outer };
+        let place = Place { grid, nodes, at, outer };
+        let mut batch = Batch::new(kernel, radius, inner.max(0.0));
         let rows = place.range(1, at[1], outer);
         for m in rows.0..rows.1 {
             let near = place.node(1, m);
             if D == 2 {
-                self.row(&place, [near.arm, 0.0], [near.index, 0]);
+                self.row(&place, &mut batch, [near.arm, 0.0], [near.index, 0]);
                 continue;
             }
             let layers = place.range(2, at[D - 1], (outer * outer - near.arm * near.arm).max(0.0).sqrt());
             for l in layers.0..layers.1 {
                 let far = place.node(2, l);
-                self.row(&place, [near.arm, far.arm], [near.index, far.index]);
+                self.row(&place, &mut batch, [near.arm, far.arm], [near.index, far.index]);
             }
         }
+        batch.flush(&mut self.odds);
     }
 
     /// Adds the cells of one row, `arm` and `index` being those along the other axes.
-    fn row<const D: usize>(&mut self, place: &Place<'_, D>, arm: [f64; 2], index: [usize; 2]) {
+    fn row<const D: usize>(
+        &mut self,
+        place: &Place<'_, D>,
+        batch: &mut Batch,
+        arm: [f64; 2],
+        index: [usize; 2],
+    ) {
         let grid = place.grid;
         let off = arm[0] * arm[0] + arm[1] * arm[1];
         let chord = place.outer * place.outer - off;
@@ -161,7 +172,8 @@ impl Cover {
             return;
         }
         let (first, last) = place.range(0, place.at[0], chord.sqrt());
-        let n = grid.cells[0] as isize;
+        let (d, n) = (place.nodes.d, grid.cells[0] as isize);
+        let sums = place.sums(arm, index);
         let mut m = first;
         while m < last {
             // A row that crosses a periodic face is cut there.
@@ -172,55 +184,23 @@ impl Cover {
             let mut lab = [0.0; 3];
             for a in 1..D {
                 at[a] = index[a - 1] as isize;
-                weight *= grid.volumes(place.nodes.d, a)[index[a - 1]];
+                weight *= grid.volumes(d, a)[index[a - 1]];
                 lab[laboratory(grid.geometry, a)] = arm[a - 1];
             }
-            lab[0] = near.arm - grid.nodes(place.nodes.d, 0)[near.index];
+            lab[0] = near.arm - grid.nodes(d, 0)[near.index];
             let count = (end - m) as usize;
-            self.spans.push(Span { start: grid.index(at), first: near.index, count, weight, arm: lab });
-            self.fill(place, near.index, count, lab[0], arm, index);
+            let cells = near.index..near.index + count;
+            self.spans.push(Span {
+                start: grid.index(at),
+                first: near.index,
+                across: index,
+                count,
+                weight,
+                arm: lab,
+            });
+            let (x, widths) = (&grid.nodes(d, 0)[cells.clone()], &place.nodes.spacing[0][cells]);
+            batch.row(x, widths, lab[0], &sums, &mut self.odds);
             m = end;
-        }
-    }
-
-    /// Odds of `count` cells from `first` on.
-    fn fill<const D: usize>(
-        &mut self,
-        place: &Place<'_, D>,
-        first: usize,
-        count: usize,
-        shift: f64,
-        arm: [f64; 2],
-        index: [usize; 2],
-    ) {
-        let nodes = place.nodes;
-        let along = &place.grid.nodes(nodes.d, 0)[first..first + count];
-        let widths = &nodes.spacing[0][first..first + count];
-        let off = arm[0] * arm[0] + arm[1] * arm[1];
-        let mut spacing = [0.0; D];
-        for a in 1..D {
-            spacing[a] = nodes.spacing[a][index[a - 1]];
-        }
-        let solid = place.inner * place.inner;
-        for (x, width) in along.iter().zip(widths) {
-            let r = x + shift;
-            let square = r * r + off;
-            if square < solid {
-                self.odds.push(SOLID);
-                continue;
-            }
-            let distance = square.sqrt();
-            spacing[0] = *width;
-            // At the centre itself any direction is as good as another.
-            let inverse = if distance > 0.0 { 1.0 / distance } else { 0.0 };
-            let mut n = [r * inverse; D];
-            for a in 1..D {
-                n[a] = arm[a - 1] * inverse;
-            }
-            if distance == 0.0 {
-                n[0] = 1.0;
-            }
-            self.odds.push(place.kernel.odds(distance - place.radius, &n, &spacing));
         }
     }
 }
@@ -229,14 +209,25 @@ impl Cover {
 struct Place<'a, const D: usize> {
     grid: &'a Grid<D>,
     nodes: &'a Nodes<D>,
-    kernel: &'a Kernel,
     at: [f64; D],
-    radius: f64,
-    inner: f64,
     outer: f64,
 }
 
 impl<const D: usize> Place<'_, D> {
+    /// Sums of a row over the axes but the first.
+    fn sums(&self, arm: [f64; 2], index: [usize; 2]) -> Sums {
+        let mut sums = Sums { square: 0.0, size: 0.0, across: 0.0, fourth: 0.0 };
+        for a in 1..D {
+            let (r, h) = (arm[a - 1], self.nodes.spacing[a][index[a - 1]]);
+            let (r2, h2) = (r * r, h * h);
+            sums.square += r2;
+            sums.size += r.abs();
+            sums.across += r2 * h2;
+            sums.fourth += r2 * r2 * h2;
+        }
+        sums
+    }
+
     /// Unwrapped indices along `axis` of the unknowns within `half` of `centre`. On a periodic axis
     /// they may lie outside `0..n`, but never hold a cell twice: the nearest image counts.
     fn range(&self, axis: usize, centre: f64, half: f64) -> (isize, isize) {

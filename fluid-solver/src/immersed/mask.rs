@@ -20,11 +20,15 @@ const EULER: f64 = 0.577_215_664_901_532_9;
 /// Shift of the surface by the grid, fitted on exact one-dimensional discrete solutions.
 const GRID_SHIFT: f64 = 0.0566;
 
-/// Odds at which a point counts as solid: 1 − β = 1e-8. No function is evaluated further inside.
+/// Odds of a point that is solid, 1 − β = 1e-8.
 pub const SOLID: f64 = 1e8;
 
-/// Logarithm of [`SOLID`]; its negative is where the mask ends outside.
-const EDGE: f64 = 18.420_680_743_952_367;
+/// Where the band around a surface ends: odds above count as solid, odds below 1/`EDGE` as nothing, and no
+/// function is evaluated there. The drag of an array does not feel it (`docs/equations-immersed.md`).
+pub const EDGE: f64 = 1e4;
+
+/// Logarithm of [`EDGE`].
+const LOG_EDGE: f64 = 9.210_340_371_976_184;
 
 /// Form of the mask.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -62,11 +66,19 @@ impl Kernel {
         }
     }
 
-    /// Odds at distance `s`, at most [`SOLID`], zero where β < 1e-8.
+    /// Odds at distance `s`: [`SOLID`] above [`EDGE`], zero below 1/[`EDGE`].
     #[inline]
     pub fn odds<const D: usize>(&self, s: f64, n: &[f64; D], spacing: &[f64; D]) -> f64 {
-        let exponent = self.exponent(s, n, spacing);
-        if exponent < -EDGE { 0.0 } else { exponent.min(EDGE).exp() }
+        match self.exponent(s, n, spacing) {
+            e if e < -LOG_EDGE => 0.0,
+            e if e > LOG_EDGE => SOLID,
+            e => e.exp(),
+        }
+    }
+
+    /// `a` and `b` in dt/τ = (a/w²) exp(b Σ n_a⁴ Δx_a²/w²), m² and 1.
+    pub fn rate_and_shift(&self) -> [f64; 2] {
+        [4.0 * self.viscosity * self.dt * (-2.0 * EULER).exp(), GRID_SHIFT]
     }
 
     /// ln(dt/τ), with `fourth` = Σ n_a⁴ Δx_a².
@@ -86,8 +98,8 @@ impl Kernel {
             Mask::Seed => [0.0, 0.0],
             Mask::ParameterFree => [self.log_rate(thick, 0.0), self.log_rate(thin, most * most)],
         };
-        let inner = radius - 0.5 * thick * (EDGE - rates[0]).max(0.0);
-        let outer = radius + 0.5 * thick * (EDGE + rates[1]).max(0.0);
+        let inner = radius - 0.5 * thick * (LOG_EDGE - rates[0]).max(0.0);
+        let outer = radius + 0.5 * thick * (LOG_EDGE + rates[1]).max(0.0);
         [inner.min(radius), outer]
     }
 }

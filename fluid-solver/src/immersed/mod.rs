@@ -8,6 +8,7 @@ pub mod component;
 pub mod cover;
 pub mod direct;
 pub mod mask;
+mod odds;
 pub mod volume_fraction;
 
 use crate::grid::{Geometry, Grid};

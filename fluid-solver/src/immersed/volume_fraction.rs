@@ -10,6 +10,11 @@
 //! Everything here works with the odds `q = α / (1 − α) = e^{−2s/w}` instead of α: odds of several
 //! grains add up smoothly (numerics: "sum χ"), and `α = q / (1 + q)` gives eq. 8 back.
 
+/// σ = `SIGMA` − `SIGMA_SLOPE` λ² (eq. 10).
+pub const SIGMA: f64 = 0.39 + SIGMA_SLOPE;
+/// See [`SIGMA`].
+pub const SIGMA_SLOPE: f64 = 0.065;
+
 /// Thickness w of the transition, m, for the outward unit normal `n` (eqs 9–10).
 ///
 /// `spacing` is the cell width along each axis; Δx is its mean along the normal,
@@ -22,7 +27,7 @@ pub fn thickness<const D: usize>(factor: f64, n: &[f64; D], spacing: &[f64; D]) 
         lambda += n[a].abs();
         across += (n[a] * spacing[a]).powi(2);
     }
-    let sigma = 0.065 * (1.0 - lambda * lambda) + 0.39;
+    let sigma = SIGMA - SIGMA_SLOPE * lambda * lambda;
     factor * lambda * sigma * (2.0 * across).sqrt()
 }
 

@@ -44,9 +44,9 @@ impl Accumulator {
             MetricKind::TerminalReynolds { .. } | MetricKind::RestingForceRatio { .. } => {
                 mean((1.0 - TAIL) * until)
             }
-            MetricKind::InitialAcceleration { .. } | MetricKind::DepositAspectRatio(_) => {
-                Accumulator::First(None)
-            }
+            MetricKind::InitialAcceleration { .. }
+            | MetricKind::DepositAspectRatio(_)
+            | MetricKind::MobilisationTime { .. } => Accumulator::First(None),
             MetricKind::RestitutionAtGap { .. } => Accumulator::Crossing(Crossing::default()),
             MetricKind::Mean { from, .. } => mean(*from),
             MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {

@@ -12,7 +12,7 @@ use crate::scene::CheckedScene;
 const MARKER: &str = "# Bedload output:";
 
 /// Files that a run writes in the folder itself.
-const FILES: [&str; 10] = [
+const FILES: [&str; 11] = [
     "summary.json",
     "series.csv",
     "exchange.mcap",
@@ -20,6 +20,7 @@ const FILES: [&str; 10] = [
     "plan.json",
     "grains.csv",
     "profile.csv",
+    "planes.csv",
     "oblique.csv",
     "deposit.csv",
     "scene.toml",
@@ -163,6 +164,12 @@ impl OutputFolder {
     #[must_use]
     pub fn profile(&self) -> PathBuf {
         self.root.join("profile.csv")
+    }
+
+    /// Mean over time of the averages over planes, `planes.csv`.
+    #[must_use]
+    pub fn planes(&self) -> PathBuf {
+        self.root.join("planes.csv")
     }
 
     /// The log of the exchange, `exchange.mcap`.

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::last::LastState;
+use super::planes::{Bed, Record};
 use super::subject::{Subject, View, norm};
 use super::{Accumulator, Columns, MetricValue, Sample, Sides, Trajectory};
-use crate::scene::{CheckedScene, Metric, MetricKind, SceneError};
+use crate::scene::{CheckedScene, Metric, MetricKind, Motion, SceneError};
 
 /// Everything that the metrics have kept: belongs into a checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -29,8 +30,13 @@ pub struct Metrics {
     /// Density and viscosity, if there is a fluid.
     medium: Option<(f64, f64)>,
     gravity: f64,
+    /// The free grains, and what their Shields number needs.
+    free: Vec<usize>,
+    bed: Bed,
     /// For metrics of the last state of all grains.
     last: Option<LastState>,
+    /// For metrics of averages over planes, once they are read.
+    planes: Option<Record>,
     state: MetricsState,
 }
 
@@ -47,7 +53,10 @@ impl Metrics {
             subjects: Vec::new(),
             medium: scene.scene.medium.as_ref().map(|medium| (medium.density, medium.viscosity)),
             gravity: norm(&scene.scene.gravity),
+            free: (0..scene.grains.len()).filter(|i| scene.grains[*i].motion == Motion::Free).collect(),
+            bed: bed(scene),
             last: LastState::new(scene)?,
+            planes: None,
             state: MetricsState::default(),
         };
         for (index, metric) in scene.scene.metrics.iter().enumerate() {
@@ -104,6 +113,17 @@ impl Metrics {
                 }
             }
         }
+        for (metric, accumulator) in self.metrics.iter().zip(&mut self.state.accumulators) {
+            if let MetricKind::MobilisationTime { speed, share } = &metric.kind {
+                let moves = |grain: &&usize| {
+                    sample.kinematics.get(**grain).is_some_and(|motion| norm(&motion.velocity) >= *speed)
+                };
+                let moving = self.free.iter().filter(moves).count();
+                if moving > 0 && moving as f64 >= share * self.free.len() as f64 {
+                    accumulator.add(sample.time(), sample);
+                }
+            }
+        }
         for (accumulator, column) in self.state.accumulators.iter_mut().zip(&self.column_of) {
             if let Some((place, _)) = column {
                 let value = row[*place];
@@ -154,13 +174,22 @@ impl Metrics {
         self.last.as_ref().map_or_else(Vec::new, |last| last.tables(&self.metrics))
     }
 
+    /// Takes the averages over planes that the run has left.
+    pub(super) fn read_planes(&mut self, record: Record) {
+        self.planes = Some(record);
+    }
+
     /// The values so far, by name.
     #[must_use]
     pub fn finish(&self) -> BTreeMap<String, MetricValue> {
         let value = |index: usize| {
             let metric = &self.metrics[index];
             let (reference, source) = (metric.reference, metric.source.clone());
-            let unit = self.column_of[index].as_ref().map_or("-", |(_, unit)| unit);
+            let unit = match self.metrics[index].kind {
+                MetricKind::MeanFluidVelocity { .. } | MetricKind::MeanGrainVelocity { .. } => "m/s",
+                MetricKind::MobilisationTime { .. } => "s",
+                _ => self.column_of[index].as_ref().map_or("-", |(_, unit)| unit),
+            };
             match self.value(index) {
                 Ok((value, note)) => {
                     let mut measured = MetricValue::measured(value, unit, reference, source);
@@ -201,6 +230,15 @@ impl Metrics {
             | MetricKind::JanssenDirect { .. }
             | MetricKind::PlateauPressure { .. } => {
                 Err("is measured by bedload-dem at the end of a dry run with [observe.profile]".into())
+            }
+            kind @ (MetricKind::MeanFluidVelocity { .. }
+            | MetricKind::MeanGrainVelocity { .. }
+            | MetricKind::Shields { .. }) => {
+                let planes = self.planes.as_ref().ok_or("this run has no fluid of its own to average")?;
+                plain(planes.value(kind, &self.bed)?)
+            }
+            MetricKind::MobilisationTime { .. } => {
+                plain(accumulator.value().map_err(|_| "so many grains never moved so fast")?)
             }
             kind => {
                 let place = self.subject_of[index].ok_or("is about no grain")?;
@@ -287,6 +325,20 @@ impl Metrics {
 
     fn medium(&self) -> Result<(f64, f64), String> {
         self.medium.ok_or_else(|| "the scene has no fluid".into())
+    }
+}
+
+/// What the Shields number of the free grains needs.
+fn bed(scene: &CheckedScene) -> Bed {
+    let free = || scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    let count = free().count().max(1) as f64;
+    let medium = scene.scene.medium.as_ref();
+    Bed {
+        viscosity: medium.map_or(0.0, |medium| medium.viscosity),
+        excess: free().map(|grain| grain.density).sum::<f64>() / count
+            - medium.map_or(0.0, |medium| medium.density),
+        gravity: norm(&scene.scene.gravity),
+        diameter: free().map(|grain| 2.0 * grain.radius).sum::<f64>() / count,
     }
 }
 

@@ -15,6 +15,7 @@ mod metrics;
 mod oblique;
 mod observer;
 mod options;
+pub mod planes;
 mod points;
 mod progress;
 mod series;

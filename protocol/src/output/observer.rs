@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::planes::Record;
 use super::{Columns, Extra, Metrics, MetricsState, OutputError, OutputFolder, Sample, SeriesWriter, Sides};
 use super::{Summary, Tally};
-use crate::scene::{CheckedScene, SceneError};
+use crate::scene::{CheckedScene, ObservedPlanes, SceneError};
 
 /// Series, metrics and counts of a run.
 #[derive(Debug)]
@@ -14,7 +15,8 @@ pub struct Observer {
     metrics: Metrics,
     tally: Tally,
     has_fluid: bool,
-    root: std::path::PathBuf,
+    planes: Option<ObservedPlanes>,
+    folder: OutputFolder,
 }
 
 /// What an [`Observer`] needs to go on: belongs into a checkpoint. Holds no infinity and no NaN
@@ -49,8 +51,7 @@ impl Observer {
         let columns = Columns::new(scene, sides, extras);
         let metrics = Metrics::new(scene, &columns, sides).map_err(Box::new)?;
         let series = SeriesWriter::create(&folder.series(), columns.names(), scene.scene.observe.every)?;
-        let (tally, root) = (Tally::default(), folder.root().to_owned());
-        Ok(Self { columns, series, metrics, tally, has_fluid: sides.loads, root })
+        Ok(Self::over(folder, scene, sides, columns, series, metrics, Tally::default()))
     }
 
     /// Watches a run that goes on from a checkpoint: rows of `series.csv` after it are cut off.
@@ -71,8 +72,20 @@ impl Observer {
             .map_err(|what| OutputError::Content { path: folder.checkpoint(), what })?;
         let every = scene.scene.observe.every;
         let series = SeriesWriter::resume(&folder.series(), columns.names(), every, state.tally.simulated)?;
-        let (tally, root) = (state.tally, folder.root().to_owned());
-        Ok(Self { columns, series, metrics, tally, has_fluid: sides.loads, root })
+        Ok(Self::over(folder, scene, sides, columns, series, metrics, state.tally))
+    }
+
+    fn over(
+        folder: &OutputFolder,
+        scene: &CheckedScene,
+        sides: Sides,
+        columns: Columns,
+        series: SeriesWriter,
+        metrics: Metrics,
+        tally: Tally,
+    ) -> Self {
+        let planes = scene.scene.observe.planes;
+        Self { columns, series, metrics, tally, has_fluid: sides.loads, planes, folder: folder.clone() }
     }
 
     /// Takes an accepted window, once, in order.
@@ -116,9 +129,16 @@ impl Observer {
     pub fn finish(&mut self, summary: &mut Summary, contact_time: f64) -> Result<(), OutputError> {
         self.series.flush()?;
         summary.time = self.tally.time(self.has_fluid, contact_time);
+        if let Some(asked) = &self.planes {
+            let record = Record::read(&self.folder.fields(), asked, self.tally.simulated)?;
+            if let Some(table) = record.table() {
+                super::atomic_write(&self.folder.planes(), table.as_bytes())?;
+            }
+            self.metrics.read_planes(record);
+        }
         summary.metrics = self.metrics.finish();
         for (name, text) in self.metrics.tables() {
-            super::atomic_write(&self.root.join(name), text.as_bytes())?;
+            super::atomic_write(&self.folder.root().join(name), text.as_bytes())?;
         }
         Ok(())
     }

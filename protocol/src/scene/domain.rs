@@ -28,6 +28,18 @@ pub enum Axis {
     R,
 }
 
+impl Axis {
+    /// Component of a laboratory vector along this axis; the radial one stands for x.
+    #[must_use]
+    pub fn component(self) -> usize {
+        match self {
+            Self::X | Self::R => 0,
+            Self::Y => 1,
+            Self::Z => 2,
+        }
+    }
+}
+
 impl Geometry {
     /// The grid's axes in order.
     #[must_use]
@@ -43,11 +55,7 @@ impl Geometry {
     /// axis maps to x.
     #[must_use]
     pub fn component(self, axis: usize) -> usize {
-        match self.axes()[axis] {
-            Axis::X | Axis::R => 0,
-            Axis::Y => 1,
-            Axis::Z => 2,
-        }
+        self.axes()[axis].component()
     }
 }
 

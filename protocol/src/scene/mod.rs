@@ -24,7 +24,9 @@ pub use domain::{
 pub use error::SceneError;
 pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape, Wall};
 pub use layers::{Arrangement, Layer};
-pub use observe::{Column, HeapEnd, HeapReference, HeapSlope, Metric, MetricKind, Observe, Profile, Span};
+pub use observe::{
+    Column, HeapEnd, HeapReference, HeapSlope, Metric, MetricKind, Observe, ObservedPlanes, Profile, Span,
+};
 pub use pours::{Pour, Poured};
 pub use rest::{Rest, StopWhen};
 pub use source::SceneSource;

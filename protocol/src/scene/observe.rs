@@ -20,6 +20,9 @@ pub struct Observe {
     /// Coarse-grained profile of the grains: written with the fields and at the end of a DEM run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<Profile>,
+    /// Averages of fluid and grains over planes of cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub planes: Option<ObservedPlanes>,
     /// Columns of elastic, gravitational and dissipated energy in `series.csv` (dry scenes).
     pub energy: bool,
 }
@@ -37,6 +40,36 @@ pub struct Profile {
     pub upper: [f64; 3],
     /// Number of slabs.
     pub slabs: usize,
+}
+
+/// Planes of cells over which the fluid averages both phases.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObservedPlanes {
+    /// Axis across the planes.
+    #[serde(default = "upward")]
+    pub axis: Axis,
+    /// Time between samples, s.
+    pub every: f64,
+    /// Start of the mean over time, s.
+    #[serde(default)]
+    pub from: f64,
+    /// End of the mean over time, s.
+    #[serde(default = "super::grains::forever")]
+    pub to: f64,
+}
+
+impl ObservedPlanes {
+    /// Is a sample due in the window from `start` to `end`, s?
+    #[must_use]
+    pub fn due(&self, start: f64, end: f64) -> bool {
+        periods(end, self.every) > periods(start, self.every)
+    }
+}
+
+/// Whole periods up to `t`; a multiple that is missed by rounding counts as reached.
+fn periods(t: f64, every: f64) -> f64 {
+    (t / every * (1.0 + 1e-12)).floor()
 }
 
 fn upward() -> Axis {
@@ -77,9 +110,8 @@ impl Observe {
     #[must_use]
     pub fn fields_due(&self, start: f64, end: f64) -> bool {
         let asked = self.fields_at.iter().any(|t| (start < *t || (start == 0.0 && *t <= 0.0)) && *t <= end);
-        // A multiple that is missed by rounding counts as reached.
-        let count = |t: f64| (t / self.fields_every * (1.0 + 1e-12)).floor();
-        asked || (self.fields_every > 0.0 && count(end) > count(start))
+        let every = self.fields_every;
+        asked || (every > 0.0 && periods(end, every) > periods(start, every))
     }
 }
 
@@ -221,6 +253,43 @@ pub enum MetricKind {
         /// Part of the profile, m.
         range: [f64; 2],
     },
+    /// Mean velocity of the fluid over its volume and the time of the mean of `observe.planes`.
+    MeanFluidVelocity {
+        /// Component.
+        component: Axis,
+    },
+    /// The same of the grains.
+    MeanGrainVelocity {
+        /// Component.
+        component: Axis,
+    },
+    /// θ = μ γ̇/((ρ_p − ρ) g D), γ̇ the shear of the mean fluid velocity at the surface of the bed
+    /// (Loiseleux et al. 2005).
+    Shields {
+        /// Time of the sample of `observe.planes`, s; by default their mean.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        at: Option<f64>,
+        /// Solid fraction that marks the surface.
+        #[serde(default = "surface")]
+        surface: f64,
+    },
+    /// First time at which so many free grains move as fast as the whole bed is to.
+    MobilisationTime {
+        /// Speed, m/s.
+        speed: f64,
+        /// Part of the free grains.
+        #[serde(default = "most")]
+        share: f64,
+    },
+}
+
+/// Half the solid fraction of a dense bed.
+fn surface() -> f64 {
+    0.3
+}
+
+fn most() -> f64 {
+    0.9
 }
 
 /// Part of a run.

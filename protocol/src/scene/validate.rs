@@ -477,6 +477,7 @@ fn observe(scene: &Scene, source: &SceneSource) -> Check {
             "leave it out, or remove [medium]",
         ));
     }
+    observed_planes(scene, source)?;
     let Some(profile) = &scene.observe.profile else { return Ok(()) };
     finite(source, "observe.profile.lower", &profile.lower)?;
     finite(source, "observe.profile.upper", &profile.upper)?;
@@ -490,6 +491,35 @@ fn observe(scene: &Scene, source: &SceneSource) -> Check {
                 profile.lower, profile.upper, profile.slabs, profile.axis
             ),
             "give a box of positive size, one slab at least, and an axis x, y or z of this geometry",
+        ));
+    }
+    Ok(())
+}
+
+fn observed_planes(scene: &Scene, source: &SceneSource) -> Check {
+    let Some(planes) = &scene.observe.planes else { return Ok(()) };
+    positive(source, "observe.planes.every", planes.every)?;
+    not_negative(source, "observe.planes.from", planes.from)?;
+    if planes.to.is_nan() || planes.to <= planes.from {
+        return Err(source.error(
+            "observe.planes.to",
+            format!("is {}, from {}", planes.to, planes.from),
+            "give times from < to of the mean, or leave them out",
+        ));
+    }
+    if scene.medium.is_none() {
+        return Err(source.error(
+            "observe.planes",
+            "averages the fluid, and the scene has none".to_owned(),
+            "give [observe.profile] for the grains alone, or add [medium]",
+        ));
+    }
+    let axes = scene.domain.geometry.axes();
+    if !axes.contains(&planes.axis) {
+        return Err(source.error(
+            "observe.planes.axis",
+            format!("is {:?}; the axes of this geometry are {axes:?}", planes.axis),
+            "name one of them",
         ));
     }
     Ok(())
@@ -745,6 +775,22 @@ pub(super) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
             MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {
                 not_negative(source, &key("from"), span.from)?;
                 positive(source, &key("to"), span.to.min(f64::MAX))?;
+            }
+            MetricKind::MeanFluidVelocity { .. }
+            | MetricKind::MeanGrainVelocity { .. }
+            | MetricKind::Shields { .. }
+                if scene.observe.planes.is_none() =>
+            {
+                return Err(source.error(
+                    &key("kind"),
+                    "is read from averages over planes, which the scene does not ask for".to_owned(),
+                    "add observe.planes = { every = ... }",
+                ));
+            }
+            MetricKind::Shields { surface, .. } => positive(source, &key("surface"), *surface)?,
+            MetricKind::MobilisationTime { speed, share } => {
+                positive(source, &key("speed"), *speed)?;
+                positive(source, &key("share"), *share)?;
             }
             MetricKind::HeapAngle(slope) => not_negative(source, &key("bin"), slope.bin)?,
             _ => {}

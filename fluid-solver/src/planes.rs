@@ -1,0 +1,119 @@
+//! Averages of both phases over planes of cells: `fields/planes_<step>.csv`, and their mean over time.
+//!
+//! The phases share a cell by the smooth volume fraction of the grains (Izard et al. 2014, eq. 8), which
+//! depends neither on the time step nor on the mask that forces the fluid. With α the fraction, u the
+//! velocity of the fluid at the centres and v = U + ω × r that of the grains,
+//! ```text
+//! φ = ⟨α⟩,   ū = ⟨(1 − α) u⟩/⟨1 − α⟩,   v̄ = ⟨α v⟩/⟨α⟩
+//! ```
+
+use crate::grid::Grid;
+use crate::immersed::body::laboratory;
+use crate::immersed::cover::{Cover, Nodes};
+use crate::immersed::mask::{Kernel, Mask};
+use crate::solver::Solver;
+use protocol::output::planes::{Plane, Planes};
+use protocol::participant::{SolverError, Window};
+use std::path::Path;
+
+/// Sums over one plane.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    solid: f64,
+    fluid: f64,
+    momentum: [[f64; 3]; 2],
+}
+
+/// Writes the averages after `window`.
+///
+/// # Errors
+/// [`SolverError::File`].
+pub fn write<const D: usize>(
+    solver: &mut Solver<D>,
+    axis: usize,
+    window: &Window,
+    folder: &Path,
+) -> Result<(), SolverError> {
+    solver.stepper_mut().fill_halos();
+    let planes = Planes { time: window.time + window.dt, planes: averages(solver, axis) };
+    let path = folder.join(Planes::file_name(window.step));
+    let save = || {
+        std::fs::create_dir_all(folder)?;
+        std::fs::write(&path, planes.to_string())
+    };
+    save().map_err(|source| SolverError::File { path: path.display().to_string(), source })
+}
+
+/// One entry per plane of cells across grid axis `axis`.
+pub fn averages<const D: usize>(solver: &Solver<D>, axis: usize) -> Vec<Plane> {
+    let grid = solver.grid();
+    let mut sums = vec![Sums::default(); grid.cells[axis]];
+    let fractions = add_grains(solver, axis, &mut sums);
+    add_fluid(solver, axis, &fractions, &mut sums);
+    let axis = &grid.axes[axis];
+    let plane = |(k, sums): (usize, &Sums)| {
+        let mean = |phase: usize, amount: f64| {
+            sums.momentum[phase].map(|m| if amount > 0.0 { m / amount } else { 0.0 })
+        };
+        Plane {
+            at: axis.centres[k],
+            width: axis.widths[k],
+            solid_fraction: sums.solid / (sums.solid + sums.fluid),
+            fluid_velocity: mean(0, sums.fluid),
+            grain_velocity: mean(1, sums.solid),
+        }
+    };
+    sums.iter().enumerate().map(plane).collect()
+}
+
+/// Adds what the grains fill and how it moves; returns the odds of the solid in every cell.
+fn add_grains<const D: usize>(solver: &Solver<D>, axis: usize, sums: &mut [Sums]) -> Vec<f64> {
+    let grid = solver.grid();
+    let nodes = Nodes::new(grid, D);
+    let kernel = Kernel { mask: Mask::Seed, ..*solver.kernel() };
+    let mut covers = vec![Cover::default(); solver.motions().len()];
+    let mut odds = grid.new_field();
+    for ((cover, shape), motion) in covers.iter_mut().zip(solver.immersed().shapes()).zip(solver.motions()) {
+        cover.place(grid, &nodes, &kernel, motion.centre, shape.radius);
+        for (span, row) in cover.rows() {
+            odds[span.start..].iter_mut().zip(row).for_each(|(sum, q)| *sum += q);
+        }
+    }
+    for (cover, motion) in covers.iter().zip(solver.motions()) {
+        for (span, row) in cover.rows() {
+            let first = span.first;
+            for (k, q) in row.iter().enumerate() {
+                let x = grid.nodes(D, 0)[first + k];
+                let arm = [x + span.arm[0], span.arm[1], span.arm[2]];
+                let share =
+                    q / (1.0 + odds[span.start + k]) * grid.axes[0].cell_volume[first + k] * span.weight;
+                let place = if axis == 0 { first + k } else { span.across[axis - 1] };
+                sums[place].solid += share;
+                for c in 0..3 {
+                    sums[place].momentum[1][c] += share * motion.velocity_at(c, arm);
+                }
+            }
+        }
+    }
+    odds
+}
+
+/// Adds the fluid between the grains.
+fn add_fluid<const D: usize>(solver: &Solver<D>, axis: usize, odds: &[f64], sums: &mut [Sums]) {
+    let grid: &Grid<D> = solver.grid();
+    for row in 0..grid.rows() {
+        let start = grid.row(row);
+        let rest = [0, row % grid.cells[1], row / grid.cells[1]];
+        let across = (1..D).fold(grid.turn(), |v, a| v * grid.axes[a].cell_volume[rest[a]]);
+        for (i, volume) in grid.axes[0].cell_volume.iter().enumerate() {
+            let index = start + i;
+            let share = across * volume / (1.0 + odds[index]);
+            let sums = &mut sums[if axis == 0 { i } else { rest[axis] }];
+            sums.fluid += share;
+            for (a, u) in solver.stepper().state().velocity.iter().enumerate() {
+                let centred = 0.5 * (u[index] + u[index + grid.stride(a)]);
+                sums.momentum[0][laboratory(grid.geometry, a)] += share * centred;
+            }
+        }
+    }
+}
