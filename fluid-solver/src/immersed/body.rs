@@ -61,14 +61,14 @@ impl Motion {
     }
 
     /// Component `c` of the velocity at the arm `arm` from the centre: U + ω × r.
-    #[inline]
+    #[inline(always)]
     pub fn velocity_at(&self, c: usize, arm: [f64; 3]) -> f64 {
         let (a, b) = ((c + 1) % 3, (c + 2) % 3);
         self.velocity[c] + self.spin[a] * arm[b] - self.spin[b] * arm[a]
     }
 
     /// How that component changes per metre along laboratory axis `axis`.
-    #[inline]
+    #[inline(always)]
     pub fn slope(&self, c: usize, axis: usize) -> f64 {
         let (a, b) = ((c + 1) % 3, (c + 2) % 3);
         if axis == b {

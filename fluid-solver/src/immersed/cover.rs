@@ -99,6 +99,14 @@ impl<const D: usize> Nodes<D> {
     }
 }
 
+impl Span {
+    /// Places of its cells in the field.
+    #[inline(always)]
+    pub fn cells(&self) -> std::ops::Range<usize> {
+        self.start..self.start + self.count
+    }
+}
+
 impl Cover {
     /// Rows of cells.
     pub fn spans(&self) -> &[Span] {

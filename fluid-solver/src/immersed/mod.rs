@@ -113,12 +113,13 @@ impl<const D: usize> Immersed<D> {
         each(self.busy(), &mut self.components, |d, component| {
             let u = velocity[d].as_slice();
             if let Some(lambda) = lambda {
-                let lambda = lambda[d].as_slice();
-                component.integrate(grid, motions, |p: Point| {
-                    p.share() * (lambda[p.index] + rate * (p.solid - u[p.index]))
+                component.integrate(grid, motions, [u, &lambda[d]], |p: Point<2>| {
+                    let [u, lambda] = p.fields;
+                    p.share() * (lambda + rate * (p.solid - u))
                 });
             } else {
-                component.integrate(grid, motions, |p: Point| p.share() * rate * (p.solid - u[p.index]));
+                component
+                    .integrate(grid, motions, [u], |p: Point<1>| p.share() * rate * (p.solid - p.fields[0]));
             }
         });
         self.assemble(grid.geometry)
@@ -127,8 +128,7 @@ impl<const D: usize> Immersed<D> {
     /// ∫ b u dV of every grain: the momentum per unit density of the fluid in its place.
     pub fn contents(&mut self, grid: &Grid<D>, motions: &[Motion], velocity: &[Vec<f64>; D]) -> &[Wrench] {
         each(self.busy(), &mut self.components, |d, component| {
-            let u = velocity[d].as_slice();
-            component.integrate(grid, motions, |p: Point| p.share() * u[p.index]);
+            component.integrate(grid, motions, [&velocity[d]], |p: Point<1>| p.share() * p.fields[0]);
         });
         self.assemble(grid.geometry)
     }
@@ -138,9 +138,8 @@ impl<const D: usize> Immersed<D> {
         each(self.busy(), &mut self.components, |d, component| {
             component.swap();
             component.gather(grid, held);
-            let lambda = lambda[d].as_slice();
-            component.integrate(grid, held, |p: Point| {
-                if p.total > 0.0 { p.odds / p.total * lambda[p.index] } else { 0.0 }
+            component.integrate(grid, held, [&lambda[d]], |p: Point<1>| {
+                if p.total > 0.0 { p.odds / p.total * p.fields[0] } else { 0.0 }
             });
             component.clear();
             component.swap();
@@ -152,7 +151,7 @@ impl<const D: usize> Immersed<D> {
     /// grid has no such component, and for the radial one, along which no grain moves.
     pub fn volumes(&mut self, grid: &Grid<D>, motions: &[Motion], out: &mut [[f64; 3]]) {
         each(self.busy(), &mut self.components, |_, component| {
-            component.integrate(grid, motions, |p: Point| p.share());
+            component.integrate(grid, motions, [], |p: Point<0>| p.share());
         });
         let first = usize::from(grid.geometry == Geometry::Axisymmetric);
         for (grain, volume) in out.iter_mut().enumerate() {
