@@ -9,6 +9,7 @@ mod config;
 mod drift;
 mod newton;
 mod output;
+mod planes;
 mod restart;
 mod settling;
 mod wall;
