@@ -89,6 +89,12 @@ impl Grains {
         self.position.is_empty()
     }
 
+    /// Whether grain `i` never moves.
+    #[must_use]
+    pub fn is_fixed(&self, i: usize) -> bool {
+        !self.responds(i) && matches!(self.motion[i], Motion::Free | Motion::Fixed)
+    }
+
     /// Whether forces can move or turn grain `i`.
     #[must_use]
     pub fn responds(&self, i: usize) -> bool {

@@ -35,6 +35,8 @@ pub struct DemParticipant {
     outside: Outside,
     profile: Option<protocol::scene::Profile>,
     fields: PathBuf,
+    /// Whether forces on grains are read after every window, or only when fields are written.
+    read: bool,
     loads: Vec<GrainLoad>,
     saved: State,
     identity: String,
@@ -50,12 +52,10 @@ impl DemParticipant {
         let Config { mut spec, initial_state, .. } = Config::new(scene)?;
         // Of all grains, so that it does not change as they are poured.
         spec.skin = Some(spec.skin());
-        // Orientations and forces per grain cost time; some dry scenes read neither.
+        // Orientations and forces per grain cost time; some dry scenes read neither, or forces in their files only.
         let observe = &scene.scene.observe;
         let read = scene.scene.medium.is_some()
             || observe.grains.as_ref().is_none_or(|grains| !grains.is_empty())
-            || observe.fields_every > 0.0
-            || !observe.fields_at.is_empty()
             || scene.scene.metrics.iter().any(|metric| metric.kind.grain().is_some());
         (spec.observations, spec.orientation) = (read, read);
         let mut dem = Dem::new(&first(&spec, scene.present())).map_err(|fault| {
@@ -70,6 +70,7 @@ impl DemParticipant {
             outside: Outside::new(scene),
             profile: scene.scene.observe.profile.clone(),
             fields: out.join("fields"),
+            read,
             loads: vec![GrainLoad::default(); scene.grains.len()],
             saved: dem.save(),
             dem,
@@ -216,6 +217,7 @@ impl Participant for DemParticipant {
         })?;
         self.pour(window)?;
         let there = self.dem.grains.len();
+        self.dem.set_observations(self.read || window.output);
         let report = self.dem.advance(window.dt, substeps, &self.loads[..there]).map_err(failed)?;
         self.work += start.elapsed();
         if let Some(fault) = report.first_non_finite {

@@ -151,6 +151,14 @@ impl Dem {
         }
     }
 
+    /// Whether the next windows note forces, gaps and speeds per grain. The general engine always does.
+    pub fn set_observations(&mut self, wanted: bool) {
+        let n = if wanted { self.grains.len() } else { 0 };
+        if self.bulk.is_some() && self.seen.gap_end.len() != n {
+            self.seen = Observations::new(n);
+        }
+    }
+
     /// Whether the bulk engine does the work.
     #[must_use]
     pub fn is_bulk(&self) -> bool {

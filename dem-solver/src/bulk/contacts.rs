@@ -11,7 +11,8 @@ impl Bulk {
     pub(crate) fn contacts(&self) -> (Vec<SavedContact>, Vec<SavedContact>) {
         let (mut pairs, mut walls) = (Vec::new(), Vec::new());
         let mut history = History::default();
-        for (b, block) in self.blocks.block.iter().enumerate() {
+        let asleep = self.blocks.asleep;
+        for (b, block) in self.blocks.block.iter().enumerate().skip(asleep) {
             let block = lock(block);
             match self.seeds.get(b) {
                 Some(seed) => history.clone_from(seed),
@@ -21,8 +22,8 @@ impl Bulk {
             let number = |place: u32| self.order[place as usize];
             for kept in inner.iter().chain(cross) {
                 let place = block.first + kept.i;
-                // the other block has the same contact the other way round
-                if place < kept.j {
+                // the other block has the same contact the other way round, if it is awake
+                if place < kept.j || (kept.j as usize) < asleep * SIZE {
                     pairs.push(between(number(place), number(kept.j), kept.spring));
                 }
             }
@@ -74,11 +75,11 @@ impl Bulk {
 
     /// Contacts at the last evaluation and the largest overlap of the window, m.
     pub(crate) fn met(&mut self) -> (usize, f64) {
-        let (mut twice, mut overlap) = (0, 0.0f64);
-        for block in &mut self.blocks.block {
-            let seen = &mine(block).seen;
-            twice += seen.contacts as usize;
-            overlap = overlap.max(seen.overlap);
+        let (asleep, mut twice, mut overlap) = (self.blocks.asleep as u32, 0, 0.0f64);
+        for block in self.blocks.awake_mut() {
+            let block = mine(block);
+            twice += block.seen.contacts as usize + block.touching_any_below(asleep);
+            overlap = overlap.max(block.seen.overlap);
         }
         (twice / 2, overlap)
     }

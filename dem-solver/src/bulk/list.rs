@@ -107,6 +107,26 @@ impl Block {
         walls.sort_unstable_by_key(|kept| (kept.j, kept.i));
     }
 
+    /// Contacts that bear a force with grains of the blocks before `end`.
+    pub(super) fn touching_any_below(&self, end: u32) -> usize {
+        let below = self.segments.partition_point(|segment| segment.block < end);
+        let Some(last) = self.segments[..below].last() else { return 0 };
+        let of = |pack: &Pack| {
+            (0..8).filter(|&k| pack.touching >> k & 1 == 1 && pack.j[k] < last.end).count()
+        };
+        self.cross.iter().map(of).sum()
+    }
+
+    /// Empties all lists.
+    pub(super) fn forget(&mut self) {
+        self.near = Default::default();
+        for packs in [&mut self.pairs, &mut self.cross, &mut self.walls] {
+            *packs = Vec::new();
+        }
+        (self.halo, self.segments) = (Vec::new(), Vec::new());
+        self.seen.clear(0);
+    }
+
     /// Number in the order of the engine of row `slot` of the halo.
     pub(super) fn halo_number(&self, slot: u32, size: u32) -> u32 {
         let segment = self.segments.partition_point(|segment| segment.end <= slot);

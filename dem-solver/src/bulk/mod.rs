@@ -16,6 +16,8 @@
 //! expression changes sign or stays when the partners change places, the copies stay equal. Sums run in the
 //! order of the contacts, so the bits depend on the order of the grains and on nothing else: not on skins,
 //! moments of building lists, threads or the depth of the wavefront. The order is part of the saved state.
+//! Fixed grains come first in it: their blocks sleep unless the forces on them are asked for, and a contact with
+//! one of them then stands in the other block alone.
 
 mod advance;
 mod bins;
@@ -40,7 +42,7 @@ mod window;
 
 use crate::cells::Periods;
 use crate::contact::{LawTable, PairLaw};
-use crate::spec::DemSpec;
+use crate::spec::{DemSpec, Motion};
 use crate::walls::Plane;
 use bins::Bins;
 use block::{Bench, Common};
@@ -89,14 +91,18 @@ pub(crate) struct Bulk {
     common: Common,
     periods: ([f64; 3], [f64; 3]),
     n: usize,
+    /// Grains that move.
+    moving: usize,
     diameter: f64,
     largest: f64,
     wall_speed: f64,
     /// Number of the grain at each place of the order; empty before the first window.
     order: Vec<u32>,
-    /// Σ dt v_max since the order was made, m.
+    /// Σ Δt v̄ of the grains that move since the order was made, m.
     order_travel: f64,
     blocks: Blocks,
+    /// Whether forces on grains were asked for last.
+    observed: bool,
     /// Which rows hold the state.
     now: usize,
     bins: Bins,
@@ -129,7 +135,7 @@ impl Clone for Bulk {
             common: self.common.clone(),
             periods: self.periods,
             order: self.order.clone(),
-            blocks: Blocks::new(rows.collect(), block.collect()),
+            blocks: Blocks::new(rows.collect(), block.collect(), self.blocks.asleep),
             bins: self.bins.clone(),
             seeds: self.seeds.clone(),
             benches: self.benches.clone(),
@@ -143,6 +149,7 @@ impl Bulk {
     /// The engine for a checked spec that nothing [`prevents`].
     pub(crate) fn new(spec: &DemSpec) -> Option<Self> {
         let n = spec.grains.len();
+        let moving = spec.grains.iter().filter(|grain| grain.motion != Motion::Fixed).count();
         let laws = spec.laws();
         let linear = |a: usize, b: usize| linear(&laws, a, b);
         let material = spec.grains.first()?.material;
@@ -157,7 +164,7 @@ impl Bulk {
             }
         }
         let settings = spec.bulk;
-        let threads = useful_threads(settings.threads, n);
+        let threads = useful_threads(settings.threads, moving);
         let mean = spec.grains.iter().map(|grain| grain.radius).sum::<f64>() / n as f64;
         let wall_speed = walls
             .iter()
@@ -168,12 +175,14 @@ impl Bulk {
             common: Common { walls, length, law, plain: settings.plain },
             periods: (start, length),
             n,
+            moving,
             diameter: 2.0 * mean,
             largest: spec.largest_radius(),
             wall_speed,
             order: Vec::new(),
             order_travel: 0.0,
             blocks: Blocks::default(),
+            observed: false,
             now: 0,
             bins: Bins::default(),
             seeds: Vec::new(),
@@ -192,7 +201,7 @@ impl Bulk {
 
     /// Takes another number of threads.
     pub(crate) fn set_threads(&mut self, threads: usize) {
-        let threads = useful_threads(threads, self.n);
+        let threads = useful_threads(threads, self.moving);
         self.benches.resize(threads, Bench::default());
         self.builders.resize(threads, Builder::default());
     }
@@ -231,7 +240,6 @@ impl Bulk {
                 self.speed = fastest2.sqrt();
                 outcome.speed2 = outcome.speed2.max(fastest2);
                 self.lists.moved(dt * self.speed.max(self.wall_speed));
-                self.order_travel += dt * self.speed;
             }
             good += 1;
         }
@@ -246,7 +254,7 @@ impl Bulk {
     fn run(&mut self, t: f64, dt: f64, done: u32, steps: u32) {
         let reach = self.reach.max(1);
         let depth = match self.settings.depth {
-            0 => depth(self.n, reach),
+            0 => depth(self.moving, reach),
             depth => depth,
         };
         let plan = Plan { t, dt, done, steps, now: self.now, depth, reach };
@@ -256,7 +264,7 @@ impl Bulk {
     /// Square of the largest speed after sub-step `s` of the stretch, NaN if not finite.
     fn fastest2(&mut self, s: u32) -> f64 {
         let mut fastest2 = 0.0f64;
-        for block in &mut self.blocks.block {
+        for block in self.blocks.awake_mut() {
             let speed2 = mine(block).speed2[s as usize];
             if speed2.is_nan() {
                 return speed2;
@@ -267,7 +275,9 @@ impl Bulk {
     }
 
     fn go_back(&mut self) {
-        for (block, rows) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows) {
+        let asleep = self.blocks.asleep;
+        let awake = self.blocks.block.iter_mut().zip(&mut self.blocks.rows).skip(asleep);
+        for (block, rows) in awake {
             let rows: &mut Vec<_> = only(&mut rows[self.now]);
             mine(block).go_back(rows);
         }

@@ -45,6 +45,8 @@ pub(super) struct Search<'a> {
     pub(super) size: u32,
     /// Grains.
     pub(super) grains: usize,
+    /// Blocks that sleep: nobody waits for them.
+    pub(super) asleep: usize,
     /// Walls.
     pub(super) walls: &'a [Wall],
     /// Leave the widest vectors unused.
@@ -94,7 +96,9 @@ impl Block {
                 Some(segment) if segment.block == block => segment.end = k + 1,
                 _ => {
                     self.segments.push(Segment { block, end: k + 1 });
-                    reach = reach.max(block.abs_diff(here) as usize);
+                    if block as usize >= search.asleep {
+                        reach = reach.max(block.abs_diff(here) as usize);
+                    }
                 }
             }
         }

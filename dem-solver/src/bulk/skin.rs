@@ -8,7 +8,7 @@ use super::bins::IMMOBILE;
 use super::list::{Listed, Reach};
 use super::near::Search;
 use super::row::Row;
-use super::stretch::{lock, mine, on_threads, only, part, read};
+use super::stretch::{lock, mine, on_threads, only, read};
 use super::{Bulk, SIZE};
 use std::sync::Mutex;
 
@@ -91,7 +91,7 @@ impl Bulk {
 
     /// Listed pairs out of reach per grain.
     fn spare(&self) -> f64 {
-        self.found.pairs.saturating_sub(self.found.touching) as f64 / self.n as f64
+        self.found.pairs.saturating_sub(self.found.touching) as f64 / self.moving.max(1) as f64
     }
 
     /// Skin at which builds and pairs out of reach cost the same, for grains that move as they did, m.
@@ -178,13 +178,14 @@ impl Bulk {
             t,
             size: SIZE as u32,
             grains: self.n,
+            asleep: self.blocks.asleep,
             walls: &self.common.walls,
             plain: self.settings.plain,
         };
-        let (blocks, threads, count) = (&self.blocks, self.builders.len(), self.blocks.block.len());
+        let (blocks, threads) = (&self.blocks, self.builders.len());
         let reach = Mutex::new(0);
         on_threads(&mut self.builders, |k, builder| {
-            for b in part(count, k, threads) {
+            for b in blocks.share_of(k, threads) {
                 let rows = read(&blocks.rows[b][now]);
                 let far = lock(&blocks.block[b]).search(&search, &rows, &mut builder.search);
                 let mut reach = lock(&reach);
@@ -204,10 +205,10 @@ impl Bulk {
             walls: &self.common.walls,
         };
         let (blocks, seeds, now) = (&self.blocks, &self.seeds, self.now);
-        let (threads, count) = (self.builders.len(), self.blocks.block.len());
+        let threads = self.builders.len();
         let found = Mutex::new(Listed::default());
         on_threads(&mut self.builders, |k, builder| {
-            for b in part(count, k, threads) {
+            for b in blocks.share_of(k, threads) {
                 let rows = read(&blocks.rows[b][now]);
                 let mut block = lock(&blocks.block[b]);
                 // nothing runs now: there is no sub-step to wait for

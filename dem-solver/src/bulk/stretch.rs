@@ -20,6 +20,8 @@ pub(super) struct Blocks {
     pub(super) rows: Vec<Rows>,
     pub(super) block: Vec<Mutex<Block>>,
     done: Vec<AtomicU32>,
+    /// The first blocks, whose grains are all fixed, take no part: their rows stay, and they have no lists.
+    pub(super) asleep: usize,
     /// A thread is lost: the others must not wait for it.
     lost: AtomicBool,
 }
@@ -99,21 +101,32 @@ pub(super) fn on_threads<S: Send>(scratch: &mut [S], task: impl Fn(usize, &mut S
 }
 
 impl Blocks {
-    /// Blocks with their rows.
-    pub(super) fn new(rows: Vec<Rows>, block: Vec<Mutex<Block>>) -> Self {
+    /// Blocks with their rows; the first `asleep` sleep.
+    pub(super) fn new(rows: Vec<Rows>, block: Vec<Mutex<Block>>, asleep: usize) -> Self {
         let done = block.iter().map(|_| AtomicU32::new(0)).collect();
-        Self { rows, block, done, lost: AtomicBool::new(false) }
+        Self { rows, block, done, asleep, lost: AtomicBool::new(false) }
+    }
+
+    /// Blocks that take part.
+    pub(super) fn awake_mut(&mut self) -> &mut [Mutex<Block>] {
+        &mut self.block[self.asleep..]
+    }
+
+    /// Numbers of the blocks of thread `k` of `threads`.
+    pub(super) fn share_of(&self, k: usize, threads: usize) -> std::ops::Range<usize> {
+        let part = part(self.block.len() - self.asleep, k, threads);
+        part.start + self.asleep..part.end + self.asleep
     }
 
     /// Does a stretch with as many threads as there are benches.
     pub(super) fn run(&mut self, common: &Common, plan: &Plan, benches: &mut [Bench]) {
-        for done in &mut self.done {
-            *done.get_mut() = 0;
+        for (b, done) in self.done.iter_mut().enumerate() {
+            *done.get_mut() = if b < self.asleep { u32::MAX } else { 0 };
         }
         let (blocks, threads) = (&*self, benches.len());
         on_threads(benches, |k, bench| {
             let _alarm = Alarm(&blocks.lost);
-            blocks.share(common, plan, part(blocks.block.len(), k, threads), k % 2 == 1, bench);
+            blocks.share(common, plan, blocks.share_of(k, threads), k % 2 == 1, bench);
         });
     }
 

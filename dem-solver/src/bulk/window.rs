@@ -42,9 +42,15 @@ impl Bulk {
         let stale = self.order_travel > STALE * self.diameter;
         if self.order.is_empty() || stale {
             let (pairs, walls) = self.contacts();
-            self.arrange(grains, order(&grains.position, CELL * self.diameter), 0.0);
+            self.observed = wanted.observations;
+            self.arrange(grains, self.new_order(grains), 0.0);
             self.take(&pairs, &walls);
             self.loaded = true; // what acts on the grains must be set
+        } else if self.observed != wanted.observations {
+            let (pairs, walls) = self.contacts();
+            self.observed = wanted.observations;
+            self.lay_down(grains);
+            self.take(&pairs, &walls);
         }
         if let Some(response) = response {
             self.set_loads(grains, response);
@@ -54,8 +60,10 @@ impl Bulk {
             self.loaded = false;
         }
         let (mut speed2, mut moved) = (0.0f64, false);
-        for (block, rows) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows) {
-            let (block, rows) = (mine(block), only(&mut rows[self.now]));
+        for (b, (block, rows)) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows).enumerate() {
+            let [now, other] = rows;
+            let (block, [now, other]) = (mine(block), if self.now == 0 { [now, other] } else { [other, now] });
+            let rows = only(now);
             let n = block.len();
             let order = &self.order[block.first as usize..][..n];
             for (row, &i) in rows[..n].iter_mut().zip(order) {
@@ -69,7 +77,9 @@ impl Bulk {
             }
             block.seen.clear(if wanted.observations { n } else { 0 });
             block.orientation.clear();
-            if wanted.orientation {
+            if b < self.blocks.asleep {
+                only(other).clone_from(rows); // nobody will
+            } else if wanted.orientation {
                 let turned = order.iter().map(|&i| &grains.orientation[i as usize]);
                 block.orientation.extend(turned.map(|q| [q.w, q.i, q.j, q.k]));
             }
@@ -159,8 +169,42 @@ impl Bulk {
             blocks.push(block.into());
         }
         (self.order, self.order_travel, self.now) = (order, travel, 0);
-        self.blocks = Blocks::new(rows, blocks);
+        self.blocks = Blocks::new(rows, blocks, 0);
+        self.lay_down(grains);
+    }
+
+    /// Numbers of the grains in a new order: fixed ones first, as many as fill blocks of their own.
+    fn new_order(&self, grains: &Grains) -> Vec<u32> {
+        let order = order(&grains.position, CELL * self.diameter);
+        let is_fixed = |i: &&u32| grains.is_fixed(**i as usize);
+        let fixed = order.iter().filter(is_fixed).count();
+        let mut whole = fixed - fixed % SIZE;
+        let (mut first, mut rest) = (Vec::with_capacity(order.len()), Vec::new());
+        for i in &order {
+            if whole > 0 && is_fixed(&i) {
+                whole -= 1;
+                first.push(*i);
+            } else {
+                rest.push(*i);
+            }
+        }
+        first.append(&mut rest);
+        first
+    }
+
+    /// Lets those blocks sleep that may.
+    fn lay_down(&mut self, grains: &Grains) {
+        let fixed = |numbers: &&[u32]| numbers.iter().all(|&i| grains.is_fixed(i as usize));
+        let asleep = if self.observed { 0 } else { self.order.chunks(SIZE).take_while(fixed).count() };
+        self.blocks.asleep = asleep;
+        self.blocks.block[..asleep].iter_mut().for_each(|block| mine(block).forget());
         self.valid = false;
+    }
+
+    /// Distance that the mean moving grain goes in the window.
+    pub(crate) fn note_travel(&mut self, grains: &Grains, dt: f64) {
+        let speeds: f64 = grains.velocity.iter().map(|v| v.norm()).sum();
+        self.order_travel += dt * speeds / self.moving.max(1) as f64;
     }
 
     /// Masses, and gravity or whatever acts on each grain.
@@ -216,7 +260,7 @@ impl Bulk {
     /// Order and springs of a checked state, which `grains` already hold.
     pub(crate) fn restore(&mut self, grains: &Grains, state: &State) {
         let (order, travel) = if state.order.is_empty() {
-            (order(&grains.position, CELL * self.diameter), 0.0)
+            (self.new_order(grains), 0.0)
         } else {
             (state.order.clone(), state.order_travel)
         };

@@ -51,6 +51,7 @@ impl Dem {
         grains.spin_acceleration.copy_from_slice(&grains.spin);
         let outcome = bulk.advance(self.time, dt, n_sub);
         bulk.end(grains);
+        bulk.note_travel(grains, dt_window);
         let rate = 1.0 / dt_window;
         for i in 0..grains.len() {
             grains.acceleration[i] = (grains.velocity[i] - grains.acceleration[i]) * rate;
