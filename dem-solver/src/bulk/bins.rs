@@ -1,5 +1,6 @@
 //! Cells of the neighbour search, filled in the order of the engine.
 
+use super::afar::CELLS;
 use super::order::by_length;
 use super::row::Row;
 
@@ -17,7 +18,7 @@ pub(super) struct Bins {
     axes: [usize; 3],
     start: Vec<u32>,
     cell: Vec<u32>,
-    /// Centres and radii, cell by cell: x, y, z, r; then eight more numbers of no meaning.
+    /// Centres, and radii with half the skins, cell by cell: x, y, z, r; then eight more numbers of no meaning.
     pub(super) item: [Vec<f64>; 4],
     /// Numbers in the order of the engine, with [`IMMOBILE`].
     pub(super) who: Vec<u32>,
@@ -25,7 +26,7 @@ pub(super) struct Bins {
 
 /// Stretches of `item` that hold the neighbours of a place.
 pub(super) struct Around {
-    run: [(u32, u32); 18],
+    run: [(u32, u32); 2 * (2 * CELLS + 1) * (2 * CELLS + 1)],
     count: usize,
 }
 
@@ -37,21 +38,21 @@ impl Around {
 }
 
 impl Bins {
-    /// Sorts `rows` (each without its last, empty row) into cells of at least `width`; periodic axes
-    /// start at `start` and have a `length`.
+    /// Sorts `rows` (each without its last, empty row, and with half a skin) into cells of at least `width`;
+    /// periodic axes start at `start` and have a `length`.
     pub(super) fn sort<'a>(
         &mut self,
-        rows: impl Iterator<Item = &'a [Row]> + Clone,
+        rows: impl Iterator<Item = (&'a [Row], f64)> + Clone,
         n: usize,
         width: f64,
         (start, length): ([f64; 3], [f64; 3]),
     ) {
-        self.shape(rows.clone(), n, width, (start, length));
+        self.shape(rows.clone().map(|(rows, _)| rows), n, width, (start, length));
         let cells = self.count.iter().product::<usize>();
         self.start.clear();
         self.start.resize(cells + 1, 0);
         self.cell.clear();
-        for row in rows.clone().flatten() {
+        for row in rows.clone().flat_map(|(rows, _)| rows) {
             let cell = self.cell_of(&self.place(&row.position()));
             self.start[cell] += 1;
             self.cell.push(cell as u32);
@@ -64,13 +65,15 @@ impl Bins {
             item.resize(n + 8, 0.0);
         }
         self.who.resize(n, 0);
-        for (g, row) in rows.flatten().enumerate() {
+        let rows = rows.flat_map(|(rows, half)| rows.iter().map(move |row| (row, half)));
+        for (g, (row, half)) in rows.enumerate() {
             let slot = &mut self.start[self.cell[g] as usize];
             let k = *slot as usize;
             *slot += 1;
             for (item, value) in self.item.iter_mut().zip(row.a) {
                 item[k] = value;
             }
+            self.item[3][k] += half;
             self.who[k] = g as u32 | if row.inverse_mass() > 0.0 { 0 } else { IMMOBILE };
         }
         // each start now is the next one's
@@ -134,31 +137,31 @@ impl Bins {
         (at[c] * self.count[b] + at[b]) * self.count[a] + at[a]
     }
 
-    /// Ranges of neighbouring cells along one axis; the second is empty except at a period's end.
+    /// Ranges of cells up to `k` further along one axis; the second is empty except at a period's end.
     #[inline]
-    fn near(&self, axis: usize, at: usize) -> [(usize, usize); 2] {
+    fn near(&self, axis: usize, at: usize, k: usize) -> [(usize, usize); 2] {
         let n = self.count[axis];
-        if n <= 3 && self.length[axis] > 0.0 {
+        if n <= 2 * k + 1 && self.length[axis] > 0.0 {
             return [(0, n), (0, 0)];
         }
-        let inner = (at.saturating_sub(1), (at + 2).min(n));
-        let around = if self.length[axis] > 0.0 && at == 0 {
-            (n - 1, n)
-        } else if self.length[axis] > 0.0 && at == n - 1 {
-            (0, 1)
+        let inner = (at.saturating_sub(k), (at + k + 1).min(n));
+        let around = if self.length[axis] > 0.0 && at < k {
+            (n + at - k, n)
+        } else if self.length[axis] > 0.0 && at + k >= n {
+            (0, at + k + 1 - n)
         } else {
             (0, 0)
         };
         [inner, around]
     }
 
-    /// Where the neighbours of `x` are.
+    /// Where the neighbours of `x` are, up to `cells` further.
     #[inline]
-    pub(super) fn around(&self, x: &[f64; 3]) -> Around {
+    pub(super) fn around(&self, x: &[f64; 3], cells: usize) -> Around {
         let at = self.place(x);
         let [a, b, c] = self.axes;
-        let mut around = Around { run: [(0, 0); 18], count: 0 };
-        let near = [self.near(a, at[a]), self.near(b, at[b]), self.near(c, at[c])];
+        let mut around = Around { run: [(0, 0); 2 * (2 * CELLS + 1) * (2 * CELLS + 1)], count: 0 };
+        let near = [a, b, c].map(|axis| self.near(axis, at[axis], cells));
         for k in near[2].iter().flat_map(|&(from, to)| from..to) {
             for j in near[1].iter().flat_map(|&(from, to)| from..to) {
                 let row = (k * self.count[b] + j) * self.count[a];

@@ -5,6 +5,7 @@ use super::advance::{self, Drive};
 use super::duo::Duo;
 use super::lanes::{Eight, Plain};
 use super::law::LawLanes;
+use super::list::History;
 use super::near::Nearby;
 use super::pair::{Images, pair_forces};
 use super::row::{Pack, Push, Row};
@@ -49,6 +50,12 @@ pub(super) struct Block {
     pub(super) walls: Vec<Pack>,
     /// What may come into these lists.
     pub(super) near: Nearby,
+    /// Contacts to take instead of those in the lists: these are of another order, or of what was near before.
+    pub(super) seed: Option<Box<History>>,
+    /// Where the grains were when what is near was searched, m.
+    pub(super) origin: Vec<[f64; 3]>,
+    /// Largest number of blocks between the partners of a pair that is near.
+    pub(super) reach: usize,
     /// Rows of other blocks that it reads, as numbers within those blocks, block by block.
     pub(super) halo: Vec<u16>,
     /// Whose they are.

@@ -12,9 +12,9 @@ impl Bulk {
         let (mut pairs, mut walls) = (Vec::new(), Vec::new());
         let mut history = History::default();
         let asleep = self.blocks.asleep;
-        for (b, block) in self.blocks.block.iter().enumerate().skip(asleep) {
+        for block in self.blocks.block.iter().skip(asleep) {
             let block = lock(block);
-            match self.seeds.get(b) {
+            match &block.seed {
                 Some(seed) => history.clone_from(seed),
                 None => block.history(SIZE as u32, false, &mut history),
             }
@@ -46,7 +46,7 @@ impl Bulk {
             place[i as usize] = k;
         }
         let size = SIZE as u32;
-        self.seeds = vec![History::default(); self.blocks.block.len()];
+        let mut seeds = vec![Box::<History>::default(); self.blocks.block.len()];
         for contact in contacts {
             let (i, j) = (place[contact.first as usize], place[contact.second as usize]);
             let turned = contact.spring.map(|s| -s);
@@ -54,21 +54,23 @@ impl Bulk {
                 if i < j { (i, j, contact.spring, turned) } else { (j, i, turned, contact.spring) };
             let (a, b) = ((low / size) as usize, (high / size) as usize);
             if a == b {
-                self.seeds[a][0].push(Kept { i: low % size, j: high, spring: up });
+                seeds[a][0].push(Kept { i: low % size, j: high, spring: up });
             } else {
-                self.seeds[a][1].push(Kept { i: low % size, j: high, spring: up });
-                self.seeds[b][1].push(Kept { i: high % size, j: low, spring: down });
+                seeds[a][1].push(Kept { i: low % size, j: high, spring: up });
+                seeds[b][1].push(Kept { i: high % size, j: low, spring: down });
             }
         }
         for contact in wall_contacts {
             let i = place[contact.first as usize];
             let kept = Kept { i: i % size, j: contact.second, spring: contact.spring };
-            self.seeds[(i / size) as usize][2].push(kept);
+            seeds[(i / size) as usize][2].push(kept);
         }
-        for [pairs, cross, walls] in &mut self.seeds {
+        for (mut seed, block) in seeds.into_iter().zip(&mut self.blocks.block) {
+            let [pairs, cross, walls] = &mut *seed;
             pairs.sort_unstable_by_key(|kept| (kept.i, kept.j));
             cross.sort_unstable_by_key(|kept| (kept.i, kept.j));
             walls.sort_unstable_by_key(|kept| (kept.j, kept.i));
+            mine(block).seed = Some(seed);
         }
         self.valid = false;
     }

@@ -6,6 +6,7 @@
 use super::block::Block;
 use super::near::Scratch;
 use super::row::{Kept, Pack, Row};
+use super::skin::Skin;
 use super::wall::Wall;
 use crate::Vec3;
 use crate::walls::Plane;
@@ -19,6 +20,8 @@ pub(super) struct Builder {
     history: History,
     /// Rows of other blocks.
     pub(super) halo: Vec<Row>,
+    /// Half the skins of their blocks, m.
+    halves: Vec<f64>,
     pub(super) search: Scratch,
 }
 
@@ -134,33 +137,45 @@ impl Block {
     }
 
     /// Builds all lists of the block from the pairs that are near: `builder.halo` holds the rows of other
-    /// blocks. `seed` replaces the history that the present lists hold.
+    /// blocks.
     pub(super) fn build(
         &mut self,
         reach: &Reach<'_>,
         rows: &[Row],
         builder: &mut Builder,
-        seed: Option<&History>,
     ) -> Listed {
         let mut history = std::mem::take(&mut builder.history);
-        match seed {
-            Some(seed) => history.clone_from(seed),
+        match self.seed.take() {
+            Some(seed) => history = *seed,
             None => self.history(reach.size, false, &mut history),
         }
+        let mut halves = std::mem::take(&mut builder.halves);
+        halves.clear();
+        for segment in &self.segments {
+            halves.resize(segment.end as usize, 0.5 * reach.skins[segment.block as usize].width);
+        }
+        let skin = reach.skins[(self.first / reach.size) as usize].width;
         let mut listed = Listed::default();
-        self.build_pairs(reach, rows, &history[0], &mut listed);
-        self.build_cross(reach, rows, &builder.halo, &history[1], &mut listed);
-        self.build_walls(reach, rows, &history[2]);
-        builder.history = history;
+        self.build_pairs(reach, skin, rows, &history[0], &mut listed);
+        self.build_cross(reach, skin, rows, (&builder.halo, &halves), &history[1], &mut listed);
+        self.build_walls(reach, skin, rows, &history[2]);
+        (builder.history, builder.halves) = (history, halves);
         listed
     }
 
     /// Pairs within the block.
-    fn build_pairs(&mut self, reach: &Reach<'_>, rows: &[Row], history: &[Kept], listed: &mut Listed) {
+    fn build_pairs(
+        &mut self,
+        reach: &Reach<'_>,
+        skin: f64,
+        rows: &[Row],
+        history: &[Kept],
+        listed: &mut Listed,
+    ) {
         let n = self.len();
         let mut filling = Filling::new(&mut self.pairs, (n as u16, n as u32), history);
         for &(i, j) in &self.near.pairs {
-            if reach.holds(&rows[usize::from(i)], &rows[usize::from(j)]) {
+            if reach.holds(skin, &rows[usize::from(i)], &rows[usize::from(j)]) {
                 let key = (u32::from(i), self.first + u32::from(j));
                 listed.pairs += 2;
                 listed.touching += 2 * usize::from(filling.put(i, u32::from(j), 0, key));
@@ -173,8 +188,9 @@ impl Block {
     fn build_cross(
         &mut self,
         reach: &Reach<'_>,
+        skin: f64,
         rows: &[Row],
-        halo: &[Row],
+        (halo, halves): (&[Row], &[f64]),
         history: &[Kept],
         listed: &mut Listed,
     ) {
@@ -182,7 +198,8 @@ impl Block {
         let none = (self.len() as u16, self.halo.len() as u32);
         let mut filling = Filling::new(&mut packs, none, history);
         for &(i, slot) in &self.near.cross {
-            if reach.holds(&rows[usize::from(i)], &halo[slot as usize]) {
+            let skin = 0.5 * skin + halves[slot as usize];
+            if reach.holds(skin, &rows[usize::from(i)], &halo[slot as usize]) {
                 let key = (u32::from(i), self.halo_number(slot, reach.size));
                 listed.pairs += 1;
                 listed.touching += usize::from(filling.put(i, slot, 0, key));
@@ -193,7 +210,7 @@ impl Block {
     }
 
     /// Grains at walls, wall by wall.
-    fn build_walls(&mut self, reach: &Reach<'_>, rows: &[Row], history: &[Kept]) {
+    fn build_walls(&mut self, reach: &Reach<'_>, skin: f64, rows: &[Row], history: &[Kept]) {
         let none = (self.len() as u16, 0);
         let mut filling = Filling::new(&mut self.walls, none, &[]);
         let mut at = u16::MAX;
@@ -206,7 +223,7 @@ impl Block {
                 let to = history.partition_point(|kept| kept.j <= u32::from(w));
                 filling.history = history[from..to].iter().peekable();
             }
-            if plane.stands(reach.t) && wall_gap(plane, reach.t, &rows[usize::from(i)]) < reach.skin {
+            if plane.stands(reach.t) && wall_gap(plane, reach.t, &rows[usize::from(i)]) < skin {
                 filling.put(i, 0, w, (u32::from(i), u32::from(w)));
             }
         }
@@ -215,8 +232,8 @@ impl Block {
 
 /// What is listed: gaps below a skin.
 pub(super) struct Reach<'a> {
-    /// Gap below which a pair is listed, m.
-    pub(super) skin: f64,
+    /// Skins of the blocks.
+    pub(super) skins: &'a [Skin],
     /// Lengths of the periods, m; 0 where there is none.
     pub(super) length: [f64; 3],
     /// Time, s.
@@ -229,7 +246,7 @@ pub(super) struct Reach<'a> {
 
 impl Reach<'_> {
     #[inline]
-    fn holds(&self, a: &Row, b: &Row) -> bool {
+    fn holds(&self, skin: f64, a: &Row, b: &Row) -> bool {
         let (x, y) = (a.position(), b.position());
         let mut distance2 = 0.0;
         for axis in 0..3 {
@@ -239,7 +256,7 @@ impl Reach<'_> {
             }
             distance2 += d * d;
         }
-        let limit = a.radius() + b.radius() + self.skin;
+        let limit = a.radius() + b.radius() + skin;
         distance2 < limit * limit
     }
 }

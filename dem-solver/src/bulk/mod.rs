@@ -7,7 +7,7 @@
 //! | `order`, `bins`, `near`, `list` | the order of the grains, cells, the lists of a block |
 //! | `lanes`, `wide`, `duo`, `law`, `pair`, `wall` | many contacts at once |
 //! | `advance`, `block` | kick and drift; one sub-step of a block |
-//! | `skin` | how wide the lists are, when they are built |
+//! | `skin`, `afar` | how wide the lists are, when they are built; when what is near is searched |
 //! | `stretch` | sub-steps between two looks at the lists: wavefront and threads |
 //! | `contacts`, `window` | springs in and out; start and end of a window |
 //!
@@ -20,6 +20,7 @@
 //! one of them then stands in the other block alone.
 
 mod advance;
+mod afar;
 mod bins;
 mod block;
 mod contacts;
@@ -44,9 +45,10 @@ use crate::cells::Periods;
 use crate::contact::{LawTable, PairLaw};
 use crate::spec::{DemSpec, Motion};
 use crate::walls::Plane;
+use afar::Afar;
 use bins::Bins;
 use block::{Bench, Common};
-use list::{Builder, History};
+use list::Builder;
 use skin::Lists;
 use stretch::{Blocks, Plan, lock, mine, only, read};
 use wall::Wall;
@@ -106,17 +108,17 @@ pub(crate) struct Bulk {
     /// Which rows hold the state.
     now: usize,
     bins: Bins,
-    seeds: Vec<History>,
     benches: Vec<Bench>,
     builders: Vec<Builder>,
     /// What is near, and the lists that were taken from it.
-    near: Lists,
+    afar: Afar,
     lists: Lists,
     /// Whether both belong to the present order and places.
     valid: bool,
-    /// Largest speed expected, m/s.
+    /// Largest speed, m/s.
     speed: f64,
-    found: list::Listed,
+    /// Largest distance that walls have gone, m.
+    wall_path: f64,
     /// Largest number of blocks between the partners of a pair.
     reach: usize,
     loaded: bool,
@@ -137,7 +139,8 @@ impl Clone for Bulk {
             order: self.order.clone(),
             blocks: Blocks::new(rows.collect(), block.collect(), self.blocks.asleep),
             bins: self.bins.clone(),
-            seeds: self.seeds.clone(),
+            afar: self.afar.clone(),
+            lists: self.lists.clone(),
             benches: self.benches.clone(),
             builders: self.builders.clone(),
             ..*self
@@ -185,14 +188,13 @@ impl Bulk {
             observed: false,
             now: 0,
             bins: Bins::default(),
-            seeds: Vec::new(),
             benches: vec![Bench::default(); threads],
             builders: vec![Builder::default(); threads],
-            near: Lists::default(),
+            afar: Afar::default(),
             lists: Lists::default(),
             valid: false,
             speed: 0.0,
-            found: list::Listed::default(),
+            wall_path: 0.0,
             reach: 0,
             loaded: false,
             builds: 0,
@@ -223,11 +225,6 @@ impl Bulk {
         outcome
     }
 
-    /// Distance that a grain may move in one sub-step, m.
-    fn step_length(&self, dt: f64) -> f64 {
-        1.25 * dt * self.speed.max(self.wall_speed)
-    }
-
     /// One stretch of the window from `t` on. If a grain turns out to have outrun the lists, or to be no longer finite, it is done
     /// again up to the sub-step at which that happened.
     fn stretch(&mut self, t: f64, dt: f64, steps: u32, outcome: &mut Outcome) {
@@ -239,7 +236,7 @@ impl Bulk {
             if outcome.finite {
                 self.speed = fastest2.sqrt();
                 outcome.speed2 = outcome.speed2.max(fastest2);
-                self.lists.moved(dt * self.speed.max(self.wall_speed));
+                self.moved(good, dt);
             }
             good += 1;
         }

@@ -35,8 +35,10 @@ pub(super) struct Scratch {
 /// What a search goes by.
 pub(super) struct Search<'a> {
     pub(super) bins: &'a Bins,
-    /// Gap below which a pair is near, m.
+    /// Skin of the block: a pair is near if its gap is below half the sum of the blocks' skins, m.
     pub(super) skin: f64,
+    /// How many cells further grains may be.
+    pub(super) cells: usize,
     /// Lengths of the periods, m; 0 where there is none.
     pub(super) length: [f64; 3],
     /// Time, s.
@@ -54,11 +56,17 @@ pub(super) struct Search<'a> {
 }
 
 impl Block {
-    /// Finds what is near; returns the largest number of blocks between the partners of a pair.
-    pub(super) fn search(&mut self, search: &Search<'_>, rows: &[Row], scratch: &mut Scratch) -> usize {
+    /// Finds what is near; the contacts of the present lists become the seed of the next.
+    pub(super) fn search(&mut self, search: &Search<'_>, rows: &[Row], scratch: &mut Scratch) {
+        // contacts are known by places in a halo that now changes
+        if self.seed.is_none() {
+            let mut history = Box::default();
+            self.history(search.size, false, &mut history);
+            self.seed = Some(history);
+        }
         let rows = &rows[..self.len()];
         Near { search, first: self.first, rows, near: &mut self.near, scratch }.find();
-        let reach = self.build_halo(search, scratch);
+        self.reach = self.build_halo(search, scratch);
         self.near.walls.clear();
         for (w, wall) in (0u16..).zip(search.walls) {
             let plane = wall.plane();
@@ -70,10 +78,9 @@ impl Block {
             let found = (0u16..).zip(rows).filter(|(_, row)| at(row));
             self.near.walls.extend(found.map(|(i, _)| (w, i)));
         }
-        reach
     }
 
-    /// The rows of other blocks that are read; leaves `slot` empty.
+    /// The rows of other blocks that are read; returns how many blocks away they are at most. Leaves `slot` empty.
     fn build_halo(&mut self, search: &Search<'_>, scratch: &mut Scratch) -> usize {
         let Scratch { cross, halo, slot, .. } = scratch;
         slot.resize(search.grains, u32::MAX);
@@ -174,7 +181,7 @@ impl WithSimd for OnWide<'_> {
     }
 }
 
-/// Puts all grains whose gap to `row` is below the skin into `found`, itself included; their number.
+/// Puts all grains that are near `row` into `found`, itself included; their number.
 #[inline(always)]
 fn candidates<L: Eight>(
     token: L::Token,
@@ -183,13 +190,14 @@ fn candidates<L: Eight>(
     row: &Row,
     found: &mut Vec<u32>,
 ) -> usize {
+    // radii with half the skins
     let Bins { item: [xs, ys, zs, radii], who, .. } = search.bins;
     let place = row.position();
     let [x, y, z] = place.map(|x| L::splat(token, x));
-    let reach = L::splat(token, row.radius() + search.skin);
+    let reach = L::splat(token, row.radius() + 0.5 * search.skin);
     let periodic = search.length != [0.0; 3];
     let mut count = 0;
-    for &(from, to) in search.bins.around(&place).runs() {
+    for &(from, to) in search.bins.around(&place, search.cells).runs() {
         let (mut k, to) = (from as usize, to as usize);
         if found.len() < count + (to - k) {
             found.resize(2 * (count + (to - k)), 0);

@@ -1,15 +1,13 @@
 //! How wide the lists are, and when they are built anew.
 //!
 //! A listed pair out of reach costs in every sub-step, a build once in as many as the grains need to cross
-//! half a skin. The motion is watched, and the widths follow. Lists are taken from the pairs that are near
-//! within a much wider skin, which are searched seldom. None of this changes a bit of the result.
+//! half a skin. All lists are built at the same time, but every block has a skin of its own, in proportion to
+//! its speeds, so that the lists of a bed at rest are not as wide as those of the rain above it. The motion is
+//! watched, and the widths follow. None of this changes a bit of the result.
 
-use super::bins::IMMOBILE;
+use super::Bulk;
 use super::list::{Listed, Reach};
-use super::near::Search;
-use super::row::Row;
-use super::stretch::{lock, mine, on_threads, only, read};
-use super::{Bulk, SIZE};
+use super::stretch::{lock, mine, on_threads, read};
 use std::sync::Mutex;
 
 /// Skins: least and most, over the mean diameter.
@@ -22,189 +20,172 @@ const FIRST: f64 = 0.02;
 /// per grain.
 const BUILD_OVER_PAIR: f64 = 25.0;
 
-/// Sub-steps that a skin is good for at least, at the present largest speed.
-const LEAST: f64 = 16.0;
+/// Sub-steps that lists are to hold: least and most.
+const LIVES: (f64, f64) = (8.0, 1e6);
 
-/// What is near reaches so many times as far as the lists, and so far over the mean diameter at least.
-const WIDER: (f64, f64) = (5.0, 0.1);
+/// Share of its speed that a grain is expected to hand on to those of neighbouring blocks.
+const HANDED_ON: f64 = 0.5;
 
-/// Pairs within a skin, and how far grains have moved since.
+/// Room for grains that become faster, in distances per sub-step.
+const ROOM: f64 = 1.25;
+
+/// Skin of one block, and how its grains have moved since its lists were built.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Lists {
-    /// Gap of the pairs, m.
-    skin: f64,
+pub(super) struct Skin {
+    /// Pairs are listed up to half the sum of their blocks' skins, grains at walls up to the skin, m.
+    pub(super) width: f64,
     /// How far a grain or a wall may have moved since, m.
     travel: f64,
-    /// Sub-steps since.
-    since: u32,
+    /// Largest speed now, m/s.
+    pub(super) speed: f64,
+    /// Largest speed of late, m/s.
+    pub(super) lately: f64,
 }
 
-impl Lists {
-    fn new(skin: f64) -> Self {
-        Self { skin, travel: 0.0, since: 0 }
+impl Skin {
+    /// Whether all pairs in contact are listed, if the same is true of all other blocks.
+    fn holds(&self) -> bool {
+        2.0 * self.travel <= self.width
     }
+}
 
-    /// Whether all pairs within `skin` are among them.
-    fn hold(&self, skin: f64) -> bool {
-        2.0 * self.travel + skin <= self.skin
-    }
-
-    /// One sub-step in which nothing has moved further than `distance`.
-    pub(super) fn moved(&mut self, distance: f64) {
-        self.travel += distance;
-        self.since = self.since.saturating_add(1);
-    }
-
-    /// Distance per sub-step, m.
-    fn rate(&self) -> f64 {
-        self.travel / f64::from(self.since.max(1))
-    }
+/// State of all lists.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lists {
+    /// One per block.
+    pub(super) skins: Vec<Skin>,
+    /// Sub-steps since they were built.
+    since: u32,
+    /// Sub-steps that they were to last; 0 before the first.
+    life: f64,
+    found: Listed,
 }
 
 impl Bulk {
     /// Whether the lists hold all pairs in contact now.
     pub(super) fn holds(&self) -> bool {
-        self.valid && self.lists.hold(0.0)
+        self.valid && self.lists.skins[self.blocks.asleep..].iter().all(Skin::holds)
+    }
+
+    /// One sub-step `s` of a stretch was good.
+    pub(super) fn moved(&mut self, s: u32, dt: f64) {
+        let (keep, wall_speed, asleep) = (1.0 - 1.0 / self.lists.life.max(2.0), self.wall_speed, self.blocks.asleep);
+        for (block, skin) in self.blocks.awake_mut().iter_mut().zip(&mut self.lists.skins[asleep..]) {
+            skin.speed = mine(block).speed2[s as usize].sqrt();
+            skin.lately = (keep * skin.lately).max(skin.speed);
+            skin.travel += dt * skin.speed.max(wall_speed);
+        }
+        self.wall_path += dt * wall_speed;
+        self.lists.since = self.lists.since.saturating_add(1);
     }
 
     /// Sub-steps that the present lists are good for; builds them if these are few.
     pub(super) fn prepare(&mut self, t: f64, dt: f64, wanted: u32) -> u32 {
-        let step = self.step_length(dt);
-        let fit = |lists: &Lists| {
-            let rest = 0.5 * lists.skin - lists.travel;
-            if step > 0.0 { (rest / step).min(1e9) as u32 } else { u32::MAX }
-        };
-        if self.holds() && !self.too_wide() && fit(&self.lists) >= wanted.min(8) {
-            return wanted.min(fit(&self.lists));
+        if self.holds() && !self.too_wide(dt) && self.fit(dt) >= wanted.min(8) {
+            return wanted.min(self.fit(dt));
         }
         self.build(t, dt);
-        wanted.min(fit(&self.lists)).max(1)
+        wanted.min(self.fit(dt)).max(1)
     }
 
-    /// Whether pairs out of reach have cost more than a build since the last one, where a narrower skin would
+    /// Sub-steps until the first block is likely to outrun the lists.
+    fn fit(&self, dt: f64) -> u32 {
+        let steps = self.lists.skins[self.blocks.asleep..].iter().map(|skin| {
+            let step = ROOM * dt * skin.speed.max(self.wall_speed);
+            if step > 0.0 { (0.5 * skin.width - skin.travel) / step } else { f64::INFINITY }
+        });
+        steps.fold(f64::INFINITY, f64::min).min(1e9) as u32
+    }
+
+    /// Whether pairs out of reach have cost more than a build since the last one, where narrower skins would
     /// have spared them.
-    fn too_wide(&self) -> bool {
-        let Lists { skin, since, .. } = self.lists;
-        let waste = self.spare() * (1.0 - self.best_skin() / skin);
-        self.settings.skin.is_none() && since > 0 && waste * f64::from(since) > BUILD_OVER_PAIR
+    fn too_wide(&mut self, dt: f64) -> bool {
+        let Lists { since, .. } = self.lists;
+        if self.settings.skin.is_some() || self.spare() * f64::from(since) <= BUILD_OVER_PAIR {
+            return false;
+        }
+        let life = self.best_life();
+        let (mut sum, mut best) = (0.0, 0.0);
+        for b in self.blocks.asleep..self.blocks.block.len() {
+            let width = self.lists.skins[b].width;
+            sum += width;
+            best += self.best_width(b, life, dt).min(width);
+        }
+        self.spare() * (1.0 - best / sum) * f64::from(since) > BUILD_OVER_PAIR
     }
 
     /// Listed pairs out of reach per grain.
     fn spare(&self) -> f64 {
-        self.found.pairs.saturating_sub(self.found.touching) as f64 / self.moving.max(1) as f64
+        let Listed { pairs, touching } = self.lists.found;
+        pairs.saturating_sub(touching) as f64 / self.moving.max(1) as f64
     }
 
-    /// Skin at which builds and pairs out of reach cost the same, for grains that move as they did, m.
-    fn best_skin(&self) -> f64 {
-        let (spare, Lists { skin, .. }) = (self.spare(), self.lists);
-        if spare == 0.0 {
-            return skin;
+    /// Sub-steps between builds at which these and pairs out of reach cost the same, for grains that
+    /// move as they did.
+    fn best_life(&self) -> f64 {
+        let Lists { since, life, .. } = self.lists;
+        if life == 0.0 {
+            return 2.0 * LIVES.0;
         }
-        (2.0 * self.lists.rate() * BUILD_OVER_PAIR * skin / spare)
-            .sqrt()
-            .clamp(SKINS.0 * self.diameter, SKINS.1 * self.diameter)
-    }
-
-    /// Skin for the present motion.
-    fn choose_skin(&self, dt: f64) -> f64 {
-        let Lists { skin, since, .. } = self.lists;
-        let width = self.settings.skin.unwrap_or_else(|| {
-            if since == 0 { FIRST * self.diameter } else { self.best_skin().clamp(0.25 * skin, 2.0 * skin) }
-        });
-        // a stretch of some steps at least: fast grains must not force a build in every sub-step, nor a
-        // lost one lists of everything
-        width.max((LEAST * self.step_length(dt)).min(SKINS.1 * self.diameter))
-    }
-
-    /// How far any grain or wall has moved since what is near was searched, m.
-    fn displacement(&mut self, dt: f64) -> f64 {
-        let periods = self.wrapping();
-        let rows: Vec<&[Row]> =
-            self.blocks.rows.iter_mut().map(|rows| &only(&mut rows[self.now])[..]).collect();
-        let [xs, ys, zs, _] = &self.bins.item;
-        let mut most2 = 0.0f64;
-        for (((who, x), y), z) in self.bins.who.iter().zip(xs).zip(ys).zip(zs) {
-            let place = (who & !IMMOBILE) as usize;
-            let now = rows[place / SIZE][place % SIZE].position();
-            let apart = periods.nearest([now[0] - x, now[1] - y, now[2] - z].into());
-            most2 = most2.max(apart.norm_squared());
+        if since == 0 {
+            return life;
         }
-        most2.sqrt().max(self.wall_speed * dt * f64::from(self.near.since)) * (1.0 + 1e-12)
+        // what share of its skin the fastest block has used up in a sub-step
+        let skins = &self.lists.skins[self.blocks.asleep..];
+        let used = skins.iter().map(|skin| 2.0 * skin.travel / skin.width).fold(0.0, f64::max);
+        let used = used / f64::from(since);
+        let best = (BUILD_OVER_PAIR / (self.spare() * used)).sqrt();
+        // not a number where nothing moves and nothing is to spare
+        best.max(LIVES.0).clamp(0.25 * life, 2.0 * life).clamp(LIVES.0, LIVES.1)
+    }
+
+    /// Skin with which block `b` does not outrun lists that last `life` sub-steps, m.
+    fn best_width(&mut self, b: usize, life: f64, dt: f64) -> f64 {
+        let skins = &self.lists.skins;
+        let beside = mine(&mut self.blocks.block[b]).segments.iter();
+        let beside = beside.map(|segment| skins[segment.block as usize].lately).fold(0.0, f64::max);
+        let speed = skins[b].lately.max(HANDED_ON * beside).max(self.wall_speed);
+        let (least, most) = (SKINS.0 * self.diameter, SKINS.1 * self.diameter);
+        let of = |life: f64| (2.0 * ROOM * dt * speed * life).clamp(least, most);
+        match self.settings.skin {
+            Some(width) => width.max(of(LIVES.0)),
+            None => of(life),
+        }
+    }
+
+    /// Skins for the present motion.
+    fn choose_skins(&mut self, dt: f64) {
+        let life = self.best_life();
+        let least = if self.lists.life == 0.0 && self.settings.skin.is_none() { FIRST * self.diameter } else { 0.0 };
+        for b in self.blocks.asleep..self.blocks.block.len() {
+            self.lists.skins[b].width = self.best_width(b, life, dt).max(least);
+        }
+        for skin in &mut self.lists.skins {
+            skin.travel = 0.0;
+        }
+        self.lists.skins[..self.blocks.asleep].fill(Skin::default());
+        (self.lists.life, self.lists.since) = (life, 0);
     }
 
     /// Builds the lists for the present state, and searches what is near where that has become too old.
     pub(super) fn build(&mut self, t: f64, dt: f64) {
-        let skin = self.choose_skin(dt);
-        self.near.travel += self.lists.travel;
-        self.near.since = self.near.since.saturating_add(self.lists.since);
-        if self.valid && !self.near.hold(1.5 * skin) {
-            // the sum of the largest speeds is far above what any one grain has moved
-            self.near.travel = self.displacement(dt);
-        }
-        // hardly enough now would not be enough soon
-        if !self.valid || !self.near.hold(1.5 * skin) {
-            self.search(
-                t,
-                (WIDER.0 * skin).clamp(WIDER.1 * self.diameter, SKINS.1 * self.diameter).max(1.6 * skin),
-            );
-        }
-        self.lists = Lists::new(skin);
+        self.choose_skins(dt);
+        self.refresh_near(t);
         self.valid = true;
         self.builds += 1;
         self.take_lists(t);
     }
 
-    /// Finds what is near within `skin`.
-    fn search(&mut self, t: f64, skin: f64) {
-        self.near = Lists::new(skin);
-        let now = self.now;
-        let guards: Vec<_> = self.blocks.rows.iter().map(|rows| read(&rows[now])).collect();
-        let rows = guards.iter().map(|rows| rows.split_last().map_or(&[][..], |(_, rows)| rows));
-        self.bins.sort(rows, self.n, 2.0 * self.largest + skin, self.periods);
-        drop(guards);
-        // springs are known by places in lists that now change
-        if self.seeds.is_empty() {
-            let blocks = self.blocks.block.iter_mut().map(|block| {
-                let mut history = Default::default();
-                mine(block).history(SIZE as u32, false, &mut history);
-                history
-            });
-            self.seeds = blocks.collect();
-        }
-        let search = Search {
-            bins: &self.bins,
-            skin,
-            length: self.common.length,
-            t,
-            size: SIZE as u32,
-            grains: self.n,
-            asleep: self.blocks.asleep,
-            walls: &self.common.walls,
-            plain: self.settings.plain,
-        };
-        let (blocks, threads) = (&self.blocks, self.builders.len());
-        let reach = Mutex::new(0);
-        on_threads(&mut self.builders, |k, builder| {
-            for b in blocks.share_of(k, threads) {
-                let rows = read(&blocks.rows[b][now]);
-                let far = lock(&blocks.block[b]).search(&search, &rows, &mut builder.search);
-                let mut reach = lock(&reach);
-                *reach = far.max(*reach);
-            }
-        });
-        self.reach = reach.into_inner().unwrap_or_default();
-    }
-
     /// Takes the lists from what is near.
     fn take_lists(&mut self, t: f64) {
         let reach = Reach {
-            skin: self.lists.skin,
+            skins: &self.lists.skins,
             length: self.common.length,
             t,
-            size: SIZE as u32,
+            size: super::SIZE as u32,
             walls: &self.common.walls,
         };
-        let (blocks, seeds, now) = (&self.blocks, &self.seeds, self.now);
+        let (blocks, now) = (&self.blocks, self.now);
         let threads = self.builders.len();
         let found = Mutex::new(Listed::default());
         on_threads(&mut self.builders, |k, builder| {
@@ -213,11 +194,10 @@ impl Bulk {
                 let mut block = lock(&blocks.block[b]);
                 // nothing runs now: there is no sub-step to wait for
                 blocks.gather(&block, now, 0, &mut builder.halo);
-                let listed = block.build(&reach, &rows, builder, seeds.get(b));
+                let listed = block.build(&reach, &rows, builder);
                 lock(&found).add(&listed);
             }
         });
-        self.found = found.into_inner().unwrap_or_default();
-        self.seeds.clear();
+        self.lists.found = found.into_inner().unwrap_or_default();
     }
 }

@@ -6,6 +6,7 @@ use super::block::Block;
 use super::list::History;
 use super::order::order;
 use super::row::Row;
+use super::skin::Skin;
 use super::stretch::{Blocks, mine, only};
 use super::{Bulk, SIZE};
 use crate::Vec3;
@@ -59,12 +60,13 @@ impl Bulk {
             self.set_gravity(grains, gravity);
             self.loaded = false;
         }
-        let (mut speed2, mut moved) = (0.0f64, false);
+        let (mut fastest, mut moved) = (0.0f64, false);
+        self.lists.skins.resize(self.blocks.block.len(), Skin::default());
         for (b, (block, rows)) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows).enumerate() {
             let [now, other] = rows;
             let (block, [now, other]) = (mine(block), if self.now == 0 { [now, other] } else { [other, now] });
             let rows = only(now);
-            let n = block.len();
+            let (n, mut speed2) = (block.len(), 0.0f64);
             let order = &self.order[block.first as usize..][..n];
             for (row, &i) in rows[..n].iter_mut().zip(order) {
                 let (x, v, w) =
@@ -75,6 +77,9 @@ impl Bulk {
                 row.b[..3].copy_from_slice(w.as_slice());
                 speed2 = speed2.max(v.norm_squared());
             }
+            self.lists.skins[b].speed = speed2.sqrt();
+            self.lists.skins[b].lately = self.lists.skins[b].lately.max(speed2.sqrt());
+            fastest = fastest.max(speed2);
             block.seen.clear(if wanted.observations { n } else { 0 });
             block.orientation.clear();
             if b < self.blocks.asleep {
@@ -86,7 +91,7 @@ impl Bulk {
         }
         // someone else may have moved a grain
         self.valid &= !moved;
-        self.speed = speed2.sqrt();
+        self.speed = fastest.sqrt();
     }
 
     /// Hands the state back, positions within the period.
@@ -170,6 +175,7 @@ impl Bulk {
         }
         (self.order, self.order_travel, self.now) = (order, travel, 0);
         self.blocks = Blocks::new(rows, blocks, 0);
+        self.lists.skins.clear();
         self.lay_down(grains);
     }
 
