@@ -76,6 +76,24 @@ impl Grains {
         grains
     }
 
+    /// Appends others.
+    pub fn append(&mut self, mut others: Self) {
+        macro_rules! append {
+            ($($field:ident),*) => { $(self.$field.append(&mut others.$field);)* };
+        }
+        append!(position, image, velocity, orientation, spin, acceleration, spin_acceleration, radius);
+        append!(mass, inertia, material, motion, translation, rotation);
+    }
+
+    /// Forgets all but the first `count`.
+    pub fn truncate(&mut self, count: usize) {
+        macro_rules! truncate {
+            ($($field:ident),*) => { $(self.$field.truncate(count);)* };
+        }
+        truncate!(position, image, velocity, orientation, spin, acceleration, spin_acceleration, radius);
+        truncate!(mass, inertia, material, motion, translation, rotation);
+    }
+
     /// Number of grains.
     #[inline(always)]
     #[must_use]

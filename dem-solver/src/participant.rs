@@ -115,6 +115,9 @@ impl DemParticipant {
         if places.is_empty() {
             return Ok(());
         }
+        if self.dem.join(&self.spec.grains[there..there + places.len()], &places) {
+            return Ok(());
+        }
         let mut state = self.dem.save();
         for (place, grain) in places.iter().zip(&self.spec.grains[there..]) {
             state.position.push((*place).into());

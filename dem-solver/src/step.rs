@@ -23,7 +23,7 @@ use crate::lubrication::{FilmIntegration, FilmModel};
 use crate::neighbours::Neighbours;
 use crate::report::{GrainLoad, NonFinite, Observations, WindowReport};
 use crate::rk3;
-use crate::spec::{DemSpec, Engine};
+use crate::spec::{DemSpec, Engine, Grain, Shape};
 use crate::walls::Plane;
 
 /// Up to this number of grains the gaps at the end of a window are exact at any distance.
@@ -44,6 +44,7 @@ pub struct Dem {
     pub(crate) substeps: u64,
     pub(crate) windows: u64,
     scene: Scene,
+    shape: Shape,
     gravity: Vec3,
     integrator: Integrator,
     film: Option<(FilmModel, FilmIntegration, u32)>,
@@ -90,6 +91,7 @@ impl Dem {
             windows: 0,
             wall_speed: walls.iter().map(|wall| wall.velocity.dot(&wall.normal).abs()).fold(0.0, f64::max),
             scene: Scene { walls, periods, laws: spec.laws(), range: spec.range() },
+            shape: spec.shape,
             gravity: spec.gravity.into(),
             integrator: spec.integrator,
             film: spec
@@ -149,6 +151,22 @@ impl Dem {
         if let Some(bulk) = &mut self.bulk {
             bulk.set_threads(threads);
         }
+    }
+
+    /// Takes `more` grains up at `places`, behind those that are there. False, and nothing done, if the present
+    /// engine cannot: then a solver for all of them must take the state over.
+    pub(crate) fn join(&mut self, more: &[Grain], places: &[Vec3]) -> bool {
+        let Some(bulk) = &mut self.bulk else { return false };
+        let before = self.grains.len();
+        let mut new = Grains::new(more, self.shape);
+        new.position.copy_from_slice(places);
+        self.grains.append(new);
+        if bulk.join(&self.grains) {
+            self.prescribed = prescribed(&self.grains);
+            return true;
+        }
+        self.grains.truncate(before);
+        false
     }
 
     /// Whether the next windows note forces, gaps and speeds per grain. The general engine always does.

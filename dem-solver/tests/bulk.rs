@@ -180,6 +180,67 @@ fn threads_wavefront_skin_and_vectors_change_no_bit() {
     assert!(narrow == reference && wide == reference, "the skin changed the result");
 }
 
+/// A bed on 900 fixed grains, slow but for a few grains that fall into it fast.
+fn rain_on_a_bed() -> DemSpec {
+    let mut grains = cloud(6000, 11);
+    for (k, grain) in grains.iter_mut().enumerate() {
+        grain.velocity = if k > 5800 && k % 40 == 0 { [0.0, 0.0, -60.0] } else { [0.0; 3] };
+        grain.spin = [0.0; 3];
+    }
+    for k in 0..900 {
+        let mut grain = Grain::new([f64::from(k % 30) * 0.7, f64::from(k / 30) * 0.7, 0.1], 0.45, 1.0);
+        grain.motion = Motion::Fixed;
+        // not in one piece by their numbers either
+        grains.insert(7 * k as usize, grain);
+    }
+    let mut law = law(0.6, 0.03);
+    law.friction = 0.4;
+    let mut set_up = spec(grains, law);
+    set_up.walls = vec![floor()];
+    set_up.gravity = [0.0, 0.0, -9.0];
+    set_up.engine = Engine::Bulk;
+    set_up
+}
+
+#[test]
+fn blocks_of_fixed_grains_change_nothing_asleep_or_awake() {
+    let awake = rain_on_a_bed();
+    let asleep = DemSpec { observations: false, orientation: false, ..awake.clone() };
+    agree(&awake, &[], 20);
+    let (mut a, mut b, mut c) = (dem(&awake), dem(&asleep), dem(&asleep));
+    for window in 0..20 {
+        let met = a.advance(4e-3, 20, &[]).expect("advances").contacts;
+        assert_eq!(met, b.advance(4e-3, 20, &[]).expect("advances").contacts, "window {window}");
+        // now and then somebody looks
+        c.set_observations(window % 3 == 1);
+        assert_eq!(met, c.advance(4e-3, 20, &[]).expect("advances").contacts, "window {window}");
+        if window % 3 == 1 {
+            assert!(a.observations().mean_contact == c.observations().mean_contact, "window {window}");
+        }
+    }
+    let strip = |dem: &Dem| State { orientation: Vec::new(), ..dem.save() };
+    assert!(strip(&a).contacts.len() > 1000);
+    assert!(strip(&a) == strip(&b) && strip(&a) == strip(&c));
+}
+
+#[test]
+fn skins_that_differ_from_block_to_block_change_no_bit() {
+    let set_up = DemSpec { observations: false, ..rain_on_a_bed() };
+    let standard = Settings::default();
+    let (reference, _) = run(&set_up, standard, 20);
+    for threads in [1, 2, 3] {
+        for skin in [None, Some(0.02), Some(0.4)] {
+            let (state, _) = run(&set_up, Settings { threads, skin, ..standard }, 20);
+            assert!(state == reference, "{threads} threads, skin {skin:?}");
+        }
+    }
+    let mut solver = dem(&set_up);
+    solver.advance(4e-3, 20, &[]).expect("advances");
+    repeats("rain on a bed", &set_up, &mut solver, |solver| {
+        solver.advance(4e-3, 20, &[]).expect("advances")
+    });
+}
+
 /// At rest nothing tells how fast the grains will be: a stretch must be given up and done again.
 #[test]
 fn outrun_lists_are_noticed() {

@@ -138,6 +138,32 @@ fn a_restart_while_pouring_has_the_same_bits() {
     assert_eq!(again.solver.dem().save(), expected, "restarted");
 }
 
+/// Enough grains for several blocks, fixed ones among them, that join the bulk engine in place.
+#[test]
+fn a_restart_while_pouring_into_blocks_has_the_same_bits() {
+    let layer = "[[layers]]\nlower = [0.0, 0.0, 0.05]\nupper = [1.0, 1.0, 0.05]\nradius = 0.02\ndensity = 1000.0\n\
+                 seed = 3\n[observe]\ngrains = []\n";
+    let pour = POUR.replace("60", "4000").replace("0.08", "0.02").replace("rate = 200.0", "rate = 6000.0");
+    let scene = read(&format!("{BOX}{pour}{layer}")).expect("reads");
+    assert!(scene.present() > 512, "{}", scene.present());
+    let out = folder("restart-blocks");
+    let mut run = Run::new(&scene, &out);
+    run.go(40);
+    let there = run.solver.dem().grains.len() - scene.present();
+    assert!(run.solver.dem().is_bulk() && there > 1100 && there < 3000, "{there}");
+    run.solver.write_checkpoint(&out).expect("writes");
+    let order = run.solver.dem().save().order;
+    run.go(30);
+    let expected = run.solver.dem().save();
+    assert!(expected.position.len() > order.len() + 512);
+    let mut again = Run::new(&scene, &out);
+    again.solver.read_checkpoint(&out).expect("reads");
+    assert_eq!(again.solver.dem().save().order, order);
+    again.step = 40;
+    again.go(30);
+    assert!(again.solver.dem().save() == expected, "restarted");
+}
+
 #[test]
 fn layers_cover_their_rectangle() {
     let layer = "[[layers]]\nlower = [0.0, 0.0, 0.5]\nupper = [1.0, 1.0, 0.5]\nradius = 0.05\nradius_spread = 0.1\n\

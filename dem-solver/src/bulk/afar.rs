@@ -37,6 +37,23 @@ pub(super) struct Place {
     wide: f64,
 }
 
+impl Afar {
+    /// From block `from` on, blocks are new or have other grains; there are `count` now.
+    pub(super) fn extend(&mut self, asleep: usize, from: usize, count: usize) {
+        let before = self.place.len();
+        self.place.resize(count, Place::default());
+        let row = |b: usize| match self.holds.get(b * before..(b + 1) * before) {
+            Some(row) if asleep + b < from => &row[..from],
+            _ => &[],
+        };
+        let holds = (0..count - asleep).flat_map(|b| {
+            let known = row(b);
+            known.iter().copied().chain(std::iter::repeat_n(f64::NEG_INFINITY, count - known.len()))
+        });
+        self.holds = holds.collect();
+    }
+}
+
 /// Gap of two boxes, m; axes of a period count as none.
 fn gap(a: &Place, b: &Place, length: [f64; 3]) -> f64 {
     let along = |axis: usize| match length[axis] > 0.0 {
@@ -62,7 +79,8 @@ impl Bulk {
         let count = self.blocks.block.len();
         if !self.valid {
             self.afar.place = vec![Place::default(); count];
-            self.afar.holds = vec![f64::NEG_INFINITY; (count - self.blocks.asleep) * count];
+            self.afar.holds = Vec::new();
+            self.afar.extend(self.blocks.asleep, 0, count);
         }
         self.measure();
         self.note_stale();

@@ -110,6 +110,15 @@ impl Block {
         walls.sort_unstable_by_key(|kept| (kept.j, kept.i));
     }
 
+    /// Keeps the contacts of the lists for the next ones, before what they are named by changes.
+    pub(super) fn keep_contacts(&mut self, size: u32) {
+        if self.seed.is_none() {
+            let mut history = Box::default();
+            self.history(size, false, &mut history);
+            self.seed = Some(history);
+        }
+    }
+
     /// Contacts that bear a force with grains of the blocks before `end`.
     pub(super) fn touching_any_below(&self, end: u32) -> usize {
         let below = self.segments.partition_point(|segment| segment.block < end);

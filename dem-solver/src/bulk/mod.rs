@@ -9,7 +9,7 @@
 //! | `advance`, `block` | kick and drift; one sub-step of a block |
 //! | `skin`, `afar` | how wide the lists are, when they are built; when what is near is searched |
 //! | `stretch` | sub-steps between two looks at the lists: wavefront and threads |
-//! | `contacts`, `window` | springs in and out; start and end of a window |
+//! | `contacts`, `window`, `join` | springs in and out; start and end of a window; grains that join |
 //!
 //! Grains stand in an order of cells and are cut into blocks of [`SIZE`], by their number alone. Each block
 //! has its own list; a contact between two blocks stands in both, each with its own spring, and since every
@@ -26,6 +26,7 @@ mod block;
 mod contacts;
 mod duo;
 mod fits;
+mod join;
 mod lanes;
 mod law;
 mod list;
@@ -113,8 +114,10 @@ pub(crate) struct Bulk {
     /// What is near, and the lists that were taken from it.
     afar: Afar,
     lists: Lists,
-    /// Whether both belong to the present order and places.
+    /// Whether what is near belongs to the present order and places.
     valid: bool,
+    /// Whether the lists were taken from it.
+    listed: bool,
     /// Largest speed, m/s.
     speed: f64,
     /// Largest distance that walls have gone, m.
@@ -168,7 +171,7 @@ impl Bulk {
         }
         let settings = spec.bulk;
         let threads = useful_threads(settings.threads, moving);
-        let mean = spec.grains.iter().map(|grain| grain.radius).sum::<f64>() / n as f64;
+        let radii: Vec<f64> = spec.grains.iter().map(|grain| grain.radius).collect();
         let wall_speed = walls
             .iter()
             .map(|wall| wall.plane().velocity.dot(&wall.plane().normal).abs())
@@ -179,7 +182,7 @@ impl Bulk {
             periods: (start, length),
             n,
             moving,
-            diameter: 2.0 * mean,
+            diameter: mean_diameter(&radii),
             largest: spec.largest_radius(),
             wall_speed,
             order: Vec::new(),
@@ -193,6 +196,7 @@ impl Bulk {
             afar: Afar::default(),
             lists: Lists::default(),
             valid: false,
+            listed: false,
             speed: 0.0,
             wall_path: 0.0,
             reach: 0,
@@ -203,6 +207,7 @@ impl Bulk {
 
     /// Takes another number of threads.
     pub(crate) fn set_threads(&mut self, threads: usize) {
+        self.settings.threads = threads;
         let threads = useful_threads(threads, self.moving);
         self.benches.resize(threads, Bench::default());
         self.builders.resize(threads, Builder::default());
@@ -279,6 +284,11 @@ impl Bulk {
             mine(block).go_back(rows);
         }
     }
+}
+
+/// Mean diameter, m: the order goes by it, so that grains that join must lead to the same bits as a restart with them.
+fn mean_diameter(radii: &[f64]) -> f64 {
+    2.0 * (radii.iter().sum::<f64>() / radii.len() as f64)
 }
 
 /// At most one thread per four blocks: below that they wait for one another.

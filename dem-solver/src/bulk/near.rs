@@ -59,11 +59,7 @@ impl Block {
     /// Finds what is near; the contacts of the present lists become the seed of the next.
     pub(super) fn search(&mut self, search: &Search<'_>, rows: &[Row], scratch: &mut Scratch) {
         // contacts are known by places in a halo that now changes
-        if self.seed.is_none() {
-            let mut history = Box::default();
-            self.history(search.size, false, &mut history);
-            self.seed = Some(history);
-        }
+        self.keep_contacts(search.size);
         let rows = &rows[..self.len()];
         Near { search, first: self.first, rows, near: &mut self.near, scratch }.find();
         self.reach = self.build_halo(search, scratch);

@@ -64,7 +64,7 @@ pub(super) struct Lists {
 impl Bulk {
     /// Whether the lists hold all pairs in contact now.
     pub(super) fn holds(&self) -> bool {
-        self.valid && self.lists.skins[self.blocks.asleep..].iter().all(Skin::holds)
+        self.valid && self.listed && self.lists.skins[self.blocks.asleep..].iter().all(Skin::holds)
     }
 
     /// One sub-step `s` of a stretch was good.
@@ -171,7 +171,7 @@ impl Bulk {
     pub(super) fn build(&mut self, t: f64, dt: f64) {
         self.choose_skins(dt);
         self.refresh_near(t);
-        self.valid = true;
+        (self.valid, self.listed) = (true, true);
         self.builds += 1;
         self.take_lists(t);
     }

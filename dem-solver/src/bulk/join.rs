@@ -1,0 +1,67 @@
+//! Grains that join while the run goes: they come last in the order, and the blocks that were there keep what
+//! they know. Only the last of them and those about the new grains search again.
+
+use super::block::Block;
+use super::row::Row;
+use super::stretch::{Blocks, mine, only};
+use super::{Bulk, SIZE, mean_diameter};
+use crate::grains::Grains;
+
+impl Bulk {
+    /// Takes the last of `grains` up, which it does not know yet; false if that needs a new engine.
+    pub(crate) fn join(&mut self, grains: &Grains) -> bool {
+        let (from, n) = (self.n, grains.len());
+        let plain = |i: usize| grains.material[i] == grains.material[0] && grains.translation[i].norm() > 0.0;
+        // a block of fixed grains may sleep: it does not take any that move
+        let last = self.order.chunks(SIZE).last();
+        let sleepy = last.is_some_and(|last| last.iter().all(|&i| grains.is_fixed(i as usize)));
+        if sleepy || !(from..n).all(plain) {
+            return false;
+        }
+        self.n = n;
+        self.moving += n - from;
+        self.diameter = mean_diameter(&grains.radius);
+        self.largest = grains.radius[from..].iter().copied().fold(self.largest, f64::max);
+        self.set_threads(self.settings.threads);
+        if self.order.is_empty() {
+            return true;
+        }
+        let whole = self.order.len() / SIZE; // blocks that stay as they are
+        self.order.extend(from as u32..n as u32);
+        self.extend_blocks(grains, whole);
+        if self.valid {
+            self.afar.extend(self.blocks.asleep, whole, self.blocks.block.len());
+        }
+        self.loaded = true; // what acts on the grains must be set
+        self.listed = false;
+        true
+    }
+
+    /// Fills the last block and appends others: all from block `whole` on are other than they were.
+    fn extend_blocks(&mut self, grains: &Grains, whole: usize) {
+        let Blocks { rows, block, asleep, .. } = std::mem::take(&mut self.blocks);
+        let (mut rows, mut blocks) = (rows, block);
+        for (b, numbers) in self.order.chunks(SIZE).enumerate().skip(whole) {
+            if b == blocks.len() {
+                blocks.push(Block { first: (b * SIZE) as u32, ..Block::default() }.into());
+                rows.push([vec![Row::NONE].into(), vec![Row::NONE].into()]);
+            }
+            let block = mine(&mut blocks[b]);
+            block.keep_contacts(SIZE as u32);
+            for (k, &i) in numbers.iter().enumerate().skip(block.len()) {
+                for rows in &mut rows[b] {
+                    let (rows, r) = (only(rows), grains.radius[i as usize]);
+                    rows[k] = Row::NONE;
+                    (rows[k].a[3], rows[k].b[3]) = (r, r);
+                    rows[k].a[..3].copy_from_slice(grains.position[i as usize].as_slice());
+                    rows.push(Row::NONE);
+                }
+                if !grains.responds(i as usize) {
+                    block.given.push((k as u16, grains.motion[i as usize]));
+                }
+            }
+            block.inverse_inertia.resize(numbers.len(), 0.0);
+        }
+        self.blocks = Blocks::new(rows, blocks, asleep);
+    }
+}
