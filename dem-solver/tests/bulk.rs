@@ -236,9 +236,7 @@ fn skins_that_differ_from_block_to_block_change_no_bit() {
     }
     let mut solver = dem(&set_up);
     solver.advance(4e-3, 20, &[]).expect("advances");
-    repeats("rain on a bed", &set_up, &mut solver, |solver| {
-        solver.advance(4e-3, 20, &[]).expect("advances")
-    });
+    repeats("rain on a bed", &set_up, &mut solver, |solver| solver.advance(4e-3, 20, &[]).expect("advances"));
 }
 
 /// At rest nothing tells how fast the grains will be: a stretch must be given up and done again.

@@ -123,9 +123,8 @@ impl Block {
     pub(super) fn touching_any_below(&self, end: u32) -> usize {
         let below = self.segments.partition_point(|segment| segment.block < end);
         let Some(last) = self.segments[..below].last() else { return 0 };
-        let of = |pack: &Pack| {
-            (0..8).filter(|&k| pack.touching >> k & 1 == 1 && pack.j[k] < last.end).count()
-        };
+        let of =
+            |pack: &Pack| (0..8).filter(|&k| pack.touching >> k & 1 == 1 && pack.j[k] < last.end).count();
         self.cross.iter().map(of).sum()
     }
 
@@ -147,12 +146,7 @@ impl Block {
 
     /// Builds all lists of the block from the pairs that are near: `builder.halo` holds the rows of other
     /// blocks.
-    pub(super) fn build(
-        &mut self,
-        reach: &Reach<'_>,
-        rows: &[Row],
-        builder: &mut Builder,
-    ) -> Listed {
+    pub(super) fn build(&mut self, reach: &Reach<'_>, rows: &[Row], builder: &mut Builder) -> Listed {
         let mut history = std::mem::take(&mut builder.history);
         match self.seed.take() {
             Some(seed) => history = *seed,

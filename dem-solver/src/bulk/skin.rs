@@ -69,7 +69,8 @@ impl Bulk {
 
     /// One sub-step `s` of a stretch was good.
     pub(super) fn moved(&mut self, s: u32, dt: f64) {
-        let (keep, wall_speed, asleep) = (1.0 - 1.0 / self.lists.life.max(2.0), self.wall_speed, self.blocks.asleep);
+        let (keep, wall_speed, asleep) =
+            (1.0 - 1.0 / self.lists.life.max(2.0), self.wall_speed, self.blocks.asleep);
         for (block, skin) in self.blocks.awake_mut().iter_mut().zip(&mut self.lists.skins[asleep..]) {
             skin.speed = mine(block).speed2[s as usize].sqrt();
             skin.lately = (keep * skin.lately).max(skin.speed);
@@ -156,7 +157,8 @@ impl Bulk {
     /// Skins for the present motion.
     fn choose_skins(&mut self, dt: f64) {
         let life = self.best_life();
-        let least = if self.lists.life == 0.0 && self.settings.skin.is_none() { FIRST * self.diameter } else { 0.0 };
+        let least =
+            if self.lists.life == 0.0 && self.settings.skin.is_none() { FIRST * self.diameter } else { 0.0 };
         for b in self.blocks.asleep..self.blocks.block.len() {
             self.lists.skins[b].width = self.best_width(b, life, dt).max(least);
         }

@@ -64,7 +64,8 @@ impl Bulk {
         self.lists.skins.resize(self.blocks.block.len(), Skin::default());
         for (b, (block, rows)) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows).enumerate() {
             let [now, other] = rows;
-            let (block, [now, other]) = (mine(block), if self.now == 0 { [now, other] } else { [other, now] });
+            let (block, [now, other]) =
+                (mine(block), if self.now == 0 { [now, other] } else { [other, now] });
             let rows = only(now);
             let (n, mut speed2) = (block.len(), 0.0f64);
             let order = &self.order[block.first as usize..][..n];
