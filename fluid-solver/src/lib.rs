@@ -28,6 +28,7 @@ pub mod program;
 pub mod project;
 pub mod scheme;
 pub mod solver;
+mod space;
 pub mod stencil;
 pub mod step;
 pub mod threads;

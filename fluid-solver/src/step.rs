@@ -9,20 +9,16 @@
 //! implicit viscosity (Kim & Moin 1985; Brown, Cortez & Minion 2001). Solving for the increment
 //! keeps a steady state steady to round-off and makes every wall condition homogeneous.
 
-use crate::advect::Advection;
+mod flat;
+
 use crate::boundary::{Boundary, fill_scalar, fill_velocity};
-use crate::diffuse::Diffusion;
 use crate::field::State;
 use crate::grid::{Grid, GridError};
-use crate::helmholtz::{Helmholtz, Unknown, Write};
-use crate::lanes::{Kernel, dispatch};
-use crate::momentum::{Factors, Momentum};
-use crate::project::Projection;
-use crate::scheme::{Scheme, Stage, Viscous};
-use crate::threads::{for_row_triples, for_rows};
+use crate::scheme::{Scheme, Viscous};
+use crate::space::{SpaceStep, StageTask};
 use crate::timings::{Part, Timings};
 use crate::work::Work;
-use pulp::Simd;
+use flat::FlatStep;
 
 /// Choices of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,11 +37,28 @@ pub struct Options<const D: usize> {
 
 /// A projection that is still to be done.
 #[derive(Clone, Copy, Debug)]
-struct Pending {
+pub(crate) struct Pending {
     /// Time over which φ acts, s.
-    weight: f64,
+    pub(crate) weight: f64,
     /// What multiplies ∇·u* in the pressure, m²/s.
-    correction: f64,
+    pub(crate) correction: f64,
+}
+
+/// How far the pending projection is.
+#[derive(Clone, Copy, Debug)]
+enum Stand {
+    /// There is none.
+    Done,
+    /// The velocity is predicted.
+    Predicted(Pending),
+    /// φ is solved for (in space).
+    Solved(Pending),
+}
+
+/// Operators, solvers and working memory.
+enum Engine<const D: usize> {
+    Flat(Box<FlatStep<D>>),
+    Space(Box<SpaceStep>),
 }
 
 /// The incompressible Navier–Stokes equations on one grid, advanced in time.
@@ -53,35 +66,23 @@ pub struct Stepper<const D: usize> {
     grid: Grid<D>,
     options: Options<D>,
     state: State<D>,
-    advection: Advection<D>,
-    diffusion: [Diffusion<D>; D],
-    projection: Projection<D>,
-    /// The same terms in one loop per component; on two axes only.
-    momentum: Vec<Momentum>,
-    viscous_solver: [Helmholtz<D>; D],
-    pressure_solver: Helmholtz<D>,
-    rhs: [Vec<f64>; D],
-    phi: Vec<f64>,
-    pending: Option<Pending>,
+    engine: Engine<D>,
+    stand: Stand,
     timings: Timings,
 }
 
 impl<const D: usize> Stepper<D> {
     /// Fluid at rest on `grid`. Working memory is sized for the current rayon pool.
     pub fn new(grid: Grid<D>, options: Options<D>) -> Self {
-        let (advection, projection) = (Advection::new(&grid), Projection::new(&grid));
-        let fused = if D == 2 { 0..D } else { 0..0 };
+        let engine = if D == 3 {
+            Engine::Space(Box::new(SpaceStep::new(&grid, &options)))
+        } else {
+            Engine::Flat(Box::new(FlatStep::new(&grid)))
+        };
         Self {
             state: State::at_rest(&grid),
-            momentum: fused.map(|d| Momentum::new(&grid, d, &advection, &projection)).collect(),
-            advection,
-            diffusion: std::array::from_fn(|d| Diffusion::new(&grid, d)),
-            projection,
-            viscous_solver: std::array::from_fn(|d| Helmholtz::new(&grid, Unknown::Component(d))),
-            pressure_solver: Helmholtz::new(&grid, Unknown::Pressure),
-            rhs: grid.new_vector(),
-            phi: grid.new_field(),
-            pending: None,
+            engine,
+            stand: Stand::Done,
             timings: Timings::default(),
             grid,
             options,
@@ -94,30 +95,55 @@ impl<const D: usize> Stepper<D> {
     /// constant over the step, added in full in every stage. It need not be divergence-free, nor
     /// need the velocity be so on entry.
     pub fn step(&mut self, dt: f64, force: Option<&[Vec<f64>; D]>) {
-        self.advance_without_projection(dt, force);
+        self.stages(dt, force, true);
         self.project();
     }
 
     /// The step up to its last projection: the caller may change the velocity (direct forcing)
     /// and must then call [`Stepper::project`].
     pub fn advance_without_projection(&mut self, dt: f64, force: Option<&[Vec<f64>; D]>) {
+        if let Engine::Space(engine) = &mut self.engine {
+            engine.carry_pressure(&self.grid);
+        }
+        self.stages(dt, force, false);
+    }
+
+    /// All stages; `whole`: nobody looks at the velocity before the projection.
+    fn stages(&mut self, dt: f64, force: Option<&[Vec<f64>; D]>, whole: bool) {
         debug_assert!(dt > 0.0 && dt.is_finite(), "the time step must be positive");
         self.fill_halos();
         let scheme = self.options.scheme;
         let every = scheme.projects_every_stage();
         for k in 0..scheme.stages() {
-            if k > 0 && every {
-                self.project_stage();
-            } else if k > 0 {
-                self.fill_halos();
-            }
+            let last = k + 1 == scheme.stages();
             let stage = scheme.stage(k, dt, self.state.previous_dt);
-            self.momentum(stage, dt, force);
-            self.viscous(stage, dt);
             let share = if every { 2.0 * stage.alpha } else { 1.0 };
             let implicit = self.options.viscous == Viscous::Implicit;
             let nu = if implicit { self.options.viscosity } else { 0.0 };
-            self.pending = Some(Pending { weight: share * dt, correction: nu * stage.alpha / share });
+            let pending = Pending { weight: share * dt, correction: nu * stage.alpha / share };
+            if k > 0 && !every {
+                self.fill_halos();
+            }
+            let Self { grid, options, state, engine, stand, timings } = self;
+            match engine {
+                Engine::Flat(engine) => {
+                    if let (true, Stand::Predicted(before)) = (every, *stand) {
+                        engine.project(grid, state, before, timings);
+                    }
+                    engine.stage(grid, options, state, (stage, dt), force, timings);
+                    *stand = Stand::Predicted(pending);
+                }
+                Engine::Space(engine) => {
+                    engine.refresh(grid);
+                    let before = if let Stand::Solved(before) = *stand { Some(before) } else { None };
+                    let after = (every && !last || last && whole).then_some(pending);
+                    let keep = !last || scheme == Scheme::AdamsBashforth2;
+                    let force = force.map(|f| std::array::from_fn(|d| f[d].as_slice()));
+                    let task = StageTask { stage, dt, keep, force, before, after };
+                    engine.stage(options, state, &task, timings);
+                    *stand = if after.is_some() { Stand::Solved(pending) } else { Stand::Predicted(pending) };
+                }
+            }
         }
         self.state.previous_dt = dt;
         self.state.time += dt;
@@ -127,117 +153,37 @@ impl<const D: usize> Stepper<D> {
     /// Ends a step begun by [`Stepper::advance_without_projection`]: projects, updates the pressure.
     /// Does nothing if no step has been begun.
     pub fn project(&mut self) {
-        self.project_stage();
+        let stand = std::mem::replace(&mut self.stand, Stand::Done);
+        let (Stand::Predicted(pending) | Stand::Solved(pending)) = stand else { return };
+        if let (Engine::Space(_), Stand::Predicted(_)) = (&self.engine, stand) {
+            self.fill_halos();
+        }
+        let Self { grid, state, engine, timings, .. } = self;
+        match engine {
+            Engine::Flat(engine) => engine.project(grid, state, pending, timings),
+            Engine::Space(engine) => {
+                if let Stand::Predicted(_) = stand {
+                    engine.solve(state, pending, timings);
+                }
+                engine.finish(state, pending, timings);
+                let begin = Work::begin();
+                self.fill_halos();
+                fill_scalar(&self.grid, &mut self.state.pressure);
+                self.timings.add(Part::Projection, begin);
+            }
+        }
     }
 
     /// Makes the velocity divergence-free without touching the pressure (initial conditions).
     pub fn project_velocity(&mut self) {
         self.fill_halos();
-        self.solve_phi(Pending { weight: 1.0, correction: 0.0 }, false);
-        self.correct(1.0);
-    }
-
-    /// `rhs` ← increment of each component before the viscous solve; `history` ← N.
-    fn momentum(&mut self, stage: Stage, dt: f64, force: Option<&[Vec<f64>; D]>) {
-        let begin = Work::begin();
-        let Self { grid, options, state, advection, diffusion, projection, momentum, rhs, .. } = self;
-        let grid = &*grid;
-        let State { velocity, pressure, history, .. } = state;
-        let (velocity, pressure) = (&*velocity, pressure.as_slice());
-        for (d, (rhs, history)) in rhs.iter_mut().zip(history).enumerate() {
-            let terms = Terms {
-                grid,
-                options,
-                stage,
-                dt,
-                d,
-                advection,
-                diffusion: &diffusion[d],
-                projection,
-                momentum: momentum.get(d).filter(|_| options.convection),
-                velocity,
-                pressure,
-                force: force.map(|f| f[d].as_slice()),
-            };
-            for_rows(grid, rhs, history, |row, rhs, history| {
-                dispatch(MomentumRow { terms: &terms, row, rhs, history });
-            });
-        }
-        self.timings.add(Part::Momentum, begin);
-    }
-
-    /// `velocity` += increment, through the viscous solve where it is implicit.
-    fn viscous(&mut self, stage: Stage, dt: f64) {
-        let begin = Work::begin();
-        let c = stage.alpha * self.options.viscosity * dt;
-        for d in 0..D {
-            let (rhs, u) = (&mut self.rhs[d], &mut self.state.velocity[d]);
-            if self.options.viscous == Viscous::Implicit && c > 0.0 {
-                self.viscous_solver[d].solve(&self.grid, 1.0, c, rhs, u, Write::Add);
-            } else {
-                for_rows(&self.grid, u, rhs, |_, u, rhs| {
-                    u.iter_mut().zip(&*rhs).for_each(|(u, r)| *u += r);
-                });
+        let Self { grid, state, engine, timings, .. } = self;
+        match engine {
+            Engine::Flat(engine) => engine.project_velocity(grid, state, timings),
+            Engine::Space(engine) => {
+                engine.refresh(grid);
+                engine.project_velocity(grid, state);
             }
-        }
-        self.timings.add(Part::Viscous, begin);
-    }
-
-    /// The projection that is pending, if any.
-    fn project_stage(&mut self) {
-        let Some(pending) = self.pending.take() else { return };
-        let begin = Work::begin();
-        self.fill_halos();
-        self.solve_phi(pending, D > 2);
-        if D == 2 {
-            self.finish(pending);
-        } else {
-            let Self { grid, state, phi, .. } = self;
-            for_rows(grid, &mut state.pressure, phi, |_, p, phi| {
-                p.iter_mut().zip(&*phi).for_each(|(p, phi)| *p += phi);
-            });
-            self.correct(pending.weight);
-        }
-        fill_scalar(&self.grid, &mut self.state.pressure);
-        self.timings.add(Part::Projection, begin);
-    }
-
-    /// `phi` ← solution of ∇²φ = ∇·u / weight; `pressure` −= correction ∇·u where asked.
-    fn solve_phi(&mut self, pending: Pending, carry: bool) {
-        let inverse = 1.0 / pending.weight;
-        let correction = if carry { pending.correction } else { 0.0 };
-        let Self { grid, state, projection, rhs, phi, .. } = self;
-        let State { velocity, pressure, .. } = state;
-        let rhs = &mut rhs[0];
-        for_rows(grid, rhs, pressure, |row, rhs, p| {
-            dispatch(DivergenceRow { projection, grid, velocity, row, correction, inverse, rhs, p });
-        });
-        let begin = Work::begin();
-        self.pressure_solver.solve(grid, 0.0, -1.0, rhs, phi, Write::Set);
-        self.timings.add(Part::Pressure, begin);
-        fill_scalar(&self.grid, &mut self.phi);
-    }
-
-    /// `velocity` −= weight ∇φ, `pressure` += φ − correction ∇·u* in one pass on two axes; with
-    /// ∇·u* = weight ∇²φ the old velocity is not needed for it.
-    fn finish(&mut self, pending: Pending) {
-        let Self { grid, state, projection, phi, .. } = self;
-        let weights = [pending.weight, pending.correction * pending.weight];
-        let State { velocity, pressure, .. } = state;
-        let [u, w, ..] = velocity.as_mut_slice() else { return };
-        for_row_triples(grid, [u, w, pressure], |row, fields| {
-            dispatch(FinishRow { projection, grid, weights, phi, row, fields });
-        });
-        self.fill_halos();
-    }
-
-    /// `velocity` −= weight ∇φ.
-    fn correct(&mut self, weight: f64) {
-        let Self { grid, state, projection, rhs, phi, .. } = self;
-        for (d, (u, rhs)) in state.velocity.iter_mut().zip(rhs).enumerate() {
-            for_rows(grid, u, rhs, |row, u, _| {
-                dispatch(CorrectRow { projection, grid, d, weight, phi, row, u });
-            });
         }
         self.fill_halos();
     }
@@ -297,7 +243,7 @@ impl<const D: usize> Stepper<D> {
     /// Puts a saved state back (same grid); a step that was begun is forgotten.
     pub fn restore(&mut self, state: &State<D>) {
         self.state.clone_from(state);
-        self.pending = None;
+        self.stand = Stand::Done;
     }
 
     /// Time spent in each part so far.
@@ -308,154 +254,5 @@ impl<const D: usize> Stepper<D> {
     /// Forgets the time spent.
     pub fn reset_timings(&mut self) {
         self.timings = Timings::default();
-    }
-}
-
-/// All that one row of the momentum equation needs.
-struct Terms<'a, const D: usize> {
-    grid: &'a Grid<D>,
-    options: &'a Options<D>,
-    stage: Stage,
-    dt: f64,
-    d: usize,
-    advection: &'a Advection<D>,
-    diffusion: &'a Diffusion<D>,
-    projection: &'a Projection<D>,
-    momentum: Option<&'a Momentum>,
-    velocity: &'a [Vec<f64>; D],
-    pressure: &'a [f64],
-    force: Option<&'a [f64]>,
-}
-
-impl<const D: usize> Terms<'_, D> {
-    /// `rhs = dt (γ N + ζ N_old) + 2 α dt (f − ∇p + ν ∇²u)`, `history = N`.
-    #[inline(always)]
-    fn row(&self, row: usize, rhs: &mut [f64], history: &mut [f64]) {
-        match self.momentum {
-            Some(momentum) => {
-                let factors = self.factors();
-                momentum.row(self.grid, &factors, self.velocity, self.pressure, row, rhs, history);
-            }
-            None => self.row_by_terms(row, rhs, history),
-        }
-        if let Some(force) = self.force {
-            let share = 2.0 * self.stage.alpha * self.dt;
-            let force = &force[self.grid.row(row)..][..rhs.len()];
-            for (r, f) in rhs.iter_mut().zip(force) {
-                *r += share * f;
-            }
-        }
-    }
-
-    /// What multiplies each term.
-    fn factors(&self) -> Factors {
-        let Self { stage, dt, options, .. } = *self;
-        let share = 2.0 * stage.alpha * dt;
-        let [explicit, implicit] = match options.viscous {
-            Viscous::Explicit => [options.viscosity, 0.0],
-            Viscous::Implicit => [0.0, share * options.viscosity],
-        };
-        let body = share * options.body_force[self.d];
-        Factors { now: dt * stage.gamma, old: dt * stage.zeta, share, explicit, implicit, body }
-    }
-
-    /// [`Self::row`] without forces of the caller, one term after the other.
-    #[inline(always)]
-    fn row_by_terms(&self, row: usize, rhs: &mut [f64], history: &mut [f64]) {
-        let Self { grid, options, d, .. } = *self;
-        let Factors { now, old, share, explicit, implicit, body } = self.factors();
-        let u = &self.velocity[d];
-        for (r, n) in rhs.iter_mut().zip(&mut *history) {
-            *r = old * *n + body;
-            *n = 0.0;
-        }
-        if options.convection {
-            self.advection.add_row(grid, d, self.velocity, row, history);
-        }
-        match options.viscous {
-            Viscous::Explicit => self.diffusion.add_row(grid, explicit, u, row, history),
-            Viscous::Implicit => self.diffusion.add_row(grid, implicit, u, row, rhs),
-        }
-        self.projection.add_gradient_row(grid, d, -share, self.pressure, row, rhs);
-        for (r, n) in rhs.iter_mut().zip(&*history) {
-            *r += now * n;
-        }
-    }
-}
-
-/// [`Terms::row`] on one row.
-struct MomentumRow<'a, const D: usize> {
-    terms: &'a Terms<'a, D>,
-    row: usize,
-    rhs: &'a mut [f64],
-    history: &'a mut [f64],
-}
-
-impl<const D: usize> Kernel for MomentumRow<'_, D> {
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
-        self.terms.row(self.row, self.rhs, self.history);
-    }
-}
-
-/// One row of `p −= correction ∇·u`, `rhs = inverse ∇·u`.
-struct DivergenceRow<'a, const D: usize> {
-    projection: &'a Projection<D>,
-    grid: &'a Grid<D>,
-    velocity: &'a [Vec<f64>; D],
-    row: usize,
-    correction: f64,
-    inverse: f64,
-    rhs: &'a mut [f64],
-    p: &'a mut [f64],
-}
-
-impl<const D: usize> Kernel for DivergenceRow<'_, D> {
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
-        self.projection.divergence_row(self.grid, self.velocity, self.row, self.rhs);
-        if self.correction != 0.0 {
-            for (r, p) in self.rhs.iter().zip(self.p) {
-                *p -= self.correction * *r;
-            }
-        }
-        for r in self.rhs {
-            *r *= self.inverse;
-        }
-    }
-}
-
-/// One row of `u −= weight ∇φ`.
-struct CorrectRow<'a, const D: usize> {
-    projection: &'a Projection<D>,
-    grid: &'a Grid<D>,
-    d: usize,
-    weight: f64,
-    phi: &'a [f64],
-    row: usize,
-    u: &'a mut [f64],
-}
-
-impl<const D: usize> Kernel for CorrectRow<'_, D> {
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
-        self.projection.add_gradient_row(self.grid, self.d, -self.weight, self.phi, self.row, self.u);
-    }
-}
-
-/// [`Projection::finish_row`] on one row.
-struct FinishRow<'a, const D: usize> {
-    projection: &'a Projection<D>,
-    grid: &'a Grid<D>,
-    weights: [f64; 2],
-    phi: &'a [f64],
-    row: usize,
-    fields: [&'a mut [f64]; 3],
-}
-
-impl<const D: usize> Kernel for FinishRow<'_, D> {
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
-        self.projection.finish_row(self.grid, self.weights, self.phi, self.row, self.fields);
     }
 }

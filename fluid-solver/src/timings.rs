@@ -27,6 +27,13 @@ impl Timings {
         self.spent[part as usize] += begin.seconds();
     }
 
+    /// Adds the time since `begin` to the solve of the pressure, which is part of the projection.
+    pub fn add_pressure(&mut self, begin: Work) {
+        let seconds = begin.seconds();
+        self.spent[Part::Pressure as usize] += seconds;
+        self.spent[Part::Projection as usize] += seconds;
+    }
+
     /// CPU seconds spent in `part` so far.
     pub fn seconds(&self, part: Part) -> f64 {
         self.spent[part as usize]

@@ -8,8 +8,9 @@
 //! along its candidate axis is transformed along all.
 
 mod columns;
+mod pillars;
 mod plane;
-mod space;
+pub(crate) mod space;
 mod tiles;
 
 use crate::grid::Grid;
@@ -106,17 +107,17 @@ pub struct Helmholtz<const D: usize> {
 }
 
 enum Layout {
-    Plane(plane::Plane),
-    Space(space::Space),
+    Plane(Box<plane::Plane>),
+    Space(Box<space::Space>),
 }
 
 impl<const D: usize> Helmholtz<D> {
     /// Plans the solver; `grid` must be the one later given to [`Helmholtz::solve`].
     pub fn new(grid: &Grid<D>, unknown: Unknown) -> Self {
         let layout = if D == 2 {
-            Layout::Plane(plane::Plane::new(grid, unknown))
+            Layout::Plane(Box::new(plane::Plane::new(grid, unknown)))
         } else {
-            Layout::Space(space::Space::new(grid, unknown))
+            Layout::Space(Box::new(space::Space::new(grid, unknown)))
         };
         Self { layout }
     }
@@ -136,7 +137,7 @@ impl<const D: usize> Helmholtz<D> {
     ) {
         match &mut self.layout {
             Layout::Plane(plane) => plane.solve(grid, [sigma, c], rhs, out, write),
-            Layout::Space(space) => space.solve(grid, [sigma, c], rhs, out, write),
+            Layout::Space(space) => space.solve([sigma, c], rhs, out, write),
         }
     }
 }

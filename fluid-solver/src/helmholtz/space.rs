@@ -1,159 +1,196 @@
-//! Three axes: transforms within each plane of axes 0 and 1, then columns along axis 2.
+//! Three axes: transforms within each plane of axes 0 and 1, then columns along axis 2, all in place.
 //!
-//! Plane tasks work in place on the right-hand side (a plane is contiguous); column tasks own the
-//! modes of one row `j`: `columns[j][block of 8 in i][k][8]`.
+//! A plane is a slice of one plane stride from its row −1 on. The step in space calls the parts
+//! one by one while a plane is in the cache; [`Space::solve`] puts them together.
 
-use super::columns::Columns;
+use super::pillars::{Pillars, Solve};
 use super::tiles::{LoadRows, StoreRows};
-use super::{Pool, Unknown, Write, block_length, blocks, store};
+use super::{Unknown, Write, store};
 use crate::grid::Grid;
-use crate::lanes::{Lanes, ZERO, aligned, dispatch, load};
-use crate::threads::for_chunks;
-use crate::transform::{Scratch, Transform};
+use crate::lanes::{Lanes, ZERO, aligned, dispatch};
+use crate::transform::{Direction, Rows, RowsMut, Scratch, Transform};
+use rayon::prelude::*;
 
 /// Solver for a grid of three axes.
-pub(super) struct Space {
+pub(crate) struct Space {
     first: [usize; 3],
+    /// Values from row to row, from plane to plane, before plane −1.
+    row: usize,
+    plane: usize,
+    lead: usize,
     transforms: [Transform; 2],
-    columns: Columns,
-    modes: Vec<Lanes>,
-    scratch: Pool<Memory>,
+    pillars: Pillars,
+    /// Room for references to parts of planes.
+    parts: Vec<&'static mut [f64]>,
+    memory: Vec<Memory>,
 }
 
 /// Working memory of one thread.
-struct Memory {
+pub(crate) struct Memory {
     batch: Vec<Lanes>,
     transforms: [Scratch; 2],
-    columns: Scratch,
+    pillars: super::pillars::Memory,
 }
 
 impl Space {
-    /// Plans the solver.
-    pub(super) fn new<const D: usize>(grid: &Grid<D>, unknown: Unknown) -> Self {
+    /// Plans the solver. Working memory is sized for the current rayon pool.
+    pub(crate) fn new<const D: usize>(grid: &Grid<D>, unknown: Unknown) -> Self {
         let transforms: [Transform; 2] =
             std::array::from_fn(|a| Transform::new(unknown.kind(grid, a), grid.cells[a]));
-        let [x, y] = [0, 1].map(|a| unknown.eigenvalues(grid, a));
-        let lambda: Vec<Lanes> =
-            y.iter().flat_map(|y| super::pack(&x).into_iter().map(move |x| x.map(|x| x + y))).collect();
+        let lambda = [0, 1].map(|a| unknown.eigenvalues(grid, a));
         let scale = transforms[0].kind().scale(grid.cells[0]) * transforms[1].kind().scale(grid.cells[1]);
-        let columns = Columns::new(unknown.across(grid, D - 1), lambda, scale);
-        let longest = transforms[0].values().max(transforms[1].values());
-        Self {
+        let mut origin = [-1; D];
+        origin[0] = 0;
+        let mut space = Self {
             first: std::array::from_fn(|a| unknown.first(grid, a)),
-            modes: blocks(columns.count(), columns.len()),
-            scratch: Pool::new(|| Memory {
-                batch: vec![ZERO; longest.next_multiple_of(8) + 1],
-                transforms: [transforms[0].scratch(), transforms[1].scratch()],
-                columns: columns.scratch(),
-            }),
+            row: grid.stride(1),
+            plane: grid.stride(D - 1),
+            lead: grid.index(origin),
+            pillars: Pillars::new(unknown.across(grid, D - 1), lambda, scale),
             transforms,
-            columns,
+            parts: Vec::new(),
+            memory: Vec::new(),
+        };
+        let threads = rayon::current_num_threads();
+        space.parts.reserve(threads * space.pillars.len());
+        space.memory = (0..threads).map(|_| space.new_memory()).collect();
+        space
+    }
+
+    /// Working memory for the transforms of one thread.
+    pub(crate) fn new_memory(&self) -> Memory {
+        let longest = self.transforms[0].values().max(self.transforms[1].values());
+        Memory {
+            batch: vec![ZERO; longest.next_multiple_of(8) + 1],
+            transforms: [self.transforms[0].scratch(), self.transforms[1].scratch()],
+            pillars: self.pillars.memory(),
         }
     }
 
     /// See [`super::Helmholtz::solve`].
-    pub(super) fn solve<const D: usize>(
-        &mut self,
-        grid: &Grid<D>,
-        [sigma, c]: [f64; 2],
-        rhs: &mut [f64],
-        out: &mut [f64],
-        write: Write,
-    ) {
-        let factors = self.columns.prepare(sigma, c);
-        let stride = grid.stride(D - 1);
-        let planes = self.planes(grid);
-        for_chunks(&mut rhs[planes.clone()], stride, |_, plane| {
-            self.scratch.with(|m| self.transform_plane(grid, plane, m, Transform::forward));
-        });
-        self.solve_columns(grid, factors, &rhs[planes.clone()]);
-        let mut modes = std::mem::take(&mut self.modes);
-        let solved = &*aligned(&mut modes);
-        for_chunks(&mut rhs[planes.clone()], stride, |k, plane| {
-            self.gather_plane(grid, solved, k, plane);
-            self.scratch.with(|m| self.transform_plane(grid, plane, m, Transform::inverse));
-        });
-        self.modes = modes;
-        let solution = &rhs[planes.clone()];
-        let [nx, ny] = [0, 1].map(|a| self.transforms[a].values());
-        for_chunks(&mut out[planes], stride, |k, plane| {
+    pub(super) fn solve(&mut self, operator: [f64; 2], rhs: &mut [f64], out: &mut [f64], write: Write) {
+        let first = self.lead + (self.first[2] + 1) * self.plane;
+        let range = first..first + self.pillars.len() * self.plane;
+        self.transform(&mut rhs[range.clone()], Direction::Forward);
+        self.solve_columns(operator, rhs);
+        self.transform(&mut rhs[range.clone()], Direction::Inverse);
+        let [nx, ny] = self.values();
+        let planes = out[range.clone()].chunks_exact_mut(self.plane);
+        for (out, solution) in planes.zip(rhs[range].chunks_exact(self.plane)) {
             for j in 0..ny {
-                let at = j * grid.stride(1);
-                store(&mut plane[at..at + nx], &solution[k * stride + at..], write);
+                let at = self.at(j);
+                store(&mut out[at..at + nx], &solution[at..at + nx], write);
             }
-        });
+        }
     }
 
-    /// Where the unknowns lie in a field: chunks of one plane stride, each starting at its first unknown.
-    fn planes<const D: usize>(&self, grid: &Grid<D>) -> std::ops::Range<usize> {
-        let start = grid.index(std::array::from_fn(|a| self.first[a] as isize));
-        let [nx, ny] = [0, 1].map(|a| self.transforms[a].values());
-        let last = (self.columns.len() - 1) * grid.stride(D - 1);
-        start..start + last + (ny - 1) * grid.stride(1) + nx
+    /// Transforms all planes.
+    fn transform(&mut self, planes: &mut [f64], direction: Direction) {
+        let mut memory = std::mem::take(&mut self.memory);
+        for plane in planes.chunks_exact_mut(self.plane) {
+            self.transform_plane(direction, plane, &mut memory[0]);
+        }
+        self.memory = memory;
     }
 
-    /// Transforms a plane along axes 0 and 1, in place.
-    fn transform_plane<const D: usize>(
-        &self,
-        grid: &Grid<D>,
-        plane: &mut [f64],
-        memory: &mut Memory,
-        apply: impl Fn(&Transform, &mut [Lanes], &mut Scratch),
-    ) {
-        let Memory { batch, transforms, .. } = memory;
-        let batch = aligned(batch);
-        let stride = grid.stride(1);
-        let [nx, ny] = [0, 1].map(|a| self.transforms[a].values());
+    /// Unknowns along the first two axes.
+    fn values(&self) -> [usize; 2] {
+        [0, 1].map(|a| self.transforms[a].values())
+    }
+
+    /// Place of the first unknown of line `j` of unknowns in its plane.
+    fn at(&self, j: usize) -> usize {
+        (self.first[1] + 1 + j) * self.row + self.first[0]
+    }
+
+    /// Transforms one plane along axes 0 and 1, in place.
+    pub(crate) fn transform_plane(&self, direction: Direction, plane: &mut [f64], memory: &mut Memory) {
+        if direction == Direction::Forward {
+            self.transform_rows(direction, plane, memory);
+            self.transform_across(direction, plane, memory);
+        } else {
+            self.transform_across(direction, plane, memory);
+            self.transform_rows(direction, plane, memory);
+        }
+    }
+
+    /// Along axis 0: eight rows at a time, transposed.
+    fn transform_rows(&self, direction: Direction, plane: &mut [f64], memory: &mut Memory) {
+        let Memory { batch, transforms: [scratch, _], .. } = memory;
+        let [nx, ny] = self.values();
+        let batch = &mut aligned(batch)[..nx];
+        let stride = self.row;
         for j in (0..ny).step_by(8) {
-            let (height, rows) = ((ny - j).min(8), &mut plane[j * stride..]);
-            dispatch(LoadRows { field: rows, stride, height, to: &mut batch[..nx] });
-            apply(&self.transforms[0], &mut batch[..nx], &mut transforms[0]);
-            dispatch(StoreRows { from: &batch[..nx], field: rows, stride, height, write: Write::Set });
-        }
-        for i in (0..nx).step_by(8) {
-            let width = (nx - i).min(8);
-            for (j, to) in batch[..ny].iter_mut().enumerate() {
-                *to = load(&plane[j * stride + i..][..width]);
-            }
-            apply(&self.transforms[1], &mut batch[..ny], &mut transforms[1]);
-            for (j, from) in batch[..ny].iter().enumerate() {
-                store(&mut plane[j * stride + i..][..width], from, Write::Set);
-            }
+            let (height, rows) = ((ny - j).min(8), &mut plane[self.at(j)..]);
+            dispatch(LoadRows { field: rows, stride, height, to: &mut *batch });
+            self.transforms[0].load(direction, Rows::of(batch), scratch);
+            self.transforms[0].store(direction, RowsMut::of(batch), scratch);
+            dispatch(StoreRows { from: batch, field: rows, stride, height, write: Write::Set });
         }
     }
 
-    /// `modes` ← solution of every column of the transformed right-hand side.
-    fn solve_columns<const D: usize>(&mut self, grid: &Grid<D>, factors: usize, rhs: &[f64]) {
-        let mut modes = std::mem::take(&mut self.modes);
-        let (nx, nz) = (self.transforms[0].values(), self.columns.len());
-        let height = block_length(nz);
-        let per_row = nx.div_ceil(8);
-        for_chunks(aligned(&mut modes), per_row * height, |j, row| {
-            for (b, data) in row.chunks_exact_mut(height).enumerate() {
-                let column = &mut data[..nz];
-                let width = (nx - 8 * b).min(8);
-                for (k, to) in column.iter_mut().enumerate() {
-                    let at = k * grid.stride(D - 1) + j * grid.stride(1) + 8 * b;
-                    *to = load(&rhs[at..at + width]);
-                }
-                let q = j * per_row + b;
-                self.scratch.with(|m| self.columns.solve(q, factors, column, &mut m.columns));
-            }
-        });
-        self.modes = modes;
-    }
-
-    /// Copies plane `k` of the solved modes back.
-    fn gather_plane<const D: usize>(&self, grid: &Grid<D>, modes: &[Lanes], k: usize, plane: &mut [f64]) {
-        let [nx, ny] = [0, 1].map(|a| self.transforms[a].values());
-        let height = block_length(self.columns.len());
-        let per_row = nx.div_ceil(8);
-        for j in 0..ny {
-            let row = &mut plane[j * grid.stride(1)..][..nx];
-            for (b, to) in row.chunks_mut(8).enumerate() {
-                let from = &modes[(j * per_row + b) * height + k];
-                store(to, from, Write::Set);
-            }
+    /// Along axis 1: eight neighbours at a time, as they stand. Beyond the end of a row are pads.
+    fn transform_across(&self, direction: Direction, plane: &mut [f64], memory: &mut Memory) {
+        let scratch = &mut memory.transforms[1];
+        let at = self.at(0);
+        for i in (0..self.values()[0]).step_by(8) {
+            let lines = &mut plane[at + i..];
+            self.transforms[1].load(direction, Rows::of_field(lines, self.row), scratch);
+            let to = RowsMut::of_field(lines, self.row, Write::Set);
+            self.transforms[1].store(direction, to, scratch);
         }
     }
+
+    /// Solves `(σ − c L) x = b` for all columns of a transformed field, in place.
+    ///
+    /// Each thread takes its share of the lines of every plane.
+    pub(crate) fn solve_columns(&mut self, operator: [f64; 2], field: &mut [f64]) {
+        let [nx, ny] = self.values();
+        let first = self.lead + (self.first[2] + 1) * self.plane;
+        let planes = &mut field[first..][..self.pillars.len() * self.plane];
+        let shares =
+            self.memory.len().min((nx * ny * self.pillars.len()).div_ceil(WORTH_A_SHARE)).clamp(1, ny);
+        let mut parts = recycle(std::mem::take(&mut self.parts));
+        parts.extend((0..shares * self.pillars.len()).map(|_| <&mut [f64]>::default()));
+        for (k, plane) in planes.chunks_exact_mut(self.plane).enumerate() {
+            let mut rest = &mut plane[self.at(0)..];
+            for share in 0..shares {
+                let lines = ny * (share + 1) / shares - ny * share / shares;
+                let length = if share + 1 < shares { lines * self.row } else { rest.len() };
+                let (part, after) = rest.split_at_mut(length);
+                parts[share * self.pillars.len() + k] = part;
+                rest = after;
+            }
+        }
+        let solve = |(share, (planes, memory)): (usize, (&mut [&mut [f64]], &mut Memory))| {
+            let lines = ny * share / shares..ny * (share + 1) / shares;
+            self.pillars.solve(Solve { operator, lines, row: self.row, planes, memory: &mut memory.pillars });
+        };
+        let shares = parts.chunks_exact_mut(self.pillars.len()).zip(&mut self.memory).enumerate();
+        if parts_in_parallel(shares.len()) {
+            parts
+                .par_chunks_exact_mut(self.pillars.len())
+                .zip(&mut self.memory)
+                .enumerate()
+                .with_max_len(1)
+                .for_each(|(share, (planes, memory))| solve((share, (planes, memory))));
+        } else {
+            shares.for_each(|(share, (planes, memory))| solve((share, (planes, memory))));
+        }
+        self.parts = recycle(parts);
+    }
+}
+
+/// Values per thread below which a second thread costs more than it brings.
+const WORTH_A_SHARE: usize = 16_384;
+
+fn parts_in_parallel(shares: usize) -> bool {
+    shares > 1
+}
+
+/// The memory of a list of references, emptied, for references of another life.
+fn recycle<'a>(mut list: Vec<&mut [f64]>) -> Vec<&'a mut [f64]> {
+    list.clear();
+    // Nothing is left to convert; the standard library keeps the allocation.
+    list.into_iter().map(|_| <&mut [f64]>::default()).collect()
 }

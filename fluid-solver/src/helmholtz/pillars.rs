@@ -1,0 +1,281 @@
+//! Columns along the last axis of a grid in space: four blocks of eight modes side by side.
+//!
+//! Pivots and inverse eigenvalues are computed on the way: a division takes no longer than fetching
+//! the result of an earlier one from memory, and needs none.
+
+use super::columns::Across;
+use crate::lanes::{Kernel, Lanes, ZERO, aligned, dispatch, load};
+use crate::transform::Scratch;
+use crate::tridiagonal::Sweep;
+use pulp::Simd;
+use std::ops::Range;
+
+/// Blocks of eight modes side by side: their sweeps do not wait for each other.
+const SIDE: usize = 4;
+
+/// All columns of a solve.
+pub(super) struct Pillars {
+    across: Across,
+    /// Eigenvalues along axis 0, in blocks of eight, padded to whole groups, and along axis 1.
+    lambda: [Vec<f64>; 2],
+    /// Eigenvalues along the last axis, if it is transformed.
+    own: Vec<f64>,
+    /// Modes along axis 0.
+    modes: usize,
+    scale: f64,
+}
+
+/// Working memory of one thread.
+pub(super) struct Memory {
+    columns: Vec<Lanes>,
+    pivots: Vec<Lanes>,
+    scratch: Scratch,
+}
+
+/// What is to be solved: lines `lines` of all planes.
+pub(super) struct Solve<'a, 'b> {
+    pub(super) operator: [f64; 2],
+    pub(super) lines: Range<usize>,
+    /// Values from line to line.
+    pub(super) row: usize,
+    /// For each unknown along the column, the lines of its plane, from the first mode on.
+    pub(super) planes: &'a mut [&'b mut [f64]],
+    pub(super) memory: &'a mut Memory,
+}
+
+impl Pillars {
+    /// `lambda` are the eigenvalues of the transformed axes, `scale` normalises their transforms.
+    pub(super) fn new(across: Across, [mut x, y]: [Vec<f64>; 2], scale: f64) -> Self {
+        let modes = x.len();
+        // A harmless eigenvalue.
+        x.resize(modes.next_multiple_of(8 * SIDE), -1.0);
+        let (mut own, mut scale) = (Vec::new(), scale);
+        if let Across::Transform(transform, width2) = &across {
+            let (kind, cells) = (transform.kind(), transform.cells());
+            own = (0..transform.values()).map(|k| kind.eigenvalue(k, cells) / width2).collect();
+            scale *= kind.scale(cells);
+        }
+        Self { across, lambda: [x, y], own, modes, scale }
+    }
+
+    /// Unknowns along a column.
+    pub(super) fn len(&self) -> usize {
+        match &self.across {
+            Across::Sweep(sweep) => sweep.len(),
+            Across::Transform(transform, _) => transform.values(),
+        }
+    }
+
+    /// Working memory for one thread.
+    pub(super) fn memory(&self) -> Memory {
+        let columns = || vec![ZERO; SIDE * self.len() + 1];
+        match &self.across {
+            Across::Sweep(_) => Memory { columns: columns(), pivots: columns(), scratch: Scratch::default() },
+            Across::Transform(transform, _) => {
+                Memory { columns: columns(), pivots: Vec::new(), scratch: transform.scratch() }
+            }
+        }
+    }
+
+    /// Solves `(σ − c (L + λ)) x = b` in place.
+    pub(super) fn solve(&self, task: Solve<'_, '_>) {
+        let Solve { operator, lines, row, planes, memory } = task;
+        for (line, j) in lines.enumerate() {
+            for i in (0..self.modes).step_by(8 * SIDE) {
+                self.solve_group(operator, [i, j], line * row, planes, memory);
+            }
+        }
+    }
+
+    /// Solves up to [`SIDE`] blocks from mode `[i, j]` on, which stands at `at` + i.
+    fn solve_group(
+        &self,
+        operator: [f64; 2],
+        [i, j]: [usize; 2],
+        at: usize,
+        planes: &mut [&mut [f64]],
+        memory: &mut Memory,
+    ) {
+        let n = self.len();
+        let width = (self.modes - i).min(8 * SIDE);
+        let at = at + i..at + i + width;
+        let mut lambda = [0.0; 8 * SIDE];
+        for (to, x) in lambda.iter_mut().zip(&self.lambda[0][i..]) {
+            *to = x + self.lambda[1][j];
+        }
+        let singular = operator[0] == 0.0 && lambda[0] == 0.0;
+        let columns = &mut aligned(&mut memory.columns)[..SIDE * n];
+        match &self.across {
+            Across::Sweep(sweep) => {
+                let groups = columns.as_chunks_mut::<SIDE>().0;
+                for (group, plane) in groups.iter_mut().zip(&*planes) {
+                    fetch(&plane[at.clone()], group.as_flattened_mut());
+                }
+                let pivots = aligned(&mut memory.pivots)[..SIDE * n].as_chunks_mut::<SIDE>().0;
+                let scale = self.scale;
+                dispatch(Eliminate { sweep, operator, scale, lambda: &lambda, pivots, columns: groups });
+                if singular {
+                    groups[n - 1][0][0] = 0.0;
+                    pivots[n - 1][0][0] = 0.0;
+                }
+                dispatch(Substitute { sweep, c: operator[1], pivots, columns: groups });
+                if singular {
+                    remove_mean(sweep, groups);
+                }
+                for (group, plane) in groups.iter().zip(planes) {
+                    plane[at.clone()].copy_from_slice(&group.as_flattened()[..width]);
+                }
+            }
+            Across::Transform(transform, _) => {
+                for (b, column) in columns.chunks_exact_mut(n).enumerate() {
+                    let block = at.start + 8 * b..(at.start + 8 * b + 8).min(at.end);
+                    if block.is_empty() {
+                        break;
+                    }
+                    for (to, plane) in column.iter_mut().zip(&*planes) {
+                        *to = load(&plane[block.clone()]);
+                    }
+                }
+                for (b, column) in columns.chunks_exact_mut(n).enumerate().take(width.div_ceil(8)) {
+                    let lambda = &lambda.as_chunks::<8>().0[b];
+                    transform.forward(column, &mut memory.scratch);
+                    let scale = self.scale;
+                    dispatch(Divide { own: &self.own, operator, scale, lambda, column });
+                    if singular && b == 0 {
+                        column[0][0] = 0.0;
+                    }
+                    transform.inverse(column, &mut memory.scratch);
+                }
+                for (b, column) in columns.chunks_exact(n).enumerate() {
+                    let block = at.start + 8 * b..(at.start + 8 * b + 8).min(at.end);
+                    if block.is_empty() {
+                        break;
+                    }
+                    for (from, plane) in column.iter().zip(&mut *planes) {
+                        super::store(&mut plane[block.clone()], from, super::Write::Set);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Copies values into whole lanes.
+fn fetch(from: &[f64], to: &mut [f64]) {
+    // A length known beforehand spares a call of memcpy per plane.
+    if let (Some(from), Some(to)) = (from.first_chunk::<{ 8 * SIDE }>(), to.first_chunk_mut()) {
+        *to = *from;
+    } else {
+        to[..from.len()].copy_from_slice(from);
+    }
+}
+
+/// Removes the mean of the first mode.
+fn remove_mean(sweep: &Sweep, columns: &mut [[Lanes; SIDE]]) {
+    let total: f64 = sweep.volume.iter().sum();
+    let sum: f64 = columns.iter().zip(&sweep.volume).map(|(x, v)| x[0][0] * v).sum();
+    for x in columns {
+        x[0][0] -= sum / total;
+    }
+}
+
+/// Pivots and elimination.
+struct Eliminate<'a> {
+    sweep: &'a Sweep,
+    operator: [f64; 2],
+    scale: f64,
+    lambda: &'a [f64; 8 * SIDE],
+    pivots: &'a mut [[Lanes; SIDE]],
+    columns: &'a mut [[Lanes; SIDE]],
+}
+
+impl Kernel for Eliminate<'_> {
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { sweep, operator: [sigma, c], scale, lambda, pivots, columns } = self;
+        let per = 8 * SIDE / S::F64_LANES;
+        let n = columns.len();
+        let (lower, upper, diagonal) = (&sweep.lower[..n], &sweep.upper[..n], &sweep.diagonal[..n]);
+        let zero = simd.splat_f64s(0.0);
+        let one = simd.splat_f64s(1.0);
+        let (weight, scale) = (simd.splat_f64s(c), simd.splat_f64s(scale));
+        let mut shift = [zero; 8 * SIDE];
+        for (to, lambda) in shift.iter_mut().zip(S::as_simd_f64s(lambda).0) {
+            *to = simd.mul_f64s(weight, *lambda);
+        }
+        let (mut pivot, mut carried) = ([zero; 8 * SIDE], [zero; 8 * SIDE]);
+        for i in 0..n {
+            // Eliminated product of the off-diagonals, (−c l_i)(−c u_{i−1}).
+            let off = if i == 0 { 0.0 } else { c * c * lower[i] * upper[i - 1] };
+            let off = simd.splat_f64s(off);
+            let diagonal = simd.splat_f64s(sigma - c * diagonal[i]);
+            let lower = simd.splat_f64s(c * lower[i]);
+            let x = &mut S::as_mut_simd_f64s(columns[i].as_flattened_mut()).0[..per];
+            let kept = &mut S::as_mut_simd_f64s(pivots[i].as_flattened_mut()).0[..per];
+            for t in 0..per {
+                let d = simd.sub_f64s(diagonal, shift[t]);
+                let d = simd.sub_f64s(d, simd.mul_f64s(off, pivot[t]));
+                pivot[t] = simd.div_f64s(one, d);
+                kept[t] = pivot[t];
+                let sum = simd.add_f64s(simd.mul_f64s(scale, x[t]), simd.mul_f64s(lower, carried[t]));
+                carried[t] = simd.mul_f64s(pivot[t], sum);
+                x[t] = carried[t];
+            }
+        }
+    }
+}
+
+/// Substitution.
+struct Substitute<'a> {
+    sweep: &'a Sweep,
+    c: f64,
+    pivots: &'a [[Lanes; SIDE]],
+    columns: &'a mut [[Lanes; SIDE]],
+}
+
+impl Kernel for Substitute<'_> {
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { sweep, c, pivots, columns } = self;
+        let per = 8 * SIDE / S::F64_LANES;
+        let n = columns.len();
+        let mut carried = [simd.splat_f64s(0.0); 8 * SIDE];
+        for i in (0..n).rev() {
+            let upper = simd.splat_f64s(c * sweep.upper[i]);
+            let x = &mut S::as_mut_simd_f64s(columns[i].as_flattened_mut()).0[..per];
+            let pivot = &S::as_simd_f64s(pivots[i].as_flattened()).0[..per];
+            for t in 0..per {
+                let share = simd.mul_f64s(upper, pivot[t]);
+                carried[t] = simd.add_f64s(x[t], simd.mul_f64s(share, carried[t]));
+                x[t] = carried[t];
+            }
+        }
+    }
+}
+
+/// Division by σ − c (own eigenvalue + λ).
+struct Divide<'a> {
+    own: &'a [f64],
+    operator: [f64; 2],
+    scale: f64,
+    lambda: &'a Lanes,
+    column: &'a mut [Lanes],
+}
+
+impl Kernel for Divide<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { own, operator: [sigma, c], scale, lambda, column } = self;
+        let lambda = S::as_simd_f64s(lambda).0;
+        let (scale, weight) = (simd.splat_f64s(scale), simd.splat_f64s(c));
+        for (x, own) in column.iter_mut().zip(own) {
+            let (own, sigma) = (simd.splat_f64s(*own), simd.splat_f64s(sigma));
+            for (x, lambda) in S::as_mut_simd_f64s(x).0.iter_mut().zip(lambda) {
+                let d = simd.sub_f64s(sigma, simd.mul_f64s(weight, simd.add_f64s(own, *lambda)));
+                *x = simd.div_f64s(simd.mul_f64s(scale, *x), d);
+            }
+        }
+    }
+}

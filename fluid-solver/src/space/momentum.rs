@@ -1,0 +1,401 @@
+//! The momentum equation on one plane, in place.
+//!
+//! Planes are taken upwards and rows in order, so a flux is computed while both its sides are still
+//! old, and waits for its second use: along y in a row, along z in three planes ([`Carry`]). After
+//! that nothing old is needed, and the increment can go to the velocity itself.
+
+use super::flux::{Weights, between_planes_x, between_planes_y, between_rows, gather, gather_w, u_along_x};
+use super::shape::Shape;
+use crate::lanes::Kernel;
+use pulp::Simd;
+
+/// What multiplies each term in one stage.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Factors {
+    /// Viscosity within N, m²/s.
+    pub(super) explicit: f64,
+    /// Viscosity of the increment, times 2 α dt, m².
+    pub(super) implicit: f64,
+    /// Whether there is convection.
+    pub(super) convection: bool,
+    /// dt γ, s.
+    pub(super) now: f64,
+    /// dt ζ, s; zero: N_old is not read.
+    pub(super) old: f64,
+    /// Whether N is kept.
+    pub(super) keep: bool,
+    /// 2 α dt, s.
+    pub(super) share: f64,
+    /// Body force, m/s².
+    pub(super) body: [f64; 3],
+}
+
+/// Fluxes that wait for the plane above: u and v along z, and all of N_w but what leaves upwards.
+#[derive(Debug)]
+pub(super) struct Carry {
+    u: Vec<f64>,
+    v: Vec<f64>,
+    w: Vec<f64>,
+}
+
+/// Fluxes of one row; pairs are those below and above the row.
+#[derive(Debug)]
+pub(super) struct Lines {
+    ux: Vec<f64>,
+    uz: Vec<f64>,
+    wx: Vec<f64>,
+    wz: Vec<f64>,
+    uy: [Vec<f64>; 2],
+    vx: [Vec<f64>; 2],
+    vy: [Vec<f64>; 2],
+    vz: [Vec<f64>; 2],
+    wy: [Vec<f64>; 2],
+    sum: Vec<f64>,
+}
+
+impl Carry {
+    /// Room for one plane.
+    pub(super) fn new(shape: &Shape) -> Self {
+        let plane = || vec![0.0; shape.n[1] * shape.row];
+        Self { u: plane(), v: plane(), w: plane() }
+    }
+}
+
+impl Lines {
+    /// Room for one row.
+    pub(super) fn new(shape: &Shape) -> Self {
+        let row = || vec![0.0; shape.wide + 8];
+        let pair = || [row(), row()];
+        Self {
+            ux: row(),
+            uz: row(),
+            wx: row(),
+            wz: row(),
+            uy: pair(),
+            vx: pair(),
+            vy: pair(),
+            vz: pair(),
+            wy: pair(),
+            sum: row(),
+        }
+    }
+}
+
+/// Where the increment goes.
+pub(super) enum Target<'a> {
+    /// To the velocity itself.
+    Velocity,
+    /// To fields of its own, of which these are the planes.
+    Apart([&'a mut [f64]; 3]),
+}
+
+/// One plane of the momentum equation.
+pub(super) struct MomentumPlane<'a> {
+    pub(super) shape: &'a Shape,
+    pub(super) factors: &'a Factors,
+    /// Number of the plane.
+    pub(super) k: usize,
+    /// The plane: old velocity on entry.
+    pub(super) here: [&'a mut [f64]; 3],
+    /// The plane above, old.
+    pub(super) above: [&'a [f64]; 3],
+    /// The plane below, old; only asked for by implicit viscosity.
+    pub(super) below: [&'a [f64]; 3],
+    pub(super) target: Target<'a>,
+    /// N_old on entry, N on return.
+    pub(super) history: [&'a mut [f64]; 3],
+    /// Force of the caller.
+    pub(super) force: Option<[&'a [f64]; 3]>,
+    /// Pressure of this plane and the one below.
+    pub(super) pressure: Option<[&'a [f64]; 2]>,
+    pub(super) carry: &'a mut Carry,
+    pub(super) lines: &'a mut Lines,
+}
+
+/// Factors of the fluxes from cell `cell` through `face` above it.
+fn weights(shape: &Shape, f: &Factors, cell: usize, face: usize) -> Weights {
+    let quarter = if f.convection { 0.25 } else { 0.0 };
+    let nu = f.explicit;
+    Weights {
+        quarter,
+        convection: shape.inverse.map(|r| quarter * r),
+        viscosity: shape.inverse.map(|r| nu * r * r),
+        upper: nu * shape.slope[face],
+        cell: nu * shape.cell[cell],
+        shares: shape.inverse.map(|r| shape.shares[face].map(|share| 2.0 * quarter * r * share)),
+    }
+}
+
+/// Fills `carry` with what goes from the plane below to the first plane of a slab.
+pub(super) struct Prime<'a> {
+    pub(super) shape: &'a Shape,
+    pub(super) factors: &'a Factors,
+    /// Number of the first plane.
+    pub(super) k: usize,
+    pub(super) below: [&'a [f64]; 3],
+    pub(super) first: [&'a [f64]; 3],
+    pub(super) carry: &'a mut Carry,
+    pub(super) lines: &'a mut Lines,
+}
+
+impl Kernel for Prime<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Self { shape, factors, k, below, first, carry, lines } = self;
+        let under = if k > 0 { k - 1 } else { shape.n[2] - 1 };
+        let weights = weights(shape, factors, under, k);
+        let n = shape.n[0];
+        vertical_edge(shape, &weights, -1, below, first, lines);
+        for j in 0..shape.n[1] as isize {
+            lines.turn();
+            vertical(shape, &weights, j, below, first, lines);
+            vertical_edge(shape, &weights, j, below, first, lines);
+            let at = j as usize * shape.row;
+            let Lines { uz, wx, wz, vz, wy, sum, .. } = &mut *lines;
+            carry.u[at..at + n].copy_from_slice(&uz[..n]);
+            carry.v[at..at + n].copy_from_slice(&vz[0][..n]);
+            let inverse = [0.0, shape.face[k]];
+            let part = &mut carry.w[at..at + n];
+            gather_w(inverse, [wx, &wx[1..]], [&wy[0], &wy[1]], wz, part, &mut sum[..n]);
+        }
+    }
+}
+
+impl Lines {
+    /// What was above the last row is below the next.
+    #[inline(always)]
+    fn turn(&mut self) {
+        for pair in [&mut self.uy, &mut self.vx, &mut self.vy, &mut self.vz, &mut self.wy] {
+            pair.swap(0, 1);
+        }
+    }
+}
+
+/// Fluxes between two planes over row `j`.
+#[inline(always)]
+fn vertical(
+    shape: &Shape,
+    weights: &Weights,
+    j: isize,
+    here: [&[f64]; 3],
+    above: [&[f64]; 3],
+    lines: &mut Lines,
+) {
+    let (at, wide) = (shape.at(j), shape.wide);
+    let Lines { uz, wx, wz, .. } = lines;
+    let [u, u_next, w, w_next] = [here[0], above[0], here[2], above[2]].map(|x| &x[at..][..wide]);
+    let w_left = &above[2][at - 1..][..wide];
+    let (uz, wx, wz) = (&mut uz[..wide], &mut wx[..wide], &mut wz[..wide]);
+    between_planes_x(weights, [u, u_next], [w, w_next, w_left], uz, wx, wz);
+}
+
+/// Fluxes between two planes over the edge above row `j`.
+#[inline(always)]
+fn vertical_edge(
+    shape: &Shape,
+    weights: &Weights,
+    j: isize,
+    here: [&[f64]; 3],
+    above: [&[f64]; 3],
+    lines: &mut Lines,
+) {
+    let (at, up, n) = (shape.at(j), shape.at(j + 1), shape.n[0]);
+    let Lines { vz, wy, .. } = lines;
+    let v = [&here[1][up..][..n], &above[1][up..][..n]];
+    let w = [&above[2][at..][..n], &above[2][up..][..n]];
+    between_planes_y(weights, v, w, &mut vz[1][..n], &mut wy[1][..n]);
+}
+
+/// Fluxes of a plane over the edge above row `j`.
+#[inline(always)]
+fn edge(shape: &Shape, weights: &Weights, j: isize, here: [&[f64]; 3], lines: &mut Lines) {
+    let (at, up, wide) = (shape.at(j), shape.at(j + 1), shape.wide);
+    let Lines { uy, vx, vy, .. } = lines;
+    let u = [at, up].map(|at| &here[0][at..][..wide]);
+    let v = [at, up, up - 1].map(|at| &here[1][at..][..wide]);
+    between_rows(weights, u, v, &mut uy[1][..wide], &mut vx[1][..wide], &mut vy[1][..wide]);
+}
+
+impl Kernel for MomentumPlane<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(mut self, _: S) {
+        let weights = weights(self.shape, self.factors, self.k, self.k + 1);
+        let [u, v, w] = &self.here;
+        let here = [&**u, &**v, &**w];
+        edge(self.shape, &weights, -1, here, self.lines);
+        vertical_edge(self.shape, &weights, -1, here, self.above, self.lines);
+        for j in 0..self.shape.n[1] {
+            self.fluxes(&weights, j as isize);
+            for d in 0..3 {
+                self.gather(d, j);
+                self.increment(d, j);
+            }
+        }
+    }
+}
+
+impl MomentumPlane<'_> {
+    /// All fluxes of row `j` that are not there yet.
+    #[inline(always)]
+    fn fluxes(&mut self, weights: &Weights, j: isize) {
+        let Self { shape, here: [u, v, w], above, lines, .. } = self;
+        let here = [&**u, &**v, &**w];
+        lines.turn();
+        let (at, wide) = (shape.at(j), shape.wide);
+        u_along_x(weights, &here[0][at - 1..][..wide], &here[0][at..][..wide], &mut lines.ux[..wide]);
+        edge(shape, weights, j, here, lines);
+        vertical(shape, weights, j, here, *above, lines);
+        vertical_edge(shape, weights, j, here, *above, lines);
+    }
+
+    /// `lines.sum` ← N of component `d` on row `j`.
+    #[inline(always)]
+    fn gather(&mut self, d: usize, j: usize) {
+        let Self { shape, k, carry, lines, .. } = self;
+        let (n, k) = (shape.n[0], *k);
+        let at = j * shape.row..j * shape.row + n;
+        let Lines { ux, uz, wx, wz, uy, vx, vy, vz, wy, sum } = &mut **lines;
+        let sum = &mut sum[..n];
+        let cell = shape.cell[k];
+        match d {
+            0 => gather(cell, [ux, &ux[1..]], [&uy[0], &uy[1]], uz, &mut carry.u[at], sum),
+            1 => gather(cell, [&vx[0], &vx[0][1..]], [&vy[0], &vy[1]], &vz[0], &mut carry.v[at], sum),
+            _ => {
+                let inverse = [shape.face[k], shape.face[k + 1]];
+                gather_w(inverse, [wx, &wx[1..]], [&wy[0], &wy[1]], wz, &mut carry.w[at], sum);
+            }
+        }
+    }
+
+    /// dt (γ N + ζ N_old) + 2 α dt (f − ∇p + ν ∇²u) on row `j` of component `d`.
+    #[inline(always)]
+    fn increment(&mut self, d: usize, j: usize) {
+        let Self {
+            shape, factors: f, k, here, above, below, target, history, force, pressure, lines, ..
+        } = self;
+        let (n, j) = (shape.n[0], j as isize);
+        let at = shape.at(j);
+        let body = f.share * f.body[d];
+        let new = &lines.sum[..n];
+        let history = &mut history[d][at..][..n];
+        let out = match target {
+            Target::Velocity => {
+                let u = &mut here[d][at..][..n];
+                match (f.old != 0.0, f.keep) {
+                    (false, _) => add_first(f.now, body, new, u),
+                    (true, _) => add([f.now, f.old], body, new, history, u),
+                }
+                u
+            }
+            Target::Apart(rhs) => {
+                let weights = laplacian_weights(shape, f.implicit, d, *k);
+                let [low, mid, high] = [below[d], &*here[d], above[d]];
+                let rhs = &mut rhs[d][at..][..shape.row.min(shape.wide)];
+                rhs[n..].fill(0.0);
+                let rhs = &mut rhs[..n];
+                laplacian(weights, low, mid, high, at, shape.row, body, rhs);
+                if f.old != 0.0 {
+                    add([f.now, f.old], 0.0, new, history, rhs);
+                } else {
+                    add_first(f.now, 0.0, new, rhs);
+                }
+                rhs
+            }
+        };
+        if f.keep {
+            history.copy_from_slice(new);
+        }
+        if let Some(force) = force {
+            add_first(f.share, 0.0, &force[d][at..][..n], out);
+        }
+        if let Some([p, p_below]) = pressure {
+            let here = &p[at..][..n];
+            let (before, inverse) = match d {
+                0 => (&p[at - 1..][..n], shape.inverse[0]),
+                1 => (&p[shape.at(j - 1)..][..n], shape.inverse[1]),
+                _ => (&p_below[at..][..n], shape.slope[*k]),
+            };
+            subtract_slope(f.share * inverse, before, here, out);
+        }
+        if f.implicit == 0.0 {
+            hold_walls(shape, d, [j as usize, *k], out);
+        }
+    }
+}
+
+/// Wall faces stay where they are.
+#[inline(always)]
+pub(super) fn hold_walls(shape: &Shape, d: usize, [j, k]: [usize; 2], row: &mut [f64]) {
+    if shape.periodic(d) {
+        return;
+    }
+    if d == 0 {
+        row[0] = 0.0;
+    } else if (d == 1 && j == 0) || (d == 2 && k == 0) {
+        row.fill(0.0);
+    }
+}
+
+/// u += now N + body.
+#[inline(always)]
+fn add_first(now: f64, body: f64, new: &[f64], u: &mut [f64]) {
+    for (u, new) in u.iter_mut().zip(new) {
+        *u += now * new + body;
+    }
+}
+
+/// u += now N + old N_old + body.
+#[inline(always)]
+fn add([now, old]: [f64; 2], body: f64, new: &[f64], history: &[f64], u: &mut [f64]) {
+    let n = u.len();
+    let (new, history) = (&new[..n], &history[..n]);
+    for i in 0..n {
+        u[i] += (now * new[i] + old * history[i]) + body;
+    }
+}
+
+/// u −= weight (here − before).
+#[inline(always)]
+pub(super) fn subtract_slope(weight: f64, before: &[f64], here: &[f64], u: &mut [f64]) {
+    let n = u.len();
+    let (before, here) = (&before[..n], &here[..n]);
+    for i in 0..n {
+        u[i] -= weight * (here[i] - before[i]);
+    }
+}
+
+/// Weights of the neighbours: along x, along y, below, above.
+fn laplacian_weights(shape: &Shape, nu: f64, d: usize, k: usize) -> [f64; 4] {
+    let [x, y] = shape.inverse.map(|r| nu * r * r);
+    if d < 2 {
+        return [x, y, nu * shape.cell[k] * shape.slope[k], nu * shape.cell[k] * shape.slope[k + 1]];
+    }
+    let under = if k > 0 { k - 1 } else { shape.n[2] - 1 };
+    [x, y, nu * shape.face[k] * shape.cell[under], nu * shape.face[k] * shape.cell[k]]
+}
+
+/// out = Σ weight (neighbour − u) + body.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "only arguments tell that the results overlap nothing")]
+fn laplacian(
+    [x, y, lower, upper]: [f64; 4],
+    low: &[f64],
+    mid: &[f64],
+    high: &[f64],
+    at: usize,
+    row: usize,
+    body: f64,
+    out: &mut [f64],
+) {
+    let n = out.len();
+    let [left, right] = [at - 1, at + 1].map(|at| &mid[at..][..n]);
+    let [under, over] = [at - row, at + row].map(|at| &mid[at..][..n]);
+    let [low, mid, high] = [low, mid, high].map(|plane| &plane[at..][..n]);
+    for i in 0..n {
+        let m = mid[i];
+        out[i] = body
+            + x * ((left[i] - m) + (right[i] - m))
+            + y * ((under[i] - m) + (over[i] - m))
+            + (lower * (low[i] - m) + upper * (high[i] - m));
+    }
+}

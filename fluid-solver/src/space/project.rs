@@ -1,0 +1,128 @@
+//! The two halves of a projection on one plane: ∇·u*, and u − weight ∇φ.
+
+use super::halo::{fill_ends, fill_sides};
+use super::momentum::subtract_slope;
+use super::shape::Shape;
+use crate::lanes::Kernel;
+use pulp::Simd;
+
+/// `u −= weight ∇φ` on one plane, halos along x and y included; `p += φ` where it is carried.
+pub(super) struct CorrectPlane<'a> {
+    pub(super) shape: &'a Shape,
+    pub(super) k: usize,
+    pub(super) weight: f64,
+    /// φ on this plane, halos filled, and below.
+    pub(super) phi: [&'a [f64]; 2],
+    pub(super) velocity: [&'a mut [f64]; 3],
+    pub(super) pressure: Option<&'a mut [f64]>,
+}
+
+impl Kernel for CorrectPlane<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Self { shape, k, weight, phi: [phi, low], velocity: [u, v, w], mut pressure } = self;
+        let n = shape.n[0];
+        for j in 0..shape.n[1] as isize {
+            let (at, under) = (shape.at(j), shape.at(j - 1));
+            let here = &phi[at..][..n];
+            subtract_slope(weight * shape.inverse[0], &phi[at - 1..][..n], here, &mut u[at..][..n]);
+            subtract_slope(weight * shape.inverse[1], &phi[under..][..n], here, &mut v[at..][..n]);
+            subtract_slope(weight * shape.slope[k], &low[at..][..n], here, &mut w[at..][..n]);
+            if let Some(p) = &mut pressure {
+                for (p, phi) in p[at..][..n].iter_mut().zip(here) {
+                    *p += phi;
+                }
+            }
+            for (d, u) in [&mut *u, v, w].into_iter().enumerate() {
+                fill_ends(shape, d, u, j..j + 1);
+            }
+            if let Some(p) = &mut pressure {
+                fill_ends(shape, 3, p, j..j + 1);
+            }
+        }
+        for (d, u) in [u, v, w].into_iter().chain(pressure).enumerate() {
+            fill_sides(shape, d, u);
+        }
+    }
+}
+
+/// `out = inverse ∇·u`, `p −= correction ∇·u` on one plane; closes u and v at their upper ends.
+pub(super) struct DivergencePlane<'a> {
+    pub(super) shape: &'a Shape,
+    pub(super) k: usize,
+    pub(super) inverse: f64,
+    pub(super) velocity: [&'a mut [f64]; 3],
+    /// w on the plane above.
+    pub(super) above: &'a [f64],
+    pub(super) out: &'a mut [f64],
+    /// Pressure and what multiplies ∇·u in it.
+    pub(super) pressure: Option<(&'a mut [f64], f64)>,
+}
+
+impl Kernel for DivergencePlane<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Self { shape, k, inverse, velocity: [u, v, w], above, out, mut pressure } = self;
+        let n = shape.n[0];
+        let [x, y, z] = [shape.inverse[0], shape.inverse[1], shape.cell[k]].map(|r| inverse * r);
+        let rows = shape.n[1] as isize;
+        if shape.periodic(1) {
+            let (first, last) = (shape.at(0), shape.at(rows));
+            v.copy_within(first..first + n, last);
+        }
+        for j in 0..rows {
+            let (at, over) = (shape.at(j), shape.at(j + 1));
+            if shape.periodic(0) {
+                u[at + n] = u[at];
+            }
+            let row = &mut out[at..][..shape.wide];
+            row[n..].fill(0.0);
+            let row = &mut row[..n];
+            let u = [&u[at..][..n], &u[at + 1..][..n]];
+            let v = [&v[at..][..n], &v[over..][..n]];
+            let w = [&w[at..][..n], &above[at..][..n]];
+            divergence([x, y, z], u, v, w, row);
+            if let Some((p, correction)) = &mut pressure {
+                let weight = *correction / inverse;
+                for (p, row) in p[at..][..n].iter_mut().zip(&*row) {
+                    *p -= weight * row;
+                }
+            }
+        }
+    }
+}
+
+/// Σ weight (high − low).
+#[inline(always)]
+fn divergence([x, y, z]: [f64; 3], u: [&[f64]; 2], v: [&[f64]; 2], w: [&[f64]; 2], out: &mut [f64]) {
+    let n = out.len();
+    let [[u, east], [v, north], [w, top]] = [u, v, w].map(|pair| pair.map(|x| &x[..n]));
+    for i in 0..n {
+        out[i] = (x * (east[i] - u[i]) + y * (north[i] - v[i])) + z * (top[i] - w[i]);
+    }
+}
+
+/// `u += increment` on one plane.
+pub(super) struct AddPlane<'a> {
+    pub(super) shape: &'a Shape,
+    pub(super) d: usize,
+    pub(super) k: usize,
+    pub(super) increment: &'a [f64],
+    pub(super) velocity: &'a mut [f64],
+}
+
+impl Kernel for AddPlane<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Self { shape, d, k, increment, velocity } = self;
+        let n = shape.n[0];
+        for j in 0..shape.n[1] {
+            let at = shape.at(j as isize);
+            let row = &mut velocity[at..][..n];
+            for (u, r) in row.iter_mut().zip(&increment[at..][..n]) {
+                *u += r;
+            }
+            super::momentum::hold_walls(shape, d, [j, k], row);
+        }
+    }
+}

@@ -1,0 +1,324 @@
+//! The sweeps over the planes, slab by slab.
+
+use super::halo::{beyond, fill_plane};
+use super::momentum::{Factors, MomentumPlane, Prime, Target};
+use super::project::{AddPlane, CorrectPlane, DivergencePlane};
+use super::shape::Shape;
+use super::slab::{Fields, Private, Slab, planes};
+use crate::helmholtz::space::Space;
+use crate::lanes::dispatch;
+use crate::step::Pending;
+use crate::transform::Direction;
+use rayon::prelude::*;
+
+/// What all sweeps of a stage share.
+#[derive(Clone, Copy)]
+pub(super) struct Sweep<'a> {
+    pub(super) shape: &'a Shape,
+    pub(super) pressure: &'a Space,
+    pub(super) viscous: &'a [Space],
+    pub(super) carry: bool,
+}
+
+/// How the divergence goes to the right-hand side of φ and to the pressure.
+#[derive(Clone, Copy)]
+pub(super) struct Diverge {
+    inverse: f64,
+    correction: f64,
+}
+
+impl Diverge {
+    pub(super) fn of(pending: Pending) -> Self {
+        Self { inverse: 1.0 / pending.weight, correction: pending.correction }
+    }
+}
+
+impl Sweep<'_> {
+    /// φ on the last plane of each slab, and from there to the slab above.
+    fn hand_up(&self, fields: &mut Fields<'_>, privates: &mut [Private]) {
+        let shape = self.shape;
+        fields.each(shape, privates, |slab| self.back(slab, slab.planes.end - 1));
+        let phi = &*fields.work[0];
+        each_private(shape, privates, |range, private| {
+            // Above a wall nothing is needed: φ has no slope there.
+            if range.start > 0 || shape.periodic(2) {
+                let from = if range.start > 0 { range.start } else { shape.n[2] } as isize;
+                private.phi.copy_from_slice(&phi[shape.planes(from - 1, from)]);
+            }
+        });
+    }
+
+    /// Corrects the first and the last plane of each slab, so that its neighbours can see them.
+    pub(super) fn open(&self, fields: &mut Fields<'_>, privates: &mut [Private], weight: f64) {
+        self.hand_up(fields, privates);
+        fields.each(self.shape, privates, |slab| {
+            let (first, last) = (slab.planes.start, slab.planes.end - 1);
+            if first < last {
+                self.back(slab, first);
+            }
+            self.correct(slab, first, weight);
+            if first + 1 < last {
+                self.back(slab, last - 1);
+            }
+            if first < last {
+                self.correct(slab, last, weight);
+            }
+        });
+    }
+
+    /// Copies the planes beside each slab.
+    pub(super) fn look_around(&self, fields: &Fields<'_>, privates: &mut [Private]) {
+        let (shape, carry) = (self.shape, self.carry);
+        each_private(shape, privates, |range, private| {
+            let n = shape.n[2];
+            let plane = |k: usize| shape.planes(k as isize, k as isize + 1);
+            let inside = !shape.periodic(2);
+            let (first, last) = (range.start == 0 && inside, range.end == n && inside);
+            let (under, over) = ((range.start + n - 1) % n, range.end % n);
+            for d in 0..3 {
+                let u = &*fields.velocity[d];
+                let (below, above) = (&mut private.below[d], &mut private.above[d]);
+                if first {
+                    beyond(shape, d, 0, &u[plane(range.start)], below);
+                } else {
+                    below.copy_from_slice(&u[plane(under)]);
+                }
+                if last {
+                    beyond(shape, d, 1, &u[plane(range.end - 1)], above);
+                } else {
+                    above.copy_from_slice(&u[plane(over)]);
+                }
+            }
+            if carry {
+                let from = if first { range.start } else { under };
+                private.pressure.copy_from_slice(&fields.pressure[plane(from)]);
+            }
+        });
+    }
+
+    /// Momentum, with the projection before where it was [`Sweep::open`]ed, and the divergence.
+    pub(super) fn momentum(
+        &self,
+        fields: &mut Fields<'_>,
+        privates: &mut [Private],
+        factors: &Factors,
+        force: Option<[&[f64]; 3]>,
+        correct: Option<f64>,
+        diverge: Option<Diverge>,
+    ) {
+        fields.each(self.shape, privates, |slab| {
+            let range = slab.planes.clone();
+            self.prime(slab, factors);
+            for k in range.clone() {
+                if let (Some(weight), true) = (correct, k + 2 < range.end) {
+                    let next = k + 1;
+                    if next + 2 < range.end {
+                        self.back(slab, next);
+                    }
+                    self.correct(slab, next, weight);
+                }
+                self.plane(slab, k, factors, force);
+                self.viscous.iter().enumerate().for_each(|(d, solver)| {
+                    let at = self.place(slab, k);
+                    let plane = &mut slab.fields.work[d][at];
+                    solver.transform_plane(Direction::Forward, plane, &mut slab.privates[0].viscous[d]);
+                });
+                if let (Some(diverge), true) = (diverge, k > range.start) {
+                    self.divergence(slab, k - 1, diverge);
+                }
+            }
+        });
+        self.close(fields, privates, diverge);
+    }
+
+    /// Adds the solved increments of implicit viscosity.
+    pub(super) fn viscous(
+        &self,
+        fields: &mut Fields<'_>,
+        privates: &mut [Private],
+        diverge: Option<Diverge>,
+    ) {
+        let shape = self.shape;
+        fields.each(shape, privates, |slab| {
+            for k in slab.planes.clone() {
+                let at = self.place(slab, k);
+                for (d, solver) in self.viscous.iter().enumerate() {
+                    let plane = &mut slab.fields.work[d][at.clone()];
+                    solver.transform_plane(Direction::Inverse, plane, &mut slab.privates[0].viscous[d]);
+                    let velocity = &mut slab.fields.velocity[d][at.clone()];
+                    dispatch(AddPlane { shape, d, k, increment: plane, velocity });
+                }
+                if let (Some(diverge), true) = (diverge, k > slab.planes.start) {
+                    self.divergence(slab, k - 1, diverge);
+                }
+            }
+        });
+        self.close(fields, privates, diverge);
+    }
+
+    /// The divergence of everything.
+    pub(super) fn diverge(&self, fields: &mut Fields<'_>, privates: &mut [Private], diverge: Diverge) {
+        fields.each(self.shape, privates, |slab| {
+            for k in slab.planes.start..slab.planes.end - 1 {
+                self.divergence(slab, k, diverge);
+            }
+        });
+        self.close(fields, privates, Some(diverge));
+    }
+
+    /// Divergence of the last plane of each slab, once w above it is new.
+    fn close(&self, fields: &mut Fields<'_>, privates: &mut [Private], diverge: Option<Diverge>) {
+        let Some(diverge) = diverge else { return };
+        let shape = self.shape;
+        let w = &*fields.velocity[2];
+        each_private(shape, privates, |range, private| {
+            let above = &mut private.above[2];
+            if range.end == shape.n[2] && !shape.periodic(2) {
+                above.fill(0.0);
+            } else {
+                let k = (range.end % shape.n[2]) as isize;
+                above.copy_from_slice(&w[shape.planes(k, k + 1)]);
+            }
+        });
+        fields.each(shape, privates, |slab| self.divergence(slab, slab.planes.end - 1, diverge));
+    }
+
+    /// The end of a projection.
+    pub(super) fn finish(&self, fields: &mut Fields<'_>, privates: &mut [Private], weight: f64) {
+        self.hand_up(fields, privates);
+        fields.each(self.shape, privates, |slab| {
+            for k in slab.planes.clone() {
+                if k + 1 < slab.planes.end {
+                    self.back(slab, k);
+                }
+                self.correct(slab, k, weight);
+            }
+        });
+    }
+
+    /// Where plane `k` lies in the fields of a slab.
+    fn place(&self, slab: &Slab<'_>, k: usize) -> std::ops::Range<usize> {
+        let at = (k - slab.planes.start) * self.shape.plane;
+        at..at + self.shape.plane
+    }
+
+    /// φ of plane `k` from its amplitudes, halos included.
+    fn back(&self, slab: &mut Slab<'_>, k: usize) {
+        let at = self.place(slab, k);
+        let phi = &mut slab.fields.work[0][at];
+        self.pressure.transform_plane(Direction::Inverse, phi, &mut slab.privates[0].transforms);
+        fill_plane(self.shape, 3, phi);
+    }
+
+    /// Velocity and pressure of plane `k` from φ there and below.
+    fn correct(&self, slab: &mut Slab<'_>, k: usize, weight: f64) {
+        let (at, shape) = (self.place(slab, k), self.shape);
+        let Slab { fields: Fields { velocity, work: [phi, ..], pressure, .. }, privates, planes } = slab;
+        let here = &phi[at.clone()];
+        let low = if k > planes.start {
+            &phi[at.start - shape.plane..at.start]
+        } else if k == 0 && !shape.periodic(2) {
+            here
+        } else {
+            &privates[0].phi[..]
+        };
+        dispatch(CorrectPlane {
+            shape,
+            k,
+            weight,
+            phi: [here, low],
+            velocity: velocity.each_mut().map(|u| &mut u[at.clone()]),
+            pressure: self.carry.then(|| &mut pressure[at.clone()]),
+        });
+    }
+
+    /// Fluxes into the first plane of a slab.
+    fn prime(&self, slab: &mut Slab<'_>, factors: &Factors) {
+        let at = self.place(slab, slab.planes.start);
+        let Private { below, carry, lines, .. } = &mut slab.privates[0];
+        dispatch(Prime {
+            shape: self.shape,
+            factors,
+            k: slab.planes.start,
+            below: below.each_ref().map(|u| &u[..]),
+            first: slab.fields.velocity.each_ref().map(|u| &u[at.clone()]),
+            carry,
+            lines,
+        });
+    }
+
+    /// Momentum of plane `k`.
+    fn plane(&self, slab: &mut Slab<'_>, k: usize, factors: &Factors, force: Option<[&[f64]; 3]>) {
+        let (at, shape) = (self.place(slab, k), self.shape);
+        let Slab { fields: Fields { velocity, history, work, pressure }, privates, planes } = slab;
+        let Private { below: under, above: over, pressure: low, carry, lines, .. } = &mut privates[0];
+        let (mut below, mut above) = (under.each_ref().map(|u| &u[..]), over.each_ref().map(|u| &u[..]));
+        let mut here: [&mut [f64]; 3] = Default::default();
+        for (d, u) in velocity.iter_mut().enumerate() {
+            let (before, rest) = u.split_at_mut(at.start);
+            let (plane, after) = rest.split_at_mut(shape.plane);
+            here[d] = plane;
+            if k > planes.start {
+                below[d] = &before[at.start - shape.plane..];
+            }
+            if k + 1 < planes.end {
+                above[d] = &after[..shape.plane];
+            }
+        }
+        let low = if k > planes.start { at.start.checked_sub(shape.plane) } else { None }
+            .map_or(&low[..], |low| if self.carry { &pressure[low..at.start] } else { &[] });
+        dispatch(MomentumPlane {
+            shape,
+            factors,
+            k,
+            here,
+            above,
+            below,
+            target: if self.viscous.is_empty() {
+                Target::Velocity
+            } else {
+                Target::Apart(work.each_mut().map(|x| &mut x[at.clone()]))
+            },
+            history: history.each_mut().map(|x| &mut x[at.clone()]),
+            force: force.map(|f| f.map(|f| &f[shape.planes(k as isize, k as isize + 1)])),
+            pressure: self.carry.then(|| [&pressure[at.clone()], low]),
+            carry,
+            lines,
+        });
+    }
+
+    /// Right-hand side of φ on plane `k`, transformed.
+    fn divergence(&self, slab: &mut Slab<'_>, k: usize, diverge: Diverge) {
+        let (at, shape) = (self.place(slab, k), self.shape);
+        let Slab { fields: Fields { velocity: [u, v, w], work: [phi, ..], pressure, .. }, privates, planes } =
+            slab;
+        let Private { above, transforms, .. } = &mut privates[0];
+        let (low, high) = w.split_at_mut(at.end);
+        let out = &mut phi[at.clone()];
+        let carried = self.carry && diverge.correction != 0.0;
+        dispatch(DivergencePlane {
+            shape,
+            k,
+            inverse: diverge.inverse,
+            velocity: [&mut u[at.clone()], &mut v[at.clone()], &mut low[at.start..]],
+            above: if k + 1 < planes.end { &high[..shape.plane] } else { &above[2] },
+            out: &mut *out,
+            pressure: carried.then(|| (&mut pressure[at.clone()], diverge.correction)),
+        });
+        self.pressure.transform_plane(Direction::Forward, out, transforms);
+    }
+}
+
+/// Calls `task` for each thread's private memory, with the planes of its slab.
+fn each_private(
+    shape: &Shape,
+    privates: &mut [Private],
+    task: impl Fn(std::ops::Range<usize>, &mut Private) + Sync,
+) {
+    let slabs = privates.len();
+    if slabs == 1 {
+        return task(planes(shape, 0, 1), &mut privates[0]);
+    }
+    let one = |(s, private)| task(planes(shape, s, slabs), private);
+    privates.par_iter_mut().enumerate().with_max_len(1).for_each(one);
+}
