@@ -46,6 +46,7 @@ impl Accumulator {
             }
             MetricKind::InitialAcceleration { .. }
             | MetricKind::DepositAspectRatio(_)
+            | MetricKind::ColumnSolidFraction(_)
             | MetricKind::MobilisationTime { .. } => Accumulator::First(None),
             MetricKind::RestitutionAtGap { .. } => Accumulator::Crossing(Crossing::default()),
             MetricKind::Mean { from, .. } => mean(*from),

@@ -19,6 +19,8 @@ pub(super) struct LastState {
     present: usize,
     /// Length of the box along y, if it is periodic there, m.
     period: Option<f64>,
+    /// Length of the box along y, if there is such an axis, m.
+    depth: Option<f64>,
     /// Reference table of each metric that has one, by the metric's name.
     oblique: Vec<(String, Oblique)>,
     /// The same of published profiles.
@@ -75,7 +77,8 @@ impl LastState {
             kinematics: Vec::new(),
             floor,
             present: scene.present(),
-            period: period_along_y(scene),
+            period: length_along_y(scene).filter(|(_, periodic)| *periodic).map(|(length, _)| length),
+            depth: length_along_y(scene).map(|(length, _)| length),
             oblique,
             profiles,
         }))
@@ -128,6 +131,18 @@ impl LastState {
         self.heap(column).mean_height(column.half_length)
     }
 
+    /// Part of the standing column that grains fill, between a tenth and four fifths of its height; it is
+    /// as wide as its outermost grains, and as deep as the box (a disc fills its area).
+    pub(super) fn solid_fraction(&self, column: &Column) -> f64 {
+        let floor = column.floor.unwrap_or(self.floor);
+        let balls = self.balls();
+        let height = self.standing_height(column);
+        let [low, high] = [0.1, 0.8].map(|part| floor + part * height);
+        let edge = |side: f64| balls.iter().map(|(x, r)| side * x[0] + r).fold(f64::NEG_INFINITY, f64::max);
+        let solid: f64 = balls.iter().map(|(x, r)| slab(*r, low - x[2], high - x[2], self.depth)).sum();
+        solid / ((edge(1.0) + edge(-1.0)) * self.depth.unwrap_or(1.0) * (high - low))
+    }
+
     /// Value of one metric, or why there is none.
     pub(super) fn value(&self, metric: &Metric) -> Result<f64, String> {
         if self.kinematics.is_empty() {
@@ -177,8 +192,39 @@ impl LastState {
     }
 }
 
-fn period_along_y(scene: &CheckedScene) -> Option<f64> {
+/// Length of the box along y, m, and whether it is periodic there.
+fn length_along_y(scene: &CheckedScene) -> Option<(f64, bool)> {
     let domain = &scene.scene.domain;
     let axis = (0..domain.dimensions()).find(|axis| domain.geometry.component(*axis) == 1)?;
-    domain.is_periodic(axis).then(|| domain.upper[axis] - domain.lower[axis])
+    Some((domain.upper[axis] - domain.lower[axis], domain.is_periodic(axis)))
+}
+
+/// Volume of a sphere of radius `r` between the heights `low` and `high` above its centre, m³; without a
+/// `depth` the area of a disc, m².
+fn slab(r: f64, low: f64, high: f64, depth: Option<f64>) -> f64 {
+    let below = |h: f64| {
+        let h = h.clamp(-r, r);
+        match depth {
+            Some(_) => std::f64::consts::PI * (r * r * h - h.powi(3) / 3.0),
+            None => h * (r * r - h * h).max(0.0).sqrt() + r * r * (h / r).asin(),
+        }
+    };
+    below(high) - below(low)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::slab;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn slabs_add_up_to_the_whole() {
+        for (depth, whole) in [(Some(1.0), 4.0 / 3.0 * PI * 8.0), (None, PI * 4.0)] {
+            assert!((slab(2.0, -9.0, 9.0, depth) - whole).abs() < 1e-12);
+            assert!((slab(2.0, 0.0, 9.0, depth) - 0.5 * whole).abs() < 1e-12);
+            let parts = slab(2.0, -2.0, 0.7, depth) + slab(2.0, 0.7, 2.0, depth);
+            assert!((parts - whole).abs() < 1e-12);
+            assert_eq!(slab(2.0, 3.0, 4.0, depth), 0.0);
+        }
+    }
 }

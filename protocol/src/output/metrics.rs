@@ -105,11 +105,13 @@ impl Metrics {
         if let Some(last) = &mut self.last {
             last.record(sample);
             for (metric, accumulator) in self.metrics.iter().zip(&mut self.state.accumulators) {
-                if let MetricKind::DepositAspectRatio(column) = &metric.kind
+                if matches!(accumulator, Accumulator::First(None))
+                    && let Some(column) = metric.kind.column()
                     && sample.time() >= column.release
-                    && matches!(accumulator, Accumulator::First(None))
                 {
-                    accumulator.add(last.standing_height(column) / column.half_length, sample);
+                    let solid = matches!(metric.kind, MetricKind::ColumnSolidFraction(_));
+                    let aspect = || last.standing_height(&column) / column.half_length;
+                    accumulator.add(if solid { last.solid_fraction(&column) } else { aspect() }, sample);
                 }
             }
         }
@@ -215,7 +217,7 @@ impl Metrics {
             MetricKind::HaffTime(_) | MetricKind::HaffMisfit(_) => {
                 haff(&self.metrics[index].kind, accumulator)
             }
-            MetricKind::DepositAspectRatio(column) => plain(
+            MetricKind::DepositAspectRatio(column) | MetricKind::ColumnSolidFraction(column) => plain(
                 accumulator.value().map_err(|_| format!("the run ended before t = {} s", column.release))?,
             ),
             MetricKind::DepositRunOut(_)

@@ -161,6 +161,10 @@ pub struct GrainFile {
     /// From one copy to the next (x, y, z), m.
     #[serde(default)]
     pub shift: [f64; 3],
+    /// Only grains that lie below this height with their whole surface, m: a packing cut to a column of any
+    /// height. Copies are cut too.
+    #[serde(default = "forever")]
+    pub below: f64,
 }
 
 fn once() -> usize {

@@ -227,6 +227,8 @@ pub enum MetricKind {
     DepositHeight(Column),
     /// H₀/L₀ of the column as it is let go.
     DepositAspectRatio(Column),
+    /// Part of the column that grains fill as it is let go, between a tenth and four fifths of its height.
+    ColumnSolidFraction(Column),
     /// Root mean square of the difference between the final heap's profile and a published one, over
     /// L₀; both are the means of their two sides.
     DepositProfileDifference(HeapReference),
@@ -410,9 +412,10 @@ impl MetricKind {
     #[must_use]
     pub fn column(&self) -> Option<Column> {
         match self {
-            Self::DepositRunOut(column) | Self::DepositHeight(column) | Self::DepositAspectRatio(column) => {
-                Some(*column)
-            }
+            Self::DepositRunOut(column)
+            | Self::DepositHeight(column)
+            | Self::DepositAspectRatio(column)
+            | Self::ColumnSolidFraction(column) => Some(*column),
             Self::DepositProfileDifference(reference) => Some(reference.column()),
             _ => None,
         }

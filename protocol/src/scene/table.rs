@@ -16,7 +16,8 @@ pub(super) fn read(from: &GrainFile) -> Result<Vec<Grain>, String> {
             grain
         })
     };
-    Ok((0..from.copies).flat_map(moved).collect())
+    let below = |grain: &Grain| grain.position[2] + grain.radius <= from.below;
+    Ok((0..from.copies).flat_map(moved).filter(below).collect())
 }
 
 fn read_once(path: &Path) -> Result<Vec<Grain>, String> {
