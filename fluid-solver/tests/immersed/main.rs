@@ -7,6 +7,7 @@ mod arrays;
 mod balance;
 mod config;
 mod drift;
+mod many;
 mod newton;
 mod output;
 mod planes;
