@@ -220,6 +220,7 @@ impl Participant for DemParticipant {
         })?;
         self.pour(window)?;
         let there = self.dem.grains.len();
+        self.dem.set_threads(rayon::current_num_threads());
         self.dem.set_observations(self.read || window.output);
         let report = self.dem.advance(window.dt, substeps, &self.loads[..there]).map_err(failed)?;
         self.work += start.elapsed();

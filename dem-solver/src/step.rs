@@ -169,6 +169,12 @@ impl Dem {
         false
     }
 
+    /// Threads that the present size is worth, of those allowed.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        self.bulk.as_ref().map_or(1, |bulk| bulk.threads())
+    }
+
     /// Whether the next windows note forces, gaps and speeds per grain. The general engine always does.
     pub fn set_observations(&mut self, wanted: bool) {
         let n = if wanted { self.grains.len() } else { 0 };

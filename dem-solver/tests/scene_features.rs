@@ -138,6 +138,24 @@ fn a_restart_while_pouring_has_the_same_bits() {
     assert_eq!(again.solver.dem().save(), expected, "restarted");
 }
 
+/// `--threads` reaches the bulk engine, also while grains join, and changes no bit.
+#[test]
+fn threads_of_a_run_are_those_of_its_pool() {
+    let pour = POUR.replace("60", "9000").replace("0.08", "0.02").replace("rate = 200.0", "rate = 40000.0");
+    let scene = read(&format!("{BOX}{pour}[observe]\ngrains = []\n")).expect("reads");
+    let go = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("builds");
+        pool.install(|| {
+            let mut run = Run::new(&scene, &folder("threads"));
+            run.go(50);
+            (run.solver.dem().threads(), run.solver.dem().save())
+        })
+    };
+    let ((one, expected), (two, state)) = (go(1), go(2));
+    assert_eq!((one, two), (1, 2), "{} grains", expected.position.len());
+    assert!(state == expected);
+}
+
 /// Enough grains for several blocks, fixed ones among them, that join the bulk engine in place.
 #[test]
 fn a_restart_while_pouring_into_blocks_has_the_same_bits() {

@@ -80,7 +80,7 @@ impl Bulk {
         if !self.valid {
             self.afar.place = vec![Place::default(); count];
             self.afar.holds = Vec::new();
-            self.afar.extend(self.blocks.asleep, 0, count);
+            self.afar.extend(self.blocks.asleep(), 0, count);
         }
         self.measure();
         self.note_stale();
@@ -94,7 +94,7 @@ impl Bulk {
     /// Boxes about the blocks, and how far grains have moved since the blocks searched.
     fn measure(&mut self) {
         let periods = self.wrapping();
-        let from = if self.valid { self.blocks.asleep } else { 0 };
+        let from = if self.valid { self.blocks.asleep() } else { 0 };
         for b in from..self.blocks.block.len() {
             let rows: &[Row] = only(&mut self.blocks.rows[b][self.now]);
             let block = mine(&mut self.blocks.block[b]);
@@ -121,7 +121,7 @@ impl Bulk {
 
     /// Marks the blocks whose search is too old for the skins of the lists.
     fn note_stale(&mut self) {
-        let (asleep, count, length) = (self.blocks.asleep, self.blocks.block.len(), self.common.length);
+        let (asleep, count, length) = (self.blocks.asleep(), self.blocks.block.len(), self.common.length);
         let (place, skins) = (&self.afar.place, &self.lists.skins);
         let far = |b: usize, c: usize| 0.5 * RESERVE * (skins[b].width + skins[c].width);
         // paths are sums of many numbers
@@ -149,12 +149,12 @@ impl Bulk {
             let most = (WIDER.0 * skin.width).clamp(WIDER.1 * d, WIDER.2 * d);
             place.wide = most.max(WIDER.3 * RESERVE * skin.width);
         }
-        self.afar.place[..self.blocks.asleep].iter_mut().for_each(|place| place.wide = 0.0);
+        self.afar.place[..self.blocks.asleep()].iter_mut().for_each(|place| place.wide = 0.0);
     }
 
     /// Searches from now on count from here.
     fn note_search(&mut self) {
-        let (asleep, count) = (self.blocks.asleep, self.blocks.block.len());
+        let (asleep, count) = (self.blocks.asleep(), self.blocks.block.len());
         let Self { blocks, afar, now, wall_path, .. } = self;
         let Afar { place, holds, stale } = afar;
         for b in (asleep..count).filter(|&b| stale[b]) {
@@ -176,7 +176,7 @@ impl Bulk {
 
     /// Finds what is near for the stale blocks.
     fn search(&mut self, t: f64) {
-        let (now, asleep, count) = (self.now, self.blocks.asleep, self.blocks.block.len());
+        let (now, asleep, count) = (self.now, self.blocks.asleep(), self.blocks.block.len());
         let place = &self.afar.place;
         // as far as a block looks: up to blocks that are so near that they could have a pair
         let reach: Vec<f64> = (0..count)

@@ -100,6 +100,11 @@ impl Block {
         self.inverse_inertia.len()
     }
 
+    /// What a sub-step costs, ns or so.
+    pub(super) fn work(&self) -> usize {
+        15 * self.len() + 120 * (self.pairs.len() + self.cross.len()) + 60 * self.walls.len()
+    }
+
     /// Keeps the state that `rows` hold.
     pub(super) fn keep(&mut self, rows: &[Row]) {
         let before = &mut self.before;

@@ -11,7 +11,7 @@ impl Bulk {
     pub(crate) fn contacts(&self) -> (Vec<SavedContact>, Vec<SavedContact>) {
         let (mut pairs, mut walls) = (Vec::new(), Vec::new());
         let mut history = History::default();
-        let asleep = self.blocks.asleep;
+        let asleep = self.blocks.asleep();
         for block in self.blocks.block.iter().skip(asleep) {
             let block = lock(block);
             match &block.seed {
@@ -77,7 +77,7 @@ impl Bulk {
 
     /// Contacts at the last evaluation and the largest overlap of the window, m.
     pub(crate) fn met(&mut self) -> (usize, f64) {
-        let (asleep, mut twice, mut overlap) = (self.blocks.asleep as u32, 0, 0.0f64);
+        let (asleep, mut twice, mut overlap) = (self.blocks.asleep() as u32, 0, 0.0f64);
         for block in self.blocks.awake_mut() {
             let block = mine(block);
             twice += block.seen.contacts as usize + block.touching_any_below(asleep);

@@ -30,7 +30,7 @@ impl Bulk {
         self.order.extend(from as u32..n as u32);
         self.extend_blocks(grains, whole);
         if self.valid {
-            self.afar.extend(self.blocks.asleep, whole, self.blocks.block.len());
+            self.afar.extend(self.blocks.asleep(), whole, self.blocks.block.len());
         }
         self.loaded = true; // what acts on the grains must be set
         self.listed = false;
@@ -39,8 +39,8 @@ impl Bulk {
 
     /// Fills the last block and appends others: all from block `whole` on are other than they were.
     fn extend_blocks(&mut self, grains: &Grains, whole: usize) {
-        let Blocks { rows, block, asleep, .. } = std::mem::take(&mut self.blocks);
-        let (mut rows, mut blocks) = (rows, block);
+        let asleep = self.blocks.asleep();
+        let Blocks { mut rows, block: mut blocks, .. } = std::mem::take(&mut self.blocks);
         for (b, numbers) in self.order.chunks(SIZE).enumerate().skip(whole) {
             if b == blocks.len() {
                 blocks.push(Block { first: (b * SIZE) as u32, ..Block::default() }.into());

@@ -140,7 +140,7 @@ impl Clone for Bulk {
             common: self.common.clone(),
             periods: self.periods,
             order: self.order.clone(),
-            blocks: Blocks::new(rows.collect(), block.collect(), self.blocks.asleep),
+            blocks: Blocks::new(rows.collect(), block.collect(), self.blocks.asleep()),
             bins: self.bins.clone(),
             afar: self.afar.clone(),
             lists: self.lists.clone(),
@@ -203,6 +203,11 @@ impl Bulk {
             loaded: false,
             builds: 0,
         })
+    }
+
+    /// Threads at work.
+    pub(crate) fn threads(&self) -> usize {
+        self.benches.len()
     }
 
     /// Takes another number of threads.
@@ -277,7 +282,7 @@ impl Bulk {
     }
 
     fn go_back(&mut self) {
-        let asleep = self.blocks.asleep;
+        let asleep = self.blocks.asleep();
         let awake = self.blocks.block.iter_mut().zip(&mut self.blocks.rows).skip(asleep);
         for (block, rows) in awake {
             let rows: &mut Vec<_> = only(&mut rows[self.now]);

@@ -64,13 +64,13 @@ pub(super) struct Lists {
 impl Bulk {
     /// Whether the lists hold all pairs in contact now.
     pub(super) fn holds(&self) -> bool {
-        self.valid && self.listed && self.lists.skins[self.blocks.asleep..].iter().all(Skin::holds)
+        self.valid && self.listed && self.lists.skins[self.blocks.asleep()..].iter().all(Skin::holds)
     }
 
     /// One sub-step `s` of a stretch was good.
     pub(super) fn moved(&mut self, s: u32, dt: f64) {
         let (keep, wall_speed, asleep) =
-            (1.0 - 1.0 / self.lists.life.max(2.0), self.wall_speed, self.blocks.asleep);
+            (1.0 - 1.0 / self.lists.life.max(2.0), self.wall_speed, self.blocks.asleep());
         for (block, skin) in self.blocks.awake_mut().iter_mut().zip(&mut self.lists.skins[asleep..]) {
             skin.speed = mine(block).speed2[s as usize].sqrt();
             skin.lately = (keep * skin.lately).max(skin.speed);
@@ -91,7 +91,7 @@ impl Bulk {
 
     /// Sub-steps until the first block is likely to outrun the lists.
     fn fit(&self, dt: f64) -> u32 {
-        let steps = self.lists.skins[self.blocks.asleep..].iter().map(|skin| {
+        let steps = self.lists.skins[self.blocks.asleep()..].iter().map(|skin| {
             let step = ROOM * dt * skin.speed.max(self.wall_speed);
             if step > 0.0 { (0.5 * skin.width - skin.travel) / step } else { f64::INFINITY }
         });
@@ -107,7 +107,7 @@ impl Bulk {
         }
         let life = self.best_life();
         let (mut sum, mut best) = (0.0, 0.0);
-        for b in self.blocks.asleep..self.blocks.block.len() {
+        for b in self.blocks.asleep()..self.blocks.block.len() {
             let width = self.lists.skins[b].width;
             sum += width;
             best += self.best_width(b, life, dt).min(width);
@@ -132,7 +132,7 @@ impl Bulk {
             return life;
         }
         // what share of its skin the fastest block has used up in a sub-step
-        let skins = &self.lists.skins[self.blocks.asleep..];
+        let skins = &self.lists.skins[self.blocks.asleep()..];
         let used = skins.iter().map(|skin| 2.0 * skin.travel / skin.width).fold(0.0, f64::max);
         let used = used / f64::from(since);
         let best = (BUILD_OVER_PAIR / (self.spare() * used)).sqrt();
@@ -159,13 +159,13 @@ impl Bulk {
         let life = self.best_life();
         let least =
             if self.lists.life == 0.0 && self.settings.skin.is_none() { FIRST * self.diameter } else { 0.0 };
-        for b in self.blocks.asleep..self.blocks.block.len() {
+        for b in self.blocks.asleep()..self.blocks.block.len() {
             self.lists.skins[b].width = self.best_width(b, life, dt).max(least);
         }
         for skin in &mut self.lists.skins {
             skin.travel = 0.0;
         }
-        self.lists.skins[..self.blocks.asleep].fill(Skin::default());
+        self.lists.skins[..self.blocks.asleep()].fill(Skin::default());
         (self.lists.life, self.lists.since) = (life, 0);
     }
 
@@ -201,5 +201,6 @@ impl Bulk {
             }
         });
         self.lists.found = found.into_inner().unwrap_or_default();
+        self.blocks.share_out(threads);
     }
 }

@@ -8,6 +8,7 @@
 
 use super::block::{Bench, Block, Common};
 use super::row::Row;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
@@ -21,7 +22,9 @@ pub(super) struct Blocks {
     pub(super) block: Vec<Mutex<Block>>,
     done: Vec<AtomicU32>,
     /// The first blocks, whose grains are all fixed, take no part: their rows stay, and they have no lists.
-    pub(super) asleep: usize,
+    asleep: usize,
+    /// Which blocks each thread does; empty where nothing is known about their work.
+    shares: Vec<Range<usize>>,
     /// A thread is lost: the others must not wait for it.
     lost: AtomicBool,
 }
@@ -80,11 +83,6 @@ impl Drop for Alarm<'_> {
     }
 }
 
-/// Part `k` of `of` equal parts of `n`.
-pub(super) fn part(n: usize, k: usize, of: usize) -> std::ops::Range<usize> {
-    n * k / of..n * (k + 1) / of
-}
-
 /// Runs `task` once per thread, the last on this one.
 pub(super) fn on_threads<S: Send>(scratch: &mut [S], task: impl Fn(usize, &mut S) + Sync) {
     let Some((last, rest)) = scratch.split_last_mut() else { return };
@@ -104,7 +102,19 @@ impl Blocks {
     /// Blocks with their rows; the first `asleep` sleep.
     pub(super) fn new(rows: Vec<Rows>, block: Vec<Mutex<Block>>, asleep: usize) -> Self {
         let done = block.iter().map(|_| AtomicU32::new(0)).collect();
-        Self { rows, block, done, asleep, lost: AtomicBool::new(false) }
+        Self { rows, block, done, asleep, shares: Vec::new(), lost: AtomicBool::new(false) }
+    }
+
+    /// How many of the first blocks sleep.
+    pub(super) fn asleep(&self) -> usize {
+        self.asleep
+    }
+
+    /// Lets the first `asleep` blocks sleep and all others take part.
+    pub(super) fn lay_down(&mut self, asleep: usize) {
+        self.asleep = asleep;
+        self.shares.clear();
+        self.block[..asleep].iter_mut().for_each(|block| mine(block).forget());
     }
 
     /// Blocks that take part.
@@ -113,9 +123,29 @@ impl Blocks {
     }
 
     /// Numbers of the blocks of thread `k` of `threads`.
-    pub(super) fn share_of(&self, k: usize, threads: usize) -> std::ops::Range<usize> {
-        let part = part(self.block.len() - self.asleep, k, threads);
-        part.start + self.asleep..part.end + self.asleep
+    pub(super) fn share_of(&self, k: usize, threads: usize) -> Range<usize> {
+        if self.shares.len() == threads {
+            return self.shares[k].clone();
+        }
+        let awake = self.block.len() - self.asleep;
+        self.asleep + awake * k / threads..self.asleep + awake * (k + 1) / threads
+    }
+
+    /// Shares the blocks out so that all threads have about the same to do: grains that fall apart from one
+    /// another cost a quarter of those in a bed.
+    pub(super) fn share_out(&mut self, threads: usize) {
+        let work: Vec<usize> = self.awake_mut().iter_mut().map(|block| mine(block).work()).collect();
+        let (sum, asleep) = (work.iter().sum::<usize>(), self.asleep);
+        let (mut done, mut at) = (0, 0);
+        self.shares.clear();
+        for k in 1..=threads {
+            let from = at;
+            while at < work.len() && (k == threads || (2 * done + work[at]) * threads <= 2 * sum * k) {
+                done += work[at];
+                at += 1;
+            }
+            self.shares.push(asleep + from..asleep + at);
+        }
     }
 
     /// Does a stretch with as many threads as there are benches.
@@ -124,6 +154,9 @@ impl Blocks {
             *done.get_mut() = if b < self.asleep { u32::MAX } else { 0 };
         }
         let (blocks, threads) = (&*self, benches.len());
+        // a wavefront needs all shares longer than its reach: see docs/decisions/bulk-engine.md
+        let least = (0..threads).map(|k| blocks.share_of(k, threads).len()).min().unwrap_or(0);
+        let plan = &Plan { depth: if plan.reach < least { plan.depth.max(1) } else { 1 }, ..*plan };
         on_threads(benches, |k, bench| {
             let _alarm = Alarm(&blocks.lost);
             blocks.share(common, plan, blocks.share_of(k, threads), k % 2 == 1, bench);
@@ -131,20 +164,11 @@ impl Blocks {
     }
 
     /// One thread's blocks, from the first to the last or `down`.
-    fn share(
-        &self,
-        common: &Common,
-        plan: &Plan,
-        blocks: std::ops::Range<usize>,
-        down: bool,
-        bench: &mut Bench,
-    ) {
+    fn share(&self, common: &Common, plan: &Plan, blocks: Range<usize>, down: bool, bench: &mut Bench) {
         let count = blocks.len();
-        // a wavefront needs the parts longer than its reach: see docs/decisions/bulk-engine.md
-        let depth = if plan.reach < count { plan.depth.max(1) } else { 1 };
         let mut first = 0;
         while first < plan.steps {
-            let depth = depth.min(plan.steps - first);
+            let depth = plan.depth.min(plan.steps - first);
             for wave in 0..count + plan.reach * (depth as usize - 1) {
                 for s in 0..depth {
                     let Some(at) = wave.checked_sub(plan.reach * s as usize) else { break };

@@ -62,6 +62,7 @@ impl Bulk {
         }
         let (mut fastest, mut moved) = (0.0f64, false);
         self.lists.skins.resize(self.blocks.block.len(), Skin::default());
+        let asleep = self.blocks.asleep();
         for (b, (block, rows)) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows).enumerate() {
             let [now, other] = rows;
             let (block, [now, other]) =
@@ -83,7 +84,7 @@ impl Bulk {
             fastest = fastest.max(speed2);
             block.seen.clear(if wanted.observations { n } else { 0 });
             block.orientation.clear();
-            if b < self.blocks.asleep {
+            if b < asleep {
                 only(other).clone_from(rows); // nobody will
             } else if wanted.orientation {
                 let turned = order.iter().map(|&i| &grains.orientation[i as usize]);
@@ -203,8 +204,7 @@ impl Bulk {
     fn lay_down(&mut self, grains: &Grains) {
         let fixed = |numbers: &&[u32]| numbers.iter().all(|&i| grains.is_fixed(i as usize));
         let asleep = if self.observed { 0 } else { self.order.chunks(SIZE).take_while(fixed).count() };
-        self.blocks.asleep = asleep;
-        self.blocks.block[..asleep].iter_mut().for_each(|block| mine(block).forget());
+        self.blocks.lay_down(asleep);
         self.valid = false;
     }
 
