@@ -1,6 +1,8 @@
 //! Cost of one step on one core: ns per cell and step, and the share of each part.
 //!
-//! CPU time of the process over all threads, so a busy machine disturbs it little.
+//! CPU time of the process over all threads (median of five runs), so a busy machine disturbs it
+//! little; least wall time of them; resident bytes per cell. In space also the bound: the bytes that
+//! the sweeps must move between memory and core, over what a triad moves in this very run.
 //!
 //! `cargo run --release -p fluid-solver --example step_cost [-- THREADS [PART OF A NAME]]`
 
@@ -12,6 +14,7 @@ use fluid_solver::scheme::{Projections, Scheme, Viscous};
 use fluid_solver::step::{Options, Stepper};
 use fluid_solver::timings::Part;
 use fluid_solver::work::Work;
+use std::time::Instant;
 
 fn uniform(length: f64, cells: usize) -> AxisSpec {
     AxisSpec::Uniform { start: 0.0, end: length, cells }
@@ -36,11 +39,53 @@ fn plane(cells: [usize; 2], walls: Boundary<2>) -> GridSpec<2> {
 }
 
 /// A channel or a periodic box in space.
-fn space(n: usize, walls: Boundary<3>) -> GridSpec<3> {
+fn space(cells: [usize; 3], walls: Boundary<3>) -> GridSpec<3> {
     GridSpec {
         geometry: Geometry::Space,
-        axes: [uniform(1.0, n), uniform(1.0, n), uniform(1.0, n)],
+        axes: cells.map(|n| uniform(n as f64 / cells[2] as f64, n)),
         boundaries: [[Boundary::Periodic; 2], [Boundary::Periodic; 2], [walls; 2]],
+    }
+}
+
+/// Resident memory of the process, bytes.
+fn resident() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+    text.split(' ')
+        .nth(1)
+        .and_then(|pages| pages.parse::<f64>().ok())
+        .map_or(f64::NAN, |pages| pages * 4096.0)
+}
+
+/// Bytes per second of `a = b + s c` over arrays of 64 MB, one thread, reading before each write
+/// included (32 B per value).
+fn triad() -> f64 {
+    let n = 8_000_000;
+    let (mut a, b, c) = (vec![0.0_f64; n], vec![1.0; n], vec![2.0; n]);
+    let run = |_| {
+        let begin = Work::begin();
+        for ((a, b), c) in a.iter_mut().zip(&b).zip(&c) {
+            *a = b + 3.0 * c;
+        }
+        std::hint::black_box(&mut a);
+        32.0 * n as f64 / begin.seconds()
+    };
+    (0..5).map(run).fold(0.0, f64::max)
+}
+
+/// Values per cell and step that must cross between memory and core in space if each sweep reads
+/// and writes each field once; a write alone counts twice, as its line is read before.
+fn values_moved(scheme: Scheme, viscous: Viscous) -> Option<f64> {
+    match (scheme, viscous) {
+        // Velocity 6, N 6 or 3, φ 2 in a stage and once more in the columns; 8 to end the step.
+        (Scheme::RungeKutta3 { projections: Projections::EveryStage }, Viscous::Explicit) => {
+            Some(14.0 + 14.0 + 11.0 + 3.0 * 2.0 + 8.0)
+        }
+        (Scheme::AdamsBashforth2, Viscous::Explicit) => Some(14.0 + 2.0 + 8.0),
+        // Per stage also increments 6, columns 6, and a sweep of 14 that adds them.
+        (Scheme::RungeKutta3 { projections: Projections::EveryStage }, Viscous::Implicit) => {
+            Some(16.0 + 20.0 + 17.0 + 3.0 * (6.0 + 14.0 + 2.0) + 10.0)
+        }
+        _ => None,
     }
 }
 
@@ -52,6 +97,7 @@ fn measure<const D: usize>(name: &str, spec: &GridSpec<D>, scheme: Scheme, visco
     let grid = Grid::new(spec).expect("the benchmark's grid is valid");
     let cells = grid.cell_count();
     let options = Options { viscosity: 1e-3, scheme, viscous, convection: true, body_force: [0.0; D] };
+    let before = resident();
     let mut stepper = Stepper::new(grid.clone(), options);
     for d in 0..D {
         let u = &mut stepper.state_mut().velocity[d];
@@ -60,25 +106,33 @@ fn measure<const D: usize>(name: &str, spec: &GridSpec<D>, scheme: Scheme, visco
     stepper.project_velocity();
     let dt = 0.2 * grid.smallest_width();
     (0..3).for_each(|_| stepper.step(dt, None));
+    let memory = (resident() - before) / cells as f64;
     let steps = (10_000_000 / cells).clamp(2, 2000);
     stepper.reset_timings();
+    let mut wall = f64::INFINITY;
     let mut costs: Vec<f64> = (0..5)
         .map(|_| {
-            let begin = Work::begin();
+            let (begin, clock) = (Work::begin(), Instant::now());
             (0..steps).for_each(|_| stepper.step(dt, None));
+            wall = wall.min(clock.elapsed().as_secs_f64() * 1e9 / (cells * steps) as f64);
             begin.seconds() * 1e9 / (cells * steps) as f64
         })
         .collect();
     costs.sort_by(f64::total_cmp);
     let per_cell = |part| stepper.timings().seconds(part) * 1e9 / (cells * steps * 5) as f64;
-    let [momentum, viscous, projection, pressure] =
+    let [momentum, viscous_part, projection, pressure] =
         [Part::Momentum, Part::Viscous, Part::Projection, Part::Pressure].map(per_cell);
-    println!(
-        "{name:<34} {cells:>8} cells {:>7.1} ns  momentum {momentum:>5.1}  viscous {viscous:>5.1}  \
-         pressure solve {pressure:>5.1}  rest of projection {:>5.1}",
+    print!(
+        "{name:<36} {cells:>8} cells {:>6.1} ns  wall {wall:>6.1}  momentum {momentum:>5.1}  viscous \
+         {viscous_part:>5.1}  pressure solve {pressure:>4.1}  rest of projection {:>4.1}  {memory:>4.0} B/cell",
         costs[2],
         projection - pressure
     );
+    if let Some(values) = values_moved(scheme, viscous).filter(|_| D == 3) {
+        let bound = 8.0 * values * 1e9 / triad();
+        print!("  {:>5.0} B/step, bound {bound:>5.1} ns, ratio {:.2}", 8.0 * values, costs[2] / bound);
+    }
+    println!();
 }
 
 fn main() {
@@ -112,8 +166,16 @@ fn run() {
         full,
         Viscous::Implicit,
     );
-    measure("space channel, RK3 x3, explicit", &space(64, Boundary::WALL), full, Viscous::Explicit);
-    measure("space periodic, RK3 x3, explicit", &space(64, Boundary::Periodic), full, Viscous::Explicit);
-    measure("space channel, RK3 x3, implicit", &space(64, Boundary::WALL), full, Viscous::Implicit);
-    measure("space channel, AB2, explicit", &space(64, Boundary::WALL), cheap, Viscous::Explicit);
+    println!("triad: {:.1} GB/s, one thread", triad() * 1e-9);
+    for n in [[64, 64, 64], [128, 128, 128], [256, 128, 128]] {
+        let [x, y, z] = n;
+        for (kind, ends) in [("channel", Boundary::WALL), ("periodic", Boundary::Periodic)] {
+            let grid = space(n, ends);
+            let name = |what: &str| format!("space {kind} {x}x{y}x{z}, {what}");
+            measure(&name("RK3 x3, explicit"), &grid, full, Viscous::Explicit);
+            measure(&name("RK3 x1, explicit"), &grid, once, Viscous::Explicit);
+            measure(&name("AB2, explicit"), &grid, cheap, Viscous::Explicit);
+            measure(&name("RK3 x3, implicit"), &grid, full, Viscous::Implicit);
+        }
+    }
 }

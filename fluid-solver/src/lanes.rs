@@ -61,6 +61,38 @@ pub(crate) fn aligned(memory: &mut [Lanes]) -> &mut [Lanes] {
     &mut values[skip..].as_chunks_mut().0[..rows]
 }
 
+/// Working memory that begins on a cache line.
+#[derive(Debug)]
+pub(crate) struct Aligned {
+    values: Vec<f64>,
+    skip: usize,
+}
+
+impl Aligned {
+    /// `count` zeros.
+    pub(crate) fn zeros(count: usize) -> Self {
+        let values = vec![0.0; count + 7];
+        let skip = values.as_ptr().align_offset(64).min(7);
+        Self { values, skip }
+    }
+}
+
+impl std::ops::Deref for Aligned {
+    type Target = [f64];
+
+    #[inline(always)]
+    fn deref(&self) -> &[f64] {
+        &self.values[self.skip..]
+    }
+}
+
+impl std::ops::DerefMut for Aligned {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f64] {
+        &mut self.values[self.skip..]
+    }
+}
+
 /// Copies up to eight values into lanes, the rest zero.
 #[inline(always)]
 pub fn load(values: &[f64]) -> Lanes {

@@ -11,7 +11,7 @@
 
 mod flat;
 
-use crate::boundary::{Boundary, fill_scalar, fill_velocity};
+use crate::boundary::{Boundary, fill_scalar_across, fill_velocity, fill_velocity_across};
 use crate::field::State;
 use crate::grid::{Grid, GridError};
 use crate::scheme::{Scheme, Viscous};
@@ -111,7 +111,6 @@ impl<const D: usize> Stepper<D> {
     /// All stages; `whole`: nobody looks at the velocity before the projection.
     fn stages(&mut self, dt: f64, force: Option<&[Vec<f64>; D]>, whole: bool) {
         debug_assert!(dt > 0.0 && dt.is_finite(), "the time step must be positive");
-        self.fill_halos();
         let scheme = self.options.scheme;
         let every = scheme.projects_every_stage();
         for k in 0..scheme.stages() {
@@ -121,7 +120,7 @@ impl<const D: usize> Stepper<D> {
             let implicit = self.options.viscous == Viscous::Implicit;
             let nu = if implicit { self.options.viscosity } else { 0.0 };
             let pending = Pending { weight: share * dt, correction: nu * stage.alpha / share };
-            if k > 0 && !every {
+            if D == 2 && (k == 0 || !every) {
                 self.fill_halos();
             }
             let Self { grid, options, state, engine, stand, timings } = self;
@@ -167,8 +166,12 @@ impl<const D: usize> Stepper<D> {
                 }
                 engine.finish(state, pending, timings);
                 let begin = Work::begin();
-                self.fill_halos();
-                fill_scalar(&self.grid, &mut self.state.pressure);
+                // Those along x and y are filled.
+                let Self { grid, state, .. } = &mut *self;
+                for (d, u) in state.velocity.iter_mut().enumerate() {
+                    fill_velocity_across(grid, d, D - 1, u);
+                }
+                fill_scalar_across(grid, D - 1, &mut state.pressure);
                 self.timings.add(Part::Projection, begin);
             }
         }

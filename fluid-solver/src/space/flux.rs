@@ -3,6 +3,9 @@
 //! Convection is the plain mean of the velocity times the mean of the mass fluxes
 //! ([`crate::advect`]), viscosity −ν ∂u/∂x ([`crate::diffuse`]). A flux serves the control volumes
 //! on both its sides. Fluxes along x and y are divided by the cell width, those along z are not.
+//!
+//! Every row is an argument of its own: that alone tells the compiler that results overlap nothing.
+#![allow(clippy::too_many_arguments, reason = "see above")]
 
 /// Factors of one stage and plane: `convection` is ¼, or 0 without convection.
 #[derive(Clone, Copy, Debug)]
@@ -35,11 +38,13 @@ pub(super) fn u_along_x(w: &Weights, left: &[f64], u: &[f64], flux: &mut [f64]) 
 
 /// Between two rows: u along y, v along x (both at the edge), v along y (at the centre).
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "only arguments tell that the results overlap nothing")]
 pub(super) fn between_rows(
     w: &Weights,
-    [u, u_next]: [&[f64]; 2],
-    [v, v_next, v_left]: [&[f64]; 3],
+    u: &[f64],
+    u_next: &[f64],
+    v: &[f64],
+    v_next: &[f64],
+    v_left: &[f64],
     uy: &mut [f64],
     vx: &mut [f64],
     vy: &mut [f64],
@@ -59,11 +64,13 @@ pub(super) fn between_rows(
 
 /// Between two planes: u along z and w along x, at the edge; w along z, at the centre.
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "only arguments tell that the results overlap nothing")]
 pub(super) fn between_planes_x(
     k: &Weights,
-    [u, u_next]: [&[f64]; 2],
-    [w, w_next, w_left]: [&[f64]; 3],
+    u: &[f64],
+    u_next: &[f64],
+    w: &[f64],
+    w_next: &[f64],
+    w_left: &[f64],
     uz: &mut [f64],
     wx: &mut [f64],
     wz: &mut [f64],
@@ -85,8 +92,10 @@ pub(super) fn between_planes_x(
 #[inline(always)]
 pub(super) fn between_planes_y(
     k: &Weights,
-    [v, v_next]: [&[f64]; 2],
-    [w, w_next]: [&[f64]; 2],
+    v: &[f64],
+    v_next: &[f64],
+    w: &[f64],
+    w_next: &[f64],
     vz: &mut [f64],
     wy: &mut [f64],
 ) {
@@ -101,45 +110,95 @@ pub(super) fn between_planes_y(
     }
 }
 
+/// What becomes of N: `out += now N + old N_old + body`, `history = N`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Use {
+    pub(super) now: f64,
+    pub(super) old: f64,
+    pub(super) body: f64,
+}
+
 /// N of u or v from what flows in: along x, along y, and along z with `below`, the flux through the
 /// lower face, which the one through the upper face replaces. `inverse` is 1/Δz.
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "only arguments tell that the results overlap nothing")]
-pub(super) fn gather(
+pub(super) fn gather<const OLD: bool, const KEEP: bool>(
     inverse: f64,
-    [x, x_next]: [&[f64]; 2],
-    [y, y_next]: [&[f64]; 2],
+    usage: Use,
+    x: &[f64],
+    x_next: &[f64],
+    y: &[f64],
+    y_next: &[f64],
     above: &[f64],
     below: &mut [f64],
     out: &mut [f64],
+    history: &mut [f64],
 ) {
     let n = out.len();
     let (x, x_next, y, y_next) = (&x[..n], &x_next[..n], &y[..n], &y_next[..n]);
-    let (above, below) = (&above[..n], &mut below[..n]);
+    let (above, below, history) = (&above[..n], &mut below[..n], &mut history[..n]);
+    let Use { now, old, body } = usage;
     for i in 0..n {
-        out[i] = (x[i] - x_next[i]) + (y[i] - y_next[i]) + inverse * (below[i] - above[i]);
+        let new = (x[i] - x_next[i]) + (y[i] - y_next[i]) + inverse * (below[i] - above[i]);
         below[i] = above[i];
+        let mut sum = now * new + body;
+        if OLD {
+            sum += old * history[i];
+        }
+        if KEEP {
+            history[i] = new;
+        }
+        out[i] += sum;
     }
 }
 
 /// N of w on the lower face from what was gathered for it, `part`, and the flux along z through the
 /// centre; `part` becomes what is known of the next face. `inverse` are 1/height of both.
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "only arguments tell that the results overlap nothing")]
-pub(super) fn gather_w(
-    inverse: [f64; 2],
-    [x, x_next]: [&[f64]; 2],
-    [y, y_next]: [&[f64]; 2],
+pub(super) fn gather_w<const OLD: bool, const KEEP: bool>(
+    here: f64,
+    next: f64,
+    usage: Use,
+    x: &[f64],
+    x_next: &[f64],
+    y: &[f64],
+    y_next: &[f64],
     z: &[f64],
     part: &mut [f64],
     out: &mut [f64],
+    history: &mut [f64],
 ) {
     let n = out.len();
     let (x, x_next, y, y_next) = (&x[..n], &x_next[..n], &y[..n], &y_next[..n]);
-    let (z, part) = (&z[..n], &mut part[..n]);
-    let [here, next] = inverse;
+    let (z, part, history) = (&z[..n], &mut part[..n], &mut history[..n]);
+    let Use { now, old, body } = usage;
     for i in 0..n {
-        out[i] = part[i] - here * z[i];
+        let new = part[i] - here * z[i];
         part[i] = (x[i] - x_next[i]) + (y[i] - y_next[i]) + next * z[i];
+        let mut sum = now * new + body;
+        if OLD {
+            sum += old * history[i];
+        }
+        if KEEP {
+            history[i] = new;
+        }
+        out[i] += sum;
+    }
+}
+
+/// What is known of N of w on a face from below it alone, see [`gather_w`].
+#[inline(always)]
+pub(super) fn begin_w(
+    inverse: f64,
+    x: &[f64],
+    x_next: &[f64],
+    y: &[f64],
+    y_next: &[f64],
+    z: &[f64],
+    part: &mut [f64],
+) {
+    let n = part.len();
+    let (x, x_next, y, y_next, z) = (&x[..n], &x_next[..n], &y[..n], &y_next[..n], &z[..n]);
+    for i in 0..n {
+        part[i] = (x[i] - x_next[i]) + (y[i] - y_next[i]) + inverse * z[i];
     }
 }

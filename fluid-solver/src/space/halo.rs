@@ -26,7 +26,7 @@ pub(super) fn fill_ends(shape: &Shape, d: usize, plane: &mut [f64], rows: Range<
             row[0] = 0.0;
             (-row[1], 0.0)
         } else {
-            let ([a, b], [c, e]) = (image(low, d).into(), image(high, d).into());
+            let ((a, b), (c, e)) = (image(low, d), image(high, d));
             (a + b * row[0], c + e * row[n - 1])
         };
         row[n] = above;
@@ -57,8 +57,23 @@ pub(super) fn fill_sides(shape: &Shape, d: usize, plane: &mut [f64]) {
 fn copy_row(shape: &Shape, plane: &mut [f64], from: isize, to: isize, (shift, sign): (f64, f64)) {
     let (from, to) = (shape.at(from), shape.at(to));
     let begin = usize::from(from > 0 && to > 0);
-    for i in 0..=shape.n[0] + begin {
-        plane[to + i - begin] = shift + sign * plane[from + i - begin];
+    let length = shape.n[0] + 1 + begin;
+    let (from, to) = (from - begin, to - begin);
+    if from < to {
+        let (source, out) = plane.split_at_mut(to);
+        image_row(shift, sign, &source[from..][..length], out);
+    } else if to < from {
+        let (out, source) = plane.split_at_mut(from);
+        image_row(shift, sign, &source[..length], &mut out[to..]);
+    } else {
+        plane[to..][..length].iter_mut().for_each(|u| *u = shift + sign * *u);
+    }
+}
+
+/// out = shift + sign x.
+fn image_row(shift: f64, sign: f64, x: &[f64], out: &mut [f64]) {
+    for (out, x) in out.iter_mut().zip(x) {
+        *out = shift + sign * x;
     }
 }
 

@@ -32,7 +32,7 @@ use crate::work::Work;
 use momentum::Factors;
 use shape::Shape;
 use slab::{Fields, Private};
-use sweep::{Diverge, Sweep};
+use sweep::{Before, Diverge, Sweep};
 
 /// Planes below which a slab is not worth a thread.
 const LEAST_PLANES: usize = 4;
@@ -47,7 +47,7 @@ pub(crate) struct StageTask<'a> {
     pub(crate) keep: bool,
     /// Force of the caller, three fields.
     pub(crate) force: Option<[&'a [f64]; 3]>,
-    /// Projection of the stage before, already solved.
+    /// Projection of the stage before, already solved; without one the velocity may be the caller's.
     pub(crate) before: Option<Pending>,
     /// Projection of this stage, to be solved.
     pub(crate) after: Option<Pending>,
@@ -102,7 +102,7 @@ impl SpaceStep {
         self.shape.refresh(grid);
     }
 
-    /// One stage: halos along x and y of the velocity are filled, unless `before` does it.
+    /// One stage.
     pub(crate) fn stage<const D: usize>(
         &mut self,
         options: &Options<D>,
@@ -128,13 +128,11 @@ impl SpaceStep {
         let Self { shape, pressure, viscous, work, privates, carry } = self;
         let sweep = Sweep { shape, pressure, viscous, carry: *carry };
         let mut fields = fields(state, work, *carry);
-        if let Some(before) = before {
-            sweep.open(&mut fields, privates, before.weight);
-        }
+        let before = before.map_or(Before::Fill, |before| Before::Correct(before.weight));
+        sweep.open(&mut fields, privates, before);
         sweep.look_around(&fields, privates);
         let diverge = after.map(Diverge::of);
-        let correct = before.map(|before| before.weight);
-        sweep.momentum(&mut fields, privates, &factors, force, correct, diverge.filter(|_| !implicit));
+        sweep.momentum(&mut fields, privates, &factors, force, before, diverge.filter(|_| !implicit));
         timings.add(Part::Momentum, begin);
         if implicit {
             let begin = Work::begin();

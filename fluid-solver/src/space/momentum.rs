@@ -4,9 +4,11 @@
 //! old, and waits for its second use: along y in a row, along z in three planes ([`Carry`]). After
 //! that nothing old is needed, and the increment can go to the velocity itself.
 
-use super::flux::{Weights, between_planes_x, between_planes_y, between_rows, gather, gather_w, u_along_x};
+use super::flux::{
+    Use, Weights, begin_w, between_planes_x, between_planes_y, between_rows, gather, gather_w, u_along_x,
+};
 use super::shape::Shape;
-use crate::lanes::Kernel;
+use crate::lanes::{Aligned, Kernel};
 use pulp::Simd;
 
 /// What multiplies each term in one stage.
@@ -33,30 +35,29 @@ pub(super) struct Factors {
 /// Fluxes that wait for the plane above: u and v along z, and all of N_w but what leaves upwards.
 #[derive(Debug)]
 pub(super) struct Carry {
-    u: Vec<f64>,
-    v: Vec<f64>,
-    w: Vec<f64>,
+    u: Aligned,
+    v: Aligned,
+    w: Aligned,
 }
 
 /// Fluxes of one row; pairs are those below and above the row.
 #[derive(Debug)]
 pub(super) struct Lines {
-    ux: Vec<f64>,
-    uz: Vec<f64>,
-    wx: Vec<f64>,
-    wz: Vec<f64>,
-    uy: [Vec<f64>; 2],
-    vx: [Vec<f64>; 2],
-    vy: [Vec<f64>; 2],
-    vz: [Vec<f64>; 2],
-    wy: [Vec<f64>; 2],
-    sum: Vec<f64>,
+    ux: Aligned,
+    uz: Aligned,
+    wx: Aligned,
+    wz: Aligned,
+    uy: [Aligned; 2],
+    vx: [Aligned; 2],
+    vy: [Aligned; 2],
+    vz: [Aligned; 2],
+    wy: [Aligned; 2],
 }
 
 impl Carry {
     /// Room for one plane.
     pub(super) fn new(shape: &Shape) -> Self {
-        let plane = || vec![0.0; shape.n[1] * shape.row];
+        let plane = || Aligned::zeros(shape.n[1] * shape.row);
         Self { u: plane(), v: plane(), w: plane() }
     }
 }
@@ -64,7 +65,7 @@ impl Carry {
 impl Lines {
     /// Room for one row.
     pub(super) fn new(shape: &Shape) -> Self {
-        let row = || vec![0.0; shape.wide + 8];
+        let row = || Aligned::zeros(shape.wide + 8);
         let pair = || [row(), row()];
         Self {
             ux: row(),
@@ -76,7 +77,6 @@ impl Lines {
             vy: pair(),
             vz: pair(),
             wy: pair(),
-            sum: row(),
         }
     }
 }
@@ -114,15 +114,18 @@ pub(super) struct MomentumPlane<'a> {
 
 /// Factors of the fluxes from cell `cell` through `face` above it.
 fn weights(shape: &Shape, f: &Factors, cell: usize, face: usize) -> Weights {
-    let quarter = if f.convection { 0.25 } else { 0.0 };
-    let nu = f.explicit;
+    let (quarter, nu) = (if f.convection { 0.25 } else { 0.0 }, f.explicit);
+    let ([x, y], [low, high]) = (shape.inverse, shape.shares[face]);
     Weights {
         quarter,
-        convection: shape.inverse.map(|r| quarter * r),
-        viscosity: shape.inverse.map(|r| nu * r * r),
+        convection: [quarter * x, quarter * y],
+        viscosity: [nu * x * x, nu * y * y],
         upper: nu * shape.slope[face],
         cell: nu * shape.cell[cell],
-        shares: shape.inverse.map(|r| shape.shares[face].map(|share| 2.0 * quarter * r * share)),
+        shares: [
+            [2.0 * quarter * x * low, 2.0 * quarter * x * high],
+            [2.0 * quarter * y * low, 2.0 * quarter * y * high],
+        ],
     }
 }
 
@@ -151,12 +154,11 @@ impl Kernel for Prime<'_> {
             vertical(shape, &weights, j, below, first, lines);
             vertical_edge(shape, &weights, j, below, first, lines);
             let at = j as usize * shape.row;
-            let Lines { uz, wx, wz, vz, wy, sum, .. } = &mut *lines;
+            let Lines { uz, wx, wz, vz, wy, .. } = &mut *lines;
             carry.u[at..at + n].copy_from_slice(&uz[..n]);
             carry.v[at..at + n].copy_from_slice(&vz[0][..n]);
-            let inverse = [0.0, shape.face[k]];
             let part = &mut carry.w[at..at + n];
-            gather_w(inverse, [wx, &wx[1..]], [&wy[0], &wy[1]], wz, part, &mut sum[..n]);
+            begin_w(shape.face[k], wx, &wx[1..], &wy[0], &wy[1], wz, part);
         }
     }
 }
@@ -165,9 +167,11 @@ impl Lines {
     /// What was above the last row is below the next.
     #[inline(always)]
     fn turn(&mut self) {
-        for pair in [&mut self.uy, &mut self.vx, &mut self.vy, &mut self.vz, &mut self.wy] {
-            pair.swap(0, 1);
-        }
+        self.uy.swap(0, 1);
+        self.vx.swap(0, 1);
+        self.vy.swap(0, 1);
+        self.vz.swap(0, 1);
+        self.wy.swap(0, 1);
     }
 }
 
@@ -183,10 +187,10 @@ fn vertical(
 ) {
     let (at, wide) = (shape.at(j), shape.wide);
     let Lines { uz, wx, wz, .. } = lines;
-    let [u, u_next, w, w_next] = [here[0], above[0], here[2], above[2]].map(|x| &x[at..][..wide]);
-    let w_left = &above[2][at - 1..][..wide];
+    let (u, u_next) = (&here[0][at..][..wide], &above[0][at..][..wide]);
+    let (w, w_next, w_left) = (&here[2][at..][..wide], &above[2][at..][..wide], &above[2][at - 1..][..wide]);
     let (uz, wx, wz) = (&mut uz[..wide], &mut wx[..wide], &mut wz[..wide]);
-    between_planes_x(weights, [u, u_next], [w, w_next, w_left], uz, wx, wz);
+    between_planes_x(weights, u, u_next, w, w_next, w_left, uz, wx, wz);
 }
 
 /// Fluxes between two planes over the edge above row `j`.
@@ -201,9 +205,9 @@ fn vertical_edge(
 ) {
     let (at, up, n) = (shape.at(j), shape.at(j + 1), shape.n[0]);
     let Lines { vz, wy, .. } = lines;
-    let v = [&here[1][up..][..n], &above[1][up..][..n]];
-    let w = [&above[2][at..][..n], &above[2][up..][..n]];
-    between_planes_y(weights, v, w, &mut vz[1][..n], &mut wy[1][..n]);
+    let (v, v_next) = (&here[1][up..][..n], &above[1][up..][..n]);
+    let (w, w_next) = (&above[2][at..][..n], &above[2][up..][..n]);
+    between_planes_y(weights, v, v_next, w, w_next, &mut vz[1][..n], &mut wy[1][..n]);
 }
 
 /// Fluxes of a plane over the edge above row `j`.
@@ -211,9 +215,10 @@ fn vertical_edge(
 fn edge(shape: &Shape, weights: &Weights, j: isize, here: [&[f64]; 3], lines: &mut Lines) {
     let (at, up, wide) = (shape.at(j), shape.at(j + 1), shape.wide);
     let Lines { uy, vx, vy, .. } = lines;
-    let u = [at, up].map(|at| &here[0][at..][..wide]);
-    let v = [at, up, up - 1].map(|at| &here[1][at..][..wide]);
-    between_rows(weights, u, v, &mut uy[1][..wide], &mut vx[1][..wide], &mut vy[1][..wide]);
+    let (u, u_next) = (&here[0][at..][..wide], &here[0][up..][..wide]);
+    let (v, v_next, v_left) = (&here[1][at..][..wide], &here[1][up..][..wide], &here[1][up - 1..][..wide]);
+    let (uy, vx, vy) = (&mut uy[1][..wide], &mut vx[1][..wide], &mut vy[1][..wide]);
+    between_rows(weights, u, u_next, v, v_next, v_left, uy, vx, vy);
 }
 
 impl Kernel for MomentumPlane<'_> {
@@ -227,8 +232,9 @@ impl Kernel for MomentumPlane<'_> {
         for j in 0..self.shape.n[1] {
             self.fluxes(&weights, j as isize);
             for d in 0..3 {
+                self.explicit(d, j);
                 self.gather(d, j);
-                self.increment(d, j);
+                self.forces(d, j);
             }
         }
     }
@@ -248,77 +254,84 @@ impl MomentumPlane<'_> {
         vertical_edge(shape, weights, j, here, *above, lines);
     }
 
-    /// `lines.sum` ← N of component `d` on row `j`.
+    /// 2 α dt ν ∇²u on row `j` of component `d`, where viscosity is implicit.
+    #[inline(always)]
+    fn explicit(&mut self, d: usize, j: usize) {
+        let Self { shape, factors, k, here, above, below, target, .. } = self;
+        let Target::Apart(rhs) = target else { return };
+        let (at, n) = (shape.at(j as isize), shape.n[0]);
+        let weights = laplacian_weights(shape, factors.implicit, d, *k);
+        let [low, mid, high] = [below[d], &*here[d], above[d]];
+        let rhs = &mut rhs[d][at..][..shape.wide];
+        rhs[n..].fill(0.0);
+        laplacian(weights, low, mid, high, at, shape.row, &mut rhs[..n]);
+    }
+
+    /// dt (γ N + ζ N_old) + 2 α dt f (uniform) on row `j` of component `d`.
     #[inline(always)]
     fn gather(&mut self, d: usize, j: usize) {
-        let Self { shape, k, carry, lines, .. } = self;
+        match (self.factors.old != 0.0, self.factors.keep) {
+            (false, true) => self.gather_as::<false, true>(d, j),
+            (false, false) => self.gather_as::<false, false>(d, j),
+            (true, true) => self.gather_as::<true, true>(d, j),
+            (true, false) => self.gather_as::<true, false>(d, j),
+        }
+    }
+
+    #[inline(always)]
+    fn gather_as<const OLD: bool, const KEEP: bool>(&mut self, d: usize, j: usize) {
+        let Self { shape, factors: f, k, here, target, history, carry, lines, .. } = self;
         let (n, k) = (shape.n[0], *k);
-        let at = j * shape.row..j * shape.row + n;
-        let Lines { ux, uz, wx, wz, uy, vx, vy, vz, wy, sum } = &mut **lines;
-        let sum = &mut sum[..n];
+        let at = shape.at(j as isize);
+        let out = match target {
+            Target::Velocity => &mut here[d][at..][..n],
+            Target::Apart(rhs) => &mut rhs[d][at..][..n],
+        };
+        let history = &mut history[d][at..][..n];
+        let usage = Use { now: f.now, old: f.old, body: f.share * f.body[d] };
+        let carried = j * shape.row..j * shape.row + n;
+        let Lines { ux, uz, wx, wz, uy, vx, vy, vz, wy } = &mut **lines;
         let cell = shape.cell[k];
         match d {
-            0 => gather(cell, [ux, &ux[1..]], [&uy[0], &uy[1]], uz, &mut carry.u[at], sum),
-            1 => gather(cell, [&vx[0], &vx[0][1..]], [&vy[0], &vy[1]], &vz[0], &mut carry.v[at], sum),
+            0 => {
+                let below = &mut carry.u[carried];
+                gather::<OLD, KEEP>(cell, usage, ux, &ux[1..], &uy[0], &uy[1], uz, below, out, history);
+            }
+            1 => {
+                let (x, y, below) = (&vx[0], &vy, &mut carry.v[carried]);
+                gather::<OLD, KEEP>(cell, usage, x, &x[1..], &y[0], &y[1], &vz[0], below, out, history);
+            }
             _ => {
-                let inverse = [shape.face[k], shape.face[k + 1]];
-                gather_w(inverse, [wx, &wx[1..]], [&wy[0], &wy[1]], wz, &mut carry.w[at], sum);
+                let (here, next) = (shape.face[k], shape.face[k + 1]);
+                let (x, y, part) = (&wx, &wy, &mut carry.w[carried]);
+                gather_w::<OLD, KEEP>(here, next, usage, x, &x[1..], &y[0], &y[1], wz, part, out, history);
             }
         }
     }
 
-    /// dt (γ N + ζ N_old) + 2 α dt (f − ∇p + ν ∇²u) on row `j` of component `d`.
+    /// 2 α dt (f − ∇p) of caller and pressure on row `j` of component `d`.
     #[inline(always)]
-    fn increment(&mut self, d: usize, j: usize) {
-        let Self {
-            shape, factors: f, k, here, above, below, target, history, force, pressure, lines, ..
-        } = self;
-        let (n, j) = (shape.n[0], j as isize);
-        let at = shape.at(j);
-        let body = f.share * f.body[d];
-        let new = &lines.sum[..n];
-        let history = &mut history[d][at..][..n];
-        let out = match target {
-            Target::Velocity => {
-                let u = &mut here[d][at..][..n];
-                match (f.old != 0.0, f.keep) {
-                    (false, _) => add_first(f.now, body, new, u),
-                    (true, _) => add([f.now, f.old], body, new, history, u),
-                }
-                u
-            }
-            Target::Apart(rhs) => {
-                let weights = laplacian_weights(shape, f.implicit, d, *k);
-                let [low, mid, high] = [below[d], &*here[d], above[d]];
-                let rhs = &mut rhs[d][at..][..shape.row.min(shape.wide)];
-                rhs[n..].fill(0.0);
-                let rhs = &mut rhs[..n];
-                laplacian(weights, low, mid, high, at, shape.row, body, rhs);
-                if f.old != 0.0 {
-                    add([f.now, f.old], 0.0, new, history, rhs);
-                } else {
-                    add_first(f.now, 0.0, new, rhs);
-                }
-                rhs
-            }
+    fn forces(&mut self, d: usize, j: usize) {
+        let Self { shape, factors: f, k, here, target, force, pressure, .. } = self;
+        let (n, at) = (shape.n[0], shape.at(j as isize));
+        let (out, in_place) = match target {
+            Target::Velocity => (&mut here[d][at..][..n], true),
+            Target::Apart(rhs) => (&mut rhs[d][at..][..n], false),
         };
-        if f.keep {
-            history.copy_from_slice(new);
-        }
         if let Some(force) = force {
-            add_first(f.share, 0.0, &force[d][at..][..n], out);
+            add_scaled(f.share, &force[d][at..][..n], out);
         }
         if let Some([p, p_below]) = pressure {
             let here = &p[at..][..n];
             let (before, inverse) = match d {
                 0 => (&p[at - 1..][..n], shape.inverse[0]),
-                1 => (&p[shape.at(j - 1)..][..n], shape.inverse[1]),
+                1 => (&p[shape.at(j as isize - 1)..][..n], shape.inverse[1]),
                 _ => (&p_below[at..][..n], shape.slope[*k]),
             };
             subtract_slope(f.share * inverse, before, here, out);
         }
-        if f.implicit == 0.0 {
-            hold_walls(shape, d, [j as usize, *k], out);
+        if in_place {
+            hold_walls(shape, d, [j, *k], out);
         }
     }
 }
@@ -336,21 +349,11 @@ pub(super) fn hold_walls(shape: &Shape, d: usize, [j, k]: [usize; 2], row: &mut 
     }
 }
 
-/// u += now N + body.
+/// u += weight f.
 #[inline(always)]
-fn add_first(now: f64, body: f64, new: &[f64], u: &mut [f64]) {
-    for (u, new) in u.iter_mut().zip(new) {
-        *u += now * new + body;
-    }
-}
-
-/// u += now N + old N_old + body.
-#[inline(always)]
-fn add([now, old]: [f64; 2], body: f64, new: &[f64], history: &[f64], u: &mut [f64]) {
-    let n = u.len();
-    let (new, history) = (&new[..n], &history[..n]);
-    for i in 0..n {
-        u[i] += (now * new[i] + old * history[i]) + body;
+fn add_scaled(weight: f64, force: &[f64], u: &mut [f64]) {
+    for (u, force) in u.iter_mut().zip(force) {
+        *u += weight * force;
     }
 }
 
@@ -366,7 +369,8 @@ pub(super) fn subtract_slope(weight: f64, before: &[f64], here: &[f64], u: &mut 
 
 /// Weights of the neighbours: along x, along y, below, above.
 fn laplacian_weights(shape: &Shape, nu: f64, d: usize, k: usize) -> [f64; 4] {
-    let [x, y] = shape.inverse.map(|r| nu * r * r);
+    let [x, y] = shape.inverse;
+    let (x, y) = (nu * x * x, nu * y * y);
     if d < 2 {
         return [x, y, nu * shape.cell[k] * shape.slope[k], nu * shape.cell[k] * shape.slope[k + 1]];
     }
@@ -374,9 +378,8 @@ fn laplacian_weights(shape: &Shape, nu: f64, d: usize, k: usize) -> [f64; 4] {
     [x, y, nu * shape.face[k] * shape.cell[under], nu * shape.face[k] * shape.cell[k]]
 }
 
-/// out = Σ weight (neighbour − u) + body.
+/// out = Σ weight (neighbour − u).
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "only arguments tell that the results overlap nothing")]
 fn laplacian(
     [x, y, lower, upper]: [f64; 4],
     low: &[f64],
@@ -384,17 +387,15 @@ fn laplacian(
     high: &[f64],
     at: usize,
     row: usize,
-    body: f64,
     out: &mut [f64],
 ) {
     let n = out.len();
-    let [left, right] = [at - 1, at + 1].map(|at| &mid[at..][..n]);
-    let [under, over] = [at - row, at + row].map(|at| &mid[at..][..n]);
-    let [low, mid, high] = [low, mid, high].map(|plane| &plane[at..][..n]);
+    let (left, right) = (&mid[at - 1..][..n], &mid[at + 1..][..n]);
+    let (under, over) = (&mid[at - row..][..n], &mid[at + row..][..n]);
+    let (low, mid, high) = (&low[at..][..n], &mid[at..][..n], &high[at..][..n]);
     for i in 0..n {
         let m = mid[i];
-        out[i] = body
-            + x * ((left[i] - m) + (right[i] - m))
+        out[i] = x * ((left[i] - m) + (right[i] - m))
             + y * ((under[i] - m) + (over[i] - m))
             + (lower * (low[i] - m) + upper * (high[i] - m));
     }

@@ -29,19 +29,20 @@ impl Kernel for CorrectPlane<'_> {
             subtract_slope(weight * shape.inverse[1], &phi[under..][..n], here, &mut v[at..][..n]);
             subtract_slope(weight * shape.slope[k], &low[at..][..n], here, &mut w[at..][..n]);
             if let Some(p) = &mut pressure {
-                for (p, phi) in p[at..][..n].iter_mut().zip(here) {
-                    *p += phi;
-                }
+                add(here, &mut p[at..][..n]);
             }
-            for (d, u) in [&mut *u, v, w].into_iter().enumerate() {
-                fill_ends(shape, d, u, j..j + 1);
-            }
+            fill_ends(shape, 0, u, j..j + 1);
+            fill_ends(shape, 1, v, j..j + 1);
+            fill_ends(shape, 2, w, j..j + 1);
             if let Some(p) = &mut pressure {
                 fill_ends(shape, 3, p, j..j + 1);
             }
         }
-        for (d, u) in [u, v, w].into_iter().chain(pressure).enumerate() {
-            fill_sides(shape, d, u);
+        fill_sides(shape, 0, u);
+        fill_sides(shape, 1, v);
+        fill_sides(shape, 2, w);
+        if let Some(p) = pressure {
+            fill_sides(shape, 3, p);
         }
     }
 }
@@ -64,7 +65,7 @@ impl Kernel for DivergencePlane<'_> {
     fn run<S: Simd>(self, _: S) {
         let Self { shape, k, inverse, velocity: [u, v, w], above, out, mut pressure } = self;
         let n = shape.n[0];
-        let [x, y, z] = [shape.inverse[0], shape.inverse[1], shape.cell[k]].map(|r| inverse * r);
+        let (x, y, z) = (inverse * shape.inverse[0], inverse * shape.inverse[1], inverse * shape.cell[k]);
         let rows = shape.n[1] as isize;
         if shape.periodic(1) {
             let (first, last) = (shape.at(0), shape.at(rows));
@@ -78,10 +79,16 @@ impl Kernel for DivergencePlane<'_> {
             let row = &mut out[at..][..shape.wide];
             row[n..].fill(0.0);
             let row = &mut row[..n];
-            let u = [&u[at..][..n], &u[at + 1..][..n]];
-            let v = [&v[at..][..n], &v[over..][..n]];
-            let w = [&w[at..][..n], &above[at..][..n]];
-            divergence([x, y, z], u, v, w, row);
+            divergence(
+                [x, y, z],
+                &u[at..][..n],
+                &u[at + 1..][..n],
+                &v[at..][..n],
+                &v[over..][..n],
+                &w[at..][..n],
+                &above[at..][..n],
+                row,
+            );
             if let Some((p, correction)) = &mut pressure {
                 let weight = *correction / inverse;
                 for (p, row) in p[at..][..n].iter_mut().zip(&*row) {
@@ -94,9 +101,19 @@ impl Kernel for DivergencePlane<'_> {
 
 /// Σ weight (high − low).
 #[inline(always)]
-fn divergence([x, y, z]: [f64; 3], u: [&[f64]; 2], v: [&[f64]; 2], w: [&[f64]; 2], out: &mut [f64]) {
+#[allow(clippy::too_many_arguments, reason = "only arguments tell that the result overlaps nothing")]
+fn divergence(
+    [x, y, z]: [f64; 3],
+    u: &[f64],
+    east: &[f64],
+    v: &[f64],
+    north: &[f64],
+    w: &[f64],
+    top: &[f64],
+    out: &mut [f64],
+) {
     let n = out.len();
-    let [[u, east], [v, north], [w, top]] = [u, v, w].map(|pair| pair.map(|x| &x[..n]));
+    let (u, east, v, north, w, top) = (&u[..n], &east[..n], &v[..n], &north[..n], &w[..n], &top[..n]);
     for i in 0..n {
         out[i] = (x * (east[i] - u[i]) + y * (north[i] - v[i])) + z * (top[i] - w[i]);
     }
@@ -119,10 +136,16 @@ impl Kernel for AddPlane<'_> {
         for j in 0..shape.n[1] {
             let at = shape.at(j as isize);
             let row = &mut velocity[at..][..n];
-            for (u, r) in row.iter_mut().zip(&increment[at..][..n]) {
-                *u += r;
-            }
+            add(&increment[at..][..n], row);
             super::momentum::hold_walls(shape, d, [j, k], row);
         }
+    }
+}
+
+/// u += x.
+#[inline(always)]
+fn add(x: &[f64], u: &mut [f64]) {
+    for (u, x) in u.iter_mut().zip(x) {
+        *u += x;
     }
 }

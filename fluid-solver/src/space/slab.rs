@@ -3,6 +3,7 @@
 use super::momentum::{Carry, Lines};
 use super::shape::Shape;
 use crate::helmholtz::space::{Memory, Space};
+use crate::lanes::Aligned;
 use std::ops::Range;
 
 /// The fields of a step. `work[0]` is φ; all three are the increments of implicit viscosity.
@@ -24,11 +25,11 @@ pub(super) struct Slab<'a> {
 /// What one thread needs for itself.
 pub(super) struct Private {
     /// Old velocity on the planes below and above the slab.
-    pub(super) below: [Vec<f64>; 3],
-    pub(super) above: [Vec<f64>; 3],
+    pub(super) below: [Aligned; 3],
+    pub(super) above: [Aligned; 3],
     /// φ and pressure on the plane below.
-    pub(super) phi: Vec<f64>,
-    pub(super) pressure: Vec<f64>,
+    pub(super) phi: Aligned,
+    pub(super) pressure: Aligned,
     pub(super) carry: Carry,
     pub(super) lines: Lines,
     /// For the transforms of the pressure and of each component with implicit viscosity.
@@ -38,7 +39,7 @@ pub(super) struct Private {
 
 impl Private {
     pub(super) fn new(shape: &Shape, pressure: &Space, viscous: &[Space]) -> Self {
-        let plane = || vec![0.0; shape.plane];
+        let plane = || Aligned::zeros(shape.plane);
         Self {
             below: std::array::from_fn(|_| plane()),
             above: std::array::from_fn(|_| plane()),

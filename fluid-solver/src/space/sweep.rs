@@ -33,6 +33,15 @@ impl Diverge {
     }
 }
 
+/// What is due on a plane before its momentum.
+#[derive(Clone, Copy)]
+pub(super) enum Before {
+    /// The velocity is the caller's: halos and wall faces.
+    Fill,
+    /// The projection of the stage before, φ times this weight; halos too.
+    Correct(f64),
+}
+
 impl Sweep<'_> {
     /// φ on the last plane of each slab, and from there to the slab above.
     fn hand_up(&self, fields: &mut Fields<'_>, privates: &mut [Private]) {
@@ -43,27 +52,62 @@ impl Sweep<'_> {
             // Above a wall nothing is needed: φ has no slope there.
             if range.start > 0 || shape.periodic(2) {
                 let from = if range.start > 0 { range.start } else { shape.n[2] } as isize;
-                private.phi.copy_from_slice(&phi[shape.planes(from - 1, from)]);
+                copy(&mut private.phi, &phi[shape.planes(from - 1, from)]);
             }
         });
     }
 
-    /// Corrects the first and the last plane of each slab, so that its neighbours can see them.
-    pub(super) fn open(&self, fields: &mut Fields<'_>, privates: &mut [Private], weight: f64) {
-        self.hand_up(fields, privates);
+    /// Prepares the first and the last plane of each slab, so that its neighbours can see them.
+    pub(super) fn open(&self, fields: &mut Fields<'_>, privates: &mut [Private], before: Before) {
+        if let Before::Correct(_) = before {
+            self.hand_up(fields, privates);
+        }
         fields.each(self.shape, privates, |slab| {
             let (first, last) = (slab.planes.start, slab.planes.end - 1);
-            if first < last {
-                self.back(slab, first);
-            }
-            self.correct(slab, first, weight);
-            if first + 1 < last {
-                self.back(slab, last - 1);
-            }
-            if first < last {
-                self.correct(slab, last, weight);
+            match before {
+                Before::Fill => {
+                    self.fill(slab, first);
+                    self.fill(slab, last);
+                }
+                Before::Correct(weight) => {
+                    if first < last {
+                        self.back(slab, first);
+                    }
+                    self.correct(slab, first, weight);
+                    if first + 1 < last {
+                        self.back(slab, last - 1);
+                    }
+                    if first < last {
+                        self.correct(slab, last, weight);
+                    }
+                }
             }
         });
+    }
+
+    /// Prepares plane `k`, which lies between the first and the last one of the slab.
+    fn prepare(&self, slab: &mut Slab<'_>, k: usize, before: Before) {
+        match before {
+            Before::Fill => self.fill(slab, k),
+            Before::Correct(weight) => {
+                if k + 2 < slab.planes.end {
+                    self.back(slab, k);
+                }
+                self.correct(slab, k, weight);
+            }
+        }
+    }
+
+    /// Halos and wall faces of the velocity on plane `k`.
+    fn fill(&self, slab: &mut Slab<'_>, k: usize) {
+        let at = self.place(slab, k);
+        for (d, u) in slab.fields.velocity.iter_mut().enumerate() {
+            let plane = &mut u[at.clone()];
+            if d == 2 && k == 0 && !self.shape.periodic(2) {
+                plane.fill(0.0);
+            }
+            fill_plane(self.shape, d, plane);
+        }
     }
 
     /// Copies the planes beside each slab.
@@ -81,41 +125,37 @@ impl Sweep<'_> {
                 if first {
                     beyond(shape, d, 0, &u[plane(range.start)], below);
                 } else {
-                    below.copy_from_slice(&u[plane(under)]);
+                    copy(below, &u[plane(under)]);
                 }
                 if last {
                     beyond(shape, d, 1, &u[plane(range.end - 1)], above);
                 } else {
-                    above.copy_from_slice(&u[plane(over)]);
+                    copy(above, &u[plane(over)]);
                 }
             }
             if carry {
                 let from = if first { range.start } else { under };
-                private.pressure.copy_from_slice(&fields.pressure[plane(from)]);
+                copy(&mut private.pressure, &fields.pressure[plane(from)]);
             }
         });
     }
 
-    /// Momentum, with the projection before where it was [`Sweep::open`]ed, and the divergence.
+    /// Momentum, with what is due before it ([`Sweep::open`] did it at the ends), and the divergence.
     pub(super) fn momentum(
         &self,
         fields: &mut Fields<'_>,
         privates: &mut [Private],
         factors: &Factors,
         force: Option<[&[f64]; 3]>,
-        correct: Option<f64>,
+        before: Before,
         diverge: Option<Diverge>,
     ) {
         fields.each(self.shape, privates, |slab| {
             let range = slab.planes.clone();
             self.prime(slab, factors);
             for k in range.clone() {
-                if let (Some(weight), true) = (correct, k + 2 < range.end) {
-                    let next = k + 1;
-                    if next + 2 < range.end {
-                        self.back(slab, next);
-                    }
-                    self.correct(slab, next, weight);
+                if k + 2 < range.end {
+                    self.prepare(slab, k + 1, before);
                 }
                 self.plane(slab, k, factors, force);
                 self.viscous.iter().enumerate().for_each(|(d, solver)| {
@@ -177,7 +217,7 @@ impl Sweep<'_> {
                 above.fill(0.0);
             } else {
                 let k = (range.end % shape.n[2]) as isize;
-                above.copy_from_slice(&w[shape.planes(k, k + 1)]);
+                copy(above, &w[shape.planes(k, k + 1)]);
             }
         });
         fields.each(shape, privates, |slab| self.divergence(slab, slab.planes.end - 1, diverge));
@@ -307,6 +347,11 @@ impl Sweep<'_> {
         });
         self.pressure.transform_plane(Direction::Forward, out, transforms);
     }
+}
+
+/// Copies a plane into private memory, which may be a little longer.
+fn copy(to: &mut [f64], plane: &[f64]) {
+    to[..plane.len()].copy_from_slice(plane);
 }
 
 /// Calls `task` for each thread's private memory, with the planes of its slab.
