@@ -1,6 +1,8 @@
 //! One sweep over the velocity: is it finite, how fast, how well is continuity met?
 
 use crate::grid::Grid;
+use crate::lanes::{Kernel, dispatch};
+use pulp::Simd;
 use rayon::prelude::*;
 
 /// What the sweep found.
@@ -38,23 +40,69 @@ impl Health {
     }
 
     fn of_row<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D], row: usize) -> Self {
-        let (start, n) = (grid.row(row), grid.cells[0]);
-        let at = [0, row % grid.cells[1], row / grid.cells[1]];
-        let mut health = Self::GOOD;
-        for i in 0..n {
-            let (mut rate, mut divergence, mut sum) = (0.0, 0.0, 0.0);
-            for (a, u) in velocity.iter().enumerate() {
-                let axis = &grid.axes[a];
-                let k = if a == 0 { i } else { at[a] };
-                let (low, high) = (u[start + i], u[start + i + grid.stride(a)]);
-                rate += low.abs().max(high.abs()) / axis.widths[k];
-                divergence += (axis.face_area[k + 1] * high - axis.face_area[k] * low) / axis.cell_volume[k];
-                sum += low + high;
-            }
-            health.rate = health.rate.max(rate);
-            health.divergence = health.divergence.max(divergence.abs());
-            health.finite &= sum.is_finite();
+        let mut worst = Worst { rate: [0.0; BLOCK], divergence: [0.0; BLOCK], sum: [0.0; BLOCK] };
+        for from in (0..grid.cells[0]).step_by(BLOCK) {
+            dispatch(Block { grid, velocity, row, from, worst: &mut worst });
         }
-        health
+        Self {
+            rate: worst.rate.into_iter().fold(0.0, f64::max),
+            divergence: worst.divergence.into_iter().fold(0.0, f64::max),
+            finite: worst.sum.iter().all(|x| x.is_finite()),
+        }
+    }
+}
+
+/// Cells looked at together.
+const BLOCK: usize = 64;
+
+/// The worst of a row so far, place by place within a block; `sum` is finite if everything is.
+struct Worst {
+    rate: [f64; BLOCK],
+    divergence: [f64; BLOCK],
+    sum: [f64; BLOCK],
+}
+
+/// The cells from `from` on of one row.
+struct Block<'a, const D: usize> {
+    grid: &'a Grid<D>,
+    velocity: &'a [Vec<f64>; D],
+    row: usize,
+    from: usize,
+    worst: &'a mut Worst,
+}
+
+impl<const D: usize> Kernel for Block<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Self { grid, velocity, row, from, worst } = self;
+        let len = BLOCK.min(grid.cells[0] - from);
+        let start = grid.row(row) + from;
+        let at = [0, row % grid.cells[1], row / grid.cells[1]];
+        let (mut rate, mut divergence) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for (a, u) in velocity.iter().enumerate() {
+            let (axis, k) = (&grid.axes[a], at[a]);
+            let (low, high) = (&u[start..][..len], &u[start + grid.stride(a)..][..len]);
+            if a == 0 {
+                let (area, next) = (&axis.face_area[from..][..len], &axis.face_area[from + 1..][..len]);
+                let (width, volume) = (&axis.widths[from..][..len], &axis.cell_volume[from..][..len]);
+                for i in 0..len {
+                    rate[i] += low[i].abs().max(high[i].abs()) / width[i];
+                    divergence[i] += (next[i] * high[i] - area[i] * low[i]) / volume[i];
+                    worst.sum[i] += 0.0 * (low[i] + high[i]);
+                }
+            } else {
+                let (area, next) = (axis.face_area[k], axis.face_area[k + 1]);
+                let (width, volume) = (axis.widths[k], axis.cell_volume[k]);
+                for i in 0..len {
+                    rate[i] += low[i].abs().max(high[i].abs()) / width;
+                    divergence[i] += (next * high[i] - area * low[i]) / volume;
+                    worst.sum[i] += 0.0 * (low[i] + high[i]);
+                }
+            }
+        }
+        for i in 0..len {
+            worst.rate[i] = worst.rate[i].max(rate[i]);
+            worst.divergence[i] = worst.divergence[i].max(divergence[i].abs());
+        }
     }
 }

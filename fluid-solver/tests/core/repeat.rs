@@ -86,9 +86,9 @@ fn run_in_space(grid: &Grid<3>, scheme: Scheme, viscous: Viscous, threads: usize
             Options { viscosity: 0.01, scheme, viscous, convection: true, body_force: [0.1, 0.2, 0.3] };
         let mut s = Stepper::new(grid.clone(), options);
         let mut force = grid.new_vector();
-        for d in 0..3 {
+        for (d, force) in force.iter_mut().enumerate() {
             Random(d as u64).fill(grid, d, &mut s.state_mut().velocity[d]);
-            Random(7 + d as u64).fill(grid, d, &mut force[d]);
+            Random(7 + d as u64).fill(grid, d, force);
         }
         s.project_velocity();
         (0..3).for_each(|_| s.step(1e-3, Some(&force)));
