@@ -46,8 +46,8 @@ impl Fluid {
         };
         let axes = scene.scene.domain.geometry.axes();
         let axis = |asked: &ObservedPlanes| axes.iter().position(|axis| *axis == asked.axis);
-        let planes = scene.scene.observe.planes;
-        let planes = planes.and_then(|asked| Some((asked, axis(&asked)?)));
+        let planes = scene.scene.observe.planes.clone();
+        let planes = planes.and_then(|asked| axis(&asked).map(|axis| (asked, axis)));
         Ok(Self { solver, scene: scene.sha256(), fields: folder.join("fields"), planes })
     }
 

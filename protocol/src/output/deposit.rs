@@ -97,10 +97,16 @@ impl Heap {
         Ok(angles.sum::<f64>() / slopes.len() as f64)
     }
 
-    /// Mean of the surface over the bins whose middle is nearer than `within`, m.
+    /// Mean of the surface over the bins whose middle is nearer than `within`, m. A side without any grain
+    /// is no part of the column: it stands against a wall.
     pub(super) fn mean_height(&self, within: f64) -> f64 {
+        let stands = |place: &usize| {
+            let side = if *place < self.left { 0..self.left } else { self.left..self.top.len() };
+            self.top[side].iter().any(|top| *top > 0.0)
+        };
         let inside: Vec<f64> = (0..self.top.len())
             .filter(|place| self.middle(*place).abs() < within)
+            .filter(stands)
             .map(|p| self.top[p])
             .collect();
         inside.iter().sum::<f64>() / inside.len().max(1) as f64

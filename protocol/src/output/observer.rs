@@ -84,7 +84,7 @@ impl Observer {
         metrics: Metrics,
         tally: Tally,
     ) -> Self {
-        let planes = scene.scene.observe.planes;
+        let planes = scene.scene.observe.planes.clone();
         Self { columns, series, metrics, tally, has_fluid: sides.loads, planes, folder: folder.clone() }
     }
 
@@ -133,6 +133,12 @@ impl Observer {
             let record = Record::read(&self.folder.fields(), asked, self.tally.simulated)?;
             if let Some(table) = record.table() {
                 super::atomic_write(&self.folder.planes(), table.as_bytes())?;
+            }
+            for t in &asked.at {
+                if let Some(sample) = record.nearest(*t) {
+                    let path = self.folder.fields().join(format!("at_{t}.csv"));
+                    super::atomic_write(&path, sample.to_string().as_bytes())?;
+                }
             }
             self.metrics.read_planes(record);
         }

@@ -164,6 +164,13 @@ impl Record {
         self.mean.as_ref().map(Planes::to_string)
     }
 
+    /// The sample nearest to time `t`, s, if the run came so far.
+    pub(super) fn nearest(&self, t: f64) -> Option<&Planes> {
+        let apart = |sample: &Planes| (sample.time - t).abs();
+        self.samples.last().filter(|last| last.time >= t)?;
+        self.samples.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
+    }
+
     /// A metric of the mean, or of the sample nearest to its time.
     pub(super) fn value(&self, kind: &MetricKind, grains: &Bed) -> Result<f64, String> {
         let mean = self.mean.as_ref().ok_or("the run ended before the mean of observe.planes begins");
@@ -171,15 +178,8 @@ impl Record {
             MetricKind::MeanFluidVelocity { component } => Ok(mean?.mean_velocity(0, component.component())),
             MetricKind::MeanGrainVelocity { component } => Ok(mean?.mean_velocity(1, component.component())),
             MetricKind::Shields { at, surface } => {
-                let nearest = |t: f64| {
-                    let apart = |sample: &Planes| (sample.time - t).abs();
-                    self.samples.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
-                };
                 let planes = match at {
-                    Some(t) if self.samples.last().is_some_and(|last| last.time >= *t) => {
-                        nearest(*t).ok_or("no sample was taken")?
-                    }
-                    Some(t) => return Err(format!("the run ended before t = {t} s")),
+                    Some(t) => self.nearest(*t).ok_or_else(|| format!("the run ended before t = {t} s"))?,
                     None => mean?,
                 };
                 let shear = planes.shear_at_surface(*surface);

@@ -43,7 +43,7 @@ pub struct Profile {
 }
 
 /// Planes of cells over which the fluid averages both phases.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObservedPlanes {
     /// Axis across the planes.
@@ -57,6 +57,9 @@ pub struct ObservedPlanes {
     /// End of the mean over time, s.
     #[serde(default = "super::grains::forever")]
     pub to: f64,
+    /// Times whose nearest samples are kept under their own names, s.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub at: Vec<f64>,
 }
 
 impl ObservedPlanes {

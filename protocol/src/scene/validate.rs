@@ -500,6 +500,7 @@ fn observed_planes(scene: &Scene, source: &SceneSource) -> Check {
     let Some(planes) = &scene.observe.planes else { return Ok(()) };
     positive(source, "observe.planes.every", planes.every)?;
     not_negative(source, "observe.planes.from", planes.from)?;
+    finite(source, "observe.planes.at", &planes.at)?;
     if planes.to.is_nan() || planes.to <= planes.from {
         return Err(source.error(
             "observe.planes.to",
