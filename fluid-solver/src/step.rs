@@ -8,6 +8,9 @@
 //! The pressure gradient is carried (van Kan 1986) and the last term makes it second order with
 //! implicit viscosity (Kim & Moin 1985; Brown, Cortez & Minion 2001). Solving for the increment
 //! keeps a steady state steady to round-off and makes every wall condition homogeneous.
+//!
+//! On two axes the stage goes term by term (`step/flat.rs`), in space plane by plane
+//! (`space/mod.rs`), where a pressure gradient that the projection undoes is left out.
 
 mod flat;
 
