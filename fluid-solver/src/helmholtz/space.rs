@@ -167,7 +167,7 @@ impl Space {
             self.pillars.solve(Solve { operator, lines, row: self.row, planes, memory: &mut memory.pillars });
         };
         let shares = parts.chunks_exact_mut(self.pillars.len()).zip(&mut self.memory).enumerate();
-        if parts_in_parallel(shares.len()) {
+        if shares.len() > 1 {
             parts
                 .par_chunks_exact_mut(self.pillars.len())
                 .zip(&mut self.memory)
@@ -183,10 +183,6 @@ impl Space {
 
 /// Values per thread below which a second thread costs more than it brings.
 const WORTH_A_SHARE: usize = 16_384;
-
-fn parts_in_parallel(shares: usize) -> bool {
-    shares > 1
-}
 
 /// The memory of a list of references, emptied, for references of another life.
 fn recycle<'a>(mut list: Vec<&mut [f64]>) -> Vec<&'a mut [f64]> {

@@ -7,5 +7,6 @@ mod order;
 mod radial;
 mod repeat;
 mod solve;
+mod space;
 mod transforms;
 mod walls;

@@ -1,8 +1,5 @@
 //! Same bits: whatever the number of threads, and after a restore.
 
-#[path = "space.rs"]
-mod space;
-
 use crate::common::{Random, SCHEMES, grid, pipe, stepper, uniform};
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
