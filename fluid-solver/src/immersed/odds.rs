@@ -140,7 +140,7 @@ impl Law {
         let inverse = self.thin * square / (lambda2 * sigma * sigma * across);
         let edge = self.shift * fourth / (square * square) * inverse;
         let exponent = edge - 2.0 * (distance - self.radius) * inverse.sqrt();
-        let odds = (self.rate * inverse + self.plain) * exp(exponent.max(-200.0).min(200.0));
+        let odds = (self.rate * inverse + self.plain) * exp(exponent.clamp(-200.0, 200.0));
         let odds = if odds < 1.0 / EDGE { 0.0 } else { odds };
         let full = square < self.solid || odds > EDGE;
         if full { SOLID } else { odds }

@@ -17,8 +17,11 @@ const BOX: &str = "until = 1.0
     loads = { virtual_mass = 0.0 }
     ";
 
+/// Position and velocity.
+type Placed = ([f64; 3], [f64; 3]);
+
 /// Grains of radius ¼ (8 cells across) in a box, at `position` with `velocity`, that nothing turns aside.
-fn run(faces: &str, grains: &[([f64; 3], [f64; 3])]) -> Run {
+fn run(faces: &str, grains: &[Placed]) -> Run {
     let mut scene = BOX.to_owned();
     for (position, velocity) in grains {
         scene += &format!(
@@ -44,7 +47,7 @@ const PERIODIC: &str = "x = \"periodic\"\ny = \"periodic\"\nz = \"periodic\"";
 #[test]
 fn loads_are_the_momentum_given_however_grains_share_cells() {
     let h = 0.25 * 3f64.sqrt();
-    let cases: [(&str, Vec<([f64; 3], [f64; 3])>); 5] = [
+    let cases: [(&str, Vec<Placed>); 5] = [
         ("one, across a face and an edge", vec![([0.03, 1.98, 1.0], [0.5, 0.25, -0.5])]),
         ("two that touch and part", vec![([0.75, 1.0, 1.0], [-0.5; 3]), ([1.25, 1.0, 1.0], [0.5, 0.0, 0.0])]),
         (
@@ -73,9 +76,9 @@ fn loads_are_the_momentum_given_however_grains_share_cells() {
         for step in 0..10 {
             let before = [0, 1, 2].map(|d| total(&run, d));
             run.windows(1);
-            for d in 0..3 {
+            for (d, before) in before.into_iter().enumerate() {
                 let given: f64 = run.newton.loads.iter().map(|load| -0.01 * load.force[d]).sum();
-                let found = total(&run, d) - before[d];
+                let found = total(&run, d) - before;
                 assert!(
                     (found - given).abs() < 1e-13,
                     "{name}, step {step}, axis {d}: {found:e}, given {given:e}"
