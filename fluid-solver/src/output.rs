@@ -5,7 +5,7 @@
 
 use crate::grid::{Geometry, Grid};
 use crate::immersed::body::laboratory;
-use crate::immersed::cover::{Cover, Nodes};
+use crate::immersed::sheet::{each_sheet, first};
 use crate::solver::Solver;
 use protocol::participant::{SolverError, Window};
 use std::fmt::Write as _;
@@ -150,17 +150,11 @@ fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
 
 fn solid<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
-    let nodes = Nodes::new(grid, D);
     let mut odds = grid.new_field();
-    let mut cover = Cover::default();
-    for (shape, motion) in solver.immersed().shapes().iter().zip(solver.motions()) {
-        cover.place(grid, &nodes, solver.kernel(), motion.centre, shape.radius);
-        for (span, row) in cover.rows() {
-            for (sum, q) in odds[span.start..].iter_mut().zip(row) {
-                *sum += q;
-            }
-        }
-    }
+    each_sheet(grid, solver.kernel(), solver.immersed().shapes(), solver.motions(), |k, sheet, _| {
+        let layer = &mut odds[first(grid, k)..];
+        layer.iter_mut().zip(sheet.totals()).for_each(|(sum, total)| *sum += total);
+    });
     let mut values = Vec::with_capacity(grid.cell_count());
     for_each_cell(grid, |_, index| values.push(odds[index] / (1.0 + odds[index])));
     Array { name: "solid", components: 1, values }

@@ -9,8 +9,8 @@
 
 use crate::grid::Grid;
 use crate::immersed::body::laboratory;
-use crate::immersed::cover::{Cover, Nodes};
 use crate::immersed::mask::{Kernel, Mask};
+use crate::immersed::sheet::{each_sheet, first};
 use crate::solver::Solver;
 use protocol::output::planes::{Plane, Planes};
 use protocol::participant::{SolverError, Window};
@@ -69,32 +69,31 @@ pub fn averages<const D: usize>(solver: &Solver<D>, axis: usize) -> Vec<Plane> {
 /// Adds what the grains fill and how it moves; returns the odds of the solid in every cell.
 fn add_grains<const D: usize>(solver: &Solver<D>, axis: usize, sums: &mut [Sums]) -> Vec<f64> {
     let grid = solver.grid();
-    let nodes = Nodes::new(grid, D);
     let kernel = Kernel { mask: Mask::Seed, ..*solver.kernel() };
-    let mut covers = vec![Cover::default(); solver.motions().len()];
     let mut odds = grid.new_field();
-    for ((cover, shape), motion) in covers.iter_mut().zip(solver.immersed().shapes()).zip(solver.motions()) {
-        cover.place(grid, &nodes, &kernel, motion.centre, shape.radius);
-        for (span, row) in cover.rows() {
-            odds[span.start..].iter_mut().zip(row).for_each(|(sum, q)| *sum += q);
-        }
-    }
-    for (cover, motion) in covers.iter().zip(solver.motions()) {
-        for (span, row) in cover.rows() {
-            let first = span.first;
-            for (k, q) in row.iter().enumerate() {
-                let x = grid.nodes(D, 0)[first + k];
-                let arm = [x + span.arm[0], span.arm[1], span.arm[2]];
-                let share =
-                    q / (1.0 + odds[span.start + k]) * grid.axes[0].cell_volume[first + k] * span.weight;
-                let place = if axis == 0 { first + k } else { span.across[axis - 1] };
-                sums[place].solid += share;
-                for c in 0..3 {
-                    sums[place].momentum[1][c] += share * motion.velocity_at(c, arm);
+    each_sheet(grid, &kernel, solver.immersed().shapes(), solver.motions(), |k, sheet, nodes| {
+        let layer = &mut odds[first(grid, k)..];
+        layer.iter_mut().zip(sheet.totals()).for_each(|(sum, total)| *sum += total);
+        for (part, spans, mut held) in sheet.parts() {
+            let motion = &solver.motions()[part.grain];
+            for span in spans {
+                let (row, rest) = held.split_at(span.count);
+                held = rest;
+                for (place, q) in row.iter().enumerate().filter(|(_, q)| **q > 0.0) {
+                    let i = span.first + place;
+                    let arm = [nodes.along(i) + span.shift, span.middle, part.arm];
+                    let share = q / (1.0 + sheet.totals()[span.at + place])
+                        * grid.axes[0].cell_volume[i]
+                        * span.weight;
+                    let plane = [i, span.row, k][if axis == D - 1 { 2 } else { axis }];
+                    sums[plane].solid += share;
+                    for c in 0..3 {
+                        sums[plane].momentum[1][c] += share * motion.velocity_at(c, arm);
+                    }
                 }
             }
         }
-    }
+    });
     odds
 }
 

@@ -125,15 +125,13 @@ impl<const D: usize> Solver<D> {
         let grid = self.stepper.grid().clone();
         build::set_initial(scene, &grid, self.stepper.state_mut());
         let sharp = Kernel { mask: Mask::Seed, ..self.kernel };
-        self.immersed.place(&grid, &sharp, &self.memory.motions);
-        self.immersed.impose_direct(&mut self.stepper.state_mut().velocity);
+        let velocity = &mut self.stepper.state_mut().velocity;
+        self.immersed.impose_direct(&grid, &sharp, &self.memory.motions, velocity);
         self.stepper.project_velocity();
         if self.choices.form == LoadsForm::F2 {
-            self.immersed.place(&grid, &self.kernel, &self.memory.motions);
             let velocity = &self.stepper.state().velocity;
-            let contents = self.immersed.contents(&grid, &self.memory.motions, velocity);
+            let contents = self.immersed.contents(&grid, &self.kernel, &self.memory.motions, velocity);
             self.memory.contents.copy_from_slice(contents);
-            self.immersed.clear();
         }
     }
 
@@ -179,11 +177,11 @@ impl<const D: usize> Solver<D> {
         for (predicted, motion) in self.predicted.iter_mut().zip(&self.memory.motions) {
             *predicted = motion.predicted(dt);
         }
-        self.measure_impulse(dt);
+        self.measure_impulse();
         self.seconds += work.seconds();
         self.exchange(window, exchange)?;
         let work = Work::begin();
-        self.impose_carried(dt);
+        self.impose_carried();
         self.seconds += work.seconds();
         Ok(health)
     }
@@ -198,13 +196,14 @@ impl<const D: usize> Solver<D> {
         let dt = window.dt;
         if self.choices.method == Forcing::Direct {
             self.stepper.advance_without_projection(dt, None);
-            self.measure_force(dt);
-            self.immersed.impose_direct(&mut self.stepper.state_mut().velocity);
+            self.measure_force();
+            let (grid, state) = self.stepper.parts_mut();
+            self.immersed.impose_direct(grid, &self.kernel, &self.memory.motions, &mut state.velocity);
             self.stepper.project();
         } else {
             self.stepper.step(dt, Some(&self.lambda));
-            self.measure_force(dt);
-            self.impose_placed(dt);
+            self.measure_force();
+            self.impose_carried();
         }
         let health = self.health(window)?;
         self.measure_interior(dt);
@@ -214,24 +213,24 @@ impl<const D: usize> Solver<D> {
     }
 
     /// G of every grain at its predicted place, as the force −G/dt (numerics §1, step 4).
-    fn measure_impulse(&mut self, dt: f64) {
+    fn measure_impulse(&mut self) {
         let Self { immersed, stepper, lambda, predicted, measured, memory, .. } = self;
         if measured.is_empty() {
             return;
         }
         let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
         let by_force = self.choices.form == LoadsForm::F5b;
-        immersed.place(grid, &self.kernel, predicted);
         let carried = by_force.then_some(&*lambda);
-        for (m, force) in measured.iter_mut().zip(immersed.forces(grid, predicted, dt, velocity, carried)) {
+        let forces = immersed.forces(grid, &self.kernel, predicted, velocity, carried);
+        for (m, force) in measured.iter_mut().zip(forces) {
             m.force = *force;
         }
         if self.choices.displaced_mass {
-            immersed.volumes(grid, predicted, &mut self.volumes);
+            immersed.volumes(grid, &self.kernel, predicted, &mut self.volumes);
         }
-        immersed.clear();
-        if !by_force {
-            for (m, held) in measured.iter_mut().zip(immersed.carried(grid, &memory.held, lambda)) {
+        if !by_force && memory.held_dt > 0.0 {
+            let before = Kernel { dt: memory.held_dt, ..self.kernel };
+            for (m, held) in measured.iter_mut().zip(immersed.carried(grid, &before, &memory.held, lambda)) {
                 for c in 0..3 {
                     m.force.force[c] += held.force[c];
                     m.force.torque[c] += held.torque[c];
@@ -245,13 +244,12 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// ∫ f dV of every grain where it is; leaves the grains placed.
-    fn measure_force(&mut self, dt: f64) {
+    /// ∫ f dV of every grain where it is.
+    fn measure_force(&mut self) {
         let Self { immersed, stepper, lambda, measured, memory, .. } = self;
         let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
         let carried = (self.choices.method == Forcing::Carried).then_some(&*lambda);
-        immersed.place(grid, &self.kernel, &memory.motions);
-        let forces = immersed.forces(grid, &memory.motions, dt, velocity, carried);
+        let forces = immersed.forces(grid, &self.kernel, &memory.motions, velocity, carried);
         for (grain, (m, force)) in measured.iter_mut().zip(forces).enumerate() {
             m.force = *force;
             m.acceleration = memory.acceleration(grain);
@@ -266,8 +264,7 @@ impl<const D: usize> Solver<D> {
         }
         let Self { immersed, stepper, measured, memory, .. } = self;
         let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
-        immersed.place(grid, &self.kernel, &memory.motions);
-        let contents = immersed.contents(grid, &memory.motions, velocity);
+        let contents = immersed.contents(grid, &self.kernel, &memory.motions, velocity);
         for ((m, now), before) in measured.iter_mut().zip(contents).zip(&mut memory.contents) {
             for c in 0..3 {
                 m.interior.force[c] = (now.force[c] - before.force[c]) / dt;
@@ -275,7 +272,6 @@ impl<const D: usize> Solver<D> {
             }
             *before = *now;
         }
-        immersed.clear();
     }
 
     /// Sends the loads and takes over the motion that comes back.
@@ -312,21 +308,17 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// Steps 1 and 2 of numerics §1 at the motion just received.
-    fn impose_carried(&mut self, dt: f64) {
+    /// Steps 1 and 2 of numerics §1 at the motion known now.
+    fn impose_carried(&mut self) {
         if self.memory.motions.is_empty() {
             return;
         }
-        self.immersed.place(self.stepper.grid(), &self.kernel, &self.memory.motions);
-        self.impose_placed(dt);
-    }
-
-    fn impose_placed(&mut self, dt: f64) {
+        let Self { immersed, stepper, lambda, memory, kernel, .. } = self;
         let imposed = if self.choices.form == LoadsForm::F5 { Imposed::ByVelocity } else { Imposed::ByForce };
-        let velocity = &mut self.stepper.state_mut().velocity;
-        self.immersed.impose_carried(imposed, dt, velocity, &mut self.lambda);
-        self.memory.held.copy_from_slice(&self.memory.motions);
-        self.memory.held_dt = dt;
+        let (grid, state) = stepper.parts_mut();
+        immersed.impose_carried(grid, kernel, &memory.motions, imposed, [&mut state.velocity, lambda]);
+        memory.held.copy_from_slice(&memory.motions);
+        memory.held_dt = kernel.dt;
     }
 
     /// Looks at the projected velocity.

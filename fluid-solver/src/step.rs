@@ -246,6 +246,11 @@ impl<const D: usize> Stepper<D> {
         &mut self.state
     }
 
+    /// The grid and the state, to be changed.
+    pub fn parts_mut(&mut self) -> (&Grid<D>, &mut State<D>) {
+        (&self.grid, &mut self.state)
+    }
+
     /// Puts a saved state back (same grid); a step that was begun is forgotten.
     pub fn restore(&mut self, state: &State<D>) {
         self.state.clone_from(state);

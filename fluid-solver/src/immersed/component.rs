@@ -5,18 +5,17 @@
 //! however the grains overlap.
 
 use super::body::{Motion, Shape, laboratory};
-use super::cover::{Cover, Nodes, Span};
+use super::layers::Layers;
 use super::mask::Kernel;
+use super::sheet::{Sheet, first, words};
 use crate::grid::Grid;
-use crate::lanes::{self, dispatch};
+use crate::lanes::{self, Lanes, ZERO, dispatch};
 use pulp::Simd;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Cells below which a second thread costs more than it brings.
-pub const WORTH_A_THREAD: usize = 16_384;
-
-/// Marks a cell that the present pass has already changed; sums of odds are never negative.
-pub const DONE: f64 = -1.0;
+const WORTH_A_THREAD: f64 = 16_384.0;
 
 /// ∫ f dV over one grain for one component, and its first moments ∫ f r dV (laboratory axes).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,216 +47,275 @@ impl<const N: usize> Point<N> {
     }
 }
 
+/// What is done to `N` fields where grains are, eight cells at a time.
+pub trait Rule<const N: usize>: Sync {
+    /// Changes cells with the given sums of odds, and of odds times velocity. Without odds a cell must stay
+    /// what it is, unless it held force before.
+    fn change(&self, odds: &Lanes, target: &Lanes, fields: [&mut Lanes; N]);
+}
+
+/// What a thread works with: it takes one layer after the other.
+#[derive(Clone, Debug, Default)]
+pub struct Bench {
+    sheet: Sheet,
+    /// Grains and their integrals over one layer, in the order of layers.
+    moments: Vec<(usize, Moments)>,
+}
+
 /// The grains at the nodes of one component.
 #[derive(Clone, Debug)]
 pub struct Component<const D: usize> {
-    nodes: Nodes<D>,
+    layers: Layers<D>,
     /// Laboratory component.
     lab: usize,
-    /// Where the grains are placed now.
-    covers: Vec<Cover>,
-    /// Where they were when the force was last imposed: its support.
-    held: Vec<Cover>,
-    odds: Vec<f64>,
-    target: Vec<f64>,
+    /// Eights of cells that may hold force, as in [`Sheet`].
+    held: Vec<u64>,
     /// Result of the last integral, one entry per grain.
     pub moments: Vec<Moments>,
+}
+
+/// Grains, the mask and the places in which they are taken.
+#[derive(Clone, Copy)]
+pub struct Placed<'a, const D: usize> {
+    /// The grid.
+    pub grid: &'a Grid<D>,
+    /// The mask.
+    pub kernel: &'a Kernel,
+    /// What never changes about the grains.
+    pub shapes: &'a [Shape],
+    /// Where they are and how they move.
+    pub motions: &'a [Motion],
 }
 
 impl<const D: usize> Component<D> {
     /// Room for `grains` grains at the nodes of component `d`.
     pub fn new(grid: &Grid<D>, d: usize, grains: usize) -> Self {
+        let rows = grid.stride(D - 1) / grid.stride(1) * grid.cells[D - 1];
         Self {
-            nodes: Nodes::new(grid, d),
-            lab: laboratory(grid.geometry, d.min(D - 1)),
-            covers: vec![Cover::default(); grains],
-            held: vec![Cover::default(); grains],
-            odds: if grains > 0 { grid.new_field() } else { Vec::new() },
-            target: if grains > 0 { grid.new_field() } else { Vec::new() },
+            layers: Layers::new(grid, d),
+            lab: laboratory(grid.geometry, d),
+            held: if grains > 0 { vec![0; rows * words(grid)] } else { Vec::new() },
             moments: vec![Moments::default(); grains],
         }
     }
 
-    /// Number of cells that the grains hold.
-    pub fn cells(&self) -> usize {
-        self.covers.iter().map(Cover::cells).sum()
+    /// Finds the layers of every grain.
+    fn place(&mut self, placed: Placed<'_, D>) {
+        self.layers.place(placed.grid, placed.kernel, placed.shapes, placed.motions);
     }
 
-    /// Finds the cells of every grain.
-    pub fn place(&mut self, grid: &Grid<D>, kernel: &Kernel, shapes: &[Shape], motions: &[Motion]) {
-        let nodes = &self.nodes;
-        let one = |(cover, (shape, motion)): (&mut Cover, (&Shape, &Motion))| {
-            cover.place(grid, nodes, kernel, motion.centre, shape.radius);
-        };
-        let known: usize = self.covers.iter().map(Cover::cells).sum();
-        if rayon::current_num_threads() > 1 && known > WORTH_A_THREAD {
-            self.covers.par_iter_mut().zip(shapes.par_iter().zip(motions)).for_each(one);
-        } else {
-            self.covers.iter_mut().zip(shapes.iter().zip(motions)).for_each(one);
+    /// Splits the layers among as many benches as there is work for; returns layers per bench.
+    fn split<'b>(&self, grid: &Grid<D>, benches: &'b mut Vec<Bench>) -> (&'b mut [Bench], usize) {
+        let threads = rayon::current_num_threads();
+        let wanted = if threads > 1 && self.layers.cells() > WORTH_A_THREAD { 4 * threads } else { 1 };
+        let layers = grid.cells[D - 1];
+        let share = layers.div_ceil(wanted);
+        let count = layers.div_ceil(share);
+        if benches.len() < count {
+            benches.resize_with(count, Bench::default);
         }
-    }
-
-    /// Exchanges the present places with those that hold the force.
-    pub fn swap(&mut self) {
-        std::mem::swap(&mut self.covers, &mut self.held);
-    }
-
-    /// Sums odds, and odds times velocity, over all grains.
-    pub fn gather(&mut self, grid: &Grid<D>, motions: &[Motion]) {
-        let along = grid.nodes(self.nodes_of(), 0);
-        dispatch(Gather { component: self, along, motions });
-    }
-
-    /// Forgets the sums.
-    pub fn clear(&mut self) {
-        for span in self.covers.iter().chain(&self.held).flat_map(Cover::spans) {
-            self.odds[span.cells()].fill(0.0);
-            self.target[span.cells()].fill(0.0);
-        }
-    }
-
-    /// Applies `rule` once to every cell of a grain, and where `old` says so to every cell that held force
-    /// before. The sums are used up.
-    pub fn change(&mut self, old: bool, rule: impl Rule) {
-        dispatch(Change { component: self, old, rule });
-        self.clear();
+        (&mut benches[..count], share)
     }
 
     /// `moments` ← ∫ `value` dV over every grain, in the fixed order of cells; it may depend on `fields`.
     pub fn integrate<const N: usize>(
         &mut self,
-        grid: &Grid<D>,
-        motions: &[Motion],
+        placed: Placed<'_, D>,
+        benches: &mut Vec<Bench>,
         fields: [&[f64]; N],
-        value: impl Fn(Point<N>) -> f64,
+        value: impl Fn(Point<N>) -> f64 + Sync,
     ) {
-        let d = self.nodes_of();
-        let (along, volumes) = (grid.nodes(d, 0), grid.volumes(d, 0));
-        dispatch(Integrate { component: self, along, volumes, motions, fields, value });
-    }
-
-    /// The `d` that [`Grid::nodes`] wants.
-    fn nodes_of(&self) -> usize {
-        self.nodes.component()
-    }
-}
-
-/// Rigid velocity along a row: value at arm 0 along axis 0, and slope along it.
-#[inline(always)]
-fn line(motion: &Motion, c: usize, span: &Span) -> (f64, f64) {
-    (motion.velocity_at(c, [0.0, span.arm[1], span.arm[2]]), motion.slope(c, 0))
-}
-
-/// [`Component::gather`].
-struct Gather<'a, const D: usize> {
-    component: &'a mut Component<D>,
-    along: &'a [f64],
-    motions: &'a [Motion],
-}
-
-impl<const D: usize> lanes::Kernel for Gather<'_, D> {
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
-        let Component { covers, odds: sums, target: targets, lab, .. } = self.component;
-        for (cover, motion) in covers.iter().zip(self.motions) {
-            for (span, odds) in cover.rows() {
-                let (base, slope) = line(motion, *lab, span);
-                let n = odds.len();
-                let (sums, targets) = (&mut sums[span.start..][..n], &mut targets[span.start..][..n]);
-                let along = &self.along[span.first..][..n];
-                for k in 0..n {
-                    sums[k] += odds[k];
-                    targets[k] += odds[k] * (base + slope * (along[k] + span.arm[0]));
-                }
+        self.place(placed);
+        let (benches, share) = self.split(placed.grid, benches);
+        let n = placed.grid.cells[D - 1];
+        let Self { layers, lab, moments, .. } = self;
+        let one = |(t, bench): (usize, &mut Bench)| {
+            let range = t * share..((t + 1) * share).min(n);
+            dispatch(Integrate { placed, layers, lab: *lab, range, bench, fields, value: &value });
+        };
+        if benches.len() > 1 {
+            benches.par_iter_mut().enumerate().for_each(one);
+        } else {
+            benches.iter_mut().enumerate().for_each(one);
+        }
+        moments.fill(Moments::default());
+        for (grain, part) in benches.iter().flat_map(|bench| &bench.moments) {
+            let moments = &mut moments[*grain];
+            moments.sum += part.sum;
+            for c in 0..3 {
+                moments.arm[c] += part.arm[c];
             }
         }
     }
-}
 
-/// What is done to the fields where grains are.
-pub trait Rule {
-    /// Changes the cells from place `start` on, unless their Σq is [`DONE`].
-    fn row(&mut self, start: usize, odds: &[f64], target: &[f64]);
-}
+    /// Applies `rule` once to every cell of a grain, and to every cell that may have held force before.
+    pub fn change<const N: usize>(
+        &mut self,
+        placed: Placed<'_, D>,
+        benches: &mut Vec<Bench>,
+        fields: [&mut [f64]; N],
+        rule: &impl Rule<N>,
+    ) {
+        if self.moments.is_empty() {
+            return;
+        }
+        self.place(placed);
+        let grid = placed.grid;
+        let (benches, share) = self.split(grid, benches);
+        let Self { layers, lab, held, .. } = self;
+        let n = grid.cells[D - 1];
+        let (begin, size) = (first(grid, 0), grid.stride(D - 1));
+        let marks = held.len() / n;
+        let mut fields = fields.map(|field| field[begin..begin + n * size].chunks_mut(share * size));
+        let parts =
+            benches.iter_mut().zip(held.chunks_mut(share * marks)).enumerate().map(|(t, (bench, held))| {
+                Change {
+                    placed,
+                    layers,
+                    lab: *lab,
+                    first: t * share,
+                    sheet: &mut bench.sheet,
+                    held,
+                    marks,
+                    fields: fields.each_mut().map(|chunks| chunks.next().expect("as many as benches")),
+                    rule,
+                }
+            });
+        if share < n {
+            parts.par_bridge().for_each(|part| dispatch(part));
+        } else {
+            parts.for_each(|part| dispatch(part));
+        }
+    }
 
-/// [`Component::change`].
-struct Change<'a, R, const D: usize> {
-    component: &'a mut Component<D>,
-    old: bool,
-    rule: R,
-}
-
-impl<R: Rule, const D: usize> lanes::Kernel for Change<'_, R, D> {
-    #[inline(always)]
-    fn run<S: Simd>(mut self, _: S) {
-        let Component { covers, held, odds, target, .. } = self.component;
-        let held: &[Cover] = if self.old { held } else { &[] };
-        for span in covers.iter().chain(held).flat_map(Cover::spans) {
-            let odds = &mut odds[span.cells()];
-            self.rule.row(span.start, odds, &target[span.cells()]);
-            odds.fill(DONE);
+    /// Declares the cells of the grains to be those that may hold force (after a restore).
+    pub fn hold(&mut self, placed: Placed<'_, D>) {
+        self.place(placed);
+        let mut sheet = Sheet::default();
+        let layers = placed.grid.cells[D - 1];
+        let marks = self.held.len() / layers;
+        for (k, held) in self.held.chunks_mut(marks.max(1)).enumerate() {
+            sheet.fill(placed.grid, &self.layers, None, k);
+            held.copy_from_slice(&sheet.marks[..marks]);
+            sheet.clear();
         }
     }
 }
 
-/// Cells of a row that are summed together.
-const PIECE: usize = 64;
-
-/// [`Component::integrate`].
+/// [`Component::integrate`] over some layers.
 struct Integrate<'a, F, const N: usize, const D: usize> {
-    component: &'a mut Component<D>,
-    along: &'a [f64],
-    volumes: &'a [f64],
-    motions: &'a [Motion],
+    placed: Placed<'a, D>,
+    layers: &'a Layers<D>,
+    lab: usize,
+    range: Range<usize>,
+    bench: &'a mut Bench,
     fields: [&'a [f64]; N],
-    value: F,
+    value: &'a F,
 }
 
 impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for Integrate<'_, F, N, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let Component { covers, odds: totals, moments, lab, .. } = self.component;
-        let (mut values, mut arms) = ([0.0; PIECE], [0.0; PIECE]);
-        for ((cover, motion), moments) in covers.iter().zip(self.motions).zip(moments) {
-            *moments = Moments::default();
-            for (span, odds) in cover.rows() {
-                let (base, slope) = line(motion, *lab, span);
-                for (piece, odds) in odds.chunks(PIECE).enumerate() {
-                    let (n, first) = (odds.len(), piece * PIECE);
-                    let along = &self.along[span.first + first..][..n];
-                    let volumes = &self.volumes[span.first + first..][..n];
-                    let totals = &totals[span.start + first..][..n];
-                    let fields = self.fields.map(|field| &field[span.start + first..][..n]);
-                    for k in 0..n {
-                        let r = along[k] + span.arm[0];
-                        let fields = std::array::from_fn(|f| fields[f][k]);
-                        let point =
-                            Point { fields, odds: odds[k], total: totals[k], solid: base + slope * r };
-                        values[k] = (self.value)(point) * volumes[k];
-                        arms[k] = values[k] * r;
-                    }
-                    let (sum, arm) = (sum(&mut values, n), sum(&mut arms, n));
-                    moments.sum += span.weight * sum;
-                    moments.arm[0] += span.weight * arm;
-                    for c in 1..3 {
-                        moments.arm[c] += span.weight * span.arm[c] * sum;
+        let Placed { grid, kernel, motions, .. } = self.placed;
+        let Bench { sheet, moments } = self.bench;
+        let row = &self.layers.nodes.row;
+        moments.clear();
+        for k in self.range {
+            sheet.fill(grid, self.layers, Some(kernel), k);
+            sheet.gather();
+            let begin = first(grid, k);
+            let fields = self.fields.map(|field| &field[begin..][..grid.stride(D - 1)]);
+            for (part, spans, odds) in sheet.parts() {
+                let motion = &motions[part.grain];
+                let mut sums = [ZERO; 3];
+                let mut rest = odds.as_chunks::<8>().0;
+                for span in spans {
+                    let [base, slope] = span.velocity(motion, self.lab, part.arm);
+                    let (mine, after) = rest.split_at(span.count / 8);
+                    rest = after;
+                    for (b, odds) in mine.iter().enumerate() {
+                        let (at, x) = (span.at + 8 * b, span.first + 8 * b);
+                        let (x, volume) = (eight(&row.at, x), eight(&row.volume, x));
+                        let totals = eight(&sheet.totals, at);
+                        let fields = fields.map(|field| eight(field, at));
+                        for l in 0..8 {
+                            let point = Point {
+                                fields: std::array::from_fn(|f| fields[f][l]),
+                                odds: odds[l],
+                                total: totals[l],
+                                solid: base + slope * x[l],
+                            };
+                            let value = (self.value)(point) * volume[l] * span.weight;
+                            sums[0][l] += value;
+                            sums[1][l] += value * (x[l] + span.shift);
+                            sums[2][l] += value * span.middle;
+                        }
                     }
                 }
+                let [sum, along, middle] = sums.map(total);
+                moments.push((part.grain, Moments { sum, arm: [along, middle, sum * part.arm] }));
             }
+            sheet.clear();
         }
     }
 }
 
-/// Sum of the first `n` of `values`, eight by eight; those up to the next eight are lost.
+/// Eight values from place `at` on.
 #[inline(always)]
-fn sum(values: &mut [f64; PIECE], n: usize) -> f64 {
-    let whole = n.next_multiple_of(8);
-    values[n..whole].fill(0.0);
-    let mut sums = [0.0; 8];
-    for eight in values[..whole].as_chunks::<8>().0 {
-        for l in 0..8 {
-            sums[l] += eight[l];
+fn eight(values: &[f64], at: usize) -> &Lanes {
+    values[at..].first_chunk().expect("rows are whole vectors")
+}
+
+/// Sum of eight values.
+#[inline(always)]
+fn total(v: Lanes) -> f64 {
+    ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]))
+}
+
+/// [`Component::change`] in some layers.
+struct Change<'a, R, const N: usize, const D: usize> {
+    placed: Placed<'a, D>,
+    layers: &'a Layers<D>,
+    lab: usize,
+    /// First of its layers.
+    first: usize,
+    sheet: &'a mut Sheet,
+    held: &'a mut [u64],
+    /// Words of `held` per layer.
+    marks: usize,
+    fields: [&'a mut [f64]; N],
+    rule: &'a R,
+}
+
+impl<R: Rule<N>, const N: usize, const D: usize> lanes::Kernel for Change<'_, R, N, D> {
+    #[inline(always)]
+    fn run<S: Simd>(mut self, _: S) {
+        let Placed { grid, kernel, motions, .. } = self.placed;
+        let (words, stride, size) = (words(grid), grid.stride(1), grid.stride(D - 1));
+        for (k, held) in self.held.chunks_mut(self.marks).enumerate() {
+            let sheet = &mut *self.sheet;
+            sheet.fill(grid, self.layers, Some(kernel), self.first + k);
+            sheet.gather_velocity(&self.layers.nodes.row.at, self.lab, motions);
+            for (word, (held, mark)) in held.iter_mut().zip(&sheet.marks).enumerate() {
+                let mut bits = *held | mark;
+                *held = *mark;
+                let place = word / words * stride + word % words * 512;
+                while bits != 0 {
+                    let at = place + 8 * bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
+                    let target = std::mem::replace(eight_mut(&mut sheet.targets, at), ZERO);
+                    let odds = std::mem::replace(eight_mut(&mut sheet.totals, at), ZERO);
+                    let fields = self.fields.each_mut().map(|field| eight_mut(&mut field[k * size..], at));
+                    self.rule.change(&odds, &target, fields);
+                }
+            }
+            sheet.marks.fill(0);
         }
     }
-    ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
+}
+
+/// Eight values from place `at` on, to be changed.
+#[inline(always)]
+fn eight_mut(values: &mut [f64], at: usize) -> &mut Lanes {
+    values[at..].first_chunk_mut().expect("rows are whole vectors")
 }

@@ -1,23 +1,16 @@
 //! Direct forcing (Izard et al. 2014, eq. 7): `f = α (U − V) / dt`, `u = V + dt f`.
 
-use super::component::{Component, DONE, Rule};
+use super::component::Rule;
+use crate::lanes::Lanes;
 
-/// Imposes the grains' motion on the predicted velocity `u`. The sums must have been gathered.
-pub fn impose<const D: usize>(component: &mut Component<D>, u: &mut [f64]) {
-    component.change(false, Pull { u });
-}
+/// Imposes the grains' motion on the predicted velocity.
+pub(super) struct Pull;
 
-/// The rule of [`impose`].
-struct Pull<'a> {
-    u: &'a mut [f64],
-}
-
-impl Rule for Pull<'_> {
+impl Rule<1> for Pull {
     #[inline(always)]
-    fn row(&mut self, start: usize, odds: &[f64], target: &[f64]) {
-        for ((u, odds), target) in self.u[start..].iter_mut().zip(odds).zip(target) {
-            let pull = (target - odds * *u) / (1.0 + odds.abs());
-            *u += if *odds == DONE { 0.0 } else { pull };
+    fn change(&self, odds: &Lanes, target: &Lanes, [u]: [&mut Lanes; 1]) {
+        for l in 0..8 {
+            u[l] += (target[l] - odds[l] * u[l]) / (1.0 + odds[l]);
         }
     }
 }

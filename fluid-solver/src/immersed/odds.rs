@@ -2,46 +2,46 @@
 //!
 //! Rows of cells are gathered as four sums over the axes, `r` being the arm from the grain's centre,
 //! ```text
-//! Σ r_a²,   Σ |r_a|,   Σ r_a² Δx_a²,   Σ r_a⁴ Δx_a²
+//! s = Σ r_a²,   L = Σ |r_a|,   A = Σ r_a² Δx_a²,   F = Σ r_a⁴ Δx_a²
 //! ```
-//! from which distance, thickness and the mask follow, 512 cells at a time.
+//! from which, with λ = L/s^½ and P = σ s, distance, thickness and the mask follow:
+//! ```text
+//! 1/w = s² / (2^½ f L P A^½),   Σ n_a⁴ Δx_a² = F/s²
+//! ```
 
 use super::mask::{EDGE, Kernel, Mask, SOLID};
+use super::nodes::Row;
+use super::sheet::Span;
 use super::volume_fraction::{SIGMA, SIGMA_SLOPE};
-use crate::lanes::{self, dispatch};
-use pulp::Simd;
-use std::f64::consts::{LN_2, LOG2_E};
-
-/// Cells that are treated together.
-const BATCH: usize = 512;
+use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
+use std::ops::Range;
 
 /// Sums over the axes of one cell.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sums {
     /// Σ r_a², m².
-    pub(super) square: f64,
+    square: f64,
     /// Σ |r_a|, m.
-    pub(super) size: f64,
+    size: f64,
     /// Σ r_a² Δx_a², m⁴.
-    pub(super) across: f64,
+    across: f64,
     /// Σ r_a⁴ Δx_a², m⁶.
-    pub(super) fourth: f64,
+    fourth: f64,
 }
 
 /// Cells of one grain that wait for their odds.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Batch {
-    square: [f64; BATCH],
-    size: [f64; BATCH],
-    across: [f64; BATCH],
-    fourth: [f64; BATCH],
-    len: usize,
-    law: Law,
+    square: Vec<f64>,
+    size: Vec<f64>,
+    across: Vec<f64>,
+    fourth: Vec<f64>,
 }
 
 /// What is the same for all cells of a grain.
 #[derive(Clone, Copy)]
 struct Law {
-    /// 1/(2 f²): 1/w² = this Σr²·Σr² / (λ²σ² Σ r²Δx²) with λ from Σ|r|.
+    /// 1/(2^½ f).
     thin: f64,
     /// q = (this / w²) e^{…}; zero for the seed's mask.
     rate: f64,
@@ -54,69 +54,64 @@ struct Law {
     solid: f64,
 }
 
-impl Batch {
-    /// For a grain of radius `radius` that is solid within `inner` (m).
-    pub(super) fn new(kernel: &Kernel, radius: f64, inner: f64) -> Self {
-        let (rate, shift, plain) = match kernel.mask {
-            Mask::Seed => (0.0, 0.0, 1.0),
-            Mask::ParameterFree => {
-                let [rate, shift] = kernel.rate_and_shift();
-                (rate, shift, 0.0)
-            }
-        };
-        let thin = 0.5 / (kernel.width * kernel.width);
-        let law = Law { thin, rate, shift, plain, radius, solid: inner * inner };
-        let none = [0.0; BATCH];
-        Self { square: none, size: none, across: none, fourth: none, len: 0, law }
+impl Sums {
+    /// Adds what an arm `r` along an axis with spacing `h` brings.
+    #[inline(always)]
+    pub(super) fn add(&mut self, r: f64, h: f64) {
+        let (r2, h2) = (r * r, h * h);
+        self.square += r2;
+        self.size += r.abs();
+        self.across += r2 * h2;
+        self.fourth += r2 * r2 * h2;
     }
+}
 
-    /// Adds a row of cells at the arms `x` + `shift` along axis 0, of widths `widths`; `rest` are the
-    /// sums over the other axes. Odds that are known go to `out`.
-    pub(super) fn row(&mut self, x: &[f64], widths: &[f64], shift: f64, rest: &Sums, out: &mut Vec<f64>) {
-        for (x, widths) in x.chunks(BATCH).zip(widths.chunks(BATCH)) {
-            if self.len + x.len() > BATCH {
-                self.flush(out);
-            }
-            let place = self.len..self.len + x.len();
-            let (square, size) = (&mut self.square[place.clone()], &mut self.size[place.clone()]);
-            let (across, fourth) = (&mut self.across[place.clone()], &mut self.fourth[place.clone()]);
-            for k in 0..x.len() {
-                let r = x[k] + shift;
+impl Batch {
+    /// Adds the places of `span`, of which the grain holds `cells`; `rest` are the sums over the other axes,
+    /// `away` is a squared distance at which nothing is felt, m².
+    #[inline(always)]
+    pub(super) fn row(&mut self, row: &Row, span: &Span, cells: Range<usize>, rest: &Sums, away: f64) {
+        let begin = self.square.len();
+        let end = begin + span.count;
+        self.square.resize(end, 0.0);
+        self.size.resize(end, 0.0);
+        self.across.resize(end, 0.0);
+        self.fourth.resize(end, 0.0);
+        let x = row.at[span.first..][..span.count].as_chunks::<8>().0;
+        let h = row.spacing[span.first..][..span.count].as_chunks::<8>().0;
+        let square = self.square[begin..].as_chunks_mut::<8>().0;
+        let size = self.size[begin..].as_chunks_mut::<8>().0;
+        let across = self.across[begin..].as_chunks_mut::<8>().0;
+        let fourth = self.fourth[begin..].as_chunks_mut::<8>().0;
+        for b in 0..x.len() {
+            for l in 0..8 {
+                let r = x[b][l] + span.shift;
                 // at the centre itself any direction is as good as another
-                let r = if rest.square + r * r == 0.0 { 1e-6 * widths[k] } else { r };
-                let (r2, w2) = (r * r, widths[k] * widths[k]);
-                square[k] = rest.square + r2;
-                size[k] = rest.size + r.abs();
-                across[k] = rest.across + r2 * w2;
-                fourth[k] = rest.fourth + r2 * r2 * w2;
+                let r = if rest.square + r * r == 0.0 { 1e-6 * h[b][l] } else { r };
+                let (r2, h2) = (r * r, h[b][l] * h[b][l]);
+                square[b][l] = rest.square + r2;
+                size[b][l] = rest.size + r.abs();
+                across[b][l] = rest.across + r2 * h2;
+                fourth[b][l] = rest.fourth + r2 * r2 * h2;
             }
-            self.len = place.end;
+        }
+        let (before, after) = (cells.start - span.first, cells.end - span.first);
+        for place in (0..before).chain(after..span.count) {
+            self.square[begin + place] = away;
         }
     }
 
-    /// Appends the odds of all cells that wait to `out`.
-    pub(super) fn flush(&mut self, out: &mut Vec<f64>) {
-        let first = out.len();
-        out.resize(first + self.len, 0.0);
-        dispatch(Odds { batch: self, out: &mut out[first..] });
-        self.len = 0;
-    }
-}
-
-/// The arithmetic of [`Batch::flush`].
-struct Odds<'a> {
-    batch: &'a mut Batch,
-    out: &'a mut [f64],
-}
-
-impl lanes::Kernel for Odds<'_> {
+    /// Appends the odds of all cells that wait to `out`, for a grain of radius `radius` that is solid within
+    /// `inner` (m).
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
-        let Batch { square, size, across, fourth, law, len } = self.batch;
-        // whole vectors: what lies beyond the end is computed and not kept
-        let n = len.next_multiple_of(16).min(BATCH);
-        evaluate(*law, &mut square[..n], &size[..n], &across[..n], &fourth[..n]);
-        self.out.copy_from_slice(&square[..*len]);
+    pub(super) fn flush(&mut self, kernel: &Kernel, radius: f64, inner: f64, out: &mut Vec<f64>) {
+        let first = out.len();
+        out.extend_from_slice(&self.square);
+        evaluate(Law::new(kernel, radius, inner), &mut out[first..], &self.size, &self.across, &self.fourth);
+        self.square.clear();
+        self.size.clear();
+        self.across.clear();
+        self.fourth.clear();
     }
 }
 
@@ -132,15 +127,30 @@ fn evaluate(law: Law, square: &mut [f64], size: &[f64], across: &[f64], fourth: 
 
 impl Law {
     #[inline(always)]
+    fn new(kernel: &Kernel, radius: f64, inner: f64) -> Self {
+        let (rate, shift, plain) = match kernel.mask {
+            Mask::Seed => (0.0, 0.0, 1.0),
+            Mask::ParameterFree => {
+                let [rate, shift] = kernel.rate_and_shift();
+                (rate, shift, 0.0)
+            }
+        };
+        let thin = FRAC_1_SQRT_2 / kernel.width;
+        Self { thin, rate, shift, plain, radius, solid: inner * inner }
+    }
+
+    #[inline(always)]
     fn odds(&self, square: f64, size: f64, across: f64, fourth: f64) -> f64 {
         let distance = square.sqrt();
-        let lambda2 = size * size / square;
-        let sigma = SIGMA - SIGMA_SLOPE * lambda2;
-        // 1/w², w² = 2 f² λ² σ² Σ n²Δx²
-        let inverse = self.thin * square / (lambda2 * sigma * sigma * across);
-        let edge = self.shift * fourth / (square * square) * inverse;
-        let exponent = edge - 2.0 * (distance - self.radius) * inverse.sqrt();
-        let odds = (self.rate * inverse + self.plain) * exp(exponent.clamp(-200.0, 200.0));
+        // P = σ s
+        let sigma = SIGMA * square - SIGMA_SLOPE * (size * size);
+        let common = self.thin / (size * sigma * across.sqrt());
+        // s/(…), so that 1/w = s · this and Σ n⁴Δx²/w² = F · this²
+        let part = square * common;
+        let inverse = square * part;
+        let edge = self.shift * fourth * (part * part);
+        let exponent = edge - 2.0 * (distance - self.radius) * inverse;
+        let odds = (self.rate * (inverse * inverse) + self.plain) * exp(exponent.clamp(-200.0, 200.0));
         let odds = if odds < 1.0 / EDGE { 0.0 } else { odds };
         let full = square < self.solid || odds > EDGE;
         if full { SOLID } else { odds }
@@ -174,38 +184,38 @@ mod tests {
         }
     }
 
-    /// Odds of rows of cells are those of the kernel, one by one, on a grid with unequal widths.
+    /// Odds of rows of cells are those of the kernel, one by one, on a grid with unequal widths; places that
+    /// the grain does not hold have none.
     #[test]
     fn odds_of_a_batch_are_those_of_the_kernel() {
         for mask in [Mask::ParameterFree, Mask::Seed] {
             let kernel = Kernel { mask, width: 0.5, viscosity: 1e-2, dt: 0.03 };
-            let (radius, inner) = (0.5, 0.2);
-            let spacing = |k: usize| 0.1 + 0.001 * (k % 7) as f64;
-            let x: Vec<f64> = (0..40).map(|k| -0.7 + 0.035 * k as f64).collect();
-            let widths: Vec<f64> = (0..40).map(spacing).collect();
-            let mut batch = Batch::new(&kernel, radius, inner);
-            let mut out = Vec::new();
+            let (radius, inner, outer) = (0.5, 0.2, 2.0);
+            let row = Row {
+                at: (0..40).map(|k| -0.7 + 0.035 * f64::from(k)).collect(),
+                spacing: (0..40).map(|k| 0.1 + 0.001 * f64::from(k % 7)).collect(),
+                volume: vec![1.0; 40],
+            };
+            let span = Span { at: 0, first: 0, row: 0, count: 40, weight: 1.0, shift: 0.01, middle: 0.0 };
+            let cells = 3..37;
+            let mut batch = Batch::default();
             let mut expected = Vec::new();
             for (y, z) in [(0.0, 0.0), (0.1, -0.2), (0.3, 0.35), (-0.55, 0.1), (0.6, 0.6)] {
-                let other = [0.11, 0.09];
-                let arms = [y, z];
-                let sum = |f: fn(f64, f64) -> f64| (0..2).map(|a| f(arms[a], other[a])).sum();
-                let rest = Sums {
-                    square: sum(|r, _| r * r),
-                    size: sum(|r, _| r.abs()),
-                    across: sum(|r, h| r * r * h * h),
-                    fourth: sum(|r, h| r.powi(4) * h * h),
-                };
-                batch.row(&x, &widths, 0.01, &rest, &mut out);
-                for (x, width) in x.iter().zip(&widths) {
+                let mut rest = Sums::default();
+                rest.add(y, 0.11);
+                rest.add(z, 0.09);
+                batch.row(&row, &span, cells.clone(), &rest, 1e3 * outer * outer);
+                for (k, (x, width)) in row.at.iter().zip(&row.spacing).enumerate() {
                     let r = [x + 0.01, y, z];
                     let distance = r.iter().map(|r| r * r).sum::<f64>().sqrt();
                     let n = r.map(|r| r / distance);
-                    let odds = kernel.odds(distance - radius, &n, &[*width, other[0], other[1]]);
-                    expected.push(if distance < inner { SOLID } else { odds });
+                    let odds = kernel.odds(distance - radius, &n, &[*width, 0.11, 0.09]);
+                    let odds = if distance < inner { SOLID } else { odds };
+                    expected.push(if cells.contains(&k) { odds } else { 0.0 });
                 }
             }
-            batch.flush(&mut out);
+            let mut out = Vec::new();
+            batch.flush(&kernel, radius, inner, &mut out);
             assert_eq!(out.len(), expected.len());
             for (k, (ours, exact)) in out.iter().zip(&expected).enumerate() {
                 assert!((ours - exact).abs() <= 1e-10 * exact, "{mask:?} {k}: {ours} against {exact}");
