@@ -85,7 +85,7 @@ fn add_grains<const D: usize>(solver: &Solver<D>, axis: usize, sums: &mut [Sums]
                     let share = q / (1.0 + sheet.totals()[span.at + place])
                         * grid.axes[0].cell_volume[i]
                         * span.weight;
-                    let plane = [i, span.row, k][if axis == D - 1 { 2 } else { axis }];
+                    let plane = [i, span.at / grid.stride(1), k][if axis == D - 1 { 2 } else { axis }];
                     sums[plane].solid += share;
                     for c in 0..3 {
                         sums[plane].momentum[1][c] += share * motion.velocity_at(c, arm);

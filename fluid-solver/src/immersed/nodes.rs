@@ -107,6 +107,7 @@ impl<const D: usize> Nodes<D> {
 
     /// Unwrapped indices along `axis` of the unknowns within `half` of `centre`. On a periodic axis
     /// they may lie outside `0..n`, but never hold a cell twice: the nearest image counts.
+    #[inline(always)]
     pub(super) fn range(&self, grid: &Grid<D>, axis: usize, centre: f64, half: f64) -> (isize, isize) {
         let nodes = grid.nodes(self.d, axis);
         let n = grid.cells[axis];
@@ -135,6 +136,7 @@ impl<const D: usize> Nodes<D> {
     }
 
     /// Index in the box and arm of unwrapped index `m` along `axis`, for a grain centred at `centre`.
+    #[inline(always)]
     pub(super) fn node(&self, grid: &Grid<D>, axis: usize, centre: f64, m: isize) -> Near {
         let nodes = grid.nodes(self.d, axis);
         let n = grid.cells[axis] as isize;

@@ -11,7 +11,7 @@
 
 use super::mask::{EDGE, Kernel, Mask, SOLID};
 use super::nodes::Row;
-use super::sheet::Span;
+use super::sheet::Piece;
 use super::volume_fraction::{SIGMA, SIGMA_SLOPE};
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
 use std::ops::Range;
@@ -29,13 +29,23 @@ pub(super) struct Sums {
     fourth: f64,
 }
 
-/// Cells of one grain that wait for their odds.
+/// The share of axis 0 in the sums, at every place of a [`Piece`].
+#[derive(Clone, Debug, Default)]
+pub(super) struct Profile {
+    square: Vec<f64>,
+    size: Vec<f64>,
+    across: Vec<f64>,
+    fourth: Vec<f64>,
+}
+
+/// Cells of one grain in one layer that wait for their odds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Batch {
     square: Vec<f64>,
     size: Vec<f64>,
     across: Vec<f64>,
     fourth: Vec<f64>,
+    len: usize,
 }
 
 /// What is the same for all cells of a grain.
@@ -66,52 +76,61 @@ impl Sums {
     }
 }
 
-impl Batch {
-    /// Adds the places of `span`, of which the grain holds `cells`; `rest` are the sums over the other axes,
-    /// `away` is a squared distance at which nothing is felt, m².
+impl Profile {
+    /// For a grain that is not felt beyond `outer` (m).
     #[inline(always)]
-    pub(super) fn row(&mut self, row: &Row, span: &Span, cells: Range<usize>, rest: &Sums, away: f64) {
-        let begin = self.square.len();
-        let end = begin + span.count;
-        self.square.resize(end, 0.0);
-        self.size.resize(end, 0.0);
-        self.across.resize(end, 0.0);
-        self.fourth.resize(end, 0.0);
-        let x = row.at[span.first..][..span.count].as_chunks::<8>().0;
-        let h = row.spacing[span.first..][..span.count].as_chunks::<8>().0;
-        let square = self.square[begin..].as_chunks_mut::<8>().0;
-        let size = self.size[begin..].as_chunks_mut::<8>().0;
-        let across = self.across[begin..].as_chunks_mut::<8>().0;
-        let fourth = self.fourth[begin..].as_chunks_mut::<8>().0;
-        for b in 0..x.len() {
-            for l in 0..8 {
-                let r = x[b][l] + span.shift;
-                // at the centre itself any direction is as good as another
-                let r = if rest.square + r * r == 0.0 { 1e-6 * h[b][l] } else { r };
-                let (r2, h2) = (r * r, h[b][l] * h[b][l]);
-                square[b][l] = rest.square + r2;
-                size[b][l] = rest.size + r.abs();
-                across[b][l] = rest.across + r2 * h2;
-                fourth[b][l] = rest.fourth + r2 * r2 * h2;
-            }
+    pub(super) fn set(&mut self, row: &Row, piece: &Piece, outer: f64) {
+        for values in [&mut self.square, &mut self.size, &mut self.across, &mut self.fourth] {
+            values.resize(piece.count, 0.0);
         }
-        let (before, after) = (cells.start - span.first, cells.end - span.first);
-        for place in (0..before).chain(after..span.count) {
-            self.square[begin + place] = away;
+        for k in 0..piece.count {
+            let place = piece.first + k;
+            let (arm, spacing) = (row.at[place] + piece.shift, row.spacing[place]);
+            let mut sums = Sums::default();
+            // at the centre itself any direction is as good as another
+            sums.add(if arm == 0.0 { 1e-6 * spacing } else { arm }, spacing);
+            // so far away from what the grain does not hold that nothing is felt there
+            let held = (piece.begin..piece.end).contains(&place);
+            self.square[k] = if held { sums.square } else { 1e3 * outer * outer };
+            (self.size[k], self.across[k], self.fourth[k]) = (sums.size, sums.across, sums.fourth);
         }
     }
+}
 
-    /// Appends the odds of all cells that wait to `out`, for a grain of radius `radius` that is solid within
+impl Batch {
+    /// Adds a row: the places `window` of the piece; `rest` are the sums over the other axes.
+    #[inline(always)]
+    pub(super) fn row(&mut self, profile: &Profile, window: Range<usize>, rest: &Sums) {
+        let (begin, end) = (self.len, self.len + window.len());
+        let part = [
+            (&mut self.square, &profile.square, rest.square),
+            (&mut self.size, &profile.size, rest.size),
+            (&mut self.across, &profile.across, rest.across),
+            (&mut self.fourth, &profile.fourth, rest.fourth),
+        ];
+        for (values, profile, rest) in part {
+            if values.len() < end {
+                values.resize(2 * end, 0.0);
+            }
+            let values = values[begin..end].as_chunks_mut::<8>().0;
+            for (values, profile) in values.iter_mut().zip(profile[window.clone()].as_chunks::<8>().0) {
+                for l in 0..8 {
+                    values[l] = rest + profile[l];
+                }
+            }
+        }
+        self.len = end;
+    }
+
+    /// Appends the odds of all places that wait to `out`, for a grain of radius `radius` that is solid within
     /// `inner` (m).
     #[inline(always)]
-    pub(super) fn flush(&mut self, kernel: &Kernel, radius: f64, inner: f64, out: &mut Vec<f64>) {
-        let first = out.len();
-        out.extend_from_slice(&self.square);
-        evaluate(Law::new(kernel, radius, inner), &mut out[first..], &self.size, &self.across, &self.fourth);
-        self.square.clear();
-        self.size.clear();
-        self.across.clear();
-        self.fourth.clear();
+    pub(super) fn evaluate(&mut self, kernel: &Kernel, radius: f64, inner: f64, out: &mut Vec<f64>) {
+        let (first, n) = (out.len(), self.len);
+        self.len = 0;
+        out.extend_from_slice(&self.square[..n]);
+        let law = Law::new(kernel, radius, inner);
+        evaluate(law, &mut out[first..], &self.size[..n], &self.across[..n], &self.fourth[..n]);
     }
 }
 
@@ -196,26 +215,26 @@ mod tests {
                 spacing: (0..40).map(|k| 0.1 + 0.001 * f64::from(k % 7)).collect(),
                 volume: vec![1.0; 40],
             };
-            let span = Span { at: 0, first: 0, row: 0, count: 40, weight: 1.0, shift: 0.01, middle: 0.0 };
-            let cells = 3..37;
-            let mut batch = Batch::default();
+            let piece = Piece { first: 0, count: 40, begin: 3, end: 37, shift: 0.01, arm: -0.69 };
+            let (mut profile, mut batch) = (Profile::default(), Batch::default());
+            profile.set(&row, &piece, outer);
             let mut expected = Vec::new();
             for (y, z) in [(0.0, 0.0), (0.1, -0.2), (0.3, 0.35), (-0.55, 0.1), (0.6, 0.6)] {
                 let mut rest = Sums::default();
                 rest.add(y, 0.11);
                 rest.add(z, 0.09);
-                batch.row(&row, &span, cells.clone(), &rest, 1e3 * outer * outer);
+                batch.row(&profile, 0..40, &rest);
                 for (k, (x, width)) in row.at.iter().zip(&row.spacing).enumerate() {
                     let r = [x + 0.01, y, z];
                     let distance = r.iter().map(|r| r * r).sum::<f64>().sqrt();
                     let n = r.map(|r| r / distance);
                     let odds = kernel.odds(distance - radius, &n, &[*width, 0.11, 0.09]);
                     let odds = if distance < inner { SOLID } else { odds };
-                    expected.push(if cells.contains(&k) { odds } else { 0.0 });
+                    expected.push(if (piece.begin..piece.end).contains(&k) { odds } else { 0.0 });
                 }
             }
             let mut out = Vec::new();
-            batch.flush(&kernel, radius, inner, &mut out);
+            batch.evaluate(&kernel, radius, inner, &mut out);
             assert_eq!(out.len(), expected.len());
             for (k, (ours, exact)) in out.iter().zip(&expected).enumerate() {
                 assert!((ours - exact).abs() <= 1e-10 * exact, "{mask:?} {k}: {ours} against {exact}");

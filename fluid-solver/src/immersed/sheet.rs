@@ -4,11 +4,14 @@
 //! nothing that is done with them changes anything.
 
 use super::body::{Motion, Shape};
-use super::layers::Layers;
+use super::layers::{Layers, Slice};
 use super::mask::Kernel;
 use super::nodes::Nodes;
-use super::odds::{Batch, Sums};
+use super::odds::{Batch, Profile, Sums};
 use crate::grid::Grid;
+use crate::lanes::{self, dispatch};
+use pulp::Simd;
+use std::ops::Range;
 
 /// Neighbouring places along axis 0 of which one grain holds some.
 #[derive(Clone, Copy, Debug)]
@@ -17,8 +20,6 @@ pub(crate) struct Span {
     pub(crate) at: usize,
     /// Index of the first along axis 0.
     pub(crate) first: usize,
-    /// Index of the row along axis 1 (in the plane: of the layer).
-    pub(crate) row: usize,
     /// Number of places, a multiple of eight.
     pub(crate) count: usize,
     /// Control volume of a cell over its factor along axis 0.
@@ -39,6 +40,31 @@ pub(crate) struct Part {
     spans: usize,
 }
 
+/// A run of places along axis 0 that a grain may hold in the rows of a layer. A periodic face cuts it in two.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Piece {
+    /// Index of the first place, and number of them, a multiple of eight.
+    pub(super) first: usize,
+    pub(super) count: usize,
+    /// Those among them that the grain holds.
+    pub(super) begin: usize,
+    pub(super) end: usize,
+    /// Arm along axis 0: this and the position of the node, m.
+    pub(super) shift: f64,
+    /// Arm of the first place, m.
+    pub(super) arm: f64,
+}
+
+/// What is the same for all places of a row.
+#[derive(Clone, Copy)]
+struct Row {
+    /// Index along axis 1 in space, else 0.
+    index: usize,
+    /// Arm along axis 1 in space, else 0, m.
+    arm: f64,
+    weight: f64,
+}
+
 /// A layer being worked on.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sheet {
@@ -46,6 +72,7 @@ pub(crate) struct Sheet {
     spans: Vec<Span>,
     odds: Vec<f64>,
     batch: Batch,
+    profiles: [Profile; PIECES],
     /// Sums of odds over all grains.
     pub(super) totals: Vec<f64>,
     /// Sums of odds times velocity.
@@ -83,86 +110,78 @@ impl Sheet {
             self.targets = vec![0.0; size];
             self.marks = vec![0; size / grid.stride(1) * words(grid)];
         }
-        let Layers { nodes, extents, .. } = layers;
-        for slice in layers.of(k) {
-            let extent = &extents[slice.grain];
-            let first = self.spans.len();
-            let chord = extent.outer * extent.outer - slice.arm * slice.arm;
-            if chord <= 0.0 {
-                continue;
-            }
-            if D == 2 {
-                self.row(grid, layers, slice.grain, chord, [(k, slice.arm); 2], kernel.is_some());
-            } else {
-                let (low, high) = nodes.range(grid, 1, extent.at[1], chord.sqrt());
-                for m in low..high {
-                    let near = nodes.node(grid, 1, extent.at[1], m);
-                    let chord = chord - near.arm * near.arm;
-                    let across = [(near.index, near.arm), (k, slice.arm)];
-                    self.row(grid, layers, slice.grain, chord, across, kernel.is_some());
-                }
-            }
-            if let Some(kernel) = kernel {
-                self.batch.flush(kernel, extent.radius, extent.inner, &mut self.odds);
-            }
-            let spans = self.spans.len() - first;
-            self.parts.push(Part { grain: slice.grain, arm: slice.arm, spans });
-        }
+        dispatch(Fill { sheet: self, grid, layers, kernel, k });
     }
 
-    /// Adds the cells of one row: `chord` is the squared half of it that the grain holds, `across` are index
-    /// and arm along the other axes.
-    fn row<const D: usize>(
+    /// Adds what the grain of `slice` holds of layer `k`.
+    #[inline(always)]
+    fn part<const D: usize>(
         &mut self,
         grid: &Grid<D>,
         layers: &Layers<D>,
-        grain: usize,
-        chord: f64,
-        across: [(usize, f64); 2],
-        odds: bool,
+        slice: &Slice,
+        kernel: Option<&Kernel>,
+        k: usize,
     ) {
+        let (nodes, extent) = (&layers.nodes, &layers.extents[slice.grain]);
+        let first = self.spans.len();
+        let chord = extent.outer * extent.outer - slice.arm * slice.arm;
         if chord <= 0.0 {
             return;
         }
-        let nodes = &layers.nodes;
-        let (centre, stride) = (layers.extents[grain].at[0], grid.stride(1));
-        let mut sums = Sums::default();
-        let mut weight = grid.turn();
-        for a in 1..D {
-            let (index, arm) = across[a - 1];
-            sums.add(arm, nodes.spacing[a][index]);
-            weight *= grid.volumes(nodes.component(), a)[index];
+        let pieces = Piece::of(grid, nodes, extent.at[0], chord.sqrt());
+        let pieces = &pieces[..pieces.iter().filter(|piece| piece.count > 0).count()];
+        for (piece, profile) in pieces.iter().zip(&mut self.profiles) {
+            profile.set(&nodes.row, piece, extent.outer);
         }
-        let away = 1e3 * layers.extents[grain].outer.powi(2);
-        let (low, high) = nodes.range(grid, 0, centre, chord.sqrt());
-        let n = grid.cells[0] as isize;
-        let mut m = low;
-        while m < high {
-            // A row that crosses a periodic face is cut there.
-            let end = if grid.periodic(0) { high.min((m.div_euclid(n) + 1) * n) } else { high };
-            let near = nodes.node(grid, 0, centre, m);
-            let cells = near.index..near.index + (end - m) as usize;
-            let count = cells.len().next_multiple_of(8);
-            let first = cells.start.min(stride - count);
-            let row = if D == 2 { 0 } else { across[0].0 };
-            let span = Span {
-                at: row * stride + first,
+        let mut sums = Sums::default();
+        sums.add(slice.arm, nodes.spacing[D - 1][k]);
+        let weight = grid.turn() * grid.volumes(nodes.component(), D - 1)[k];
+        if D == 2 {
+            self.row(grid, pieces, chord, sums, Row { index: 0, arm: 0.0, weight });
+        } else {
+            let (low, high) = nodes.range(grid, 1, extent.at[1], chord.sqrt());
+            for m in low..high {
+                let near = nodes.node(grid, 1, extent.at[1], m);
+                let chord = chord - near.arm * near.arm;
+                if chord <= 0.0 {
+                    continue;
+                }
+                let mut sums = sums;
+                sums.add(near.arm, nodes.spacing[1][near.index]);
+                let weight = weight * grid.volumes(nodes.component(), 1)[near.index];
+                self.row(grid, pieces, chord, sums, Row { index: near.index, arm: near.arm, weight });
+            }
+        }
+        if let Some(kernel) = kernel {
+            self.batch.evaluate(kernel, extent.radius, extent.inner, &mut self.odds);
+        }
+        self.parts.push(Part { grain: slice.grain, arm: slice.arm, spans: self.spans.len() - first });
+    }
+
+    /// Adds the places of one row of which the grain holds some, `chord` being its squared half.
+    #[inline(always)]
+    fn row<const D: usize>(&mut self, grid: &Grid<D>, pieces: &[Piece], chord: f64, sums: Sums, row: Row) {
+        let (stride, words) = (grid.stride(1), words(grid));
+        for (piece, profile) in pieces.iter().zip(&self.profiles) {
+            let window = piece.window(grid.axes[0].uniform_width, chord.sqrt());
+            if window.is_empty() {
+                continue;
+            }
+            let first = piece.first + window.start;
+            let (at, count) = (row.index * stride + first, window.len());
+            self.spans.push(Span {
+                at,
                 first,
-                row: across[0].0,
                 count,
-                weight,
-                shift: near.arm - nodes.row.at[near.index],
-                middle: if D == 2 { 0.0 } else { across[0].1 },
-            };
-            let word = row * words(grid);
-            for eight in cells.start / 8..=(cells.end - 1) / 8 {
-                self.marks[word + eight / 64] |= 1 << (eight % 64);
+                weight: row.weight,
+                shift: piece.shift,
+                middle: row.arm,
+            });
+            self.batch.row(profile, window, &sums);
+            for eight in first / 8..=(first + count - 1) / 8 {
+                self.marks[row.index * words + eight / 64] |= 1 << (eight % 64);
             }
-            self.spans.push(span);
-            if odds {
-                self.batch.row(&nodes.row, &span, cells, &sums, away);
-            }
-            m = end;
         }
     }
 
@@ -238,6 +257,24 @@ impl Sheet {
     }
 }
 
+/// [`Sheet::fill`].
+struct Fill<'a, const D: usize> {
+    sheet: &'a mut Sheet,
+    grid: &'a Grid<D>,
+    layers: &'a Layers<D>,
+    kernel: Option<&'a Kernel>,
+    k: usize,
+}
+
+impl<const D: usize> lanes::Kernel for Fill<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        for slice in self.layers.of(self.k) {
+            self.sheet.part(self.grid, self.layers, slice, self.kernel, self.k);
+        }
+    }
+}
+
 /// Calls `visit` with every layer of the cell centres in turn, the odds of all grains summed.
 pub(crate) fn each_sheet<const D: usize>(
     grid: &Grid<D>,
@@ -254,6 +291,51 @@ pub(crate) fn each_sheet<const D: usize>(
         sheet.gather();
         visit(k, &sheet, &layers.nodes);
         sheet.clear();
+    }
+}
+
+/// Pieces into which a periodic face may cut a row.
+const PIECES: usize = 2;
+
+impl Piece {
+    /// The pieces of a row within `half` of `centre`; those that are not needed have no places.
+    #[inline(always)]
+    fn of<const D: usize>(grid: &Grid<D>, nodes: &Nodes<D>, centre: f64, half: f64) -> [Self; PIECES] {
+        let (low, high) = nodes.range(grid, 0, centre, half);
+        let (n, stride) = (grid.cells[0] as isize, grid.stride(1));
+        let mut pieces = [Self::default(); PIECES];
+        let mut m = low;
+        for piece in &mut pieces {
+            if m >= high {
+                break;
+            }
+            let near = nodes.node(grid, 0, centre, m);
+            let cells = if grid.periodic(0) { (high - m).min(n - near.index as isize) } else { high - m };
+            let (begin, end) = (near.index, near.index + cells as usize);
+            let count = (end - begin).next_multiple_of(8);
+            let first = begin.min(stride - count);
+            let shift = near.arm - nodes.row.at[begin];
+            *piece = Self { first, count, begin, end, shift, arm: nodes.row.at[first] + shift };
+            m += cells;
+        }
+        pieces
+    }
+
+    /// The places, counted from the first, that a row of half chord `half` needs, in whole vectors; all of
+    /// them where the widths differ.
+    #[inline(always)]
+    fn window(&self, width: Option<f64>, half: f64) -> Range<usize> {
+        let Some(h) = width else { return 0..self.count };
+        let low = ((-half - self.arm) / h).ceil().max(0.0) as usize;
+        let high = ((half - self.arm) / h).floor();
+        let low = low.max(self.begin - self.first);
+        if high < low as f64 {
+            return 0..0;
+        }
+        let high = (high as usize).min(self.end - self.first - 1);
+        let count = (high + 1).saturating_sub(low).next_multiple_of(8);
+        let low = low.min(self.count - count);
+        low..low + count
     }
 }
 
