@@ -195,7 +195,7 @@ impl<const D: usize> Component<D> {
         let layers = placed.grid.cells[D - 1];
         let marks = self.held.len() / layers;
         for (k, held) in self.held.chunks_mut(marks.max(1)).enumerate() {
-            sheet.fill(placed.grid, &self.layers, None, k);
+            sheet.fill(placed.grid, &self.layers, placed.kernel, k);
             held.copy_from_slice(&sheet.marks[..marks]);
             sheet.clear();
         }
@@ -221,7 +221,7 @@ impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for I
         let row = &self.layers.nodes.row;
         moments.clear();
         for k in self.range {
-            sheet.fill(grid, self.layers, Some(kernel), k);
+            sheet.fill(grid, self.layers, kernel, k);
             sheet.gather();
             let begin = first(grid, k);
             let fields = self.fields.map(|field| &field[begin..][..grid.stride(D - 1)]);
@@ -294,7 +294,7 @@ impl<R: Rule<N>, const N: usize, const D: usize> lanes::Kernel for Change<'_, R,
         let (words, stride, size) = (words(grid), grid.stride(1), grid.stride(D - 1));
         for (k, held) in self.held.chunks_mut(self.marks).enumerate() {
             let sheet = &mut *self.sheet;
-            sheet.fill(grid, self.layers, Some(kernel), self.first + k);
+            sheet.fill(grid, self.layers, kernel, self.first + k);
             sheet.gather_velocity(&self.layers.nodes.row.at, self.lab, motions);
             for (word, (held, mark)) in held.iter_mut().zip(&sheet.marks).enumerate() {
                 let mut bits = *held | mark;

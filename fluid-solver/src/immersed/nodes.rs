@@ -12,6 +12,8 @@ pub struct Nodes<const D: usize> {
     pub(super) spacing: [Vec<f64>; D],
     /// Along axis 0, as long as a row of a field, so that whole vectors can be read at its end.
     pub(super) row: Row,
+    /// The cell width, if it is the same everywhere and along all axes.
+    pub(super) even: Option<f64>,
     least: f64,
     most: f64,
 }
@@ -65,7 +67,9 @@ impl<const D: usize> Nodes<D> {
             volume: padded(grid.volumes(d, 0)),
         };
         let most = grid.axes.iter().flat_map(|a| &a.widths).fold(0.0, |m: f64, &w| m.max(w));
-        Self { d, spacing, row, least: grid.smallest_width(), most }
+        let least = grid.smallest_width();
+        let even = (most - least < 1e-12 * most).then_some(most);
+        Self { d, spacing, row, even, least, most }
     }
 
     /// The `d` that was given to [`Nodes::new`].
@@ -143,7 +147,13 @@ impl<const D: usize> Nodes<D> {
         if !grid.periodic(axis) {
             return Near { index: m as usize, arm: nodes[m as usize] - centre };
         }
-        let turns = m.div_euclid(n);
+        // a division takes as long as all the rest
+        let turns = match m {
+            m if (0..n).contains(&m) => 0,
+            m if (-n..0).contains(&m) => -1,
+            m if (n..2 * n).contains(&m) => 1,
+            m => m.div_euclid(n),
+        };
         let index = (m - turns * n) as usize;
         Near { index, arm: nodes[index] + turns as f64 * grid.axes[axis].length() - centre }
     }

@@ -62,6 +62,8 @@ struct Law {
     radius: f64,
     /// Squared radius within which a cell is solid, m².
     solid: f64,
+    /// Cell width where it is the same along all axes, m.
+    even: f64,
 }
 
 impl Sums {
@@ -123,30 +125,42 @@ impl Batch {
     }
 
     /// Appends the odds of all places that wait to `out`, for a grain of radius `radius` that is solid within
-    /// `inner` (m).
+    /// `inner` (m), on cells that are `even` wide along all axes if they are.
     #[inline(always)]
-    pub(super) fn evaluate(&mut self, kernel: &Kernel, radius: f64, inner: f64, out: &mut Vec<f64>) {
+    pub(super) fn evaluate(
+        &mut self,
+        kernel: &Kernel,
+        radius: f64,
+        inner: f64,
+        even: Option<f64>,
+        out: &mut Vec<f64>,
+    ) {
         let (first, n) = (out.len(), self.len);
         self.len = 0;
         out.extend_from_slice(&self.square[..n]);
-        let law = Law::new(kernel, radius, inner);
-        evaluate(law, &mut out[first..], &self.size[..n], &self.across[..n], &self.fourth[..n]);
+        let law = Law::new(kernel, radius, inner, even.unwrap_or_default());
+        let sums = [&self.size[..n], &self.across[..n], &self.fourth[..n]];
+        if even.is_some() {
+            evaluate::<true>(law, &mut out[first..], sums);
+        } else {
+            evaluate::<false>(law, &mut out[first..], sums);
+        }
     }
 }
 
 /// Odds in place of `square`; only arguments tell that the result overlaps nothing.
 #[inline(always)]
-fn evaluate(law: Law, square: &mut [f64], size: &[f64], across: &[f64], fourth: &[f64]) {
+fn evaluate<const EVEN: bool>(law: Law, square: &mut [f64], [size, across, fourth]: [&[f64]; 3]) {
     let n = square.len();
     let (size, across, fourth) = (&size[..n], &across[..n], &fourth[..n]);
     for k in 0..n {
-        square[k] = law.odds(square[k], size[k], across[k], fourth[k]);
+        square[k] = law.odds::<EVEN>(square[k], size[k], across[k], fourth[k]);
     }
 }
 
 impl Law {
     #[inline(always)]
-    fn new(kernel: &Kernel, radius: f64, inner: f64) -> Self {
+    fn new(kernel: &Kernel, radius: f64, inner: f64, even: f64) -> Self {
         let (rate, shift, plain) = match kernel.mask {
             Mask::Seed => (0.0, 0.0, 1.0),
             Mask::ParameterFree => {
@@ -155,15 +169,17 @@ impl Law {
             }
         };
         let thin = FRAC_1_SQRT_2 / kernel.width;
-        Self { thin, rate, shift, plain, radius, solid: inner * inner }
+        Self { thin, rate, shift, plain, radius, solid: inner * inner, even }
     }
 
     #[inline(always)]
-    fn odds(&self, square: f64, size: f64, across: f64, fourth: f64) -> f64 {
+    fn odds<const EVEN: bool>(&self, square: f64, size: f64, across: f64, fourth: f64) -> f64 {
         let distance = square.sqrt();
         // P = σ s
         let sigma = SIGMA * square - SIGMA_SLOPE * (size * size);
-        let common = self.thin / (size * sigma * across.sqrt());
+        // A = h² s on even cells: one root less
+        let across = if EVEN { self.even * distance } else { across.sqrt() };
+        let common = self.thin / (size * sigma * across);
         // s/(…), so that 1/w = s · this and Σ n⁴Δx²/w² = F · this²
         let part = square * common;
         let inverse = square * part;
@@ -203,38 +219,42 @@ mod tests {
         }
     }
 
-    /// Odds of rows of cells are those of the kernel, one by one, on a grid with unequal widths; places that
+    /// Odds of rows of cells are those of the kernel, one by one, with widths equal and not; places that
     /// the grain does not hold have none.
     #[test]
     fn odds_of_a_batch_are_those_of_the_kernel() {
-        for mask in [Mask::ParameterFree, Mask::Seed] {
+        let widths = |even: Option<f64>| even.map_or([0.11, 0.09], |h| [h; 2]);
+        for (mask, even) in
+            [(Mask::ParameterFree, None), (Mask::ParameterFree, Some(0.1)), (Mask::Seed, None)]
+        {
             let kernel = Kernel { mask, width: 0.5, viscosity: 1e-2, dt: 0.03 };
+            let [across, over] = widths(even);
             let (radius, inner, outer) = (0.5, 0.2, 2.0);
             let row = Row {
                 at: (0..40).map(|k| -0.7 + 0.035 * f64::from(k)).collect(),
-                spacing: (0..40).map(|k| 0.1 + 0.001 * f64::from(k % 7)).collect(),
+                spacing: (0..40).map(|k| even.unwrap_or(0.1 + 0.001 * f64::from(k % 7))).collect(),
                 volume: vec![1.0; 40],
             };
-            let piece = Piece { first: 0, count: 40, begin: 3, end: 37, shift: 0.01, arm: -0.69 };
+            let piece = Piece { first: 0, count: 40, begin: 3, end: 37, shift: 0.01, arm: -0.69, rate: 0.0 };
             let (mut profile, mut batch) = (Profile::default(), Batch::default());
             profile.set(&row, &piece, outer);
             let mut expected = Vec::new();
             for (y, z) in [(0.0, 0.0), (0.1, -0.2), (0.3, 0.35), (-0.55, 0.1), (0.6, 0.6)] {
                 let mut rest = Sums::default();
-                rest.add(y, 0.11);
-                rest.add(z, 0.09);
+                rest.add(y, across);
+                rest.add(z, over);
                 batch.row(&profile, 0..40, &rest);
                 for (k, (x, width)) in row.at.iter().zip(&row.spacing).enumerate() {
                     let r = [x + 0.01, y, z];
                     let distance = r.iter().map(|r| r * r).sum::<f64>().sqrt();
                     let n = r.map(|r| r / distance);
-                    let odds = kernel.odds(distance - radius, &n, &[*width, 0.11, 0.09]);
+                    let odds = kernel.odds(distance - radius, &n, &[*width, across, over]);
                     let odds = if distance < inner { SOLID } else { odds };
                     expected.push(if (piece.begin..piece.end).contains(&k) { odds } else { 0.0 });
                 }
             }
             let mut out = Vec::new();
-            batch.evaluate(&kernel, radius, inner, &mut out);
+            batch.evaluate(&kernel, radius, inner, even, &mut out);
             assert_eq!(out.len(), expected.len());
             for (k, (ours, exact)) in out.iter().zip(&expected).enumerate() {
                 assert!((ours - exact).abs() <= 1e-10 * exact, "{mask:?} {k}: {ours} against {exact}");

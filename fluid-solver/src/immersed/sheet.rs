@@ -53,6 +53,8 @@ pub(super) struct Piece {
     pub(super) shift: f64,
     /// Arm of the first place, m.
     pub(super) arm: f64,
+    /// One over the cell width; zero where widths differ.
+    pub(super) rate: f64,
 }
 
 /// What is the same for all places of a row.
@@ -92,13 +94,12 @@ pub(super) fn words<const D: usize>(grid: &Grid<D>) -> usize {
 }
 
 impl Sheet {
-    /// Finds the rows of layer `k`, and the odds of their cells if the mask is given; forgets what was there
-    /// before.
+    /// Finds the rows of layer `k` and the odds of their cells; forgets those that were there before.
     pub(crate) fn fill<const D: usize>(
         &mut self,
         grid: &Grid<D>,
         layers: &Layers<D>,
-        kernel: Option<&Kernel>,
+        kernel: &Kernel,
         k: usize,
     ) {
         self.parts.clear();
@@ -120,7 +121,7 @@ impl Sheet {
         grid: &Grid<D>,
         layers: &Layers<D>,
         slice: &Slice,
-        kernel: Option<&Kernel>,
+        kernel: &Kernel,
         k: usize,
     ) {
         let (nodes, extent) = (&layers.nodes, &layers.extents[slice.grain]);
@@ -153,9 +154,7 @@ impl Sheet {
                 self.row(grid, pieces, chord, sums, Row { index: near.index, arm: near.arm, weight });
             }
         }
-        if let Some(kernel) = kernel {
-            self.batch.evaluate(kernel, extent.radius, extent.inner, &mut self.odds);
-        }
+        self.batch.evaluate(kernel, extent.radius, extent.inner, nodes.even, &mut self.odds);
         self.parts.push(Part { grain: slice.grain, arm: slice.arm, spans: self.spans.len() - first });
     }
 
@@ -164,7 +163,7 @@ impl Sheet {
     fn row<const D: usize>(&mut self, grid: &Grid<D>, pieces: &[Piece], chord: f64, sums: Sums, row: Row) {
         let (stride, words) = (grid.stride(1), words(grid));
         for (piece, profile) in pieces.iter().zip(&self.profiles) {
-            let window = piece.window(grid.axes[0].uniform_width, chord.sqrt());
+            let window = piece.window(chord.sqrt());
             if window.is_empty() {
                 continue;
             }
@@ -262,7 +261,7 @@ struct Fill<'a, const D: usize> {
     sheet: &'a mut Sheet,
     grid: &'a Grid<D>,
     layers: &'a Layers<D>,
-    kernel: Option<&'a Kernel>,
+    kernel: &'a Kernel,
     k: usize,
 }
 
@@ -287,7 +286,7 @@ pub(crate) fn each_sheet<const D: usize>(
     layers.place(grid, kernel, shapes, motions);
     let mut sheet = Sheet::default();
     for k in 0..grid.cells[D - 1] {
-        sheet.fill(grid, &layers, Some(kernel), k);
+        sheet.fill(grid, &layers, kernel, k);
         sheet.gather();
         visit(k, &sheet, &layers.nodes);
         sheet.clear();
@@ -315,7 +314,8 @@ impl Piece {
             let count = (end - begin).next_multiple_of(8);
             let first = begin.min(stride - count);
             let shift = near.arm - nodes.row.at[begin];
-            *piece = Self { first, count, begin, end, shift, arm: nodes.row.at[first] + shift };
+            let rate = grid.axes[0].uniform_width.map_or(0.0, f64::recip);
+            *piece = Self { first, count, begin, end, shift, arm: nodes.row.at[first] + shift, rate };
             m += cells;
         }
         pieces
@@ -324,11 +324,12 @@ impl Piece {
     /// The places, counted from the first, that a row of half chord `half` needs, in whole vectors; all of
     /// them where the widths differ.
     #[inline(always)]
-    fn window(&self, width: Option<f64>, half: f64) -> Range<usize> {
-        let Some(h) = width else { return 0..self.count };
-        let low = ((-half - self.arm) / h).ceil().max(0.0) as usize;
-        let high = ((half - self.arm) / h).floor();
-        let low = low.max(self.begin - self.first);
+    fn window(&self, half: f64) -> Range<usize> {
+        if self.rate == 0.0 {
+            return 0..self.count;
+        }
+        let low = (((-half - self.arm) * self.rate).ceil().max(0.0) as usize).max(self.begin - self.first);
+        let high = ((half - self.arm) * self.rate).floor();
         if high < low as f64 {
             return 0..0;
         }
