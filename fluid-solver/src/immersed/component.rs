@@ -182,9 +182,9 @@ impl<const D: usize> Component<D> {
                 }
             });
         if share < n {
-            parts.par_bridge().for_each(|part| dispatch(part));
+            parts.par_bridge().for_each(dispatch);
         } else {
-            parts.for_each(|part| dispatch(part));
+            parts.for_each(dispatch);
         }
     }
 
