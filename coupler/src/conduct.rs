@@ -95,6 +95,8 @@ pub struct Conductor<'a> {
     late: u64,
     told_of_limit: bool,
     stopping: bool,
+    /// Window before which the run ends, where that is not its end in time.
+    last: Option<u64>,
     /// What ends the run, once everything sent before it has been read.
     broken: Option<ExchangeError>,
     /// Solver that said so, and its words.
@@ -151,10 +153,26 @@ impl<'a> Conductor<'a> {
             late,
             told_of_limit: false,
             stopping: false,
+            last: None,
             broken: None,
             failed: None,
             largest_radius: scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max),
         })
+    }
+
+    /// Ends the run, with a checkpoint, before window `step`.
+    pub fn end_before(&mut self, step: u64) {
+        self.last = Some(step);
+    }
+
+    /// Windows that are done, those before a resume included.
+    #[must_use]
+    pub fn done(&self) -> u64 {
+        self.observer.tally().windows
+    }
+
+    fn is_over(&self) -> bool {
+        self.planner.is_over() || self.last.is_some_and(|last| self.planner.step() >= last)
     }
 
     /// Runs to the end, or to an interrupt.
@@ -175,11 +193,11 @@ impl<'a> Conductor<'a> {
                 self.window()?;
                 continue;
             }
-            if !interrupted && !self.planner.is_over() {
+            if !interrupted && !self.is_over() {
                 self.checkpoint()?;
                 continue;
             }
-            let end = if self.planner.is_over() { End::Reached } else { End::Interrupted };
+            let end = if self.is_over() { End::Reached } else { End::Interrupted };
             self.checkpoint()?;
             self.stop()?;
             return Ok(end);
@@ -194,6 +212,7 @@ impl<'a> Conductor<'a> {
     /// Orders every window that the planner gives; it gives `ahead` at most.
     fn order_ahead(&mut self) {
         while self.broken.is_none()
+            && !self.is_over()
             && let Some(window) = self.planner.next_window()
         {
             let command = Command {

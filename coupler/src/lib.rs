@@ -31,6 +31,7 @@ pub mod record;
 pub mod replay;
 pub mod report;
 pub mod resume;
+mod rewind;
 pub mod run;
 pub mod scheme;
 pub mod solvers;

@@ -237,12 +237,3 @@ fn usable(scene: &CheckedScene, section: &str, dt: f64) -> Result<(), SceneError
     let message = format!("its solver asks for a step of {dt} s; allowed: a positive number");
     Err(scene.source.error(section, message, "give dt in this section, or mend the solver's `check --json`"))
 }
-
-/// Memory that the machine can still give, bytes; none where the system does not say.
-#[must_use]
-pub fn available_memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kibibytes * 1024)
-}

@@ -9,7 +9,7 @@ use protocol::scene::CheckedScene;
 
 use crate::config::Coupling;
 use crate::failure::Failure;
-use crate::plan::{Cast, Plan, available_memory};
+use crate::plan::{Cast, Plan};
 use crate::solvers::{Solver, dem_facts, fluid_facts};
 
 /// A solver that takes part, and what it says of itself.
@@ -63,7 +63,8 @@ impl Prepared {
         };
         let fluid_facts = fluid.as_ref().map(|player| &player.facts);
         let dem_facts = dem.as_ref().map(|player| &player.facts);
-        let plan = Plan::new(&scene, &coupling, fluid_facts, dem_facts, available_memory())?;
+        let memory = protocol::memory::available().map(|available| available.bytes);
+        let plan = Plan::new(&scene, &coupling, fluid_facts, dem_facts, memory)?;
         Ok(Self { scene, coupling, fluid, dem, plan })
     }
 

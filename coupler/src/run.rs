@@ -15,6 +15,7 @@ use crate::failure::Failure;
 use crate::plan::Cast;
 use crate::prepare::Prepared;
 use crate::resume::{self, CouplerState};
+use crate::rewind::rewind;
 use crate::scheme::Planner;
 use crate::solvers::Solver;
 use crate::supervise::{Interrupts, Supervisor, Words};
@@ -52,7 +53,9 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
     let folder = options.folder(&prepared.scene)?;
     let resumed = open_folder(options, prepared, &folder)?;
     let mut summary = Summary::new(&prepared.scene, VERSION);
-    let outcome = conduct(options, prepared, &folder, interrupts, resumed, begin, &mut summary);
+    let job = Job { options, prepared, folder: &folder, begin, last: None };
+    let mut done = None;
+    let outcome = conduct(&job, interrupts.clone(), resumed, &mut summary, &mut done);
     if summary.cost.wall_s == 0.0 {
         summary.cost.wall_s = begin.elapsed().as_secs_f64();
     }
@@ -65,7 +68,12 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
         }
         Err(failure) => Err(failure),
     };
-    finish(&folder, &mut summary, outcome)
+    let failed = matches!(outcome, Err(Failure::Run(_)));
+    let finished = finish(&folder, &mut summary, outcome);
+    if let (true, Some(step)) = (failed, done) {
+        rewind(options, prepared, &folder, interrupts, step);
+    }
+    finished
 }
 
 /// Draws the report; a failure to draw costs no result.
@@ -114,15 +122,25 @@ fn open_folder(
     Ok(None)
 }
 
-fn conduct(
-    options: &RunOptions,
-    prepared: &Prepared,
-    folder: &OutputFolder,
+/// What a coupled run is to do.
+pub(crate) struct Job<'a> {
+    pub(crate) options: &'a RunOptions,
+    pub(crate) prepared: &'a Prepared,
+    pub(crate) folder: &'a OutputFolder,
+    pub(crate) begin: Instant,
+    /// Window before which it ends, without a log: to do again what was done.
+    pub(crate) last: Option<u64>,
+}
+
+/// Starts the solvers and conducts them; `done`: windows done, once they have begun.
+pub(crate) fn conduct(
+    job: &Job<'_>,
     interrupts: Interrupts,
     resumed: Option<(std::path::PathBuf, CouplerState)>,
-    begin: Instant,
     summary: &mut Summary,
+    done: &mut Option<u64>,
 ) -> Result<End, Failure> {
+    let Job { options, prepared, folder, begin, last } = *job;
     let exchange = |error: protocol::participant::ExchangeError| Failure::Run(error.to_string());
     let rendezvous = rendezvous(prepared).map_err(exchange)?;
     let mut link = ConductorLink::create(&rendezvous).map_err(exchange)?;
@@ -136,10 +154,14 @@ fn conduct(
         supervisor.end(Duration::from_millis(300));
         return Err(failure);
     }
-    let recorder = open_log(options, prepared, folder, state.as_ref())?;
+    let recorder = if last.is_some() { None } else { open_log(options, prepared, folder, state.as_ref())? };
     let mut conductor =
         Conductor::new(supervisor, link, prepared, folder, recorder, interrupts, state, begin)?;
+    if let Some(last) = last {
+        conductor.end_before(last);
+    }
     let outcome = conductor.conduct();
+    *done = Some(conductor.done());
     let closed = conductor.close(summary, outcome.is_ok());
     let end = outcome?;
     closed?;

@@ -2,9 +2,12 @@
 
 use crate::build;
 use crate::config::{FluidSection, SchemeKey};
+use crate::grid::Grid;
+use crate::memory::{self, Demand};
 use crate::plan::Plan;
 use crate::scheme::Viscous;
-use protocol::facts::FluidFacts;
+use crate::transform;
+use protocol::facts::{FluidFacts, Forcing};
 use protocol::scene::{CheckedScene, SceneError};
 
 /// Facts of the scene's fluid, without laying out its fields.
@@ -22,16 +25,17 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     let section = FluidSection::read(scene)?;
     let choices = section.choices();
     let medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
-    let memory = memory::<D>(scene);
-    check_memory(scene, memory)?;
     let grid = build::grid::<D>(scene)?;
     let plan = Plan::new(scene, medium, &choices, &grid)?;
     let implicit = plan.viscous == Viscous::Implicit;
+    let carried = choices.method == Forcing::Carried && !scene.grains.is_empty();
+    let memory = memory::estimate(&grid, Demand { carried, implicit });
+    memory::check(scene, memory, protocol::memory::available().as_ref())?;
     let cells = grid.cell_count() as u64;
     let resolved = toml::Table::try_from(section.resolved()).map_err(|error| {
         scene.source.error("fluid", format!("cannot be written out: {error}"), "report this as a fault")
     })?;
-    let mut notices = Vec::new();
+    let mut notices = slow_axes(scene, &grid);
     let number = medium.kinematic_viscosity() * plan.first() / (plan.spacing * plan.spacing);
     if !scene.grains.is_empty() && number > 2.0 {
         notices.push(format!(
@@ -66,40 +70,33 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     })
 }
 
-/// Bytes of all fields: state and its saved copy, working memory, and what grains add.
-fn memory<const D: usize>(scene: &CheckedScene) -> u64 {
-    let points: f64 = scene.scene.domain.cells.iter().map(|n| (n + 2) as f64).product();
-    let axes = D as f64;
-    let fluid = 2.0 * (2.0 * axes + 1.0) + axes + 1.0;
-    let grains = if scene.grains.is_empty() { 0.0 } else { 4.0 * axes };
-    (8.0 * points * (fluid + grains)) as u64
-}
-
-/// Refuses what does not fit this machine, if that is known.
-fn check_memory(scene: &CheckedScene, memory: u64) -> Result<(), SceneError> {
-    let Some(total) = machine_memory() else { return Ok(()) };
-    if memory <= total {
-        return Ok(());
-    }
-    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
-    Err(scene.source.error(
-        "domain.cells",
+/// A notice for each transformed axis whose number of cells the fast transforms cannot take.
+fn slow_axes<const D: usize>(scene: &CheckedScene, grid: &Grid<D>) -> Vec<String> {
+    let letter = |axis: usize| format!("{:?}", scene.scene.domain.geometry.axes()[axis]).to_lowercase();
+    let notice = |axis: usize| {
+        let cells = grid.cells[axis];
+        let [below, above] = transform::fast_lengths(cells);
+        let below = if below > 0 { format!("{below} or ") } else { String::new() };
         format!(
-            "asks for {:?} cells, about {:.1} GiB; this machine has {:.1} GiB",
-            scene.scene.domain.cells,
-            gib(memory),
-            gib(total)
-        ),
-        "coarsen the grid, shrink the box, or use a plane or axisymmetric geometry",
-    ))
+            "axis {} has {cells} cells, which only the slow transforms can take: {below}{above} would be \
+             fast",
+            letter(axis)
+        )
+    };
+    let slow = |axis: &usize| !transform::is_fast(grid.cells[*axis]);
+    transformed_axes(grid).into_iter().filter(slow).map(notice).collect()
 }
 
-/// Memory of the machine, bytes, where the system tells it.
-fn machine_memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
-    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kib * 1024)
+/// Axes along which [`crate::helmholtz`] transforms: all but the one that it sweeps.
+fn transformed_axes<const D: usize>(grid: &Grid<D>) -> Vec<usize> {
+    let swept = match grid.swept_axis() {
+        Some(axis) => Some(axis),
+        None if D == 3 => Some(2).filter(|a| !grid.periodic(*a)),
+        // Along x only where z is transformed for being the only periodic one.
+        None if !grid.periodic(0) => Some(0),
+        None => Some(1).filter(|a| !grid.periodic(*a)),
+    };
+    (0..D).filter(|a| Some(*a) != swept).collect()
 }
 
 /// Nanoseconds per cell and stage (one projection each) on two axes at 1e4, 1e5 and 1e6 cells:

@@ -55,20 +55,12 @@ pub fn momentum<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> f64 {
     sum
 }
 
-/// The first value that is not finite: component and indices.
-pub fn first_not_finite<const D: usize>(
-    grid: &Grid<D>,
-    velocity: &[Vec<f64>; D],
-) -> Option<(usize, [usize; D])> {
-    let mut found = None;
-    for (d, u) in velocity.iter().enumerate() {
-        for_each_unknown(grid, d, |at, index| {
-            if found.is_none() && !u[index].is_finite() {
-                found = Some((d, at));
-            }
-        });
-    }
-    found
+/// Mean of component `d` over the box, grains included, m/s: along a periodic axis the superficial
+/// velocity, which is the same through every cross-section.
+pub fn mean_velocity<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> f64 {
+    let mut volume = 0.0;
+    for_each_unknown(grid, d, |at, _| volume += grid.control_volume(d, at));
+    momentum(grid, d, u) / volume
 }
 
 /// Out-of-plane vorticity on two axes, ω = ∂u₀/∂x₁ − ∂u₁/∂x₀, 1/s: stored at the corner of the

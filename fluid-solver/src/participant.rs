@@ -1,6 +1,7 @@
 //! The fluid as a participant: the number of axes is chosen here, once.
 
 use crate::checkpoint;
+use crate::measure::mean_velocity;
 use crate::output;
 use crate::planes;
 use crate::solver::Solver;
@@ -65,6 +66,14 @@ impl Fluid {
             Any::Two(_) => None,
             Any::Three(solver) => Some(solver),
         }
+    }
+
+    /// Mean velocity along grid axis `axis`, m/s.
+    pub fn mean_velocity(&self, axis: usize) -> f64 {
+        any!(&self.solver, solver => {
+            let velocity = &solver.stepper().state().velocity;
+            velocity.get(axis).map_or(0.0, |u| mean_velocity(solver.grid(), axis, u))
+        })
     }
 
     /// Step proposed for the first window, s.

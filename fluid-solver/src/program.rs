@@ -5,8 +5,11 @@ use crate::participant::Fluid;
 use protocol::alone::{self, Answer, Clock};
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Kinematics, Loads};
+use protocol::output::{MetricValue, OutputFolder};
+use protocol::participant::SolverError;
 use protocol::program::Solver;
 use protocol::scene::{CheckedScene, Motion, SceneError};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 impl Solver for Fluid {
@@ -34,6 +37,21 @@ impl Solver for Fluid {
                 "run the scene with `bedload run`, or make the grain \"fixed\" or \"prescribed\"",
             )),
         }
+    }
+
+    /// `superficial_velocity_<axis>` at the end, for each periodic axis.
+    fn finish(
+        &mut self,
+        scene: &CheckedScene,
+        _: &OutputFolder,
+    ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
+        let domain = &scene.scene.domain;
+        let along = |axis: usize| {
+            let letter = format!("{:?}", domain.geometry.axes()[axis]).to_lowercase();
+            let value = MetricValue::measured(self.mean_velocity(axis), "m/s", None, None);
+            (format!("superficial_velocity_{letter}"), value)
+        };
+        Ok((0..domain.dimensions()).filter(|axis| domain.is_periodic(*axis)).map(along).collect())
     }
 
     fn clock(_: &CheckedScene, facts: &FluidFacts) -> Clock {

@@ -2,6 +2,7 @@
 
 use crate::build;
 use crate::config::{Choices, FluidSection};
+use crate::culprit::Culprit;
 use crate::field::State;
 use crate::grid::Grid;
 use crate::health::Health;
@@ -10,7 +11,6 @@ use crate::immersed::carried::Imposed;
 use crate::immersed::mask::{Kernel, Mask};
 use crate::immersed::{Immersed, Wrench};
 use crate::loads::{LoadsRule, Measured};
-use crate::measure::first_not_finite;
 use crate::plan::Plan;
 use crate::step::Stepper;
 use crate::work::Work;
@@ -65,6 +65,8 @@ pub struct Solver<const D: usize> {
     predicted: Vec<Motion>,
     volumes: Vec<[f64; 3]>,
     saved: Option<Box<Snapshot<D>>>,
+    /// Largest Σ|u|/Δx after the last window, 1/s; zero: not known.
+    rate: f64,
     seconds: f64,
 }
 
@@ -114,6 +116,7 @@ impl<const D: usize> Solver<D> {
             rule,
             plan,
             saved: None,
+            rate: 0.0,
             seconds: 0.0,
         };
         solver.begin(scene);
@@ -322,22 +325,22 @@ impl<const D: usize> Solver<D> {
     }
 
     /// Looks at the projected velocity.
-    fn health(&self, window: &Window) -> Result<Health, SolverError> {
+    fn health(&mut self, window: &Window) -> Result<Health, SolverError> {
         let (grid, velocity) = (self.stepper.grid(), &self.stepper.state().velocity);
         let health = Health::of(grid, velocity);
-        if health.finite {
+        if health.finite && !self.stepper.is_broken() {
+            self.rate = health.rate;
             return Ok(health);
         }
-        let place = match first_not_finite(grid, velocity) {
-            None => "a wall or halo value".to_owned(),
-            Some((d, at)) => {
-                let x: [f64; D] = std::array::from_fn(|a| grid.nodes(d, a)[at[a]]);
-                format!("component {d} at cell {at:?}, position {x:?} m")
-            }
+        let force = (self.choices.method == Forcing::Carried).then_some(&self.lambda);
+        let culprit = Culprit::find(&self.stepper, force);
+        let before = match self.rate * window.dt {
+            courant if courant > 0.0 => format!(" (dt Σ|u|/Δx was {courant:.2e} before it)"),
+            _ => String::new(),
         };
         Err(SolverError::Failed(format!(
-            "the velocity is not finite after window {} (t = {} s, dt = {} s): {place}; the step is too \
-             long or the coupling unstable: lower fluid.time.cfl or dt, or run `bedload check`",
+            "the velocity is not finite in window {}, t = {} s, dt = {} s{before}: {culprit}; the step is \
+             too long or the coupling unstable: lower fluid.time.cfl or dt, or run `bedload check`",
             window.step, window.time, window.dt
         )))
     }

@@ -71,6 +71,7 @@ pub struct Stepper<const D: usize> {
     state: State<D>,
     engine: Engine<D>,
     stand: Stand,
+    broken: bool,
     timings: Timings,
 }
 
@@ -86,6 +87,7 @@ impl<const D: usize> Stepper<D> {
             state: State::at_rest(&grid),
             engine,
             stand: Stand::Done,
+            broken: false,
             timings: Timings::default(),
             grid,
             options,
@@ -116,6 +118,7 @@ impl<const D: usize> Stepper<D> {
         debug_assert!(dt > 0.0 && dt.is_finite(), "the time step must be positive");
         let scheme = self.options.scheme;
         let every = scheme.projects_every_stage();
+        self.broken = false;
         for k in 0..scheme.stages() {
             let last = k + 1 == scheme.stages();
             let stage = scheme.stage(k, dt, self.state.previous_dt);
@@ -126,11 +129,14 @@ impl<const D: usize> Stepper<D> {
             if D == 2 && (k == 0 || !every) {
                 self.fill_halos();
             }
-            let Self { grid, options, state, engine, stand, timings } = self;
+            let Self { grid, options, state, engine, stand, broken, timings } = self;
             match engine {
                 Engine::Flat(engine) => {
                     if let (true, Stand::Predicted(before)) = (every, *stand) {
-                        engine.project(grid, state, before, timings);
+                        *broken = !engine.project(grid, state, before, timings);
+                        if *broken {
+                            return;
+                        }
                     }
                     engine.stage(grid, options, state, (stage, dt), force, timings);
                     *stand = Stand::Predicted(pending);
@@ -142,7 +148,10 @@ impl<const D: usize> Stepper<D> {
                     let keep = !last || scheme == Scheme::AdamsBashforth2;
                     let force = force.map(|f| std::array::from_fn(|d| f[d].as_slice()));
                     let task = StageTask { stage, dt, keep, force, before, after };
-                    engine.stage(options, state, &task, timings);
+                    *broken = !engine.stage(options, state, &task, timings);
+                    if *broken {
+                        return;
+                    }
                     *stand = if after.is_some() { Stand::Solved(pending) } else { Stand::Predicted(pending) };
                 }
             }
@@ -156,16 +165,22 @@ impl<const D: usize> Stepper<D> {
     /// Does nothing if no step has been begun.
     pub fn project(&mut self) {
         let stand = std::mem::replace(&mut self.stand, Stand::Done);
+        if self.broken {
+            return;
+        }
         let (Stand::Predicted(pending) | Stand::Solved(pending)) = stand else { return };
         if let (Engine::Space(_), Stand::Predicted(_)) = (&self.engine, stand) {
             self.fill_halos();
         }
-        let Self { grid, state, engine, timings, .. } = self;
+        let Self { grid, state, engine, broken, timings, .. } = self;
         match engine {
-            Engine::Flat(engine) => engine.project(grid, state, pending, timings),
+            Engine::Flat(engine) => *broken = !engine.project(grid, state, pending, timings),
             Engine::Space(engine) => {
                 if let Stand::Predicted(_) = stand {
-                    engine.solve(state, pending, timings);
+                    *broken = !engine.solve(state, pending, timings);
+                    if *broken {
+                        return;
+                    }
                 }
                 engine.finish(state, pending, timings);
                 let begin = Work::begin();
@@ -251,10 +266,16 @@ impl<const D: usize> Stepper<D> {
         (&self.grid, &mut self.state)
     }
 
+    /// Whether the last step stopped at a projection whose solution is not finite. The velocity is
+    /// then the prediction as that projection was given it, before one bad cell spoils all.
+    pub fn is_broken(&self) -> bool {
+        self.broken
+    }
+
     /// Puts a saved state back (same grid); a step that was begun is forgotten.
     pub fn restore(&mut self, state: &State<D>) {
         self.state.clone_from(state);
-        self.stand = Stand::Done;
+        (self.stand, self.broken) = (Stand::Done, false);
     }
 
     /// Time spent in each part so far.

@@ -7,6 +7,7 @@ pub mod channel;
 pub mod checkpoint;
 pub mod facts;
 pub mod log;
+pub mod memory;
 pub mod message;
 pub mod output;
 pub mod participant;

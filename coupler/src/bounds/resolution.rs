@@ -32,7 +32,7 @@ fn add_memory(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let Some(available) = facts.memory.filter(|_| needed > 0) else { return };
     bounds.push(Bound::new("memory", "bytes", needed as f64, Side::AtMost, available as f64).because(
         "the machine has not that much memory to give: it would swap, or kill a solver",
-        "MemAvailable of /proc/meminfo",
+        "MemAvailable, limits of control groups",
         "coarsen domain.cells, take fewer grains, or a larger machine",
     ));
 }

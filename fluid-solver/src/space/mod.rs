@@ -109,7 +109,7 @@ impl SpaceStep {
         state: &mut State<D>,
         task: &StageTask<'_>,
         timings: &mut Timings,
-    ) {
+    ) -> bool {
         let begin = Work::begin();
         let StageTask { stage, dt, keep, force, before, after } = *task;
         let share = 2.0 * stage.alpha * dt;
@@ -148,7 +148,9 @@ impl SpaceStep {
             let begin = Work::begin();
             pressure.solve_columns([0.0, -1.0], fields.work[0]);
             timings.add_pressure(begin);
+            return is_solved(shape, fields.work[0]);
         }
+        true
     }
 
     /// Divergence and solution for φ, where the stage did not do it. Halos are filled.
@@ -157,7 +159,7 @@ impl SpaceStep {
         state: &mut State<D>,
         pending: Pending,
         timings: &mut Timings,
-    ) {
+    ) -> bool {
         let begin = Work::begin();
         let Self { shape, pressure, viscous, work, privates, carry } = self;
         let mut fields = fields(state, work, *carry);
@@ -167,6 +169,7 @@ impl SpaceStep {
         let begin = Work::begin();
         pressure.solve_columns([0.0, -1.0], fields.work[0]);
         timings.add_pressure(begin);
+        is_solved(shape, fields.work[0])
     }
 
     /// The end of a step: velocity and pressure from the solved φ. Halos along z are left.
@@ -197,6 +200,14 @@ impl SpaceStep {
         let sweep = Sweep { shape, pressure, viscous, carry: false };
         sweep.finish(&mut fields, privates, 1.0);
     }
+}
+
+/// Whether φ, transformed along x and y, is finite: every amplitude of a column depends on every cell,
+/// so one in the middle is enough to know.
+fn is_solved(shape: &Shape, phi: &[f64]) -> bool {
+    let middle = (shape.n[2] / 2) as isize;
+    let plane = &phi[shape.planes(middle, middle + 1)];
+    plane[shape.at((shape.n[1] / 2) as isize) + shape.n[0] / 2].is_finite()
 }
 
 /// The fields of `state` and `work`; where the pressure is not carried, φ stands in its place.

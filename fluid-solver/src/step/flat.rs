@@ -98,28 +98,33 @@ impl<const D: usize> FlatStep<D> {
         }
     }
 
-    /// Projects and updates the pressure.
+    /// Projects and updates the pressure; `false`, with the velocity as it was, if φ is not finite.
     pub(super) fn project(
         &mut self,
         grid: &Grid<D>,
         state: &mut State<D>,
         pending: Pending,
         timings: &mut Timings,
-    ) {
+    ) -> bool {
         let begin = Work::begin();
         fill_all(grid, state);
         self.solve(grid, state, pending.weight, timings);
         let Self { projection, phi, .. } = self;
+        // Every φ depends on every cell: one is enough to know.
+        if !phi[grid.row(grid.rows() / 2) + grid.cells[0] / 2].is_finite() {
+            return false;
+        }
         let weights = [pending.weight, pending.correction * pending.weight];
         let State { velocity, pressure, .. } = state;
         // ∇·u* = weight ∇²φ: the old velocity is not needed for the pressure.
-        let [u, w, ..] = velocity.as_mut_slice() else { return };
+        let [u, w, ..] = velocity.as_mut_slice() else { return false };
         for_row_triples(grid, [u, w, pressure], |row, fields| {
             dispatch(FinishRow { projection, grid, weights, phi, row, fields });
         });
         fill_all(grid, state);
         fill_scalar(grid, &mut state.pressure);
         timings.add(Part::Projection, begin);
+        true
     }
 
     /// Makes the velocity divergence-free without touching the pressure. Halos are filled.

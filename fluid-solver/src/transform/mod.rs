@@ -108,6 +108,20 @@ enum Engine {
     Reference(Reference),
 }
 
+/// Whether an axis of `cells` cells has fast transforms: even, without prime factors above 5, not tiny.
+/// Any other length is taken by a library, line by line.
+pub fn is_fast(cells: usize) -> bool {
+    cells.is_multiple_of(2) && fft::Fft::new(cells / 2).is_some()
+}
+
+/// The nearest lengths below (0: there is none) and above `cells` that are fast.
+pub fn fast_lengths(cells: usize) -> [usize; 2] {
+    let below = (1..cells).rev().find(|n| is_fast(*n)).unwrap_or(0);
+    // Ends at a power of two at the latest.
+    let above = (cells + 1..).find(|n| is_fast(*n)).unwrap_or(cells);
+    [below, above]
+}
+
 /// A transform of eight lines at once.
 pub struct Transform {
     kind: Kind,

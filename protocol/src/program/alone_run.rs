@@ -34,15 +34,24 @@ pub(super) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
     let folder = options.folder(&scene)?;
     let (fluid, dem) = S::facts_by_role(&facts);
     folder.write_scene(&scene, fluid, dem, None)?;
-    let mut solver = S::build(&scene, folder.root())?;
+    let solver = S::build(&scene, folder.root())?;
     let clock = S::clock(&scene, &facts);
     let mut summary = Summary::new(&scene, env!("CARGO_PKG_VERSION"));
     let contact_time = dem.map_or(f64::INFINITY, |facts| facts.contact_time);
     let begin = Instant::now();
-    let mut run = Run::new(&folder, &scene, &mut solver, clock, options.resume, contact_time, answer)?;
+    let mut run = Run::new(&folder, &scene, solver, clock, options.resume, contact_time, answer)?;
     let outcome = with_threads(options.threads(), || run.advance_to_end())?;
     run.summarise(&mut summary, begin, &outcome)?;
     summary.write(&folder.summary())?;
+    if let Err(ProgramError::Solver(SolverError::Failed(_))) = &outcome {
+        // The failure counts; without this checkpoint the last regular one stands.
+        match with_threads(options.threads(), || run.rewind())? {
+            Ok(at) => crate::say!("{}: {at}", S::PROGRAM),
+            Err(error) => {
+                crate::say!("{}: no checkpoint of the step before the failure: {error}", S::PROGRAM);
+            }
+        }
+    }
     outcome
 }
 
@@ -50,11 +59,13 @@ pub(super) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
 struct Run<'a, S: Solver> {
     folder: &'a OutputFolder,
     scene: &'a CheckedScene,
-    solver: &'a mut S,
+    solver: S,
     exchange: StandIn<S::Incoming, S::Outgoing>,
     clock: Clock,
     observer: Observer,
     position: Position,
+    /// Step of the checkpoint of this run that stands on the disk.
+    saved: Option<u64>,
     contact_time: f64,
     rest: Option<Rest>,
     stop: Arc<AtomicBool>,
@@ -64,7 +75,7 @@ impl<'a, S: Solver> Run<'a, S> {
     fn new(
         folder: &'a OutputFolder,
         scene: &'a CheckedScene,
-        solver: &'a mut S,
+        mut solver: S,
         clock: Clock,
         resume: bool,
         contact_time: f64,
@@ -93,7 +104,20 @@ impl<'a, S: Solver> Run<'a, S> {
         };
         let exchange = StandIn::new(solver.grains(), answer);
         let rest = Rest::new(scene);
-        Ok(Self { folder, scene, solver, exchange, clock, observer, position, contact_time, rest, stop })
+        let saved = resume.then_some(position.step);
+        Ok(Self {
+            folder,
+            scene,
+            solver,
+            exchange,
+            clock,
+            observer,
+            position,
+            saved,
+            contact_time,
+            rest,
+            stop,
+        })
     }
 
     fn advance_to_end(&mut self) -> Result<(), ProgramError> {
@@ -151,7 +175,7 @@ impl<'a, S: Solver> Run<'a, S> {
     }
 
     fn window(&mut self, window: &Window) -> Result<(), ProgramError> {
-        let report = alone::advance(self.solver, window, &mut self.exchange)?;
+        let report = alone::advance(&mut self.solver, window, &mut self.exchange)?;
         let (sent, outgoing) = self.exchange.outgoing();
         let (loads, kinematics) = S::sides(self.exchange.incoming(), outgoing);
         let header: &Header = sent;
@@ -168,7 +192,40 @@ impl<'a, S: Solver> Run<'a, S> {
         self.position.observed = self.observer.state()?;
         let folder = self.folder.checkpoint();
         self.solver.write_checkpoint(&folder)?;
-        Ok(checkpoint::write(&folder, "loop", &self.scene.sha256(), &self.position)?)
+        checkpoint::write(&folder, "loop", &self.scene.sha256(), &self.position)?;
+        self.saved = Some(self.position.step);
+        Ok(())
+    }
+
+    /// After a failure: a checkpoint of the step before it, and a line about it.
+    ///
+    /// The solver has lost that state, and no step pays for a copy of it: what led there is done
+    /// again, bit for bit, from the last checkpoint or the start. Series and metrics stand there already.
+    fn rewind(mut self) -> Result<String, ProgramError> {
+        let (here, folder, identity) = (self.position.step, self.folder.checkpoint(), self.scene.sha256());
+        if self.saved == Some(here) {
+            return Ok(format!("the checkpoint stands at step {here}, before the failure"));
+        }
+        // Two solvers might not fit.
+        drop(self.solver);
+        self.solver = S::build(self.scene, self.folder.root())?;
+        let (mut step, mut time, mut limit) = (0, 0.0, f64::INFINITY);
+        if self.saved.is_some() {
+            let from: Position = checkpoint::read(&folder, "loop", &identity)?;
+            self.solver.read_checkpoint(&folder)?;
+            (step, time, limit) = (from.step, from.time, from.limit);
+        }
+        crate::say!("{}: doing steps {step} to {here} again for a checkpoint before the failure", S::PROGRAM);
+        while step < here {
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(ProgramError::Interrupted);
+            }
+            let window = self.clock.next(step, time, self.scene.scene.until, limit, false);
+            limit = self.solver.advance(&window, &mut self.exchange)?.dt_limit;
+            (step, time) = (step + 1, window.time + window.dt);
+        }
+        self.checkpoint()?;
+        Ok(format!("checkpoint of step {here}, before the failure, in {}", folder.display()))
     }
 
     fn summarise(

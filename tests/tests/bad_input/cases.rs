@@ -111,6 +111,7 @@ pub(crate) const GRAINS: &[Case] = cases! {
     "long quaternion": "radius = 0.5" => "radius = 0.5\n§orientation = [1.0, 1.0, 0.0, 0.0]"; "grains[0].orientation", "norm";
     "disc in space": "radius = 0.5" => "radius = 0.5\n§shape = \"disc\""; "grains[0].shape", "disc";
     "rectangle": "radius = 0.5" => "radius = 0.5\n§shape = \"rectangle\""; "grains[0].shape", "rectangle", "sphere";
+    "larger than the periodic box": "radius = 0.5" => "§radius = 2.1\nmotion = \"fixed\""; "grains[0].radius", "diameter 4.2", "larger than the periodic box";
     "unknown motion": "radius = 0.5" => "radius = 0.5\n§motion = \"dancing\""; "grains[0].motion", "dancing", "prescribed";
     "swing of a free grain": "radius = 0.5" => "radius = 0.5\n§oscillation = { amplitude = [0.0, 0.0, 1.0], frequency = 1.0 }"; "grains[0].oscillation", "not prescribed";
     "swing without frequency": "radius = 0.5" => "radius = 0.5\nmotion = \"prescribed\"\n§oscillation = { amplitude = [0.0, 0.0, 1.0], frequency = 0.0 }";

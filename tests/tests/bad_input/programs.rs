@@ -49,6 +49,12 @@ fn programs_leave_with_code_2_and_say_why() {
             ["dem.contact.restitution", "above 0", "remedy"],
         ),
         (
+            "memory.toml",
+            "cells = [32, 32, 32]",
+            "cells = [3000, 3000, 3000]",
+            ["domain.cells", "GiB to give", "would fit"],
+        ),
+        (
             "bound.toml",
             "contact_time = 0.02",
             "contact_time = 5e-5",

@@ -1,0 +1,63 @@
+//! Memory of a run, estimated before anything is laid out.
+
+use crate::grid::Grid;
+use protocol::memory::Available;
+use protocol::scene::{CheckedScene, SceneError};
+
+/// Program, grains, lines and planes of working memory, bytes: measured, at most 12 MiB below 10⁶ cells.
+const BASE: u64 = 12 << 20;
+
+/// What decides the number of fields.
+#[derive(Clone, Copy, Debug)]
+pub struct Demand {
+    /// Whether a carried force is kept.
+    pub carried: bool,
+    /// Whether viscosity is implicit.
+    pub implicit: bool,
+}
+
+/// Bytes that a run takes at its peak, which is while it writes a checkpoint.
+///
+/// In fields of the grid, each with its pads: velocity, history, pressure and the carried force, three
+/// times (the run's, the copy for the checkpoint, the encoded copy), and the working memory of the step.
+/// The latter is measured, as resident memory, at 128³ and 1448² cells: 1 field in space, 3 more with
+/// implicit viscosity; on two axes 7, and 10 more for the factors of the viscous solvers.
+pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand) -> u64 {
+    let Demand { carried, implicit } = demand;
+    let axes = D as u64;
+    let kept = 2 * axes + 1 + if carried { axes } else { 0 };
+    let work = match (D, implicit) {
+        (2, false) => 7,
+        (2, true) => 17,
+        (_, false) => 1,
+        (_, true) => 4,
+    };
+    BASE + 8 * grid.len() as u64 * (3 * kept + work)
+}
+
+/// Refuses what does not fit, where the system tells what there is.
+///
+/// # Errors
+/// [`SceneError`] at `domain.cells`.
+pub fn check(scene: &CheckedScene, needed: u64, available: Option<&Available>) -> Result<(), SceneError> {
+    let Some(available) = available.filter(|available| needed > available.bytes) else { return Ok(()) };
+    let domain = &scene.scene.domain;
+    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+    // Per axis, in proportion: what would fit into nine tenths.
+    let shrink = (0.9 * available.bytes as f64 / needed as f64).powf(1.0 / domain.dimensions() as f64);
+    let fitting: Vec<u64> = domain.cells.iter().map(|n| (*n as f64 * shrink) as u64).collect();
+    Err(scene.source.error(
+        "domain.cells",
+        format!(
+            "asks for {:?} cells, which take {:.2} GiB; this machine has {:.2} GiB to give ({})",
+            domain.cells,
+            gib(needed),
+            gib(available.bytes),
+            available.source
+        ),
+        &format!(
+            "coarsen the grid ({fitting:?} would fit), shrink the box, use a plane or axisymmetric geometry, \
+             or free memory"
+        ),
+    ))
+}
