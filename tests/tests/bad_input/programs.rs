@@ -51,7 +51,7 @@ fn programs_leave_with_code_2_and_say_why() {
         (
             "memory.toml",
             "cells = [32, 32, 32]",
-            "cells = [3000, 3000, 3000]",
+            "cells = [2000, 2000, 2000]",
             ["domain.cells", "GiB to give", "would fit"],
         ),
         (
