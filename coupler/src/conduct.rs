@@ -254,7 +254,7 @@ impl<'a> Conductor<'a> {
             loads: force,
             header: &whole.kinematics,
             kinematics: motion,
-            extras: &[],
+            extras: &[whole.fluid.pressure_gradient],
         };
         self.observer.record(&sample)?;
         let quiet_until = sample.time() + self.rule.quiet_for(force, motion);

@@ -4,8 +4,20 @@
 //! inside and `u₀` its mirror image outside, at the same distance from the wall,
 //! no-slip sets `u₀ = 2 V − u₁` and free-slip `u₀ = u₁`. Both are what the transforms of
 //! [`crate::helmholtz`] assume (odd and even continuation), so the direct solves are exact.
+//! A face that fluid passes through is a no-slip wall in this sense, whose velocity, the normal one
+//! too, differs from place to place: see [`crate::open`].
 
 use crate::grid::Grid;
+use crate::open::OpenFaces;
+
+/// How the normal velocity of an inflow is spread over its face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Profile {
+    /// The same everywhere.
+    Uniform,
+    /// Laminar: a parabola along every axis with a no-slip wall, their product where there are two.
+    Parabolic,
+}
 
 /// Condition on one face of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +34,15 @@ pub enum Boundary<const D: usize> {
     FreeSlip,
     /// The line r = 0 of an axisymmetric grid: lower face of axis 0 only.
     Axis,
+    /// Fluid enters with a given velocity, see [`crate::open`].
+    Inflow {
+        /// Mean velocity over the face, m/s, one entry per axis of the grid.
+        velocity: [f64; D],
+        /// How its normal component is spread.
+        profile: Profile,
+    },
+    /// Fluid leaves as it comes, see [`crate::open`].
+    Outflow,
 }
 
 impl<const D: usize> Boundary<D> {
@@ -33,9 +54,14 @@ impl<const D: usize> Boundary<D> {
         matches!(self, Self::Periodic)
     }
 
-    /// Whether a tangential component vanishes (relative to the wall) here, instead of its slope.
+    /// Whether a tangential component is given here (relative to the wall), instead of its slope.
     pub fn is_odd(&self) -> bool {
-        matches!(self, Self::NoSlip { .. })
+        matches!(self, Self::NoSlip { .. }) || self.is_open()
+    }
+
+    /// Whether fluid passes through.
+    pub fn is_open(&self) -> bool {
+        matches!(self, Self::Inflow { .. } | Self::Outflow)
     }
 
     /// Velocity that the fluid takes on the face along `component`, m/s (zero where it is free).
@@ -52,6 +78,16 @@ impl<const D: usize> Boundary<D> {
 /// Axes are filled in order, each over the halo of the former ones, so edges and corners hold too.
 pub fn fill_velocity<const D: usize>(grid: &Grid<D>, d: usize, u: &mut [f64]) {
     (0..D).for_each(|axis| fill_velocity_across(grid, d, axis, u));
+}
+
+/// [`fill_velocity`] on a grid with open faces: those first, so that walls complete their layers.
+pub fn fill_velocity_and_open<const D: usize>(grid: &Grid<D>, open: &OpenFaces<D>, d: usize, u: &mut [f64]) {
+    let is_open = |axis: &usize| open.faces().iter().any(|face| face.axis == *axis);
+    for axis in (0..D).filter(is_open) {
+        fill_velocity_across(grid, d, axis, u);
+        open.fill_across(grid, d, axis, u);
+    }
+    (0..D).filter(|axis| !is_open(axis)).for_each(|axis| fill_velocity_across(grid, d, axis, u));
 }
 
 /// The part of [`fill_velocity`] that belongs to `axis`.

@@ -1,14 +1,16 @@
 //! From a checked scene to a grid, the stepper's options and the grains' shapes.
 
 use crate::axis::AxisSpec;
-use crate::boundary::Boundary;
+use crate::boundary::{Boundary, Profile};
 use crate::config::{Choices, ProjectionsKey, SchemeKey};
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, laboratory};
 use crate::scheme::{Projections, Scheme, Viscous};
 use crate::step::Options;
-use protocol::scene::{self, CheckedScene, Face, InitialVelocity, Medium, SceneError, WallKind};
+use protocol::scene::{
+    self, CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind,
+};
 
 /// Geometry of the scene in this crate's words.
 pub fn geometry(scene: &CheckedScene) -> Geometry {
@@ -48,12 +50,19 @@ pub fn grid<const D: usize>(scene: &CheckedScene) -> Result<Grid<D>, SceneError>
 }
 
 fn boundary<const D: usize>(geometry: Geometry, face: &Face) -> Boundary<D> {
+    let velocity = std::array::from_fn(|a| face.velocity[laboratory(geometry, a)]);
     match face.kind {
         WallKind::Periodic => Boundary::Periodic,
         WallKind::FreeSlip => Boundary::FreeSlip,
-        WallKind::NoSlip => {
-            Boundary::NoSlip { velocity: std::array::from_fn(|a| face.velocity[laboratory(geometry, a)]) }
+        WallKind::NoSlip => Boundary::NoSlip { velocity },
+        WallKind::Inflow => {
+            let profile = match face.profile {
+                InflowProfile::Uniform => Profile::Uniform,
+                InflowProfile::Parabolic => Profile::Parabolic,
+            };
+            Boundary::Inflow { velocity, profile }
         }
+        WallKind::Outflow => Boundary::Outflow,
     }
 }
 

@@ -10,7 +10,7 @@ use std::path::Path;
 const ROLE: &str = "fluid";
 
 /// A [`Snapshot`] as stored: fields in the order velocity, history, force (one per axis each),
-/// pressure.
+/// pressure, then the velocity on each open face.
 #[derive(Serialize, Deserialize)]
 struct Stored {
     cells: Vec<u64>,
@@ -27,6 +27,7 @@ struct Stored {
 /// [`SolverError::File`].
 pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError> {
     let Snapshot { state, lambda, memory } = solver.snapshot();
+    let open: Vec<Vec<f64>> = state.open.fields().cloned().collect();
     let fields = state.velocity.into_iter().chain(state.history).chain(lambda).chain([state.pressure]);
     let stored = Stored {
         cells: cells(solver),
@@ -34,7 +35,7 @@ pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> 
         previous_dt: state.previous_dt,
         steps: state.steps,
         memory,
-        fields: fields.collect(),
+        fields: fields.chain(open).collect(),
     };
     protocol::checkpoint::write(folder, ROLE, scene, &stored)
 }
@@ -49,7 +50,8 @@ pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) 
     let grains = snapshot.memory.motions.len();
     let Snapshot { state, lambda, memory } = &mut snapshot;
     let targets = state.velocity.iter_mut().chain(&mut state.history).chain(lambda);
-    let mut targets: Vec<&mut Vec<f64>> = targets.chain([&mut state.pressure]).collect();
+    let mut targets: Vec<&mut Vec<f64>> =
+        targets.chain([&mut state.pressure]).chain(state.open.fields_mut()).collect();
     let lengths = |fields: &mut dyn Iterator<Item = usize>| fields.collect::<Vec<_>>();
     let fits = stored.cells == cells(solver)
         && lengths(&mut stored.fields.iter().map(Vec::len)) == lengths(&mut targets.iter().map(|f| f.len()))

@@ -3,6 +3,7 @@
 //! Layout of every array: see [`crate::grid`].
 
 use crate::grid::Grid;
+use crate::open::OpenFaces;
 
 /// Everything that decides the next time step; copying it saves a run, putting it back restores it.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +15,8 @@ pub struct State<const D: usize> {
     pub pressure: Vec<f64>,
     /// Convection (and explicit viscosity) of the previous step, m/s²: used by Adams–Bashforth.
     pub history: [Vec<f64>; D],
+    /// Velocity on the faces that fluid passes through.
+    pub open: OpenFaces<D>,
     /// Length of the previous step, s; zero before the first one (no history yet).
     pub previous_dt: f64,
     /// Time, s.
@@ -29,6 +32,7 @@ impl<const D: usize> State<D> {
             velocity: grid.new_vector(),
             pressure: grid.new_field(),
             history: grid.new_vector(),
+            open: OpenFaces::new(grid),
             previous_dt: 0.0,
             time: 0.0,
             steps: 0,

@@ -12,7 +12,7 @@
 //! # Which values are unknown
 //! Along its own axis, component `d` has the faces `0..n` on a periodic axis (face `n` repeats face
 //! 0) and `1..n` between walls (faces 0 and `n` are the walls, or r = 0, and hold the wall's normal
-//! velocity, zero). Along the other axes it has `0..n`. See [`Grid::unknowns`].
+//! velocity, zero, or that of an open face). Along the other axes it has `0..n`. See [`Grid::unknowns`].
 //!
 //! # Memory
 //! Every field (each velocity component, pressure, forces, masks) has the same layout: a flat
@@ -167,6 +167,14 @@ pub enum GridError {
         /// 0 lower, 1 upper.
         side: usize,
     },
+    /// Fluid passes through a face where it cannot.
+    #[error("face {side} of axis {axis} is radial: fluid enters and leaves along z only")]
+    RadialFlow {
+        /// Axis number.
+        axis: usize,
+        /// 0 lower, 1 upper.
+        side: usize,
+    },
     /// A wall moves along its normal.
     #[error(
         "the wall on face {side} of axis {axis} has the normal velocity {velocity}: walls move in \
@@ -271,6 +279,11 @@ impl<const D: usize> Grid<D> {
         }
     }
 
+    /// Whether fluid passes through any face.
+    pub fn is_open(&self) -> bool {
+        self.boundaries.iter().flatten().any(Boundary::is_open)
+    }
+
     /// Whether the field goes on periodically along `axis`.
     pub fn periodic(&self, axis: usize) -> bool {
         self.boundaries[axis][0].is_periodic()
@@ -350,6 +363,9 @@ fn check_boundaries<const D: usize>(spec: &GridSpec<D>) -> Result<(), GridError>
             let radial = axis == 0 && side == 0 && spec.geometry == Geometry::Axisymmetric;
             if matches!(face, Boundary::Axis) && !radial {
                 return Err(GridError::MisplacedAxis { axis, side });
+            }
+            if face.is_open() && axis == 0 && spec.geometry == Geometry::Axisymmetric {
+                return Err(GridError::RadialFlow { axis, side });
             }
             let velocity = face.velocity(axis);
             if velocity != 0.0 {

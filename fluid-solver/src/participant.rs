@@ -1,13 +1,16 @@
 //! The fluid as a participant: the number of axes is chosen here, once.
 
 use crate::checkpoint;
+use crate::lines::{self, Line};
 use crate::measure::mean_velocity;
 use crate::output;
 use crate::planes;
 use crate::solver::Solver;
 use protocol::message::{Kinematics, Loads};
+use protocol::output::{MetricValue, OutputFolder};
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
 use protocol::scene::{CheckedScene, ObservedPlanes, SceneError};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A fluid solver for any geometry.
@@ -16,6 +19,7 @@ pub struct Fluid {
     scene: String,
     fields: PathBuf,
     planes: Option<(ObservedPlanes, usize)>,
+    lines: Vec<Line>,
 }
 
 /// Two or three axes. Boxed: the plans of the transforms are large.
@@ -49,7 +53,19 @@ impl Fluid {
         let axis = |asked: &ObservedPlanes| axes.iter().position(|axis| *axis == asked.axis);
         let planes = scene.scene.observe.planes.clone();
         let planes = planes.and_then(|asked| axis(&asked).map(|axis| (asked, axis)));
-        Ok(Self { solver, scene: scene.sha256(), fields: folder.join("fields"), planes })
+        let lines = lines::of(scene)?;
+        Ok(Self { solver, scene: scene.sha256(), fields: folder.join("fields"), planes, lines })
+    }
+
+    /// Metrics of the last state that only the fluid can measure; their tables go to `folder`.
+    ///
+    /// # Errors
+    /// [`SolverError`] if a table cannot be written.
+    pub fn measure_lines(
+        &mut self,
+        folder: &OutputFolder,
+    ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
+        any!(&mut self.solver, solver => lines::finish(solver, &self.lines, folder))
     }
 
     /// The solver of a plane or axisymmetric scene.
@@ -127,5 +143,9 @@ impl Participant for Fluid {
 
     fn solver_seconds(&self) -> f64 {
         any!(&self.solver, solver => solver.seconds())
+    }
+
+    fn pressure_gradient(&self) -> f64 {
+        any!(&self.solver, solver => solver.pressure_gradient())
     }
 }

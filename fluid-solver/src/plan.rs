@@ -107,8 +107,13 @@ fn expected_speed(scene: &CheckedScene, medium: &Medium) -> f64 {
     };
     for a in 0..domain.dimensions() {
         if let Some(faces) = domain.boundary(a) {
-            speed = faces.lower.iter().chain([&faces.upper]).fold(speed, |s, f| s.max(length(&f.velocity)));
+            let fastest = |f: &scene::Face| domain.peak_over_mean(a, f) * length(&f.velocity);
+            speed = faces.lower.iter().chain([&faces.upper]).fold(speed, |s, f| s.max(fastest(f)));
         }
+    }
+    if let Some(flow) = &medium.flow_rate {
+        // The largest ratio of peak to mean of the common laminar profiles is that of a duct.
+        speed = speed.max(2.25 * flow.mean_velocity.abs());
     }
     let gravity = length(&scene.scene.gravity);
     for grain in &scene.grains {

@@ -6,7 +6,7 @@ use protocol::alone::{self, Answer, Clock};
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Kinematics, Loads};
 use protocol::output::{MetricValue, OutputFolder};
-use protocol::participant::SolverError;
+use protocol::participant::{Participant, SolverError};
 use protocol::program::Solver;
 use protocol::scene::{CheckedScene, Motion, SceneError};
 use std::collections::BTreeMap;
@@ -43,7 +43,7 @@ impl Solver for Fluid {
     fn finish(
         &mut self,
         scene: &CheckedScene,
-        _: &OutputFolder,
+        folder: &OutputFolder,
     ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
         let domain = &scene.scene.domain;
         let along = |axis: usize| {
@@ -51,7 +51,10 @@ impl Solver for Fluid {
             let value = MetricValue::measured(self.mean_velocity(axis), "m/s", None, None);
             (format!("superficial_velocity_{letter}"), value)
         };
-        Ok((0..domain.dimensions()).filter(|axis| domain.is_periodic(*axis)).map(along).collect())
+        let mut values: BTreeMap<_, _> =
+            (0..domain.dimensions()).filter(|axis| domain.is_periodic(*axis)).map(along).collect();
+        values.extend(self.measure_lines(folder)?);
+        Ok(values)
     }
 
     fn clock(_: &CheckedScene, facts: &FluidFacts) -> Clock {
@@ -60,6 +63,10 @@ impl Solver for Fluid {
 
     fn sides<'a>(incoming: &'a [Kinematics], outgoing: &'a [Loads]) -> (&'a [Loads], &'a [Kinematics]) {
         (outgoing, incoming)
+    }
+
+    fn scalars(&self) -> Vec<f64> {
+        vec![self.pressure_gradient()]
     }
 
     fn facts_by_role(facts: &FluidFacts) -> (Option<&FluidFacts>, Option<&DemFacts>) {

@@ -119,6 +119,11 @@ impl<const D: usize> Solver<D> {
             rate: 0.0,
             seconds: 0.0,
         };
+        if let Some(flow) = &medium.flow_rate {
+            let axes = scene.scene.domain.geometry.axes();
+            let axis = axes.iter().position(|axis| *axis == flow.axis).expect("the scene's axis was checked");
+            solver.stepper.hold_flow_rate(axis, flow.mean_velocity);
+        }
         solver.begin(scene);
         Ok(solver)
     }
@@ -435,6 +440,12 @@ impl<const D: usize> Solver<D> {
         self.rule.density
     }
 
+    /// Mean pressure gradient that held the flow rate in the last window, Pa/m; 0 without one.
+    pub fn pressure_gradient(&self) -> f64 {
+        let flow = self.stepper.flow_rate();
+        flow.map_or(0.0, |flow| -self.rule.density * flow.acceleration())
+    }
+
     /// CPU seconds of solver work so far, over all threads, without the exchange.
     pub fn seconds(&self) -> f64 {
         self.seconds
@@ -456,6 +467,9 @@ impl Memory {
             let grid = stepper.grid();
             for a in (0..D).filter(|a| grid.periodic(*a)) {
                 drive[laboratory(grid.geometry, a)] = stepper.options().body_force[a];
+            }
+            if let Some(flow) = stepper.flow_rate() {
+                drive[laboratory(grid.geometry, flow.axis())] += flow.acceleration();
             }
         }
         drive
@@ -479,5 +493,6 @@ fn copy_state<const D: usize>(to: &mut State<D>, from: &State<D>) {
         to.history[d].copy_from_slice(&from.history[d]);
     }
     to.pressure.copy_from_slice(&from.pressure);
+    to.open.copy_from(&from.open);
     (to.previous_dt, to.time, to.steps) = (from.previous_dt, from.time, from.steps);
 }

@@ -14,8 +14,11 @@
 
 mod flat;
 
-use crate::boundary::{Boundary, fill_scalar_across, fill_velocity, fill_velocity_across};
+use crate::boundary::{
+    Boundary, fill_scalar_across, fill_velocity, fill_velocity_across, fill_velocity_and_open,
+};
 use crate::field::State;
+use crate::flow_rate::FlowRate;
 use crate::grid::{Grid, GridError};
 use crate::scheme::{Scheme, Viscous};
 use crate::space::{SpaceStep, StageTask};
@@ -72,6 +75,7 @@ pub struct Stepper<const D: usize> {
     engine: Engine<D>,
     stand: Stand,
     broken: bool,
+    flow: Option<FlowRate<D>>,
     timings: Timings,
 }
 
@@ -88,6 +92,7 @@ impl<const D: usize> Stepper<D> {
             engine,
             stand: Stand::Done,
             broken: false,
+            flow: None,
             timings: Timings::default(),
             grid,
             options,
@@ -119,6 +124,11 @@ impl<const D: usize> Stepper<D> {
         let scheme = self.options.scheme;
         let every = scheme.projects_every_stage();
         self.broken = false;
+        // Outflow and a flow that is held look at the velocity of every stage: then no two stages
+        // share a sweep.
+        let open = !self.state.open.is_empty();
+        let apart = open || self.flow.is_some();
+        self.flow.iter_mut().for_each(FlowRate::begin);
         for k in 0..scheme.stages() {
             let last = k + 1 == scheme.stages();
             let stage = scheme.stage(k, dt, self.state.previous_dt);
@@ -129,22 +139,26 @@ impl<const D: usize> Stepper<D> {
             if D == 2 && (k == 0 || !every) {
                 self.fill_halos();
             }
-            let Self { grid, options, state, engine, stand, broken, timings } = self;
+            if every && (D == 2 || apart) {
+                self.project();
+                if self.broken {
+                    return;
+                }
+            }
+            if open {
+                self.state.open.convect(&self.grid, &self.state.velocity, 2.0 * stage.alpha * dt);
+                self.fill_halos();
+            }
+            let Self { grid, options, state, engine, stand, broken, flow, timings } = self;
             match engine {
                 Engine::Flat(engine) => {
-                    if let (true, Stand::Predicted(before)) = (every, *stand) {
-                        *broken = !engine.project(grid, state, before, timings);
-                        if *broken {
-                            return;
-                        }
-                    }
                     engine.stage(grid, options, state, (stage, dt), force, timings);
                     *stand = Stand::Predicted(pending);
                 }
                 Engine::Space(engine) => {
                     engine.refresh(grid);
                     let before = if let Stand::Solved(before) = *stand { Some(before) } else { None };
-                    let after = (every && !last || last && whole).then_some(pending);
+                    let after = (!apart && (every && !last || last && whole)).then_some(pending);
                     let keep = !last || scheme == Scheme::AdamsBashforth2;
                     let force = force.map(|f| std::array::from_fn(|d| f[d].as_slice()));
                     let task = StageTask { stage, dt, keep, force, before, after };
@@ -155,7 +169,11 @@ impl<const D: usize> Stepper<D> {
                     *stand = if after.is_some() { Stand::Solved(pending) } else { Stand::Predicted(pending) };
                 }
             }
+            if let Some(flow) = flow {
+                flow.hold(grid, k, nu * stage.alpha * dt, &mut state.velocity);
+            }
         }
+        self.flow.iter_mut().for_each(|flow| flow.end(dt));
         self.state.previous_dt = dt;
         self.state.time += dt;
         self.state.steps += 1;
@@ -184,10 +202,15 @@ impl<const D: usize> Stepper<D> {
                 }
                 engine.finish(state, pending, timings);
                 let begin = Work::begin();
+                if !self.state.open.is_empty() {
+                    self.fill_halos();
+                }
                 // Those along x and y are filled.
                 let Self { grid, state, .. } = &mut *self;
-                for (d, u) in state.velocity.iter_mut().enumerate() {
-                    fill_velocity_across(grid, d, D - 1, u);
+                if state.open.is_empty() {
+                    for (d, u) in state.velocity.iter_mut().enumerate() {
+                        fill_velocity_across(grid, d, D - 1, u);
+                    }
                 }
                 fill_scalar_across(grid, D - 1, &mut state.pressure);
                 self.timings.add(Part::Projection, begin);
@@ -197,6 +220,8 @@ impl<const D: usize> Stepper<D> {
 
     /// Makes the velocity divergence-free without touching the pressure (initial conditions).
     pub fn project_velocity(&mut self) {
+        let State { open, velocity, .. } = &mut self.state;
+        open.follow(&self.grid, velocity);
         self.fill_halos();
         let Self { grid, state, engine, timings, .. } = self;
         match engine {
@@ -211,9 +236,13 @@ impl<const D: usize> Stepper<D> {
 
     /// Refreshes halo and wall faces of the velocity.
     pub fn fill_halos(&mut self) {
-        for (d, u) in self.state.velocity.iter_mut().enumerate() {
-            fill_velocity(&self.grid, d, u);
-        }
+        fill_all(&self.grid, &mut self.state);
+    }
+
+    /// Sets the velocity on an inflow face from a function of component and position (m), from now
+    /// on: profiles that no scene can say, or that change in time.
+    pub fn set_inflow(&mut self, axis: usize, side: usize, value: impl Fn(usize, [f64; D]) -> f64) {
+        self.state.open.set(&self.grid, axis, side, value);
     }
 
     /// The grid.
@@ -229,6 +258,17 @@ impl<const D: usize> Stepper<D> {
     /// Sets the uniform body force of the steps to come, m/s².
     pub fn set_body_force(&mut self, force: [f64; D]) {
         self.options.body_force = force;
+    }
+
+    /// Holds the mean velocity (m/s) along `axis`, which is periodic, from now on.
+    pub fn hold_flow_rate(&mut self, axis: usize, mean: f64) {
+        let (stages, implicit) = (self.options.scheme.stages(), self.options.viscous == Viscous::Implicit);
+        self.flow = Some(FlowRate::new(&self.grid, axis, mean, stages, implicit));
+    }
+
+    /// The flow rate that is held, if any.
+    pub fn flow_rate(&self) -> Option<&FlowRate<D>> {
+        self.flow.as_ref()
     }
 
     /// Sets the velocity of a no-slip wall, m/s, from now on (an impulsive change).
@@ -286,5 +326,17 @@ impl<const D: usize> Stepper<D> {
     /// Forgets the time spent.
     pub fn reset_timings(&mut self) {
         self.timings = Timings::default();
+    }
+}
+
+/// Refreshes halo, wall faces and open faces of the velocity.
+fn fill_all<const D: usize>(grid: &Grid<D>, state: &mut State<D>) {
+    let State { velocity, open, .. } = state;
+    for (d, u) in velocity.iter_mut().enumerate() {
+        if open.is_empty() {
+            fill_velocity(grid, d, u);
+        } else {
+            fill_velocity_and_open(grid, open, d, u);
+        }
     }
 }

@@ -186,6 +186,7 @@ record! {
         process: u64, "-", "Process id.";
         grains: u64, "-", "Number of grains it knows.";
         substeps: u64, "-", "DEM: sub-steps done since start.";
+        pressure_gradient: f64, "Pa/m", "Fluid: mean pressure gradient that held `medium.flow_rate` in the window, 0 without one; DEM: 0.";
         text: [[u64; 8]; 8], "-", "UTF-8 text, zero-padded, 512 bytes: last words of a failed solver.";
     }
 }

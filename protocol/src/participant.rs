@@ -206,4 +206,9 @@ pub trait Participant {
 
     /// CPU seconds of solver work so far (no waiting, output or log).
     fn solver_seconds(&self) -> f64;
+
+    /// Mean pressure gradient that held a flow rate in the last window, Pa/m; 0 where none is held.
+    fn pressure_gradient(&self) -> f64 {
+        0.0
+    }
 }

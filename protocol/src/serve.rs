@@ -244,6 +244,7 @@ impl Served {
             process: u64::from(std::process::id()),
             grains: participant.grains() as u64,
             substeps: self.substeps,
+            pressure_gradient: participant.pressure_gradient(),
             ..Status::default()
         }
     }

@@ -18,6 +18,8 @@ pub(crate) struct Shape {
     pub(crate) wide: usize,
     /// What holds on the faces of each axis.
     pub(crate) walls: [[Boundary<3>; 2]; 3],
+    /// Whether fluid passes through a face: then halos and faces are filled between the sweeps.
+    pub(crate) open: bool,
     /// 1/Δx, 1/Δy, 1/m.
     pub(crate) inverse: [f64; 2],
     /// 1/Δz of each cell, 1/m.
@@ -51,6 +53,7 @@ impl Shape {
             lead: grid.index(origin),
             wide: (n[0] + 1).next_multiple_of(8),
             walls: walls(grid),
+            open: grid.is_open(),
             inverse: std::array::from_fn(|a| n[a] as f64 / grid.axes[a].length()),
             cell: z.widths.iter().map(|h| 1.0 / h).collect(),
             face: z.face_volume.iter().map(|h| 1.0 / h).collect(),
@@ -89,6 +92,8 @@ fn walls<const D: usize>(grid: &Grid<D>) -> [[Boundary<3>; 2]; 3] {
             Boundary::NoSlip { velocity } => {
                 Boundary::NoSlip { velocity: std::array::from_fn(|d| velocity[d]) }
             }
+            // Their velocity is not asked for here, see `open`.
+            Boundary::Inflow { .. } | Boundary::Outflow => Boundary::WALL,
             Boundary::FreeSlip | Boundary::Axis => Boundary::FreeSlip,
         })
     })

@@ -100,6 +100,9 @@ impl Sweep<'_> {
 
     /// Halos and wall faces of the velocity on plane `k`.
     fn fill(&self, slab: &mut Slab<'_>, k: usize) {
+        if self.shape.open {
+            return;
+        }
         let at = self.place(slab, k);
         for (d, u) in slab.fields.velocity.iter_mut().enumerate() {
             let plane = &mut u[at.clone()];
@@ -122,12 +125,16 @@ impl Sweep<'_> {
             for d in 0..3 {
                 let u = &*fields.velocity[d];
                 let (below, above) = (&mut private.below[d], &mut private.above[d]);
-                if first {
+                if first && shape.open {
+                    copy(below, &u[shape.planes(-1, 0)]);
+                } else if first {
                     beyond(shape, d, 0, &u[plane(range.start)], below);
                 } else {
                     copy(below, &u[plane(under)]);
                 }
-                if last {
+                if last && shape.open {
+                    copy(above, &u[shape.planes(n as isize, n as isize + 1)]);
+                } else if last {
                     beyond(shape, d, 1, &u[plane(range.end - 1)], above);
                 } else {
                     copy(above, &u[plane(over)]);
@@ -214,7 +221,11 @@ impl Sweep<'_> {
         each_private(shape, privates, |range, private| {
             let above = &mut private.above[2];
             if range.end == shape.n[2] && !shape.periodic(2) {
-                above.fill(0.0);
+                if shape.open {
+                    copy(above, &w[shape.planes(range.end as isize, range.end as isize + 1)]);
+                } else {
+                    above.fill(0.0);
+                }
             } else {
                 let k = (range.end % shape.n[2]) as isize;
                 copy(above, &w[shape.planes(k, k + 1)]);

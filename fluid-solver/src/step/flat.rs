@@ -1,8 +1,8 @@
 //! The step on two axes: momentum row by row, then viscosity, then the projection.
 
-use super::{Options, Pending};
+use super::{Options, Pending, fill_all};
 use crate::advect::Advection;
-use crate::boundary::{fill_scalar, fill_velocity};
+use crate::boundary::fill_scalar;
 use crate::diffuse::Diffusion;
 use crate::field::State;
 use crate::grid::Grid;
@@ -150,13 +150,6 @@ impl<const D: usize> FlatStep<D> {
         self.pressure_solver.solve(grid, 0.0, -1.0, rhs, phi, Write::Set);
         timings.add(Part::Pressure, begin);
         fill_scalar(grid, phi);
-    }
-}
-
-/// Refreshes halo and wall faces of the velocity.
-fn fill_all<const D: usize>(grid: &Grid<D>, state: &mut State<D>) {
-    for (d, u) in state.velocity.iter_mut().enumerate() {
-        fill_velocity(grid, d, u);
     }
 }
 

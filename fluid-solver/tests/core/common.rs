@@ -2,7 +2,7 @@
 
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
-use fluid_solver::field::for_each_unknown;
+use fluid_solver::field::{State, for_each_unknown};
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::scheme::{Projections, Scheme, Viscous};
 use fluid_solver::step::{Options, Stepper};
@@ -68,6 +68,18 @@ pub(crate) fn distance<const D: usize>(grid: &Grid<D>, d: usize, a: &[f64], b: &
         count += 1.0;
     });
     (sum / count).sqrt()
+}
+
+/// Compares every bit of two states, halos and padding included.
+pub(crate) fn assert_same<const D: usize>(a: &State<D>, b: &State<D>) {
+    let fields = |s: &State<D>| [s.velocity.clone(), s.history.clone()].concat();
+    let bits = |f: &[f64]| f.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    for (name, (x, y)) in fields(a).iter().zip(&fields(b)).enumerate() {
+        let differ = bits(x).iter().zip(&bits(y)).filter(|(x, y)| x != y).count();
+        assert_eq!(differ, 0, "field {name} of {D} velocities, {D} histories");
+        assert!(x.iter().all(|x| x.is_finite()), "field {name} is not finite");
+    }
+    assert_eq!(bits(&a.pressure), bits(&b.pressure), "pressure");
 }
 
 /// Observed order of a sequence of errors with factors of two between them; prints it.

@@ -2,7 +2,9 @@
 
 mod common;
 
+mod flow_rate;
 mod identities;
+mod open;
 mod order;
 mod radial;
 mod repeat;

@@ -1,6 +1,6 @@
 //! Same bits: whatever the number of threads, and after a restore.
 
-use crate::common::{Random, SCHEMES, grid, pipe, stepper, uniform};
+use crate::common::{Random, SCHEMES, assert_same, grid, pipe, stepper, uniform};
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
 use fluid_solver::field::State;
@@ -19,18 +19,6 @@ fn run<const D: usize>(grid: &Grid<D>, scheme: Scheme, threads: usize) -> State<
         (0..3).for_each(|_| s.step(1e-3, None));
         s.state().clone()
     })
-}
-
-/// Compares every bit of two states, halos and padding included.
-fn assert_same<const D: usize>(a: &State<D>, b: &State<D>) {
-    let fields = |s: &State<D>| [s.velocity.clone(), s.history.clone()].concat();
-    let bits = |f: &[f64]| f.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-    for (name, (x, y)) in fields(a).iter().zip(&fields(b)).enumerate() {
-        let differ = bits(x).iter().zip(&bits(y)).filter(|(x, y)| x != y).count();
-        assert_eq!(differ, 0, "field {name} of {D} velocities, {D} histories");
-        assert!(x.iter().all(|x| x.is_finite()), "field {name} is not finite");
-    }
-    assert_eq!(bits(&a.pressure), bits(&b.pressure), "pressure");
 }
 
 /// 1, 2 and 4 threads agree bit for bit (grids large enough that four threads do take part).

@@ -32,8 +32,15 @@ pub enum Accumulator {
     Crossing(Crossing),
     /// Last value.
     Last(Option<f64>),
-    /// Largest value.
-    Largest(Option<f64>),
+    /// Largest value from an instant on.
+    Largest {
+        /// Start, s.
+        from: f64,
+        /// The value.
+        value: Option<f64>,
+    },
+    /// Upward passages of a level from an instant on.
+    Passages(Passages),
 }
 
 impl Accumulator {
@@ -54,7 +61,10 @@ impl Accumulator {
                 Accumulator::Line(Line::new(span.from, span.to))
             }
             MetricKind::Final { .. } => Accumulator::Last(None),
-            MetricKind::Max { .. } => Accumulator::Largest(None),
+            MetricKind::Max { from, .. } => Accumulator::Largest { from: *from, value: None },
+            MetricKind::Frequency { from, level, .. } => {
+                Accumulator::Passages(Passages { from: *from, level: *level, ..Passages::default() })
+            }
             _ => Accumulator::Trajectory,
         }
     }
@@ -73,7 +83,11 @@ impl Accumulator {
             }
             Self::Line(line) => line.add(sample.time(), sample.window.dt, value),
             Self::Last(last) => *last = Some(value),
-            Self::Largest(largest) => *largest = Some(largest.map_or(value, |kept| kept.max(value))),
+            Self::Largest { from, value: largest } if sample.time() > *from => {
+                *largest = Some(largest.map_or(value, |kept| kept.max(value)));
+            }
+            Self::Passages(passages) => passages.add(sample.time(), value),
+            Self::Largest { .. } => {}
             Self::Trajectory | Self::Crossing(_) => {}
         }
     }
@@ -85,10 +99,68 @@ impl Accumulator {
                 Err(format!("the run ended before t = {from} s, where its mean begins"))
             }
             Self::Mean { time, integral, .. } => Ok(integral / time),
-            Self::First(value) | Self::Last(value) | Self::Largest(value) => {
-                value.ok_or_else(|| "no window was done".into())
+            Self::First(value) | Self::Last(value) => value.ok_or_else(|| "no window was done".into()),
+            Self::Largest { from, value } => {
+                value.ok_or_else(|| format!("the run ended before t = {from} s, where its search begins"))
             }
+            Self::Passages(passages) => passages.frequency(),
             Self::Trajectory | Self::Crossing(_) | Self::Line(_) => Err("is not a single number".into()),
         }
+    }
+}
+
+/// Upward passages of a level: the times of the first and the last, to second order in the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct Passages {
+    /// Start, s.
+    from: f64,
+    /// The level.
+    level: f64,
+    /// Time and value of the window before.
+    before: Option<(f64, f64)>,
+    first: Option<f64>,
+    last: f64,
+    count: u64,
+}
+
+impl Passages {
+    fn add(&mut self, time: f64, value: f64) {
+        if time <= self.from {
+            return;
+        }
+        if let Some((t, v)) = self.before.replace((time, value))
+            && v < self.level
+            && value >= self.level
+        {
+            self.last = t + (time - t) * (self.level - v) / (value - v);
+            self.first = self.first.or(Some(self.last));
+            self.count += 1;
+        }
+    }
+
+    fn frequency(&self) -> Result<f64, String> {
+        match self.first {
+            Some(first) if self.count > 1 => Ok((self.count - 1) as f64 / (self.last - first)),
+            _ => Err(format!("passed {} upwards {} times: a period needs two", self.level, self.count)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// sin(2π 3 t) + 0.2 in windows of 0.011 s: 3 Hz, to the square of 3 Hz × 0.011 s.
+    #[test]
+    fn frequency_of_a_sine_is_its_own() {
+        let mut passages = Passages { from: 0.5, level: 0.1, ..Passages::default() };
+        for k in 1..400 {
+            let t = 0.011 * f64::from(k);
+            passages.add(t, (std::f64::consts::TAU * 3.0 * t).sin() + 0.2);
+        }
+        let frequency = passages.frequency().expect("many periods");
+        assert!((frequency / 3.0 - 1.0).abs() < 1e-3, "{frequency}");
+        assert!(passages.first.is_some_and(|first| first > 0.5));
+        assert!(Passages::default().frequency().is_err());
     }
 }

@@ -61,6 +61,13 @@ pub fn energy_columns() -> [Extra; 6] {
     .map(|name| Extra { name: name.to_owned(), unit: "J".to_owned() })
 }
 
+/// The mean pressure gradient that `medium.flow_rate` adds: behind other extras, as energies are.
+fn flow_rate_column(scene: &CheckedScene) -> Option<Extra> {
+    let flow = scene.scene.medium.as_ref()?.flow_rate?;
+    let name = format!("pressure_gradient_{}", ["x", "y", "z"][flow.axis.component()]);
+    Some(Extra { name, unit: "Pa/m".to_owned() })
+}
+
 /// An accepted window as observed. A slice may be empty where [`Sides`] says so.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'a> {
@@ -245,7 +252,8 @@ impl Columns {
             present,
         };
         let energies = scene.scene.observe.energy && sides == Sides::dry();
-        let more = if energies { energy_columns().to_vec() } else { Vec::new() };
+        let mut more = if energies { energy_columns().to_vec() } else { Vec::new() };
+        more.extend(sides.loads.then(|| flow_rate_column(scene)).flatten());
         let extras = [extras, &more].concat();
         columns.add_scalars(scene.scene.domain.geometry, sides, &extras);
         let geometry = scene.scene.domain.geometry;

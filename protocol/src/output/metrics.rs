@@ -188,7 +188,9 @@ impl Metrics {
             let metric = &self.metrics[index];
             let (reference, source) = (metric.reference, metric.source.clone());
             let unit = match self.metrics[index].kind {
-                MetricKind::MeanFluidVelocity { .. } | MetricKind::MeanGrainVelocity { .. } => "m/s",
+                MetricKind::MeanFluidVelocity { .. }
+                | MetricKind::MeanGrainVelocity { .. }
+                | MetricKind::VelocityDifference { .. } => "m/s",
                 MetricKind::MobilisationTime { .. } => "s",
                 _ => self.column_of[index].as_ref().map_or("-", |(_, unit)| unit),
             };
@@ -208,7 +210,10 @@ impl Metrics {
     fn value(&self, index: usize) -> Result<(f64, Option<&'static str>), String> {
         let accumulator = &self.state.accumulators[index];
         match &self.metrics[index].kind {
-            MetricKind::Mean { column, .. } | MetricKind::Final { column } | MetricKind::Max { column } => {
+            MetricKind::Mean { column, .. }
+            | MetricKind::Final { column }
+            | MetricKind::Max { column, .. }
+            | MetricKind::Frequency { column, .. } => {
                 if self.column_of[index].is_none() {
                     return Err(format!("this run has no column `{column}`"));
                 }
@@ -232,6 +237,9 @@ impl Metrics {
             | MetricKind::JanssenDirect { .. }
             | MetricKind::PlateauPressure { .. } => {
                 Err("is measured by bedload-dem at the end of a dry run with [observe.profile]".into())
+            }
+            MetricKind::VelocityDifference { .. } => {
+                Err("is measured by bedload-fluid at the end of a run without free grains".into())
             }
             kind @ (MetricKind::MeanFluidVelocity { .. }
             | MetricKind::MeanGrainVelocity { .. }
@@ -385,8 +393,12 @@ fn settled(way: &Trajectory) -> Result<f64, String> {
 
 fn find_column(kind: &MetricKind, columns: &Columns) -> Result<Option<(usize, String)>, String> {
     match kind {
-        MetricKind::Mean { column, .. } | MetricKind::Final { column } | MetricKind::Max { column } => {
+        MetricKind::Mean { column, .. } | MetricKind::Final { column } | MetricKind::Max { column, .. } => {
             let found = columns.find(column).map(|(place, unit)| Some((place, unit.to_owned())));
+            found.ok_or_else(|| column.clone())
+        }
+        MetricKind::Frequency { column, .. } => {
+            let found = columns.find(column).map(|(place, _)| Some((place, "1/s".to_owned())));
             found.ok_or_else(|| column.clone())
         }
         MetricKind::HaffTime(_) | MetricKind::HaffMisfit(_) => {

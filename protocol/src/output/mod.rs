@@ -24,7 +24,7 @@ mod summary;
 mod touching;
 mod trajectory;
 
-pub use accumulator::Accumulator;
+pub use accumulator::{Accumulator, Passages};
 pub use columns::{Columns, Extra, Sample, Sides, energy_columns};
 pub use folder::{OutputFolder, atomic_write, resolved_scene};
 pub use line::Line;

@@ -69,6 +69,37 @@ pub enum WallKind {
     NoSlip,
     /// No flow through, no shear; grains pass unless `contact = true`.
     FreeSlip,
+    /// Fluid enters with a given velocity; grains pass unless `contact = true`.
+    Inflow,
+    /// Fluid leaves as it comes (convective condition); grains pass unless `contact = true`.
+    Outflow,
+}
+
+impl WallKind {
+    /// Does fluid pass through?
+    #[must_use]
+    pub fn is_open(self) -> bool {
+        matches!(self, Self::Inflow | Self::Outflow)
+    }
+}
+
+/// How the velocity of an inflow is spread over its face.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum InflowProfile {
+    /// The same everywhere.
+    #[default]
+    Uniform,
+    /// Laminar: a parabola between no-slip walls or around the axis, a product of two in a duct.
+    Parabolic,
+}
+
+impl InflowProfile {
+    /// Is it [`InflowProfile::Uniform`]?
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        *self == Self::Uniform
+    }
 }
 
 /// One face, written either as a name (`"no-slip"`) or as a table.
@@ -77,8 +108,11 @@ pub struct Face {
     /// Kind.
     #[serde(rename = "type")]
     pub kind: WallKind,
-    /// Velocity of a no-slip wall along itself (x, y, z), m/s.
+    /// Velocity of a no-slip wall along itself, or mean velocity of an inflow (x, y, z), m/s.
     pub velocity: [f64; 3],
+    /// How an inflow is spread.
+    #[serde(skip_serializing_if = "InflowProfile::is_uniform")]
+    pub profile: InflowProfile,
     /// Do grains touch it? By default no-slip faces yes, others no.
     pub contact: bool,
 }
@@ -91,13 +125,15 @@ struct FaceTable {
     kind: WallKind,
     #[serde(default)]
     velocity: [f64; 3],
+    #[serde(default)]
+    profile: InflowProfile,
     contact: Option<bool>,
 }
 
 impl From<FaceTable> for Face {
     fn from(table: FaceTable) -> Self {
         let contact = table.contact.unwrap_or(table.kind == WallKind::NoSlip);
-        Self { kind: table.kind, velocity: table.velocity, contact }
+        Self { kind: table.kind, velocity: table.velocity, profile: table.profile, contact }
     }
 }
 
@@ -109,12 +145,15 @@ impl<'de> Deserialize<'de> for Face {
             type Value = Face;
 
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("\"periodic\", \"no-slip\", \"free-slip\" or { type, velocity, contact }")
+                f.write_str(
+                    "\"periodic\", \"no-slip\", \"free-slip\", \"outflow\" or { type, velocity, profile, contact }",
+                )
             }
 
             fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Face, E> {
                 let kind = WallKind::deserialize(serde::de::value::StrDeserializer::new(name))?;
-                Ok(FaceTable { kind, velocity: [0.0; 3], contact: None }.into())
+                let profile = InflowProfile::default();
+                Ok(FaceTable { kind, velocity: [0.0; 3], profile, contact: None }.into())
             }
 
             fn visit_map<M: serde::de::MapAccess<'de>>(self, map: M) -> Result<Face, M::Error> {
@@ -233,6 +272,21 @@ impl Domain {
         self.boundary(axis).is_some_and(|faces| faces.upper.kind == WallKind::Periodic)
     }
 
+    /// Largest over mean velocity of the inflow through a face of grid axis `axis`: 1 if uniform, 3/2
+    /// for each pair of walls (or wall and free side) across, 2 in a tube.
+    #[must_use]
+    pub fn peak_over_mean(&self, axis: usize, face: &Face) -> f64 {
+        if face.kind != WallKind::Inflow || face.profile.is_uniform() {
+            return 1.0;
+        }
+        let walled = |a: &usize| {
+            let sides = self.boundary(*a);
+            sides.is_some_and(|b| b.lower.iter().chain([&b.upper]).any(|f| f.kind == WallKind::NoSlip))
+        };
+        let across = (0..self.dimensions()).filter(|a| *a != axis).filter(walled);
+        across.map(|a| if self.geometry.axes()[a] == Axis::R { 2.0 } else { 1.5 }).product()
+    }
+
     /// Number of cells.
     #[must_use]
     pub fn cell_count(&self) -> usize {
@@ -322,6 +376,19 @@ pub struct Medium {
     /// Mean pressure gradient ∂p/∂x, Pa/m: drives the flow along periodic axes.
     #[serde(default)]
     pub pressure_gradient: [f64; 3],
+    /// Flow that is held along a periodic axis by a mean pressure gradient which follows from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flow_rate: Option<FlowRate>,
+}
+
+/// A flow rate that is held.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FlowRate {
+    /// Axis along which the fluid flows; it must be periodic.
+    pub axis: Axis,
+    /// Mean velocity over the whole box (bulk velocity), grains included, m/s.
+    pub mean_velocity: f64,
 }
 
 impl Medium {

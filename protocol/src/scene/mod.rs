@@ -8,6 +8,7 @@ mod error;
 mod grains;
 mod layers;
 mod observe;
+mod open;
 mod pours;
 mod random;
 mod rest;
@@ -19,7 +20,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use domain::{
-    Axis, Boundary, Domain, Face, Faces, Geometry, InitialVelocity, Medium, Stretching, WallKind,
+    Axis, Boundary, Domain, Face, Faces, FlowRate, Geometry, InflowProfile, InitialVelocity, Medium,
+    Stretching, WallKind,
 };
 pub use error::SceneError;
 pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape, Wall};

@@ -210,9 +210,39 @@ pub enum MetricKind {
         /// Column.
         column: String,
     },
-    /// Largest value of a column of `series.csv`.
+    /// Largest value of a column of `series.csv` from a time on.
     Max {
         /// Column.
+        column: String,
+        /// Start, s.
+        #[serde(default)]
+        from: f64,
+    },
+    /// Frequency of a column of `series.csv`: upward passages of `level` per time between the first
+    /// and the last of them.
+    Frequency {
+        /// Column.
+        column: String,
+        /// Start, s.
+        #[serde(default)]
+        from: f64,
+        /// Value that is passed, in the unit of the column.
+        #[serde(default)]
+        level: f64,
+    },
+    /// Largest difference between the velocity of the fluid along a line at the end of a run without
+    /// free grains and a published table; the profile goes to `<name>.csv`.
+    VelocityDifference {
+        /// Component of the velocity.
+        component: Axis,
+        /// Axis of the line.
+        along: Axis,
+        /// A point that it passes through (x, y, z), m.
+        through: [f64; 3],
+        /// CSV file whose column `x`, `y`, `z` or `r`, as `along` says, holds the coordinate, from the
+        /// folder in which the command runs.
+        file: std::path::PathBuf,
+        /// Its column that holds the velocity.
         column: String,
     },
     /// Largest relative error of Ψ₂(Ψ₁) over the pairs of grains (0, 1), (2, 3), … that have collided,

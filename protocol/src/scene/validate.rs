@@ -5,6 +5,7 @@ use super::domain::{Axis, Geometry, InitialVelocity, WallKind};
 use super::error::SceneError;
 use super::grains::{Grain, Motion, Shape};
 use super::observe::MetricKind;
+use super::open;
 use super::source::SceneSource;
 
 /// More cells than this need more memory than any one machine here is asked to have.
@@ -133,7 +134,8 @@ fn boundary(scene: &Scene, source: &SceneSource) -> Check {
             ));
         }
     }
-    (0..axes.len()).try_for_each(|axis| faces(scene, axis, source))
+    (0..axes.len()).try_for_each(|axis| faces(scene, axis, source))?;
+    open::through(scene, source)
 }
 
 /// The two faces of grid axis `axis`.
@@ -152,7 +154,7 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
         return Err(source.error(
             &key,
             "is missing: every face of the box needs a boundary".to_owned(),
-            &format!("add {name} = \"periodic\", or {name}_lower and {name}_upper = \"no-slip\" or \"free-slip\" (axis r: r_upper alone)"),
+            &format!("add {name} = \"periodic\", or {name}_lower and {name}_upper = \"no-slip\", \"free-slip\", an inflow or \"outflow\" (axis r: r_upper alone)"),
         ));
     };
     let periodic = faces.upper.kind == WallKind::Periodic;
@@ -174,6 +176,11 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
     for (face, side) in faces.lower.iter().map(|lower| (lower, "_lower")).chain([(&faces.upper, "_upper")]) {
         let key = format!("{pair}{}.velocity", if both.is_some() { "" } else { side });
         finite(source, &key, &face.velocity)?;
+        let written = key.trim_end_matches(".velocity");
+        open::face(scene, axis, side == "_upper", face, written, source)?;
+        if face.kind == WallKind::Inflow {
+            continue;
+        }
         if face.velocity[component] != 0.0 {
             return Err(source.error(
                 &key,
@@ -185,7 +192,7 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
             return Err(source.error(
                 &key,
                 format!("is {:?} on a face of {name} that is not no-slip", face.velocity),
-                "only a no-slip wall drags the fluid: remove the velocity, or make the face no-slip",
+                "only a no-slip wall or an inflow has a velocity: remove it, or make the face one of them",
             ));
         }
     }
@@ -279,6 +286,7 @@ fn medium(scene: &Scene, source: &SceneSource) -> Check {
             ));
         }
     }
+    open::flow_rate(scene, source)?;
     match &medium.initial {
         InitialVelocity::Rest => Ok(()),
         InitialVelocity::Uniform { velocity } => finite(source, "medium.initial.velocity", velocity),
@@ -772,7 +780,24 @@ pub(super) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
         }
         match &metric.kind {
             MetricKind::RestitutionAtGap { gap, .. } => positive(source, &key("gap"), *gap)?,
-            MetricKind::Mean { from, .. } => not_negative(source, &key("from"), *from)?,
+            MetricKind::Mean { from, .. } | MetricKind::Max { from, .. } => {
+                not_negative(source, &key("from"), *from)?;
+            }
+            MetricKind::Frequency { from, level, .. } => {
+                not_negative(source, &key("from"), *from)?;
+                finite(source, &key("level"), &[*level])?;
+            }
+            MetricKind::VelocityDifference { component, along, through, .. } => {
+                let axes = scene.domain.geometry.axes();
+                if scene.medium.is_none() || !axes.contains(component) || !axes.contains(along) {
+                    return Err(source.error(
+                        &key("kind"),
+                        format!("is about {component:?} along {along:?} of a fluid; the axes are {axes:?}"),
+                        "name axes of this geometry, in a scene with [medium]",
+                    ));
+                }
+                finite(source, &key("through"), through)?;
+            }
             MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {
                 not_negative(source, &key("from"), span.from)?;
                 positive(source, &key("to"), span.to.min(f64::MAX))?;

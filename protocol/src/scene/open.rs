@@ -1,0 +1,173 @@
+//! Checks of the faces that fluid passes through, and of a flow that is held along a periodic axis.
+
+use super::Scene;
+use super::domain::{Axis, Face, Geometry, WallKind};
+use super::error::SceneError;
+use super::source::SceneSource;
+
+type Check = Result<(), SceneError>;
+
+/// One face of grid axis `axis` by itself; `key` is where it is written, `upper` which it is.
+pub(super) fn face(
+    scene: &Scene,
+    axis: usize,
+    upper: bool,
+    face: &Face,
+    key: &str,
+    source: &SceneSource,
+) -> Check {
+    let domain = &scene.domain;
+    if face.kind != WallKind::Inflow && !face.profile.is_uniform() {
+        return Err(source.error(
+            &format!("{key}.profile"),
+            "shapes a face through which nothing enters".to_owned(),
+            "remove it, or set type = \"inflow\"",
+        ));
+    }
+    if !face.kind.is_open() {
+        return Ok(());
+    }
+    let name = format!("{:?}", face.kind).to_lowercase();
+    if domain.geometry == Geometry::Axisymmetric && domain.geometry.axes()[axis] == Axis::R {
+        return Err(source.error(
+            key,
+            format!("is an {name} through the outer cylinder; allowed: \"no-slip\" or \"free-slip\""),
+            "let the fluid enter and leave along z",
+        ));
+    }
+    if scene.medium.is_none() {
+        return Err(source.error(
+            key,
+            format!("is an {name}, but the scene has no fluid"),
+            "add [medium], or write \"free-slip\", through which grains pass too",
+        ));
+    }
+    if face.kind == WallKind::Inflow { inflow(scene, axis, upper, face, key, source) } else { Ok(()) }
+}
+
+/// The velocity and the shape of an inflow.
+fn inflow(scene: &Scene, axis: usize, upper: bool, face: &Face, key: &str, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    let component = domain.geometry.component(axis);
+    let normal = face.velocity[component];
+    let inward = if upper { -normal } else { normal };
+    if inward <= 0.0 {
+        let (axis, sign) = (["x", "y", "z"][component], if upper { "below" } else { "above" });
+        return Err(source.error(
+            &format!("{key}.velocity"),
+            format!(
+                "is {:?}: an inflow enters the box; allowed: a component along {axis} {sign} 0",
+                face.velocity
+            ),
+            "give the mean velocity of what enters, as { type = \"inflow\", velocity = [x, y, z] }, or write \"outflow\"",
+        ));
+    }
+    let absent = match domain.geometry {
+        Geometry::Plane => face.velocity[1] != 0.0,
+        Geometry::Axisymmetric => face.velocity[0] != 0.0 || face.velocity[1] != 0.0,
+        Geometry::Space => false,
+    };
+    if absent {
+        return Err(source.error(
+            &format!("{key}.velocity"),
+            format!("is {:?}, with a component that {:?} geometry has not", face.velocity, domain.geometry),
+            "set that component to 0",
+        ));
+    }
+    if face.profile.is_uniform() {
+        return Ok(());
+    }
+    if (0..3).any(|c| c != component && face.velocity[c] != 0.0) {
+        return Err(source.error(
+            &format!("{key}.velocity"),
+            format!("is {:?}: a parabolic inflow enters straight", face.velocity),
+            "set the other components to 0, or take profile = \"uniform\"",
+        ));
+    }
+    if domain.peak_over_mean(axis, face) == 1.0 {
+        return Err(source.error(
+            &format!("{key}.profile"),
+            "is parabolic, but no axis across has a no-slip wall for it to be zero on".to_owned(),
+            "take profile = \"uniform\", or make faces across no-slip",
+        ));
+    }
+    Ok(())
+}
+
+/// What enters must leave.
+pub(super) fn through(scene: &Scene, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    let has = |kind: WallKind| {
+        (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis)).find_map(|faces| {
+            let lower = faces.lower.filter(|face| face.kind == kind);
+            lower.or(Some(faces.upper).filter(|face| face.kind == kind))
+        })
+    };
+    match (has(WallKind::Inflow), has(WallKind::Outflow)) {
+        (Some(_), None) => Err(source.error(
+            &written(scene, WallKind::Inflow),
+            "is an inflow, but no face is an outflow: what enters must leave".to_owned(),
+            "write \"outflow\" for the face opposite, or for another",
+        )),
+        (None, Some(_)) => Err(source.error(
+            &written(scene, WallKind::Outflow),
+            "is an outflow, but no face is an inflow: nothing could leave".to_owned(),
+            "write { type = \"inflow\", velocity = [x, y, z] } for another face, or \"free-slip\" for this one",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Key of the first face of that kind.
+fn written(scene: &Scene, kind: WallKind) -> String {
+    let domain = &scene.domain;
+    for axis in domain.geometry.axes() {
+        let (both, lower, upper) = domain.boundary.of(*axis);
+        for (face, end) in [(both, ""), (lower, "_lower"), (upper, "_upper")] {
+            if face.is_some_and(|face| face.kind == kind) {
+                return format!("domain.boundary.{}{end}", format!("{axis:?}").to_lowercase());
+            }
+        }
+    }
+    "domain.boundary".to_owned()
+}
+
+/// `medium.flow_rate`: only where no face and no other drive decides it already.
+pub(super) fn flow_rate(scene: &Scene, source: &SceneSource) -> Check {
+    let Some(medium) = &scene.medium else { return Ok(()) };
+    let Some(flow) = &medium.flow_rate else { return Ok(()) };
+    let domain = &scene.domain;
+    let axes = domain.geometry.axes();
+    let Some(axis) = axes.iter().position(|axis| *axis == flow.axis) else {
+        return Err(source.error(
+            "medium.flow_rate.axis",
+            format!("is {:?}; the axes of this geometry are {axes:?}", flow.axis),
+            "name one that is periodic",
+        ));
+    };
+    if !flow.mean_velocity.is_finite() {
+        return Err(source.error(
+            "medium.flow_rate.mean_velocity",
+            format!("is {}; allowed: a finite number", flow.mean_velocity),
+            "give the mean velocity over the box, m/s",
+        ));
+    }
+    if !domain.is_periodic(axis) {
+        let name = format!("{:?}", flow.axis).to_lowercase();
+        return Err(source.error(
+            "medium.flow_rate.axis",
+            format!("is {name}, which is not periodic: there the faces decide what flows"),
+            &format!(
+                "write {name} = \"periodic\" in [domain.boundary], or give an inflow and an outflow instead"
+            ),
+        ));
+    }
+    if medium.pressure_gradient[flow.axis.component()] != 0.0 {
+        return Err(source.error(
+            "medium.pressure_gradient",
+            "drives along the axis whose flow rate is held: the gradient is then an outcome".to_owned(),
+            "set that component to 0, or remove medium.flow_rate",
+        ));
+    }
+    Ok(())
+}
