@@ -27,6 +27,8 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     let medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
     let grid = build::grid::<D>(scene)?;
     let plan = Plan::new(scene, medium, &choices, &grid)?;
+    // A table that cannot be read is told before the run, not after it.
+    crate::lines::of(scene)?;
     let implicit = plan.viscous == Viscous::Implicit;
     let carried = choices.method == Forcing::Carried && !scene.grains.is_empty();
     let memory = memory::estimate(&grid, Demand { carried, implicit });

@@ -70,7 +70,24 @@ pub(crate) const BOXES: &[Case] = cases! {
     "a face of a foreign axis": "y = \"periodic\"" => "y = \"periodic\"\n§r_upper = \"free-slip\""; "domain.boundary.r_upper", "axis r";
     "a pair and one of it": "z_lower = \"no-slip\"" => "z_lower = \"no-slip\"\n§z = \"no-slip\""; "domain.boundary.z", "both faces";
     "unknown boundary": "y = \"periodic\"" => "§y = \"sticky\""; "domain.boundary.y", "sticky", "no-slip";
-    "inflow": "y = \"periodic\"" => "§y = \"inflow\""; "domain.boundary.y", "inflow", "no-slip";
+    "inflow without velocity": "y = \"periodic\"" => "§y = \"inflow\""; "domain.boundary.y.velocity", "enters the box", "y above 0";
+    "inflow that leaves": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.0, -1.0, 0.0] }\ny_upper = \"outflow\""; "domain.boundary.y_lower.velocity", "-1", "y above 0";
+    "inflow from above that rises": "y = \"periodic\"" => "y_lower = \"outflow\"\n§y_upper = { type = \"inflow\", velocity = [0.0, 1.0, 0.0] }"; "domain.boundary.y_upper.velocity", "y below 0";
+    "inflow not a number": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.0, nan, 0.0] }\ny_upper = \"outflow\""; "domain.boundary.y_lower.velocity", "NaN";
+    "inflow without outflow": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.0, 1.0, 0.0] }\ny_upper = \"no-slip\""; "domain.boundary.y_lower", "no face is an outflow";
+    "outflow without inflow": "y = \"periodic\"" => "y_lower = \"no-slip\"\n§y_upper = \"outflow\""; "domain.boundary.y_upper", "no face is an inflow";
+    "inflow on a periodic axis": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.0, 1.0, 0.0] }\ny_upper = \"periodic\""; "domain.boundary.y_lower", "not periodic";
+    "outflow on a periodic axis": "y = \"periodic\"" => "y_lower = \"periodic\"\n§y_upper = \"outflow\""; "domain.boundary.y_upper", "not periodic";
+    "unknown profile": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.0, 1.0, 0.0], profile = \"jet\" }\ny_upper = \"outflow\""; "domain.boundary.y_lower.profile", "jet", "parabolic";
+    "parabola that enters obliquely": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.5, 1.0, 0.0], profile = \"parabolic\" }\ny_upper = \"outflow\""; "domain.boundary.y_lower.velocity", "straight";
+    "parabola without walls": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.0, 1.0, 0.0], profile = \"parabolic\" }\ny_upper = \"outflow\"", "z_lower = \"no-slip\"" => "z_lower = \"free-slip\"",
+        "z_upper = { type = \"no-slip\", velocity = [0.0, 0.0, 0.0] }" => "z_upper = \"free-slip\""; "domain.boundary.y_lower.profile", "no-slip wall";
+    "profile of a wall": "z_lower = \"no-slip\"" => "§z_lower = { type = \"no-slip\", profile = \"parabolic\" }"; "domain.boundary.z_lower.profile", "nothing enters";
+    "outflow that drags": "y = \"periodic\"" => "y_lower = { type = \"inflow\", velocity = [0.0, 1.0, 0.0] }\n§y_upper = { type = \"outflow\", velocity = [1.0, 0.0, 0.0] }"; "domain.boundary.y_upper.velocity", "not no-slip";
+    "flow rate between walls": "viscosity = 0.05" => "viscosity = 0.05\n§flow_rate = { axis = \"z\", mean_velocity = 1.0 }"; "medium.flow_rate.axis", "not periodic";
+    "flow rate along a foreign axis": "viscosity = 0.05" => "viscosity = 0.05\n§flow_rate = { axis = \"r\", mean_velocity = 1.0 }"; "medium.flow_rate.axis", "R";
+    "flow rate not a number": "viscosity = 0.05" => "viscosity = 0.05\n§flow_rate = { axis = \"x\", mean_velocity = nan }"; "medium.flow_rate.mean_velocity", "NaN";
+    "flow rate and its gradient": "viscosity = 0.05" => "viscosity = 0.05\n§pressure_gradient = [-1.0, 0.0, 0.0]\nflow_rate = { axis = \"x\", mean_velocity = 1.0 }"; "medium.pressure_gradient", "flow rate is held";
     "number for a boundary": "y = \"periodic\"" => "§y = 3"; "domain.boundary.y", "3", "free-slip";
     "wall through itself": "z_upper = { type = \"no-slip\", velocity = [0.0, 0.0, 0.0] }" => "§z_upper = { type = \"no-slip\", velocity = [0.0, 0.0, 1.0] }";
         "domain.boundary.z_upper.velocity", "through itself";
@@ -187,6 +204,9 @@ pub(crate) const OBSERVATIONS: &[Case] = cases! {
     "column missing": "[[metrics]]\nname = \"speed\"" => "§[[metrics]]\nname = \"speed\"", "column = \"velocity_z[0]\"\n" => ""; "metrics[0].column", "missing field";
     "metric of a grain that is not there": "grain = 1" => "§grain = 7"; "metrics[1].grain", "is 7", "2 grains";
     "two metrics with one name": "name = \"reynolds\"" => "§name = \"speed\""; "metrics[1].name", "second time";
+    "table of velocities missing": "kind = \"max\"\ncolumn = \"velocity_z[0]\"" => "kind = \"velocity-difference\"\ncomponent = \"x\"\nalong = \"z\"\nthrough = [0.0, 0.0, 0.0]\n§file = \"no/such.csv\"\ncolumn = \"u\""; "metrics[0].file", "no/such.csv", "cannot be read";
+    "velocity along a foreign axis": "kind = \"max\"\ncolumn = \"velocity_z[0]\"" => "§kind = \"velocity-difference\"\ncomponent = \"x\"\nalong = \"r\"\nthrough = [0.0, 0.0, 0.0]\nfile = \"no/such.csv\"\ncolumn = \"u\""; "metrics[0].kind", "R";
+    "frequency from before": "kind = \"max\"" => "kind = \"frequency\"\n§from = -1.0"; "metrics[0].from", "-1";
     "rebound below the surface": "kind = \"terminal-reynolds\"" => "kind = \"restitution-at-gap\"\n§gap = -0.1"; "metrics[1].gap", "-0.1";
 };
 
@@ -194,6 +214,8 @@ pub(crate) const ON_AN_AXIS: &[Case] = cases! {
     "grain off the axis": "position = [0.0, 0.0, 6.0]" => "§position = [1.0, 0.0, 6.0]"; "grains[0].position", "off the axis";
     "gravity across the axis": "gravity = [0.0, 0.0, -1.0]" => "§gravity = [1.0, 0.0, 0.0]"; "gravity", "axis of symmetry";
     "hollow cylinder": "lower = [0.0, 0.0]" => "§lower = [1.0, 0.0]"; "domain.lower", "r = 1";
+    "inflow through the cylinder": "r_upper = \"free-slip\"" => "§r_upper = { type = \"inflow\", velocity = [-1.0, 0.0, 0.0] }"; "domain.boundary.r_upper", "outer cylinder";
+    "inflow that swirls": "z = \"free-slip\"" => "§z_lower = { type = \"inflow\", velocity = [0.0, 1.0, 1.0] }\nz_upper = \"outflow\""; "domain.boundary.z_lower.velocity", "Axisymmetric";
     "periodic cylinder": "r_upper = \"free-slip\"" => "§r_upper = \"periodic\""; "domain.boundary.r_upper", "periodic";
     "cylinder missing": "[domain.boundary]\nr_upper = \"free-slip\"" => "§[domain.boundary]"; "domain.boundary.r_upper", "is missing";
     "group on an axis": "[fluid.time]" => "§[[groups]]\ncount = 1\nlower = [-2.0, -2.0, 1.0]\nupper = [2.0, 2.0, 4.0]\nradius = 0.5\ndensity = 2.0\nseed = 1\n[fluid.time]"; "groups[0]", "axis";
@@ -210,6 +232,7 @@ pub(crate) const ON_AN_AXIS: &[Case] = cases! {
 };
 
 pub(crate) const IN_A_PLANE: &[Case] = cases! {
+    "outflow of nothing": "z_upper = \"free-slip\"" => "§z_upper = \"outflow\""; "domain.boundary.z_upper", "no fluid";
     "grain out of the plane": "position = [10.0, 0.0, 19.0]" => "§position = [10.0, 1.0, 19.0]"; "grains[0].position", "out of the plane";
     "gravity out of the plane": "gravity = [0.0, 0.0, -1.0]" => "§gravity = [0.0, -1.0, 0.0]"; "gravity", "out of the plane";
     "three coordinates in a plane": "upper = [20.0, 20.0]" => "§upper = [20.0, 1.0, 20.0]"; "domain.upper", "3 numbers";
