@@ -152,6 +152,11 @@ impl Solver {
     }
 }
 
+/// The time that a solver gets to read a scene: placing grains takes it some 0.1 ms each on a free core.
+fn patience(limit: Duration, scene: &CheckedScene) -> Duration {
+    limit + Duration::from_millis(scene.grains.len() as u64)
+}
+
 /// What the fluid solver says of the scene; a foreign one that does not know `check` is described
 /// from the scene, with a notice.
 ///
@@ -164,7 +169,7 @@ pub fn fluid_facts(
     overrides: &[String],
     limit: Duration,
 ) -> Result<FluidFacts, SolverCommandError> {
-    if let Some(facts) = solver.facts(path, overrides, limit)? {
+    if let Some(facts) = solver.facts(path, overrides, patience(limit, scene))? {
         return Ok(facts);
     }
     let domain = &scene.scene.domain;
@@ -190,7 +195,7 @@ pub fn dem_facts(
     overrides: &[String],
     limit: Duration,
 ) -> Result<DemFacts, SolverCommandError> {
-    if let Some(facts) = solver.facts(path, overrides, limit)? {
+    if let Some(facts) = solver.facts(path, overrides, patience(limit, scene))? {
         return Ok(facts);
     }
     Ok(DemFacts {
