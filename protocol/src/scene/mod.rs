@@ -149,11 +149,12 @@ impl CheckedScene {
         walls
     }
 
-    /// SHA-256 of the text in hexadecimal: the identity of the scene.
+    /// SHA-256 of the text in hexadecimal: the identity of the scene. `[chart]` and `[stability]` do
+    /// not count: they say which other runs to make, and nothing about this one.
     #[must_use]
     pub fn sha256(&self) -> String {
         use sha2::Digest;
-        let digest = sha2::Sha256::digest(self.source.text.as_bytes());
+        let digest = sha2::Sha256::digest(self.source.without_sweeps().as_bytes());
         digest.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 }

@@ -1,5 +1,6 @@
 //! The scene's text: parsing with places, `--set`, and sections for the crates that own them.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
@@ -64,6 +65,17 @@ impl SceneSource {
         self.text = document.to_string();
         self.file = format!("{} (with --set)", self.file);
         Ok(self)
+    }
+
+    /// The text as it would stand without `[chart]` and `[stability]`, which are about other runs
+    /// than the scene's own. Comments above a table go with it.
+    #[must_use]
+    pub fn without_sweeps(&self) -> Cow<'_, str> {
+        let Ok(mut document) = self.text.parse::<toml_edit::DocumentMut>() else {
+            return Cow::Borrowed(&self.text);
+        };
+        let removed = SWEEPS.map(|name| document.remove(name).is_some());
+        if removed.contains(&true) { Cow::Owned(document.to_string()) } else { Cow::Borrowed(&self.text) }
     }
 
     /// Reads the parts of the scene that `T` knows. `T` is a struct with one field per section;
@@ -149,6 +161,9 @@ impl SceneSource {
         self.error_at(span, &key, message, remedy)
     }
 }
+
+/// Sections of commands that make many runs of a scene.
+const SWEEPS: [&str; 2] = ["chart", "stability"];
 
 /// Remedy of a key that is not there.
 const MISSING: &str = "add the key; docs/scene.md says what it means";
@@ -371,6 +386,22 @@ mod tests {
         assert_eq!(table["until"].as_integer(), Some(3));
         assert!(source(text).with_overrides(&["grains[3].density=4".into()]).is_err());
         assert!(source(text).with_overrides(&["nonsense".into()]).is_err());
+    }
+
+    #[test]
+    fn sweeps_are_no_part_of_the_scene_that_they_sweep() {
+        let plain = "until = 1.0\n\n[domain]\ncells = [4] # few\n";
+        assert_eq!(source(plain).without_sweeps(), plain);
+        let chart =
+            "\n# A ladder.\n[chart]\nmetric = \"e\"\n[[chart.vary]]\nkey = \"until\"\nvalues = [1, 2]\n";
+        let stability = "\n[stability]\nmetric = \"e\"\n";
+        assert_eq!(source(&format!("{plain}{chart}")).without_sweeps(), plain);
+        assert_eq!(source(&format!("{plain}{stability}{chart}")).without_sweeps(), plain);
+        let inside = format!("until = 1.0\n{chart}\n[domain]\ncells = [4] # few\n");
+        assert_eq!(source(&inside).without_sweeps(), plain);
+        assert_eq!(source("chart.metric = 1\nuntil = 1.0\n").without_sweeps(), "until = 1.0\n");
+        let other = source(&format!("{plain}{chart}")).with_overrides(&["until=2".into()]).expect("fits");
+        assert_eq!(other.without_sweeps(), plain.replace("1.0", "2"));
     }
 
     #[test]

@@ -61,6 +61,8 @@ fn overrides_reach_the_scene_and_its_identity() {
     let after = options.read_scene().expect("reads");
     assert_eq!((after.scene.until, after.grains[0].density), (7.0, 2.5));
     assert_ne!(after.sha256(), before.sha256());
+    options.overrides.extend(["chart.metric=e".into(), "stability.metric=e".into()]);
+    assert_eq!(options.read_scene().expect("reads").sha256(), after.sha256(), "sweeps do not count");
     options.until = Some(-1.0);
     assert!(options.read_scene().expect_err("negative").to_string().contains("until"));
 }
