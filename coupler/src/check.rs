@@ -70,6 +70,8 @@ pub fn schema() -> Result<Value, Failure> {
     let mut whole = serde_json::to_value(schemars::schema_for!(protocol::scene::Scene)).map_err(failed)?;
     let coupling = serde_json::to_value(schemars::schema_for!(Coupling)).map_err(failed)?;
     graft(&mut whole, "coupling", coupling);
+    let chart = serde_json::to_value(schemars::schema_for!(crate::chart::Chart)).map_err(failed)?;
+    graft(&mut whole, "chart", chart);
     for role in [Role::Fluid, Role::Dem] {
         match Solver::ours(role).schema(Duration::from_secs(10)) {
             Some(section) => graft(&mut whole, &role.to_string(), section),
@@ -140,9 +142,11 @@ mod tests {
     fn every_reference_of_the_merged_schema_has_its_definition() {
         let mut whole = serde_json::to_value(schemars::schema_for!(protocol::scene::Scene)).unwrap();
         graft(&mut whole, "coupling", serde_json::to_value(schemars::schema_for!(Coupling)).unwrap());
+        graft(&mut whole, "chart", serde_json::to_value(schemars::schema_for!(crate::chart::Chart)).unwrap());
         let mut found = Vec::new();
         references(&whole, &mut found);
         assert!(found.iter().any(|target| target.contains("coupling.Substeps")), "{found:?}");
+        assert!(found.iter().any(|target| target.contains("chart.Vary")), "{found:?}");
         for target in found {
             let name = target.strip_prefix("#/$defs/").expect("a local reference");
             assert!(whole["$defs"].get(name).is_some(), "{target} is not defined");

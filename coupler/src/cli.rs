@@ -66,6 +66,18 @@ enum Command {
         #[command(subcommand)]
         command: LogWord,
     },
+    /// Run the ladder of a scene's [chart] section: error against cost, with the Pareto front
+    Chart {
+        /// Scene file (TOML) with a [chart] section
+        scene: PathBuf,
+        /// Folder of runs, table, figure and page; finished runs in it are not repeated. By default
+        /// out/SCENE-chart
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Runs at a time, where errors alone matter: costs are timings only of runs one by one
+        #[arg(long, value_name = "N")]
+        jobs: Option<NonZeroUsize>,
+    },
     /// Run published cases and compare with their references; exit 1 if a check fails
     Validate {
         /// Names (falling-sphere) or files (*.toml) of cases; by default all in scenes/validation
@@ -80,9 +92,9 @@ enum Command {
         #[arg(long, value_name = "DIR", default_value = "out/validation")]
         out: PathBuf,
     },
-    /// Make report.html in the output folder of each run
+    /// Make report.html in the output folder of each run, chart.html in that of a chart
     Report {
-        /// Output folders of runs
+        /// Output folders of runs and charts
         #[arg(required = true)]
         dirs: Vec<PathBuf>,
     },
@@ -198,6 +210,9 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             crate::replay::replay(&crate::replay::Replay { log, drive, verify, checkpoint, out })
         }
         Command::Log { command } => Ok(log(&command)?),
+        Command::Chart { scene, out, jobs } => {
+            Ok(crate::chart::chart(&crate::chart::Options { scene, out, jobs })?)
+        }
         Command::Validate { cases, quick, jobs, out } => {
             Ok(crate::validate::validate(&crate::validate::Validate { cases, quick, jobs, out })?)
         }

@@ -13,10 +13,13 @@
 //! | [`record`], [`resume`] | log, checkpoints |
 //! | [`replay`], [`log_command`], [`export`] | a log driving a solver, or read; files for viewers |
 //! | [`report`] | the HTML page of a run |
+//! | [`chart`] | a ladder of runs: error against cost |
+//! | [`sweep`] | many runs of a scene, never repeated once finished |
 //! | [`validate`] | published cases, run and compared |
 //! | [`cli`], [`failure`] | command line and exit codes |
 
 pub mod bounds;
+pub mod chart;
 pub mod check;
 pub mod cli;
 pub mod conduct;
@@ -36,4 +39,5 @@ pub mod run;
 pub mod scheme;
 pub mod solvers;
 pub mod supervise;
+pub mod sweep;
 pub mod validate;

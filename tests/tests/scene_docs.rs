@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use coupler::chart::Chart;
 use coupler::config::Coupling;
 use coupler::plan::{Cast, Plan};
 use dem_solver::config::{Config, DemSection};
@@ -116,6 +117,7 @@ fn every_key_and_every_choice_is_documented() {
         ("[fluid]", schemars::schema_for!(FluidSection)),
         ("[dem]", schemars::schema_for!(DemSection)),
         ("[coupling]", schemars::schema_for!(Coupling)),
+        ("[chart]", schemars::schema_for!(Chart)),
     ] {
         let mut wanted = BTreeSet::new();
         names(&serde_json::to_value(schema).expect("a schema is JSON"), &mut wanted);

@@ -10,11 +10,7 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
 }
 
 fn add_resolution(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
-    let domain = &facts.scene.scene.domain;
-    let smallest = facts.scene.grains.iter().map(|grain| 2.0 * grain.radius).reduce(f64::min);
-    let Some(diameter) = smallest.filter(|_| !domain.cells.is_empty()) else { return };
-    let spacing = (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(0.0, f64::max);
-    let cells = diameter / spacing;
+    let Some(cells) = crate::sweep::resolution::of(facts.scene) else { return };
     bounds.push(Bound::new("resolution", "D/Δx", cells, Side::AtLeast, 5.0).because(
         "nothing was measured on coarser grids; a rebound at 5 is already 28 % too high",
         "numerics §2",

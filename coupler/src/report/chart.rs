@@ -13,7 +13,7 @@ use super::page::{escape, superscript};
 const MOST_POINTS: usize = 1600;
 
 /// Colours that stay apart for colour-blind eyes (Okabe & Ito 2008).
-pub(super) const COLOURS: [&str; 6] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
+pub(crate) const COLOURS: [&str; 6] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
 
 /// Width and height of a chart in its own units; text is 14 of them.
 const SIZE: (f64, f64) = (560.0, 370.0);

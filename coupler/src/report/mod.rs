@@ -1,4 +1,5 @@
-//! `bedload report`: one self-contained HTML page per run, from the files in its output folder.
+//! `bedload report`: one self-contained HTML page per run, from the files in its output folder, or
+//! per chart.
 //!
 //! The page needs nothing but itself: no script, no outside style, font or picture.
 //!
@@ -12,21 +13,22 @@
 //! | `appended` | the form of both kinds of file |
 
 mod appended;
-mod chart;
+pub(crate) mod chart;
 mod contour;
-mod page;
+pub(crate) mod page;
 mod pictures;
 mod plots;
 mod run_files;
 pub(crate) mod sheet;
 pub(crate) mod snapshot;
-mod tables;
+pub(crate) mod tables;
 pub mod vtr;
 
 use std::path::{Path, PathBuf};
 
 use protocol::output::{OutputError, atomic_write};
 
+use crate::chart::ChartError;
 use run_files::RunFiles;
 
 /// Why a report could not be made.
@@ -35,12 +37,16 @@ pub enum ReportError {
     /// A file of the run cannot be read, or the page not written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The folder of a chart cannot be used.
+    #[error(transparent)]
+    Chart(#[from] ChartError),
     /// No folder was named.
     #[error("no folder was named: give the output folder of at least one run")]
     Nothing,
 }
 
-/// Makes `report.html` in each of `dirs`, the output folders of runs; returns the pages.
+/// Makes `report.html` in each of `dirs`, the output folders of runs, or `chart.html` in those of
+/// charts; returns the pages.
 ///
 /// What a run has not left (a log, fields, a plan) is left out of its page, which says so; only the
 /// summary must be there.
@@ -55,6 +61,9 @@ pub fn report(dirs: &[&Path]) -> Result<Vec<PathBuf>, ReportError> {
 }
 
 fn report_one(dir: &Path) -> Result<PathBuf, ReportError> {
+    if dir.join(crate::chart::TABLE).exists() {
+        return Ok(crate::chart::again(dir)?);
+    }
     let run = RunFiles::read(dir)?;
     let page = dir.join("report.html");
     atomic_write(&page, page::page(&run).as_bytes())?;

@@ -39,14 +39,17 @@ figcaption { font-size: .9rem; color: #444; text-align: center; }
 
 /// The whole page of a run.
 pub(super) fn page(run: &RunFiles) -> String {
-    let title = escape(run.title());
+    frame(run.title(), &(head(run) + &sections(run)))
+}
+
+/// A page around `body`, which is HTML; the title is text.
+pub(crate) fn frame(title: &str, body: &str) -> String {
+    let title = escape(title);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <link rel=\"icon\" href=\"data:,\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n\
-         <h1>{title}</h1>\n{head}{body}</body>\n</html>\n",
-        head = head(run),
-        body = sections(run),
+         <h1>{title}</h1>\n{body}</body>\n</html>\n"
     )
 }
 
@@ -130,7 +133,7 @@ fn grains(run: &RunFiles) -> Option<String> {
 }
 
 /// Text as HTML, also within quotes.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
@@ -148,7 +151,7 @@ pub(super) fn escape(text: &str) -> String {
 }
 
 /// Four digits, with a power of ten where that is shorter.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
     }
@@ -169,7 +172,7 @@ pub(super) fn number(value: f64) -> String {
 }
 
 /// A digit or sign, raised.
-pub(super) fn superscript(character: char) -> char {
+pub(crate) fn superscript(character: char) -> char {
     match character {
         '-' => '⁻',
         digit => digit

@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::page::{escape, integer, number};
 
 /// A table with a header row; cells are HTML already.
-pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
+pub(crate) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     let row = |tag: &str, cells: &mut dyn Iterator<Item = String>| {
         // Long cells may break their lines; short ones stay whole and the table scrolls.
         let wide = |cell: &str| if cell.chars().count() > 24 { " class=\"text\"" } else { "" };

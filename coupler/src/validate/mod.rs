@@ -28,6 +28,7 @@ use std::path::{Path, PathBuf};
 use protocol::output::{OutputError, atomic_write};
 
 use crate::failure::Failure;
+use crate::sweep::SweepError;
 use case::Case;
 use runs::Outcome;
 use verdict::Verdict;
@@ -69,6 +70,9 @@ pub enum ValidateError {
         /// Cause.
         source: std::io::Error,
     },
+    /// The runs cannot be made.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
     /// The results cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -96,7 +100,9 @@ impl From<ValidateError> for Failure {
         match error {
             ValidateError::Differs { .. } => Self::Run(error.to_string()),
             ValidateError::Output(error) => error.into(),
-            ValidateError::Case { .. } | ValidateError::File { .. } => Self::Input(error.to_string()),
+            ValidateError::Case { .. } | ValidateError::File { .. } | ValidateError::Sweep(_) => {
+                Self::Input(error.to_string())
+            }
         }
     }
 }

@@ -1,0 +1,238 @@
+//! Runs and results in words, the same on the terminal, in the figure and on the page.
+
+use super::config::{Chart, Finer, Reference};
+use super::limit;
+use super::reference::Known;
+use super::table::{Row, Table};
+use crate::report::page::number;
+
+/// Errors that users ask for.
+const TOLERANCES: [f64; 3] = [0.05, 0.02, 0.01];
+
+/// Names of the varied keys for people, in the order of the columns.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Names {
+    names: Vec<String>,
+    /// Labels of the single runs: they are called by them.
+    singles: Vec<String>,
+}
+
+impl Names {
+    pub(super) fn new(chart: &Chart, table: &Table) -> Self {
+        let name = |key: &String| {
+            let vary = chart.vary.iter().find(|vary| vary.key.as_ref().or(vary.name.as_ref()) == Some(key));
+            vary.and_then(|vary| vary.name.clone()).unwrap_or_else(|| key.clone())
+        };
+        Self {
+            names: table.keys.iter().map(name).collect(),
+            singles: chart.runs.iter().map(|run| run.label.clone()).collect(),
+        }
+    }
+
+    pub(super) fn all(&self) -> &[String] {
+        &self.names
+    }
+
+    /// A key with a value: `D/Δx 8`; a word needs no key beside it.
+    pub(super) fn value(&self, column: usize, value: &str) -> String {
+        let name = &self.names[column];
+        match value {
+            "" => format!("{name} by default"),
+            word if word.parse::<f64>().is_err() && word.starts_with(char::is_alphabetic) => {
+                if ["true", "false"].contains(&word) { format!("{name} {word}") } else { word.to_owned() }
+            }
+            other => format!("{name} {other}"),
+        }
+    }
+
+    /// A run in a few words.
+    pub(super) fn of(&self, row: &Row) -> String {
+        if self.singles.contains(&row.label) {
+            return row.label.clone();
+        }
+        let parts = row.values.iter().enumerate().filter(|(_, value)| !value.is_empty());
+        parts.map(|(column, value)| self.value(column, value)).collect::<Vec<_>>().join(", ")
+    }
+
+    /// A run, key by key.
+    pub(super) fn lines(&self, row: &Row) -> Vec<String> {
+        let single = self.singles.contains(&row.label).then(|| row.label.clone());
+        let shown = |(name, value): (&String, &String)| {
+            format!("{name} = {}", if value.is_empty() { "default" } else { value })
+        };
+        single.into_iter().chain(self.names.iter().zip(&row.values).map(shown)).collect()
+    }
+}
+
+/// An error in per cent, three digits.
+pub(super) fn percent(error: f64) -> String {
+    let rounded: f64 = format!("{:.2e}", 100.0 * error).parse().unwrap_or(100.0 * error);
+    format!("{} %", number(rounded))
+}
+
+/// The reference of each metric, in words.
+pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Known>, String>) -> Vec<String> {
+    if let Some(Reference::Curve(curve)) = &chart.reference {
+        let source = chart.source.as_ref().map_or(String::new(), |source| format!(" ({source})"));
+        return vec![format!(
+            "Error of {}: root mean square of its difference from {} in {} over that of the latter{source}.",
+            curve.column,
+            curve.y,
+            curve.file.display()
+        )];
+    }
+    let known = match known {
+        Ok(known) => known,
+        Err(why) => return vec![format!("There are no errors: {why}.")],
+    };
+    let line = |known: &Known| {
+        let source = known.source.as_ref().map_or(String::new(), |source| format!(" ({source})"));
+        let Some((limit, ladder)) = &known.limit else {
+            return format!("Reference of {}: {}{source}.", known.metric, number(known.value));
+        };
+        let order = limit.order.map_or_else(
+            || "no order seen, so it is the finest value itself".to_owned(),
+            |order| format!("observed order {}", number(rounded(order))),
+        );
+        let size = if limit.value == 0.0 { 1.0 } else { limit.value.abs() };
+        format!(
+            "Reference of {}: {}, Richardson's limit of {} runs{}; {order}. Uncertainty of the finest run {} (grid \
+             convergence index, Roache 1994): errors below say little{source}.",
+            known.metric,
+            number(known.value),
+            ladder.rows.len().min(3),
+            with(names, &ladder.with, column_of(chart, names)),
+            percent(limit.uncertainty / size),
+        )
+    };
+    known.iter().map(line).collect()
+}
+
+fn column_of(chart: &Chart, names: &Names) -> Option<usize> {
+    let Some(Reference::Limit(of)) = &chart.reference else { return None };
+    let name = |vary: &crate::sweep::Vary| vary.name.clone().or(vary.key.clone());
+    let vary =
+        chart.vary.iter().find(|vary| vary.key.as_ref().or(vary.name.as_ref()) == Some(&of.richardson))?;
+    let name = name(vary)?;
+    names.all().iter().position(|other| *other == name)
+}
+
+/// ` with wf 0.5, dt 0.01`: the other keys of a ladder along `column`.
+fn with(names: &Names, values: &[String], column: Option<usize>) -> String {
+    let Some(column) = column else { return String::new() };
+    let place = |number: usize| if number < column { number } else { number + 1 };
+    let parts = values.iter().enumerate().filter(|(_, value)| !value.is_empty());
+    let parts: Vec<String> = parts.map(|(number, value)| names.value(place(number), value)).collect();
+    if parts.is_empty() { String::new() } else { format!(" with {}", parts.join(", ")) }
+}
+
+/// What one ladder shows of its order.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Order {
+    /// Key that is refined.
+    pub(super) key: String,
+    /// The others.
+    pub(super) with: String,
+    pub(super) runs: usize,
+    /// Slope of the errors, all runs.
+    pub(super) of_errors: Option<f64>,
+    /// Richardson's order of the three finest values, for one metric, and their limit with its uncertainty.
+    pub(super) of_values: Option<limit::Limit>,
+}
+
+/// The observed order along every key that refines, for each ladder of three runs and more.
+pub(super) fn orders(chart: &Chart, table: &Table, names: &Names) -> Vec<Order> {
+    let mut orders = Vec::new();
+    let asked = match &chart.reference {
+        Some(Reference::Limit(of)) => Some((of.richardson.as_str(), of.finer)),
+        _ => None,
+    };
+    for (column, key) in table.keys.iter().enumerate() {
+        let own = asked.filter(|(asked, _)| asked == key);
+        let finer = own.and_then(|(_, finer)| finer).or(limit::refines(key));
+        let Some(finer) = finer.or(own.map(|_| Finer::Smaller)) else { continue };
+        for ladder in limit::rungs(table, column, finer) {
+            if ladder.rows.len() < 3 {
+                continue;
+            }
+            let errors: Vec<(f64, f64)> =
+                ladder.rows.iter().filter_map(|(h, row)| Some((*h, table.rows[*row].error?))).collect();
+            let value = |row: &Row| if let [value] = row.measured.as_slice() { *value } else { None };
+            let values: Vec<(f64, f64)> =
+                ladder.rows.iter().filter_map(|(h, row)| Some((*h, value(&table.rows[*row])?))).collect();
+            orders.push(Order {
+                key: names.all()[column].clone(),
+                with: with(names, &ladder.with, Some(column)).trim_start_matches(" with ").to_owned(),
+                runs: errors.len(),
+                of_errors: limit::slope(&errors),
+                of_values: limit::richardson(&values),
+            });
+        }
+    }
+    orders
+}
+
+/// Two digits behind the point.
+pub(super) fn rounded(value: f64) -> f64 {
+    (100.0 * value).round() / 100.0
+}
+
+/// The cheapest run within each of the tolerances.
+pub(super) struct Cheapest {
+    pub(super) tolerance: f64,
+    pub(super) row: Option<usize>,
+    /// Its cost over that of the paper's own setting, where that was run.
+    pub(super) over_seed: Option<f64>,
+}
+
+pub(super) fn cheapest(chart: &Chart, table: &Table) -> Vec<Cheapest> {
+    let seed = chart.seed.as_ref().and_then(|label| table.rows.iter().find(|row| row.label == *label));
+    let seed = seed.and_then(|row| row.cpu).map(|cpu| cpu.median);
+    let of = |tolerance: f64| {
+        let row = table.cheapest(tolerance);
+        let cost = row.and_then(|row| table.rows[row].cpu).map(|cpu| cpu.median);
+        let over_seed = cost.zip(seed).filter(|(_, seed)| *seed > 0.0).map(|(cost, seed)| cost / seed);
+        Cheapest { tolerance, row, over_seed }
+    };
+    TOLERANCES.map(of).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::table::tests::table;
+    use super::*;
+
+    #[test]
+    fn the_cheapest_is_told_over_the_papers_own_cost() {
+        let table = table(&[(8.0, "a", 1.0, 0.04), (16.0, "a", 4.0, 0.015), (8.0, "seed", 8.0, 0.06)]);
+        let chart = Chart { seed: Some("seed-8".to_owned()), ..Chart::default() };
+        let found: Vec<_> = cheapest(&chart, &table).iter().map(|c| (c.row, c.over_seed)).collect();
+        assert_eq!(found, [(Some(0), Some(0.125)), (Some(1), Some(0.5)), (None, None)]);
+    }
+
+    #[test]
+    fn runs_are_named_by_their_keys() {
+        let table = table(&[(8.0, "carried", 1.0, 0.04)]);
+        let chart: Chart =
+            toml::from_str("[[vary]]\nkey = \"resolution\"\nname = \"D/Δx\"\nvalues = [8]\n").unwrap();
+        let names = Names::new(&chart, &table);
+        assert_eq!(names.of(&table.rows[0]), "D/Δx 8, carried");
+        assert_eq!(names.lines(&table.rows[0]), ["D/Δx = 8", "method = carried"]);
+        assert_eq!(names.value(0, ""), "D/Δx by default");
+        assert_eq!([0.0123456, 1e-5, 0.5].map(percent), ["1.23 %", "0.001 %", "50 %"]);
+    }
+
+    #[test]
+    fn orders_are_those_of_each_ladder() {
+        let family = |name, p: f64| [8.0, 16.0, 32.0].map(|n: f64| (n, name, 1.0, n.powf(-p)));
+        let points: Vec<_> = family("a", 1.0).into_iter().chain(family("b", 2.0)).collect();
+        let table = table(&points);
+        let orders = orders(&Chart::default(), &table, &Names::new(&Chart::default(), &table));
+        assert_eq!(orders.len(), 2);
+        for (order, (with, p)) in orders.iter().zip([("a", 1.0), ("b", 2.0)]) {
+            assert_eq!((order.with.as_str(), order.runs), (with, 3));
+            assert!((order.of_errors.unwrap() - p).abs() < 1e-9);
+            assert!((order.of_values.unwrap().order.unwrap() - p).abs() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! The runs of a chart: planned, made, measured.
+
+use std::path::{Path, PathBuf};
+
+use protocol::output::{Summary, atomic_write};
+use protocol::scene::{CheckedScene, SceneError};
+
+use super::config::{Chart, Curve, Reference};
+use super::table::{Row, Spread, Table};
+use super::{ChartError, reference};
+use crate::sweep::{self, Keep, Ladder, Outcome, Point, Task};
+
+/// The runs that the section asks for.
+pub(super) fn plan(scene: &CheckedScene, chart: &Chart) -> Result<Ladder, SceneError> {
+    let ladder = Ladder::new(scene, "chart", &chart.set, &chart.vary, &chart.runs)?;
+    let labels = || ladder.points.iter().map(|point| point.label.as_str());
+    match &chart.seed {
+        Some(seed) if !labels().any(|label| label == seed) => Err(scene.source.error(
+            "chart.seed",
+            format!(
+                "is {seed:?}, but no run has that label; there are {}",
+                labels().collect::<Vec<_>>().join(", ")
+            ),
+            "name the run that has the paper's own setting, or leave the key out",
+        )),
+        _ => Ok(ladder),
+    }
+}
+
+/// Makes all runs, each as often as it is timed, and measures them.
+pub(super) fn make(
+    ladder: &Ladder,
+    chart: &Chart,
+    scene: &Path,
+    out: &Path,
+    jobs: usize,
+) -> Result<Table, ChartError> {
+    let mut tasks: Vec<Task> = Vec::new();
+    // All runs once, then all again: what slows the machine for a while meets every setting.
+    for repeat in 1..=chart.repeat {
+        tasks.extend(ladder.points.iter().map(|point| task(point, chart, scene, out, repeat)));
+    }
+    for task in &tasks {
+        if let Ok(None) = task.finished(Keep::Failed) {
+            note_company(task, jobs)?;
+        }
+    }
+    let outcomes = sweep::run_all(&tasks, jobs, Keep::Failed)?;
+    let curve = match &chart.reference {
+        Some(Reference::Curve(curve)) => {
+            let text =
+                std::fs::read_to_string(&curve.file).map_err(sweep::SweepError::file("read", &curve.file))?;
+            Some((curve, text))
+        }
+        _ => None,
+    };
+    let count = ladder.points.len();
+    let row = |number: usize| {
+        let of = || (number..tasks.len()).step_by(count);
+        let made: Vec<(&Task, &Outcome)> = of().map(|place| (&tasks[place], &outcomes[place])).collect();
+        row(&ladder.points[number], chart, &made, curve.as_ref())
+    };
+    let keys = ladder.columns.iter().map(|column| column.key.clone()).collect();
+    let metrics = chart.metrics().into_iter().map(str::to_owned).collect();
+    Ok(Table { keys, metrics, rows: (0..count).map(row).collect() })
+}
+
+/// A run, once; the first time in `runs/`, again in `runs-2/` and so on.
+fn task(point: &Point, chart: &Chart, scene: &Path, out: &Path, repeat: usize) -> Task {
+    let (folder, again) = match repeat {
+        1 => ("runs".to_owned(), String::new()),
+        _ => (format!("runs-{repeat}"), format!(" ({repeat})")),
+    };
+    Task {
+        name: format!("{}{again}", point.label),
+        scene: scene.to_owned(),
+        set: point.set.clone(),
+        folder: out.join(folder).join(&point.label),
+        threads: point.threads.unwrap_or(chart.threads),
+    }
+}
+
+/// `FOLDER.beside`: how many runs at most share the machine with this one.
+fn company(task: &Task) -> PathBuf {
+    let mut path = std::ffi::OsString::from(&task.folder);
+    path.push(".beside");
+    path.into()
+}
+
+/// Leaves word for later charts of the same folder, which do not repeat the run, that it had company.
+fn note_company(task: &Task, jobs: usize) -> Result<(), ChartError> {
+    let path = company(task);
+    if jobs > 1 {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(sweep::SweepError::file("make", folder))?;
+        }
+        atomic_write(&path, (jobs - 1).to_string().as_bytes())?;
+    } else if path.exists() {
+        std::fs::remove_file(&path).map_err(sweep::SweepError::file("remove", &path))?;
+    }
+    Ok(())
+}
+
+fn beside(task: &Task) -> usize {
+    std::fs::read_to_string(company(task)).ok().and_then(|text| text.trim().parse().ok()).unwrap_or(0)
+}
+
+/// What a point's runs gave.
+fn row(point: &Point, chart: &Chart, made: &[(&Task, &Outcome)], curve: Option<&(&Curve, String)>) -> Row {
+    let done: Vec<(&Task, &Summary)> = made
+        .iter()
+        .filter_map(|(task, outcome)| match outcome {
+            Outcome::Done(summary) => Some((*task, &**summary)),
+            Outcome::Failed(_) => None,
+        })
+        .collect();
+    let metrics = chart.metrics();
+    let mut row = Row {
+        values: point.values.clone(),
+        label: point.label.clone(),
+        cpu: Spread::of(done.iter().map(|(_, summary)| cpu(summary)).collect()),
+        wall: Spread::of(done.iter().map(|(_, summary)| summary.cost.wall_s).collect()),
+        error: None,
+        pareto: false,
+        measured: vec![None; metrics.len()],
+        repeats: done.len(),
+        beside: made.iter().map(|(task, _)| beside(task)).max().unwrap_or(0),
+        note: String::new(),
+    };
+    for (_, outcome) in made {
+        if let Outcome::Failed(why) = outcome {
+            row.add_note(why);
+        }
+    }
+    let Some((task, first)) = done.first() else { return row };
+    for (place, name) in metrics.iter().enumerate() {
+        match first.metrics.get(*name) {
+            None => row.add_note(&format!("the run has no metric {name}")),
+            Some(metric) => {
+                row.measured[place] = metric.value;
+                if let Some(note) = &metric.note {
+                    row.add_note(note);
+                }
+            }
+        }
+    }
+    // Repeats are timed, not measured: their results are the same bits, or something is broken.
+    let values = |summary: &Summary| -> Vec<Option<u64>> {
+        let value = |name: &&str| summary.metrics.get(*name)?.value.map(f64::to_bits);
+        metrics.iter().map(value).collect()
+    };
+    if done.iter().any(|(_, summary)| values(summary) != values(first)) {
+        row.add_note("repeats of the run gave other values: it does not repeat bit for bit");
+    }
+    if let Some((curve, text)) = curve {
+        match reference::misfit(curve, text, &task.folder) {
+            Ok(error) => row.error = Some(error),
+            Err(why) => row.add_note(&why),
+        }
+    }
+    row
+}
+
+/// CPU time of all that took part, s.
+fn cpu(summary: &Summary) -> f64 {
+    summary.cost.fluid_cpu_s + summary.cost.dem_cpu_s + summary.cost.coupler_cpu_s
+}

@@ -1,0 +1,232 @@
+//! `bedload chart`: a ladder of runs of one scene, error against cost.
+//!
+//! The scene's `[chart]` section says which keys vary and what the runs are compared with. Each run is
+//! a `bedload run` of its own under `runs/`, and is not repeated once finished. One after the other
+//! by default, so that they do not disturb each other's timing.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `config` | the `[chart]` section |
+//! | `ladder` | the runs, made and measured |
+//! | `reference`, `limit` | errors; Richardson's limit and order |
+//! | `table` | `chart.csv`, Pareto front |
+//! | `describe` | runs and results in words |
+//! | `figure`, `page` | `chart.svg`, `chart.html` |
+
+mod config;
+mod describe;
+mod figure;
+mod ladder;
+mod limit;
+mod page;
+mod reference;
+mod table;
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use protocol::output::{OutputError, RunOptions, atomic_write};
+use protocol::scene::{Metric, SceneError, SceneSource};
+use serde::Deserialize;
+
+use crate::failure::Failure;
+use crate::report::page::number;
+use crate::sweep::SweepError;
+pub use config::{Chart, Curve, Finer, LimitOf, Published, Reference};
+use describe::{Names, percent};
+use table::Table;
+
+/// What to chart, and how.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Scene with a `[chart]` section.
+    pub scene: PathBuf,
+    /// Output folder; by default out/SCENE-chart.
+    pub out: Option<PathBuf>,
+    /// Runs at a time; by default one, so that costs are timings.
+    pub jobs: Option<NonZeroUsize>,
+}
+
+/// Why a chart could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ChartError {
+    /// The scene or its section is wrong.
+    #[error(transparent)]
+    Scene(#[from] Box<SceneError>),
+    /// The runs cannot be made.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// The results cannot be written or read.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The folder is something else.
+    #[error("{}: {what}", path.display())]
+    Folder {
+        /// Which.
+        path: PathBuf,
+        /// What is wrong with it, and what to do.
+        what: String,
+    },
+    /// No run can be compared with the reference.
+    #[error("no run gave an error; the remarks in {} say why", table.display())]
+    NoError {
+        /// `chart.csv`.
+        table: PathBuf,
+    },
+}
+
+impl From<SceneError> for ChartError {
+    fn from(error: SceneError) -> Self {
+        Self::Scene(Box::new(error))
+    }
+}
+
+impl From<ChartError> for Failure {
+    fn from(error: ChartError) -> Self {
+        match error {
+            ChartError::Scene(error) => Self::Scene(error),
+            ChartError::Output(error) => error.into(),
+            ChartError::NoError { .. } => Self::Run(error.to_string()),
+            ChartError::Sweep(_) | ChartError::Folder { .. } => Self::Input(error.to_string()),
+        }
+    }
+}
+
+/// Makes the runs that are missing, compares them, writes table, figure and page, and prints what was
+/// found.
+///
+/// # Errors
+/// [`ChartError`]; a run that fails is none, unless all do.
+pub fn chart(options: &Options) -> Result<(), ChartError> {
+    let scene = RunOptions::of_scene(&options.scene).read_scene()?;
+    let chart = Chart::read(&scene)?;
+    let ladder = ladder::plan(&scene, &chart)?;
+    let out = out_path(options);
+    if out.join("summary.json").exists() {
+        let what = "is the output folder of a run; name another with --out".to_owned();
+        return Err(ChartError::Folder { path: out, what });
+    }
+    let runs = out.join("runs");
+    std::fs::create_dir_all(&runs).map_err(SweepError::file("make", &runs))?;
+    atomic_write(&out.join(SCENE), scene.source.text.as_bytes())?;
+    let jobs = options.jobs.map_or(1, NonZeroUsize::get);
+    let mut table = ladder::make(&ladder, &chart, &options.scene, &out, jobs)?;
+    let known = reference::known(&chart, &scene.scene.metrics, &table);
+    if !matches!(chart.reference, Some(Reference::Curve(_))) {
+        reference::compare(&mut table, &known);
+    }
+    table.mark_front();
+    let csv = out.join(TABLE);
+    atomic_write(&csv, table.csv().as_bytes())?;
+    let page = again(&out)?;
+    print!("{}", told(&chart, &Names::new(&chart, &table), &table, &known));
+    println!("\n{}\n{}", csv.display(), page.display());
+    let any = table.rows.iter().any(|row| row.point().is_some());
+    if any { Ok(()) } else { Err(ChartError::NoError { table: csv }) }
+}
+
+/// The table of a chart: what makes a folder one.
+pub(crate) const TABLE: &str = "chart.csv";
+
+/// The scene as it was charted.
+const SCENE: &str = "scene.toml";
+
+/// The document as far as a page goes that is made again.
+#[derive(Deserialize)]
+struct Shown {
+    #[serde(default)]
+    title: String,
+    #[serde(default)]
+    source: String,
+    #[serde(default)]
+    metrics: Vec<Metric>,
+}
+
+/// Draws figure and page of a chart's folder from its table and scene; returns the page.
+///
+/// # Errors
+/// [`ChartError`] if one of both cannot be read, or the page not written.
+pub fn again(dir: &Path) -> Result<PathBuf, ChartError> {
+    let source = SceneSource::read(&dir.join(SCENE), &[])?;
+    let chart = Chart::of_text(&source)?;
+    let shown: Shown = source.section()?;
+    let path = dir.join(TABLE);
+    let text = std::fs::read_to_string(&path).map_err(SweepError::file("read", &path))?;
+    let table = Table::parse(&text, &chart.metrics())
+        .map_err(|what| ChartError::Folder { path, what: format!("{what}; chart again") })?;
+    let names = Names::new(&chart, &table);
+    let known = reference::known(&chart, &shown.metrics, &table);
+    let title = [&chart.title, &shown.title].into_iter().find(|title| !title.is_empty());
+    let title = title.map_or("Speed against accuracy", String::as_str);
+    let figure = figure::draw(&table, &names, title, &chart.published, chart.seed.as_deref());
+    if let Some(svg) = &figure {
+        atomic_write(&dir.join("chart.svg"), svg.as_bytes())?;
+    }
+    let sheet = page::Sheet {
+        title,
+        source: &shown.source,
+        chart: &chart,
+        table: &table,
+        names: &names,
+        known: &known,
+        figure: figure.as_deref(),
+    };
+    let page = dir.join("chart.html");
+    atomic_write(&page, page::page(&sheet).as_bytes())?;
+    Ok(page)
+}
+
+/// `--out`, or `out/<name of the scene>-chart`.
+fn out_path(options: &Options) -> PathBuf {
+    let name = options.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
+    options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}-chart")))
+}
+
+/// What was found, for the terminal.
+fn told(
+    chart: &Chart,
+    names: &Names,
+    table: &Table,
+    known: &Result<Vec<reference::Known>, String>,
+) -> String {
+    let mut text = String::new();
+    for line in describe::references(chart, names, known) {
+        text += &format!("{line}\n");
+    }
+    text += &format!(
+        "{}\n\n{:>10} {:>10} {:>10}  run (* on the Pareto front)\n",
+        page::timings(chart, table),
+        "CPU s",
+        "wall s",
+        "error"
+    );
+    for row in &table.rows {
+        let time =
+            |spread: Option<table::Spread>| spread.map_or("–".into(), |spread| number(spread.median));
+        let error = row.error.map_or("–".into(), percent);
+        let mark = if row.pareto { '*' } else { ' ' };
+        text += &format!("{:>10} {:>10} {error:>10} {mark} {}", time(row.cpu), time(row.wall), names.of(row));
+        text += &if row.note.is_empty() { "\n".to_owned() } else { format!(" ({})\n", row.note) };
+    }
+    text += "\n";
+    for cheapest in describe::cheapest(chart, table) {
+        let within = percent(cheapest.tolerance);
+        text += &match cheapest.row {
+            None => format!("no run within {within}\n"),
+            Some(row) => {
+                let ratio = cheapest.over_seed.map_or(String::new(), |ratio| {
+                    format!(", {} times the cost of the paper's own setting", number(ratio))
+                });
+                format!("cheapest within {within}: {}{ratio}\n", names.of(&table.rows[row]))
+            }
+        };
+    }
+    for order in describe::orders(chart, table, names) {
+        let show = |p: Option<f64>| p.map_or("none".into(), |p| number(describe::rounded(p)));
+        let values = order.of_values.and_then(|limit| limit.order);
+        text += &format!("observed order in {}", order.key);
+        text += &if order.with.is_empty() { String::new() } else { format!(" with {}", order.with) };
+        text += &format!(": {} of the errors, {} of the values\n", show(order.of_errors), show(values));
+    }
+    text
+}

@@ -1,0 +1,202 @@
+//! What the runs are compared with, and their errors.
+
+use std::path::Path;
+
+use protocol::output::{Series, points};
+use protocol::scene::Metric;
+
+use super::config::{Chart, Curve, Finer, LimitOf, Reference};
+use super::limit::{self, Limit, Rungs};
+use super::table::{Row, Table};
+use crate::sweep;
+
+/// The reference of one metric.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Known {
+    pub(super) metric: String,
+    pub(super) value: f64,
+    /// How it was extrapolated, if it was: the limit, and from which ladder.
+    pub(super) limit: Option<(Limit, Rungs)>,
+    pub(super) source: Option<String>,
+}
+
+/// The references of the charted metrics, in their order; none where a curve is charted.
+pub(super) fn known(chart: &Chart, metrics: &[Metric], table: &Table) -> Result<Vec<Known>, String> {
+    let of = |(place, name): (usize, &str)| {
+        let own = metrics.iter().find(|metric| metric.name == name);
+        let source = chart.source.clone();
+        let known = |value, limit, source| Known { metric: name.to_owned(), value, limit, source };
+        match &chart.reference {
+            Some(Reference::Number(value)) => Ok(known(*value, None, source)),
+            Some(Reference::Limit(of)) => {
+                let (limit, ladder) = extrapolated(of, place, table)?;
+                Ok(known(limit.value, Some((limit, ladder)), source))
+            }
+            Some(Reference::Curve(_)) | None => {
+                let own = own.ok_or_else(|| format!("the scene has no metric {name}"))?;
+                let value = own.reference.ok_or_else(|| format!("the metric {name} has no reference"))?;
+                Ok(known(value, None, source.or(own.source.clone())))
+            }
+        }
+    };
+    chart.metrics().into_iter().enumerate().map(of).collect()
+}
+
+/// The limit of metric `place` over the ladder that was asked for.
+fn extrapolated(of: &LimitOf, place: usize, table: &Table) -> Result<(Limit, Rungs), String> {
+    let key = &of.richardson;
+    let column = table.keys.iter().position(|other| other == key);
+    let column = column.ok_or_else(|| format!("no key {key} is varied"))?;
+    let finer = of.finer.or(limit::refines(key)).unwrap_or(Finer::Smaller);
+    let wanted = |row: &Row| {
+        of.with.iter().all(|(key, value)| {
+            let text = sweep::cell(&value.as_str().map_or_else(|| value.to_string(), str::to_owned));
+            let column = table.keys.iter().position(|other| other == key);
+            column.is_some_and(|column| row.values[column] == text)
+        })
+    };
+    let mut ladders = limit::rungs(table, column, finer);
+    for ladder in &mut ladders {
+        ladder.rows.retain(|(_, row)| {
+            let row = &table.rows[*row];
+            wanted(row) && row.measured.get(place).copied().flatten().is_some()
+        });
+    }
+    let ladder = ladders.into_iter().find(|ladder| ladder.rows.len() >= 3);
+    let ladder = ladder
+        .ok_or_else(|| format!("no ladder of {key} has three runs with a value, so it has no limit"))?;
+    let pair = |(h, row): &(f64, usize)| Some((*h, table.rows[*row].measured.get(place).copied().flatten()?));
+    let pairs: Vec<(f64, f64)> = ladder.rows.iter().filter_map(pair).collect();
+    let limit = limit::richardson(&pairs).ok_or("too few runs for a limit")?;
+    Ok((limit, ladder))
+}
+
+/// Fills in the errors of the rows by their values; where there is no reference, says so in each.
+pub(super) fn compare(table: &mut Table, known: &Result<Vec<Known>, String>) {
+    for row in &mut table.rows {
+        match known {
+            Err(why) => row.add_note(why),
+            Ok(known) => {
+                let errors: Option<Vec<f64>> = row
+                    .measured
+                    .iter()
+                    .zip(known)
+                    .map(|(value, known)| Some(error((*value)?, known.value)))
+                    .collect();
+                row.error = errors.and_then(|errors| errors.into_iter().reduce(f64::max));
+            }
+        }
+    }
+}
+
+/// |value − reference| / |reference|; the difference itself where that is 0.
+pub(super) fn error(value: f64, reference: f64) -> f64 {
+    let scale = if reference == 0.0 { 1.0 } else { reference.abs() };
+    (value - reference).abs() / scale
+}
+
+/// The error of a run against a curve: root mean square of the difference in time over that of the
+/// curve, where both are.
+pub(super) fn misfit(curve: &Curve, text: &str, run: &Path) -> Result<f64, String> {
+    let (file, column) = (curve.file.display(), &curve.column);
+    let reference = points(text, &curve.x, &curve.y).map_err(|what| format!("{file} {what}"))?;
+    if reference.windows(2).any(|pair| pair[1].0 <= pair[0].0) || reference.len() < 2 {
+        return Err(format!("{file}: {} must grow from row to row, over two rows at least", curve.x));
+    }
+    let series = Series::read(&run.join("series.csv")).map_err(|error| error.to_string())?;
+    let values = series.column(column).ok_or_else(|| format!("series.csv has no column {column}"))?;
+    let mut both: Vec<(f64, f64, f64)> = Vec::new();
+    for (time, value) in series.time().iter().zip(values) {
+        if let Some(expected) = interpolated(&reference, *time).filter(|_| value.is_finite()) {
+            both.push((*time, *value, expected));
+        }
+    }
+    // Trapezoids: rows may stand closer together where the step was short.
+    let (mut off, mut scale) = (0.0, 0.0);
+    for pair in both.windows(2) {
+        let [(t0, v0, e0), (t1, v1, e1)] = [pair[0], pair[1]];
+        off += 0.5 * (t1 - t0) * ((v0 - e0).powi(2) + (v1 - e1).powi(2));
+        scale += 0.5 * (t1 - t0) * (e0 * e0 + e1 * e1);
+    }
+    if scale > 0.0 {
+        Ok((off / scale).sqrt())
+    } else {
+        Err(format!("{column} and {file} have no time in common"))
+    }
+}
+
+/// Linear between the points; none outside.
+fn interpolated(points: &[(f64, f64)], x: f64) -> Option<f64> {
+    let after = points.partition_point(|(other, _)| *other < x);
+    let (right, left) = (points.get(after)?, points.get(after.saturating_sub(1))?);
+    if right.0 == x {
+        return Some(right.1);
+    }
+    (after > 0).then(|| left.1 + (right.1 - left.1) * (x - left.0) / (right.0 - left.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::table::tests::table;
+    use super::*;
+
+    #[test]
+    fn several_metrics_give_their_largest_error() {
+        let mut table = table(&[(8.0, "a", 1.0, 0.0), (16.0, "a", 2.0, 0.0)]);
+        table.metrics.push("n".to_owned());
+        table.rows[0].measured = vec![Some(1.1), Some(-0.02)];
+        table.rows[1].measured = vec![Some(1.1), None];
+        let known =
+            |metric: &str, value| Known { metric: metric.to_owned(), value, limit: None, source: None };
+        compare(&mut table, &Ok(vec![known("m", 1.0), known("n", 0.0)]));
+        assert!((table.rows[0].error.unwrap() - 0.1).abs() < 1e-12);
+        assert_eq!(table.rows[1].error, None, "a value is missing");
+        compare(&mut table, &Err("no limit".to_owned()));
+        assert_eq!(table.rows[0].note, "no limit");
+    }
+
+    #[test]
+    fn a_limit_is_taken_of_the_ladder_asked_for() {
+        let value = |n: f64, c: f64| c + 1.0 / (n * n);
+        let points = [("a", 8.0), ("b", 8.0), ("a", 16.0), ("b", 16.0), ("a", 32.0), ("b", 32.0)];
+        let points =
+            points.map(|(family, n)| (n, family, 1.0, value(n, if family == "a" { 0.0 } else { 1.0 })));
+        let table = table(&points); // values are 1 + these
+        let text = "metric = \"m\"\nreference = { richardson = \"resolution\", with = { method = \"b\" } }\n";
+        let mut chart: Chart = toml::from_str(text).unwrap();
+        let of = |chart: &Chart| known(chart, &[], &table).map(|known| known[0].clone());
+        let second = of(&chart).unwrap();
+        assert!((second.value - 2.0).abs() < 1e-9, "{second:?}");
+        assert_eq!(second.limit.unwrap().1.with, ["b"]);
+        chart.reference =
+            toml::from_str::<Chart>("reference = { richardson = \"resolution\" }").unwrap().reference;
+        assert!((of(&chart).unwrap().value - 1.0).abs() < 1e-9, "the first ladder");
+        chart.reference =
+            toml::from_str::<Chart>("reference = { richardson = \"method\" }").unwrap().reference;
+        assert!(of(&chart).unwrap_err().contains("three runs"));
+    }
+
+    #[test]
+    fn a_curve_is_followed_up_to_its_root_mean_square() {
+        let folder = std::env::temp_dir().join(format!("bedload-misfit-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        // The run is 10 % above the line v = 2 everywhere, on rows that stand unevenly.
+        std::fs::write(folder.join("series.csv"), "t,v\n0,2.2\n1,2.2\n1.5,2.2\n4,2.2\n9,70\n").unwrap();
+        let curve = Curve { file: "x.csv".into(), x: "t".into(), y: "v".into(), column: "v".into() };
+        let misfit = |curve: &Curve, text: &str| misfit(curve, text, &folder);
+        assert!((misfit(&curve, "t,v\n0,2\n5,2\n").unwrap() - 0.1).abs() < 1e-12);
+        assert!(misfit(&curve, "t,v\n20,2\n30,2\n").unwrap_err().contains("no time in common"));
+        assert!(misfit(&curve, "t,v\n2,2\n1,2\n").unwrap_err().contains("must grow"));
+        assert!(
+            misfit(&Curve { column: "w".into(), ..curve }, "t,v\n0,2\n5,2\n")
+                .unwrap_err()
+                .contains("no column w")
+        );
+        let line = [(0.0, 0.0), (2.0, 4.0), (3.0, 4.0)];
+        assert_eq!(
+            [-1.0, 0.0, 1.0, 2.5, 3.0, 4.0].map(|x| interpolated(&line, x)),
+            [None, Some(0.0), Some(2.0), Some(4.0), Some(4.0), None]
+        );
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

@@ -1,0 +1,198 @@
+//! Runs as child processes, several at a time; a finished one is never repeated.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use protocol::output::{RunOptions, RunStatus, Summary};
+
+use super::SweepError;
+
+/// What became of a run.
+#[derive(Clone, Debug)]
+pub enum Outcome {
+    /// It left a result.
+    Done(Box<Summary>),
+    /// It left none, and why.
+    Failed(String),
+}
+
+/// Which earlier runs are not repeated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// Those that reached their end.
+    Completed,
+    /// Those that failed too: that a setting fails is a result.
+    Failed,
+}
+
+/// One `bedload run` to make. What it says goes to a file beside its folder.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Task {
+    /// Name in messages.
+    pub name: String,
+    /// Scene file.
+    pub scene: PathBuf,
+    /// `KEY=VALUE` for `--set`.
+    pub set: Vec<String>,
+    /// Output folder.
+    pub folder: PathBuf,
+    /// Threads of each solver.
+    pub threads: usize,
+}
+
+/// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks.
+///
+/// # Errors
+/// [`SweepError`] if this program or the folders cannot be had. A run that fails is an outcome.
+pub fn run_all(tasks: &[Task], jobs: usize, keep: Keep) -> Result<Vec<Outcome>, SweepError> {
+    let program = std::env::current_exe().map_err(SweepError::file("find", Path::new("bedload")))?;
+    for folder in tasks.iter().filter_map(|task| task.folder.parent()) {
+        std::fs::create_dir_all(folder).map_err(SweepError::file("make", folder))?;
+    }
+    let outcomes: Mutex<Vec<Option<Outcome>>> = Mutex::new(vec![None; tasks.len()]);
+    let next = AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        for _ in 0..jobs.clamp(1, tasks.len().max(1)) {
+            scope.spawn(|| {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(task) = tasks.get(number) else { break };
+                    let outcome = task.outcome(&program, keep);
+                    outcomes.lock().unwrap_or_else(std::sync::PoisonError::into_inner)[number] =
+                        Some(outcome);
+                }
+            });
+        }
+    });
+    let outcomes = outcomes.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let missing = || Outcome::Failed("the run was not made".to_owned());
+    Ok(outcomes.into_iter().map(|outcome| outcome.unwrap_or_else(missing)).collect())
+}
+
+impl Task {
+    /// What the same run of the same version left, if it is to be kept.
+    ///
+    /// # Errors
+    /// If the scene cannot be read.
+    pub fn finished(&self, keep: Keep) -> Result<Option<Outcome>, String> {
+        let options = RunOptions { overrides: self.set.clone(), ..RunOptions::of_scene(&self.scene) };
+        let sha256 = options.read_scene().map_err(|error| error.to_string())?.sha256();
+        let Ok(summary) = Summary::read(&self.folder.join("summary.json")) else { return Ok(None) };
+        if summary.scene_sha256 != sha256 || summary.version != env!("CARGO_PKG_VERSION") {
+            return Ok(None);
+        }
+        Ok(match summary.status {
+            RunStatus::Completed => Some(Outcome::Done(Box::new(summary))),
+            RunStatus::Failed if keep == Keep::Failed => {
+                Some(Outcome::Failed(summary.error.unwrap_or_else(|| "the run failed".to_owned())))
+            }
+            RunStatus::Failed | RunStatus::Interrupted => None,
+        })
+    }
+
+    fn outcome(&self, program: &Path, keep: Keep) -> Outcome {
+        match self.finished(keep) {
+            Ok(Some(outcome)) => {
+                protocol::say!("bedload: {}: finished before", self.name);
+                outcome
+            }
+            Ok(None) => self.make(program, keep),
+            Err(error) => Outcome::Failed(error),
+        }
+    }
+
+    fn make(&self, program: &Path, keep: Keep) -> Outcome {
+        let name = &self.name;
+        protocol::say!("bedload: {name}: runs");
+        let said = self.said();
+        let status = match self.start(program, &said) {
+            Ok(status) => status,
+            Err(error) => return Outcome::Failed(error.to_string()),
+        };
+        // Only what this run wrote is taken for its result: there was nothing to keep before it.
+        match self.finished(keep) {
+            Ok(Some(Outcome::Done(summary))) if status.success() => {
+                protocol::say!("bedload: {name}: done in {:.1} s", summary.cost.wall_s);
+                Outcome::Done(summary)
+            }
+            left => {
+                protocol::say!("bedload: {name}: failed, see {}", said.display());
+                let plain = || format!("the run ended with {status}, see {}", said.display());
+                match left {
+                    Ok(Some(Outcome::Failed(why))) => Outcome::Failed(why),
+                    _ if keep == Keep::Failed => Outcome::Failed(self.told(&said).unwrap_or_else(plain)),
+                    _ => Outcome::Failed(plain()),
+                }
+            }
+        }
+    }
+
+    /// Why it was refused, with the scene by its name alone.
+    fn told(&self, said: &Path) -> Option<String> {
+        let words = last_words(&std::fs::read_to_string(said).ok()?)?;
+        let name = self.scene.file_name().unwrap_or_default().to_string_lossy();
+        Some(words.replace(&self.scene.display().to_string(), &name))
+    }
+
+    /// `FOLDER.log`: what the run said.
+    fn said(&self) -> PathBuf {
+        let mut path = OsString::from(&self.folder);
+        path.push(".log");
+        path.into()
+    }
+
+    fn start(&self, program: &Path, said: &Path) -> Result<ExitStatus, SweepError> {
+        let log = std::fs::File::create(said).map_err(SweepError::file("write", said))?;
+        let mut command = Command::new(program);
+        command.arg("run").arg(&self.scene);
+        for value in &self.set {
+            command.arg("--set").arg(value);
+        }
+        command.arg("--threads").arg(self.threads.to_string()).arg("--out").arg(&self.folder);
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
+        command.status().map_err(SweepError::file("start", program))
+    }
+}
+
+/// Why a run was refused, from what it said: the last line of `bedload`, and the next where that names
+/// the bound or the key. Drawn errors begin with a cross.
+fn last_words(said: &str) -> Option<String> {
+    let lines: Vec<&str> = said.lines().map(str::trim).collect();
+    let Some(place) = lines.iter().rposition(|line| line.starts_with("bedload: ")) else {
+        return lines.iter().find_map(|line| line.strip_prefix("× ")).map(str::to_owned);
+    };
+    let first = lines[place].trim_start_matches("bedload: ").trim_end_matches(':');
+    let goes_on = lines[place].ends_with(':') || first.ends_with("bound");
+    let next = lines.get(place + 1).filter(|line| goes_on && !line.is_empty());
+    let next =
+        next.map(|line| line.trim_start_matches("bedload-dem: ").trim_start_matches("bedload-fluid: "));
+    Some(next.map_or_else(|| first.to_owned(), |next| format!("{first}: {next}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_is_told_with_the_bound_or_key_that_it_names() {
+        let dem = "bedload: note: slow\nbedload: the dem solver refuses the scene (exit code 2):\n\
+                   bedload-dem: a.toml:16: dem.dt: makes\n  remedy: shorten\n";
+        let bound = "bedload: the plan breaks a stability bound\n  resolution: D/Δx = 4 ≥ 5\n    why: it\n";
+        assert_eq!(
+            last_words(dem).as_deref(),
+            Some("the dem solver refuses the scene (exit code 2): a.toml:16: dem.dt: makes")
+        );
+        assert_eq!(
+            last_words(bound).as_deref(),
+            Some("the plan breaks a stability bound: resolution: D/Δx = 4 ≥ 5")
+        );
+        assert_eq!(
+            last_words("\n  × a.toml:3: until: is -1\n   ╭─\n").as_deref(),
+            Some("a.toml:3: until: is -1")
+        );
+        assert_eq!(last_words("progress\n"), None);
+    }
+}

@@ -1,0 +1,153 @@
+//! Varied keys as the scene writes them: `[[chart.vary]]`, `[[chart.runs]]`, and the same under
+//! `[stability]`.
+
+use protocol::scene::{SceneError, SceneSource};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// D/Δx of the smallest grain: scales the grid.
+pub(super) const RESOLUTION: &str = "resolution";
+
+/// Threads of each solver.
+pub(super) const THREADS: &str = "threads";
+
+/// A list of values of one key, or of bundles of keys.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Vary {
+    /// Dotted key of the scene, `resolution` (D/Δx of the smallest grain) or `threads`. May be left
+    /// out where every value is a bundle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub key: Option<String>,
+    /// Name on axes and pages; by default the key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Values, of any type that the key takes. `{ name = "…", set = { KEY = VALUE, … } }` is a bundle:
+    /// several keys at once.
+    #[schemars(with = "Vec<serde_json::Value>")]
+    pub values: Vec<toml::Value>,
+}
+
+/// One run beside the combinations.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SingleRun {
+    /// Name, also of its folder.
+    pub label: String,
+    /// Dotted keys with their values.
+    #[serde(default)]
+    #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
+    pub set: toml::Table,
+}
+
+/// A key with its value, and where in the scene that stands.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Setting {
+    pub(super) key: String,
+    pub(super) value: toml::Value,
+    pub(super) place: String,
+}
+
+/// One value of a [`Vary`].
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Choice {
+    /// As it stands in tables.
+    pub(super) text: String,
+    pub(super) settings: Vec<Setting>,
+    pub(super) is_bundle: bool,
+}
+
+impl Vary {
+    /// Header of its column: the key, or the name of the bundles.
+    pub(super) fn header(&self) -> &str {
+        self.key.as_deref().or(self.name.as_deref()).unwrap_or("")
+    }
+
+    /// Its name for people.
+    pub(super) fn title(&self) -> &str {
+        self.name.as_deref().or(self.key.as_deref()).unwrap_or("")
+    }
+
+    /// Its values, checked; `place` is its key in the scene, `chart.vary[0]`.
+    pub(super) fn choices(&self, place: &str, source: &SceneSource) -> Result<Vec<Choice>, SceneError> {
+        if self.values.is_empty() {
+            return Err(source.error(
+                &format!("{place}.values"),
+                "is empty; a varied key has one value at least",
+                "list the values, such as [8, 10, 16]",
+            ));
+        }
+        if self.header().trim().is_empty() || self.header().contains([',', '\n', '"', '#']) {
+            return Err(source.error(
+                place,
+                format!("has the key or name {:?}, which makes no column of a table", self.header()),
+                "give `key`, a dotted key of the scene; bundles alone need a `name` without commas and quotes",
+            ));
+        }
+        let choice = |(index, value)| self.choice(value, &format!("{place}.values[{index}]"), source);
+        let choices: Vec<Choice> = self.values.iter().enumerate().map(choice).collect::<Result<_, _>>()?;
+        for (index, choice) in choices.iter().enumerate() {
+            if choices[..index].iter().any(|other| other.text == choice.text) {
+                return Err(source.error(
+                    &format!("{place}.values[{index}]"),
+                    format!("is {} a second time", choice.text),
+                    "list every value once",
+                ));
+            }
+        }
+        Ok(choices)
+    }
+
+    fn choice(&self, value: &toml::Value, place: &str, source: &SceneSource) -> Result<Choice, SceneError> {
+        let bundle = value.as_table().filter(|table| table.contains_key("set"));
+        if let Some(table) = bundle {
+            return bundled(table, place, source);
+        }
+        let Some(key) = &self.key else {
+            return Err(source.error(
+                place,
+                format!("is {value} without a key that takes it"),
+                "name the `key` beside `values`, or write a bundle { name = \"...\", set = { KEY = VALUE } }",
+            ));
+        };
+        let setting = Setting { key: key.clone(), value: value.clone(), place: place.to_owned() };
+        Ok(Choice { text: text(value), settings: vec![setting], is_bundle: false })
+    }
+}
+
+fn bundled(table: &toml::Table, place: &str, source: &SceneSource) -> Result<Choice, SceneError> {
+    let name =
+        table.get("name").and_then(toml::Value::as_str).map(super::cell).filter(|name| !name.is_empty());
+    let (Some(text), Some(set), 2) = (name, table.get("set").and_then(toml::Value::as_table), table.len())
+    else {
+        return Err(source.error(
+            place,
+            "is no bundle of keys: it has `set`, but not just a `name` and a table `set`",
+            "write { name = \"...\", set = { \"dotted.key\" = value } }",
+        ));
+    };
+    Ok(Choice { text, settings: settings(set, place), is_bundle: true })
+}
+
+/// The entries of a `set` table.
+pub(super) fn settings(set: &toml::Table, place: &str) -> Vec<Setting> {
+    let mut all = Vec::new();
+    collect("", set, place, &mut all);
+    all
+}
+
+/// A key may be written dotted, `fluid.time.dt = 1`, quoted or not: both mean the same.
+fn collect(path: &str, table: &toml::Table, place: &str, all: &mut Vec<Setting>) {
+    for (name, value) in table {
+        let key = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+        match value {
+            toml::Value::Table(inside) if !inside.is_empty() => collect(&key, inside, place, all),
+            _ => all.push(Setting { key, value: value.clone(), place: place.to_owned() }),
+        }
+    }
+}
+
+/// A value in a table: strings without quotes.
+pub(super) fn text(value: &toml::Value) -> String {
+    super::cell(&value.as_str().map_or_else(|| value.to_string(), str::to_owned))
+}
