@@ -199,6 +199,29 @@ fn a_chart_without_any_error_fails_and_a_wrong_folder_is_refused() {
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
 }
 
+#[test]
+fn every_chart_of_the_scenes_is_planned() {
+    // Paths in scenes start where the command runs: at the root.
+    std::env::set_current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("..")).expect("the root");
+    let mut charted = 0;
+    for folder in ["scenes", "scenes/drag"] {
+        for entry in std::fs::read_dir(folder).expect("scenes").flatten() {
+            let path = entry.path();
+            if path.extension().is_none_or(|end| end != "toml") || !text(&path).contains("\n[chart]\n") {
+                continue;
+            }
+            let planned = SceneSource::read(&path, &[]).and_then(CheckedScene::new).and_then(|scene| {
+                let chart = Chart::read(&scene)?;
+                Ladder::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs)
+            });
+            let runs = planned.unwrap_or_else(|error| panic!("{error}")).points.len();
+            assert!((4..=60).contains(&runs), "{}: {runs} runs", path.display());
+            charted += 1;
+        }
+    }
+    assert!(charted >= 8, "{charted} charts");
+}
+
 /// Marks the line at which an error must stand.
 const MARK: char = '§';
 
