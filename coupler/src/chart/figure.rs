@@ -11,7 +11,7 @@ use kuva::render_to_svg;
 
 use super::config::Published;
 use super::describe::{Names, percent};
-use super::table::{Row, Table};
+use super::table::{FLOOR, Row, Table};
 use crate::report::chart::COLOURS;
 use crate::report::page::{escape, number};
 
@@ -36,9 +36,6 @@ const LEGEND: f64 = 230.0;
 
 /// Height of a line of the list.
 const LINE: f64 = 21.0;
-
-/// Errors below are drawn here, and told as they are.
-const FLOOR: f64 = 1e-6;
 
 /// Errors at which a line is drawn.
 const TOLERANCES: [f64; 3] = [0.01, 0.02, 0.05];
@@ -87,12 +84,8 @@ pub(super) fn draw(
         over += &tag(number + 1, at(*point));
     }
     let seed = seed.and_then(|label| table.rows.iter().position(|row| row.label == label));
-    if let Some((x, y)) = seed.and_then(place).map(at) {
-        over += &format!(
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"12\" fill=\"none\" stroke=\"#000\" stroke-width=\"1.5\"/>\
-             <text x=\"{x:.1}\" y=\"{:.1}\" font-size=\"13\" text-anchor=\"middle\">the paper's own setting</text>\n",
-            y - 17.0
-        );
+    if let Some(point) = seed.and_then(place).map(at) {
+        over += &ring(point);
     }
     Some(sheet(&body, &over, &listed(table, names, &front)))
 }
@@ -112,6 +105,16 @@ fn sheet(body: &str, over: &str, lines: &[String]) -> String {
          <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{inner}\n{over}{}</svg>\n",
         lines.iter().enumerate().map(text).collect::<String>(),
         width = SIZE.0,
+    )
+}
+
+/// A ring around the paper's own setting, its name on the side where there is more room.
+fn ring((x, y): (f64, f64)) -> String {
+    let (end, anchor) = if x > 0.35 * SIZE.0 { (x - 17.0, "end") } else { (x + 17.0, "start") };
+    format!(
+        "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"12\" fill=\"none\" stroke=\"#000\" stroke-width=\"1.5\"/>\
+         <text x=\"{end:.1}\" y=\"{:.1}\" font-size=\"13\" text-anchor=\"{anchor}\">the paper's own setting</text>\n",
+        y + 4.5
     )
 }
 

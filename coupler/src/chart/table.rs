@@ -8,6 +8,9 @@ const FIXED: [&str; 5] = ["cpu_s", "wall_s", "error", "pareto", "label"];
 /// Columns that follow the values.
 const LAST: [&str; 7] = ["cpu_s_min", "cpu_s_max", "wall_s_min", "wall_s_max", "repeats", "beside", "note"];
 
+/// Smaller errors are alike: they are drawn here, and none is on the front for being the smaller one.
+pub(super) const FLOOR: f64 = 1e-6;
+
 /// Least, median and largest of repeated timings, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spread {
@@ -63,7 +66,8 @@ pub(super) struct Table {
 impl Table {
     /// Marks the rows that no other beats in both cost and error.
     pub(super) fn mark_front(&mut self) {
-        let points: Vec<Option<(f64, f64)>> = self.rows.iter().map(Row::point).collect();
+        let floored = |row: &Row| row.point().map(|(cost, error)| (cost, error.max(FLOOR)));
+        let points: Vec<Option<(f64, f64)>> = self.rows.iter().map(floored).collect();
         for (row, point) in self.rows.iter_mut().zip(&points) {
             let beaten = |(cost, error): (f64, f64)| {
                 let mut others = points.iter().flatten();
@@ -239,6 +243,11 @@ pub(super) mod tests {
         ]);
         assert_eq!(table.front(), [2, 1, 4]);
         assert_eq!([0.05, 0.02, 0.01, 1e-4].map(|t| table.cheapest(t)), [Some(2), Some(1), Some(1), None]);
+        table.rows[4].error = Some(1e-9);
+        table.rows[3].error = Some(1e-8);
+        table.mark_front();
+        assert_eq!(table.front(), [2, 1, 3], "neither has an error to speak of, and it is cheaper");
+        table.rows[3].error = Some(0.01);
         table.rows[4].error = None;
         table.rows[1].error = Some(f64::NAN);
         table.mark_front();
