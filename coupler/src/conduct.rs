@@ -1,7 +1,8 @@
 //! A coupled run: the master of time.
 //!
 //! One window: order it, collect loads, kinematics and both reports, judge, record, observe, learn for
-//! the next plan. Data go from solver to solver; what is read here is a second copy.
+//! the next plan. Data go from solver to solver; what is read here is a second copy. With the iterated
+//! scheme a window is ordered again, from its start, until the motion stays the same ([`crate::iterate`]).
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -12,9 +13,11 @@ use protocol::log::Recorder;
 use protocol::message::{Command, Header, Kinematics, Loads, Order, State, Status};
 use protocol::output::{Observer, OutputFolder, Progress, Sample, Sides};
 use protocol::participant::{ExchangeError, Role, Window};
+use protocol::scheme::Scheme;
 
 use crate::bounds::Short;
 use crate::failure::Failure;
+use crate::iterate::{Tally, Verdict, Watch};
 use crate::judge;
 use crate::prepare::Prepared;
 use crate::resume::{self, CouplerState, Spent};
@@ -93,6 +96,8 @@ pub struct Conductor<'a> {
     begin: Instant,
     saved: Instant,
     late: u64,
+    /// Attempts at windows, where the scheme repeats them.
+    watch: Option<Watch>,
     told_of_limit: bool,
     stopping: bool,
     /// Window before which the run ends, where that is not its end in time.
@@ -122,12 +127,12 @@ impl<'a> Conductor<'a> {
     ) -> Result<Self, Failure> {
         let (scene, plan) = (&prepared.scene, &prepared.plan);
         let mut planner = Planner::new(plan, &prepared.coupling, &scene.scene.observe);
-        let (mut before, mut late) = (Spent::default(), 0);
+        let (mut before, mut late, mut attempts) = (Spent::default(), 0, Tally::default());
         let observer = match resumed {
             None => Observer::create(folder, scene, Sides::coupled(), &[])?,
             Some(state) => {
                 planner.resume(state.planner);
-                (before, late) = (state.spent, state.late);
+                (before, late, attempts) = (state.spent, state.late, state.attempts);
                 Observer::resume(folder, scene, Sides::coupled(), &[], state.observer)?
             }
         };
@@ -151,6 +156,8 @@ impl<'a> Conductor<'a> {
             begin,
             saved: Instant::now(),
             late,
+            watch: (plan.scheme == Some(Scheme::Iterated))
+                .then(|| Watch::new(scene, prepared.coupling.iterations, attempts)),
             told_of_limit: false,
             stopping: false,
             last: None,
@@ -215,19 +222,16 @@ impl<'a> Conductor<'a> {
             && !self.is_over()
             && let Some(window) = self.planner.next_window()
         {
-            let command = Command {
-                order: Order::Advance as u64,
-                step: window.step,
-                attempt: window.attempt,
-                time: window.time,
-                dt: window.dt,
-                substeps: window.substeps,
-                output: u64::from(window.output),
-            };
-            self.slots[slot_of(window.step)].begin();
-            self.ordered.push_back((command, window));
-            self.broken = self.link.order(command).err();
+            self.order_window(Order::Advance, window);
         }
+    }
+
+    /// Orders a window, or another attempt at it.
+    fn order_window(&mut self, order: Order, window: Window) {
+        let command = command_of(order, &window);
+        self.slots[slot_of(window.step)].begin();
+        self.ordered.push_back((command, window));
+        self.broken = self.link.order(command).err();
     }
 
     fn order(&mut self, command: Command) -> Result<(), Failure> {
@@ -247,7 +251,11 @@ impl<'a> Conductor<'a> {
         };
         self.ordered.pop_front();
         self.record(&command, slot, &whole)?;
-        self.judge(&window, slot, &whole)?;
+        self.judge_messages(&window, slot, &whole)?;
+        if self.is_repeated(&window, slot, &whole)? {
+            return Ok(());
+        }
+        self.judge(&window, &whole)?;
         let Collected { force, motion, .. } = &self.slots[slot];
         let sample = Sample {
             window: &window,
@@ -371,12 +379,48 @@ impl<'a> Conductor<'a> {
         )))
     }
 
-    fn judge(&mut self, window: &Window, slot: usize, whole: &Whole) -> Result<(), Failure> {
-        let plan = &self.prepared.plan;
+    /// With the iterated scheme: orders the next attempt, or accepts the window. Says whether it goes on.
+    /// A contact that begins in a window of one sub-step gets the full count in the next attempt.
+    fn is_repeated(&mut self, window: &Window, slot: usize, whole: &Whole) -> Result<bool, Failure> {
+        let (full, late) = self.lateness(window, whole);
+        let Some(watch) = &mut self.watch else { return Ok(false) };
+        match watch.judge(window, &self.slots[slot].motion, late) {
+            Verdict::Repeat => {
+                let substeps = if late { full } else { window.substeps };
+                let next = Window { attempt: window.attempt + 1, substeps, ..*window };
+                self.order_window(Order::Repeat, next);
+                return Ok(true);
+            }
+            Verdict::Unconverged(change) if watch.tally().unconverged == 1 => {
+                let (step, attempts) = (window.step, window.attempt + 1);
+                let tolerance = self.prepared.coupling.iterations.tolerance;
+                protocol::say!(
+                    "bedload: warning: window {step} did not converge in {attempts} attempts: the motion still \
+                     changes by {change:.1e}, asked is {tolerance:.1e}; it is accepted, and such windows are \
+                     counted (unconverged_windows); see coupling.iterations"
+                );
+            }
+            Verdict::Converged | Verdict::Unconverged(_) => {}
+        }
+        let command = command_of(Order::Accept, window);
+        self.order(command)?;
+        if let Some(recorder) = &self.recorder {
+            recorder.record_command(&command)?;
+        }
+        Ok(false)
+    }
+
+    /// Every attempt: what crossed must be numbers, after the sub-steps ordered.
+    fn judge_messages(&self, window: &Window, slot: usize, whole: &Whole) -> Result<(), Failure> {
         let Collected { force, motion, .. } = &self.slots[slot];
-        let header = &whole.kinematics;
         judge::loads(window, force)?;
-        judge::motion(window, header, motion)?;
+        judge::motion(window, &whole.kinematics, motion)
+    }
+
+    /// The window as it stands.
+    fn judge(&mut self, window: &Window, whole: &Whole) -> Result<(), Failure> {
+        let plan = &self.prepared.plan;
+        let header = &whole.kinematics;
         judge::overlap(window, header, &whole.dem, self.largest_radius, &plan.forced)?;
         if !plan.adaptive {
             let passed = judge::step_limit(window, whole.fluid.dt_limit, plan.cfl_reserve, &plan.forced)?;
@@ -389,8 +433,7 @@ impl<'a> Conductor<'a> {
                 );
             }
         }
-        let range = self.prepared.dem.as_ref().map_or(0.0, |dem| dem.facts.interaction_range);
-        if was_late(window, plan.full_substeps(window.dt), header, range) {
+        if self.lateness(window, whole).1 {
             if self.late == 0 {
                 protocol::say!(
                     "bedload: warning: something came within range in window {} although one sub-step was planned; if this worries you, --set coupling.substeps=full",
@@ -400,6 +443,13 @@ impl<'a> Conductor<'a> {
             self.late += 1;
         }
         Ok(())
+    }
+
+    /// Full count of sub-steps, and whether something began to touch in a window that got only one.
+    fn lateness(&self, window: &Window, whole: &Whole) -> (u64, bool) {
+        let range = self.prepared.dem.as_ref().map_or(0.0, |dem| dem.facts.interaction_range);
+        let full = self.prepared.plan.full_substeps(window.dt);
+        (full, was_late(window, full, &whole.kinematics, range))
     }
 
     /// Both solvers and the coupler write what decides the next window. Nothing is on its way.
@@ -418,6 +468,7 @@ impl<'a> Conductor<'a> {
             observer: self.observer.state()?,
             spent: self.spent(),
             late: self.late,
+            attempts: self.watch.as_ref().map(Watch::tally).unwrap_or_default(),
         };
         resume::complete(self.folder, step, &self.prepared.scene.sha256(), &state)?;
         self.saved = Instant::now();
@@ -506,6 +557,14 @@ impl<'a> Conductor<'a> {
             let value = protocol::output::MetricValue::measured(self.late as f64, "windows", None, None);
             summary.metrics.insert("late_contacts".into(), value);
         }
+        if let Some(Tally { windows, attempts, unconverged }) = self.watch.as_ref().map(Watch::tally) {
+            let mut metric = |name: &str, value: f64, unit: &str| {
+                let value = protocol::output::MetricValue::measured(value, unit, None, None);
+                summary.metrics.insert(name.into(), value);
+            };
+            metric("attempts_per_window", attempts as f64 / windows.max(1) as f64, "-");
+            metric("unconverged_windows", unconverged as f64, "windows");
+        }
         let cost = &mut summary.cost;
         cost.wall_s = spent.wall;
         cost.fluid_cpu_s = spent.fluid;
@@ -517,6 +576,18 @@ impl<'a> Conductor<'a> {
         cost.peak_rss_bytes.dem = Some(self.dem.peak_rss);
         cost.peak_rss_bytes.coupler = Some(protocol::output::peak_rss_bytes());
         Ok(recorded?)
+    }
+}
+
+fn command_of(order: Order, window: &Window) -> Command {
+    Command {
+        order: order as u64,
+        step: window.step,
+        attempt: window.attempt,
+        time: window.time,
+        dt: window.dt,
+        substeps: window.substeps,
+        output: u64::from(window.output),
     }
 }
 

@@ -2,35 +2,9 @@
 
 use protocol::facts::LoadsForm;
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
+use protocol::scheme::{Iterations, Scheme, SchemeKey};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// Order of the exchange within a window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scheme {
-    /// The fluid takes its whole step with the grains' last motion and sends the loads of it.
-    Explicit,
-    /// The fluid predicts, sends the loads, waits for the new motion, and only then imposes it.
-    SemiImplicit,
-}
-
-impl Scheme {
-    /// The order that a form of the loads stands for.
-    #[must_use]
-    pub fn of(loads: LoadsForm) -> Self {
-        if loads.is_semi_implicit() { Self::SemiImplicit } else { Self::Explicit }
-    }
-}
-
-impl std::fmt::Display for Scheme {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Explicit => "explicit",
-            Self::SemiImplicit => "semi-implicit",
-        })
-    }
-}
 
 /// How many DEM sub-steps a window gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -47,10 +21,11 @@ pub enum Substeps {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Coupling {
-    /// `semi-implicit` or `explicit`. Follows the fluid's form of the loads; written out, it must
-    /// agree with it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scheme: Option<Scheme>,
+    /// `auto`, `explicit`, `semi-implicit`, `overlapped` or `iterated`; one that is named must go with the
+    /// fluid's form of the loads.
+    pub scheme: SchemeKey,
+    /// How windows are repeated where the scheme is `iterated`.
+    pub iterations: Iterations,
     /// `auto` or `full`.
     pub substeps: Substeps,
     /// Largest dt_fluid/t_c. An adaptive fluid step is held below it, a fixed one refused above it.
@@ -74,7 +49,8 @@ pub struct Coupling {
 impl Default for Coupling {
     fn default() -> Self {
         Self {
-            scheme: None,
+            scheme: SchemeKey::Auto,
+            iterations: Iterations::default(),
             substeps: Substeps::Auto,
             max_dt_over_contact_time: 100.0,
             steps_per_contact: 20.0,
@@ -104,6 +80,7 @@ impl Coupling {
         let source = &scene.source;
         let coupling = source.section::<Owned>()?.coupling;
         coupling.check_numbers(source)?;
+        coupling.check_iterations(source)?;
         coupling.check_names(source)?;
         Ok(coupling)
     }
@@ -144,19 +121,43 @@ impl Coupling {
         }
     }
 
-    /// Refuses a scheme that the fluid's loads cannot follow.
+    fn check_iterations(&self, source: &SceneSource) -> Result<(), SceneError> {
+        let Iterations { tolerance, most, depth, .. } = self.iterations;
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            let message = format!("is {tolerance}; allowed: 0 < tolerance < 1");
+            let help = "give the relative change of the motion to stop at, such as 1e-4";
+            return Err(source.error("coupling.iterations.tolerance", message, help));
+        }
+        if !(2..=1000).contains(&most) {
+            let message = format!("is {most}; allowed: 2 to 1000 attempts");
+            let help = "a change takes two attempts to see: give 2 or more, or scheme = \"semi-implicit\"";
+            return Err(source.error("coupling.iterations.most", message, help));
+        }
+        if !(1..=20).contains(&depth) {
+            let message = format!("is {depth}; allowed: 1 to 20 attempts");
+            return Err(source.error("coupling.iterations.depth", message, "give 3 to 8, or leave it out"));
+        }
+        Ok(())
+    }
+
+    /// The scheme that the scene names, or the one that the form of the loads stands for.
     ///
     /// # Errors
-    /// [`SceneError`] at `coupling.scheme`.
-    pub fn agree_with(&self, loads: LoadsForm, source: &SceneSource) -> Result<Scheme, SceneError> {
-        let theirs = Scheme::of(loads);
-        match self.scheme {
-            Some(ours) if ours != theirs => Err(source.error(
-                "coupling.scheme",
-                format!("is {ours}, but loads of form {loads:?} are exchanged in {theirs} order"),
-                "leave the key out, or choose a form of that order (explicit: F1, F2, F3; semi-implicit: F5, F5b)",
-            )),
-            _ => Ok(theirs),
+    /// [`SceneError`] at `coupling.scheme` where the named one cannot carry these loads.
+    pub fn scheme(&self, loads: LoadsForm, source: &SceneSource) -> Result<Scheme, SceneError> {
+        let Some(ours) = self.scheme.named() else { return Ok(Scheme::of(loads)) };
+        if ours.forms().contains(&loads) {
+            return Ok(ours);
         }
+        let names = |scheme: Scheme| {
+            let forms: Vec<String> = scheme.forms().iter().map(|form| format!("{form:?}")).collect();
+            format!("{scheme}: {}", forms.join(", "))
+        };
+        let all = [Scheme::Explicit, Scheme::SemiImplicit, Scheme::Overlapped, Scheme::Iterated].map(names);
+        Err(source.error(
+            "coupling.scheme",
+            format!("is {ours}, but loads of form {loads:?} are exchanged in {} order", Scheme::of(loads)),
+            &format!("leave the key out, or choose a form of that order ({})", all.join("; ")),
+        ))
     }
 }

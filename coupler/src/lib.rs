@@ -8,7 +8,7 @@
 //! | [`plan`] | who takes part, time steps, cost |
 //! | [`prepare`], [`check`] | from a scene file to a plan |
 //! | [`scheme`] | which window comes next, and its sub-steps |
-//! | [`run`], [`conduct`], [`judge`] | a run, window by window |
+//! | [`run`], [`conduct`], [`judge`], [`iterate`] | a run, window by window, and its attempts |
 //! | [`supervise`], [`solvers`] | solvers as commands and child processes |
 //! | [`record`], [`resume`] | log, checkpoints |
 //! | [`replay`], [`log_command`], [`export`] | a log driving a solver, or read; files for viewers |
@@ -26,6 +26,7 @@ pub mod conduct;
 pub mod config;
 pub mod export;
 pub mod failure;
+pub mod iterate;
 pub mod judge;
 pub mod log_command;
 pub mod plan;

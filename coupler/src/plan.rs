@@ -3,10 +3,11 @@
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::output::{Observer, Sides};
 use protocol::scene::{CheckedScene, SceneError};
+use protocol::scheme::{Scheme, SchemeKey};
 use serde::Serialize;
 
 use crate::bounds::{self, Bound, Facts, Ladder, Short};
-use crate::config::{Coupling, Scheme};
+use crate::config::Coupling;
 
 /// Which processes a scene needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -92,6 +93,28 @@ pub struct Plan {
     pub notices: Vec<String>,
 }
 
+/// Attempts that a window of the iterated scheme takes, for the estimate of the cost (docs/coupling.md, Schemes).
+const ATTEMPTS: f64 = 6.0;
+
+/// Iterates where nobody named a scheme and the lightest grain is too light for the semi-implicit one: the
+/// cost of repeated windows is paid only there. Says so. A bound that the scene forces asks for nothing.
+fn iterate_where_asked(facts: &mut Facts<'_>) -> Option<String> {
+    let possible = facts.fluid.is_some_and(|fluid| Scheme::Iterated.forms().contains(&fluid.loads));
+    let free = facts.coupling.scheme == SchemeKey::Auto && facts.scheme == Some(Scheme::SemiImplicit);
+    let forced = facts.coupling.force.iter().any(|name| name == bounds::DENSITY_RATIO);
+    let (ratio, limit) = bounds::lightest(facts).filter(|(ratio, limit)| ratio < limit)?;
+    if !(possible && free) || forced {
+        return None;
+    }
+    facts.scheme = Some(Scheme::Iterated);
+    Some(format!(
+        "scheme: iterated, because ρ_p/ρ = {} is below {}, the lowest found stable without repeating windows at \
+         this ν dt/D²; coupling.scheme names another",
+        Short(ratio),
+        Short(limit)
+    ))
+}
+
 /// ceil(dt/dt_dem), where a ratio that is whole up to rounding counts as whole.
 #[must_use]
 pub fn substeps(dt: f64, dt_dem: f64) -> u64 {
@@ -115,7 +138,7 @@ impl Plan {
         Observer::check(scene, cast.sides())?;
         let (fluid, dem) = (fluid.filter(|_| cast.has_fluid()), dem.filter(|_| cast.has_dem()));
         let scheme = match (cast, fluid) {
-            (Cast::Coupled, Some(fluid)) => Some(coupling.agree_with(fluid.loads, &scene.source)?),
+            (Cast::Coupled, Some(fluid)) => Some(coupling.scheme(fluid.loads, &scene.source)?),
             _ => None,
         };
         let adaptive = fluid.is_some_and(|fluid| fluid.adaptive);
@@ -130,14 +153,16 @@ impl Plan {
         usable(scene, "dem", dt_dem_target)?;
         let full = substeps(dt_fluid, dt_dem_target);
         let ladder = Ladder { dt_fluid, dt_dem: dt_fluid / full as f64, substeps: full, contact_time };
-        let facts = Facts { scene, fluid, dem, coupling, ladder, memory };
+        let mut facts = Facts { scene, fluid, dem, coupling, scheme, ladder, memory };
+        let notice = iterate_where_asked(&mut facts);
         let windows = (scene.scene.until / dt_fluid).ceil();
         let of_a_window = fluid.map_or(0.0, |fluid| fluid.step_cost)
             + dem.map_or(0.0, |dem| dem.substep_cost) * full as f64;
-        let notices = fluid.map(|fluid| &fluid.notices).into_iter().chain(dem.map(|dem| &dem.notices));
+        let of_solvers = fluid.map(|fluid| &fluid.notices).into_iter().chain(dem.map(|dem| &dem.notices));
+        let attempts = if facts.scheme == Some(Scheme::Iterated) { ATTEMPTS } else { 1.0 };
         Ok(Self {
             cast,
-            scheme,
+            scheme: facts.scheme,
             cells: fluid.map_or(0, |fluid| fluid.cells),
             grains: scene.grains.len(),
             memory: fluid.map_or(0, |fluid| fluid.memory) + dem.map_or(0, |dem| dem.memory),
@@ -148,10 +173,10 @@ impl Plan {
             dt_most,
             until: scene.scene.until,
             windows: windows as u64,
-            cost: windows * of_a_window,
+            cost: windows * attempts * of_a_window,
             bounds: bounds::all(&facts),
             forced: coupling.force.clone(),
-            notices: notices.flatten().cloned().collect(),
+            notices: of_solvers.flatten().cloned().chain(notice).collect(),
         })
     }
 

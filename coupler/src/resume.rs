@@ -11,6 +11,7 @@ use protocol::serve::checkpoint_folder;
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
+use crate::iterate::Tally;
 use crate::scheme::PlannerState;
 
 const ROLE: &str = "coupler";
@@ -43,6 +44,8 @@ pub struct CouplerState {
     pub spent: Spent,
     /// Windows in which something began to touch against the sub-step rule.
     pub late: u64,
+    /// Attempts at windows, where they are repeated.
+    pub attempts: Tally,
 }
 
 /// Writes the coupler's file: the checkpoint of window `step` is whole from then on, and older ones

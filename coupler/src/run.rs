@@ -8,9 +8,11 @@ use protocol::channel::{ConductorLink, Rendezvous, Waiting, remove_stale_runs};
 use protocol::output::{OutputFolder, RunOptions, RunStatus, Summary};
 use protocol::participant::Role;
 use protocol::scene::Motion;
+use protocol::scheme::{Scheme, SchemeKey};
 use rustix::process::Signal;
 
 use crate::conduct::{Conductor, End, alive, explain};
+use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::plan::Cast;
 use crate::prepare::Prepared;
@@ -109,8 +111,10 @@ fn open_folder(
     }
     resume::remove_all(folder);
     record::remove_parts(folder.root());
-    let coupling =
-        toml::Table::try_from(&prepared.coupling).map_err(|error| Failure::Run(error.to_string()))?;
+    // The solvers read the scheme that the plan chose.
+    let scheme = prepared.plan.scheme.map_or(prepared.coupling.scheme, SchemeKey::from);
+    let coupling = Coupling { scheme, ..prepared.coupling.clone() };
+    let coupling = toml::Table::try_from(&coupling).map_err(|error| Failure::Run(error.to_string()))?;
     // What a solver did not resolve stays as the user wrote it.
     let fluid =
         prepared.fluid.as_ref().map(|player| &player.facts).filter(|facts| !facts.resolved.is_empty());
@@ -172,6 +176,7 @@ fn rendezvous(prepared: &Prepared) -> Result<Rendezvous, protocol::participant::
     let coupling = &prepared.coupling;
     let mut rendezvous = Rendezvous::new(prepared.scene.grains.len())?;
     rendezvous.ahead = crate::scheme::AHEAD;
+    rendezvous.repeatable = prepared.plan.scheme == Some(Scheme::Iterated);
     rendezvous.join_s = coupling.startup_deadline;
     // The coupler judges first who hangs; the solvers are only to give up in the end.
     rendezvous.deadline_s = 2.0 * coupling.deadline + 1.0;

@@ -9,6 +9,7 @@ use std::collections::VecDeque;
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
 use protocol::scene::{CheckedScene, Motion, Observe, Oscillation, Wall};
+use protocol::scheme::Scheme;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Coupling, Substeps};
@@ -143,7 +144,9 @@ impl Planner {
     /// From the start of a run.
     #[must_use]
     pub fn new(plan: &Plan, coupling: &Coupling, observe: &Observe) -> Self {
-        let ahead = if plan.adaptive { 1 } else { AHEAD };
+        // The plan of a window that may be repeated waits for its last attempt.
+        let iterated = plan.scheme == Some(Scheme::Iterated);
+        let ahead = if plan.adaptive || iterated { 1 } else { AHEAD };
         let state = PlannerState {
             step: 0,
             time: 0.0,

@@ -1,10 +1,11 @@
 //! Every bound of the plan with a case below and one above its limit, and the ladder of steps.
 
 use coupler::bounds::{Bound, NAMES, SINGULAR, lowest_density_ratio};
-use coupler::config::{Coupling, Scheme};
+use coupler::config::Coupling;
 use coupler::plan::{Cast, Plan, substeps};
 use protocol::facts::{DemFacts, FluidFacts, Forcing, LoadsForm};
 use protocol::scene::{CheckedScene, SceneSource};
+use protocol::scheme::Scheme;
 
 /// A sphere of diameter 1 over a floor, 16 cells per diameter, ν = 0.01, ρ = 1.
 const SCENE: &str = r#"
@@ -105,6 +106,8 @@ fn the_plain_case_breaks_nothing_that_stops_it() {
     assert!((plan.cost - 100.0 * (0.02 + 1e-4)).abs() < 1e-12);
 }
 
+const SCHEMES: [&str; 2] = ["coupling.scheme=\"semi-implicit\"", "coupling.scheme=\"explicit\""];
+
 #[test]
 fn density_ratio_by_form_of_the_loads() {
     for (form, virtual_mass, good, bad) in [
@@ -118,7 +121,9 @@ fn density_ratio_by_form_of_the_loads() {
         below_and_above("density-ratio", good, bad, |case, density| {
             case.fluid.loads = form;
             case.fluid.virtual_mass = virtual_mass;
-            case.scene = vec![density];
+            // Named, or windows would be repeated where it breaks.
+            let scheme = if form.is_semi_implicit() { "semi-implicit" } else { "explicit" };
+            case.scene = vec![density, SCHEMES.into_iter().find(|key| key.contains(scheme)).unwrap()];
         });
     }
 }
@@ -328,6 +333,54 @@ fn scheme_must_agree_with_the_loads() {
 }
 
 #[test]
+fn each_scheme_names_the_forms_it_carries() {
+    let plan = |form: LoadsForm, scheme: &str| {
+        let scene = scene(&[&format!("coupling.scheme=\"{scheme}\"")]);
+        let facts = FluidFacts { loads: form, ..fluid() };
+        Plan::new(&scene, &Coupling::read(&scene).unwrap(), Some(&facts), Some(&dem()), None)
+    };
+    for (scheme, name) in [
+        (Scheme::Explicit, "explicit"),
+        (Scheme::SemiImplicit, "semi-implicit"),
+        (Scheme::Overlapped, "overlapped"),
+        (Scheme::Iterated, "iterated"),
+    ] {
+        for form in [LoadsForm::F1, LoadsForm::F2, LoadsForm::F3, LoadsForm::F5, LoadsForm::F5b] {
+            match plan(form, name) {
+                Ok(plan) => assert!(scheme.forms().contains(&form) && plan.scheme == Some(scheme)),
+                Err(error) => {
+                    assert!(!scheme.forms().contains(&form), "{form:?} {name}");
+                    assert_eq!(error.key, "coupling.scheme");
+                    assert!(error.remedy.contains(&format!("{name}: ")), "{}", error.remedy);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn windows_are_repeated_where_the_density_ratio_asks_for_it_and_nowhere_else() {
+    // ν dt/D² = 0.08: semi-implicit is good down to 0.3.
+    let plan = |overrides: &[&str]| {
+        let scene = scene(overrides);
+        let facts = FluidFacts { dt: 8.0, ..fluid() };
+        Plan::new(&scene, &Coupling::read(&scene).unwrap(), Some(&facts), Some(&dem()), None).unwrap()
+    };
+    let scheme = |overrides: &[&str]| plan(overrides).scheme.unwrap();
+    let (until, light) = ("until=20", "grains[0].density=0.29");
+    assert_eq!(scheme(&[until, "grains[0].density=0.31"]), Scheme::SemiImplicit);
+    assert_eq!(scheme(&[until, light]), Scheme::Iterated);
+    let notices = plan(&[until, light]).notices.join(" ");
+    assert!(notices.contains("iterated") && notices.contains("0.29") && notices.contains("0.3"), "{notices}");
+    assert!(plan(&[until, light]).bounds.iter().all(|bound| bound.name != "density-ratio" || bound.holds));
+    // Who names a scheme, or forces the bound, gets what was asked for.
+    assert_eq!(scheme(&[until, light, "coupling.scheme=\"semi-implicit\""]), Scheme::SemiImplicit);
+    assert_eq!(scheme(&[until, light, "coupling.force=[\"density-ratio\"]"]), Scheme::SemiImplicit);
+    let costs = [plan(&[until, "grains[0].density=0.31"]).cost, plan(&[until, light]).cost];
+    assert!(costs[1] > 3.0 * costs[0], "{costs:?}");
+}
+
+#[test]
 fn coupling_section_names_what_is_wrong() {
     for (text, key) in [
         ("coupling.deadline=0", "coupling.deadline"),
@@ -335,6 +388,13 @@ fn coupling_section_names_what_is_wrong() {
         ("coupling.steps_per_contact=nan", "coupling.steps_per_contact"),
         ("coupling.force=[\"speed-limit\"]", "coupling.force"),
         ("coupling.deadlin=3", "coupling.deadlin"),
+        ("coupling.scheme=\"sometimes\"", "coupling.scheme"),
+        ("coupling.iterations.tolerance=0", "coupling.iterations.tolerance"),
+        ("coupling.iterations.tolerance=nan", "coupling.iterations.tolerance"),
+        ("coupling.iterations.most=1", "coupling.iterations.most"),
+        ("coupling.iterations.depth=0", "coupling.iterations.depth"),
+        ("coupling.iterations.relaxation=\"none\"", "coupling.iterations.relaxation"),
+        ("coupling.iterations.mots=3", "coupling.iterations.mots"),
     ] {
         let error = Coupling::read(&scene(&[text])).expect_err(text);
         assert_eq!(error.key, key, "{error}");

@@ -9,6 +9,7 @@ use crate::scheme::Viscous;
 use crate::transform;
 use protocol::facts::{FluidFacts, Forcing};
 use protocol::scene::{CheckedScene, SceneError};
+use protocol::scheme::Scheme;
 
 /// Facts of the scene's fluid, without laying out its fields.
 ///
@@ -31,7 +32,8 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     crate::lines::of(scene)?;
     let implicit = plan.viscous == Viscous::Implicit;
     let carried = choices.method == Forcing::Carried && !scene.grains.is_empty();
-    let memory = memory::estimate(&grid, Demand { carried, implicit });
+    let repeated = crate::coupling::read(scene, choices.form)?.0 == Scheme::Iterated;
+    let memory = memory::estimate(&grid, Demand { carried, implicit, repeated });
     memory::check(scene, memory, protocol::memory::available().as_ref())?;
     let cells = grid.cell_count() as u64;
     let resolved = toml::Table::try_from(section.resolved()).map_err(|error| {

@@ -3,12 +3,14 @@
 #![warn(missing_docs)]
 
 pub mod advect;
+pub mod attempts;
 pub mod axis;
 pub mod boundary;
 pub mod build;
 pub mod checkpoint;
 pub mod comm;
 pub mod config;
+pub mod coupling;
 pub mod culprit;
 pub mod diffuse;
 pub mod facts;

@@ -40,6 +40,9 @@ pub struct Measured {
     pub interior: Wrench,
     /// Acceleration and angular acceleration over the window before (F3, displaced mass).
     pub acceleration: Wrench,
+    /// Acceleration of the attempt before less that of the window before: what a DEM does not know when it
+    /// adds added_mass A_prev. Zero in the first attempt at a window.
+    pub ahead: Wrench,
     /// ∫ β dV on the grid's nodes of each component, m³, where it is to count.
     pub volume: Option<[f64; 3]>,
     /// Acceleration that the fluid as a whole begins with, m/s²: in the first window only.
@@ -68,7 +71,8 @@ impl LoadsRule {
             loads.torque[c] = -scale * f.torque[c];
             // Virtual mass resists motion relative to the fluid. A DEM counts the part of the fluid
             // through A_prev, of which it knows nothing before the first window.
-            loads.force[c] += loads.added_mass * measured.drive[c];
+            loads.force[c] += loads.added_mass * (measured.drive[c] + measured.ahead.force[c]);
+            loads.torque[c] += loads.added_inertia * measured.ahead.torque[c];
             match self.form {
                 LoadsForm::F2 => {
                     loads.force[c] += rho * inside.force[c];
@@ -85,6 +89,13 @@ impl LoadsRule {
             self.displace(shape, volumes, measured, &mut loads);
         }
         loads
+    }
+
+    /// What is sent for the first window where loads are one window late: of the flow nothing is known but
+    /// that it begins to move with `drive`.
+    pub fn first(&self, shape: &Shape, drive: [f64; 3]) -> Loads {
+        let force = Wrench { force: drive.map(|a| -shape.volume * a), ..Wrench::default() };
+        self.loads(shape, &Measured { force, drive, ..Measured::default() })
     }
 
     /// Puts the mass ρ(∫β dV − V) on the grain's side of the equation. A DEM adds added_mass A_prev
@@ -150,6 +161,23 @@ mod tests {
         let force = Wrench { force: [0.0, 0.0, SHAPE.volume * a - surface], torque: [0.0; 3] };
         let loads = rule(LoadsForm::F1).loads(&SHAPE, &Measured { force, ..Measured::default() });
         assert!((loads.force[2] - (surface + 6.0)).abs() < 1e-13, "{:?}", loads.force);
+    }
+
+    /// In repeated windows the virtual mass drops out: at A = A_k a DEM finds (m_p + m_a) A = … + m_a A_k,
+    /// whatever A_prev it adds.
+    #[test]
+    fn virtual_mass_follows_the_attempts() {
+        let (previous, attempt) = (0.25, -0.75);
+        let ahead = Wrench { force: [0.0, 0.0, attempt - previous], torque: [0.0, attempt - previous, 0.0] };
+        let plain = Measured::default();
+        let (p, f) = (
+            rule(LoadsForm::F5b).loads(&SHAPE, &plain),
+            rule(LoadsForm::F5b).loads(&SHAPE, &Measured { ahead, ..plain }),
+        );
+        let (force, torque) =
+            (f.force[2] + f.added_mass * previous, f.torque[1] + f.added_inertia * previous);
+        assert!((force - (p.force[2] + 0.5 * 3.0 * attempt)).abs() < 1e-14);
+        assert!((torque - (p.torque[1] + 0.5 * 3.0 * 0.4 * attempt)).abs() < 1e-14);
     }
 
     /// A DEM solves (m_p + m_a) a = m_p g + F + m_a A_prev. With A_prev = a the message must add

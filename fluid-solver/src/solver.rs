@@ -1,7 +1,12 @@
 //! The fluid with its grains: one window of time, read from top to bottom like numerics §1.
 
+mod iterated;
+mod overlapped;
+
+use crate::attempts::Attempts;
 use crate::build;
 use crate::config::{Choices, FluidSection};
+use crate::coupling;
 use crate::culprit::Culprit;
 use crate::field::State;
 use crate::grid::Grid;
@@ -18,6 +23,7 @@ use protocol::facts::{Forcing, LoadsForm};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, SolverError, Window, WindowReport};
 use protocol::scene::{CheckedScene, Medium, SceneError};
+use protocol::scheme::Scheme;
 use serde::{Deserialize, Serialize};
 
 /// What decides the next window besides velocity, pressure and the carried force.
@@ -35,6 +41,8 @@ pub struct Memory {
     pub before_dt: f64,
     /// ∫ α u dV one window ago (F2).
     pub contents: Vec<Wrench>,
+    /// Loads to be sent in the next window, where both solvers work at once; else empty.
+    pub kept: Vec<Loads>,
 }
 
 /// Everything that decides the next window.
@@ -64,6 +72,9 @@ pub struct Solver<const D: usize> {
     measured: Vec<Measured>,
     predicted: Vec<Motion>,
     volumes: Vec<[f64; 3]>,
+    scheme: Scheme,
+    /// Attempts at the window under way, where windows are repeated.
+    attempts: Option<Box<Attempts<D>>>,
     saved: Option<Box<Snapshot<D>>>,
     /// Largest Σ|u|/Δx after the last window, 1/s; zero: not known.
     rate: f64,
@@ -78,6 +89,7 @@ impl<const D: usize> Solver<D> {
     pub fn new(scene: &CheckedScene) -> Result<Self, SceneError> {
         let choices = FluidSection::read(scene)?.choices();
         let medium: &Medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
+        let (scheme, iterations) = coupling::read(scene, choices.form)?;
         let grid = build::grid::<D>(scene)?;
         let plan = Plan::new(scene, medium, &choices, &grid)?;
         let shapes = build::shapes(scene);
@@ -97,6 +109,8 @@ impl<const D: usize> Solver<D> {
         };
         let carried = choices.method == Forcing::Carried && grains > 0;
         let motions = build::motions(scene);
+        let gyration = shapes.iter().map(|shape| shape.gyration).collect();
+        let attempts = (scheme == Scheme::Iterated).then(|| Box::new(Attempts::new(iterations, gyration)));
         let mut solver = Self {
             immersed: Immersed::new(&grid, shapes),
             lambda: std::array::from_fn(|_| if carried { grid.new_field() } else { Vec::new() }),
@@ -115,6 +129,8 @@ impl<const D: usize> Solver<D> {
             kernel,
             rule,
             plan,
+            scheme,
+            attempts,
             saved: None,
             rate: 0.0,
             seconds: 0.0,
@@ -141,6 +157,9 @@ impl<const D: usize> Solver<D> {
             let contents = self.immersed.contents(&grid, &self.kernel, &self.memory.motions, velocity);
             self.memory.contents.copy_from_slice(contents);
         }
+        if self.scheme == Scheme::Overlapped {
+            self.keep_first();
+        }
     }
 
     /// Does one window, exchanging once each way.
@@ -159,10 +178,11 @@ impl<const D: usize> Solver<D> {
             )));
         }
         self.kernel.dt = window.dt;
-        let health = if self.choices.form.is_semi_implicit() {
-            self.window_semi_implicit(window, exchange)?
-        } else {
-            self.window_explicit(window, exchange)?
+        let health = match self.scheme {
+            Scheme::Explicit => self.window_explicit(window, exchange)?,
+            Scheme::SemiImplicit => self.window_semi_implicit(window, exchange)?,
+            Scheme::Overlapped => self.window_overlapped(window, exchange)?,
+            Scheme::Iterated => self.window_iterated(window, exchange)?,
         };
         Ok(WindowReport {
             dt_limit: self.plan.next(window.dt, health.rate, &self.memory.motions),
@@ -178,19 +198,27 @@ impl<const D: usize> Solver<D> {
         exchange: &mut FluidExchange<'_>,
     ) -> Result<Health, SolverError> {
         let work = Work::begin();
-        let dt = window.dt;
-        let force = (!self.memory.motions.is_empty()).then_some(&self.lambda);
-        self.stepper.step(dt, force);
-        let health = self.health(window)?;
-        for (predicted, motion) in self.predicted.iter_mut().zip(&self.memory.motions) {
-            *predicted = motion.predicted(dt);
-        }
-        self.measure_impulse();
+        let health = self.predict(window)?;
         self.seconds += work.seconds();
         self.exchange(window, exchange)?;
         let work = Work::begin();
         self.impose_carried();
         self.seconds += work.seconds();
+        Ok(health)
+    }
+
+    /// The step with the force λ, and G of every grain where it will be.
+    fn predict(&mut self, window: &Window) -> Result<Health, SolverError> {
+        let force = (!self.memory.motions.is_empty()).then_some(&self.lambda);
+        self.stepper.step(window.dt, force);
+        let health = self.health(window)?;
+        for (grain, (predicted, motion)) in self.predicted.iter_mut().zip(&self.memory.motions).enumerate() {
+            *predicted = motion.predicted(window.dt);
+            if let Some(centre) = self.attempts.as_ref().and_then(|attempts| attempts.centre(grain)) {
+                predicted.centre = centre;
+            }
+        }
+        self.measure_impulse();
         Ok(health)
     }
 
@@ -284,12 +312,18 @@ impl<const D: usize> Solver<D> {
 
     /// Sends the loads and takes over the motion that comes back.
     fn exchange(&mut self, window: &Window, exchange: &mut FluidExchange<'_>) -> Result<(), SolverError> {
-        let Self { rule, immersed, measured, memory, .. } = self;
+        let Self { rule, immersed, measured, .. } = self;
         exchange.send(window.header(), &mut |out| {
             for ((loads, shape), m) in out.iter_mut().zip(immersed.shapes()).zip(&*measured) {
                 *loads = rule.loads(shape, m);
             }
         })?;
+        self.receive(window, exchange)
+    }
+
+    /// Takes over the motion at the end of the window.
+    fn receive(&mut self, window: &Window, exchange: &mut FluidExchange<'_>) -> Result<(), SolverError> {
+        let memory = &mut self.memory;
         std::mem::swap(&mut memory.before, &mut memory.motions);
         memory.before_dt = window.dt;
         let geometry = self.stepper.grid().geometry;
@@ -457,7 +491,7 @@ impl Memory {
     pub fn grains(&self) -> Option<usize> {
         let n = self.motions.len();
         let same = self.held.len() == n && self.before.len() == n && self.contents.len() == n;
-        same.then_some(n)
+        (same && (self.kept.is_empty() || self.kept.len() == n)).then_some(n)
     }
 
     /// What drives the whole fluid along periodic axes, m/s²: told in the first window, then zero.

@@ -15,7 +15,7 @@ use crate::log::codec;
 use crate::participant::SolverError;
 
 const MAGIC: [u8; 8] = *b"BEDLOAD\n";
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 const HEAD: usize = 8 + 8 + 8 + 32;
 
 /// File of `role` in `folder`.

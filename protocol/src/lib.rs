@@ -13,6 +13,7 @@ pub mod output;
 pub mod participant;
 pub mod program;
 pub mod scene;
+pub mod scheme;
 pub mod serve;
 pub mod vtk;
 

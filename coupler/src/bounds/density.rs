@@ -2,6 +2,7 @@
 
 use protocol::facts::{FluidFacts, LoadsForm};
 use protocol::scene::{Freedom, Geometry, Grain, Shape};
+use protocol::scheme::Scheme;
 
 use super::{Bound, Facts, SINGULAR, Side};
 
@@ -22,6 +23,13 @@ fn row(loads: LoadsForm, virtual_mass: f64) -> [f64; 4] {
     }
 }
 
+/// Lowest ρ_r found stable at every one of [`COLUMNS`] with windows repeated (docs/coupling.md, Schemes).
+const ITERATED: f64 = 0.01;
+/// The same with both solvers at once, C_v = 2.
+const OVERLAPPED_TWO: f64 = 0.1;
+/// And with C_v = ½.
+const OVERLAPPED_HALF: f64 = 0.8;
+
 /// Lowest density ratio that is known to be stable. Between two columns the stricter one counts;
 /// beyond the last one nothing was measured, and `density-range` says so.
 #[must_use]
@@ -35,28 +43,48 @@ pub fn lowest_density_ratio(loads: LoadsForm, virtual_mass: f64, nu_dt_over_d2: 
     }
 }
 
-pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
+/// The same for the scheme: a form of the loads fails earlier where the force is a window late, later
+/// where windows are repeated.
+fn lowest_by_scheme(scheme: Option<Scheme>, fluid: &FluidFacts, nu_dt_over_d2: f64) -> f64 {
+    match scheme {
+        Some(Scheme::Iterated) => ITERATED,
+        Some(Scheme::Overlapped) if fluid.virtual_mass >= 2.0 => OVERLAPPED_TWO,
+        Some(Scheme::Overlapped) => OVERLAPPED_HALF,
+        _ => lowest_density_ratio(fluid.loads, fluid.virtual_mass, nu_dt_over_d2),
+    }
+}
+
+/// Every grain that can move, with its ratio and limit.
+fn judge(facts: &Facts<'_>) -> Vec<Judged> {
     let (Some(fluid), Some(medium), Some(nu)) = (facts.fluid, &facts.scene.scene.medium, facts.viscosity())
     else {
-        return;
+        return Vec::new();
     };
-    if facts.dem.is_none() {
-        return;
-    }
     let geometry = facts.scene.scene.domain.geometry;
     let judged = facts.scene.grains.iter().filter(|grain| can_move(grain, geometry)).map(|grain| {
         let nu_dt_over_d2 = nu * facts.ladder.dt_fluid / (2.0 * grain.radius).powi(2);
         Judged {
             ratio: grain.density / medium.density,
-            limit: limit_of(grain, geometry, fluid, nu_dt_over_d2),
+            limit: limit_of(grain, facts, fluid, nu_dt_over_d2),
             nu_dt_over_d2,
         }
     });
-    let judged: Vec<Judged> = judged.collect();
+    judged.collect()
+}
+
+/// Density ratio and limit of the grain that is worst off.
+pub(crate) fn lightest(facts: &Facts<'_>) -> Option<(f64, f64)> {
+    let judged = judge(facts).into_iter().min_by(|a, b| a.margin().total_cmp(&b.margin()));
+    judged.map(|worst| (worst.ratio, worst.limit))
+}
+
+pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
+    let (Some(fluid), Some(_)) = (facts.fluid, facts.dem) else { return };
+    let judged = judge(facts);
     let Some(worst) = judged.iter().copied().min_by(|a, b| a.margin().total_cmp(&b.margin())) else {
         return;
     };
-    bounds.push(ratio_bound(worst, fluid));
+    bounds.push(ratio_bound(worst, facts.scheme, fluid));
     let widest = judged.iter().map(|one| one.nu_dt_over_d2).fold(0.0, f64::max);
     bounds.push(Bound::new("density-range", "ν dt/D²", widest, Side::AtMost, COLUMNS[3]).warning().because(
         "the lowest stable density ratio was measured up to ν dt/D² = 0.8 only",
@@ -91,8 +119,9 @@ fn can_rotate(grain: &Grain, geometry: Geometry) -> bool {
     [SpinX, SpinY, SpinZ].into_iter().any(|freedom| grain.is_free(freedom, geometry))
 }
 
-fn limit_of(grain: &Grain, geometry: Geometry, fluid: &FluidFacts, nu_dt_over_d2: f64) -> f64 {
-    let table = lowest_density_ratio(fluid.loads, fluid.virtual_mass, nu_dt_over_d2);
+fn limit_of(grain: &Grain, facts: &Facts<'_>, fluid: &FluidFacts, nu_dt_over_d2: f64) -> f64 {
+    let geometry = facts.scene.scene.domain.geometry;
+    let table = lowest_by_scheme(facts.scheme, fluid, nu_dt_over_d2);
     match fluid.loads {
         LoadsForm::F1 if can_rotate(grain, geometry) => table.max(2.0),
         // A disc failed at 1.05; the next ratio tried above it was stable.
@@ -101,15 +130,17 @@ fn limit_of(grain: &Grain, geometry: Geometry, fluid: &FluidFacts, nu_dt_over_d2
     }
 }
 
-fn ratio_bound(worst: Judged, fluid: &FluidFacts) -> Bound {
-    let form = format!("{:?} with C_v = {}", fluid.loads, fluid.virtual_mass);
-    Bound::new("density-ratio", "ρ_p/ρ", worst.ratio, Side::AtLeast, worst.limit).because(
+fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bound {
+    let order = scheme.filter(|scheme| *scheme != Scheme::of(fluid.loads));
+    let order = order.map_or(String::new(), |scheme| format!(", {scheme},"));
+    let form = format!("{:?} with C_v = {}{order}", fluid.loads, fluid.virtual_mass);
+    Bound::new(super::DENSITY_RATIO, "ρ_p/ρ", worst.ratio, Side::AtLeast, worst.limit).because(
         format!(
             "loads of form {form} were found unstable for lighter grains at ν dt/D² = {:.3}",
             super::Short(worst.nu_dt_over_d2)
         ),
         "numerics §1, table",
-        "use the fluid's loads F5b with the virtual mass ½, a smaller dt, or heavier grains",
+        "use the fluid's loads F5b with the virtual mass ½, a smaller dt, coupling.scheme = \"iterated\", or heavier grains",
     )
 }
 

@@ -10,8 +10,10 @@ mod viscous;
 
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::scene::CheckedScene;
+use protocol::scheme::Scheme;
 use serde::Serialize;
 
+pub(crate) use density::lightest;
 pub use density::lowest_density_ratio;
 
 use crate::config::Coupling;
@@ -40,6 +42,9 @@ pub const NAMES: &[&str] = &[
 
 /// The only bound that cannot be forced: behind it stands a division by zero.
 pub const SINGULAR: &str = "loads-singular";
+
+/// The bound that decides whether windows are to be repeated.
+pub const DENSITY_RATIO: &str = "density-ratio";
 
 /// What a broken bound does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -194,6 +199,8 @@ pub struct Facts<'a> {
     pub dem: Option<&'a DemFacts>,
     /// `[coupling]`.
     pub coupling: &'a Coupling,
+    /// Order of the exchange; none where nothing is exchanged.
+    pub scheme: Option<Scheme>,
     /// Time steps.
     pub ladder: Ladder,
     /// Memory that the machine can still give, bytes.

@@ -99,6 +99,16 @@ impl<const D: usize> Component<D> {
         }
     }
 
+    /// Eights of cells that may hold force: a bit each, layer by layer.
+    pub(super) fn held(&self) -> &[u64] {
+        &self.held
+    }
+
+    /// The same, to be added to.
+    pub(super) fn held_mut(&mut self) -> &mut [u64] {
+        &mut self.held
+    }
+
     /// Finds the layers of every grain.
     fn place(&mut self, placed: Placed<'_, D>) {
         self.layers.place(placed.grid, placed.kernel, placed.shapes, placed.motions);

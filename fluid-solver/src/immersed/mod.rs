@@ -11,6 +11,7 @@ pub mod layers;
 pub mod mask;
 pub mod nodes;
 mod odds;
+pub mod places;
 pub mod sheet;
 pub mod volume_fraction;
 

@@ -12,5 +12,6 @@ mod newton;
 mod output;
 mod planes;
 mod restart;
+mod schemes;
 mod settling;
 mod wall;

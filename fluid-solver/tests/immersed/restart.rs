@@ -32,11 +32,12 @@ fn fluid(keys: &str) -> String {
     format!("{PLANE}\n[fluid]\n{keys}")
 }
 
-const FORMS: [&str; 4] = [
+const FORMS: [&str; 5] = [
     "time = { scheme = \"ab2\" }",
     "loads = { form = \"F5\" }",
     "loads = { form = \"F2\" }",
     "immersed = { method = \"direct\" }\nloads = { form = \"F2\" }",
+    "[coupling]\nscheme = \"overlapped\"",
 ];
 
 /// Everything that crosses, as bits.

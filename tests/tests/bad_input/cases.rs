@@ -188,6 +188,10 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "no sub-steps": "[dem]" => "[dem]\n§steps_per_contact = 0.0"; "dem.steps_per_contact", "is 0";
     "skin negative": "[dem]" => "[dem]\n§skin = -0.1"; "dem.skin", "-0.1";
     "scheme that the loads cannot follow": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"explicit\""; "coupling.scheme", "explicit", "semi-implicit";
+    "iterated loads of another form": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"iterated\"", "[dem]" => "[fluid.loads]\nform = \"F5\"\n[dem]"; "coupling.scheme", "is iterated", "F5";
+    "scheme that is none": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"implicit\""; "coupling.scheme", "implicit", "overlapped";
+    "no tolerance": "deadline = 5.0" => "deadline = 5.0\n§iterations = { tolerance = 0.0 }"; "coupling.iterations.tolerance", "is 0";
+    "one attempt": "deadline = 5.0" => "deadline = 5.0\niterations.§most = 1"; "coupling.iterations.most", "is 1";
     "unknown bound": "deadline = 5.0" => "deadline = 5.0\n§force = [\"luck\"]"; "coupling.force", "luck", "contact-steps";
     "no deadline": "deadline = 5.0" => "§deadline = 0.0"; "coupling.deadline", "is 0";
     "no sub-steps of the coupler": "deadline = 5.0" => "deadline = 5.0\n§steps_per_contact = -5.0"; "coupling.steps_per_contact", "-5";

@@ -1,0 +1,152 @@
+//! When a window of the iterated scheme stands: the motion that an attempt led to is that of the one before.
+
+use protocol::message::Kinematics;
+use protocol::participant::Window;
+use protocol::scene::CheckedScene;
+use protocol::scheme::Iterations;
+use serde::{Deserialize, Serialize};
+
+/// Counts over a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tally {
+    /// Windows accepted.
+    pub windows: u64,
+    /// Attempts at them.
+    pub attempts: u64,
+    /// Windows accepted without having converged.
+    pub unconverged: u64,
+}
+
+/// What to do after an attempt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// Once more.
+    Repeat,
+    /// The window stands.
+    Converged,
+    /// The window stands because no attempt is left; the last relative change.
+    Unconverged(f64),
+}
+
+/// Watches the attempts at a window.
+#[derive(Clone, Debug)]
+pub struct Watch {
+    rule: Iterations,
+    gravity: f64,
+    radii: Vec<f64>,
+    /// Motion after the last attempt at this window; empty before the first.
+    last: Vec<Kinematics>,
+    tally: Tally,
+}
+
+fn norm(v: impl Iterator<Item = f64>) -> f64 {
+    v.map(|x| x * x).sum::<f64>().sqrt()
+}
+
+impl Watch {
+    /// For the grains of a scene.
+    #[must_use]
+    pub fn new(scene: &CheckedScene, rule: Iterations, tally: Tally) -> Self {
+        Self {
+            rule,
+            gravity: norm(scene.scene.gravity.into_iter()),
+            radii: scene.grains.iter().map(|grain| grain.radius).collect(),
+            last: Vec::new(),
+            tally,
+        }
+    }
+
+    /// Counts so far.
+    #[must_use]
+    pub fn tally(&self) -> Tally {
+        self.tally
+    }
+
+    /// Largest change of a velocity, or of radius times spin, since the last attempt, over the largest speed
+    /// and the speed that gravity gives in a window. Grains at rest without gravity change by nothing.
+    fn change(&self, dt: f64, motion: &[Kinematics]) -> f64 {
+        let (mut change, mut speed) = (0.0f64, 0.0f64);
+        for ((now, before), radius) in motion.iter().zip(&self.last).zip(&self.radii) {
+            let differ = |a: [f64; 3], b: [f64; 3]| norm((0..3).map(|c| a[c] - b[c]));
+            change = change.max(differ(now.velocity, before.velocity));
+            change = change.max(radius * differ(now.spin, before.spin));
+            speed = speed.max(norm(now.velocity.into_iter())).max(radius * norm(now.spin.into_iter()));
+        }
+        if change == 0.0 { 0.0 } else { change / (speed + self.gravity * dt) }
+    }
+
+    /// Judges the attempt that led to `motion`; one that was `wrong` for another reason does not stand while
+    /// another can be made.
+    pub fn judge(&mut self, window: &Window, motion: &[Kinematics], wrong: bool) -> Verdict {
+        if window.attempt == 0 {
+            self.last.clear();
+        }
+        let change = if self.last.is_empty() { f64::INFINITY } else { self.change(window.dt, motion) };
+        let verdict = if change <= self.rule.tolerance && !wrong {
+            Verdict::Converged
+        } else if window.attempt + 1 >= self.rule.most {
+            if change <= self.rule.tolerance { Verdict::Converged } else { Verdict::Unconverged(change) }
+        } else {
+            Verdict::Repeat
+        };
+        self.last.clear();
+        self.last.extend_from_slice(motion);
+        self.tally.attempts += 1;
+        self.tally.windows += u64::from(verdict != Verdict::Repeat);
+        self.tally.unconverged += u64::from(matches!(verdict, Verdict::Unconverged(_)));
+        verdict
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use protocol::scene::SceneSource;
+
+    const SCENE: &str =
+        "until = 1.0\ngravity = [0.0, 0.0, -2.0]\n\n[[grains]]\nradius = 0.5\ndensity = 1.0\n";
+
+    fn watch(most: u64) -> Watch {
+        let scene = CheckedScene::new(SceneSource { file: "test.toml".into(), text: SCENE.into() });
+        let rule = Iterations { tolerance: 1e-3, most, ..Iterations::default() };
+        Watch::new(&scene.expect("a good scene"), rule, Tally::default())
+    }
+
+    fn window(attempt: u64) -> Window {
+        Window { step: 3, attempt, time: 0.3, dt: 0.5, substeps: 1, output: false }
+    }
+
+    fn moving(speed: f64, spin: f64) -> [Kinematics; 1] {
+        [Kinematics { velocity: [0.0, speed, 0.0], spin: [spin, 0.0, 0.0], ..Kinematics::default() }]
+    }
+
+    #[test]
+    fn a_window_takes_two_attempts_and_the_scale_is_speed_and_weight() {
+        let mut watch = watch(5);
+        assert_eq!(watch.judge(&window(0), &moving(3.0, 0.0), false), Verdict::Repeat);
+        // |ΔU| = 4.1e-3 of 3 + |g| dt = 4: just too much; then 3.9e-3.
+        assert_eq!(watch.judge(&window(1), &moving(3.0041, 0.0), false), Verdict::Repeat);
+        assert_eq!(watch.judge(&window(2), &moving(3.0002, 0.0), false), Verdict::Converged);
+        // Spin counts with the radius.
+        assert_eq!(watch.judge(&window(0), &moving(0.0, 0.0), false), Verdict::Repeat);
+        assert_eq!(watch.judge(&window(1), &moving(0.0, 0.0021), false), Verdict::Repeat);
+        assert_eq!(watch.judge(&window(2), &moving(0.0, 0.0002), false), Verdict::Converged);
+        assert_eq!(watch.tally(), Tally { windows: 2, attempts: 6, unconverged: 0 });
+        // What does not move any more, but was wrong, does not stand.
+        assert_eq!(watch.judge(&window(0), &moving(1.0, 0.0), false), Verdict::Repeat);
+        assert_eq!(watch.judge(&window(1), &moving(1.0, 0.0), true), Verdict::Repeat);
+        assert_eq!(watch.judge(&window(2), &moving(1.0, 0.0), false), Verdict::Converged);
+    }
+
+    #[test]
+    fn rest_does_not_hang_and_the_last_attempt_is_counted() {
+        let mut watch = watch(3);
+        watch.gravity = 0.0;
+        assert_eq!(watch.judge(&window(0), &moving(0.0, 0.0), false), Verdict::Repeat);
+        assert_eq!(watch.judge(&window(1), &moving(0.0, 0.0), false), Verdict::Converged);
+        assert_eq!(watch.judge(&window(0), &moving(1.0, 0.0), false), Verdict::Repeat);
+        assert_eq!(watch.judge(&window(1), &moving(-1.0, 0.0), false), Verdict::Repeat);
+        assert_eq!(watch.judge(&window(2), &moving(1.0, 0.0), false), Verdict::Unconverged(2.0));
+        assert_eq!(watch.tally(), Tally { windows: 2, attempts: 5, unconverged: 1 });
+    }
+}

@@ -1,0 +1,85 @@
+//! The cells that hold force, as a list: what the attempts at a window are compared and mixed over.
+
+use super::Immersed;
+use super::sheet::{first, words};
+use crate::grid::Grid;
+
+/// Values at the [`Places`], by component.
+pub type Values<const D: usize> = [Vec<f64>; D];
+
+/// Eights of cells that hold force, or held some since [`Places::clear`]. It only grows, at its end: values
+/// taken earlier are the beginning of those taken later, and are zero at what has come since.
+#[derive(Clone, Debug)]
+pub struct Places<const D: usize> {
+    /// A bit for each eight, as in [`super::component::Component`].
+    marks: [Vec<u64>; D],
+    /// Where each eight begins in its field.
+    begins: [Vec<usize>; D],
+}
+
+impl<const D: usize> Default for Places<D> {
+    fn default() -> Self {
+        Self { marks: std::array::from_fn(|_| Vec::new()), begins: std::array::from_fn(|_| Vec::new()) }
+    }
+}
+
+impl<const D: usize> Places<D> {
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.marks.iter_mut().for_each(|marks| marks.fill(0));
+        self.begins.iter_mut().for_each(Vec::clear);
+    }
+
+    /// Number of cells, over all components.
+    pub fn cells(&self) -> usize {
+        8 * self.begins.iter().map(Vec::len).sum::<usize>()
+    }
+
+    /// Adds what holds force now.
+    pub fn add(&mut self, grid: &Grid<D>, immersed: &Immersed<D>) {
+        let (words, stride, size) = (words(grid), grid.stride(1), grid.stride(D - 1));
+        let layers = grid.cells[D - 1];
+        for ((marks, begins), component) in
+            self.marks.iter_mut().zip(&mut self.begins).zip(&immersed.components)
+        {
+            marks.resize(component.held().len(), 0);
+            let of_a_layer = (marks.len() / layers).max(1);
+            for (index, (mark, held)) in marks.iter_mut().zip(component.held()).enumerate() {
+                let (k, word) = (index / of_a_layer, index % of_a_layer);
+                let place = first(grid, 0) + k * size + word / words * stride + word % words * 512;
+                let mut new = held & !*mark;
+                *mark |= held;
+                while new != 0 {
+                    begins.push(place + 8 * new.trailing_zeros() as usize);
+                    new &= new - 1;
+                }
+            }
+        }
+    }
+
+    /// Declares all of them to hold force, so that the next time force is imposed it is taken from those
+    /// where no grain is any more.
+    pub fn hold(&self, immersed: &mut Immersed<D>) {
+        for (component, marks) in immersed.components.iter_mut().zip(&self.marks) {
+            component.held_mut().iter_mut().zip(marks).for_each(|(held, mark)| *held |= mark);
+        }
+    }
+
+    /// `out` ← the fields' values here.
+    pub fn gather(&self, fields: &[Vec<f64>; D], out: &mut Values<D>) {
+        for ((begins, field), out) in self.begins.iter().zip(fields).zip(out) {
+            out.clear();
+            begins.iter().for_each(|begin| out.extend_from_slice(&field[*begin..*begin + 8]));
+        }
+    }
+
+    /// Writes values into the fields; those that are missing at the end are zero.
+    pub fn scatter(&self, values: &Values<D>, fields: &mut [Vec<f64>; D]) {
+        for ((begins, field), values) in self.begins.iter().zip(fields).zip(values) {
+            let (mut eights, zero) = (values.chunks_exact(8), [0.0; 8]);
+            for begin in begins {
+                field[*begin..*begin + 8].copy_from_slice(eights.next().unwrap_or(&zero[..]));
+            }
+        }
+    }
+}

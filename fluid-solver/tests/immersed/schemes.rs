@@ -1,0 +1,301 @@
+//! Coupling schemes from the fluid's side: what is sent when, and what repeated windows lead to.
+
+use crate::newton::{Newton, Run, scene};
+use protocol::message::{Header, Kinematics, Loads, Record};
+use protocol::participant::{Exchange, ExchangeError, Participant, Window};
+
+/// A sphere in a small (r, z) box, D = g = ρ = ν = 1, released from rest.
+fn sphere(density: f64, dt: f64, keys: &str) -> String {
+    format!(
+        "until = 100.0
+        gravity = [0.0, 0.0, -1.0]
+        [domain]
+        geometry = \"axisymmetric\"
+        lower = [0.0, 0.0]
+        upper = [2.0, 4.0]
+        cells = [16, 32]
+        boundary = {{ r_upper = \"free-slip\", z = \"no-slip\" }}
+        [medium]
+        density = 1.0
+        viscosity = 1.0
+        [[grains]]
+        position = [0.0, 0.0, 2.0]
+        radius = 0.5
+        density = {density}
+        [fluid.time]
+        dt = {dt}
+        {keys}
+        "
+    )
+}
+
+fn iterated(more: &str) -> String {
+    format!("[coupling]\nscheme = \"iterated\"\n{more}")
+}
+
+/// One window of `attempts` attempts; the velocity after each.
+fn attempts(run: &mut Run, attempts: u64) -> Vec<f64> {
+    let text = sphere(1.0, 1.0, "");
+    let mut before = Newton::new(&scene(&text));
+    before.take_over(&run.newton);
+    run.fluid.save();
+    let mut velocities = Vec::new();
+    for attempt in 0..attempts {
+        if attempt > 0 {
+            run.fluid.restore();
+            run.newton.take_over(&before);
+        }
+        let window =
+            Window { step: run.step, attempt, time: run.time, dt: run.dt, substeps: 1, output: false };
+        run.fluid.advance(&window, &mut run.newton).unwrap_or_else(|error| panic!("{error}"));
+        velocities.push(run.fall());
+    }
+    run.time += run.dt;
+    run.step += 1;
+    velocities
+}
+
+/// Velocity at time `until` with windows repeated until nothing changes.
+fn converged(density: f64, dt: f64, until: f64, keys: &str) -> f64 {
+    let mut run = Run::new(&sphere(density, dt, &iterated(keys)));
+    while run.time < until * (1.0 - 1e-9) {
+        attempts(&mut run, 25);
+    }
+    run.fall()
+}
+
+#[test]
+fn the_first_attempt_is_the_semi_implicit_window() {
+    let mut plain = Run::new(&sphere(0.5, 0.02, ""));
+    let mut first = Run::new(&sphere(0.5, 0.02, &iterated("")));
+    for _ in 0..5 {
+        plain.windows(1);
+        first.windows(1);
+        assert_eq!(plain.newton.loads[0].words(), first.newton.loads[0].words());
+    }
+}
+
+#[test]
+fn attempts_converge_for_light_grains_in_long_windows_with_both_relaxations() {
+    for (relaxation, most) in [("anderson", 12), ("aitken", 40)] {
+        for density in [0.01, 0.5, 4.0] {
+            let keys = iterated(&format!("iterations = {{ relaxation = \"{relaxation}\" }}"));
+            let mut run = Run::new(&sphere(density, 0.8, &keys));
+            attempts(&mut run, most);
+            let velocities = attempts(&mut run, most);
+            let last = velocities.len() - 1;
+            let change = |k: usize| (velocities[k] / velocities[k - 1] - 1.0).abs();
+            println!(
+                "{relaxation}, ρ_r = {density}: changes {:?}",
+                (1..=last).map(change).collect::<Vec<_>>()
+            );
+            assert!(change(last) < 1e-5 && change(last) < 1e-2 * change(1), "{relaxation}, {density}");
+        }
+    }
+}
+
+#[test]
+fn what_it_converges_to_does_not_know_the_virtual_mass_and_the_relaxation() {
+    let dt = 0.2;
+    let half = converged(0.1, dt, 3.0 * dt, "");
+    for keys in [
+        "[fluid.loads]\nvirtual_mass = 1.5",
+        "[fluid.loads]\nvirtual_mass = 0.25",
+        "[coupling.iterations]\nrelaxation = \"aitken\"",
+    ] {
+        let other = converged(0.1, dt, 3.0 * dt, keys);
+        println!("{keys}: {other} against {half}");
+        assert!((other / half - 1.0).abs() < 1e-5, "{keys}: {other} against {half}");
+    }
+}
+
+#[test]
+fn it_is_the_semi_implicit_scheme_in_the_limit_of_short_windows() {
+    let until = 0.08;
+    let differences: Vec<f64> = [0.02, 0.01, 0.005]
+        .into_iter()
+        .map(|dt| {
+            let mut plain = Run::new(&sphere(2.0, dt, ""));
+            plain.until(until);
+            (converged(2.0, dt, until, "") / plain.fall() - 1.0).abs()
+        })
+        .collect();
+    println!("differences {differences:?}");
+    assert!(differences[2] < 0.6 * differences[0], "{differences:?}");
+    assert!(differences[1] < differences[0], "{differences:?}");
+}
+
+/// Notes the order of calls, and leaves the grain where it is.
+struct Held {
+    calls: Vec<&'static str>,
+    loads: Vec<Loads>,
+    motion: Vec<Kinematics>,
+}
+
+impl Exchange<Kinematics, Loads> for Held {
+    fn send(&mut self, _: Header, fill: &mut dyn FnMut(&mut [Loads])) -> Result<(), ExchangeError> {
+        self.calls.push("send");
+        fill(&mut self.loads);
+        Ok(())
+    }
+
+    fn receive(
+        &mut self,
+        window: &Window,
+        read: &mut dyn FnMut(&Header, &[Kinematics]),
+    ) -> Result<(), ExchangeError> {
+        self.calls.push("receive");
+        read(&window.header(), &self.motion);
+        Ok(())
+    }
+}
+
+/// Loads of windows on a grain that is held in a fluid that gravity sets in motion.
+fn loads_of_held(scheme: &str) -> Vec<Loads> {
+    let text = sphere(2.0, 0.05, &format!("[coupling]\nscheme = \"{scheme}\""))
+        .replace("z = \"no-slip\"", "z = \"periodic\"");
+    let mut run = Run::new(&text);
+    let motion = run.newton.motions.clone();
+    let mut held = Held { calls: Vec::new(), loads: vec![Loads::default()], motion };
+    let mut all = Vec::new();
+    for step in 0..6 {
+        let window =
+            Window { step, attempt: 0, time: 0.05 * step as f64, dt: 0.05, substeps: 1, output: false };
+        run.fluid.advance(&window, &mut held).unwrap_or_else(|error| panic!("{error}"));
+        all.push(held.loads[0]);
+    }
+    assert!(held.calls.chunks(2).all(|calls| calls == ["send", "receive"]), "{:?}", held.calls);
+    all
+}
+
+#[test]
+fn overlapped_loads_are_those_of_the_window_before() {
+    let (now, late) = (loads_of_held("semi-implicit"), loads_of_held("overlapped"));
+    assert!(now[1..].windows(2).all(|pair| pair[0] != pair[1]), "the force changes from window to window");
+    // The first window's knows of the virtual mass that the fluid begins to move; later ones do not.
+    for (late, now) in late[2..].iter().zip(&now[1..]) {
+        assert_eq!(late.words(), now.words());
+    }
+    // Fluid and grain that nothing holds fall together: weight and what it displaces cancel.
+    let volume = std::f64::consts::PI / 6.0;
+    assert!((late[0].force[2] + 0.5 * volume).abs() < 1e-12, "{:?}", late[0].force);
+}
+
+#[test]
+fn overlapped_falls_like_semi_implicit_in_short_windows() {
+    let fall = |scheme: &str, dt: f64| {
+        let mut run = Run::new(&sphere(4.0, dt, &format!("[coupling]\nscheme = \"{scheme}\"")));
+        run.until(0.1).fall()
+    };
+    let differences: Vec<f64> = [0.01, 0.005, 0.0025]
+        .into_iter()
+        .map(|dt| (fall("overlapped", dt) / fall("semi-implicit", dt) - 1.0).abs())
+        .collect();
+    println!("differences {differences:?}");
+    assert!(
+        differences[1] < 0.7 * differences[0] && differences[2] < 0.7 * differences[1],
+        "{differences:?}"
+    );
+}
+
+/// What a scheme makes of a release from rest.
+struct Release {
+    /// Velocity after each window, m/s.
+    velocities: Vec<f64>,
+    /// Attempts at all windows, and windows without an end to them.
+    attempts: u64,
+    unconverged: u64,
+    /// Did it end early?
+    broken: bool,
+}
+
+/// `windows` windows of a release (a neutral sphere is pushed), by the rules of the coupler: an attempt
+/// more while the velocity changes by 1e-4 of itself and g dt, 20 at most.
+fn release(density: f64, dt: f64, windows: usize, keys: &str) -> Release {
+    let (place, push) =
+        if density < 1.0 { (2.0, 0.0) } else { (6.0, if density == 1.0 { -0.05 } else { 0.0 }) };
+    let text = sphere(density, dt, keys)
+        .replace("upper = [2.0, 4.0]", "upper = [2.0, 8.0]")
+        .replace("cells = [16, 32]", "cells = [16, 64]")
+        .replace("[0.0, 0.0, 2.0]\n", &format!("[0.0, 0.0, {place}]\n velocity = [0.0, 0.0, {push}]\n"));
+    let mut run = Run::new(&text);
+    let mut before = Newton::new(&scene(&text));
+    let mut result = Release { velocities: Vec::new(), attempts: 0, unconverged: 0, broken: false };
+    let most = if keys.contains("iterated") { 20 } else { 1 };
+    for step in 0..windows as u64 {
+        before.take_over(&run.newton);
+        run.fluid.save();
+        let mut last = f64::INFINITY;
+        for attempt in 0..most {
+            if attempt > 0 {
+                run.fluid.restore();
+                run.newton.take_over(&before);
+            }
+            let window = Window { step, attempt, time: dt * step as f64, dt, substeps: 1, output: false };
+            let done = run.fluid.advance(&window, &mut run.newton);
+            result.attempts += 1;
+            let (speed, z) = (run.fall(), run.newton.motions[0].position[2]);
+            if done.is_err() || !(speed.abs() < 2.0 && (0.7..7.3).contains(&z)) {
+                result.broken = done.is_err() || speed.abs() > 1.0 || (step as usize) < windows / 4;
+                return result;
+            }
+            if (speed - last).abs() <= 1e-4 * (speed.abs() + dt) {
+                break;
+            }
+            result.unconverged += u64::from(attempt + 1 == most && most > 1);
+            last = speed;
+        }
+        result.velocities.push(run.fall());
+    }
+    result
+}
+
+/// The table of docs/coupling.md, *Schemes*.
+#[test]
+#[ignore = "a minute of measuring; prints the table of docs/coupling.md"]
+fn table() {
+    let schemes = [
+        ("semi-implicit, C_v = 1/2", String::new()),
+        ("semi-implicit, C_v = 2", "[fluid.loads]\nvirtual_mass = 2.0".into()),
+        ("semi-implicit, displaced mass", "[fluid.loads]\ndisplaced_mass = true".into()),
+        ("overlapped, C_v = 1/2", "[coupling]\nscheme = \"overlapped\"".into()),
+        (
+            "overlapped, C_v = 2",
+            "[coupling]\nscheme = \"overlapped\"\n[fluid.loads]\nvirtual_mass = 2.0".into(),
+        ),
+        ("iterated", iterated("")),
+        ("iterated, Aitken", iterated("iterations = { relaxation = \"aitken\" }")),
+    ];
+    for number in [0.024, 0.08, 0.2, 0.8] {
+        for density in [0.01, 0.1, 0.5, 1.0] {
+            let splits = (number / 0.0016_f64).round() as usize;
+            let count = if number > 0.5 { 3 } else { 6 };
+            let reference = release(density, number / splits as f64, count * splits, "").velocities;
+            let reference: Vec<f64> =
+                reference.chunks(splits).filter_map(|part| part.last().copied()).collect();
+            let scale = reference.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+            for (name, keys) in &schemes {
+                let found = release(density, number, 120, keys);
+                let v = &found.velocities;
+                let error = |k: usize| v.get(k).map_or(f64::NAN, |v| (v - reference[k]).abs() / scale);
+                let tail = &v[v.len() / 2..];
+                let jump =
+                    tail.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f64::max) / scale;
+                let verdict = match (found.broken, jump) {
+                    (true, _) => "failed",
+                    (_, jump) if jump > 0.02 => "oscillates",
+                    _ => "stable",
+                };
+                println!(
+                    "nu dt/D2 {number:<6} rho {density:<5} {name:30} {verdict:10} first {:8.4} last {:8.4} jump {jump:8.1e} \
+                     windows {:3} attempts {:5.2} unconverged {}",
+                    error(0),
+                    error(count - 1),
+                    v.len(),
+                    found.attempts as f64 / v.len().max(1) as f64,
+                    found.unconverged,
+                );
+            }
+        }
+    }
+}
