@@ -381,6 +381,24 @@ fn windows_are_repeated_where_the_density_ratio_asks_for_it_and_nowhere_else() {
 }
 
 #[test]
+fn overlapped_solvers_want_heavier_grains() {
+    let overlapped = "coupling.scheme=\"overlapped\"";
+    below_and_above("density-ratio", "grains[0].density=0.81", "grains[0].density=0.79", |case, density| {
+        case.scene = vec![density, overlapped];
+    });
+    // ν dt/D² = 0.08, and in windows of D²/ν nothing is light enough.
+    below_and_above(
+        "density-ratio",
+        (8.0, "grains[0].density=4.01"),
+        (80.0, "grains[0].density=9"),
+        |case, (dt, density)| {
+            case.fluid.dt = dt;
+            case.scene = vec!["until=200", density, overlapped];
+        },
+    );
+}
+
+#[test]
 fn coupling_section_names_what_is_wrong() {
     for (text, key) in [
         ("coupling.deadline=0", "coupling.deadline"),

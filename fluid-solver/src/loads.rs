@@ -43,6 +43,8 @@ pub struct Measured {
     /// Acceleration of the attempt before less that of the window before: what a DEM does not know when it
     /// adds added_mass A_prev. Zero in the first attempt at a window.
     pub ahead: Wrench,
+    /// Added to C_v: what repeated windows need so that the first attempts do not overshoot. It drops out.
+    pub more: f64,
     /// ∫ β dV on the grid's nodes of each component, m³, where it is to count.
     pub volume: Option<[f64; 3]>,
     /// Acceleration that the fluid as a whole begins with, m/s²: in the first window only.
@@ -55,9 +57,10 @@ impl LoadsRule {
         let rho = self.density;
         let mass = rho * shape.volume;
         let inertia = mass * shape.gyration;
+        let coefficient = self.virtual_mass + measured.more;
         let mut loads = Loads {
-            added_mass: self.virtual_mass * mass,
-            added_inertia: self.virtual_mass * inertia,
+            added_mass: coefficient * mass,
+            added_inertia: coefficient * inertia,
             ..Loads::default()
         };
         let scale = match self.form {
@@ -172,12 +175,13 @@ mod tests {
         let plain = Measured::default();
         let (p, f) = (
             rule(LoadsForm::F5b).loads(&SHAPE, &plain),
-            rule(LoadsForm::F5b).loads(&SHAPE, &Measured { ahead, ..plain }),
+            rule(LoadsForm::F5b).loads(&SHAPE, &Measured { ahead, more: 1.5, ..plain }),
         );
+        assert_eq!(f.added_mass, 2.0 * 3.0);
         let (force, torque) =
             (f.force[2] + f.added_mass * previous, f.torque[1] + f.added_inertia * previous);
-        assert!((force - (p.force[2] + 0.5 * 3.0 * attempt)).abs() < 1e-14);
-        assert!((torque - (p.torque[1] + 0.5 * 3.0 * 0.4 * attempt)).abs() < 1e-14);
+        assert!((force - (p.force[2] + 2.0 * 3.0 * attempt)).abs() < 1e-14);
+        assert!((torque - (p.torque[1] + 2.0 * 3.0 * 0.4 * attempt)).abs() < 1e-14);
     }
 
     /// A DEM solves (m_p + m_a) a = m_p g + F + m_a A_prev. With A_prev = a the message must add
