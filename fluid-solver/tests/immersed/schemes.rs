@@ -84,7 +84,6 @@ fn attempts_converge_for_light_grains_in_long_windows() {
         ("anderson", 0.2, 4.0),
         ("anderson", 0.8, 0.01),
         ("anderson", 0.8, 0.5),
-        ("anderson", 0.8, 4.0),
         ("aitken", 0.024, 0.5),
         ("aitken", 0.08, 0.5),
     ] {
