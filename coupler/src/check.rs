@@ -10,6 +10,7 @@ use crate::bounds::{Bound, Level, Short, Side};
 use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
+use crate::proposals;
 use crate::solvers::Solver;
 
 /// Prints the plan, and fails with the names of the bounds that it breaks.
@@ -24,8 +25,20 @@ pub fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
         println!("{text}");
     } else {
         print_plan(&prepared);
+        for proposal in proposals::all(&prepared, options) {
+            println!("\n  cheaper: {}", proposal.line());
+        }
     }
     prepared.refuse_broken()
+}
+
+/// Prints the scene of a cheaper model.
+///
+/// # Errors
+/// [`Failure`], also if there is no proposal of this name.
+pub fn cheaper(options: &RunOptions, name: &str) -> Result<(), Failure> {
+    print!("{}", proposals::cheaper(&Prepared::new(options)?, options, name)?);
+    Ok(())
 }
 
 fn print_plan(prepared: &Prepared) {

@@ -38,6 +38,9 @@ enum Command {
         /// Print the plan as JSON
         #[arg(long)]
         json: bool,
+        /// Print the scene of one of the cheaper models that are proposed
+        #[arg(long, value_name = "NAME", conflicts_with = "json")]
+        cheaper: Option<String>,
     },
     /// Run a scene
     Run {
@@ -197,9 +200,12 @@ fn log(word: &LogWord) -> Result<(), LogCommandError> {
 
 fn dispatch(command: Command) -> Result<(), Failure> {
     match command {
-        Command::Check { scene, overrides, until, json } => {
+        Command::Check { scene, overrides, until, json, cheaper } => {
             let options = RunOptions { overrides, until, ..RunOptions::of_scene(&scene) };
-            crate::check::check(&options, json)
+            match cheaper {
+                Some(name) => crate::check::cheaper(&options, &name),
+                None => crate::check::check(&options, json),
+            }
         }
         Command::Run { options } => crate::run::run(&options),
         Command::Replay { log, drive, verify, checkpoint, out } => {

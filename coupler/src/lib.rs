@@ -7,6 +7,7 @@
 //! | [`config`] | the `[coupling]` section |
 //! | [`plan`] | who takes part, time steps, cost |
 //! | [`prepare`], [`check`] | from a scene file to a plan |
+//! | [`proposals`] | cheaper models of a scene |
 //! | [`scheme`] | which window comes next, and its sub-steps |
 //! | [`run`], [`conduct`], [`judge`], [`iterate`] | a run, window by window, and its attempts |
 //! | [`supervise`], [`solvers`] | solvers as commands and child processes |
@@ -31,6 +32,7 @@ pub mod judge;
 pub mod log_command;
 pub mod plan;
 pub mod prepare;
+pub mod proposals;
 pub mod record;
 pub mod replay;
 pub mod report;

@@ -227,16 +227,16 @@ impl Planner {
 
     fn window_length(&self) -> f64 {
         let left = self.remaining();
-        if !self.plan.adaptive {
-            let dt = self.plan.ladder.dt_fluid;
-            return if left <= dt * (1.0 + 1e-6) { left } else { dt };
-        }
         let first = if self.state.step == 0 { self.state.dt } else { f64::INFINITY };
-        let dt = first.min(self.state.limit).min(self.plan.dt_most).min(GROWTH * self.state.dt);
-        // The last two windows share what is left, so that none is a sliver.
+        let dt = match self.plan.adaptive {
+            true => first.min(self.state.limit).min(self.plan.dt_most).min(GROWTH * self.state.dt),
+            false => self.plan.ladder.dt_fluid,
+        };
+        // The last two windows share what is left, so that none is a sliver, over which the mean of a force
+        // means nothing.
         match left / dt {
             ratio if ratio <= 1.0 + 1e-6 => left,
-            ratio if ratio < 2.0 => 0.5 * left,
+            ratio if ratio < 2.0 - 1e-6 => 0.5 * left,
             _ => dt,
         }
     }

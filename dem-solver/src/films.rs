@@ -7,6 +7,9 @@
 //! share no grain that can move, are exact after one sweep. Each visit changes both partners by
 //! opposite impulses, so momentum is kept to round-off whatever the number of sweeps.
 //!
+//! Within a window a sub-step begins with the impulses of the one before: they change little, so that few sweeps do
+//! what many would from nothing. A window begins from nothing, so nothing of this is state.
+//!
 //! The order is fixed: grain pairs (i, j) ascending, then walls by grain, eight parts of that list by turns. M_i holds the virtual mass,
 //! locked directions have zero inverse mass.
 
@@ -16,8 +19,9 @@ use crate::interact::Scene;
 use crate::lubrication::{Expansion, FilmLaw, FilmModel};
 use crate::neighbours::ContactList;
 
-/// A sweep that changes no gap rate by more than this part of the largest is the last.
-const CONVERGED: f64 = 1e-10;
+/// A sweep that changes no gap rate by more than this part of the largest is the last. After a window of 87 sub-steps
+/// the velocities of a dense bed are 0.1 to 0.2 of this part off (example `film_sweeps`).
+const CONVERGED: f64 = 1e-6;
 
 /// Parts of the list that take turns.
 const PARTS: usize = 8;
@@ -45,13 +49,22 @@ struct Film {
 #[derive(Clone, Debug, Default)]
 pub struct Films {
     active: Vec<Film>,
+    /// Those of the sub-step before, in this window.
+    last: Vec<Film>,
 }
 
 impl Films {
     /// Room for `count` films.
     pub fn reserve(&mut self, count: usize) {
+        for films in [&mut self.active, &mut self.last] {
+            films.reserve(count.saturating_sub(films.len()));
+        }
+    }
+
+    /// A window begins: the next sub-step starts from nothing.
+    pub fn forget(&mut self) {
         self.active.clear();
-        self.active.reserve(count);
+        self.last.clear();
     }
 
     /// Applies the impulses of all films over `dt` to the velocities, in place, and writes the mean
@@ -69,9 +82,11 @@ impl Films {
         force: &mut [Vec3],
     ) {
         force.fill(Vec3::zeros());
+        std::mem::swap(&mut self.active, &mut self.last);
         self.active.clear();
         self.collect_pairs(scene, model, grains, response, pairs, dt);
         self.collect_walls(scene, model, grains, response, walls, t, dt);
+        self.begin_with_last(&mut grains.velocity, &response.inverse_mass);
         let sweeps = if self.active.len() <= 1 { 1 } else { sweeps };
         for sweep in 0..sweeps {
             let rounds = if sweep == 0 { Expansion::ROUNDS } else { 1 };
@@ -169,6 +184,18 @@ impl Films {
         }
     }
 
+    /// Gives every film the impulse that it had in the sub-step before.
+    fn begin_with_last(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3]) {
+        let mut last = self.last.iter().peekable();
+        for film in &mut self.active {
+            while last.next_if(|before| before.key() < film.key()).is_some() {}
+            if let Some(before) = last.next_if(|before| before.key() == film.key()) {
+                (film.path, film.impulse) = (before.path, before.impulse);
+                film.push(velocity, inverse_mass, before.impulse);
+            }
+        }
+    }
+
     /// One pass over all films; true when nothing worth another pass changed.
     ///
     /// Neighbours in the list share a grain, so each would wait for the one before: eight parts of
@@ -188,6 +215,22 @@ impl Films {
 }
 
 impl Film {
+    /// Place in the order of the list.
+    fn key(&self) -> (bool, u32, u32) {
+        (self.wall, self.first, self.second)
+    }
+
+    /// Gives both partners an impulse.
+    #[inline(always)]
+    fn push(&self, velocity: &mut [Vec3], inverse_mass: &[Vec3], impulse: f64) {
+        let i = self.first as usize;
+        velocity[i] += inverse_mass[i].component_mul(&self.normal) * impulse;
+        if !self.wall {
+            let j = self.second as usize;
+            velocity[j] -= inverse_mass[j].component_mul(&self.normal) * impulse;
+        }
+    }
+
     /// Solves this film against the present velocities: by how much its impulse changed, and the gap
     /// rate without it.
     #[inline(always)]
@@ -203,11 +246,7 @@ impl Film {
         let impulse = near.unwrap_or_else(|| self.law.impulse(self.gap, without, dt, self.inverse_mass));
         let kick = impulse - self.impulse;
         self.impulse = impulse;
-        velocity[i] += inverse_mass[i].component_mul(&self.normal) * kick;
-        if !self.wall {
-            let j = self.second as usize;
-            velocity[j] -= inverse_mass[j].component_mul(&self.normal) * kick;
-        }
+        self.push(velocity, inverse_mass, kick);
         (kick, without)
     }
 }

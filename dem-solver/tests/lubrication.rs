@@ -253,10 +253,36 @@ fn many_films_conserve_momentum_and_converge() {
     assert!((after.lubrication_force().iter().sum::<Vec3>()).norm() < 1e-12);
     let speed = |sweeps| run(&column(sweeps)).grains.velocity.iter().map(|v| v.z).collect::<Vec<_>>();
     let exact = speed(10_000);
-    let errors = [1, 4, 16, 64]
+    let errors = [1, 2, 3, 4]
         .map(|sweeps| speed(sweeps).iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
-    println!("error of one stiff sub-step by sweeps 1, 4, 16, 64: {errors:?}");
-    assert!(errors[0] > errors[1] && errors[1] > errors[2] && errors[3] < 1e-6, "{errors:?}");
+    println!("error of one stiff sub-step by sweeps 1 to 4: {errors:?}");
+    assert!(errors[0] > errors[1] && errors[1] >= errors[2] && errors[3] < 1e-6, "{errors:?}");
+}
+
+/// A sub-step that begins with the impulses of the one before ends where one from nothing ends.
+#[test]
+fn sub_steps_within_a_window_agree_with_windows_of_one_sub_step() {
+    let grains = (0..27).map(|k| {
+        let site = [k % 3, k / 3 % 3, k / 9].map(f64::from);
+        let mut grain = Grain::new(site.map(|s| 1.02 * s + R + 0.01), R, 2.0);
+        grain.velocity = [0.1 * (site[1] - 1.0), 0.05 * (1.0 - site[2]), -0.1 * site[2]];
+        grain
+    });
+    let mut set_up = spec(grains.collect(), law(0.97, 1e-2));
+    set_up.gravity = [0.0, 0.0, -1.0];
+    set_up.viscosity = 0.05;
+    set_up.lubrication = Lubrication::AsPrinted(FilmSettings { sweeps: 100, ..FilmSettings::new(1e-4) });
+    let (mut whole, mut apart) = (dem(&set_up), dem(&set_up));
+    whole.advance(0.02, 40, &[]).expect("advances");
+    for _ in 0..40 {
+        apart.advance(0.02 / 40.0, 1, &[]).expect("advances");
+    }
+    let largest = apart.grains.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let off = whole.grains.velocity.iter().zip(&apart.grains.velocity).map(|(a, b)| (a - b).norm());
+    let off = off.fold(0.0, f64::max) / largest;
+    println!("largest difference of a velocity: {off:e}");
+    // forty sub-steps, each converged to 1e-6 of the largest gap rate
+    assert!(off > 0.0 && off < 1e-5, "{off}");
 }
 
 /// A wall that moves towards a resting grain pushes it through the film.

@@ -127,12 +127,17 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// The next window from `time`, ending at `until` at the latest.
+    /// The next window from `time`, ending at `until` at the latest; the last two share what is left, so that
+    /// none is a sliver, over which the mean of a force means nothing.
     #[must_use]
     pub fn next(&self, step: u64, time: f64, until: f64, limit: f64, output: bool) -> Window {
         let wished = if self.adaptive { self.window.min(limit) } else { self.window };
         // A remainder of a few parts in 1e9 is rounding, not a window.
-        let dt = if time + wished * (1.0 + 1e-9) >= until { until - time } else { wished };
+        let dt = match until - time {
+            left if left <= wished * (1.0 + 1e-9) => left,
+            left if left < wished * (2.0 - 1e-9) => 0.5 * left,
+            _ => wished,
+        };
         let substeps =
             if self.substep.is_finite() { (dt / self.substep * (1.0 - 1e-12)).ceil().max(1.0) } else { 1.0 };
         Window { step, attempt: 0, time, dt, substeps: substeps as u64, output }
@@ -165,7 +170,8 @@ mod tests {
         let (mut time, mut step) = (0.0, 0);
         while time < 1.05 {
             let window = clock.next(step, time, 1.05, f64::INFINITY, false);
-            assert_eq!(window.substeps, if window.dt > 0.09 { 4 } else { 2 });
+            assert_eq!(window.substeps, if window.dt > 0.09 { 4 } else { 3 });
+            assert!(window.dt > 0.07, "no window is a sliver: {}", window.dt);
             time = window.time + window.dt;
             step += 1;
         }

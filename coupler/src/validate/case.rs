@@ -31,6 +31,9 @@ pub(super) struct Case {
     /// Pictures of the grains of a run.
     #[serde(default)]
     pub(super) pictures: Vec<Pictures>,
+    /// How far apart two runs are.
+    #[serde(default)]
+    pub(super) differences: Vec<Difference>,
     /// Folder of the case file: paths in it start there.
     #[serde(skip)]
     pub(super) folder: PathBuf,
@@ -128,6 +131,25 @@ pub(super) struct Pictures {
     pub(super) files: Option<Vec<usize>>,
 }
 
+/// Largest difference between two runs in a column that both left, over the largest value of the second.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Difference {
+    pub(super) name: String,
+    /// Labels of two runs, the finer one last.
+    pub(super) runs: [String; 2],
+    /// File in their folders.
+    pub(super) file: PathBuf,
+    /// Names of two columns.
+    pub(super) x: String,
+    pub(super) y: String,
+    /// Part of x that counts; by default all.
+    pub(super) within: Option<[f64; 2]>,
+    /// What was published.
+    pub(super) reference: Option<f64>,
+    pub(super) source: Option<String>,
+}
+
 /// Two columns of a table in the output folder of a run.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -221,6 +243,11 @@ impl Case {
         let pictured = case.pictures.iter().find(|p| !case.runs.iter().any(|run| run.label == p.run));
         if let Some(pictures) = pictured {
             return Err(format!("the pictures {:?} are of no run {:?}", pictures.name, pictures.run));
+        }
+        for label in case.differences.iter().flat_map(|difference| &difference.runs) {
+            if !case.runs.iter().any(|run| run.label == *label) {
+                return Err(format!("a difference is of no run {label:?}"));
+            }
         }
         for table in case.drawn().flat_map(|figure| &figure.tables) {
             if !case.runs.iter().any(|run| run.label == table.run) {

@@ -160,7 +160,8 @@ fn tables<'a>(
         let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
         let mut points =
             points(&text, &table.x, &table.y).map_err(|what| ValidateError::Case { path, what })?;
-        points.retain(|(x, y)| (*x > 0.0 || !figure.log_x) && (*y > 0.0 || !figure.log_y));
+        let shown = |value: f64, log: bool| value.is_finite() && (value > 0.0 || !log);
+        points.retain(|(x, y)| shown(*x, figure.log_x) && shown(*y, figure.log_y));
         found.push((table, points));
     }
     Ok(found)

@@ -10,11 +10,13 @@
 //! | `formula` | references and curves given as formulas |
 //! | `runs` | the runs of a case, several at a time |
 //! | `verdict` | a measured value against its reference |
+//! | `differences` | two runs of a case against each other |
 //! | `table` | the Markdown page |
 //! | `figure` | the SVG figures of a case |
 //! | `pictures` | the grains of a run at some instants |
 
 mod case;
+mod differences;
 mod figure;
 mod formula;
 mod pictures;
@@ -126,7 +128,8 @@ pub fn validate(options: &Validate) -> Result<(), ValidateError> {
         for drawing in &drawings {
             atomic_write(&figures.join(&drawing.file), drawing.svg.as_bytes())?;
         }
-        page += &table::section(case, results, &rows, &drawings);
+        let apart = differences::measured(case, results, &options.out.join(&case.name))?;
+        page += &table::section(case, results, &rows, &apart, &drawings);
     }
     let path = options.out.join("validation.md");
     atomic_write(&path, page.as_bytes())?;

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::Drawing;
 use super::case::{Case, Check, Run};
+use super::differences::Measured;
 use super::runs::Outcome;
 use super::verdict::Row;
 
@@ -20,12 +21,19 @@ pub(super) fn heading(quick: bool) -> String {
 }
 
 /// A case: its table, figure, and commands.
-pub(super) fn section(case: &Case, outcomes: &[Outcome], rows: &[Row], drawings: &[Drawing]) -> String {
+pub(super) fn section(
+    case: &Case,
+    outcomes: &[Outcome],
+    rows: &[Row],
+    apart: &[Measured],
+    drawings: &[Drawing],
+) -> String {
     let mut text = format!("\n## {}\n\n`{}`. {}.\n", case.title, case.name, case.source);
     if !case.about.is_empty() {
         let _ = write!(text, "\n{}\n", case.about.trim());
     }
     text += &table(case, rows);
+    text += &differences(apart);
     text += &sources(case);
     for drawing in drawings {
         let _ = write!(text, "\n![{}](figures/{})\n", drawing.title, drawing.file);
@@ -65,6 +73,29 @@ fn table(case: &Case, rows: &[Row]) -> String {
             deviation(row.check.tolerance, absolute, false),
             row.verdict.word(),
             row.wall_s.map_or("–".into(), |wall| format!("{wall:.1}")),
+        );
+    }
+    text
+}
+
+/// Runs against each other.
+fn differences(apart: &[Measured]) -> String {
+    if apart.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from(
+        "\n| difference | runs | largest, over the largest value | published | source |\n|---|---|---:|---:|---|\n",
+    );
+    for Measured { wanted, value } in apart {
+        let published =
+            wanted.reference.map_or("–".into(), |part| format!("{} %", (1e4 * part).round() / 1e2));
+        let source = wanted.source.as_deref().unwrap_or("–");
+        let [a, b] = &wanted.runs;
+        let _ = writeln!(
+            text,
+            "| {} | {a}, {b} | {:.2} % | {published} | {source} |",
+            wanted.name,
+            100.0 * value
         );
     }
     text
@@ -182,7 +213,7 @@ checks = [{ run = "*", metric = "Re", reference = 20.0, tolerance = 0.01, source
         let case = Case::parse(CASE, Path::new("s")).unwrap();
         let outcomes = [done(19.9), done(20.3), Outcome::Failed("it died".into()), Outcome::LeftOut];
         let rows = verdict::rows(&case, &outcomes);
-        let text = section(&case, &outcomes, &rows, &[]);
+        let text = section(&case, &outcomes, &rows, &[], &[]);
         let expected = [
             "| fall | good | `Re` | 19.90 | 20.00 | -0.50 % | 1 % | agrees | 0.0 |",
             "| fall | bad | `Re` | 20.30 | 20.00 | +1.50 % | 1 % | **DIFFERS** | 0.0 |",

@@ -83,6 +83,7 @@ impl Dem {
         self.start.0.copy_from_slice(&self.grains.velocity);
         self.start.1.copy_from_slice(&self.grains.spin);
         self.seen.clear();
+        self.films.forget();
         self.forces.overlap = 0.0;
         let speed = self.speed();
         self.max_speed2 = speed.largest2;

@@ -23,9 +23,9 @@ pub struct Plane {
     pub width: f64,
     /// Part of the volume that grains fill.
     pub solid_fraction: f64,
-    /// Mean velocity of the fluid, m/s; zero where there is none.
+    /// Mean velocity of the fluid, m/s; zero where there is none (in files NaN).
     pub fluid_velocity: [f64; 3],
-    /// Mean velocity of the solid, m/s; zero where there is none.
+    /// Mean velocity of the solid, m/s; zero where there is none (in files NaN).
     pub grain_velocity: [f64; 3],
 }
 
@@ -64,8 +64,8 @@ impl Planes {
                     at,
                     width,
                     solid_fraction,
-                    fluid_velocity: [ux, uy, uz],
-                    grain_velocity: [vx, vy, vz],
+                    fluid_velocity: [ux, uy, uz].map(known),
+                    grain_velocity: [vx, vy, vz].map(known),
                 }),
                 _ => Err(format!("the line {line:?} is not nine numbers")),
             }
@@ -117,13 +117,22 @@ impl Planes {
     }
 }
 
+/// A velocity as it was written, zero in place of NaN: there is none of the phase.
+fn known(velocity: f64) -> f64 {
+    if velocity.is_nan() { 0.0 } else { velocity }
+}
+
 impl std::fmt::Display for Planes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         writeln!(f, "# t = {} s\n{HEADER}", self.time)?;
         for p in &self.planes {
             write!(f, "{},{},{}", p.at, p.width, p.solid_fraction)?;
-            for v in p.fluid_velocity.iter().chain(&p.grain_velocity) {
-                write!(f, ",{v}")?;
+            for (velocity, share) in
+                [(p.fluid_velocity, 1.0 - p.solid_fraction), (p.grain_velocity, p.solid_fraction)]
+            {
+                for v in velocity {
+                    write!(f, ",{}", if share > 0.0 { v } else { f64::NAN })?;
+                }
             }
             f.write_char('\n')?;
         }
@@ -235,6 +244,10 @@ mod tests {
     #[test]
     fn a_file_reads_back_to_the_same_bits() {
         let planes = sample(1.0 / 3.0, 0.1);
+        assert!(
+            planes.to_string().ends_with(",0,11.25,0,0,NaN,NaN,NaN\n"),
+            "no grains: no velocity of theirs"
+        );
         assert_eq!(Planes::parse(&planes.to_string()), Ok(planes));
         assert!(Planes::parse("").is_err());
         assert!(Planes::parse("# t = 1 s\nz\n").unwrap_err().contains("other columns"));

@@ -1,0 +1,55 @@
+//! No fluid, where the grains' inertia rules.
+
+use protocol::scene::{CheckedScene, Geometry, Motion};
+
+use super::change::Change;
+use super::{Idea, drive, is_driven_at_faces, norm};
+use crate::bounds::Short;
+
+/// What a grain loses by the fluid, in parts of its velocity: buoyancy and virtual mass 3/2 ρ/ρ_p, drag over the
+/// run (Stokes, and Schiller & Naumann 1933 above), and in a bounce 1 − exp(−35/St).
+pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
+    let medium = scene.scene.medium.as_ref()?;
+    let at_rest = medium.initial == protocol::scene::InitialVelocity::Rest;
+    let driven = norm(&medium.body_force) + norm(&medium.pressure_gradient) > 0.0;
+    if !scene.has_free_grains() || !at_rest || driven || is_driven_at_faces(&scene.scene) {
+        return None;
+    }
+    // Along a periodic axis gravity drives the fluid too, and grains and fluid fall together.
+    if norm(&drive(&scene.scene)) > 0.0 {
+        return None;
+    }
+    let domain = &scene.scene.domain;
+    let (until, gravity) = (scene.scene.until, norm(&scene.scene.gravity));
+    let tallest = (0..domain.dimensions()).map(|axis| domain.upper[axis] - domain.lower[axis]);
+    let fall = until.min((2.0 * tallest.fold(0.0, f64::max) / gravity).sqrt());
+    let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    let loss = |grain: &protocol::scene::Grain| {
+        let (diameter, mu) = (2.0 * grain.radius, medium.viscosity);
+        let fast = norm(&grain.velocity) + gravity * fall;
+        let slow = norm(&grain.velocity).max(gravity * fall);
+        let reynolds = fast * diameter * medium.density / mu;
+        let drag = 18.0 * mu / (grain.density * diameter * diameter) * (1.0 + 0.15 * reynolds.powf(0.687));
+        let stokes = grain.density * slow * diameter / (9.0 * mu);
+        1.5 * medium.density / grain.density + drag * until + 1.0 - (-35.0 / stokes).exp()
+    };
+    let error = free.map(loss).fold(0.0, f64::max);
+    // Without films, which are the fluid's; a box for a dry scene needs no cells.
+    let change = Change::default()
+        .remove("medium")
+        .remove("fluid")
+        .remove("domain.cells")
+        .remove("domain.stretching")
+        .remove("dem.lubrication")
+        .remove("observe.planes");
+    (domain.geometry != Geometry::Axisymmetric || error.is_finite()).then(|| Idea {
+        name: "dry",
+        what: "no fluid",
+        change,
+        error,
+        why: format!(
+            "of the velocity: buoyancy and virtual mass, drag over {} s, 1 − exp(−35/St) of a bounce",
+            Short(until)
+        ),
+    })
+}

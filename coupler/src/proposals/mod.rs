@@ -1,0 +1,186 @@
+//! Cheaper models of a scene: no more than it needs.
+//!
+//! Each rule looks at a scene and proposes a change that costs less, where its error can be stated
+//! beforehand and is small. `bedload check` prints them; `bedload check SCENE --cheaper NAME` prints the
+//! changed scene. A change that the solvers refuse, or that costs no less, is not proposed.
+//!
+//! | file | proposes |
+//! |---|---|
+//! | `axis` | r–z in place of space, for one sphere on the axis of its box |
+//! | `plane` | the plane in place of space, for a flow without grains that is the same all along y |
+//! | `stokes` | no convection, where Re ≪ 1 |
+//! | `dry` | no fluid, where the grains' inertia rules |
+//! | `substeps` | one sub-step where nothing can touch |
+//! | `change` | a change of a scene's text |
+
+mod axis;
+mod change;
+mod dry;
+mod plane;
+mod stokes;
+mod substeps;
+
+use std::path::{Path, PathBuf};
+
+use protocol::output::RunOptions;
+use protocol::scene::{CheckedScene, Geometry, Scene};
+
+use crate::bounds::Short;
+use crate::failure::Failure;
+use crate::prepare::Prepared;
+use change::Change;
+
+/// Largest error that is worth proposing.
+const WORTH: f64 = 0.02;
+
+/// A rule's answer to a scene.
+struct Idea {
+    name: &'static str,
+    /// What is done, in words.
+    what: &'static str,
+    change: Change,
+    /// Expected relative error.
+    error: f64,
+    /// Of which quantity, and why so much.
+    why: String,
+}
+
+/// A cheaper model of a scene.
+#[derive(Clone, Debug)]
+pub struct Proposal {
+    /// Name, as `--cheaper` takes it.
+    pub name: &'static str,
+    /// What is done, in words.
+    pub what: &'static str,
+    /// Expected relative error.
+    pub error: f64,
+    /// Of which quantity, and why so much.
+    pub why: String,
+    /// How many times less the run is estimated to cost.
+    pub saving: f64,
+    /// The changed scene (TOML).
+    pub scene: String,
+}
+
+impl Proposal {
+    /// One line for `check`.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let error = if self.error > 0.0 {
+            format!("error {} % expected", Short(100.0 * self.error))
+        } else {
+            "without error".into()
+        };
+        format!(
+            "{}: {}: {} times cheaper by estimate, {error} ({}); --cheaper {} prints the scene",
+            self.name,
+            self.what,
+            Short(self.saving),
+            self.why,
+            self.name
+        )
+    }
+}
+
+/// Every proposal for a scene that was read with `options`, the cheapest first.
+#[must_use]
+pub fn all(prepared: &Prepared, options: &RunOptions) -> Vec<Proposal> {
+    let scene = &prepared.scene;
+    let rules = [axis::idea, plane::idea, stokes::idea, dry::idea, substeps::idea];
+    let ideas = rules.into_iter().filter_map(|rule| rule(scene)).filter(|idea| idea.error <= WORTH);
+    let mut proposals: Vec<Proposal> = ideas.filter_map(|idea| worked_out(idea, prepared, options)).collect();
+    proposals.sort_by(|a, b| b.saving.total_cmp(&a.saving));
+    proposals
+}
+
+/// The scene of proposal `name`.
+///
+/// # Errors
+/// [`Failure::Input`] if there is no such proposal for this scene.
+pub fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> Result<String, Failure> {
+    let proposals = all(prepared, options);
+    let names: Vec<&str> = proposals.iter().map(|proposal| proposal.name).collect();
+    let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    match proposals.into_iter().find(|proposal| proposal.name == name) {
+        Some(proposal) => Ok(proposal.scene),
+        None => Err(Failure::Input(format!(
+            "--cheaper {name}: no such proposal for {}; there are: {there} (bedload check prints them)",
+            options.scene.display()
+        ))),
+    }
+}
+
+/// Prepares the changed scene and compares the costs; nothing where it is refused or no cheaper.
+fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<Proposal> {
+    let scene = idea.change.of(&prepared.scene.source.text)?;
+    let file = Scratch::new(idea.name, &scene)?;
+    let changed = Prepared::new(&RunOptions { threads: options.threads, ..RunOptions::of_scene(&file.0) });
+    let changed = changed.ok().filter(|changed| changed.refuse_broken().is_ok())?;
+    let saving = match (prepared.plan.cost, changed.plan.cost) {
+        (before, after) if before > 0.0 && after > 0.0 => before / after,
+        _ => return None,
+    };
+    let Idea { name, what, error, why, .. } = idea;
+    (saving > 1.0).then_some(Proposal { name, what, error, why, saving, scene })
+}
+
+/// A scene in a file of its own while the solvers are asked about it.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str, text: &str) -> Option<Self> {
+        let file = format!("bedload-{}-{name}.toml", std::process::id());
+        let path = std::env::temp_dir().join(file);
+        std::fs::write(&path, text).ok()?;
+        Some(Self(path))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What stays behind is a small file in the system's folder for such files.
+        let _ = std::fs::remove_file(Path::new(&self.0));
+    }
+}
+
+/// Length of a vector.
+fn norm(v: &[f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Do two coordinates agree but for rounding, on the scale of `size`?
+fn same(a: f64, b: f64, size: f64) -> bool {
+    (a - b).abs() <= 1e-9 * size
+}
+
+/// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity
+/// along periodic axes, m/s².
+fn drive(scene: &Scene) -> [f64; 3] {
+    let Some(medium) = &scene.medium else { return [0.0; 3] };
+    let mut drive = medium.body_force;
+    for (d, gradient) in drive.iter_mut().zip(&medium.pressure_gradient) {
+        *d -= gradient / medium.density;
+    }
+    for axis in (0..scene.domain.dimensions()).filter(|axis| scene.domain.is_periodic(*axis)) {
+        let component = scene.domain.geometry.component(axis);
+        drive[component] += scene.gravity[component];
+    }
+    drive
+}
+
+/// Does a face move or let fluid in, or is a flow rate held?
+fn is_driven_at_faces(scene: &Scene) -> bool {
+    let faces = (0..scene.domain.dimensions()).filter_map(|axis| scene.domain.boundary(axis));
+    let moves = faces.flat_map(|b| [b.lower, Some(b.upper)]).flatten().any(|f| norm(&f.velocity) > 0.0);
+    moves || scene.medium.as_ref().is_some_and(|medium| medium.flow_rate.is_some())
+}
+
+/// Volume of the box; per unit depth in the plane.
+fn volume(scene: &CheckedScene) -> f64 {
+    let domain = &scene.scene.domain;
+    let extent = |axis: usize| domain.upper[axis] - domain.lower[axis];
+    match domain.geometry {
+        Geometry::Axisymmetric => std::f64::consts::PI * domain.upper[0].powi(2) * extent(1),
+        _ => (0..domain.dimensions()).map(extent).product(),
+    }
+}

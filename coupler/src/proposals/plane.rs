@@ -1,0 +1,51 @@
+//! The plane in place of space.
+
+use protocol::scene::{Axis, CheckedScene, Geometry, InitialVelocity, WallKind};
+use toml::Value;
+
+use super::Idea;
+use super::change::Change;
+
+/// A flow without grains that nothing makes depend on y is the same all along y.
+pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
+    let (domain, medium) = (&scene.scene.domain, scene.scene.medium.as_ref()?);
+    let flat = |v: &[f64; 3]| v[1] == 0.0;
+    let y = if domain.geometry == Geometry::Space { domain.boundary(1)? } else { return None };
+    let open = |kind: WallKind| matches!(kind, WallKind::Periodic | WallKind::FreeSlip);
+    let sides_are_open = y.lower.is_some_and(|lower| open(lower.kind)) && open(y.upper.kind);
+    let faces = [0, 2].into_iter().filter_map(|axis| domain.boundary(axis));
+    let faces_are_flat = faces.flat_map(|b| [b.lower, Some(b.upper)]).flatten().all(|f| flat(&f.velocity));
+    let initial_is_flat = match &medium.initial {
+        InitialVelocity::Rest => true,
+        InitialVelocity::Uniform { velocity } => flat(velocity),
+        InitialVelocity::Shear { direction, gradient, .. } => *direction != Axis::Y && *gradient != Axis::Y,
+        InitialVelocity::TaylorGreen { .. } => false,
+    };
+    let drives_are_flat = flat(&medium.body_force)
+        && flat(&medium.pressure_gradient)
+        && flat(&scene.scene.gravity)
+        && medium.flow_rate.is_none_or(|flow| flow.axis != Axis::Y);
+    let stretched = domain.stretching.is_some_and(|stretching| stretching.axis == Axis::Y);
+    let fits = scene.grains.is_empty()
+        && sides_are_open
+        && faces_are_flat
+        && initial_is_flat
+        && drives_are_flat
+        && !stretched;
+    let without_y = |values: &[f64]| Value::from(vec![values[0], values[2]]);
+    let cells: Vec<i64> = [domain.cells.first()?, domain.cells.get(2)?].map(|n| *n as i64).into();
+    fits.then(|| Idea {
+        name: "plane",
+        what: "the plane in place of space",
+        change: Change::default()
+            .set("domain.geometry", "plane")
+            .set("domain.lower", without_y(&domain.lower))
+            .set("domain.upper", without_y(&domain.upper))
+            .set("domain.cells", cells)
+            .remove("domain.boundary.y")
+            .remove("domain.boundary.y_lower")
+            .remove("domain.boundary.y_upper"),
+        error: 0.0,
+        why: "nothing depends on y, as long as the flow is stable to what does".into(),
+    })
+}

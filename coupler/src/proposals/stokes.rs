@@ -1,0 +1,59 @@
+//! Stokes flow, where Re ≪ 1.
+
+use std::f64::consts::PI;
+
+use protocol::scene::{CheckedScene, Motion, Shape};
+
+use super::change::Change;
+use super::{Idea, drive, is_driven_at_faces, norm, volume};
+use crate::bounds::Short;
+
+/// Without convection one stage is enough. Oseen's correction, 3/16 Re of the drag, is what is lost
+/// (Proudman & Pearson 1957); time derivatives stay.
+pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
+    let medium = scene.scene.medium.as_ref()?;
+    let convects = |time: &toml::Value| time.get("convection").is_none_or(|on| on.as_bool() == Some(true));
+    let on = scene.scene.fluid.get("time").is_none_or(convects);
+    let at_rest = medium.initial == protocol::scene::InitialVelocity::Rest;
+    if !on || !at_rest || is_driven_at_faces(&scene.scene) || scene.grains.is_empty() {
+        return None;
+    }
+    let nu = medium.kinematic_viscosity();
+    let speeds = scene.grains.iter().map(|grain| speed(scene, grain, nu));
+    let reynolds = scene.grains.iter().zip(speeds).map(|(grain, u)| 2.0 * grain.radius * u / nu);
+    let reynolds = reynolds.fold(0.0, f64::max);
+    let change = Change::default().set("fluid.time.convection", false).set("fluid.time.scheme", "ab2");
+    Some(Idea {
+        name: "stokes",
+        what: "Stokes flow, one stage a step",
+        change,
+        error: 3.0 / 16.0 * reynolds,
+        why: format!("of the drag, 3/16 Re with Re ≤ {}", Short(reynolds)),
+    })
+}
+
+/// A bound on the speed between grain and fluid, m/s: what is prescribed, the speed of settling and that
+/// of a driven flow, each with Stokes's drag, which is the least there is.
+fn speed(scene: &CheckedScene, grain: &protocol::scene::Grain, nu: f64) -> f64 {
+    let medium_density = scene.scene.medium.as_ref().map_or(1.0, |medium| medium.density);
+    let swing = grain.oscillation.map_or(0.0, |swing| norm(&swing.amplitude));
+    let spin = grain.radius * norm(&grain.spin);
+    let mut speed = norm(&grain.velocity) + swing + spin;
+    // A disc has no Stokes drag of its own: walls and neighbours decide, of the order of its viscous time.
+    let drag = match grain.shape {
+        Shape::Sphere => 6.0 * PI * nu * grain.radius,
+        Shape::Disc => 4.0 * PI * nu,
+    };
+    if grain.motion == Motion::Free {
+        let excess = (grain.density / medium_density - 1.0).abs();
+        speed += excess * grain.volume() * norm(&scene.scene.gravity) / drag;
+    }
+    let held = scene.grains.iter().filter(|grain| grain.motion != Motion::Free).count();
+    let drive = norm(&drive(&scene.scene));
+    if drive > 0.0 {
+        // Nothing but free grains holds the flow back: its speed is not known.
+        let alone = if held == 0 { f64::INFINITY } else { volume(scene) / held as f64 };
+        speed += drive * alone / drag;
+    }
+    speed
+}

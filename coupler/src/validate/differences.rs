@@ -1,0 +1,81 @@
+//! How far apart two runs of a case are: two columns of a table that both left.
+
+use std::path::Path;
+
+use protocol::output::points;
+
+use super::ValidateError;
+use super::case::{Case, Difference};
+use super::runs::Outcome;
+
+/// A difference that could be measured.
+pub(super) struct Measured<'a> {
+    pub(super) wanted: &'a Difference,
+    /// Largest difference over the largest value.
+    pub(super) value: f64,
+}
+
+/// Every difference of which both runs were made, whose output folders lie in `runs`.
+pub(super) fn measured<'a>(
+    case: &'a Case,
+    outcomes: &[Outcome],
+    runs: &Path,
+) -> Result<Vec<Measured<'a>>, ValidateError> {
+    let made = |label: &String| {
+        let mut all = case.runs.iter().zip(outcomes);
+        all.any(|(run, outcome)| run.label == *label && matches!(outcome, Outcome::Done(_)))
+    };
+    let both = case.differences.iter().filter(|wanted| wanted.runs.iter().all(made));
+    both.map(|wanted| measure(wanted, runs)).collect()
+}
+
+fn measure<'a>(wanted: &'a Difference, runs: &Path) -> Result<Measured<'a>, ValidateError> {
+    let read = |label: &String| {
+        let path = runs.join(label).join(&wanted.file);
+        let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
+        points(&text, &wanted.x, &wanted.y).map_err(|what| ValidateError::Case { path, what })
+    };
+    let [a, b] = [read(&wanted.runs[0])?, read(&wanted.runs[1])?];
+    Ok(Measured {
+        wanted,
+        value: largest(&a, &b, wanted.within.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])),
+    })
+}
+
+/// Largest |a − b| at the places of `a` within a range, b interpolated, over the largest |b| there; NaN where they
+/// share no place.
+fn largest(a: &[(f64, f64)], b: &[(f64, f64)], [from, to]: [f64; 2]) -> f64 {
+    let known = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
+        points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite()).collect()
+    };
+    let (a, b) = (known(a), known(b));
+    let inside = |x: &f64| (from..=to).contains(x);
+    let pairs = a.iter().filter(|(x, _)| inside(x)).filter_map(|(x, y)| Some((y, between(&b, *x)?)));
+    let worst = pairs.map(|(y, other)| (y - other).abs()).reduce(f64::max);
+    let scale = b.iter().filter(|(x, _)| inside(x)).map(|(_, y)| y.abs()).fold(0.0, f64::max);
+    worst.map_or(f64::NAN, |worst| worst / scale)
+}
+
+/// Value at `x` on the line through points in ascending order.
+fn between(points: &[(f64, f64)], x: f64) -> Option<f64> {
+    let pair = points.windows(2).find(|pair| (pair[0].0..=pair[1].0).contains(&x))?;
+    let [(x0, y0), (x1, y1)] = [pair[0], pair[1]];
+    Some(if x1 > x0 { y0 + (y1 - y0) * (x - x0) / (x1 - x0) } else { y0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_difference_is_taken_where_both_are_known() {
+        let a: Vec<(f64, f64)> = (0..5).map(|i| (f64::from(i) + 0.5, f64::from(i) + 0.5)).collect();
+        let mut b: Vec<(f64, f64)> = (0..7).map(|i| (f64::from(i), 1.1 * f64::from(i))).collect();
+        b[6].1 = f64::NAN;
+        // 0.1 × 4.5 over 1.1 × 5
+        assert!((largest(&a, &b, [0.0, 9.0]) - 0.45 / 5.5).abs() < 1e-12);
+        // 0.1 × 1.5 over 1.1 × 2
+        assert!((largest(&a, &b, [0.0, 2.0]) - 0.15 / 2.2).abs() < 1e-12);
+        assert!(largest(&a, &b, [20.0, 30.0]).is_nan());
+    }
+}
