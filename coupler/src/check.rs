@@ -85,6 +85,8 @@ pub fn schema() -> Result<Value, Failure> {
     graft(&mut whole, "coupling", coupling);
     let chart = serde_json::to_value(schemars::schema_for!(crate::chart::Chart)).map_err(failed)?;
     graft(&mut whole, "chart", chart);
+    let stability = serde_json::to_value(schemars::schema_for!(crate::stability::section::Stability));
+    graft(&mut whole, "stability", stability.map_err(failed)?);
     for role in [Role::Fluid, Role::Dem] {
         match Solver::ours(role).schema(Duration::from_secs(10)) {
             Some(section) => graft(&mut whole, &role.to_string(), section),

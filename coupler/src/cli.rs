@@ -95,9 +95,22 @@ enum Command {
         #[arg(long, value_name = "DIR", default_value = "out/validation")]
         out: PathBuf,
     },
-    /// Make report.html in the output folder of each run, chart.html in that of a chart
+    /// Run a scene's [stability] sweep and draw where each method fails, beside the bound; exit 1 if
+    /// `check` accepts a run that failed
+    Stability {
+        /// Scene file (TOML) with a [stability] section
+        scene: PathBuf,
+        /// Folder of runs, stability.csv, .svg and .html; by default out/SCENE-stability; finished runs
+        /// in it are not repeated
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Runs at a time; by default as many as there are cores
+        #[arg(long, value_name = "N")]
+        jobs: Option<NonZeroUsize>,
+    },
+    /// Make report.html in the output folder of each run, chart.html and stability.html in those of sweeps
     Report {
-        /// Output folders of runs and charts
+        /// Output folders of runs, charts and maps
         #[arg(required = true)]
         dirs: Vec<PathBuf>,
     },
@@ -221,6 +234,9 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         }
         Command::Validate { cases, quick, jobs, out } => {
             Ok(crate::validate::validate(&crate::validate::Validate { cases, quick, jobs, out })?)
+        }
+        Command::Stability { scene, out, jobs } => {
+            Ok(crate::stability::stability(&crate::stability::Options { scene, out, jobs })?)
         }
         Command::Report { dirs } => {
             let dirs: Vec<&Path> = dirs.iter().map(PathBuf::as_path).collect();

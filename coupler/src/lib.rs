@@ -17,6 +17,7 @@
 //! | [`chart`] | a ladder of runs: error against cost |
 //! | [`sweep`] | many runs of a scene, never repeated once finished |
 //! | [`validate`] | published cases, run and compared |
+//! | [`stability`] | where each method fails, beside the bound |
 //! | [`cli`], [`failure`] | command line and exit codes |
 
 pub mod bounds;
@@ -41,6 +42,7 @@ mod rewind;
 pub mod run;
 pub mod scheme;
 pub mod solvers;
+pub mod stability;
 pub mod supervise;
 pub mod sweep;
 pub mod validate;

@@ -1,6 +1,6 @@
 //! Every bound of the plan with a case below and one above its limit, and the ladder of steps.
 
-use coupler::bounds::{Bound, NAMES, SINGULAR, lowest_density_ratio};
+use coupler::bounds::{Bound, Method, Motion, NAMES, SINGULAR, lowest_density_ratio};
 use coupler::config::Coupling;
 use coupler::plan::{Cast, Plan, substeps};
 use protocol::facts::{DemFacts, FluidFacts, Forcing, LoadsForm};
@@ -113,13 +113,14 @@ fn density_ratio_by_form_of_the_loads() {
     for (form, virtual_mass, good, bad) in [
         (LoadsForm::F1, 0.0, "grains[0].density=2.01", "grains[0].density=1.99"),
         (LoadsForm::F2, 0.0, "grains[0].density=0.31", "grains[0].density=0.29"),
-        (LoadsForm::F2, 0.5, "grains[0].density=0.11", "grains[0].density=0.09"),
-        (LoadsForm::F3, 0.0, "grains[0].density=1.01", "grains[0].density=0.99"),
+        (LoadsForm::F2, 0.5, "grains[0].density=0.011", "grains[0].density=0.009"),
+        (LoadsForm::F3, 0.0, "grains[0].density=0.51", "grains[0].density=0.49"),
         (LoadsForm::F5, 0.0, "grains[0].density=0.81", "grains[0].density=0.79"),
         (LoadsForm::F5b, 0.5, "grains[0].density=0.011", "grains[0].density=0.009"),
     ] {
         below_and_above("density-ratio", good, bad, |case, density| {
             case.fluid.loads = form;
+            case.fluid.forcing = if form.is_semi_implicit() { Forcing::Carried } else { Forcing::Direct };
             case.fluid.virtual_mass = virtual_mass;
             // Named, or windows would be repeated where it breaks.
             let scheme = if form.is_semi_implicit() { "semi-implicit" } else { "explicit" };
@@ -130,31 +131,50 @@ fn density_ratio_by_form_of_the_loads() {
 
 #[test]
 fn density_limit_is_never_less_strict_between_columns() {
+    let method = |loads, half| Method { forcing: Forcing::Carried, loads, half, displaced: false };
     for form in [LoadsForm::F1, LoadsForm::F2, LoadsForm::F3, LoadsForm::F5, LoadsForm::F5b] {
-        for virtual_mass in [0.0, 0.3, 0.5] {
-            let limit = |x: f64| lowest_density_ratio(form, virtual_mass, x);
-            for (left, right) in [(0.0024, 0.024), (0.024, 0.08), (0.08, 0.8)] {
-                let between = limit(0.5 * (left + right));
-                assert!(between >= limit(right).min(limit(left)));
-                // Both measured columns are at least as lenient as what is assumed between them.
-                assert!(limit(right) <= between || form == LoadsForm::F1);
+        for half in [false, true] {
+            let method = method(form, half && form != LoadsForm::F1);
+            for motion in [Motion::Sphere, Motion::TurningSphere, Motion::Disc] {
+                let limit = |x: f64| lowest_density_ratio(method, motion, x);
+                for (left, right) in [(0.0024, 0.024), (0.024, 0.08), (0.08, 0.2), (0.2, 0.8)] {
+                    let between = limit(0.5 * (left + right));
+                    assert!(between.is_finite() && between >= limit(right).max(limit(left)), "{form:?}");
+                }
+                assert!(limit(5.0) >= limit(0.8), "{form:?}");
             }
         }
     }
-    // The measured corner that the seed's form owes its limit to.
-    assert_eq!(lowest_density_ratio(LoadsForm::F1, 0.0, 0.01), 1.7);
-    assert_eq!(lowest_density_ratio(LoadsForm::F5b, 0.5, 0.05), 0.3);
-    assert_eq!(lowest_density_ratio(LoadsForm::F5b, 0.5, 5.0), 0.8);
+    // What the maps say at the corners.
+    let limit = |method, x| lowest_density_ratio(method, Motion::Sphere, x);
+    assert_eq!(limit(Method { forcing: Forcing::Direct, ..method(LoadsForm::F1, false) }, 0.01), 2.0);
+    assert_eq!(limit(method(LoadsForm::F5b, true), 0.05), 0.2);
+    assert_eq!(limit(method(LoadsForm::F5b, true), 0.08 + 1e-14), 0.2, "0.08, but for rounding");
+    assert_eq!(limit(method(LoadsForm::F5b, true), 5.0), 0.5);
+    assert_eq!(limit(Method { displaced: true, ..method(LoadsForm::F5b, true) }, 0.8), 0.01);
+}
+
+#[test]
+fn the_displaced_mass_bears_lighter_grains() {
+    // ν dt/D² = 0.8.
+    below_and_above("density-ratio", "displaced_mass = true", "displaced_mass = false", |case, key| {
+        case.scene = vec!["grains[0].density=0.1", "until=100.0", SCHEMES[0]];
+        case.fluid.dt = 80.0;
+        case.fluid.resolved = format!("[loads]\n{key}").parse().expect("TOML");
+    });
 }
 
 #[test]
 fn a_grain_that_cannot_rotate_may_be_lighter_with_the_seeds_form() {
+    // ν dt/D² = 0.8.
     below_and_above(
         "density-ratio",
-        vec!["grains[0].density=1.8", r#"grains[0].locked=["spin-x","spin-y","spin-z"]"#],
-        vec!["grains[0].density=1.8"],
+        vec!["grains[0].density=1.8", "until=100.0", r#"grains[0].locked=["spin-x","spin-y","spin-z"]"#],
+        vec!["grains[0].density=1.8", "until=100.0"],
         |case, overrides| {
             case.fluid.loads = LoadsForm::F1;
+            case.fluid.forcing = Forcing::Direct;
+            case.fluid.dt = 80.0;
             case.scene = overrides;
         },
     );
@@ -206,8 +226,28 @@ fn convection_and_viscosity() {
             case.scene = vec![velocity];
         },
     );
+    // By time scheme, as our solver names it.
+    for (time, good, bad) in [
+        ("scheme = \"ab2\"", "grains[0].velocity=[3.1,0,0]", "grains[0].velocity=[3.2,0,0]"),
+        (
+            "scheme = \"rk3\"\nprojections = \"once\"",
+            "grains[0].velocity=[3.1,0,0]",
+            "grains[0].velocity=[3.2,0,0]",
+        ),
+        ("scheme = \"rk3\"", "grains[0].velocity=[7.4,0,0]", "grains[0].velocity=[7.6,0,0]"),
+    ] {
+        below_and_above("cfl", good, bad, |case, velocity| {
+            case.fluid.resolved = format!("[time]\n{time}").parse().expect("TOML");
+            case.scene = vec![velocity];
+        });
+    }
+    below_and_above("cfl", "each-stage", "once", |case, projections| {
+        case.fluid.resolved =
+            format!("[time]\nscheme = \"rk3\"\nprojections = {projections:?}").parse().expect("TOML");
+        (case.fluid.adaptive, case.fluid.cfl, case.fluid.cfl_limit) = (true, 1.0, 1.7);
+    });
     // ν dt/Δx² = 0.01 dt/0.0625².
-    for (name, good, bad) in [("direct-forcing", 3.1, 3.2), ("direct-forcing-accuracy", 0.39, 0.4)] {
+    for (name, good, bad) in [("direct-forcing", 0.78, 0.79), ("direct-forcing-accuracy", 0.39, 0.4)] {
         below_and_above(name, good, bad, |case, dt| {
             case.fluid.forcing = Forcing::Direct;
             case.fluid.dt = dt;
@@ -360,23 +400,23 @@ fn each_scheme_names_the_forms_it_carries() {
 
 #[test]
 fn windows_are_repeated_where_the_density_ratio_asks_for_it_and_nowhere_else() {
-    // ν dt/D² = 0.08: semi-implicit is good down to 0.3.
+    // ν dt/D² = 0.08: semi-implicit is good down to 0.2.
     let plan = |overrides: &[&str]| {
         let scene = scene(overrides);
         let facts = FluidFacts { dt: 8.0, ..fluid() };
         Plan::new(&scene, &Coupling::read(&scene).unwrap(), Some(&facts), Some(&dem()), None).unwrap()
     };
     let scheme = |overrides: &[&str]| plan(overrides).scheme.unwrap();
-    let (until, light) = ("until=20", "grains[0].density=0.29");
-    assert_eq!(scheme(&[until, "grains[0].density=0.31"]), Scheme::SemiImplicit);
+    let (until, light) = ("until=20", "grains[0].density=0.19");
+    assert_eq!(scheme(&[until, "grains[0].density=0.21"]), Scheme::SemiImplicit);
     assert_eq!(scheme(&[until, light]), Scheme::Iterated);
     let notices = plan(&[until, light]).notices.join(" ");
-    assert!(notices.contains("iterated") && notices.contains("0.29") && notices.contains("0.3"), "{notices}");
+    assert!(notices.contains("iterated") && notices.contains("0.19") && notices.contains("0.2"), "{notices}");
     assert!(plan(&[until, light]).bounds.iter().all(|bound| bound.name != "density-ratio" || bound.holds));
     // Who names a scheme, or forces the bound, gets what was asked for.
     assert_eq!(scheme(&[until, light, "coupling.scheme=\"semi-implicit\""]), Scheme::SemiImplicit);
     assert_eq!(scheme(&[until, light, "coupling.force=[\"density-ratio\"]"]), Scheme::SemiImplicit);
-    let costs = [plan(&[until, "grains[0].density=0.31"]).cost, plan(&[until, light]).cost];
+    let costs = [plan(&[until, "grains[0].density=0.21"]).cost, plan(&[until, light]).cost];
     assert!(costs[1] > 3.0 * costs[0], "{costs:?}");
 }
 

@@ -1,25 +1,95 @@
-//! Light grains: where an exchange of forces once per window is stable (numerics.md §1).
+//! Light grains: where an exchange of forces once per window is stable (docs/stability.md).
 
-use protocol::facts::{FluidFacts, LoadsForm};
+use protocol::facts::{FluidFacts, Forcing, LoadsForm};
 use protocol::scene::{Freedom, Geometry, Grain, Shape};
 use protocol::scheme::Scheme;
 
+use super::light::{self, COLUMNS, Row};
 use super::{Bound, Facts, SINGULAR, Side};
 
-/// Columns of the measured table: ν dt/D².
-const COLUMNS: [f64; 4] = [0.0024, 0.024, 0.08, 0.8];
+/// A value this near to a column, relative, is in it: ν dt/D² is a product of rounded numbers.
+const SAME: f64 = 1e-9;
 
-/// Lowest ρ_r = ρ_p/ρ found stable (sphere, D/Δx = 10) at each of [`COLUMNS`]; a cell that was not
-/// measured takes the larger of its neighbours.
-fn row(loads: LoadsForm, virtual_mass: f64) -> [f64; 4] {
-    let half = virtual_mass >= 0.5;
-    match loads {
-        LoadsForm::F1 => [1.7, 1.7, 1.7, 1.5],
-        LoadsForm::F2 if half => [0.1, 0.5, 0.8, 0.8],
-        LoadsForm::F2 => [0.3, 0.5, 0.5, 0.8],
-        LoadsForm::F3 => [1.0, 1.2, 1.2, 1.5],
-        LoadsForm::F5 | LoadsForm::F5b if half => [0.01, 0.1, 0.3, 0.8],
-        LoadsForm::F5 | LoadsForm::F5b => [0.8, 0.8, 0.8, 1.0],
+/// How the force on a grain is formed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Method {
+    /// How the motion is imposed.
+    pub forcing: Forcing,
+    /// Form of the loads.
+    pub loads: LoadsForm,
+    /// C_v ≥ ½? Smaller virtual masses were not mapped and count as none.
+    pub half: bool,
+    /// Is the mass taken off that the grain displaces on the grid?
+    pub displaced: bool,
+}
+
+impl Method {
+    /// Of a fluid. What was not mapped counts as the next that was: a virtual mass with F1 as none, the
+    /// displaced mass without F5b and C_v = ½ as if it were not there.
+    #[must_use]
+    pub fn of(fluid: &FluidFacts) -> Self {
+        let displaced = fluid.resolved.get("loads").and_then(|loads| loads.get("displaced_mass"));
+        let loads = fluid.loads;
+        let half = fluid.virtual_mass >= 0.5 && loads != LoadsForm::F1;
+        Self {
+            forcing: if loads.is_semi_implicit() { Forcing::Carried } else { fluid.forcing },
+            loads,
+            half,
+            displaced: loads == LoadsForm::F5b
+                && half
+                && displaced.and_then(toml::Value::as_bool) == Some(true),
+        }
+    }
+
+    fn row(&self, table: &[Row]) -> Option<[f64; 5]> {
+        let is_ours = |row: &&Row| {
+            (row.0, row.1, row.2, row.3) == (self.forcing, self.loads, self.half, self.displaced)
+        };
+        table.iter().find(is_ours).map(|row| row.4)
+    }
+}
+
+/// What a grain is and may do, as far as the maps tell it apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// A sphere that does not turn.
+    Sphere,
+    /// A sphere that may turn: only F1 fails earlier for it, as far as is known from discs.
+    TurningSphere,
+    /// A disc.
+    Disc,
+}
+
+impl Motion {
+    fn of(grain: &Grain, geometry: Geometry) -> Self {
+        use Freedom::{SpinX, SpinY, SpinZ};
+        match grain.shape {
+            Shape::Disc => Self::Disc,
+            _ if is_any(grain, geometry, [SpinX, SpinY, SpinZ]) => Self::TurningSphere,
+            _ => Self::Sphere,
+        }
+    }
+
+    /// Limits of a method at the columns. What was not mapped for discs counts as for spheres.
+    fn row(self, method: Method) -> Option<[f64; 5]> {
+        let (sphere, disc) = (method.row(&light::AXISYMMETRIC), method.row(&light::PLANE));
+        match self {
+            Self::TurningSphere if method.loads == LoadsForm::F1 => {
+                let pairs = sphere?.into_iter().zip(disc.or(sphere)?);
+                let stricter: Vec<f64> = pairs.map(|(a, b)| a.max(b)).collect();
+                stricter.try_into().ok()
+            }
+            Self::Sphere | Self::TurningSphere => sphere,
+            Self::Disc => disc.or(sphere),
+        }
+    }
+
+    fn source(self) -> &'static str {
+        match self {
+            Self::Sphere => "docs/maps/light-axisymmetric.csv",
+            Self::TurningSphere => "docs/maps/light-axisymmetric.csv; light-plane.csv for F1",
+            Self::Disc => "docs/maps/light-plane.csv",
+        }
     }
 }
 
@@ -27,34 +97,41 @@ fn row(loads: LoadsForm, virtual_mass: f64) -> [f64; 4] {
 const ITERATED: f64 = 0.01;
 
 /// Lowest ρ_r found stable with both solvers at once, the force a window late (sphere, D/Δx = 8, 120 windows;
-/// `lowest_density_ratio_of_overlapped_solvers` in fluid-solver/tests/immersed/schemes.rs): none at the last.
-fn overlapped_row(virtual_mass: f64) -> [f64; 4] {
-    if virtual_mass >= 2.0 { [0.1, 1.5, 4.0, f64::INFINITY] } else { [0.8, 2.0, 4.0, f64::INFINITY] }
+/// `lowest_density_ratio_of_overlapped_solvers` in fluid-solver/tests/immersed/schemes.rs): none at the last. At the last but
+/// one it was not tried and counts as the last.
+fn overlapped_row(virtual_mass: f64) -> [f64; 5] {
+    let none = f64::INFINITY;
+    if virtual_mass >= 2.0 { [0.1, 1.5, 4.0, none, none] } else { [0.8, 2.0, 4.0, none, none] }
 }
 
-/// Lowest density ratio that is known to be stable. Between two columns the stricter one counts;
-/// beyond the last one nothing was measured, and `density-range` says so.
+/// Lowest density ratio above which every sampled run was stable. Between two columns the stricter one
+/// counts; beyond the last one nothing was measured, and `density-range` says so. Infinite for a method
+/// that was not mapped.
 #[must_use]
-pub fn lowest_density_ratio(loads: LoadsForm, virtual_mass: f64, nu_dt_over_d2: f64) -> f64 {
-    lowest_in(row(loads, virtual_mass), nu_dt_over_d2)
+pub fn lowest_density_ratio(method: Method, motion: Motion, nu_dt_over_d2: f64) -> f64 {
+    motion.row(method).map_or(f64::INFINITY, |row| lowest_in(row, nu_dt_over_d2))
 }
 
-fn lowest_in(row: [f64; 4], nu_dt_over_d2: f64) -> f64 {
-    let right = COLUMNS.iter().position(|column| nu_dt_over_d2 <= *column);
+fn lowest_in(row: [f64; 5], nu_dt_over_d2: f64) -> f64 {
+    let right = COLUMNS.iter().position(|column| nu_dt_over_d2 <= *column * (1.0 + SAME));
     match right {
         Some(0) => row[0],
+        Some(right) if nu_dt_over_d2 >= COLUMNS[right] * (1.0 - SAME) => row[right],
         Some(right) => row[right - 1].max(row[right]),
-        None => row[2].max(row[3]),
+        None => row[3].max(row[4]),
     }
 }
 
 /// The same for the scheme: a form of the loads fails earlier where the force is a window late, later
 /// where windows are repeated.
-fn lowest_by_scheme(scheme: Option<Scheme>, fluid: &FluidFacts, nu_dt_over_d2: f64) -> f64 {
-    match scheme {
+fn limit_of(grain: &Grain, facts: &Facts<'_>, fluid: &FluidFacts, nu_dt_over_d2: f64) -> f64 {
+    match facts.scheme {
         Some(Scheme::Iterated) => ITERATED,
         Some(Scheme::Overlapped) => lowest_in(overlapped_row(fluid.virtual_mass), nu_dt_over_d2),
-        _ => lowest_density_ratio(fluid.loads, fluid.virtual_mass, nu_dt_over_d2),
+        _ => {
+            let motion = Motion::of(grain, facts.scene.scene.domain.geometry);
+            lowest_density_ratio(Method::of(fluid), motion, nu_dt_over_d2)
+        }
     }
 }
 
@@ -71,6 +148,7 @@ fn judge(facts: &Facts<'_>) -> Vec<Judged> {
             ratio: grain.density / medium.density,
             limit: limit_of(grain, facts, fluid, nu_dt_over_d2),
             nu_dt_over_d2,
+            motion: Motion::of(grain, geometry),
         }
     });
     judged.collect()
@@ -90,9 +168,9 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     };
     bounds.push(ratio_bound(worst, facts.scheme, fluid));
     let widest = judged.iter().map(|one| one.nu_dt_over_d2).fold(0.0, f64::max);
-    bounds.push(Bound::new("density-range", "ν dt/D²", widest, Side::AtMost, COLUMNS[3]).warning().because(
+    bounds.push(Bound::new("density-range", "ν dt/D²", widest, Side::AtMost, COLUMNS[4]).warning().because(
         "the lowest stable density ratio was measured up to ν dt/D² = 0.8 only",
-        "numerics §1, table",
+        "docs/stability.md",
         "lower the fluid's dt, or watch the first windows",
     ));
     if fluid.loads == LoadsForm::F1 {
@@ -105,6 +183,7 @@ struct Judged {
     ratio: f64,
     limit: f64,
     nu_dt_over_d2: f64,
+    motion: Motion,
 }
 
 impl Judged {
@@ -115,27 +194,16 @@ impl Judged {
 
 fn can_move(grain: &Grain, geometry: Geometry) -> bool {
     use Freedom::{SpinX, SpinY, SpinZ, X, Y, Z};
-    [X, Y, Z, SpinX, SpinY, SpinZ].into_iter().any(|freedom| grain.is_free(freedom, geometry))
+    is_any(grain, geometry, [X, Y, Z, SpinX, SpinY, SpinZ])
 }
 
-fn can_rotate(grain: &Grain, geometry: Geometry) -> bool {
-    use Freedom::{SpinX, SpinY, SpinZ};
-    [SpinX, SpinY, SpinZ].into_iter().any(|freedom| grain.is_free(freedom, geometry))
-}
-
-fn limit_of(grain: &Grain, facts: &Facts<'_>, fluid: &FluidFacts, nu_dt_over_d2: f64) -> f64 {
-    let geometry = facts.scene.scene.domain.geometry;
-    let table = lowest_by_scheme(facts.scheme, fluid, nu_dt_over_d2);
-    match fluid.loads {
-        LoadsForm::F1 if can_rotate(grain, geometry) => table.max(2.0),
-        // A disc failed at 1.05; the next ratio tried above it was stable.
-        LoadsForm::F3 if grain.shape == Shape::Disc => table.max(1.1),
-        _ => table,
-    }
+fn is_any<const N: usize>(grain: &Grain, geometry: Geometry, freedoms: [Freedom; N]) -> bool {
+    freedoms.into_iter().any(|freedom| grain.is_free(freedom, geometry))
 }
 
 fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bound {
     let order = scheme.filter(|scheme| *scheme != Scheme::of(fluid.loads));
+    let source = if order.is_some() { "docs/coupling.md, Schemes" } else { worst.motion.source() };
     let order = order.map_or(String::new(), |scheme| format!(", {scheme},"));
     let form = format!("{:?} with C_v = {}{order}", fluid.loads, fluid.virtual_mass);
     Bound::new(super::DENSITY_RATIO, "ρ_p/ρ", worst.ratio, Side::AtLeast, worst.limit).because(
@@ -143,7 +211,7 @@ fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bou
             "loads of form {form} were found unstable for lighter grains at ν dt/D² = {:.3}",
             super::Short(worst.nu_dt_over_d2)
         ),
-        "numerics §1, table; docs/coupling.md, Schemes",
+        source,
         "use the fluid's loads F5b with the virtual mass ½, a smaller dt, coupling.scheme = \"iterated\", or heavier grains",
     )
 }

@@ -4,6 +4,7 @@
 //! run refuses to start while one of level [`Level::Refuse`] is broken and not forced.
 
 mod density;
+mod light;
 mod resolution;
 mod steps;
 mod viscous;
@@ -14,7 +15,7 @@ use protocol::scheme::Scheme;
 use serde::Serialize;
 
 pub(crate) use density::lightest;
-pub use density::lowest_density_ratio;
+pub use density::{Method, Motion, lowest_density_ratio};
 
 use crate::config::Coupling;
 

@@ -7,6 +7,9 @@ use super::{Bound, Facts, Side};
 
 /// Solid fraction of the grains' bounding box from which a bed counts as dense.
 const DENSE: f64 = 0.3;
+/// Largest ν dt/Δx² at which a sphere with direct forcing settled no faster than 1.2 times Stokes' speed.
+/// docs/maps/direct-forcing.csv
+const DIRECT: f64 = 2.0;
 /// Fewer grains than this are no bed.
 const FEWEST_OF_A_BED: usize = 8;
 
@@ -21,18 +24,44 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     }
 }
 
+/// Largest U dt/Δx at which a stream past a held disc was stable, U its mean velocity: Adams–Bashforth,
+/// three-stage Runge–Kutta with a projection after each stage, and with one a step.
+/// docs/maps/courant-plane.csv
+const STREAM_AB2: f64 = 0.5;
+/// docs/maps/courant-plane.csv
+const STREAM_RK3: f64 = 1.2;
+/// docs/maps/courant-plane.csv
+const STREAM_ONCE: f64 = 0.5;
+/// With one projection a step Runge–Kutta bore no more than Adams–Bashforth there, so an adaptive step
+/// may keep no larger number than that one's.
+const ONCE: f64 = 0.75;
+
 /// The CFL number that an adaptive step keeps, or that the speeds written in the scene make.
 fn add_cfl(facts: &Facts<'_>, fluid: &FluidFacts, bounds: &mut Vec<Bound>) {
     if fluid.cfl_limit <= 0.0 {
         return;
     }
+    let once = time_key(fluid, "projections") == Some("once");
+    let limit = match (fluid.adaptive, time_key(fluid, "scheme")) {
+        (true, _) if once => fluid.cfl_limit.min(ONCE),
+        (false, Some("ab2")) => STREAM_AB2,
+        (false, Some("rk3")) if once => STREAM_ONCE,
+        (false, Some("rk3")) => STREAM_RK3,
+        // Of a foreign solver only its own number is known.
+        _ => fluid.cfl_limit,
+    };
     let known = known_speed(facts.scene) * facts.ladder.dt_fluid / fluid.spacing;
     let value = if fluid.adaptive { fluid.cfl.max(0.0) } else { known };
-    bounds.push(Bound::new("cfl", "u dt/Δx", value, Side::AtMost, fluid.cfl_limit).because(
+    bounds.push(Bound::new("cfl", "u dt/Δx", value, Side::AtMost, limit).because(
         "the time scheme of the convection is unstable beyond it; with a fixed dt only the speeds that the scene names are known yet",
-        "numerics §2, CFL limits seen",
+        "docs/maps/courant-plane.csv",
         "lower the fluid's cfl or dt, or let dt be adaptive",
     ));
+}
+
+/// A choice of `[fluid.time]`, as our solver resolves it.
+fn time_key<'a>(fluid: &'a FluidFacts, key: &str) -> Option<&'a str> {
+    fluid.resolved.get("time")?.get(key)?.as_str()
 }
 
 /// Largest speed that the scene itself names, m/s.
@@ -63,9 +92,9 @@ fn add_forcing(facts: &Facts<'_>, fluid: &FluidFacts, number: f64, bounds: &mut 
     const QUANTITY: &str = "ν dt/Δx²";
     match fluid.forcing {
         Forcing::Direct => {
-            bounds.push(Bound::new("direct-forcing", QUANTITY, number, Side::AtMost, 8.0).because(
+            bounds.push(Bound::new("direct-forcing", QUANTITY, number, Side::AtMost, DIRECT).because(
                 "direct forcing (eq. 7) fails: viscosity undoes it within the step",
-                "numerics §2 and §5",
+                "docs/maps/direct-forcing.csv",
                 "use the carried forcing, or a smaller dt",
             ));
             bounds.push(

@@ -29,6 +29,7 @@ use std::path::{Path, PathBuf};
 use protocol::output::{OutputError, atomic_write};
 
 use crate::chart::ChartError;
+use crate::stability::{self, StabilityError};
 use run_files::RunFiles;
 
 /// Why a report could not be made.
@@ -40,6 +41,9 @@ pub enum ReportError {
     /// The folder of a chart cannot be used.
     #[error(transparent)]
     Chart(#[from] ChartError),
+    /// The folder of a map cannot be used.
+    #[error(transparent)]
+    Stability(Box<StabilityError>),
     /// No folder was named.
     #[error("no folder was named: give the output folder of at least one run")]
     Nothing,
@@ -63,6 +67,9 @@ pub fn report(dirs: &[&Path]) -> Result<Vec<PathBuf>, ReportError> {
 fn report_one(dir: &Path) -> Result<PathBuf, ReportError> {
     if dir.join(crate::chart::TABLE).exists() {
         return Ok(crate::chart::again(dir)?);
+    }
+    if dir.join(stability::TABLE).exists() {
+        return stability::report(dir).map_err(|error| ReportError::Stability(Box::new(error)));
     }
     let run = RunFiles::read(dir)?;
     let page = dir.join("report.html");

@@ -1,0 +1,182 @@
+//! The runs of a sweep: what each is told besides its varied keys, and what became of it.
+
+use std::path::{Path, PathBuf};
+
+use protocol::output::{RunOptions, RunStatus, Series, Summary};
+
+use super::StabilityError;
+use super::section::{ANY, Limit, Stability, Sweep};
+use super::table::Row;
+use super::verdict::{self, Finding, Verdict};
+use crate::bounds::{Bound, Level, NAMES, SINGULAR};
+use crate::failure::Failure;
+use crate::prepare::Prepared;
+use crate::sweep::{Keep, Outcome, Point, Task, run_all};
+
+/// Characters of a note that are kept: an error names its cause first.
+const NOTE: usize = 160;
+
+/// Makes the runs that are not there yet, and judges all.
+pub(super) fn rows(sweep: &Sweep, scene: &Path, out: &Path, jobs: usize) -> Result<Vec<Row>, StabilityError> {
+    let points = &sweep.ladder.points;
+    let tasks: Vec<Task> = points.iter().map(|point| task(point, scene, out)).collect();
+    let outcomes = run_all(&tasks, jobs, Keep::Failed)?;
+    let judged: Vec<(&Point, Finding)> = points
+        .iter()
+        .zip(&tasks)
+        .zip(&outcomes)
+        .map(|((point, task), outcome)| Ok((point, finding(&sweep.section, task, outcome)?)))
+        .collect::<Result<_, StabilityError>>()?;
+    let one = |(point, finding): &(&Point, Finding)| row(point, finding, &sweep.section, scene);
+    // Each asks the solvers for their facts, which are processes: several at a time, too.
+    let share = judged.len().div_ceil(jobs).max(1);
+    let parts: Vec<Vec<Result<Row, StabilityError>>> = std::thread::scope(|scope| {
+        let threads: Vec<_> = judged
+            .chunks(share)
+            .map(|chunk| scope.spawn(move || chunk.iter().map(one).collect::<Vec<_>>()))
+            .collect();
+        threads.into_iter().map(|thread| thread.join().unwrap_or_default()).collect()
+    });
+    let rows: Vec<Row> = parts.into_iter().flatten().collect::<Result<_, _>>()?;
+    if rows.len() == points.len() { Ok(rows) } else { Err(StabilityError::Plans) }
+}
+
+fn task(point: &Point, scene: &Path, out: &Path) -> Task {
+    let mut set = point.set.clone();
+    set.extend(imposed());
+    Task {
+        name: point.label.clone(),
+        scene: scene.to_owned(),
+        set,
+        folder: out.join("runs").join(&point.label),
+        // Small runs: more threads only wait for each other.
+        threads: point.threads.unwrap_or(1),
+    }
+}
+
+/// What every run is told: no bound stops it but the one behind which there is a division by zero,
+/// every window is in the series, and nothing is logged.
+#[must_use]
+pub fn imposed() -> [String; 3] {
+    let names: Vec<String> =
+        NAMES.iter().filter(|name| **name != SINGULAR).map(|name| format!("{name:?}")).collect();
+    [
+        format!("coupling.force=[{}]", names.join(", ")),
+        "observe.every=0.0".to_owned(),
+        "coupling.record=false".to_owned(),
+    ]
+}
+
+/// What became of a run.
+fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Finding, StabilityError> {
+    let series = task.folder.join("series.csv");
+    let read = |path: &PathBuf| Series::read(path).map_err(StabilityError::from);
+    match outcome {
+        Outcome::Failed(why) => {
+            // A run that left no summary was no run: the scene is wrong, or a solver is missing.
+            let summary = Summary::read(&task.folder.join("summary.json")).ok();
+            if summary.is_none_or(|summary| summary.status != RunStatus::Failed) {
+                return Err(StabilityError::Run { label: task.name.clone(), what: why.clone() });
+            }
+            let series = if series.is_file() { read(&series)? } else { Series::default() };
+            let growth = verdict::growth(series.column(&section.signal).unwrap_or_default());
+            Ok(Finding { verdict: Verdict::Failed, growth, note: why.chars().take(NOTE).collect() })
+        }
+        Outcome::Done(_) => {
+            let series = read(&series)?;
+            let signal = series.column(&section.signal).ok_or_else(|| StabilityError::Content {
+                path: task.folder.join("series.csv"),
+                what: format!("has no column {}; there are {}", section.signal, series.names().join(", ")),
+            })?;
+            let mut found = verdict::judge(signal, section.scale);
+            let first =
+                section.limits.iter().filter_map(|limit| left(limit, &series)).min_by_key(|(row, _)| *row);
+            if let Some((row, note)) = first {
+                // What follows (a grain flung out of the box, say) means nothing.
+                let growth = verdict::growth(&signal[..=row]);
+                found = Finding { verdict: Verdict::Failed, growth, note };
+            }
+            Ok(found)
+        }
+    }
+}
+
+/// The first row in which a run leaves what is possible, and how.
+fn left(limit: &Limit, series: &Series) -> Option<(usize, String)> {
+    let column = series.column(&limit.column)?;
+    let outside = |value: f64| {
+        limit.least.is_some_and(|least| value < least) || limit.most.is_some_and(|most| value > most)
+    };
+    let mut times = series.time().iter().zip(column).enumerate();
+    let (row, (time, value)) = times.find(|(_, (t, value))| **t >= limit.from && outside(**value))?;
+    let bound = |end: Option<f64>, word: &str| end.map_or(String::new(), |end| format!(" {word} {end}"));
+    let (least, most) = (bound(limit.least, "at least"), bound(limit.most, "at most"));
+    Some((row, format!("{} = {value:.4} at t = {time:.4}; possible is{least}{most}", limit.column)))
+}
+
+fn row(point: &Point, finding: &Finding, section: &Stability, scene: &Path) -> Result<Row, StabilityError> {
+    // With the bounds forced: a plan that may avoid one by other means (another scheme) is not the run's.
+    let overrides = point.set.iter().cloned().chain(imposed()).collect();
+    let options = RunOptions { overrides, ..RunOptions::of_scene(scene) };
+    let plan =
+        |failure: Failure| StabilityError::Plan { label: point.label.clone(), failure: Box::new(failure) };
+    let bounds = Prepared::new(&options).map_err(plan)?.plan.bounds;
+    let (margin, refused) = judged(&bounds, &section.bound);
+    Ok(Row {
+        values: point.values.clone(),
+        verdict: finding.verdict,
+        growth: finding.growth,
+        margin,
+        label: point.label.clone(),
+        note: finding.note.clone(),
+        refused,
+    })
+}
+
+/// Margin of the bound `name` (`any`: the least of those that refuse), and whether it refuses the plan,
+/// whatever the scene forces.
+#[must_use]
+pub fn judged(bounds: &[Bound], name: &str) -> (f64, bool) {
+    let counts = |bound: &&Bound| if name == ANY { bound.level == Level::Refuse } else { bound.name == name };
+    let margin = bounds.iter().filter(counts).map(|bound| bound.margin).reduce(f64::min);
+    let refused = bounds.iter().filter(counts).any(|bound| bound.refuses(&[]));
+    (margin.unwrap_or(f64::NAN), refused)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bounds::Side;
+
+    #[test]
+    fn a_limit_counts_from_its_time_on() {
+        let series = Series::parse("t,v\n0.5,9\n1.0,1\n1.5,3\n").unwrap();
+        let limit = |least, most, from| Limit { column: "v".into(), least, most, from };
+        assert_eq!(left(&limit(None, Some(5.0), 1.0), &series), None);
+        let (row, note) = left(&limit(None, Some(2.0), 1.0), &series).unwrap();
+        assert_eq!(row, 2);
+        assert!(note.contains("v = 3.0000 at t = 1.5000") && note.contains("at most 2"), "{note}");
+        assert_eq!(left(&limit(Some(1.5), None, 0.6), &series).unwrap().0, 1);
+    }
+
+    #[test]
+    fn the_least_margin_counts_and_only_the_named_bound_refuses() {
+        let bound = |name, value: f64| Bound::new(name, "x", value, Side::AtMost, 1.0);
+        let bounds = vec![bound("cfl", 0.5), bound("resolution", 2.0).warning(), bound("overlap", 0.8)];
+        assert_eq!(judged(&bounds, "any"), (1.25, false));
+        assert_eq!(judged(&bounds, "resolution"), (0.5, false));
+        assert!(judged(&bounds, "memory").0.is_nan());
+        let broken = vec![bound("cfl", 4.0)];
+        assert_eq!((judged(&broken, "any"), judged(&broken, "cfl")), ((0.25, true), (0.25, true)));
+        assert!(!judged(&broken, "overlap").1, "another bound is not this map's business");
+    }
+
+    #[test]
+    fn every_bound_but_the_singular_one_is_forced() {
+        let force = &imposed()[0];
+        assert!(
+            NAMES.iter().all(|name| force.contains(&format!("\"{name}\"")) == (*name != SINGULAR)),
+            "{force}"
+        );
+    }
+}
