@@ -54,6 +54,9 @@ fn names() -> Vec<String> {
 }
 
 /// The rows of a map with margin and refusal as they are now.
+///
+/// # Panics
+/// If the committed table says another refusal: it must be made anew.
 fn judged_now(name: &str) -> Vec<Row> {
     let path = root().join(format!("scenes/stability/{name}.toml"));
     let source = SceneSource::read(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
@@ -71,6 +74,7 @@ fn judged_now(name: &str) -> Vec<Row> {
         let set: Vec<String> = point.set.iter().cloned().chain(imposed()).collect();
         let source = source.clone().with_overrides(&set).unwrap_or_else(|error| panic!("{error}"));
         let (margin, refused) = judged(&plan(source).bounds, &sweep.section.bound);
+        assert_eq!(row.refused, refused, "{name}: {}: run `bedload stability` again", row.label);
         Row { margin, refused, ..row.clone() }
     };
     table.rows.iter().zip(&sweep.ladder.points).map(now).collect()
@@ -87,7 +91,8 @@ fn check_refuses_every_run_that_failed_and_few_that_were_stable() {
         let margin = MARGINS.iter().find(|(map, _)| *map == name).map_or(1.0, |(_, margin)| *margin);
         for row in &rows {
             let accepted = row.verdict == Verdict::Failed && !row.refused;
-            let far = row.verdict == Verdict::Stable && row.refused && !(row.margin * margin >= 1.0 - 1e-9);
+            let near = row.margin * margin >= 1.0 - 1e-9;
+            let far = row.verdict == Verdict::Stable && row.refused && !near;
             if accepted || far {
                 let words =
                     if accepted { "failed and accepted" } else { "stable and refused, far from the bound" };
@@ -99,15 +104,4 @@ fn check_refuses_every_run_that_failed_and_few_that_were_stable() {
     println!("all: {}", Counts::of(&total));
     assert!(wrong.is_empty(), "{} runs:\n{}", wrong.len(), wrong.join("\n"));
     assert!(total.len() > 1000, "only {} runs: the maps are missing", total.len());
-}
-
-#[test]
-fn the_committed_tables_say_what_check_says_now() {
-    for name in names() {
-        let table = Table::read(&root().join(format!("docs/maps/{name}.csv")))
-            .unwrap_or_else(|error| panic!("{error}"));
-        for (then, now) in table.rows.iter().zip(judged_now(&name)) {
-            assert_eq!(then.refused, now.refused, "{name}: {}: run `bedload stability` again", then.label);
-        }
-    }
 }

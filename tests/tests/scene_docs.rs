@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use coupler::chart::Chart;
 use coupler::config::Coupling;
 use coupler::plan::{Cast, Plan};
+use coupler::stability::section::Stability;
 use dem_solver::config::{Config, DemSection};
 use fluid_solver::config::FluidSection;
 use protocol::output::{Columns, Metrics, Sides};
@@ -118,6 +119,7 @@ fn every_key_and_every_choice_is_documented() {
         ("[dem]", schemars::schema_for!(DemSection)),
         ("[coupling]", schemars::schema_for!(Coupling)),
         ("[chart]", schemars::schema_for!(Chart)),
+        ("[stability]", schemars::schema_for!(Stability)),
     ] {
         let mut wanted = BTreeSet::new();
         names(&serde_json::to_value(schema).expect("a schema is JSON"), &mut wanted);
