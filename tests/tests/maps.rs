@@ -14,8 +14,8 @@ use protocol::scene::{CheckedScene, SceneSource};
 
 /// A stable run may be refused only where its margin is above one over this; in maps that are not named here, nowhere.
 const MARGINS: [(&str, f64); 5] = [
-    // A disc that turns in its place is judged as one that also moves: 0.8/0.3.
-    ("light-rotation", 2.7),
+    // A disc that turns in its place is judged as one that also moves: 0.1 for 0.01, the next value of the sample.
+    ("light-rotation", 10.0),
     // A grain at rest bears what a falling one does not: F1 at 1.05 for 2; and windows of 300 contact
     // times, where 100 is the default that a scene may raise.
     ("resting", 3.01),

@@ -2,12 +2,13 @@
 
 use std::f64::consts::PI;
 
-use protocol::scene::{CheckedScene, Geometry, InitialVelocity, Shape, WallKind};
+use protocol::scene::{Geometry, InitialVelocity, Shape, WallKind};
 use toml::{Table, Value};
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, same};
 use crate::bounds::Short;
+use crate::prepare::Prepared;
 
 /// Difference between the drag of a sphere on the axis of a square duct and of the tube of equal cross-section:
 /// (1.9033 − 2.1044 √π/2) D/L of Stokes's (Happel & Brenner 1983, sections 7-3 and 7-4).
@@ -15,7 +16,8 @@ const DUCT: f64 = 0.0383;
 
 /// The tube has the cross-section of the square box, so what is left of the shape is the difference of how far
 /// walls retard a sphere. Beside free-slip sides it is of the same size or less.
-pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
+pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
+    let scene = &prepared.scene;
     let (domain, medium) = (&scene.scene.domain, scene.scene.medium.as_ref()?);
     let [grain] = &scene.grains[..] else { return None };
     if domain.geometry != Geometry::Space || domain.stretching.is_some() {
@@ -44,8 +46,9 @@ pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
     if !(square && moves && alike && drives && at_rest) {
         return None;
     }
-    let spacing = domain.spacing(0);
-    let columns = (side / (PI.sqrt() * spacing)).round();
+    // Cells as near to square as a whole number of them lets them be.
+    let radius = side / PI.sqrt();
+    let columns = (radius / domain.spacing(0)).ceil();
     let ratio = 2.0 * grain.radius / side;
     let mut boundary = Table::new();
     let name = if kind == WallKind::NoSlip { "no-slip" } else { "free-slip" };
@@ -60,19 +63,18 @@ pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
     let change = Change::default()
         .set("domain.geometry", "axisymmetric")
         .set("domain.lower", vec![0.0, domain.lower[2]])
-        .set("domain.upper", vec![columns * spacing, domain.upper[2]])
+        .set("domain.upper", vec![radius, domain.upper[2]])
         .set("domain.cells", vec![columns as i64, domain.cells[2] as i64])
         .set("domain.boundary", boundary)
         .set("grains", grains)
         .remove("grain_files")
         .remove("groups");
-    // The tube's radius is a whole number of cells: its wall is off by up to half of one.
-    let rounding = 2.1044 * ratio * (columns * spacing * PI.sqrt() / side - 1.0).abs();
     Some(Idea {
         name: "axisymmetric",
         what: "a tube of the same cross-section, in r and z",
         change,
-        error: DUCT * ratio + rounding,
+        error: DUCT * ratio,
+        saving: None,
         why: format!("of the drag, by the other shape of the sides at D/L = {}", Short(ratio)),
     })
 }

@@ -1,14 +1,17 @@
 //! No fluid, where the grains' inertia rules.
 
-use protocol::scene::{CheckedScene, Geometry, Motion};
+use protocol::scene::{Geometry, Motion};
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, norm};
 use crate::bounds::Short;
+use crate::prepare::Prepared;
 
 /// What a grain loses by the fluid, in parts of its velocity: buoyancy and virtual mass 3/2 ρ/ρ_p, drag over the
-/// run (Stokes, and Schiller & Naumann 1933 above), and in a bounce 1 − exp(−35/St).
-pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
+/// run (Stokes, and Schiller & Naumann 1933 above), and in a bounce 1 − exp(−35/St). Twice their sum, because a bounce
+/// turns a delay δt into a difference of velocity (1 + e_n) g δt.
+pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
+    let scene = &prepared.scene;
     let medium = scene.scene.medium.as_ref()?;
     let at_rest = medium.initial == protocol::scene::InitialVelocity::Rest;
     let driven = norm(&medium.body_force) + norm(&medium.pressure_gradient) > 0.0;
@@ -31,7 +34,7 @@ pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
         let reynolds = fast * diameter * medium.density / mu;
         let drag = 18.0 * mu / (grain.density * diameter * diameter) * (1.0 + 0.15 * reynolds.powf(0.687));
         let stokes = grain.density * slow * diameter / (9.0 * mu);
-        1.5 * medium.density / grain.density + drag * until + 1.0 - (-35.0 / stokes).exp()
+        2.0 * (1.5 * medium.density / grain.density + drag * until + 1.0 - (-35.0 / stokes).exp())
     };
     let error = free.map(loss).fold(0.0, f64::max);
     // Without films, which are the fluid's; a box for a dry scene needs no cells.
@@ -47,8 +50,9 @@ pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
         what: "no fluid",
         change,
         error,
+        saving: None,
         why: format!(
-            "of the velocity: buoyancy and virtual mass, drag over {} s, 1 − exp(−35/St) of a bounce",
+            "of the velocity: twice buoyancy and virtual mass, drag over {} s, 1 − exp(−35/St) of a bounce",
             Short(until)
         ),
     })

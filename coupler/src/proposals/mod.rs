@@ -41,6 +41,8 @@ struct Idea {
     change: Change,
     /// Expected relative error.
     error: f64,
+    /// How many times less it costs at most, where the plans do not tell.
+    saving: Option<f64>,
     /// Of which quantity, and why so much.
     why: String,
 }
@@ -85,9 +87,8 @@ impl Proposal {
 /// Every proposal for a scene that was read with `options`, the cheapest first.
 #[must_use]
 pub fn all(prepared: &Prepared, options: &RunOptions) -> Vec<Proposal> {
-    let scene = &prepared.scene;
     let rules = [axis::idea, plane::idea, stokes::idea, dry::idea, substeps::idea];
-    let ideas = rules.into_iter().filter_map(|rule| rule(scene)).filter(|idea| idea.error <= WORTH);
+    let ideas = rules.into_iter().filter_map(|rule| rule(prepared)).filter(|idea| idea.error <= WORTH);
     let mut proposals: Vec<Proposal> = ideas.filter_map(|idea| worked_out(idea, prepared, options)).collect();
     proposals.sort_by(|a, b| b.saving.total_cmp(&a.saving));
     proposals
@@ -116,11 +117,9 @@ fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<P
     let file = Scratch::new(idea.name, &scene)?;
     let changed = Prepared::new(&RunOptions { threads: options.threads, ..RunOptions::of_scene(&file.0) });
     let changed = changed.ok().filter(|changed| changed.refuse_broken().is_ok())?;
-    let saving = match (prepared.plan.cost, changed.plan.cost) {
-        (before, after) if before > 0.0 && after > 0.0 => before / after,
-        _ => return None,
-    };
-    let Idea { name, what, error, why, .. } = idea;
+    let by_plans = (changed.plan.cost > 0.0).then(|| prepared.plan.cost / changed.plan.cost);
+    let Idea { name, what, error, why, saving, .. } = idea;
+    let saving = saving.or(by_plans)?;
     (saving > 1.0).then_some(Proposal { name, what, error, why, saving, scene })
 }
 

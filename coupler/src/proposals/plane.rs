@@ -1,13 +1,15 @@
 //! The plane in place of space.
 
-use protocol::scene::{Axis, CheckedScene, Geometry, InitialVelocity, WallKind};
+use protocol::scene::{Axis, Geometry, InitialVelocity, WallKind};
 use toml::Value;
 
 use super::Idea;
 use super::change::Change;
+use crate::prepare::Prepared;
 
 /// A flow without grains that nothing makes depend on y is the same all along y.
-pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
+pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
+    let scene = &prepared.scene;
     let (domain, medium) = (&scene.scene.domain, scene.scene.medium.as_ref()?);
     let flat = |v: &[f64; 3]| v[1] == 0.0;
     let y = if domain.geometry == Geometry::Space { domain.boundary(1)? } else { return None };
@@ -46,6 +48,7 @@ pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
             .remove("domain.boundary.y_lower")
             .remove("domain.boundary.y_upper"),
         error: 0.0,
+        saving: None,
         why: "nothing depends on y, as long as the flow is stable to what does".into(),
     })
 }

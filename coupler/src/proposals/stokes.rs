@@ -7,10 +7,12 @@ use protocol::scene::{CheckedScene, Motion, Shape};
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, norm, volume};
 use crate::bounds::Short;
+use crate::prepare::Prepared;
 
 /// Without convection one stage is enough. Oseen's correction, 3/16 Re of the drag, is what is lost
 /// (Proudman & Pearson 1957); time derivatives stay.
-pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
+pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
+    let scene = &prepared.scene;
     let medium = scene.scene.medium.as_ref()?;
     let convects = |time: &toml::Value| time.get("convection").is_none_or(|on| on.as_bool() == Some(true));
     let on = scene.scene.fluid.get("time").is_none_or(convects);
@@ -28,6 +30,7 @@ pub(super) fn idea(scene: &CheckedScene) -> Option<Idea> {
         what: "Stokes flow, one stage a step",
         change,
         error: 3.0 / 16.0 * reynolds,
+        saving: None,
         why: format!("of the drag, 3/16 Re with Re ≤ {}", Short(reynolds)),
     })
 }

@@ -80,7 +80,11 @@ fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Findin
             }
             let series = if series.is_file() { read(&series)? } else { Series::default() };
             let growth = verdict::growth(series.column(&section.signal).unwrap_or_default());
-            Ok(Finding { verdict: Verdict::Failed, growth, note: why.chars().take(NOTE).collect() })
+            Ok(Finding {
+                verdict: Verdict::Failed,
+                growth,
+                note: cell(&why.chars().take(NOTE).collect::<String>()),
+            })
         }
         Outcome::Done(_) => {
             let series = read(&series)?;
