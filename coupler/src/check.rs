@@ -6,6 +6,7 @@ use protocol::output::RunOptions;
 use protocol::participant::Role;
 use serde_json::{Map, Value};
 
+use crate::accuracy;
 use crate::bounds::{Bound, Level, Short, Side};
 use crate::config::Coupling;
 use crate::failure::Failure;
@@ -18,6 +19,7 @@ use crate::solvers::Solver;
 /// # Errors
 /// [`Failure`].
 pub fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
+    let (options, expected) = &accuracy::resolve(options)?;
     let prepared = Prepared::new(options)?;
     if json {
         let text =
@@ -25,6 +27,9 @@ pub fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
         println!("{text}");
     } else {
         print_plan(&prepared);
+        if let Some(expected) = expected {
+            println!("\n  {expected}");
+        }
         for proposal in proposals::all(&prepared, options) {
             println!("\n  cheaper: {}", proposal.line());
         }

@@ -35,6 +35,9 @@ enum Command {
         /// End of the run, s, instead of the scene's `until`
         #[arg(long, value_name = "T", allow_negative_numbers = true)]
         until: Option<f64>,
+        /// Error that is good enough, such as 2%: settings from the chart of this class of scenes
+        #[arg(long, value_name = "PART")]
+        accuracy: Option<String>,
         /// Print the plan as JSON
         #[arg(long)]
         json: bool,
@@ -46,6 +49,9 @@ enum Command {
     Run {
         #[command(flatten)]
         options: RunOptions,
+        /// Error that is good enough, such as 2%: settings from the chart of this class of scenes
+        #[arg(long, value_name = "PART")]
+        accuracy: Option<String>,
     },
     /// Drive one solver from a log, at full speed
     Replay {
@@ -198,6 +204,12 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// `--accuracy` is the scene's key of that name.
+fn with_accuracy(mut options: RunOptions, accuracy: Option<String>) -> RunOptions {
+    options.overrides.extend(accuracy.map(|accuracy| format!("accuracy={accuracy:?}")));
+    options
+}
+
 fn log(word: &LogWord) -> Result<(), LogCommandError> {
     let mut out = std::io::stdout().lock();
     match word {
@@ -213,14 +225,15 @@ fn log(word: &LogWord) -> Result<(), LogCommandError> {
 
 fn dispatch(command: Command) -> Result<(), Failure> {
     match command {
-        Command::Check { scene, overrides, until, json, cheaper } => {
+        Command::Check { scene, overrides, until, json, cheaper, accuracy } => {
             let options = RunOptions { overrides, until, ..RunOptions::of_scene(&scene) };
+            let options = with_accuracy(options, accuracy);
             match cheaper {
                 Some(name) => crate::check::cheaper(&options, &name),
                 None => crate::check::check(&options, json),
             }
         }
-        Command::Run { options } => crate::run::run(&options),
+        Command::Run { options, accuracy } => crate::run::run(&with_accuracy(options, accuracy)),
         Command::Replay { log, drive, verify, checkpoint, out } => {
             let drive = match drive {
                 Drive::Fluid => Role::Fluid,

@@ -8,6 +8,7 @@
 //! | [`plan`] | who takes part, time steps, cost |
 //! | [`prepare`], [`check`] | from a scene file to a plan |
 //! | [`proposals`] | cheaper models of a scene |
+//! | [`accuracy`] | settings from the charts |
 //! | [`scheme`] | which window comes next, and its sub-steps |
 //! | [`run`], [`conduct`], [`judge`], [`iterate`] | a run, window by window, and its attempts |
 //! | [`supervise`], [`solvers`] | solvers as commands and child processes |
@@ -20,6 +21,7 @@
 //! | [`stability`] | where each method fails, beside the bound |
 //! | [`cli`], [`failure`] | command line and exit codes |
 
+pub mod accuracy;
 pub mod bounds;
 pub mod chart;
 pub mod check;

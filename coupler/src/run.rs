@@ -21,7 +21,7 @@ use crate::rewind::rewind;
 use crate::scheme::Planner;
 use crate::solvers::Solver;
 use crate::supervise::{Interrupts, Supervisor, Words};
-use crate::{record, supervise};
+use crate::{accuracy, record, supervise};
 
 /// Version in `summary.json`.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -35,6 +35,10 @@ pub fn run(options: &RunOptions) -> Result<(), Failure> {
         Ok(0) => {}
         Ok(count) => protocol::say!("bedload: removed what {count} dead run(s) had left in shared memory"),
         Err(error) => protocol::say!("bedload: warning: cannot remove what dead runs left: {error}"),
+    }
+    let (options, expected) = &accuracy::resolve(options)?;
+    if let Some(expected) = expected {
+        protocol::say!("bedload: {expected}");
     }
     let prepared = Prepared::new(options)?;
     for line in prepared.notices() {

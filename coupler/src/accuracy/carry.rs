@@ -1,0 +1,92 @@
+//! A setting of a chart, carried over to another scene.
+
+use std::collections::BTreeSet;
+
+use protocol::scene::CheckedScene;
+
+use super::class::{Charted, Class};
+use super::pick::Row;
+use crate::sweep::resolution;
+
+/// Sections whose varied keys are carried over as they are.
+const METHOD: [&str; 3] = ["fluid.", "dem.", "coupling."];
+
+/// `KEY=VALUE` that give `scene` the setting of `row`.
+pub(super) fn over(
+    chart: &Charted,
+    row: &Row,
+    class: Class,
+    scene: &CheckedScene,
+) -> Result<Vec<String>, String> {
+    let point = chart.points.iter().find(|point| point.label == row.label);
+    let point = point
+        .ok_or_else(|| format!("picks the run {} of the chart, which its scene has no more", row.label))?;
+    let source = chart.scene.source.clone().with_overrides(&point.set).map_err(|error| error.to_string())?;
+    let charted = CheckedScene::new(source).map_err(|error| error.to_string())?;
+    let mut set = Vec::new();
+    if let (Some(wanted), Some(_)) = (resolution::of(&charted), resolution::of(scene)) {
+        set.extend(refined(scene, wanted));
+    }
+    let dt = charted.scene.fluid.get("time").and_then(|time| time.get("dt")).and_then(toml::Value::as_float);
+    if let (Some(dt), Some(unit), Some(time)) = (dt, class.time(&charted), class.time(scene)) {
+        set.push(format!("fluid.time.dt={:?}", dt * time / unit));
+    }
+    let carried = |text: &&String| {
+        METHOD.iter().any(|section| text.starts_with(section)) && !text.starts_with("fluid.time.dt=")
+    };
+    set.extend(point.set.iter().filter(carried).cloned());
+    Ok(set)
+}
+
+/// `--set` of a grid with at least `wanted` cells per diameter: a little finer where whole and fast numbers of cells
+/// ask for it.
+fn refined(scene: &CheckedScene, wanted: f64) -> Vec<String> {
+    let domain = &scene.scene.domain;
+    let written = resolution::of(scene).unwrap_or(wanted);
+    let diameter = scene.grains.iter().map(|grain| 2.0 * grain.radius).fold(f64::INFINITY, f64::min);
+    let stretched = domain.stretching.map(|stretching| stretching.axis);
+    let cells = domain.geometry.axes().iter().enumerate().map(|(axis, name)| {
+        let extent = domain.upper[axis] - domain.lower[axis];
+        let exact = match stretched {
+            Some(stretched) if stretched == *name => domain.cells[axis] as f64 * wanted / written,
+            _ => extent * wanted / diameter,
+        };
+        fast((exact - 1e-6).ceil() as u64).to_string()
+    });
+    let mut set = vec![format!("domain.cells=[{}]", cells.collect::<Vec<_>>().join(", "))];
+    if stretched.is_some() {
+        set.push(format!("domain.stretching.spacing={:?}", diameter / wanted));
+    }
+    set
+}
+
+/// The least even number from `least` on with no factors but 2, 3 and 5, which all transforms take fast.
+fn fast(least: u64) -> u64 {
+    let numbers: BTreeSet<u64> = (0..24u32)
+        .flat_map(|a| (0..15u32).flat_map(move |b| (0..11u32).map(move |c| (a, b, c))))
+        .filter_map(|(a, b, c)| {
+            2u64.checked_mul(2u64.checked_pow(a)?)?
+                .checked_mul(3u64.checked_pow(b)?)?
+                .checked_mul(5u64.checked_pow(c)?)
+        })
+        .collect();
+    numbers.range(least..).next().copied().unwrap_or(least)
+}
+
+#[cfg(test)]
+mod tests {
+    use protocol::scene::SceneSource;
+
+    use super::*;
+
+    #[test]
+    fn grids_become_at_least_as_fine_and_fast() {
+        assert_eq!([1, 7, 16, 97, 163, 4001].map(fast), [2, 8, 16, 100, 180, 4050]);
+        let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [3.1, 3.1, 7.0]\n\
+                    cells = [10, 10, 20]\nboundary = { x = \"periodic\", y = \"periodic\", z = \"no-slip\" }\n\
+                    [medium]\ndensity = 1.0\nviscosity = 1.0\n\
+                    [[grains]]\nposition = [1.5, 1.5, 3.0]\nradius = 0.5\ndensity = 2.0\n";
+        let scene = CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() }).unwrap();
+        assert_eq!(refined(&scene, 8.0), ["domain.cells=[30, 30, 60]"]);
+    }
+}

@@ -1,0 +1,109 @@
+//! Classes of scenes that have a chart.
+
+use protocol::scene::{CheckedScene, Motion, SceneSource, Shape};
+
+use super::pick::Row;
+use crate::chart::Chart;
+use crate::sweep::{Ladder, Point, parse_csv};
+
+/// A class of scenes whose errors one chart tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Class {
+    /// Free spheres in a fluid.
+    Settling,
+    /// Held spheres in a driven fluid at low Reynolds number.
+    HeldSpheres,
+    /// Grains without a fluid.
+    Dry,
+}
+
+/// A chart: its scene, the settings of its runs, and what came out.
+pub(super) struct Charted {
+    pub(super) scene: CheckedScene,
+    pub(super) points: Vec<Point>,
+    pub(super) rows: Vec<Row>,
+}
+
+impl Class {
+    pub(super) const ALL: [Self; 3] = [Self::Settling, Self::HeldSpheres, Self::Dry];
+
+    /// The class of a scene, if it has one.
+    pub(super) fn of(scene: &CheckedScene) -> Option<Self> {
+        let spheres = !scene.grains.is_empty() && scene.grains.iter().all(|g| g.shape == Shape::Sphere);
+        match &scene.scene.medium {
+            None => Some(Self::Dry),
+            Some(_) if spheres && scene.has_free_grains() => Some(Self::Settling),
+            Some(_) if spheres && scene.grains.iter().all(|g| g.motion == Motion::Fixed) => {
+                Some(Self::HeldSpheres)
+            }
+            Some(_) => None,
+        }
+    }
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Settling => "free spheres in a fluid",
+            Self::HeldSpheres => "held spheres in a driven fluid",
+            Self::Dry => "grains without a fluid",
+        }
+    }
+
+    /// File of its chart.
+    pub(super) fn chart_file(self) -> &'static str {
+        match self {
+            Self::Settling => "docs/charts/falling-sphere.csv",
+            Self::HeldSpheres => "docs/charts/sphere-array.csv",
+            Self::Dry => "docs/charts/oblique-collision.csv",
+        }
+    }
+
+    /// The scene that was charted, and its chart.
+    fn texts(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Settling => (
+                include_str!("../../../scenes/falling-sphere.toml"),
+                include_str!("../../../docs/charts/falling-sphere.csv"),
+            ),
+            Self::HeldSpheres => (
+                include_str!("../../../scenes/drag/sphere-array.toml"),
+                include_str!("../../../docs/charts/sphere-array.csv"),
+            ),
+            Self::Dry => (
+                include_str!("../../../scenes/oblique-collision.toml"),
+                include_str!("../../../docs/charts/oblique-collision.csv"),
+            ),
+        }
+    }
+
+    /// Its own time, s, in which time steps are carried over: of settling (D/|ρ_p/ρ − 1| g)^½, of
+    /// viscosity D²/ν. None where steps follow contacts.
+    pub(super) fn time(self, scene: &CheckedScene) -> Option<f64> {
+        let medium = scene.scene.medium.as_ref()?;
+        let gravity = scene.scene.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let of = |grain: &protocol::scene::Grain| {
+            let diameter = 2.0 * grain.radius;
+            let viscous = diameter * diameter / medium.kinematic_viscosity();
+            let buoyant = (grain.density / medium.density - 1.0).abs() * gravity;
+            match self {
+                Self::Settling => (diameter / buoyant).sqrt().min(viscous),
+                Self::HeldSpheres | Self::Dry => viscous,
+            }
+        };
+        scene.grains.iter().map(of).reduce(f64::min).filter(|time| *time > 0.0 && time.is_finite())
+    }
+
+    /// Its chart.
+    pub(super) fn ladder(self) -> Result<Charted, String> {
+        let (scene, table) = self.texts();
+        let at =
+            |error: &dyn std::fmt::Display| format!("has an unusable chart, {}: {error}", self.chart_file());
+        let source = SceneSource { file: self.chart_file().to_owned(), text: scene.to_owned() };
+        let scene = CheckedScene::new(source).map_err(|error| at(&error))?;
+        let chart = Chart::read(&scene).map_err(|error| at(&error))?;
+        let ladder =
+            Ladder::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs).map_err(|error| at(&error))?;
+        let (header, rows) = parse_csv(table).map_err(|error| at(&error))?;
+        let rows = Row::all(&header, &rows).map_err(|error| at(&error))?;
+        Ok(Charted { scene, points: ladder.points, rows })
+    }
+}

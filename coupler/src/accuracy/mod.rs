@@ -1,0 +1,132 @@
+//! `accuracy = "2%"`: resolution, step and method from the chart of a class of scenes.
+//!
+//! A chart (docs/charts) says what every setting of a ladder cost and how far off it was. The cheapest one that is
+//! exact enough is carried over to the scene: D/Δx as it is, time steps in units of the class's own time, keys of
+//! `[fluid]` and `[dem]` as they are. Half of the error asked for is kept for what the scene and the charted one do not
+//! share. What the user says by `--set` still wins.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `class` | the classes: which scenes, which chart, which unit of time |
+//! | `pick` | the cheapest setting of a chart that is exact enough |
+//! | `carry` | a setting, carried over to another scene |
+
+mod carry;
+mod class;
+mod pick;
+
+use protocol::output::RunOptions;
+use protocol::scene::{CheckedScene, SceneError};
+
+use crate::bounds::Short;
+use crate::failure::Failure;
+use class::Class;
+
+/// Part of the error asked for that the chart may have.
+const SHARE: f64 = 0.5;
+
+/// What was chosen, and what is expected of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expected {
+    /// Relative error asked for.
+    pub target: f64,
+    /// Relative error that the chart has for this setting.
+    pub error: f64,
+    /// Class of the scene.
+    pub class: &'static str,
+    /// File of the chart.
+    pub chart: &'static str,
+    /// Label of the run in it.
+    pub label: String,
+    /// `KEY=VALUE` as applied.
+    pub set: Vec<String>,
+}
+
+impl std::fmt::Display for Expected {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "accuracy {} %: as {}, run {} of {}, whose error is {} %: {}",
+            Short(100.0 * self.target),
+            self.class,
+            self.label,
+            self.chart,
+            Short(100.0 * self.error),
+            self.set.join(", ")
+        )
+    }
+}
+
+/// The options with the settings that `accuracy` asks for before the user's own, if it is given.
+///
+/// # Errors
+/// [`Failure::Scene`] if the scene is wrong, of no class with a chart, or asks for more than its chart has.
+pub fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), Failure> {
+    let scene = options.read_scene().map_err(Box::new)?;
+    let Some(text) = &scene.scene.accuracy else { return Ok((options.clone(), None)) };
+    let expected = choose(&scene, text).map_err(Box::new)?;
+    let overrides = [&expected.set[..], &options.overrides[..]].concat();
+    Ok((RunOptions { overrides, ..options.clone() }, Some(expected)))
+}
+
+fn choose(scene: &CheckedScene, text: &str) -> Result<Expected, SceneError> {
+    let refuse = |message: String, remedy: &str| scene.source.error("accuracy", message, remedy);
+    let target = fraction(text).ok_or_else(|| {
+        refuse(
+            format!("is {text:?}; allowed: a part of the value, 0.01 % to 50 %"),
+            "write accuracy = \"2%\"",
+        )
+    })?;
+    let class = Class::of(scene).ok_or_else(|| {
+        let names: Vec<&str> = Class::ALL.iter().map(|class| class.name()).collect();
+        refuse(
+            format!("has no chart for this kind of scene; there are charts for {}", names.join(", ")),
+            "leave accuracy out and set domain.cells, fluid.time and dem.steps_per_contact, or chart a scene of this kind (bedload chart)",
+        )
+    })?;
+    let chart = class.ladder().map_err(|what| refuse(what, "mend the chart"))?;
+    let row = pick::cheapest(&chart.rows, SHARE * target).map_err(|best| {
+        refuse(
+            format!(
+                "is {text}, but the best of {} is {} %, and half of what is asked for is kept for what differs",
+                class.chart_file(),
+                Short(100.0 * best)
+            ),
+            "ask for less, or refine by hand",
+        )
+    })?;
+    let set = carry::over(&chart, row, class, scene)
+        .map_err(|what| refuse(what, "leave accuracy out, and set the keys by hand"))?;
+    Ok(Expected {
+        target,
+        error: row.error,
+        class: class.name(),
+        chart: class.chart_file(),
+        label: row.label.clone(),
+        set,
+    })
+}
+
+/// `2%`, `2 %` or `0.02` as 0.02.
+fn fraction(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let value = match text.strip_suffix('%') {
+        Some(percent) => percent.trim().parse::<f64>().ok()? / 100.0,
+        None => text.parse().ok()?,
+    };
+    (1e-4..=0.5).contains(&value).then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_accuracy_is_a_part() {
+        assert_eq!(
+            [fraction("2%"), fraction(" 0.5 % "), fraction("0.02")],
+            [Some(0.02), Some(0.005), Some(0.02)]
+        );
+        assert_eq!([fraction("two"), fraction("0"), fraction("200%"), fraction("nan")], [None; 4]);
+    }
+}

@@ -1,0 +1,117 @@
+//! `accuracy` keeps its word on cases that no chart was made of: the error against a fine run, or an exact
+//! solution, is below what was asked for.
+
+use std::path::Path;
+
+use tests::harness::{Folder, bedload, metric, said, summary};
+
+fn path(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+/// Runs a scene with more arguments; what it said.
+fn run(scene: &Path, out: &Path, more: &[&str]) -> String {
+    let mut arguments = vec!["run", path(scene), "--out", path(out), "--no-record", "--threads", "1"];
+    arguments.extend(more);
+    let output = bedload(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    said(&output)
+}
+
+/// Steel-like sphere of 2 mm in oil: Ar = 100, ρ_p/ρ = 2.5, in SI units, in a box that is no multiple of D.
+const SETTLING: &str = r#"
+until = 0.14
+gravity = [0.0, 0.0, -9.81]
+[domain]
+geometry = "axisymmetric"
+lower = [0.0, 0.0]
+upper = [0.0163, 0.0489]
+cells = [40, 120]
+boundary = { r_upper = "free-slip", z = "free-slip" }
+[medium]
+density = 1000.0
+viscosity = 0.0343
+[[grains]]
+position = [0.0, 0.0, 0.04]
+radius = 0.001
+density = 2500.0
+[[metrics]]
+name = "speed"
+kind = "final"
+column = "velocity_z[0]"
+"#;
+
+#[test]
+fn a_sphere_of_other_size_and_weight_settles_as_exactly_as_asked() {
+    let folder = Folder::new("accuracy-settling");
+    let scene = folder.write("scene.toml", SETTLING);
+    let fine = ["--set", "domain.cells=[160, 480]", "--set", "fluid.time.dt=2.5e-4"];
+    run(&scene, &folder.join("fine"), &fine);
+    let exact = metric(&folder.join("fine"), "speed");
+    let mut cells = Vec::new();
+    for (text, target) in [("5%", 0.05), ("2%", 0.02), ("1%", 0.01)] {
+        let out = folder.join(text);
+        let words = run(&scene, &out, &["--accuracy", text]);
+        assert!(words.contains("docs/charts/falling-sphere.csv"), "{words}");
+        let error = metric(&out, "speed") / exact - 1.0;
+        println!("{text}: {:+.2} % with {} cells", 100.0 * error, summary(&out)["size"]["cells"]);
+        assert!(error.abs() < target, "{text}: {error}\n{words}");
+        cells.push(summary(&out)["size"]["cells"].as_u64().expect("a number"));
+    }
+    assert!(cells[0] <= cells[1] && cells[1] <= cells[2], "{cells:?}");
+}
+
+#[test]
+fn a_denser_array_has_the_drag_of_zick_and_homsy() {
+    // Solid fraction 0.125 where the chart's is 0.064; K = 4.292 (Zick & Homsy 1982, table 2).
+    let folder = Folder::new("accuracy-array");
+    let radius = (0.125 * 3.0 / (4.0 * std::f64::consts::PI)).cbrt();
+    let force = 6.0 * std::f64::consts::PI * radius;
+    let scene = folder.write(
+        "scene.toml",
+        &format!(
+            r#"
+until = 1.0
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [1.0, 1.0, 1.0]
+cells = [10, 10, 10]
+boundary = {{ x = "periodic", y = "periodic", z = "periodic" }}
+[medium]
+density = 1.0
+viscosity = 1.0
+body_force = [0.0, 0.0, {force:?}]
+[[grains]]
+position = [0.5, 0.5, 0.5]
+radius = {radius:?}
+density = 1.0
+motion = "fixed"
+[fluid.time]
+scheme = "ab2"
+convection = false
+viscosity = "implicit"
+"#
+        ),
+    );
+    let out = folder.join("out");
+    let words = run(&scene, &out, &["--accuracy", "5%"]);
+    let error = metric(&out, "superficial_velocity_z") * 4.292 - 1.0;
+    println!("K: {:+.2} %\n{words}", 100.0 * error);
+    assert!(error.abs() < 0.05, "{error}");
+}
+
+#[test]
+fn what_no_chart_can_promise_is_refused_with_what_it_can() {
+    let folder = Folder::new("accuracy-refused");
+    let scene = folder.write("scene.toml", SETTLING);
+    for (text, words) in [("0.01%", "but the best of"), ("a lot", "0.01 % to 50 %")] {
+        let output = bedload(&["check", path(&scene), "--accuracy", text]);
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        assert!(said(&output).contains(words) && said(&output).contains("accuracy"), "{}", said(&output));
+    }
+    // `--set` wins over what accuracy chooses.
+    let output = bedload(&["check", path(&scene), "--accuracy", "5%", "--set", "fluid.time.dt=1.25e-4"]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(said(&output).contains("1.25e-4"), "{}", said(&output));
+}
