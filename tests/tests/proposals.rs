@@ -55,7 +55,7 @@ fn proposal(folder: &Folder, scene: &Path, name: &str) -> (PathBuf, f64) {
     let mark = format!("cheaper: {name}: ");
     let line = words.lines().find(|line| line.trim_start().starts_with(&mark));
     let line = line.unwrap_or_else(|| panic!("{name} is not proposed in\n{words}"));
-    let error = match line.split_once("error ") {
+    let error = match line.split_once(", error ") {
         Some((_, rest)) => {
             rest.split(' ').next().and_then(|n| n.parse::<f64>().ok()).expect("a number") / 100.0
         }
