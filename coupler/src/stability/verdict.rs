@@ -199,7 +199,7 @@ mod tests {
     }
 
     fn alternation(n: usize) -> f64 {
-        if n % 2 == 0 { 1.0 } else { -1.0 }
+        if n.is_multiple_of(2) { 1.0 } else { -1.0 }
     }
 
     fn with(signal: &[f64], extra: impl Fn(usize) -> f64) -> Vec<f64> {
