@@ -4,7 +4,7 @@
 //! difference d_n = (s_n − 2 s_{n−1} + s_{n−2})/4 is looked at: it passes an alternation as it is
 //! and a motion of period P windows with sin²(π/P), so that slower instabilities are seen too, while
 //! of a smooth motion nearly nothing is left. Its envelope is the largest |d| in each of
-//! [`BLOCKS`] blocks of the second half, and the growth rate the slope of the line of least squares
+//! `BLOCKS` blocks of the second half, and the growth rate the slope of the line of least squares
 //! through the logarithms of these, per window.
 
 use std::fmt;
