@@ -36,7 +36,8 @@ pub struct QuietRule {
     wall_speed: f64,
 }
 
-fn norm(v: &[f64; 3]) -> f64 {
+/// Length of a vector.
+pub(crate) fn norm(v: &[f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 

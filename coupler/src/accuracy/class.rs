@@ -4,6 +4,7 @@ use protocol::scene::{CheckedScene, Motion, SceneSource, Shape};
 
 use super::pick::Row;
 use crate::chart::Chart;
+use crate::scheme::norm;
 use crate::sweep::{Ladder, Point, parse_csv};
 
 /// A class of scenes whose errors one chart tells.
@@ -29,10 +30,16 @@ pub(super) struct Charted {
 /// Ar = |ρ_p/ρ − 1| g D³/ν² below which the chart of the falling sphere (Ar = 800) says too little.
 const SLOW: f64 = 200.0;
 
+/// Is its mask thinner than the default?
+fn is_thin(point: &Point) -> bool {
+    let width = |text: &String| text.strip_prefix("fluid.immersed.width=")?.parse::<f64>().ok();
+    point.set.iter().filter_map(width).any(|width| width < 0.5)
+}
+
 /// Least Ar of the free grains; infinite without gravity.
 fn archimedes(scene: &CheckedScene) -> f64 {
     let Some(medium) = &scene.scene.medium else { return f64::INFINITY };
-    let gravity = scene.scene.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let gravity = norm(&scene.scene.gravity);
     let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
     let of = |grain: &protocol::scene::Grain| {
         let excess = (grain.density / medium.density - 1.0).abs();
@@ -99,7 +106,7 @@ impl Class {
     /// viscosity D²/ν. None where steps follow contacts.
     pub(super) fn time(self, scene: &CheckedScene) -> Option<f64> {
         let medium = scene.scene.medium.as_ref()?;
-        let gravity = scene.scene.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let gravity = norm(&scene.scene.gravity);
         let of = |grain: &protocol::scene::Grain| {
             let diameter = 2.0 * grain.radius;
             let viscous = diameter * diameter / medium.kinematic_viscosity();
@@ -126,7 +133,9 @@ impl Class {
         let mut rows = Row::all(&header, &rows).map_err(|error| at(&error))?;
         if matches!(self, Self::Settling | Self::SlowSettling) {
             // A thinner mask is the most exact for a sphere that stands, but one that moves feels the grid with it.
-            rows.retain(|row| !row.label.contains("wf-0.35"));
+            let thin =
+                |row: &Row| ladder.points.iter().any(|point| point.label == row.label && is_thin(point));
+            rows.retain(|row| !thin(row));
         }
         Ok(Charted { scene, points: ladder.points, rows })
     }

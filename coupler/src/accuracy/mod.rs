@@ -16,7 +16,8 @@ mod class;
 mod pick;
 
 use protocol::output::RunOptions;
-use protocol::scene::{CheckedScene, SceneError};
+use protocol::scene::{CheckedScene, SceneError, SceneSource};
+use serde::Deserialize;
 
 use crate::bounds::Short;
 use crate::failure::Failure;
@@ -24,6 +25,12 @@ use class::Class;
 
 /// Part of the error asked for that the chart may have.
 const SHARE: f64 = 0.5;
+
+/// The one key that is read here.
+#[derive(Deserialize)]
+struct Asked {
+    accuracy: Option<String>,
+}
 
 /// What was chosen, and what is expected of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,9 +69,12 @@ impl std::fmt::Display for Expected {
 /// # Errors
 /// [`Failure::Scene`] if the scene is wrong, of no class with a chart, or asks for more than its chart has.
 pub fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), Failure> {
-    let scene = options.read_scene().map_err(Box::new)?;
-    let Some(text) = &scene.scene.accuracy else { return Ok((options.clone(), None)) };
-    let expected = choose(&scene, text).map_err(Box::new)?;
+    let source = SceneSource::read(&options.scene, &options.all_overrides()).map_err(Box::new)?;
+    // The key alone: most scenes have none, and to lay out many grains twice takes its time.
+    let Asked { accuracy } = source.section().map_err(Box::new)?;
+    let Some(text) = accuracy else { return Ok((options.clone(), None)) };
+    let scene = CheckedScene::new(source).map_err(Box::new)?;
+    let expected = choose(&scene, &text).map_err(Box::new)?;
     let overrides = [&expected.set[..], &options.overrides[..]].concat();
     Ok((RunOptions { overrides, ..options.clone() }, Some(expected)))
 }

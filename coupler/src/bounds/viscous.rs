@@ -4,6 +4,7 @@ use protocol::facts::{FluidFacts, Forcing};
 use protocol::scene::{CheckedScene, InitialVelocity};
 
 use super::{Bound, Facts, Side};
+use crate::scheme::norm;
 
 /// Solid fraction of the grains' bounding box from which a bed counts as dense.
 const DENSE: f64 = 0.3;
@@ -66,17 +67,16 @@ fn time_key<'a>(fluid: &'a FluidFacts, key: &str) -> Option<&'a str> {
 
 /// Largest speed that the scene itself names, m/s.
 fn known_speed(scene: &CheckedScene) -> f64 {
-    let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let domain = &scene.scene.domain;
     let grains = scene
         .grains
         .iter()
-        .map(|grain| norm(grain.velocity) + grain.oscillation.map_or(0.0, |swing| norm(swing.amplitude)));
+        .map(|grain| norm(&grain.velocity) + grain.oscillation.map_or(0.0, |swing| norm(&swing.amplitude)));
     let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis)).flat_map(|faces| {
-        [faces.lower.map_or(0.0, |lower| norm(lower.velocity)), norm(faces.upper.velocity)]
+        [faces.lower.map_or(0.0, |lower| norm(&lower.velocity)), norm(&faces.upper.velocity)]
     });
     let start = match scene.scene.medium.as_ref().map(|medium| &medium.initial) {
-        Some(InitialVelocity::Uniform { velocity }) => norm(*velocity),
+        Some(InitialVelocity::Uniform { velocity }) => norm(velocity),
         Some(InitialVelocity::TaylorGreen { amplitude }) => amplitude.abs(),
         Some(InitialVelocity::Shear { gradient, rate, origin, .. }) => {
             let axis = domain.geometry.axes().iter().position(|axis| axis == gradient).unwrap_or(0);

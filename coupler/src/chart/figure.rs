@@ -12,18 +12,8 @@ use kuva::render_to_svg;
 use super::config::Published;
 use super::describe::{Names, percent};
 use super::table::{FLOOR, Row, Table};
-use crate::report::chart::COLOURS;
+use crate::report::chart::{COLOURS, MARKERS};
 use crate::report::page::{escape, number};
-
-/// Markers of the families: colour is never the only difference.
-const MARKERS: [MarkerShape; 6] = [
-    MarkerShape::Circle,
-    MarkerShape::Square,
-    MarkerShape::Triangle,
-    MarkerShape::Diamond,
-    MarkerShape::TriangleDown,
-    MarkerShape::Plus,
-];
 
 /// Grey of lines, and of what was not measured here.
 const GREY: &str = "#444444";

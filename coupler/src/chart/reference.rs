@@ -8,7 +8,7 @@ use protocol::scene::Metric;
 use super::config::{Chart, Curve, Finer, LimitOf, Reference};
 use super::limit::{self, Limit, Rungs};
 use super::table::{Row, Table};
-use crate::sweep;
+use crate::sweep::{self, interpolated};
 
 /// The reference of one metric.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,16 +123,6 @@ pub(super) fn misfit(curve: &Curve, text: &str, run: &Path) -> Result<f64, Strin
     } else {
         Err(format!("{column} and {file} have no time in common"))
     }
-}
-
-/// Linear between the points; none outside.
-fn interpolated(points: &[(f64, f64)], x: f64) -> Option<f64> {
-    let after = points.partition_point(|(other, _)| *other < x);
-    let (right, left) = (points.get(after)?, points.get(after.saturating_sub(1))?);
-    if right.0 == x {
-        return Some(right.1);
-    }
-    (after > 0).then(|| left.1 + (right.1 - left.1) * (x - left.0) / (right.0 - left.0))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! No fluid, where the grains' inertia rules.
 
-use protocol::scene::{Geometry, Motion};
+use protocol::scene::Motion;
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, norm};
@@ -45,7 +45,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
         .remove("domain.stretching")
         .remove("dem.lubrication")
         .remove("observe.planes");
-    (domain.geometry != Geometry::Axisymmetric || error.is_finite()).then(|| Idea {
+    Some(Idea {
         name: "dry",
         what: "no fluid",
         change,

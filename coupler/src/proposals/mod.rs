@@ -20,7 +20,7 @@ mod plane;
 mod stokes;
 mod substeps;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use protocol::output::RunOptions;
 use protocol::scene::{CheckedScene, Geometry, Scene};
@@ -28,6 +28,7 @@ use protocol::scene::{CheckedScene, Geometry, Scene};
 use crate::bounds::Short;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
+use crate::scheme::norm;
 use change::Change;
 
 /// Largest error that is worth proposing.
@@ -138,13 +139,8 @@ impl Scratch {
 impl Drop for Scratch {
     fn drop(&mut self) {
         // What stays behind is a small file in the system's folder for such files.
-        let _ = std::fs::remove_file(Path::new(&self.0));
+        let _ = std::fs::remove_file(&self.0);
     }
-}
-
-/// Length of a vector.
-fn norm(v: &[f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Do two coordinates agree but for rounding, on the scale of `size`?

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use kuva::plot::LinePlot;
+use kuva::plot::scatter::MarkerShape;
 use kuva::render::layout::{ComputedLayout, Layout, TickFormat};
 use kuva::render::plots::Plot;
 use kuva::render_to_svg;
@@ -14,6 +15,16 @@ const MOST_POINTS: usize = 1600;
 
 /// Colours that stay apart for colour-blind eyes (Okabe & Ito 2008).
 pub(crate) const COLOURS: [&str; 6] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
+
+/// Marker of each series: colour is never the only difference.
+pub(crate) const MARKERS: [MarkerShape; 6] = [
+    MarkerShape::Circle,
+    MarkerShape::Square,
+    MarkerShape::Triangle,
+    MarkerShape::Diamond,
+    MarkerShape::TriangleDown,
+    MarkerShape::Plus,
+];
 
 /// Width and height of a chart in its own units; text is 14 of them.
 const SIZE: (f64, f64) = (560.0, 370.0);

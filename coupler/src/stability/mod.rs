@@ -50,22 +50,12 @@ pub enum StabilityError {
     /// The scene or its section is wrong.
     #[error(transparent)]
     Scene(#[from] Box<SceneError>),
-    /// Runs could not be made.
+    /// Runs could not be made, or a file not be used.
     #[error(transparent)]
     Sweep(#[from] SweepError),
     /// A file of the output cannot be written or read.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A file cannot be used.
-    #[error("cannot {action} {}: {source}", path.display())]
-    File {
-        /// What was tried.
-        action: &'static str,
-        /// On which path.
-        path: PathBuf,
-        /// Cause.
-        source: std::io::Error,
-    },
     /// A file does not hold what it should.
     #[error("{}: {what}", path.display())]
     Content {
@@ -103,13 +93,6 @@ pub enum StabilityError {
     },
 }
 
-impl StabilityError {
-    fn file(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.to_owned();
-        move |source| Self::File { action, path, source }
-    }
-}
-
 impl From<SceneError> for StabilityError {
     fn from(error: SceneError) -> Self {
         Self::Scene(Box::new(error))
@@ -138,7 +121,7 @@ pub fn stability(options: &Options) -> Result<(), StabilityError> {
         let name = options.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
         Path::new("out").join(format!("{name}-stability"))
     });
-    std::fs::create_dir_all(&out).map_err(StabilityError::file("make", &out))?;
+    std::fs::create_dir_all(&out).map_err(SweepError::file("make", &out))?;
     atomic_write(&out.join(SCENE), scene.source.text.as_bytes())?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = options.jobs.map_or(cores, usize::from);

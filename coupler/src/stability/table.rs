@@ -5,7 +5,7 @@ use std::path::Path;
 use super::StabilityError;
 use super::verdict::Verdict;
 use crate::bounds::Short;
-use crate::sweep::{cell, parse_csv};
+use crate::sweep::{SweepError, cell, parse_csv};
 
 /// Columns behind those of the varied keys.
 const FIXED: [&str; 6] = ["verdict", "growth", "bound_margin", "label", "note", "refused"];
@@ -109,7 +109,7 @@ impl Table {
     /// # Errors
     /// [`StabilityError`] with what does not fit.
     pub fn read(path: &Path) -> Result<Self, StabilityError> {
-        let text = std::fs::read_to_string(path).map_err(StabilityError::file("read", path))?;
+        let text = std::fs::read_to_string(path).map_err(SweepError::file("read", path))?;
         Self::parse(&text).map_err(|what| StabilityError::Content { path: path.to_owned(), what })
     }
 

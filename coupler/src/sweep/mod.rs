@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 
 pub use ladder::{Column, Ladder, Point};
 pub use runs::{Keep, Outcome, Task, run_all};
+pub(crate) use table::interpolated;
 pub use table::{cell, parse_csv};
 pub use vary::{SingleRun, Vary};
 

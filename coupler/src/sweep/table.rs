@@ -26,6 +26,16 @@ pub fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), String> 
     }
 }
 
+/// Value at `x` on the lines between points with ascending abscissae; none outside.
+pub(crate) fn interpolated(points: &[(f64, f64)], x: f64) -> Option<f64> {
+    let after = points.partition_point(|(other, _)| *other < x);
+    let (right, left) = (points.get(after)?, points.get(after.saturating_sub(1))?);
+    if right.0 == x {
+        return Some(right.1);
+    }
+    (after > 0).then(|| left.1 + (right.1 - left.1) * (x - left.0) / (right.0 - left.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,6 +7,7 @@ use protocol::output::points;
 use super::ValidateError;
 use super::case::{Case, Difference};
 use super::runs::Outcome;
+use crate::sweep::interpolated;
 
 /// A difference that could be measured.
 pub(super) struct Measured<'a> {
@@ -50,17 +51,10 @@ fn largest(a: &[(f64, f64)], b: &[(f64, f64)], [from, to]: [f64; 2]) -> f64 {
     };
     let (a, b) = (known(a), known(b));
     let inside = |x: &f64| (from..=to).contains(x);
-    let pairs = a.iter().filter(|(x, _)| inside(x)).filter_map(|(x, y)| Some((y, between(&b, *x)?)));
+    let pairs = a.iter().filter(|(x, _)| inside(x)).filter_map(|(x, y)| Some((y, interpolated(&b, *x)?)));
     let worst = pairs.map(|(y, other)| (y - other).abs()).reduce(f64::max);
     let scale = b.iter().filter(|(x, _)| inside(x)).map(|(_, y)| y.abs()).fold(0.0, f64::max);
     worst.map_or(f64::NAN, |worst| worst / scale)
-}
-
-/// Value at `x` on the line through points in ascending order.
-fn between(points: &[(f64, f64)], x: f64) -> Option<f64> {
-    let pair = points.windows(2).find(|pair| (pair[0].0..=pair[1].0).contains(&x))?;
-    let [(x0, y0), (x1, y1)] = [pair[0], pair[1]];
-    Some(if x1 > x0 { y0 + (y1 - y0) * (x - x0) / (x1 - x0) } else { y0 })
 }
 
 #[cfg(test)]

@@ -14,19 +14,7 @@ use super::ValidateError;
 use super::case::{Case, Figure, Points, Series, Table, matches};
 use super::formula;
 use super::runs::Outcome;
-
-/// Colours that stay apart for colour-blind eyes (Okabe & Ito 2008).
-const COLOURS: [&str; 6] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
-
-/// Marker of each series: colour is never the only difference.
-const MARKERS: [MarkerShape; 6] = [
-    MarkerShape::Circle,
-    MarkerShape::Square,
-    MarkerShape::Triangle,
-    MarkerShape::Diamond,
-    MarkerShape::TriangleDown,
-    MarkerShape::Plus,
-];
+use crate::report::chart::{COLOURS, MARKERS};
 
 /// Grey of what was not measured here.
 const PUBLISHED: &str = "#444444";
