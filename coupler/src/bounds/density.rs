@@ -41,6 +41,7 @@ impl Method {
         }
     }
 
+    /// Limits at the columns of a table, if it has this method.
     fn row(&self, table: &[Row]) -> Option<[f64; 5]> {
         let is_ours = |row: &&Row| {
             (row.0, row.1, row.2, row.3) == (self.forcing, self.loads, self.half, self.displaced)
@@ -54,7 +55,7 @@ impl Method {
 pub enum Motion {
     /// A sphere that does not turn.
     Sphere,
-    /// A sphere that may turn: only F1 fails earlier for it, as far as is known from discs.
+    /// A sphere that may turn, in space: it fails earlier.
     TurningSphere,
     /// A disc.
     Disc,
@@ -70,38 +71,30 @@ impl Motion {
         }
     }
 
-    /// Limits of a method at the columns. What was not mapped for discs counts as for spheres.
+    /// Limits of a method at the columns. What was not mapped for discs and turning spheres counts as for spheres
+    /// on the axis; turning spheres that were mapped have the stricter limit of the two, without virtual mass where
+    /// they were not mapped with it.
     fn row(self, method: Method) -> Option<[f64; 5]> {
-        let (sphere, disc) = (method.row(&light::AXISYMMETRIC), method.row(&light::PLANE));
+        let sphere = method.row(&light::AXISYMMETRIC);
         match self {
-            Self::TurningSphere if method.loads == LoadsForm::F1 => {
-                let pairs = sphere?.into_iter().zip(disc.or(sphere)?);
-                let stricter: Vec<f64> = pairs.map(|(a, b)| a.max(b)).collect();
-                stricter.try_into().ok()
+            Self::Sphere => sphere,
+            Self::TurningSphere => {
+                let plain = Method { half: false, displaced: false, ..method };
+                let turning = method.row(&light::SPACE).or(plain.row(&light::SPACE));
+                let (sphere, turning) = (sphere?, turning.or(sphere)?);
+                Some(std::array::from_fn(|k| sphere[k].max(turning[k])))
             }
-            Self::Sphere | Self::TurningSphere => sphere,
-            Self::Disc => disc.or(sphere),
+            Self::Disc => method.row(&light::PLANE).or(sphere),
         }
     }
 
     fn source(self) -> &'static str {
         match self {
             Self::Sphere => "docs/maps/light-axisymmetric.csv",
-            Self::TurningSphere => "docs/maps/light-axisymmetric.csv; light-plane.csv for F1",
+            Self::TurningSphere => "docs/maps/light-space.csv",
             Self::Disc => "docs/maps/light-plane.csv",
         }
     }
-}
-
-/// Lowest ρ_r tried, and bounded, at every one of [`COLUMNS`] with windows repeated (docs/coupling.md, Schemes).
-const ITERATED: f64 = 0.01;
-
-/// Lowest ρ_r found stable with both solvers at once, the force a window late (sphere, D/Δx = 8, 120 windows;
-/// `lowest_density_ratio_of_overlapped_solvers` in fluid-solver/tests/immersed/schemes.rs): none at the last. At the last but
-/// one it was not tried and counts as the last.
-fn overlapped_row(virtual_mass: f64) -> [f64; 5] {
-    let none = f64::INFINITY;
-    if virtual_mass >= 2.0 { [0.1, 1.5, 4.0, none, none] } else { [0.8, 2.0, 4.0, none, none] }
 }
 
 /// Lowest density ratio above which every sampled run was stable. Between two columns the stricter one
@@ -124,15 +117,14 @@ fn lowest_in(row: [f64; 5], nu_dt_over_d2: f64) -> f64 {
 
 /// The same for the scheme: a form of the loads fails earlier where the force is a window late, later
 /// where windows are repeated.
-fn limit_of(grain: &Grain, facts: &Facts<'_>, fluid: &FluidFacts, nu_dt_over_d2: f64) -> f64 {
-    match facts.scheme {
-        Some(Scheme::Iterated) => ITERATED,
-        Some(Scheme::Overlapped) => lowest_in(overlapped_row(fluid.virtual_mass), nu_dt_over_d2),
-        _ => {
-            let motion = Motion::of(grain, facts.scene.scene.domain.geometry);
-            lowest_density_ratio(Method::of(fluid), motion, nu_dt_over_d2)
-        }
-    }
+fn limit_of(motion: Motion, facts: &Facts<'_>, fluid: &FluidFacts, nu_dt_over_d2: f64) -> f64 {
+    let table = match facts.scheme {
+        Some(Scheme::Iterated) => light::ITERATED,
+        Some(Scheme::Overlapped) if fluid.virtual_mass >= 2.0 => light::OVERLAPPED_HEAVY,
+        Some(Scheme::Overlapped) => light::OVERLAPPED,
+        _ => return lowest_density_ratio(Method::of(fluid), motion, nu_dt_over_d2),
+    };
+    lowest_in(table[motion as usize], nu_dt_over_d2)
 }
 
 /// Every grain that can move, with its ratio and limit.
@@ -144,12 +136,9 @@ fn judge(facts: &Facts<'_>) -> Vec<Judged> {
     let geometry = facts.scene.scene.domain.geometry;
     let judged = facts.scene.grains.iter().filter(|grain| can_move(grain, geometry)).map(|grain| {
         let nu_dt_over_d2 = nu * facts.ladder.dt_fluid / (2.0 * grain.radius).powi(2);
-        Judged {
-            ratio: grain.density / medium.density,
-            limit: limit_of(grain, facts, fluid, nu_dt_over_d2),
-            nu_dt_over_d2,
-            motion: Motion::of(grain, geometry),
-        }
+        let motion = Motion::of(grain, geometry);
+        let limit = limit_of(motion, facts, fluid, nu_dt_over_d2);
+        Judged { ratio: grain.density / medium.density, limit, nu_dt_over_d2, motion }
     });
     judged.collect()
 }
@@ -203,7 +192,7 @@ fn is_any<const N: usize>(grain: &Grain, geometry: Geometry, freedoms: [Freedom;
 
 fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bound {
     let order = scheme.filter(|scheme| *scheme != Scheme::of(fluid.loads));
-    let source = if order.is_some() { "docs/coupling.md, Schemes" } else { worst.motion.source() };
+    let source = if order.is_some() { "docs/stability.md, Schemes" } else { worst.motion.source() };
     let order = order.map_or(String::new(), |scheme| format!(", {scheme},"));
     let form = format!("{:?} with C_v = {}{order}", fluid.loads, fluid.virtual_mass);
     Bound::new(super::DENSITY_RATIO, "ρ_p/ρ", worst.ratio, Side::AtLeast, worst.limit).because(
@@ -212,7 +201,8 @@ fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bou
             super::Short(worst.nu_dt_over_d2)
         ),
         source,
-        "use the fluid's loads F5b with the virtual mass ½, a smaller dt, coupling.scheme = \"iterated\", or heavier grains",
+        "use the fluid's loads F5b with the virtual mass ½, a smaller dt, coupling.scheme = \"iterated\", \
+         fluid.loads.displaced_mass = true, or heavier grains",
     )
 }
 

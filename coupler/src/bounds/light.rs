@@ -30,6 +30,19 @@ pub(super) const AXISYMMETRIC: [Row; 15] = [
     (Carried, F5b, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
 ];
 
+/// A sphere that falls and turns in space, D/Δx = 8; methods that were sampled there: docs/maps/light-space.csv.
+pub(super) const SPACE: [Row; 9] = [
+    (Direct, F1, false, false, [2.0, 2.0, 2.0, 2.0, 2.0]),
+    (Direct, F2, false, false, [0.5, 0.5, 0.8, 0.8, 1.001]),
+    (Direct, F2, true, false, [0.01, 0.5, 0.8, 1.001, 1.001]),
+    (Direct, F3, false, false, [0.8, 0.8, 1.001, 1.5, 1.5]),
+    (Carried, F5, false, false, [0.8, 1.5, 2.0, 4.0, 4.0]),
+    (Carried, F5, true, false, [0.01, 0.3, 0.8, 1.5, 2.0]),
+    (Carried, F5b, false, false, [0.8, 1.001, 2.0, 2.0, 4.0]),
+    (Carried, F5b, true, false, [0.01, 0.1, 0.8, 1.001, 2.0]),
+    (Carried, F5b, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
+];
+
 /// A disc that falls and turns, D/Δx = 8; methods that were sampled there: docs/maps/light-plane.csv.
 pub(super) const PLANE: [Row; 8] = [
     (Direct, F1, false, false, [2.0, 2.0, 2.0, 2.0, 2.0]),
@@ -40,4 +53,22 @@ pub(super) const PLANE: [Row; 8] = [
     (Carried, F5b, false, false, [0.8, 1.001, 1.5, 2.0, 4.0]),
     (Carried, F5b, true, false, [0.01, 0.1, 0.3, 0.8, 1.5]),
     (Carried, F5b, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
+];
+
+/// One row for each of [`super::Motion`]: a sphere that does not turn, one that does, a disc.
+type ByMotion = [[f64; 5]; 3];
+
+/// At [`COLUMNS`] with windows repeated (F5b): docs/maps/schemes-axisymmetric.csv, -space.csv, -plane.csv.
+pub(super) const ITERATED: ByMotion =
+    [[0.01; 5], [0.5, 0.01, 0.01, 0.01, 0.01], [0.5, 0.01, 0.01, 0.01, 0.01]];
+
+/// With both solvers at once, the force a window late, C_v = ½: the same maps. Infinite: none was found.
+pub(super) const OVERLAPPED: ByMotion =
+    [[0.8, 2.0, 4.0, 8.0, 8.0], [1.001, 2.0, 8.0, 8.0, f64::INFINITY], [1.5, 2.0, 4.0, 8.0, f64::INFINITY]];
+
+/// The same with C_v = 2.
+pub(super) const OVERLAPPED_HEAVY: ByMotion = [
+    [0.01, 1.5, 4.0, 8.0, f64::INFINITY],
+    [0.01, 2.0, 8.0, 8.0, f64::INFINITY],
+    [1.001, 2.0, 4.0, 8.0, f64::INFINITY],
 ];

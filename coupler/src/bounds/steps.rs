@@ -1,14 +1,31 @@
-//! Sub-steps against contact and lubrication (numerics.md §3).
+//! Sub-steps against contact and lubrication (numerics.md §3), and what windows do to contacts.
+
+use protocol::facts::DemFacts;
+use protocol::scene::Motion;
 
 use super::{Bound, Facts, Side};
+
+/// Least ρ_p/ρ at which a bed of discs without a tangential dashpot stayed quiet: at 1.5 the forces on some grew by 6 % a
+/// window. docs/maps/bed.csv
+const UNDAMPED: f64 = 2.5;
+/// From this dt_fluid/t_c on it stayed quiet at every ratio. docs/maps/bed.csv
+const UNDAMPED_WINDOW: f64 = 10.0;
+/// γ_t/γ_n that keeps such a bed quiet (docs/stability.md).
+const DASHPOT: f64 = 0.1;
+/// Largest γ_t dt/m_e at which a packing came to rest. docs/maps/packing.csv
+const PACKED: f64 = 0.15;
+/// Fewer grains than this are no packing.
+const FEWEST_OF_A_PACKING: u64 = 8;
 
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let Some(dem) = facts.dem else { return };
     let ladder = facts.ladder;
     if ladder.contact_time.is_finite() {
         add_contact(ladder.contact_time / ladder.dt_dem, dem.coarse_dt, bounds);
+        add_packing(ladder.contact_time / ladder.dt_dem, dem, bounds);
         if facts.fluid.is_some() {
             add_window(facts, bounds);
+            add_dashpot(facts, dem, bounds);
         }
     }
     if dem.lubrication_dt.is_finite() {
@@ -38,6 +55,32 @@ fn add_contact(steps: f64, coarse: bool, bounds: &mut Vec<Bound>) {
     ));
 }
 
+/// The tangential dashpots of all contacts of a grain act on its spin at once, each as it was before the sub-step:
+/// with z contacts and neighbours that turn against it the spin is stable for 2/3 z (1 + m R²/I) … γ_t dt/m_e ≤ 2, about
+/// γ_t dt/m_e ≤ 0.2 for six contacts of spheres.
+fn add_packing(steps: f64, dem: &DemFacts, bounds: &mut Vec<Bound>) {
+    let contact = |key: &str| dem.resolved.get("contact")?.get(key);
+    let number = |key: &str| contact(key).and_then(toml::Value::as_float);
+    let linear = contact("law").and_then(toml::Value::as_str) == Some("linear-spring-dashpot");
+    let (Some(dashpot), Some(restitution), Some(friction)) =
+        (number("damping_ratio"), number("restitution"), number("friction"))
+    else {
+        return;
+    };
+    if !linear || friction == 0.0 || dashpot == 0.0 || dem.grains < FEWEST_OF_A_PACKING {
+        return;
+    }
+    // γ_n = −2 m_e ln(e_n)/t_c.
+    let rate = -2.0 * restitution.ln() * dashpot;
+    let needed = (rate / PACKED).ceil();
+    bounds.push(Bound::new("contact-dashpot", "γ_t dt/m_e", rate / steps, Side::AtMost, PACKED).because(
+        "the tangential dashpots of all contacts of a grain together turn it too far: a packing never comes to rest",
+        "docs/maps/packing.csv",
+        format!("give {needed} sub-steps per contact time (coupling.steps_per_contact, dem.steps_per_contact), or a \
+                 smaller dem.contact.damping_ratio"),
+    ));
+}
+
 fn add_window(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let ratio = facts.ladder.dt_fluid / facts.ladder.contact_time;
     let most = facts.coupling.max_dt_over_contact_time;
@@ -45,5 +88,23 @@ fn add_window(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
         "the fluid sees a rebound only at the end of a window; up to 100 contact times heights change by 4–8 %",
         "numerics §3",
         "lower the fluid's dt, raise the contact time, or raise coupling.max_dt_over_contact_time",
+    ));
+}
+
+/// Springs without damping between grains that touch, fed by a force that stays the same for a window.
+fn add_dashpot(facts: &Facts<'_>, dem: &DemFacts, bounds: &mut Vec<Bound>) {
+    let contact = |key: &str| dem.resolved.get("contact")?.get(key)?.as_float();
+    let (Some(dashpot), Some(friction)) = (contact("damping_ratio"), contact("friction")) else { return };
+    let Some(medium) = &facts.scene.scene.medium else { return };
+    let free = || facts.scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    let long = facts.ladder.dt_fluid >= UNDAMPED_WINDOW * facts.ladder.contact_time;
+    if friction == 0.0 || dashpot >= DASHPOT || long || free().count() < 2 {
+        return;
+    }
+    let lightest = free().map(|grain| grain.density / medium.density).fold(f64::INFINITY, f64::min);
+    bounds.push(Bound::new("tangential-dashpot", "ρ_p/ρ", lightest, Side::AtLeast, UNDAMPED).because(
+        "in a bed of light grains tangential springs without a dashpot make noise grow from window to window",
+        "docs/maps/bed.csv",
+        "give dem.contact.damping_ratio 0.1 or more (the default is 1), or windows of ten contact times",
     ));
 }

@@ -1,4 +1,4 @@
-//! Runs as child processes, several at a time; a finished one is never repeated.
+//! Runs as child processes, several at a time; a finished one is never repeated, an interrupted one goes on.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -78,12 +78,7 @@ impl Task {
     /// # Errors
     /// If the scene cannot be read.
     pub fn finished(&self, keep: Keep) -> Result<Option<Outcome>, String> {
-        let options = RunOptions { overrides: self.set.clone(), ..RunOptions::of_scene(&self.scene) };
-        let sha256 = options.read_scene().map_err(|error| error.to_string())?.sha256();
-        let Ok(summary) = Summary::read(&self.folder.join("summary.json")) else { return Ok(None) };
-        if summary.scene_sha256 != sha256 || summary.version != env!("CARGO_PKG_VERSION") {
-            return Ok(None);
-        }
+        let Some(summary) = self.left()? else { return Ok(None) };
         Ok(match summary.status {
             RunStatus::Completed => Some(Outcome::Done(Box::new(summary))),
             RunStatus::Failed if keep == Keep::Failed => {
@@ -91,6 +86,14 @@ impl Task {
             }
             RunStatus::Failed | RunStatus::Interrupted => None,
         })
+    }
+
+    /// The summary that a run of the same scene and version left in the folder.
+    fn left(&self) -> Result<Option<Summary>, String> {
+        let options = RunOptions { overrides: self.set.clone(), ..RunOptions::of_scene(&self.scene) };
+        let sha256 = options.read_scene().map_err(|error| error.to_string())?.sha256();
+        let summary = Summary::read(&self.folder.join("summary.json")).ok();
+        Ok(summary.filter(|left| left.scene_sha256 == sha256 && left.version == env!("CARGO_PKG_VERSION")))
     }
 
     fn outcome(&self, program: &Path, keep: Keep) -> Outcome {
@@ -106,9 +109,11 @@ impl Task {
 
     fn make(&self, program: &Path, keep: Keep) -> Outcome {
         let name = &self.name;
-        protocol::say!("bedload: {name}: runs");
+        let left = self.left().ok().flatten();
+        let resume = left.is_some_and(|left| left.status == RunStatus::Interrupted);
+        protocol::say!("bedload: {name}: {}", if resume { "goes on" } else { "runs" });
         let said = self.said();
-        let status = match self.start(program, &said) {
+        let status = match self.start(program, &said, resume) {
             Ok(status) => status,
             Err(error) => return Outcome::Failed(error.to_string()),
         };
@@ -144,7 +149,7 @@ impl Task {
         path.into()
     }
 
-    fn start(&self, program: &Path, said: &Path) -> Result<ExitStatus, SweepError> {
+    fn start(&self, program: &Path, said: &Path, resume: bool) -> Result<ExitStatus, SweepError> {
         let log = std::fs::File::create(said).map_err(SweepError::file("write", said))?;
         let mut command = Command::new(program);
         command.arg("run").arg(&self.scene);
@@ -152,6 +157,9 @@ impl Task {
             command.arg("--set").arg(value);
         }
         command.arg("--threads").arg(self.threads.to_string()).arg("--out").arg(&self.folder);
+        if resume {
+            command.arg("--resume");
+        }
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
         command.status().map_err(SweepError::file("start", program))
     }
