@@ -56,8 +56,8 @@ fn add_contact(steps: f64, coarse: bool, bounds: &mut Vec<Bound>) {
 }
 
 /// The tangential dashpots of all contacts of a grain act on its spin at once, each as it was before the sub-step:
-/// with z contacts and neighbours that turn against it the spin is stable for 2/3 z (1 + m R²/I) … γ_t dt/m_e ≤ 2, about
-/// γ_t dt/m_e ≤ 0.2 for six contacts of spheres.
+/// with z contacts and neighbours that turn against it that is stable up to 2/3 z (m R²/I) γ_t dt/m = 1, which for six
+/// contacts of spheres is γ_t dt/m_e = 0.2.
 fn add_packing(steps: f64, dem: &DemFacts, bounds: &mut Vec<Bound>) {
     let contact = |key: &str| dem.resolved.get("contact")?.get(key);
     let number = |key: &str| contact(key).and_then(toml::Value::as_float);

@@ -4,6 +4,7 @@ use super::config::{Chart, Finer, Reference};
 use super::limit;
 use super::reference::Known;
 use super::table::{Row, Table};
+use crate::bounds::Short;
 use crate::report::page::number;
 
 /// Errors that users ask for.
@@ -41,7 +42,7 @@ impl Names {
             word if word.parse::<f64>().is_err() && word.starts_with(char::is_alphabetic) => {
                 if ["true", "false"].contains(&word) { format!("{name} {word}") } else { word.to_owned() }
             }
-            other => format!("{name} {other}"),
+            other => format!("{name} {}", short(other)),
         }
     }
 
@@ -58,9 +59,18 @@ impl Names {
     pub(super) fn lines(&self, row: &Row) -> Vec<String> {
         let single = self.singles.contains(&row.label).then(|| row.label.clone());
         let shown = |(name, value): (&String, &String)| {
-            format!("{name} = {}", if value.is_empty() { "default" } else { value })
+            format!("{name} = {}", if value.is_empty() { "default".to_owned() } else { short(value) })
         };
         single.into_iter().chain(self.names.iter().zip(&row.values).map(shown)).collect()
+    }
+}
+
+/// A value as typed, with three digits where it has more than anybody reads.
+fn short(value: &str) -> String {
+    const READ: usize = 8;
+    match value.parse::<f64>() {
+        Ok(number) if value.len() > READ => format!("{:.3}", Short(number)),
+        _ => value.to_owned(),
     }
 }
 
@@ -219,6 +229,7 @@ mod tests {
         assert_eq!(names.of(&table.rows[0]), "D/Δx 8, carried");
         assert_eq!(names.lines(&table.rows[0]), ["D/Δx = 8", "method = carried"]);
         assert_eq!(names.value(0, ""), "D/Δx by default");
+        assert_eq!(["0.00043402777777777775", "0.0625", "carried"].map(short), ["4.34e-4", "0.0625", "carried"]);
         assert_eq!([0.0123456, 1e-5, 0.5].map(percent), ["1.23 %", "0.001 %", "50 %"]);
     }
 
