@@ -229,7 +229,10 @@ mod tests {
         assert_eq!(names.of(&table.rows[0]), "D/Δx 8, carried");
         assert_eq!(names.lines(&table.rows[0]), ["D/Δx = 8", "method = carried"]);
         assert_eq!(names.value(0, ""), "D/Δx by default");
-        assert_eq!(["0.00043402777777777775", "0.0625", "carried"].map(short), ["4.34e-4", "0.0625", "carried"]);
+        assert_eq!(
+            ["0.00043402777777777775", "0.0625", "carried"].map(short),
+            ["4.34e-4", "0.0625", "carried"]
+        );
         assert_eq!([0.0123456, 1e-5, 0.5].map(percent), ["1.23 %", "0.001 %", "50 %"]);
     }
 
