@@ -143,6 +143,16 @@ viscosity = "implicit"
 }
 
 #[test]
+fn a_grid_finer_than_two_per_cent_ask_for_is_coarsened() {
+    // Ar = 500, D/Δx = 24.
+    let scene =
+        settling("axisymmetric", 4.0, 0.0775, -1.0, 2.0, "free-slip").replace("[20, 48]", "[60, 144]");
+    let (error, expected, ratio) = both("coarser", &scene, "coarser", "speed");
+    assert!(expected == 0.02 && error < expected, "{error} where {expected} was expected");
+    assert!(ratio > 1.0, "{ratio}");
+}
+
+#[test]
 fn sub_steps_that_nothing_needs_change_nothing() {
     let scene = settling("axisymmetric", 4.0, 0.2, -1.0, 1.0, "free-slip")
         + "\n[fluid.time]\ndt = 0.02\n[coupling]\nsubsteps = \"full\"\n";

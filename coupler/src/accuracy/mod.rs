@@ -79,6 +79,12 @@ pub fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), F
     Ok((RunOptions { overrides, ..options.clone() }, Some(expected)))
 }
 
+/// What a scene that asks for no accuracy would get for `target`, if its class has a chart that knows.
+pub(crate) fn offered(scene: &CheckedScene, target: f64) -> Option<Expected> {
+    let Asked { accuracy } = scene.source.section().ok()?;
+    accuracy.is_none().then(|| choose(scene, &target.to_string()).ok())?
+}
+
 fn choose(scene: &CheckedScene, text: &str) -> Result<Expected, SceneError> {
     let refuse = |message: String, remedy: &str| scene.source.error("accuracy", message, remedy);
     let target = fraction(text).ok_or_else(|| {

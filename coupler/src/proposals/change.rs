@@ -1,5 +1,6 @@
 //! A change of a scene's text.
 
+use protocol::scene::SceneSource;
 use toml::{Table, Value};
 
 /// Keys to set and keys to leave out, dotted.
@@ -7,6 +8,7 @@ use toml::{Table, Value};
 pub(super) struct Change {
     set: Vec<(&'static str, Value)>,
     remove: Vec<&'static str>,
+    overrides: Vec<String>,
 }
 
 impl Change {
@@ -19,6 +21,12 @@ impl Change {
     /// Also leaves `key` out, if it is there.
     pub(super) fn remove(mut self, key: &'static str) -> Self {
         self.remove.push(key);
+        self
+    }
+
+    /// Also sets what `KEY=VALUE` of `--set` would, in the end.
+    pub(super) fn overrides(mut self, overrides: Vec<String>) -> Self {
+        self.overrides.extend(overrides);
         self
     }
 
@@ -38,7 +46,8 @@ impl Change {
             })?;
             parent.insert(name.to_owned(), value.clone());
         }
-        toml::to_string(&table).ok()
+        let source = SceneSource { file: String::new(), text: toml::to_string(&table).ok()? };
+        Some(source.with_overrides(&self.overrides).ok()?.text)
     }
 }
 
@@ -59,13 +68,16 @@ mod tests {
             .set("fluid.time.convection", false)
             .set("until", 2.0)
             .remove("domain.cells")
-            .remove("not.there");
-        let text = change.of("until = 1.0\n[domain]\ncells = [1, 2]\ngeometry = \"plane\"\n").unwrap();
+            .remove("not.there")
+            .overrides(vec!["grains[0].density=3.0".to_owned()]);
+        let text =
+            change.of("until = 1.0\n[domain]\ncells = [1, 2]\ngeometry = \"plane\"\n[[grains]]\n").unwrap();
         let table: Table = text.parse().unwrap();
         assert_eq!(table["until"].as_float(), Some(2.0));
         assert_eq!(table["fluid"]["time"]["convection"].as_bool(), Some(false));
         assert!(table["domain"].get("cells").is_none());
         assert_eq!(table["domain"]["geometry"].as_str(), Some("plane"));
+        assert_eq!(table["grains"][0]["density"].as_float(), Some(3.0));
         assert!(Change::default().set("until.deep", 1.0).of("until = 1.0").is_none());
     }
 }

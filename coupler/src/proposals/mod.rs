@@ -11,10 +11,12 @@
 //! | `stokes` | no convection, where Re ≪ 1 |
 //! | `dry` | no fluid, where the grains' inertia rules |
 //! | `substeps` | one sub-step where nothing can touch |
+//! | `coarser` | grid and step that the chart of this class of scenes has for 2 % |
 //! | `change` | a change of a scene's text |
 
 mod axis;
 mod change;
+mod coarser;
 mod dry;
 mod plane;
 mod stokes;
@@ -33,6 +35,8 @@ use change::Change;
 
 /// Largest error that is worth proposing.
 const WORTH: f64 = 0.02;
+/// What costs no less than this part of the scene is not worth an error.
+const CHEAP: f64 = 0.67;
 
 /// A rule's answer to a scene.
 struct Idea {
@@ -88,7 +92,7 @@ impl Proposal {
 /// Every proposal for a scene that was read with `options`, the cheapest first.
 #[must_use]
 pub fn all(prepared: &Prepared, options: &RunOptions) -> Vec<Proposal> {
-    let rules = [axis::idea, plane::idea, stokes::idea, dry::idea, substeps::idea];
+    let rules = [axis::idea, plane::idea, stokes::idea, dry::idea, substeps::idea, coarser::idea];
     let ideas = rules.into_iter().filter_map(|rule| rule(prepared)).filter(|idea| idea.error <= WORTH);
     let mut proposals: Vec<Proposal> = ideas.filter_map(|idea| worked_out(idea, prepared, options)).collect();
     proposals.sort_by(|a, b| b.saving.total_cmp(&a.saving));
@@ -121,7 +125,8 @@ fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<P
     let by_plans = (changed.plan.cost > 0.0).then(|| prepared.plan.cost / changed.plan.cost);
     let Idea { name, what, error, why, saving, .. } = idea;
     let saving = saving.or(by_plans)?;
-    (saving > 1.0).then_some(Proposal { name, what, error, why, saving, scene })
+    let least = if error > 0.0 { 1.0 / CHEAP } else { 1.0 };
+    (saving > least).then_some(Proposal { name, what, error, why, saving, scene })
 }
 
 /// A scene in a file of its own while the solvers are asked about it.
