@@ -148,6 +148,16 @@ fn a_ladder_is_run_once_and_its_page_made_again() {
     let third = chart();
     assert_eq!(said(&third).matches("finished before").count(), 14, "{}", said(&third));
     assert_eq!(written(&out).len(), 18);
+
+    // A run that was interrupted goes on from its checkpoint.
+    let summary = out.join("runs/paper/summary.json");
+    let completed = text(&summary);
+    assert!(completed.contains("\"completed\""), "{completed}");
+    std::fs::write(&summary, completed.replace("\"completed\"", "\"interrupted\"")).expect("written");
+    let fourth = chart();
+    assert_eq!(said(&fourth).matches("paper: goes on").count(), 1, "{}", said(&fourth));
+    assert_eq!(said(&fourth).matches("finished before").count(), 17, "{}", said(&fourth));
+    assert!(text(&summary).contains("\"completed\""), "{}", text(&summary));
 }
 
 /// The page in headless Chromium: it is drawn, and its console stays empty. Without the browser only
