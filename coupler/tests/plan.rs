@@ -308,13 +308,11 @@ fn contact_and_lubrication() {
         },
     );
     below_and_above("window-over-contact", 0.2, 0.201, |case, dt| case.fluid.dt = dt);
-    // 2 ln(1/e_n) γ_t/γ_n over t_c/dt.
-    below_and_above("contact-dashpot", 21.0, 19.0, |case, steps| {
-        let contact = "[contact]\nlaw = \"linear-spring-dashpot\"\nfriction = 0.5\nrestitution = 0.22\ndamping_ratio = 1.0";
-        case.dem.resolved = toml::from_str(contact).expect("good TOML");
+    // γ_t dt/m_e = 0.15, in a packing of eight.
+    below_and_above("contact-dashpot", 1499.0, 1501.0, |case, rate| {
+        case.dem.tangential_rate = rate;
         case.dem.grains = 8;
-        case.dem.dt = case.dem.contact_time / steps;
-        case.scene = vec!["coupling.steps_per_contact=10"];
+        case.dem.dt = 1e-4;
     });
     // Two grains, springs without a dashpot, in windows below ten contact times.
     let (good, bad) = ("grains[1].density=2.51", "grains[1].density=2.49");

@@ -278,29 +278,51 @@ fn facts(scene: &CheckedScene, spec: &DemSpec, dem: &DemSection) -> Result<DemFa
         ));
     }
     let grains = spec.grains.len();
-    Ok(DemFacts {
+    let facts = DemFacts {
         grains: grains as u64,
         memory: 4096 + 1024 * grains as u64,
         dt,
         contact_time,
+        tangential_rate: least_mass(spec).map_or(0.0, |mass| spec.contact.tangential_rate(0.5 * mass)),
         coarse_dt: dem.allow_coarse_dt,
         lubrication_dt: lubrication_dt(spec),
         interaction_range: spec.range(),
         substep_cost: 2e-7 * grains as f64,
         notices: Vec::new(),
         resolved: toml::Table::try_from(dem).unwrap_or_default(),
-    })
+    };
+    if let Some(number) = facts.dashpot_number(dt).filter(|number| *number > DemFacts::MOST_DASHPOT) {
+        // As above: a coupled run's sub-steps are the coupler's.
+        if scene.scene.medium.is_none() && !dem.allow_coarse_dt {
+            let key = if dem.dt.is_some() { "dem.dt" } else { "dem.steps_per_contact" };
+            let most = dt * DemFacts::MOST_DASHPOT / number;
+            return Err(scene.source.error(
+                key,
+                format!(
+                    "makes sub-steps of {dt:.3e} s, with which a packing of these grains never comes to rest (γ_t dt/m = {number:.3}, \
+                     allowed: {}); allowed: {most:.3e} s, t_c/{:.0}",
+                    DemFacts::MOST_DASHPOT,
+                    (contact_time / most).ceil()
+                ),
+                "shorten the sub-step, lower dem.contact.damping_ratio, or accept it with dem.allow_coarse_dt = true",
+            ));
+        }
+    }
+    Ok(facts)
+}
+
+/// Mass of the lightest grain that is free, kg.
+fn least_mass(spec: &DemSpec) -> Option<f64> {
+    let free = spec.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    free.map(|grain| spec.shape.mass(grain.radius, grain.density)).min_by(f64::total_cmp)
 }
 
 /// Shortest contact of all that can happen: between the two lightest grains and between the two
 /// smallest, one of which may be a wall.
 fn contact_time(spec: &DemSpec) -> Option<f64> {
-    let free = || spec.grains.iter().filter(|grain| grain.motion == Motion::Free);
-    let mass = free().map(|grain| spec.shape.mass(grain.radius, grain.density)).fold(f64::INFINITY, f64::min);
-    let radius = free().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
-    if mass.is_infinite() {
-        return None;
-    }
+    let mass = least_mass(spec)?;
+    let free = spec.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    let radius = free.map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     // m*/R* is least for two equal grains, R* alone largest at a wall: the shorter of both.
     let pair = spec.contact.contact_time(0.5 * mass, 0.5 * radius)?;
     let wall = spec.contact.contact_time(0.5 * mass, radius)?;

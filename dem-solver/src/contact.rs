@@ -59,6 +59,15 @@ impl ContactLaw {
         }
     }
 
+    /// γ_t/m* of a contact of effective mass `mass`, 1/s; zero for a law whose dashpots are not those of a linear spring.
+    #[must_use]
+    pub fn tangential_rate(&self, mass: f64) -> f64 {
+        match self {
+            Self::LinearSpringDashpot(law) => law.tangential_rate(mass),
+            Self::HertzMindlin(_) | Self::WanTurek(_) => 0.0,
+        }
+    }
+
     /// Resistance to rolling, if it has one.
     #[must_use]
     pub fn rolling(&self) -> Option<Rolling> {

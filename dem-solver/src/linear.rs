@@ -207,6 +207,13 @@ impl LinearSpringDashpot {
         self.contact_time.or(derived).unwrap_or(f64::NAN)
     }
 
+    /// γ_t/m* of a contact of effective mass `mass`, 1/s; zero without friction.
+    #[must_use]
+    pub fn tangential_rate(&self, mass: f64) -> f64 {
+        let (_, decay) = self.oscillation(self.contact_time_of(mass));
+        if self.friction > 0.0 { 2.0 * self.damping_ratio * decay } else { 0.0 }
+    }
+
     /// Restitution and duration that an isolated collision really has; the duration over t_c where
     /// the stiffness is given.
     #[must_use]

@@ -114,6 +114,27 @@ fn a_coarse_sub_step_is_refused_unless_asked_for() {
 }
 
 #[test]
+fn a_packing_that_could_not_rest_is_refused_unless_asked_for() {
+    let more: String = (0..8)
+        .map(|k| {
+            format!(
+                "\n[[grains]]\nposition = [0.1, 0.1, {}]\nradius = 0.04\ndensity = 2500.0\n",
+                0.1 + 0.1 * f64::from(k)
+            )
+        })
+        .collect();
+    let law = "contact = { law = \"linear-spring-dashpot\", restitution = 0.3, friction = 0.5, contact_time = 1e-3 }";
+    let facts = |steps: u32, keys: &str| dry(&format!("steps_per_contact = {steps}\n{keys}{law}\n{more}"));
+    let rate = facts(17, "").expect("enough sub-steps").tangential_rate;
+    assert!((rate / (2000.0 * -(0.3f64.ln())) - 1.0).abs() < 1e-12, "−2 ln(e_n)/t_c: {rate}");
+    let error = facts(16, "").expect_err("too few");
+    assert!(error.key == "dem.steps_per_contact" && error.message.contains("t_c/17"), "{error}");
+    assert!(error.remedy.contains("allow_coarse_dt"), "{}", error.remedy);
+    assert!(facts(16, "allow_coarse_dt = true\n").is_ok());
+    assert!(dry(&format!("steps_per_contact = 16\n{law}")).is_ok(), "two grains are no packing");
+}
+
+#[test]
 fn contact_time_follows_from_a_stiffness_and_the_smallest_pair() {
     let facts = dry("contact = { law = \"linear-spring-dashpot\", restitution = 1.0, stiffness = 1e5 }")
         .expect("fits");

@@ -84,6 +84,8 @@ pub struct DemFacts {
     pub dt: f64,
     /// Shortest contact duration over all pairs, s (infinite: nothing can touch).
     pub contact_time: f64,
+    /// Largest γ_t/m* of a tangential dashpot between free grains, 1/s (0: none).
+    pub tangential_rate: f64,
     /// Did the user accept sub-steps above t_c/10?
     pub coarse_dt: bool,
     /// Largest stable sub-step of its explicit lubrication, s (infinite where implicit or off).
@@ -96,4 +98,19 @@ pub struct DemFacts {
     pub notices: Vec<String>,
     /// The `[dem]` section with every default written out.
     pub resolved: toml::Table,
+}
+
+impl DemFacts {
+    /// Largest γ_t dt/m* at which a packing comes to rest: all dashpots of a grain act on its spin at once
+    /// (docs/stability.md, Dashpots in a packing).
+    pub const MOST_DASHPOT: f64 = 0.15;
+    /// Fewer grains than this are no packing.
+    pub const FEWEST_OF_A_PACKING: u64 = 8;
+
+    /// γ_t dt/m* with sub-steps of `dt` (s), where there are enough grains for a packing.
+    #[must_use]
+    pub fn dashpot_number(&self, dt: f64) -> Option<f64> {
+        (self.tangential_rate > 0.0 && self.grains >= Self::FEWEST_OF_A_PACKING)
+            .then_some(self.tangential_rate * dt)
+    }
 }

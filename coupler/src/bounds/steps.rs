@@ -12,17 +12,13 @@ const UNDAMPED: f64 = 2.5;
 const UNDAMPED_WINDOW: f64 = 10.0;
 /// γ_t/γ_n that keeps such a bed quiet (docs/stability.md).
 const DASHPOT: f64 = 0.1;
-/// Largest γ_t dt/m_e at which a packing came to rest. docs/maps/packing.csv
-const PACKED: f64 = 0.15;
-/// Fewer grains than this are no packing.
-const FEWEST_OF_A_PACKING: u64 = 8;
 
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let Some(dem) = facts.dem else { return };
     let ladder = facts.ladder;
     if ladder.contact_time.is_finite() {
         add_contact(ladder.contact_time / ladder.dt_dem, dem.coarse_dt, bounds);
-        add_packing(ladder.contact_time / ladder.dt_dem, dem, bounds);
+        add_packing(ladder.contact_time / ladder.dt_dem, ladder.dt_dem, dem, bounds);
         if facts.fluid.is_some() {
             add_window(facts, bounds);
             add_dashpot(facts, dem, bounds);
@@ -58,26 +54,17 @@ fn add_contact(steps: f64, coarse: bool, bounds: &mut Vec<Bound>) {
 /// The tangential dashpots of all contacts of a grain act on its spin at once, each as it was before the sub-step:
 /// with z contacts and neighbours that turn against it that is stable up to 2/3 z (m R²/I) γ_t dt/m = 1, which for six
 /// contacts of spheres is γ_t dt/m_e = 0.2.
-fn add_packing(steps: f64, dem: &DemFacts, bounds: &mut Vec<Bound>) {
-    let contact = |key: &str| dem.resolved.get("contact")?.get(key);
-    let number = |key: &str| contact(key).and_then(toml::Value::as_float);
-    let linear = contact("law").and_then(toml::Value::as_str) == Some("linear-spring-dashpot");
-    let (Some(dashpot), Some(restitution), Some(friction)) =
-        (number("damping_ratio"), number("restitution"), number("friction"))
-    else {
-        return;
-    };
-    if !linear || friction == 0.0 || dashpot == 0.0 || dem.grains < FEWEST_OF_A_PACKING {
-        return;
-    }
-    // γ_n = −2 m_e ln(e_n)/t_c.
-    let rate = -2.0 * restitution.ln() * dashpot;
-    let needed = (rate / PACKED).ceil();
-    bounds.push(Bound::new("contact-dashpot", "γ_t dt/m_e", rate / steps, Side::AtMost, PACKED).because(
+fn add_packing(steps: f64, dt: f64, dem: &DemFacts, bounds: &mut Vec<Bound>) {
+    let Some(number) = dem.dashpot_number(dt) else { return };
+    let most = DemFacts::MOST_DASHPOT;
+    let needed = (steps * number / most).ceil();
+    bounds.push(Bound::new("contact-dashpot", "γ_t dt/m_e", number, Side::AtMost, most).because(
         "the tangential dashpots of all contacts of a grain together turn it too far: a packing never comes to rest",
         "docs/maps/packing.csv",
-        format!("give {needed} sub-steps per contact time (coupling.steps_per_contact, dem.steps_per_contact), or a \
-                 smaller dem.contact.damping_ratio"),
+        format!(
+            "give {needed} sub-steps per contact time (coupling.steps_per_contact, dem.steps_per_contact), or a \
+             smaller dem.contact.damping_ratio"
+        ),
     ));
 }
 
