@@ -265,9 +265,9 @@ fn facts(scene: &CheckedScene, spec: &DemSpec, dem: &DemSection) -> Result<DemFa
     }
     let dt = dem.dt.unwrap_or(contact_time / dem.steps_per_contact);
     // In a coupled run the coupler divides windows on its own, and judges what comes out.
-    if scene.scene.medium.is_none() && !dem.allow_coarse_dt && contact_time < LEAST_STEPS * dt * (1.0 - 1e-9)
-    {
-        let key = if dem.dt.is_some() { "dem.dt" } else { "dem.steps_per_contact" };
+    let judged = scene.scene.medium.is_none() && !dem.allow_coarse_dt;
+    let key = if dem.dt.is_some() { "dem.dt" } else { "dem.steps_per_contact" };
+    if judged && contact_time < LEAST_STEPS * dt * (1.0 - 1e-9) {
         let steps = contact_time / dt;
         return Err(scene.source.error(
             key,
@@ -291,22 +291,19 @@ fn facts(scene: &CheckedScene, spec: &DemSpec, dem: &DemSection) -> Result<DemFa
         notices: Vec::new(),
         resolved: toml::Table::try_from(dem).unwrap_or_default(),
     };
-    if let Some(number) = facts.dashpot_number(dt).filter(|number| *number > DemFacts::MOST_DASHPOT) {
-        // As above: a coupled run's sub-steps are the coupler's.
-        if scene.scene.medium.is_none() && !dem.allow_coarse_dt {
-            let key = if dem.dt.is_some() { "dem.dt" } else { "dem.steps_per_contact" };
-            let most = dt * DemFacts::MOST_DASHPOT / number;
-            return Err(scene.source.error(
-                key,
-                format!(
-                    "makes sub-steps of {dt:.3e} s, with which a packing of these grains never comes to rest (γ_t dt/m = {number:.3}, \
-                     allowed: {}); allowed: {most:.3e} s, t_c/{:.0}",
-                    DemFacts::MOST_DASHPOT,
-                    (contact_time / most).ceil()
-                ),
-                "shorten the sub-step, lower dem.contact.damping_ratio, or accept it with dem.allow_coarse_dt = true",
-            ));
-        }
+    let number = facts.dashpot_number(dt).filter(|number| judged && *number > DemFacts::MOST_DASHPOT);
+    if let Some(number) = number {
+        let most = dt * DemFacts::MOST_DASHPOT / number;
+        return Err(scene.source.error(
+            key,
+            format!(
+                "makes sub-steps of {dt:.3e} s, with which a packing of these grains never comes to rest (γ_t dt/m = {number:.3}, \
+                 allowed: {}); allowed: {most:.3e} s, t_c/{:.0}",
+                DemFacts::MOST_DASHPOT,
+                (contact_time / most).ceil()
+            ),
+            "shorten the sub-step, lower dem.contact.damping_ratio, or accept it with dem.allow_coarse_dt = true",
+        ));
     }
     Ok(facts)
 }

@@ -74,7 +74,11 @@ pub fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), F
     let Asked { accuracy } = source.section().map_err(Box::new)?;
     let Some(text) = accuracy else { return Ok((options.clone(), None)) };
     let scene = CheckedScene::new(source).map_err(Box::new)?;
-    let expected = choose(&scene, &text).map_err(Box::new)?;
+    let target = fraction(&text).ok_or_else(|| {
+        let message = format!("is {text:?}; allowed: a part of the value, 0.01 % to 50 %");
+        Box::new(scene.source.error("accuracy", message, "write accuracy = \"2%\""))
+    })?;
+    let expected = choose(&scene, target, &text).map_err(Box::new)?;
     let overrides = [&expected.set[..], &options.overrides[..]].concat();
     Ok((RunOptions { overrides, ..options.clone() }, Some(expected)))
 }
@@ -82,17 +86,12 @@ pub fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), F
 /// What a scene that asks for no accuracy would get for `target`, if its class has a chart that knows.
 pub(crate) fn offered(scene: &CheckedScene, target: f64) -> Option<Expected> {
     let Asked { accuracy } = scene.source.section().ok()?;
-    accuracy.is_none().then(|| choose(scene, &target.to_string()).ok())?
+    accuracy.is_none().then(|| choose(scene, target, "").ok())?
 }
 
-fn choose(scene: &CheckedScene, text: &str) -> Result<Expected, SceneError> {
+/// `text`: the target as the user wrote it.
+fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, SceneError> {
     let refuse = |message: String, remedy: &str| scene.source.error("accuracy", message, remedy);
-    let target = fraction(text).ok_or_else(|| {
-        refuse(
-            format!("is {text:?}; allowed: a part of the value, 0.01 % to 50 %"),
-            "write accuracy = \"2%\"",
-        )
-    })?;
     let class = Class::of(scene).ok_or_else(|| {
         let names: Vec<&str> = Class::ALL.iter().map(|class| class.name()).collect();
         refuse(

@@ -3,7 +3,7 @@
 use protocol::facts::DemFacts;
 use protocol::scene::Motion;
 
-use super::{Bound, Facts, Side};
+use super::{Bound, Facts, Ladder, Side};
 
 /// Least ρ_p/ρ at which a bed of discs without a tangential dashpot stayed quiet: at 1.5 the forces on some grew by 6 % a
 /// window. docs/maps/bed.csv
@@ -18,7 +18,7 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let ladder = facts.ladder;
     if ladder.contact_time.is_finite() {
         add_contact(ladder.contact_time / ladder.dt_dem, dem.coarse_dt, bounds);
-        add_packing(ladder.contact_time / ladder.dt_dem, ladder.dt_dem, dem, bounds);
+        add_packing(&ladder, dem, bounds);
         if facts.fluid.is_some() {
             add_window(facts, bounds);
             add_dashpot(facts, dem, bounds);
@@ -54,10 +54,10 @@ fn add_contact(steps: f64, coarse: bool, bounds: &mut Vec<Bound>) {
 /// The tangential dashpots of all contacts of a grain act on its spin at once, each as it was before the sub-step:
 /// with z contacts and neighbours that turn against it that is stable up to 2/3 z (m R²/I) γ_t dt/m = 1, which for six
 /// contacts of spheres is γ_t dt/m_e = 0.2.
-fn add_packing(steps: f64, dt: f64, dem: &DemFacts, bounds: &mut Vec<Bound>) {
-    let Some(number) = dem.dashpot_number(dt) else { return };
+fn add_packing(ladder: &Ladder, dem: &DemFacts, bounds: &mut Vec<Bound>) {
+    let Some(number) = dem.dashpot_number(ladder.dt_dem) else { return };
     let most = DemFacts::MOST_DASHPOT;
-    let needed = (steps * number / most).ceil();
+    let needed = (dem.tangential_rate * ladder.contact_time / most).ceil();
     bounds.push(Bound::new("contact-dashpot", "γ_t dt/m_e", number, Side::AtMost, most).because(
         "the tangential dashpots of all contacts of a grain together turn it too far: a packing never comes to rest",
         "docs/maps/packing.csv",

@@ -28,6 +28,19 @@ pub enum Keep {
     Failed,
 }
 
+impl Keep {
+    /// What a run came to, if its result is to be kept.
+    fn outcome(self, summary: Summary) -> Option<Outcome> {
+        match summary.status {
+            RunStatus::Completed => Some(Outcome::Done(Box::new(summary))),
+            RunStatus::Failed if self == Self::Failed => {
+                Some(Outcome::Failed(summary.error.unwrap_or_else(|| "the run failed".to_owned())))
+            }
+            RunStatus::Failed | RunStatus::Interrupted => None,
+        }
+    }
+}
+
 /// One `bedload run` to make. What it says goes to a file beside its folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Task {
@@ -78,14 +91,7 @@ impl Task {
     /// # Errors
     /// If the scene cannot be read.
     pub fn finished(&self, keep: Keep) -> Result<Option<Outcome>, String> {
-        let Some(summary) = self.left()? else { return Ok(None) };
-        Ok(match summary.status {
-            RunStatus::Completed => Some(Outcome::Done(Box::new(summary))),
-            RunStatus::Failed if keep == Keep::Failed => {
-                Some(Outcome::Failed(summary.error.unwrap_or_else(|| "the run failed".to_owned())))
-            }
-            RunStatus::Failed | RunStatus::Interrupted => None,
-        })
+        Ok(self.left()?.and_then(|summary| keep.outcome(summary)))
     }
 
     /// The summary that a run of the same scene and version left in the folder.
@@ -97,20 +103,22 @@ impl Task {
     }
 
     fn outcome(&self, program: &Path, keep: Keep) -> Outcome {
-        match self.finished(keep) {
-            Ok(Some(outcome)) => {
+        let left = match self.left() {
+            Ok(left) => left,
+            Err(error) => return Outcome::Failed(error),
+        };
+        let resume = left.as_ref().is_some_and(|left| left.status == RunStatus::Interrupted);
+        match left.and_then(|summary| keep.outcome(summary)) {
+            Some(outcome) => {
                 protocol::say!("bedload: {}: finished before", self.name);
                 outcome
             }
-            Ok(None) => self.make(program, keep),
-            Err(error) => Outcome::Failed(error),
+            None => self.make(program, keep, resume),
         }
     }
 
-    fn make(&self, program: &Path, keep: Keep) -> Outcome {
+    fn make(&self, program: &Path, keep: Keep, resume: bool) -> Outcome {
         let name = &self.name;
-        let left = self.left().ok().flatten();
-        let resume = left.is_some_and(|left| left.status == RunStatus::Interrupted);
         protocol::say!("bedload: {name}: {}", if resume { "goes on" } else { "runs" });
         let said = self.said();
         let status = match self.start(program, &said, resume) {
