@@ -79,7 +79,7 @@ fn slow_axes<const D: usize>(scene: &CheckedScene, grid: &Grid<D>) -> Vec<String
     let letter = |axis: usize| format!("{:?}", scene.scene.domain.geometry.axes()[axis]).to_lowercase();
     let notice = |axis: usize| {
         let cells = grid.cells[axis];
-        let [below, above] = transform::fast_lengths(cells);
+        let [below, above] = transform::fast_lengths(cells, grid.periodic(axis));
         let below = if below > 0 { format!("{below} or ") } else { String::new() };
         format!(
             "axis {} has {cells} cells, which only the slow transforms can take: {below}{above} would be \
@@ -87,7 +87,7 @@ fn slow_axes<const D: usize>(scene: &CheckedScene, grid: &Grid<D>) -> Vec<String
             letter(axis)
         )
     };
-    let slow = |axis: &usize| !transform::is_fast(grid.cells[*axis]);
+    let slow = |axis: &usize| !transform::is_fast(grid.cells[*axis], grid.periodic(*axis));
     transformed_axes(grid).into_iter().filter(slow).map(notice).collect()
 }
 

@@ -1,11 +1,12 @@
-//! Fast real-to-real transforms of eight lines: an even length n through a complex transform of n/2.
+//! Fast real-to-real transforms of eight lines: an even length n through a complex transform of n/2, an odd
+//! periodic one through one of n.
 
 use super::Kind;
 use super::cosine::{Three, Two};
 use super::ends::by_radix;
 use super::fft::{Fft, Pair};
 use super::four::Four;
-use super::fourier::{Fourier, FourierBack};
+use super::fourier::{Fourier, FourierBack, Odd, OddBack};
 use super::line::{Reader, Writer};
 use super::rows::{Rows, RowsMut, Write};
 use super::sine::One;
@@ -16,7 +17,7 @@ use std::f64::consts::PI;
 /// Plan of one fast transform.
 pub(super) struct Fast {
     kind: Kind,
-    /// Number of cells n, even.
+    /// Number of cells n, even but for [`Kind::Periodic`].
     pub(super) n: usize,
     /// Whether the transform is the sine of its pair.
     pub(super) odd: bool,
@@ -29,11 +30,18 @@ pub(super) struct Fast {
 }
 
 impl Fast {
-    /// Plans the transform, or `None` where n is odd, below 8, or has a prime factor above 5.
-    pub(super) fn new(kind: Kind, n: usize) -> Option<Self> {
-        if !n.is_multiple_of(2) {
-            return None;
+    /// Complex places of the transform of a line of n values: n where n is odd, which only a periodic line may be.
+    /// `None` where there is none, as they are too few or have a prime factor above 5.
+    pub(super) fn places(n: usize, periodic: bool) -> Option<Fft> {
+        match n.is_multiple_of(2) {
+            true => Fft::new(n / 2),
+            false if periodic => Fft::new(n),
+            false => None,
         }
+    }
+
+    /// Plans the transform, or `None` where [`Fast::places`] has none.
+    pub(super) fn new(kind: Kind, n: usize) -> Option<Self> {
         let unit = |angle: f64| [angle.cos(), -angle.sin()];
         let cells = n as f64;
         let turn = |k: usize| match kind {
@@ -45,16 +53,16 @@ impl Fast {
             kind,
             n,
             odd: matches!(kind, Kind::OddOdd | Kind::OddEven),
-            fft: Fft::new(n / 2)?,
+            fft: Self::places(n, kind == Kind::Periodic)?,
             split: (0..n / 2).map(|k| unit(2.0 * PI * k as f64 / cells)).collect(),
             turn: (0..n).map(turn).collect(),
             arch: Arch::new(),
         })
     }
 
-    /// Working memory for one thread: two buffers of n/2 complex places, one of n/2 real ones.
+    /// Working memory for one thread: two buffers of complex places, one of n/2 real ones.
     pub(super) fn scratch(&self) -> Vec<Lanes> {
-        vec![ZERO; 2 * self.n + self.n / 2 + 1]
+        vec![ZERO; 4 * self.fft.len() + self.n / 2 + 1]
     }
 
     /// Reads and transforms, all passes but the last.
@@ -71,12 +79,12 @@ impl Fast {
     }
 }
 
-/// The two buffers of places, and that for sums.
+/// The two buffers of `count` places, and that for sums.
 #[inline(always)]
-fn buffers<S: Simd>(n: usize, work: &mut [Lanes]) -> ([&mut [Pair<S>]; 2], &mut [S::f64s]) {
-    let (places, sums) = aligned(work).split_at_mut(2 * n);
+fn buffers<S: Simd>(count: usize, work: &mut [Lanes]) -> ([&mut [Pair<S>]; 2], &mut [S::f64s]) {
+    let (places, sums) = aligned(work).split_at_mut(4 * count);
     let (places, _) = S::as_mut_simd_f64s(places.as_flattened_mut()).0.as_chunks_mut::<2>();
-    let (a, b) = places.split_at_mut(n / 2 * (8 / S::F64_LANES));
+    let (a, b) = places.split_at_mut(count * (8 / S::F64_LANES));
     ([a, b], S::as_mut_simd_f64s(sums.as_flattened_mut()).0)
 }
 
@@ -94,11 +102,13 @@ impl WithSimd for Load<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { plan, inverse, rows, work } = self;
-        let ([a, b], _) = buffers::<S>(plan.n, work);
+        let ([a, b], _) = buffers::<S>(plan.fft.len(), work);
         let first = &plan.fft.first;
         let (rows, stride) = rows.vectors::<S>();
         let from = Reader { plan, simd, rows, stride };
         match (plan.kind, inverse) {
+            (Kind::Periodic, false) if plan.n % 2 == 1 => by_radix!(first, first, simd, &Odd(from), a),
+            (Kind::Periodic, true) if plan.n % 2 == 1 => by_radix!(first, first, simd, &OddBack(from), a),
             (Kind::Periodic, false) => by_radix!(first, first, simd, &Fourier(from), a),
             (Kind::Periodic, true) => by_radix!(first, first_pairs, simd, &FourierBack(from), a),
             (Kind::EvenEven | Kind::OddOdd, false) => by_radix!(first, first, simd, &Two(from), a),
@@ -124,12 +134,14 @@ impl<const ADD: bool> WithSimd for Store<'_, ADD> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { plan, inverse, rows, work } = self;
-        let (places, sums) = buffers::<S>(plan.n, work);
+        let (places, sums) = buffers::<S>(plan.fft.len(), work);
         let from = &*places[plan.fft.result()];
         let last = &plan.fft.last;
         let (rows, stride) = rows.vectors::<S>();
         let to = Writer::<S, ADD> { plan, rows, stride, sums };
         match (plan.kind, inverse) {
+            (Kind::Periodic, false) if plan.n % 2 == 1 => by_radix!(last, last, simd, from, &mut Odd(to)),
+            (Kind::Periodic, true) if plan.n % 2 == 1 => by_radix!(last, last, simd, from, &mut OddBack(to)),
             (Kind::Periodic, false) => by_radix!(last, last_pairs, simd, from, &mut Fourier(to)),
             (Kind::Periodic, true) => by_radix!(last, last, simd, from, &mut FourierBack(to)),
             (Kind::EvenEven | Kind::OddOdd, false) => by_radix!(last, last_pairs, simd, from, &mut Two(to)),

@@ -63,6 +63,12 @@ impl Fft {
         }
     }
 
+    /// Number of places m.
+    #[inline(always)]
+    pub(super) fn len(&self) -> usize {
+        self.first.radix * self.first.groups
+    }
+
     /// Number of the buffer where the last pass finds its input.
     pub(super) fn result(&self) -> usize {
         self.middle.len() % 2

@@ -1,4 +1,5 @@
-//! Real Fourier transform: even and odd values packed as real and imaginary parts.
+//! Real Fourier transform: even and odd values packed as real and imaginary parts, or an odd number of them as
+//! they are.
 
 use super::ends::{Emit, EmitPairs, Read, ReadPairs};
 use super::line::{Reader, Writer};
@@ -58,5 +59,53 @@ impl<S: Simd, const ADD: bool> Emit<S> for FourierBack<Writer<'_, S, ADD>> {
     fn place(&mut self, k: usize, t: usize, z: Complex<S>) {
         self.0.put(2 * k, t, z.im);
         self.0.put(2 * k + 1, t, z.re);
+    }
+}
+
+/// Values in, amplitudes out, an odd number of them.
+pub(super) struct Odd<T>(pub(super) T);
+
+/// Amplitudes in, values out (times n), an odd number of them.
+pub(super) struct OddBack<T>(pub(super) T);
+
+impl<S: Simd> Read<S> for Odd<Reader<'_, S>> {
+    #[inline(always)]
+    fn place(&self, j: usize, t: usize) -> Complex<S> {
+        let value = self.0.get(j, t);
+        Complex::new(value, value.zero())
+    }
+}
+
+impl<S: Simd, const ADD: bool> Emit<S> for Odd<Writer<'_, S, ADD>> {
+    #[inline(always)]
+    fn place(&mut self, k: usize, t: usize, z: Complex<S>) {
+        let n = self.0.plan.n;
+        // the others are the conjugates of these
+        if 2 * k < n {
+            self.0.put(k, t, z.re);
+            if k > 0 {
+                self.0.put(n - k, t, z.im);
+            }
+        }
+    }
+}
+
+impl<S: Simd> Read<S> for OddBack<Reader<'_, S>> {
+    #[inline(always)]
+    fn place(&self, k: usize, t: usize) -> Complex<S> {
+        let n = self.0.plan.n;
+        let z = match k {
+            0 => Complex::new(self.0.get(0, t), self.0.get(0, t).zero()),
+            _ if 2 * k < n => self.0.complex(k, n - k, t),
+            _ => self.0.complex(n - k, k, t).conj(),
+        };
+        z.swap()
+    }
+}
+
+impl<S: Simd, const ADD: bool> Emit<S> for OddBack<Writer<'_, S, ADD>> {
+    #[inline(always)]
+    fn place(&mut self, k: usize, t: usize, z: Complex<S>) {
+        self.0.put(k, t, z.im);
     }
 }

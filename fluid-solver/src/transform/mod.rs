@@ -102,23 +102,23 @@ pub enum Direction {
 
 /// Who does the work.
 enum Engine {
-    /// Lengths 2ᵃ 3ᵇ 5ᶜ, even, from 8 on.
+    /// Lengths 2ᵃ 3ᵇ 5ᶜ from 8 on, even or periodic.
     Fast(Fast),
     /// Any other length.
     Reference(Reference),
 }
 
-/// Whether an axis of `cells` cells has fast transforms: even, without prime factors above 5, not tiny.
-/// Any other length is taken by a library, line by line.
-pub fn is_fast(cells: usize) -> bool {
-    cells.is_multiple_of(2) && fft::Fft::new(cells / 2).is_some()
+/// Whether an axis of `cells` cells has fast transforms: without prime factors above 5, even but where it is
+/// `periodic`, not tiny. Any other length is taken by a library, line by line.
+pub fn is_fast(cells: usize, periodic: bool) -> bool {
+    Fast::places(cells, periodic).is_some()
 }
 
 /// The nearest lengths below (0: there is none) and above `cells` that are fast.
-pub fn fast_lengths(cells: usize) -> [usize; 2] {
-    let below = (1..cells).rev().find(|n| is_fast(*n)).unwrap_or(0);
+pub fn fast_lengths(cells: usize, periodic: bool) -> [usize; 2] {
+    let below = (1..cells).rev().find(|n| is_fast(*n, periodic)).unwrap_or(0);
     // Ends at a power of two at the latest.
-    let above = (cells + 1..).find(|n| is_fast(*n)).unwrap_or(cells);
+    let above = (cells + 1..).find(|n| is_fast(*n, periodic)).unwrap_or(cells);
     [below, above]
 }
 

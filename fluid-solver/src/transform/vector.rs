@@ -17,6 +17,12 @@ impl<S: Simd> Real<S> {
         Self { simd, v }
     }
 
+    /// Zero, as wide.
+    #[inline(always)]
+    pub(super) fn zero(self) -> Self {
+        Self::new(self.simd, self.simd.splat_f64s(0.0))
+    }
+
     /// Plus a machine's vector.
     #[inline(always)]
     pub(super) fn plus(self, v: S::f64s) -> S::f64s {
