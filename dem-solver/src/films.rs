@@ -7,8 +7,8 @@
 //! share no grain that can move, are exact after one sweep. Each visit changes both partners by
 //! opposite impulses, so momentum is kept to round-off whatever the number of sweeps.
 //!
-//! Within a window a sub-step begins with the impulses of the one before: they change little, so that few sweeps do
-//! what many would from nothing. A window begins from nothing, so nothing of this is state.
+//! Within a window a sub-step begins with the impulses that the two before let expect: they change little, so that few
+//! sweeps do what many would from nothing. A window begins from nothing, so nothing of this is state.
 //!
 //! The order is fixed: grain pairs (i, j) ascending, then walls by grain, eight parts of that list by turns. M_i holds the virtual mass,
 //! locked directions have zero inverse mass.
@@ -26,7 +26,7 @@ const CONVERGED: f64 = 1e-6;
 /// Parts of the list that take turns.
 const PARTS: usize = 8;
 
-/// One film in reach.
+/// One film in reach: what every visit needs.
 #[derive(Clone, Copy, Debug)]
 struct Film {
     first: u32,
@@ -34,21 +34,28 @@ struct Film {
     second: u32,
     wall: bool,
     normal: Vec3,
-    gap: f64,
     /// Normal velocity of the wall, m/s.
     wall_rate: f64,
     inverse_mass: f64,
-    law: FilmLaw,
     near: Expansion,
-    /// Path of `near` as found last.
-    path: f64,
     impulse: f64,
+    /// Impulse in the sub-step before, if it was there.
+    former: Option<f64>,
+}
+
+/// What a visit needs of a film whose path is long.
+#[derive(Clone, Copy, Debug)]
+struct Far {
+    law: FilmLaw,
+    gap: f64,
 }
 
 /// Scratch of the implicit pass; its memory is kept between sub-steps.
 #[derive(Clone, Debug, Default)]
 pub struct Films {
     active: Vec<Film>,
+    /// Of each of them.
+    far: Vec<Far>,
     /// Those of the sub-step before, in this window.
     last: Vec<Film>,
 }
@@ -59,6 +66,7 @@ impl Films {
         for films in [&mut self.active, &mut self.last] {
             films.reserve(count.saturating_sub(films.len()));
         }
+        self.far.reserve(count.saturating_sub(self.far.len()));
     }
 
     /// A window begins: the next sub-step starts from nothing.
@@ -84,13 +92,13 @@ impl Films {
         force.fill(Vec3::zeros());
         std::mem::swap(&mut self.active, &mut self.last);
         self.active.clear();
+        self.far.clear();
         self.collect_pairs(scene, model, grains, response, pairs, dt);
         self.collect_walls(scene, model, grains, response, walls, t, dt);
         self.begin_with_last(&mut grains.velocity, &response.inverse_mass);
         let sweeps = if self.active.len() <= 1 { 1 } else { sweeps };
-        for sweep in 0..sweeps {
-            let rounds = if sweep == 0 { Expansion::ROUNDS } else { 1 };
-            if self.sweep(&mut grains.velocity, &response.inverse_mass, dt, rounds) {
+        for _ in 0..sweeps {
+            if self.sweep(&mut grains.velocity, &response.inverse_mass, dt) {
                 break;
             }
         }
@@ -129,14 +137,13 @@ impl Films {
                         second: j as u32,
                         wall: false,
                         normal,
-                        gap,
                         wall_rate: 0.0,
                         inverse_mass,
-                        law,
                         near: law.expansion(gap, dt, inverse_mass),
-                        path: 0.0,
                         impulse: 0.0,
+                        former: None,
                     });
+                    self.far.push(Far { law, gap });
                 }
             }
         }
@@ -171,27 +178,27 @@ impl Films {
                         second: list.other[k],
                         wall: true,
                         normal: wall.normal,
-                        gap,
                         wall_rate,
                         inverse_mass,
-                        law,
                         near: law.expansion(gap, dt, inverse_mass),
-                        path: 0.0,
                         impulse: 0.0,
+                        former: None,
                     });
+                    self.far.push(Far { law, gap });
                 }
             }
         }
     }
 
-    /// Gives every film the impulse that it had in the sub-step before.
+    /// Gives every film the impulse that it had in the sub-step before, grown as it grew to that.
     fn begin_with_last(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3]) {
         let mut last = self.last.iter().peekable();
         for film in &mut self.active {
             while last.next_if(|before| before.key() < film.key()).is_some() {}
             if let Some(before) = last.next_if(|before| before.key() == film.key()) {
-                (film.path, film.impulse) = (before.path, before.impulse);
-                film.push(velocity, inverse_mass, before.impulse);
+                film.former = Some(before.impulse);
+                let growth = before.former.map_or(0.0, |former| before.impulse - former);
+                film.push(velocity, inverse_mass, before.impulse + growth);
             }
         }
     }
@@ -200,17 +207,31 @@ impl Films {
     ///
     /// Neighbours in the list share a grain, so each would wait for the one before: eight parts of
     /// the list take turns.
-    fn sweep(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3], dt: f64, rounds: u32) -> bool {
+    fn sweep(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3], dt: f64) -> bool {
         let (mut change, mut largest) = (0.0f64, 0.0f64);
         let part = self.active.len().div_ceil(PARTS).max(1);
         for k in 0..part {
-            for film in self.active.iter_mut().skip(k).step_by(part) {
-                let (kick, without) = film.visit(velocity, inverse_mass, dt, rounds);
+            for at in (k..self.active.len()).step_by(part) {
+                let film = &mut self.active[at];
+                let (kick, without) = film.visit(&self.far[at], velocity, inverse_mass, dt);
                 change = change.max((film.inverse_mass * kick).abs());
                 largest = largest.max(without.abs());
             }
         }
         change <= CONVERGED * largest
+    }
+}
+
+impl Far {
+    /// See [`FilmLaw::impulse`]. Overlaps that last have none; logarithms are rare.
+    #[inline(always)]
+    fn impulse(&self, rate: f64, dt: f64, inverse_mass: f64) -> f64 {
+        if self.gap <= 0.0 && self.gap + dt * rate <= 0.0 { 0.0 } else { self.long(rate, dt, inverse_mass) }
+    }
+
+    #[inline(never)]
+    fn long(&self, rate: f64, dt: f64, inverse_mass: f64) -> f64 {
+        self.law.impulse(self.gap, rate, dt, inverse_mass)
     }
 }
 
@@ -220,32 +241,30 @@ impl Film {
         (self.wall, self.first, self.second)
     }
 
-    /// Gives both partners an impulse.
+    /// Adds to the impulse that both partners are given.
     #[inline(always)]
-    fn push(&self, velocity: &mut [Vec3], inverse_mass: &[Vec3], impulse: f64) {
+    fn push(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3], kick: f64) {
+        self.impulse += kick;
         let i = self.first as usize;
-        velocity[i] += inverse_mass[i].component_mul(&self.normal) * impulse;
+        velocity[i] += inverse_mass[i].component_mul(&self.normal) * kick;
         if !self.wall {
             let j = self.second as usize;
-            velocity[j] -= inverse_mass[j].component_mul(&self.normal) * impulse;
+            velocity[j] -= inverse_mass[j].component_mul(&self.normal) * kick;
         }
     }
 
     /// Solves this film against the present velocities: by how much its impulse changed, and the gap
     /// rate without it.
     #[inline(always)]
-    fn visit(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3], dt: f64, rounds: u32) -> (f64, f64) {
-        let i = self.first as usize;
-        let mut rate = velocity[i].dot(&self.normal) - self.wall_rate;
+    fn visit(&mut self, far: &Far, velocity: &mut [Vec3], inverse_mass: &[Vec3], dt: f64) -> (f64, f64) {
+        let mut rate = velocity[self.first as usize].dot(&self.normal) - self.wall_rate;
         if !self.wall {
             rate -= velocity[self.second as usize].dot(&self.normal);
         }
         let without = rate - self.inverse_mass * self.impulse;
-        self.path = self.near.path(without, self.path, rounds);
-        let near = self.near.impulse(self.path);
-        let impulse = near.unwrap_or_else(|| self.law.impulse(self.gap, without, dt, self.inverse_mass));
+        let near = self.near.impulse(without);
+        let impulse = near.unwrap_or_else(|| far.impulse(without, dt, self.inverse_mass));
         let kick = impulse - self.impulse;
-        self.impulse = impulse;
         self.push(velocity, inverse_mass, kick);
         (kick, without)
     }

@@ -221,55 +221,46 @@ pub struct FilmLaw {
     pub shift: f64,
 }
 
-/// A film over so short a path that four terms of the series in s, the relative change of δ + η, say
-/// everything: most films of a dense bed in most sub-steps, at a tenth of the cost of the logarithms.
+/// A film over so short a path that its impulse is a polynomial in the gap rate: most films of a dense bed in most
+/// sub-steps, at a tenth of the cost of the logarithms.
+///
+/// With s the relative change of δ + η and path = k₁ s + k₂ s² + k₃ s³ + k₄ s⁴ the rate after the film solves
+/// (a/dt) s + path/m = U, that is s + Σ b_j s^j = y with b_j = k_j/(m N), y = U/N and N = a/dt + k₁/m. This series turned
+/// around, s = y − b₂ y² + (2b₂² − b₃) y³ + (−5b₂³ + 5b₂b₃ − b₄) y⁴, is put into path = m (U − (a/dt) s).
 #[derive(Clone, Copy, Debug)]
 pub struct Expansion {
-    /// path = k₁ s + k₂ s² + k₃ s³ + k₄ s⁴, N s.
-    k: [f64; 4],
-    /// 1/(inertia + k₁/m): s per unit of gap rate where the path is short, s/m.
+    /// path = c₁ y + c₂ y² + c₃ y³ + c₄ y⁴, N s.
+    c: [f64; 4],
+    /// 1/N: y per unit of gap rate, s/m.
     inverse: f64,
-    /// k₂, k₃, k₄ over m times `inverse`.
-    bend: [f64; 3],
-    /// Least s that it holds for.
+    /// Least y that it holds for.
     low: f64,
-    /// Largest s that it holds for.
+    /// Largest y that it holds for.
     high: f64,
 }
 
 impl Default for Expansion {
     /// One that holds for nothing.
     fn default() -> Self {
-        Self { k: [0.0; 4], inverse: 0.0, bend: [0.0; 3], low: f64::INFINITY, high: f64::NEG_INFINITY }
+        Self { c: [0.0; 4], inverse: 0.0, low: f64::INFINITY, high: f64::NEG_INFINITY }
     }
 }
 
 impl Expansion {
-    /// Largest |s|: the term left out is s⁴/5 of the path, 5e-11.
-    const FAR: f64 = 1.0 / 256.0;
+    /// Largest |y|. The terms left out are 1e-12 of the path for a film of two spheres, and 1e-10 where the flow resolves
+    /// most of it.
+    const FAR: f64 = 1.0 / 512.0;
 
-    /// Rounds from nothing to the solution: each comes closer by a factor of 3 s at least.
-    pub const ROUNDS: u32 = 5;
+    /// s differs from y by less than this part at [`Expansion::FAR`].
+    const BEND: f64 = 0.01;
 
-    /// The path s of a film at the gap that it was made for, `rounds` closer to the solution than
-    /// `guess`.
+    /// [`FilmLaw::impulse`] at the gap that it was made for, if the path is short enough.
     #[inline(always)]
     #[must_use]
-    pub fn path(&self, rate: f64, guess: f64, rounds: u32) -> f64 {
-        let [b2, b3, b4] = self.bend;
-        let mut s = guess;
-        for _ in 0..rounds {
-            s = rate * self.inverse - s * s * (b2 + s * (b3 + s * b4));
-        }
-        s
-    }
-
-    /// [`FilmLaw::impulse`] over the path s, if that is short enough.
-    #[inline(always)]
-    #[must_use]
-    pub fn impulse(&self, s: f64) -> Option<f64> {
-        let [k1, k2, k3, k4] = self.k;
-        (s >= self.low && s <= self.high).then(|| -s * (k1 + s * (k2 + s * (k3 + s * k4))))
+    pub fn impulse(&self, rate: f64) -> Option<f64> {
+        let y = rate * self.inverse;
+        let [c1, c2, c3, c4] = self.c;
+        (y >= self.low && y <= self.high).then(|| -y * (c1 + y * (c2 + y * (c3 + y * c4))))
     }
 }
 
@@ -333,18 +324,20 @@ impl FilmLaw {
             }
             FilmShape::Line => (self.coefficient / a.sqrt(), [1.0, 1.5, 0.75, -0.375]),
         };
-        let (p, r) = (1.0 / q0, q1 / q0);
-        let (c, second, third) = (c * p, q2 * p, q3 * p);
-        let k = [
-            c - self.shift * a,
-            -0.5 * c * r,
-            c / 6.0 * (2.0 * r * r - second),
-            c / 24.0 * (6.0 * r * (second - r * r) - third),
-        ];
-        let inverse = 1.0 / (a / dt + inverse_mass * k[0]);
-        let low = (-gap / a).max(-Expansion::FAR);
-        let high = ((self.cut_off - gap) / a).min(Expansion::FAR);
-        Expansion { k, inverse, bend: [k[1], k[2], k[3]].map(|k| k * inverse_mass * inverse), low, high }
+        let p = 1.0 / q0;
+        let (c, r, second, third) = (c * p, q1 * p, q2 * p, q3 * p);
+        let k1 = c - self.shift * a;
+        let k2 = -0.5 * c * r;
+        let k3 = c / 6.0 * (2.0 * r * r - second);
+        let k4 = c / 24.0 * (6.0 * r * (second - r * r) - third);
+        let inertia = a / dt;
+        let inverse = 1.0 / (inertia + inverse_mass * k1);
+        let (free, held) = (inertia * inverse, inverse_mass * inverse * k2);
+        let c = [k1, free * k2, free * (k3 - 2.0 * held * k2), free * (k4 + 5.0 * held * (held * k2 - k3))];
+        let within = (1.0 - Expansion::BEND) / a;
+        let low = (-gap * within).max(-Expansion::FAR);
+        let high = ((self.cut_off - gap) * within).min(Expansion::FAR);
+        Expansion { c, inverse, low, high }
     }
 
     /// Impulse of the film over `dt`, N s, positive apart.
