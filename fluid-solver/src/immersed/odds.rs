@@ -1,6 +1,6 @@
-//! Odds of many cells at once: [`Kernel::odds`] without branches, so that it runs on whole vectors.
+//! Odds of a row of cells at once: [`Kernel::odds`] without branches, so that it runs on whole vectors.
 //!
-//! Rows of cells are gathered as four sums over the axes, `r` being the arm from the grain's centre,
+//! A cell is known by four sums over the axes, `r` being the arm from the grain's centre,
 //! ```text
 //! s = Σ r_a²,   L = Σ |r_a|,   A = Σ r_a² Δx_a²,   F = Σ r_a⁴ Δx_a²
 //! ```
@@ -38,20 +38,10 @@ pub(super) struct Profile {
     fourth: Vec<f64>,
 }
 
-/// Cells of one grain in one layer that wait for their odds.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Batch {
-    square: Vec<f64>,
-    size: Vec<f64>,
-    across: Vec<f64>,
-    fourth: Vec<f64>,
-    len: usize,
-}
-
 /// What is the same for all cells of a grain.
 #[derive(Clone, Copy)]
-struct Law {
-    /// 1/(2^½ f).
+pub(super) struct Law {
+    /// 1/(2^½ f), over the cell width if cells are even.
     thin: f64,
     /// q = (this / w²) e^{…}; zero for the seed's mask.
     rate: f64,
@@ -62,8 +52,8 @@ struct Law {
     radius: f64,
     /// Squared radius within which a cell is solid, m².
     solid: f64,
-    /// Cell width where it is the same along all axes, m.
-    even: f64,
+    /// Whether cells are equally wide along all axes.
+    even: bool,
 }
 
 impl Sums {
@@ -99,68 +89,26 @@ impl Profile {
     }
 }
 
-impl Batch {
-    /// Adds a row: the places `window` of the piece; `rest` are the sums over the other axes.
-    #[inline(always)]
-    pub(super) fn row(&mut self, profile: &Profile, window: Range<usize>, rest: &Sums) {
-        let (begin, end) = (self.len, self.len + window.len());
-        let part = [
-            (&mut self.square, &profile.square, rest.square),
-            (&mut self.size, &profile.size, rest.size),
-            (&mut self.across, &profile.across, rest.across),
-            (&mut self.fourth, &profile.fourth, rest.fourth),
-        ];
-        for (values, profile, rest) in part {
-            if values.len() < end {
-                values.resize(2 * end, 0.0);
-            }
-            let values = values[begin..end].as_chunks_mut::<8>().0;
-            for (values, profile) in values.iter_mut().zip(profile[window.clone()].as_chunks::<8>().0) {
-                for l in 0..8 {
-                    values[l] = rest + profile[l];
-                }
-            }
-        }
-        self.len = end;
-    }
-
-    /// Appends the odds of all places that wait to `out`, for a grain of radius `radius` that is solid within
-    /// `inner` (m), on cells that are `even` wide along all axes if they are.
-    #[inline(always)]
-    pub(super) fn evaluate(
-        &mut self,
-        kernel: &Kernel,
-        radius: f64,
-        inner: f64,
-        even: Option<f64>,
-        out: &mut Vec<f64>,
-    ) {
-        let (first, n) = (out.len(), self.len);
-        self.len = 0;
-        out.extend_from_slice(&self.square[..n]);
-        let law = Law::new(kernel, radius, inner, even.unwrap_or_default());
-        let sums = [&self.size[..n], &self.across[..n], &self.fourth[..n]];
-        if even.is_some() {
-            evaluate::<true>(law, &mut out[first..], sums);
-        } else {
-            evaluate::<false>(law, &mut out[first..], sums);
-        }
-    }
-}
-
-/// Odds in place of `square`; only arguments tell that the result overlaps nothing.
+/// Odds of a row of cells; only arguments tell that the result overlaps nothing.
 #[inline(always)]
-fn evaluate<const EVEN: bool>(law: Law, square: &mut [f64], [size, across, fourth]: [&[f64]; 3]) {
-    let n = square.len();
-    let (size, across, fourth) = (&size[..n], &across[..n], &fourth[..n]);
+fn evaluate<const EVEN: bool>(law: &Law, out: &mut [f64], profile: [&[f64]; 4], rest: &Sums) {
+    let n = out.len();
+    let [square, size, across, fourth] = profile.map(|values| &values[..n]);
     for k in 0..n {
-        square[k] = law.odds::<EVEN>(square[k], size[k], across[k], fourth[k]);
+        out[k] = law.odds::<EVEN>(Sums {
+            square: rest.square + square[k],
+            size: rest.size + size[k],
+            across: rest.across + across[k],
+            fourth: rest.fourth + fourth[k],
+        });
     }
 }
 
 impl Law {
+    /// For a grain of radius `radius` that is solid within `inner` (m), on cells that are `even` wide along all axes
+    /// if they are.
     #[inline(always)]
-    fn new(kernel: &Kernel, radius: f64, inner: f64, even: f64) -> Self {
+    pub(super) fn new(kernel: &Kernel, radius: f64, inner: f64, even: Option<f64>) -> Self {
         let (rate, shift, plain) = match kernel.mask {
             Mask::Seed => (0.0, 0.0, 1.0),
             Mask::ParameterFree => {
@@ -168,20 +116,37 @@ impl Law {
                 (rate, shift, 0.0)
             }
         };
-        let thin = FRAC_1_SQRT_2 / kernel.width;
-        Self { thin, rate, shift, plain, radius, solid: inner * inner, even }
+        let thin = FRAC_1_SQRT_2 / (kernel.width * even.unwrap_or(1.0));
+        Self { thin, rate, shift, plain, radius, solid: inner * inner, even: even.is_some() }
+    }
+
+    /// Appends the odds of a row to `out`: the places `window` of the piece; `rest` are the sums over the other axes.
+    #[inline(always)]
+    pub(super) fn row(&self, profile: &Profile, window: Range<usize>, rest: &Sums, out: &mut Vec<f64>) {
+        let first = out.len();
+        out.resize(first + window.len(), 0.0);
+        let Profile { square, size, across, fourth } = profile;
+        let profile = [square, size, across, fourth].map(|values| &values[window.clone()]);
+        if self.even {
+            evaluate::<true>(self, &mut out[first..], profile, rest);
+        } else {
+            evaluate::<false>(self, &mut out[first..], profile, rest);
+        }
     }
 
     #[inline(always)]
-    fn odds<const EVEN: bool>(&self, square: f64, size: f64, across: f64, fourth: f64) -> f64 {
+    fn odds<const EVEN: bool>(&self, sums: Sums) -> f64 {
+        let Sums { square, size, across, fourth } = sums;
         let distance = square.sqrt();
         // P = σ s
         let sigma = SIGMA * square - SIGMA_SLOPE * (size * size);
-        // A = h² s on even cells: one root less
-        let across = if EVEN { self.even * distance } else { across.sqrt() };
-        let common = self.thin / (size * sigma * across);
-        // s/(…), so that 1/w = s · this and Σ n⁴Δx²/w² = F · this²
-        let part = square * common;
+        // s/(2^½ f L P A^½), so that 1/w = s times this and Σ n⁴Δx²/w² = F times its square. On even cells A = h² s,
+        // and the quotient need not wait for the root
+        let part = if EVEN {
+            self.thin / (size * sigma) * distance
+        } else {
+            square * (self.thin / (size * sigma * across.sqrt()))
+        };
         let inverse = square * part;
         let edge = self.shift * fourth * (part * part);
         let exponent = edge - 2.0 * (distance - self.radius) * inverse;
@@ -199,10 +164,14 @@ fn exp(x: f64) -> f64 {
     const ROUND: f64 = 6_755_399_441_055_744.0;
     let shifted = x * LOG2_E + ROUND;
     let r = x - (shifted - ROUND) * LN_2;
-    // written out: a loop in here would keep the loop over the cells from becoming vectors
-    let high = 1.0 / 5_040.0 + r * (1.0 / 40_320.0 + r * (1.0 / 362_880.0 + r * (1.0 / 3_628_800.0)));
-    let low = 1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * high)));
-    let sum = 1.0 + r * (1.0 + r * (0.5 + r * low));
+    // by pairs (Estrin), so that little waits for what came before: rows are short, and time goes by waiting. Written out:
+    // a loop in here would keep the loop over the cells from becoming vectors
+    let r2 = r * r;
+    let r4 = r2 * r2;
+    let first = (1.0 + r) + r2 * (0.5 + r * (1.0 / 6.0));
+    let second = (1.0 / 24.0 + r * (1.0 / 120.0)) + r2 * (1.0 / 720.0 + r * (1.0 / 5_040.0));
+    let third = (1.0 / 40_320.0 + r * (1.0 / 362_880.0)) + r2 * (1.0 / 3_628_800.0);
+    let sum = (first + r4 * second) + (r4 * r4) * third;
     let power = f64::from_bits((shifted.to_bits() << 52).wrapping_add(1.0f64.to_bits()));
     sum * power
 }
@@ -222,7 +191,7 @@ mod tests {
     /// Odds of rows of cells are those of the kernel, one by one, with widths equal and not; places that
     /// the grain does not hold have none.
     #[test]
-    fn odds_of_a_batch_are_those_of_the_kernel() {
+    fn odds_of_rows_are_those_of_the_kernel() {
         let widths = |even: Option<f64>| even.map_or([0.11, 0.09], |h| [h; 2]);
         for (mask, even) in
             [(Mask::ParameterFree, None), (Mask::ParameterFree, Some(0.1)), (Mask::Seed, None)]
@@ -236,14 +205,15 @@ mod tests {
                 volume: vec![1.0; 40],
             };
             let piece = Piece { first: 0, count: 40, begin: 3, end: 37, shift: 0.01, arm: -0.69, rate: 0.0 };
-            let (mut profile, mut batch) = (Profile::default(), Batch::default());
+            let mut profile = Profile::default();
             profile.set(&row, &piece, outer);
-            let mut expected = Vec::new();
+            let law = Law::new(&kernel, radius, inner, even);
+            let (mut out, mut expected) = (Vec::new(), Vec::new());
             for (y, z) in [(0.0, 0.0), (0.1, -0.2), (0.3, 0.35), (-0.55, 0.1), (0.6, 0.6)] {
                 let mut rest = Sums::default();
                 rest.add(y, across);
                 rest.add(z, over);
-                batch.row(&profile, 0..40, &rest);
+                law.row(&profile, 0..40, &rest, &mut out);
                 for (k, (x, width)) in row.at.iter().zip(&row.spacing).enumerate() {
                     let r = [x + 0.01, y, z];
                     let distance = r.iter().map(|r| r * r).sum::<f64>().sqrt();
@@ -253,8 +223,6 @@ mod tests {
                     expected.push(if (piece.begin..piece.end).contains(&k) { odds } else { 0.0 });
                 }
             }
-            let mut out = Vec::new();
-            batch.evaluate(&kernel, radius, inner, even, &mut out);
             assert_eq!(out.len(), expected.len());
             for (k, (ours, exact)) in out.iter().zip(&expected).enumerate() {
                 assert!((ours - exact).abs() <= 1e-10 * exact, "{mask:?} {k}: {ours} against {exact}");

@@ -7,7 +7,7 @@ use super::body::{Motion, Shape};
 use super::layers::{Layers, Slice};
 use super::mask::Kernel;
 use super::nodes::Nodes;
-use super::odds::{Batch, Profile, Sums};
+use super::odds::{Law, Profile, Sums};
 use crate::grid::Grid;
 use crate::lanes::{self, dispatch};
 use pulp::Simd;
@@ -73,7 +73,6 @@ pub(crate) struct Sheet {
     parts: Vec<Part>,
     spans: Vec<Span>,
     odds: Vec<f64>,
-    batch: Batch,
     profiles: [Profile; PIECES],
     /// Sums of odds over all grains.
     pub(super) totals: Vec<f64>,
@@ -137,9 +136,10 @@ impl Sheet {
         }
         let mut sums = Sums::default();
         sums.add(slice.arm, nodes.spacing[D - 1][k]);
+        let law = Law::new(kernel, extent.radius, extent.inner, nodes.even);
         let weight = grid.turn() * grid.volumes(nodes.component(), D - 1)[k];
         if D == 2 {
-            self.row(grid, pieces, chord, sums, Row { index: 0, arm: 0.0, weight });
+            self.row(grid, pieces, chord, &law, sums, Row { index: 0, arm: 0.0, weight });
         } else {
             let (low, high) = nodes.range(grid, 1, extent.at[1], chord.sqrt());
             for m in low..high {
@@ -151,16 +151,23 @@ impl Sheet {
                 let mut sums = sums;
                 sums.add(near.arm, nodes.spacing[1][near.index]);
                 let weight = weight * grid.volumes(nodes.component(), 1)[near.index];
-                self.row(grid, pieces, chord, sums, Row { index: near.index, arm: near.arm, weight });
+                self.row(grid, pieces, chord, &law, sums, Row { index: near.index, arm: near.arm, weight });
             }
         }
-        self.batch.evaluate(kernel, extent.radius, extent.inner, nodes.even, &mut self.odds);
         self.parts.push(Part { grain: slice.grain, arm: slice.arm, spans: self.spans.len() - first });
     }
 
     /// Adds the places of one row of which the grain holds some, `chord` being its squared half.
     #[inline(always)]
-    fn row<const D: usize>(&mut self, grid: &Grid<D>, pieces: &[Piece], chord: f64, sums: Sums, row: Row) {
+    fn row<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        pieces: &[Piece],
+        chord: f64,
+        law: &Law,
+        sums: Sums,
+        row: Row,
+    ) {
         let (stride, words) = (grid.stride(1), words(grid));
         for (piece, profile) in pieces.iter().zip(&self.profiles) {
             let window = piece.window(chord.sqrt());
@@ -177,7 +184,7 @@ impl Sheet {
                 shift: piece.shift,
                 middle: row.arm,
             });
-            self.batch.row(profile, window, &sums);
+            law.row(profile, window, &sums, &mut self.odds);
             for eight in first / 8..=(first + count - 1) / 8 {
                 self.marks[row.index * words + eight / 64] |= 1 << (eight % 64);
             }
