@@ -41,10 +41,11 @@ impl Periods {
     #[must_use]
     pub fn nearest(&self, mut d: Vec3) -> Vec3 {
         if self.any {
+            /// Adding it rounds to a whole number.
+            const WHOLE: f64 = 6_755_399_441_055_744.0;
             for axis in 0..3 {
-                // conversion rounds towards zero: cheaper than `round` on the baseline target
-                let turns = d[axis] * self.inverse[axis];
-                d[axis] -= self.length[axis] * ((turns + f64::copysign(0.5, turns)) as i64 as f64);
+                let turns = (d[axis] * self.inverse[axis] + WHOLE) - WHOLE;
+                d[axis] -= self.length[axis] * turns;
             }
         }
         d

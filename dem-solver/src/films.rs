@@ -128,7 +128,7 @@ impl Films {
                 let apart = scene.periods.nearest(x - grains.position[j]);
                 let distance = apart.norm();
                 let gap = distance - r - grains.radius[j];
-                let normal = apart / distance;
+                let normal = apart * (1.0 / distance);
                 let rate = (v - grains.velocity[j]).dot(&normal);
                 let weight = response.inverse_mass[i] + response.inverse_mass[j];
                 if let Some(inverse_mass) = in_reach(&law, gap, rate, dt, &normal, &weight) {

@@ -197,12 +197,15 @@ fn pair_forces(
             note_gap(seen, forces, i, gap);
             seen.smallest_gap[j] = seen.smallest_gap[j].min(gap);
             let law = scene.laws.between(grains.material[i], grains.material[j]);
+            let wide = matches!(law, PairLaw::WanTurek(_));
+            if gap >= 0.0 && !list.touching[k] && !wide {
+                continue;
+            }
             let relative = |velocity: &[Vec3], spin: &[Vec3]| Relative {
                 velocity: velocity[i] - velocity[j],
                 spin: (spin[i], spin[j]),
             };
             let normal = if distance > 0.0 { apart / distance } else { Vec3::z() };
-            let rolls = scene.laws.rolling(grains.material[i], grains.material[j]);
             if let PairLaw::WanTurek(law) = law {
                 let size = law.pair_force(gap, distance);
                 forces.contact[i] += normal * size;
@@ -210,9 +213,6 @@ fn pair_forces(
                 let rate = (kinematics.velocity[i] - kinematics.velocity[j]).dot(&normal);
                 note_event(&mut list.touching[k], size > 0.0, rate, seen, i, Some(j));
                 forces.contacts += usize::from(size > 0.0);
-                continue;
-            }
-            if gap >= 0.0 && !list.touching[k] {
                 continue;
             }
             let mass = response.effective_mass(grains, i, j);
@@ -237,7 +237,7 @@ fn pair_forces(
             let moment = tangential.cross(&normal);
             forces.torque[i] += moment * frame.arms.0;
             forces.torque[j] += moment * frame.arms.1;
-            if let Some(rolls) = rolls {
+            if let Some(rolls) = scene.laws.rolling(grains.material[i], grains.material[j]) {
                 let inertia = rolling_inertia(grains, response, i, Some(j));
                 let force = (force - tangential).dot(&normal);
                 let roll = Roll { normal, force, stiffness: law.pair.stiffness * mass, radius, inertia };

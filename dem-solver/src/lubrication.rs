@@ -317,7 +317,7 @@ impl FilmLaw {
         // path = c ∫ dσ/Q(σ) − shift a s with Q = (1 + σ)(1 + 2x(1 + σ) + 2x²(1 + σ)²), or (1 + σ)^{3/2}
         let (c, [q0, q1, q2, q3]) = match self.shape {
             FilmShape::Point => {
-                let x = a / self.resolved_length;
+                let x = a * (1.0 / self.resolved_length);
                 let x2 = x * x;
                 let q = [1.0 + 2.0 * x + 2.0 * x2, 1.0 + 4.0 * x + 6.0 * x2, 4.0 * x + 12.0 * x2, 12.0 * x2];
                 (self.coefficient, q)
@@ -330,7 +330,7 @@ impl FilmLaw {
         let k2 = -0.5 * c * r;
         let k3 = c / 6.0 * (2.0 * r * r - second);
         let k4 = c / 24.0 * (6.0 * r * (second - r * r) - third);
-        let inertia = a / dt;
+        let inertia = a * (1.0 / dt);
         let inverse = 1.0 / (inertia + inverse_mass * k1);
         let (free, held) = (inertia * inverse, inverse_mass * inverse * k2);
         let c = [k1, free * k2, free * (k3 - 2.0 * held * k2), free * (k4 + 5.0 * held * (held * k2 - k3))];
