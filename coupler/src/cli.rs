@@ -59,7 +59,7 @@ enum Command {
         log: PathBuf,
         /// Solver to drive
         #[arg(long)]
-        drive: Drive,
+        drive: Side,
         /// Compare every message bit for bit; exit 1 at the first difference
         #[arg(long)]
         verify: bool,
@@ -114,6 +114,24 @@ enum Command {
         #[arg(long, value_name = "N")]
         jobs: Option<NonZeroUsize>,
     },
+    /// Test any solver command against the protocol, role by role; exit 1 if it fails
+    Conformance {
+        /// Only this role; by default each role that the command takes
+        #[arg(long)]
+        role: Option<Side>,
+        /// Scene with a fluid and free grains; by default two spheres apart in a closed box
+        #[arg(long)]
+        scene: Option<PathBuf>,
+        /// Override any key of the scene; may be repeated
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        /// Print the results as JSON
+        #[arg(long)]
+        json: bool,
+        /// The solver: executable and leading arguments, after --
+        #[arg(required = true, last = true)]
+        command: Vec<String>,
+    },
     /// Make report.html in the output folder of each run, chart.html and stability.html in those of sweeps
     Report {
         /// Output folders of runs, charts and maps
@@ -162,9 +180,18 @@ enum LogWord {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Drive {
+enum Side {
     Fluid,
     Dem,
+}
+
+impl From<Side> for Role {
+    fn from(side: Side) -> Self {
+        match side {
+            Side::Fluid => Self::Fluid,
+            Side::Dem => Self::Dem,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Args)]
@@ -235,11 +262,13 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         }
         Command::Run { options, accuracy } => crate::run::run(&with_accuracy(options, accuracy)),
         Command::Replay { log, drive, verify, checkpoint, out } => {
-            let drive = match drive {
-                Drive::Fluid => Role::Fluid,
-                Drive::Dem => Role::Dem,
-            };
-            crate::replay::replay(&crate::replay::Replay { log, drive, verify, checkpoint, out })
+            crate::replay::replay(&crate::replay::Replay {
+                log,
+                drive: drive.into(),
+                verify,
+                checkpoint,
+                out,
+            })
         }
         Command::Log { command } => Ok(log(&command)?),
         Command::Chart { scene, out, jobs } => {
@@ -250,6 +279,16 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         }
         Command::Stability { scene, out, jobs } => {
             Ok(crate::stability::stability(&crate::stability::Options { scene, out, jobs })?)
+        }
+        Command::Conformance { role, scene, overrides, json, command } => {
+            let role = role.map(Role::from);
+            crate::conformance::conformance(&crate::conformance::Options {
+                command,
+                role,
+                scene,
+                overrides,
+                json,
+            })
         }
         Command::Report { dirs } => {
             let dirs: Vec<&Path> = dirs.iter().map(PathBuf::as_path).collect();

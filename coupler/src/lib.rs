@@ -14,6 +14,7 @@
 //! | [`supervise`], [`solvers`] | solvers as commands and child processes |
 //! | [`record`], [`resume`] | log, checkpoints |
 //! | [`replay`], [`log_command`], [`export`] | a log driving a solver, or read; files for viewers |
+//! | [`conformance`] | any solver against the protocol |
 //! | [`report`] | the HTML page of a run |
 //! | [`chart`] | a ladder of runs: error against cost |
 //! | [`sweep`] | many runs of a scene, never repeated once finished |
@@ -28,6 +29,7 @@ pub mod check;
 pub mod cli;
 pub mod conduct;
 pub mod config;
+pub mod conformance;
 pub mod export;
 pub mod failure;
 pub mod iterate;

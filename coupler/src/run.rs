@@ -105,7 +105,7 @@ fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Fail
 }
 
 /// Prepares the output folder, and finds the checkpoint to go on from.
-fn open_folder(
+pub(crate) fn open_folder(
     options: &RunOptions,
     prepared: &Prepared,
     folder: &OutputFolder,

@@ -73,6 +73,8 @@ pub fn program(role: Role) -> &'static str {
 pub enum Words {
     /// To the coupler's stderr line by line, the last ones kept.
     Kept,
+    /// The last ones kept, and nothing else.
+    Quiet,
     /// The child speaks for itself: stdin, stdout and stderr are the coupler's.
     Own,
 }
@@ -116,14 +118,15 @@ impl Supervisor {
         };
         let mut command = Command::new(executable);
         command.args(leading).args(arguments).process_group(0);
-        if words == Words::Kept {
+        if words != Words::Own {
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         }
         let mut child = command.spawn()?;
         let kept: Arc<Mutex<VecDeque<String>>> = Arc::default();
         if let Some(stderr) = child.stderr.take() {
             let kept = kept.clone();
-            std::thread::spawn(move || keep_words(role, BufReader::new(stderr), &kept));
+            let say = words == Words::Kept;
+            std::thread::spawn(move || keep_words(role, BufReader::new(stderr), &kept, say));
         }
         let child = Arc::new(Mutex::new(child));
         let (theirs, exits) = (child.clone(), self.exits.clone());
@@ -213,7 +216,7 @@ fn await_exit(role: Role, child: &Mutex<Child>, exits: &Mutex<Vec<Exit>>) {
     locked(exits).push(Exit { role, status });
 }
 
-fn keep_words(role: Role, stderr: impl BufRead, kept: &Mutex<VecDeque<String>>) {
+fn keep_words(role: Role, stderr: impl BufRead, kept: &Mutex<VecDeque<String>>, say: bool) {
     // Lossy, because a foreign solver may write what it likes.
     for line in stderr.split(b'\n') {
         let Ok(bytes) = line else { return };
@@ -221,7 +224,9 @@ fn keep_words(role: Role, stderr: impl BufRead, kept: &Mutex<VecDeque<String>>) 
         if line.is_empty() {
             continue;
         }
-        protocol::say!("{role}: {line}");
+        if say {
+            protocol::say!("{role}: {line}");
+        }
         let mut kept = locked(kept);
         if kept.len() == LAST_LINES {
             kept.pop_front();

@@ -1,24 +1,24 @@
 //! Checkpoints: everything that decides the next window, bit for bit. The file's frame, with its
 //! checks for other scenes, truncation and damage, is [`protocol::checkpoint`].
 
-use crate::solver::{Memory, Snapshot, Solver};
+use crate::solver::{Memory, Solver};
 use protocol::participant::SolverError;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::path::Path;
 
 /// Role in the file's name: `fluid.checkpoint`.
 const ROLE: &str = "fluid";
 
-/// A [`Snapshot`] as stored: fields in the order velocity, history, force (one per axis each),
-/// pressure, then the velocity on each open face.
-#[derive(Serialize, Deserialize)]
-struct Stored {
+/// What decides the next window, as stored; [`read`] takes the same parts one by one.
+#[derive(Serialize)]
+struct Stored<'a> {
     cells: Vec<u64>,
     time: f64,
     previous_dt: f64,
     steps: u64,
-    memory: Memory,
-    fields: Vec<Vec<f64>>,
+    memory: &'a Memory,
+    /// See [`Solver::fields`].
+    fields: Vec<&'a [f64]>,
 }
 
 /// Writes the checkpoint of `solver` to `folder`.
@@ -26,48 +26,43 @@ struct Stored {
 /// # Errors
 /// [`SolverError::File`].
 pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError> {
-    let Snapshot { state, lambda, memory } = solver.snapshot();
-    let open: Vec<Vec<f64>> = state.open.fields().cloned().collect();
-    let fields = state.velocity.into_iter().chain(state.history).chain(lambda).chain([state.pressure]);
+    let state = solver.stepper().state();
     let stored = Stored {
         cells: cells(solver),
         time: state.time,
         previous_dt: state.previous_dt,
         steps: state.steps,
-        memory,
-        fields: fields.chain(open).collect(),
+        memory: solver.memory(),
+        fields: solver.fields(),
     };
     protocol::checkpoint::write(folder, ROLE, scene, &stored)
 }
 
-/// Reads the checkpoint in `folder` into `solver`, which is left as it was if that fails.
+/// Reads the checkpoint in `folder` into `solver`.
 ///
 /// # Errors
-/// If the file is missing, damaged, or of another scene or version.
+/// If the file is missing, damaged, or of another scene or version: then `solver` is as it was. If the disk fails on the
+/// way: then it is of no further use.
 pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError> {
-    let mut stored: Stored = protocol::checkpoint::read(folder, ROLE, scene)?;
-    let mut snapshot = solver.snapshot();
-    let grains = snapshot.memory.motions.len();
-    let Snapshot { state, lambda, memory } = &mut snapshot;
-    let targets = state.velocity.iter_mut().chain(&mut state.history).chain(lambda);
-    let mut targets: Vec<&mut Vec<f64>> =
-        targets.chain([&mut state.pressure]).chain(state.open.fields_mut()).collect();
-    let lengths = |fields: &mut dyn Iterator<Item = usize>| fields.collect::<Vec<_>>();
-    let fits = stored.cells == cells(solver)
-        && lengths(&mut stored.fields.iter().map(Vec::len)) == lengths(&mut targets.iter().map(|f| f.len()))
-        && stored.memory.grains() == Some(grains);
+    let mut payload = protocol::checkpoint::open(folder, ROLE, scene)?;
+    let grid: Vec<u64> = payload.part()?;
+    let (time, previous_dt, steps) = payload.part()?;
+    let memory: Memory = payload.part()?;
+    let fields: u64 = payload.part()?;
+    let fits = grid == cells(solver)
+        && fields == solver.fields().len() as u64
+        && memory.grains() == solver.memory().grains();
     if !fits {
         return Err(SolverError::Failed(format!(
             "{}: holds another grid, method or number of grains than the scene asks for: start anew",
             protocol::checkpoint::path(folder, ROLE).display()
         )));
     }
-    for (target, field) in targets.iter_mut().zip(&mut stored.fields) {
-        std::mem::swap(*target, field);
+    for field in solver.fields_mut() {
+        payload.fill(field)?;
     }
-    (state.time, state.previous_dt, state.steps) = (stored.time, stored.previous_dt, stored.steps);
-    *memory = stored.memory;
-    solver.resume(&snapshot);
+    payload.end()?;
+    solver.restart((time, previous_dt, steps), memory);
     Ok(())
 }
 

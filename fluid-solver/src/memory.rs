@@ -18,10 +18,10 @@ pub struct Demand {
     pub repeated: bool,
 }
 
-/// Bytes that a run takes at its peak, which is while it writes a checkpoint.
+/// Bytes that a run takes.
 ///
-/// In fields of the grid, each with its pads: velocity, history, pressure and the carried force, three
-/// times (the run's, the copy for the checkpoint, the encoded copy) and once more where windows are repeated, and the working memory of the step.
+/// In fields of the grid, each with its pads: velocity, history, pressure and the carried force, once
+/// more where windows are repeated, and the working memory of the step.
 /// The latter is measured, as resident memory, at 128³ and 1448² cells: 1 field in space, 3 more with
 /// implicit viscosity; on two axes 7, and 10 more for the factors of the viscous solvers.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand) -> u64 {
@@ -34,7 +34,7 @@ pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand) -> u64 {
         (_, false) => 1,
         (_, true) => 4,
     };
-    BASE + 8 * grid.len() as u64 * ((3 + u64::from(repeated)) * kept + work)
+    BASE + 8 * grid.len() as u64 * ((1 + u64::from(repeated)) * kept + work)
 }
 
 /// Refuses what does not fit, where the system tells what there is.

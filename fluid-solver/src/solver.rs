@@ -423,6 +423,38 @@ impl<const D: usize> Solver<D> {
             to.copy_from_slice(from);
         }
         self.memory.clone_from(&snapshot.memory);
+        self.take_hold();
+    }
+
+    /// All fields that decide the next window: velocity, history, force (one per axis each), pressure, then the
+    /// velocity on each open face.
+    pub(crate) fn fields(&self) -> Vec<&[f64]> {
+        let state = self.stepper.state();
+        let fields = state.velocity.iter().chain(&state.history).chain(&self.lambda);
+        fields.chain([&state.pressure]).chain(state.open.fields()).map(Vec::as_slice).collect()
+    }
+
+    /// The same, to be set before [`Solver::restart`].
+    pub(crate) fn fields_mut(&mut self) -> Vec<&mut [f64]> {
+        let state = self.stepper.state_mut();
+        let fields = state.velocity.iter_mut().chain(&mut state.history).chain(&mut self.lambda);
+        fields.chain([&mut state.pressure]).chain(state.open.fields_mut()).map(Vec::as_mut_slice).collect()
+    }
+
+    /// What decides the next window besides the fields.
+    pub(crate) fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// Goes on from the present fields: time, the step before and the number of steps, and the rest.
+    pub(crate) fn restart(&mut self, (time, previous_dt, steps): (f64, f64, u64), memory: Memory) {
+        self.stepper.restart(time, previous_dt, steps);
+        self.memory = memory;
+        self.take_hold();
+    }
+
+    /// Finds the cells that hold force.
+    fn take_hold(&mut self) {
         if self.memory.held_dt > 0.0 {
             let kernel = Kernel { dt: self.memory.held_dt, ..self.kernel };
             self.immersed.hold(self.stepper.grid(), &kernel, &self.memory.held);

@@ -318,6 +318,12 @@ impl<const D: usize> Stepper<D> {
         (self.stand, self.broken) = (Stand::Done, false);
     }
 
+    /// Goes on from the present fields; a step that was begun is forgotten.
+    pub(crate) fn restart(&mut self, time: f64, previous_dt: f64, steps: u64) {
+        (self.state.time, self.state.previous_dt, self.state.steps) = (time, previous_dt, steps);
+        (self.stand, self.broken) = (Stand::Done, false);
+    }
+
     /// Time spent in each part so far.
     pub fn timings(&self) -> &Timings {
         &self.timings

@@ -4,7 +4,8 @@
 //! Layout: 8 bytes `BEDLOAD\n`, u64 version, u64 length of the payload, 32 bytes SHA-256 of the payload,
 //! the payload (bincode of the identity of the scene, then of the state). Little-endian.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -18,34 +19,64 @@ const MAGIC: [u8; 8] = *b"BEDLOAD\n";
 const VERSION: u64 = 2;
 const HEAD: usize = 8 + 8 + 8 + 32;
 
+/// Bytes that are read or written at once.
+const CHUNK: usize = 1 << 16;
+
 /// File of `role` in `folder`.
 #[must_use]
 pub fn path(folder: &Path, role: &str) -> PathBuf {
     folder.join(format!("{role}.checkpoint"))
 }
 
-/// Writes `state` of `role` whole or not at all: to a file beside, then renamed.
+/// Writes `state` of `role` whole or not at all: to a file beside, then renamed. It goes to the file as it is
+/// encoded, so that a state may borrow what is large and no second copy of it is made.
 ///
 /// # Errors
 /// [`SolverError::File`] if the disk refuses.
 pub fn write<T: Serialize>(folder: &Path, role: &str, identity: &str, state: &T) -> Result<(), SolverError> {
     let target = path(folder, role);
     let fail = |path: &Path, source| SolverError::File { path: path.display().to_string(), source };
-    let mut payload = Vec::new();
-    codec::encode(&(identity, state), &mut payload)
-        .map_err(|error| SolverError::Failed(format!("{}: {error}", target.display())))?;
     std::fs::create_dir_all(folder).map_err(|error| fail(folder, error))?;
     let beside = target.with_extension("partial");
-    let written = std::fs::File::create(&beside).and_then(|mut file| {
-        file.write_all(&MAGIC)?;
-        file.write_all(&VERSION.to_le_bytes())?;
-        file.write_all(&(payload.len() as u64).to_le_bytes())?;
-        file.write_all(&Sha256::digest(&payload))?;
-        file.write_all(&payload)?;
-        file.sync_data()
-    });
-    written.map_err(|error| fail(&beside, error))?;
+    File::create(&beside)
+        .and_then(|file| frame(file, &(identity, state)))
+        .map_err(|error| fail(&beside, error))?;
     std::fs::rename(&beside, &target).map_err(|error| fail(&target, error))
+}
+
+/// Head and payload. Length and digest, which stand before the payload, are known after it.
+fn frame(mut file: File, payload: &impl Serialize) -> io::Result<()> {
+    file.write_all(&[0; HEAD])?;
+    let mut out = BufWriter::with_capacity(CHUNK, Digested { file, digest: Sha256::new(), length: 0 });
+    // an error of the file is kept: what the codec makes of it is a text
+    if let Err(error) = codec::encode(payload, &mut out) {
+        return Err(out.flush().err().unwrap_or_else(|| io::Error::other(error)));
+    }
+    let Digested { mut file, digest, length } = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    file.seek(SeekFrom::Start(0))?;
+    let head = [&MAGIC[..], &VERSION.to_le_bytes(), &length.to_le_bytes(), &digest.finalize()].concat();
+    file.write_all(&head)?;
+    file.sync_data()
+}
+
+/// A file whose contents are digested as they are written.
+struct Digested {
+    file: File,
+    digest: Sha256,
+    length: u64,
+}
+
+impl Write for Digested {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.file.write(bytes)?;
+        self.digest.update(&bytes[..count]);
+        self.length += count as u64;
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
 }
 
 /// Reads what [`write()`] wrote for the same role and scene.
@@ -53,13 +84,9 @@ pub fn write<T: Serialize>(folder: &Path, role: &str, identity: &str, state: &T)
 /// # Errors
 /// [`SolverError`] if the file is missing, truncated, damaged, of another version or of another scene.
 pub fn read<T: DeserializeOwned>(folder: &Path, role: &str, identity: &str) -> Result<T, SolverError> {
-    let (scene, state) = read_any(folder, role)?;
-    if scene != identity {
-        return Err(SolverError::Failed(format!(
-            "{}: was written by another scene: resume with the scene that wrote it, or start anew",
-            path(folder, role).display()
-        )));
-    }
+    let mut payload = open(folder, role, identity)?;
+    let state = payload.part()?;
+    payload.end()?;
     Ok(state)
 }
 
@@ -68,23 +95,124 @@ pub fn read<T: DeserializeOwned>(folder: &Path, role: &str, identity: &str) -> R
 /// # Errors
 /// [`SolverError`] if the file is missing, truncated, damaged or of another version.
 pub fn read_any<T: DeserializeOwned>(folder: &Path, role: &str) -> Result<(String, T), SolverError> {
-    let path = path(folder, role);
-    let refuse = |why: &str| SolverError::Failed(format!("{}: {why}", path.display()));
-    let bytes = std::fs::read(&path)
-        .map_err(|source| SolverError::File { path: path.display().to_string(), source })?;
-    if bytes.len() < HEAD || bytes[..8] != MAGIC {
-        return Err(refuse("is not a Bedload checkpoint, or was cut short: start anew without --resume"));
+    let mut payload = Payload::open(path(folder, role))?;
+    let whole = payload.part()?;
+    payload.end()?;
+    Ok(whole)
+}
+
+/// Opens what [`write()`] wrote for the same role and scene, to be taken part by part. It was read once, and is whole.
+///
+/// # Errors
+/// As [`read`].
+pub fn open(folder: &Path, role: &str, identity: &str) -> Result<Payload, SolverError> {
+    let mut payload = Payload::open(path(folder, role))?;
+    if payload.part::<String>()? != identity {
+        return Err(payload
+            .refuse("was written by another scene: resume with the scene that wrote it, or start anew"));
     }
-    let word =
-        |at: usize| bytes[at..at + 8].iter().rev().fold(0u64, |sum, byte| (sum << 8) | u64::from(*byte));
-    if word(8) != VERSION {
-        return Err(refuse(&format!("has version {}, this build reads {VERSION}", word(8))));
+    Ok(payload)
+}
+
+/// The payload of a checkpoint, read from its file part by part: the fields of a struct are parts, as are the number
+/// of entries of a list and each of them.
+#[derive(Debug)]
+pub struct Payload {
+    path: PathBuf,
+    file: BufReader<File>,
+    left: u64,
+}
+
+impl Payload {
+    /// Checks the frame and stands at the payload's beginning.
+    fn open(path: PathBuf) -> Result<Self, SolverError> {
+        let fail = |source| SolverError::File { path: path.display().to_string(), source };
+        let mut file = BufReader::with_capacity(CHUNK, File::open(&path).map_err(fail)?);
+        let mut head = [0; HEAD];
+        let whole = file.read_exact(&mut head);
+        let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| head[at + k]));
+        let found = (|| {
+            if whole.is_err() || head[..8] != MAGIC {
+                return Ok(Some(
+                    "is not a Bedload checkpoint, or was cut short: start anew without --resume".to_owned(),
+                ));
+            }
+            if word(8) != VERSION {
+                return Ok(Some(format!("has version {}, this build reads {VERSION}", word(8))));
+            }
+            let (mut digest, mut length) = (Sha256::new(), 0);
+            let mut chunk = vec![0; CHUNK];
+            loop {
+                match file.read(&mut chunk)? {
+                    0 => break,
+                    count => {
+                        digest.update(&chunk[..count]);
+                        length += count as u64;
+                    }
+                }
+            }
+            file.seek(SeekFrom::Start(HEAD as u64))?;
+            let good = word(16) == length && digest.finalize()[..] == head[24..];
+            Ok((!good).then(|| "is truncated or damaged: start anew without --resume".to_owned()))
+        })()
+        .map_err(fail)?;
+        let payload = Self { left: word(16), path, file };
+        match found {
+            Some(why) => Err(payload.refuse(&why)),
+            None => Ok(payload),
+        }
     }
-    let payload = &bytes[HEAD..];
-    if word(16) != payload.len() as u64 || Sha256::digest(payload)[..] != bytes[24..HEAD] {
-        return Err(refuse("is truncated or damaged: start anew without --resume"));
+
+    /// The next part.
+    ///
+    /// # Errors
+    /// [`SolverError`] if it is not a `T`.
+    pub fn part<T: DeserializeOwned>(&mut self) -> Result<T, SolverError> {
+        let mut rest = (&mut self.file).take(self.left);
+        let part = codec::decode_from(&mut rest);
+        self.left = rest.limit();
+        part.map_err(|error| self.refuse(&error.to_string()))
     }
-    codec::decode(payload).map_err(|error| refuse(&error.to_string()))
+
+    /// The next part, a list of numbers, into `values`.
+    ///
+    /// # Errors
+    /// [`SolverError`] if it has another length.
+    pub fn fill(&mut self, values: &mut [f64]) -> Result<(), SolverError> {
+        let (count, wanted) = (self.part::<u64>()?, values.len() as u64);
+        if count != wanted || self.left < 8 * wanted {
+            return Err(self.refuse(&format!(
+                "holds a field of {count} numbers where {wanted} are asked for: start anew"
+            )));
+        }
+        let mut chunk = [0; 4096];
+        for values in values.chunks_mut(chunk.len() / 8) {
+            let bytes = &mut chunk[..8 * values.len()];
+            self.file
+                .read_exact(bytes)
+                .map_err(|source| SolverError::File { path: self.path.display().to_string(), source })?;
+            for (value, bytes) in values.iter_mut().zip(bytes.as_chunks::<8>().0) {
+                *value = f64::from_le_bytes(*bytes);
+            }
+        }
+        self.left -= 8 * wanted;
+        Ok(())
+    }
+
+    /// To be called after the last part.
+    ///
+    /// # Errors
+    /// [`SolverError`] if something is left.
+    pub fn end(&self) -> Result<(), SolverError> {
+        match self.left {
+            0 => Ok(()),
+            left => Err(self.refuse(&format!("{left} bytes are left over"))),
+        }
+    }
+
+    fn refuse(&self, why: &str) -> SolverError {
+        SolverError::Failed(format!("{}: {why}", self.path.display()))
+    }
 }
 
 #[cfg(test)]

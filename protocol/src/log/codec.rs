@@ -5,6 +5,8 @@
 //! Decoding has a byte limit: without one, a hostile length makes bincode ask for memory that no
 //! machine has, and the process is aborted.
 
+use std::io::{Read, Write};
+
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -46,14 +48,26 @@ fn config() -> Configuration<LittleEndian, Fixint, Limit<LIMIT>> {
     bincode::config::standard().with_little_endian().with_fixed_int_encoding().with_limit::<LIMIT>()
 }
 
-/// Appends `value` to `out`.
+/// Writes `value` to `out`.
 ///
 /// # Errors
-/// [`CodecError::Encode`]; no record of this crate gives it.
-pub fn encode<T: Serialize>(value: &T, out: &mut Vec<u8>) -> Result<(), CodecError> {
+/// [`CodecError::Encode`] if `out` refuses; a list of bytes never does.
+pub fn encode<T: Serialize>(value: &T, out: &mut impl Write) -> Result<(), CodecError> {
     bincode::serde::encode_into_std_write(value, out, config())
         .map(drop)
         .map_err(|error| CodecError::Encode(error.to_string()))
+}
+
+/// Reads one `T` and leaves what follows. There is no limit to its length: for files that a digest vouches for.
+///
+/// # Errors
+/// [`CodecError::Decode`] if bytes are missing or are not those of a `T`.
+pub fn decode_from<T: DeserializeOwned>(from: &mut impl Read) -> Result<T, CodecError> {
+    bincode::serde::decode_from_std_read(from, config().with_no_limit()).map_err(|error| CodecError::Decode {
+        bytes: 0,
+        wanted: std::any::type_name::<T>(),
+        what: error.to_string(),
+    })
 }
 
 /// Appends a header and its records to `out`.

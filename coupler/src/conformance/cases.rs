@@ -1,0 +1,456 @@
+//! What a solver of a coupled run has to do, case by case (docs/coupling.md). Each is a run of its own.
+
+use std::time::{Duration, Instant};
+
+use protocol::channel::{ConductorLink, Rendezvous};
+use protocol::message::{Command, Kinematics, Loads, Order, State};
+use protocol::participant::Role;
+use protocol::scene::Motion;
+use protocol::serve::checkpoint_folder;
+
+use super::actor::{Deed, Lines, Part};
+use super::stage::{LEAVE, Setting, Stage, Stand, Turn, how, text};
+
+/// A case: what to do, and what it is for.
+pub(super) struct Case {
+    pub(super) name: &'static str,
+    /// Whether a solver must pass; else it is told what it lacks.
+    pub(super) needed: bool,
+    pub(super) about: &'static str,
+    /// What was seen, or what was wrong.
+    pub(super) play: fn(&Stand) -> Result<String, String>,
+}
+
+/// All cases; the first one tells whether the solver takes the role at all.
+pub(super) const CASES: [Case; 14] = [
+    Case {
+        name: "ready",
+        needed: true,
+        about: "joins, says Ready, leaves on Stop with exit code 0",
+        play: ready,
+    },
+    Case {
+        name: "windows",
+        needed: true,
+        about: "one message a window with the command's step, attempt, time, dt and sub-steps, all numbers finite, then Done",
+        play: windows,
+    },
+    Case { name: "ahead", needed: true, about: "takes four windows ordered at once, in order", play: ahead },
+    Case {
+        name: "units",
+        needed: true,
+        about: "DEM: half the weight as load halves the fall; fluid: at rest it sends buoyancy",
+        play: units,
+    },
+    Case {
+        name: "checkpoint",
+        needed: true,
+        about: "goes on from a checkpoint with the same bits as if it had not stopped",
+        play: checkpoint,
+    },
+    Case {
+        name: "stop-waiting",
+        needed: true,
+        about: "obeys Stop while it waits for a peer that is silent",
+        play: stop_waiting,
+    },
+    Case {
+        name: "peer-silent",
+        needed: true,
+        about: "gives up by the deadline, not with 0",
+        play: peer_silent,
+    },
+    Case {
+        name: "peer-leaves",
+        needed: true,
+        about: "leaves when its peer has gone, not with 0",
+        play: peer_leaves,
+    },
+    Case {
+        name: "coupler-leaves",
+        needed: true,
+        about: "leaves when the coupler has gone, not with 0",
+        play: coupler_leaves,
+    },
+    Case {
+        name: "unknown-order",
+        needed: true,
+        about: "answers an order that it does not know with Failed, or leaves, not with 0",
+        play: unknown_order,
+    },
+    Case {
+        name: "other-layout",
+        needed: true,
+        about: "refuses a token of another layout",
+        play: other_layout,
+    },
+    Case {
+        name: "other-grains",
+        needed: true,
+        about: "refuses a run with another number of grains than its scene",
+        play: other_grains,
+    },
+    Case {
+        name: "not-finite",
+        needed: false,
+        about: "answers a value that is not a number with Failed, or leaves, not with 0",
+        play: not_finite,
+    },
+    Case {
+        name: "repeat",
+        needed: false,
+        about: "does a window again from its start with the same bits (coupling.scheme = \"iterated\")",
+        play: repeat,
+    },
+];
+
+/// Windows before something happens.
+const BEFORE: usize = 3;
+
+fn ready(stand: &Stand) -> Result<String, String> {
+    let mut stage = Stage::open(stand, Setting::default())?;
+    let (joined, ready) = (stage.joined, stage.ready);
+    stage.stop()?;
+    Ok(format!("ready after {:.2} s, knows {} grains", joined.as_secs_f64(), ready.grains))
+}
+
+fn windows(stand: &Stand) -> Result<String, String> {
+    let mut stage = Stage::open(stand, Setting::default())?;
+    let commands = stand.windows(6);
+    let mut substeps = 0;
+    for command in &commands {
+        let turn = stage.play(*command)?;
+        judge(command, &turn)?;
+        if stand.role == Role::Dem {
+            substeps += command.substeps;
+            if turn.done.substeps != substeps {
+                return Err(format!(
+                    "Done of window {} counts {} sub-steps since the start, {substeps} were ordered",
+                    command.step, turn.done.substeps
+                ));
+            }
+        }
+    }
+    stage.stop()?;
+    Ok(format!("{} windows", commands.len()))
+}
+
+fn ahead(stand: &Stand) -> Result<String, String> {
+    let mut stage = Stage::open(stand, Setting::default())?;
+    let commands = stand.windows(4);
+    for command in &commands {
+        stage.order(*command)?;
+    }
+    for command in &commands {
+        let turn = stage.turn(command)?;
+        judge(command, &turn)?;
+    }
+    stage.stop()?;
+    Ok(format!("{} windows at once", commands.len()))
+}
+
+/// Header, records and report of a window.
+fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
+    let Turn { header, records, done } = turn;
+    let step = command.step;
+    let (ordered, sent) = match records {
+        Lines::Loads(_) => (0, 0),
+        Lines::Kinematics(_) => (command.substeps, header.substeps),
+    };
+    for (what, ours, theirs) in [
+        ("step", step, header.step),
+        ("attempt", command.attempt, header.attempt),
+        ("time", command.time.to_bits(), header.time.to_bits()),
+        ("dt", command.dt.to_bits(), header.dt.to_bits()),
+        ("substeps", ordered, sent),
+    ] {
+        if ours != theirs {
+            let shown = |bits: u64| match what {
+                "time" | "dt" => f64::from_bits(bits).to_string(),
+                _ => bits.to_string(),
+            };
+            return Err(format!(
+                "the header of window {step} has {what} = {}, the command {}",
+                shown(theirs),
+                shown(ours)
+            ));
+        }
+    }
+    let bad = |grain: usize, word: usize, value: f64| {
+        Err(format!("window {step}: {} of grain {grain} is {value}", turn.field(word)))
+    };
+    // Position, orientation, velocity and spin are the coupling; observations may be infinite (a gap to nothing).
+    let coupling = if matches!(records, Lines::Kinematics(_)) { 13 } else { usize::MAX };
+    for (grain, words) in turn.words().iter().enumerate() {
+        for (word, value) in words.iter().map(|word| f64::from_bits(*word)).enumerate() {
+            if value.is_nan() || (word < coupling && value.is_infinite()) {
+                return bad(grain, word, value);
+            }
+        }
+    }
+    match records {
+        Lines::Loads(records) => {
+            for (grain, loads) in records.iter().enumerate() {
+                if loads.added_mass < 0.0 {
+                    return bad(grain, 6, loads.added_mass);
+                }
+            }
+        }
+        Lines::Kinematics(records) => {
+            for (grain, kinematics) in records.iter().enumerate() {
+                let norm = kinematics.orientation.iter().map(|q| q * q).sum::<f64>();
+                if (norm - 1.0).abs() > 1e-6 {
+                    return Err(format!(
+                        "window {step}: the orientation of grain {grain} is no unit quaternion, its square is {norm}"
+                    ));
+                }
+            }
+        }
+    }
+    let state = (done.state, done.step, done.attempt);
+    if state != (State::Done as u64, step, command.attempt) {
+        return Err(format!(
+            "after window {step} it said state {} of window {}, attempt {} (Done is 2)",
+            state.0, state.1, state.2
+        ));
+    }
+    if !(done.dt_limit > 0.0) {
+        return Err(format!(
+            "dt_limit after window {step} is {}; allowed: positive, or infinite",
+            done.dt_limit
+        ));
+    }
+    Ok(())
+}
+
+fn units(stand: &Stand) -> Result<String, String> {
+    let mut stage = Stage::open(stand, Setting::default())?;
+    let command = stand.window(0, 0.0, 1.0, 20);
+    let turn = stage.play(command)?;
+    stage.stop()?;
+    match &turn.records {
+        Lines::Kinematics(records) => falls(stand, &command, records),
+        Lines::Loads(records) => floats(stand, records),
+    }
+}
+
+/// Free grains at rest that nothing touches gain g dt/2.
+fn falls(stand: &Stand, command: &Command, records: &[Kinematics]) -> Result<String, String> {
+    let scene = &stand.prepared.scene;
+    let gravity = scene.scene.gravity;
+    let mut seen = 0;
+    for (number, (grain, now)) in scene.grains.iter().zip(records).enumerate() {
+        let alone = now.contact_force == [0.0; 3] && now.lubrication_force == [0.0; 3];
+        let free = grain.motion == Motion::Free && grain.locked.is_empty() && grain.velocity == [0.0; 3];
+        if !(alone && free) {
+            continue;
+        }
+        seen += 1;
+        for c in 0..3 {
+            let gained = 0.5 * gravity[c] * command.dt;
+            if (now.velocity[c] - gained).abs() > 1e-6 * norm(gravity) * command.dt {
+                return Err(format!(
+                    "grain {number} has velocity[{c}] = {:e} m/s after {} s under half its weight; ½ g dt is {gained:e}",
+                    now.velocity[c], command.dt
+                ));
+            }
+            // ½ g/2 dt², and a sub-step more or less
+            let moved = now.position[c] - grain.position[c];
+            if (moved - 0.5 * gained * command.dt).abs() > 0.1 * (gained * command.dt).abs() + 1e-14 {
+                return Err(format!(
+                    "grain {number} has moved by {moved:e} m along axis {c}; {:e} were expected",
+                    0.5 * gained * command.dt
+                ));
+            }
+        }
+    }
+    Ok(format!("{seen} of {} grains at rest and untouched fall as they should", records.len()))
+}
+
+/// Grains at rest in a fluid at rest between walls feel −m_f g.
+fn floats(stand: &Stand, records: &[Loads]) -> Result<String, String> {
+    let scene = &stand.prepared.scene;
+    let density = scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);
+    if !stand.plain {
+        return Ok("not looked at: it needs a fluid at rest between walls, as in the built-in scene".into());
+    }
+    let mut worst = 0.0f64;
+    for (number, (grain, loads)) in scene.grains.iter().zip(records).enumerate() {
+        let buoyancy = scene.scene.gravity.map(|g| -density * g * grain.volume());
+        let wrong = norm(std::array::from_fn(|c| loads.force[c] - buoyancy[c])) / norm(buoyancy);
+        if !(wrong <= 0.05) {
+            return Err(format!(
+                "grain {number} at rest in a fluid at rest feels {:?} N; buoyancy, −ρ V g, is {buoyancy:?} N",
+                loads.force
+            ));
+        }
+        worst = worst.max(wrong);
+    }
+    Ok(format!("buoyancy within {:.1e}", worst))
+}
+
+fn norm(v: [f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+fn checkpoint(stand: &Stand) -> Result<String, String> {
+    let commands = stand.windows(BEFORE + 3);
+    let (first, rest) = commands.split_at(BEFORE);
+    let mut stage = Stage::open(stand, Setting::default())?;
+    for command in first {
+        stage.play(*command)?;
+    }
+    let step = BEFORE as u64;
+    let said = stage.save(step)?;
+    if said.state != State::Saved as u64 {
+        return Err(format!("answered Checkpoint with state {} (Saved is 3): {}", said.state, said.text()));
+    }
+    let whole = rest.iter().map(|command| stage.play(*command)).collect::<Result<Vec<_>, _>>()?;
+    stage.stop()?;
+    drop(stage);
+    let folder = checkpoint_folder(stand.folder.root(), step);
+    let mut stage = Stage::open(stand, Setting { checkpoint: Some(&folder), ..Setting::default() })?;
+    for (command, whole) in rest.iter().zip(&whole) {
+        let turn = stage.play(*command)?;
+        same(command.step, whole, &turn)?;
+    }
+    stage.stop()?;
+    Ok(format!("{} windows after it are the same, bit for bit", rest.len()))
+}
+
+fn repeat(stand: &Stand) -> Result<String, String> {
+    let mut stage = Stage::open(stand, Setting { repeatable: true, ..Setting::default() })?;
+    for command in stand.windows(BEFORE) {
+        let first = stage.play(command)?;
+        let shorter = Command { order: Order::Repeat as u64, attempt: 1, dt: 0.5 * command.dt, ..command };
+        judge(&shorter, &stage.play(shorter)?)?;
+        let again = Command { order: Order::Repeat as u64, attempt: 2, ..command };
+        let turn = stage.play(again)?;
+        judge(&again, &turn)?;
+        same(command.step, &first, &turn)?;
+        stage.order(Command { order: Order::Accept as u64, attempt: 2, ..command })?;
+    }
+    stage.stop()?;
+    Ok(format!("{BEFORE} windows, each a second and a third time"))
+}
+
+/// Two messages of one window.
+fn same(step: u64, first: &Turn, second: &Turn) -> Result<(), String> {
+    for (grain, (a, b)) in first.words().iter().zip(second.words()).enumerate() {
+        if let Some(word) = (0..a.len()).find(|k| a[*k] != b[*k]) {
+            return Err(format!(
+                "{} of grain {grain} in window {step} is {:e}, and was {:e}",
+                second.field(word),
+                f64::from_bits(b[word]),
+                f64::from_bits(a[word])
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Plays some windows, the actor doing `deed` from the last on, which is ordered and not waited for.
+fn until<'a>(stand: &'a Stand, deed: Deed, setting: Setting<'_>) -> Result<Stage<'a>, String> {
+    let part = Part { deed, from: BEFORE as u64 };
+    let mut stage = Stage::open(stand, Setting { part, ..setting })?;
+    let commands = stand.windows(BEFORE + 1);
+    for command in &commands[..BEFORE] {
+        stage.play(*command)?;
+    }
+    stage.order(commands[BEFORE])?;
+    Ok(stage)
+}
+
+/// Waits at most `limit` until the solver has left, not with 0.
+fn gives_up(stage: &Stage<'_>, limit: Duration) -> Result<String, String> {
+    let begin = Instant::now();
+    let exit = stage.leaves(limit)?;
+    match exit.code() {
+        Some(0) => Err("left with 0, as if all were well".into()),
+        Some(code) => Ok(format!("left with {code} after {:.2} s", begin.elapsed().as_secs_f64())),
+        None => Err(how(&exit)),
+    }
+}
+
+fn stop_waiting(stand: &Stand) -> Result<String, String> {
+    let mut stage = until(stand, Deed::Silent, Setting::default())?;
+    std::thread::sleep(Duration::from_millis(100));
+    let begin = Instant::now();
+    // What it had sent before it waited is part of no finished window.
+    stage.stop_unfinished()?;
+    Ok(format!("left with 0 after {:.2} s", begin.elapsed().as_secs_f64()))
+}
+
+fn peer_silent(stand: &Stand) -> Result<String, String> {
+    let deadline = 1.5;
+    let stage = until(stand, Deed::Silent, Setting { deadline: Some(deadline), ..Setting::default() })?;
+    gives_up(&stage, Duration::from_secs_f64(deadline) + LEAVE)
+}
+
+fn peer_leaves(stand: &Stand) -> Result<String, String> {
+    let stage = until(stand, Deed::Leave, Setting::default())?;
+    gives_up(&stage, LEAVE)
+}
+
+fn coupler_leaves(stand: &Stand) -> Result<String, String> {
+    let mut stage = Stage::open(stand, Setting::default())?;
+    for command in stand.windows(BEFORE) {
+        stage.play(command)?;
+    }
+    stage.abandon();
+    gives_up(&stage, LEAVE)
+}
+
+/// The solver says Failed, or leaves, and in the end has left, not with 0.
+fn fails(stage: &mut Stage<'_>, step: u64) -> Result<String, String> {
+    let said = loop {
+        match stage.report(step) {
+            Ok(status) if status.state == State::Done as u64 && status.step < step => {}
+            Ok(status) if status.state == State::Failed as u64 => break Some(status.text()),
+            Ok(status) => return Err(format!("answered with state {}, as if all were well", status.state)),
+            Err(_) => break None,
+        }
+    };
+    let left = gives_up(stage, LEAVE)?;
+    Ok(said.map_or_else(|| left.clone(), |said| format!("{left}, saying: {said}")))
+}
+
+fn unknown_order(stand: &Stand) -> Result<String, String> {
+    let mut stage = Stage::open(stand, Setting::default())?;
+    stage.order(Command { order: 99, ..Command::default() })?;
+    fails(&mut stage, 0)
+}
+
+fn not_finite(stand: &Stand) -> Result<String, String> {
+    let mut stage = until(stand, Deed::NotFinite, Setting::default())?;
+    // it may be the window after in which it sees what it was sent
+    let next = stand.windows(BEFORE + 2)[BEFORE + 1];
+    match fails(&mut stage, BEFORE as u64) {
+        Err(_) if stage.order(next).is_ok() => fails(&mut stage, next.step),
+        seen => seen,
+    }
+}
+
+fn other_layout(stand: &Stand) -> Result<String, String> {
+    let rendezvous = stand.rendezvous(Setting::default())?;
+    let other = Rendezvous { layout: "0123456789abcdef".into(), ..rendezvous };
+    refuses(stand, &other)
+}
+
+fn other_grains(stand: &Stand) -> Result<String, String> {
+    let rendezvous = stand.rendezvous(Setting::default())?;
+    refuses(stand, &Rendezvous { grains: rendezvous.grains + 1, ..rendezvous })
+}
+
+/// The solver leaves a run of this token, not with 0, without having waited for anybody.
+fn refuses(stand: &Stand, rendezvous: &Rendezvous) -> Result<String, String> {
+    let link = ConductorLink::create(rendezvous).map_err(text)?;
+    let supervisor = stand.start(&rendezvous.token(), None)?;
+    let exit = stand.leaves(&supervisor, LEAVE);
+    supervisor.end(Duration::from_millis(300));
+    drop(link);
+    match exit?.code() {
+        Some(0) | None => Err("did not refuse it".into()),
+        Some(code) => Ok(format!("left with {code}")),
+    }
+}

@@ -1,0 +1,222 @@
+//! `bedload conformance -- COMMAND…`: any solver command against the protocol of a coupled run, role by role.
+//!
+//! This process is the coupler and the other solver; COMMAND is started as `bedload run` would start it, once for
+//! each case. A role that it does not take is passed over.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `cases` | what a solver has to do |
+//! | `stage` | a run with one solver under test |
+//! | `actor` | the other side |
+
+mod actor;
+mod cases;
+mod stage;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use protocol::channel::remove_stale_runs;
+use protocol::output::RunOptions;
+use protocol::participant::Role;
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::prepare::Prepared;
+use crate::run::open_folder;
+use cases::CASES;
+use stage::Stand;
+
+/// The scene that a solver is given where no other is named.
+const SCENE: &str = include_str!("scene.toml");
+
+/// What is asked for.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Executable and leading arguments of the solver.
+    pub command: Vec<String>,
+    /// The one role to test; else both are tried.
+    pub role: Option<Role>,
+    /// Scene with a fluid and free grains, in place of the built-in one.
+    pub scene: Option<PathBuf>,
+    /// `KEY=VALUE` for the scene.
+    pub overrides: Vec<String>,
+    /// Print JSON.
+    pub json: bool,
+}
+
+/// How a case ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum Outcome {
+    Pass,
+    Fail,
+    /// Not passed, and not needed.
+    Lacks,
+}
+
+impl Outcome {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "FAIL",
+            Self::Lacks => "lacks",
+        }
+    }
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Played {
+    name: &'static str,
+    about: &'static str,
+    outcome: Outcome,
+    /// What was seen, or what was wrong.
+    seen: String,
+    seconds: f64,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Report {
+    role: Role,
+    /// Why the role was passed over.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    passed_over: Option<String>,
+    cases: Vec<Played>,
+}
+
+/// Tests a solver and prints what it does.
+///
+/// # Errors
+/// [`Failure::Run`] if it fails a case that is needed or takes no role, [`Failure::Scene`] for a bad scene.
+pub fn conformance(options: &Options) -> Result<(), Failure> {
+    if let Err(error) = remove_stale_runs() {
+        protocol::say!("bedload: warning: cannot remove what dead runs left: {error}");
+    }
+    let folder = Folder::new()?;
+    // a scene that is at fault by itself is no fault of the solver
+    if let Some(scene) = &options.scene {
+        RunOptions { overrides: options.overrides.clone(), ..RunOptions::of_scene(scene) }.read_scene()?;
+    }
+    let roles = options.role.map_or_else(|| vec![Role::Fluid, Role::Dem], |role| vec![role]);
+    let mut reports = Vec::new();
+    for role in roles {
+        reports.push(try_role(options, role, &folder.0)?);
+    }
+    if options.json {
+        println!(
+            "{}",
+            serde_json::to_string_pretty(&reports).map_err(|error| Failure::Run(error.to_string()))?
+        );
+    }
+    verdict(&reports)
+}
+
+fn try_role(options: &Options, role: Role, folder: &Path) -> Result<Report, Failure> {
+    let mut report = Report { role, passed_over: None, cases: Vec::new() };
+    let stand = match stand(options, role, folder) {
+        Ok(stand) => stand,
+        Err(failure) if options.role.is_some() => return Err(failure),
+        Err(failure) => {
+            pass_over(options, &mut report, &failure.to_string());
+            return Ok(report);
+        }
+    };
+    for (number, case) in CASES.iter().enumerate() {
+        let begin = Instant::now();
+        let (outcome, seen) = match (case.play)(&stand) {
+            Ok(seen) => (Outcome::Pass, seen),
+            Err(wrong) if number == 0 && options.role.is_none() => {
+                pass_over(options, &mut report, &wrong);
+                return Ok(report);
+            }
+            Err(wrong) => (if case.needed { Outcome::Fail } else { Outcome::Lacks }, wrong),
+        };
+        let seconds = begin.elapsed().as_secs_f64();
+        if !options.json {
+            println!("{role:5}  {:5}  {:14}  {seen}", outcome.word(), case.name);
+            if outcome != Outcome::Pass {
+                println!("{:30}wanted: {}", "", case.about);
+            }
+        }
+        report.cases.push(Played { name: case.name, about: case.about, outcome, seen, seconds });
+        // One that cannot join fails all cases for the same reason.
+        if number == 0 && outcome == Outcome::Fail {
+            break;
+        }
+    }
+    Ok(report)
+}
+
+fn pass_over(options: &Options, report: &mut Report, why: &str) {
+    if !options.json {
+        println!("{:5}  passed over: {why}", report.role);
+    }
+    report.passed_over = Some(why.to_owned());
+}
+
+/// Reads and resolves the scene with the command as the solver of `role`.
+fn stand(options: &Options, role: Role, folder: &Path) -> Result<Stand, Failure> {
+    let built_in = folder.join("scene.toml");
+    std::fs::write(&built_in, SCENE)
+        .map_err(|error| Failure::Run(format!("cannot write {}: {error}", built_in.display())))?;
+    let command = serde_json::to_string(&options.command).map_err(|error| Failure::Run(error.to_string()))?;
+    let mut overrides = options.overrides.clone();
+    overrides.push(format!("{role}.command={command}"));
+    let run = RunOptions {
+        overrides,
+        out: Some(folder.join(role.to_string())),
+        ..RunOptions::of_scene(options.scene.as_ref().unwrap_or(&built_in))
+    };
+    let prepared = Prepared::new(&run)?;
+    if prepared.fluid.is_none() || prepared.dem.is_none() {
+        return Err(Failure::Input(
+            "the scene needs one solver only; give one with [medium] and at least one grain that is free"
+                .into(),
+        ));
+    }
+    let output = run.folder(&prepared.scene)?;
+    open_folder(&run, &prepared, &output)?;
+    Ok(Stand {
+        role,
+        command: options.command.clone(),
+        prepared,
+        folder: output,
+        plain: options.scene.is_none(),
+    })
+}
+
+/// Counts, and fails where something needed is missing.
+fn verdict(reports: &[Report]) -> Result<(), Failure> {
+    let count = |outcome| {
+        reports.iter().flat_map(|report| &report.cases).filter(|case| case.outcome == outcome).count()
+    };
+    let (passed, failed, lacking) = (count(Outcome::Pass), count(Outcome::Fail), count(Outcome::Lacks));
+    protocol::say!("bedload: {passed} passed, {failed} failed, {lacking} that are not needed lack");
+    if reports.iter().all(|report| report.passed_over.is_some()) {
+        return Err(Failure::Run(
+            "the command takes neither role: name one with --role to see all that is wrong".into(),
+        ));
+    }
+    match failed {
+        0 => Ok(()),
+        _ => Err(Failure::Run(format!("{failed} of the cases that a solver must pass failed"))),
+    }
+}
+
+/// A folder that goes when the test ends.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> Result<Self, Failure> {
+        let path = std::env::temp_dir().join(format!("bedload-conformance-{}", std::process::id()));
+        std::fs::create_dir_all(&path)
+            .map_err(|error| Failure::Run(format!("cannot make {}: {error}", path.display())))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
