@@ -2,7 +2,7 @@
 
 use tests::harness::{Folder, bedload, said, summary};
 
-/// Fluid in space with a fixed sphere.
+/// Fluid in space with a fixed sphere that fills it: what a force is kept for counts only where there is one.
 fn scene(cells: &str, viscosity: &str) -> String {
     format!(
         r#"
@@ -21,7 +21,7 @@ viscosity = 1.0
 
 [[grains]]
 position = [0.5, 0.5, 0.5]
-radius = 0.25
+radius = 0.48
 density = 1.0
 motion = "fixed"
 
