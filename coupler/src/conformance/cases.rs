@@ -214,7 +214,7 @@ fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
             state.0, state.1, state.2
         ));
     }
-    if !(done.dt_limit > 0.0) {
+    if done.dt_limit.is_nan() || done.dt_limit <= 0.0 {
         return Err(format!(
             "dt_limit after window {step} is {}; allowed: positive, or infinite",
             done.dt_limit
@@ -278,7 +278,7 @@ fn floats(stand: &Stand, records: &[Loads]) -> Result<String, String> {
     for (number, (grain, loads)) in scene.grains.iter().zip(records).enumerate() {
         let buoyancy = scene.scene.gravity.map(|g| -density * g * grain.volume());
         let wrong = norm(std::array::from_fn(|c| loads.force[c] - buoyancy[c])) / norm(buoyancy);
-        if !(wrong <= 0.05) {
+        if wrong.is_nan() || wrong > 0.05 {
             return Err(format!(
                 "grain {number} at rest in a fluid at rest feels {:?} N; buoyancy, −ρ V g, is {buoyancy:?} N",
                 loads.force
