@@ -1,6 +1,7 @@
 //! `bedload run`: from the scene to the output folder.
 
 use std::ffi::OsString;
+use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -199,18 +200,29 @@ fn start_solvers(
     let solvers =
         [prepared.fluid.as_ref().map(|fluid| &fluid.solver), prepared.dem.as_ref().map(|dem| &dem.solver)];
     for solver in solvers.into_iter().flatten() {
-        let mut arguments: Vec<OsString> = vec!["serve".into(), folder.scene().into()];
-        arguments.extend(["--connect".into(), link.rendezvous().token().into()]);
-        arguments.extend(["--out".into(), folder.root().into()]);
-        if let Some(threads) = options.threads {
-            arguments.extend(["--threads".into(), threads.to_string().into()]);
-        }
-        if let Some(checkpoint) = checkpoint {
-            arguments.extend(["--checkpoint".into(), checkpoint.into()]);
-        }
+        let arguments = serve_arguments(folder, link.rendezvous(), options.threads, checkpoint);
         start(supervisor, solver, &arguments, Words::Kept)?;
     }
     Ok(())
+}
+
+/// Arguments of a solver that takes part in a run (interface: `serve`).
+pub(crate) fn serve_arguments(
+    folder: &OutputFolder,
+    rendezvous: &Rendezvous,
+    threads: Option<NonZeroUsize>,
+    checkpoint: Option<&Path>,
+) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> = vec!["serve".into(), folder.scene().into()];
+    arguments.extend(["--connect".into(), rendezvous.token().into()]);
+    arguments.extend(["--out".into(), folder.root().into()]);
+    if let Some(threads) = threads {
+        arguments.extend(["--threads".into(), threads.to_string().into()]);
+    }
+    if let Some(checkpoint) = checkpoint {
+        arguments.extend(["--checkpoint".into(), checkpoint.into()]);
+    }
+    arguments
 }
 
 fn start(

@@ -46,14 +46,13 @@ pub struct Memory {
 }
 
 /// Everything that decides the next window.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot<const D: usize> {
+struct Saved<const D: usize> {
     /// Velocity, pressure, previous convection, time.
-    pub state: State<D>,
+    state: State<D>,
     /// The carried force per unit mass, m/s².
-    pub lambda: [Vec<f64>; D],
+    lambda: [Vec<f64>; D],
     /// The grains.
-    pub memory: Memory,
+    memory: Memory,
 }
 
 /// The exchange of a fluid.
@@ -75,7 +74,7 @@ pub struct Solver<const D: usize> {
     scheme: Scheme,
     /// Attempts at the window under way, where windows are repeated.
     attempts: Option<Box<Attempts<D>>>,
-    saved: Option<Box<Snapshot<D>>>,
+    saved: Option<Box<Saved<D>>>,
     /// Largest Σ|u|/Δx after the last window, 1/s; zero: not known.
     rate: f64,
     seconds: f64,
@@ -395,34 +394,22 @@ impl<const D: usize> Solver<D> {
                 }
                 saved.memory.clone_from(memory);
             }
-            None => self.saved = Some(Box::new(self.snapshot())),
+            None => {
+                let (state, lambda) = (stepper.state().clone(), lambda.clone());
+                self.saved = Some(Box::new(Saved { state, lambda, memory: memory.clone() }));
+            }
         }
     }
 
     /// Goes back to the last [`Solver::save`]; without one, stays.
     pub fn restore(&mut self) {
-        if let Some(saved) = self.saved.take() {
-            self.resume(&saved);
-            self.saved = Some(saved);
-        }
-    }
-
-    /// A copy of everything that decides the next window.
-    pub fn snapshot(&self) -> Snapshot<D> {
-        Snapshot {
-            state: self.stepper.state().clone(),
-            lambda: self.lambda.clone(),
-            memory: self.memory.clone(),
-        }
-    }
-
-    /// Goes on from `snapshot`, made by a solver of the same scene.
-    pub fn resume(&mut self, snapshot: &Snapshot<D>) {
-        self.stepper.restore(&snapshot.state);
-        for (to, from) in self.lambda.iter_mut().zip(&snapshot.lambda) {
+        let Self { stepper, lambda, memory, saved, .. } = self;
+        let Some(saved) = saved else { return };
+        stepper.restore(&saved.state);
+        for (to, from) in lambda.iter_mut().zip(&saved.lambda) {
             to.copy_from_slice(from);
         }
-        self.memory.clone_from(&snapshot.memory);
+        memory.clone_from(&saved.memory);
         self.take_hold();
     }
 

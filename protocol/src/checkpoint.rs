@@ -47,35 +47,42 @@ pub fn write<T: Serialize>(folder: &Path, role: &str, identity: &str, state: &T)
 /// Head and payload. Length and digest, which stand before the payload, are known after it.
 fn frame(mut file: File, payload: &impl Serialize) -> io::Result<()> {
     file.write_all(&[0; HEAD])?;
-    let mut out = BufWriter::with_capacity(CHUNK, Digested { file, digest: Sha256::new(), length: 0 });
+    let mut out = BufWriter::with_capacity(CHUNK, Digested::new(file));
     // an error of the file is kept: what the codec makes of it is a text
     if let Err(error) = codec::encode(payload, &mut out) {
         return Err(out.flush().err().unwrap_or_else(|| io::Error::other(error)));
     }
-    let Digested { mut file, digest, length } = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    let Digested { to: mut file, digest, length } =
+        out.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.seek(SeekFrom::Start(0))?;
     let head = [&MAGIC[..], &VERSION.to_le_bytes(), &length.to_le_bytes(), &digest.finalize()].concat();
     file.write_all(&head)?;
     file.sync_data()
 }
 
-/// A file whose contents are digested as they are written.
-struct Digested {
-    file: File,
+/// Digests what is written through it.
+struct Digested<W> {
+    to: W,
     digest: Sha256,
     length: u64,
 }
 
-impl Write for Digested {
+impl<W> Digested<W> {
+    fn new(to: W) -> Self {
+        Self { to, digest: Sha256::new(), length: 0 }
+    }
+}
+
+impl<W: Write> Write for Digested<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let count = self.file.write(bytes)?;
+        let count = self.to.write(bytes)?;
         self.digest.update(&bytes[..count]);
         self.length += count as u64;
         Ok(count)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
+        self.to.flush()
     }
 }
 
@@ -126,41 +133,27 @@ pub struct Payload {
 impl Payload {
     /// Checks the frame and stands at the payload's beginning.
     fn open(path: PathBuf) -> Result<Self, SolverError> {
-        let fail = |source| SolverError::File { path: path.display().to_string(), source };
-        let mut file = BufReader::with_capacity(CHUNK, File::open(&path).map_err(fail)?);
+        let file = File::open(&path);
+        let file = file.map_err(|source| SolverError::File { path: path.display().to_string(), source })?;
+        let mut payload = Self { path, file: BufReader::with_capacity(CHUNK, file), left: 0 };
         let mut head = [0; HEAD];
-        let whole = file.read_exact(&mut head);
-        let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| head[at + k]));
-        let found = (|| {
-            if whole.is_err() || head[..8] != MAGIC {
-                return Ok(Some(
-                    "is not a Bedload checkpoint, or was cut short: start anew without --resume".to_owned(),
-                ));
-            }
-            if word(8) != VERSION {
-                return Ok(Some(format!("has version {}, this build reads {VERSION}", word(8))));
-            }
-            let (mut digest, mut length) = (Sha256::new(), 0);
-            let mut chunk = vec![0; CHUNK];
-            loop {
-                match file.read(&mut chunk)? {
-                    0 => break,
-                    count => {
-                        digest.update(&chunk[..count]);
-                        length += count as u64;
-                    }
-                }
-            }
-            file.seek(SeekFrom::Start(HEAD as u64))?;
-            let good = word(16) == length && digest.finalize()[..] == head[24..];
-            Ok((!good).then(|| "is truncated or damaged: start anew without --resume".to_owned()))
-        })()
-        .map_err(fail)?;
-        let payload = Self { left: word(16), path, file };
-        match found {
-            Some(why) => Err(payload.refuse(&why)),
-            None => Ok(payload),
+        if payload.file.read_exact(&mut head).is_err() || head[..8] != MAGIC {
+            return Err(
+                payload.refuse("is not a Bedload checkpoint, or was cut short: start anew without --resume")
+            );
         }
+        let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| head[at + k]));
+        if word(8) != VERSION {
+            return Err(payload.refuse(&format!("has version {}, this build reads {VERSION}", word(8))));
+        }
+        let mut digested = Digested::new(io::sink());
+        let whole = io::copy(&mut payload.file, &mut digested);
+        whole.and_then(|_| payload.file.seek(SeekFrom::Start(HEAD as u64))).map_err(|e| payload.fail(e))?;
+        payload.left = word(16);
+        if digested.length != payload.left || digested.digest.finalize()[..] != head[24..] {
+            return Err(payload.refuse("is truncated or damaged: start anew without --resume"));
+        }
+        Ok(payload)
     }
 
     /// The next part.
@@ -188,9 +181,7 @@ impl Payload {
         let mut chunk = [0; 4096];
         for values in values.chunks_mut(chunk.len() / 8) {
             let bytes = &mut chunk[..8 * values.len()];
-            self.file
-                .read_exact(bytes)
-                .map_err(|source| SolverError::File { path: self.path.display().to_string(), source })?;
+            self.file.read_exact(bytes).map_err(|error| self.fail(error))?;
             for (value, bytes) in values.iter_mut().zip(bytes.as_chunks::<8>().0) {
                 *value = f64::from_le_bytes(*bytes);
             }
@@ -208,6 +199,10 @@ impl Payload {
             0 => Ok(()),
             left => Err(self.refuse(&format!("{left} bytes are left over"))),
         }
+    }
+
+    fn fail(&self, source: io::Error) -> SolverError {
+        SolverError::File { path: self.path.display().to_string(), source }
     }
 
     fn refuse(&self, why: &str) -> SolverError {

@@ -445,7 +445,7 @@ fn other_grains(stand: &Stand) -> Result<String, String> {
 /// The solver leaves a run of this token, not with 0, without having waited for anybody.
 fn refuses(stand: &Stand, rendezvous: &Rendezvous) -> Result<String, String> {
     let link = ConductorLink::create(rendezvous).map_err(text)?;
-    let supervisor = stand.start(&rendezvous.token(), None)?;
+    let supervisor = stand.start(rendezvous, None)?;
     let exit = stand.leaves(&supervisor, LEAVE);
     supervisor.end(Duration::from_millis(300));
     drop(link);

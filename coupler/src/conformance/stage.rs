@@ -1,7 +1,7 @@
 //! A run with one solver under test: this process is the coupler and the other solver.
 
 use std::collections::VecDeque;
-use std::ffi::OsString;
+use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,6 +15,7 @@ use protocol::participant::{ExchangeError, Role};
 
 use super::actor::{self, Lines, Part};
 use crate::prepare::Prepared;
+use crate::run::serve_arguments;
 use crate::supervise::{Exit, Supervisor, Words};
 
 /// Longest time for a solver to leave once it has to.
@@ -108,13 +109,12 @@ impl Stand {
     }
 
     /// Starts the solver under test as `bedload run` would.
-    pub(super) fn start(&self, token: &str, checkpoint: Option<&Path>) -> Result<Supervisor, String> {
-        let mut arguments: Vec<OsString> = vec!["serve".into(), self.folder.scene().into()];
-        arguments.extend(["--connect".into(), token.into(), "--out".into(), self.folder.root().into()]);
-        arguments.extend(["--threads".into(), "1".into()]);
-        if let Some(checkpoint) = checkpoint {
-            arguments.extend(["--checkpoint".into(), checkpoint.into()]);
-        }
+    pub(super) fn start(
+        &self,
+        rendezvous: &Rendezvous,
+        checkpoint: Option<&Path>,
+    ) -> Result<Supervisor, String> {
+        let arguments = serve_arguments(&self.folder, rendezvous, Some(NonZeroUsize::MIN), checkpoint);
         let mut supervisor = Supervisor::default();
         supervisor
             .start(self.role, &self.command, &arguments, Words::Quiet)
@@ -157,7 +157,7 @@ impl<'a> Stage<'a> {
         let rendezvous = stand.rendezvous(setting)?;
         let link = ConductorLink::create(&rendezvous).map_err(text)?;
         let over = Arc::new(AtomicBool::new(false));
-        let supervisor = stand.start(&rendezvous.token(), setting.checkpoint)?;
+        let supervisor = stand.start(&rendezvous, setting.checkpoint)?;
         let actor = actor::enter(&rendezvous, stand.lines(), setting.part, &over, stand.folder.root());
         let mut stage = Self {
             stand,
@@ -173,8 +173,9 @@ impl<'a> Stage<'a> {
             joined: Duration::ZERO,
         };
         let Self { link, supervisor, .. } = &mut stage;
-        let said = link.as_mut().map(|link| link.wait_ready(&mut || there(supervisor, stand.role, 0)));
-        let said = said.unwrap_or_else(|| Ok(Vec::new())).map_err(|error| stage.why(&error))?;
+        let link = link.as_mut().ok_or("the coupler has left")?;
+        let said = link.wait_ready(&mut || there(supervisor, stand.role, 0));
+        let said = said.map_err(|error| stage.why(&error))?;
         let own = said.into_iter().find(|(role, _)| *role == stand.role);
         stage.ready = own.ok_or("never said Ready")?.1;
         stage.joined = begin.elapsed();
