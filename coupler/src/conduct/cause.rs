@@ -1,0 +1,111 @@
+//! Why a run ends early: who went first, and its words.
+
+use std::time::{Duration, Instant};
+
+use protocol::channel::Event;
+use protocol::message::{State, Status};
+use protocol::participant::{ExchangeError, Role};
+
+use super::Conductor;
+use crate::failure::Failure;
+use crate::supervise::{Exit, Interrupts, Supervisor};
+
+impl Conductor<'_> {
+    /// Keeps the words of the cause: the other solver fails too, because its peer is gone.
+    pub(super) fn hear_failure(&mut self, role: Role, status: &Status) {
+        let (peer, text) = (role.to_string(), status.text());
+        self.broken.get_or_insert_with(|| ExchangeError::Failed { peer: peer.clone(), text: text.clone() });
+        if self.failed.as_ref().is_none_or(|(_, text)| is_about_a_peer(text)) {
+            self.failed = Some((peer, text));
+        }
+    }
+
+    /// What really happened behind an error of the exchange.
+    pub(super) fn diagnose(&mut self, error: ExchangeError) -> Failure {
+        let patience = Instant::now();
+        // A dead peer makes the others give up too: the first to go is the cause.
+        while self.failed.is_none() && patience.elapsed() < Duration::from_millis(200) {
+            while let Ok(Some(event)) = self.link.try_next() {
+                if let Event::Status(role, status) = event
+                    && status.state == State::Failed as u64
+                {
+                    self.hear_failure(role, &status);
+                }
+            }
+            if self.supervisor.any_exit() || matches!(error, ExchangeError::Deadline { .. }) {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        explain(&error, self.failed.take(), &self.supervisor)
+    }
+}
+
+/// Looks after children and interrupts while the coupler waits.
+pub(crate) fn alive(
+    supervisor: &Supervisor,
+    interrupts: &Interrupts,
+    stopping: bool,
+    step: u64,
+) -> Result<(), ExchangeError> {
+    if interrupts.count() >= 2 {
+        return Err(ExchangeError::Stopped);
+    }
+    if !supervisor.any_exit() {
+        return Ok(());
+    }
+    let bad = |exit: &Exit| !(stopping && exit.code() == Some(0));
+    match supervisor.exits().into_iter().find(bad) {
+        Some(exit) => Err(ExchangeError::PeerDied { peer: exit.role.to_string(), step }),
+        None => Ok(()),
+    }
+}
+
+/// The cause as the user should read it, with the exit code that it stands for.
+pub(crate) fn explain(
+    error: &ExchangeError,
+    failed: Option<(String, String)>,
+    supervisor: &Supervisor,
+) -> Failure {
+    if matches!(error, ExchangeError::Stopped) {
+        return Failure::Interrupted("killed by a second signal; the last checkpoint stands".into());
+    }
+    if matches!(error, ExchangeError::Deadline { .. }) {
+        return Failure::Peer(error.to_string());
+    }
+    let exits = supervisor.exits();
+    let killed = exits.iter().find(|exit| exit.was_killed());
+    if let Some(exit) = killed {
+        return Failure::Peer(with_words(&format!("{exit} ({error})"), supervisor, exit.role));
+    }
+    let own = failed.filter(|(_, text)| !is_about_a_peer(text));
+    match (own, exits.first()) {
+        (Some((peer, text)), _) => Failure::Run(format!("the {peer} solver failed: {text}")),
+        (None, Some(exit)) => {
+            let text = with_words(&exit.to_string(), supervisor, exit.role);
+            match exit.code() {
+                Some(1) => Failure::Run(text),
+                Some(2) => Failure::Input(text),
+                _ => Failure::Peer(text),
+            }
+        }
+        (None, None) => match error {
+            ExchangeError::PeerDied { .. } | ExchangeError::Failed { .. } => Failure::Peer(error.to_string()),
+            _ => Failure::Run(error.to_string()),
+        },
+    }
+}
+
+/// A solver that failed because the other one went: its words name the consequence, not the cause.
+fn is_about_a_peer(text: &str) -> bool {
+    text.contains(" died during window ") || text.contains(" did not answer within ")
+}
+
+fn with_words(what: &str, supervisor: &Supervisor, role: Role) -> String {
+    // The thread that reads stderr may be a moment behind the exit.
+    std::thread::sleep(Duration::from_millis(20));
+    match supervisor.last_words(role) {
+        words if words.is_empty() => format!("{what}; it left no words"),
+        words => format!("{what}; its last words:\n{words}"),
+    }
+}

@@ -1,0 +1,157 @@
+//! What the solvers send, put where it belongs.
+
+use std::time::Duration;
+
+use protocol::channel::Event;
+use protocol::message::{Header, Kinematics, Loads, State, Status};
+use protocol::participant::{ExchangeError, Role, Window};
+
+use super::cause::alive;
+use super::{Conductor, slot_of};
+use crate::failure::Failure;
+use crate::judge;
+
+/// Writing files may take longer than a window.
+const FILES_TAKE: u32 = 6;
+
+/// What has come of a window on its way. Copies, because the fluid may send the loads of the next
+/// window before the DEM has reported this one.
+#[derive(Debug, Default)]
+pub(super) struct Collected {
+    pub(super) loads: Option<Header>,
+    pub(super) kinematics: Option<Header>,
+    pub(super) fluid: Option<Status>,
+    pub(super) dem: Option<Status>,
+    /// Loads, one per grain, once there is a header of them.
+    pub(super) force: Vec<Loads>,
+    /// Kinematics likewise.
+    pub(super) motion: Vec<Kinematics>,
+}
+
+impl Collected {
+    pub(super) fn begin(&mut self) {
+        self.loads = None;
+        self.kinematics = None;
+        self.fluid = None;
+        self.dem = None;
+    }
+
+    /// Headers and reports, once all four are there.
+    pub(super) fn whole(&self) -> Option<Whole> {
+        Some(Whole { loads: self.loads?, kinematics: self.kinematics?, fluid: self.fluid?, dem: self.dem? })
+    }
+}
+
+/// Headers and reports of a window that is done.
+pub(super) struct Whole {
+    pub(super) loads: Header,
+    pub(super) kinematics: Header,
+    pub(super) fluid: Status,
+    pub(super) dem: Status,
+}
+
+impl Conductor<'_> {
+    /// The next event. After a failure those that are there already, so that every window that was
+    /// done counts, then the failure.
+    pub(super) fn next(&mut self) -> Result<Event, Failure> {
+        loop {
+            let event = if self.broken.is_none() { self.wait() } else { self.link.try_next() };
+            match event {
+                Ok(Some(Event::Status(role, status))) if status.state == State::Failed as u64 => {
+                    self.hear_failure(role, &status);
+                }
+                Ok(Some(event)) => return Ok(event),
+                result => match (self.broken.take(), result) {
+                    (Some(error), _) => return Err(self.diagnose(error)),
+                    (None, result) => self.broken = result.err(),
+                },
+            }
+        }
+    }
+
+    /// Waits for an event; children and interrupts are looked at meanwhile.
+    fn wait(&mut self) -> Result<Option<Event>, ExchangeError> {
+        let slow = self.ordered.iter().any(|(_, window)| window.output) || self.ordered.is_empty();
+        let deadline = Duration::from_secs_f64(self.prepared.coupling.deadline);
+        let limit = if slow { deadline * FILES_TAKE } else { deadline };
+        let Self { link, supervisor, interrupts, stopping, .. } = self;
+        let step = self.ordered.front().map_or(0, |(_, window)| window.step);
+        link.next(limit, &mut || alive(supervisor, interrupts, *stopping, step)).map(Some)
+    }
+
+    /// Puts a message where it belongs: the window under way, or one ordered ahead.
+    pub(super) fn take(&mut self, event: Event) -> Result<(), Failure> {
+        let grains = self.prepared.scene.grains.len();
+        match event {
+            Event::Loads(lent) => {
+                judge::belongs(self.window_of(lent.header().step), lent.header(), lent.records(), grains)?;
+                let slot = &mut self.slots[slot_of(lent.header().step)];
+                slot.loads = Some(*lent.header());
+                slot.force.clear();
+                slot.force.extend_from_slice(lent.records());
+            }
+            Event::Kinematics(lent) => {
+                judge::belongs(self.window_of(lent.header().step), lent.header(), lent.records(), grains)?;
+                let slot = &mut self.slots[slot_of(lent.header().step)];
+                slot.kinematics = Some(*lent.header());
+                slot.motion.clear();
+                slot.motion.extend_from_slice(lent.records());
+            }
+            Event::Status(role, status) => {
+                self.expect(role, &status, State::Done)?;
+                if self.window_of(status.step).is_none() {
+                    return Err(Failure::Run(format!(
+                        "the {role} solver reports window {}, which was not ordered",
+                        status.step
+                    )));
+                }
+                let slot = &mut self.slots[slot_of(status.step)];
+                match role {
+                    Role::Fluid => slot.fluid = Some(status),
+                    Role::Dem => slot.dem = Some(status),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The window on its way that has this number.
+    fn window_of(&self, step: u64) -> Option<&Window> {
+        self.ordered.iter().map(|(_, window)| window).find(|window| window.step == step)
+    }
+
+    /// Keeps a report, and refuses one that is not `wanted`.
+    fn expect(&mut self, role: Role, status: &Status, wanted: State) -> Result<(), Failure> {
+        match role {
+            Role::Fluid => self.fluid = *status,
+            Role::Dem => self.dem = *status,
+        }
+        if status.state == wanted as u64 {
+            return Ok(());
+        }
+        Err(Failure::Run(format!(
+            "the {role} solver answered with state {} where {wanted:?} was due",
+            status.state
+        )))
+    }
+
+    /// Waits for one report of each solver.
+    pub(super) fn collect(&mut self, wanted: State) -> Result<(), Failure> {
+        let (mut fluid, mut dem) = (false, false);
+        while !(fluid && dem) {
+            match self.next()? {
+                Event::Status(role, status) => {
+                    self.expect(role, &status, wanted)?;
+                    match role {
+                        Role::Fluid => fluid = true,
+                        Role::Dem => dem = true,
+                    }
+                }
+                Event::Loads(_) | Event::Kinematics(_) => {
+                    return Err(Failure::Run("a solver sent data of a window that was not ordered".into()));
+                }
+            }
+        }
+        Ok(())
+    }
+}

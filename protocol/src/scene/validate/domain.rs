@@ -1,0 +1,220 @@
+//! Box, grid and faces.
+
+use super::{Check, finite, positive};
+use crate::scene::Scene;
+use crate::scene::domain::{Axis, Geometry, WallKind};
+use crate::scene::open;
+use crate::scene::source::SceneSource;
+
+/// More cells than this need more memory than any one machine here is asked to have.
+const MOST_CELLS: usize = 1 << 33;
+
+pub(super) fn domain(scene: &Scene, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    let axes = domain.geometry.axes();
+    for (key, length) in [("domain.lower", domain.lower.len()), ("domain.upper", domain.upper.len())] {
+        if length != axes.len() {
+            return Err(source.error(
+                key,
+                format!("has {length} numbers; {:?} has {} axes {axes:?}", domain.geometry, axes.len()),
+                "give one number per axis",
+            ));
+        }
+    }
+    finite(source, "domain.lower", &domain.lower)?;
+    finite(source, "domain.upper", &domain.upper)?;
+    for ((lower, upper), axis) in domain.lower.iter().zip(&domain.upper).zip(axes) {
+        if lower >= upper {
+            let message = format!("upper {upper} is not above lower {lower} along {axis:?}");
+            return Err(source.error(
+                "domain.upper",
+                message,
+                "make every upper coordinate larger than its lower one",
+            ));
+        }
+    }
+    if domain.geometry == Geometry::Axisymmetric {
+        if domain.lower[0] != 0.0 {
+            return Err(source.error(
+                "domain.lower",
+                format!("starts at r = {}", domain.lower[0]),
+                "an axisymmetric box starts at r = 0",
+            ));
+        }
+        if scene.gravity[0] != 0.0 || scene.gravity[1] != 0.0 {
+            return Err(source.error(
+                "gravity",
+                format!("is {:?}: across the axis of symmetry", scene.gravity),
+                "write gravity = [0.0, 0.0, g] along z, or use geometry = \"space\"",
+            ));
+        }
+    }
+    if domain.geometry == Geometry::Plane && scene.gravity[1] != 0.0 {
+        return Err(source.error(
+            "gravity",
+            format!("is {:?}: out of the plane (x, z)", scene.gravity),
+            "set its y component to 0",
+        ));
+    }
+    boundary(scene, source)?;
+    cells(scene, source)
+}
+
+fn boundary(scene: &Scene, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    let axes = domain.geometry.axes();
+    for axis in [Axis::X, Axis::Y, Axis::Z, Axis::R] {
+        let (both, lower, upper) = domain.boundary.of(axis);
+        let name = format!("{axis:?}").to_lowercase();
+        let given =
+            [(both, name.clone()), (lower, format!("{name}_lower")), (upper, format!("{name}_upper"))];
+        if let Some((_, face)) = given.iter().find(|(face, _)| face.is_some() && !axes.contains(&axis)) {
+            return Err(source.error(
+                &format!("domain.boundary.{face}"),
+                format!("is a face of axis {name}, but {:?} has the axes {axes:?}", domain.geometry),
+                "remove the faces of that axis",
+            ));
+        }
+        if both.is_some() && (lower.is_some() || upper.is_some()) {
+            return Err(source.error(
+                &format!("domain.boundary.{name}"),
+                format!("gives both faces at once, and {name}_lower or {name}_upper again"),
+                "give either the pair or the two faces",
+            ));
+        }
+    }
+    (0..axes.len()).try_for_each(|axis| faces(scene, axis, source))?;
+    open::through(scene, source)
+}
+
+/// The two faces of grid axis `axis`.
+fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    let name = format!("{:?}", domain.geometry.axes()[axis]).to_lowercase();
+    let pair = format!("domain.boundary.{name}");
+    let (both, lower, upper) = domain.boundary.of(domain.geometry.axes()[axis]);
+    let Some(faces) = domain.boundary(axis) else {
+        let key = match (lower, upper) {
+            (Some(_), None) => format!("{pair}_upper"),
+            (None, Some(_)) => format!("{pair}_lower"),
+            _ if name == "r" => format!("{pair}_upper"),
+            _ => pair,
+        };
+        return Err(source.error(
+            &key,
+            "is missing: every face of the box needs a boundary".to_owned(),
+            &format!("add {name} = \"periodic\", or {name}_lower and {name}_upper = \"no-slip\", \"free-slip\", an inflow or \"outflow\" (axis r: r_upper alone)"),
+        ));
+    };
+    let periodic = faces.upper.kind == WallKind::Periodic;
+    if periodic && domain.geometry.axes()[axis] == Axis::R {
+        return Err(source.error(
+            "domain.boundary.r_upper",
+            "is periodic".to_owned(),
+            "the outer cylinder is no-slip or free-slip",
+        ));
+    }
+    if faces.lower.is_some_and(|lower| (lower.kind == WallKind::Periodic) != periodic) {
+        return Err(source.error(
+            &format!("{pair}_{}", if periodic { "lower" } else { "upper" }),
+            format!("is not periodic, but the other face of {name} is"),
+            &format!("write {name} = \"periodic\" for both"),
+        ));
+    }
+    let component = domain.geometry.component(axis);
+    for (face, side) in faces.lower.iter().map(|lower| (lower, "_lower")).chain([(&faces.upper, "_upper")]) {
+        let key = format!("{pair}{}.velocity", if both.is_some() { "" } else { side });
+        finite(source, &key, &face.velocity)?;
+        let written = key.trim_end_matches(".velocity");
+        open::face(scene, axis, side == "_upper", face, written, source)?;
+        if face.kind == WallKind::Inflow {
+            continue;
+        }
+        if face.velocity[component] != 0.0 {
+            return Err(source.error(
+                &key,
+                format!("moves a face of {name} through itself at {}", face.velocity[component]),
+                "a wall's velocity lies in its plane: set this component to 0",
+            ));
+        }
+        if face.velocity != [0.0; 3] && face.kind != WallKind::NoSlip {
+            return Err(source.error(
+                &key,
+                format!("is {:?} on a face of {name} that is not no-slip", face.velocity),
+                "only a no-slip wall or an inflow has a velocity: remove it, or make the face one of them",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn cells(scene: &Scene, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    let axes = domain.geometry.axes();
+    if scene.medium.is_none() && domain.cells.is_empty() {
+        return Ok(());
+    }
+    if domain.cells.len() != axes.len() {
+        return Err(source.error(
+            "domain.cells",
+            format!("has {} numbers; {:?} has the axes {axes:?}", domain.cells.len(), domain.geometry),
+            "give the number of cells along each axis",
+        ));
+    }
+    if let Some(few) = domain.cells.iter().find(|count| **count < 4) {
+        return Err(source.error(
+            "domain.cells",
+            format!("has {few} cells along an axis; at least 4"),
+            "refine the grid",
+        ));
+    }
+    let total = domain.cells.iter().try_fold(1usize, |product, count| product.checked_mul(*count));
+    if total.is_none_or(|total| total > MOST_CELLS) {
+        return Err(source.error(
+            "domain.cells",
+            format!("asks for {:?} cells; at most {MOST_CELLS} in all", domain.cells),
+            "coarsen the grid",
+        ));
+    }
+    let Some(stretching) = domain.stretching else { return Ok(()) };
+    positive(source, "domain.stretching.spacing", stretching.spacing)?;
+    let Some(axis) = axes.iter().position(|axis| *axis == stretching.axis) else {
+        return Err(source.error(
+            "domain.stretching.axis",
+            format!("is {:?}, but the axes are {axes:?}", stretching.axis),
+            "name an axis of this geometry",
+        ));
+    };
+    if domain.is_periodic(axis) {
+        return Err(source.error(
+            "domain.stretching.axis",
+            "is periodic".to_owned(),
+            "stretch an axis with walls; periodic axes are uniform",
+        ));
+    }
+    let (lower, upper, count) = (domain.lower[axis], domain.upper[axis], domain.cells[axis]);
+    let uniform = (stretching.uniform_to - lower) / stretching.spacing;
+    if !(uniform.round() >= 1.0 && (uniform - uniform.round()).abs() < 1e-6) {
+        return Err(source.error(
+            "domain.stretching.uniform_to",
+            format!("makes {uniform} cells of {}", stretching.spacing),
+            "let the uniform part hold a whole number of cells",
+        ));
+    }
+    let rest = count as f64 - uniform.round();
+    if !(stretching.uniform_to < upper
+        && rest >= 2.0
+        && rest * stretching.spacing <= upper - stretching.uniform_to)
+    {
+        let message = format!(
+            "{count} cells do not reach from {lower} to {upper} with widths that grow from {}",
+            stretching.spacing
+        );
+        return Err(source.error(
+            "domain.stretching",
+            message,
+            "take fewer cells, a smaller spacing, or no stretching",
+        ));
+    }
+    Ok(())
+}

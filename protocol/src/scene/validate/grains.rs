@@ -1,0 +1,245 @@
+//! Grains as they begin: alone, in the grid, and from each other.
+
+use super::{Check, finite, positive};
+use crate::scene::Scene;
+use crate::scene::domain::{Axis, Geometry};
+use crate::scene::grains::{Grain, Motion, Shape};
+use crate::scene::source::SceneSource;
+
+/// Key of grain `index` where it is written out, of its file, layer, group or pour where it is not.
+fn grain_key(scene: &Scene, index: usize, name: &str) -> String {
+    let written = scene.grains.len();
+    if index < written {
+        format!("grains[{index}].{name}")
+    } else if scene.grain_files.is_empty() && scene.groups.is_empty() {
+        if scene.layers.is_empty() { "pours" } else { "layers" }.to_owned()
+    } else if scene.grain_files.is_empty() && scene.layers.is_empty() {
+        let mut end = written;
+        let group = scene.groups.iter().position(|group| {
+            end += group.count;
+            index < end
+        });
+        format!("groups[{}]", group.unwrap_or(0))
+    } else if scene.grain_files.is_empty() {
+        "layers".to_owned()
+    } else {
+        "grain_files".to_owned()
+    }
+}
+
+/// Each grain alone, and against the box, the walls and the other grains.
+///
+/// Grains from `present` on are poured in later, where there is room then.
+pub(in crate::scene) fn grains(
+    scene: &Scene,
+    grains: &[Grain],
+    present: usize,
+    source: &SceneSource,
+) -> Check {
+    if grains.is_empty() && scene.medium.is_none() {
+        return Err(source.error(
+            "grains",
+            "the scene has neither fluid nor grains",
+            "add [medium] or [[grains]]",
+        ));
+    }
+    for (index, grain) in grains[..present].iter().enumerate() {
+        one(scene, index, grain, source)?;
+    }
+    apart(scene, &grains[..present], source)
+}
+
+fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
+    let key = |name: &str| grain_key(scene, index, name);
+    positive(source, &key("radius"), grain.radius)?;
+    positive(source, &key("density"), grain.density)?;
+    finite(source, &key("position"), &grain.position)?;
+    finite(source, &key("velocity"), &grain.velocity)?;
+    finite(source, &key("spin"), &grain.spin)?;
+    let norm: f64 = grain.orientation.iter().map(|q| q * q).sum();
+    if (norm - 1.0).abs() > 1e-6 || norm.is_nan() {
+        return Err(source.error(
+            &key("orientation"),
+            format!("{:?} has norm² {norm}", grain.orientation),
+            "give a unit quaternion (w, x, y, z)",
+        ));
+    }
+    if grain.oscillation.is_some() && grain.motion != Motion::Prescribed {
+        return Err(source.error(
+            &key("oscillation"),
+            "swings a grain that is not prescribed".to_owned(),
+            "add motion = \"prescribed\"",
+        ));
+    }
+    if let Some(swing) = grain.oscillation {
+        positive(source, &key("oscillation.frequency"), swing.frequency)?;
+        finite(source, &key("oscillation.amplitude"), &swing.amplitude)?;
+        finite(source, &key("oscillation.phase"), &[swing.phase])?;
+    }
+    let geometry = scene.domain.geometry;
+    if geometry == Geometry::Axisymmetric && (grain.position[0] != 0.0 || grain.position[1] != 0.0) {
+        return Err(source.error(
+            &key("position"),
+            format!("{:?} is off the axis", grain.position),
+            "an axisymmetric grain has x = y = 0",
+        ));
+    }
+    if geometry == Geometry::Plane && grain.position[1] != 0.0 {
+        return Err(source.error(
+            &key("position"),
+            format!("{:?} is out of the plane (x, z)", grain.position),
+            "set y = 0",
+        ));
+    }
+    if geometry != Geometry::Plane && grain.shape == Shape::Disc {
+        return Err(source.error(
+            &key("shape"),
+            "is a disc".to_owned(),
+            "discs live in geometry = \"plane\"",
+        ));
+    }
+    inside(scene, index, grain, source)?;
+    resolved(scene, index, grain, source)
+}
+
+fn inside(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    for axis in 0..domain.dimensions() {
+        let component = domain.geometry.component(axis);
+        let x = grain.position[component];
+        let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
+        if x < lower || x > upper {
+            let message = format!(
+                "{:?} of grain {index} is outside the box {lower}..{upper} along {:?}",
+                grain.position,
+                domain.geometry.axes()[axis]
+            );
+            return Err(source.error(
+                &grain_key(scene, index, "position"),
+                message,
+                "move the grain in, or enlarge [domain]",
+            ));
+        }
+    }
+    let mut planes = scene.walls.clone();
+    planes.retain(|wall| wall.from <= 0.0);
+    planes.extend(domain.contact_faces());
+    for wall in &planes {
+        let length: f64 = wall.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+        let gap = (0..3).map(|a| (grain.position[a] - wall.point[a]) * wall.normal[a]).sum::<f64>() / length
+            - grain.radius;
+        if gap < -0.01 * grain.radius && grain.motion == Motion::Free {
+            let message = format!(
+                "{:?} puts grain {index} (radius {}) {} into the wall at {:?}; allowed: 1 % of R",
+                grain.position, grain.radius, -gap, wall.point
+            );
+            return Err(source.error(
+                &grain_key(scene, index, "position"),
+                message,
+                "move the grain or the wall",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn resolved(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    if scene.medium.is_none() {
+        return Ok(());
+    }
+    for axis in 0..domain.dimensions() {
+        let spacing = domain.spacing(axis);
+        if 2.0 * grain.radius < 2.0 * spacing {
+            let message = format!(
+                "grain {index} of diameter {} has fewer than 2 cells of {spacing} along {:?}",
+                2.0 * grain.radius,
+                domain.geometry.axes()[axis]
+            );
+            return Err(source.error(
+                "domain.cells",
+                message,
+                "the grid does not hold the grain: refine it (8 cells per diameter and more)",
+            ));
+        }
+        if domain.is_periodic(axis) && 2.0 * grain.radius > domain.upper[axis] - domain.lower[axis] {
+            let message = format!(
+                "grain {index} of diameter {} is larger than the periodic box along {:?}",
+                2.0 * grain.radius,
+                domain.geometry.axes()[axis]
+            );
+            return Err(source.error(
+                &grain_key(scene, index, "radius"),
+                message,
+                "enlarge the box, or shrink the grain",
+            ));
+        }
+    }
+    if let Some(stretching) = domain.stretching {
+        let far = match stretching.axis {
+            Axis::R => grain.radius,
+            Axis::X => grain.position[0] + grain.radius,
+            Axis::Y => grain.position[1] + grain.radius,
+            Axis::Z => grain.position[2] + grain.radius,
+        };
+        if far > stretching.uniform_to {
+            return Err(source.error(
+                "domain.stretching.uniform_to",
+                format!("is {}, but grain {index} reaches to {far}", stretching.uniform_to),
+                "let the uniform part hold every grain",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// No two grains overlap by more than 1 % of the smaller radius (sweep along the longest axis).
+fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
+    let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+    let mut places = places(scene, grains, largest);
+    let extent = |axis: usize| {
+        let x = || places.iter().map(|(place, _)| place[axis]);
+        x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min)
+    };
+    let longest = (0..3).max_by(|a, b| extent(*a).total_cmp(&extent(*b))).unwrap_or(2);
+    places.sort_by(|a, b| a.0[longest].total_cmp(&b.0[longest]));
+    for (number, (here, i)) in places.iter().enumerate() {
+        for (there, j) in &places[number + 1..] {
+            let (a, b) = (&grains[*i], &grains[*j]);
+            if there[longest] - here[longest] > a.radius + largest {
+                break;
+            }
+            let distance2: f64 = (0..3).map(|axis| (here[axis] - there[axis]).powi(2)).sum();
+            let overlap = a.radius + b.radius - distance2.sqrt();
+            let both_held = a.motion != Motion::Free && b.motion != Motion::Free;
+            if i != j && overlap > 0.01 * a.radius.min(b.radius) && !both_held {
+                let (first, second) = (*i.min(j), *i.max(j));
+                let message = format!(
+                    "grains {first} and {second} overlap by {overlap}; allowed: 1 % of the smaller radius"
+                );
+                return Err(source.error(&grain_key(scene, second, "position"), message, "move one of them"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Centre and index of every grain, and of the images beyond the upper periodic faces of those that
+/// a grain there can reach.
+fn places(scene: &Scene, grains: &[Grain], largest: f64) -> Vec<([f64; 3], usize)> {
+    let domain = &scene.domain;
+    let mut places: Vec<_> =
+        grains.iter().enumerate().map(|(index, grain)| (grain.position, index)).collect();
+    for axis in (0..domain.dimensions()).filter(|axis| domain.is_periodic(*axis)) {
+        let component = domain.geometry.component(axis);
+        let (lower, length) = (domain.lower[axis], domain.upper[axis] - domain.lower[axis]);
+        for number in 0..places.len() {
+            let (mut place, index) = places[number];
+            if place[component] - lower < grains[index].radius + largest {
+                place[component] += length;
+                places.push((place, index));
+            }
+        }
+    }
+    places
+}

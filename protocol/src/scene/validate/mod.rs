@@ -1,0 +1,153 @@
+//! Checks of the shared part: once, at the edge; behind it the types are trusted.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | this one | all of them in order; numbers; the medium, walls, the end |
+//! | `domain` | box, grid and faces |
+//! | `beds` | grains that are made: groups, layers, pours |
+//! | `grains` | grains as they begin: alone, in the grid, and from each other |
+//! | `observe` | what is written down and measured |
+
+mod beds;
+mod domain;
+mod grains;
+mod observe;
+
+use super::Scene;
+use super::domain::InitialVelocity;
+use super::error::SceneError;
+use super::open;
+use super::source::SceneSource;
+pub(super) use grains::grains;
+pub(super) use observe::metrics;
+
+type Check = Result<(), SceneError>;
+
+/// Everything but the grains themselves.
+pub(super) fn shared(scene: &Scene, source: &SceneSource) -> Check {
+    positive(source, "until", scene.until)?;
+    finite(source, "gravity", &scene.gravity)?;
+    domain::domain(scene, source)?;
+    medium(scene, source)?;
+    beds::layers(scene, source)?;
+    beds::groups(scene, source)?;
+    beds::pours(scene, source)?;
+    walls(scene, source)?;
+    stop(scene, source)?;
+    observe::observe(scene, source)
+}
+
+fn positive(source: &SceneSource, key: &str, value: f64) -> Check {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(source.error(
+        key,
+        format!("is {value}; allowed: a finite number > 0"),
+        "give a positive number in consistent units",
+    ))
+}
+
+fn not_negative(source: &SceneSource, key: &str, value: f64) -> Check {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(source.error(
+        key,
+        format!("is {value}; allowed: a finite number ≥ 0"),
+        "give zero or a positive number",
+    ))
+}
+
+fn finite(source: &SceneSource, key: &str, values: &[f64]) -> Check {
+    match values.iter().find(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(value) => {
+            Err(source.error(key, format!("holds {value}; allowed: finite numbers"), "give finite numbers"))
+        }
+    }
+}
+
+fn medium(scene: &Scene, source: &SceneSource) -> Check {
+    let Some(medium) = &scene.medium else { return Ok(()) };
+    positive(source, "medium.density", medium.density)?;
+    positive(source, "medium.viscosity", medium.viscosity)?;
+    finite(source, "medium.body_force", &medium.body_force)?;
+    finite(source, "medium.pressure_gradient", &medium.pressure_gradient)?;
+    for axis in 0..scene.domain.dimensions() {
+        let component = scene.domain.geometry.component(axis);
+        if medium.pressure_gradient[component] != 0.0 && !scene.domain.is_periodic(axis) {
+            return Err(source.error(
+                "medium.pressure_gradient",
+                "drives along an axis with walls, where the pressure balances it".to_owned(),
+                "make that axis periodic, or remove the gradient",
+            ));
+        }
+    }
+    open::flow_rate(scene, source)?;
+    match &medium.initial {
+        InitialVelocity::Rest => Ok(()),
+        InitialVelocity::Uniform { velocity } => finite(source, "medium.initial.velocity", velocity),
+        InitialVelocity::Shear { direction, gradient, rate, origin } => {
+            finite(source, "medium.initial", &[*rate, *origin])?;
+            let axes = scene.domain.geometry.axes();
+            if direction == gradient || !axes.contains(direction) || !axes.contains(gradient) {
+                return Err(source.error(
+                    "medium.initial",
+                    format!("shears {direction:?} along {gradient:?}; the axes are {axes:?}"),
+                    "name two different axes of this geometry",
+                ));
+            }
+            Ok(())
+        }
+        InitialVelocity::TaylorGreen { amplitude } => {
+            finite(source, "medium.initial.amplitude", &[*amplitude])
+        }
+    }
+}
+
+/// A dry run alone stops by itself.
+fn stop(scene: &Scene, source: &SceneSource) -> Check {
+    let Some(stop) = &scene.stop_when else { return Ok(()) };
+    positive(source, "stop_when.kinetic_energy_per_grain_below", stop.kinetic_energy_per_grain_below)?;
+    not_negative(source, "stop_when.after", stop.after)?;
+    if scene.medium.is_some() {
+        return Err(source.error(
+            "stop_when",
+            "ends dry runs only",
+            "leave it out, and let `until` end the run",
+        ));
+    }
+    if scene.gravity == [0.0; 3] {
+        return Err(source.error(
+            "stop_when",
+            "measures energy in m g R, but the scene has no gravity",
+            "give gravity, or leave it out",
+        ));
+    }
+    Ok(())
+}
+
+fn walls(scene: &Scene, source: &SceneSource) -> Check {
+    for (index, wall) in scene.walls.iter().enumerate() {
+        let key = |name: &str| format!("walls[{index}].{name}");
+        finite(source, &key("point"), &wall.point)?;
+        finite(source, &key("velocity"), &wall.velocity)?;
+        let length: f64 = wall.normal.iter().map(|n| n * n).sum();
+        if !(length.is_finite() && length > 0.0) {
+            return Err(source.error(
+                &key("normal"),
+                format!("is {:?}", wall.normal),
+                "give a normal of non-zero length that points to the grains",
+            ));
+        }
+        if !(wall.from.is_finite() && wall.until > wall.from) {
+            return Err(source.error(
+                &key("until"),
+                format!("is {}, from {}", wall.until, wall.from),
+                "give times from < until between which the wall is there, or leave them out",
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,144 @@
+//! What is written down and measured.
+
+use super::{Check, finite, not_negative, positive};
+use crate::scene::Scene;
+use crate::scene::domain::Geometry;
+use crate::scene::observe::MetricKind;
+use crate::scene::source::SceneSource;
+
+pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
+    not_negative(source, "observe.every", scene.observe.every)?;
+    not_negative(source, "observe.fields_every", scene.observe.fields_every)?;
+    finite(source, "observe.fields_at", &scene.observe.fields_at)?;
+    if scene.observe.energy && scene.medium.is_some() {
+        return Err(source.error(
+            "observe.energy",
+            "is for dry scenes: the work of the fluid is not counted".to_owned(),
+            "leave it out, or remove [medium]",
+        ));
+    }
+    observed_planes(scene, source)?;
+    let Some(profile) = &scene.observe.profile else { return Ok(()) };
+    finite(source, "observe.profile.lower", &profile.lower)?;
+    finite(source, "observe.profile.upper", &profile.upper)?;
+    let flat = scene.domain.geometry == Geometry::Plane;
+    let empty = (0..3).any(|c| !(flat && c == 1) && profile.upper[c] <= profile.lower[c]);
+    if empty || profile.slabs == 0 || profile.axis() > 2 || (flat && profile.axis() == 1) {
+        return Err(source.error(
+            "observe.profile",
+            format!(
+                "spans {:?} to {:?} in {} slabs along {:?}",
+                profile.lower, profile.upper, profile.slabs, profile.axis
+            ),
+            "give a box of positive size, one slab at least, and an axis x, y or z of this geometry",
+        ));
+    }
+    Ok(())
+}
+
+fn observed_planes(scene: &Scene, source: &SceneSource) -> Check {
+    let Some(planes) = &scene.observe.planes else { return Ok(()) };
+    positive(source, "observe.planes.every", planes.every)?;
+    not_negative(source, "observe.planes.from", planes.from)?;
+    finite(source, "observe.planes.at", &planes.at)?;
+    if planes.to.is_nan() || planes.to <= planes.from {
+        return Err(source.error(
+            "observe.planes.to",
+            format!("is {}, from {}", planes.to, planes.from),
+            "give times from < to of the mean, or leave them out",
+        ));
+    }
+    if scene.medium.is_none() {
+        return Err(source.error(
+            "observe.planes",
+            "averages the fluid, and the scene has none".to_owned(),
+            "give [observe.profile] for the grains alone, or add [medium]",
+        ));
+    }
+    let axes = scene.domain.geometry.axes();
+    if !axes.contains(&planes.axis) {
+        return Err(source.error(
+            "observe.planes.axis",
+            format!("is {:?}; the axes of this geometry are {axes:?}", planes.axis),
+            "name one of them",
+        ));
+    }
+    Ok(())
+}
+
+/// Metrics have names of their own; they and `observe.grains` name grains that exist.
+pub(in crate::scene) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Check {
+    for (index, metric) in scene.metrics.iter().enumerate() {
+        let key = |name: &str| format!("metrics[{index}].{name}");
+        if scene.metrics[..index].iter().any(|other| other.name == metric.name) {
+            return Err(source.error(
+                &key("name"),
+                format!("is `{}` a second time", metric.name),
+                "give every metric a name of its own",
+            ));
+        }
+        match &metric.kind {
+            MetricKind::RestitutionAtGap { gap, .. } => positive(source, &key("gap"), *gap)?,
+            MetricKind::Mean { from, .. } | MetricKind::Max { from, .. } => {
+                not_negative(source, &key("from"), *from)?;
+            }
+            MetricKind::Frequency { from, level, .. } => {
+                not_negative(source, &key("from"), *from)?;
+                finite(source, &key("level"), &[*level])?;
+            }
+            MetricKind::VelocityDifference { component, along, through, .. } => {
+                let axes = scene.domain.geometry.axes();
+                if scene.medium.is_none() || !axes.contains(component) || !axes.contains(along) {
+                    return Err(source.error(
+                        &key("kind"),
+                        format!("is about {component:?} along {along:?} of a fluid; the axes are {axes:?}"),
+                        "name axes of this geometry, in a scene with [medium]",
+                    ));
+                }
+                finite(source, &key("through"), through)?;
+            }
+            MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {
+                not_negative(source, &key("from"), span.from)?;
+                positive(source, &key("to"), span.to.min(f64::MAX))?;
+            }
+            MetricKind::MeanFluidVelocity { .. }
+            | MetricKind::MeanGrainVelocity { .. }
+            | MetricKind::Shields { .. }
+                if scene.observe.planes.is_none() =>
+            {
+                return Err(source.error(
+                    &key("kind"),
+                    "is read from averages over planes, which the scene does not ask for".to_owned(),
+                    "add observe.planes = { every = ... }",
+                ));
+            }
+            MetricKind::Shields { surface, .. } => positive(source, &key("surface"), *surface)?,
+            MetricKind::MobilisationTime { speed, share } => {
+                positive(source, &key("speed"), *speed)?;
+                positive(source, &key("share"), *share)?;
+            }
+            MetricKind::HeapAngle(slope) => not_negative(source, &key("bin"), slope.bin)?,
+            _ => {}
+        }
+        if let Some(column) = metric.kind.column() {
+            positive(source, &key("half_length"), column.half_length)?;
+            not_negative(source, &key("release"), column.release)?;
+            not_negative(source, &key("bin"), column.bin)?;
+        }
+        if let Some(grain) = metric.kind.grain().filter(|grain| *grain >= count) {
+            return Err(source.error(
+                &key("grain"),
+                format!("is {grain}, but the scene has {count} grains"),
+                "count grains from 0",
+            ));
+        }
+    }
+    if let Some(grain) = scene.observe.grains.iter().flatten().find(|grain| **grain >= count) {
+        return Err(source.error(
+            "observe.grains",
+            format!("holds {grain}, but the scene has {count} grains"),
+            "count grains from 0",
+        ));
+    }
+    Ok(())
+}
