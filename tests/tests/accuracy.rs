@@ -115,6 +115,102 @@ viscosity = "implicit"
     assert!(error.abs() < 0.05, "{error}");
 }
 
+/// A sphere thrown at a wall, St = 34, half as dense as the charted one and in a thinner fluid.
+const BOUNCE: &str = r#"
+until = 0.075
+gravity = [0.0, 0.0, -9.81]
+[domain]
+geometry = "axisymmetric"
+lower = [0.0, 0.0]
+upper = [0.03, 0.04]
+cells = [30, 40]
+boundary = { r_upper = "free-slip", z_lower = "no-slip", z_upper = "free-slip" }
+[medium]
+density = 1000.0
+viscosity = 0.0165
+[[grains]]
+position = [0.0, 0.0, 0.012]
+radius = 0.0025
+density = 4000.0
+velocity = [0.0, 0.0, -0.25]
+[dem.contact]
+restitution = 0.97
+contact_time = 1e-4
+[[metrics]]
+name = "restitution"
+kind = "restitution-at-gap"
+gap = 0.1
+[[metrics]]
+name = "height"
+kind = "rebound-height"
+"#;
+
+#[test]
+fn a_lighter_sphere_bounces_as_exactly_as_asked() {
+    let folder = Folder::new("accuracy-bounce");
+    let scene = folder.write("scene.toml", BOUNCE);
+    let fine = ["--set", "domain.cells=[120, 160]", "--set", "fluid.time.cfl=0.5"];
+    run(&scene, &folder.join("fine"), &fine);
+    let out = folder.join("out");
+    let words = run(&scene, &out, &["--accuracy", "10%"]);
+    assert!(words.contains("docs/charts/bouncing-sphere.csv"), "{words}");
+    for name in ["restitution", "height"] {
+        let (value, exact) = (metric(&out, name), metric(&folder.join("fine"), name));
+        println!("{name}: {value:.4} for {exact:.4}\n{words}");
+        assert!((value / exact - 1.0).abs() < 0.1, "{name}: {value} for {exact}");
+    }
+}
+
+/// 48 spheres, a lattice on a plane inclined by 25°, Ar = 20, ρ_p/ρ = 3, that is set in motion.
+fn bed() -> String {
+    let slope = 25.0_f64.to_radians();
+    let mut text = format!(
+        r#"
+until = 2.0
+gravity = [{:?}, 0.0, {:?}]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [4.5, 4.5, 5.0]
+cells = [36, 36, 40]
+boundary = {{ x = "periodic", y = "periodic", z_lower = "no-slip", z_upper = "free-slip" }}
+[medium]
+density = 1.0
+viscosity = 0.316
+[dem.contact]
+contact_time = 1e-2
+[observe]
+planes = {{ every = 0.1, from = 1.0 }}
+[[metrics]]
+name = "fluid"
+kind = "mean-fluid-velocity"
+component = "x"
+"#,
+        slope.sin(),
+        -slope.cos()
+    );
+    for place in 0..48 {
+        let [i, j, k] = [place % 4, place / 4 % 4, place / 16].map(f64::from);
+        // rows are not above each other
+        let (x, y, z) = (1.125 * i + 0.3 * k + 0.6, 1.125 * j + 0.6, 1.02 * k + 0.52);
+        text += &format!("[[grains]]\nposition = [{x:?}, {y:?}, {z:?}]\nradius = 0.5\ndensity = 3.0\n");
+    }
+    text
+}
+
+#[test]
+fn the_fluid_over_a_smaller_and_lighter_bed_flows_as_exactly_as_asked() {
+    let folder = Folder::new("accuracy-bed");
+    let scene = folder.write("scene.toml", &bed());
+    run(&scene, &folder.join("fine"), &["--set", "domain.cells=[72, 72, 80]", "--set", "fluid.time.cfl=0.5"]);
+    let out = folder.join("out");
+    let words = run(&scene, &out, &["--accuracy", "5%"]);
+    assert!(words.contains("docs/charts/inclined-bed.csv"), "{words}");
+    let (value, exact) = (metric(&out, "fluid"), metric(&folder.join("fine"), "fluid"));
+    println!("{value:.4} for {exact:.4}\n{words}");
+    assert!((value / exact - 1.0).abs() < 0.05, "{value} for {exact}");
+}
+
 #[test]
 fn what_no_chart_can_promise_is_refused_with_what_it_can() {
     let folder = Folder::new("accuracy-refused");

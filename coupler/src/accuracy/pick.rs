@@ -18,7 +18,8 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// The rows of a `chart.csv` that have an error and a cost.
+    /// The rows of a `chart.csv` that have an error and a cost, but for a run that is the reference itself: its
+    /// error, 0, says nothing.
     pub(super) fn all(header: &[String], rows: &[Vec<String>]) -> Result<Vec<Self>, String> {
         let place = |name: &str| {
             header.iter().position(|column| column == name).ok_or_else(|| format!("has no column {name}"))
@@ -32,7 +33,7 @@ impl Row {
             Some(Self {
                 label: cells[label].clone(),
                 cost: number(cost)?,
-                error: number(error)?,
+                error: number(error).filter(|error| *error > 0.0)?,
                 rung: refining.and_then(number).unwrap_or(0.0),
                 ladder: others.map(|column| cells[column].clone()).collect(),
             })
@@ -69,6 +70,7 @@ mod tests {
             "lucky,8,1.5,0.001,e",
             "lucky,16,3.0,0.3,f",
             "broken,8,1.0,,g",
+            "good,32,20.0,0,the reference",
         ];
         let rows = Row::all(&header, &rows.map(line)).unwrap();
         assert_eq!(rows.len(), 6);
