@@ -134,8 +134,10 @@ radius = 0.0025
 density = 4000.0
 velocity = [0.0, 0.0, -0.25]
 [dem.contact]
+law = "linear-spring-dashpot"
 restitution = 0.97
 contact_time = 1e-4
+friction = 0.25
 [[metrics]]
 name = "restitution"
 kind = "restitution-at-gap"
@@ -178,7 +180,10 @@ boundary = {{ x = "periodic", y = "periodic", z_lower = "no-slip", z_upper = "fr
 density = 1.0
 viscosity = 0.316
 [dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.87
 contact_time = 1e-2
+friction = 0.25
 [observe]
 planes = {{ every = 0.1, from = 1.0 }}
 [[metrics]]
@@ -192,7 +197,7 @@ component = "x"
     for place in 0..48 {
         let [i, j, k] = [place % 4, place / 4 % 4, place / 16].map(f64::from);
         // rows are not above each other
-        let (x, y, z) = (1.125 * i + 0.3 * k + 0.6, 1.125 * j + 0.6, 1.02 * k + 0.52);
+        let (x, y, z) = (1.125 * i + 0.3 * k + 0.2, 1.125 * j + 0.6, 1.02 * k + 0.52);
         text += &format!("[[grains]]\nposition = [{x:?}, {y:?}, {z:?}]\nradius = 0.5\ndensity = 3.0\n");
     }
     text
