@@ -154,66 +154,32 @@ fn a_lighter_sphere_bounces_as_exactly_as_asked() {
     let fine = ["--set", "domain.cells=[120, 160]", "--set", "fluid.time.cfl=0.5"];
     run(&scene, &folder.join("fine"), &fine);
     let out = folder.join("out");
-    let words = run(&scene, &out, &["--accuracy", "10%"]);
+    let words = run(&scene, &out, &["--accuracy", "12%"]);
     assert!(words.contains("docs/charts/bouncing-sphere.csv"), "{words}");
     for name in ["restitution", "height"] {
         let (value, exact) = (metric(&out, name), metric(&folder.join("fine"), name));
         println!("{name}: {value:.4} for {exact:.4}\n{words}");
-        assert!((value / exact - 1.0).abs() < 0.1, "{name}: {value} for {exact}");
+        assert!((value / exact - 1.0).abs() < 0.12, "{name}: {value} for {exact}");
     }
-}
-
-/// 48 spheres, a lattice on a plane inclined by 25°, Ar = 20, ρ_p/ρ = 3, that is set in motion.
-fn bed() -> String {
-    let slope = 25.0_f64.to_radians();
-    let mut text = format!(
-        r#"
-until = 2.0
-gravity = [{:?}, 0.0, {:?}]
-[domain]
-geometry = "space"
-lower = [0.0, 0.0, 0.0]
-upper = [4.5, 4.5, 5.0]
-cells = [36, 36, 40]
-boundary = {{ x = "periodic", y = "periodic", z_lower = "no-slip", z_upper = "free-slip" }}
-[medium]
-density = 1.0
-viscosity = 0.316
-[dem.contact]
-law = "linear-spring-dashpot"
-restitution = 0.87
-contact_time = 1e-2
-friction = 0.25
-[observe]
-planes = {{ every = 0.1, from = 1.0 }}
-[[metrics]]
-name = "fluid"
-kind = "mean-fluid-velocity"
-component = "x"
-"#,
-        slope.sin(),
-        -slope.cos()
-    );
-    for place in 0..48 {
-        let [i, j, k] = [place % 4, place / 4 % 4, place / 16].map(f64::from);
-        // rows are not above each other
-        let (x, y, z) = (1.125 * i + 0.3 * k + 0.2, 1.125 * j + 0.6, 1.02 * k + 0.52);
-        text += &format!("[[grains]]\nposition = [{x:?}, {y:?}, {z:?}]\nradius = 0.5\ndensity = 3.0\n");
-    }
-    text
 }
 
 #[test]
-fn the_fluid_over_a_smaller_and_lighter_bed_flows_as_exactly_as_asked() {
+fn a_bed_is_promised_nothing() {
     let folder = Folder::new("accuracy-bed");
-    let scene = folder.write("scene.toml", &bed());
-    run(&scene, &folder.join("fine"), &["--set", "domain.cells=[72, 72, 80]", "--set", "fluid.time.cfl=0.5"]);
-    let out = folder.join("out");
-    let words = run(&scene, &out, &["--accuracy", "5%"]);
-    assert!(words.contains("docs/charts/inclined-bed.csv"), "{words}");
-    let (value, exact) = (metric(&out, "fluid"), metric(&folder.join("fine"), "fluid"));
-    println!("{value:.4} for {exact:.4}\n{words}");
-    assert!((value / exact - 1.0).abs() < 0.05, "{value} for {exact}");
+    let mut text = settling(0.01534).replace("axisymmetric", "space").replace("r_upper", "x");
+    text = text.replace("z = ", "y = \"periodic\", z = ").replace("x = \"free-slip\"", "x = \"periodic\"");
+    text = text.replace("lower = [0.0, 0.0]", "lower = [0.0, 0.0, 0.0]");
+    text = text.replace("[0.0163, 0.0489]", "[0.006, 0.006, 0.012]").replace("[40, 120]", "[24, 24, 48]");
+    let (begin, end) = (text.find("[[grains]]").expect("grains"), text.find("[[metrics]]").expect("metrics"));
+    let grain = |place: u8| {
+        let [x, y, z] = [place % 3, place / 3 % 3, place / 9].map(|k| 0.001 + 0.002 * f64::from(k));
+        format!("[[grains]]\nposition = [{x:?}, {y:?}, {z:?}]\nradius = 0.00099\ndensity = 2500.0\n")
+    };
+    text.replace_range(begin..end, &(0..27).map(grain).collect::<String>());
+    let scene = folder.write("scene.toml", &text);
+    let output = bedload(&["check", path(&scene), "--accuracy", "5%"]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("has no chart for this kind of scene"), "{}", said(&output));
 }
 
 #[test]

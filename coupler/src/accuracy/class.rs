@@ -12,8 +12,6 @@ use crate::sweep::{Ladder, Point, parse_csv};
 pub(super) enum Class {
     /// Free spheres whose rebound is measured.
     Bounce,
-    /// Beds of free spheres in a fluid; the chart tells the error of the fluid's mean velocity.
-    Bed,
     /// Free spheres in a fluid, at Ar of the order of the charted one.
     Settling,
     /// The same where viscosity rules: masks err more there, as held spheres in Stokes flow show.
@@ -34,12 +32,9 @@ pub(super) struct Charted {
 /// Ar = |ρ_p/ρ − 1| g D³/ν² below which the chart of the falling sphere (Ar = 800) says too little.
 const SLOW: f64 = 200.0;
 
-/// Free grains from which on they may be a bed, and the part of their bounding box that they fill then.
+/// Free grains from which on they may be a bed, and the part of their bounding box that they fill then. Beds have no
+/// class: what the chart of the inclined bed says of the fluid over a bed at rest does not hold for one that moves.
 const BED: (usize, f64) = (20, 0.2);
-
-/// The charted bed without its file of grains: one of them tells their size.
-const ONE_OF_THE_BED: [&str; 2] =
-    ["grain_files=[]", "grains=[{ position = [5.0, 1.5, 5.0], radius = 0.5, density = 8.0 }]"];
 
 /// Is a rebound measured?
 fn bounces(scene: &CheckedScene) -> bool {
@@ -66,11 +61,6 @@ fn is_bed(scene: &CheckedScene) -> bool {
     free().count() >= BED.0 && free().map(Grain::volume).sum::<f64>() > BED.1 * extent
 }
 
-/// Did it have to force a bound?
-fn is_forced(point: &Point) -> bool {
-    point.set.iter().any(|text| text.starts_with("coupling.force="))
-}
-
 /// Is its mask thinner than the default?
 fn is_thin(point: &Point) -> bool {
     let width = |text: &String| text.strip_prefix("fluid.immersed.width=")?.parse::<f64>().ok();
@@ -90,23 +80,25 @@ fn archimedes(scene: &CheckedScene) -> f64 {
 }
 
 impl Class {
-    pub(super) const ALL: [Self; 6] =
-        [Self::Bounce, Self::Bed, Self::Settling, Self::SlowSettling, Self::HeldSpheres, Self::Dry];
+    pub(super) const ALL: [Self; 5] =
+        [Self::Bounce, Self::Settling, Self::SlowSettling, Self::HeldSpheres, Self::Dry];
 
     /// The class of a scene, if it has one.
     pub(super) fn of(scene: &CheckedScene) -> Option<Self> {
         let spheres = !scene.grains.is_empty() && scene.grains.iter().all(|g| g.shape == Shape::Sphere);
         match &scene.scene.medium {
             None => Some(Self::Dry),
-            Some(_) if spheres && scene.has_free_grains() => Some(if bounces(scene) {
-                Self::Bounce
-            } else if is_bed(scene) {
-                Self::Bed
-            } else if archimedes(scene) < SLOW {
-                Self::SlowSettling
-            } else {
-                Self::Settling
-            }),
+            Some(_) if spheres && scene.has_free_grains() => {
+                if bounces(scene) {
+                    Some(Self::Bounce)
+                } else if is_bed(scene) {
+                    None
+                } else if archimedes(scene) < SLOW {
+                    Some(Self::SlowSettling)
+                } else {
+                    Some(Self::Settling)
+                }
+            }
             Some(_) if spheres && scene.grains.iter().all(|g| g.motion == Motion::Fixed) => {
                 Some(Self::HeldSpheres)
             }
@@ -117,7 +109,6 @@ impl Class {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Bounce => "spheres whose rebound is measured",
-            Self::Bed => "the fluid above and in beds of free spheres",
             Self::Settling => "free spheres in a fluid, Ar from 200 on",
             Self::SlowSettling => "free spheres in a fluid, Ar below 200",
             Self::HeldSpheres => "held spheres in a driven fluid",
@@ -129,7 +120,6 @@ impl Class {
     pub(super) fn chart_file(self) -> &'static str {
         match self {
             Self::Bounce => "docs/charts/bouncing-sphere.csv",
-            Self::Bed => "docs/charts/inclined-bed.csv",
             Self::Settling => "docs/charts/falling-sphere.csv",
             Self::HeldSpheres | Self::SlowSettling => "docs/charts/sphere-array.csv",
             Self::Dry => "docs/charts/oblique-collision.csv",
@@ -142,10 +132,6 @@ impl Class {
             Self::Bounce => (
                 include_str!("../../../scenes/bouncing-sphere.toml"),
                 include_str!("../../../docs/charts/bouncing-sphere.csv"),
-            ),
-            Self::Bed => (
-                include_str!("../../../scenes/inclined-bed.toml"),
-                include_str!("../../../docs/charts/inclined-bed.csv"),
             ),
             Self::Settling => (
                 include_str!("../../../scenes/falling-sphere.toml"),
@@ -184,21 +170,19 @@ impl Class {
         let (scene, table) = self.texts();
         let at =
             |error: &dyn std::fmt::Display| format!("has an unusable chart, {}: {error}", self.chart_file());
-        let mut source = SceneSource { file: self.chart_file().to_owned(), text: scene.to_owned() };
-        if self == Self::Bed {
-            source = source.with_overrides(&ONE_OF_THE_BED.map(str::to_owned)).map_err(|error| at(&error))?;
-        }
+        let source = SceneSource { file: self.chart_file().to_owned(), text: scene.to_owned() };
         let scene = CheckedScene::new(source).map_err(|error| at(&error))?;
         let chart = Chart::read(&scene).map_err(|error| at(&error))?;
         let ladder =
             Ladder::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs).map_err(|error| at(&error))?;
         let (header, rows) = parse_csv(table).map_err(|error| at(&error))?;
         let mut rows = Row::all(&header, &rows).map_err(|error| at(&error))?;
-        // A thinner mask is the most exact for a sphere that stands, but one that moves feels the grid with it.
-        let moves = !matches!(self, Self::HeldSpheres | Self::Dry);
-        let barred = |point: &&Point| is_forced(point) || (moves && is_thin(point));
-        let barred: Vec<&Point> = ladder.points.iter().filter(barred).collect();
-        rows.retain(|row| barred.iter().all(|point| point.label != row.label));
+        if !matches!(self, Self::HeldSpheres | Self::Dry) {
+            // A thinner mask is the most exact for a sphere that stands, but one that moves feels the grid with it.
+            let thin =
+                |row: &Row| ladder.points.iter().any(|point| point.label == row.label && is_thin(point));
+            rows.retain(|row| !thin(row));
+        }
         Ok(Charted { scene, points: ladder.points, rows })
     }
 }
