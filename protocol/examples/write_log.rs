@@ -6,7 +6,7 @@
 use std::time::{Duration, Instant};
 
 use protocol::log::{Manifest, Recorder, RecorderOptions};
-use protocol::message::{Command, Header, Kinematics, Loads, Order, State, Status};
+use protocol::message::{Header, Kinematics, Loads, Order, State, Status};
 use protocol::participant::{Role, Window};
 
 const DT: f64 = 1e-3;
@@ -58,14 +58,14 @@ fn run(
     for step in 0..windows {
         let time = step as f64 * DT;
         let window = Window { step, attempt: 0, time, dt: DT, substeps: SUBSTEPS, output: false };
-        recorder.record_command(&command(Order::Advance, &window))?;
+        recorder.record_command(&window.command(Order::Advance))?;
         let header = settle(&window, &mut grains, &mut loads);
         std::thread::sleep(pause);
         recorder.record_loads(&window.header(), &loads)?;
         recorder.record_kinematics(&header, &grains)?;
         recorder.record_status(Role::Fluid, &status(&window, 2.0 * DT))?;
         recorder.record_status(Role::Dem, &status(&window, f64::INFINITY))?;
-        recorder.record_command(&command(Order::Accept, &window))?;
+        recorder.record_command(&window.command(Order::Accept))?;
     }
     Ok(())
 }
@@ -81,18 +81,6 @@ fn settle(window: &Window, grains: &mut [Kinematics], loads: &mut [Loads]) -> He
         grain.gap = grain.position[2] - RADIUS;
     }
     Header { substeps: window.substeps, smallest_gap: 2.0 * RADIUS, ..window.header() }
-}
-
-fn command(order: Order, window: &Window) -> Command {
-    Command {
-        order: order as u64,
-        step: window.step,
-        attempt: window.attempt,
-        time: window.time,
-        dt: window.dt,
-        substeps: window.substeps,
-        output: 0,
-    }
 }
 
 fn status(window: &Window, dt_limit: f64) -> Status {

@@ -7,7 +7,7 @@
 
 use std::path::Path;
 
-use crate::message::{Header, Record};
+use crate::message::{Command, Header, Order, Record};
 
 /// Which side of the exchange a solver is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -50,6 +50,33 @@ impl Window {
     #[must_use]
     pub fn header(&self) -> Header {
         Header { step: self.step, attempt: self.attempt, time: self.time, dt: self.dt, ..Header::default() }
+    }
+
+    /// The command that gives an order about this window.
+    #[must_use]
+    pub fn command(&self, order: Order) -> Command {
+        Command {
+            order: order as u64,
+            step: self.step,
+            attempt: self.attempt,
+            time: self.time,
+            dt: self.dt,
+            substeps: self.substeps,
+            output: u64::from(self.output),
+        }
+    }
+}
+
+impl From<Command> for Window {
+    fn from(command: Command) -> Self {
+        Self {
+            step: command.step,
+            attempt: command.attempt,
+            time: command.time,
+            dt: command.dt,
+            substeps: command.substeps,
+            output: command.output != 0,
+        }
     }
 }
 

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::channel::{Rendezvous, SharedMemory, Wire};
-use crate::message::{Command, Order, State, Status};
+use crate::message::{Order, State, Status};
 use crate::output::peak_rss_bytes;
 use crate::participant::{ExchangeError, Participant, SolverError, Window, WindowReport};
 
@@ -26,19 +26,6 @@ const MEMORY_EVERY: Duration = Duration::from_secs(1);
 #[must_use]
 pub fn checkpoint_folder(out_dir: &Path, step: u64) -> PathBuf {
     out_dir.join("checkpoint").join(format!("{step:010}"))
-}
-
-impl From<Command> for Window {
-    fn from(command: Command) -> Self {
-        Self {
-            step: command.step,
-            attempt: command.attempt,
-            time: command.time,
-            dt: command.dt,
-            substeps: command.substeps,
-            output: command.output != 0,
-        }
-    }
 }
 
 /// Says `Ready`, then obeys the coupler until it says `Stop`.

@@ -202,7 +202,7 @@ impl<'a> Conductor<'a> {
 
     /// Orders a window, or another attempt at it.
     fn order_window(&mut self, order: Order, window: Window) {
-        let command = command_of(order, &window);
+        let command = window.command(order);
         self.slots[slot_of(window.step)].begin();
         self.ordered.push_back((command, window));
         self.broken = self.link.order(command).err();
@@ -262,15 +262,7 @@ impl<'a> Conductor<'a> {
 
     /// Both solvers and the coupler write what decides the next window. Nothing is on its way.
     fn checkpoint(&mut self) -> Result<(), Failure> {
-        let step = self.planner.step();
-        let command = Command {
-            order: Order::Checkpoint as u64,
-            step,
-            time: self.planner.time(),
-            ..Command::default()
-        };
-        self.order(command)?;
-        self.collect(State::Saved)?;
+        self.order_between(Order::Checkpoint, State::Saved)?;
         let state = CouplerState {
             planner: self.planner.state().clone(),
             observer: self.observer.state()?,
@@ -278,33 +270,21 @@ impl<'a> Conductor<'a> {
             late: self.late,
             attempts: self.watch.as_ref().map(Watch::tally).unwrap_or_default(),
         };
-        resume::complete(self.folder, step, &self.prepared.scene.sha256(), &state)?;
+        resume::complete(self.folder, self.planner.step(), &self.prepared.scene.sha256(), &state)?;
         self.saved = Instant::now();
         Ok(())
     }
 
     fn stop(&mut self) -> Result<(), Failure> {
         self.stopping = true;
-        let command = Command {
-            order: Order::Stop as u64,
-            step: self.planner.step(),
-            time: self.planner.time(),
-            ..Command::default()
-        };
-        self.order(command)?;
-        self.collect(State::Stopped)
+        self.order_between(Order::Stop, State::Stopped)
     }
-}
 
-fn command_of(order: Order, window: &Window) -> Command {
-    Command {
-        order: order as u64,
-        step: window.step,
-        attempt: window.attempt,
-        time: window.time,
-        dt: window.dt,
-        substeps: window.substeps,
-        output: u64::from(window.output),
+    /// Gives an order between windows, and waits for the answer of both solvers.
+    fn order_between(&mut self, order: Order, answer: State) -> Result<(), Failure> {
+        let (step, time) = (self.planner.step(), self.planner.time());
+        self.order(Command { order: order as u64, step, time, ..Command::default() })?;
+        self.collect(answer)
     }
 }
 

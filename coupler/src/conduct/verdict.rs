@@ -3,8 +3,8 @@
 use protocol::message::Order;
 use protocol::participant::Window;
 
+use super::Conductor;
 use super::collect::{Collected, Whole};
-use super::{Conductor, command_of};
 use crate::failure::Failure;
 use crate::iterate::Verdict;
 use crate::judge;
@@ -39,7 +39,7 @@ impl Conductor<'_> {
             }
             Verdict::Converged | Verdict::Unconverged(_) => {}
         }
-        let command = command_of(Order::Accept, window);
+        let command = window.command(Order::Accept);
         self.order(command)?;
         if let Some(recorder) = &self.recorder {
             recorder.record_command(&command)?;

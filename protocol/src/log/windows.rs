@@ -22,8 +22,7 @@ impl LoggedWindow {
     /// The window as a participant sees it.
     #[must_use]
     pub fn window(&self) -> Window {
-        let Command { step, attempt, time, dt, substeps, output, .. } = self.command;
-        Window { step, attempt, time, dt, substeps, output: output != 0 }
+        self.command.into()
     }
 
     /// Whether it is another try of the window before it.

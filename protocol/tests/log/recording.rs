@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 use protocol::log::{LogError, LogReader, Recorder, RecorderOptions, SequenceError, repair};
 use protocol::message::{Kinematics, Loads, Order};
 
-use crate::support::{DT, GRAINS, command, manifest, path, window};
+use crate::support::{DT, GRAINS, manifest, path, window};
 
 /// Records one window of still grains.
 fn still_window(recorder: &Recorder, step: u64) -> Result<(), LogError> {
     let now = window(step, 0);
-    recorder.record_command(&command(Order::Advance, &now))?;
+    recorder.record_command(&now.command(Order::Advance))?;
     recorder.record_loads(&now.header(), &[Loads::default(); GRAINS])?;
     recorder.record_kinematics(&now.header(), &[Kinematics::default(); GRAINS])
 }
@@ -204,7 +204,7 @@ fn a_gap_is_refused_and_the_log_before_it_stays() {
 fn a_window_without_its_messages_is_refused() {
     let file = path("missing.mcap");
     let recorder = Recorder::create(&file, &manifest(), RecorderOptions::default()).unwrap();
-    recorder.record_command(&command(Order::Advance, &window(0, 0))).unwrap();
+    recorder.record_command(&window(0, 0).command(Order::Advance)).unwrap();
     recorder.record_loads(&window(0, 0).header(), &[Loads::default(); GRAINS]).unwrap();
     let error = still_window(&recorder, 1).unwrap_err().to_string();
     assert!(error.contains("window 0") && error.contains("no kinematics"), "{error}");
@@ -219,7 +219,7 @@ fn other_counts_and_times_are_refused() {
     let new =
         || Recorder::to_writer(std::io::sink(), "none", &manifest(), RecorderOptions::default()).unwrap();
     let recorder = new();
-    recorder.record_command(&command(Order::Advance, &window(0, 0))).unwrap();
+    recorder.record_command(&window(0, 0).command(Order::Advance)).unwrap();
     let error = recorder.record_loads(&window(0, 0).header(), &[Loads::default()]).unwrap_err();
     assert!(error.to_string().contains("have 1 grains, the scene has 3"), "{error}");
     let recorder = new();
@@ -228,6 +228,6 @@ fn other_counts_and_times_are_refused() {
     back.time = -DT;
     still_window(&recorder, 1).unwrap();
     back.step = 2;
-    let error = recorder.record_command(&command(Order::Advance, &back)).unwrap_err();
+    let error = recorder.record_command(&back.command(Order::Advance)).unwrap_err();
     assert!(error.to_string().contains("before the window in front"), "{error}");
 }

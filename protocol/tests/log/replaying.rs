@@ -108,7 +108,7 @@ fn a_resumed_log_needs_its_checkpoint() {
     resumed.first_time = 3e-3;
     let recorder = protocol::log::Recorder::create(&file, &resumed, Default::default()).unwrap();
     let (mut fluid, mut dem) = (ToyFluid::new(), ToyDem::new());
-    let order = |step| crate::support::command(protocol::message::Order::Advance, &window(step, 0));
+    let order = |step| window(step, 0).command(protocol::message::Order::Advance);
     // Step 0 is not what the manifest promises.
     for step in 3..6 {
         recorder.record_command(&order(step)).unwrap();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use protocol::log::{Manifest, Recorder, RecorderOptions};
-use protocol::message::{Command, Header, Kinematics, Loads, Order, Record, State, Status};
+use protocol::message::{Header, Kinematics, Loads, Order, Record, State, Status};
 use protocol::participant::{Exchange, ExchangeError, Participant, Role, SolverError, Window, WindowReport};
 
 pub(crate) const GRAINS: usize = 3;
@@ -169,18 +169,6 @@ impl<In: Record, Out: Record> Exchange<In, Out> for Pipe<'_, In, Out> {
     }
 }
 
-pub(crate) fn command(order: Order, window: &Window) -> Command {
-    Command {
-        order: order as u64,
-        step: window.step,
-        attempt: window.attempt,
-        time: window.time,
-        dt: window.dt,
-        substeps: window.substeps,
-        output: u64::from(window.output),
-    }
-}
-
 fn done(window: &Window, dt_limit: f64) -> Status {
     let (step, attempt, grains) = (window.step, window.attempt, GRAINS as u64);
     Status { state: State::Done as u64, step, attempt, dt_limit, grains, ..Status::default() }
@@ -230,18 +218,18 @@ pub(crate) fn coupled_log_with(
         fluid.save();
         dem.save();
         let mut now = window(step, 0);
-        recorder.record_command(&command(Order::Advance, &now)).expect("advance");
+        recorder.record_command(&now.command(Order::Advance)).expect("advance");
         run_window(&mut fluid, &mut dem, &now, &recorder);
         if repeated.contains(&step) {
             fluid.restore();
             dem.restore();
             now = window(step, 1);
-            recorder.record_command(&command(Order::Repeat, &now)).expect("repeat");
+            recorder.record_command(&now.command(Order::Repeat)).expect("repeat");
             run_window(&mut fluid, &mut dem, &now, &recorder);
         }
-        recorder.record_command(&command(Order::Accept, &now)).expect("accept");
+        recorder.record_command(&now.command(Order::Accept)).expect("accept");
     }
-    recorder.record_command(&command(Order::Stop, &window(windows, 0))).expect("stop");
+    recorder.record_command(&window(windows, 0).command(Order::Stop)).expect("stop");
     recorder.finish().expect("finish");
 }
 
