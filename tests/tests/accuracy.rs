@@ -115,6 +115,73 @@ viscosity = "implicit"
     assert!(error.abs() < 0.05, "{error}");
 }
 
+/// A sphere thrown at a wall, St = 34, half as dense as the charted one and in a thinner fluid.
+const BOUNCE: &str = r#"
+until = 0.075
+gravity = [0.0, 0.0, -9.81]
+[domain]
+geometry = "axisymmetric"
+lower = [0.0, 0.0]
+upper = [0.03, 0.04]
+cells = [30, 40]
+boundary = { r_upper = "free-slip", z_lower = "no-slip", z_upper = "free-slip" }
+[medium]
+density = 1000.0
+viscosity = 0.0165
+[[grains]]
+position = [0.0, 0.0, 0.012]
+radius = 0.0025
+density = 4000.0
+velocity = [0.0, 0.0, -0.25]
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.97
+contact_time = 1e-4
+friction = 0.25
+[[metrics]]
+name = "restitution"
+kind = "restitution-at-gap"
+gap = 0.1
+[[metrics]]
+name = "height"
+kind = "rebound-height"
+"#;
+
+#[test]
+fn a_lighter_sphere_bounces_as_exactly_as_asked() {
+    let folder = Folder::new("accuracy-bounce");
+    let scene = folder.write("scene.toml", BOUNCE);
+    let fine = ["--set", "domain.cells=[120, 160]", "--set", "fluid.time.cfl=0.5"];
+    run(&scene, &folder.join("fine"), &fine);
+    let out = folder.join("out");
+    let words = run(&scene, &out, &["--accuracy", "12%"]);
+    assert!(words.contains("docs/charts/bouncing-sphere.csv"), "{words}");
+    for name in ["restitution", "height"] {
+        let (value, exact) = (metric(&out, name), metric(&folder.join("fine"), name));
+        println!("{name}: {value:.4} for {exact:.4}\n{words}");
+        assert!((value / exact - 1.0).abs() < 0.12, "{name}: {value} for {exact}");
+    }
+}
+
+#[test]
+fn a_bed_is_promised_nothing() {
+    let folder = Folder::new("accuracy-bed");
+    let mut text = settling(0.01534).replace("axisymmetric", "space").replace("r_upper", "x");
+    text = text.replace("z = ", "y = \"periodic\", z = ").replace("x = \"free-slip\"", "x = \"periodic\"");
+    text = text.replace("lower = [0.0, 0.0]", "lower = [0.0, 0.0, 0.0]");
+    text = text.replace("[0.0163, 0.0489]", "[0.006, 0.006, 0.012]").replace("[40, 120]", "[24, 24, 48]");
+    let (begin, end) = (text.find("[[grains]]").expect("grains"), text.find("[[metrics]]").expect("metrics"));
+    let grain = |place: u8| {
+        let [x, y, z] = [place % 3, place / 3 % 3, place / 9].map(|k| 0.001 + 0.002 * f64::from(k));
+        format!("[[grains]]\nposition = [{x:?}, {y:?}, {z:?}]\nradius = 0.00099\ndensity = 2500.0\n")
+    };
+    text.replace_range(begin..end, &(0..27).map(grain).collect::<String>());
+    let scene = folder.write("scene.toml", &text);
+    let output = bedload(&["check", path(&scene), "--accuracy", "5%"]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("has no chart for this kind of scene"), "{}", said(&output));
+}
+
 #[test]
 fn what_no_chart_can_promise_is_refused_with_what_it_can() {
     let folder = Folder::new("accuracy-refused");

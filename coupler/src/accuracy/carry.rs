@@ -11,6 +11,9 @@ use crate::sweep::resolution;
 /// Sections whose varied keys are carried over as they are.
 const METHOD: [&str; 3] = ["fluid.", "dem.", "coupling."];
 
+/// What is none the less not: the time step has a unit of its own, and contacts are the material's.
+const NOT_METHOD: [&str; 2] = ["fluid.time.dt=", "dem.contact."];
+
 /// `KEY=VALUE` that give `scene` the setting of `row`.
 pub(super) fn over(
     chart: &Charted,
@@ -32,7 +35,8 @@ pub(super) fn over(
         set.push(format!("fluid.time.dt={:?}", dt * time / unit));
     }
     let carried = |text: &&String| {
-        METHOD.iter().any(|section| text.starts_with(section)) && !text.starts_with("fluid.time.dt=")
+        METHOD.iter().any(|section| text.starts_with(section))
+            && !NOT_METHOD.iter().any(|key| text.starts_with(key))
     };
     set.extend(point.set.iter().filter(carried).cloned());
     Ok(set)

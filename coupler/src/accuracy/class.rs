@@ -1,6 +1,6 @@
 //! Classes of scenes that have a chart.
 
-use protocol::scene::{CheckedScene, Motion, SceneSource, Shape};
+use protocol::scene::{CheckedScene, Grain, MetricKind, Motion, SceneSource, Shape};
 
 use super::pick::Row;
 use crate::chart::Chart;
@@ -10,6 +10,8 @@ use crate::sweep::{Ladder, Point, parse_csv};
 /// A class of scenes whose errors one chart tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Class {
+    /// Free spheres whose rebound is measured.
+    Bounce,
     /// Free spheres in a fluid, at Ar of the order of the charted one.
     Settling,
     /// The same where viscosity rules: masks err more there, as held spheres in Stokes flow show.
@@ -30,6 +32,35 @@ pub(super) struct Charted {
 /// Ar = |ρ_p/ρ − 1| g D³/ν² below which the chart of the falling sphere (Ar = 800) says too little.
 const SLOW: f64 = 200.0;
 
+/// Free grains from which on they may be a bed, and the part of their bounding box that they fill then. Beds have no
+/// class: what the chart of the inclined bed says of the fluid over a bed at rest does not hold for one that moves.
+const BED: (usize, f64) = (20, 0.2);
+
+/// Is a rebound measured?
+fn bounces(scene: &CheckedScene) -> bool {
+    scene.scene.metrics.iter().any(|metric| {
+        matches!(
+            metric.kind,
+            MetricKind::ReboundVelocityRatio { .. }
+                | MetricKind::RestitutionAtGap { .. }
+                | MetricKind::ReboundHeight { .. }
+                | MetricKind::SecondReboundHeight { .. }
+                | MetricKind::ReboundRiseTime { .. }
+                | MetricKind::ReboundDuration { .. }
+        )
+    })
+}
+
+/// Do its free grains lie close together?
+fn is_bed(scene: &CheckedScene) -> bool {
+    let free = || scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    let edge = |side: f64, axis: usize| {
+        free().map(|grain| side * grain.position[axis] + grain.radius).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let extent: f64 = (0..3).map(|axis| edge(1.0, axis) + edge(-1.0, axis)).product();
+    free().count() >= BED.0 && free().map(Grain::volume).sum::<f64>() > BED.1 * extent
+}
+
 /// Is its mask thinner than the default?
 fn is_thin(point: &Point) -> bool {
     let width = |text: &String| text.strip_prefix("fluid.immersed.width=")?.parse::<f64>().ok();
@@ -41,7 +72,7 @@ fn archimedes(scene: &CheckedScene) -> f64 {
     let Some(medium) = &scene.scene.medium else { return f64::INFINITY };
     let gravity = norm(&scene.scene.gravity);
     let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
-    let of = |grain: &protocol::scene::Grain| {
+    let of = |grain: &Grain| {
         let excess = (grain.density / medium.density - 1.0).abs();
         excess * gravity * (2.0 * grain.radius).powi(3) / medium.kinematic_viscosity().powi(2)
     };
@@ -49,7 +80,8 @@ fn archimedes(scene: &CheckedScene) -> f64 {
 }
 
 impl Class {
-    pub(super) const ALL: [Self; 4] = [Self::Settling, Self::SlowSettling, Self::HeldSpheres, Self::Dry];
+    pub(super) const ALL: [Self; 5] =
+        [Self::Bounce, Self::Settling, Self::SlowSettling, Self::HeldSpheres, Self::Dry];
 
     /// The class of a scene, if it has one.
     pub(super) fn of(scene: &CheckedScene) -> Option<Self> {
@@ -57,7 +89,15 @@ impl Class {
         match &scene.scene.medium {
             None => Some(Self::Dry),
             Some(_) if spheres && scene.has_free_grains() => {
-                Some(if archimedes(scene) < SLOW { Self::SlowSettling } else { Self::Settling })
+                if bounces(scene) {
+                    Some(Self::Bounce)
+                } else if is_bed(scene) {
+                    None
+                } else if archimedes(scene) < SLOW {
+                    Some(Self::SlowSettling)
+                } else {
+                    Some(Self::Settling)
+                }
             }
             Some(_) if spheres && scene.grains.iter().all(|g| g.motion == Motion::Fixed) => {
                 Some(Self::HeldSpheres)
@@ -68,6 +108,7 @@ impl Class {
 
     pub(super) fn name(self) -> &'static str {
         match self {
+            Self::Bounce => "spheres whose rebound is measured",
             Self::Settling => "free spheres in a fluid, Ar from 200 on",
             Self::SlowSettling => "free spheres in a fluid, Ar below 200",
             Self::HeldSpheres => "held spheres in a driven fluid",
@@ -78,6 +119,7 @@ impl Class {
     /// File of its chart.
     pub(super) fn chart_file(self) -> &'static str {
         match self {
+            Self::Bounce => "docs/charts/bouncing-sphere.csv",
             Self::Settling => "docs/charts/falling-sphere.csv",
             Self::HeldSpheres | Self::SlowSettling => "docs/charts/sphere-array.csv",
             Self::Dry => "docs/charts/oblique-collision.csv",
@@ -87,6 +129,10 @@ impl Class {
     /// The scene that was charted, and its chart.
     fn texts(self) -> (&'static str, &'static str) {
         match self {
+            Self::Bounce => (
+                include_str!("../../../scenes/bouncing-sphere.toml"),
+                include_str!("../../../docs/charts/bouncing-sphere.csv"),
+            ),
             Self::Settling => (
                 include_str!("../../../scenes/falling-sphere.toml"),
                 include_str!("../../../docs/charts/falling-sphere.csv"),
@@ -107,13 +153,13 @@ impl Class {
     pub(super) fn time(self, scene: &CheckedScene) -> Option<f64> {
         let medium = scene.scene.medium.as_ref()?;
         let gravity = norm(&scene.scene.gravity);
-        let of = |grain: &protocol::scene::Grain| {
+        let of = |grain: &Grain| {
             let diameter = 2.0 * grain.radius;
             let viscous = diameter * diameter / medium.kinematic_viscosity();
             let buoyant = (grain.density / medium.density - 1.0).abs() * gravity;
             match self {
-                Self::Settling | Self::SlowSettling => (diameter / buoyant).sqrt().min(viscous),
                 Self::HeldSpheres | Self::Dry => viscous,
+                _ => (diameter / buoyant).sqrt().min(viscous),
             }
         };
         scene.grains.iter().map(of).reduce(f64::min).filter(|time| *time > 0.0 && time.is_finite())
@@ -131,7 +177,7 @@ impl Class {
             Ladder::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs).map_err(|error| at(&error))?;
         let (header, rows) = parse_csv(table).map_err(|error| at(&error))?;
         let mut rows = Row::all(&header, &rows).map_err(|error| at(&error))?;
-        if matches!(self, Self::Settling | Self::SlowSettling) {
+        if !matches!(self, Self::HeldSpheres | Self::Dry) {
             // A thinner mask is the most exact for a sphere that stands, but one that moves feels the grid with it.
             let thin =
                 |row: &Row| ladder.points.iter().any(|point| point.label == row.label && is_thin(point));

@@ -18,7 +18,8 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// The rows of a `chart.csv` that have an error and a cost.
+    /// The rows of a `chart.csv` that have an error and a cost, but for a run that is the reference itself: its
+    /// error, 0, says nothing.
     pub(super) fn all(header: &[String], rows: &[Vec<String>]) -> Result<Vec<Self>, String> {
         let place = |name: &str| {
             header.iter().position(|column| column == name).ok_or_else(|| format!("has no column {name}"))
@@ -32,7 +33,7 @@ impl Row {
             Some(Self {
                 label: cells[label].clone(),
                 cost: number(cost)?,
-                error: number(error)?,
+                error: number(error).filter(|error| *error > 0.0)?,
                 rung: refining.and_then(number).unwrap_or(0.0),
                 ladder: others.map(|column| cells[column].clone()).collect(),
             })
@@ -42,11 +43,14 @@ impl Row {
 }
 
 /// The cheapest row whose error is at most `target`, and stays so in every finer run of its ladder: an error that is small
-/// by chance does not count. Else the least error of such a row.
+/// by chance does not count, nor does a row that no other one stands by. Else the least error of such a row.
 pub(super) fn cheapest(rows: &[Row], target: f64) -> Result<&Row, f64> {
+    let ladder = |row: &Row| rows.iter().filter(|other| other.ladder == row.ladder).collect::<Vec<_>>();
     let worst = |row: &Row| {
-        let finer = rows.iter().filter(|other| other.ladder == row.ladder && other.rung >= row.rung);
-        finer.map(|other| other.error).fold(row.error, f64::max)
+        let ladder = ladder(row);
+        let finer = ladder.iter().filter(|other| other.rung >= row.rung);
+        let worst = finer.map(|other| other.error).fold(row.error, f64::max);
+        if ladder.len() > 1 { worst } else { f64::INFINITY }
     };
     let enough = rows.iter().filter(|row| worst(row) <= target);
     let best = || rows.iter().map(worst).fold(f64::INFINITY, f64::min);
@@ -68,10 +72,12 @@ mod tests {
             "lucky,5,1.0,0.2,d",
             "lucky,8,1.5,0.001,e",
             "lucky,16,3.0,0.3,f",
+            "alone,8,0.5,0.001,h",
             "broken,8,1.0,,g",
+            "good,32,20.0,0,the reference",
         ];
         let rows = Row::all(&header, &rows.map(line)).unwrap();
-        assert_eq!(rows.len(), 6);
+        assert_eq!(rows.len(), 7);
         assert_eq!(cheapest(&rows, 0.05).unwrap().label, "a");
         assert_eq!(cheapest(&rows, 0.02).unwrap().label, "b");
         assert_eq!(cheapest(&rows, 0.001), Err(0.004));
