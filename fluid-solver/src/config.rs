@@ -56,6 +56,8 @@ pub struct TimeSection {
     pub dt: Option<f64>,
     /// dt Σ_a |u_a|/Δx_a that an adaptive step keeps.
     pub cfl: f64,
+    /// Lengths that an adaptive step may have in an octave, evenly spaced: a power of two, 1 to 64.
+    pub rungs: u32,
     /// Convection; `false` is Stokes flow.
     pub convection: bool,
 }
@@ -68,6 +70,7 @@ impl Default for TimeSection {
             viscosity: ViscosityKey::default(),
             dt: None,
             cfl: 0.5,
+            rungs: 4,
             convection: true,
         }
     }
@@ -203,6 +206,13 @@ impl FluidSection {
                 "fluid.time.cfl",
                 format!("is {}; allowed: above 0, up to {limit} with this scheme", time.cfl),
                 "give a CFL number such as 0.5",
+            ));
+        }
+        if !(time.rungs.is_power_of_two() && time.rungs <= 64) {
+            return Err(source.error(
+                "fluid.time.rungs",
+                format!("is {}; allowed: 1, 2, 4, 8, 16, 32 or 64", time.rungs),
+                "give the number of lengths that an adaptive step may have in an octave, such as 4",
             ));
         }
         let choices = self.choices();

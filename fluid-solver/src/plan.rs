@@ -16,6 +16,8 @@ pub struct Plan {
     pub fixed: Option<f64>,
     /// CFL number kept when it is not.
     pub cfl: f64,
+    /// Lengths that it may have in an octave, a power of two.
+    pub rungs: u32,
     /// Largest step whatever the velocity, s.
     pub ceiling: f64,
     /// Treatment of viscosity.
@@ -63,31 +65,40 @@ impl Plan {
             }
             ceiling = ceiling.min(explicit);
         }
-        Ok(Self { fixed: time.dt, cfl: time.cfl, ceiling, viscous, spacing })
+        Ok(Self { fixed: time.dt, cfl: time.cfl, rungs: time.rungs, ceiling, viscous, spacing })
     }
 
     /// Step proposed before anything moves, s.
     pub fn first(&self) -> f64 {
-        self.fixed.unwrap_or_else(|| rung(self.ceiling))
+        self.fixed.unwrap_or_else(|| self.rung(self.ceiling))
     }
 
     /// Step proposed after one of length `previous`, with `rate` the largest Σ|u|/Δx.
     ///
-    /// It stands on a ladder of four rungs per octave, and stays where it is while it is allowed
-    /// and not less than half of what is: a new length costs the carried force a few steps.
+    /// It stands on a rung, and stays there while it is allowed and, in octaves of even rungs, some two rungs more are
+    /// not: a new length costs the carried force a few steps.
     pub fn next(&self, previous: f64, rate: f64, motions: &[Motion]) -> f64 {
         if let Some(dt) = self.fixed {
             return dt;
         }
         let fastest = motions.iter().map(|m| m.velocity.iter().map(|v| v.abs()).sum()).fold(0.0, f64::max);
         let allowed = (self.cfl / rate.max(fastest / self.spacing)).min(self.ceiling);
-        if previous <= allowed && previous >= 0.5 * allowed { previous } else { rung(allowed) }
+        if previous <= allowed && previous >= self.patience() * allowed {
+            previous
+        } else {
+            self.rung(allowed)
+        }
     }
-}
 
-/// The largest number 2^k {1, 1¼, 1½, 1¾} that is not above `dt`.
-fn rung(dt: f64) -> f64 {
-    f64::from_bits(dt.to_bits() & !((1 << 50) - 1))
+    /// Part of what is allowed at which a step still stays: half with four rungs an octave or fewer.
+    fn patience(&self) -> f64 {
+        (1.0 - 2.0 / f64::from(self.rungs)).max(0.5)
+    }
+
+    /// The largest 2^k (1 + j/rungs), 0 ≤ j < rungs, that is not above `dt`: with few digits, so that sums of steps are exact.
+    fn rung(&self, dt: f64) -> f64 {
+        f64::from_bits(dt.to_bits() & !((1_u64 << (f64::MANTISSA_DIGITS - 1 - self.rungs.ilog2())) - 1))
+    }
 }
 
 /// An estimate of the largest speed of a run, m/s, for the first steps: walls, initial and
@@ -143,13 +154,20 @@ fn expected_speed(scene: &CheckedScene, medium: &Medium) -> f64 {
 mod tests {
     use super::*;
 
+    const PLAN: Plan =
+        Plan { fixed: None, cfl: 0.5, rungs: 4, ceiling: 1.0, viscous: Viscous::Implicit, spacing: 0.1 };
+
     #[test]
     fn rungs_stand_close_below() {
-        for dt in [0.04, 1e-7, 3.0, 0.999, 123.4] {
-            let rung = rung(dt);
-            assert!(rung <= dt && rung > 0.79 * dt, "{rung} under {dt}");
+        for (rungs, least) in [(1, 0.5), (4, 0.8), (16, 16.0 / 17.0), (64, 64.0 / 65.0)] {
+            let plan = Plan { rungs, ..PLAN };
+            for dt in [0.04, 1e-7, 3.0, 0.999, 123.4, 1.999] {
+                let rung = plan.rung(dt);
+                assert!(rung <= dt && rung > least * dt, "{rung} under {dt}, {rungs} in an octave");
+            }
         }
-        assert_eq!(rung(1.75), 1.75);
+        assert_eq!([1.75, 1.9375].map(|dt| PLAN.rung(dt)), [1.75, 1.75]);
+        assert_eq!(Plan { rungs: 16, ..PLAN }.rung(1.94), 1.9375);
     }
 
     /// Number of changes while the rate runs through `rates`; every step keeps the CFL number.
@@ -167,13 +185,15 @@ mod tests {
 
     #[test]
     fn the_step_changes_seldom() {
-        let plan = Plan { fixed: None, cfl: 0.5, ceiling: 1.0, viscous: Viscous::Implicit, spacing: 0.1 };
         let rate = |k: i32| 0.5 + f64::from(k) * 0.002;
-        // Rising fivefold, 2.3 octaves: a rung at a time, four rungs an octave.
-        let rising = changes(&plan, (0..1000).map(rate));
-        assert!(rising <= 1 + 10, "{rising}");
-        // Falling, it waits until twice the step is allowed.
-        let falling = changes(&plan, (0..1000).rev().map(rate));
-        assert!(falling <= 1 + 3, "{falling}");
+        // Rising fivefold, 2.3 octaves: a rung at a time. Falling, it waits until twice the step is allowed, or with
+        // more rungs until 1/(1 - 2/rungs) of it is.
+        for (rungs, most_rising, most_falling) in [(4, 10, 3), (16, 40, 18)] {
+            let plan = Plan { rungs, ..PLAN };
+            let rising = changes(&plan, (0..1000).map(rate));
+            assert!(rising <= 1 + most_rising, "{rising}");
+            let falling = changes(&plan, (0..1000).rev().map(rate));
+            assert!(falling <= 1 + most_falling, "{falling}");
+        }
     }
 }
