@@ -83,7 +83,9 @@ pub fn latest(folder: &OutputFolder, identity: &str) -> Result<(PathBuf, Coupler
         )));
     };
     let state = checkpoint::read(&path, ROLE, identity).map_err(|error| {
-        Failure::Input(format!("{error}; --resume needs the scene, --set and --until as they were"))
+        Failure::Input(format!(
+            "{error}; --resume needs the scene and --set as they were, --until alone may be later"
+        ))
     })?;
     Ok((path, state))
 }

@@ -40,7 +40,7 @@ fn again(
     interrupts: Interrupts,
     step: u64,
 ) -> Result<(), Failure> {
-    let from = resume::latest(folder, &prepared.scene.sha256()).ok();
+    let from = resume::latest(folder, &prepared.scene.state_sha256()).ok();
     let start = from.as_ref().map_or(0, |(_, state)| state.observer.tally.windows);
     if from.is_some() && start == step {
         return Ok(());

@@ -105,17 +105,21 @@ fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Fail
     Ok(())
 }
 
-/// Prepares the output folder, and finds the checkpoint to go on from.
+/// Finds the checkpoint to go on from, and prepares the output folder.
 pub(crate) fn open_folder(
     options: &RunOptions,
     prepared: &Prepared,
     folder: &OutputFolder,
 ) -> Result<Option<(std::path::PathBuf, CouplerState)>, Failure> {
-    if options.resume {
-        return resume::latest(folder, &prepared.scene.sha256()).map(Some);
-    }
-    resume::remove_all(folder);
-    record::remove_parts(folder.root());
+    let resumed = if options.resume {
+        let (path, state) = resume::latest(folder, &prepared.scene.state_sha256())?;
+        prepared.scene.goes_on_from(state.observer.tally.simulated).map_err(Box::new)?;
+        Some((path, state))
+    } else {
+        resume::remove_all(folder);
+        record::remove_parts(folder.root());
+        None
+    };
     // The solvers read the scheme that the plan chose.
     let scheme = prepared.plan.scheme.map_or(prepared.coupling.scheme, SchemeKey::from);
     let coupling = Coupling { scheme, ..prepared.coupling.clone() };
@@ -128,7 +132,7 @@ pub(crate) fn open_folder(
     let plan =
         serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;
     protocol::output::atomic_write(&folder.plan(), plan.as_bytes())?;
-    Ok(None)
+    Ok(resumed)
 }
 
 /// What a coupled run is to do.

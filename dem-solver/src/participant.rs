@@ -74,7 +74,7 @@ impl DemParticipant {
             loads: vec![GrainLoad::default(); scene.grains.len()],
             saved: dem.save(),
             dem,
-            identity: scene.sha256(),
+            identity: scene.state_sha256(),
             work: Duration::ZERO,
         })
     }

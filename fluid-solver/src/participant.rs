@@ -54,7 +54,7 @@ impl Fluid {
         let planes = scene.scene.observe.planes.clone();
         let planes = planes.and_then(|asked| axis(&asked).map(|axis| (asked, axis)));
         let lines = lines::of(scene)?;
-        Ok(Self { solver, scene: scene.sha256(), fields: folder.join("fields"), planes, lines })
+        Ok(Self { solver, scene: scene.state_sha256(), fields: folder.join("fields"), planes, lines })
     }
 
     /// Metrics of the last state that only the fluid can measure; their tables go to `folder`.

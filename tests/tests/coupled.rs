@@ -80,6 +80,30 @@ fn the_same_bits_after_an_interrupt_and_resume() {
 }
 
 #[test]
+fn a_finished_run_goes_on_past_its_end() {
+    let folder = Folder::new("later-end");
+    let scene = folder.write("bounce.toml", SMALL_BOUNCE);
+    let (whole, parts) = (folder.join("whole"), folder.join("parts"));
+    run(&scene, &whole, &[]);
+    run(&scene, &parts, &["--until", "1.5"]);
+    assert_eq!(summary(&parts)["time"]["simulated"], 1.5);
+    run(&scene, &parts, &["--resume"]);
+    assert_eq!(text(&parts.join("series.csv")), text(&whole.join("series.csv")));
+    assert_eq!(summary(&parts)["metrics"], summary(&whole)["metrics"]);
+    for name in ["scene.toml", "plan.json"] {
+        assert_eq!(text(&parts.join(name)), text(&whole.join(name)), "{name}");
+    }
+    // Back is no way, nor is anything else a scene of the same state.
+    let (scene, parts) = (scene.to_str().expect("UTF-8"), parts.to_str().expect("UTF-8"));
+    let other = ["--set", "medium.viscosity=0.06"];
+    for (more, words) in [(&["--until", "2.0"], ["until", "t = 3"]), (&other, ["another scene", "--until"])] {
+        let output = bedload(&[&["run", scene, "--out", parts, "--resume"], &more[..]].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        assert!(words.iter().all(|word| said(&output).contains(word)), "{}", said(&output));
+    }
+}
+
+#[test]
 fn a_log_replays_bit_for_bit_in_both_directions_and_a_flipped_bit_is_named() {
     let folder = Folder::new("replay");
     let (scene, out) = (folder.write("bounce.toml", SMALL_BOUNCE), folder.join("out"));

@@ -1,14 +1,9 @@
 //! Runs of the DEM alone, through `bedload run`.
 
-use tests::harness::{Folder, bedload, said};
+use tests::harness::{Folder, bedload, said, summary};
 
-#[test]
-fn a_grain_that_leaves_the_box_is_named_when_it_leaves_and_counted_at_the_end() {
-    let folder = Folder::new("leaves");
-    let out = folder.join("out");
-    let scene = folder.write(
-        "leaves.toml",
-        r#"
+/// One grain at rest, one that leaves the box at t = 0.8.
+const TWO_GRAINS: &str = r#"
 until = 1.0
 gravity = [0.0, 0.0, 0.0]
 [domain]
@@ -31,8 +26,13 @@ restitution = 0.5
 contact_time = 0.01
 [observe]
 every = 0.1
-"#,
-    );
+"#;
+
+#[test]
+fn a_grain_that_leaves_the_box_is_named_when_it_leaves_and_counted_at_the_end() {
+    let folder = Folder::new("leaves");
+    let out = folder.join("out");
+    let scene = folder.write("leaves.toml", TWO_GRAINS);
     for engine in ["general", "bulk"] {
         let engine = format!("dem.engine={engine}");
         let (scene, out) = (scene.to_str().expect("UTF-8"), out.to_str().expect("UTF-8"));
@@ -48,4 +48,28 @@ every = 0.1
         assert!(text.contains("1 grain(s) are outside the box at the end"), "{text}");
         assert!(!text.contains("grain 0"), "{text}");
     }
+}
+
+#[test]
+fn a_finished_run_goes_on_past_its_end() {
+    let folder = Folder::new("dry-later-end");
+    let scene = folder.write("leaves.toml", TWO_GRAINS);
+    let run = |name: &str, until: &str, more: &[&str]| {
+        let out = folder.join(name);
+        let paths = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        let output = bedload(&[&paths, &["--until", until][..], more].concat());
+        (output.status.code(), said(&output), out)
+    };
+    let series = |out: &std::path::Path| std::fs::read_to_string(out.join("series.csv")).expect("text");
+    let (_, _, whole) = run("whole", "1.0", &[]);
+    let (code, text, parts) = run("parts", "0.5", &[]);
+    assert_eq!((code, &summary(&parts)["time"]["simulated"]), (Some(0), &0.5.into()), "{text}");
+    let (code, text, _) = run("parts", "1.0", &["--resume"]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("grain 1 left the box"), "{text}");
+    assert_eq!(series(&parts), series(&whole));
+    let (code, text, _) = run("parts", "0.5", &["--resume"]);
+    assert_eq!(code, Some(2), "{text}");
+    assert!(text.contains("until") && text.contains("t = 1 s"), "{text}");
+    assert_eq!(series(&parts), series(&whole), "what is refused changes nothing");
 }

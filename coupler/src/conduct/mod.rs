@@ -270,7 +270,7 @@ impl<'a> Conductor<'a> {
             late: self.late,
             attempts: self.watch.as_ref().map(Watch::tally).unwrap_or_default(),
         };
-        resume::complete(self.folder, self.planner.step(), &self.prepared.scene.sha256(), &state)?;
+        resume::complete(self.folder, self.planner.step(), &self.prepared.scene.state_sha256(), &state)?;
         self.saved = Instant::now();
         Ok(())
     }

@@ -33,13 +33,13 @@ pub(super) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
     let answer = S::stand_in(&scene)?;
     let folder = options.folder(&scene)?;
     let (fluid, dem) = S::facts_by_role(&facts);
-    folder.write_scene(&scene, fluid, dem, None)?;
     let solver = S::build(&scene, folder.root())?;
     let clock = S::clock(&scene, &facts);
     let mut summary = Summary::new(&scene, env!("CARGO_PKG_VERSION"));
     let contact_time = dem.map_or(f64::INFINITY, |facts| facts.contact_time);
     let begin = Instant::now();
     let mut run = Run::new(&folder, &scene, solver, clock, options.resume, contact_time, answer)?;
+    folder.write_scene(&scene, fluid, dem, None)?;
     let outcome = with_threads(options.threads(), || run.advance_to_end())?;
     run.summarise(&mut summary, begin, &outcome)?;
     summary.write(&folder.summary())?;
@@ -93,7 +93,8 @@ impl<'a, S: Solver> Run<'a, S> {
                 .map_err(|error| SolverError::Failed(format!("cannot handle signals: {error}")))?;
         }
         let (position, observer) = if resume {
-            let position: Position = checkpoint::read(&folder.checkpoint(), "loop", &scene.sha256())?;
+            let position: Position = checkpoint::read(&folder.checkpoint(), "loop", &scene.state_sha256())?;
+            scene.goes_on_from(position.time)?;
             solver.read_checkpoint(&folder.checkpoint())?;
             let observer = Observer::resume(folder, scene, sides, &[], position.observed.clone())?;
             (position, observer)
@@ -192,7 +193,7 @@ impl<'a, S: Solver> Run<'a, S> {
         self.position.observed = self.observer.state()?;
         let folder = self.folder.checkpoint();
         self.solver.write_checkpoint(&folder)?;
-        checkpoint::write(&folder, "loop", &self.scene.sha256(), &self.position)?;
+        checkpoint::write(&folder, "loop", &self.scene.state_sha256(), &self.position)?;
         self.saved = Some(self.position.step);
         Ok(())
     }
@@ -202,7 +203,8 @@ impl<'a, S: Solver> Run<'a, S> {
     /// The solver has lost that state, and no step pays for a copy of it: what led there is done
     /// again, bit for bit, from the last checkpoint or the start. Series and metrics stand there already.
     fn rewind(mut self) -> Result<String, ProgramError> {
-        let (here, folder, identity) = (self.position.step, self.folder.checkpoint(), self.scene.sha256());
+        let (here, folder, identity) =
+            (self.position.step, self.folder.checkpoint(), self.scene.state_sha256());
         if self.saved == Some(here) {
             return Ok(format!("the checkpoint stands at step {here}, before the failure"));
         }

@@ -157,8 +157,35 @@ impl CheckedScene {
     /// not count: they say which other runs to make, and nothing about this one.
     #[must_use]
     pub fn sha256(&self) -> String {
-        use sha2::Digest;
-        let digest = sha2::Sha256::digest(self.source.without_sweeps().as_bytes());
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        hexadecimal(&self.source.without_sweeps())
     }
+
+    /// SHA-256 in hexadecimal of what the scene says, its end aside: what a checkpoint is of. So a run goes on past
+    /// the end that it had, and with other comments.
+    #[must_use]
+    pub fn state_sha256(&self) -> String {
+        hexadecimal(&self.source.without_end())
+    }
+
+    /// Refuses to go on from `time`, s, if that is past the end.
+    ///
+    /// # Errors
+    /// At `until`.
+    pub fn goes_on_from(&self, time: f64) -> Result<(), SceneError> {
+        let until = self.scene.until;
+        if time <= until {
+            return Ok(());
+        }
+        Err(self.source.error(
+            "until",
+            format!("is {until} s, but the run stands at t = {time} s already"),
+            "give a later --until, or start anew without --resume",
+        ))
+    }
+}
+
+/// SHA-256 of a text.
+fn hexadecimal(text: &str) -> String {
+    use sha2::Digest;
+    sha2::Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -78,6 +78,14 @@ impl SceneSource {
         if removed.contains(&true) { Cow::Owned(document.to_string()) } else { Cow::Borrowed(&self.text) }
     }
 
+    /// Keys and values in one order, without comments, `until`, `[chart]` and `[stability]`.
+    #[must_use]
+    pub(super) fn without_end(&self) -> Cow<'_, str> {
+        let Ok(mut table) = self.text.parse::<toml::Table>() else { return Cow::Borrowed(&self.text) };
+        table.retain(|name, _| name != "until" && !SWEEPS.contains(&name));
+        Cow::Owned(table.to_string())
+    }
+
     /// Reads the parts of the scene that `T` knows. `T` is a struct with one field per section;
     /// sections it does not name are left to their owners.
     ///
@@ -402,6 +410,14 @@ mod tests {
         assert_eq!(source("chart.metric = 1\nuntil = 1.0\n").without_sweeps(), "until = 1.0\n");
         let other = source(&format!("{plain}{chart}")).with_overrides(&["until=2".into()]).expect("fits");
         assert_eq!(other.without_sweeps(), plain.replace("1.0", "2"));
+    }
+
+    #[test]
+    fn a_state_is_of_a_scene_whatever_its_end() {
+        let text = "until = 1.0\n\n[domain]\ncells = [4] # few\n";
+        let later = "# longer\nuntil = 2\n[chart]\nmetric = \"e\"\n[domain]\ncells = [4]\n";
+        assert_eq!(source(text).without_end(), source(later).without_end());
+        assert_ne!(source(text).without_end(), source(&text.replace('4', "5")).without_end());
     }
 
     #[test]
