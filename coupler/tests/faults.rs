@@ -146,7 +146,8 @@ fn an_interrupted_run_goes_on_bit_for_bit() {
     assert!(second.inspect(|entry| assert!(entry.is_ok())).count() > 0);
 
     // Another scene must not go on from this checkpoint.
-    let output = run(&cut, &path, &["--until", "2.0", "--resume"]);
+    let other = ["--until", "1.0", "--resume", "--set", "gravity=[0.0, 0.0, -2.0]"];
+    let output = run(&cut, &path, &other);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
 }
 
