@@ -34,8 +34,11 @@ pub(super) fn over(
     if let (Some(dt), Some(unit), Some(time)) = (dt, class.time(&charted), class.time(scene)) {
         set.push(format!("fluid.time.dt={:?}", dt * time / unit));
     }
+    // A film that the scene leaves to the default is not begun by half.
+    let film = scene.scene.dem.get("lubrication").is_some();
     let carried = |text: &&String| {
-        METHOD.iter().any(|section| text.starts_with(section))
+        (film || !text.starts_with("dem.lubrication."))
+            && METHOD.iter().any(|section| text.starts_with(section))
             && !NOT_METHOD.iter().any(|key| text.starts_with(key))
     };
     set.extend(point.set.iter().filter(carried).cloned());
