@@ -57,7 +57,9 @@ fn a_finished_run_goes_on_past_its_end() {
     let run = |name: &str, until: &str, more: &[&str]| {
         let out = folder.join(name);
         let paths = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
-        let output = bedload(&[&paths, &["--until", until][..], more].concat());
+        // Windows of 2 t_c: both ends are whole numbers of them, without a rounding.
+        let keys = ["--set", "dem.contact.contact_time=0.0078125", "--until", until];
+        let output = bedload(&[&paths, &keys[..], more].concat());
         (output.status.code(), said(&output), out)
     };
     let series = |out: &std::path::Path| std::fs::read_to_string(out.join("series.csv")).expect("text");
@@ -67,9 +69,9 @@ fn a_finished_run_goes_on_past_its_end() {
     let (code, text, _) = run("parts", "1.0", &["--resume"]);
     assert_eq!(code, Some(0), "{text}");
     assert!(text.contains("grain 1 left the box"), "{text}");
-    assert_eq!(series(&parts), series(&whole));
+    assert!(series(&parts) == series(&whole), "series.csv differs");
     let (code, text, _) = run("parts", "0.5", &["--resume"]);
     assert_eq!(code, Some(2), "{text}");
     assert!(text.contains("until") && text.contains("t = 1 s"), "{text}");
-    assert_eq!(series(&parts), series(&whole), "what is refused changes nothing");
+    assert!(series(&parts) == series(&whole), "what is refused changes nothing");
 }
