@@ -1,8 +1,10 @@
 //! The `[fluid]` section: as typed ([`FluidSection`]) and as meant ([`Choices`]).
 
+use crate::coupling;
 use crate::immersed::mask::Mask;
 use protocol::facts::{Forcing, LoadsForm};
 use protocol::scene::{CheckedScene, Motion, SceneError};
+use protocol::scheme::Scheme;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -89,6 +91,26 @@ pub struct ImmersedSection {
     /// `seed`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<f64>,
+    /// Where the carried force waits for the next step: `in-place` (default) or `with-grains`.
+    #[serde(skip_serializing_if = "Carry::is_default")]
+    pub carry: Carry,
+}
+
+/// Where the carried force waits for the next step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Carry {
+    /// In its cells.
+    #[default]
+    InPlace,
+    /// Where the grains will be: for dense beds that move.
+    WithGrains,
+}
+
+impl Carry {
+    fn is_default(&self) -> bool {
+        *self == Self::InPlace
+    }
 }
 
 /// `fluid.loads`.
@@ -139,6 +161,8 @@ pub struct Choices {
     pub mask: Mask,
     /// Factor on its thickness.
     pub width: f64,
+    /// Where the carried force waits.
+    pub carry: Carry,
     /// Form of the loads.
     pub form: LoadsForm,
     /// C_v.
@@ -171,6 +195,7 @@ impl FluidSection {
             method,
             mask,
             width: self.immersed.width.unwrap_or(if mask == Mask::Seed { 1.0 } else { 0.5 }),
+            carry: self.immersed.carry,
             form,
             virtual_mass: self.loads.virtual_mass.unwrap_or(if none { 0.0 } else { 0.5 }),
             displaced_mass: self.loads.displaced_mass,
@@ -221,6 +246,20 @@ impl FluidSection {
                 "fluid.immersed.width",
                 format!("is {}; allowed: above 0, up to 4", choices.width),
                 "give a factor on the seed's thickness, such as 0.5",
+            ));
+        }
+        let scheme = coupling::read(scene, choices.form)?.0;
+        let can = choices.method == Forcing::Carried
+            && choices.form == LoadsForm::F5b
+            && scheme == Scheme::SemiImplicit;
+        if choices.carry == Carry::WithGrains && !can {
+            return Err(source.error(
+                "fluid.immersed.carry",
+                format!(
+                    "is \"with-grains\" with method {:?}, form {:?} and the coupling scheme {scheme}",
+                    choices.method, choices.form
+                ),
+                "take method = \"carried\", form = \"F5b\" and coupling.scheme = \"semi-implicit\", or leave carry out",
             ));
         }
         if !(choices.virtual_mass >= 0.0 && choices.virtual_mass.is_finite()) {

@@ -1,7 +1,7 @@
 //! What the fluid says of itself before a run (`bedload-fluid check`).
 
 use crate::build;
-use crate::config::{FluidSection, SchemeKey};
+use crate::config::{Carry, FluidSection, SchemeKey};
 use crate::grid::Grid;
 use crate::memory::{self, Demand};
 use crate::plan::Plan;
@@ -32,8 +32,9 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     crate::lines::of(scene)?;
     let implicit = plan.viscous == Viscous::Implicit;
     let carried = choices.method == Forcing::Carried && !scene.grains.is_empty();
+    let along = carried && choices.carry == Carry::WithGrains;
     let repeated = crate::coupling::read(scene, choices.form)?.0 == Scheme::Iterated;
-    let memory = memory::estimate(&grid, Demand { carried, implicit, repeated });
+    let memory = memory::estimate(&grid, Demand { carried, along, implicit, repeated });
     memory::check(scene, memory, protocol::memory::available().as_ref())?;
     let cells = grid.cell_count() as u64;
     let resolved = toml::Table::try_from(section.resolved()).map_err(|error| {

@@ -14,6 +14,8 @@ pub struct Demand {
     pub carried: bool,
     /// Whether viscosity is implicit.
     pub implicit: bool,
+    /// Whether it is taken along with the grains.
+    pub along: bool,
     /// Whether windows are repeated, from a copy of the state at their start.
     pub repeated: bool,
 }
@@ -25,9 +27,9 @@ pub struct Demand {
 /// The latter is measured, as resident memory, at 128³ and 1448² cells: 1 field in space, 3 more with
 /// implicit viscosity; on two axes 7, and 10 more for the factors of the viscous solvers.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand) -> u64 {
-    let Demand { carried, implicit, repeated } = demand;
+    let Demand { carried, along, implicit, repeated } = demand;
     let axes = D as u64;
-    let kept = 2 * axes + 1 + if carried { axes } else { 0 };
+    let kept = 2 * axes + 1 + if carried { axes } else { 0 } + if along { 2 * axes } else { 0 };
     let work = match (D, implicit) {
         (2, false) => 7,
         (2, true) => 17,

@@ -5,7 +5,7 @@ mod overlapped;
 
 use crate::attempts::Attempts;
 use crate::build;
-use crate::config::{Choices, FluidSection};
+use crate::config::{Carry, Choices, FluidSection};
 use crate::coupling;
 use crate::culprit::Culprit;
 use crate::field::State;
@@ -55,6 +55,14 @@ struct Saved<const D: usize> {
     memory: Memory,
 }
 
+/// What moves the carried force with the grains, instead of leaving it in its cells.
+struct Along<const D: usize> {
+    /// Share b of the grains where the force stands.
+    shares: [Vec<f64>; D],
+    /// Room for the force, all zero.
+    spare: [Vec<f64>; D],
+}
+
 /// The exchange of a fluid.
 pub type FluidExchange<'a> = dyn Exchange<Kinematics, Loads> + 'a;
 
@@ -63,6 +71,7 @@ pub struct Solver<const D: usize> {
     stepper: Stepper<D>,
     immersed: Immersed<D>,
     lambda: [Vec<f64>; D],
+    along: Option<Along<D>>,
     memory: Memory,
     choices: Choices,
     kernel: Kernel,
@@ -107,12 +116,14 @@ impl<const D: usize> Solver<D> {
             dt: plan.first(),
         };
         let carried = choices.method == Forcing::Carried && grains > 0;
+        let along = carried && choices.carry == Carry::WithGrains;
         let motions = build::motions(scene);
         let gyration = shapes.iter().map(|shape| shape.gyration).collect();
         let attempts = (scheme == Scheme::Iterated).then(|| Box::new(Attempts::new(iterations, gyration)));
         let mut solver = Self {
             immersed: Immersed::new(&grid, shapes),
             lambda: std::array::from_fn(|_| if carried { grid.new_field() } else { Vec::new() }),
+            along: along.then(|| Along { shares: grid.new_vector(), spare: grid.new_vector() }),
             memory: Memory {
                 held: motions.clone(),
                 before: motions.clone(),
@@ -208,17 +219,25 @@ impl<const D: usize> Solver<D> {
 
     /// The step with the force λ, and G of every grain where it will be.
     fn predict(&mut self, window: &Window) -> Result<Health, SolverError> {
-        let force = (!self.memory.motions.is_empty()).then_some(&self.lambda);
-        self.stepper.step(window.dt, force);
-        let health = self.health(window)?;
         for (grain, (predicted, motion)) in self.predicted.iter_mut().zip(&self.memory.motions).enumerate() {
             *predicted = motion.predicted(window.dt);
             if let Some(centre) = self.attempts.as_ref().and_then(|attempts| attempts.centre(grain)) {
                 predicted.centre = centre;
             }
         }
+        self.take_along();
+        let force = (!self.memory.motions.is_empty()).then_some(&self.lambda);
+        self.stepper.step(window.dt, force);
+        let health = self.health(window)?;
         self.measure_impulse();
         Ok(health)
+    }
+
+    /// Takes the force to where the grains will be, if it goes with them.
+    fn take_along(&mut self) {
+        let Self { immersed, stepper, lambda, along, memory, predicted, kernel, .. } = self;
+        let Some(Along { shares, spare }) = along else { return };
+        immersed.take_along(stepper.grid(), kernel, [&memory.motions, predicted], [lambda, shares, spare]);
     }
 
     /// The seed's order: the whole step with the motion known, then loads and motion cross.
@@ -354,10 +373,15 @@ impl<const D: usize> Solver<D> {
         if self.memory.motions.is_empty() {
             return;
         }
-        let Self { immersed, stepper, lambda, memory, kernel, .. } = self;
+        let Self { immersed, stepper, lambda, along, memory, kernel, .. } = self;
         let imposed = if self.choices.form == LoadsForm::F5 { Imposed::ByVelocity } else { Imposed::ByForce };
         let (grid, state) = stepper.parts_mut();
-        immersed.impose_carried(grid, kernel, &memory.motions, imposed, [&mut state.velocity, lambda]);
+        let velocity = &mut state.velocity;
+        if let Some(Along { shares, .. }) = along {
+            immersed.impose_and_share(grid, kernel, &memory.motions, [velocity, lambda, shares]);
+        } else {
+            immersed.impose_carried(grid, kernel, &memory.motions, imposed, [velocity, lambda]);
+        }
         memory.held.copy_from_slice(&memory.motions);
         memory.held_dt = kernel.dt;
     }
@@ -444,7 +468,12 @@ impl<const D: usize> Solver<D> {
     fn take_hold(&mut self) {
         if self.memory.held_dt > 0.0 {
             let kernel = Kernel { dt: self.memory.held_dt, ..self.kernel };
-            self.immersed.hold(self.stepper.grid(), &kernel, &self.memory.held);
+            let grid = self.stepper.grid();
+            self.immersed.hold(grid, &kernel, &self.memory.held);
+            if let Some(Along { shares, spare }) = &mut self.along {
+                shares.iter_mut().chain(spare).for_each(|field| field.fill(0.0));
+                self.immersed.share(grid, &kernel, &self.memory.held, shares);
+            }
         }
     }
 

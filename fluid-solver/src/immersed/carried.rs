@@ -41,3 +41,26 @@ impl Rule<2> for Hold {
         }
     }
 }
+
+/// [`Hold`], which leaves the share b of the grains too.
+pub(super) struct HoldAndShare(pub(super) Hold);
+
+impl Rule<3> for HoldAndShare {
+    #[inline(always)]
+    fn change(&self, odds: &Lanes, target: &Lanes, [u, lambda, share]: [&mut Lanes; 3]) {
+        self.0.change(odds, target, [u, lambda]);
+        Share.change(odds, target, [share]);
+    }
+}
+
+/// Leaves the share b of the grains.
+pub(super) struct Share;
+
+impl Rule<1> for Share {
+    #[inline(always)]
+    fn change(&self, odds: &Lanes, _: &Lanes, [share]: [&mut Lanes; 1]) {
+        for l in 0..8 {
+            share[l] = odds[l] / (1.0 + odds[l]);
+        }
+    }
+}

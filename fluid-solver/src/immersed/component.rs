@@ -8,6 +8,7 @@ use super::body::{Motion, Shape, laboratory};
 use super::layers::Layers;
 use super::mask::Kernel;
 use super::sheet::{Sheet, first, words};
+use super::transport::Rows;
 use crate::grid::Grid;
 use crate::lanes::{self, Lanes, ZERO, dispatch};
 use pulp::Simd;
@@ -57,7 +58,9 @@ pub trait Rule<const N: usize>: Sync {
 /// What a thread works with: it takes one layer after the other.
 #[derive(Clone, Debug, Default)]
 pub struct Bench {
-    sheet: Sheet,
+    pub(super) sheet: Sheet,
+    /// Rows that are interpolated between.
+    pub(super) rows: Rows,
     /// Grains and their integrals over one layer, in the order of layers.
     moments: Vec<(usize, Moments)>,
 }
@@ -70,6 +73,8 @@ pub struct Component<const D: usize> {
     lab: usize,
     /// Eights of cells that may hold force, as in [`Sheet`].
     held: Vec<u64>,
+    /// Room for as many.
+    pub(super) next: Vec<u64>,
     /// Result of the last integral, one entry per grain.
     pub moments: Vec<Moments>,
 }
@@ -95,6 +100,7 @@ impl<const D: usize> Component<D> {
             layers: Layers::new(grid, d),
             lab: laboratory(grid.geometry, d),
             held: if grains > 0 { vec![0; rows * words(grid)] } else { Vec::new() },
+            next: Vec::new(),
             moments: vec![Moments::default(); grains],
         }
     }
@@ -104,18 +110,23 @@ impl<const D: usize> Component<D> {
         &self.held
     }
 
-    /// The same, to be added to.
-    pub(super) fn held_mut(&mut self) -> &mut [u64] {
+    /// The same, to be changed.
+    pub(super) fn held_mut(&mut self) -> &mut Vec<u64> {
         &mut self.held
     }
 
+    /// The layers of every grain, as placed last.
+    pub(super) fn layers(&self) -> &Layers<D> {
+        &self.layers
+    }
+
     /// Finds the layers of every grain.
-    fn place(&mut self, placed: Placed<'_, D>) {
+    pub(super) fn place(&mut self, placed: Placed<'_, D>) {
         self.layers.place(placed.grid, placed.kernel, placed.shapes, placed.motions);
     }
 
     /// Splits the layers among as many benches as there is work for; returns layers per bench.
-    fn split<'b>(&self, grid: &Grid<D>, benches: &'b mut Vec<Bench>) -> (&'b mut [Bench], usize) {
+    pub(super) fn split<'b>(&self, grid: &Grid<D>, benches: &'b mut Vec<Bench>) -> (&'b mut [Bench], usize) {
         let threads = rayon::current_num_threads();
         let wanted = if threads > 1 && self.layers.cells() > WORTH_A_THREAD { 4 * threads } else { 1 };
         let layers = grid.cells[D - 1];
@@ -227,7 +238,7 @@ impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for I
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
         let Placed { grid, kernel, motions, .. } = self.placed;
-        let Bench { sheet, moments } = self.bench;
+        let Bench { sheet, moments, .. } = self.bench;
         let row = &self.layers.nodes.row;
         moments.clear();
         for k in self.range {

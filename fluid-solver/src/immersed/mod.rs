@@ -13,15 +13,17 @@ pub mod nodes;
 mod odds;
 pub mod places;
 pub mod sheet;
+mod transport;
 pub mod volume_fraction;
 
 use crate::grid::{Geometry, Grid};
 use body::{Motion, Shape, laboratory};
-use carried::{Hold, Imposed};
+use carried::{Hold, HoldAndShare, Imposed, Share};
 use component::{Bench, Component, Placed, Point};
 use direct::Pull;
 use mask::Kernel;
 use serde::{Deserialize, Serialize};
+use transport::Taps;
 
 /// Force and torque, or anything with a vector and its moment about the centre of a grain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -39,6 +41,7 @@ pub struct Immersed<const D: usize> {
     components: [Component<D>; D],
     benches: Vec<Bench>,
     wrenches: Vec<Wrench>,
+    taps: Vec<[Taps; D]>,
 }
 
 impl<const D: usize> Immersed<D> {
@@ -47,6 +50,7 @@ impl<const D: usize> Immersed<D> {
         Self {
             components: std::array::from_fn(|d| Component::new(grid, d, shapes.len())),
             benches: Vec::new(),
+            taps: Vec::new(),
             wrenches: vec![Wrench::default(); shapes.len()],
             shapes,
         }
@@ -77,6 +81,49 @@ impl<const D: usize> Immersed<D> {
         let fields = velocity.iter_mut().zip(lambda);
         for (component, (u, lambda)) in self.components.iter_mut().zip(fields) {
             component.change(placed, &mut self.benches, [u, lambda], &rule);
+        }
+    }
+
+    /// The same with F5b, and leaves the share b of the grains.
+    pub fn impose_and_share(
+        &mut self,
+        grid: &Grid<D>,
+        kernel: &Kernel,
+        motions: &[Motion],
+        [velocity, lambda, shares]: [&mut [Vec<f64>; D]; 3],
+    ) {
+        let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
+        let rule = HoldAndShare(Hold { by_force: true, dt: kernel.dt });
+        let fields = velocity.iter_mut().zip(lambda).zip(shares);
+        for (component, ((u, lambda), share)) in self.components.iter_mut().zip(fields) {
+            component.change(placed, &mut self.benches, [u, lambda, share], &rule);
+        }
+    }
+
+    /// The share b of the grains (after a restore).
+    pub fn share(&mut self, grid: &Grid<D>, kernel: &Kernel, motions: &[Motion], shares: &mut [Vec<f64>; D]) {
+        let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
+        for (component, share) in self.components.iter_mut().zip(shares) {
+            component.change(placed, &mut self.benches, [share], &Share);
+        }
+    }
+
+    /// Takes the force λ along with the grains from `motions` to where they lead in `kernel.dt`; `spare`, all zero
+    /// before and after, is room for it.
+    pub fn take_along(
+        &mut self,
+        grid: &Grid<D>,
+        kernel: &Kernel,
+        [motions, predicted]: [&[Motion]; 2],
+        [lambda, shares, spare]: [&mut [Vec<f64>; D]; 3],
+    ) {
+        self.taps.clear();
+        self.taps.extend(motions.iter().map(|motion| Taps::of(grid, motion, kernel.dt)));
+        let placed = Placed { grid, kernel, shapes: &self.shapes, motions: predicted };
+        let fields = lambda.iter_mut().zip(shares).zip(spare);
+        for (component, ((lambda, share), spare)) in self.components.iter_mut().zip(fields) {
+            component.take_along(placed, &mut self.benches, &self.taps, [lambda, share, spare]);
+            std::mem::swap(lambda, spare);
         }
     }
 

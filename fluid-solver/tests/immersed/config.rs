@@ -67,6 +67,13 @@ fn errors_name_key_and_value() {
         (1.0, "loads = { form = \"F1\" }", "fluid.loads.form", "grain 0"),
         (2.0, "immersed = { method = \"direct\" }\nloads = { form = \"F5b\" }", "fluid.loads.form", "direct"),
         (2.0, "loads = { form = \"F3\", displaced_mass = true }", "fluid.loads.displaced_mass", "F3"),
+        (
+            2.0,
+            "immersed = { carry = \"with-grains\" }\nloads = { form = \"F2\" }",
+            "fluid.immersed.carry",
+            "F2",
+        ),
+        (2.0, "time = { rungs = 3 }", "fluid.time.rungs", "3"),
         (2.0, "time = { dtt = 0.1 }", "fluid.time.dtt", "unknown field"),
         (2.0, "sort = 3", "fluid.sort", "unknown field"),
     ] {

@@ -32,11 +32,12 @@ fn fluid(keys: &str) -> String {
     format!("{PLANE}\n[fluid]\n{keys}")
 }
 
-const FORMS: [&str; 5] = [
+const FORMS: [&str; 6] = [
     "time = { scheme = \"ab2\" }",
     "loads = { form = \"F5\" }",
     "loads = { form = \"F2\" }",
     "immersed = { method = \"direct\" }\nloads = { form = \"F2\" }",
+    "immersed = { carry = \"with-grains\" }",
     "[coupling]\nscheme = \"overlapped\"",
 ];
 
@@ -115,7 +116,7 @@ fn a_checkpoint_gives_the_same_bits_and_refuses_what_does_not_fit() {
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let text = "until = 1.0
+    const TEXT: &str = "until = 1.0
         gravity = [0.3, 0.0, -1.0]
         [domain]
         geometry = \"space\"
@@ -136,11 +137,14 @@ fn the_number_of_threads_changes_no_bit() {
         [fluid]
         time = { scheme = \"ab2\" }
         ";
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| messages(&mut Run::new(text), 5))
-    };
-    let one = run(1);
-    assert_eq!(one, run(2));
-    assert_eq!(one, run(4));
+    for carry in ["in-place", "with-grains"] {
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            let text = format!("{TEXT}immersed = {{ carry = \"{carry}\" }}\n");
+            pool.install(|| messages(&mut Run::new(&text), 5))
+        };
+        let one = run(1);
+        assert_eq!(one, run(2), "{carry}");
+        assert_eq!(one, run(4), "{carry}");
+    }
 }
