@@ -198,7 +198,7 @@ impl<const D: usize> Way<'_, D> {
 
 impl<const D: usize> Component<D> {
     /// Takes `from` along with the grains to where `placed` has them, by `taps` from where they were, into `to`,
-    /// which is zero and stays so elsewhere; `from` becomes zero. `share`: b where the grains were.
+    /// which is zero and stays so elsewhere. `share`: b where the grains were. Both `from` and `share` become zero.
     pub(super) fn take_along(
         &mut self,
         placed: Placed<'_, D>,
@@ -232,12 +232,12 @@ impl<const D: usize> Component<D> {
         } else {
             along.for_each(dispatch);
         }
-        self.forget(grid, from);
+        self.forget(grid, [from, share]);
         self.next = std::mem::replace(self.held_mut(), next);
     }
 
-    /// Sets `field` to zero where it may hold force.
-    fn forget(&self, grid: &Grid<D>, field: &mut [f64]) {
+    /// Sets fields to zero where there may be force.
+    fn forget(&self, grid: &Grid<D>, mut fields: [&mut [f64]; 2]) {
         let marks = self.held().len() / grid.cells[D - 1];
         for (word, bits) in self.held().iter().enumerate() {
             let (k, word, mut bits) = (word / marks, word % marks, *bits);
@@ -245,7 +245,7 @@ impl<const D: usize> Component<D> {
             while bits != 0 {
                 let at = place + 8 * bits.trailing_zeros() as usize;
                 bits &= bits - 1;
-                field[at..at + 8].fill(0.0);
+                fields.iter_mut().for_each(|field| field[at..at + 8].fill(0.0));
             }
         }
     }
