@@ -73,6 +73,8 @@ impl Taps {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rows {
     sums: [Vec<f64>; 4],
+    /// λ/b that comes to each place of the row.
+    came: Vec<f64>,
 }
 
 impl Rows {
@@ -96,19 +98,30 @@ impl Rows {
         }
     }
 
-    /// λ/b that comes to the place whose first point is `at`.
+    /// λ/b that comes to `count` places, the first of whose points stand at the beginning.
     #[inline(always)]
-    fn at(&self, at: usize, taps: &Taps) -> f64 {
-        let sum = |which: usize, weights: &[f64; TAPS]| -> f64 {
-            weights.iter().zip(&self.sums[which][at..]).map(|(weight, value)| weight * value).sum()
-        };
-        let share = sum(1, &taps.cubic);
-        if share > TRUSTED {
-            return sum(0, &taps.cubic) / share;
+    fn along(&mut self, taps: &Taps, count: usize) {
+        let [a, b, c, d] = &self.sums;
+        let (a, b, c, d) = (wide(a, count), wide(b, count), wide(c, count), wide(d, count));
+        let ([p, q, r, s], [_, t, u, _]) = (taps.cubic, taps.linear);
+        self.came.resize(count, 0.0);
+        for (i, came) in self.came.iter_mut().enumerate() {
+            let cubic = p * b[i] + q * b[i + 1] + r * b[i + 2] + s * b[i + 3];
+            let linear = t * d[i + 1] + u * d[i + 2];
+            let trusted = cubic > TRUSTED;
+            let share = if trusted { cubic } else { linear };
+            let cubic = p * a[i] + q * a[i + 1] + r * a[i + 2] + s * a[i + 3];
+            let linear = t * c[i + 1] + u * c[i + 2];
+            let force = if trusted { cubic } else { linear };
+            *came = if share > NOTHING { force / share } else { 0.0 };
         }
-        let share = sum(3, &taps.linear);
-        if share > NOTHING { sum(2, &taps.linear) / share } else { 0.0 }
     }
+}
+
+/// The values that `count` places ask for.
+#[inline(always)]
+fn wide(values: &[f64], count: usize) -> &[f64] {
+    &values[..count + TAPS - 1]
 }
 
 /// What is taken along, and whither.
@@ -156,6 +169,10 @@ impl<const D: usize> Way<'_, D> {
                     weights = [weights[0] * taps[1].cubic[side], weights[1] * taps[1].linear[side]];
                     begin += beside * stride;
                 }
+                // All but one of a grain that stands.
+                if weights == [0.0; 2] {
+                    continue;
+                }
                 self.row(
                     weights,
                     from.map(|field| &field[begin..][..grid.cells[0]]),
@@ -166,8 +183,11 @@ impl<const D: usize> Way<'_, D> {
                 );
             }
         }
-        for (i, (odds, total)) in odds.iter().zip(totals).enumerate().filter(|(_, (odds, _))| **odds > 0.0) {
-            to[span.at + i] += odds / (1.0 + total) * rows.at(i, &taps[0]);
+        rows.along(&taps[0], span.count);
+        let to = &mut to[span.at..][..span.count];
+        let (odds, totals) = (&odds[..span.count], &totals[..span.count]);
+        for (i, (to, came)) in to.iter_mut().zip(&rows.came).enumerate() {
+            *to += odds[i] / (1.0 + totals[i]) * came;
         }
     }
 
