@@ -62,11 +62,19 @@ impl Taps {
     }
 
     /// Cell of point `tap` from cell `at`, if there is one.
+    #[inline(always)]
     fn cell(&self, at: usize, tap: usize, cells: usize, periodic: bool) -> Option<usize> {
         let cell = at as isize + self.low + tap as isize;
-        let wrapped = cell.rem_euclid(cells as isize);
-        (periodic || wrapped == cell).then_some(wrapped as usize)
+        let wrapped = wrap(cell, cells);
+        (periodic || wrapped as isize == cell).then_some(wrapped)
     }
+}
+
+/// The cell that stands for `cell` in a box of `cells`. A division only where it is needed.
+#[inline(always)]
+fn wrap(cell: isize, cells: usize) -> usize {
+    let inside = (0..cells as isize).contains(&cell);
+    (if inside { cell } else { cell.rem_euclid(cells as isize) }) as usize
 }
 
 /// Sums over the rows about one row: of b λ and b², by cubic and by linear weights.
@@ -206,7 +214,7 @@ impl<const D: usize> Way<'_, D> {
         let mut done = 0;
         while done < wide {
             let cell = first as isize + low + done as isize;
-            let wrapped = cell.rem_euclid(n as isize) as usize;
+            let wrapped = wrap(cell, n);
             let count = (n - wrapped).min(wide - done);
             if self.grid.periodic(0) || wrapped as isize == cell {
                 rows.add(weights, fields.map(|field| &field[wrapped..][..count]), done);
