@@ -2,12 +2,13 @@
 
 use crate::axis::AxisSpec;
 use crate::boundary::{Boundary, Profile};
-use crate::config::{Choices, ProjectionsKey, SchemeKey};
+use crate::config::{Carry, Choices, ProjectionsKey, SchemeKey};
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, laboratory};
 use crate::scheme::{Projections, Scheme, Viscous};
 use crate::step::Options;
+use protocol::facts::Forcing;
 use protocol::scene::{
     self, CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind,
 };
@@ -134,6 +135,22 @@ pub fn motions(scene: &CheckedScene) -> Vec<Motion> {
         }
     };
     scene.grains.iter().map(motion).collect()
+}
+
+/// Whether no grain ever moves.
+fn stands(scene: &CheckedScene) -> bool {
+    scene.grains.iter().all(|grain| grain.motion == scene::Motion::Fixed)
+}
+
+/// Whether the carried force goes with the grains.
+pub fn goes_along(scene: &CheckedScene, choices: &Choices) -> bool {
+    choices.method == Forcing::Carried && choices.carry == Carry::WithGrains && !stands(scene)
+}
+
+/// Whether it is worth keeping what the grains hold of the grid until they move: it is asked for again at the same place
+/// where the force goes with the grains, where their volume on the grid counts, and where none ever moves.
+pub fn keeps(scene: &CheckedScene, choices: &Choices) -> bool {
+    goes_along(scene, choices) || choices.displaced_mass || stands(scene)
 }
 
 /// Sets the velocity at t = 0.

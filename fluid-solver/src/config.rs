@@ -251,7 +251,7 @@ impl FluidSection {
         let scheme = coupling::read(scene, choices.form)?.0;
         let can = choices.method == Forcing::Carried
             && choices.form == LoadsForm::F5b
-            && scheme == Scheme::SemiImplicit;
+            && matches!(scheme, Scheme::SemiImplicit | Scheme::Overlapped);
         if choices.carry == Carry::WithGrains && !can {
             return Err(source.error(
                 "fluid.immersed.carry",
@@ -259,7 +259,8 @@ impl FluidSection {
                     "is \"with-grains\" with method {:?}, form {:?} and the coupling scheme {scheme}",
                     choices.method, choices.form
                 ),
-                "take method = \"carried\", form = \"F5b\" and coupling.scheme = \"semi-implicit\", or leave carry out",
+                "take method = \"carried\", form = \"F5b\" and coupling.scheme = \"semi-implicit\" or \"overlapped\", or \
+                 leave carry out",
             ));
         }
         if !(choices.virtual_mass >= 0.0 && choices.virtual_mass.is_finite()) {

@@ -1,14 +1,14 @@
 //! What the fluid says of itself before a run (`bedload-fluid check`).
 
 use crate::build;
-use crate::config::{Carry, FluidSection, SchemeKey};
+use crate::config::{FluidSection, SchemeKey};
 use crate::grid::Grid;
 use crate::memory::{self, Demand};
 use crate::plan::Plan;
 use crate::scheme::Viscous;
 use crate::transform;
 use protocol::facts::{FluidFacts, Forcing};
-use protocol::scene::{CheckedScene, SceneError};
+use protocol::scene::{CheckedScene, Grain, SceneError};
 use protocol::scheme::Scheme;
 
 /// Facts of the scene's fluid, without laying out its fields.
@@ -22,6 +22,14 @@ pub fn facts(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     }
 }
 
+/// Bytes that are kept of what the grains hold of the grid: of each component the odds of every place, measured as those
+/// of a box four cells wider than the grain.
+fn held(scene: &CheckedScene, spacing: f64) -> u64 {
+    let axes = scene.scene.domain.dimensions() as i32;
+    let places = |grain: &Grain| (2.0 * grain.radius / spacing + 4.0).powi(axes);
+    8 * axes as u64 * scene.grains.iter().map(places).sum::<f64>() as u64
+}
+
 fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     let section = FluidSection::read(scene)?;
     let choices = section.choices();
@@ -32,9 +40,10 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     crate::lines::of(scene)?;
     let implicit = plan.viscous == Viscous::Implicit;
     let carried = choices.method == Forcing::Carried && !scene.grains.is_empty();
-    let along = carried && choices.carry == Carry::WithGrains;
+    let along = build::goes_along(scene, &choices);
+    let held = if build::keeps(scene, &choices) { held(scene, plan.spacing) } else { 0 };
     let repeated = crate::coupling::read(scene, choices.form)?.0 == Scheme::Iterated;
-    let memory = memory::estimate(&grid, Demand { carried, along, implicit, repeated });
+    let memory = memory::estimate(&grid, Demand { carried, along, implicit, repeated, held });
     memory::check(scene, memory, protocol::memory::available().as_ref())?;
     let cells = grid.cell_count() as u64;
     let resolved = toml::Table::try_from(section.resolved()).map_err(|error| {

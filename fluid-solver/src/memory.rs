@@ -18,6 +18,8 @@ pub struct Demand {
     pub along: bool,
     /// Whether windows are repeated, from a copy of the state at their start.
     pub repeated: bool,
+    /// Kept of what the grains hold of the grid, bytes.
+    pub held: u64,
 }
 
 /// Bytes that a run takes.
@@ -27,7 +29,7 @@ pub struct Demand {
 /// The latter is measured, as resident memory, at 128³ and 1448² cells: 1 field in space, 3 more with
 /// implicit viscosity; on two axes 7, and 10 more for the factors of the viscous solvers.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand) -> u64 {
-    let Demand { carried, along, implicit, repeated } = demand;
+    let Demand { carried, along, implicit, repeated, held } = demand;
     let axes = D as u64;
     let kept = 2 * axes + 1 + if carried { axes } else { 0 } + if along { 2 * axes } else { 0 };
     let work = match (D, implicit) {
@@ -36,7 +38,7 @@ pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand) -> u64 {
         (_, false) => 1,
         (_, true) => 4,
     };
-    BASE + 8 * grid.len() as u64 * ((1 + u64::from(repeated)) * kept + work)
+    BASE + held + 8 * grid.len() as u64 * ((1 + u64::from(repeated)) * kept + work)
 }
 
 /// Refuses what does not fit, where the system tells what there is.

@@ -151,7 +151,7 @@ fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
 fn solid<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
     let mut odds = grid.new_field();
-    each_sheet(grid, solver.kernel(), solver.immersed().shapes(), solver.motions(), |k, sheet, _| {
+    each_sheet(grid, solver.kernel(), solver.immersed().shapes(), solver.motions(), |k, sheet, _, _| {
         let layer = &mut odds[first(grid, k)..];
         layer.iter_mut().zip(sheet.totals()).for_each(|(sum, total)| *sum += total);
     });

@@ -71,10 +71,10 @@ fn add_grains<const D: usize>(solver: &Solver<D>, axis: usize, sums: &mut [Sums]
     let grid = solver.grid();
     let kernel = Kernel { mask: Mask::Seed, ..*solver.kernel() };
     let mut odds = grid.new_field();
-    each_sheet(grid, &kernel, solver.immersed().shapes(), solver.motions(), |k, sheet, nodes| {
+    each_sheet(grid, &kernel, solver.immersed().shapes(), solver.motions(), |k, sheet, grains, nodes| {
         let layer = &mut odds[first(grid, k)..];
         layer.iter_mut().zip(sheet.totals()).for_each(|(sum, total)| *sum += total);
-        for (part, spans, mut held) in sheet.parts() {
+        for (part, spans, mut held) in grains.parts() {
             let motion = &solver.motions()[part.grain];
             for span in spans {
                 let (row, rest) = held.split_at(span.count);

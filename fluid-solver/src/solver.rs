@@ -5,7 +5,7 @@ mod overlapped;
 
 use crate::attempts::Attempts;
 use crate::build;
-use crate::config::{Carry, Choices, FluidSection};
+use crate::config::{Choices, FluidSection};
 use crate::coupling;
 use crate::culprit::Culprit;
 use crate::field::State;
@@ -116,12 +116,13 @@ impl<const D: usize> Solver<D> {
             dt: plan.first(),
         };
         let carried = choices.method == Forcing::Carried && grains > 0;
-        let along = carried && choices.carry == Carry::WithGrains;
+        let along = build::goes_along(scene, &choices);
+        let keeps = build::keeps(scene, &choices);
         let motions = build::motions(scene);
         let gyration = shapes.iter().map(|shape| shape.gyration).collect();
         let attempts = (scheme == Scheme::Iterated).then(|| Box::new(Attempts::new(iterations, gyration)));
         let mut solver = Self {
-            immersed: Immersed::new(&grid, shapes),
+            immersed: Immersed::new(&grid, shapes, keeps),
             lambda: std::array::from_fn(|_| if carried { grid.new_field() } else { Vec::new() }),
             along: along.then(|| Along { shares: grid.new_vector(), spare: grid.new_vector() }),
             memory: Memory {

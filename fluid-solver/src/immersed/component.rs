@@ -5,7 +5,8 @@
 //! however the grains overlap.
 
 use super::body::{Motion, Shape, laboratory};
-use super::layers::Layers;
+use super::layer::Layer;
+use super::layers::{Layers, Meeting};
 use super::mask::Kernel;
 use super::sheet::{Sheet, first, words};
 use super::transport::Rows;
@@ -68,7 +69,7 @@ pub struct Bench {
 /// The grains at the nodes of one component.
 #[derive(Clone, Debug)]
 pub struct Component<const D: usize> {
-    layers: Layers<D>,
+    pub(super) layers: Layers<D>,
     /// Laboratory component.
     lab: usize,
     /// Eights of cells that may hold force, as in [`Sheet`].
@@ -93,11 +94,11 @@ pub struct Placed<'a, const D: usize> {
 }
 
 impl<const D: usize> Component<D> {
-    /// Room for `grains` grains at the nodes of component `d`.
-    pub fn new(grid: &Grid<D>, d: usize, grains: usize) -> Self {
+    /// Room for `grains` grains at the nodes of component `d`. `keeps`: whether what they hold is kept until they move.
+    pub fn new(grid: &Grid<D>, d: usize, grains: usize, keeps: bool) -> Self {
         let rows = grid.stride(D - 1) / grid.stride(1) * grid.cells[D - 1];
         Self {
-            layers: Layers::new(grid, d),
+            layers: Layers::new(grid, d, keeps),
             lab: laboratory(grid.geometry, d),
             held: if grains > 0 { vec![0; rows * words(grid)] } else { Vec::new() },
             next: Vec::new(),
@@ -115,11 +116,6 @@ impl<const D: usize> Component<D> {
         &mut self.held
     }
 
-    /// The layers of every grain, as placed last.
-    pub(super) fn layers(&self) -> &Layers<D> {
-        &self.layers
-    }
-
     /// Finds the layers of every grain.
     pub(super) fn place(&mut self, placed: Placed<'_, D>) {
         self.layers.place(placed.grid, placed.kernel, placed.shapes, placed.motions);
@@ -128,14 +124,17 @@ impl<const D: usize> Component<D> {
     /// Splits the layers among as many benches as there is work for; returns layers per bench.
     pub(super) fn split<'b>(&self, grid: &Grid<D>, benches: &'b mut Vec<Bench>) -> (&'b mut [Bench], usize) {
         let threads = rayon::current_num_threads();
-        let wanted = if threads > 1 && self.layers.cells() > WORTH_A_THREAD { 4 * threads } else { 1 };
+        let wanted =
+            if threads > 1 && self.layers.meeting.cells() > WORTH_A_THREAD { 4 * threads } else { 1 };
         let layers = grid.cells[D - 1];
         let share = layers.div_ceil(wanted);
         let count = layers.div_ceil(share);
         if benches.len() < count {
             benches.resize_with(count, Bench::default);
         }
-        (&mut benches[..count], share)
+        let benches = &mut benches[..count];
+        benches.iter_mut().for_each(|bench| bench.sheet.fit(grid));
+        (benches, share)
     }
 
     /// `moments` ← ∫ `value` dV over every grain, in the fixed order of cells; it may depend on `fields`.
@@ -150,14 +149,15 @@ impl<const D: usize> Component<D> {
         let (benches, share) = self.split(placed.grid, benches);
         let n = placed.grid.cells[D - 1];
         let Self { layers, lab, moments, .. } = self;
-        let one = |(t, bench): (usize, &mut Bench)| {
+        let (meeting, held, entries) = layers.shared(placed.grid, share);
+        let one = |(t, (bench, held)): (usize, (&mut Bench, &mut [Layer]))| {
             let range = t * share..((t + 1) * share).min(n);
-            dispatch(Integrate { placed, layers, lab: *lab, range, bench, fields, value: &value });
+            dispatch(Integrate { placed, meeting, held, lab: *lab, range, bench, fields, value: &value });
         };
         if benches.len() > 1 {
-            benches.par_iter_mut().enumerate().for_each(one);
+            benches.par_iter_mut().zip(held.par_chunks_mut(entries)).enumerate().for_each(one);
         } else {
-            benches.iter_mut().enumerate().for_each(one);
+            benches.iter_mut().zip(held.chunks_mut(entries)).enumerate().for_each(one);
         }
         moments.fill(Moments::default());
         for (grain, part) in benches.iter().flat_map(|bench| &bench.moments) {
@@ -183,25 +183,25 @@ impl<const D: usize> Component<D> {
         self.place(placed);
         let grid = placed.grid;
         let (benches, share) = self.split(grid, benches);
-        let Self { layers, lab, held, .. } = self;
+        let Self { layers, lab, held: marked, .. } = self;
+        let (meeting, held, entries) = layers.shared(grid, share);
         let n = grid.cells[D - 1];
         let (begin, size) = (first(grid, 0), grid.stride(D - 1));
-        let marks = held.len() / n;
+        let marks = marked.len() / n;
         let mut fields = fields.map(|field| field[begin..begin + n * size].chunks_mut(share * size));
-        let parts =
-            benches.iter_mut().zip(held.chunks_mut(share * marks)).enumerate().map(|(t, (bench, held))| {
-                Change {
-                    placed,
-                    layers,
-                    lab: *lab,
-                    first: t * share,
-                    sheet: &mut bench.sheet,
-                    held,
-                    marks,
-                    fields: fields.each_mut().map(|chunks| chunks.next().expect("as many as benches")),
-                    rule,
-                }
-            });
+        let parts = benches.iter_mut().zip(held.chunks_mut(entries)).zip(marked.chunks_mut(share * marks));
+        let parts = parts.enumerate().map(|(t, ((bench, held), marked))| Change {
+            placed,
+            meeting,
+            held,
+            lab: *lab,
+            first: t * share,
+            sheet: &mut bench.sheet,
+            marked,
+            marks,
+            fields: fields.each_mut().map(|chunks| chunks.next().expect("as many as benches")),
+            rule,
+        });
         if share < n {
             parts.par_bridge().for_each(dispatch);
         } else {
@@ -212,13 +212,19 @@ impl<const D: usize> Component<D> {
     /// Declares the cells of the grains to be those that may hold force (after a restore).
     pub fn hold(&mut self, placed: Placed<'_, D>) {
         self.place(placed);
+        let Placed { grid, kernel, .. } = placed;
         let mut sheet = Sheet::default();
-        let layers = placed.grid.cells[D - 1];
+        sheet.fit(grid);
+        let layers = grid.cells[D - 1];
         let marks = self.held.len() / layers;
+        let (meeting, layers, _) = self.layers.shared(grid, layers);
+        let entries = layers.len();
         for (k, held) in self.held.chunks_mut(marks.max(1)).enumerate() {
-            sheet.fill(placed.grid, &self.layers, placed.kernel, k);
+            let layer = &mut layers[k % entries];
+            layer.fill(grid, meeting, kernel, k, &mut sheet.profiles);
+            sheet.mark(grid, layer);
             held.copy_from_slice(&sheet.marks[..marks]);
-            sheet.clear();
+            sheet.clear(layer);
         }
     }
 }
@@ -226,7 +232,8 @@ impl<const D: usize> Component<D> {
 /// [`Component::integrate`] over some layers.
 struct Integrate<'a, F, const N: usize, const D: usize> {
     placed: Placed<'a, D>,
-    layers: &'a Layers<D>,
+    meeting: &'a Meeting<D>,
+    held: &'a mut [Layer],
     lab: usize,
     range: Range<usize>,
     bench: &'a mut Bench,
@@ -239,14 +246,16 @@ impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for I
     fn run<S: Simd>(self, _: S) {
         let Placed { grid, kernel, motions, .. } = self.placed;
         let Bench { sheet, moments, .. } = self.bench;
-        let row = &self.layers.nodes.row;
+        let row = &self.meeting.nodes.row;
+        let entries = self.held.len();
         moments.clear();
-        for k in self.range {
-            sheet.fill(grid, self.layers, kernel, k);
-            sheet.gather();
+        for k in self.range.clone() {
+            let layer = &mut self.held[(k - self.range.start) % entries];
+            layer.fill(grid, self.meeting, kernel, k, &mut sheet.profiles);
+            sheet.gather(layer);
             let begin = first(grid, k);
             let fields = self.fields.map(|field| &field[begin..][..grid.stride(D - 1)]);
-            for (part, spans, odds) in sheet.parts() {
+            for (part, spans, odds) in layer.parts() {
                 let motion = &motions[part.grain];
                 let mut sums = [ZERO; 3];
                 let mut rest = odds.as_chunks::<8>().0;
@@ -276,14 +285,14 @@ impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for I
                 let [sum, along, middle] = sums.map(total);
                 moments.push((part.grain, Moments { sum, arm: [along, middle, sum * part.arm] }));
             }
-            sheet.clear();
+            sheet.clear(layer);
         }
     }
 }
 
 /// Eight values from place `at` on.
 #[inline(always)]
-fn eight(values: &[f64], at: usize) -> &Lanes {
+pub(super) fn eight(values: &[f64], at: usize) -> &Lanes {
     values[at..].first_chunk().expect("rows are whole vectors")
 }
 
@@ -296,13 +305,14 @@ fn total(v: Lanes) -> f64 {
 /// [`Component::change`] in some layers.
 struct Change<'a, R, const N: usize, const D: usize> {
     placed: Placed<'a, D>,
-    layers: &'a Layers<D>,
+    meeting: &'a Meeting<D>,
+    held: &'a mut [Layer],
     lab: usize,
     /// First of its layers.
     first: usize,
     sheet: &'a mut Sheet,
-    held: &'a mut [u64],
-    /// Words of `held` per layer.
+    marked: &'a mut [u64],
+    /// Words of `marked` per layer.
     marks: usize,
     fields: [&'a mut [f64]; N],
     rule: &'a R,
@@ -313,13 +323,15 @@ impl<R: Rule<N>, const N: usize, const D: usize> lanes::Kernel for Change<'_, R,
     fn run<S: Simd>(mut self, _: S) {
         let Placed { grid, kernel, motions, .. } = self.placed;
         let (words, stride, size) = (words(grid), grid.stride(1), grid.stride(D - 1));
-        for (k, held) in self.held.chunks_mut(self.marks).enumerate() {
-            let sheet = &mut *self.sheet;
-            sheet.fill(grid, self.layers, kernel, self.first + k);
-            sheet.gather_velocity(&self.layers.nodes.row.at, self.lab, motions);
-            for (word, (held, mark)) in held.iter_mut().zip(&sheet.marks).enumerate() {
-                let mut bits = *held | mark;
-                *held = *mark;
+        let entries = self.held.len();
+        for (k, marked) in self.marked.chunks_mut(self.marks).enumerate() {
+            let (sheet, layer) = (&mut *self.sheet, &mut self.held[k % entries]);
+            layer.fill(grid, self.meeting, kernel, self.first + k, &mut sheet.profiles);
+            sheet.mark(grid, layer);
+            sheet.gather_velocity(layer, &self.meeting.nodes.row.at, self.lab, motions);
+            for (word, (marked, mark)) in marked.iter_mut().zip(&sheet.marks).enumerate() {
+                let mut bits = *marked | mark;
+                *marked = *mark;
                 let place = word / words * stride + word % words * 512;
                 while bits != 0 {
                     let at = place + 8 * bits.trailing_zeros() as usize;

@@ -3,7 +3,8 @@
 //! All work of the grains on the grid goes layer by layer: what grains share, they share within a layer,
 //! so that sums over grains need the memory of one layer only, and threads take layers.
 
-use super::body::{Motion, Shape};
+use super::body::{Motion, Shape, along_axes};
+use super::layer::Layer;
 use super::mask::Kernel;
 use super::nodes::{Extent, Nodes};
 use crate::grid::Grid;
@@ -16,26 +17,70 @@ pub(super) struct Slice {
     pub(super) arm: f64,
 }
 
-/// All grains on one set of nodes, by layers.
+/// Which grains meet which layer of one set of nodes.
 #[derive(Clone, Debug)]
-pub struct Layers<const D: usize> {
+pub(crate) struct Meeting<const D: usize> {
     pub(super) nodes: Nodes<D>,
     pub(super) extents: Vec<Extent<D>>,
     /// Slices of layer k: `starts[k]..starts[k + 1]`, in the order of the grains.
     starts: Vec<usize>,
     slices: Vec<Slice>,
+    /// The mask that they were placed with.
+    kernel: Option<Kernel>,
+    /// Whether what the grains hold of each layer is kept until they move.
+    pub(super) keeps: bool,
+}
+
+/// All grains on one set of nodes, by layers.
+#[derive(Clone, Debug)]
+pub struct Layers<const D: usize> {
+    pub(crate) meeting: Meeting<D>,
+    /// What they hold: every layer, or room for as many as are worked on at once.
+    held: Vec<Layer>,
 }
 
 impl<const D: usize> Layers<D> {
-    /// Room for grains at the nodes of component `d` (`d = D`: at cell centres).
-    pub fn new(grid: &Grid<D>, d: usize) -> Self {
+    /// Room for grains at the nodes of component `d` (`d = D`: at cell centres). `keeps`: whether what they hold is
+    /// kept until they move.
+    pub(crate) fn new(grid: &Grid<D>, d: usize, keeps: bool) -> Self {
         let starts = vec![0; grid.cells[D - 1] + 1];
-        Self { nodes: Nodes::new(grid, d), extents: Vec::new(), starts, slices: Vec::new() }
+        let (extents, slices) = (Vec::new(), Vec::new());
+        let meeting = Meeting { nodes: Nodes::new(grid, d), extents, starts, slices, kernel: None, keeps };
+        Self { meeting, held: Vec::new() }
     }
 
     /// Finds the layers of every grain.
     pub fn place(&mut self, grid: &Grid<D>, kernel: &Kernel, shapes: &[Shape], motions: &[Motion]) {
-        let Self { nodes, extents, starts, slices } = self;
+        if !self.meeting.place(grid, kernel, shapes, motions) {
+            self.held.iter_mut().for_each(|layer| layer.fresh = false);
+        }
+    }
+
+    /// For shares of `share` layers each: the grains, what they hold, and how many entries of that belong to a
+    /// share. Entry `k % entries` is for its `k`th layer.
+    pub(super) fn shared(&mut self, grid: &Grid<D>, share: usize) -> (&Meeting<D>, &mut [Layer], usize) {
+        let layers = grid.cells[D - 1];
+        let (entries, count) = if self.meeting.keeps { (share, layers) } else { (1, layers.div_ceil(share)) };
+        if self.held.len() < count {
+            self.held.resize_with(count, Layer::default);
+        }
+        (&self.meeting, &mut self.held[..count], entries)
+    }
+}
+
+impl<const D: usize> Meeting<D> {
+    /// Finds the layers of every grain; tells whether they are where they were.
+    fn place(&mut self, grid: &Grid<D>, kernel: &Kernel, shapes: &[Shape], motions: &[Motion]) -> bool {
+        let Self { nodes, extents, starts, slices, .. } = self;
+        if self.keeps && self.kernel == Some(*kernel) && extents.len() == motions.len() {
+            let stays = |(extent, motion): (&Extent<D>, &Motion)| {
+                extent.at == along_axes::<D>(grid.geometry, motion.centre)
+            };
+            if extents.iter().zip(motions).all(stays) {
+                return true;
+            }
+        }
+        self.kernel = Some(*kernel);
         extents.clear();
         extents.extend(
             shapes
@@ -66,6 +111,7 @@ impl<const D: usize> Layers<D> {
         // each start has moved to the next one
         starts.rotate_right(1);
         starts[0] = 0;
+        false
     }
 
     /// Slices of layer `k`.

@@ -7,6 +7,7 @@ pub mod body;
 pub mod carried;
 pub mod component;
 pub mod direct;
+pub mod layer;
 pub mod layers;
 pub mod mask;
 pub mod nodes;
@@ -45,10 +46,11 @@ pub struct Immersed<const D: usize> {
 }
 
 impl<const D: usize> Immersed<D> {
-    /// Grains of the given shapes.
-    pub fn new(grid: &Grid<D>, shapes: Vec<Shape>) -> Self {
+    /// Grains of the given shapes. `keeps`: whether what they hold of the grid is kept until they move; for where it
+    /// is asked for more than once.
+    pub fn new(grid: &Grid<D>, shapes: Vec<Shape>, keeps: bool) -> Self {
         Self {
-            components: std::array::from_fn(|d| Component::new(grid, d, shapes.len())),
+            components: std::array::from_fn(|d| Component::new(grid, d, shapes.len(), keeps)),
             benches: Vec::new(),
             taps: Vec::new(),
             wrenches: vec![Wrench::default(); shapes.len()],

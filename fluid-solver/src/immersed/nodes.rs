@@ -1,6 +1,6 @@
 //! The nodes of one velocity component, or the cell centres, as grains meet them.
 
-use super::body::laboratory;
+use super::body::along_axes;
 use super::mask::Kernel;
 use crate::grid::Grid;
 
@@ -84,7 +84,7 @@ impl<const D: usize> Nodes<D> {
 
     /// Reach of a grain of radius `radius` at `centre` (laboratory axes, m).
     pub(super) fn extent(&self, grid: &Grid<D>, kernel: &Kernel, centre: [f64; 3], radius: f64) -> Extent<D> {
-        let at: [f64; D] = std::array::from_fn(|a| centre[laboratory(grid.geometry, a)]);
+        let at = along_axes(grid.geometry, centre);
         let [least, most] = self.bounds(grid, &at, radius);
         let [inner, outer] = kernel.reach(radius, least, most);
         Extent { at, radius, inner: inner.max(0.0), outer }

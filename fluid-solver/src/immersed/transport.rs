@@ -10,65 +10,22 @@
 //! is not, and weighs by b² where it is known best. Where too little of the support is in reach of the cubic, the linear
 //! interpolation is taken. A rotation takes nothing along: what the fluid does to a sphere does not turn with it.
 
-use super::body::{Motion, laboratory};
+mod sums;
+mod taps;
+
 use super::component::{Bench, Component, Placed};
-use super::layers::Layers;
-use super::sheet::{Part, Span, first, words};
+use super::layer::{Layer, PIECES, Part, Span};
+use super::layers::Meeting;
+use super::sheet::{first as place_of, words};
 use crate::grid::Grid;
-use crate::lanes::{Kernel, dispatch};
+use crate::lanes::{Kernel, Lanes, dispatch};
 use pulp::Simd;
 use rayon::prelude::*;
+use std::ops::Range;
+use sums::{Sums, eights};
+use taps::{TAPS, Weights};
 
-/// ⟨b²⟩ below which the cubic interpolation is not trusted.
-const TRUSTED: f64 = 0.25;
-
-/// ⟨b²⟩ below which there is nothing to take along.
-const NOTHING: f64 = 1e-12;
-
-/// Points of an interpolation along one axis.
-const TAPS: usize = 4;
-
-/// The four points about a place along one axis: how many cells from it the first one is, and their weights.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Taps {
-    low: isize,
-    cubic: [f64; TAPS],
-    linear: [f64; TAPS],
-}
-
-impl Taps {
-    /// For a grain that moves so for `dt`, along each axis.
-    pub(super) fn of<const D: usize>(grid: &Grid<D>, motion: &Motion, dt: f64) -> [Self; D] {
-        std::array::from_fn(|a| {
-            let (lab, axis) = (laboratory(grid.geometry, a), &grid.axes[a]);
-            let above = axis.faces.partition_point(|face| *face <= motion.centre[lab]);
-            let width = axis.widths[above.clamp(1, axis.widths.len()) - 1];
-            Self::back(motion.velocity[lab] * dt / width)
-        })
-    }
-
-    /// For a place `shift` cells back.
-    fn back(shift: f64) -> Self {
-        let low = (-shift).floor();
-        let t = -shift - low;
-        // Lagrange's polynomial through -1, 0, 1, 2
-        let cubic = [
-            -t * (t - 1.0) * (t - 2.0) / 6.0,
-            (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
-            -(t + 1.0) * t * (t - 2.0) / 2.0,
-            (t + 1.0) * t * (t - 1.0) / 6.0,
-        ];
-        Self { low: low as isize - 1, cubic, linear: [0.0, 1.0 - t, t, 0.0] }
-    }
-
-    /// Cell of point `tap` from cell `at`, if there is one.
-    #[inline(always)]
-    fn cell(&self, at: usize, tap: usize, cells: usize, periodic: bool) -> Option<usize> {
-        let cell = at as isize + self.low + tap as isize;
-        let wrapped = wrap(cell, cells);
-        (periodic || wrapped as isize == cell).then_some(wrapped)
-    }
-}
+pub(super) use taps::Taps;
 
 /// The cell that stands for `cell` in a box of `cells`. A division only where it is needed.
 #[inline(always)]
@@ -77,59 +34,27 @@ fn wrap(cell: isize, cells: usize) -> usize {
     (if inside { cell } else { cell.rem_euclid(cells as isize) }) as usize
 }
 
-/// Sums over the rows about one row: of b λ and b², by cubic and by linear weights.
+/// Rows that are interpolated between along the last axis, to be interpolated between along axis 1.
+#[derive(Clone, Debug, Default)]
+struct Ring {
+    /// Which row each of them is, counted on over a periodic face.
+    rows: [Option<isize>; TAPS],
+    sums: [Sums; TAPS],
+}
+
+/// Room for one grain in one layer.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rows {
-    sums: [Vec<f64>; 4],
-    /// λ/b that comes to each place of the row.
-    came: Vec<f64>,
+    rings: [Ring; PIECES],
+    sums: Sums,
+    /// Rows of λ and of b that a face of the box cuts.
+    cut: [[Vec<f64>; TAPS]; 2],
 }
 
-impl Rows {
-    /// Adds a row of λ and b to the places from `to` on.
-    #[inline(always)]
-    fn add(&mut self, [cubic, linear]: [f64; 2], [lambda, share]: [&[f64]; 2], to: usize) {
-        let n = lambda.len();
-        let share = &share[..n];
-        let [a, b, c, d] = &mut self.sums;
-        let (a, b) = (&mut a[to..][..n], &mut b[to..][..n]);
-        for i in 0..n {
-            a[i] += cubic * share[i] * lambda[i];
-            b[i] += cubic * share[i] * share[i];
-        }
-        if linear > 0.0 {
-            let (c, d) = (&mut c[to..][..n], &mut d[to..][..n]);
-            for i in 0..n {
-                c[i] += linear * share[i] * lambda[i];
-                d[i] += linear * share[i] * share[i];
-            }
-        }
-    }
-
-    /// λ/b that comes to `count` places, the first of whose points stand at the beginning.
-    #[inline(always)]
-    fn along(&mut self, taps: &Taps, count: usize) {
-        let [a, b, c, d] = &self.sums;
-        let (a, b, c, d) = (wide(a, count), wide(b, count), wide(c, count), wide(d, count));
-        let ([p, q, r, s], [_, t, u, _]) = (taps.cubic, taps.linear);
-        self.came.resize(count, 0.0);
-        for (i, came) in self.came.iter_mut().enumerate() {
-            let cubic = p * b[i] + q * b[i + 1] + r * b[i + 2] + s * b[i + 3];
-            let linear = t * d[i + 1] + u * d[i + 2];
-            let trusted = cubic > TRUSTED;
-            let share = if trusted { cubic } else { linear };
-            let cubic = p * a[i] + q * a[i + 1] + r * a[i + 2] + s * a[i + 3];
-            let linear = t * c[i + 1] + u * c[i + 2];
-            let force = if trusted { cubic } else { linear };
-            *came = if share > NOTHING { force / share } else { 0.0 };
-        }
-    }
-}
-
-/// The values that `count` places ask for.
-#[inline(always)]
-fn wide(values: &[f64], count: usize) -> &[f64] {
-    &values[..count + TAPS - 1]
+/// The four rows of a field that are met along the last axis: where the first row of each layer begins, and weights.
+struct Over {
+    begins: [usize; TAPS],
+    weights: Weights,
 }
 
 /// What is taken along, and whither.
@@ -141,85 +66,144 @@ struct Way<'a, const D: usize> {
     taps: &'a [[Taps; D]],
 }
 
+/// Places that the rows of a grain in a layer hold at most, of one piece each.
+type Reach = [Range<usize>; PIECES];
+
 impl<const D: usize> Way<'_, D> {
-    /// Adds what comes with the grain of `part` to the cells of `span`, a row of layer `k`.
+    /// Adds what comes with the grain of `part` to its rows in layer `k`: axis after axis, so that a place of a
+    /// row is met once by each.
     #[inline(always)]
-    fn span(
+    fn part(
         &self,
-        part: &Part,
-        span: &Span,
-        (odds, totals): (&[f64], &[f64]),
+        (part, spans, mut odds): (&Part, &[Span], &[f64]),
+        totals: &[f64],
         k: usize,
         rows: &mut Rows,
         to: &mut [f64],
     ) {
-        let Self { grid, from, taps } = self;
-        let taps = &taps[part.grain];
-        let stride = grid.stride(1);
-        let wide = span.count + TAPS - 1;
-        for sums in &mut rows.sums {
-            sums.clear();
-            sums.resize(wide, 0.0);
+        let taps = &self.taps[part.grain];
+        let mut reach: Reach = [usize::MAX..0, usize::MAX..0];
+        for span in spans {
+            let reach = &mut reach[span.piece];
+            *reach = reach.start.min(span.first)..reach.end.max(span.first + span.count);
         }
-        let row = span.at / stride;
-        let across = if D == 3 { TAPS } else { 1 };
-        for up in 0..TAPS {
-            let Some(layer) = taps[D - 1].cell(k, up, grid.cells[D - 1], grid.periodic(D - 1)) else {
-                continue;
-            };
-            for side in 0..across {
-                let (mut weights, mut begin) =
-                    ([taps[D - 1].cubic[up], taps[D - 1].linear[up]], first(grid, layer));
-                if D == 3 {
-                    let Some(beside) = taps[1].cell(row, side, grid.cells[1], grid.periodic(1)) else {
-                        continue;
-                    };
-                    weights = [weights[0] * taps[1].cubic[side], weights[1] * taps[1].linear[side]];
-                    begin += beside * stride;
-                }
-                // All but one of a grain that stands.
-                if weights == [0.0; 2] {
-                    continue;
-                }
-                self.row(
-                    weights,
-                    from.map(|field| &field[begin..][..grid.cells[0]]),
-                    span.first,
-                    wide,
-                    taps[0].low,
-                    rows,
-                );
+        for (ring, reach) in rows.rings.iter_mut().zip(&reach) {
+            ring.rows = [None; TAPS];
+            ring.sums.iter_mut().for_each(|sums| sums.fit((reach.len() + 8).div_ceil(8)));
+            rows.sums.fit(eights(reach.len().next_multiple_of(8)));
+        }
+        let over = self.over(&taps[D - 1], k);
+        // counted on over a periodic face
+        let (mut turn, mut before) = (0, 0);
+        for span in spans {
+            if span.row < before {
+                turn += self.grid.cells[1] as isize;
             }
-        }
-        rows.along(&taps[0], span.count);
-        let to = &mut to[span.at..][..span.count];
-        let (odds, totals) = (&odds[..span.count], &totals[..span.count]);
-        for (i, (to, came)) in to.iter_mut().zip(&rows.came).enumerate() {
-            *to += odds[i] / (1.0 + totals[i]) * came;
+            before = span.row;
+            self.gather(taps, span, turn + span.row as isize, &reach[span.piece], &over, rows);
+            let (mine, rest) = odds.split_at(span.count);
+            odds = rest;
+            let range = span.at..span.at + span.count;
+            rows.sums.bring(&taps[0].weights, mine, &totals[range.clone()], &mut to[range]);
         }
     }
 
-    /// Adds a row of λ and b, `wide` cells of it from `first + low` on.
+    /// The layers about layer `k`.
     #[inline(always)]
-    fn row(
+    fn over(&self, taps: &Taps, k: usize) -> Over {
+        let Self { grid, .. } = self;
+        let mut over = Over { begins: [0; TAPS], weights: taps.weights };
+        for up in 0..TAPS {
+            let above = k as isize + taps.low + up as isize;
+            let layer = wrap(above, grid.cells[D - 1]);
+            over.begins[up] = place_of(grid, layer);
+            if !(grid.periodic(D - 1) || layer as isize == above) {
+                (over.weights.cubic[up], over.weights.linear[up]) = (0.0, 0.0);
+            }
+        }
+        over
+    }
+
+    /// Sums over the rows about that of `span`, which is `row`.
+    #[inline(always)]
+    fn gather(
         &self,
-        weights: [f64; 2],
-        fields: [&[f64]; 2],
-        first: usize,
-        wide: usize,
-        low: isize,
+        taps: &[Taps; D],
+        span: &Span,
+        row: isize,
+        reach: &Range<usize>,
+        over: &Over,
         rows: &mut Rows,
     ) {
-        let n = self.grid.cells[0];
-        let mut done = 0;
-        while done < wide {
-            let cell = first as isize + low + done as isize;
-            let wrapped = wrap(cell, n);
-            let count = (n - wrapped).min(wide - done);
-            if self.grid.periodic(0) || wrapped as isize == cell {
-                rows.add(weights, fields.map(|field| &field[wrapped..][..count]), done);
+        let Rows { rings, sums, cut } = rows;
+        let low = taps[0].low;
+        if D == 2 {
+            self.layers(over, 0, (span.first as isize + low, span.count), (sums, cut));
+            return;
+        }
+        let Ring { rows, sums: held } = &mut rings[span.piece];
+        let (mut weights, mut slots) = (taps[1].weights, [0; TAPS]);
+        for side in 0..TAPS {
+            let beside = row + taps[1].low + side as isize;
+            let cell = wrap(beside, self.grid.cells[1]);
+            let slot = beside.rem_euclid(TAPS as isize) as usize;
+            slots[side] = slot;
+            if rows[slot] != Some(beside) {
+                rows[slot] = Some(beside);
+                self.layers(over, cell, (reach.start as isize + low, reach.len()), (&mut held[slot], cut));
             }
-            done += count;
+            if !(self.grid.periodic(1) || cell as isize == beside) {
+                (weights.cubic[side], weights.linear[side]) = (0.0, 0.0);
+            }
+        }
+        let [p, q, r, s] = slots;
+        let rows = [&held[p], &held[q], &held[r], &held[s]];
+        sums.of_sums(&weights, rows, span.first - reach.start, eights(span.count));
+    }
+
+    /// Sums over the rows `row` of the layers `over`, for all that `count` places ask for whose first point is `first`.
+    #[inline(always)]
+    fn layers(
+        &self,
+        over: &Over,
+        row: usize,
+        (first, count): (isize, usize),
+        (sums, cut): (&mut Sums, &mut [[Vec<f64>; TAPS]; 2]),
+    ) {
+        let Self { grid, from, .. } = self;
+        let (n, start) = (grid.cells[0], row * grid.stride(1));
+        let eights = (count + 8).div_ceil(8);
+        // what follows the row may be read, too: nobody asks for it
+        let last = over.begins.iter().max().expect("four") + start;
+        let inside = first >= 0 && first as usize + count + TAPS - 1 <= n;
+        let whole = inside && last + first as usize + 8 * eights <= from[0].len();
+        let mut rows: [[&[Lanes]; TAPS]; 2] = [[&[]; TAPS]; 2];
+        for ((rows, cut), field) in rows.iter_mut().zip(cut).zip(from) {
+            for ((row, cut), begin) in rows.iter_mut().zip(cut).zip(over.begins) {
+                let begin = begin + start;
+                *row = if whole {
+                    field[begin + first as usize..][..8 * eights].as_chunks().0
+                } else {
+                    put_together(cut, &field[begin..][..n], first, 8 * eights, grid.periodic(0));
+                    cut.as_chunks().0
+                };
+            }
+        }
+        sums.of_fields(&over.weights, rows, eights);
+    }
+}
+
+/// `cut` ← `count` places of a row from `first` on, over its ends if they are `periodic`, else zero there.
+fn put_together(cut: &mut Vec<f64>, row: &[f64], first: isize, count: usize, periodic: bool) {
+    cut.clear();
+    while cut.len() < count {
+        let cell = first + cut.len() as isize;
+        let wrapped = wrap(cell, row.len());
+        let piece = (row.len() - wrapped).min(count - cut.len());
+        if periodic || wrapped as isize == cell {
+            cut.extend_from_slice(&row[wrapped..][..piece]);
+        } else {
+            cut.resize(cut.len() + piece, 0.0);
         }
     }
 }
@@ -237,25 +221,28 @@ impl<const D: usize> Component<D> {
         let grid = placed.grid;
         let way = Way { grid, from: [&*from, &*share], taps };
         self.place(placed);
-        let (benches, layers) = self.split(grid, benches);
+        let (benches, per_share) = self.split(grid, benches);
         let mut next = std::mem::take(&mut self.next);
         next.resize(self.held().len(), 0);
         let marks = next.len() / grid.cells[D - 1];
+        let (meeting, held, entries) = self.layers.shared(grid, per_share);
         let (n, size) = (grid.cells[D - 1], grid.stride(D - 1));
-        let begin = first(grid, 0);
-        let to = to[begin..begin + n * size].chunks_mut(layers * size);
-        let parts = benches.iter_mut().zip(to).zip(next.chunks_mut(layers * marks));
-        let along = parts.enumerate().map(|(t, ((bench, to), held))| Along {
+        let begin = place_of(grid, 0);
+        let to = to[begin..begin + n * size].chunks_mut(per_share * size);
+        let parts = benches.iter_mut().zip(held.chunks_mut(entries));
+        let parts = parts.zip(to).zip(next.chunks_mut(per_share * marks)).enumerate();
+        let along = parts.map(|(t, (((bench, held), to), marked))| Along {
             way,
             placed,
-            layers: self.layers(),
-            first: t * layers,
-            bench,
+            meeting,
             held,
+            first: t * per_share,
+            bench,
+            marked,
             marks,
             to,
         });
-        if layers < n {
+        if per_share < n {
             along.par_bridge().for_each(dispatch);
         } else {
             along.for_each(dispatch);
@@ -269,7 +256,7 @@ impl<const D: usize> Component<D> {
         let marks = self.held().len() / grid.cells[D - 1];
         for (word, bits) in self.held().iter().enumerate() {
             let (k, word, mut bits) = (word / marks, word % marks, *bits);
-            let place = first(grid, k) + word / words(grid) * grid.stride(1) + word % words(grid) * 512;
+            let place = place_of(grid, k) + word / words(grid) * grid.stride(1) + word % words(grid) * 512;
             while bits != 0 {
                 let at = place + 8 * bits.trailing_zeros() as usize;
                 bits &= bits - 1;
@@ -283,12 +270,13 @@ impl<const D: usize> Component<D> {
 struct Along<'a, const D: usize> {
     way: Way<'a, D>,
     placed: Placed<'a, D>,
-    layers: &'a Layers<D>,
+    meeting: &'a Meeting<D>,
+    held: &'a mut [Layer],
     /// First of its layers.
     first: usize,
     bench: &'a mut Bench,
-    held: &'a mut [u64],
-    /// Words of `held` per layer.
+    marked: &'a mut [u64],
+    /// Words of `marked` per layer.
     marks: usize,
     to: &'a mut [f64],
 }
@@ -298,19 +286,18 @@ impl<const D: usize> Kernel for Along<'_, D> {
     fn run<S: Simd>(self, _: S) {
         let Placed { grid, kernel, .. } = self.placed;
         let Bench { sheet, rows, .. } = self.bench;
-        let layers = self.to.chunks_mut(grid.stride(D - 1)).zip(self.held.chunks_mut(self.marks));
-        for (k, (to, held)) in layers.enumerate() {
-            sheet.fill(grid, self.layers, kernel, self.first + k);
-            sheet.gather();
-            for (part, spans, mut odds) in sheet.parts() {
-                for span in spans {
-                    let (mine, rest) = odds.split_at(span.count);
-                    odds = rest;
-                    self.way.span(part, span, (mine, &sheet.totals()[span.at..]), self.first + k, rows, to);
-                }
+        let entries = self.held.len();
+        let layers = self.to.chunks_mut(grid.stride(D - 1)).zip(self.marked.chunks_mut(self.marks));
+        for (k, (to, marked)) in layers.enumerate() {
+            let layer = &mut self.held[k % entries];
+            layer.fill(grid, self.meeting, kernel, self.first + k, &mut sheet.profiles);
+            sheet.gather(layer);
+            sheet.mark(grid, layer);
+            for part in layer.parts() {
+                self.way.part(part, sheet.totals(), self.first + k, rows, to);
             }
-            held.copy_from_slice(&sheet.marks);
-            sheet.clear();
+            marked.copy_from_slice(&sheet.marks);
+            sheet.clear(layer);
         }
     }
 }

@@ -1,0 +1,263 @@
+//! What the grains hold of one layer of nodes: rows of cells, and the odds of each.
+//!
+//! Rows are taken in whole vectors of eight places: those that a grain does not hold have no odds, and
+//! nothing that is done with them changes anything.
+
+use super::body::Motion;
+use super::layers::{Meeting, Slice};
+use super::mask::Kernel;
+use super::nodes::Nodes;
+use super::odds::{Law, Profile, Sums};
+use crate::grid::Grid;
+use crate::lanes::{self, dispatch};
+use pulp::Simd;
+use std::ops::Range;
+
+/// Neighbouring places along axis 0 of which one grain holds some.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    /// Place of the first in the layer.
+    pub(crate) at: usize,
+    /// Index of the first along axis 0.
+    pub(crate) first: usize,
+    /// Number of places, a multiple of eight.
+    pub(crate) count: usize,
+    /// Index along axis 1 in space, else 0.
+    pub(super) row: usize,
+    /// Which of the pieces of its row, where a periodic face cuts it.
+    pub(super) piece: usize,
+    /// Control volume of a cell over its factor along axis 0.
+    pub(crate) weight: f64,
+    /// Arm along axis 0: this and the position of the node.
+    pub(crate) shift: f64,
+    /// Arm along axis 1 in space, m; else 0.
+    pub(crate) middle: f64,
+}
+
+/// What one grain holds of a layer.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    pub(crate) grain: usize,
+    /// Arm along the last axis, m.
+    pub(crate) arm: f64,
+    /// Number of its spans.
+    spans: usize,
+}
+
+/// A run of places along axis 0 that a grain may hold in the rows of a layer. A periodic face cuts it in two.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Piece {
+    /// Index of the first place, and number of them, a multiple of eight.
+    pub(super) first: usize,
+    pub(super) count: usize,
+    /// Those among them that the grain holds.
+    pub(super) begin: usize,
+    pub(super) end: usize,
+    /// Arm along axis 0: this and the position of the node, m.
+    pub(super) shift: f64,
+    /// Arm of the first place, m.
+    pub(super) arm: f64,
+    /// One over the cell width; zero where widths differ.
+    pub(super) rate: f64,
+}
+
+/// What is the same for all places of a row.
+#[derive(Clone, Copy)]
+struct Row {
+    /// Index along axis 1 in space, else 0.
+    index: usize,
+    /// Arm along axis 1 in space, else 0, m.
+    arm: f64,
+    weight: f64,
+}
+
+/// Pieces into which a periodic face may cut a row.
+pub(super) const PIECES: usize = 2;
+
+/// Room for what all rows of a grain in a layer share.
+pub(super) type Profiles = [Profile; PIECES];
+
+/// The rows of all grains in a layer, and the odds of their cells.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Layer {
+    parts: Vec<Part>,
+    spans: Vec<Span>,
+    odds: Vec<f64>,
+    /// Whether this is so for the grains as placed last.
+    pub(super) fresh: bool,
+}
+
+impl Layer {
+    /// Finds the rows of layer `k` and the odds of their cells, if they are not known yet.
+    pub(super) fn fill<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        meeting: &Meeting<D>,
+        kernel: &Kernel,
+        k: usize,
+        profiles: &mut Profiles,
+    ) {
+        if std::mem::replace(&mut self.fresh, meeting.keeps) {
+            return;
+        }
+        self.parts.clear();
+        self.spans.clear();
+        self.odds.clear();
+        dispatch(Fill { layer: self, grid, meeting, kernel, k, profiles });
+    }
+
+    /// All rows, and all odds, one after the other.
+    pub(super) fn rows(&self) -> (&[Span], &[f64]) {
+        (&self.spans, &self.odds)
+    }
+
+    /// What each grain holds: its rows with their odds, in the order of the grains.
+    #[inline(always)]
+    pub(crate) fn parts(&self) -> impl Iterator<Item = (&Part, &[Span], &[f64])> {
+        let (mut spans, mut odds) = (self.spans.as_slice(), self.odds.as_slice());
+        self.parts.iter().map(move |part| {
+            let (mine, rest) = spans.split_at(part.spans);
+            let cells = mine.iter().map(|span| span.count).sum::<usize>();
+            let (held, left) = odds.split_at(cells);
+            (spans, odds) = (rest, left);
+            (part, mine, held)
+        })
+    }
+}
+
+/// [`Layer::fill`].
+struct Fill<'a, const D: usize> {
+    layer: &'a mut Layer,
+    grid: &'a Grid<D>,
+    meeting: &'a Meeting<D>,
+    kernel: &'a Kernel,
+    k: usize,
+    profiles: &'a mut Profiles,
+}
+
+impl<const D: usize> Fill<'_, D> {
+    /// Adds what the grain of `slice` holds of layer `k`.
+    #[inline(always)]
+    fn part(&mut self, slice: &Slice) {
+        let Self { grid, meeting, kernel, k, .. } = *self;
+        let (nodes, extent) = (&meeting.nodes, &meeting.extents[slice.grain]);
+        let first = self.layer.spans.len();
+        let chord = extent.outer * extent.outer - slice.arm * slice.arm;
+        if chord <= 0.0 {
+            return;
+        }
+        let pieces = Piece::of(grid, nodes, extent.at[0], chord.sqrt());
+        let pieces = &pieces[..pieces.iter().filter(|piece| piece.count > 0).count()];
+        for (piece, profile) in pieces.iter().zip(self.profiles.iter_mut()) {
+            profile.set(&nodes.row, piece, extent.outer);
+        }
+        let mut sums = Sums::default();
+        sums.add(slice.arm, nodes.spacing[D - 1][k]);
+        let law = Law::new(kernel, extent.radius, extent.inner, nodes.even);
+        let weight = grid.turn() * grid.volumes(nodes.component(), D - 1)[k];
+        if D == 2 {
+            self.row(pieces, chord, &law, sums, Row { index: 0, arm: 0.0, weight });
+        } else {
+            let (low, high) = nodes.range(grid, 1, extent.at[1], chord.sqrt());
+            for m in low..high {
+                let near = nodes.node(grid, 1, extent.at[1], m);
+                let chord = chord - near.arm * near.arm;
+                if chord <= 0.0 {
+                    continue;
+                }
+                let mut sums = sums;
+                sums.add(near.arm, nodes.spacing[1][near.index]);
+                let weight = weight * grid.volumes(nodes.component(), 1)[near.index];
+                self.row(pieces, chord, &law, sums, Row { index: near.index, arm: near.arm, weight });
+            }
+        }
+        let spans = self.layer.spans.len() - first;
+        self.layer.parts.push(Part { grain: slice.grain, arm: slice.arm, spans });
+    }
+
+    /// Adds the places of one row of which the grain holds some, `chord` being its squared half.
+    #[inline(always)]
+    fn row(&mut self, pieces: &[Piece], chord: f64, law: &Law, sums: Sums, row: Row) {
+        let stride = self.grid.stride(1);
+        for (index, (piece, profile)) in pieces.iter().zip(&*self.profiles).enumerate() {
+            let window = piece.window(chord.sqrt());
+            if window.is_empty() {
+                continue;
+            }
+            let first = piece.first + window.start;
+            self.layer.spans.push(Span {
+                at: row.index * stride + first,
+                first,
+                count: window.len(),
+                row: row.index,
+                piece: index,
+                weight: row.weight,
+                shift: piece.shift,
+                middle: row.arm,
+            });
+            law.row(profile, window, &sums, &mut self.layer.odds);
+        }
+    }
+}
+
+impl<const D: usize> lanes::Kernel for Fill<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(mut self, _: S) {
+        for slice in self.meeting.of(self.k) {
+            self.part(slice);
+        }
+    }
+}
+
+impl Piece {
+    /// The pieces of a row within `half` of `centre`; those that are not needed have no places.
+    #[inline(always)]
+    fn of<const D: usize>(grid: &Grid<D>, nodes: &Nodes<D>, centre: f64, half: f64) -> [Self; PIECES] {
+        let (low, high) = nodes.range(grid, 0, centre, half);
+        let (n, stride) = (grid.cells[0] as isize, grid.stride(1));
+        let mut pieces = [Self::default(); PIECES];
+        let mut m = low;
+        for piece in &mut pieces {
+            if m >= high {
+                break;
+            }
+            let near = nodes.node(grid, 0, centre, m);
+            let cells = if grid.periodic(0) { (high - m).min(n - near.index as isize) } else { high - m };
+            let (begin, end) = (near.index, near.index + cells as usize);
+            let count = (end - begin).next_multiple_of(8);
+            let first = begin.min(stride - count);
+            let shift = near.arm - nodes.row.at[begin];
+            let rate = grid.axes[0].uniform_width.map_or(0.0, f64::recip);
+            *piece = Self { first, count, begin, end, shift, arm: nodes.row.at[first] + shift, rate };
+            m += cells;
+        }
+        pieces
+    }
+
+    /// The places, counted from the first, that a row of half chord `half` needs, in whole vectors; all of
+    /// them where the widths differ.
+    #[inline(always)]
+    fn window(&self, half: f64) -> Range<usize> {
+        if self.rate == 0.0 {
+            return 0..self.count;
+        }
+        let low = (((-half - self.arm) * self.rate).ceil().max(0.0) as usize).max(self.begin - self.first);
+        let high = ((half - self.arm) * self.rate).floor();
+        if high < low as f64 {
+            return 0..0;
+        }
+        let high = (high as usize).min(self.end - self.first - 1);
+        let count = (high + 1).saturating_sub(low).next_multiple_of(8);
+        let low = low.min(self.count - count);
+        low..low + count
+    }
+}
+
+impl Span {
+    /// Rigid velocity of component `c` along the row, as a line: at the origin of axis 0, and per metre.
+    #[inline(always)]
+    pub(crate) fn velocity(&self, motion: &Motion, c: usize, arm: f64) -> [f64; 2] {
+        let slope = motion.slope(c, 0);
+        [motion.velocity_at(c, [self.shift, self.middle, arm]), slope]
+    }
+}

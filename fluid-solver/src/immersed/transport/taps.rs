@@ -1,0 +1,78 @@
+//! Points and weights of an interpolation.
+
+use crate::grid::Grid;
+use crate::immersed::body::{Motion, laboratory};
+
+/// Points of an interpolation along one axis.
+pub(super) const TAPS: usize = 4;
+
+/// Those of them between which the place lies.
+pub(super) const INNER: std::ops::RangeInclusive<usize> = 1..=2;
+
+/// Weights of points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Weights {
+    pub(super) cubic: [f64; TAPS],
+    pub(super) linear: [f64; TAPS],
+}
+
+/// The four points about a place along one axis: how many cells from it the first one is, and their weights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Taps {
+    pub(super) low: isize,
+    pub(super) weights: Weights,
+}
+
+impl Taps {
+    /// For a grain that moves so for `dt`, along each axis.
+    pub(crate) fn of<const D: usize>(grid: &Grid<D>, motion: &Motion, dt: f64) -> [Self; D] {
+        std::array::from_fn(|a| {
+            let (lab, axis) = (laboratory(grid.geometry, a), &grid.axes[a]);
+            let above = axis.faces.partition_point(|face| *face <= motion.centre[lab]);
+            let width = axis.widths[above.clamp(1, axis.widths.len()) - 1];
+            // whatever it does, it does not leave the numbers of cells
+            Self::back((motion.velocity[lab] * dt / width).clamp(-1e9, 1e9))
+        })
+    }
+
+    /// For a place `shift` cells back.
+    fn back(shift: f64) -> Self {
+        let low = (-shift).floor();
+        let t = -shift - low;
+        // Lagrange's polynomial through -1, 0, 1, 2
+        let cubic = [
+            -t * (t - 1.0) * (t - 2.0) / 6.0,
+            (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+            -(t + 1.0) * t * (t - 2.0) / 2.0,
+            (t + 1.0) * t * (t - 1.0) / 6.0,
+        ];
+        Self { low: low as isize - 1, weights: Weights { cubic, linear: [0.0, 1.0 - t, t, 0.0] } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Both are exact for what they say: cubic polynomials and straight lines; a grain that stands takes one point.
+    #[test]
+    fn weights_are_those_of_cubics_and_lines() {
+        for shift in [-2.3, -1.0, -0.4, 0.0, 0.25, 0.999, 3.7] {
+            let Taps { low, weights } = Taps::back(shift);
+            let sum = |weights: &[f64; TAPS], power: i32| {
+                let point = |tap: usize| (low + tap as isize) as f64;
+                weights.iter().enumerate().map(|(tap, w)| w * point(tap).powi(power)).sum::<f64>()
+            };
+            for power in 0..4 {
+                let exact = (-shift).powi(power);
+                assert!((sum(&weights.cubic, power) - exact).abs() < 1e-12 * (1.0 + exact.abs()));
+                assert!(power > 1 || (sum(&weights.linear, power) - exact).abs() < 1e-12);
+            }
+            assert!((0..TAPS).all(|tap| INNER.contains(&tap) || weights.linear[tap] == 0.0));
+        }
+        assert_eq!(
+            Taps::back(0.0).weights,
+            Weights { cubic: [0.0, 1.0, 0.0, 0.0], linear: [0.0, 1.0, 0.0, 0.0] }
+        );
+    }
+}
