@@ -69,6 +69,9 @@ struct Way<'a, const D: usize> {
 /// Places that the rows of a grain in a layer hold at most, of one piece each.
 type Reach = [Range<usize>; PIECES];
 
+/// None yet.
+const EMPTY: Range<usize> = Range { start: usize::MAX, end: 0 };
+
 impl<const D: usize> Way<'_, D> {
     /// Adds what comes with the grain of `part` to its rows in layer `k`: axis after axis, so that a place of a
     /// row is met once by each.
@@ -82,7 +85,7 @@ impl<const D: usize> Way<'_, D> {
         to: &mut [f64],
     ) {
         let taps = &self.taps[part.grain];
-        let mut reach: Reach = [usize::MAX..0, usize::MAX..0];
+        let mut reach: Reach = [EMPTY; PIECES];
         for span in spans {
             let reach = &mut reach[span.piece];
             *reach = reach.start.min(span.first)..reach.end.max(span.first + span.count);
@@ -143,11 +146,11 @@ impl<const D: usize> Way<'_, D> {
         }
         let Ring { rows, sums: held } = &mut rings[span.piece];
         let (mut weights, mut slots) = (taps[1].weights, [0; TAPS]);
-        for side in 0..TAPS {
+        for (side, at) in slots.iter_mut().enumerate() {
             let beside = row + taps[1].low + side as isize;
             let cell = wrap(beside, self.grid.cells[1]);
             let slot = beside.rem_euclid(TAPS as isize) as usize;
-            slots[side] = slot;
+            *at = slot;
             if rows[slot] != Some(beside) {
                 rows[slot] = Some(beside);
                 self.layers(over, cell, (reach.start as isize + low, reach.len()), (&mut held[slot], cut));
