@@ -10,6 +10,7 @@ use crate::transform;
 use protocol::facts::{FluidFacts, Forcing};
 use protocol::scene::{CheckedScene, Grain, SceneError};
 use protocol::scheme::Scheme;
+use std::f64::consts::PI;
 
 /// Facts of the scene's fluid, without laying out its fields.
 ///
@@ -22,12 +23,15 @@ pub fn facts(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     }
 }
 
-/// Bytes that are kept of what the grains hold of the grid: of each component the odds of every place, measured as those
-/// of a box four cells wider than the grain.
-fn held(scene: &CheckedScene, spacing: f64) -> u64 {
-    let axes = scene.scene.domain.dimensions() as i32;
-    let places = |grain: &Grain| (2.0 * grain.radius / spacing + 4.0).powi(axes);
-    8 * axes as u64 * scene.grains.iter().map(places).sum::<f64>() as u64
+/// Bytes that are kept of what the grains hold of the grid: the odds of all cells of each component.
+fn held<const D: usize>(scene: &CheckedScene, spacing: f64) -> u64 {
+    let cells = |grain: &Grain| {
+        // measured at ten cells across: the surface is felt two cells beyond it, and whole vectors of eight are six more
+        let across = 2.0 * grain.radius / spacing + 4.4;
+        let (rows, row) = if D == 2 { (across, PI / 4.0) } else { (PI / 4.0 * across * across, 2.0 / 3.0) };
+        rows * (row * across + 6.0)
+    };
+    (8 * D) as u64 * scene.grains.iter().map(cells).sum::<f64>() as u64
 }
 
 fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
@@ -41,7 +45,7 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     let implicit = plan.viscous == Viscous::Implicit;
     let carried = choices.method == Forcing::Carried && !scene.grains.is_empty();
     let along = build::goes_along(scene, &choices);
-    let held = if build::keeps(scene, &choices) { held(scene, plan.spacing) } else { 0 };
+    let held = if build::keeps(scene, &choices) { held::<D>(scene, plan.spacing) } else { 0 };
     let repeated = crate::coupling::read(scene, choices.form)?.0 == Scheme::Iterated;
     let memory = memory::estimate(&grid, Demand { carried, along, implicit, repeated, held });
     memory::check(scene, memory, protocol::memory::available().as_ref())?;
