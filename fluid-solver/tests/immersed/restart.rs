@@ -32,13 +32,15 @@ fn fluid(keys: &str) -> String {
     format!("{PLANE}\n[fluid]\n{keys}")
 }
 
-const FORMS: [&str; 6] = [
+const FORMS: [&str; 8] = [
     "time = { scheme = \"ab2\" }",
     "loads = { form = \"F5\" }",
     "loads = { form = \"F2\" }",
     "immersed = { method = \"direct\" }\nloads = { form = \"F2\" }",
     "immersed = { carry = \"with-grains\" }",
     "[coupling]\nscheme = \"overlapped\"",
+    "immersed = { carry = \"with-grains\" }\n[coupling]\nscheme = \"overlapped\"",
+    "loads = { displaced_mass = true }",
 ];
 
 /// Everything that crosses, as bits.
