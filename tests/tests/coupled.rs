@@ -2,6 +2,7 @@
 //! interrupted, resumed and replayed, bit for bit.
 
 use std::path::Path;
+use std::process::Output;
 
 use protocol::log::{Topic, flip_bit};
 use tests::harness::{Folder, SMALL_BOUNCE, bedload, metric, said, signal, start, summary, wait_until};
@@ -55,20 +56,32 @@ fn the_same_bits_for_any_number_of_threads_and_twice() {
     assert!(series.iter().all(|other| *other == series[0]), "series.csv differs between runs");
 }
 
+/// Runs a scene and interrupts it somewhere in the middle.
+fn interrupt(scene: &Path, out: &Path) -> Output {
+    let child = start(&["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
+    // when the series has grown, or the log when rows wait in a buffer
+    let begun = || std::fs::metadata(out.join("exchange.mcap")).is_ok_and(|data| data.len() > 20_000);
+    wait_until(30.0, begun).expect("the run begins");
+    signal(child.id(), "INT");
+    child.wait_with_output().expect("it ends")
+}
+
 #[test]
 fn the_same_bits_after_an_interrupt_and_resume() {
     let folder = Folder::new("resume");
     let scene = folder.write("bounce.toml", SMALL_BOUNCE);
     let (whole, parts) = (folder.join("whole"), folder.join("parts"));
     run(&scene, &whole, &[]);
-    let arguments = ["run", scene.to_str().expect("UTF-8"), "--out", parts.to_str().expect("UTF-8")];
-    let child = start(&arguments);
-    // Somewhere in the middle: when the series has grown, or the log when rows wait in a buffer.
-    let begun = || std::fs::metadata(parts.join("exchange.mcap")).is_ok_and(|data| data.len() > 20_000);
-    wait_until(30.0, begun).expect("the run begins");
-    signal(child.id(), "INT");
-    let output = child.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    // On a machine that stands still at the wrong moment the run is over before the signal comes: once more, then.
+    let interrupted = (0..5).any(|_| match interrupt(&scene, &parts).status.code() {
+        Some(130) => true,
+        Some(0) => {
+            std::fs::remove_dir_all(&parts).expect("removes");
+            false
+        }
+        code => panic!("ends with {code:?}"),
+    });
+    assert!(interrupted, "every run was over before it was interrupted");
     assert_eq!(summary(&parts)["status"], "interrupted");
     let reached = summary(&parts)["time"]["simulated"].as_f64().expect("a number");
     assert!(reached > 0.0 && reached < 3.0, "interrupted at t = {reached}");
