@@ -5,10 +5,9 @@ use crate::boundary::{Boundary, Profile};
 use crate::config::{Carry, Choices, ProjectionsKey, SchemeKey};
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
-use crate::immersed::body::{Motion, Shape, laboratory};
+use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
 use crate::scheme::{Projections, Scheme, Viscous};
 use crate::step::Options;
-use protocol::facts::Forcing;
 use protocol::scene::{
     self, CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind,
 };
@@ -51,7 +50,7 @@ pub fn grid<const D: usize>(scene: &CheckedScene) -> Result<Grid<D>, SceneError>
 }
 
 fn boundary<const D: usize>(geometry: Geometry, face: &Face) -> Boundary<D> {
-    let velocity = std::array::from_fn(|a| face.velocity[laboratory(geometry, a)]);
+    let velocity = along_axes(geometry, face.velocity);
     match face.kind {
         WallKind::Periodic => Boundary::Periodic,
         WallKind::FreeSlip => Boundary::FreeSlip,
@@ -142,9 +141,9 @@ fn stands(scene: &CheckedScene) -> bool {
     scene.grains.iter().all(|grain| grain.motion == scene::Motion::Fixed)
 }
 
-/// Whether the carried force goes with the grains.
+/// Whether the carried force goes with the grains; [`crate::config::FluidSection::read`] has seen that there is one.
 pub fn goes_along(scene: &CheckedScene, choices: &Choices) -> bool {
-    choices.method == Forcing::Carried && choices.carry == Carry::WithGrains && !stands(scene)
+    choices.carry == Carry::WithGrains && !stands(scene)
 }
 
 /// Whether it is worth keeping what the grains hold of the grid until they move: it is asked for again at the same place

@@ -1,7 +1,7 @@
 //! Velocity along lines, beside published tables: metrics of kind `velocity-difference`.
 
 use crate::grid::Grid;
-use crate::immersed::body::laboratory;
+use crate::immersed::body::along_axes;
 use crate::solver::Solver;
 use protocol::output::{MetricValue, OutputFolder, atomic_write, points};
 use protocol::participant::SolverError;
@@ -85,7 +85,7 @@ pub fn finish<const D: usize>(
         let mut text = format!("{},velocity,reference\n", line.letter);
         let mut largest = 0.0_f64;
         for (at, published) in &line.table {
-            let mut x: [f64; D] = std::array::from_fn(|a| line.through[laboratory(grid.geometry, a)]);
+            let mut x: [f64; D] = along_axes(grid.geometry, line.through);
             x[line.along] = *at;
             let value = interpolate(grid, line.component, u, x);
             let _ = writeln!(text, "{at},{value},{published}");

@@ -90,7 +90,7 @@ pub fn laboratory(geometry: Geometry, axis: usize) -> usize {
 }
 
 /// Components of a vector (laboratory axes) along the axes of the grid.
-pub(super) fn along_axes<const D: usize>(geometry: Geometry, vector: [f64; 3]) -> [f64; D] {
+pub fn along_axes<const D: usize>(geometry: Geometry, vector: [f64; 3]) -> [f64; D] {
     std::array::from_fn(|a| vector[laboratory(geometry, a)])
 }
 

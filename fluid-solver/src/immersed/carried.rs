@@ -64,3 +64,11 @@ impl Rule<1> for Share {
         }
     }
 }
+
+/// Changes nothing, so that only the cells are marked.
+pub(super) struct Mark;
+
+impl Rule<0> for Mark {
+    #[inline(always)]
+    fn change(&self, _: &Lanes, _: &Lanes, []: [&mut Lanes; 0]) {}
+}

@@ -208,25 +208,6 @@ impl<const D: usize> Component<D> {
             parts.for_each(dispatch);
         }
     }
-
-    /// Declares the cells of the grains to be those that may hold force (after a restore).
-    pub fn hold(&mut self, placed: Placed<'_, D>) {
-        self.place(placed);
-        let Placed { grid, kernel, .. } = placed;
-        let mut sheet = Sheet::default();
-        sheet.fit(grid);
-        let layers = grid.cells[D - 1];
-        let marks = self.held.len() / layers;
-        let (meeting, layers, _) = self.layers.shared(grid, layers);
-        let entries = layers.len();
-        for (k, held) in self.held.chunks_mut(marks.max(1)).enumerate() {
-            let layer = &mut layers[k % entries];
-            layer.fill(grid, meeting, kernel, k, &mut sheet.profiles);
-            sheet.mark(grid, layer);
-            held.copy_from_slice(&sheet.marks[..marks]);
-            sheet.clear(layer);
-        }
-    }
 }
 
 /// [`Component::integrate`] over some layers.

@@ -19,7 +19,7 @@ pub mod volume_fraction;
 
 use crate::grid::{Geometry, Grid};
 use body::{Motion, Shape, laboratory};
-use carried::{Hold, HoldAndShare, Imposed, Share};
+use carried::{Hold, HoldAndShare, Imposed, Mark, Share};
 use component::{Bench, Component, Placed, Point};
 use direct::Pull;
 use mask::Kernel;
@@ -66,7 +66,9 @@ impl<const D: usize> Immersed<D> {
     /// Declares the cells of `motions` to be those that hold force (after a restore).
     pub fn hold(&mut self, grid: &Grid<D>, kernel: &Kernel, motions: &[Motion]) {
         let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
-        self.components.iter_mut().for_each(|component| component.hold(placed));
+        for component in &mut self.components {
+            component.change(placed, &mut self.benches, [], &Mark);
+        }
     }
 
     /// Imposes the motion and updates the carried force, `kernel.dt` after the last time.

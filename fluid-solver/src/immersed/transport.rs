@@ -92,8 +92,8 @@ impl<const D: usize> Way<'_, D> {
         }
         for (ring, reach) in rows.rings.iter_mut().zip(&reach) {
             ring.rows = [None; TAPS];
-            ring.sums.iter_mut().for_each(|sums| sums.fit((reach.len() + 8).div_ceil(8)));
-            rows.sums.fit(eights(reach.len().next_multiple_of(8)));
+            ring.sums.iter_mut().for_each(|sums| sums.fit(eights(reach.len())));
+            rows.sums.fit(eights(reach.len()));
         }
         let over = self.over(&taps[D - 1], k);
         // counted on over a periodic face
@@ -175,7 +175,7 @@ impl<const D: usize> Way<'_, D> {
     ) {
         let Self { grid, from, .. } = self;
         let (n, start) = (grid.cells[0], row * grid.stride(1));
-        let eights = (count + 8).div_ceil(8);
+        let eights = eights(count);
         // what follows the row may be read, too: nobody asks for it
         let last = over.begins.iter().max().expect("four") + start;
         let inside = first >= 0 && first as usize + count + TAPS - 1 <= n;

@@ -16,9 +16,9 @@ const NOTHING: f64 = 1e-100;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sums([Vec<Lanes>; 4]);
 
-/// Eights of places that a row of `count`, a multiple of eight, asks for.
+/// Eights of places that hold all that `count` places ask for.
 pub(super) fn eights(count: usize) -> usize {
-    count / 8 + 1
+    (count + 8).div_ceil(8)
 }
 
 impl Sums {
