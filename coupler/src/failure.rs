@@ -121,7 +121,9 @@ impl From<protocol::output::OutputError> for Failure {
         use protocol::output::OutputError;
         match error {
             OutputError::Scene(error) => Self::Scene(error),
-            OutputError::Foreign { .. } | OutputError::NothingToResume(_) => Self::Input(error.to_string()),
+            OutputError::Foreign { .. } | OutputError::InUse(_) | OutputError::NothingToResume(_) => {
+                Self::Input(error.to_string())
+            }
             OutputError::File { .. } | OutputError::Content { .. } => Self::Run(error.to_string()),
         }
     }

@@ -25,7 +25,7 @@ mod table;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use protocol::output::{OutputError, RunOptions, atomic_write};
+use protocol::output::{Claim, OutputError, RunOptions, atomic_write};
 use protocol::scene::{Metric, SceneError, SceneSource};
 use serde::Deserialize;
 
@@ -106,8 +106,8 @@ pub fn chart(options: &Options) -> Result<(), ChartError> {
         let what = "is the output folder of a run; name another with --out".to_owned();
         return Err(ChartError::Folder { path: out, what });
     }
-    let runs = out.join("runs");
-    std::fs::create_dir_all(&runs).map_err(SweepError::file("make", &runs))?;
+    std::fs::create_dir_all(&out).map_err(SweepError::file("make", &out))?;
+    let _claim = Claim::of(&out)?;
     atomic_write(&out.join(SCENE), scene.source.text.as_bytes())?;
     let jobs = options.jobs.map_or(1, NonZeroUsize::get);
     let mut table = ladder::make(&ladder, &chart, &options.scene, &out, jobs)?;

@@ -24,7 +24,7 @@ pub mod verdict;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use protocol::output::{OutputError, atomic_write};
+use protocol::output::{Claim, OutputError, atomic_write};
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
 
 use crate::failure::Failure;
@@ -122,6 +122,7 @@ pub fn stability(options: &Options) -> Result<(), StabilityError> {
         Path::new("out").join(format!("{name}-stability"))
     });
     std::fs::create_dir_all(&out).map_err(SweepError::file("make", &out))?;
+    let _claim = Claim::of(&out)?;
     atomic_write(&out.join(SCENE), scene.source.text.as_bytes())?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = options.jobs.map_or(cores, usize::from);

@@ -27,7 +27,7 @@ mod verdict;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use protocol::output::{OutputError, atomic_write};
+use protocol::output::{Claim, OutputError, atomic_write};
 
 use crate::failure::Failure;
 use crate::sweep::SweepError;
@@ -115,9 +115,11 @@ impl From<ValidateError> for Failure {
 /// [`ValidateError`] if a case is wrong, a file cannot be written or a check failed.
 pub fn validate(options: &Validate) -> Result<(), ValidateError> {
     let cases = chosen(options)?;
-    let results = runs::run_all(&cases, options)?;
+    std::fs::create_dir_all(&options.out).map_err(ValidateError::file("make", &options.out))?;
+    let _claim = Claim::of(&options.out)?;
     let figures = options.out.join("figures");
     std::fs::create_dir_all(&figures).map_err(ValidateError::file("make", &figures))?;
+    let results = runs::run_all(&cases, options)?;
     let mut page = table::heading(options.quick);
     let (mut failed, mut judged) = (0, 0);
     for (case, results) in cases.iter().zip(&results) {

@@ -3,8 +3,9 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use super::OutputError;
+use super::{Claim, OutputError};
 use crate::facts::{DemFacts, FluidFacts};
 use crate::scene::CheckedScene;
 
@@ -31,9 +32,11 @@ const FIELD_EXTENSIONS: [&str; 7] = ["vtr", "vtu", "vtp", "vti", "pvd", "csv", "
 const CHECKPOINT_NAMES: [&str; 4] = ["fluid", "dem", "coupler", "loop"];
 
 /// The folder of one run.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct OutputFolder {
     root: PathBuf,
+    /// Held as long as a run writes there.
+    _claim: Option<Arc<Claim>>,
 }
 
 impl OutputFolder {
@@ -43,10 +46,10 @@ impl OutputFolder {
     /// whatever else lies there stays.
     ///
     /// # Errors
-    /// [`OutputError::Foreign`] if the folder holds other things; [`OutputError::File`].
+    /// [`OutputError::InUse`], [`OutputError::Foreign`] if the folder holds other things, [`OutputError::File`].
     pub fn create(root: &Path, scene: &CheckedScene) -> Result<Self, OutputError> {
         fs::create_dir_all(root).map_err(OutputError::file("make the output folder", root))?;
-        let folder = Self { root: root.to_owned() };
+        let folder = Self::claimed(root)?;
         if !folder.is_empty()? {
             folder.require_marker()?;
             folder.remove_run()?;
@@ -58,17 +61,30 @@ impl OutputFolder {
         Ok(folder)
     }
 
-    /// Opens the folder of an earlier run, to resume or to read it.
+    /// Opens the folder of an earlier run, to read it or to add to it.
     ///
     /// # Errors
     /// [`OutputError::NothingToResume`] if there is none.
     pub fn open(root: &Path) -> Result<Self, OutputError> {
-        let folder = Self { root: root.to_owned() };
+        let folder = Self { root: root.to_owned(), _claim: None };
         folder.require_marker().map_err(|_| OutputError::NothingToResume(root.to_owned()))?;
         for path in [folder.fields(), folder.checkpoint()] {
             fs::create_dir_all(&path).map_err(OutputError::file("make the folder", &path))?;
         }
         Ok(folder)
+    }
+
+    /// Opens the folder of an earlier run, to go on with it.
+    ///
+    /// # Errors
+    /// [`OutputError::NothingToResume`], [`OutputError::InUse`].
+    pub fn resume(root: &Path) -> Result<Self, OutputError> {
+        Self::open(root)?;
+        Self::claimed(root)
+    }
+
+    fn claimed(root: &Path) -> Result<Self, OutputError> {
+        Ok(Self { root: root.to_owned(), _claim: Some(Arc::new(Claim::of(root)?)) })
     }
 
     /// Writes `scene.toml` with every default written out; sections that are not given stay as

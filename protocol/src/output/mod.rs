@@ -6,6 +6,7 @@
 //! [`Tally`] counts.
 
 mod accumulator;
+mod claim;
 mod columns;
 mod deposit;
 mod folder;
@@ -25,6 +26,7 @@ mod touching;
 mod trajectory;
 
 pub use accumulator::{Accumulator, Passages};
+pub use claim::Claim;
 pub use columns::{Columns, Extra, Sample, Sides, energy_columns};
 pub use folder::{OutputFolder, atomic_write, resolved_scene};
 pub use line::Line;
@@ -66,6 +68,10 @@ pub enum OutputError {
         /// First words of a `scene.toml` that Bedload wrote.
         marker: &'static str,
     },
+    /// Another process writes there.
+    #[error("{} is in use by another process of Bedload: nothing was changed; wait until it ends, or name another \
+             folder with --out", .0.display())]
+    InUse(PathBuf),
     /// There is nothing to resume.
     #[error("{} holds no run to resume: leave out --resume, or name the folder of the run with --out", .0.display())]
     NothingToResume(PathBuf),

@@ -74,10 +74,10 @@ impl RunOptions {
     /// The output folder: opened with `--resume`, else new or emptied of the last run.
     ///
     /// # Errors
-    /// [`OutputError`] if it cannot be made, holds foreign files, or nothing to resume.
+    /// [`OutputError`] if it cannot be made, is in use, holds foreign files, or nothing to resume.
     pub fn folder(&self, scene: &CheckedScene) -> Result<OutputFolder, OutputError> {
         if self.resume {
-            return OutputFolder::open(&self.out_path());
+            return OutputFolder::resume(&self.out_path());
         }
         OutputFolder::create(&self.out_path(), scene)
     }

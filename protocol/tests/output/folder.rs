@@ -47,7 +47,12 @@ fn a_run_is_replaced_and_foreign_files_stay() {
     for path in ours.iter().chain(&foreign) {
         fs::write(path, "x").expect("writes");
     }
-    OutputFolder::create(&root, &sphere("")).expect("replaces");
+    let error = OutputFolder::create(&root, &sphere("")).expect_err("in use");
+    assert!(matches!(error, OutputError::InUse(_)), "{error}");
+    assert!(matches!(OutputFolder::resume(&root), Err(OutputError::InUse(_))));
+    assert!(ours.iter().all(|path| path.exists()), "who may not write removes nothing");
+    drop(folder);
+    let folder = OutputFolder::create(&root, &sphere("")).expect("replaces");
     assert!(ours.iter().all(|path| !path.exists()));
     assert!(foreign.iter().all(|path| path.exists()));
     assert!(folder.scene().exists());
@@ -89,15 +94,15 @@ fn watch(observer: &mut Observer, steps: std::ops::Range<u64>) {
 }
 
 fn run(root: &std::path::Path, scene: &CheckedScene, cut: Option<u64>) -> (Vec<u8>, Summary) {
-    let folder = OutputFolder::create(root, scene).expect("creates");
+    let mut folder = OutputFolder::create(root, scene).expect("creates");
     let mut observer = Observer::create(&folder, scene, Sides::coupled(), &[]).expect("observes");
     if let Some(cut) = cut {
         watch(&mut observer, 0..cut);
         let state = observer.state().expect("state");
         // Windows after the checkpoint, lost with the process.
         watch(&mut observer, cut..cut + 3);
-        drop(observer);
-        let folder = OutputFolder::open(root).expect("opens");
+        drop((observer, folder));
+        folder = OutputFolder::resume(root).expect("opens");
         observer = Observer::resume(&folder, scene, Sides::coupled(), &[], state).expect("resumes");
         watch(&mut observer, cut..20);
     } else {
