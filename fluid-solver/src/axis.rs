@@ -103,6 +103,8 @@ pub struct Axis {
     pub centres: Vec<f64>,
     /// Cell widths, m, `n`.
     pub widths: Vec<f64>,
+    /// 1 / widths, 1/m, `n`.
+    pub inverse_widths: Vec<f64>,
     /// Distance between the centres on the two sides of a face, m, `n + 1`. At a wall the outer
     /// centre is the mirror image of the first one.
     pub distances: Vec<f64>,
@@ -112,6 +114,8 @@ pub struct Axis {
     pub centre_area: Vec<f64>,
     /// Metric volume of the cells, ∫ dx or ∫ r dr, `n`.
     pub cell_volume: Vec<f64>,
+    /// 1 / `cell_volume`, `n`.
+    pub inverse_cell_volume: Vec<f64>,
     /// Metric volume of a face's control volume, half of each neighbour cell, `n + 1`. At a wall it
     /// is the inner half only; on a periodic axis both halves.
     pub face_volume: Vec<f64>,
@@ -165,10 +169,12 @@ impl Axis {
         Self {
             faces,
             centres,
+            inverse_widths: widths.iter().map(|width| 1.0 / width).collect(),
             widths,
             distances,
             face_area,
             centre_area,
+            inverse_cell_volume: cell_volume.iter().map(|volume| 1.0 / volume).collect(),
             cell_volume,
             face_volume,
             uniform_width: uniform,

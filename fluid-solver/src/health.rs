@@ -1,9 +1,10 @@
 //! One sweep over the velocity: is it finite, how fast, how well is continuity met?
 
 use crate::grid::Grid;
-use crate::lanes::{Kernel, dispatch};
+use crate::lanes::{Kernel, Lanes, ZERO, dispatch};
 use pulp::Simd;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// What the sweep found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,79 +31,107 @@ impl Health {
 
     /// Looks at every cell. Halos and wall faces must be up to date.
     pub fn of<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> Self {
-        let rows = 0..grid.rows();
-        let row = |row| Self::of_row(grid, velocity, row);
+        let rows = grid.rows();
+        let slab = |first: usize| {
+            let mut found = Self::GOOD;
+            dispatch(Slab { grid, velocity, rows: first..rows.min(first + SLAB), found: &mut found });
+            found
+        };
         if rayon::current_num_threads() > 1 && grid.cell_count() > 16_384 {
-            rows.into_par_iter().with_min_len(16).map(row).reduce(|| Self::GOOD, Self::worse)
+            (0..rows).into_par_iter().step_by(SLAB).map(slab).reduce(|| Self::GOOD, Self::worse)
         } else {
-            rows.map(row).fold(Self::GOOD, Self::worse)
-        }
-    }
-
-    fn of_row<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D], row: usize) -> Self {
-        let mut worst = Worst { rate: [0.0; BLOCK], divergence: [0.0; BLOCK], sum: [0.0; BLOCK] };
-        for from in (0..grid.cells[0]).step_by(BLOCK) {
-            dispatch(Block { grid, velocity, row, from, worst: &mut worst });
-        }
-        Self {
-            rate: worst.rate.into_iter().fold(0.0, f64::max),
-            divergence: worst.divergence.into_iter().fold(0.0, f64::max),
-            finite: worst.sum.iter().all(|x| x.is_finite()),
+            (0..rows).step_by(SLAB).map(slab).fold(Self::GOOD, Self::worse)
         }
     }
 }
 
-/// Cells looked at together.
-const BLOCK: usize = 64;
+/// Rows that one thread looks at in one go.
+const SLAB: usize = 64;
 
-/// The worst of a row so far, place by place within a block; `sum` is finite if everything is.
-struct Worst {
-    rate: [f64; BLOCK],
-    divergence: [f64; BLOCK],
-    sum: [f64; BLOCK],
-}
-
-/// The cells from `from` on of one row.
-struct Block<'a, const D: usize> {
+/// Some rows.
+struct Slab<'a, const D: usize> {
     grid: &'a Grid<D>,
     velocity: &'a [Vec<f64>; D],
-    row: usize,
-    from: usize,
-    worst: &'a mut Worst,
+    rows: Range<usize>,
+    found: &'a mut Health,
 }
 
-impl<const D: usize> Kernel for Block<'_, D> {
+/// The worst of eight places side by side; `broken` is finite if everything is.
+struct Worst {
+    rate: Lanes,
+    divergence: Lanes,
+    broken: Lanes,
+}
+
+impl<const D: usize> Kernel for Slab<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let Self { grid, velocity, row, from, worst } = self;
-        let len = BLOCK.min(grid.cells[0] - from);
-        let start = grid.row(row) + from;
-        let at = [0, row % grid.cells[1], row / grid.cells[1]];
-        let (mut rate, mut divergence) = ([0.0; BLOCK], [0.0; BLOCK]);
-        for (a, u) in velocity.iter().enumerate() {
-            let (axis, k) = (&grid.axes[a], at[a]);
-            let (low, high) = (&u[start..][..len], &u[start + grid.stride(a)..][..len]);
-            if a == 0 {
-                let (area, next) = (&axis.face_area[from..][..len], &axis.face_area[from + 1..][..len]);
-                let (width, volume) = (&axis.widths[from..][..len], &axis.cell_volume[from..][..len]);
-                for i in 0..len {
-                    rate[i] += low[i].abs().max(high[i].abs()) / width[i];
-                    divergence[i] += (next[i] * high[i] - area[i] * low[i]) / volume[i];
-                    worst.sum[i] += 0.0 * (low[i] + high[i]);
+        let mut worst = Worst { rate: ZERO, divergence: ZERO, broken: ZERO };
+        let n = self.grid.cells[0];
+        for row in self.rows.clone() {
+            if let Some(last) = n.checked_sub(8) {
+                // The last eight cells overlap those before: the worst of both is the same.
+                for at in (0..last).step_by(8).chain([last]) {
+                    self.look::<8>(row, at, &mut worst);
                 }
             } else {
-                let (area, next) = (axis.face_area[k], axis.face_area[k + 1]);
-                let (width, volume) = (axis.widths[k], axis.cell_volume[k]);
-                for i in 0..len {
-                    rate[i] += low[i].abs().max(high[i].abs()) / width;
-                    divergence[i] += (next * high[i] - area * low[i]) / volume;
-                    worst.sum[i] += 0.0 * (low[i] + high[i]);
+                for at in 0..n {
+                    self.look::<1>(row, at, &mut worst);
                 }
             }
         }
-        for i in 0..len {
-            worst.rate[i] = worst.rate[i].max(rate[i]);
-            worst.divergence[i] = worst.divergence[i].max(divergence[i].abs());
+        *self.found = Health {
+            rate: worst.rate.into_iter().fold(0.0, larger),
+            divergence: worst.divergence.into_iter().fold(0.0, larger),
+            finite: worst.broken.iter().all(|x| x.is_finite()),
+        };
+    }
+}
+
+impl<const D: usize> Slab<'_, D> {
+    /// Looks at `W` cells of a row from cell `at` on.
+    #[inline(always)]
+    fn look<const W: usize>(&self, row: usize, at: usize, worst: &mut Worst) {
+        let Self { grid, velocity, .. } = self;
+        let (start, across) = (grid.row(row) + at, [row % grid.cells[1], row / grid.cells[1]]);
+        let along = &grid.axes[0];
+        let [per_width, per_volume] =
+            [&along.inverse_widths, &along.inverse_cell_volume].map(|v| take::<W>(v, at));
+        let (area, next) = (take::<W>(&along.face_area, at), take::<W>(&along.face_area, at + 1));
+        let (low, high) = (take::<W>(&velocity[0], start), take::<W>(&velocity[0], start + 1));
+        let (mut rate, mut divergence) = ([0.0; W], [0.0; W]);
+        for l in 0..W {
+            rate[l] = larger(low[l].abs(), high[l].abs()) * per_width[l];
+            divergence[l] = (next[l] * high[l] - area[l] * low[l]) * per_volume[l];
+        }
+        for a in 1..D {
+            let (axis, k) = (&grid.axes[a], across[a - 1]);
+            let (per_width, per_volume) = (axis.inverse_widths[k], axis.inverse_cell_volume[k]);
+            let (area, next) = (axis.face_area[k] * per_volume, axis.face_area[k + 1] * per_volume);
+            let u = &velocity[a];
+            let (low, high) = (take::<W>(u, start), take::<W>(u, start + grid.stride(a)));
+            for l in 0..W {
+                rate[l] += larger(low[l].abs(), high[l].abs()) * per_width;
+                divergence[l] += next * high[l] - area * low[l];
+            }
+        }
+        for l in 0..W {
+            worst.rate[l] = larger(rate[l], worst.rate[l]);
+            worst.divergence[l] = larger(divergence[l].abs(), worst.divergence[l]);
+            // The divergence takes every value in.
+            worst.broken[l] += 0.0 * divergence[l];
         }
     }
+}
+
+/// `W` values from place `at` on.
+#[inline(always)]
+fn take<const W: usize>(values: &[f64], at: usize) -> &[f64; W] {
+    values[at..].first_chunk().expect("inside the field")
+}
+
+/// The larger one; of a value that is none, the other. One operation, where [`f64::max`] takes three.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }

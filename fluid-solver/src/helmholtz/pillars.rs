@@ -108,22 +108,27 @@ impl Pillars {
         match &self.across {
             Across::Sweep(sweep) => {
                 let groups = columns.as_chunks_mut::<SIDE>().0;
-                for (group, plane) in groups.iter_mut().zip(&*planes) {
-                    fetch(&plane[at.clone()], group.as_flattened_mut());
-                }
                 let pivots = aligned(&mut memory.pivots)[..SIDE * n].as_chunks_mut::<SIDE>().0;
                 let scale = self.scale;
-                dispatch(Eliminate { sweep, operator, scale, lambda: &lambda, pivots, columns: groups });
+                let (lambda, at, source) = (&lambda, at.clone(), &*planes);
+                dispatch(Eliminate {
+                    sweep,
+                    operator,
+                    scale,
+                    lambda,
+                    at: at.clone(),
+                    source,
+                    pivots,
+                    columns: groups,
+                });
                 if singular {
                     groups[n - 1][0][0] = 0.0;
                     pivots[n - 1][0][0] = 0.0;
                 }
-                dispatch(Substitute { sweep, c: operator[1], pivots, columns: groups });
+                let first = at.start;
+                dispatch(Substitute { sweep, c: operator[1], pivots, columns: groups, at, target: planes });
                 if singular {
-                    remove_mean(sweep, groups);
-                }
-                for (group, plane) in groups.iter().zip(planes) {
-                    plane[at.clone()].copy_from_slice(&group.as_flattened()[..width]);
+                    remove_mean(sweep, planes, first);
                 }
             }
             Across::Transform(transform, _) => {
@@ -160,40 +165,33 @@ impl Pillars {
     }
 }
 
-/// Copies values into whole lanes.
-fn fetch(from: &[f64], to: &mut [f64]) {
-    // A length known beforehand spares a call of memcpy per plane.
-    if let (Some(from), Some(to)) = (from.first_chunk::<{ 8 * SIDE }>(), to.first_chunk_mut()) {
-        *to = *from;
-    } else {
-        to[..from.len()].copy_from_slice(from);
-    }
-}
-
-/// Removes the mean of the first mode.
-fn remove_mean(sweep: &Sweep, columns: &mut [[Lanes; SIDE]]) {
+/// Removes the mean of the first mode, which stands at `at`.
+fn remove_mean(sweep: &Sweep, planes: &mut [&mut [f64]], at: usize) {
     let total: f64 = sweep.volume.iter().sum();
-    let sum: f64 = columns.iter().zip(&sweep.volume).map(|(x, v)| x[0][0] * v).sum();
-    for x in columns {
-        x[0][0] -= sum / total;
+    let sum: f64 = planes.iter().zip(&sweep.volume).map(|(x, v)| x[at] * v).sum();
+    for x in planes {
+        x[at] -= sum / total;
     }
 }
 
-/// Pivots and elimination.
-struct Eliminate<'a> {
+/// Pivots and elimination, straight from the planes: the next ones arrive while this one is divided.
+struct Eliminate<'a, 'b> {
     sweep: &'a Sweep,
     operator: [f64; 2],
     scale: f64,
     lambda: &'a [f64; 8 * SIDE],
+    /// Where the group stands in each plane.
+    at: Range<usize>,
+    source: &'a [&'b mut [f64]],
     pivots: &'a mut [[Lanes; SIDE]],
     columns: &'a mut [[Lanes; SIDE]],
 }
 
-impl Kernel for Eliminate<'_> {
+impl Kernel for Eliminate<'_, '_> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
     fn run<S: Simd>(self, simd: S) {
-        let Self { sweep, operator: [sigma, c], scale, lambda, pivots, columns } = self;
+        let Self { sweep, operator: [sigma, c], scale, lambda, at, source, pivots, columns } = self;
         let per = 8 * SIDE / S::F64_LANES;
         let n = columns.len();
         let (lower, upper, diagonal) = (&sweep.lower[..n], &sweep.upper[..n], &sweep.diagonal[..n]);
@@ -205,7 +203,14 @@ impl Kernel for Eliminate<'_> {
             *to = simd.mul_f64s(weight, *lambda);
         }
         let (mut pivot, mut carried) = ([zero; 8 * SIDE], [zero; 8 * SIDE]);
+        let mut short = [0.0; 8 * SIDE];
         for i in 0..n {
+            let mut right = &source[i][at.clone()];
+            if right.len() < 8 * SIDE {
+                short[..right.len()].copy_from_slice(right);
+                right = &short;
+            }
+            let right = &S::as_simd_f64s(right).0[..per];
             // Eliminated product of the off-diagonals, (−c l_i)(−c u_{i−1}).
             let off = if i == 0 { 0.0 } else { c * c * lower[i] * upper[i - 1] };
             let off = simd.splat_f64s(off);
@@ -218,7 +223,7 @@ impl Kernel for Eliminate<'_> {
                 let d = simd.sub_f64s(d, simd.mul_f64s(off, pivot[t]));
                 pivot[t] = simd.div_f64s(one, d);
                 kept[t] = pivot[t];
-                let sum = simd.add_f64s(simd.mul_f64s(scale, x[t]), simd.mul_f64s(lower, carried[t]));
+                let sum = simd.add_f64s(simd.mul_f64s(scale, right[t]), simd.mul_f64s(lower, carried[t]));
                 carried[t] = simd.mul_f64s(pivot[t], sum);
                 x[t] = carried[t];
             }
@@ -226,30 +231,40 @@ impl Kernel for Eliminate<'_> {
     }
 }
 
-/// Substitution.
-struct Substitute<'a> {
+/// Substitution, straight into the planes.
+struct Substitute<'a, 'b> {
     sweep: &'a Sweep,
     c: f64,
     pivots: &'a [[Lanes; SIDE]],
-    columns: &'a mut [[Lanes; SIDE]],
+    columns: &'a [[Lanes; SIDE]],
+    /// Where the group stands in each plane.
+    at: Range<usize>,
+    target: &'a mut [&'b mut [f64]],
 }
 
-impl Kernel for Substitute<'_> {
+impl Kernel for Substitute<'_, '_> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
     fn run<S: Simd>(self, simd: S) {
-        let Self { sweep, c, pivots, columns } = self;
+        let Self { sweep, c, pivots, columns, at, target } = self;
         let per = 8 * SIDE / S::F64_LANES;
         let n = columns.len();
         let mut carried = [simd.splat_f64s(0.0); 8 * SIDE];
         for i in (0..n).rev() {
             let upper = simd.splat_f64s(c * sweep.upper[i]);
-            let x = &mut S::as_mut_simd_f64s(columns[i].as_flattened_mut()).0[..per];
+            let x = &S::as_simd_f64s(columns[i].as_flattened()).0[..per];
             let pivot = &S::as_simd_f64s(pivots[i].as_flattened()).0[..per];
             for t in 0..per {
                 let share = simd.mul_f64s(upper, pivot[t]);
                 carried[t] = simd.add_f64s(x[t], simd.mul_f64s(share, carried[t]));
-                x[t] = carried[t];
+            }
+            let out = &mut target[i][at.clone()];
+            if let Some(whole) = out.first_chunk_mut::<{ 8 * SIDE }>() {
+                S::as_mut_simd_f64s(whole).0[..per].copy_from_slice(&carried[..per]);
+            } else {
+                let mut whole = [0.0; 8 * SIDE];
+                S::as_mut_simd_f64s(&mut whole).0[..per].copy_from_slice(&carried[..per]);
+                out.copy_from_slice(&whole[..out.len()]);
             }
         }
     }
