@@ -48,6 +48,12 @@ impl Method {
         };
         table.iter().find(is_ours).map(|row| row.4)
     }
+
+    /// Limits at the columns for grains that touch each other, if it was mapped for them.
+    fn row_of_bed(&self) -> Option<[f64; 5]> {
+        let mapped = self.loads == LoadsForm::F5b && self.half;
+        mapped.then_some(if self.displaced { light::BED_DISPLACED } else { light::BED })
+    }
 }
 
 /// What a grain is and may do, as far as the maps tell it apart.
@@ -115,16 +121,31 @@ fn lowest_in(row: [f64; 5], nu_dt_over_d2: f64) -> f64 {
     }
 }
 
-/// The same for the scheme: a form of the loads fails earlier where the force is a window late, later
-/// where windows are repeated.
-fn limit_of(motion: Motion, facts: &Facts<'_>, fluid: &FluidFacts, nu_dt_over_d2: f64) -> f64 {
-    let table = match facts.scheme {
-        Some(Scheme::Iterated) => light::ITERATED,
-        Some(Scheme::Overlapped) if fluid.virtual_mass >= 2.0 => light::OVERLAPPED_HEAVY,
-        Some(Scheme::Overlapped) => light::OVERLAPPED,
-        _ => return lowest_density_ratio(Method::of(fluid), motion, nu_dt_over_d2),
+/// Limit of a grain under the plan's scheme, and where it was found: a form of the loads fails earlier where the force is a window
+/// late or where grains touch each other, later where windows are repeated.
+fn limit_of(
+    motion: Motion,
+    in_company: bool,
+    facts: &Facts<'_>,
+    fluid: &FluidFacts,
+    nu_dt_over_d2: f64,
+) -> (f64, &'static str) {
+    let of = |table: light::ByMotion| {
+        (lowest_in(table[motion as usize], nu_dt_over_d2), "docs/stability.md, Schemes")
     };
-    lowest_in(table[motion as usize], nu_dt_over_d2)
+    match facts.scheme {
+        Some(Scheme::Iterated) => return of(light::ITERATED),
+        Some(Scheme::Overlapped) if fluid.virtual_mass >= 2.0 => return of(light::OVERLAPPED_HEAVY),
+        Some(Scheme::Overlapped) => return of(light::OVERLAPPED),
+        _ => {}
+    }
+    let method = Method::of(fluid);
+    let alone = lowest_density_ratio(method, motion, nu_dt_over_d2);
+    let together = method.row_of_bed().map(|row| lowest_in(row, nu_dt_over_d2));
+    match together {
+        Some(limit) if in_company && limit > alone => (limit, "docs/maps/light-bed.csv"),
+        _ => (alone, motion.source()),
+    }
 }
 
 /// Every grain that can move, with its ratio and limit.
@@ -134,11 +155,13 @@ fn judge(facts: &Facts<'_>) -> Vec<Judged> {
         return Vec::new();
     };
     let geometry = facts.scene.scene.domain.geometry;
-    let judged = facts.scene.grains.iter().filter(|grain| can_move(grain, geometry)).map(|grain| {
+    let free = || facts.scene.grains.iter().filter(|grain| can_move(grain, geometry));
+    let in_company = free().nth(1).is_some();
+    let judged = free().map(|grain| {
         let nu_dt_over_d2 = nu * facts.ladder.dt_fluid / (2.0 * grain.radius).powi(2);
         let motion = Motion::of(grain, geometry);
-        let limit = limit_of(motion, facts, fluid, nu_dt_over_d2);
-        Judged { ratio: grain.density / medium.density, limit, nu_dt_over_d2, motion }
+        let (limit, source) = limit_of(motion, in_company, facts, fluid, nu_dt_over_d2);
+        Judged { ratio: grain.density / medium.density, limit, nu_dt_over_d2, source }
     });
     judged.collect()
 }
@@ -172,7 +195,8 @@ struct Judged {
     ratio: f64,
     limit: f64,
     nu_dt_over_d2: f64,
-    motion: Motion,
+    /// Where the limit was found.
+    source: &'static str,
 }
 
 impl Judged {
@@ -192,7 +216,6 @@ fn is_any<const N: usize>(grain: &Grain, geometry: Geometry, freedoms: [Freedom;
 
 fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bound {
     let order = scheme.filter(|scheme| *scheme != Scheme::of(fluid.loads));
-    let source = if order.is_some() { "docs/stability.md, Schemes" } else { worst.motion.source() };
     let order = order.map_or(String::new(), |scheme| format!(", {scheme},"));
     let form = format!("{:?} with C_v = {}{order}", fluid.loads, fluid.virtual_mass);
     Bound::new(super::DENSITY_RATIO, "ρ_p/ρ", worst.ratio, Side::AtLeast, worst.limit).because(
@@ -200,7 +223,7 @@ fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bou
             "loads of form {form} were found unstable for lighter grains at ν dt/D² = {:.3}",
             super::Short(worst.nu_dt_over_d2)
         ),
-        source,
+        worst.source,
         "use the fluid's loads F5b with the virtual mass ½, a smaller dt, coupling.scheme = \"iterated\", \
          fluid.loads.displaced_mass = true, or heavier grains",
     )

@@ -55,8 +55,15 @@ pub(super) const PLANE: [Row; 8] = [
     (Carried, F5b, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
 ];
 
+/// Discs that touch in a bed, D/Δx = 9.5, at [`COLUMNS`], F5b with C_v = ½: docs/maps/light-bed.csv. What moves together drags
+/// more fluid along than C_v knows of.
+pub(super) const BED: [f64; 5] = [0.01, 0.1, 0.5, 0.5, 0.8];
+
+/// The same with the displaced mass.
+pub(super) const BED_DISPLACED: [f64; 5] = [0.2, 0.01, 0.01, 0.2, 0.5];
+
 /// One row for each of [`super::Motion`]: a sphere that does not turn, one that does, a disc.
-type ByMotion = [[f64; 5]; 3];
+pub(super) type ByMotion = [[f64; 5]; 3];
 
 /// At [`COLUMNS`] with windows repeated (F5b): docs/maps/schemes-axisymmetric.csv, -space.csv, -plane.csv.
 pub(super) const ITERATED: ByMotion =
