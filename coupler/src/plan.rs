@@ -99,7 +99,7 @@ const ATTEMPTS: f64 = 6.0;
 /// Iterates where nobody named a scheme and the lightest grain is too light for the semi-implicit one: the
 /// cost of repeated windows is paid only there. Says so. A bound that the scene forces asks for nothing.
 fn iterate_where_asked(facts: &mut Facts<'_>) -> Option<String> {
-    let possible = facts.fluid.is_some_and(|fluid| Scheme::Iterated.forms().contains(&fluid.loads));
+    let possible = facts.fluid.is_some_and(can_iterate);
     let free = facts.coupling.scheme == SchemeKey::Auto && facts.scheme == Some(Scheme::SemiImplicit);
     let forced = facts.coupling.force.iter().any(|name| name == bounds::DENSITY_RATIO);
     let (ratio, limit) = bounds::lightest(facts).filter(|(ratio, limit)| ratio < limit)?;
@@ -113,6 +113,13 @@ fn iterate_where_asked(facts: &mut Facts<'_>) -> Option<String> {
         Short(ratio),
         Short(limit)
     ))
+}
+
+/// Repeated windows want F5b, and a carried force that waits in its place.
+fn can_iterate(fluid: &FluidFacts) -> bool {
+    let carry = fluid.resolved.get("immersed").and_then(|immersed| immersed.get("carry"));
+    Scheme::Iterated.forms().contains(&fluid.loads)
+        && carry.and_then(toml::Value::as_str) != Some("with-grains")
 }
 
 /// ceil(dt/dt_dem), where a ratio that is whole up to rounding counts as whole.

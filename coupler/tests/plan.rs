@@ -170,6 +170,32 @@ fn the_displaced_mass_bears_lighter_grains() {
 }
 
 #[test]
+fn grains_that_may_touch_each_other_must_be_heavier() {
+    // ν dt/D² = 0.2, with the displaced mass: 0.01 for one alone, 0.2 in a bed.
+    let plan = |grains: &str, density: f64| {
+        let text = SCENE.replace("[[grains]]", &format!("{grains}[[grains]]"));
+        let source = SceneSource { file: "test.toml".into(), text };
+        let overrides =
+            [format!("grains[0].density={density}"), "until=100.0".to_owned(), SCHEMES[0].to_owned()];
+        let scene = CheckedScene::new(source.with_overrides(&overrides).unwrap()).unwrap();
+        let resolved = "[loads]\ndisplaced_mass = true".parse().unwrap();
+        let facts = FluidFacts { dt: 20.0, resolved, ..fluid() };
+        Plan::new(&scene, &Coupling::read(&scene).unwrap(), Some(&facts), Some(&dem()), None).unwrap()
+    };
+    let broken = |grains: &str, density: f64| {
+        let bounds = plan(grains, density).bounds;
+        bounds
+            .into_iter()
+            .find(|bound| bound.name == "density-ratio" && !bound.holds)
+            .map(|bound| bound.source)
+    };
+    let another = "[[grains]]\nposition = [0.0, 0.0, 2.0]\nradius = 0.5\ndensity = 2.0\n";
+    assert_eq!(broken("", 0.19), None);
+    assert!(broken(another, 0.19).is_some_and(|source| source.contains("light-bed")));
+    assert_eq!(broken(another, 0.21), None);
+}
+
+#[test]
 fn a_grain_that_cannot_rotate_may_be_lighter_with_the_seeds_form() {
     // ν dt/D² = 0.8.
     below_and_above(
@@ -436,6 +462,13 @@ fn windows_are_repeated_where_the_density_ratio_asks_for_it_and_nowhere_else() {
     assert_eq!(scheme(&[until, light, "coupling.force=[\"density-ratio\"]"]), Scheme::SemiImplicit);
     let costs = [plan(&[until, "grains[0].density=0.81"]).cost, plan(&[until, light]).cost];
     assert!(costs[1] > 3.0 * costs[0], "{costs:?}");
+    // A force that goes with the grains knows no repeated windows: the bound stands.
+    let along: toml::Table = "immersed.carry = \"with-grains\"".parse().unwrap();
+    let facts = FluidFacts { dt: 8.0, resolved: along, ..fluid() };
+    let light = scene(&[until, light]);
+    let plan = Plan::new(&light, &Coupling::read(&light).unwrap(), Some(&facts), Some(&dem()), None).unwrap();
+    assert_eq!(plan.scheme, Some(Scheme::SemiImplicit));
+    assert!(plan.bounds.iter().any(|bound| bound.name == "density-ratio" && !bound.holds));
 }
 
 #[test]

@@ -67,6 +67,28 @@ fn is_thin(point: &Point) -> bool {
     point.set.iter().filter_map(width).any(|width| width < 0.5)
 }
 
+/// Density ratio below which `auto` may choose repeated windows, at some ν dt/D² (docs/stability.md).
+const MAY_REPEAT: f64 = 2.0;
+
+/// May the carried force go with the grains? It asks for F5b, and that no window is repeated.
+fn may_go_along(scene: &CheckedScene) -> bool {
+    let (fluid, coupling) = (&scene.scene.fluid, &scene.scene.coupling);
+    let says = |section: &str, key: &str| fluid.get(section)?.get(key)?.as_str();
+    let heavy = scene.scene.medium.as_ref().is_some_and(|medium| {
+        let mut free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
+        free.all(|grain| grain.density >= MAY_REPEAT * medium.density)
+    });
+    heavy
+        && says("immersed", "method") != Some("direct")
+        && says("loads", "form").is_none_or(|form| form == "F5b")
+        && coupling.get("scheme").and_then(toml::Value::as_str) != Some("iterated")
+}
+
+/// Does its carried force go with the grains?
+fn goes_along(point: &Point) -> bool {
+    point.set.iter().any(|text| text.starts_with("fluid.immersed.carry=") && text.contains("with-grains"))
+}
+
 /// Least Ar of the free grains; infinite without gravity.
 fn archimedes(scene: &CheckedScene) -> f64 {
     let Some(medium) = &scene.scene.medium else { return f64::INFINITY };
@@ -165,8 +187,8 @@ impl Class {
         scene.grains.iter().map(of).reduce(f64::min).filter(|time| *time > 0.0 && time.is_finite())
     }
 
-    /// Its chart.
-    pub(super) fn ladder(self) -> Result<Charted, String> {
+    /// Its chart, without the runs whose method is not for `asking`.
+    pub(super) fn ladder(self, asking: &CheckedScene) -> Result<Charted, String> {
         let (scene, table) = self.texts();
         let at =
             |error: &dyn std::fmt::Display| format!("has an unusable chart, {}: {error}", self.chart_file());
@@ -178,10 +200,13 @@ impl Class {
         let (header, rows) = parse_csv(table).map_err(|error| at(&error))?;
         let mut rows = Row::all(&header, &rows).map_err(|error| at(&error))?;
         if !matches!(self, Self::HeldSpheres | Self::Dry) {
+            let along = may_go_along(asking);
             // A thinner mask is the most exact for a sphere that stands, but one that moves feels the grid with it.
-            let thin =
-                |row: &Row| ladder.points.iter().any(|point| point.label == row.label && is_thin(point));
-            rows.retain(|row| !thin(row));
+            let is_not_for_it = |point: &Point| is_thin(point) || (goes_along(point) && !along);
+            let left_out = |row: &Row| {
+                ladder.points.iter().any(|point| point.label == row.label && is_not_for_it(point))
+            };
+            rows.retain(|row| !left_out(row));
         }
         Ok(Charted { scene, points: ladder.points, rows })
     }

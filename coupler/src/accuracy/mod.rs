@@ -99,7 +99,7 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
             "leave accuracy out and set domain.cells, fluid.time and dem.steps_per_contact, or chart a scene of this kind (bedload chart)",
         )
     })?;
-    let chart = class.ladder().map_err(|what| refuse(what, "mend the chart"))?;
+    let chart = class.ladder(scene).map_err(|what| refuse(what, "mend the chart"))?;
     let row = pick::cheapest(&chart.rows, SHARE * target).map_err(|best| {
         refuse(
             format!(

@@ -14,18 +14,22 @@ const TOLERANCES: [f64; 3] = [0.05, 0.02, 0.01];
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Names {
     names: Vec<String>,
+    /// Is it varied? What only single runs change is told by their labels.
+    varied: Vec<bool>,
     /// Labels of the single runs: they are called by them.
     singles: Vec<String>,
 }
 
 impl Names {
     pub(super) fn new(chart: &Chart, table: &Table) -> Self {
-        let name = |key: &String| {
-            let vary = chart.vary.iter().find(|vary| vary.key.as_ref().or(vary.name.as_ref()) == Some(key));
-            vary.and_then(|vary| vary.name.clone()).unwrap_or_else(|| key.clone())
+        let varied = |key: &String| {
+            chart.vary.iter().find(|vary| vary.key.as_ref().or(vary.name.as_ref()) == Some(key))
         };
+        let name =
+            |key: &String| varied(key).and_then(|vary| vary.name.clone()).unwrap_or_else(|| key.clone());
         Self {
             names: table.keys.iter().map(name).collect(),
+            varied: table.keys.iter().map(|key| varied(key).is_some()).collect(),
             singles: chart.runs.iter().map(|run| run.label.clone()).collect(),
         }
     }
@@ -51,8 +55,13 @@ impl Names {
         if self.singles.contains(&row.label) {
             return row.label.clone();
         }
-        let parts = row.values.iter().enumerate().filter(|(_, value)| !value.is_empty());
-        parts.map(|(column, value)| self.value(column, value)).collect::<Vec<_>>().join(", ")
+        self.some(row.values.iter().enumerate())
+    }
+
+    /// Those of these columns and values that tell runs apart.
+    fn some<'a>(&self, values: impl Iterator<Item = (usize, &'a String)>) -> String {
+        let told = values.filter(|(column, value)| !value.is_empty() && self.varied[*column]);
+        told.map(|(column, value)| self.value(column, value)).collect::<Vec<_>>().join(", ")
     }
 
     /// A run, key by key.
@@ -131,9 +140,8 @@ fn column_of(chart: &Chart, names: &Names) -> Option<usize> {
 fn with(names: &Names, values: &[String], column: Option<usize>) -> String {
     let Some(column) = column else { return String::new() };
     let place = |number: usize| if number < column { number } else { number + 1 };
-    let parts = values.iter().enumerate().filter(|(_, value)| !value.is_empty());
-    let parts: Vec<String> = parts.map(|(number, value)| names.value(place(number), value)).collect();
-    if parts.is_empty() { String::new() } else { format!(" with {}", parts.join(", ")) }
+    let told = names.some(values.iter().enumerate().map(|(number, value)| (place(number), value)));
+    if told.is_empty() { told } else { format!(" with {told}") }
 }
 
 /// What one ladder shows of its order.
@@ -212,6 +220,8 @@ mod tests {
     use super::super::table::tests::table;
     use super::*;
 
+    const METHODS: &str = "[[vary]]\nname = \"method\"\nvalues = []\n";
+
     #[test]
     fn the_cheapest_is_told_over_the_papers_own_cost() {
         let table = table(&[(8.0, "a", 1.0, 0.04), (16.0, "a", 4.0, 0.015), (8.0, "seed", 8.0, 0.06)]);
@@ -223,10 +233,14 @@ mod tests {
     #[test]
     fn runs_are_named_by_their_keys() {
         let table = table(&[(8.0, "carried", 1.0, 0.04)]);
-        let chart: Chart =
-            toml::from_str("[[vary]]\nkey = \"resolution\"\nname = \"D/Δx\"\nvalues = [8]\n").unwrap();
+        let chart: Chart = toml::from_str(&format!(
+            "[[vary]]\nkey = \"resolution\"\nname = \"D/Δx\"\nvalues = [8]\n{METHODS}"
+        ))
+        .unwrap();
         let names = Names::new(&chart, &table);
         assert_eq!(names.of(&table.rows[0]), "D/Δx 8, carried");
+        let single: Chart = toml::from_str("[[vary]]\nkey = \"resolution\"\nvalues = [8]\n").unwrap();
+        assert_eq!(Names::new(&single, &table).of(&table.rows[0]), "resolution 8");
         assert_eq!(names.lines(&table.rows[0]), ["D/Δx = 8", "method = carried"]);
         assert_eq!(names.value(0, ""), "D/Δx by default");
         assert_eq!(
@@ -241,7 +255,8 @@ mod tests {
         let family = |name, p: f64| [8.0, 16.0, 32.0].map(|n: f64| (n, name, 1.0, n.powf(-p)));
         let points: Vec<_> = family("a", 1.0).into_iter().chain(family("b", 2.0)).collect();
         let table = table(&points);
-        let orders = orders(&Chart::default(), &table, &Names::new(&Chart::default(), &table));
+        let chart: Chart = toml::from_str(METHODS).unwrap();
+        let orders = orders(&chart, &table, &Names::new(&chart, &table));
         assert_eq!(orders.len(), 2);
         for (order, (with, p)) in orders.iter().zip([("a", 1.0), ("b", 2.0)]) {
             assert_eq!((order.with.as_str(), order.runs), (with, 3));
