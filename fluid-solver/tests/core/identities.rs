@@ -1,11 +1,12 @@
 //! Discrete identities of the operators, in plane, axisymmetric and space grids.
 
-use crate::common::{Random, plane_grids, space_grids};
+use crate::common::{Random, grid, plane_grids, space_grids, uniform};
 use fluid_solver::advect::Advection;
-use fluid_solver::boundary::fill_velocity;
+use fluid_solver::boundary::{Boundary, fill_velocity};
 use fluid_solver::diffuse::Diffusion;
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
+use fluid_solver::health::Health;
 use fluid_solver::scheme::{Scheme, Viscous};
 use fluid_solver::step::{Options, Stepper};
 
@@ -127,4 +128,55 @@ fn control_volumes_fill_the_domain() {
             assert!((sum / total - 1.0).abs() < 1e-13, "{:?} d={d}", grid.boundaries);
         }
     }
+}
+
+/// Courant rate and divergence of every cell, one by one.
+fn worst_of_cells<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> [f64; 2] {
+    let mut worst = [0.0f64; 2];
+    for row in 0..grid.rows() {
+        for i in 0..grid.cells[0] {
+            let at = [i, row % grid.cells[1], row / grid.cells[1]];
+            let (mut rate, mut divergence) = (0.0, 0.0);
+            for a in 0..D {
+                let (axis, k, index) = (&grid.axes[a], at[a], grid.row(row) + i);
+                let (low, high) = (velocity[a][index], velocity[a][index + grid.stride(a)]);
+                rate += low.abs().max(high.abs()) / axis.widths[k];
+                divergence += (axis.face_area[k + 1] * high - axis.face_area[k] * low) / axis.cell_volume[k];
+            }
+            worst = [worst[0].max(rate), worst[1].max(divergence.abs())];
+        }
+    }
+    worst
+}
+
+fn health_is_that_of_the_worst_cell<const D: usize>(grids: &[Grid<D>]) {
+    for grid in grids {
+        let mut velocity = grid.new_vector();
+        for (d, u) in velocity.iter_mut().enumerate() {
+            Random(5 + d as u64).fill(grid, d, u);
+            fill_velocity(grid, d, u);
+        }
+        let health = Health::of(grid, &velocity);
+        let [rate, divergence] = worst_of_cells(grid, &velocity);
+        assert!(health.finite && (health.rate / rate - 1.0).abs() < 1e-13, "{health:?} for {rate}");
+        assert!((health.divergence / divergence - 1.0).abs() < 1e-12, "{health:?} for {divergence}");
+        for d in 0..D {
+            let mut places = Vec::new();
+            for_each_unknown(grid, d, |_, index| places.push(index));
+            for (index, wrong) in places.into_iter().zip([f64::NAN, f64::INFINITY].into_iter().cycle()) {
+                let right = std::mem::replace(&mut velocity[d][index], wrong);
+                assert!(!Health::of(grid, &velocity).finite, "{wrong} at {index} of component {d} passed");
+                velocity[d][index] = right;
+            }
+        }
+    }
+}
+
+#[test]
+fn no_broken_value_passes_and_the_worst_cell_counts() {
+    let narrow =
+        |cells| grid([uniform(1.0, cells), uniform(1.2, 6)], [[Boundary::Periodic; 2], [Boundary::WALL; 2]]);
+    health_is_that_of_the_worst_cell(&[4, 7, 8, 17].map(narrow));
+    health_is_that_of_the_worst_cell(&plane_grids()[..12]);
+    health_is_that_of_the_worst_cell(&space_grids()[..4]);
 }
