@@ -117,7 +117,7 @@ fn iterate_where_asked(facts: &mut Facts<'_>) -> Option<String> {
 
 /// Repeated windows want F5b, and a carried force that waits in its place.
 fn can_iterate(fluid: &FluidFacts) -> bool {
-    let carry = fluid.resolved.get("immersed").and_then(|immersed| immersed.get("carry"));
+    let carry = bounds::choice(&fluid.resolved, "immersed", "carry");
     Scheme::Iterated.forms().contains(&fluid.loads)
         && carry.and_then(toml::Value::as_str) != Some("with-grains")
 }

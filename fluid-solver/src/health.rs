@@ -130,7 +130,7 @@ fn take<const W: usize>(values: &[f64], at: usize) -> &[f64; W] {
     values[at..].first_chunk().expect("inside the field")
 }
 
-/// The larger one; of a value that is none, the other. One operation, where [`f64::max`] takes three.
+/// The larger one; `b` where either is no number. One operation, where [`f64::max`] takes three.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }

@@ -222,7 +222,8 @@ fn a_folder_in_use_is_left_alone() {
         let output = bedload(&[name.as_ref(), what.as_os_str(), "--out".as_ref(), out.as_os_str()]);
         (output.status.code(), said(&output))
     };
-    for (name, what) in [("run", &scene), ("chart", &scene), ("validate", &case)] {
+    let sweep = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/stability/resting.toml");
+    for (name, what) in [("run", &scene), ("chart", &scene), ("validate", &case), ("stability", &sweep)] {
         let (code, said) = command(name, what);
         assert_eq!(code, Some(2), "{name}: {said}");
         assert!(said.contains("in use by another process"), "{name}: {said}");

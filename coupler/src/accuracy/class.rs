@@ -36,6 +36,13 @@ const SLOW: f64 = 200.0;
 /// class: what the chart of the inclined bed says of the fluid over a bed at rest does not hold for one that moves.
 const BED: (usize, f64) = (20, 0.2);
 
+/// Density ratio below which `auto` may choose repeated windows, at some ν dt/D² (docs/stability.md).
+const MAY_REPEAT: f64 = 2.0;
+
+/// Longest step taken from the chart of the falling sphere, in units of the class's own time. It charts the speed in the
+/// end: with longer steps the start from rest is 3 % off where that is 1 %.
+const LONGEST: f64 = 0.07;
+
 /// Is a rebound measured?
 fn bounces(scene: &CheckedScene) -> bool {
     scene.scene.metrics.iter().any(|metric| {
@@ -61,14 +68,15 @@ fn is_bed(scene: &CheckedScene) -> bool {
     free().count() >= BED.0 && free().map(Grain::volume).sum::<f64>() > BED.1 * extent
 }
 
-/// Is its mask thinner than the default?
-fn is_thin(point: &Point) -> bool {
-    let width = |text: &String| text.strip_prefix("fluid.immersed.width=")?.parse::<f64>().ok();
-    point.set.iter().filter_map(width).any(|width| width < 0.5)
+/// What a run of a chart sets `key` to.
+fn setting<'a>(point: &'a Point, key: &str) -> Option<&'a str> {
+    point.set.iter().find_map(|text| text.strip_prefix(key)?.strip_prefix('='))
 }
 
-/// Density ratio below which `auto` may choose repeated windows, at some ν dt/D² (docs/stability.md).
-const MAY_REPEAT: f64 = 2.0;
+/// Is its mask thinner than the default?
+fn is_thin(point: &Point) -> bool {
+    setting(point, "fluid.immersed.width").and_then(|text| text.parse().ok()).is_some_and(|width: f64| width < 0.5)
+}
 
 /// May the carried force go with the grains? It asks for F5b, and that no window is repeated.
 fn may_go_along(scene: &CheckedScene) -> bool {
@@ -86,16 +94,12 @@ fn may_go_along(scene: &CheckedScene) -> bool {
 
 /// Does its carried force go with the grains?
 fn goes_along(point: &Point) -> bool {
-    point.set.iter().any(|text| text.starts_with("fluid.immersed.carry=") && text.contains("with-grains"))
+    setting(point, "fluid.immersed.carry").is_some_and(|text| text.contains("with-grains"))
 }
-
-/// Longest step taken from the chart of the falling sphere, in units of the class's own time. It charts the speed in the
-/// end: with longer steps the start from rest is 3 % off where that is 1 %.
-const LONGEST: f64 = 0.07;
 
 /// Its time step, s.
 fn step(point: &Point) -> Option<f64> {
-    point.set.iter().find_map(|text| text.strip_prefix("fluid.time.dt=")?.parse().ok())
+    setting(point, "fluid.time.dt")?.parse().ok()
 }
 
 /// Least Ar of the free grains; infinite without gravity.

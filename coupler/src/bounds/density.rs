@@ -5,7 +5,7 @@ use protocol::scene::{Freedom, Geometry, Grain, Shape};
 use protocol::scheme::Scheme;
 
 use super::light::{self, COLUMNS, Row};
-use super::{Bound, Facts, SINGULAR, Side};
+use super::{Bound, Facts, SINGULAR, Side, choice};
 
 /// A value this near to a column, relative, is in it: ν dt/D² is a product of rounded numbers.
 const SAME: f64 = 1e-9;
@@ -28,7 +28,7 @@ impl Method {
     /// displaced mass without F5b and C_v = ½ as if it were not there.
     #[must_use]
     pub fn of(fluid: &FluidFacts) -> Self {
-        let displaced = fluid.resolved.get("loads").and_then(|loads| loads.get("displaced_mass"));
+        let displaced = choice(&fluid.resolved, "loads", "displaced_mass");
         let loads = fluid.loads;
         let half = fluid.virtual_mass >= 0.5 && loads != LoadsForm::F1;
         Self {

@@ -178,6 +178,11 @@ impl std::fmt::Display for Short {
     }
 }
 
+/// A choice that a solver resolved, as in `[section] key`; what a foreign solver does not tell is not known.
+pub(crate) fn choice<'a>(resolved: &'a toml::Table, section: &str, key: &str) -> Option<&'a toml::Value> {
+    resolved.get(section)?.get(key)
+}
+
 /// The time steps of a plan, without which no bound can be judged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ladder {

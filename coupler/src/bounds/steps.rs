@@ -3,7 +3,7 @@
 use protocol::facts::DemFacts;
 use protocol::scene::Motion;
 
-use super::{Bound, Facts, Ladder, Side};
+use super::{Bound, Facts, Ladder, Side, choice};
 
 /// Least ρ_p/ρ at which a bed of discs without a tangential dashpot stayed quiet: at 1.5 the forces on some grew by 6 % a
 /// window. docs/maps/bed.csv
@@ -80,7 +80,7 @@ fn add_window(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
 
 /// Springs without damping between grains that touch, fed by a force that stays the same for a window.
 fn add_dashpot(facts: &Facts<'_>, dem: &DemFacts, bounds: &mut Vec<Bound>) {
-    let contact = |key: &str| dem.resolved.get("contact")?.get(key)?.as_float();
+    let contact = |key: &str| choice(&dem.resolved, "contact", key)?.as_float();
     let (Some(dashpot), Some(friction)) = (contact("damping_ratio"), contact("friction")) else { return };
     let Some(medium) = &facts.scene.scene.medium else { return };
     let free = || facts.scene.grains.iter().filter(|grain| grain.motion == Motion::Free);

@@ -3,7 +3,7 @@
 use protocol::facts::{FluidFacts, Forcing};
 use protocol::scene::{CheckedScene, InitialVelocity};
 
-use super::{Bound, Facts, Side};
+use super::{Bound, Facts, Side, choice};
 use crate::scheme::norm;
 
 /// Solid fraction of the grains' bounding box from which a bed counts as dense.
@@ -42,8 +42,9 @@ fn add_cfl(facts: &Facts<'_>, fluid: &FluidFacts, bounds: &mut Vec<Bound>) {
     if fluid.cfl_limit <= 0.0 {
         return;
     }
-    let once = time_key(fluid, "projections") == Some("once");
-    let limit = match (fluid.adaptive, time_key(fluid, "scheme")) {
+    let time = |key| choice(&fluid.resolved, "time", key)?.as_str();
+    let once = time("projections") == Some("once");
+    let limit = match (fluid.adaptive, time("scheme")) {
         (true, _) if once => fluid.cfl_limit.min(ONCE),
         (false, Some("ab2")) => STREAM_AB2,
         (false, Some("rk3")) if once => STREAM_ONCE,
@@ -58,11 +59,6 @@ fn add_cfl(facts: &Facts<'_>, fluid: &FluidFacts, bounds: &mut Vec<Bound>) {
         "docs/maps/courant-plane.csv",
         "lower the fluid's cfl or dt, or let dt be adaptive",
     ));
-}
-
-/// A choice of `[fluid.time]`, as our solver resolves it.
-fn time_key<'a>(fluid: &'a FluidFacts, key: &str) -> Option<&'a str> {
-    fluid.resolved.get("time")?.get(key)?.as_str()
 }
 
 /// Largest speed that the scene itself names, m/s.
