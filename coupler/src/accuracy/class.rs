@@ -75,7 +75,9 @@ fn setting<'a>(point: &'a Point, key: &str) -> Option<&'a str> {
 
 /// Is its mask thinner than the default?
 fn is_thin(point: &Point) -> bool {
-    setting(point, "fluid.immersed.width").and_then(|text| text.parse().ok()).is_some_and(|width: f64| width < 0.5)
+    setting(point, "fluid.immersed.width")
+        .and_then(|text| text.parse().ok())
+        .is_some_and(|width: f64| width < 0.5)
 }
 
 /// May the carried force go with the grains? It asks for F5b, and that no window is repeated.
