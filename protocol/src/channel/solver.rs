@@ -227,13 +227,16 @@ impl<In: Wire, Out: Wire> Exchange<In, Out> for SharedMemory<In, Out> {
             &mut self.rhythm,
             &mut || incoming.receive().map_err(transport("cannot receive")),
             &mut || {
+                // A peer that has obeyed Stop is gone: the orders are read after the look at the peer, as what made it
+                // leave is among them by then.
+                let there = watch.check(&members, window.step);
                 while let Some(command) = take(commands)? {
                     if command.order == Order::Stop as u64 {
                         return Err(ExchangeError::Stopped);
                     }
                     backlog.push_back(command);
                 }
-                watch.check(&members, window.step)
+                there
             },
         )?;
         let start = Instant::now();
