@@ -196,11 +196,30 @@ fn take(commands: &Subscriber<ipc::Service, Command, ()>) -> Result<Option<Comma
     Ok(taken.map(|sample| *sample.payload()))
 }
 
+/// Keeps the commands that are there for later; fails with [`ExchangeError::Stopped`] at `Stop`.
+fn take_until_stop(
+    commands: &Subscriber<ipc::Service, Command, ()>,
+    backlog: &mut VecDeque<Command>,
+) -> Result<(), ExchangeError> {
+    while let Some(command) = take(commands)? {
+        if command.order == Order::Stop as u64 {
+            return Err(ExchangeError::Stopped);
+        }
+        backlog.push_back(command);
+    }
+    Ok(())
+}
+
 impl<In: Wire, Out: Wire> Exchange<In, Out> for SharedMemory<In, Out> {
     fn send(&mut self, header: Header, fill: &mut dyn FnMut(&mut [Out])) -> Result<(), ExchangeError> {
         let start = Instant::now();
         self.step = header.step;
-        let held_up = self.outgoing.send(header, self.rendezvous.grains, fill)?;
+        let sent = self.outgoing.send(header, self.rendezvous.grains, fill);
+        let held_up = sent.or_else(|error| {
+            // As in `receive`: a receiver that has gone may have obeyed Stop.
+            take_until_stop(&self.commands, &mut self.backlog)?;
+            Err(error)
+        })?;
         if let Some(peer) = self.peer {
             self.wake.ring(Member::Solver(peer))?;
         }
@@ -230,12 +249,7 @@ impl<In: Wire, Out: Wire> Exchange<In, Out> for SharedMemory<In, Out> {
                 // A peer that has obeyed Stop is gone: the orders are read after the look at the peer, as what made it
                 // leave is among them by then.
                 let there = watch.check(&members, window.step);
-                while let Some(command) = take(commands)? {
-                    if command.order == Order::Stop as u64 {
-                        return Err(ExchangeError::Stopped);
-                    }
-                    backlog.push_back(command);
-                }
+                take_until_stop(commands, backlog)?;
                 there
             },
         )?;

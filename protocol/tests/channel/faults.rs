@@ -154,3 +154,14 @@ fn stop_reaches_a_solver_that_waits_for_its_peer() {
     drop(stage.link);
     assert_goes(&stage.rendezvous);
 }
+
+#[test]
+fn stop_reaches_a_solver_whose_messages_nobody_takes() {
+    let mut stage = stuck(Some(Fault::Flood(5)), Some(Fault::Hang(5)), 16);
+    stage.order(Order::Stop, 5, 0);
+    stage.dem.kill();
+    let (well, words) = stage.fluid.end();
+    assert!(well, "{words}");
+    drop(stage.link);
+    assert_goes(&stage.rendezvous);
+}
