@@ -45,11 +45,12 @@ def digest(data):
     return hashlib.sha256(data).hexdigest()[:16]
 
 
-def state(path):
-    """Digest of the state in a checkpoint: magic, version, length and digest (56 bytes), identity, state."""
-    if not path.exists():
+def state(folder, role):
+    """Digest of the state in the last checkpoint: magic, version, length and digest (56 bytes), identity, state."""
+    paths = sorted(folder.rglob(f"{role}.checkpoint"))
+    if not paths:
         return "-"
-    data = path.read_bytes()
+    data = paths[-1].read_bytes()
     (length,) = struct.unpack_from("<Q", data, 56)
     return digest(data[64 + length :])
 
@@ -67,8 +68,8 @@ def row(task):
     checkpoint = out / "run" / "checkpoint"
     found = [
         digest(series.read_bytes()) if series.exists() else "-",
-        state(checkpoint / "fluid.checkpoint"),
-        state(checkpoint / "dem.checkpoint"),
+        state(checkpoint, "fluid"),
+        state(checkpoint, "dem"),
     ]
     shutil.rmtree(out)
     print(name, threads, *found, flush=True)
@@ -104,7 +105,7 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         rows = list(pool.map(row, tasks))
     with open(options.out, "w", newline="") as file:
-        writer = csv.writer(file)
+        writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         writer.writerows(rows)
     return 0
