@@ -88,9 +88,9 @@ pub fn schema() -> Result<Value, Failure> {
     let mut whole = serde_json::to_value(schemars::schema_for!(protocol::scene::Scene)).map_err(failed)?;
     let coupling = serde_json::to_value(schemars::schema_for!(Coupling)).map_err(failed)?;
     graft(&mut whole, "coupling", coupling);
-    let chart = serde_json::to_value(schemars::schema_for!(crate::chart::Chart)).map_err(failed)?;
+    let chart = serde_json::to_value(schemars::schema_for!(crate::study::chart::Chart)).map_err(failed)?;
     graft(&mut whole, "chart", chart);
-    let stability = serde_json::to_value(schemars::schema_for!(crate::stability::section::Stability));
+    let stability = serde_json::to_value(schemars::schema_for!(crate::study::stability::section::Stability));
     graft(&mut whole, "stability", stability.map_err(failed)?);
     for role in [Role::Fluid, Role::Dem] {
         match Solver::ours(role).schema(Duration::from_secs(10)) {
@@ -162,7 +162,11 @@ mod tests {
     fn every_reference_of_the_merged_schema_has_its_definition() {
         let mut whole = serde_json::to_value(schemars::schema_for!(protocol::scene::Scene)).unwrap();
         graft(&mut whole, "coupling", serde_json::to_value(schemars::schema_for!(Coupling)).unwrap());
-        graft(&mut whole, "chart", serde_json::to_value(schemars::schema_for!(crate::chart::Chart)).unwrap());
+        graft(
+            &mut whole,
+            "chart",
+            serde_json::to_value(schemars::schema_for!(crate::study::chart::Chart)).unwrap(),
+        );
         let mut found = Vec::new();
         references(&whole, &mut found);
         assert!(found.iter().any(|target| target.contains("coupling.Substeps")), "{found:?}");

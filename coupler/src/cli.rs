@@ -272,13 +272,18 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         }
         Command::Log { command } => Ok(log(&command)?),
         Command::Chart { scene, out, jobs } => {
-            Ok(crate::chart::chart(&crate::chart::Options { scene, out, jobs })?)
+            Ok(crate::study::chart::chart(&crate::study::chart::Options { scene, out, jobs })?)
         }
         Command::Validate { cases, quick, jobs, out } => {
-            Ok(crate::validate::validate(&crate::validate::Validate { cases, quick, jobs, out })?)
+            Ok(crate::study::validate::validate(&crate::study::validate::Validate {
+                cases,
+                quick,
+                jobs,
+                out,
+            })?)
         }
         Command::Stability { scene, out, jobs } => {
-            Ok(crate::stability::stability(&crate::stability::Options { scene, out, jobs })?)
+            Ok(crate::study::stability::stability(&crate::study::stability::Options { scene, out, jobs })?)
         }
         Command::Conformance { role, scene, overrides, json, command } => {
             let role = role.map(Role::from);
@@ -292,7 +297,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         }
         Command::Report { dirs } => {
             let dirs: Vec<&Path> = dirs.iter().map(PathBuf::as_path).collect();
-            for page in crate::report::report(&dirs)? {
+            for page in crate::study::report::report(&dirs)? {
                 println!("{}", page.display());
             }
             Ok(())

@@ -110,8 +110,8 @@ impl From<crate::log_command::LogCommandError> for Failure {
     }
 }
 
-impl From<crate::report::ReportError> for Failure {
-    fn from(error: crate::report::ReportError) -> Self {
+impl From<crate::study::report::ReportError> for Failure {
+    fn from(error: crate::study::report::ReportError) -> Self {
         Self::Input(error.to_string())
     }
 }

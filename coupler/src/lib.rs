@@ -15,16 +15,11 @@
 //! | [`record`], [`resume`] | log, checkpoints |
 //! | [`replay`], [`log_command`], [`export`] | a log driving a solver, or read; files for viewers |
 //! | [`conformance`] | any solver against the protocol |
-//! | [`report`] | the HTML page of a run |
-//! | [`chart`] | a ladder of runs: error against cost |
-//! | [`sweep`] | many runs of a scene, never repeated once finished |
-//! | [`validate`] | published cases, run and compared |
-//! | [`stability`] | where each method fails, beside the bound |
+//! | [`study`] | `chart`, `stability`, `validate`, `report`: runs of a scene with varied keys, judged, as tables, figures, pages |
 //! | [`cli`], [`failure`] | command line and exit codes |
 
 pub mod accuracy;
 pub mod bounds;
-pub mod chart;
 pub mod check;
 pub mod cli;
 pub mod conduct;
@@ -40,13 +35,10 @@ pub mod prepare;
 pub mod proposals;
 pub mod record;
 pub mod replay;
-pub mod report;
 pub mod resume;
 mod rewind;
 pub mod run;
 pub mod scheme;
 pub mod solvers;
-pub mod stability;
+pub mod study;
 pub mod supervise;
-pub mod sweep;
-pub mod validate;

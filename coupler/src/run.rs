@@ -85,7 +85,7 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
 
 /// Draws the report; a failure to draw costs no result.
 fn draw(folder: &Path) {
-    if let Err(error) = crate::report::report(&[folder]) {
+    if let Err(error) = crate::study::report::report(&[folder]) {
         protocol::say!("bedload: warning: no report.html: {error}");
     }
 }

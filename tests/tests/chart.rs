@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::SystemTime;
 
-use coupler::chart::Chart;
-use coupler::sweep::Ladder;
+use coupler::study::Ladder;
+use coupler::study::chart::Chart;
 use protocol::output::Claim;
 use protocol::scene::{CheckedScene, SceneSource};
 use tests::harness::{Folder, bedload, said};

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use coupler::config::Coupling;
 use coupler::plan::{Cast, Plan};
-use coupler::stability::runs::{imposed, judged};
-use coupler::stability::section::Sweep;
-use coupler::stability::table::{Counts, Row, Table};
-use coupler::stability::verdict::Verdict;
+use coupler::study::stability::runs::{imposed, judged};
+use coupler::study::stability::section::Sweep;
+use coupler::study::stability::table::{Counts, Row, Table};
+use coupler::study::stability::verdict::Verdict;
 use dem_solver::config::Config;
 use protocol::scene::{CheckedScene, SceneSource};
 
@@ -79,7 +79,7 @@ fn judged_now(name: &str) -> Vec<Row> {
         labels, points,
         "docs/maps/{name}.csv has not the runs of scenes/stability/{name}.toml: make it anew"
     );
-    let now = |(row, point): (&Row, &coupler::sweep::Point)| {
+    let now = |(row, point): (&Row, &coupler::study::Point)| {
         let set: Vec<String> = point.set.iter().cloned().chain(imposed()).collect();
         let source = source.clone().with_overrides(&set).unwrap_or_else(|error| panic!("{error}"));
         let (margin, refused) = judged(&plan(source).bounds, &sweep.section.bound);

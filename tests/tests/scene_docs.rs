@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use coupler::chart::Chart;
 use coupler::config::Coupling;
 use coupler::plan::{Cast, Plan};
-use coupler::stability::section::Stability;
+use coupler::study::chart::Chart;
+use coupler::study::stability::section::Stability;
 use dem_solver::config::{Config, DemSection};
 use fluid_solver::config::FluidSection;
 use protocol::output::{Columns, Metrics, Sides};

@@ -6,7 +6,7 @@ use protocol::scene::CheckedScene;
 
 use super::class::{Charted, Class};
 use super::pick::Row;
-use crate::sweep::resolution;
+use crate::study::resolution;
 
 /// Sections whose varied keys are carried over as they are.
 const METHOD: [&str; 3] = ["fluid.", "dem.", "coupling."];

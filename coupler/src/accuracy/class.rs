@@ -3,9 +3,9 @@
 use protocol::scene::{CheckedScene, Grain, MetricKind, Motion, SceneSource, Shape};
 
 use super::pick::Row;
-use crate::chart::Chart;
 use crate::scheme::norm;
-use crate::sweep::{Ladder, Point, parse_csv};
+use crate::study::chart::Chart;
+use crate::study::{Ladder, Point, parse_csv};
 
 /// A class of scenes whose errors one chart tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coupler::report::vtr::Vtr;
+use coupler::study::report::vtr::Vtr;
 use protocol::message::Kinematics;
 
 use crate::sample::R;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use coupler::report::report;
+use coupler::study::report::report;
 use protocol::output::{RunStatus, Summary};
 
 use crate::sample;

@@ -8,7 +8,7 @@ use protocol::scene::{CheckedScene, SceneError};
 use super::config::{Chart, Curve, Reference};
 use super::table::{Row, Spread, Table};
 use super::{ChartError, reference};
-use crate::sweep::{self, Keep, Ladder, Outcome, Point, Task};
+use crate::study::{self as sweep, Keep, Ladder, Outcome, Point, Task};
 
 /// The runs that the section asks for.
 pub(super) fn plan(scene: &CheckedScene, chart: &Chart) -> Result<Ladder, SceneError> {

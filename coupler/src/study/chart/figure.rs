@@ -12,8 +12,8 @@ use kuva::render_to_svg;
 use super::config::Published;
 use super::describe::{Names, percent};
 use super::table::{FLOOR, Row, Table};
-use crate::report::chart::{COLOURS, MARKERS};
-use crate::report::page::{escape, number};
+use crate::study::report::chart::{COLOURS, MARKERS};
+use crate::study::report::page::{escape, number};
 
 /// Grey of lines, and of what was not measured here.
 const GREY: &str = "#444444";

@@ -14,7 +14,7 @@ use super::ValidateError;
 use super::case::{Case, Figure, Points, Series, Table, matches};
 use super::formula;
 use super::runs::Outcome;
-use crate::report::chart::{COLOURS, MARKERS};
+use crate::study::report::chart::{COLOURS, MARKERS};
 
 /// Grey of what was not measured here.
 const PUBLISHED: &str = "#444444";

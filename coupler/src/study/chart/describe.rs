@@ -5,7 +5,7 @@ use super::limit;
 use super::reference::Known;
 use super::table::{Row, Table};
 use crate::bounds::Short;
-use crate::report::page::number;
+use crate::study::report::page::number;
 
 /// Errors that users ask for.
 const TOLERANCES: [f64; 3] = [0.05, 0.02, 0.01];
@@ -129,7 +129,7 @@ pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Known>
 
 fn column_of(chart: &Chart, names: &Names) -> Option<usize> {
     let Some(Reference::Limit(of)) = &chart.reference else { return None };
-    let name = |vary: &crate::sweep::Vary| vary.name.clone().or(vary.key.clone());
+    let name = |vary: &crate::study::Vary| vary.name.clone().or(vary.key.clone());
     let vary =
         chart.vary.iter().find(|vary| vary.key.as_ref().or(vary.name.as_ref()) == Some(&of.richardson))?;
     let name = name(vary)?;

@@ -30,8 +30,8 @@ use protocol::scene::{Metric, SceneError, SceneSource};
 use serde::Deserialize;
 
 use crate::failure::Failure;
-use crate::report::page::number;
-use crate::sweep::SweepError;
+use crate::study::SweepError;
+use crate::study::report::page::number;
 pub use config::{Chart, Curve, Finer, LimitOf, Published, Reference};
 use describe::{Names, percent};
 use table::Table;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::ValidateError;
 use super::case::{Case, Pictures};
 use super::runs::Outcome;
-use crate::report::sheet::sheet;
-use crate::report::snapshot::{Snapshot, files};
+use crate::study::report::sheet::sheet;
+use crate::study::report::snapshot::{Snapshot, files};
 
 /// The sheet, or nothing if the run was not made or left no grains. `runs` is the folder of the runs'
 /// output folders.

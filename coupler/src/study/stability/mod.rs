@@ -28,7 +28,7 @@ use protocol::output::{Claim, OutputError, atomic_write};
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
 
 use crate::failure::Failure;
-use crate::sweep::SweepError;
+use crate::study::SweepError;
 use map::Frame;
 use section::Sweep;
 use table::{Counts, Table};

@@ -277,7 +277,7 @@ mod tests {
     /// ν dt/D² = 0.0024.
     #[test]
     fn a_real_start_up_is_stable() {
-        let text = include_str!("../../tests/data/start-up.csv");
+        let text = include_str!("../../../tests/data/start-up.csv");
         let signal: Vec<f64> = text.lines().skip(1).filter_map(|line| line.parse().ok()).collect();
         assert!(signal.len() > 100);
         let found = judge(&signal, None);

@@ -4,8 +4,8 @@ use super::config::Chart;
 use super::describe::{self, Names, percent, rounded};
 use super::reference::Known;
 use super::table::{Row, Spread, Table};
-use crate::report::page::{escape, frame, number};
-use crate::report::tables::table as html_table;
+use crate::study::report::page::{escape, frame, number};
+use crate::study::report::tables::table as html_table;
 
 /// All that a page shows.
 pub(super) struct Sheet<'a> {

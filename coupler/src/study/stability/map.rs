@@ -10,7 +10,7 @@ use super::region::{Cell, Region};
 use super::table::{Row, Table};
 use super::verdict::Verdict;
 use crate::bounds::Short;
-use crate::report::page::escape;
+use crate::study::report::page::escape;
 
 /// Width and height of the drawing area of a panel.
 const AREA: (f64, f64) = (200.0, 250.0);

@@ -30,7 +30,7 @@ use std::path::{Path, PathBuf};
 use protocol::output::{Claim, OutputError, atomic_write};
 
 use crate::failure::Failure;
-use crate::sweep::SweepError;
+use crate::study::SweepError;
 use case::Case;
 use runs::Outcome;
 use verdict::Verdict;

@@ -8,7 +8,7 @@ use protocol::scene::Metric;
 use super::config::{Chart, Curve, Finer, LimitOf, Reference};
 use super::limit::{self, Limit, Rungs};
 use super::table::{Row, Table};
-use crate::sweep::{self, interpolated};
+use crate::study::{self as sweep, interpolated};
 
 /// The reference of one metric.
 #[derive(Clone, Debug, PartialEq)]

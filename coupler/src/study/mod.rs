@@ -1,23 +1,30 @@
-//! Many runs of one scene: which settings vary, and the runs as child processes that are never
-//! repeated once finished. `bedload chart`, `bedload stability` and `bedload validate` share it.
+//! Studies: a scene and keys that vary, runs that are never repeated once finished, a judgement of
+//! each, and what comes of them as table, figure and page.
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `vary` | varied keys as the scene writes them |
-//! | `ladder` | all combinations, as runs with `--set` |
+//! | [`chart`] | `bedload chart`: error against cost |
+//! | [`stability`] | `bedload stability`: where each method fails, beside the bound |
+//! | [`validate`] | `bedload validate`: published cases and their references |
+//! | [`report`] | `bedload report`: the HTML page of a run |
+//! | `vary`, `points` | varied keys as the scene writes them, and all their combinations as runs with `--set` |
 //! | `resolution` | D/Δx of a scene, and the grid that has another one |
-//! | `runs` | child processes, several at a time, resumable |
+//! | `runs` | runs as child processes, several at a time, resumable |
 //! | `table` | tables without quotes |
 
-mod ladder;
+pub mod chart;
+mod points;
+pub mod report;
 pub(crate) mod resolution;
 mod runs;
+pub mod stability;
 mod table;
+pub mod validate;
 mod vary;
 
 use std::path::{Path, PathBuf};
 
-pub use ladder::{Column, Ladder, Point};
+pub use points::{Column, Ladder, Point};
 pub use runs::{Keep, Outcome, Task, run_all};
 pub(crate) use table::interpolated;
 pub use table::{cell, parse_csv};

@@ -7,7 +7,7 @@ use protocol::output::points;
 use super::ValidateError;
 use super::case::{Case, Difference};
 use super::runs::Outcome;
-use crate::sweep::interpolated;
+use crate::study::interpolated;
 
 /// A difference that could be measured.
 pub(super) struct Measured<'a> {

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Run};
 use super::{Validate, ValidateError};
-use crate::sweep::{self, Keep, Task};
+use crate::study::{self as sweep, Keep, Task};
 
 /// What became of a run.
 #[derive(Clone, Debug)]

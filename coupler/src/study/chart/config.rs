@@ -6,7 +6,7 @@ use protocol::scene::{CheckedScene, SceneError, SceneSource};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::sweep::{SingleRun, Vary};
+use crate::study::{SingleRun, Vary};
 
 /// `[chart]`: speed against accuracy over a ladder of runs.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]

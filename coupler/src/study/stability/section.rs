@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bounds;
 use crate::plan::Cast;
-use crate::sweep::{Column, Ladder, SingleRun, Vary};
+use crate::study::{Column, Ladder, SingleRun, Vary};
 
 /// Any bound that refuses, whichever is nearest.
 pub const ANY: &str = "any";

@@ -11,7 +11,7 @@ use super::verdict::{self, Finding, Verdict};
 use crate::bounds::{Bound, Level, NAMES, SINGULAR};
 use crate::failure::Failure;
 use crate::prepare::Prepared;
-use crate::sweep::{Keep, Outcome, Point, Task, cell, run_all};
+use crate::study::{Keep, Outcome, Point, Task, cell, run_all};
 
 /// Characters of a note that are kept: an error names its cause first.
 const NOTE: usize = 160;

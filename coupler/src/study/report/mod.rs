@@ -28,8 +28,8 @@ use std::path::{Path, PathBuf};
 
 use protocol::output::{OutputError, atomic_write};
 
-use crate::chart::ChartError;
-use crate::stability::{self, StabilityError};
+use crate::study::chart::ChartError;
+use crate::study::stability::{self, StabilityError};
 use run_files::RunFiles;
 
 /// Why a report could not be made.
@@ -65,8 +65,8 @@ pub fn report(dirs: &[&Path]) -> Result<Vec<PathBuf>, ReportError> {
 }
 
 fn report_one(dir: &Path) -> Result<PathBuf, ReportError> {
-    if dir.join(crate::chart::TABLE).exists() {
-        return Ok(crate::chart::again(dir)?);
+    if dir.join(crate::study::chart::TABLE).exists() {
+        return Ok(crate::study::chart::again(dir)?);
     }
     if dir.join(stability::TABLE).exists() {
         return stability::report(dir).map_err(|error| ReportError::Stability(Box::new(error)));

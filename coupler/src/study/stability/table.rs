@@ -5,7 +5,7 @@ use std::path::Path;
 use super::StabilityError;
 use super::verdict::Verdict;
 use crate::bounds::Short;
-use crate::sweep::{SweepError, cell, parse_csv};
+use crate::study::{SweepError, cell, parse_csv};
 
 /// Columns behind those of the varied keys.
 const FIXED: [&str; 6] = ["verdict", "growth", "bound_margin", "label", "note", "refused"];

@@ -1,6 +1,6 @@
 //! `chart.csv`: one row per run. All that a page needs stands in it and in the scene.
 
-use crate::sweep;
+use crate::study as sweep;
 
 /// Columns that every row has after its keys.
 const FIXED: [&str; 5] = ["cpu_s", "wall_s", "error", "pareto", "label"];
@@ -210,7 +210,7 @@ pub(super) mod tests {
     use super::*;
 
     /// A table of one numeric key and a family, from cost and error (and value) of each run.
-    pub(in crate::chart) fn table(points: &[(f64, &str, f64, f64)]) -> Table {
+    pub(in crate::study::chart) fn table(points: &[(f64, &str, f64, f64)]) -> Table {
         let row = |(key, family, cost, error): &(f64, &str, f64, f64)| Row {
             values: vec![key.to_string(), (*family).to_owned()],
             label: format!("{family}-{key}"),

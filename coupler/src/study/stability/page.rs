@@ -3,8 +3,8 @@
 use super::map::{self, Frame};
 use super::table::{Counts, Row, Table};
 use super::verdict::Verdict;
-use crate::report::page::{self, escape, number};
-use crate::report::tables;
+use crate::study::report::page::{self, escape, number};
+use crate::study::report::tables;
 
 /// The page.
 pub(super) fn page(table: &Table, frame: &Frame<'_>, about: &str) -> String {
