@@ -5,7 +5,7 @@
     venv/bin/python tests/python/read_log.py exchange.mcap
 
 Viewer channels are decoded by the published MCAP and Protocol Buffers packages; the data channels
-by the decoder below, which knows nothing but the schema text in the log (see docs/log.md).
+by the decoder below, which knows nothing but the schema text in the log (see docs/exchange-log.md).
 Closing line: `N passed, M failed`; exit code 1 if any failed.
 """
 

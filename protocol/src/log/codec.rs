@@ -1,7 +1,7 @@
 //! Payload bytes of the data channels: the only module that knows bincode.
 //!
 //! Fixed-width little-endian integers, so the layout is the records' words one after the other
-//! (`docs/log.md` prints it): a slice is its header, the number of records as `u64`, the records.
+//! (`docs/exchange-log.md` prints it): a slice is its header, the number of records as `u64`, the records.
 //! Decoding has a byte limit: without one, a hostile length makes bincode ask for memory that no
 //! machine has, and the process is aborted.
 

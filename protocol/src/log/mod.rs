@@ -1,6 +1,6 @@
 //! The log of a run: an MCAP file with every message, enough by itself for a replay.
 //!
-//! Bytes, channels, times and how to read it from Python: `docs/log.md`. A run writes through a
+//! Bytes, channels, times and how to read it from Python: `docs/exchange-log.md`. A run writes through a
 //! [`Recorder`]; [`LogReader`] streams it back, [`replay`] drives a solver from it, [`repair`]
 //! rewrites one that breaks off.
 
