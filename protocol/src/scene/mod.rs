@@ -12,6 +12,7 @@ mod open;
 mod pours;
 mod random;
 mod rest;
+mod retired;
 mod source;
 mod table;
 mod validate;
@@ -31,6 +32,7 @@ pub use observe::{
 };
 pub use pours::{Pour, Poured};
 pub use rest::{Rest, StopWhen};
+pub use retired::Retired;
 pub use source::SceneSource;
 
 /// A scene as written, shared part. The sections of the solvers stay raw tables here.

@@ -109,7 +109,7 @@ impl SceneSource {
         SceneError { key: key.to_owned(), ..SceneError::of_file(&self.file, message, remedy) }
     }
 
-    fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
+    pub(super) fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
         DeTable::parse(&self.text).map_err(|error| {
             self.error_at(
                 error.span().unwrap_or(0..0),

@@ -1,0 +1,119 @@
+//! Keys and values of scenes that have another name now.
+//!
+//! Each owner of a section keeps one table of its own names, and refuses them before it reads the
+//! section: [`SceneSource::refuse_retired`]. There are no aliases.
+
+use toml::de::DeValue;
+
+use super::error::SceneError;
+use super::source::SceneSource;
+
+/// A key, or one value of a key, under the name that it had before.
+#[derive(Clone, Copy, Debug)]
+pub struct Retired {
+    /// Dotted key; `[]` after an array stands for each of its items: `grains[].density`.
+    pub key: &'static str,
+    /// The string value that is retired; without one the key is.
+    pub value: Option<&'static str>,
+    /// What to write now: the new key, or the new value.
+    pub now: &'static str,
+}
+
+impl Retired {
+    /// A retired key, and what to write now.
+    #[must_use]
+    pub const fn key(key: &'static str, now: &'static str) -> Self {
+        Self { key, value: None, now }
+    }
+
+    /// A retired value of a key that stays, and what to write now.
+    #[must_use]
+    pub const fn value(key: &'static str, value: &'static str, now: &'static str) -> Self {
+        Self { key, value: Some(value), now }
+    }
+}
+
+impl SceneSource {
+    /// Refuses keys and values that have another name now.
+    ///
+    /// # Errors
+    /// At the first retired name that stands in the text, with the new one; if the text is not TOML.
+    pub fn refuse_retired(&self, retired: &[Retired]) -> Result<(), SceneError> {
+        let tree = self.tree()?;
+        for Retired { key, value, now } in retired {
+            let parts: Vec<&str> = key.split('.').collect();
+            let root =
+                tree.get_ref().iter().find(|(name, _)| name.get_ref() == parts[0].trim_end_matches("[]"));
+            let Some(found) = root.and_then(|(_, root)| place(root.get_ref(), &parts, *value)) else {
+                continue;
+            };
+            let message = match value {
+                Some(value) => format!("\"{value}\" is retired; its name is now {now}"),
+                None => format!("is retired; its name is now {now}"),
+            };
+            return Err(self.error(&found, message, &format!("write {now}; docs/scene.md lists every key")));
+        }
+        Ok(())
+    }
+}
+
+/// Dotted key of the first place below `item`, named `path[0]`, where the rest of `path` leads, with
+/// `value` if one is asked for.
+fn place(item: &DeValue<'_>, path: &[&str], value: Option<&str>) -> Option<String> {
+    let name = path[0].trim_end_matches("[]");
+    if name.len() < path[0].len() {
+        let items = item.as_array()?;
+        let one = |(index, item): (usize, _)| {
+            let found = inside(item, &path[1..], value)?;
+            Some(format!("{name}[{index}]{found}"))
+        };
+        return items.iter().map(|item| item.get_ref()).enumerate().find_map(one);
+    }
+    inside(item, &path[1..], value).map(|found| format!("{name}{found}"))
+}
+
+/// Where `rest` leads from `item` on, with the dot or bracket before it.
+fn inside(item: &DeValue<'_>, rest: &[&str], value: Option<&str>) -> Option<String> {
+    let Some(next) = rest.first() else {
+        return value.is_none_or(|value| item.as_str() == Some(value)).then(String::new);
+    };
+    let name = next.trim_end_matches("[]");
+    let (_, child) = item.as_table()?.iter().find(|(key, _)| key.get_ref() == name)?;
+    place(child.get_ref(), rest, value).map(|found| format!(".{found}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RETIRED: &[Retired] = &[
+        Retired::key("flow.rungs", "flow.levels"),
+        Retired::key("walls[].colour", "walls[].material"),
+        Retired::value("flow.form", "old", "\"new\""),
+    ];
+
+    fn refusal(text: &str) -> Option<(usize, String, String)> {
+        let source = SceneSource { file: "s.toml".into(), text: text.into() };
+        let error = source.refuse_retired(RETIRED).err()?;
+        Some((error.line, error.key, error.remedy))
+    }
+
+    #[test]
+    fn a_retired_name_is_refused_where_it_stands_and_the_new_one_is_named() {
+        let (line, key, remedy) = refusal("[flow]\nform = \"new\"\nrungs = 4\n").expect("a retired key");
+        assert_eq!((line, key.as_str()), (3, "flow.rungs"));
+        assert!(remedy.contains("flow.levels"), "{remedy}");
+        let (line, key, remedy) = refusal("[flow]\nform = \"old\"\n").expect("a retired value");
+        assert_eq!((line, key.as_str()), (2, "flow.form"));
+        assert!(remedy.contains("\"new\""), "{remedy}");
+        let walls = "[[walls]]\nmaterial = 1\n[[walls]]\ncolour = 2\n";
+        let (line, key, _) = refusal(walls).expect("a retired key of an item");
+        assert_eq!((line, key.as_str()), (4, "walls[1].colour"));
+    }
+
+    #[test]
+    fn present_names_pass() {
+        assert_eq!(refusal("[flow]\nform = \"new\"\nlevels = 4\n[[walls]]\nmaterial = 1\n"), None);
+        assert_eq!(refusal("rungs = 4\nform = \"old\"\n"), None);
+    }
+}
