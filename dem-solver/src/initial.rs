@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::state::State;
-use crate::step::Dem;
+use crate::solver::Dem;
 use protocol::checkpoint;
 use protocol::scene::{CheckedScene, SceneError};
 

@@ -36,52 +36,34 @@
 //! when the neighbour list was built, and save/restore/repeat gives identical bits.
 
 pub mod bulk;
-pub mod cells;
-pub mod coarse_grain;
-pub mod coarse_grain_command;
 pub mod config;
-pub mod contact;
-pub mod contacts;
-pub mod diagnostics;
-pub mod energy;
 pub mod error;
-pub mod films;
-mod finish;
+pub mod general;
 pub mod grains;
-pub mod hertz_mindlin;
 mod initial;
-pub mod integrate;
-pub mod interact;
-pub mod janssen;
-pub mod linear;
+pub mod laws;
 pub mod lubrication;
-pub mod neighbours;
 pub mod output;
 mod outside;
 pub mod participant;
-pub mod partition;
 pub mod pour;
-pub mod profile;
 pub mod report;
-pub mod rk3;
-pub mod rolling;
+pub mod search;
+pub mod solver;
 pub mod spec;
 pub mod state;
-pub mod step;
-pub mod tangential;
-pub mod walls;
-pub mod wan_turek;
 
-pub use contact::{ContactLaw, LinearSpringDashpot};
-pub use energy::Dissipated;
 pub use error::{AdvanceError, RestoreError, SpecError};
-pub use integrate::Integrator;
-pub use lubrication::Lubrication;
+pub use general::energy::Dissipated;
+pub use general::integrate::Integrator;
+pub use laws::linear::LinearSpringDashpot;
+pub use laws::table::ContactLaw;
+pub use laws::walls::Wall;
+pub use lubrication::gap::Lubrication;
 pub use report::{GrainLoad, WindowReport};
+pub use solver::Dem;
 pub use spec::{DemSpec, Engine, Freedom, Grain, Motion, Shape};
 pub use state::State;
-pub use step::Dem;
-pub use walls::Wall;
 
 /// Three components in the laboratory frame.
 pub type Vec3 = nalgebra::Vector3<f64>;

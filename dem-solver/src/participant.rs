@@ -15,15 +15,16 @@ use protocol::program::Solver;
 use protocol::scene::{CheckedScene, SceneError};
 
 use crate::config::{Config, DemSection};
-use crate::contacts::Contact;
+use crate::output::contacts::Contact;
 use crate::outside::Outside;
 use crate::pour::Pouring;
-use crate::profile::Profile;
+use crate::output::profile::Profile;
 use crate::report::GrainLoad;
 use crate::spec::DemSpec;
 use crate::state::State;
-use crate::step::Dem;
-use crate::{finish, initial, output};
+use crate::solver::Dem;
+use crate::initial;
+use crate::output::{finish, grain_files};
 
 /// The DEM with what a run needs around it.
 pub struct DemParticipant {
@@ -283,7 +284,7 @@ impl Participant for DemParticipant {
                 .and_then(|()| std::fs::write(&path, bytes))
                 .map_err(|source| SolverError::File { path: path.display().to_string(), source })
         };
-        write(self.fields.join(&name), &output::vtp(time, &self.dem.grains, self.dem.observations()))?;
+        write(self.fields.join(&name), &grain_files::vtp(time, &self.dem.grains, self.dem.observations()))?;
         protocol::vtk::list(&self.fields.join("grains.pvd"), time, &name).map_err(failed)?;
         if let Some(profile) = self.profile() {
             let name = format!("profile_{:08}.csv", window.step);

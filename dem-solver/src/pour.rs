@@ -6,7 +6,7 @@
 //! is, it and those after it wait for the next window.
 
 use crate::Vec3;
-use crate::cells::Periods;
+use crate::search::cells::Periods;
 use crate::grains::Grains;
 use crate::spec::Grain;
 use protocol::scene::{CheckedScene, Geometry, Pour, Poured};

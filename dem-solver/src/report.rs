@@ -61,7 +61,7 @@ pub struct Observations {
     /// was near.
     pub smallest_gap: Vec<f64>,
     /// Gap at the end of the window, m: exact for walls and in scenes of up to
-    /// [`crate::step::EXACT_GAPS`] grains, else infinite beyond the watched range.
+    /// [`crate::solver::EXACT_GAPS`] grains, else infinite beyond the watched range.
     pub gap_end: Vec<f64>,
     /// Approach speed at the last beginning of a contact within the window, m/s; 0 if none.
     pub impact_speed: Vec<f64>,

@@ -1,11 +1,11 @@
 //! What a run is made of: plain data, checked once.
 
 use crate::Vec3;
-use crate::contact::{ContactLaw, LawTable};
+use crate::laws::table::{ContactLaw, LawTable};
 use crate::error::SpecError;
-use crate::integrate::Integrator;
-use crate::lubrication::{FilmIntegration, FilmModel, FilmShape, Lubrication};
-use crate::walls::Wall;
+use crate::general::integrate::Integrator;
+use crate::lubrication::gap::{FilmIntegration, FilmModel, FilmShape, Lubrication};
+use crate::laws::walls::Wall;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -271,7 +271,7 @@ pub struct DemSpec {
     pub bulk: crate::bulk::Settings,
     /// Whether forces, gaps and impact speeds per grain are wanted; the general engine has them anyway.
     pub observations: bool,
-    /// Whether an account of dissipated energy is kept ([`crate::energy`]); not by the bulk engine.
+    /// Whether an account of dissipated energy is kept ([`crate::general::energy`]); not by the bulk engine.
     pub energy: bool,
     /// Whether orientations are wanted: nothing depends on them. The general engine has them anyway.
     pub orientation: bool,
@@ -355,7 +355,7 @@ impl DemSpec {
                 "lubrication form \"complement\" is measured for spheres (point films) only; take \"continuous\" for discs",
             ));
         }
-        if let Some(reason) = crate::energy::prevents(self).filter(|_| self.energy) {
+        if let Some(reason) = crate::general::energy::prevents(self).filter(|_| self.energy) {
             return Err(SpecError::Combination(reason));
         }
         if self.engine == Engine::Bulk

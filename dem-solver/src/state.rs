@@ -4,10 +4,10 @@
 //! order of the grains is, since its sums follow it.
 
 use crate::Vec3;
-use crate::energy::Dissipated;
+use crate::general::energy::Dissipated;
 use crate::error::RestoreError;
-use crate::neighbours::ContactList;
-use crate::step::Dem;
+use crate::general::lists::ContactList;
+use crate::solver::Dem;
 use nalgebra::{Quaternion, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 

@@ -102,7 +102,7 @@ fn they_agree_across_blocks() {
 #[test]
 fn they_agree_without_friction_uncapped_and_at_the_radius() {
     use dem_solver::ContactLaw::LinearSpringDashpot as Linear;
-    use dem_solver::{contact::LeverArm, tangential::Sliding};
+    use dem_solver::laws::{linear::LeverArm, tangential::Sliding};
     let mut set_up = busy(300, 0.2);
     let Linear(law) = &mut set_up.contact else { unreachable!() };
     (law.sliding, law.lever_arm, law.damping_ratio) = (Sliding::Uncapped, LeverArm::Radius, 0.0);

@@ -2,7 +2,7 @@
 //! was, to an error that falls with the sub-step.
 mod common;
 use common::{cloud, dem, floor, law, spec};
-use dem_solver::tangential::Sliding;
+use dem_solver::laws::tangential::Sliding;
 use dem_solver::{ContactLaw, Dem, DemSpec, Dissipated, Engine, Integrator, SpecError};
 
 /// Grains apart in a periodic box, friction, dashpots both ways; t_c = 0.05, speeds of order 1.

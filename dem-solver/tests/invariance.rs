@@ -1,8 +1,8 @@
 //! Symmetries: momentum, angular momentum, rotation of the frame, of a pair as a rigid body.
 mod common;
 use common::{cloud, dem, law, spec};
-use dem_solver::contact::{LeverArm, LinearSpringDashpot};
-use dem_solver::tangential::carry;
+use dem_solver::laws::table::{LeverArm, LinearSpringDashpot};
+use dem_solver::laws::tangential::carry;
 use dem_solver::{Grain, Integrator, Vec3};
 use nalgebra::{Rotation3, UnitQuaternion};
 

@@ -1,7 +1,7 @@
 //! The film: exact solutions of m dU/dt = −κ(h) U, stability, tunnelling, many films.
 mod common;
 use common::{dem, floor, law, spec};
-use dem_solver::lubrication::{FilmIntegration, FilmLaw, FilmModel, FilmSettings, FilmShape};
+use dem_solver::lubrication::gap::{FilmIntegration, FilmLaw, FilmModel, FilmSettings, FilmShape};
 use dem_solver::{Dem, DemSpec, Grain, Lubrication, Vec3, Wall};
 use std::f64::consts::PI;
 

@@ -2,7 +2,7 @@
 mod common;
 use common::Random;
 use dem_solver::Vec3;
-use dem_solver::cells::{Periods, Search};
+use dem_solver::search::cells::{Periods, Search};
 
 fn brute(
     position: &[Vec3],

@@ -2,8 +2,8 @@
 //! model.
 mod common;
 use common::{dem, spec};
-use dem_solver::contact::LinearSpringDashpot;
-use dem_solver::tangential::Sliding;
+use dem_solver::laws::table::LinearSpringDashpot;
+use dem_solver::laws::tangential::Sliding;
 use dem_solver::{Engine, Grain, Integrator, Shape};
 
 const TABLE: &str = include_str!("../../scenes/reference/oblique_linear_model.csv");

@@ -3,7 +3,7 @@
 use super::lanes::Eight;
 use super::row::{Push, Row};
 use crate::Vec3;
-use crate::integrate::rotate;
+use crate::general::integrate::rotate;
 use crate::spec::Motion;
 use nalgebra::{Quaternion, UnitQuaternion};
 

@@ -11,7 +11,7 @@ use super::pair::{Images, pair_forces};
 use super::row::{Pack, Push, Row};
 use super::seen::Seen;
 use super::wall::{Wall, wall_forces};
-use crate::linear::LinearPair;
+use crate::laws::linear::LinearPair;
 use crate::spec::Motion;
 use pulp::{Simd, WithSimd};
 

@@ -1,7 +1,7 @@
 //! Which scenes the engine takes.
 
 use super::linear;
-use crate::integrate::Integrator;
+use crate::general::integrate::Integrator;
 use crate::spec::{DemSpec, Grain, Motion};
 
 /// Number of grains from which the engine is chosen by itself.

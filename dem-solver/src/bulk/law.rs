@@ -1,11 +1,11 @@
 //! The linear spring–dashpot law on many contacts at once (the seed, eqs 11–16; the scalar form is
-//! in [`crate::interact`] and [`crate::tangential`]).
+//! in [`crate::general::forces`] and [`crate::laws::tangential`]).
 //!
 //! What a lane gives never depends on the other lanes: where some lanes take another branch, both are
 //! computed and each lane selects its own.
 
 use super::lanes::{Eight, Lanes, Mask};
-use crate::linear::LinearPair;
+use crate::laws::linear::LinearPair;
 
 /// Change of δ² in one turn of the spring above which its length is restored with a root: below, what
 /// the series leaves out is 0.32 ε³, less than a rounding.
@@ -224,7 +224,7 @@ impl<L: Lanes> LawLanes<L> {
     }
 
     /// Turns the spring, lays it into the contact plane and restores its length
-    /// ([`crate::tangential::carry`]). The length changes by a part ε of 1e-6 and less in a sub-step,
+    /// ([`crate::laws::tangential::carry`]). The length changes by a part ε of 1e-6 and less in a sub-step,
     /// so 1/√(1 − ε) is a short series; lanes with a larger one take the root.
     #[inline(always)]
     fn carry(&self, token: L::Token, c: &Contact<L>, s: Vec8<L>, turn: Vec8<L>) -> Vec8<L> {

@@ -9,7 +9,7 @@ use super::row::{Kept, Pack, Row};
 use super::skin::Skin;
 use super::wall::Wall;
 use crate::Vec3;
-use crate::walls::Plane;
+use crate::laws::walls::Plane;
 
 /// Contacts with their history: within the block, with other blocks, with walls; by (i, j) ascending.
 pub(super) type History = [Vec<Kept>; 3];

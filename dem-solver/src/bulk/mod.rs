@@ -42,10 +42,10 @@ mod wall;
 mod wide;
 mod window;
 
-use crate::cells::Periods;
-use crate::contact::{LawTable, PairLaw};
+use crate::search::cells::Periods;
+use crate::laws::table::{LawTable, PairLaw};
 use crate::spec::{DemSpec, Motion};
-use crate::walls::Plane;
+use crate::laws::walls::Plane;
 use afar::Afar;
 use bins::Bins;
 use block::{Bench, Common};
@@ -302,7 +302,7 @@ fn useful_threads(threads: usize, n: usize) -> usize {
 }
 
 /// The linear law between two materials, if they have one.
-fn linear(laws: &LawTable, a: usize, b: usize) -> Option<crate::linear::LinearPair> {
+fn linear(laws: &LawTable, a: usize, b: usize) -> Option<crate::laws::linear::LinearPair> {
     match laws.between(a, b) {
         PairLaw::Linear(law) => Some(*law),
         _ => None,

@@ -5,8 +5,8 @@ use super::law::{Contact, LawLanes, Vec8};
 use super::pair::add;
 use super::row::{Pack, Push, Row};
 use super::seen::Seen;
-use crate::linear::LinearPair;
-use crate::walls::Plane;
+use crate::laws::linear::LinearPair;
+use crate::laws::walls::Plane;
 
 /// A wall as the kernel sees it, at the start of a sub-step.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! Set-ups shared by the tests of this folder.
 #![allow(dead_code, unreachable_pub)] // each test binary uses its own part
 
-use dem_solver::contact::{LinearSpringDashpot, RestitutionForm};
+use dem_solver::laws::table::{LinearSpringDashpot, RestitutionForm};
 use dem_solver::{ContactLaw, Dem, DemSpec, Grain, State, Wall};
 
 /// A frictionless law with restitution `e` and contact time `t_c`.

@@ -2,19 +2,19 @@
 //!
 //! | law | file |
 //! |---|---|
-//! | linear spring and dashpot (Cundall & Strack 1979; the seed) | [`crate::linear`] |
-//! | Hertz–Mindlin (Hertz 1882; Mindlin 1949; Tsuji et al. 1992) | [`crate::hertz_mindlin`] |
-//! | repulsion of Wan & Turek (2007) | [`crate::wan_turek`] |
-//! | resistance to rolling, part of the first two (Ai et al. 2011) | [`crate::rolling`] |
+//! | linear spring and dashpot (Cundall & Strack 1979; the seed) | [`crate::laws::linear`] |
+//! | Hertz–Mindlin (Hertz 1882; Mindlin 1949; Tsuji et al. 1992) | [`crate::laws::hertz_mindlin`] |
+//! | repulsion of Wan & Turek (2007) | [`crate::laws::wan_turek`] |
+//! | resistance to rolling, part of the first two (Ai et al. 2011) | [`crate::laws::rolling`] |
 
 use crate::error::SpecError;
-use crate::hertz_mindlin::{HertzMindlin, HertzPair};
-use crate::rolling::Rolling;
-use crate::wan_turek::WanTurek;
+use crate::laws::hertz_mindlin::{HertzMindlin, HertzPair};
+use crate::laws::rolling::Rolling;
+use crate::laws::wan_turek::WanTurek;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use crate::linear::{Effective, LeverArm, LinearPair, LinearSpringDashpot, RestitutionForm};
+pub use crate::laws::linear::{Effective, LeverArm, LinearPair, LinearSpringDashpot, RestitutionForm};
 
 /// Law of contact between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

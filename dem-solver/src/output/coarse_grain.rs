@@ -12,9 +12,9 @@
 //! times V_c is the virial Σ f_ij r_ij.
 
 use crate::Vec3;
-use crate::contacts::{Contact, is_free};
+use crate::output::contacts::{Contact, is_free};
 use crate::grains::Grains;
-use crate::partition::Partition;
+use crate::output::partition::Partition;
 use crate::spec::Shape;
 use nalgebra::Matrix3;
 

@@ -3,7 +3,7 @@
 //! p(z) = ρ_g g S/(k P) (1 − exp(−k P (h − z)/S)), k = f_w K, S area and P perimeter of the silo, ρ_g
 //! density of the granular medium, h height of its top.
 
-use crate::profile::Profile;
+use crate::output::profile::Profile;
 
 /// A number and how far it is certain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,7 +127,7 @@ fn mean(profile: &Profile, range: [f64; 2], of: impl Fn(usize) -> f64) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::coarse_grain::Cell;
+    use crate::output::coarse_grain::Cell;
     use crate::spec::Shape;
 
     /// A profile that is Janssen's curve with k = 0.3, as far as the fit can see.

@@ -1,9 +1,9 @@
 //! Sums over all grains: energy, momentum.
 
 use crate::Vec3;
-use crate::contact::{LinearPair, PairLaw};
+use crate::laws::table::{LinearPair, PairLaw};
 use crate::grains::Response;
-use crate::step::Dem;
+use crate::solver::Dem;
 
 impl Dem {
     /// Kinetic energy of translation and rotation, J (per unit length for discs); dry masses.

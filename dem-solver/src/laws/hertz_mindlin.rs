@@ -22,9 +22,9 @@
 //! the slower it is. The scene names the largest speed to resolve, `impact_speed`.
 
 use crate::error::SpecError;
-use crate::linear::{LeverArm, LinearPair, RestitutionForm, default_damping_ratio};
-use crate::rolling::Rolling;
-use crate::tangential::Sliding;
+use crate::laws::linear::{LeverArm, LinearPair, RestitutionForm, default_damping_ratio};
+use crate::laws::rolling::Rolling;
+use crate::laws::tangential::Sliding;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::janssen::{Measured, Silo, direct, plateau};
+use crate::output::janssen::{Measured, Silo, direct, plateau};
 use crate::participant::DemParticipant;
-use crate::profile::Profile;
-use crate::{Vec3, output};
+use crate::output::profile::Profile;
+use crate::Vec3;
+use crate::output::grain_files;
 use protocol::output::{MetricValue, OutputFolder, atomic_write};
 use protocol::participant::SolverError;
 use protocol::scene::{CheckedScene, MetricKind};
@@ -18,7 +19,7 @@ pub(crate) fn finish(
 ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
     let failed = |error: protocol::output::OutputError| SolverError::Failed(error.to_string());
     let dem = participant.dem();
-    let table = output::table(dem.time(), &dem.grains, participant.spec());
+    let table = grain_files::table(dem.time(), &dem.grains, participant.spec());
     atomic_write(&folder.grains(), table.as_bytes()).map_err(failed)?;
     let waiting = participant.spec().grains.len() - dem.grains.len();
     if waiting > 0 {

@@ -19,8 +19,8 @@
 //! as infinite masses.
 
 use crate::error::SpecError;
-use crate::rolling::Rolling;
-use crate::tangential::Sliding;
+use crate::laws::rolling::Rolling;
+use crate::laws::tangential::Sliding;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

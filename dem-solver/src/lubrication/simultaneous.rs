@@ -15,9 +15,9 @@
 
 use crate::Vec3;
 use crate::grains::{Grains, Response};
-use crate::interact::Scene;
-use crate::lubrication::{Expansion, FilmLaw, FilmModel};
-use crate::neighbours::ContactList;
+use crate::general::forces::Scene;
+use crate::lubrication::gap::{Expansion, FilmLaw, FilmModel};
+use crate::general::lists::ContactList;
 
 /// A sweep that changes no gap rate by more than this part of the largest is the last. After a window of 87 sub-steps
 /// the velocities of a dense bed are 0.1 to 0.2 of this part off (example `film_sweeps`).

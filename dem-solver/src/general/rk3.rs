@@ -4,10 +4,10 @@
 //! axis; spheres do not feel theirs.
 
 use crate::Vec3;
-use crate::integrate::{Speed, kick, rotate};
-use crate::interact::SpringStep;
-use crate::neighbours::ContactList;
-use crate::step::Dem;
+use crate::general::integrate::{Speed, kick, rotate};
+use crate::general::forces::SpringStep;
+use crate::general::lists::ContactList;
+use crate::solver::Dem;
 
 /// The state at the start of the sub-step, and the spin for the orientations.
 #[derive(Clone, Debug, Default)]

@@ -16,7 +16,7 @@
 
 use crate::Vec3;
 use crate::error::SpecError;
-use crate::tangential::carry;
+use crate::laws::tangential::carry;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use crate::Vec3;
-use crate::coarse_grain::{Cell, coarse_grain};
-use crate::contacts::Contact;
+use crate::output::coarse_grain::{Cell, coarse_grain};
+use crate::output::contacts::Contact;
 use crate::grains::Grains;
-use crate::partition::{Partition, Slabs};
+use crate::output::partition::{Partition, Slabs};
 use crate::spec::{DemSpec, Shape};
 use protocol::scene;
 

@@ -4,7 +4,7 @@ use super::{Dem, EXACT_GAPS, OVERFLOW};
 use crate::bulk::Wanted;
 use crate::error::AdvanceError;
 use crate::grains::Response;
-use crate::integrate::Speed;
+use crate::general::integrate::Speed;
 use crate::report::{GrainLoad, NonFinite, WindowReport};
 
 impl Dem {

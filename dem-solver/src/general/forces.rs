@@ -5,16 +5,16 @@
 //! arms l; torques −l_i n × F_t on the first and −l_j n × F_t on the second (eq. 14 with n reversed).
 
 use crate::Vec3;
-use crate::cells::Periods;
-use crate::contact::{LawTable, LinearPair, PairLaw};
-use crate::energy::{Account, Entry};
+use crate::search::cells::Periods;
+use crate::laws::table::{LawTable, LinearPair, PairLaw};
+use crate::general::energy::{Account, Entry};
 use crate::grains::{Grains, Response};
-use crate::hertz_mindlin::HertzPair;
-use crate::neighbours::ContactList;
+use crate::laws::hertz_mindlin::HertzPair;
+use crate::general::lists::ContactList;
 use crate::report::Observations;
-use crate::rolling::{Roll, Rolling, grow, rolling_rate};
-use crate::tangential::{carry, tangential_force};
-use crate::walls::Plane;
+use crate::laws::rolling::{Roll, Rolling, grow, rolling_rate};
+use crate::laws::tangential::{carry, tangential_force};
+use crate::laws::walls::Plane;
 
 /// What does not change over a run.
 #[derive(Clone, Debug)]
@@ -143,7 +143,7 @@ impl Relative {
         along - (self.spin.0 * arms.0 + self.spin.1 * arms.1).cross(n)
     }
 
-    /// Rotation rate of the contact frame, rad/s (see [`crate::tangential`]).
+    /// Rotation rate of the contact frame, rad/s (see [`crate::laws::tangential`]).
     #[inline(always)]
     fn turning(&self, frame: &Frame) -> Vec3 {
         let n = &frame.normal;

@@ -10,10 +10,10 @@ use protocol::program::{ProgramError, explain};
 use protocol::scene::{Axis, CheckedScene, Profile as Asked};
 use protocol::vtk::{Array, image};
 
-use crate::coarse_grain::{Cell, coarse_grain};
+use crate::output::coarse_grain::{Cell, coarse_grain};
 use crate::participant::DemParticipant;
-use crate::partition::{Grid, Partition};
-use crate::profile::Profile;
+use crate::output::partition::{Grid, Partition};
+use crate::output::profile::Profile;
 use crate::spec::Shape;
 use crate::state::State;
 

@@ -13,18 +13,18 @@
 
 use crate::Vec3;
 use crate::bulk::{self, Bulk};
-use crate::energy::Account;
+use crate::general::energy::Account;
 use crate::error::{AdvanceError, SpecError};
-use crate::films::{Films, explicit_forces};
+use crate::lubrication::simultaneous::{Films, explicit_forces};
 use crate::grains::{Grains, Response};
-use crate::integrate::{Integrator, Speed, drift, kick, prescribed};
-use crate::interact::{Forces, Kinematics, Scene, SpringStep, contact_forces};
-use crate::lubrication::{FilmIntegration, FilmModel};
-use crate::neighbours::Neighbours;
+use crate::general::integrate::{Integrator, Speed, drift, kick, prescribed};
+use crate::general::forces::{Forces, Kinematics, Scene, SpringStep, contact_forces};
+use crate::lubrication::gap::{FilmIntegration, FilmModel};
+use crate::general::lists::Neighbours;
 use crate::report::{GrainLoad, NonFinite, Observations, WindowReport};
-use crate::rk3;
+use crate::general::rk3;
 use crate::spec::{DemSpec, Engine, Grain, Shape};
-use crate::walls::Plane;
+use crate::laws::walls::Plane;
 
 /// Up to this number of grains the gaps at the end of a window are exact at any distance.
 pub const EXACT_GAPS: usize = 64;
@@ -75,7 +75,7 @@ impl Dem {
         let n = spec.grains.len();
         let grains = Grains::new(&spec.grains, spec.shape);
         let walls: Vec<Plane> = spec.walls.iter().map(Plane::from).collect();
-        let periods = crate::cells::Periods::new(spec.periods);
+        let periods = crate::search::cells::Periods::new(spec.periods);
         let settings = spec.lubrication.settings();
         let bulk = choose(spec).map(Box::new);
         // what only the general engine needs: a run of many grains would spend a third of its memory on it

@@ -9,7 +9,7 @@
 //! about it, so that a rigid rotation of the pair about any axis turns the spring with it.
 
 use crate::Vec3;
-use crate::linear::LinearPair;
+use crate::laws::linear::LinearPair;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

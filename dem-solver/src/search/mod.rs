@@ -1,0 +1,3 @@
+//! Search of near pairs.
+
+pub mod cells;
