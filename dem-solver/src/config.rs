@@ -7,12 +7,12 @@ use protocol::scene::{CheckedScene, Freedom as LockedFreedom, Geometry, Motion a
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::laws::table::{ContactLaw, LinearSpringDashpot};
 use crate::error::SpecError;
 use crate::general::integrate::Integrator;
+use crate::laws::table::{ContactLaw, LinearSpringDashpot};
+use crate::laws::walls::Wall;
 use crate::lubrication::gap::{FilmIntegration, FilmSettings, Lubrication};
 use crate::spec::{DemSpec, Engine, Freedom, Grain, Motion, Shape};
-use crate::laws::walls::Wall;
 
 /// Fewest sub-steps in a contact time: at 10 the restitution is 1 % off, at 5 three, at 2 wrong.
 const LEAST_STEPS: f64 = 10.0;

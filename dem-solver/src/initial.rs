@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::state::State;
 use crate::solver::Dem;
+use crate::state::State;
 use protocol::checkpoint;
 use protocol::scene::{CheckedScene, SceneError};
 

@@ -15,16 +15,16 @@ use protocol::program::Solver;
 use protocol::scene::{CheckedScene, SceneError};
 
 use crate::config::{Config, DemSection};
+use crate::initial;
 use crate::output::contacts::Contact;
+use crate::output::profile::Profile;
+use crate::output::{finish, grain_files};
 use crate::outside::Outside;
 use crate::pour::Pouring;
-use crate::output::profile::Profile;
 use crate::report::GrainLoad;
+use crate::solver::Dem;
 use crate::spec::DemSpec;
 use crate::state::State;
-use crate::solver::Dem;
-use crate::initial;
-use crate::output::{finish, grain_files};
 
 /// The DEM with what a run needs around it.
 pub struct DemParticipant {

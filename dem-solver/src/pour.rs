@@ -6,8 +6,8 @@
 //! is, it and those after it wait for the next window.
 
 use crate::Vec3;
-use crate::search::cells::Periods;
 use crate::grains::Grains;
+use crate::search::cells::Periods;
 use crate::spec::Grain;
 use protocol::scene::{CheckedScene, Geometry, Pour, Poured};
 

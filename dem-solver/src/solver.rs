@@ -13,18 +13,18 @@
 
 use crate::Vec3;
 use crate::bulk::{self, Bulk};
-use crate::general::energy::Account;
 use crate::error::{AdvanceError, SpecError};
-use crate::lubrication::simultaneous::{Films, explicit_forces};
-use crate::grains::{Grains, Response};
-use crate::general::integrate::{Integrator, Speed, drift, kick, prescribed};
+use crate::general::energy::Account;
 use crate::general::forces::{Forces, Kinematics, Scene, SpringStep, contact_forces};
-use crate::lubrication::gap::{FilmIntegration, FilmModel};
+use crate::general::integrate::{Integrator, Speed, drift, kick, prescribed};
 use crate::general::lists::Neighbours;
-use crate::report::{GrainLoad, NonFinite, Observations, WindowReport};
 use crate::general::rk3;
-use crate::spec::{DemSpec, Engine, Grain, Shape};
+use crate::grains::{Grains, Response};
 use crate::laws::walls::Plane;
+use crate::lubrication::gap::{FilmIntegration, FilmModel};
+use crate::lubrication::simultaneous::{Films, explicit_forces};
+use crate::report::{GrainLoad, NonFinite, Observations, WindowReport};
+use crate::spec::{DemSpec, Engine, Grain, Shape};
 
 /// Up to this number of grains the gaps at the end of a window are exact at any distance.
 pub const EXACT_GAPS: usize = 64;

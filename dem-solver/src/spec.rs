@@ -1,11 +1,11 @@
 //! What a run is made of: plain data, checked once.
 
 use crate::Vec3;
-use crate::laws::table::{ContactLaw, LawTable};
 use crate::error::SpecError;
 use crate::general::integrate::Integrator;
-use crate::lubrication::gap::{FilmIntegration, FilmModel, FilmShape, Lubrication};
+use crate::laws::table::{ContactLaw, LawTable};
 use crate::laws::walls::Wall;
+use crate::lubrication::gap::{FilmIntegration, FilmModel, FilmShape, Lubrication};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

@@ -4,8 +4,8 @@
 //! order of the grains is, since its sums follow it.
 
 use crate::Vec3;
-use crate::general::energy::Dissipated;
 use crate::error::RestoreError;
+use crate::general::energy::Dissipated;
 use crate::general::lists::ContactList;
 use crate::solver::Dem;
 use nalgebra::{Quaternion, UnitQuaternion};

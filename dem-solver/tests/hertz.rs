@@ -2,8 +2,8 @@
 //! maps to (Antypov & Elliott 2011), and the linear law of a given stiffness.
 mod common;
 use common::{dem, floor};
-use dem_solver::laws::table::{ContactLaw, LinearSpringDashpot, RestitutionForm};
 use dem_solver::laws::hertz_mindlin::{DURATION, HertzMindlin};
+use dem_solver::laws::table::{ContactLaw, LinearSpringDashpot, RestitutionForm};
 use dem_solver::{Dem, DemSpec, Grain, Integrator};
 
 const E: f64 = 7e10;

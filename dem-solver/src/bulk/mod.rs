@@ -42,10 +42,10 @@ mod wall;
 mod wide;
 mod window;
 
-use crate::search::cells::Periods;
 use crate::laws::table::{LawTable, PairLaw};
-use crate::spec::{DemSpec, Motion};
 use crate::laws::walls::Plane;
+use crate::search::cells::Periods;
+use crate::spec::{DemSpec, Motion};
 use afar::Afar;
 use bins::Bins;
 use block::{Bench, Common};

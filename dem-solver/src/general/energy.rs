@@ -16,13 +16,13 @@
 //! that are moved from outside is no part of it.
 
 use crate::Vec3;
-use crate::laws::table::{ContactLaw, LinearPair};
-use crate::grains::Grains;
-use crate::general::integrate::Integrator;
 use crate::general::forces::{Frame, Relative};
-use crate::spec::DemSpec;
-use crate::solver::Dem;
+use crate::general::integrate::Integrator;
+use crate::grains::Grains;
+use crate::laws::table::{ContactLaw, LinearPair};
 use crate::laws::tangential::Sliding;
+use crate::solver::Dem;
+use crate::spec::DemSpec;
 use serde::{Deserialize, Serialize};
 
 /// Energy taken by contacts since the start, J (per unit length for discs).

@@ -5,16 +5,16 @@
 //! arms l; torques −l_i n × F_t on the first and −l_j n × F_t on the second (eq. 14 with n reversed).
 
 use crate::Vec3;
-use crate::search::cells::Periods;
-use crate::laws::table::{LawTable, LinearPair, PairLaw};
 use crate::general::energy::{Account, Entry};
+use crate::general::lists::ContactList;
 use crate::grains::{Grains, Response};
 use crate::laws::hertz_mindlin::HertzPair;
-use crate::general::lists::ContactList;
-use crate::report::Observations;
 use crate::laws::rolling::{Roll, Rolling, grow, rolling_rate};
+use crate::laws::table::{LawTable, LinearPair, PairLaw};
 use crate::laws::tangential::{carry, tangential_force};
 use crate::laws::walls::Plane;
+use crate::report::Observations;
+use crate::search::cells::Periods;
 
 /// What does not change over a run.
 #[derive(Clone, Debug)]

@@ -5,10 +5,10 @@
 //! both partners, and pairs out of reach add nothing, so sums do not depend on when a list was built.
 
 use crate::Vec3;
-use crate::search::cells::{Periods, Search};
 use crate::grains::Grains;
-use crate::state::SavedContact;
 use crate::laws::walls::Plane;
+use crate::search::cells::{Periods, Search};
+use crate::state::SavedContact;
 
 /// Pairs by first partner: row `i` holds the partners of grain `i`, ascending.
 #[derive(Clone, Debug, Default)]

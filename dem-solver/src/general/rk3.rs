@@ -4,8 +4,8 @@
 //! axis; spheres do not feel theirs.
 
 use crate::Vec3;
-use crate::general::integrate::{Speed, kick, rotate};
 use crate::general::forces::SpringStep;
+use crate::general::integrate::{Speed, kick, rotate};
 use crate::general::lists::ContactList;
 use crate::solver::Dem;
 

@@ -14,10 +14,10 @@
 //! locked directions have zero inverse mass.
 
 use crate::Vec3;
-use crate::grains::{Grains, Response};
 use crate::general::forces::Scene;
-use crate::lubrication::gap::{Expansion, FilmLaw, FilmModel};
 use crate::general::lists::ContactList;
+use crate::grains::{Grains, Response};
+use crate::lubrication::gap::{Expansion, FilmLaw, FilmModel};
 
 /// A sweep that changes no gap rate by more than this part of the largest is the last. After a window of 87 sub-steps
 /// the velocities of a dense bed are 0.1 to 0.2 of this part off (example `film_sweeps`).

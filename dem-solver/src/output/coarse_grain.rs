@@ -12,8 +12,8 @@
 //! times V_c is the virial Σ f_ij r_ij.
 
 use crate::Vec3;
-use crate::output::contacts::{Contact, is_free};
 use crate::grains::Grains;
+use crate::output::contacts::{Contact, is_free};
 use crate::output::partition::Partition;
 use crate::spec::Shape;
 use nalgebra::Matrix3;

@@ -11,9 +11,9 @@ use protocol::scene::{Axis, CheckedScene, Profile as Asked};
 use protocol::vtk::{Array, image};
 
 use crate::output::coarse_grain::{Cell, coarse_grain};
-use crate::participant::DemParticipant;
 use crate::output::partition::{Grid, Partition};
 use crate::output::profile::Profile;
+use crate::participant::DemParticipant;
 use crate::spec::Shape;
 use crate::state::State;
 

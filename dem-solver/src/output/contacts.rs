@@ -1,12 +1,12 @@
 //! Every contact of a state with its force: what averages over grains are made of.
 
 use crate::Vec3;
-use crate::laws::table::PairLaw;
-use crate::grains::Grains;
 use crate::general::forces::{Coefficients, Frame, Kinematics, Relative, SpringStep, resolve};
+use crate::grains::Grains;
+use crate::laws::table::PairLaw;
 use crate::report::GrainLoad;
-use crate::spec::Motion;
 use crate::solver::Dem;
+use crate::spec::Motion;
 
 /// One contact that bears a force, seen from a free grain.
 #[derive(Clone, Copy, Debug, PartialEq)]

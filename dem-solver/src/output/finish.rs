@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::output::janssen::{Measured, Silo, direct, plateau};
-use crate::participant::DemParticipant;
-use crate::output::profile::Profile;
 use crate::Vec3;
 use crate::output::grain_files;
+use crate::output::janssen::{Measured, Silo, direct, plateau};
+use crate::output::profile::Profile;
+use crate::participant::DemParticipant;
 use protocol::output::{MetricValue, OutputFolder, atomic_write};
 use protocol::participant::SolverError;
 use protocol::scene::{CheckedScene, MetricKind};

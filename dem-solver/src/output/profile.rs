@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use crate::Vec3;
+use crate::grains::Grains;
 use crate::output::coarse_grain::{Cell, coarse_grain};
 use crate::output::contacts::Contact;
-use crate::grains::Grains;
 use crate::output::partition::{Partition, Slabs};
 use crate::spec::{DemSpec, Shape};
 use protocol::scene;

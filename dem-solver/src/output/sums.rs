@@ -1,8 +1,8 @@
 //! Sums over all grains: energy, momentum.
 
 use crate::Vec3;
-use crate::laws::table::{LinearPair, PairLaw};
 use crate::grains::Response;
+use crate::laws::table::{LinearPair, PairLaw};
 use crate::solver::Dem;
 
 impl Dem {

@@ -3,8 +3,8 @@
 use super::{Dem, EXACT_GAPS, OVERFLOW};
 use crate::bulk::Wanted;
 use crate::error::AdvanceError;
-use crate::grains::Response;
 use crate::general::integrate::Speed;
+use crate::grains::Response;
 use crate::report::{GrainLoad, NonFinite, WindowReport};
 
 impl Dem {
