@@ -74,7 +74,7 @@ fn contact_lasts_as_long_as_the_formula_says() {
     }
 }
 
-/// t_c/20 is accurate, t_c/5 costs about 2 %, t_c/2 is wrong (numerics.md, §3).
+/// t_c/20 is accurate, t_c/5 costs about 2 %, t_c/2 is wrong (docs/numerics.md, Contact and sub-steps).
 #[test]
 fn substep_limit_of_symplectic_euler() {
     let law = law(0.97, 1e-3);

@@ -1,4 +1,4 @@
-//! Loads on the grains, in each of the forms of numerics §1.
+//! Loads on the grains, in each of the forms of docs/equations-immersed.md, section 4.
 //!
 //! With `f` the force per unit density that the grain would exert on the fluid, m_f the mass of the
 //! fluid it displaces and ρ the fluid's density, the message carries

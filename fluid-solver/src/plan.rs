@@ -6,7 +6,8 @@ use crate::immersed::body::Motion;
 use crate::scheme::Viscous;
 use protocol::scene::{self, CheckedScene, Medium, SceneError};
 
-/// ν dt/Δx² up to which the carried force converges in few steps in dense beds (numerics §2).
+/// ν dt/Δx² up to which the carried force converges in few steps in dense beds.
+/// docs/numerics.md, Forcing and viscosity
 const FORCE_NUMBER: f64 = 2.0;
 
 /// Bounds on the time step.

@@ -1,4 +1,6 @@
-//! The fluid with its grains: one window of time, read from top to bottom like numerics §1.
+//! The fluid with its grains: one window of time.
+//!
+//! The steps stand in the order of docs/equations-immersed.md, section 3.
 
 mod iterated;
 mod overlapped;
@@ -267,7 +269,7 @@ impl<const D: usize> Solver<D> {
         Ok(health)
     }
 
-    /// G of every grain at its predicted place, as the force −G/dt (numerics §1, step 4).
+    /// G of every grain at its predicted place, as the force −G/dt (docs/equations-immersed.md, section 4).
     fn measure_impulse(&mut self) {
         let Self { immersed, stepper, lambda, predicted, measured, memory, .. } = self;
         if measured.is_empty() {
@@ -369,7 +371,7 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// Steps 1 and 2 of numerics §1 at the motion known now.
+    /// Masks and carried force at the motion known now (docs/equations-immersed.md, eqs 6 and 7).
     fn impose_carried(&mut self) {
         if self.memory.motions.is_empty() {
             return;

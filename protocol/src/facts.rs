@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How the loads are formed from the immersed-boundary forcing (numerics: F1 … F5b).
+/// How the loads are formed from the immersed-boundary forcing (docs/numerics.md, Forms of the loads).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, schemars::JsonSchema)]
 pub enum LoadsForm {
     /// −ρρ_p/(ρ_p−ρ) ∫f dV (Izard et al. 2014, eqs 5–6): singular at ρ_p = ρ.
@@ -33,7 +33,7 @@ impl LoadsForm {
 pub enum Forcing {
     /// f = α(U − u)/Δt anew each step (Izard et al. 2014, eq. 7).
     Direct,
-    /// λ carried from step to step (numerics §1).
+    /// λ carried from step to step (docs/equations-immersed.md, section 3).
     #[default]
     Carried,
 }

@@ -100,7 +100,7 @@ fn both(name: &str, scene: &str, proposed: &str, measured: &str) -> (f64, f64, f
 fn a_sphere_on_the_axis_of_a_duct_is_axisymmetric() {
     let scene = settling("space", 2.0, 1.0, -1.0, 2.0, "no-slip");
     let (error, expected, _) = both("axis", &scene, "axisymmetric", "speed");
-    // The two grids cut the sphere differently: 1 % at six cells per diameter (numerics of the mask).
+    // The two grids cut the sphere differently: 1 % at six cells per diameter (docs/numerics.md, Mask).
     assert!(error < expected + 0.01, "{error} where {expected} was expected");
 }
 

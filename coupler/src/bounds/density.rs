@@ -243,7 +243,7 @@ fn add_seed_form(facts: &Facts<'_>, judged: &[Judged], bounds: &mut Vec<Bound>) 
     let factor = judged.iter().map(|one| resting_factor(one.ratio)).fold(0.0, f64::max);
     bounds.push(Bound::new("resting-weight", "ρ_r/(ρ_r−1)", factor, Side::AtMost, 1.05).warning().because(
         "with loads of form F1 a resting grain presses this many times its submerged weight, because buoyancy is lost",
-        "numerics §1",
+        "docs/numerics.md, Weight of a resting grain",
         "use F2 or F5b where contact forces matter",
     ));
 }

@@ -13,12 +13,12 @@ fn add_resolution(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let Some(cells) = crate::study::resolution::of(facts.scene) else { return };
     bounds.push(Bound::new("resolution", "D/Δx", cells, Side::AtLeast, 5.0).because(
         "nothing was measured on coarser grids; a rebound at 5 is already 28 % too high",
-        "numerics §2",
+        "docs/numerics.md, Resolution",
         "refine domain.cells, or enlarge the smallest grain",
     ));
     bounds.push(Bound::new("resolution-accuracy", "D/Δx", cells, Side::AtLeast, 8.0).warning().because(
         "drag is right to a few per cent from 8 cells per diameter on",
-        "numerics §2, table",
+        "docs/numerics.md, Resolution",
         "refine domain.cells",
     ));
 }

@@ -1,4 +1,4 @@
-//! Sub-steps against contact and lubrication (numerics.md §3), and what windows do to contacts.
+//! Sub-steps against contact and lubrication (docs/numerics.md), and what windows do to contacts.
 
 use protocol::facts::DemFacts;
 use protocol::scene::Motion;
@@ -29,7 +29,7 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
             Bound::new("explicit-lubrication", "dt_dem", ladder.dt_dem, Side::AtMost, dem.lubrication_dt)
                 .because(
                     "explicit lubrication is stable only for dt < 2(η+δ)m/(6πμR²)",
-                    "numerics §3",
+                    "docs/numerics.md, Lubrication",
                     "make the lubrication implicit, raise the roughness η, or lower the DEM's dt",
                 ),
         );
@@ -46,7 +46,7 @@ fn add_contact(steps: f64, coarse: bool, bounds: &mut Vec<Bound>) {
     bounds.push(if coarse { bound.warning() } else { bound });
     bounds.push(Bound::new("contact-accuracy", "t_c/dt_dem", steps, Side::AtLeast, 20.0).warning().because(
         "a contact is accurate from 20 sub-steps on",
-        "numerics §3",
+        "docs/numerics.md, Contact and sub-steps",
         "raise coupling.steps_per_contact, or lower the DEM's dt",
     ));
 }
@@ -73,7 +73,7 @@ fn add_window(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let most = facts.coupling.max_dt_over_contact_time;
     bounds.push(Bound::new("window-over-contact", "dt_fluid/t_c", ratio, Side::AtMost, most).because(
         "the fluid sees a rebound only at the end of a window; up to 100 contact times heights change by 4–8 %",
-        "numerics §3",
+        "docs/numerics.md, Windows longer than a contact",
         "lower the fluid's dt, raise the contact time, or raise coupling.max_dt_over_contact_time",
     ));
 }

@@ -1,4 +1,4 @@
-//! Convection, viscosity and forcing against the fluid's step (numerics.md §2).
+//! Convection, viscosity and forcing against the fluid's step (docs/numerics.md).
 
 use protocol::facts::{FluidFacts, Forcing};
 use protocol::scene::{CheckedScene, InitialVelocity};
@@ -96,7 +96,7 @@ fn add_forcing(facts: &Facts<'_>, fluid: &FluidFacts, number: f64, bounds: &mut 
             bounds.push(
                 Bound::new("direct-forcing-accuracy", QUANTITY, number, Side::AtMost, 1.0).warning().because(
                     "direct forcing (eq. 7) is wrong by tens of per cent in the settling speed",
-                    "numerics §2 (Ar = 9: +40 %, Ar = 0.9: +90 %)",
+                    "docs/numerics.md, Forcing and viscosity (Ar = 9: +40 %, Ar = 0.9: +90 %)",
                     "use the carried forcing, or a smaller dt",
                 ),
             );
@@ -105,7 +105,7 @@ fn add_forcing(facts: &Facts<'_>, fluid: &FluidFacts, number: f64, bounds: &mut 
             bounds
                 .push(Bound::new("dense-bed-forcing", QUANTITY, number, Side::AtMost, 2.0).warning().because(
                 "the carried forcing of a dense bed converges slowly (340 steps to 1 % at φ = 0.52 and 16)",
-                "numerics §2, limits",
+                "docs/numerics.md, Forcing and viscosity",
                 "lower the fluid's dt",
             ));
         }

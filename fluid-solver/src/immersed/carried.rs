@@ -1,4 +1,4 @@
-//! The force carried from step to step (numerics §1, F5b; F5 for comparison).
+//! The force carried from step to step (docs/equations-immersed.md, section 3: F5b; F5 for comparison).
 //!
 //! ```text
 //! λ' = β (λ + (U − u*) / dt)

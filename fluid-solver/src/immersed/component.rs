@@ -1,6 +1,6 @@
 //! One velocity component with the grains in it: sums over grains, forcing, integrals.
 //!
-//! Many grains share a point by their odds (numerics, "sum χ"): `b_i = q_i / (1 + Σ q)`, so that
+//! Many grains share a point by their odds (docs/numerics.md, Mask): `b_i = q_i / (1 + Σ q)`, so that
 //! with `S = Σ q` and `T = Σ q U` every rule below needs two numbers per cell, smooth and bounded
 //! however the grains overlap.
 

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Everything here works with the odds `q = α / (1 − α) = e^{−2s/w}` instead of α: odds of several
-//! grains add up smoothly (numerics: "sum χ"), and `α = q / (1 + q)` gives eq. 8 back.
+//! grains add up smoothly (docs/numerics.md, Mask), and `α = q / (1 + q)` gives eq. 8 back.
 
 /// σ = `SIGMA` − `SIGMA_SLOPE` λ² (eq. 10).
 pub const SIGMA: f64 = 0.39 + SIGMA_SLOPE;

@@ -78,7 +78,7 @@ fn f5b_drag_does_not_depend_on_dt() {
 
 #[test]
 fn eq_7_drag_depends_on_dt() {
-    // What numerics §2 says of the seed's forcing; were it not so, F5b would have no point.
+    // What docs/numerics.md, Mask, says of direct forcing; were it not so, F5b would have no point.
     let seed = "immersed = { method = \"direct\" }\nloads = { form = \"F3\" }";
     let [a, b] = [0.25, 4.0].map(|number| drag(&cylinders(0.1, 24, number, 0.0, seed)));
     println!("eq. 7: drag {a:.3} and {b:.3} at nu dt/dx^2 = 0.25 and 4; exact {:.3}", sangani_acrivos(0.1));
