@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use protocol::output::RunOptions;
+use bedload_program::RunOptions;
 use protocol::participant::Role;
 use serde_json::{Map, Value};
 

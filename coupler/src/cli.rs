@@ -4,8 +4,8 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use bedload_program::RunOptions;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use protocol::output::RunOptions;
 use protocol::participant::Role;
 
 use crate::export::Viewer;

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::output::OutputFolder;
+use bedload_output::OutputFolder;
 
 use crate::failure::Failure;
 

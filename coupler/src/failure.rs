@@ -116,9 +116,9 @@ impl From<crate::study::report::ReportError> for Failure {
     }
 }
 
-impl From<protocol::output::OutputError> for Failure {
-    fn from(error: protocol::output::OutputError) -> Self {
-        use protocol::output::OutputError;
+impl From<bedload_output::OutputError> for Failure {
+    fn from(error: bedload_output::OutputError) -> Self {
+        use bedload_output::OutputError;
         match error {
             OutputError::Scene(error) => Self::Scene(error),
             OutputError::Foreign { .. } | OutputError::InUse(_) | OutputError::NothingToResume(_) => {

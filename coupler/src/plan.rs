@@ -1,7 +1,7 @@
 //! The plan of a run: who takes part, every time step, every bound, and what it will cost.
 
+use bedload_output::{Observer, Sides};
 use protocol::facts::{DemFacts, FluidFacts};
-use protocol::output::{Observer, Sides};
 use protocol::scene::{CheckedScene, SceneError};
 use protocol::scheme::{Scheme, SchemeKey};
 use serde::Serialize;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use bedload_program::RunOptions;
 use protocol::facts::{DemFacts, FluidFacts};
-use protocol::output::RunOptions;
 use protocol::participant::Role;
 use protocol::scene::CheckedScene;
 

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use bedload_output::OutputFolder;
 use protocol::log::{LogError, Manifest, Recorder, RecorderOptions};
-use protocol::output::OutputFolder;
 
 use crate::failure::Failure;
 use crate::prepare::Prepared;

@@ -5,8 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
+use bedload_output::{ObserverState, OutputFolder};
 use protocol::checkpoint;
-use protocol::output::{ObserverState, OutputFolder};
 use protocol::serve::checkpoint_folder;
 use serde::{Deserialize, Serialize};
 

@@ -6,7 +6,8 @@
 
 use std::time::Instant;
 
-use protocol::output::{OutputFolder, RunOptions, Summary};
+use bedload_output::{OutputFolder, Summary};
+use bedload_program::RunOptions;
 
 use crate::conduct::End;
 use crate::failure::Failure;

@@ -5,8 +5,9 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use bedload_output::{OutputFolder, RunStatus, Summary};
+use bedload_program::RunOptions;
 use protocol::channel::{ConductorLink, Rendezvous, Waiting, remove_stale_runs};
-use protocol::output::{OutputFolder, RunOptions, RunStatus, Summary};
 use protocol::participant::Role;
 use protocol::scene::Motion;
 use protocol::scheme::{Scheme, SchemeKey};
@@ -131,7 +132,7 @@ pub(crate) fn open_folder(
     folder.write_scene(&prepared.scene, fluid, dem, Some(&coupling))?;
     let plan =
         serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;
-    protocol::output::atomic_write(&folder.plan(), plan.as_bytes())?;
+    bedload_output::atomic_write(&folder.plan(), plan.as_bytes())?;
     Ok(resumed)
 }
 

@@ -29,7 +29,7 @@ fn a_good_run_leaves_everything_behind() {
     assert!(summary["cost"]["wall_s"].as_f64().unwrap() > 0.0);
     // Grain 1 starts at rest: v' = −v − 1 in steps of the fluid.
     let v = (0..20).fold(0.0, |v: f64, _| v - 0.01 * (v + 1.0));
-    let series = protocol::output::Series::read(&room.out().join("series.csv")).unwrap();
+    let series = bedload_output::Series::read(&room.out().join("series.csv")).unwrap();
     let measured = *series.column("velocity_z[1]").unwrap().last().unwrap();
     assert!((measured - v).abs() < 1e-12, "{measured} {v}");
     let reader = LogReader::open(&room.out().join("exchange.mcap")).unwrap();

@@ -5,5 +5,5 @@ fn main() -> std::process::ExitCode {
     if std::env::args().nth(1).as_deref() == Some("coarse-grain") {
         return dem_solver::output::command::main();
     }
-    protocol::program::main::<dem_solver::participant::DemParticipant>()
+    bedload_program::main::<dem_solver::participant::DemParticipant>()
 }

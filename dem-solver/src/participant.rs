@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use bedload_output::{MetricValue, OutputFolder};
+use bedload_program::Solver;
+use bedload_program::alone::{self, Answer, Clock};
 use cpu_time::ProcessTime;
-use protocol::alone::{self, Answer, Clock};
 use protocol::checkpoint;
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Kinematics, Loads};
-use protocol::output::{MetricValue, OutputFolder};
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
-use protocol::program::Solver;
 use protocol::scene::{CheckedScene, SceneError};
 
 use crate::config::{Config, DemSection};
@@ -285,7 +285,7 @@ impl Participant for DemParticipant {
                 .map_err(|source| SolverError::File { path: path.display().to_string(), source })
         };
         write(self.fields.join(&name), &grain_files::vtp(time, &self.dem.grains, self.dem.observations()))?;
-        protocol::vtk::list(&self.fields.join("grains.pvd"), time, &name).map_err(failed)?;
+        bedload_output::vtk::list(&self.fields.join("grains.pvd"), time, &name).map_err(failed)?;
         if let Some(profile) = self.profile() {
             let name = format!("profile_{:08}.csv", window.step);
             write(self.fields.join(name), profile.table(&[]).as_bytes())?;

@@ -1,7 +1,7 @@
 //! Grains poured in, rough walls, copies and hand-over from run to run, through the participant.
 mod common;
+use bedload_program::alone::{StandIn, advance};
 use dem_solver::participant::DemParticipant;
-use protocol::alone::{StandIn, advance};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Participant, Window};
 use protocol::scene::{CheckedScene, Motion, Rest, SceneError, SceneSource};
@@ -33,7 +33,7 @@ struct Run {
 impl Run {
     fn new(scene: &CheckedScene, out: &Path) -> Self {
         let solver = DemParticipant::new(scene, out).expect("builds");
-        let exchange = StandIn::new(solver.grains(), protocol::alone::buoyancy(scene));
+        let exchange = StandIn::new(solver.grains(), bedload_program::alone::buoyancy(scene));
         Self { solver, exchange, step: 0 }
     }
 

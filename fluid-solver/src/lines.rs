@@ -3,7 +3,7 @@
 use crate::grid::Grid;
 use crate::immersed::body::along_axes;
 use crate::solver::Solver;
-use protocol::output::{MetricValue, OutputFolder, atomic_write, points};
+use bedload_output::{MetricValue, OutputFolder, atomic_write, points};
 use protocol::participant::SolverError;
 use protocol::scene::{Axis, CheckedScene, MetricKind, SceneError};
 use std::collections::BTreeMap;

@@ -12,7 +12,7 @@ use crate::immersed::body::laboratory;
 use crate::immersed::mask::{Kernel, Mask};
 use crate::immersed::sheet::{each_sheet, first};
 use crate::solver::Solver;
-use protocol::output::planes::{Plane, Planes};
+use bedload_output::planes::{Plane, Planes};
 use protocol::participant::{SolverError, Window};
 use std::path::Path;
 

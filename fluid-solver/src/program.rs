@@ -2,12 +2,12 @@
 
 use crate::config::FluidSection;
 use crate::participant::Fluid;
-use protocol::alone::{self, Answer, Clock};
+use bedload_output::{MetricValue, OutputFolder};
+use bedload_program::Solver;
+use bedload_program::alone::{self, Answer, Clock};
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Kinematics, Loads};
-use protocol::output::{MetricValue, OutputFolder};
 use protocol::participant::{Participant, SolverError};
-use protocol::program::Solver;
 use protocol::scene::{CheckedScene, Motion, SceneError};
 use std::collections::BTreeMap;
 use std::path::Path;

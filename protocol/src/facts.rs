@@ -4,7 +4,8 @@
 use serde::{Deserialize, Serialize};
 
 /// How the loads are formed from the immersed-boundary forcing (docs/numerics.md, Forms of the loads).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "scene", derive(schemars::JsonSchema))]
 pub enum LoadsForm {
     /// −ρρ_p/(ρ_p−ρ) ∫f dV (Izard et al. 2014, eqs 5–6): singular at ρ_p = ρ.
     F1,
@@ -28,7 +29,8 @@ impl LoadsForm {
 }
 
 /// How the immersed boundary imposes the motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "scene", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Forcing {
     /// f = α(U − u)/Δt anew each step (Izard et al. 2014, eq. 7).

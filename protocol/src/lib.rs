@@ -2,20 +2,17 @@
 //!
 //! Solvers know this crate and nothing of each other.
 
-pub mod alone;
 pub mod channel;
 pub mod checkpoint;
 pub mod facts;
 pub mod log;
 pub mod memory;
 pub mod message;
-pub mod output;
 pub mod participant;
-pub mod program;
+#[cfg(feature = "scene")]
 pub mod scene;
 pub mod scheme;
 pub mod serve;
-pub mod vtk;
 
 /// `eprintln!` that does not panic where nobody reads any more: a process whose reader has died still
 /// has to leave in order, with its own exit code.

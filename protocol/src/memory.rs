@@ -1,5 +1,5 @@
-//! Memory that this process may still take, before it takes it: of the machine and of every control
-//! group that it is in.
+//! Memory that this process has taken, and that it may still take: of the machine and of every
+//! control group that it is in.
 
 use std::path::{Path, PathBuf};
 
@@ -70,6 +70,15 @@ fn left(root: &Path, group: &Path, limit: &str, usage: &str, cache: &str) -> Opt
         bytes: most.saturating_sub(used),
         source: format!("{limit} of the control group /{}", group.display()),
     })
+}
+
+/// Peak resident memory of this process, bytes; 0 where the system does not tell.
+#[must_use]
+pub fn peak_rss_bytes() -> u64 {
+    let Ok(status) = std::fs::read_to_string("/proc/self/status") else { return 0 };
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kibibytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+    kibibytes.map_or(0, |count| count * 1024)
 }
 
 #[cfg(test)]

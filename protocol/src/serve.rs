@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::channel::{Rendezvous, SharedMemory, Wire};
+use crate::memory::peak_rss_bytes;
 use crate::message::{Order, State, Status};
-use crate::output::peak_rss_bytes;
 use crate::participant::{ExchangeError, Participant, SolverError, Window, WindowReport};
 
 /// Reading the peak memory costs some 20 µs, so it is read this often at most.

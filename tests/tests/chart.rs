@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::SystemTime;
 
+use bedload_output::Claim;
 use coupler::study::Ladder;
 use coupler::study::chart::Chart;
-use protocol::output::Claim;
 use protocol::scene::{CheckedScene, SceneSource};
 use tests::harness::{Folder, bedload, said};
 

@@ -15,7 +15,7 @@ mod carry;
 mod class;
 mod pick;
 
-use protocol::output::RunOptions;
+use bedload_program::RunOptions;
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
 use serde::Deserialize;
 

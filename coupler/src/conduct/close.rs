@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::time::Duration;
 
+use bedload_output::{MetricValue, Summary};
 use protocol::log::Recorder;
-use protocol::output::{MetricValue, Summary, peak_rss_bytes};
+use protocol::memory::peak_rss_bytes;
 
 use super::Conductor;
 use crate::failure::Failure;

@@ -20,10 +20,11 @@ mod verdict;
 use std::collections::VecDeque;
 use std::time::Instant;
 
+use bedload_output::{Observer, OutputFolder, Sample, Sides};
+use bedload_program::Progress;
 use protocol::channel::ConductorLink;
 use protocol::log::Recorder;
 use protocol::message::{Command, Order, State, Status};
-use protocol::output::{Observer, OutputFolder, Progress, Sample, Sides};
 use protocol::participant::{ExchangeError, Role, Window};
 use protocol::scheme::Scheme;
 

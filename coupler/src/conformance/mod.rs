@@ -16,8 +16,8 @@ mod stage;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use bedload_program::RunOptions;
 use protocol::channel::remove_stale_runs;
-use protocol::output::RunOptions;
 use protocol::participant::Role;
 use serde::Serialize;
 

@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use bedload_output::OutputFolder;
 use protocol::channel::{ConductorLink, Event, Rendezvous};
 use protocol::message::{Command, Header, Kinematics, Loads, Order, Record, State, Status};
-use protocol::output::OutputFolder;
 use protocol::participant::{ExchangeError, Role};
 
 use super::actor::{self, Lines, Part};

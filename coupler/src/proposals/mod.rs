@@ -24,7 +24,7 @@ mod substeps;
 
 use std::path::PathBuf;
 
-use protocol::output::RunOptions;
+use bedload_program::RunOptions;
 use protocol::scene::{CheckedScene, Geometry, Scene};
 
 use crate::bounds::Short;

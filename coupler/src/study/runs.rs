@@ -6,7 +6,8 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use protocol::output::{RunOptions, RunStatus, Summary};
+use bedload_output::{RunStatus, Summary};
+use bedload_program::RunOptions;
 
 use super::SweepError;
 

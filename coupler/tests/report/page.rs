@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use bedload_output::{RunStatus, Summary};
 use coupler::study::report::report;
-use protocol::output::{RunStatus, Summary};
 
 use crate::sample;
 

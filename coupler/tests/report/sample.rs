@@ -3,8 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
+use bedload_output::{Observer, OutputFolder, Sample, Sides, Summary};
 use protocol::message::{Kinematics, Loads};
-use protocol::output::{Observer, OutputFolder, Sample, Sides, Summary};
 use protocol::participant::Window;
 use protocol::scene::{CheckedScene, SceneSource};
 

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use bedload_output::atomic_write;
+use bedload_output::vtk::{Array, image};
+use bedload_program::RunOptions;
+use bedload_program::{ProgramError, explain};
 use clap::Parser;
 use protocol::checkpoint;
-use protocol::output::{RunOptions, atomic_write};
-use protocol::program::{ProgramError, explain};
 use protocol::scene::{Axis, CheckedScene, Profile as Asked};
-use protocol::vtk::{Array, image};
 
 use crate::output::coarse_grain::{Cell, coarse_grain};
 use crate::output::partition::{Grid, Partition};

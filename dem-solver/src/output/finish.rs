@@ -7,7 +7,7 @@ use crate::output::grain_files;
 use crate::output::janssen::{Measured, Silo, direct, plateau};
 use crate::output::profile::Profile;
 use crate::participant::DemParticipant;
-use protocol::output::{MetricValue, OutputFolder, atomic_write};
+use bedload_output::{MetricValue, OutputFolder, atomic_write};
 use protocol::participant::SolverError;
 use protocol::scene::{CheckedScene, MetricKind};
 
@@ -17,7 +17,7 @@ pub(crate) fn finish(
     scene: &CheckedScene,
     folder: &OutputFolder,
 ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
-    let failed = |error: protocol::output::OutputError| SolverError::Failed(error.to_string());
+    let failed = |error: bedload_output::OutputError| SolverError::Failed(error.to_string());
     let dem = participant.dem();
     let table = grain_files::table(dem.time(), &dem.grains, participant.spec());
     atomic_write(&folder.grains(), table.as_bytes()).map_err(failed)?;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crate::grains::Grains;
 use crate::report::Observations;
 use crate::spec::{DemSpec, Motion};
-use protocol::vtk::{Array, points};
+use bedload_output::vtk::{Array, points};
 
 fn flat(vectors: &[crate::Vec3]) -> Vec<f64> {
     vectors.iter().flat_map(|v| [v.x, v.y, v.z]).collect()

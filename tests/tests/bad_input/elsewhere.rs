@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use bedload_program::RunOptions;
 use coupler::failure::Failure;
-use protocol::output::RunOptions;
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
 
 use crate::bases::SPACE;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::output::{Summary, atomic_write};
+use bedload_output::{Summary, atomic_write};
 use protocol::scene::{CheckedScene, SceneError};
 
 use super::config::{Chart, Curve, Reference};

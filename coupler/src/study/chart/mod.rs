@@ -25,7 +25,8 @@ mod table;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use protocol::output::{Claim, OutputError, RunOptions, atomic_write};
+use bedload_output::{Claim, OutputError, atomic_write};
+use bedload_program::RunOptions;
 use protocol::scene::{Metric, SceneError, SceneSource};
 use serde::Deserialize;
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use protocol::output::{Series, points};
+use bedload_output::{Series, points};
 use protocol::scene::Metric;
 
 use super::config::{Chart, Curve, Finer, LimitOf, Reference};

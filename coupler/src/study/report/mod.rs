@@ -26,7 +26,7 @@ pub mod vtr;
 
 use std::path::{Path, PathBuf};
 
-use protocol::output::{OutputError, atomic_write};
+use bedload_output::{OutputError, atomic_write};
 
 use crate::study::chart::ChartError;
 use crate::study::stability::{self, StabilityError};

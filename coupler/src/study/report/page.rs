@@ -1,6 +1,6 @@
 //! The page: frame, style, sections, and how text and numbers become HTML.
 
-use protocol::output::RunStatus;
+use bedload_output::RunStatus;
 
 use super::run_files::RunFiles;
 use super::snapshot::Snapshot;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::output::{Series, Summary};
+use bedload_output::{Series, Summary};
 use protocol::scene::{CheckedScene, SceneSource};
 use serde_json::Value;
 

@@ -85,7 +85,7 @@ fn middle(position: &[[f64; 3]]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use protocol::vtk::{Array, points};
+    use bedload_output::vtk::{Array, points};
 
     use super::*;
 

@@ -1,6 +1,6 @@
 //! The tables of a report: plan, bounds, metrics, cost.
 
-use protocol::output::{MetricValue, Summary};
+use bedload_output::{MetricValue, Summary};
 use serde_json::Value;
 
 use super::page::{escape, integer, number};

@@ -24,7 +24,7 @@ pub mod verdict;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use protocol::output::{Claim, OutputError, atomic_write};
+use bedload_output::{Claim, OutputError, atomic_write};
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
 
 use crate::failure::Failure;

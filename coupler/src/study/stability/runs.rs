@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::output::{RunOptions, RunStatus, Series, Summary};
+use bedload_output::{RunStatus, Series, Summary};
+use bedload_program::RunOptions;
 
 use super::StabilityError;
 use super::section::{ANY, Limit, Stability, Sweep};

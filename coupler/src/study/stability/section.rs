@@ -1,6 +1,6 @@
 //! The `[stability]` section of a scene.
 
-use protocol::output::Columns;
+use bedload_output::Columns;
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

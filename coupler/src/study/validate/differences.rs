@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use protocol::output::points;
+use bedload_output::points;
 
 use super::ValidateError;
 use super::case::{Case, Difference};

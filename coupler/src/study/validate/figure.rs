@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use bedload_output::points;
 use kuva::plot::scatter::MarkerShape;
 use kuva::plot::{LegendPosition, LinePlot, ScatterPlot};
 use kuva::render::annotations::ReferenceLine;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render_to_svg;
-use protocol::output::points;
 
 use super::ValidateError;
 use super::case::{Case, Figure, Points, Series, Table, matches};

@@ -27,7 +27,7 @@ mod verdict;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use protocol::output::{Claim, OutputError, atomic_write};
+use bedload_output::{Claim, OutputError, atomic_write};
 
 use crate::failure::Failure;
 use crate::study::SweepError;

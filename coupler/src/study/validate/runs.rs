@@ -8,7 +8,7 @@ use crate::study::{self as sweep, Keep, Task};
 #[derive(Clone, Debug)]
 pub(super) enum Outcome {
     /// It left a result.
-    Done(Box<protocol::output::Summary>),
+    Done(Box<bedload_output::Summary>),
     /// It left none, and why.
     Failed(String),
     /// `--quick` left it out.

@@ -175,7 +175,7 @@ fn deviation(value: Option<f64>, absolute: bool, signed: bool) -> String {
 mod tests {
     use std::path::Path;
 
-    use protocol::output::{MetricValue, RunStatus, Size, Summary};
+    use bedload_output::{MetricValue, RunStatus, Size, Summary};
     use protocol::scene::Geometry;
 
     use super::super::verdict;

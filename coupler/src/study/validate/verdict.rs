@@ -1,6 +1,6 @@
 //! A measured value against its reference.
 
-use protocol::output::{MetricValue, Summary};
+use bedload_output::{MetricValue, Summary};
 
 use super::case::{Case, Check, Kind, Reference, matches};
 use super::formula;

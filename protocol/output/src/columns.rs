@@ -1,0 +1,369 @@
+//! The columns of `series.csv`: which there are, and their values after a window.
+
+use protocol::message::{Header, Kinematics, Loads};
+use protocol::participant::Window;
+use protocol::scene::{CheckedScene, Geometry, Grain, Motion, Shape};
+
+/// Grains with columns of their own where the scene does not say.
+const GRAINS_BY_DEFAULT: usize = 16;
+
+/// What a run sees of the exchange.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sides {
+    /// Loads of the fluid.
+    pub loads: bool,
+    /// Motion of the grains.
+    pub motion: bool,
+    /// Contacts, lubrication and sub-steps of a DEM.
+    pub contact: bool,
+}
+
+impl Sides {
+    /// Fluid and DEM.
+    #[must_use]
+    pub fn coupled() -> Self {
+        Self { loads: true, motion: true, contact: true }
+    }
+
+    /// DEM without fluid.
+    #[must_use]
+    pub fn dry() -> Self {
+        Self { loads: false, motion: true, contact: true }
+    }
+
+    /// Fluid without DEM, about grains whose motion is given (`motion`: it is passed on, too).
+    #[must_use]
+    pub fn fluid_alone(motion: bool) -> Self {
+        Self { loads: true, motion, contact: false }
+    }
+}
+
+/// A scalar column that the caller adds (a flow rate, say).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Extra {
+    /// Name of the column.
+    pub name: String,
+    /// Unit, `-` if it has none.
+    pub unit: String,
+}
+
+/// What `observe.energy` adds behind other extras: a DEM alone gives the values in this order.
+#[must_use]
+pub fn energy_columns() -> [Extra; 6] {
+    [
+        "elastic_energy",
+        "potential_energy",
+        "dissipated_normal",
+        "dissipated_tangential",
+        "dissipated_sliding",
+        "dissipated_energy",
+    ]
+    .map(|name| Extra { name: name.to_owned(), unit: "J".to_owned() })
+}
+
+/// The mean pressure gradient that `medium.flow_rate` adds: behind other extras, as energies are.
+fn flow_rate_column(scene: &CheckedScene) -> Option<Extra> {
+    let flow = scene.scene.medium.as_ref()?.flow_rate?;
+    let name = format!("pressure_gradient_{}", ["x", "y", "z"][flow.axis.component()]);
+    Some(Extra { name, unit: "Pa/m".to_owned() })
+}
+
+/// An accepted window as observed. A slice may be empty where [`Sides`] says so.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<'a> {
+    /// The window.
+    pub window: &'a Window,
+    /// Loads of the window, one per grain.
+    pub loads: &'a [Loads],
+    /// Header of the kinematics ([`Window::header`] without a DEM).
+    pub header: &'a Header,
+    /// Motion at the end of the window, one per grain.
+    pub kinematics: &'a [Kinematics],
+    /// Values of the [`Extra`] columns, in their order.
+    pub extras: &'a [f64],
+}
+
+impl Sample<'_> {
+    /// End of the window, s: the instant that `kinematics` are of.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.window.time + self.window.dt
+    }
+}
+
+/// Where a column's value comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Source {
+    Time,
+    Dt,
+    Substeps,
+    KineticEnergy,
+    SmallestGap,
+    LargestOverlap,
+    RunOut,
+    Height,
+    Extra(usize),
+    Grain(Quantity, usize, usize),
+}
+
+/// What is observed of a grain: vectors, and the gap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quantity {
+    Position,
+    Velocity,
+    Spin,
+    HydrodynamicForce,
+    HydrodynamicTorque,
+    ContactForce,
+    LubricationForce,
+    Gap,
+}
+
+impl Quantity {
+    const ALL: [Self; 8] = [
+        Self::Position,
+        Self::Velocity,
+        Self::Spin,
+        Self::HydrodynamicForce,
+        Self::HydrodynamicTorque,
+        Self::ContactForce,
+        Self::LubricationForce,
+        Self::Gap,
+    ];
+
+    fn name_and_unit(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Position => ("position", "m"),
+            Self::Velocity => ("velocity", "m/s"),
+            Self::Spin => ("spin", "rad/s"),
+            Self::HydrodynamicForce => ("hydrodynamic_force", "N"),
+            Self::HydrodynamicTorque => ("hydrodynamic_torque", "N m"),
+            Self::ContactForce => ("contact_force", "N"),
+            Self::LubricationForce => ("lubrication_force", "N"),
+            Self::Gap => ("gap", "m"),
+        }
+    }
+
+    fn is_seen(self, sides: Sides) -> bool {
+        match self {
+            Self::Position | Self::Velocity | Self::Spin => sides.motion,
+            Self::HydrodynamicForce | Self::HydrodynamicTorque => sides.loads,
+            Self::ContactForce | Self::LubricationForce | Self::Gap => sides.contact,
+        }
+    }
+
+    /// Components that the geometry leaves free: axial ones on an axis, turning about y in a plane.
+    fn components(self, geometry: Geometry) -> &'static [usize] {
+        let turns = matches!(self, Self::Spin | Self::HydrodynamicTorque);
+        match (self, geometry) {
+            (Self::Gap, _) => &[0],
+            (_, Geometry::Space) => &[0, 1, 2],
+            (_, Geometry::Plane) if turns => &[1],
+            (_, Geometry::Plane) => &[0, 2],
+            (_, Geometry::Axisymmetric) if turns => &[],
+            (_, Geometry::Axisymmetric) => &[2],
+        }
+    }
+
+    fn value(self, axis: usize, grain: usize, sample: &Sample) -> Option<f64> {
+        let motion = sample.kinematics.get(grain);
+        let loads = sample.loads.get(grain);
+        Some(match self {
+            Self::Position => motion?.position[axis],
+            Self::Velocity => motion?.velocity[axis],
+            Self::Spin => motion?.spin[axis],
+            Self::HydrodynamicForce => loads?.force[axis],
+            Self::HydrodynamicTorque => loads?.torque[axis],
+            Self::ContactForce => motion?.contact_force[axis],
+            Self::LubricationForce => motion?.lubrication_force[axis],
+            Self::Gap => motion?.gap,
+        })
+    }
+}
+
+/// The columns of a run and its present row. Nothing is allocated per window.
+#[derive(Clone, Debug)]
+pub struct Columns {
+    names: Vec<String>,
+    units: Vec<String>,
+    sources: Vec<Source>,
+    row: Vec<f64>,
+    free: Vec<FreeGrain>,
+    /// Largest x of a free grain's surface at t = 0, m.
+    front: f64,
+    /// Lower face of the box along z, m.
+    floor: f64,
+    /// Number of grains that are there from the start.
+    present: usize,
+}
+
+/// What the sums over free grains need.
+#[derive(Clone, Copy, Debug)]
+struct FreeGrain {
+    index: usize,
+    radius: f64,
+    mass: f64,
+    inertia: f64,
+}
+
+impl FreeGrain {
+    fn new(index: usize, grain: &Grain) -> Self {
+        let mass = grain.mass();
+        let shape = match grain.shape {
+            Shape::Sphere => 0.4,
+            Shape::Disc => 0.5,
+        };
+        Self { index, radius: grain.radius, mass, inertia: shape * mass * grain.radius.powi(2) }
+    }
+}
+
+/// Grains that the scene wants columns of.
+#[must_use]
+pub(crate) fn observed_grains(scene: &CheckedScene) -> Vec<usize> {
+    let by_default = || (0..scene.grains.len().min(GRAINS_BY_DEFAULT)).collect();
+    scene.scene.observe.grains.clone().unwrap_or_else(by_default)
+}
+
+impl Columns {
+    /// The columns of `scene` as `sides` sees it; scalars first, then grain by grain.
+    #[must_use]
+    pub fn new(scene: &CheckedScene, sides: Sides, extras: &[Extra]) -> Self {
+        let present = scene.present();
+        let free: Vec<FreeGrain> = scene
+            .grains
+            .iter()
+            .enumerate()
+            .filter(|(_, grain)| grain.motion == Motion::Free)
+            .map(|(index, grain)| FreeGrain::new(index, grain))
+            .collect();
+        let surface = |grain: &FreeGrain| scene.grains[grain.index].position[0] + grain.radius;
+        let mut columns = Self {
+            names: Vec::new(),
+            units: Vec::new(),
+            sources: Vec::new(),
+            row: Vec::new(),
+            front: free
+                .iter()
+                .filter(|grain| grain.index < present)
+                .map(surface)
+                .fold(f64::NEG_INFINITY, f64::max),
+            floor: scene.scene.domain.lower.last().copied().unwrap_or(0.0),
+            free,
+            present,
+        };
+        let energies = scene.scene.observe.energy && sides == Sides::dry();
+        let mut more = if energies { energy_columns().to_vec() } else { Vec::new() };
+        more.extend(sides.loads.then(|| flow_rate_column(scene)).flatten());
+        let extras = [extras, &more].concat();
+        columns.add_scalars(scene.scene.domain.geometry, sides, &extras);
+        let geometry = scene.scene.domain.geometry;
+        for grain in observed_grains(scene) {
+            columns.add_grain(grain, geometry, sides);
+        }
+        columns.row = vec![0.0; columns.names.len()];
+        columns
+    }
+
+    fn add(&mut self, name: &str, unit: &str, source: Source) {
+        self.names.push(name.to_owned());
+        self.units.push(unit.to_owned());
+        self.sources.push(source);
+    }
+
+    fn add_scalars(&mut self, geometry: Geometry, sides: Sides, extras: &[Extra]) {
+        self.add("t", "s", Source::Time);
+        self.add("dt", "s", Source::Dt);
+        if sides.contact {
+            self.add("substeps", "-", Source::Substeps);
+            self.add("smallest_gap", "m", Source::SmallestGap);
+            self.add("largest_overlap", "m", Source::LargestOverlap);
+        }
+        if sides.motion && !self.free.is_empty() {
+            self.add("kinetic_energy", "J", Source::KineticEnergy);
+        }
+        let heap = self.free.len() > 1 && geometry != Geometry::Axisymmetric;
+        if sides.motion && heap {
+            self.add("run_out", "m", Source::RunOut);
+            self.add("height", "m", Source::Height);
+        }
+        for (index, extra) in extras.iter().enumerate() {
+            self.add(&extra.name, &extra.unit, Source::Extra(index));
+        }
+    }
+
+    fn add_grain(&mut self, grain: usize, geometry: Geometry, sides: Sides) {
+        for quantity in Quantity::ALL.into_iter().filter(|quantity| quantity.is_seen(sides)) {
+            let (name, unit) = quantity.name_and_unit();
+            for axis in quantity.components(geometry) {
+                let name = match quantity {
+                    Quantity::Gap => format!("{name}[{grain}]"),
+                    _ => format!("{name}_{}[{grain}]", ["x", "y", "z"][*axis]),
+                };
+                self.add(&name, unit, Source::Grain(quantity, *axis, grain));
+            }
+        }
+    }
+
+    /// Names, `t` first.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Place and unit of a column.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<(usize, &str)> {
+        let place = self.names.iter().position(|known| known == name)?;
+        Some((place, &self.units[place]))
+    }
+
+    /// Value of a column in the last row.
+    #[must_use]
+    pub fn latest(&self, name: &str) -> Option<f64> {
+        self.find(name).map(|(place, _)| self.row[place])
+    }
+
+    /// The row after a window. What was not observed is NaN.
+    ///
+    /// `run_out` is the way that the foremost surface of a free grain has gained along x since
+    /// t = 0, `height` that of the topmost one above the lower z face of the box.
+    pub fn fill(&mut self, sample: &Sample) -> &[f64] {
+        for place in 0..self.row.len() {
+            self.row[place] = match self.sources[place] {
+                Source::Time => sample.time(),
+                Source::Dt => sample.window.dt,
+                Source::Substeps => sample.header.substeps as f64,
+                Source::SmallestGap => sample.header.smallest_gap,
+                Source::LargestOverlap => sample.header.largest_overlap,
+                Source::KineticEnergy => self.kinetic_energy(sample),
+                Source::RunOut => self.extent(sample, 0) - self.front,
+                Source::Height => self.extent(sample, 2) - self.floor,
+                Source::Extra(index) => sample.extras.get(index).copied().unwrap_or(f64::NAN),
+                Source::Grain(quantity, axis, grain) => {
+                    quantity.value(axis, grain, sample).unwrap_or(f64::NAN)
+                }
+            };
+        }
+        &self.row
+    }
+
+    /// Σ ½ m v² + ½ I ω² over the free grains, J (plane: per unit depth).
+    fn kinetic_energy(&self, sample: &Sample) -> f64 {
+        let square = |vector: &[f64; 3]| vector.iter().map(|x| x * x).sum::<f64>();
+        let energy = |grain: &FreeGrain| {
+            let motion = sample.kinematics.get(grain.index)?;
+            Some(0.5 * (grain.mass * square(&motion.velocity) + grain.inertia * square(&motion.spin)))
+        };
+        self.free.iter().map(|grain| energy(grain).unwrap_or(f64::NAN)).sum()
+    }
+
+    /// Largest coordinate of a free grain's surface along `axis`, m.
+    fn extent(&self, sample: &Sample, axis: usize) -> f64 {
+        let surface = |grain: &FreeGrain| {
+            let motion = sample.kinematics.get(grain.index)?;
+            let there = grain.index < self.present || motion.is_there();
+            there.then_some(motion.position[axis] + grain.radius)
+        };
+        self.free.iter().filter_map(surface).fold(f64::NEG_INFINITY, f64::max)
+    }
+}

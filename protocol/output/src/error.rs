@@ -1,0 +1,56 @@
+//! Why the output could not be written or read.
+
+use std::path::{Path, PathBuf};
+
+/// Why the output could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The system refused.
+    #[error("cannot {action} {}: {source}", path.display())]
+    File {
+        /// What was tried.
+        action: &'static str,
+        /// On which path.
+        path: PathBuf,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// The folder holds something else.
+    #[error(
+        "{} is not empty and not an output folder of Bedload (its scene.toml does not begin with \
+         `{marker}`): nothing was changed; name an empty or new folder with --out",
+        path.display()
+    )]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+        /// First words of a `scene.toml` that Bedload wrote.
+        marker: &'static str,
+    },
+    /// Another process writes there.
+    #[error("{} is in use by another process of Bedload: nothing was changed; wait until it ends, or name another \
+             folder with --out", .0.display())]
+    InUse(PathBuf),
+    /// There is nothing to resume.
+    #[error("{} holds no run to resume: leave out --resume, or name the folder of the run with --out", .0.display())]
+    NothingToResume(PathBuf),
+    /// The scene asks for something that the run cannot observe.
+    #[error(transparent)]
+    Scene(#[from] Box<protocol::scene::SceneError>),
+    /// A file does not hold what it should.
+    #[error("{}: {what}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, what was expected, what to do.
+        what: String,
+    },
+}
+
+impl OutputError {
+    /// Wraps an error of the system.
+    pub(crate) fn file(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::File { action, path, source }
+    }
+}

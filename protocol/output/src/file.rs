@@ -1,0 +1,24 @@
+//! Files that are written whole or not at all.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+
+use crate::error::OutputError;
+
+/// Writes a file whole or not at all: a neighbour with the ending `.tmp`, synced, then renamed.
+///
+/// # Errors
+/// [`OutputError::File`].
+pub fn atomic_write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".tmp");
+    let temporary = path.with_file_name(name);
+    let write = || -> std::io::Result<()> {
+        let mut file = fs::File::create(&temporary)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&temporary, path)
+    };
+    write().map_err(OutputError::file("write", path))
+}

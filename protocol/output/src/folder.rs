@@ -1,0 +1,260 @@
+//! The output folder: where every file of a run lies, and how it is made without harm.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::claim::Claim;
+use crate::columns::observed_grains;
+use crate::error::OutputError;
+use crate::file::atomic_write;
+use protocol::facts::{DemFacts, FluidFacts};
+use protocol::scene::CheckedScene;
+
+/// First words of the `scene.toml` of an output folder: how Bedload knows its own.
+const MARKER: &str = "# Bedload output:";
+
+/// Files that a run writes in the folder itself.
+const FILES: [&str; 11] = [
+    "summary.json",
+    "series.csv",
+    "exchange.mcap",
+    "report.html",
+    "plan.json",
+    "grains.csv",
+    "profile.csv",
+    "planes.csv",
+    "oblique.csv",
+    "deposit.csv",
+    "scene.toml",
+];
+
+/// What a run writes in its sub-folders: by extension in `fields/`, by first word in `checkpoint/`.
+const FIELD_EXTENSIONS: [&str; 7] = ["vtr", "vtu", "vtp", "vti", "pvd", "csv", "tmp"];
+const CHECKPOINT_NAMES: [&str; 4] = ["fluid", "dem", "coupler", "loop"];
+
+/// The folder of one run.
+#[derive(Clone, Debug)]
+pub struct OutputFolder {
+    root: PathBuf,
+    /// Held as long as a run writes there.
+    _claim: Option<Arc<Claim>>,
+}
+
+impl OutputFolder {
+    /// Makes the folder, or empties it of an earlier run, and puts the scene in.
+    ///
+    /// An earlier run is replaced only in a folder that Bedload wrote, and only its own files:
+    /// whatever else lies there stays.
+    ///
+    /// # Errors
+    /// [`OutputError::InUse`], [`OutputError::Foreign`] if the folder holds other things, [`OutputError::File`].
+    pub fn create(root: &Path, scene: &CheckedScene) -> Result<Self, OutputError> {
+        fs::create_dir_all(root).map_err(OutputError::file("make the output folder", root))?;
+        let folder = Self::claimed(root)?;
+        if !folder.is_empty()? {
+            folder.require_marker()?;
+            folder.remove_run()?;
+        }
+        for path in [folder.fields(), folder.checkpoint()] {
+            fs::create_dir_all(&path).map_err(OutputError::file("make the folder", &path))?;
+        }
+        folder.write_scene(scene, None, None, None)?;
+        Ok(folder)
+    }
+
+    /// Opens the folder of an earlier run, to read it or to add to it.
+    ///
+    /// # Errors
+    /// [`OutputError::NothingToResume`] if there is none.
+    pub fn open(root: &Path) -> Result<Self, OutputError> {
+        let folder = Self { root: root.to_owned(), _claim: None };
+        folder.require_marker().map_err(|_| OutputError::NothingToResume(root.to_owned()))?;
+        for path in [folder.fields(), folder.checkpoint()] {
+            fs::create_dir_all(&path).map_err(OutputError::file("make the folder", &path))?;
+        }
+        Ok(folder)
+    }
+
+    /// Opens the folder of an earlier run, to go on with it.
+    ///
+    /// # Errors
+    /// [`OutputError::NothingToResume`], [`OutputError::InUse`].
+    pub fn resume(root: &Path) -> Result<Self, OutputError> {
+        Self::open(root)?;
+        Self::claimed(root)
+    }
+
+    fn claimed(root: &Path) -> Result<Self, OutputError> {
+        Ok(Self { root: root.to_owned(), _claim: Some(Arc::new(Claim::of(root)?)) })
+    }
+
+    /// Writes `scene.toml` with every default written out; sections that are not given stay as
+    /// the user wrote them.
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn write_scene(
+        &self,
+        scene: &CheckedScene,
+        fluid: Option<&FluidFacts>,
+        dem: Option<&DemFacts>,
+        coupling: Option<&toml::Table>,
+    ) -> Result<(), OutputError> {
+        let path = self.scene();
+        let body = resolved_scene(scene, fluid, dem, coupling)
+            .map_err(|error| OutputError::Content { path: path.clone(), what: error.to_string() })?;
+        // A name with a line break would end the comment.
+        let name = scene.source.file.replace(['\n', '\r'], " ");
+        let text = format!(
+            "{MARKER} {name} with every default written out\n# sha256 of the scene as read: {}\n\n{body}",
+            scene.sha256()
+        );
+        atomic_write(&path, text.as_bytes())
+    }
+
+    fn is_empty(&self) -> Result<bool, OutputError> {
+        let mut entries =
+            fs::read_dir(&self.root).map_err(OutputError::file("read the folder", &self.root))?;
+        Ok(entries.next().is_none())
+    }
+
+    fn require_marker(&self) -> Result<(), OutputError> {
+        let ours = fs::read(self.scene()).is_ok_and(|bytes| bytes.starts_with(MARKER.as_bytes()));
+        if ours {
+            return Ok(());
+        }
+        Err(OutputError::Foreign { path: self.root.clone(), marker: MARKER })
+    }
+
+    /// Removes the files of the last run, `scene.toml` (which marks the folder as ours) last.
+    fn remove_run(&self) -> Result<(), OutputError> {
+        remove_files(&self.fields(), |path| {
+            path.extension().is_some_and(|end| FIELD_EXTENSIONS.iter().any(|known| end == *known))
+        })?;
+        remove_files(&self.checkpoint(), |path| {
+            let name = path.file_stem().and_then(|name| name.to_str()).unwrap_or("");
+            CHECKPOINT_NAMES.iter().any(|known| name.split(['.', '-', '_']).next() == Some(known))
+        })?;
+        for name in FILES {
+            let path = self.root.join(name);
+            match fs::remove_file(&path) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(OutputError::file("replace the last run's", &path)(error));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// The folder itself.
+    #[must_use]
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The scene as it was run.
+    #[must_use]
+    pub fn scene(&self) -> PathBuf {
+        self.root.join("scene.toml")
+    }
+
+    /// `summary.json`.
+    #[must_use]
+    pub fn summary(&self) -> PathBuf {
+        self.root.join("summary.json")
+    }
+
+    /// `series.csv`.
+    #[must_use]
+    pub fn series(&self) -> PathBuf {
+        self.root.join("series.csv")
+    }
+
+    /// The grains as a run of a DEM alone leaves them, `grains.csv`.
+    #[must_use]
+    pub fn grains(&self) -> PathBuf {
+        self.root.join("grains.csv")
+    }
+
+    /// Coarse-grained profile at the end of a run of a DEM alone, `profile.csv`.
+    #[must_use]
+    pub fn profile(&self) -> PathBuf {
+        self.root.join("profile.csv")
+    }
+
+    /// Mean over time of the averages over planes, `planes.csv`.
+    #[must_use]
+    pub fn planes(&self) -> PathBuf {
+        self.root.join("planes.csv")
+    }
+
+    /// The log of the exchange, `exchange.mcap`.
+    #[must_use]
+    pub fn log(&self) -> PathBuf {
+        self.root.join("exchange.mcap")
+    }
+
+    /// The plan that the coupler checked, `plan.json`.
+    #[must_use]
+    pub fn plan(&self) -> PathBuf {
+        self.root.join("plan.json")
+    }
+
+    /// Folder of the field files.
+    #[must_use]
+    pub fn fields(&self) -> PathBuf {
+        self.root.join("fields")
+    }
+
+    /// Folder of the checkpoint.
+    #[must_use]
+    pub fn checkpoint(&self) -> PathBuf {
+        self.root.join("checkpoint")
+    }
+
+    /// `report.html`.
+    #[must_use]
+    pub fn report(&self) -> PathBuf {
+        self.root.join("report.html")
+    }
+}
+
+/// Removes the plain files of `folder` that `ours` knows; links and folders stay.
+fn remove_files(folder: &Path, ours: impl Fn(&Path) -> bool) -> Result<(), OutputError> {
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        if entry.file_type().is_ok_and(|kind| kind.is_file()) && ours(&path) {
+            fs::remove_file(&path).map_err(OutputError::file("replace the last run's", &path))?;
+        }
+    }
+    Ok(())
+}
+
+/// The scene as TOML with every default written out: the shared part from its types, the sections
+/// of the solvers and of the coupler from what they resolved.
+///
+/// # Errors
+/// If a value has no TOML form.
+pub fn resolved_scene(
+    scene: &CheckedScene,
+    fluid: Option<&FluidFacts>,
+    dem: Option<&DemFacts>,
+    coupling: Option<&toml::Table>,
+) -> Result<String, toml::ser::Error> {
+    let mut resolved = scene.scene.clone();
+    let observed = observed_grains(scene);
+    resolved.observe.grains = Some(observed);
+    if let Some(fluid) = fluid {
+        resolved.fluid.clone_from(&fluid.resolved);
+    }
+    if let Some(dem) = dem {
+        resolved.dem.clone_from(&dem.resolved);
+    }
+    if let Some(coupling) = coupling {
+        resolved.coupling.clone_from(coupling);
+    }
+    toml::to_string_pretty(&resolved)
+}

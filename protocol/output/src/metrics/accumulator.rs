@@ -1,0 +1,166 @@
+//! What a metric keeps from window to window, in constant memory.
+
+use serde::{Deserialize, Serialize};
+
+use super::line::Line;
+use super::trajectory::Crossing;
+use crate::columns::Sample;
+use protocol::scene::MetricKind;
+
+/// Part of the run, at its end, over which "terminal" and "resting" are averaged.
+const TAIL: f64 = 0.1;
+
+/// What one metric keeps.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub enum Accumulator {
+    /// The grain's trajectory says it all.
+    Trajectory,
+    /// The first value, once it is known.
+    First(Option<f64>),
+    /// Mean over time from an instant on.
+    Mean {
+        /// Start, s.
+        from: f64,
+        /// Time averaged over so far, s.
+        time: f64,
+        /// Integral over that time.
+        integral: f64,
+    },
+    /// Straight line over time.
+    Line(Line),
+    /// Speeds at a gap.
+    Crossing(Crossing),
+    /// Last value.
+    Last(Option<f64>),
+    /// Largest value from an instant on.
+    Largest {
+        /// Start, s.
+        from: f64,
+        /// The value.
+        value: Option<f64>,
+    },
+    /// Upward passages of a level from an instant on.
+    Passages(Passages),
+}
+
+impl Accumulator {
+    /// What a metric of this kind begins with; `until` is the end of the run, s.
+    pub(super) fn of(kind: &MetricKind, until: f64) -> Self {
+        let mean = |from| Accumulator::Mean { from, time: 0.0, integral: 0.0 };
+        match kind {
+            MetricKind::TerminalReynolds { .. } | MetricKind::RestingForceRatio { .. } => {
+                mean((1.0 - TAIL) * until)
+            }
+            MetricKind::InitialAcceleration { .. }
+            | MetricKind::DepositAspectRatio(_)
+            | MetricKind::ColumnSolidFraction(_)
+            | MetricKind::MobilisationTime { .. } => Accumulator::First(None),
+            MetricKind::RestitutionAtGap { .. } => Accumulator::Crossing(Crossing::default()),
+            MetricKind::Mean { from, .. } => mean(*from),
+            MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {
+                Accumulator::Line(Line::new(span.from, span.to))
+            }
+            MetricKind::Final { .. } => Accumulator::Last(None),
+            MetricKind::Max { from, .. } => Accumulator::Largest { from: *from, value: None },
+            MetricKind::Frequency { from, level, .. } => {
+                Accumulator::Passages(Passages { from: *from, level: *level, ..Passages::default() })
+            }
+            _ => Accumulator::Trajectory,
+        }
+    }
+
+    /// Adds a value of a window; means weigh it with the part of the window after their start.
+    pub(super) fn add(&mut self, value: f64, sample: &Sample) {
+        match self {
+            Self::First(first) => *first = first.or(Some(value)),
+            Self::Mean { from, time, integral } => {
+                let weight = (sample.time() - *from).clamp(0.0, sample.window.dt);
+                // Outside its span not even a NaN counts.
+                if weight > 0.0 {
+                    *time += weight;
+                    *integral += weight * value;
+                }
+            }
+            Self::Line(line) => line.add(sample.time(), sample.window.dt, value),
+            Self::Last(last) => *last = Some(value),
+            Self::Largest { from, value: largest } if sample.time() > *from => {
+                *largest = Some(largest.map_or(value, |kept| kept.max(value)));
+            }
+            Self::Passages(passages) => passages.add(sample.time(), value),
+            Self::Largest { .. } => {}
+            Self::Trajectory | Self::Crossing(_) => {}
+        }
+    }
+
+    /// The number it stands for, or why there is none.
+    pub(super) fn value(&self) -> Result<f64, String> {
+        match self {
+            Self::Mean { from, time, .. } if *time <= 0.0 => {
+                Err(format!("the run ended before t = {from} s, where its mean begins"))
+            }
+            Self::Mean { time, integral, .. } => Ok(integral / time),
+            Self::First(value) | Self::Last(value) => value.ok_or_else(|| "no window was done".into()),
+            Self::Largest { from, value } => {
+                value.ok_or_else(|| format!("the run ended before t = {from} s, where its search begins"))
+            }
+            Self::Passages(passages) => passages.frequency(),
+            Self::Trajectory | Self::Crossing(_) | Self::Line(_) => Err("is not a single number".into()),
+        }
+    }
+}
+
+/// Upward passages of a level: the times of the first and the last, to second order in the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct Passages {
+    /// Start, s.
+    from: f64,
+    /// The level.
+    level: f64,
+    /// Time and value of the window before.
+    before: Option<(f64, f64)>,
+    first: Option<f64>,
+    last: f64,
+    count: u64,
+}
+
+impl Passages {
+    fn add(&mut self, time: f64, value: f64) {
+        if time <= self.from {
+            return;
+        }
+        if let Some((t, v)) = self.before.replace((time, value))
+            && v < self.level
+            && value >= self.level
+        {
+            self.last = t + (time - t) * (self.level - v) / (value - v);
+            self.first = self.first.or(Some(self.last));
+            self.count += 1;
+        }
+    }
+
+    fn frequency(&self) -> Result<f64, String> {
+        match self.first {
+            Some(first) if self.count > 1 => Ok((self.count - 1) as f64 / (self.last - first)),
+            _ => Err(format!("passed {} upwards {} times: a period needs two", self.level, self.count)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// sin(2π 3 t) + 0.2 in windows of 0.011 s: 3 Hz, to the square of 3 Hz × 0.011 s.
+    #[test]
+    fn frequency_of_a_sine_is_its_own() {
+        let mut passages = Passages { from: 0.5, level: 0.1, ..Passages::default() };
+        for k in 1..400 {
+            let t = 0.011 * f64::from(k);
+            passages.add(t, (std::f64::consts::TAU * 3.0 * t).sin() + 0.2);
+        }
+        let frequency = passages.frequency().expect("many periods");
+        assert!((frequency / 3.0 - 1.0).abs() < 1e-3, "{frequency}");
+        assert!(passages.first.is_some_and(|first| first > 0.5));
+        assert!(Passages::default().frequency().is_err());
+    }
+}

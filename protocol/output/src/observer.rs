@@ -1,0 +1,156 @@
+//! Everything that watches a run, fed once per accepted window.
+
+use serde::{Deserialize, Serialize};
+
+use crate::columns::{Columns, Extra, Sample, Sides};
+use crate::error::OutputError;
+use crate::file::atomic_write;
+use crate::folder::OutputFolder;
+use crate::metrics::{Metrics, MetricsState};
+use crate::planes::Record;
+use crate::series::SeriesWriter;
+use crate::summary::{Summary, Tally};
+use protocol::scene::{CheckedScene, ObservedPlanes, SceneError};
+
+/// Series, metrics and counts of a run.
+#[derive(Debug)]
+pub struct Observer {
+    columns: Columns,
+    series: SeriesWriter,
+    metrics: Metrics,
+    tally: Tally,
+    has_fluid: bool,
+    planes: Option<ObservedPlanes>,
+    folder: OutputFolder,
+}
+
+/// What an [`Observer`] needs to go on: belongs into a checkpoint. Holds no infinity and no NaN
+/// unless a solver sent one.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct ObserverState {
+    /// Of the metrics.
+    pub metrics: MetricsState,
+    /// Counts.
+    pub tally: Tally,
+}
+
+impl Observer {
+    /// Refuses what a run that sees these `sides` would refuse at its start.
+    ///
+    /// # Errors
+    /// If a metric names an unknown column.
+    pub fn check(scene: &CheckedScene, sides: Sides) -> Result<(), SceneError> {
+        Metrics::new(scene, &Columns::new(scene, sides, &[]), sides).map(|_| ())
+    }
+
+    /// Watches a new run: starts `series.csv`.
+    ///
+    /// # Errors
+    /// [`OutputError::Scene`] if a metric names an unknown column; [`OutputError::File`].
+    pub fn create(
+        folder: &OutputFolder,
+        scene: &CheckedScene,
+        sides: Sides,
+        extras: &[Extra],
+    ) -> Result<Self, OutputError> {
+        let columns = Columns::new(scene, sides, extras);
+        let metrics = Metrics::new(scene, &columns, sides).map_err(Box::new)?;
+        let series = SeriesWriter::create(&folder.series(), columns.names(), scene.scene.observe.every)?;
+        Ok(Self::over(folder, scene, sides, columns, series, metrics, Tally::default()))
+    }
+
+    /// Watches a run that goes on from a checkpoint: rows of `series.csv` after it are cut off.
+    ///
+    /// # Errors
+    /// As [`Observer::create`], and [`OutputError::Content`] if the state does not fit the scene.
+    pub fn resume(
+        folder: &OutputFolder,
+        scene: &CheckedScene,
+        sides: Sides,
+        extras: &[Extra],
+        state: ObserverState,
+    ) -> Result<Self, OutputError> {
+        let columns = Columns::new(scene, sides, extras);
+        let mut metrics = Metrics::new(scene, &columns, sides).map_err(Box::new)?;
+        metrics
+            .restore(state.metrics)
+            .map_err(|what| OutputError::Content { path: folder.checkpoint(), what })?;
+        let every = scene.scene.observe.every;
+        let series = SeriesWriter::resume(&folder.series(), columns.names(), every, state.tally.simulated)?;
+        Ok(Self::over(folder, scene, sides, columns, series, metrics, state.tally))
+    }
+
+    fn over(
+        folder: &OutputFolder,
+        scene: &CheckedScene,
+        sides: Sides,
+        columns: Columns,
+        series: SeriesWriter,
+        metrics: Metrics,
+        tally: Tally,
+    ) -> Self {
+        let planes = scene.scene.observe.planes.clone();
+        Self { columns, series, metrics, tally, has_fluid: sides.loads, planes, folder: folder.clone() }
+    }
+
+    /// Takes an accepted window, once, in order.
+    ///
+    /// # Errors
+    /// [`OutputError::File`].
+    pub fn record(&mut self, sample: &Sample) -> Result<(), OutputError> {
+        let row = self.columns.fill(sample);
+        self.metrics.record(sample, row);
+        self.tally.record(sample.window, sample.header.substeps);
+        self.series.record(row)?;
+        Ok(())
+    }
+
+    /// The state for a checkpoint, after every row has been handed to the system.
+    ///
+    /// # Errors
+    /// [`OutputError::File`].
+    pub fn state(&mut self) -> Result<ObserverState, OutputError> {
+        self.series.flush()?;
+        Ok(ObserverState { metrics: self.metrics.state().clone(), tally: self.tally })
+    }
+
+    /// Value of a column after the last window.
+    #[must_use]
+    pub fn latest(&self, column: &str) -> Option<f64> {
+        self.columns.latest(column)
+    }
+
+    /// Counts so far.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// Ends the series and fills `time` and `metrics` of the summary. `contact_time`: shortest
+    /// duration of a contact, s, infinite where nothing can touch.
+    ///
+    /// # Errors
+    /// [`OutputError::File`].
+    pub fn finish(&mut self, summary: &mut Summary, contact_time: f64) -> Result<(), OutputError> {
+        self.series.flush()?;
+        summary.time = self.tally.time(self.has_fluid, contact_time);
+        if let Some(asked) = &self.planes {
+            let record = Record::read(&self.folder.fields(), asked, self.tally.simulated)?;
+            if let Some(table) = record.table() {
+                atomic_write(&self.folder.planes(), table.as_bytes())?;
+            }
+            for t in &asked.at {
+                if let Some(sample) = record.nearest(*t) {
+                    let path = self.folder.fields().join(format!("at_{t}.csv"));
+                    atomic_write(&path, sample.to_string().as_bytes())?;
+                }
+            }
+            self.metrics.read_planes(record);
+        }
+        summary.metrics = self.metrics.finish();
+        for (name, text) in self.metrics.tables() {
+            atomic_write(&self.folder.root().join(name), text.as_bytes())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,275 @@
+//! Averages of fluid and grains over planes of cells: one file per sample, their mean over time, and the
+//! metrics that are read from it.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::error::OutputError;
+use protocol::scene::{MetricKind, ObservedPlanes};
+
+/// Columns of a file, after `# t`.
+const HEADER: &str = "at,width,solid_fraction,fluid_velocity_x,fluid_velocity_y,fluid_velocity_z,grain_velocity_x,\
+                      grain_velocity_y,grain_velocity_z";
+
+/// What begins the names of the files of samples.
+const NAME: &str = "planes_";
+
+/// Both phases on one plane of cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Plane {
+    /// Place of the centres across the planes, m.
+    pub at: f64,
+    /// Width of the cells across the planes, m.
+    pub width: f64,
+    /// Part of the volume that grains fill.
+    pub solid_fraction: f64,
+    /// Mean velocity of the fluid, m/s; zero where there is none (in files NaN).
+    pub fluid_velocity: [f64; 3],
+    /// Mean velocity of the solid, m/s; zero where there is none (in files NaN).
+    pub grain_velocity: [f64; 3],
+}
+
+/// All planes at one instant, or their mean.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Planes {
+    /// Time, s; of a mean that of the last sample.
+    pub time: f64,
+    /// Lowest first.
+    pub planes: Vec<Plane>,
+}
+
+impl Planes {
+    /// Name of the file of a sample.
+    #[must_use]
+    pub fn file_name(step: u64) -> String {
+        format!("{NAME}{step:08}.csv")
+    }
+
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// What does not fit.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let mut lines = text.lines();
+        let first = lines.next().unwrap_or("");
+        let time = first.strip_prefix("# t = ").and_then(|rest| rest.trim_end_matches(" s").parse().ok());
+        let time = time.ok_or_else(|| format!("begins with {first:?}; `# t = TIME s` was expected"))?;
+        if lines.next() != Some(HEADER) {
+            return Err(format!("has other columns than {HEADER}"));
+        }
+        let plane = |line: &str| {
+            let cells: Result<Vec<f64>, _> = line.split(',').map(str::parse::<f64>).collect();
+            match cells.as_deref() {
+                Ok(&[at, width, solid_fraction, ux, uy, uz, vx, vy, vz]) => Ok(Plane {
+                    at,
+                    width,
+                    solid_fraction,
+                    fluid_velocity: [ux, uy, uz].map(known),
+                    grain_velocity: [vx, vy, vz].map(known),
+                }),
+                _ => Err(format!("the line {line:?} is not nine numbers")),
+            }
+        };
+        Ok(Self { time, planes: lines.map(plane).collect::<Result<_, _>>()? })
+    }
+
+    /// Mean of samples of the same planes, each phase weighed with how much of it there is.
+    #[must_use]
+    pub fn mean(samples: &[Self]) -> Option<Self> {
+        let last = samples.last()?;
+        let mut mean = last.clone();
+        for (k, plane) in mean.planes.iter_mut().enumerate() {
+            let here: Vec<&Plane> = samples.iter().filter_map(|sample| sample.planes.get(k)).collect();
+            let over = |velocity: fn(&Plane) -> [f64; 3], weight: fn(&Plane) -> f64| {
+                let total: f64 = here.iter().map(|p| weight(p)).sum();
+                std::array::from_fn(|c| {
+                    let sum: f64 = here.iter().map(|p| weight(p) * velocity(p)[c]).sum();
+                    if total > 0.0 { sum / total } else { 0.0 }
+                })
+            };
+            plane.fluid_velocity = over(|p| p.fluid_velocity, |p| 1.0 - p.solid_fraction);
+            plane.grain_velocity = over(|p| p.grain_velocity, |p| p.solid_fraction);
+            plane.solid_fraction = here.iter().map(|p| p.solid_fraction).sum::<f64>() / here.len() as f64;
+        }
+        Some(mean)
+    }
+
+    /// Mean of a velocity over all planes, m/s: (phase, component), phase 0 fluid, 1 grains.
+    fn mean_velocity(&self, phase: usize, component: usize) -> f64 {
+        let (mut sum, mut total) = (0.0, 0.0);
+        for p in &self.planes {
+            let (velocity, share) = match phase {
+                0 => (p.fluid_velocity, 1.0 - p.solid_fraction),
+                _ => (p.grain_velocity, p.solid_fraction),
+            };
+            sum += share * p.width * velocity[component];
+            total += share * p.width;
+        }
+        sum / total
+    }
+
+    /// Rate of shear of the fluid where the solid fraction falls below `fraction` for the last time, 1/s.
+    fn shear_at_surface(&self, fraction: f64) -> Option<f64> {
+        let above = self.planes.iter().rposition(|p| p.solid_fraction >= fraction)? + 1;
+        let (a, b) = (&self.planes[above - 1], self.planes.get(above)?);
+        let square: f64 = (0..3).map(|c| (b.fluid_velocity[c] - a.fluid_velocity[c]).powi(2)).sum();
+        Some(square.sqrt() / (b.at - a.at))
+    }
+}
+
+/// A velocity as it was written, zero in place of NaN: there is none of the phase.
+fn known(velocity: f64) -> f64 {
+    if velocity.is_nan() { 0.0 } else { velocity }
+}
+
+impl std::fmt::Display for Planes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(f, "# t = {} s\n{HEADER}", self.time)?;
+        for p in &self.planes {
+            write!(f, "{},{},{}", p.at, p.width, p.solid_fraction)?;
+            for (velocity, share) in
+                [(p.fluid_velocity, 1.0 - p.solid_fraction), (p.grain_velocity, p.solid_fraction)]
+            {
+                for v in velocity {
+                    write!(f, ",{}", if share > 0.0 { v } else { f64::NAN })?;
+                }
+            }
+            f.write_char('\n')?;
+        }
+        Ok(())
+    }
+}
+
+/// The samples of a run and their mean.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Record {
+    samples: Vec<Planes>,
+    mean: Option<Planes>,
+}
+
+impl Record {
+    /// Reads the samples in `fields` up to `time` (s), and takes the mean over those that `asked` names.
+    pub(super) fn read(fields: &Path, asked: &ObservedPlanes, time: f64) -> Result<Self, OutputError> {
+        let mut samples = Vec::new();
+        let entries = std::fs::read_dir(fields).map_err(OutputError::file("read", fields))?;
+        for entry in entries {
+            let path = entry.map_err(OutputError::file("read", fields))?.path();
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
+            if name.starts_with(NAME) && name.ends_with(".csv") {
+                let text = std::fs::read_to_string(&path).map_err(OutputError::file("read", &path))?;
+                let sample = Planes::parse(&text);
+                samples.push(sample.map_err(|what| OutputError::Content { path: path.clone(), what })?);
+            }
+        }
+        samples.retain(|sample| sample.time <= time * (1.0 + 1e-12));
+        samples.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let counts = |sample: &&Planes| (asked.from..=asked.to).contains(&sample.time);
+        let inside: Vec<Planes> = samples.iter().filter(counts).cloned().collect();
+        Ok(Self { mean: Planes::mean(&inside), samples })
+    }
+
+    /// Text of the mean.
+    pub(super) fn table(&self) -> Option<String> {
+        self.mean.as_ref().map(Planes::to_string)
+    }
+
+    /// The sample nearest to time `t`, s, if the run came so far.
+    pub(super) fn nearest(&self, t: f64) -> Option<&Planes> {
+        let apart = |sample: &Planes| (sample.time - t).abs();
+        self.samples.last().filter(|last| last.time >= t)?;
+        self.samples.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
+    }
+
+    /// A metric of the mean, or of the sample nearest to its time.
+    pub(super) fn value(&self, kind: &MetricKind, grains: &Bed) -> Result<f64, String> {
+        let mean = self.mean.as_ref().ok_or("the run ended before the mean of observe.planes begins");
+        match kind {
+            MetricKind::MeanFluidVelocity { component } => Ok(mean?.mean_velocity(0, component.component())),
+            MetricKind::MeanGrainVelocity { component } => Ok(mean?.mean_velocity(1, component.component())),
+            MetricKind::Shields { at, surface } => {
+                let planes = match at {
+                    Some(t) => self.nearest(*t).ok_or_else(|| format!("the run ended before t = {t} s"))?,
+                    None => mean?,
+                };
+                let shear = planes.shear_at_surface(*surface);
+                let shear = shear.ok_or_else(|| format!("no solid fraction of {surface} was found"))?;
+                grains.shields(shear)
+            }
+            _ => Err("is not measured on planes".into()),
+        }
+    }
+}
+
+/// What the Shields number needs besides the shear.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Bed {
+    /// Viscosity, Pa s.
+    pub(super) viscosity: f64,
+    /// ρ_p − ρ, kg/m³.
+    pub(super) excess: f64,
+    /// m/s².
+    pub(super) gravity: f64,
+    /// Mean diameter, m.
+    pub(super) diameter: f64,
+}
+
+impl Bed {
+    /// θ = μ γ̇/((ρ_p − ρ) g D).
+    fn shields(&self, shear: f64) -> Result<f64, String> {
+        let stress = self.excess * self.gravity * self.diameter;
+        if stress > 0.0 { Ok(self.viscosity * shear / stress) } else { Err("no grain has a weight".into()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bed of solid fraction ½ up to z = 2 that creeps, below fluid sheared at rate 3.
+    fn sample(time: f64, speed: f64) -> Planes {
+        let plane = |k: usize| {
+            let at = 0.25 + 0.5 * k as f64;
+            let solid = if at < 2.0 { 0.5 } else { 0.0 };
+            Plane {
+                at,
+                width: 0.5,
+                solid_fraction: solid,
+                fluid_velocity: [3.0 * at, 0.0, 0.0],
+                grain_velocity: [if solid > 0.0 { speed } else { 0.0 }, 0.0, 0.0],
+            }
+        };
+        Planes { time, planes: (0..8).map(plane).collect() }
+    }
+
+    #[test]
+    fn a_file_reads_back_to_the_same_bits() {
+        let planes = sample(1.0 / 3.0, 0.1);
+        assert!(
+            planes.to_string().ends_with(",0,11.25,0,0,NaN,NaN,NaN\n"),
+            "no grains: no velocity of theirs"
+        );
+        assert_eq!(Planes::parse(&planes.to_string()), Ok(planes));
+        assert!(Planes::parse("").is_err());
+        assert!(Planes::parse("# t = 1 s\nz\n").unwrap_err().contains("other columns"));
+    }
+
+    #[test]
+    fn phases_are_weighed_with_how_much_of_them_there_is() {
+        let mean = Planes::mean(&[sample(1.0, 0.1), sample(2.0, 0.3)]).unwrap();
+        assert!((mean.mean_velocity(1, 0) - 0.2).abs() < 1e-15);
+        // fluid: half of z < 2 at a mean speed of 3, all of 2 < z < 4 at 9
+        assert!((mean.mean_velocity(0, 0) - (1.0 * 3.0 + 2.0 * 9.0) / 3.0).abs() < 1e-14);
+        assert_eq!(Planes::mean(&[]), None);
+    }
+
+    #[test]
+    fn shields_number_of_a_known_shear() {
+        let record = Record { samples: vec![sample(1.0, 0.0), sample(2.0, 0.0)], mean: None };
+        let bed = Bed { viscosity: 2.0, excess: 4.0, gravity: 5.0, diameter: 0.1 };
+        let kind = MetricKind::Shields { at: Some(1.9), surface: 0.3 };
+        assert!((record.value(&kind, &bed).unwrap() - 2.0 * 3.0 / (4.0 * 5.0 * 0.1)).abs() < 1e-12);
+        let late = MetricKind::Shields { at: Some(9.0), surface: 0.3 };
+        assert!(record.value(&late, &bed).is_err());
+        assert!(record.value(&MetricKind::Shields { at: None, surface: 0.3 }, &bed).is_err());
+    }
+}

@@ -1,0 +1,132 @@
+//! The output folder: made, replaced, refused, resumed; an observer on it.
+
+use std::fs;
+
+use bedload_output::{
+    Observer, OutputError, OutputFolder, RunStatus, Sample, Series, Sides, Summary, atomic_write,
+};
+use protocol::facts::{DemFacts, FluidFacts};
+use protocol::message::{Header, Loads};
+use protocol::scene::CheckedScene;
+
+use crate::stage::{falling, fresh, scene, sphere, window};
+
+#[test]
+fn the_resolved_scene_is_a_scene_and_the_same_one() {
+    let root = fresh("resolved").join("run");
+    let scene_read = sphere("locked = []\n");
+    let folder = OutputFolder::create(&root, &scene_read).expect("creates");
+    let resolved = |text: &str| text.parse::<toml::Table>().expect("a table");
+    let fluid = FluidFacts { resolved: resolved("cfl = 0.5"), ..FluidFacts::default() };
+    let dem = DemFacts { resolved: resolved("contact_time = 1e-3"), ..DemFacts::default() };
+    folder
+        .write_scene(&scene_read, Some(&fluid), Some(&dem), Some(&resolved("scheme = \"explicit\"")))
+        .expect("writes");
+    let again = scene(&fs::read_to_string(folder.scene()).expect("text"));
+    assert_eq!(again.grains, scene_read.grains);
+    assert_eq!(again.scene.observe.grains, Some(vec![0]));
+    assert_eq!(again.scene.fluid["cfl"].as_float(), Some(0.5));
+    assert_eq!(again.scene.dem["contact_time"].as_float(), Some(1e-3));
+    assert_eq!(again.scene.coupling["scheme"].as_str(), Some("explicit"));
+}
+
+#[test]
+fn a_run_is_replaced_and_foreign_files_stay() {
+    let root = fresh("replace");
+    let folder = OutputFolder::create(&root, &sphere("")).expect("creates");
+    let ours = [
+        folder.summary(),
+        folder.series(),
+        folder.log(),
+        folder.report(),
+        folder.fields().join("fluid_00000001.vtr"),
+        folder.checkpoint().join("fluid.checkpoint"),
+    ];
+    let foreign =
+        [root.join("notes.txt"), folder.fields().join("movie.mp4"), folder.checkpoint().join("mine.txt")];
+    for path in ours.iter().chain(&foreign) {
+        fs::write(path, "x").expect("writes");
+    }
+    let error = OutputFolder::create(&root, &sphere("")).expect_err("in use");
+    assert!(matches!(error, OutputError::InUse(_)), "{error}");
+    assert!(matches!(OutputFolder::resume(&root), Err(OutputError::InUse(_))));
+    assert!(ours.iter().all(|path| path.exists()), "who may not write removes nothing");
+    drop(folder);
+    let folder = OutputFolder::create(&root, &sphere("")).expect("replaces");
+    assert!(ours.iter().all(|path| !path.exists()));
+    assert!(foreign.iter().all(|path| path.exists()));
+    assert!(folder.scene().exists());
+}
+
+#[test]
+fn a_foreign_folder_is_refused_and_untouched() {
+    let root = fresh("foreign");
+    for (name, text) in [("summary.json", "{}"), ("scene.toml", "until = 1.0\n"), ("thesis.tex", "x")] {
+        fs::write(root.join(name), text).expect("writes");
+    }
+    let error = OutputFolder::create(&root, &sphere("")).expect_err("refuses");
+    assert!(matches!(error, OutputError::Foreign { .. }), "{error}");
+    assert_eq!(fs::read_dir(&root).expect("folder").count(), 3);
+    assert!(matches!(OutputFolder::open(&root), Err(OutputError::NothingToResume(_))));
+}
+
+#[test]
+fn a_file_is_written_whole_and_nothing_is_left_beside_it() {
+    let root = fresh("atomic");
+    let path = root.join("a.json");
+    atomic_write(&path, b"first").expect("writes");
+    atomic_write(&path, b"second").expect("writes");
+    assert_eq!(fs::read(&path).expect("reads"), b"second");
+    assert_eq!(fs::read_dir(&root).expect("folder").count(), 1);
+    assert!(atomic_write(&root.join("none/a.json"), b"x").is_err());
+}
+
+fn watch(observer: &mut Observer, steps: std::ops::Range<u64>) {
+    for step in steps {
+        let window = window(step, 0.5);
+        let header = Header { substeps: 3 + step, ..window.header() };
+        let motion = falling(-(step as f64), 10.0 - step as f64);
+        let loads = [Loads { force: [0.0, 0.0, 0.1 * step as f64], ..Loads::default() }];
+        let sample =
+            Sample { window: &window, loads: &loads, header: &header, kinematics: &[motion], extras: &[] };
+        observer.record(&sample).expect("records");
+    }
+}
+
+fn run(root: &std::path::Path, scene: &CheckedScene, cut: Option<u64>) -> (Vec<u8>, Summary) {
+    let mut folder = OutputFolder::create(root, scene).expect("creates");
+    let mut observer = Observer::create(&folder, scene, Sides::coupled(), &[]).expect("observes");
+    if let Some(cut) = cut {
+        watch(&mut observer, 0..cut);
+        let state = observer.state().expect("state");
+        // Windows after the checkpoint, lost with the process.
+        watch(&mut observer, cut..cut + 3);
+        drop((observer, folder));
+        folder = OutputFolder::resume(root).expect("opens");
+        observer = Observer::resume(&folder, scene, Sides::coupled(), &[], state).expect("resumes");
+        watch(&mut observer, cut..20);
+    } else {
+        watch(&mut observer, 0..20);
+    }
+    let mut summary = Summary::new(scene, "0");
+    observer.finish(&mut summary, f64::INFINITY).expect("finishes");
+    (fs::read(folder.series()).expect("series"), summary)
+}
+
+#[test]
+fn a_resumed_run_leaves_the_same_files() {
+    let scene = sphere("[observe]\nevery = 1.0\n[[metrics]]\nname = \"re\"\nkind = \"terminal-reynolds\"\n");
+    let (series, summary) = run(&fresh("whole"), &scene, None);
+    assert_eq!(summary.status, RunStatus::Completed);
+    assert_eq!(summary.time.substeps_per_window.min, 3);
+    assert_eq!(summary.time.substeps_per_window.max, 22);
+    assert_eq!(summary.time.substeps_per_window.mean, 12.5);
+    assert_eq!(summary.time.contact_time, None);
+    // Last tenth of 10 s: the last two windows, speeds 18 and 19.
+    assert_eq!(summary.metrics["re"].value, Some(18.5 * 2.0 / 0.5));
+    let text = String::from_utf8(series.clone()).expect("text");
+    assert_eq!(Series::parse(&text).expect("series").len(), 10);
+    for cut in [0, 1, 7, 19] {
+        assert_eq!(run(&fresh("cut"), &scene, Some(cut)), (series.clone(), summary.clone()), "cut at {cut}");
+    }
+}

@@ -1,0 +1,281 @@
+//! Metrics against exact values of analytic trajectories.
+
+use bedload_output::{Columns, Extra, Metrics, MetricsState, Sides};
+use protocol::message::{Header, Kinematics, Loads};
+
+use crate::stage::{Watch, falling, sphere};
+
+const BOUNCE: &str = r#"
+[[metrics]]
+name = "impact"
+kind = "impact-velocity-ratio"
+reference = 0.5
+source = "exact"
+[[metrics]]
+name = "rebound"
+kind = "rebound-velocity-ratio"
+[[metrics]]
+name = "restitution"
+kind = "restitution-at-gap"
+gap = 0.1
+[[metrics]]
+name = "height"
+kind = "rebound-height"
+[[metrics]]
+name = "second"
+kind = "second-rebound-height"
+[[metrics]]
+name = "stokes"
+kind = "stokes"
+[[metrics]]
+name = "reynolds"
+kind = "reynolds"
+[[metrics]]
+name = "resting"
+kind = "resting-force-ratio"
+[[metrics]]
+name = "terminal"
+kind = "terminal-reynolds"
+[[metrics]]
+name = "acceleration"
+kind = "initial-acceleration"
+"#;
+
+/// (velocity, gap, impact, rebound, contact force along z)
+type Instant = (f64, f64, f64, f64, f64);
+
+fn feed(watch: &mut Watch, way: &[Instant]) {
+    for (velocity, gap, impact_speed, rebound_speed, force) in way {
+        let contact_force = [0.0, 0.0, *force];
+        watch.feed(Kinematics {
+            impact_speed: *impact_speed,
+            rebound_speed: *rebound_speed,
+            contact_force,
+            ..falling(*velocity, *gap)
+        });
+    }
+}
+
+/// Down at 4, touches at 3, leaves at 2, rises to 0.5, comes down, bounces to 0.125, rests.
+const WAY: [Instant; 10] = [
+    (-4.0, 1.0, 0.0, 0.0, 0.0),
+    (-3.5, 0.2, 0.0, 0.0, 0.0),
+    (-3.1, 0.05, 0.0, 0.0, 0.0),
+    (-1.0, -0.01, 3.0, 0.0, 50.0),
+    (2.0, 0.02, 0.0, 2.0, 20.0),
+    (1.6, 0.18, 0.0, 0.0, 0.0),
+    (0.0, 0.5, 0.0, 0.0, 0.0),
+    (-1.0, 0.3, 0.0, 0.0, 0.0),
+    (0.5, 0.125, 1.0, 0.5, 30.0),
+    (0.0, -0.001, 0.2, 0.0, 84.0),
+];
+
+#[test]
+fn a_bounce_has_its_exact_ratios() {
+    let mut watch = Watch::new(&sphere(BOUNCE), 1.0);
+    feed(&mut watch, &WAY);
+    // V_T = 4: largest at the end of a window before the first contact.
+    assert_eq!(watch.value("impact"), 3.0 / 4.0);
+    assert_eq!(watch.value("rebound"), 2.0 / 4.0);
+    // In: a third of the way back from gap 0.05 to 0.2; out: halfway from 0.02 to 0.18.
+    let inward = 3.5 + (3.1 - 3.5) * (0.1 - 0.2) / (0.05 - 0.2);
+    let outward = 2.0 + (1.6 - 2.0) * (0.1 - 0.02) / (0.18 - 0.02);
+    assert_eq!(watch.value("restitution"), outward / inward);
+    assert_eq!(watch.value("height"), 0.5 / 2.0);
+    assert_eq!(watch.value("second"), 0.125 / 2.0);
+    assert_eq!(watch.value("stokes"), (3.0 + 0.5) * 4.0 * 2.0 / (9.0 * 0.5));
+    assert_eq!(watch.value("reynolds"), 4.0 * 2.0 / 0.5);
+    // Speed 4 gained in one second under gravity 10.
+    assert_eq!(watch.value("acceleration"), 4.0 / 10.0);
+    // Last tenth of 10 s: the last window alone.
+    let submerged = (3.0 - 1.0) * 4.0 / 3.0 * std::f64::consts::PI * 10.0;
+    assert!((watch.value("resting") - 84.0 / submerged).abs() < 1e-15);
+    assert_eq!(watch.value("terminal"), 0.0);
+}
+
+#[test]
+fn references_give_relative_errors() {
+    let mut watch = Watch::new(&sphere(BOUNCE), 1.0);
+    feed(&mut watch, &WAY);
+    let values = watch.metrics.finish();
+    assert_eq!(values["impact"].reference, Some(0.5));
+    assert_eq!(values["impact"].relative_error, Some(0.5));
+    assert_eq!(values["impact"].source.as_deref(), Some("exact"));
+    assert_eq!(values["rebound"].relative_error, None);
+}
+
+#[test]
+fn a_contact_shorter_than_a_window_uses_the_speeds_of_the_touch() {
+    let mut watch = Watch::new(&sphere(BOUNCE), 1.0);
+    feed(&mut watch, &[(-4.0, 1.0, 0.0, 0.0, 0.0), (2.0, 0.4, 3.0, 2.5, 10.0), (0.0, 0.6, 0.0, 0.0, 0.0)]);
+    let inward = 4.0 + (3.0 - 4.0) * (0.1 - 1.0) / (0.0 - 1.0);
+    let outward = 2.5 + (2.0 - 2.5) * 0.1 / 0.4;
+    assert!((watch.value("restitution") - outward / inward).abs() < 1e-15);
+    assert_eq!(watch.value("height"), 0.6 / 2.0);
+    assert_eq!(watch.note("second"), "there was no second contact");
+}
+
+#[test]
+fn without_a_contact_ratios_are_missing_with_a_reason() {
+    let mut watch = Watch::new(&sphere(BOUNCE), 1.0);
+    feed(&mut watch, &[(-1.0, 5.0, 0.0, 0.0, 0.0), (-2.0, 4.0, 0.0, 0.0, 0.0)]);
+    for name in ["impact", "rebound", "restitution", "height"] {
+        assert_eq!(watch.note(name), "there was no contact");
+    }
+    assert!(watch.note("resting").contains("ended before t = 9"));
+    assert_eq!(watch.value("reynolds"), 2.0 * 2.0 / 0.5);
+}
+
+#[test]
+fn a_grain_that_sticks_has_zero_rebound_and_restitution() {
+    let mut watch = Watch::new(&sphere(BOUNCE), 1.0);
+    feed(
+        &mut watch,
+        &[
+            (-2.0, 1.0, 0.0, 0.0, 0.0),
+            (-2.0, 0.05, 0.0, 0.0, 0.0),
+            (-0.1, -0.01, 2.0, 0.0, 9.0),
+            (0.0, -0.01, 0.0, 0.0, 9.0),
+        ],
+    );
+    for name in ["rebound", "restitution", "height"] {
+        assert_eq!(watch.value(name), 0.0);
+    }
+    assert!(
+        watch.metrics.finish()["restitution"]
+            .note
+            .as_deref()
+            .is_some_and(|note| note.contains("never came back"))
+    );
+}
+
+#[test]
+fn a_solver_that_reports_no_impact_speed_still_has_contacts() {
+    let mut watch = Watch::new(&sphere(BOUNCE), 1.0);
+    feed(
+        &mut watch,
+        &[
+            (-2.0, 1.0, 0.0, 0.0, 0.0),
+            (-1.0, -0.01, 0.0, 0.0, 9.0),
+            (1.0, 0.01, 0.0, 0.0, 4.0),
+            (0.5, 0.8, 0.0, 0.0, 0.0),
+            (0.0, -0.01, 0.0, 0.0, 3.0),
+            (0.0, 0.9, 0.0, 0.0, 0.0),
+        ],
+    );
+    assert_eq!(watch.note("impact"), "the DEM reports no impact speed");
+    assert_eq!(watch.value("height"), 0.8 / 2.0);
+    assert_eq!(watch.value("second"), 0.9 / 2.0);
+}
+
+/// Free fall from h, restitution e: V_C = √(2gh), rise e²h; sampled every 1 ms the peak is missed by
+/// at most g dt²/8.
+#[test]
+fn a_ballistic_bounce_rises_to_e_squared_h() {
+    let (g, h, e, dt) = (10.0f64, 3.0f64, 0.8f64, 1e-3);
+    let mut watch = Watch::new(&sphere(BOUNCE), dt);
+    let touch = (2.0 * h / g).sqrt();
+    let speed = g * touch;
+    let second = touch + 2.0 * e * speed / g;
+    let mut step = 1u64;
+    loop {
+        let t = step as f64 * dt;
+        if t >= second {
+            break;
+        }
+        let hit = t >= touch && t - dt < touch;
+        let (velocity, gap) = if t < touch {
+            (-g * t, h - 0.5 * g * t * t)
+        } else {
+            let s = t - touch;
+            (e * speed - g * s, e * speed * s - 0.5 * g * s * s)
+        };
+        let (impact_speed, rebound_speed) = if hit { (speed, e * speed) } else { (0.0, 0.0) };
+        watch.feed(Kinematics { impact_speed, rebound_speed, ..falling(velocity, gap) });
+        step += 1;
+    }
+    let sampled = 10.0 * dt;
+    assert!((watch.value("impact") - 1.0).abs() < sampled / speed);
+    assert!((watch.value("height") - e * e * h / 2.0).abs() <= g * dt * dt / 8.0 / 2.0);
+    // At gap a: in √(2g(h−a)), out √(2g(e²h−a)); interpolation errs by about g dt²/(8·v).
+    let a = 0.1;
+    let exact = ((e * e * h - a) / (h - a)).sqrt();
+    assert!((watch.value("restitution") - exact).abs() < 1e-5, "{} {exact}", watch.value("restitution"));
+}
+
+#[test]
+fn a_light_sphere_settles_upwards() {
+    let text = sphere("").source.text.replace("density = 3.0", "density = 0.5");
+    let scene = crate::stage::scene(&format!("{text}{BOUNCE}"));
+    let mut watch = Watch::new(&scene, 1.0);
+    watch.feed(falling(3.0, 5.0));
+    assert_eq!(watch.value("reynolds"), 3.0 * 2.0 / 0.5);
+}
+
+const COLUMNS: &str = r#"
+[[metrics]]
+name = "mean"
+kind = "mean"
+column = "flow_rate"
+from = 1.5
+[[metrics]]
+name = "last"
+kind = "final"
+column = "velocity_z[0]"
+[[metrics]]
+name = "most"
+kind = "max"
+column = "flow_rate"
+"#;
+
+#[test]
+fn means_weigh_with_time_from_their_start() {
+    let extras = [Extra { name: "flow_rate".into(), unit: "m^3/s".into() }];
+    let mut watch = Watch::with_extras(&sphere(COLUMNS), 1.0, &extras);
+    for (step, rate) in [7.0, 2.0, 8.0].into_iter().enumerate() {
+        let motion = falling(-(step as f64), 1.0);
+        watch.feed_all(&[Loads::default()], &Header::default(), &[motion], &[rate]);
+    }
+    // Half of the second window, the whole of the third.
+    assert_eq!(watch.value("mean"), (0.5 * 2.0 + 8.0) / 1.5);
+    assert_eq!(watch.value("last"), -2.0);
+    assert_eq!(watch.value("most"), 8.0);
+    assert_eq!(watch.metrics.finish()["mean"].unit, "m^3/s");
+}
+
+#[test]
+fn an_unknown_column_is_refused_with_the_known_ones() {
+    let scene = sphere(COLUMNS);
+    let columns = Columns::new(&scene, Sides::coupled(), &[]);
+    let error = Metrics::new(&scene, &columns, Sides::coupled()).expect_err("no such column");
+    assert_eq!(error.key, "metrics[0].column");
+    assert!(error.message.contains("flow_rate") && error.message.contains("kinetic_energy"), "{error}");
+    // A DEM alone cannot know what the fluid adds: it goes on without.
+    let metrics = Metrics::new(&scene, &Columns::new(&scene, Sides::dry(), &[]), Sides::dry()).expect("runs");
+    assert_eq!(metrics.finish()["mean"].note.as_deref(), Some("this run has no column `flow_rate`"));
+}
+
+#[test]
+fn a_resumed_run_measures_the_same_bits() {
+    let scene = sphere(BOUNCE);
+    let mut whole = Watch::new(&scene, 1.0);
+    feed(&mut whole, &WAY);
+    for cut in 0..WAY.len() {
+        let mut first = Watch::new(&scene, 1.0);
+        feed(&mut first, &WAY[..cut]);
+        let json = serde_json::to_string(first.metrics.state()).expect("state to JSON");
+        let state: MetricsState = serde_json::from_str(&json).expect("state from JSON");
+        let mut second = Watch::new(&scene, 1.0);
+        second.step = cut as u64;
+        second.metrics.restore(state).expect("the same metrics");
+        feed(&mut second, &WAY[cut..]);
+        assert_eq!(second.metrics.finish(), whole.metrics.finish(), "cut at {cut}");
+    }
+}
+
+#[test]
+fn a_state_of_other_metrics_is_refused() {
+    let other = Watch::new(&sphere(&COLUMNS.replace("flow_rate", "t")), 1.0);
+    let mut watch = Watch::new(&sphere(BOUNCE), 1.0);
+    assert!(watch.metrics.restore(other.metrics.state().clone()).is_err());
+}

@@ -1,0 +1,120 @@
+//! The commands of a solver, as typed.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use protocol::channel::Wire;
+use protocol::log::Logged;
+use protocol::participant::SolverError;
+
+use crate::error::{ProgramError, explain};
+use crate::options::RunOptions;
+use crate::solver::Solver;
+use crate::{alone_run, coupled};
+
+#[derive(Parser)]
+#[command(version, about, propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Read the scene and print what this solver makes of it
+    Check {
+        #[command(flatten)]
+        options: RunOptions,
+        /// As JSON, for the coupler
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print the JSON Schema of this solver's section of the scene
+    Schema,
+    /// Run alone
+    Run {
+        #[command(flatten)]
+        options: RunOptions,
+    },
+    /// Join a coupled run (started by `bedload run`)
+    Serve {
+        #[command(flatten)]
+        options: RunOptions,
+        /// Where to meet the coupler; by default from the environment
+        #[arg(long, value_name = "TOKEN")]
+        connect: Option<String>,
+        /// Checkpoint folder to start from
+        #[arg(long, value_name = "DIR")]
+        checkpoint: Option<PathBuf>,
+    },
+    /// Do again what a log says it did
+    Replay {
+        /// Log of a coupled run (MCAP)
+        log: PathBuf,
+        /// Compare every message bit for bit; exit 1 at the first difference
+        #[arg(long)]
+        verify: bool,
+        /// Checkpoint folder to start from, for the log of a resumed run
+        #[arg(long, value_name = "DIR")]
+        checkpoint: Option<PathBuf>,
+        /// Threads; results do not depend on it
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        threads: usize,
+        /// Output folder
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+}
+
+/// The whole program.
+#[must_use]
+pub fn main<S>() -> ExitCode
+where
+    S: Solver,
+    S::Incoming: Wire + Logged,
+    S::Outgoing: Wire + Logged,
+{
+    match dispatch::<S>(Arguments::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            explain(S::PROGRAM, &error);
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn dispatch<S>(command: Command) -> Result<(), ProgramError>
+where
+    S: Solver,
+    S::Incoming: Wire + Logged,
+    S::Outgoing: Wire + Logged,
+{
+    match command {
+        Command::Check { options, json } => check::<S>(&options, json),
+        Command::Schema => {
+            println!("{:#}", S::schema());
+            Ok(())
+        }
+        Command::Run { options } => alone_run::run::<S>(&options),
+        Command::Serve { options, connect, checkpoint } => {
+            coupled::serve::<S>(&options, connect.as_deref(), checkpoint.as_deref())
+        }
+        Command::Replay { log, verify, checkpoint, threads, out } => {
+            coupled::replay::<S>(&log, verify, checkpoint.as_deref(), out.as_deref(), threads)
+        }
+    }
+}
+
+fn check<S: Solver>(options: &RunOptions, json: bool) -> Result<(), ProgramError> {
+    let scene = options.read_scene()?;
+    let facts = S::facts(&scene)?;
+    if json {
+        let text = serde_json::to_string(&facts).map_err(|error| SolverError::Failed(error.to_string()))?;
+        println!("{text}");
+    } else {
+        let table = toml::Table::try_from(&facts).map_err(|error| SolverError::Failed(error.to_string()))?;
+        print!("{table}");
+    }
+    Ok(())
+}

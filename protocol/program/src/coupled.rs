@@ -1,0 +1,92 @@
+//! A solver driven from outside: by the coupler over shared memory, or by a log.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::ProgramError;
+use crate::options::RunOptions;
+use crate::solver::Solver;
+use crate::threads::with_threads;
+use protocol::channel::{Rendezvous, SharedMemory, Wire};
+use protocol::log::{LogReader, Logged, ReplayOptions};
+use protocol::participant::{ExchangeError, SolverError};
+use protocol::scene::{CheckedScene, SceneSource};
+
+/// Joins a coupled run and obeys until the coupler says stop.
+pub(crate) fn serve<S>(
+    options: &RunOptions,
+    connect: Option<&str>,
+    checkpoint: Option<&Path>,
+) -> Result<(), ProgramError>
+where
+    S: Solver,
+    S::Incoming: Wire,
+    S::Outgoing: Wire,
+{
+    let rendezvous = match connect {
+        Some(token) => Some(Rendezvous::parse(token)),
+        None => Rendezvous::from_environment().transpose(),
+    };
+    let missing = || {
+        let what = "no coupler to join: `bedload run` starts this command and passes --connect";
+        ExchangeError::Transport(what.into())
+    };
+    let rendezvous = rendezvous.ok_or_else(missing).flatten().map_err(SolverError::from)?;
+    let scene = options.read_scene()?;
+    let out = options.out_path();
+    let mut solver = S::build(&scene, &out)?;
+    if let Some(folder) = checkpoint {
+        solver.read_checkpoint(folder)?;
+    }
+    let grains = solver.grains();
+    with_threads(options.threads(), || -> Result<(), SolverError> {
+        let mut link = SharedMemory::join(&rendezvous, S::ROLE, grains)?;
+        protocol::serve::serve(&mut solver, &mut link, &out)
+    })??;
+    Ok(())
+}
+
+/// Does again what a log says the solver did.
+pub(crate) fn replay<S>(
+    log: &Path,
+    verify: bool,
+    checkpoint: Option<&Path>,
+    out: Option<&Path>,
+    threads: usize,
+) -> Result<(), ProgramError>
+where
+    S: Solver,
+    S::Incoming: Logged,
+    S::Outgoing: Logged,
+{
+    let reader = LogReader::open(log).map_err(failed)?;
+    let name = format!("{} (its scene)", log.display());
+    let scene = CheckedScene::new(SceneSource { file: name, text: reader.manifest().scene.clone() })?;
+    let folder = out.map_or_else(|| PathBuf::from("out/replay"), Path::to_owned);
+    let mut solver = S::build(&scene, &folder)?;
+    let options = ReplayOptions { verify, checkpoint: checkpoint.map(Path::to_owned), fields: out.is_some() };
+    let report =
+        with_threads(threads, || protocol::log::replay(&mut solver, reader, &options, &mut |_, _| {}))?
+            .map_err(failed)?;
+    println!(
+        "{}: {} windows to t = {} s in {:.3} s, {} messages compared",
+        S::PROGRAM,
+        report.windows,
+        report.time,
+        report.wall_s,
+        report.compared
+    );
+    if let Some(cut) = &report.truncated {
+        println!("the log breaks off: {cut}");
+    }
+    for (field, difference) in &report.fields {
+        println!("  {field}: {difference:?}");
+    }
+    match report.first_difference.filter(|_| verify) {
+        Some(difference) => Err(ProgramError::Different(format!("first difference: {difference}"))),
+        None => Ok(()),
+    }
+}
+
+fn failed(error: impl std::fmt::Display) -> ProgramError {
+    ProgramError::Solver(SolverError::Failed(error.to_string()))
+}

@@ -1,0 +1,57 @@
+//! How a program ends, besides well, and how it says so.
+
+use protocol::participant::{ExchangeError, SolverError};
+use protocol::scene::SceneError;
+
+/// How a program ends, besides well.
+#[derive(Debug, thiserror::Error)]
+pub enum ProgramError {
+    /// Bad input: exit 2.
+    #[error(transparent)]
+    Scene(#[from] Box<SceneError>),
+    /// The folder cannot be used: exit 2.
+    #[error(transparent)]
+    Folder(#[from] bedload_output::OutputError),
+    /// The solver failed: exit 1; or its peer did: exit 3.
+    #[error(transparent)]
+    Solver(#[from] SolverError),
+    /// A comparison differs: exit 1.
+    #[error("{0}")]
+    Different(String),
+    /// Interrupted, with a usable checkpoint: exit 130.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl From<SceneError> for ProgramError {
+    fn from(error: SceneError) -> Self {
+        Self::Scene(Box::new(error))
+    }
+}
+
+impl ProgramError {
+    /// Exit code of `docs/conventions.md`: 1 failed or different, 2 bad input, 3 peer lost,
+    /// 130 interrupted.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Scene(_) | Self::Folder(_) => 2,
+            Self::Solver(SolverError::Exchange(
+                ExchangeError::PeerDied { .. } | ExchangeError::Deadline { .. },
+            )) => 3,
+            Self::Solver(_) | Self::Different(_) => 1,
+            Self::Interrupted => 130,
+        }
+    }
+}
+
+/// Prints an error, with the marked place where it has one.
+pub fn explain(program: &str, error: &ProgramError) {
+    match error {
+        ProgramError::Scene(scene) => {
+            protocol::say!("{program}: {scene}");
+            protocol::say!("  remedy: {}", scene.remedy);
+        }
+        other => protocol::say!("{program}: {other}"),
+    }
+}

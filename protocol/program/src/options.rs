@@ -1,0 +1,91 @@
+//! Options of a run, the same for `bedload`, `bedload-fluid` and `bedload-dem`.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use bedload_output::{OutputError, OutputFolder};
+use protocol::scene::{CheckedScene, SceneError, SceneSource};
+
+/// `run SCENE [--out DIR] [--until T] [--set KEY=VALUE]… [--threads N] [--resume] [--no-record]`.
+#[derive(Clone, Debug, PartialEq, clap::Args)]
+pub struct RunOptions {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// Output folder; by default out/SCENE
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// End of the run, s, instead of the scene's `until`
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub until: Option<f64>,
+    /// Override any key of the scene, such as `grains[0].density=2.0`; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Threads per solver; by default as many as the machine offers
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+    /// Go on from the checkpoint in the output folder
+    #[arg(long)]
+    pub resume: bool,
+    /// Do not record the exchange (no exchange.mcap)
+    #[arg(long)]
+    pub no_record: bool,
+}
+
+impl RunOptions {
+    /// Options that ask for nothing but a scene.
+    #[must_use]
+    pub fn of_scene(scene: &Path) -> Self {
+        Self {
+            scene: scene.to_owned(),
+            out: None,
+            until: None,
+            overrides: Vec::new(),
+            threads: None,
+            resume: false,
+            no_record: false,
+        }
+    }
+
+    /// The scene, with `--set` and then `--until` applied, read and checked.
+    ///
+    /// # Errors
+    /// [`SceneError`] at the first fault.
+    pub fn read_scene(&self) -> Result<CheckedScene, SceneError> {
+        CheckedScene::new(SceneSource::read(&self.scene, &self.all_overrides())?)
+    }
+
+    /// `--set` as given, then `--until` as `until=T`: what a solver process must be told to read
+    /// the same scene.
+    #[must_use]
+    pub fn all_overrides(&self) -> Vec<String> {
+        let mut all = self.overrides.clone();
+        // `{:?}` keeps the point of a whole number, so that TOML reads a float.
+        all.extend(self.until.map(|until| format!("until={until:?}")));
+        all
+    }
+
+    /// Path of the output folder: `--out`, or `out/<name of the scene>`.
+    #[must_use]
+    pub fn out_path(&self) -> PathBuf {
+        let name = self.scene.file_stem().unwrap_or("scene".as_ref());
+        self.out.clone().unwrap_or_else(|| Path::new("out").join(name))
+    }
+
+    /// The output folder: opened with `--resume`, else new or emptied of the last run.
+    ///
+    /// # Errors
+    /// [`OutputError`] if it cannot be made, is in use, holds foreign files, or nothing to resume.
+    pub fn folder(&self, scene: &CheckedScene) -> Result<OutputFolder, OutputError> {
+        if self.resume {
+            return OutputFolder::resume(&self.out_path());
+        }
+        OutputFolder::create(&self.out_path(), scene)
+    }
+
+    /// Number of threads: `--threads`, or as many as the machine offers.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        let offered = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        self.threads.map_or_else(offered, NonZeroUsize::get)
+    }
+}

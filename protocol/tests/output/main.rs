@@ -1,9 +1,0 @@
-//! The output of a run: folder, series, metrics, summary. Trajectories here are analytic and stand
-//! for no simulation.
-
-mod folder;
-mod metrics;
-mod options;
-mod series;
-mod stage;
-mod summary;
