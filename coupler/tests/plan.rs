@@ -463,7 +463,7 @@ fn windows_are_repeated_where_the_density_ratio_asks_for_it_and_nowhere_else() {
     let costs = [plan(&[until, "grains[0].density=0.81"]).cost, plan(&[until, light]).cost];
     assert!(costs[1] > 3.0 * costs[0], "{costs:?}");
     // A force that goes with the grains knows no repeated windows: the bound stands.
-    let along: toml::Table = "immersed.carry = \"with-grains\"".parse().unwrap();
+    let along: toml::Table = "immersed.force_transport = \"advected\"".parse().unwrap();
     let facts = FluidFacts { dt: 8.0, resolved: along, ..fluid() };
     let light = scene(&[until, light]);
     let plan = Plan::new(&light, &Coupling::read(&light).unwrap(), Some(&facts), Some(&dem()), None).unwrap();

@@ -3,7 +3,7 @@
 use crate::coupling;
 use crate::immersed::mask::Mask;
 use protocol::facts::{Forcing, LoadsForm};
-use protocol::scene::{CheckedScene, Motion, SceneError};
+use protocol::scene::{CheckedScene, Motion, Retired, SceneError};
 use protocol::scheme::Scheme;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -59,7 +59,7 @@ pub struct TimeSection {
     /// dt Σ_a |u_a|/Δx_a that an adaptive step keeps.
     pub cfl: f64,
     /// Lengths that an adaptive step may have in an octave, evenly spaced: a power of two, 1 to 64.
-    pub rungs: u32,
+    pub dt_levels_per_octave: u32,
     /// Convection; `false` is Stokes flow.
     pub convection: bool,
 }
@@ -72,7 +72,7 @@ impl Default for TimeSection {
             viscosity: ViscosityKey::default(),
             dt: None,
             cfl: 0.5,
-            rungs: 4,
+            dt_levels_per_octave: 4,
             convection: true,
         }
     }
@@ -91,25 +91,26 @@ pub struct ImmersedSection {
     /// `seed`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<f64>,
-    /// Where the carried force waits for the next step: `in-place` (default) or `with-grains`.
-    #[serde(skip_serializing_if = "Carry::is_default")]
-    pub carry: Carry,
+    /// Whether the carried force stays in its cells until the next step or moves with the grains: `eulerian`
+    /// (default) or `advected`.
+    #[serde(skip_serializing_if = "ForceTransport::is_default")]
+    pub force_transport: ForceTransport,
 }
 
-/// Where the carried force waits for the next step.
+/// How the carried force gets from one step to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Carry {
-    /// In its cells.
+pub enum ForceTransport {
+    /// It stays in its cells.
     #[default]
-    InPlace,
-    /// Where the grains will be: for dense beds that move.
-    WithGrains,
+    Eulerian,
+    /// It moves with the grains: for dense beds that move.
+    Advected,
 }
 
-impl Carry {
+impl ForceTransport {
     fn is_default(&self) -> bool {
-        *self == Self::InPlace
+        *self == Self::Eulerian
     }
 }
 
@@ -143,6 +144,15 @@ pub struct FluidSection {
     pub loads: LoadsSection,
 }
 
+/// Names that this section had before.
+const RETIRED: &[Retired] = &[
+    Retired::key(
+        "fluid.immersed.carry",
+        "fluid.immersed.force_transport, \"eulerian\" (was \"in-place\") or \"advected\" (was \"with-grains\")",
+    ),
+    Retired::key("fluid.time.rungs", "fluid.time.dt_levels_per_octave"),
+];
+
 /// The part of a scene that is read here.
 #[derive(Deserialize)]
 struct Document {
@@ -161,8 +171,8 @@ pub struct Choices {
     pub mask: Mask,
     /// Factor on its thickness.
     pub width: f64,
-    /// Where the carried force waits.
-    pub carry: Carry,
+    /// How the carried force gets from one step to the next.
+    pub force_transport: ForceTransport,
     /// Form of the loads.
     pub form: LoadsForm,
     /// C_v.
@@ -177,6 +187,7 @@ impl FluidSection {
     /// # Errors
     /// With the place of an unknown key, a wrong type or a value that is not allowed.
     pub fn read(scene: &CheckedScene) -> Result<Self, SceneError> {
+        scene.source.refuse_retired(RETIRED)?;
         let section = scene.source.section::<Document>()?.fluid;
         section.check(scene)?;
         Ok(section)
@@ -195,7 +206,7 @@ impl FluidSection {
             method,
             mask,
             width: self.immersed.width.unwrap_or(if mask == Mask::Seed { 1.0 } else { 0.5 }),
-            carry: self.immersed.carry,
+            force_transport: self.immersed.force_transport,
             form,
             virtual_mass: self.loads.virtual_mass.unwrap_or(if none { 0.0 } else { 0.5 }),
             displaced_mass: self.loads.displaced_mass,
@@ -233,10 +244,10 @@ impl FluidSection {
                 "give a CFL number such as 0.5",
             ));
         }
-        if !(time.rungs.is_power_of_two() && time.rungs <= 64) {
+        if !(time.dt_levels_per_octave.is_power_of_two() && time.dt_levels_per_octave <= 64) {
             return Err(source.error(
-                "fluid.time.rungs",
-                format!("is {}; allowed: 1, 2, 4, 8, 16, 32 or 64", time.rungs),
+                "fluid.time.dt_levels_per_octave",
+                format!("is {}; allowed: 1, 2, 4, 8, 16, 32 or 64", time.dt_levels_per_octave),
                 "give the number of lengths that an adaptive step may have in an octave, such as 4",
             ));
         }
@@ -252,15 +263,15 @@ impl FluidSection {
         let can = choices.method == Forcing::Carried
             && choices.form == LoadsForm::F5b
             && matches!(scheme, Scheme::SemiImplicit | Scheme::Overlapped);
-        if choices.carry == Carry::WithGrains && !can {
+        if choices.force_transport == ForceTransport::Advected && !can {
             return Err(source.error(
-                "fluid.immersed.carry",
+                "fluid.immersed.force_transport",
                 format!(
-                    "is \"with-grains\" with method {:?}, form {:?} and the coupling scheme {scheme}",
+                    "is \"advected\" with method {:?}, form {:?} and the coupling scheme {scheme}",
                     choices.method, choices.form
                 ),
                 "take method = \"carried\", form = \"F5b\" and coupling.scheme = \"semi-implicit\" or \"overlapped\", or \
-                 leave carry out",
+                 leave force_transport out",
             ));
         }
         if !(choices.virtual_mass >= 0.0 && choices.virtual_mass.is_finite()) {

@@ -96,7 +96,7 @@ fn may_go_along(scene: &CheckedScene) -> bool {
 
 /// Does its carried force go with the grains?
 fn goes_along(point: &Point) -> bool {
-    setting(point, "fluid.immersed.carry").is_some_and(|text| text.contains("with-grains"))
+    setting(point, "fluid.immersed.force_transport").is_some_and(|text| text.contains("advected"))
 }
 
 /// Its time step, s.

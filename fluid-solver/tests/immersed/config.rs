@@ -69,11 +69,13 @@ fn errors_name_key_and_value() {
         (2.0, "loads = { form = \"F3\", displaced_mass = true }", "fluid.loads.displaced_mass", "F3"),
         (
             2.0,
-            "immersed = { carry = \"with-grains\" }\nloads = { form = \"F2\" }",
-            "fluid.immersed.carry",
+            "immersed = { force_transport = \"advected\" }\nloads = { form = \"F2\" }",
+            "fluid.immersed.force_transport",
             "F2",
         ),
-        (2.0, "time = { rungs = 3 }", "fluid.time.rungs", "3"),
+        (2.0, "time = { dt_levels_per_octave = 3 }", "fluid.time.dt_levels_per_octave", "3"),
+        (2.0, "time = { rungs = 4 }", "fluid.time.rungs", "dt_levels_per_octave"),
+        (2.0, "immersed = { carry = \"with-grains\" }", "fluid.immersed.carry", "force_transport"),
         (2.0, "time = { dtt = 0.1 }", "fluid.time.dtt", "unknown field"),
         (2.0, "sort = 3", "fluid.sort", "unknown field"),
     ] {

@@ -153,7 +153,7 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "fluid step not a number": "dt = 0.01" => "§dt = nan"; "fluid.time.dt", "NaN";
     "cfl too large": "cfl = 0.5" => "§cfl = 9.0"; "fluid.time.cfl", "is 9", "up to";
     "unknown scheme": "cfl = 0.5" => "cfl = 0.5\n§scheme = \"rk4\""; "fluid.time.scheme", "rk4", "ab2";
-    "rungs not a power of two": "cfl = 0.5" => "cfl = 0.5\n§rungs = 3"; "fluid.time.rungs", "is 3", "16";
+    "rungs not a power of two": "cfl = 0.5" => "cfl = 0.5\n§dt_levels_per_octave = 3"; "fluid.time.dt_levels_per_octave", "is 3", "16";
     "explicit viscosity, long step": "dt = 0.01" => "§dt = 0.2\nviscosity = \"explicit\""; "fluid.time.dt", "0.2", "explicit";
     "mask of no width": "[dem]" => "[fluid.immersed]\n§width = 0.0\n[dem]"; "fluid.immersed.width", "is 0";
     "unknown method": "[dem]" => "[fluid.immersed]\n§method = \"sharp\"\n[dem]"; "fluid.immersed.method", "sharp", "carried";
