@@ -115,7 +115,7 @@ fn iterate_where_asked(facts: &mut Facts<'_>) -> Option<String> {
     ))
 }
 
-/// Repeated windows want F5b, and a carried force that stays in its cells.
+/// Repeated windows want yu-shao-fixed-point, and a carried force that stays in its cells.
 fn can_iterate(fluid: &FluidFacts) -> bool {
     let transport = bounds::choice(&fluid.resolved, "immersed", "force_transport");
     Scheme::Iterated.forms().contains(&fluid.loads)

@@ -118,13 +118,13 @@ impl ForceTransport {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LoadsSection {
-    /// `F1`, `F2`, `F3`, `F5` or `F5b`; by default `F5b` for `carried`, `F1` for `direct`.
+    /// `izard-2014`, `kempe-froehlich-2012`, `uhlmann-2005`, `yu-shao-2007` or `yu-shao-fixed-point`; by default `yu-shao-fixed-point` for `carried`, `izard-2014` for `direct`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<LoadsForm>,
-    /// Virtual mass coefficient C_v; by default 0.5, but 0 with `F1`, which has none in print.
+    /// Virtual mass coefficient C_v; by default 0.5, but 0 with `izard-2014`, which has none in print.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub virtual_mass: Option<f64>,
-    /// Count the grain's volume on the grid, not its true one, in the mass that F5 and F5b take off:
+    /// Count the grain's volume on the grid, not its true one, in the mass that yu-shao-2007 and yu-shao-fixed-point take off:
     /// quiet at very small density ratios, a slower start.
     pub displaced_mass: bool,
 }
@@ -151,6 +151,11 @@ const RETIRED: &[Retired] = &[
         "fluid.immersed.force_transport, \"eulerian\" (was \"in-place\") or \"advected\" (was \"with-grains\")",
     ),
     Retired::key("fluid.time.rungs", "fluid.time.dt_levels_per_octave"),
+    Retired::value("fluid.loads.form", "F1", "\"izard-2014\""),
+    Retired::value("fluid.loads.form", "F2", "\"kempe-froehlich-2012\""),
+    Retired::value("fluid.loads.form", "F3", "\"uhlmann-2005\""),
+    Retired::value("fluid.loads.form", "F5", "\"yu-shao-2007\""),
+    Retired::value("fluid.loads.form", "F5b", "\"yu-shao-fixed-point\""),
 ];
 
 /// The part of a scene that is read here.
@@ -199,8 +204,8 @@ impl FluidSection {
         let method = self.immersed.method;
         let direct = method == Forcing::Direct;
         let mask = self.immersed.mask.unwrap_or(if direct { Mask::Seed } else { Mask::ParameterFree });
-        let form = self.loads.form.unwrap_or(if direct { LoadsForm::F1 } else { LoadsForm::F5b });
-        let none = form == LoadsForm::F1;
+        let form = self.loads.form.unwrap_or(if direct { LoadsForm::Izard2014 } else { LoadsForm::YuShaoFixedPoint });
+        let none = form == LoadsForm::Izard2014;
         Choices {
             time: self.time.clone(),
             method,
@@ -261,16 +266,16 @@ impl FluidSection {
         }
         let scheme = coupling::read(scene, choices.form)?.0;
         let can = choices.method == Forcing::Carried
-            && choices.form == LoadsForm::F5b
+            && choices.form == LoadsForm::YuShaoFixedPoint
             && matches!(scheme, Scheme::SemiImplicit | Scheme::Overlapped);
         if choices.force_transport == ForceTransport::Advected && !can {
             return Err(source.error(
                 "fluid.immersed.force_transport",
                 format!(
-                    "is \"advected\" with method {:?}, form {:?} and the coupling scheme {scheme}",
+                    "is \"advected\" with method {:?}, form {} and the coupling scheme {scheme}",
                     choices.method, choices.form
                 ),
-                "take method = \"carried\", form = \"F5b\" and coupling.scheme = \"semi-implicit\" or \"overlapped\", or \
+                "take method = \"carried\", form = \"yu-shao-fixed-point\" and coupling.scheme = \"semi-implicit\" or \"overlapped\", or \
                  leave force_transport out",
             ));
         }
@@ -291,15 +296,15 @@ impl FluidSection {
         if choices.method == Forcing::Direct && semi {
             return Err(source.error(
                 "fluid.loads.form",
-                format!("is {form:?}, which needs a carried force; fluid.immersed.method is \"direct\""),
-                "take F1, F2 or F3, or set fluid.immersed.method = \"carried\"",
+                format!("is {form}, which needs a carried force; fluid.immersed.method is \"direct\""),
+                "take izard-2014, kempe-froehlich-2012 or uhlmann-2005, or set fluid.immersed.method = \"carried\"",
             ));
         }
         if choices.displaced_mass && !semi {
             return Err(source.error(
                 "fluid.loads.displaced_mass",
-                format!("has no meaning for {form:?}"),
-                "remove it, or take fluid.loads.form = \"F5b\"",
+                format!("has no meaning for {form}"),
+                "remove it, or take fluid.loads.form = \"yu-shao-fixed-point\"",
             ));
         }
         let Some(medium) = &scene.scene.medium else {
@@ -311,15 +316,15 @@ impl FluidSection {
         };
         let near = |density: f64| (density / medium.density - 1.0).abs() < 1e-6;
         let neutral = scene.grains.iter().position(|g| g.motion == Motion::Free && near(g.density));
-        if let (LoadsForm::F1, Some(grain)) = (form, neutral) {
+        if let (LoadsForm::Izard2014, Some(grain)) = (form, neutral) {
             return Err(source.error(
                 "fluid.loads.form",
                 format!(
-                    "is F1, which divides by the difference of the densities, and grain {grain} is as \
+                    "is izard-2014, which divides by the difference of the densities, and grain {grain} is as \
                      dense as the fluid ({})",
                     medium.density
                 ),
-                "take F5b (fluid.immersed.method = \"carried\"), or F2",
+                "take yu-shao-fixed-point (fluid.immersed.method = \"carried\"), or kempe-froehlich-2012",
             ));
         }
         Ok(())

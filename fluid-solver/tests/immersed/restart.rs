@@ -34,9 +34,9 @@ fn fluid(keys: &str) -> String {
 
 const FORMS: [&str; 8] = [
     "time = { scheme = \"ab2\" }",
-    "loads = { form = \"F5\" }",
-    "loads = { form = \"F2\" }",
-    "immersed = { method = \"direct\" }\nloads = { form = \"F2\" }",
+    "loads = { form = \"yu-shao-2007\" }",
+    "loads = { form = \"kempe-froehlich-2012\" }",
+    "immersed = { method = \"direct\" }\nloads = { form = \"kempe-froehlich-2012\" }",
     "immersed = { force_transport = \"advected\" }",
     "[coupling]\nscheme = \"overlapped\"",
     "immersed = { force_transport = \"advected\" }\n[coupling]\nscheme = \"overlapped\"",
