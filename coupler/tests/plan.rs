@@ -135,7 +135,13 @@ fn density_ratio_by_form_of_the_loads() {
 #[test]
 fn density_limit_is_never_less_strict_between_columns() {
     let method = |loads, half| Method { forcing: Forcing::Carried, loads, half, displaced: false };
-    for form in [LoadsForm::Izard2014, LoadsForm::KempeFroehlich2012, LoadsForm::Uhlmann2005, LoadsForm::YuShao2007, LoadsForm::YuShaoFixedPoint] {
+    for form in [
+        LoadsForm::Izard2014,
+        LoadsForm::KempeFroehlich2012,
+        LoadsForm::Uhlmann2005,
+        LoadsForm::YuShao2007,
+        LoadsForm::YuShaoFixedPoint,
+    ] {
         for half in [false, true] {
             let method = method(form, half && form != LoadsForm::Izard2014);
             for motion in [Motion::Sphere, Motion::TurningSphere, Motion::Disc] {
@@ -149,7 +155,8 @@ fn density_limit_is_never_less_strict_between_columns() {
         }
     }
     // What the maps say at the corners.
-    let turning = |x: f64| lowest_density_ratio(method(LoadsForm::YuShaoFixedPoint, true), Motion::TurningSphere, x);
+    let turning =
+        |x: f64| lowest_density_ratio(method(LoadsForm::YuShaoFixedPoint, true), Motion::TurningSphere, x);
     assert_eq!([0.024, 0.08, 0.2, 0.8].map(turning), [0.1, 0.8, 1.001, 2.0], "a sphere that turns");
     let limit = |method, x| lowest_density_ratio(method, Motion::Sphere, x);
     assert_eq!(limit(Method { forcing: Forcing::Direct, ..method(LoadsForm::Izard2014, false) }, 0.01), 2.0);
@@ -409,8 +416,8 @@ fn the_smaller_of_two_sub_steps_wins() {
 fn scheme_must_agree_with_the_loads() {
     let scene = scene(&[r#"coupling.scheme="explicit""#]);
     let coupling = Coupling::read(&scene).unwrap();
-    let error =
-        Plan::new(&scene, &coupling, Some(&fluid()), Some(&dem()), None).expect_err("yu-shao-fixed-point is semi-implicit");
+    let error = Plan::new(&scene, &coupling, Some(&fluid()), Some(&dem()), None)
+        .expect_err("yu-shao-fixed-point is semi-implicit");
     assert_eq!(error.key, "coupling.scheme");
     let explicit = FluidFacts { loads: LoadsForm::KempeFroehlich2012, ..fluid() };
     assert!(Plan::new(&scene, &coupling, Some(&explicit), Some(&dem()), None).is_ok());
@@ -429,7 +436,13 @@ fn each_scheme_names_the_forms_it_carries() {
         (Scheme::Overlapped, "overlapped"),
         (Scheme::Iterated, "iterated"),
     ] {
-        for form in [LoadsForm::Izard2014, LoadsForm::KempeFroehlich2012, LoadsForm::Uhlmann2005, LoadsForm::YuShao2007, LoadsForm::YuShaoFixedPoint] {
+        for form in [
+            LoadsForm::Izard2014,
+            LoadsForm::KempeFroehlich2012,
+            LoadsForm::Uhlmann2005,
+            LoadsForm::YuShao2007,
+            LoadsForm::YuShaoFixedPoint,
+        ] {
             match plan(form, name) {
                 Ok(plan) => assert!(scheme.forms().contains(&form) && plan.scheme == Some(scheme)),
                 Err(error) => {

@@ -204,7 +204,11 @@ impl FluidSection {
         let method = self.immersed.method;
         let direct = method == Forcing::Direct;
         let mask = self.immersed.mask.unwrap_or(if direct { Mask::Seed } else { Mask::ParameterFree });
-        let form = self.loads.form.unwrap_or(if direct { LoadsForm::Izard2014 } else { LoadsForm::YuShaoFixedPoint });
+        let form = self.loads.form.unwrap_or(if direct {
+            LoadsForm::Izard2014
+        } else {
+            LoadsForm::YuShaoFixedPoint
+        });
         let none = form == LoadsForm::Izard2014;
         Choices {
             time: self.time.clone(),

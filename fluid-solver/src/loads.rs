@@ -137,7 +137,12 @@ mod tests {
     #[test]
     fn buoyancy_is_in_every_form_but_the_printed_one() {
         let none = Measured::default();
-        for form in [LoadsForm::KempeFroehlich2012, LoadsForm::Uhlmann2005, LoadsForm::YuShao2007, LoadsForm::YuShaoFixedPoint] {
+        for form in [
+            LoadsForm::KempeFroehlich2012,
+            LoadsForm::Uhlmann2005,
+            LoadsForm::YuShao2007,
+            LoadsForm::YuShaoFixedPoint,
+        ] {
             let loads = rule(form).loads(&SHAPE, &none);
             assert_eq!(loads.force, [0.0, 0.0, 6.0]);
             assert_eq!((loads.added_mass, loads.added_inertia), (0.5 * 3.0, 0.5 * (3.0 * 0.4)));
@@ -192,8 +197,10 @@ mod tests {
         let acceleration = Wrench { force: [0.0, 0.0, a], torque: [0.0; 3] };
         let plain = Measured { acceleration, ..Measured::default() };
         let filled = Measured { volume: Some(volumes), ..plain };
-        let (p, f) =
-            (rule(LoadsForm::YuShaoFixedPoint).loads(&SHAPE, &plain), rule(LoadsForm::YuShaoFixedPoint).loads(&SHAPE, &filled));
+        let (p, f) = (
+            rule(LoadsForm::YuShaoFixedPoint).loads(&SHAPE, &plain),
+            rule(LoadsForm::YuShaoFixedPoint).loads(&SHAPE, &filled),
+        );
         let side = |l: &Loads| (12.0 + l.added_mass) * a - l.force[2] - l.added_mass * a;
         assert!((side(&f) - side(&p) - (volumes[2] - SHAPE.volume) * a).abs() < 1e-14);
         assert!(f.added_mass > p.added_mass && f.added_inertia > p.added_inertia);

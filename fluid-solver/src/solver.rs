@@ -377,7 +377,8 @@ impl<const D: usize> Solver<D> {
             return;
         }
         let Self { immersed, stepper, lambda, along, memory, kernel, .. } = self;
-        let imposed = if self.choices.form == LoadsForm::YuShao2007 { Imposed::ByVelocity } else { Imposed::ByForce };
+        let imposed =
+            if self.choices.form == LoadsForm::YuShao2007 { Imposed::ByVelocity } else { Imposed::ByForce };
         let (grid, state) = stepper.parts_mut();
         let velocity = &mut state.velocity;
         if let Some(Along { shares, .. }) = along {

@@ -2,7 +2,9 @@
 //! run of that column was stable, as counted by `tests/tests/maps.rs`.
 
 use protocol::facts::Forcing::{self, Carried, Direct};
-use protocol::facts::LoadsForm::{self, Izard2014, KempeFroehlich2012, Uhlmann2005, YuShao2007, YuShaoFixedPoint};
+use protocol::facts::LoadsForm::{
+    self, Izard2014, KempeFroehlich2012, Uhlmann2005, YuShao2007, YuShaoFixedPoint,
+};
 
 /// Columns of the maps: ν dt/D².
 pub(super) const COLUMNS: [f64; 5] = [0.0024, 0.024, 0.08, 0.2, 0.8];

@@ -87,7 +87,12 @@ fn eq_7_drag_depends_on_dt() {
 
 #[test]
 fn fixed_grain_load_is_the_body_force_on_the_cell() {
-    for loads in ["", "loads = { form = \"yu-shao-2007\" }", "loads = { form = \"uhlmann-2005\" }", "loads = { form = \"kempe-froehlich-2012\" }"] {
+    for loads in [
+        "",
+        "loads = { form = \"yu-shao-2007\" }",
+        "loads = { form = \"uhlmann-2005\" }",
+        "loads = { form = \"kempe-froehlich-2012\" }",
+    ] {
         let run = cylinders(0.15, 24, 1.0, 0.21, loads);
         let force = run.newton.loads[0].force;
         println!("{loads:?}: load {force:?}");

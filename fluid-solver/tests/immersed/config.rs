@@ -65,8 +65,18 @@ fn errors_name_key_and_value() {
         (2.0, "immersed = { width = 0.0 }", "fluid.immersed.width", "0"),
         (2.0, "loads = { virtual_mass = -1.0 }", "fluid.loads.virtual_mass", "-1"),
         (1.0, "loads = { form = \"izard-2014\" }", "fluid.loads.form", "grain 0"),
-        (2.0, "immersed = { method = \"direct\" }\nloads = { form = \"yu-shao-fixed-point\" }", "fluid.loads.form", "direct"),
-        (2.0, "loads = { form = \"uhlmann-2005\", displaced_mass = true }", "fluid.loads.displaced_mass", "uhlmann-2005"),
+        (
+            2.0,
+            "immersed = { method = \"direct\" }\nloads = { form = \"yu-shao-fixed-point\" }",
+            "fluid.loads.form",
+            "direct",
+        ),
+        (
+            2.0,
+            "loads = { form = \"uhlmann-2005\", displaced_mass = true }",
+            "fluid.loads.displaced_mass",
+            "uhlmann-2005",
+        ),
         (
             2.0,
             "immersed = { force_transport = \"advected\" }\nloads = { form = \"kempe-froehlich-2012\" }",

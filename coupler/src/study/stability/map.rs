@@ -305,7 +305,10 @@ mod tests {
 
     #[test]
     fn labels_are_short_and_names_have_room() {
-        assert_eq!(["0.000001", "0.0024", "yu-shao-fixed-point C_v=0.5"].map(label), ["1e-6", "0.0024", "yu-shao-fixed-point C_v=0.5"]);
+        assert_eq!(
+            ["0.000001", "0.0024", "yu-shao-fixed-point C_v=0.5"].map(label),
+            ["1e-6", "0.0024", "yu-shao-fixed-point C_v=0.5"]
+        );
         let names = Axis::new(["a rather long name", "b"].into_iter());
         assert!(longest(&names) > 100.0);
     }
@@ -324,7 +327,11 @@ mod tests {
         let svg = draw(&table, &frame);
         assert_eq!(svg.matches("<title>").count(), 5);
         assert_eq!(svg.matches("<g transform").count(), 2);
-        assert!(svg.contains("a &amp; b") && svg.contains("yu-shao-fixed-point &lt;½&gt;") && svg.contains("density-ratio"));
+        assert!(
+            svg.contains("a &amp; b")
+                && svg.contains("yu-shao-fixed-point &lt;½&gt;")
+                && svg.contains("density-ratio")
+        );
         // The limit 4 lies half-way between 1 and 16, all along the first panel.
         assert_eq!(svg.matches(&format!(" {:.1}L", AREA.1 / 2.0)).count(), 2, "{svg}");
         assert_eq!(svg.matches("<circle").count(), 3 + 1, "three stable runs and the legend");

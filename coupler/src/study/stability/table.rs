@@ -174,7 +174,10 @@ mod tests {
         let table = Table { keys: vec!["form".into(), "nu_dt".into()], rows };
         let text = table.to_csv();
         assert!(text.starts_with("form,nu_dt,verdict,growth,bound_margin,label,note,refused\n"), "{text}");
-        assert!(text.contains("yu-shao-fixed-point,0.024,failed,0.125,,form-yu-shao-fixed-point_0.024,grows,1\n"), "{text}");
+        assert!(
+            text.contains("yu-shao-fixed-point,0.024,failed,0.125,,form-yu-shao-fixed-point_0.024,grows,1\n"),
+            "{text}"
+        );
         let read = Table::parse(&text).unwrap();
         assert_eq!((&read.keys, read.rows.len(), read.rows[1].verdict), (&table.keys, 2, Verdict::Stable));
         assert!(read.rows[0].margin.is_nan() && read.to_csv() == text);
