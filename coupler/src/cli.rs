@@ -272,7 +272,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         }
         Command::Log { command } => Ok(log(&command)?),
         Command::Chart { scene, out, jobs } => {
-            Ok(crate::study::chart::chart(&crate::study::chart::Options { scene, out, jobs })?)
+            crate::study::chart::chart(&crate::study::Options { scene, out, jobs })
         }
         Command::Validate { cases, quick, jobs, out } => {
             Ok(crate::study::validate::validate(&crate::study::validate::Validate {
@@ -283,7 +283,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             })?)
         }
         Command::Stability { scene, out, jobs } => {
-            Ok(crate::study::stability::stability(&crate::study::stability::Options { scene, out, jobs })?)
+            crate::study::stability::stability(&crate::study::Options { scene, out, jobs })
         }
         Command::Conformance { role, scene, overrides, json, command } => {
             let role = role.map(Role::from);

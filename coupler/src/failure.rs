@@ -110,12 +110,6 @@ impl From<crate::log_command::LogCommandError> for Failure {
     }
 }
 
-impl From<crate::study::report::ReportError> for Failure {
-    fn from(error: crate::study::report::ReportError) -> Self {
-        Self::Input(error.to_string())
-    }
-}
-
 impl From<bedload_output::OutputError> for Failure {
     fn from(error: bedload_output::OutputError) -> Self {
         use bedload_output::OutputError;

@@ -115,11 +115,11 @@ fn iterate_where_asked(facts: &mut Facts<'_>) -> Option<String> {
     ))
 }
 
-/// Repeated windows want yu-shao-fixed-point, and a carried force that stays in its cells.
+/// Repeated windows want F5b, and a carried force that waits in its place.
 fn can_iterate(fluid: &FluidFacts) -> bool {
-    let transport = bounds::choice(&fluid.resolved, "immersed", "force_transport");
+    let carry = bounds::choice(&fluid.resolved, "immersed", "carry");
     Scheme::Iterated.forms().contains(&fluid.loads)
-        && transport.and_then(toml::Value::as_str) != Some("advected")
+        && carry.and_then(toml::Value::as_str) != Some("with-grains")
 }
 
 /// ceil(dt/dt_dem), where a ratio that is whole up to rounding counts as whole.

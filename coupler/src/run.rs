@@ -86,7 +86,7 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
 
 /// Draws the report; a failure to draw costs no result.
 fn draw(folder: &Path) {
-    if let Err(error) = crate::study::report::report(&[folder]) {
+    if let Err(error) = crate::study::report::page::write(folder) {
         protocol::say!("bedload: warning: no report.html: {error}");
     }
 }

@@ -3,7 +3,7 @@
 use crate::coupling;
 use crate::immersed::mask::Mask;
 use protocol::facts::{Forcing, LoadsForm};
-use protocol::scene::{CheckedScene, Motion, Retired, SceneError};
+use protocol::scene::{CheckedScene, Motion, SceneError};
 use protocol::scheme::Scheme;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -59,7 +59,7 @@ pub struct TimeSection {
     /// dt Σ_a |u_a|/Δx_a that an adaptive step keeps.
     pub cfl: f64,
     /// Lengths that an adaptive step may have in an octave, evenly spaced: a power of two, 1 to 64.
-    pub dt_levels_per_octave: u32,
+    pub rungs: u32,
     /// Convection; `false` is Stokes flow.
     pub convection: bool,
 }
@@ -72,7 +72,7 @@ impl Default for TimeSection {
             viscosity: ViscosityKey::default(),
             dt: None,
             cfl: 0.5,
-            dt_levels_per_octave: 4,
+            rungs: 4,
             convection: true,
         }
     }
@@ -91,26 +91,25 @@ pub struct ImmersedSection {
     /// `seed`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<f64>,
-    /// Whether the carried force stays in its cells until the next step or moves with the grains: `eulerian`
-    /// (default) or `advected`.
-    #[serde(skip_serializing_if = "ForceTransport::is_default")]
-    pub force_transport: ForceTransport,
+    /// Where the carried force waits for the next step: `in-place` (default) or `with-grains`.
+    #[serde(skip_serializing_if = "Carry::is_default")]
+    pub carry: Carry,
 }
 
-/// How the carried force gets from one step to the next.
+/// Where the carried force waits for the next step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum ForceTransport {
-    /// It stays in its cells.
+pub enum Carry {
+    /// In its cells.
     #[default]
-    Eulerian,
-    /// It moves with the grains: for dense beds that move.
-    Advected,
+    InPlace,
+    /// Where the grains will be: for dense beds that move.
+    WithGrains,
 }
 
-impl ForceTransport {
+impl Carry {
     fn is_default(&self) -> bool {
-        *self == Self::Eulerian
+        *self == Self::InPlace
     }
 }
 
@@ -118,13 +117,13 @@ impl ForceTransport {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LoadsSection {
-    /// `izard-2014`, `kempe-froehlich-2012`, `uhlmann-2005`, `yu-shao-2007` or `yu-shao-fixed-point`; by default `yu-shao-fixed-point` for `carried`, `izard-2014` for `direct`.
+    /// `F1`, `F2`, `F3`, `F5` or `F5b`; by default `F5b` for `carried`, `F1` for `direct`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<LoadsForm>,
-    /// Virtual mass coefficient C_v; by default 0.5, but 0 with `izard-2014`, which has none in print.
+    /// Virtual mass coefficient C_v; by default 0.5, but 0 with `F1`, which has none in print.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub virtual_mass: Option<f64>,
-    /// Count the grain's volume on the grid, not its true one, in the mass that yu-shao-2007 and yu-shao-fixed-point take off:
+    /// Count the grain's volume on the grid, not its true one, in the mass that F5 and F5b take off:
     /// quiet at very small density ratios, a slower start.
     pub displaced_mass: bool,
 }
@@ -144,20 +143,6 @@ pub struct FluidSection {
     pub loads: LoadsSection,
 }
 
-/// Names that this section had before.
-const RETIRED: &[Retired] = &[
-    Retired::key(
-        "fluid.immersed.carry",
-        "fluid.immersed.force_transport, \"eulerian\" (was \"in-place\") or \"advected\" (was \"with-grains\")",
-    ),
-    Retired::key("fluid.time.rungs", "fluid.time.dt_levels_per_octave"),
-    Retired::value("fluid.loads.form", "F1", "\"izard-2014\""),
-    Retired::value("fluid.loads.form", "F2", "\"kempe-froehlich-2012\""),
-    Retired::value("fluid.loads.form", "F3", "\"uhlmann-2005\""),
-    Retired::value("fluid.loads.form", "F5", "\"yu-shao-2007\""),
-    Retired::value("fluid.loads.form", "F5b", "\"yu-shao-fixed-point\""),
-];
-
 /// The part of a scene that is read here.
 #[derive(Deserialize)]
 struct Document {
@@ -176,8 +161,8 @@ pub struct Choices {
     pub mask: Mask,
     /// Factor on its thickness.
     pub width: f64,
-    /// How the carried force gets from one step to the next.
-    pub force_transport: ForceTransport,
+    /// Where the carried force waits.
+    pub carry: Carry,
     /// Form of the loads.
     pub form: LoadsForm,
     /// C_v.
@@ -192,7 +177,6 @@ impl FluidSection {
     /// # Errors
     /// With the place of an unknown key, a wrong type or a value that is not allowed.
     pub fn read(scene: &CheckedScene) -> Result<Self, SceneError> {
-        scene.source.refuse_retired(RETIRED)?;
         let section = scene.source.section::<Document>()?.fluid;
         section.check(scene)?;
         Ok(section)
@@ -204,18 +188,14 @@ impl FluidSection {
         let method = self.immersed.method;
         let direct = method == Forcing::Direct;
         let mask = self.immersed.mask.unwrap_or(if direct { Mask::Seed } else { Mask::ParameterFree });
-        let form = self.loads.form.unwrap_or(if direct {
-            LoadsForm::Izard2014
-        } else {
-            LoadsForm::YuShaoFixedPoint
-        });
-        let none = form == LoadsForm::Izard2014;
+        let form = self.loads.form.unwrap_or(if direct { LoadsForm::F1 } else { LoadsForm::F5b });
+        let none = form == LoadsForm::F1;
         Choices {
             time: self.time.clone(),
             method,
             mask,
             width: self.immersed.width.unwrap_or(if mask == Mask::Seed { 1.0 } else { 0.5 }),
-            force_transport: self.immersed.force_transport,
+            carry: self.immersed.carry,
             form,
             virtual_mass: self.loads.virtual_mass.unwrap_or(if none { 0.0 } else { 0.5 }),
             displaced_mass: self.loads.displaced_mass,
@@ -253,10 +233,10 @@ impl FluidSection {
                 "give a CFL number such as 0.5",
             ));
         }
-        if !(time.dt_levels_per_octave.is_power_of_two() && time.dt_levels_per_octave <= 64) {
+        if !(time.rungs.is_power_of_two() && time.rungs <= 64) {
             return Err(source.error(
-                "fluid.time.dt_levels_per_octave",
-                format!("is {}; allowed: 1, 2, 4, 8, 16, 32 or 64", time.dt_levels_per_octave),
+                "fluid.time.rungs",
+                format!("is {}; allowed: 1, 2, 4, 8, 16, 32 or 64", time.rungs),
                 "give the number of lengths that an adaptive step may have in an octave, such as 4",
             ));
         }
@@ -270,17 +250,17 @@ impl FluidSection {
         }
         let scheme = coupling::read(scene, choices.form)?.0;
         let can = choices.method == Forcing::Carried
-            && choices.form == LoadsForm::YuShaoFixedPoint
+            && choices.form == LoadsForm::F5b
             && matches!(scheme, Scheme::SemiImplicit | Scheme::Overlapped);
-        if choices.force_transport == ForceTransport::Advected && !can {
+        if choices.carry == Carry::WithGrains && !can {
             return Err(source.error(
-                "fluid.immersed.force_transport",
+                "fluid.immersed.carry",
                 format!(
-                    "is \"advected\" with method {:?}, form {} and the coupling scheme {scheme}",
+                    "is \"with-grains\" with method {:?}, form {:?} and the coupling scheme {scheme}",
                     choices.method, choices.form
                 ),
-                "take method = \"carried\", form = \"yu-shao-fixed-point\" and coupling.scheme = \"semi-implicit\" or \"overlapped\", or \
-                 leave force_transport out",
+                "take method = \"carried\", form = \"F5b\" and coupling.scheme = \"semi-implicit\" or \"overlapped\", or \
+                 leave carry out",
             ));
         }
         if !(choices.virtual_mass >= 0.0 && choices.virtual_mass.is_finite()) {
@@ -300,15 +280,15 @@ impl FluidSection {
         if choices.method == Forcing::Direct && semi {
             return Err(source.error(
                 "fluid.loads.form",
-                format!("is {form}, which needs a carried force; fluid.immersed.method is \"direct\""),
-                "take izard-2014, kempe-froehlich-2012 or uhlmann-2005, or set fluid.immersed.method = \"carried\"",
+                format!("is {form:?}, which needs a carried force; fluid.immersed.method is \"direct\""),
+                "take F1, F2 or F3, or set fluid.immersed.method = \"carried\"",
             ));
         }
         if choices.displaced_mass && !semi {
             return Err(source.error(
                 "fluid.loads.displaced_mass",
-                format!("has no meaning for {form}"),
-                "remove it, or take fluid.loads.form = \"yu-shao-fixed-point\"",
+                format!("has no meaning for {form:?}"),
+                "remove it, or take fluid.loads.form = \"F5b\"",
             ));
         }
         let Some(medium) = &scene.scene.medium else {
@@ -320,15 +300,15 @@ impl FluidSection {
         };
         let near = |density: f64| (density / medium.density - 1.0).abs() < 1e-6;
         let neutral = scene.grains.iter().position(|g| g.motion == Motion::Free && near(g.density));
-        if let (LoadsForm::Izard2014, Some(grain)) = (form, neutral) {
+        if let (LoadsForm::F1, Some(grain)) = (form, neutral) {
             return Err(source.error(
                 "fluid.loads.form",
                 format!(
-                    "is izard-2014, which divides by the difference of the densities, and grain {grain} is as \
+                    "is F1, which divides by the difference of the densities, and grain {grain} is as \
                      dense as the fluid ({})",
                     medium.density
                 ),
-                "take yu-shao-fixed-point (fluid.immersed.method = \"carried\"), or kempe-froehlich-2012",
+                "take F5b (fluid.immersed.method = \"carried\"), or F2",
             ));
         }
         Ok(())

@@ -9,46 +9,32 @@
 //! | [`report`] | `bedload report`: the HTML page of a run |
 //! | `vary`, `points` | varied keys as the scene writes them, and all their combinations as runs with `--set` |
 //! | `resolution` | D/Δx of a scene, and the grid that has another one |
+//! | `folder` | what a study is asked for, and its output folder |
 //! | `runs` | runs as child processes, several at a time, resumable |
-//! | `table` | tables without quotes |
+//! | `table` | `chart.csv`, `stability.csv`: a row per run |
+//! | `plot` | plots: lines, points, axes, legends |
+//! | `page`, `numbers` | HTML from templates, and how numbers are written |
+//! | `vtk_file`, `snapshot`, `grain_pictures` | grains at an instant, and their pictures coloured by speed |
 
 pub mod chart;
+mod folder;
+mod grain_pictures;
+mod numbers;
+mod page;
+mod plot;
 mod points;
 pub mod report;
 pub(crate) mod resolution;
 mod runs;
+mod snapshot;
 pub mod stability;
 mod table;
 pub mod validate;
 mod vary;
+mod vtk_file;
 
-use std::path::{Path, PathBuf};
-
+pub use folder::Options;
 pub use points::{Column, Ladder, Point};
 pub use runs::{Keep, Outcome, Task, run_all};
-pub(crate) use table::interpolated;
-pub use table::{cell, parse_csv};
+pub use table::{Table, cell, parse_csv};
 pub use vary::{SingleRun, Vary};
-
-/// Why runs could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum SweepError {
-    /// A file or program cannot be used.
-    #[error("cannot {action} {}: {source}", path.display())]
-    File {
-        /// What was tried.
-        action: &'static str,
-        /// On which path.
-        path: PathBuf,
-        /// Cause.
-        source: std::io::Error,
-    },
-}
-
-impl SweepError {
-    /// An error of the system at a path.
-    pub fn file(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.to_owned();
-        move |source| Self::File { action, path, source }
-    }
-}

@@ -9,7 +9,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use bedload_output::{RunStatus, Summary};
 use bedload_program::RunOptions;
 
-use super::SweepError;
+use super::folder::{cannot, make};
+use crate::failure::Failure;
 
 /// What became of a run.
 #[derive(Clone, Debug)]
@@ -60,11 +61,11 @@ pub struct Task {
 /// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks.
 ///
 /// # Errors
-/// [`SweepError`] if this program or the folders cannot be had. A run that fails is an outcome.
-pub fn run_all(tasks: &[Task], jobs: usize, keep: Keep) -> Result<Vec<Outcome>, SweepError> {
-    let program = std::env::current_exe().map_err(SweepError::file("find", Path::new("bedload")))?;
+/// [`Failure::Input`] if this program or the folders cannot be had. A run that fails is an outcome.
+pub fn run_all(tasks: &[Task], jobs: usize, keep: Keep) -> Result<Vec<Outcome>, Failure> {
+    let program = std::env::current_exe().map_err(cannot("find", Path::new("bedload")))?;
     for folder in tasks.iter().filter_map(|task| task.folder.parent()) {
-        std::fs::create_dir_all(folder).map_err(SweepError::file("make", folder))?;
+        make(folder)?;
     }
     let outcomes: Mutex<Vec<Option<Outcome>>> = Mutex::new(vec![None; tasks.len()]);
     let next = AtomicUsize::new(0);
@@ -158,8 +159,8 @@ impl Task {
         path.into()
     }
 
-    fn start(&self, program: &Path, said: &Path, resume: bool) -> Result<ExitStatus, SweepError> {
-        let log = std::fs::File::create(said).map_err(SweepError::file("write", said))?;
+    fn start(&self, program: &Path, said: &Path, resume: bool) -> Result<ExitStatus, Failure> {
+        let log = std::fs::File::create(said).map_err(cannot("write", said))?;
         let mut command = Command::new(program);
         command.arg("run").arg(&self.scene);
         for value in &self.set {
@@ -170,7 +171,7 @@ impl Task {
             command.arg("--resume");
         }
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
-        command.status().map_err(SweepError::file("start", program))
+        command.status().map_err(cannot("start", program))
     }
 }
 

@@ -5,7 +5,7 @@ use super::limit;
 use super::reference::Known;
 use super::table::{Row, Table};
 use crate::bounds::Short;
-use crate::study::report::page::number;
+use crate::study::numbers::{number, percent};
 
 /// Errors that users ask for.
 const TOLERANCES: [f64; 3] = [0.05, 0.02, 0.01];
@@ -83,12 +83,6 @@ fn short(value: &str) -> String {
     }
 }
 
-/// An error in per cent, three digits.
-pub(super) fn percent(error: f64) -> String {
-    let rounded: f64 = format!("{:.2e}", 100.0 * error).parse().unwrap_or(100.0 * error);
-    format!("{} %", number(rounded))
-}
-
 /// The reference of each metric, in words.
 pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Known>, String>) -> Vec<String> {
     if let Some(Reference::Curve(curve)) = &chart.reference {
@@ -113,7 +107,6 @@ pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Known>
             || "no order seen, so it is the finest value itself".to_owned(),
             |order| format!("observed order {}", number(rounded(order))),
         );
-        let size = if limit.value == 0.0 { 1.0 } else { limit.value.abs() };
         format!(
             "Reference of {}: {}, Richardson's limit of {} runs{}; {order}. Uncertainty of the finest run {} (grid \
              convergence index, Roache 1994): errors below say little{source}.",
@@ -121,7 +114,7 @@ pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Known>
             number(known.value),
             ladder.rows.len().min(3),
             with(names, &ladder.with, column_of(chart, names)),
-            percent(limit.uncertainty / size),
+            percent(limit.relative_uncertainty()),
         )
     };
     known.iter().map(line).collect()
@@ -200,17 +193,17 @@ pub(super) struct Cheapest {
     pub(super) tolerance: f64,
     pub(super) row: Option<usize>,
     /// Its cost over that of the paper's own setting, where that was run.
-    pub(super) over_seed: Option<f64>,
+    pub(super) over_published: Option<f64>,
 }
 
 pub(super) fn cheapest(chart: &Chart, table: &Table) -> Vec<Cheapest> {
-    let seed = chart.seed.as_ref().and_then(|label| table.rows.iter().find(|row| row.label == *label));
-    let seed = seed.and_then(|row| row.cpu).map(|cpu| cpu.median);
+    let own = chart.seed.as_ref().and_then(|label| table.rows.iter().find(|row| row.label == *label));
+    let own = own.and_then(|row| row.cpu).map(|cpu| cpu.median);
     let of = |tolerance: f64| {
         let row = table.cheapest(tolerance);
         let cost = row.and_then(|row| table.rows[row].cpu).map(|cpu| cpu.median);
-        let over_seed = cost.zip(seed).filter(|(_, seed)| *seed > 0.0).map(|(cost, seed)| cost / seed);
-        Cheapest { tolerance, row, over_seed }
+        let over_published = cost.zip(own).filter(|(_, own)| *own > 0.0).map(|(cost, own)| cost / own);
+        Cheapest { tolerance, row, over_published }
     };
     TOLERANCES.map(of).into()
 }
@@ -226,7 +219,7 @@ mod tests {
     fn the_cheapest_is_told_over_the_papers_own_cost() {
         let table = table(&[(8.0, "a", 1.0, 0.04), (16.0, "a", 4.0, 0.015), (8.0, "seed", 8.0, 0.06)]);
         let chart = Chart { seed: Some("seed-8".to_owned()), ..Chart::default() };
-        let found: Vec<_> = cheapest(&chart, &table).iter().map(|c| (c.row, c.over_seed)).collect();
+        let found: Vec<_> = cheapest(&chart, &table).iter().map(|c| (c.row, c.over_published)).collect();
         assert_eq!(found, [(Some(0), Some(0.125)), (Some(1), Some(0.5)), (None, None)]);
     }
 
@@ -247,7 +240,6 @@ mod tests {
             ["0.00043402777777777775", "0.0625", "carried"].map(short),
             ["4.34e-4", "0.0625", "carried"]
         );
-        assert_eq!([0.0123456, 1e-5, 0.5].map(percent), ["1.23 %", "0.001 %", "50 %"]);
     }
 
     #[test]

@@ -1,22 +1,11 @@
 //! The figure: error against CPU time, both logarithmic, with the Pareto front.
 
-use std::sync::Arc;
-
-use kuva::plot::scatter::MarkerShape;
-use kuva::plot::{LegendPosition, LinePlot, ScatterPlot};
-use kuva::render::annotations::ReferenceLine;
-use kuva::render::layout::{ComputedLayout, Layout, TickFormat};
-use kuva::render::plots::Plot;
-use kuva::render_to_svg;
-
 use super::config::Published;
-use super::describe::{Names, percent};
+use super::describe::Names;
 use super::table::{FLOOR, Row, Table};
-use crate::study::report::chart::{COLOURS, MARKERS};
-use crate::study::report::page::{escape, number};
-
-/// Grey of lines, and of what was not measured here.
-const GREY: &str = "#444444";
+use crate::study::numbers::{number, percent};
+use crate::study::page::escape;
+use crate::study::plot::{Axis, GREY, Look, Plot, Point, Rule, Series, Shape, colour, shape};
 
 /// Width and height of the plot, without the list of names below.
 const SIZE: (f64, f64) = (900.0, 470.0);
@@ -41,7 +30,7 @@ pub(super) fn draw(
     published: &[Published],
     seed: Option<&str>,
 ) -> Option<String> {
-    let drawn: Vec<(usize, (f64, f64))> = (0..table.rows.len())
+    let drawn: Vec<Run> = (0..table.rows.len())
         .filter_map(|row| {
             table.rows[row].point().map(|(cost, error)| (row, (cost.max(1e-9), error.max(FLOOR))))
         })
@@ -51,39 +40,38 @@ pub(super) fn draw(
     }
     let place = |row: usize| drawn.iter().find(|(other, _)| *other == row).map(|(_, point)| *point);
     let front = table.front();
-    let way: Vec<(f64, f64)> = front.iter().filter_map(|row| place(*row)).collect();
-    let line = LinePlot::new().with_data(way.clone()).with_color(GREY).with_stroke_width(1.6);
-    let mut plots = vec![Plot::Line(line.with_legend("Pareto front"))];
-    plots.extend(families(table, names, &drawn));
-    for point in published {
-        plots.push(scatter(
-            &[(point.cost, point.error)],
-            &point.name,
-            GREY,
-            MarkerShape::Cross,
-            6.5,
-            vec![format!("published: {}; {}", point.name, point.source)],
-        ));
-    }
-    let layout = layout(title, &plots, &drawn, published);
-    let plane = ComputedLayout::from_layout(&layout);
-    let at = |point: (f64, f64)| (plane.map_x(point.0), plane.map_y(point.1));
-    let body = render_to_svg(plots, layout);
+    let way: Vec<Point> = front.iter().filter_map(|row| place(*row)).collect();
+    let mut series = vec![Series {
+        name: "Pareto front".to_owned(),
+        colour: GREY,
+        points: way.clone(),
+        look: Look::Line { width: 1.6, dashed: false },
+    }];
+    series.extend(families(table, names, &drawn));
+    series.extend(published.iter().map(|point| Series {
+        name: point.name.clone(),
+        colour: GREY,
+        points: vec![(point.cost, point.error)],
+        look: Look::Points {
+            shape: Shape::Cross,
+            size: 6.5,
+            words: vec![format!("published: {}; {}", point.name, point.source)],
+        },
+    }));
+    let picture = plot(title, series).draw();
     let mut over = String::new();
     for (number, point) in way.iter().enumerate() {
-        over += &tag(number + 1, at(*point));
+        over += &tag(number + 1, picture.place(*point));
     }
     let seed = seed.and_then(|label| table.rows.iter().position(|row| row.label == label));
-    if let Some(point) = seed.and_then(place).map(at) {
+    if let Some(point) = seed.and_then(place).map(|point| picture.place(point)) {
         over += &ring(point);
     }
-    Some(sheet(&body, &over, &listed(table, names, &front)))
+    Some(framed(picture.inner(), &over, &listed(table, names, &front)))
 }
 
 /// What kuva drew, what is drawn over it, and lines of text below.
-fn sheet(body: &str, over: &str, lines: &[String]) -> String {
-    let (start, end) = (body.find("<svg").unwrap_or(0), body.rfind("</svg>").unwrap_or(body.len()));
-    let inner = body.get(start..end).and_then(|svg| svg.split_once('>')).map_or("", |(_, inner)| inner);
+fn framed(inner: &str, over: &str, lines: &[String]) -> String {
     let height = SIZE.1 + LINE * lines.len() as f64 + 12.0;
     let text = |(place, line): (usize, &String)| {
         let y = SIZE.1 + LINE * (place as f64 + 0.6);
@@ -134,29 +122,30 @@ fn listed(table: &Table, names: &Names, front: &[usize]) -> Vec<String> {
     std::iter::once(head).chain(front.iter().enumerate().map(line)).collect()
 }
 
+/// A row that is drawn, with its cost and error.
+type Run = (usize, Point);
+
 /// Runs by the values of one key, if there is one with few; each with a name to hover.
-fn families(table: &Table, names: &Names, drawn: &[(usize, (f64, f64))]) -> Vec<Plot> {
+fn families(table: &Table, names: &Names, drawn: &[Run]) -> Vec<Series> {
     let column = family(table);
+    let value_of = |row: usize| column.map_or("", |column| table.rows[row].values[column].as_str());
     let mut values: Vec<&str> = Vec::new();
     for (row, _) in drawn {
-        let value = column.map_or("", |column| table.rows[*row].values[column].as_str());
-        if !values.contains(&value) {
-            values.push(value);
+        if !values.contains(&value_of(*row)) {
+            values.push(value_of(*row));
         }
     }
-    let plot = |(place, value): (usize, &&str)| {
-        let of = |row: usize| column.map_or("", |column| table.rows[row].values[column].as_str()) == *value;
-        let here: Vec<&(usize, (f64, f64))> = drawn.iter().filter(|(row, _)| of(*row)).collect();
-        let points: Vec<(f64, f64)> = here.iter().map(|(_, point)| *point).collect();
-        let titles = here.iter().map(|(row, _)| hover(&table.rows[*row], names)).collect();
-        let name = match column {
-            None => "runs".to_owned(),
-            Some(column) => names.value(column, value),
-        };
-        let (colour, marker) = (COLOURS[place % COLOURS.len()], MARKERS[place % MARKERS.len()]);
-        scatter(&points, &name, colour, marker, 6.0, titles)
+    let series = |(place, value): (usize, &&str)| {
+        let here: Vec<&Run> = drawn.iter().filter(|(row, _)| value_of(*row) == *value).collect();
+        let words = here.iter().map(|(row, _)| hover(&table.rows[*row], names)).collect();
+        Series {
+            name: column.map_or("runs".to_owned(), |column| names.value(column, value)),
+            colour: colour(place),
+            points: here.iter().map(|(_, point)| *point).collect(),
+            look: Look::Points { shape: shape(place), size: 6.0, words },
+        }
     };
-    values.iter().enumerate().map(plot).collect()
+    values.iter().enumerate().map(series).collect()
 }
 
 /// The key by which runs are coloured: words rather than numbers, and no ladder of resolution.
@@ -183,46 +172,26 @@ fn hover(row: &Row, names: &Names) -> String {
     format!("{keys}\nCPU {} s\nerror {}{note}", number(cost), percent(error))
 }
 
-fn scatter(
-    points: &[(f64, f64)],
-    name: &str,
-    colour: &str,
-    marker: MarkerShape,
-    size: f64,
-    titles: Vec<String>,
-) -> Plot {
-    let plot = ScatterPlot::new().with_data(points.iter().copied()).with_color(colour).with_size(size);
-    Plot::Scatter(plot.with_marker(marker).with_legend(name).with_tooltips().with_tooltip_labels(titles))
-}
-
-fn layout(title: &str, plots: &[Plot], drawn: &[(usize, (f64, f64))], published: &[Published]) -> Layout {
-    let points = drawn.iter().map(|(_, point)| *point).chain(published.iter().map(|p| (p.cost, p.error)));
+fn plot(title: &str, series: Vec<Series>) -> Plot {
     let wide = (f64::INFINITY, 0.0_f64);
-    let (x, y) = points.fold((wide, wide), |(x, y), point| {
+    let (x, y) = series.iter().flat_map(|series| &series.points).fold((wide, wide), |(x, y), point| {
         ((x.0.min(point.0), x.1.max(point.0)), (y.0.min(point.1), y.1.max(point.1)))
     });
-    let mut layout = Layout::auto_from_plots(plots)
-        .with_width(SIZE.0)
-        .with_height(SIZE.1)
-        .with_title(title)
-        .with_x_label("CPU time / s")
-        .with_y_label("relative error")
-        .with_legend_position(LegendPosition::OutsideRightTop)
-        .with_legend_width(LEGEND)
-        .with_font_family("system-ui, sans-serif")
-        .with_title_size(16)
-        .with_label_size(15)
-        .with_tick_size(13)
-        .with_body_size(13)
-        .with_log_scale()
-        .with_x_axis_min(x.0 / 1.6)
-        .with_x_axis_max(x.1 * 1.6)
-        .with_y_axis_min(y.0 / 1.6)
-        .with_y_axis_max(y.1 * 1.6)
-        .with_x_tick_format(TickFormat::Custom(Arc::new(number)))
-        .with_y_tick_format(TickFormat::Custom(Arc::new(percent)));
-    for tolerance in TOLERANCES.into_iter().filter(|tolerance| (y.0 / 1.6..y.1 * 1.6).contains(tolerance)) {
-        layout = layout.with_reference_line(ReferenceLine::horizontal(tolerance).with_color("#999999"));
+    let axis = |label: &str, ends: Point, format| Axis {
+        label: label.to_owned(),
+        log: true,
+        range: Some([ends.0 / 1.6, ends.1 * 1.6]),
+        format: Some(format),
+    };
+    let shown = |tolerance: &f64| (y.0 / 1.6..y.1 * 1.6).contains(tolerance);
+    Plot {
+        size: SIZE,
+        title: title.to_owned(),
+        x: axis("CPU time / s", x, number),
+        y: axis("relative error", y, percent),
+        series,
+        rules: TOLERANCES.into_iter().filter(shown).map(|at| Rule::Level { at }).collect(),
+        legend: Some(LEGEND),
+        ticks: 0,
     }
-    layout
 }

@@ -6,8 +6,10 @@ use bedload_output::{Summary, atomic_write};
 use protocol::scene::{CheckedScene, SceneError};
 
 use super::config::{Chart, Curve, Reference};
-use super::table::{Row, Spread, Table};
-use super::{ChartError, reference};
+use super::reference;
+use super::table::{Row, Spread, Table, columns};
+use crate::failure::Failure;
+use crate::study::folder::{self, cannot};
 use crate::study::{self as sweep, Keep, Ladder, Outcome, Point, Task};
 
 /// The runs that the section asks for.
@@ -34,7 +36,7 @@ pub(super) fn make(
     scene: &Path,
     out: &Path,
     jobs: usize,
-) -> Result<Table, ChartError> {
+) -> Result<Table, Failure> {
     let mut tasks: Vec<Task> = Vec::new();
     // All runs once, then all again: what slows the machine for a while meets every setting.
     for repeat in 1..=chart.repeat {
@@ -47,11 +49,7 @@ pub(super) fn make(
     }
     let outcomes = sweep::run_all(&tasks, jobs, Keep::Failed)?;
     let curve = match &chart.reference {
-        Some(Reference::Curve(curve)) => {
-            let text =
-                std::fs::read_to_string(&curve.file).map_err(sweep::SweepError::file("read", &curve.file))?;
-            Some((curve, text))
-        }
+        Some(Reference::Curve(curve)) => Some((curve, folder::read(&curve.file)?)),
         _ => None,
     };
     let count = ladder.points.len();
@@ -61,8 +59,7 @@ pub(super) fn make(
         row(&ladder.points[number], chart, &made, curve.as_ref())
     };
     let keys = ladder.columns.iter().map(|column| column.key.clone()).collect();
-    let metrics = chart.metrics().into_iter().map(str::to_owned).collect();
-    Ok(Table { keys, metrics, rows: (0..count).map(row).collect() })
+    Ok(Table { keys, columns: columns(&chart.metrics()), rows: (0..count).map(row).collect() })
 }
 
 /// A run, once; the first time in `runs/`, again in `runs-2/` and so on.
@@ -88,15 +85,15 @@ fn company(task: &Task) -> PathBuf {
 }
 
 /// Leaves word for later charts of the same folder, which do not repeat the run, that it had company.
-fn note_company(task: &Task, jobs: usize) -> Result<(), ChartError> {
+fn note_company(task: &Task, jobs: usize) -> Result<(), Failure> {
     let path = company(task);
     if jobs > 1 {
         if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder).map_err(sweep::SweepError::file("make", folder))?;
+            folder::make(folder)?;
         }
         atomic_write(&path, (jobs - 1).to_string().as_bytes())?;
     } else if path.exists() {
-        std::fs::remove_file(&path).map_err(sweep::SweepError::file("remove", &path))?;
+        std::fs::remove_file(&path).map_err(cannot("remove", &path))?;
     }
     Ok(())
 }

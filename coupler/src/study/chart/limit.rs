@@ -26,6 +26,13 @@ pub(super) struct Limit {
     pub(super) uncertainty: f64,
 }
 
+impl Limit {
+    /// Uncertainty over the value; itself where that is 0.
+    pub(super) fn relative_uncertainty(&self) -> f64 {
+        self.uncertainty / if self.value == 0.0 { 1.0 } else { self.value.abs() }
+    }
+}
+
 /// Runs that differ in one key alone.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Rungs {

@@ -25,91 +25,34 @@ mod table;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use bedload_output::{Claim, OutputError, atomic_write};
+use bedload_output::atomic_write;
 use bedload_program::RunOptions;
-use protocol::scene::{Metric, SceneError, SceneSource};
+use protocol::scene::{Metric, SceneSource};
 use serde::Deserialize;
 
 use crate::failure::Failure;
-use crate::study::SweepError;
-use crate::study::report::page::number;
+use crate::study::folder::{self, Options, SCENE, content};
+use crate::study::numbers::{number, percent};
+use crate::study::page::or_dash;
 pub use config::{Chart, Curve, Finer, LimitOf, Published, Reference};
-use describe::{Names, percent};
-use table::Table;
-
-/// What to chart, and how.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Scene with a `[chart]` section.
-    pub scene: PathBuf,
-    /// Output folder; by default out/SCENE-chart.
-    pub out: Option<PathBuf>,
-    /// Runs at a time; by default one, so that costs are timings.
-    pub jobs: Option<NonZeroUsize>,
-}
-
-/// Why a chart could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum ChartError {
-    /// The scene or its section is wrong.
-    #[error(transparent)]
-    Scene(#[from] Box<SceneError>),
-    /// The runs cannot be made.
-    #[error(transparent)]
-    Sweep(#[from] SweepError),
-    /// The results cannot be written or read.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// The folder is something else.
-    #[error("{}: {what}", path.display())]
-    Folder {
-        /// Which.
-        path: PathBuf,
-        /// What is wrong with it, and what to do.
-        what: String,
-    },
-    /// No run can be compared with the reference.
-    #[error("no run gave an error; the remarks in {} say why", table.display())]
-    NoError {
-        /// `chart.csv`.
-        table: PathBuf,
-    },
-}
-
-impl From<SceneError> for ChartError {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(Box::new(error))
-    }
-}
-
-impl From<ChartError> for Failure {
-    fn from(error: ChartError) -> Self {
-        match error {
-            ChartError::Scene(error) => Self::Scene(error),
-            ChartError::Output(error) => error.into(),
-            ChartError::NoError { .. } => Self::Run(error.to_string()),
-            ChartError::Sweep(_) | ChartError::Folder { .. } => Self::Input(error.to_string()),
-        }
-    }
-}
+use describe::Names;
+use table::{Table, columns};
 
 /// Makes the runs that are missing, compares them, writes table, figure and page, and prints what was
 /// found.
 ///
 /// # Errors
-/// [`ChartError`]; a run that fails is none, unless all do.
-pub fn chart(options: &Options) -> Result<(), ChartError> {
+/// [`Failure`]; a run that fails is none, unless all do.
+pub fn chart(options: &Options) -> Result<(), Failure> {
     let scene = RunOptions::of_scene(&options.scene).read_scene()?;
     let chart = Chart::read(&scene)?;
     let ladder = ladder::plan(&scene, &chart)?;
-    let out = out_path(options);
+    let out = options.folder("chart");
     if out.join("summary.json").exists() {
         let what = "is the output folder of a run; name another with --out".to_owned();
-        return Err(ChartError::Folder { path: out, what });
+        return Err(content(&out)(what));
     }
-    std::fs::create_dir_all(&out).map_err(SweepError::file("make", &out))?;
-    let _claim = Claim::of(&out)?;
-    atomic_write(&out.join(SCENE), scene.source.text.as_bytes())?;
+    let _claim = folder::open(&out, &scene)?;
     let jobs = options.jobs.map_or(1, NonZeroUsize::get);
     let mut table = ladder::make(&ladder, &chart, &options.scene, &out, jobs)?;
     let known = reference::known(&chart, &scene.scene.metrics, &table);
@@ -123,14 +66,15 @@ pub fn chart(options: &Options) -> Result<(), ChartError> {
     print!("{}", told(&chart, &Names::new(&chart, &table), &table, &known));
     println!("\n{}\n{}", csv.display(), page.display());
     let any = table.rows.iter().any(|row| row.point().is_some());
-    if any { Ok(()) } else { Err(ChartError::NoError { table: csv }) }
+    if any {
+        Ok(())
+    } else {
+        Err(Failure::Run(format!("no run gave an error; the remarks in {} say why", csv.display())))
+    }
 }
 
 /// The table of a chart: what makes a folder one.
 pub(crate) const TABLE: &str = "chart.csv";
-
-/// The scene as it was charted.
-const SCENE: &str = "scene.toml";
 
 /// The document as far as a page goes that is made again.
 #[derive(Deserialize)]
@@ -146,15 +90,14 @@ struct Shown {
 /// Draws figure and page of a chart's folder from its table and scene; returns the page.
 ///
 /// # Errors
-/// [`ChartError`] if one of both cannot be read, or the page not written.
-pub fn again(dir: &Path) -> Result<PathBuf, ChartError> {
+/// [`Failure`] if one of both cannot be read, or the page not written.
+pub fn again(dir: &Path) -> Result<PathBuf, Failure> {
     let source = SceneSource::read(&dir.join(SCENE), &[])?;
     let chart = Chart::of_text(&source)?;
     let shown: Shown = source.section()?;
     let path = dir.join(TABLE);
-    let text = std::fs::read_to_string(&path).map_err(SweepError::file("read", &path))?;
-    let table = Table::parse(&text, &chart.metrics())
-        .map_err(|what| ChartError::Folder { path, what: format!("{what}; chart again") })?;
+    let table = Table::parse(&folder::read(&path)?, &columns(&chart.metrics()))
+        .map_err(|what| content(&path)(format!("{what}; chart again")))?;
     let names = Names::new(&chart, &table);
     let known = reference::known(&chart, &shown.metrics, &table);
     let title = [&chart.title, &shown.title].into_iter().find(|title| !title.is_empty());
@@ -163,7 +106,7 @@ pub fn again(dir: &Path) -> Result<PathBuf, ChartError> {
     if let Some(svg) = &figure {
         atomic_write(&dir.join("chart.svg"), svg.as_bytes())?;
     }
-    let sheet = page::Sheet {
+    let findings = page::Findings {
         title,
         source: &shown.source,
         chart: &chart,
@@ -173,14 +116,8 @@ pub fn again(dir: &Path) -> Result<PathBuf, ChartError> {
         figure: figure.as_deref(),
     };
     let page = dir.join("chart.html");
-    atomic_write(&page, page::page(&sheet).as_bytes())?;
+    atomic_write(&page, page::page(&findings)?.as_bytes())?;
     Ok(page)
-}
-
-/// `--out`, or `out/<name of the scene>-chart`.
-fn out_path(options: &Options) -> PathBuf {
-    let name = options.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
-    options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}-chart")))
 }
 
 /// What was found, for the terminal.
@@ -202,9 +139,8 @@ fn told(
         "error"
     );
     for row in &table.rows {
-        let time =
-            |spread: Option<table::Spread>| spread.map_or("–".into(), |spread| number(spread.median));
-        let error = row.error.map_or("–".into(), percent);
+        let time = |spread| or_dash(spread, |spread: table::Spread| number(spread.median));
+        let error = or_dash(row.error, percent);
         let mark = if row.pareto { '*' } else { ' ' };
         text += &format!("{:>10} {:>10} {error:>10} {mark} {}", time(row.cpu), time(row.wall), names.of(row));
         text += &if row.note.is_empty() { "\n".to_owned() } else { format!(" ({})\n", row.note) };
@@ -215,7 +151,7 @@ fn told(
         text += &match cheapest.row {
             None => format!("no run within {within}\n"),
             Some(row) => {
-                let ratio = cheapest.over_seed.map_or(String::new(), |ratio| {
+                let ratio = cheapest.over_published.map_or(String::new(), |ratio| {
                     format!(", {} times the cost of the paper's own setting", number(ratio))
                 });
                 format!("cheapest within {within}: {}{ratio}\n", names.of(&table.rows[row]))

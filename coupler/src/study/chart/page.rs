@@ -1,14 +1,17 @@
-//! The page of a chart: `chart.html`, which needs nothing but itself.
+//! The page of a chart: what its template shows.
 
-use super::config::Chart;
-use super::describe::{self, Names, percent, rounded};
+use serde::Serialize;
+
+use super::config::{Chart, Published};
+use super::describe::{self, Names, rounded};
 use super::reference::Known;
 use super::table::{Row, Spread, Table};
-use crate::study::report::page::{escape, frame, number};
-use crate::study::report::tables::table as html_table;
+use crate::failure::Failure;
+use crate::study::numbers::{number, percent};
+use crate::study::page::{Cell, Listing, or_dash, render};
 
-/// All that a page shows.
-pub(super) struct Sheet<'a> {
+/// All that a page tells of.
+pub(super) struct Findings<'a> {
     pub(super) title: &'a str,
     pub(super) source: &'a str,
     pub(super) chart: &'a Chart,
@@ -18,33 +21,39 @@ pub(super) struct Sheet<'a> {
     pub(super) figure: Option<&'a str>,
 }
 
+/// What `templates/chart.html` shows.
+#[derive(Serialize)]
+struct Page<'a> {
+    title: &'a str,
+    source: &'a str,
+    about: &'a str,
+    references: Vec<String>,
+    timings: String,
+    figure: Option<&'a str>,
+    cheapest: Option<Listing>,
+    orders: Option<Listing>,
+    runs: Listing,
+    published: Option<Listing>,
+}
+
 /// The whole page.
-pub(super) fn page(sheet: &Sheet<'_>) -> String {
-    let Sheet { chart, table, names, .. } = sheet;
-    let mut body = String::new();
-    if !sheet.source.is_empty() {
-        body += &format!("<p class=\"note\">After {}</p>\n", escape(sheet.source));
-    }
-    if !chart.about.trim().is_empty() {
-        body += &format!("<p>{}</p>\n", escape(chart.about.trim()));
-    }
-    for line in describe::references(chart, names, sheet.known) {
-        body += &format!("<p>{}</p>\n", escape(&line));
-    }
-    body += &format!("<p class=\"note\">{}</p>\n", escape(&timings(chart, table)));
-    let sections = [
-        ("Figure", sheet.figure.map(|svg| format!("<figure>{svg}</figure>\n"))),
-        ("Cheapest", cheapest(sheet)),
-        ("Order", orders(sheet)),
-        ("Runs", Some(runs(sheet))),
-        ("Published", published(chart)),
-    ];
-    for (name, html) in sections {
-        if let Some(html) = html {
-            body += &format!("<section id=\"{}\">\n<h2>{name}</h2>\n{html}</section>\n", name.to_lowercase());
-        }
-    }
-    frame(sheet.title, &body)
+pub(super) fn page(of: &Findings<'_>) -> Result<String, Failure> {
+    let Findings { title, source, chart, table, names, known, figure } = *of;
+    render(
+        "chart.html",
+        Page {
+            title,
+            source,
+            about: chart.about.trim(),
+            references: describe::references(chart, names, known),
+            timings: timings(chart, table),
+            figure,
+            cheapest: cheapest(of),
+            orders: orders(of),
+            runs: runs(of),
+            published: published(chart),
+        },
+    )
 }
 
 /// How the costs were taken.
@@ -70,93 +79,83 @@ pub(super) fn timings(chart: &Chart, table: &Table) -> String {
     }
 }
 
-fn cheapest(sheet: &Sheet<'_>) -> Option<String> {
-    let Sheet { chart, table, names, .. } = sheet;
+fn cheapest(of: &Findings<'_>) -> Option<Listing> {
+    let Findings { chart, table, names, .. } = of;
     let row = |cheapest: &describe::Cheapest| {
-        let of = cheapest.row.map(|row| &table.rows[row]);
-        let (cost, error) = of.and_then(Row::point).unzip();
+        let found = cheapest.row.map(|row| &table.rows[row]);
+        let (cost, error) = found.and_then(Row::point).unzip();
         vec![
-            percent(cheapest.tolerance),
-            of.map_or("no run".to_owned(), |row| escape(&names.of(row))),
-            error.map_or("–".into(), percent),
-            cost.map_or("–".into(), |cost| format!("{} s", number(cost))),
-            cheapest.over_seed.map_or("–".into(), |ratio| format!("{} ×", number(ratio))),
+            percent(cheapest.tolerance).into(),
+            found.map_or("no run".to_owned(), |row| names.of(row)).into(),
+            or_dash(error, percent).into(),
+            or_dash(cost, |cost| format!("{} s", number(cost))).into(),
+            or_dash(cheapest.over_published, |ratio| format!("{} ×", number(ratio))).into(),
         ]
     };
     let head = ["error within", "cheapest setting", "its error", "CPU time", "over the paper's own setting"];
-    let rows: Vec<Vec<String>> = describe::cheapest(chart, table).iter().map(row).collect();
     let any = table.rows.iter().any(|row| row.point().is_some());
-    any.then(|| html_table(&head, &rows))
+    any.then(|| Listing::new(&head, describe::cheapest(chart, table).iter().map(row).collect()))
 }
 
-fn orders(sheet: &Sheet<'_>) -> Option<String> {
-    let orders = describe::orders(sheet.chart, sheet.table, sheet.names);
+fn orders(of: &Findings<'_>) -> Option<Listing> {
+    let orders = describe::orders(of.chart, of.table, of.names);
     let row = |order: &describe::Order| {
         let limit = order.of_values.as_ref();
-        let size = limit.map_or(1.0, |limit| if limit.value == 0.0 { 1.0 } else { limit.value.abs() });
+        let seen = limit.and_then(|limit| limit.order);
         vec![
-            escape(&order.key),
-            escape(&order.with),
-            order.runs.to_string(),
-            order.of_errors.map_or("–".into(), |p| number(rounded(p))),
-            limit.and_then(|limit| limit.order).map_or("none seen".into(), |p| number(rounded(p))),
-            limit.map_or("–".into(), |limit| number(limit.value)),
-            limit.map_or("–".into(), |limit| percent(limit.uncertainty / size)),
+            order.key.as_str().into(),
+            order.with.as_str().into(),
+            order.runs.to_string().into(),
+            or_dash(order.of_errors, |p| number(rounded(p))).into(),
+            seen.map_or("none seen".into(), |p| number(rounded(p))).into(),
+            or_dash(limit, |limit| number(limit.value)).into(),
+            or_dash(limit, |limit| percent(limit.relative_uncertainty())).into(),
         ]
     };
     let head = ["key", "with", "runs", "order of the errors", "order of the values", "limit", "uncertainty"];
-    let rows: Vec<Vec<String>> = orders.iter().map(row).collect();
-    (!rows.is_empty()).then(|| {
-        html_table(&head, &rows)
-            + "<p class=\"note\">Order of the errors: slope over all runs, least squares. Order of the values, limit and \
-               uncertainty (grid convergence index, Roache 1994): Richardson's, of the three finest; none is seen where the values do not \
-               approach one another from one side.</p>\n"
-    })
+    Listing::new(&head, orders.iter().map(row).collect()).any()
 }
 
-fn runs(sheet: &Sheet<'_>) -> String {
-    let Sheet { table, names, .. } = sheet;
+fn runs(of: &Findings<'_>) -> Listing {
+    let Findings { chart, table, names, .. } = of;
     let mut head: Vec<&str> = names.all().iter().map(String::as_str).collect();
     head.extend(["CPU time", "wall time"]);
-    head.extend(table.metrics.iter().map(String::as_str));
+    head.extend(chart.metrics());
     head.extend(["error", "front", "remark"]);
     let front = table.front();
     let row = |(number_of, row): (usize, &Row)| {
-        let mut cells: Vec<String> = row
-            .values
-            .iter()
-            .map(|value| if value.is_empty() { "default".into() } else { escape(value) })
-            .collect();
-        cells.extend([spread(row.cpu), spread(row.wall)]);
-        cells.extend(row.measured.iter().map(|value| value.map_or("–".into(), number)));
-        cells.push(row.error.map_or("–".into(), percent));
+        let shown = |value: &String| if value.is_empty() { "default" } else { value }.into();
+        let mut cells: Vec<Cell> = row.values.iter().map(shown).collect();
+        cells.extend([spread(row.cpu).into(), spread(row.wall).into()]);
+        cells.extend(row.measured.iter().map(|value| or_dash(*value, number).into()));
+        cells.push(or_dash(row.error, percent).into());
         let place = front.iter().position(|other| *other == number_of);
-        cells.push(place.map_or(String::new(), |place| format!("<b>{}</b>", place + 1)));
-        cells.push(escape(&row.note));
+        cells.push(Cell::classed(place.map_or(String::new(), |place| (place + 1).to_string()), "strong"));
+        cells.push(row.note.as_str().into());
         cells
     };
-    html_table(&head, &table.rows.iter().enumerate().map(row).collect::<Vec<_>>())
+    Listing::new(&head, table.rows.iter().enumerate().map(row).collect())
 }
 
 fn spread(spread: Option<Spread>) -> String {
-    let Some(spread) = spread else { return "–".into() };
-    let median = format!("{} s", number(spread.median));
-    if spread.min == spread.max {
-        return median;
-    }
-    format!("{median} ({}–{})", number(spread.min), number(spread.max))
+    or_dash(spread, |spread| {
+        let median = format!("{} s", number(spread.median));
+        if spread.min == spread.max {
+            return median;
+        }
+        format!("{median} ({}–{})", number(spread.min), number(spread.max))
+    })
 }
 
-fn published(chart: &Chart) -> Option<String> {
-    let row = |point: &super::config::Published| {
+fn published(chart: &Chart) -> Option<Listing> {
+    let row = |point: &Published| {
+        let cost = format!("{} s", number(point.cost));
         vec![
-            escape(&point.name),
-            format!("{} s", number(point.cost)),
-            percent(point.error),
-            escape(&point.source),
+            point.name.as_str().into(),
+            cost.into(),
+            percent(point.error).into(),
+            point.source.as_str().into(),
         ]
     };
-    let rows: Vec<Vec<String>> = chart.published.iter().map(row).collect();
-    let note = "<p class=\"note\">Crosses in the figure: not measured here, on other machines.</p>\n";
-    (!rows.is_empty()).then(|| html_table(&["who", "CPU time", "error", "source"], &rows) + note)
+    Listing::new(&["who", "CPU time", "error", "source"], chart.published.iter().map(row).collect()).any()
 }

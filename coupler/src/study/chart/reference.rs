@@ -8,7 +8,7 @@ use protocol::scene::Metric;
 use super::config::{Chart, Curve, Finer, LimitOf, Reference};
 use super::limit::{self, Limit, Rungs};
 use super::table::{Row, Table};
-use crate::study::{self as sweep, interpolated};
+use crate::study::table::{cell, interpolated};
 
 /// The reference of one metric.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +50,7 @@ fn extrapolated(of: &LimitOf, place: usize, table: &Table) -> Result<(Limit, Run
     let finer = of.finer.or(limit::refines(key)).unwrap_or(Finer::Smaller);
     let wanted = |row: &Row| {
         of.with.iter().all(|(key, value)| {
-            let text = sweep::cell(&value.as_str().map_or_else(|| value.to_string(), str::to_owned));
+            let text = cell(&value.as_str().map_or_else(|| value.to_string(), str::to_owned));
             let column = table.keys.iter().position(|other| other == key);
             column.is_some_and(|column| row.values[column] == text)
         })
@@ -140,7 +140,6 @@ mod tests {
     #[test]
     fn several_metrics_give_their_largest_error() {
         let mut table = table(&[(8.0, "a", 1.0, 0.0), (16.0, "a", 2.0, 0.0)]);
-        table.metrics.push("n".to_owned());
         table.rows[0].measured = vec![Some(1.1), Some(-0.02)];
         table.rows[1].measured = vec![Some(1.1), None];
         let known =

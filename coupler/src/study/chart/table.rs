@@ -1,12 +1,27 @@
 //! `chart.csv`: one row per run. All that a page needs stands in it and in the scene.
 
-use crate::study as sweep;
+use crate::study::table::{self, Record, flag, number};
 
-/// Columns that every row has after its keys.
-const FIXED: [&str; 5] = ["cpu_s", "wall_s", "error", "pareto", "label"];
+/// Columns behind those of the keys, `value` being one for each metric.
+const COLUMNS: [&str; 13] = [
+    "cpu_s",
+    "wall_s",
+    "error",
+    "pareto",
+    "label",
+    "value",
+    "cpu_s_min",
+    "cpu_s_max",
+    "wall_s_min",
+    "wall_s_max",
+    "repeats",
+    "beside",
+    "note",
+];
 
-/// Columns that follow the values.
-const LAST: [&str; 7] = ["cpu_s_min", "cpu_s_max", "wall_s_min", "wall_s_max", "repeats", "beside", "note"];
+/// Those before and behind the values.
+const BEFORE: usize = 5;
+const BEHIND: usize = 7;
 
 /// Smaller errors are alike: they are drawn here, and none is on the front for being the smaller one.
 pub(super) const FLOOR: f64 = 1e-6;
@@ -54,13 +69,15 @@ pub(super) struct Row {
 }
 
 /// All runs.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Table {
-    /// Varied keys.
-    pub(super) keys: Vec<String>,
-    /// Metrics; none where a curve is charted.
-    pub(super) metrics: Vec<String>,
-    pub(super) rows: Vec<Row>,
+pub(super) type Table = table::Table<Row>;
+
+/// Headers of the columns for these metrics; none of them where a curve is charted.
+pub(super) fn columns(metrics: &[&str]) -> Vec<String> {
+    let one = metrics.len() == 1;
+    let named = |name: &&str| if one { "value".to_owned() } else { format!("value_{name}") };
+    let fixed = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    let values = metrics.iter().map(named).collect();
+    [fixed(&COLUMNS[..BEFORE]), values, fixed(&COLUMNS[COLUMNS.len() - BEHIND..])].concat()
 }
 
 impl Table {
@@ -91,44 +108,6 @@ impl Table {
         self.front().into_iter().find(within)
     }
 
-    /// The text of the file.
-    pub(super) fn csv(&self) -> String {
-        let values = self.value_columns();
-        let fixed = FIXED.map(str::to_owned);
-        let header = self.keys.iter().chain(&fixed).chain(&values).cloned().chain(LAST.map(str::to_owned));
-        let mut text = header.collect::<Vec<_>>().join(",") + "\n";
-        for row in &self.rows {
-            text += &(row.cells().join(",") + "\n");
-        }
-        text
-    }
-
-    fn value_columns(&self) -> Vec<String> {
-        match self.metrics.as_slice() {
-            [_] => vec!["value".to_owned()],
-            several => several.iter().map(|name| format!("value_{name}")).collect(),
-        }
-    }
-
-    /// Reads the text again; `metrics` as the section names them.
-    pub(super) fn parse(text: &str, metrics: &[&str]) -> Result<Self, String> {
-        let (header, rows) = sweep::parse_csv(text)?;
-        let count = header.iter().position(|name| name == FIXED[0]).ok_or("has no column cpu_s")?;
-        let metrics: Vec<String> = metrics.iter().map(|name| (*name).to_owned()).collect();
-        let mut table = Self { keys: header[..count].to_vec(), metrics, rows: Vec::new() };
-        let expected: Vec<String> = FIXED
-            .iter()
-            .map(|name| (*name).to_owned())
-            .chain(table.value_columns())
-            .chain(LAST.map(str::to_owned))
-            .collect();
-        if header[count..] != expected {
-            return Err(format!("has other columns than {} after its keys", expected.join(", ")));
-        }
-        table.rows = rows.iter().map(|cells| Row::parse(cells, count)).collect::<Result<_, _>>()?;
-        Ok(table)
-    }
-
     /// A number in a row, if there is one.
     pub(super) fn number(&self, row: usize, column: usize) -> Option<f64> {
         self.rows[row].values[column].parse().ok().filter(|value: &f64| value.is_finite())
@@ -148,49 +127,50 @@ impl Row {
             self.note += &format!("{joint}{what}");
         }
     }
+}
+
+impl Record for Row {
+    fn values(&self) -> &[String] {
+        &self.values
+    }
 
     fn cells(&self) -> Vec<String> {
         let time = |spread: Option<Spread>, of: fn(&Spread) -> f64| short(spread.as_ref().map(of), 5);
-        let mut cells: Vec<String> = self.values.iter().map(|value| sweep::cell(value)).collect();
-        cells.extend([
-            time(self.cpu, |s| s.median),
-            time(self.wall, |s| s.median),
+        let (cpu, wall) = (self.cpu, self.wall);
+        let mut cells = vec![
+            time(cpu, |s| s.median),
+            time(wall, |s| s.median),
             short(self.error, 6),
             u8::from(self.pareto).to_string(),
-            sweep::cell(&self.label),
-        ]);
+            self.label.clone(),
+        ];
         cells.extend(self.measured.iter().map(|value| value.map_or_else(String::new, |v| v.to_string())));
-        let (cpu, wall) = (self.cpu, self.wall);
         cells.extend([
             time(cpu, |s| s.min),
             time(cpu, |s| s.max),
             time(wall, |s| s.min),
             time(wall, |s| s.max),
         ]);
-        cells.extend([self.repeats.to_string(), self.beside.to_string(), sweep::cell(&self.note)]);
+        cells.extend([self.repeats.to_string(), self.beside.to_string(), self.note.clone()]);
         cells
     }
 
-    fn parse(cells: &[String], keys: usize) -> Result<Self, String> {
-        let number = |text: &String| match text.as_str() {
-            "" => Ok(None),
-            text => text.parse::<f64>().map(Some).map_err(|_| format!("has {text:?} where a number belongs")),
-        };
-        let (first, last) = (&cells[keys..], &cells[cells.len() - LAST.len()..]);
+    fn parse(values: Vec<String>, cells: &[String]) -> Result<Self, String> {
+        let (first, rest) = cells.split_at(BEFORE);
+        let (measured, last) = rest.split_at(rest.len() - BEHIND);
         let count = |text: &String| text.parse().map_err(|_| format!("has {text:?} where a count belongs"));
-        let spread = |median, min, max| -> Result<Option<Spread>, String> {
+        let spread = |median: &str, min: &str, max: &str| -> Result<Option<Spread>, String> {
             let (median, min, max) = (number(median)?, number(min)?, number(max)?);
             Ok(median.zip(min.zip(max)).map(|(median, (min, max))| Spread { min, median, max }))
         };
-        let measured = &cells[keys + FIXED.len()..cells.len() - LAST.len()];
         Ok(Self {
-            values: cells[..keys].to_vec(),
+            values,
             cpu: spread(&first[0], &last[0], &last[1])?,
             wall: spread(&first[1], &last[2], &last[3])?,
             error: number(&first[2])?,
-            pareto: first[3] == "1",
+            pareto: flag(&first[3])?,
             label: first[4].clone(),
-            measured: measured.iter().map(number).collect::<Result<_, _>>()?,
+            measured: measured.iter().map(|text| number(text)).collect::<Result<_, _>>()?,
             repeats: count(&last[4])?,
             beside: count(&last[5])?,
             note: last[6].clone(),
@@ -225,7 +205,7 @@ pub(super) mod tests {
         };
         let mut table = Table {
             keys: vec!["resolution".to_owned(), "method".to_owned()],
-            metrics: vec!["m".to_owned()],
+            columns: columns(&["m"]),
             rows: points.iter().map(row).collect(),
         };
         table.mark_front();
@@ -270,9 +250,10 @@ pub(super) mod tests {
             "{text}"
         );
         assert!(text.contains("\n8,a,1.25,1.25,0.04,1,a-8,1.0400001,1.25,"), "{text}");
-        assert_eq!(Table::parse(&text, &["m"]), Ok(before));
-        assert!(Table::parse(&text.replace("wall_s,", "wall,"), &["m"]).is_err());
-        assert!(Table::parse(&text.replace("1.25,1.25", "x,1.25"), &["m"]).is_err());
+        let parse = |text: &str| Table::parse(text, &columns(&["m"]));
+        assert_eq!(parse(&text), Ok(before));
+        assert!(parse(&text.replace("wall_s,", "wall,")).is_err());
+        assert!(parse(&text.replace("1.25,1.25", "x,1.25")).is_err());
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The charts of a run against time: velocity, gap, forces, sub-steps.
 
-use super::chart::{Chart, Line};
+use super::curves::{Chart, Line};
 use super::run_files::RunFiles;
+use crate::study::page::Figure;
 
 /// Grains drawn in one chart.
 const MOST_GRAINS: usize = 6;
@@ -12,9 +13,9 @@ const CLOSEUP: (f64, f64) = (0.5, 1.5);
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Every chart for which the series has columns.
-pub(super) fn all(run: &RunFiles) -> Vec<String> {
+pub(super) fn all(run: &RunFiles) -> Vec<Figure> {
     let charts = [velocity(run), gap(run), forces(run), forces_at_bounce(run), substeps(run)];
-    charts.into_iter().flatten().filter_map(|chart| chart.figure()).collect()
+    charts.iter().flatten().flat_map(Chart::figures).collect()
 }
 
 fn time(run: &RunFiles) -> Vec<f64> {

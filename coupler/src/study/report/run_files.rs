@@ -6,7 +6,8 @@ use bedload_output::{Series, Summary};
 use protocol::scene::{CheckedScene, SceneSource};
 use serde_json::Value;
 
-use super::ReportError;
+use crate::failure::Failure;
+use crate::study::folder::files;
 
 /// A log above this is not read through for the page; `bedload log info` does that.
 const MOST_LOG_BYTES: u64 = 256 << 20;
@@ -68,7 +69,7 @@ impl Scales {
 
 impl RunFiles {
     /// Reads what there is in `dir`.
-    pub(super) fn read(dir: &Path) -> Result<Self, ReportError> {
+    pub(super) fn read(dir: &Path) -> Result<Self, Failure> {
         let summary = Summary::read(&dir.join("summary.json"))?;
         let mut remarks = Vec::new();
         let mut keep = |what: &str, why: &dyn std::fmt::Display| remarks.push(format!("{what}: {why}"));
@@ -82,8 +83,8 @@ impl RunFiles {
         let scales = scene.as_ref().map_or(Scales::SI, |scene| Scales::of(scene, grain));
         let name = std::fs::canonicalize(dir).unwrap_or_else(|_| dir.to_owned());
         let name = name.file_name().unwrap_or(dir.as_os_str()).to_string_lossy().into_owned();
-        let (fields, log) = (field_files(&dir.join("fields")), log_info(&dir.join("exchange.mcap")));
-        let grain_files = super::snapshot::files(&dir.join("fields"));
+        let (fields, log) = (files(&dir.join("fields"), "", ".vtr"), log_info(&dir.join("exchange.mcap")));
+        let grain_files = files(&dir.join("fields"), "grains_", ".vtp");
         Ok(Self { name, summary, scene, series, plan, fields, grain_files, log, remarks, scales })
     }
 
@@ -130,17 +131,6 @@ fn observed(series: &Series) -> Vec<usize> {
         }
     }
     grains
-}
-
-/// Rectilinear field files, by name: the names count the windows.
-fn field_files(folder: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut files: Vec<PathBuf> = entries
-        .map(|entry| entry.path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "vtr"))
-        .collect();
-    files.sort();
-    files
 }
 
 fn log_info(path: &Path) -> Option<String> {

@@ -1,24 +1,24 @@
 //! The runs of a sweep: what each is told besides its varied keys, and what became of it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use bedload_output::{RunStatus, Series, Summary};
 use bedload_program::RunOptions;
 
-use super::StabilityError;
 use super::section::{ANY, Limit, Stability, Sweep};
 use super::table::Row;
 use super::verdict::{self, Finding, Verdict};
 use crate::bounds::{Bound, Level, NAMES, SINGULAR};
 use crate::failure::Failure;
 use crate::prepare::Prepared;
+use crate::study::folder::content;
 use crate::study::{Keep, Outcome, Point, Task, cell, run_all};
 
 /// Characters of a note that are kept: an error names its cause first.
 const NOTE: usize = 160;
 
 /// Makes the runs that are not there yet, and judges all.
-pub(super) fn rows(sweep: &Sweep, scene: &Path, out: &Path, jobs: usize) -> Result<Vec<Row>, StabilityError> {
+pub(super) fn rows(sweep: &Sweep, scene: &Path, out: &Path, jobs: usize) -> Result<Vec<Row>, Failure> {
     let points = &sweep.ladder.points;
     let tasks: Vec<Task> = points.iter().map(|point| task(point, scene, out)).collect();
     let outcomes = run_all(&tasks, jobs, Keep::Failed)?;
@@ -27,11 +27,11 @@ pub(super) fn rows(sweep: &Sweep, scene: &Path, out: &Path, jobs: usize) -> Resu
         .zip(&tasks)
         .zip(&outcomes)
         .map(|((point, task), outcome)| Ok((point, finding(&sweep.section, task, outcome)?)))
-        .collect::<Result<_, StabilityError>>()?;
+        .collect::<Result<_, Failure>>()?;
     let one = |(point, finding): &(&Point, Finding)| row(point, finding, &sweep.section, scene);
     // Each asks the solvers for their facts, which are processes: several at a time, too.
     let share = judged.len().div_ceil(jobs).max(1);
-    let parts: Vec<Vec<Result<Row, StabilityError>>> = std::thread::scope(|scope| {
+    let parts: Vec<Vec<Result<Row, Failure>>> = std::thread::scope(|scope| {
         let threads: Vec<_> = judged
             .chunks(share)
             .map(|chunk| scope.spawn(move || chunk.iter().map(one).collect::<Vec<_>>()))
@@ -39,7 +39,11 @@ pub(super) fn rows(sweep: &Sweep, scene: &Path, out: &Path, jobs: usize) -> Resu
         threads.into_iter().map(|thread| thread.join().unwrap_or_default()).collect()
     });
     let rows: Vec<Row> = parts.into_iter().flatten().collect::<Result<_, _>>()?;
-    if rows.len() == points.len() { Ok(rows) } else { Err(StabilityError::Plans) }
+    if rows.len() == points.len() {
+        Ok(rows)
+    } else {
+        Err(Failure::Run("not every run was planned: report this as a fault".into()))
+    }
 }
 
 fn task(point: &Point, scene: &Path, out: &Path) -> Task {
@@ -69,17 +73,16 @@ pub fn imposed() -> [String; 3] {
 }
 
 /// What became of a run.
-fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Finding, StabilityError> {
-    let series = task.folder.join("series.csv");
-    let read = |path: &PathBuf| Series::read(path).map_err(StabilityError::from);
+fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Finding, Failure> {
+    let path = task.folder.join("series.csv");
     match outcome {
         Outcome::Failed(why) => {
             // A run that left no summary was no run: the scene is wrong, or a solver is missing.
             let summary = Summary::read(&task.folder.join("summary.json")).ok();
             if summary.is_none_or(|summary| summary.status != RunStatus::Failed) {
-                return Err(StabilityError::Run { label: task.name.clone(), what: why.clone() });
+                return Err(Failure::Input(format!("the run {} could not be made: {why}", task.name)));
             }
-            let series = if series.is_file() { read(&series)? } else { Series::default() };
+            let series = if path.is_file() { Series::read(&path)? } else { Series::default() };
             let growth = verdict::growth(series.column(&section.signal).unwrap_or_default());
             Ok(Finding {
                 verdict: Verdict::Failed,
@@ -88,10 +91,10 @@ fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Findin
             })
         }
         Outcome::Done(_) => {
-            let series = read(&series)?;
-            let signal = series.column(&section.signal).ok_or_else(|| StabilityError::Content {
-                path: task.folder.join("series.csv"),
-                what: format!("has no column {}; there are {}", section.signal, series.names().join(", ")),
+            let series = Series::read(&path)?;
+            let signal = series.column(&section.signal).ok_or_else(|| {
+                let there = series.names().join(", ");
+                content(&path)(format!("has no column {}; there are {there}", section.signal))
             })?;
             let mut found = verdict::judge(signal, section.scale);
             let first =
@@ -119,12 +122,12 @@ fn left(limit: &Limit, series: &Series) -> Option<(usize, String)> {
     Some((row, format!("{} = {value:.4} at t = {time:.4}; possible is{least}{most}", limit.column)))
 }
 
-fn row(point: &Point, finding: &Finding, section: &Stability, scene: &Path) -> Result<Row, StabilityError> {
+fn row(point: &Point, finding: &Finding, section: &Stability, scene: &Path) -> Result<Row, Failure> {
     // With the bounds forced: a plan that may avoid one by other means (another scheme) is not the run's.
     let overrides = point.set.iter().cloned().chain(imposed()).collect();
     let options = RunOptions { overrides, ..RunOptions::of_scene(scene) };
-    let plan =
-        |failure: Failure| StabilityError::Plan { label: point.label.clone(), failure: Box::new(failure) };
+    let label = &point.label;
+    let plan = |failure| Failure::Input(format!("the run {label} cannot be planned: {failure}"));
     let bounds = Prepared::new(&options).map_err(plan)?.plan.bounds;
     let (margin, refused) = judged(&bounds, &section.bound);
     Ok(Row {

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use super::StabilityError;
 use super::verdict::Verdict;
 use crate::bounds::Short;
-use crate::study::{SweepError, cell, parse_csv};
+use crate::failure::Failure;
+use crate::study::folder::{content, read};
+use crate::study::table::{self, Record, flag, number};
 
-/// Columns behind those of the varied keys.
-const FIXED: [&str; 6] = ["verdict", "growth", "bound_margin", "label", "note", "refused"];
+const COLUMNS: [&str; 6] = ["verdict", "growth", "bound_margin", "label", "note", "refused"];
 
 /// One run.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,12 +30,12 @@ pub struct Row {
 }
 
 /// The whole table.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Table {
-    /// Headers of the varied keys.
-    pub keys: Vec<String>,
-    /// The runs.
-    pub rows: Vec<Row>,
+pub type Table = table::Table<Row>;
+
+/// Headers of the columns behind those of the varied keys.
+#[must_use]
+pub fn columns() -> Vec<String> {
+    COLUMNS.map(str::to_owned).into()
 }
 
 /// How verdicts and refusals go together.
@@ -89,62 +89,36 @@ impl std::fmt::Display for Counts {
     }
 }
 
-impl Table {
-    /// The text of the file.
-    #[must_use]
-    pub fn to_csv(&self) -> String {
-        let keys = self.keys.iter().map(|key| cell(key));
-        let mut text = keys.chain(FIXED.map(str::to_owned)).collect::<Vec<_>>().join(",") + "\n";
-        for row in &self.rows {
-            let mut cells: Vec<String> = row.values.iter().map(|value| cell(value)).collect();
-            cells.extend([row.verdict.to_string(), digits(row.growth), digits(row.margin)]);
-            cells.extend([cell(&row.label), cell(&row.note), u8::from(row.refused).to_string()]);
-            text += &(cells.join(",") + "\n");
-        }
-        text
-    }
-
-    /// Reads a file of it.
-    ///
-    /// # Errors
-    /// [`StabilityError`] with what does not fit.
-    pub fn read(path: &Path) -> Result<Self, StabilityError> {
-        let text = std::fs::read_to_string(path).map_err(SweepError::file("read", path))?;
-        Self::parse(&text).map_err(|what| StabilityError::Content { path: path.to_owned(), what })
-    }
-
-    /// Reads the text of a file.
-    ///
-    /// # Errors
-    /// Row and cell that do not fit.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let (header, rows) = parse_csv(text)?;
-        let keys = header.strip_suffix(FIXED.map(str::to_owned).as_slice());
-        let keys = keys.ok_or_else(|| format!("does not end in the columns {}", FIXED.join(",")))?;
-        let rows = rows.iter().enumerate().map(|(number, cells)| {
-            row(cells, keys.len()).ok_or_else(|| format!("row {} is no run: {}", number + 1, cells.join(",")))
-        });
-        Ok(Self { keys: keys.to_vec(), rows: rows.collect::<Result<_, _>>()? })
-    }
+/// The table of a file.
+///
+/// # Errors
+/// [`Failure::Input`] with what does not fit.
+pub fn read_table(path: &Path) -> Result<Table, Failure> {
+    Table::parse(&read(path)?, &columns()).map_err(content(path))
 }
 
-fn row(cells: &[String], keys: usize) -> Option<Row> {
-    let (values, fixed) = cells.split_at_checked(keys)?;
-    let [verdict, growth, margin, label, note, refused] = fixed else { return None };
-    let number = |text: &String| if text.is_empty() { Some(f64::NAN) } else { text.parse().ok() };
-    Some(Row {
-        values: values.to_vec(),
-        verdict: Verdict::parse(verdict)?,
-        growth: number(growth)?,
-        margin: number(margin)?,
-        label: label.clone(),
-        note: note.clone(),
-        refused: match refused.as_str() {
-            "0" => false,
-            "1" => true,
-            _ => return None,
-        },
-    })
+impl Record for Row {
+    fn values(&self) -> &[String] {
+        &self.values
+    }
+
+    fn cells(&self) -> Vec<String> {
+        let (growth, margin) = (digits(self.growth), digits(self.margin));
+        let refused = u8::from(self.refused).to_string();
+        vec![self.verdict.to_string(), growth, margin, self.label.clone(), self.note.clone(), refused]
+    }
+
+    fn parse(values: Vec<String>, cells: &[String]) -> Result<Self, String> {
+        Ok(Self {
+            values,
+            verdict: Verdict::parse(&cells[0]).ok_or_else(|| format!("has no verdict {:?}", cells[0]))?,
+            growth: number(&cells[1])?.unwrap_or(f64::NAN),
+            margin: number(&cells[2])?.unwrap_or(f64::NAN),
+            label: cells[3].clone(),
+            note: cells[4].clone(),
+            refused: flag(&cells[5])?,
+        })
+    }
 }
 
 /// Four digits; nothing where there is no number.
@@ -158,11 +132,11 @@ mod tests {
 
     fn row(verdict: Verdict, refused: bool) -> Row {
         Row {
-            values: vec!["yu-shao-fixed-point".into(), "0.024".into()],
+            values: vec!["F5b".into(), "0.024".into()],
             verdict,
             growth: 0.125,
             margin: f64::NAN,
-            label: "form-yu-shao-fixed-point_0.024".into(),
+            label: "form-F5b_0.024".into(),
             note: "grows".into(),
             refused,
         }
@@ -171,18 +145,16 @@ mod tests {
     #[test]
     fn a_table_comes_back_as_it_was_written() {
         let rows = vec![row(Verdict::Failed, true), row(Verdict::Stable, false)];
-        let table = Table { keys: vec!["form".into(), "nu_dt".into()], rows };
-        let text = table.to_csv();
+        let table = Table { keys: vec!["form".into(), "nu_dt".into()], columns: columns(), rows };
+        let text = table.csv();
         assert!(text.starts_with("form,nu_dt,verdict,growth,bound_margin,label,note,refused\n"), "{text}");
-        assert!(
-            text.contains("yu-shao-fixed-point,0.024,failed,0.125,,form-yu-shao-fixed-point_0.024,grows,1\n"),
-            "{text}"
-        );
-        let read = Table::parse(&text).unwrap();
+        assert!(text.contains("F5b,0.024,failed,0.125,,form-F5b_0.024,grows,1\n"), "{text}");
+        let parse = |text: &str| Table::parse(text, &columns());
+        let read = parse(&text).unwrap();
         assert_eq!((&read.keys, read.rows.len(), read.rows[1].verdict), (&table.keys, 2, Verdict::Stable));
-        assert!(read.rows[0].margin.is_nan() && read.to_csv() == text);
-        assert!(Table::parse(&text.replace("failed", "broken")).unwrap_err().contains("row 1"));
-        assert!(Table::parse("a,b\n").unwrap_err().contains("verdict,growth"));
+        assert!(read.rows[0].margin.is_nan() && read.csv() == text);
+        assert!(parse(&text.replace("failed", "broken")).unwrap_err().contains("row 1"));
+        assert!(parse("a,b\n").unwrap_err().contains("verdict,growth"));
     }
 
     #[test]

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::{ValidateError, formula};
+use super::formula;
+use crate::failure::Failure;
+use crate::study::folder::{cannot, content};
 
 /// A case.
 #[derive(Clone, Debug, Deserialize)]
@@ -226,10 +228,9 @@ pub(super) struct Mark {
 
 impl Case {
     /// Reads and checks a case file.
-    pub(super) fn read(path: &Path) -> Result<Self, ValidateError> {
-        let text = std::fs::read_to_string(path).map_err(ValidateError::file("read the case", path))?;
-        Self::parse(&text, path.parent().unwrap_or(Path::new("")))
-            .map_err(|what| ValidateError::Case { path: path.to_owned(), what })
+    pub(super) fn read(path: &Path) -> Result<Self, Failure> {
+        let text = std::fs::read_to_string(path).map_err(cannot("read the case", path))?;
+        Self::parse(&text, path.parent().unwrap_or(Path::new(""))).map_err(content(path))
     }
 
     /// A case from its text; `folder` is where its paths start.

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use bedload_output::points;
 
-use super::ValidateError;
 use super::case::{Case, Difference};
 use super::runs::Outcome;
-use crate::study::interpolated;
+use crate::failure::Failure;
+use crate::study::folder::{content, read};
+use crate::study::table::interpolated;
 
 /// A difference that could be measured.
 pub(super) struct Measured<'a> {
@@ -21,7 +22,7 @@ pub(super) fn measured<'a>(
     case: &'a Case,
     outcomes: &[Outcome],
     runs: &Path,
-) -> Result<Vec<Measured<'a>>, ValidateError> {
+) -> Result<Vec<Measured<'a>>, Failure> {
     let made = |label: &String| {
         let mut all = case.runs.iter().zip(outcomes);
         all.any(|(run, outcome)| run.label == *label && matches!(outcome, Outcome::Done(_)))
@@ -30,13 +31,12 @@ pub(super) fn measured<'a>(
     both.map(|wanted| measure(wanted, runs)).collect()
 }
 
-fn measure<'a>(wanted: &'a Difference, runs: &Path) -> Result<Measured<'a>, ValidateError> {
-    let read = |label: &String| {
+fn measure<'a>(wanted: &'a Difference, runs: &Path) -> Result<Measured<'a>, Failure> {
+    let known = |label: &String| {
         let path = runs.join(label).join(&wanted.file);
-        let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
-        points(&text, &wanted.x, &wanted.y).map_err(|what| ValidateError::Case { path, what })
+        points(&read(&path)?, &wanted.x, &wanted.y).map_err(content(&path))
     };
-    let [a, b] = [read(&wanted.runs[0])?, read(&wanted.runs[1])?];
+    let [a, b] = [known(&wanted.runs[0])?, known(&wanted.runs[1])?];
     Ok(Measured {
         wanted,
         value: largest(&a, &b, wanted.within.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])),

@@ -3,26 +3,18 @@
 use std::path::Path;
 
 use bedload_output::points;
-use kuva::plot::scatter::MarkerShape;
-use kuva::plot::{LegendPosition, LinePlot, ScatterPlot};
-use kuva::render::annotations::ReferenceLine;
-use kuva::render::layout::Layout;
-use kuva::render::plots::Plot;
-use kuva::render_to_svg;
 
-use super::ValidateError;
 use super::case::{Case, Figure, Points, Series, Table, matches};
 use super::formula;
 use super::runs::Outcome;
-use crate::study::report::chart::{COLOURS, MARKERS};
-
-/// Grey of what was not measured here.
-const PUBLISHED: &str = "#444444";
+use crate::failure::Failure;
+use crate::study::folder::{content, read};
+use crate::study::plot::{self, Axis, GREY, Look, Plot, Point, Rule, Shape, colour, shape};
 
 /// Width and height.
 const SIZE: (f64, f64) = (900.0, 440.0);
 
-/// Width of the legend: kuva's own guess is too narrow for Greek letters.
+/// Width of the legend.
 const LEGEND: f64 = 250.0;
 
 /// More published points than this are a line of small crosses.
@@ -37,9 +29,9 @@ pub(super) fn draw(
     figure: &Figure,
     outcomes: &[Outcome],
     runs: &Path,
-) -> Result<Option<String>, ValidateError> {
+) -> Result<Option<String>, Failure> {
     let tables = tables(case, figure, outcomes, runs)?;
-    let measured: Vec<Vec<(f64, f64)>> =
+    let measured: Vec<Vec<Point>> =
         figure.series.iter().map(|series| measured(case, figure, series, outcomes)).collect();
     let abscissae = measured.iter().flatten().chain(tables.iter().flat_map(|(_, t)| t)).map(|(x, _)| *x);
     let marks = figure.marks.iter().map(|mark| mark.at);
@@ -49,70 +41,54 @@ pub(super) fn draw(
     if measured.iter().all(Vec::is_empty) && tables.is_empty() {
         return Ok(None);
     }
-    let mut plots = curves(figure, from, to);
-    for (number, (table, points)) in tables.iter().enumerate() {
+    let mut drawn = curves(figure, from, to);
+    for (number, (table, points)) in tables.into_iter().enumerate() {
         let number = number + figure.series.len();
-        let colour = COLOURS[number % COLOURS.len()];
-        plots.push(if table.line {
-            let line = LinePlot::new().with_data(points.clone()).with_color(colour).with_stroke_width(1.8);
-            Plot::Line(line.with_legend(table.name.as_str()))
+        drawn.push(if table.line {
+            let look = Look::Line { width: 1.8, dashed: false };
+            plot::Series { name: table.name.clone(), colour: colour(number), points, look }
         } else {
-            scatter(points, &table.name, colour, MARKERS[number % MARKERS.len()], 4.5)
+            scatter(points, &table.name, colour(number), shape(number), 4.5)
         });
     }
-    for (number, (series, points)) in figure.series.iter().zip(&measured).enumerate() {
+    for (number, (series, points)) in figure.series.iter().zip(measured).enumerate() {
         if !points.is_empty() {
             // Smaller and smaller, so that points of two series at one place both show.
             let size = 7.5 - 0.7 * number.min(5) as f64;
-            let colour = COLOURS[number % COLOURS.len()];
-            plots.push(scatter(points, &series.name, colour, MARKERS[number % MARKERS.len()], size));
+            drawn.push(scatter(points, &series.name, colour(number), shape(number), size));
         }
     }
     // Over the measured ones, which are larger.
     for from in &figure.points {
         let points = published(from, &case.folder)?;
         let size = if points.len() > CROWD { 2.0 } else { 5.0 };
-        plots.push(scatter(&points, &from.name, PUBLISHED, MarkerShape::Cross, size));
+        drawn.push(scatter(points, &from.name, GREY, Shape::Cross, size));
     }
-    let layout = layout(figure, &plots);
-    Ok(Some(render_to_svg(plots, layout)))
+    Ok(Some(plot_of(figure, drawn).draw().svg))
 }
 
-fn layout(figure: &Figure, plots: &[Plot]) -> Layout {
-    let mut layout = Layout::auto_from_plots(plots)
-        .with_width(SIZE.0)
-        .with_height(SIZE.1)
-        .with_title(figure.title.as_str())
-        .with_x_label(figure.x.label.as_str())
-        .with_y_label(figure.y.label.as_str())
-        .with_legend_position(LegendPosition::OutsideRightTop)
-        .with_legend_width(LEGEND)
-        .with_font_family("system-ui, sans-serif")
-        .with_title_size(16)
-        .with_label_size(15)
-        .with_tick_size(13)
-        .with_body_size(13);
-    if figure.log_x {
-        layout = layout.with_log_x();
+fn plot_of(figure: &Figure, series: Vec<plot::Series>) -> Plot {
+    let axis = |axis: &super::case::Axis, log| Axis {
+        label: axis.label.clone(),
+        log,
+        range: axis.range,
+        format: None,
+    };
+    let rule = |mark: &super::case::Mark| Rule::Upright { at: mark.at, name: mark.name.clone() };
+    Plot {
+        size: SIZE,
+        title: figure.title.clone(),
+        x: axis(&figure.x, figure.log_x),
+        y: axis(&figure.y, figure.log_y),
+        series,
+        rules: figure.marks.iter().map(rule).collect(),
+        legend: Some(LEGEND),
+        ticks: 0,
     }
-    if figure.log_y {
-        layout = layout.with_log_y();
-    }
-    if let Some([least, largest]) = figure.x.range {
-        layout = layout.with_x_axis_min(least).with_x_axis_max(largest);
-    }
-    if let Some([least, largest]) = figure.y.range {
-        layout = layout.with_y_axis_min(least).with_y_axis_max(largest);
-    }
-    for mark in &figure.marks {
-        let line = ReferenceLine::vertical(mark.at).with_color(PUBLISHED).with_label(mark.name.as_str());
-        layout = layout.with_reference_line(line);
-    }
-    layout
 }
 
 /// Points of a series: one per run that has both values.
-fn measured(case: &Case, figure: &Figure, series: &Series, outcomes: &[Outcome]) -> Vec<(f64, f64)> {
+fn measured(case: &Case, figure: &Figure, series: &Series, outcomes: &[Outcome]) -> Vec<Point> {
     let of = |number: usize, outcome: &Outcome| {
         let Outcome::Done(summary) = outcome else { return None };
         let run = &case.runs[number];
@@ -127,7 +103,7 @@ fn measured(case: &Case, figure: &Figure, series: &Series, outcomes: &[Outcome])
 }
 
 /// A table and its points.
-type Drawn<'a> = (&'a Table, Vec<(f64, f64)>);
+type Drawn<'a> = (&'a Table, Vec<Point>);
 
 /// Tables of the runs that were made, with their points.
 fn tables<'a>(
@@ -135,7 +111,7 @@ fn tables<'a>(
     figure: &'a Figure,
     outcomes: &[Outcome],
     runs: &Path,
-) -> Result<Vec<Drawn<'a>>, ValidateError> {
+) -> Result<Vec<Drawn<'a>>, Failure> {
     let mut found = Vec::new();
     for table in &figure.tables {
         let made = |(run, outcome): (&super::case::Run, &Outcome)| {
@@ -145,9 +121,7 @@ fn tables<'a>(
             continue;
         }
         let path = runs.join(&table.run).join(&table.file);
-        let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
-        let mut points =
-            points(&text, &table.x, &table.y).map_err(|what| ValidateError::Case { path, what })?;
+        let mut points = points(&read(&path)?, &table.x, &table.y).map_err(content(&path))?;
         let shown = |value: f64, log: bool| value.is_finite() && (value > 0.0 || !log);
         points.retain(|(x, y)| shown(*x, figure.log_x) && shown(*y, figure.log_y));
         found.push((table, points));
@@ -156,7 +130,7 @@ fn tables<'a>(
 }
 
 /// Curves by formula, evenly spaced along the axis as it is drawn.
-fn curves(figure: &Figure, from: f64, to: f64) -> Vec<Plot> {
+fn curves(figure: &Figure, from: f64, to: f64) -> Vec<plot::Series> {
     let place = |step: usize| {
         let part = step as f64 / STEPS as f64;
         if figure.log_x { from * (to / from).powf(part) } else { from + (to - from) * part }
@@ -165,24 +139,27 @@ fn curves(figure: &Figure, from: f64, to: f64) -> Vec<Plot> {
         let value = |x: f64| formula::evaluate(&curve.formula, &|name| (name == "x").then_some(x));
         let points =
             (0..=STEPS).map(place).filter_map(|x| Some((x, value(x).ok().filter(|y| y.is_finite())?)));
-        let line = LinePlot::new()
-            .with_data(points.collect::<Vec<_>>())
-            .with_color(PUBLISHED)
-            .with_stroke_width(1.6)
-            .with_legend(curve.name.as_str());
-        Plot::Line(if number == 0 { line } else { line.with_dashed() })
+        plot::Series {
+            name: curve.name.clone(),
+            colour: GREY,
+            points: points.collect(),
+            look: Look::Line { width: 1.6, dashed: number > 0 },
+        }
     };
     figure.curves.iter().enumerate().map(curve).collect()
 }
 
-fn scatter(points: &[(f64, f64)], name: &str, colour: &str, marker: MarkerShape, size: f64) -> Plot {
-    let plot = ScatterPlot::new().with_data(points.iter().copied()).with_color(colour);
-    Plot::Scatter(plot.with_size(size).with_marker(marker).with_legend(name))
+fn scatter(points: Vec<Point>, name: &str, colour: &'static str, shape: Shape, size: f64) -> plot::Series {
+    plot::Series {
+        name: name.to_owned(),
+        colour,
+        points,
+        look: Look::Points { shape, size, words: Vec::new() },
+    }
 }
 
 /// Two columns of a CSV file.
-fn published(from: &Points, folder: &Path) -> Result<Vec<(f64, f64)>, ValidateError> {
+fn published(from: &Points, folder: &Path) -> Result<Vec<Point>, Failure> {
     let path = folder.join(&from.file);
-    let text = std::fs::read_to_string(&path).map_err(ValidateError::file("read", &path))?;
-    points(&text, &from.x, &from.y).map_err(|what| ValidateError::Case { path, what })
+    points(&read(&path)?, &from.x, &from.y).map_err(content(&path))
 }

@@ -27,10 +27,10 @@ mod verdict;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use bedload_output::{Claim, OutputError, atomic_write};
+use bedload_output::{Claim, atomic_write};
 
 use crate::failure::Failure;
-use crate::study::SweepError;
+use crate::study::folder::{self, cannot};
 use case::Case;
 use runs::Outcome;
 use verdict::Verdict;
@@ -51,74 +51,16 @@ pub struct Validate {
     pub out: PathBuf,
 }
 
-/// Why a validation could not be done.
-#[derive(Debug, thiserror::Error)]
-pub enum ValidateError {
-    /// A case file is wrong.
-    #[error("{}: {what}", path.display())]
-    Case {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, what is allowed, what to do.
-        what: String,
-    },
-    /// A file or program cannot be used.
-    #[error("cannot {action} {}: {source}", path.display())]
-    File {
-        /// What was tried.
-        action: &'static str,
-        /// On which path.
-        path: PathBuf,
-        /// Cause.
-        source: std::io::Error,
-    },
-    /// The runs cannot be made.
-    #[error(transparent)]
-    Sweep(#[from] SweepError),
-    /// The results cannot be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// Values outside their tolerance, or without a value.
-    #[error("{failed} of {judged} checks failed; see {}", page.display())]
-    Differs {
-        /// Checks that failed.
-        failed: usize,
-        /// Checks with a tolerance.
-        judged: usize,
-        /// The page with all of them.
-        page: PathBuf,
-    },
-}
-
-impl ValidateError {
-    fn file(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.to_owned();
-        move |source| Self::File { action, path, source }
-    }
-}
-
-impl From<ValidateError> for Failure {
-    fn from(error: ValidateError) -> Self {
-        match error {
-            ValidateError::Differs { .. } => Self::Run(error.to_string()),
-            ValidateError::Output(error) => error.into(),
-            ValidateError::Case { .. } | ValidateError::File { .. } | ValidateError::Sweep(_) => {
-                Self::Input(error.to_string())
-            }
-        }
-    }
-}
-
 /// Runs the cases, prints the page and writes it with the figures.
 ///
 /// # Errors
-/// [`ValidateError`] if a case is wrong, a file cannot be written or a check failed.
-pub fn validate(options: &Validate) -> Result<(), ValidateError> {
+/// [`Failure`] if a case is wrong, a file cannot be written or a check failed.
+pub fn validate(options: &Validate) -> Result<(), Failure> {
     let cases = chosen(options)?;
-    std::fs::create_dir_all(&options.out).map_err(ValidateError::file("make", &options.out))?;
+    folder::make(&options.out)?;
     let _claim = Claim::of(&options.out)?;
     let figures = options.out.join("figures");
-    std::fs::create_dir_all(&figures).map_err(ValidateError::file("make", &figures))?;
+    folder::make(&figures)?;
     let results = runs::run_all(&cases, options)?;
     let mut page = table::heading(options.quick);
     let (mut failed, mut judged) = (0, 0);
@@ -137,13 +79,13 @@ pub fn validate(options: &Validate) -> Result<(), ValidateError> {
     atomic_write(&path, page.as_bytes())?;
     println!("{page}");
     if failed > 0 {
-        return Err(ValidateError::Differs { failed, judged, page: path });
+        return Err(Failure::Run(format!("{failed} of {judged} checks failed; see {}", path.display())));
     }
     println!("{judged} checks passed; {}", path.display());
     Ok(())
 }
 
-/// A figure or a sheet of pictures, as it was drawn.
+/// A figure or pictures, as it was drawn.
 #[derive(Clone, Debug)]
 struct Drawing {
     title: String,
@@ -153,7 +95,7 @@ struct Drawing {
 }
 
 /// What could be drawn of a case whose runs lie in `runs`.
-fn drawings(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Vec<Drawing>, ValidateError> {
+fn drawings(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Vec<Drawing>, Failure> {
     let mut drawn = Vec::new();
     let mut keep = |name: &str, title: &str, svg: Option<String>| {
         let (file, title) = (case.file(name), title.to_owned());
@@ -169,10 +111,10 @@ fn drawings(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Vec<Drawin
 }
 
 /// The cases asked for; with `--quick` and no names, the quick ones.
-fn chosen(options: &Validate) -> Result<Vec<Case>, ValidateError> {
+fn chosen(options: &Validate) -> Result<Vec<Case>, Failure> {
     if options.cases.is_empty() {
         let folder = Path::new(CASES);
-        let entries = std::fs::read_dir(folder).map_err(ValidateError::file(
+        let entries = std::fs::read_dir(folder).map_err(cannot(
             "find cases (run in the root of the repository, or name case files) in",
             folder,
         ))?;

@@ -1,7 +1,9 @@
 //! The runs of the cases.
 
+use super::Validate;
 use super::case::{Case, Run};
-use super::{Validate, ValidateError};
+use crate::failure::Failure;
+use crate::study::folder::make;
 use crate::study::{self as sweep, Keep, Task};
 
 /// What became of a run.
@@ -25,7 +27,7 @@ impl From<sweep::Outcome> for Outcome {
 }
 
 /// Runs every chosen run of every case; outcomes by case, in the order of its runs.
-pub(super) fn run_all(cases: &[Case], options: &Validate) -> Result<Vec<Vec<Outcome>>, ValidateError> {
+pub(super) fn run_all(cases: &[Case], options: &Validate) -> Result<Vec<Vec<Outcome>>, Failure> {
     let chosen: Vec<(usize, usize)> = cases
         .iter()
         .enumerate()
@@ -34,7 +36,7 @@ pub(super) fn run_all(cases: &[Case], options: &Validate) -> Result<Vec<Vec<Outc
         .collect();
     for case in cases {
         let folder = options.out.join(&case.name);
-        std::fs::create_dir_all(&folder).map_err(ValidateError::file("make", &folder))?;
+        make(&folder)?;
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = options.jobs.map_or(cores, usize::from).clamp(1, chosen.len().max(1));

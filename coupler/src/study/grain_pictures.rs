@@ -1,4 +1,4 @@
-//! Pictures of the grains, to scale and coloured by speed, on one sheet of SVG.
+//! Pictures of the grains, to scale and coloured by speed, in one SVG.
 //!
 //! A grain is a dot: a line of no length with a round end, as wide as the grain. Dots of one colour
 //! and width share a path, which keeps a picture of thousands of grains at some ten bytes each.
@@ -6,10 +6,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::page::number;
+use super::numbers::number;
 use super::snapshot::{Disc, Snapshot};
 
-/// Width of the sheet; whole numbers place grains to a hundredth of a pixel on a usual screen.
+/// Width of the picture; whole numbers place grains to a hundredth of a pixel on a usual screen.
 const WIDTH: f64 = 9000.0;
 
 /// Height of the text, and of the line it stands on.
@@ -77,8 +77,8 @@ fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     Some((*values.get(strays)?, *values.get(values.len().checked_sub(strays + 1)?)?))
 }
 
-/// The sheet, or nothing if there is no grain to draw.
-pub(crate) fn sheet(snapshots: &[Snapshot]) -> Option<String> {
+/// The pictures, or nothing if there is no grain to draw.
+pub(super) fn draw(snapshots: &[Snapshot]) -> Option<String> {
     let view = View::of(snapshots)?;
     let fastest = fastest(snapshots);
     let columns = columns(snapshots.len(), view.size().1 / view.size().0);
@@ -109,7 +109,7 @@ fn fastest(snapshots: &[Snapshot]) -> f64 {
     snapshots.iter().map(of).fold(0.0, f64::max)
 }
 
-/// As few columns as keep the sheet from being taller than wide.
+/// As few columns as keep the picture from being taller than wide.
 fn columns(pictures: usize, aspect: f64) -> usize {
     let height = |columns: &usize| pictures.div_ceil(*columns) as f64 * aspect / *columns as f64;
     (1..=pictures).find(|columns| height(columns) <= 1.0).unwrap_or(pictures.max(1))
@@ -206,7 +206,7 @@ mod tests {
         let snapshots = [heap(0.0, 0.0), heap(1.0, 2.0)];
         let view = View::of(&snapshots).unwrap();
         assert_eq!((view.low, view.high), ((-2.0, -2.0), (51.0, 11.0)));
-        let svg = sheet(&snapshots).unwrap();
+        let svg = draw(&snapshots).unwrap();
         assert_eq!(svg.matches("h0").count(), 1000, "the far one is left out of both");
         assert!(svg.contains("t = 1 s") && svg.contains("2 m/s and more"));
         assert!(svg.len() < 20 * 1000, "{}", svg.len());
@@ -216,8 +216,8 @@ mod tests {
 
     #[test]
     fn nothing_is_drawn_of_nothing() {
-        assert!(sheet(&[]).is_none());
-        assert!(sheet(&[Snapshot::default()]).is_none());
+        assert!(draw(&[]).is_none());
+        assert!(draw(&[Snapshot::default()]).is_none());
     }
 
     #[test]

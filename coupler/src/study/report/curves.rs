@@ -1,36 +1,17 @@
-//! A chart of lines: kuva's SVG, made to scale with the page, with a close-up set in.
+//! Curves over time as figures of a page, with a close-up set in.
 
-use std::sync::Arc;
-
-use kuva::plot::LinePlot;
-use kuva::plot::scatter::MarkerShape;
-use kuva::render::layout::{ComputedLayout, Layout, TickFormat};
-use kuva::render::plots::Plot;
-use kuva::render_to_svg;
-
-use super::page::{escape, superscript};
+use crate::study::numbers::decade;
+use crate::study::page::{Figure, Key};
+use crate::study::plot::{Axis, Look, Plot, Point, Series, colour};
 
 /// Points that a line keeps per chart: more than a screen has columns.
 const MOST_POINTS: usize = 1600;
 
-/// Colours that stay apart for colour-blind eyes (Okabe & Ito 2008).
-pub(crate) const COLOURS: [&str; 6] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
-
-/// Marker of each series: colour is never the only difference.
-pub(crate) const MARKERS: [MarkerShape; 6] = [
-    MarkerShape::Circle,
-    MarkerShape::Square,
-    MarkerShape::Triangle,
-    MarkerShape::Diamond,
-    MarkerShape::TriangleDown,
-    MarkerShape::Plus,
-];
-
 /// Width and height of a chart in its own units; text is 14 of them.
-const SIZE: (f64, f64) = (560.0, 370.0);
+const SIZE: Point = (560.0, 370.0);
 
 /// Width and height of a close-up within a chart, at most.
-const INSET: (f64, f64) = (280.0, 165.0);
+const INSET: Point = (280.0, 165.0);
 
 /// A logarithmic axis ends at this part of the largest value.
 const DECADES: f64 = 1e-6;
@@ -40,7 +21,7 @@ const DECADES: f64 = 1e-6;
 pub(super) struct Line {
     pub(super) name: String,
     pub(super) colour: &'static str,
-    pub(super) points: Vec<(f64, f64)>,
+    pub(super) points: Vec<Point>,
 }
 
 /// A chart.
@@ -52,45 +33,44 @@ pub(super) struct Chart {
     pub(super) lines: Vec<Line>,
     pub(super) log_y: bool,
     /// Close-up of this interval of x.
-    pub(super) closeup: Option<(f64, f64)>,
+    pub(super) closeup: Option<Point>,
 }
 
 impl Line {
     /// A line through the finite points of two columns.
-    pub(super) fn new(name: &str, colour: usize, x: &[f64], y: &[f64]) -> Self {
+    pub(super) fn new(name: &str, number: usize, x: &[f64], y: &[f64]) -> Self {
         let points = x.iter().copied().zip(y.iter().copied());
         let points = points.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
-        Self { name: name.to_owned(), colour: COLOURS[colour % COLOURS.len()], points }
+        Self { name: name.to_owned(), colour: colour(number), points }
     }
 
-    fn within(&self, (from, to): (f64, f64)) -> Self {
+    fn within(&self, (from, to): Point) -> Self {
         let points = self.points.iter().copied().filter(|(x, _)| (from..=to).contains(x)).collect();
         Self { points, ..self.clone() }
     }
 }
 
 impl Chart {
-    /// The chart as a figure, or nothing if there is no line to draw. A close-up is set in where the
-    /// lines leave room for it, else it follows as a figure of its own.
-    pub(super) fn figure(&self) -> Option<String> {
-        let drawing = self.draw(SIZE, 6)?;
+    /// The chart as a figure, or none if there is no line to draw. A close-up is set in where the lines
+    /// leave room for it, else it follows as a figure of its own.
+    pub(super) fn figures(&self) -> Vec<Figure> {
+        let Some(drawing) = self.draw(SIZE, 6) else { return Vec::new() };
         let closeup = self.closeup.and_then(|span| self.closeup(span));
         let room = closeup.as_ref().and_then(|_| drawing.room());
         let inset = closeup.as_ref().zip(room).and_then(|(closeup, room)| closeup.inset(room));
-        let below = if inset.is_some() { None } else { closeup.and_then(|closeup| closeup.figure()) };
-        let (width, height, caption) = (SIZE.0, SIZE.1, escape(&self.caption));
-        Some(format!(
-            "<figure><svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{caption}\">\
-             {body}{inset}</svg>{keys}<figcaption>{caption}</figcaption></figure>\n{below}",
-            body = drawing.body,
-            inset = inset.unwrap_or_default(),
-            keys = self.keys(),
-            below = below.unwrap_or_default(),
-        ))
+        let below = if inset.is_some() { None } else { closeup };
+        let figure = Figure {
+            view: format!("0 0 {} {}", SIZE.0, SIZE.1),
+            label: self.caption.clone(),
+            caption: self.caption.clone(),
+            body: drawing.body + &inset.unwrap_or_default(),
+            keys: self.keys(),
+        };
+        std::iter::once(figure).chain(below.iter().flat_map(Self::figures)).collect()
     }
 
     /// The part of the chart within `span`, if there is enough of it.
-    fn closeup(&self, span: (f64, f64)) -> Option<Self> {
+    fn closeup(&self, span: Point) -> Option<Self> {
         let lines: Vec<Line> = self.lines.iter().map(|line| line.within(span)).collect();
         lines.iter().any(|line| line.points.len() > 2).then(|| Self {
             caption: format!("{}, close-up", self.caption),
@@ -121,48 +101,39 @@ impl Chart {
     }
 
     /// Names of the lines beside their colours, if there are several.
-    fn keys(&self) -> String {
+    fn keys(&self) -> Vec<Key> {
         let drawn: Vec<&Line> = self.lines.iter().filter(|line| !line.points.is_empty()).collect();
-        if drawn.len() < 2 {
-            return String::new();
-        }
-        let key = |line: &&Line| {
-            format!("<span><i style=\"background:{}\"></i>{}</span> ", line.colour, escape(&line.name))
-        };
-        format!("<p class=\"keys\">{}</p>", drawn.iter().map(key).collect::<String>())
+        let key = |line: &&Line| Key { name: line.name.clone(), colour: line.colour };
+        if drawn.len() < 2 { Vec::new() } else { drawn.iter().map(key).collect() }
     }
 
-    fn draw(&self, (width, height): (f64, f64), ticks: usize) -> Option<Drawing> {
+    fn draw(&self, size: Point, ticks: usize) -> Option<Drawing> {
         let floor = if self.log_y { self.floor()? } else { f64::NEG_INFINITY };
         let lines = self.lines.iter().filter(|line| !line.points.is_empty());
-        let lines: Vec<Line> = lines.map(|line| visible(line, floor)).collect();
-        let plot = |line: &Line| {
-            let points = line.points.iter().copied();
-            Plot::Line(LinePlot::new().with_data(points).with_color(line.colour).with_stroke_width(1.6))
+        let series = |line: &Line| Series {
+            name: line.name.clone(),
+            colour: line.colour,
+            points: visible(line, floor),
+            look: Look::Line { width: 1.6, dashed: false },
         };
-        let plots: Vec<Plot> = lines.iter().map(plot).collect();
-        if plots.is_empty() {
+        let series: Vec<Series> = lines.map(series).collect();
+        if series.is_empty() {
             return None;
         }
-        let mut layout = Layout::auto_from_plots(&plots)
-            .with_width(width)
-            .with_height(height)
-            .with_x_label(self.x_label.as_str())
-            .with_y_label(self.y_label.as_str())
-            .with_font_family("system-ui, sans-serif")
-            .with_tick_size(14)
-            .with_label_size(15)
-            .with_ticks(ticks);
-        if self.log_y {
-            layout = layout.with_log_y().with_y_tick_format(TickFormat::Custom(Arc::new(decade)));
-        }
-        let plane = ComputedLayout::from_layout(&layout);
-        let pixels =
-            |line: &Line| line.points.iter().map(|(x, y)| (plane.map_x(*x), plane.map_y(*y))).collect();
-        Some(Drawing {
-            lines: lines.iter().map(pixels).collect(),
-            body: inner(&render_to_svg(plots, layout))?.to_owned(),
-        })
+        let format = self.log_y.then_some(decade as fn(f64) -> String);
+        let plot = Plot {
+            size,
+            x: Axis { label: self.x_label.clone(), ..Axis::default() },
+            y: Axis { label: self.y_label.clone(), log: self.log_y, format, ..Axis::default() },
+            series,
+            ticks,
+            ..Plot::default()
+        };
+        let picture = plot.draw();
+        let lines = plot.series.iter();
+        let lines =
+            lines.map(|line| line.points.iter().map(|point| picture.place(*point)).collect()).collect();
+        Some(Drawing { lines, body: picture.inner().to_owned() })
     }
 
     /// Lower end of a logarithmic axis: the least positive value, but not below the largest by more
@@ -177,7 +148,7 @@ impl Chart {
 /// What kuva drew, without its outer tag, and where its lines run.
 struct Drawing {
     body: String,
-    lines: Vec<Vec<(f64, f64)>>,
+    lines: Vec<Vec<Point>>,
 }
 
 impl Drawing {
@@ -203,31 +174,22 @@ impl Drawing {
 
 /// Does a line of many points keep out of a box? Checked by the boxes around its pieces, so that a
 /// steep piece may count as inside although it passes a corner.
-fn misses(line: &[(f64, f64)], low: (f64, f64), high: (f64, f64)) -> bool {
+fn misses(line: &[Point], low: Point, high: Point) -> bool {
     line.windows(2).all(|piece| {
         let [(x0, y0), (x1, y1)] = [piece[0], piece[1]];
         x0.max(x1) < low.0 || x0.min(x1) > high.0 || y0.max(y1) < low.1 || y0.min(y1) > high.1
     })
 }
 
-/// A tick of a logarithmic axis.
-fn decade(value: f64) -> String {
-    let power = value.log10().round();
-    if (-2.0..=3.0).contains(&power) {
-        return value.to_string();
-    }
-    format!("10{}", power.to_string().chars().map(superscript).collect::<String>())
-}
-
 /// What is drawn of a line: nothing below `floor`, and not more points than can be seen.
-fn visible(line: &Line, floor: f64) -> Line {
-    let points: Vec<(f64, f64)> = line.points.iter().map(|(x, y)| (*x, y.max(floor))).collect();
-    Line { points: thin(&points), ..line.clone() }
+fn visible(line: &Line, floor: f64) -> Vec<Point> {
+    let points: Vec<Point> = line.points.iter().map(|(x, y)| (*x, y.max(floor))).collect();
+    thin(&points)
 }
 
 /// Keeps the first, least, largest and last point of each of equally many runs of points, so that
 /// no peak is lost.
-fn thin(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+fn thin(points: &[Point]) -> Vec<Point> {
     if points.len() <= MOST_POINTS {
         return points.to_vec();
     }
@@ -250,19 +212,13 @@ fn thin(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     kept
 }
 
-/// Content of an `<svg>` element.
-fn inner(svg: &str) -> Option<&str> {
-    let start = svg.find("<svg").and_then(|at| svg[at..].find('>').map(|end| at + end + 1))?;
-    Some(&svg[start..svg.rfind("</svg>")?])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn thinning_keeps_peaks_ends_and_order() {
-        let mut points: Vec<(f64, f64)> = (0..100_000).map(|i| (f64::from(i), 0.0)).collect();
+        let mut points: Vec<Point> = (0..100_000).map(|i| (f64::from(i), 0.0)).collect();
         points[54_321].1 = 7.0;
         points[12_345].1 = -3.0;
         let kept = thin(&points);
@@ -282,12 +238,12 @@ mod tests {
             log_y: true,
             closeup: None,
         };
-        assert!(chart.figure().is_none());
+        assert!(chart.figures().is_empty());
     }
 
     #[test]
     fn a_close_up_keeps_clear_of_the_lines() {
-        let way: Vec<(f64, f64)> = (0..=100).map(|i| (100.0 + 4.0 * f64::from(i), 300.0)).collect();
+        let way: Vec<Point> = (0..=100).map(|i| (100.0 + 4.0 * f64::from(i), 300.0)).collect();
         let drawing = Drawing { body: String::new(), lines: vec![way.clone()] };
         let (x, y, width, height) = drawing.room().expect("room above");
         assert_eq!((x, y, width, height), (84.0, 8.0, INSET.0, INSET.1));

@@ -3,11 +3,13 @@
 use std::fmt::Write as _;
 
 use protocol::scene::Geometry;
+use serde::Serialize;
 
 use super::contour::{Field, Segment};
-use super::page::{escape, number};
 use super::run_files::RunFiles;
 use super::vtr::Vtr;
+use crate::study::numbers::number;
+use crate::study::page::Figure;
 
 /// Pictures in a panel.
 const MOST_PICTURES: usize = 24;
@@ -37,44 +39,44 @@ struct Picture {
 /// Lower left and upper right corner.
 type Corners = [(f64, f64); 2];
 
+/// The panel.
+#[derive(Serialize)]
+pub(super) struct Vorticity {
+    pictures: Vec<Figure>,
+    about: String,
+    /// Files that could not be read, and why.
+    faults: Vec<String>,
+}
+
 /// The panel, or nothing if the run left no fields or has no grain.
-pub(super) fn panel(run: &RunFiles) -> Option<String> {
-    let mut remarks = Vec::new();
+pub(super) fn panel(run: &RunFiles) -> Option<Vorticity> {
+    let mut faults = Vec::new();
     let files = &run.fields;
     let step = files.len().div_ceil(MOST_PICTURES).max(1);
     let read = files.iter().step_by(step).filter_map(|path| match Vtr::read(path) {
         Ok(vtr) => picture(run, &vtr),
         Err(error) => {
-            remarks.push(error);
+            faults.push(error);
             None
         }
     });
     let pictures: Vec<Picture> = read.collect();
-    if pictures.is_empty() {
-        return (!remarks.is_empty()).then(|| notes(&remarks));
+    if pictures.is_empty() && faults.is_empty() {
+        return None;
     }
     let unit = if run.scales.by_gravity { 1.0 / run.scales.time } else { 1.0 };
     let highest = highest_level(&pictures, run.scales.by_gravity.then_some(unit));
-    let mut html = String::from("<div class=\"panel\">\n");
-    for picture in &pictures {
-        html += &picture.draw(run, highest);
-    }
-    let scaled = if run.scales.by_gravity { "in √(g/D)" } else { "in 1/s" };
-    let _ = write!(
-        html,
-        "</div>\n<p class=\"note\">Vorticity about y: ten contours from −{level} to {level} {scaled}, red positive, \
-         blue negative{mirror}. {count} of {total} field files.</p>\n{notes}",
+    let about = format!(
+        "Vorticity about y: ten contours from −{level} to {level} {scaled}, red positive, blue negative{mirror}. {count} \
+         of {total} field files.",
         level = number(highest / unit),
+        scaled = if run.scales.by_gravity { "in √(g/D)" } else { "in 1/s" },
         mirror = if axisymmetric(run) { ", mirrored about the axis with its sign" } else { "" },
         count = pictures.len(),
         total = files.len(),
-        notes = notes(&remarks),
     );
-    Some(html)
-}
-
-fn notes(remarks: &[String]) -> String {
-    remarks.iter().map(|remark| format!("<p class=\"note\">{}</p>\n", escape(remark))).collect()
+    let pictures = pictures.iter().map(|picture| picture.draw(run, highest)).collect();
+    Some(Vorticity { pictures, about, faults })
 }
 
 fn axisymmetric(run: &RunFiles) -> bool {
@@ -196,17 +198,14 @@ impl Picture {
         strongest
     }
 
-    fn draw(&self, run: &RunFiles, highest: f64) -> String {
+    fn draw(&self, run: &RunFiles, highest: f64) -> Figure {
         let [(left, bottom), (right, top)] = self.view;
         let (width, height) = (UNIT * (right - left), UNIT * (top - bottom));
         let place = |(x, z): (f64, f64)| (UNIT * (x - left), UNIT * (top - z));
         let time = number(self.time / run.scales.time);
         let caption =
             if run.scales.by_gravity { format!("t = {time} √(D/g)") } else { format!("t = {time} s") };
-        let mut svg = format!(
-            "<figure><svg viewBox=\"0 0 {width:.1} {height:.1}\" role=\"img\" \
-             aria-label=\"Vorticity at {caption}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ccc\"/>\n"
-        );
+        let mut svg = String::from("<rect width=\"100%\" height=\"100%\" fill=\"#ccc\"/>\n");
         // What lies outside the box stays grey.
         let (x, y) = place((self.walls[0].0.max(left), self.walls[1].1.min(top)));
         let (x2, y2) = place((self.walls[1].0.min(right), self.walls[0].1.max(bottom)));
@@ -232,9 +231,9 @@ impl Picture {
                 "<circle class=\"grain\" cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"{r:.1}\" fill=\"#eee\" stroke=\"#000\"/>"
             );
         }
-        svg += "<rect width=\"100%\" height=\"100%\" fill=\"none\" stroke=\"#999\"/>\n</svg>";
-        let _ = writeln!(svg, "<figcaption>{caption}</figcaption></figure>");
-        svg
+        svg += "<rect width=\"100%\" height=\"100%\" fill=\"none\" stroke=\"#999\"/>\n";
+        let (view, label) = (format!("0 0 {width:.1} {height:.1}"), format!("Vorticity at {caption}"));
+        Figure { view, label, caption, body: svg, keys: Vec::new() }
     }
 }
 

@@ -1,49 +1,37 @@
 //! Grains at one instant, from the points files (`grains_*.vtp`) of a run.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use super::appended::{Appended, entries};
+use super::vtk_file::{Appended, entries};
 
 /// A grain as the picture shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Disc {
+pub(super) struct Disc {
     /// Centre along x and z, m.
-    pub(crate) centre: (f64, f64),
+    pub(super) centre: (f64, f64),
     /// Radius in the plane of the picture, m.
-    pub(crate) radius: f64,
+    pub(super) radius: f64,
     /// Speed, m/s.
-    pub(crate) speed: f64,
+    pub(super) speed: f64,
     /// Is it fixed, or moved by prescription?
-    pub(crate) held: bool,
+    pub(super) held: bool,
 }
 
 /// The grains in the plane (x, z) at one instant.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Snapshot {
+pub(super) struct Snapshot {
     /// Time, s.
-    pub(crate) time: f64,
+    pub(super) time: f64,
     /// Number of grains in all.
-    pub(crate) count: usize,
+    pub(super) count: usize,
     /// Position of the plane that cuts spheres, m; none for grains that all lie in it.
-    pub(crate) cut: Option<f64>,
-    pub(crate) discs: Vec<Disc>,
-}
-
-/// Points files in the `fields` folder of a run, by name: the names count the windows.
-pub(crate) fn files(fields: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(fields).into_iter().flatten().flatten();
-    let ours = |path: &PathBuf| {
-        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
-        name.starts_with("grains_") && name.ends_with(".vtp")
-    };
-    let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(ours).collect();
-    files.sort();
-    files
+    pub(super) cut: Option<f64>,
+    pub(super) discs: Vec<Disc>,
 }
 
 impl Snapshot {
     /// Reads a file.
-    pub(crate) fn read(path: &Path) -> Result<Self, String> {
+    pub(super) fn read(path: &Path) -> Result<Self, String> {
         let place = |why: String| format!("{}: {why}", path.display());
         let bytes = std::fs::read(path).map_err(|error| place(format!("cannot read: {error}")))?;
         Self::parse(&bytes).map_err(place)

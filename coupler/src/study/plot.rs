@@ -1,0 +1,180 @@
+//! Plots with kuva: lines and points over linear or logarithmic axes. The one file that names it.
+
+use std::sync::Arc;
+
+pub(super) use kuva::plot::scatter::MarkerShape as Shape;
+use kuva::plot::{LegendPosition, LinePlot, ScatterPlot};
+use kuva::render::annotations::ReferenceLine;
+use kuva::render::layout::{ComputedLayout, Layout, TickFormat};
+use kuva::render::plots::Plot as Drawn;
+use kuva::render_to_svg;
+
+/// Colours that stay apart for colour-blind eyes (Okabe & Ito 2008).
+const COLOURS: [&str; 6] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
+
+/// Marker of each series: colour is never the only difference.
+const SHAPES: [Shape; 6] =
+    [Shape::Circle, Shape::Square, Shape::Triangle, Shape::Diamond, Shape::TriangleDown, Shape::Plus];
+
+/// Grey of what was not measured here.
+pub(super) const GREY: &str = "#444444";
+
+/// Colour of series `number`.
+pub(super) fn colour(number: usize) -> &'static str {
+    COLOURS[number % COLOURS.len()]
+}
+
+/// Marker of series `number`.
+pub(super) fn shape(number: usize) -> Shape {
+    SHAPES[number % SHAPES.len()]
+}
+
+/// A point, in the units of the axes or of the picture.
+pub(super) type Point = (f64, f64);
+
+/// A plot to draw.
+#[derive(Default)]
+pub(super) struct Plot {
+    /// Width and height.
+    pub(super) size: Point,
+    pub(super) title: String,
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+    pub(super) series: Vec<Series>,
+    /// Thin lines across.
+    pub(super) rules: Vec<Rule>,
+    /// Width of the legend: kuva's own guess is too narrow for Greek letters. None: there is no legend, as
+    /// within a page that has its own.
+    pub(super) legend: Option<f64>,
+    /// Number of ticks along an axis without a legend, about.
+    pub(super) ticks: usize,
+}
+
+#[derive(Default)]
+pub(super) struct Axis {
+    pub(super) label: String,
+    pub(super) log: bool,
+    /// Ends; by default they follow from what is drawn.
+    pub(super) range: Option<[f64; 2]>,
+    /// How ticks are written.
+    pub(super) format: Option<fn(f64) -> String>,
+}
+
+/// Points that share a look and a name.
+pub(super) struct Series {
+    pub(super) name: String,
+    pub(super) colour: &'static str,
+    pub(super) points: Vec<Point>,
+    pub(super) look: Look,
+}
+
+pub(super) enum Look {
+    /// Width of the line.
+    Line { width: f64, dashed: bool },
+    /// Words that appear under the pointer, one for each point or none.
+    Points { shape: Shape, size: f64, words: Vec<String> },
+}
+
+/// A straight line across the plot.
+pub(super) enum Rule {
+    Upright { at: f64, name: String },
+    Level { at: f64 },
+}
+
+/// What was drawn, and where the axes lie in it.
+pub(super) struct Picture {
+    pub(super) svg: String,
+    plane: ComputedLayout,
+}
+
+impl Picture {
+    /// Place of a point in the picture.
+    pub(super) fn place(&self, point: Point) -> Point {
+        (self.plane.map_x(point.0), self.plane.map_y(point.1))
+    }
+
+    /// The picture without its outer tag.
+    pub(super) fn inner(&self) -> &str {
+        let (start, end) = (self.svg.find("<svg").unwrap_or(0), self.svg.rfind("</svg>").unwrap_or(0));
+        self.svg.get(start..end).and_then(|svg| svg.split_once('>')).map_or("", |(_, inner)| inner)
+    }
+}
+
+impl Plot {
+    pub(super) fn draw(&self) -> Picture {
+        let drawn: Vec<Drawn> =
+            self.series.iter().map(|series| series.drawn(self.legend.is_some())).collect();
+        let layout = self.layout(&drawn);
+        Picture { plane: ComputedLayout::from_layout(&layout), svg: render_to_svg(drawn, layout) }
+    }
+
+    fn layout(&self, drawn: &[Drawn]) -> Layout {
+        let mut layout = Layout::auto_from_plots(drawn)
+            .with_width(self.size.0)
+            .with_height(self.size.1)
+            .with_x_label(self.x.label.as_str())
+            .with_y_label(self.y.label.as_str())
+            .with_font_family("system-ui, sans-serif")
+            .with_label_size(15);
+        layout = match self.legend {
+            Some(width) => layout
+                .with_title(self.title.as_str())
+                .with_legend_position(LegendPosition::OutsideRightTop)
+                .with_legend_width(width)
+                .with_title_size(16)
+                .with_tick_size(13)
+                .with_body_size(13),
+            None => layout.with_tick_size(14).with_ticks(self.ticks),
+        };
+        if self.x.log {
+            layout = layout.with_log_x();
+        }
+        if self.y.log {
+            layout = layout.with_log_y();
+        }
+        if let Some([least, largest]) = self.x.range {
+            layout = layout.with_x_axis_min(least).with_x_axis_max(largest);
+        }
+        if let Some([least, largest]) = self.y.range {
+            layout = layout.with_y_axis_min(least).with_y_axis_max(largest);
+        }
+        if let Some(format) = self.x.format {
+            layout = layout.with_x_tick_format(TickFormat::Custom(Arc::new(format)));
+        }
+        if let Some(format) = self.y.format {
+            layout = layout.with_y_tick_format(TickFormat::Custom(Arc::new(format)));
+        }
+        for rule in &self.rules {
+            layout = layout.with_reference_line(match rule {
+                Rule::Upright { at, name } => {
+                    ReferenceLine::vertical(*at).with_color(GREY).with_label(name.as_str())
+                }
+                Rule::Level { at } => ReferenceLine::horizontal(*at).with_color("#999999"),
+            });
+        }
+        layout
+    }
+}
+
+impl Series {
+    fn drawn(&self, named: bool) -> Drawn {
+        let points = self.points.iter().copied();
+        match &self.look {
+            Look::Line { width, dashed } => {
+                let line =
+                    LinePlot::new().with_data(points).with_color(self.colour).with_stroke_width(*width);
+                let line = if named { line.with_legend(self.name.as_str()) } else { line };
+                Drawn::Line(if *dashed { line.with_dashed() } else { line })
+            }
+            Look::Points { shape, size, words } => {
+                let plot = ScatterPlot::new().with_data(points).with_color(self.colour).with_size(*size);
+                let plot = plot.with_marker(*shape).with_legend(self.name.as_str());
+                Drawn::Scatter(if words.is_empty() {
+                    plot
+                } else {
+                    plot.with_tooltips().with_tooltip_labels(words.clone())
+                })
+            }
+        }
+    }
+}
