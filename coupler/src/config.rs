@@ -150,13 +150,13 @@ impl Coupling {
             return Ok(ours);
         }
         let names = |scheme: Scheme| {
-            let forms: Vec<String> = scheme.forms().iter().map(|form| format!("{form:?}")).collect();
+            let forms: Vec<String> = scheme.forms().iter().map(|form| form.to_string()).collect();
             format!("{scheme}: {}", forms.join(", "))
         };
         let all = [Scheme::Explicit, Scheme::SemiImplicit, Scheme::Overlapped, Scheme::Iterated].map(names);
         Err(source.error(
             "coupling.scheme",
-            format!("is {ours}, but loads of form {loads:?} are exchanged in {} order", Scheme::of(loads)),
+            format!("is {ours}, but loads of form {loads} are exchanged in {} order", Scheme::of(loads)),
             &format!("leave the key out, or choose a form of that order ({})", all.join("; ")),
         ))
     }

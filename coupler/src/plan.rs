@@ -115,11 +115,11 @@ fn iterate_where_asked(facts: &mut Facts<'_>) -> Option<String> {
     ))
 }
 
-/// Repeated windows want F5b, and a carried force that waits in its place.
+/// Repeated windows want yu-shao-fixed-point, and a carried force that stays in its cells.
 fn can_iterate(fluid: &FluidFacts) -> bool {
-    let carry = bounds::choice(&fluid.resolved, "immersed", "carry");
+    let transport = bounds::choice(&fluid.resolved, "immersed", "force_transport");
     Scheme::Iterated.forms().contains(&fluid.loads)
-        && carry.and_then(toml::Value::as_str) != Some("with-grains")
+        && transport.and_then(toml::Value::as_str) != Some("advected")
 }
 
 /// ceil(dt/dt_dem), where a ratio that is whole up to rounding counts as whole.

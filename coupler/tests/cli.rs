@@ -52,7 +52,7 @@ density = {density:?}
 
 const DEM: &str =
     r#"{"grains": 1, "dt": 1e-4, "contact_time": 2e-3, "lubrication_dt": null, "interaction_range": 0.1}"#;
-const SEED: &str = r#"{"cells": 262144, "dt": 0.01, "spacing": 0.0625, "loads": "F1", "implicit_viscosity": true, "cfl_limit": 0.8}"#;
+const SEED: &str = r#"{"cells": 262144, "dt": 0.01, "spacing": 0.0625, "loads": "izard-2014", "implicit_viscosity": true, "cfl_limit": 0.8}"#;
 
 #[test]
 fn light_grains_are_refused_by_name_with_the_seeds_form_and_can_be_forced() {

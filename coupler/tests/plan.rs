@@ -114,12 +114,12 @@ const SCHEMES: [&str; 2] = ["coupling.scheme=\"semi-implicit\"", "coupling.schem
 #[test]
 fn density_ratio_by_form_of_the_loads() {
     for (form, virtual_mass, good, bad) in [
-        (LoadsForm::F1, 0.0, "grains[0].density=2.01", "grains[0].density=1.99"),
-        (LoadsForm::F2, 0.0, "grains[0].density=0.51", "grains[0].density=0.49"),
-        (LoadsForm::F2, 0.5, "grains[0].density=0.011", "grains[0].density=0.009"),
-        (LoadsForm::F3, 0.0, "grains[0].density=0.81", "grains[0].density=0.79"),
-        (LoadsForm::F5, 0.0, "grains[0].density=0.81", "grains[0].density=0.79"),
-        (LoadsForm::F5b, 0.5, "grains[0].density=0.011", "grains[0].density=0.009"),
+        (LoadsForm::Izard2014, 0.0, "grains[0].density=2.01", "grains[0].density=1.99"),
+        (LoadsForm::KempeFroehlich2012, 0.0, "grains[0].density=0.51", "grains[0].density=0.49"),
+        (LoadsForm::KempeFroehlich2012, 0.5, "grains[0].density=0.011", "grains[0].density=0.009"),
+        (LoadsForm::Uhlmann2005, 0.0, "grains[0].density=0.81", "grains[0].density=0.79"),
+        (LoadsForm::YuShao2007, 0.0, "grains[0].density=0.81", "grains[0].density=0.79"),
+        (LoadsForm::YuShaoFixedPoint, 0.5, "grains[0].density=0.011", "grains[0].density=0.009"),
     ] {
         below_and_above("density-ratio", good, bad, |case, density| {
             case.fluid.loads = form;
@@ -135,9 +135,15 @@ fn density_ratio_by_form_of_the_loads() {
 #[test]
 fn density_limit_is_never_less_strict_between_columns() {
     let method = |loads, half| Method { forcing: Forcing::Carried, loads, half, displaced: false };
-    for form in [LoadsForm::F1, LoadsForm::F2, LoadsForm::F3, LoadsForm::F5, LoadsForm::F5b] {
+    for form in [
+        LoadsForm::Izard2014,
+        LoadsForm::KempeFroehlich2012,
+        LoadsForm::Uhlmann2005,
+        LoadsForm::YuShao2007,
+        LoadsForm::YuShaoFixedPoint,
+    ] {
         for half in [false, true] {
-            let method = method(form, half && form != LoadsForm::F1);
+            let method = method(form, half && form != LoadsForm::Izard2014);
             for motion in [Motion::Sphere, Motion::TurningSphere, Motion::Disc] {
                 let limit = |x: f64| lowest_density_ratio(method, motion, x);
                 for (left, right) in [(0.0024, 0.024), (0.024, 0.08), (0.08, 0.2), (0.2, 0.8)] {
@@ -149,14 +155,15 @@ fn density_limit_is_never_less_strict_between_columns() {
         }
     }
     // What the maps say at the corners.
-    let turning = |x: f64| lowest_density_ratio(method(LoadsForm::F5b, true), Motion::TurningSphere, x);
+    let turning =
+        |x: f64| lowest_density_ratio(method(LoadsForm::YuShaoFixedPoint, true), Motion::TurningSphere, x);
     assert_eq!([0.024, 0.08, 0.2, 0.8].map(turning), [0.1, 0.8, 1.001, 2.0], "a sphere that turns");
     let limit = |method, x| lowest_density_ratio(method, Motion::Sphere, x);
-    assert_eq!(limit(Method { forcing: Forcing::Direct, ..method(LoadsForm::F1, false) }, 0.01), 2.0);
-    assert_eq!(limit(method(LoadsForm::F5b, true), 0.05), 0.2);
-    assert_eq!(limit(method(LoadsForm::F5b, true), 0.08 + 1e-14), 0.2, "0.08, but for rounding");
-    assert_eq!(limit(method(LoadsForm::F5b, true), 5.0), 0.5);
-    assert_eq!(limit(Method { displaced: true, ..method(LoadsForm::F5b, true) }, 0.8), 0.01);
+    assert_eq!(limit(Method { forcing: Forcing::Direct, ..method(LoadsForm::Izard2014, false) }, 0.01), 2.0);
+    assert_eq!(limit(method(LoadsForm::YuShaoFixedPoint, true), 0.05), 0.2);
+    assert_eq!(limit(method(LoadsForm::YuShaoFixedPoint, true), 0.08 + 1e-14), 0.2, "0.08, but for rounding");
+    assert_eq!(limit(method(LoadsForm::YuShaoFixedPoint, true), 5.0), 0.5);
+    assert_eq!(limit(Method { displaced: true, ..method(LoadsForm::YuShaoFixedPoint, true) }, 0.8), 0.01);
 }
 
 #[test]
@@ -203,7 +210,7 @@ fn a_grain_that_cannot_rotate_may_be_lighter_with_the_seeds_form() {
         vec!["grains[0].density=1.8", "until=100.0", r#"grains[0].locked=["spin-x","spin-y","spin-z"]"#],
         vec!["grains[0].density=1.8", "until=100.0"],
         |case, overrides| {
-            case.fluid.loads = LoadsForm::F1;
+            case.fluid.loads = LoadsForm::Izard2014;
             case.fluid.forcing = Forcing::Direct;
             case.fluid.dt = 80.0;
             case.scene = overrides;
@@ -214,11 +221,11 @@ fn a_grain_that_cannot_rotate_may_be_lighter_with_the_seeds_form() {
 #[test]
 fn seed_form_is_singular_for_neutral_grains_whatever_is_forced() {
     below_and_above("loads-singular", "grains[0].density=1.1", "grains[0].density=1.0", |case, density| {
-        case.fluid.loads = LoadsForm::F1;
+        case.fluid.loads = LoadsForm::Izard2014;
         case.scene = vec![density, r#"coupling.force=["density-ratio","loads-singular"]"#];
     });
     let mut case = Case::new();
-    case.fluid.loads = LoadsForm::F1;
+    case.fluid.loads = LoadsForm::Izard2014;
     case.scene = vec!["grains[0].density=1.0", r#"coupling.force=["density-ratio","loads-singular"]"#];
     let names: Vec<&str> = case.plan().refusals().map(|bound| bound.name).collect();
     assert_eq!(names, [SINGULAR]);
@@ -227,11 +234,11 @@ fn seed_form_is_singular_for_neutral_grains_whatever_is_forced() {
 #[test]
 fn resting_weight_of_the_seeds_form_is_a_warning_with_its_factor() {
     below_and_above("resting-weight", "grains[0].density=30.0", "grains[0].density=8.0", |case, density| {
-        case.fluid.loads = LoadsForm::F1;
+        case.fluid.loads = LoadsForm::Izard2014;
         case.scene = vec![density];
     });
     let mut case = Case::new();
-    case.fluid.loads = LoadsForm::F1;
+    case.fluid.loads = LoadsForm::Izard2014;
     case.scene = vec!["grains[0].density=8.0"];
     let bound = case.bound("resting-weight").unwrap();
     assert!((bound.value - 8.0 / 7.0).abs() < 1e-15, "{}", bound.value);
@@ -409,10 +416,10 @@ fn the_smaller_of_two_sub_steps_wins() {
 fn scheme_must_agree_with_the_loads() {
     let scene = scene(&[r#"coupling.scheme="explicit""#]);
     let coupling = Coupling::read(&scene).unwrap();
-    let error =
-        Plan::new(&scene, &coupling, Some(&fluid()), Some(&dem()), None).expect_err("F5b is semi-implicit");
+    let error = Plan::new(&scene, &coupling, Some(&fluid()), Some(&dem()), None)
+        .expect_err("yu-shao-fixed-point is semi-implicit");
     assert_eq!(error.key, "coupling.scheme");
-    let explicit = FluidFacts { loads: LoadsForm::F2, ..fluid() };
+    let explicit = FluidFacts { loads: LoadsForm::KempeFroehlich2012, ..fluid() };
     assert!(Plan::new(&scene, &coupling, Some(&explicit), Some(&dem()), None).is_ok());
 }
 
@@ -429,7 +436,13 @@ fn each_scheme_names_the_forms_it_carries() {
         (Scheme::Overlapped, "overlapped"),
         (Scheme::Iterated, "iterated"),
     ] {
-        for form in [LoadsForm::F1, LoadsForm::F2, LoadsForm::F3, LoadsForm::F5, LoadsForm::F5b] {
+        for form in [
+            LoadsForm::Izard2014,
+            LoadsForm::KempeFroehlich2012,
+            LoadsForm::Uhlmann2005,
+            LoadsForm::YuShao2007,
+            LoadsForm::YuShaoFixedPoint,
+        ] {
             match plan(form, name) {
                 Ok(plan) => assert!(scheme.forms().contains(&form) && plan.scheme == Some(scheme)),
                 Err(error) => {
@@ -463,7 +476,7 @@ fn windows_are_repeated_where_the_density_ratio_asks_for_it_and_nowhere_else() {
     let costs = [plan(&[until, "grains[0].density=0.81"]).cost, plan(&[until, light]).cost];
     assert!(costs[1] > 3.0 * costs[0], "{costs:?}");
     // A force that goes with the grains knows no repeated windows: the bound stands.
-    let along: toml::Table = "immersed.carry = \"with-grains\"".parse().unwrap();
+    let along: toml::Table = "immersed.force_transport = \"advected\"".parse().unwrap();
     let facts = FluidFacts { dt: 8.0, resolved: along, ..fluid() };
     let light = scene(&[until, light]);
     let plan = Plan::new(&light, &Coupling::read(&light).unwrap(), Some(&facts), Some(&dem()), None).unwrap();

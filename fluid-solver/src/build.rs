@@ -2,7 +2,7 @@
 
 use crate::axis::AxisSpec;
 use crate::boundary::{Boundary, Profile};
-use crate::config::{Carry, Choices, ProjectionsKey, SchemeKey};
+use crate::config::{Choices, ForceTransport, ProjectionsKey, SchemeKey};
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
@@ -143,7 +143,7 @@ fn stands(scene: &CheckedScene) -> bool {
 
 /// Whether the carried force goes with the grains; [`crate::config::FluidSection::read`] has seen that there is one.
 pub fn goes_along(scene: &CheckedScene, choices: &Choices) -> bool {
-    choices.carry == Carry::WithGrains && !stands(scene)
+    choices.force_transport == ForceTransport::Advected && !stands(scene)
 }
 
 /// Whether it is worth keeping what the grains hold of the grid until they move: it is asked for again at the same place

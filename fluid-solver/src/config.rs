@@ -3,7 +3,7 @@
 use crate::coupling;
 use crate::immersed::mask::Mask;
 use protocol::facts::{Forcing, LoadsForm};
-use protocol::scene::{CheckedScene, Motion, SceneError};
+use protocol::scene::{CheckedScene, Motion, Retired, SceneError};
 use protocol::scheme::Scheme;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -59,7 +59,7 @@ pub struct TimeSection {
     /// dt Σ_a |u_a|/Δx_a that an adaptive step keeps.
     pub cfl: f64,
     /// Lengths that an adaptive step may have in an octave, evenly spaced: a power of two, 1 to 64.
-    pub rungs: u32,
+    pub dt_levels_per_octave: u32,
     /// Convection; `false` is Stokes flow.
     pub convection: bool,
 }
@@ -72,7 +72,7 @@ impl Default for TimeSection {
             viscosity: ViscosityKey::default(),
             dt: None,
             cfl: 0.5,
-            rungs: 4,
+            dt_levels_per_octave: 4,
             convection: true,
         }
     }
@@ -91,25 +91,26 @@ pub struct ImmersedSection {
     /// `seed`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<f64>,
-    /// Where the carried force waits for the next step: `in-place` (default) or `with-grains`.
-    #[serde(skip_serializing_if = "Carry::is_default")]
-    pub carry: Carry,
+    /// Whether the carried force stays in its cells until the next step or moves with the grains: `eulerian`
+    /// (default) or `advected`.
+    #[serde(skip_serializing_if = "ForceTransport::is_default")]
+    pub force_transport: ForceTransport,
 }
 
-/// Where the carried force waits for the next step.
+/// How the carried force gets from one step to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Carry {
-    /// In its cells.
+pub enum ForceTransport {
+    /// It stays in its cells.
     #[default]
-    InPlace,
-    /// Where the grains will be: for dense beds that move.
-    WithGrains,
+    Eulerian,
+    /// It moves with the grains: for dense beds that move.
+    Advected,
 }
 
-impl Carry {
+impl ForceTransport {
     fn is_default(&self) -> bool {
-        *self == Self::InPlace
+        *self == Self::Eulerian
     }
 }
 
@@ -117,13 +118,13 @@ impl Carry {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LoadsSection {
-    /// `F1`, `F2`, `F3`, `F5` or `F5b`; by default `F5b` for `carried`, `F1` for `direct`.
+    /// `izard-2014`, `kempe-froehlich-2012`, `uhlmann-2005`, `yu-shao-2007` or `yu-shao-fixed-point`; by default `yu-shao-fixed-point` for `carried`, `izard-2014` for `direct`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<LoadsForm>,
-    /// Virtual mass coefficient C_v; by default 0.5, but 0 with `F1`, which has none in print.
+    /// Virtual mass coefficient C_v; by default 0.5, but 0 with `izard-2014`, which has none in print.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub virtual_mass: Option<f64>,
-    /// Count the grain's volume on the grid, not its true one, in the mass that F5 and F5b take off:
+    /// Count the grain's volume on the grid, not its true one, in the mass that yu-shao-2007 and yu-shao-fixed-point take off:
     /// quiet at very small density ratios, a slower start.
     pub displaced_mass: bool,
 }
@@ -143,6 +144,20 @@ pub struct FluidSection {
     pub loads: LoadsSection,
 }
 
+/// Names that this section had before.
+const RETIRED: &[Retired] = &[
+    Retired::key(
+        "fluid.immersed.carry",
+        "fluid.immersed.force_transport, \"eulerian\" (was \"in-place\") or \"advected\" (was \"with-grains\")",
+    ),
+    Retired::key("fluid.time.rungs", "fluid.time.dt_levels_per_octave"),
+    Retired::value("fluid.loads.form", "F1", "\"izard-2014\""),
+    Retired::value("fluid.loads.form", "F2", "\"kempe-froehlich-2012\""),
+    Retired::value("fluid.loads.form", "F3", "\"uhlmann-2005\""),
+    Retired::value("fluid.loads.form", "F5", "\"yu-shao-2007\""),
+    Retired::value("fluid.loads.form", "F5b", "\"yu-shao-fixed-point\""),
+];
+
 /// The part of a scene that is read here.
 #[derive(Deserialize)]
 struct Document {
@@ -161,8 +176,8 @@ pub struct Choices {
     pub mask: Mask,
     /// Factor on its thickness.
     pub width: f64,
-    /// Where the carried force waits.
-    pub carry: Carry,
+    /// How the carried force gets from one step to the next.
+    pub force_transport: ForceTransport,
     /// Form of the loads.
     pub form: LoadsForm,
     /// C_v.
@@ -177,6 +192,7 @@ impl FluidSection {
     /// # Errors
     /// With the place of an unknown key, a wrong type or a value that is not allowed.
     pub fn read(scene: &CheckedScene) -> Result<Self, SceneError> {
+        scene.source.refuse_retired(RETIRED)?;
         let section = scene.source.section::<Document>()?.fluid;
         section.check(scene)?;
         Ok(section)
@@ -188,14 +204,18 @@ impl FluidSection {
         let method = self.immersed.method;
         let direct = method == Forcing::Direct;
         let mask = self.immersed.mask.unwrap_or(if direct { Mask::Seed } else { Mask::ParameterFree });
-        let form = self.loads.form.unwrap_or(if direct { LoadsForm::F1 } else { LoadsForm::F5b });
-        let none = form == LoadsForm::F1;
+        let form = self.loads.form.unwrap_or(if direct {
+            LoadsForm::Izard2014
+        } else {
+            LoadsForm::YuShaoFixedPoint
+        });
+        let none = form == LoadsForm::Izard2014;
         Choices {
             time: self.time.clone(),
             method,
             mask,
             width: self.immersed.width.unwrap_or(if mask == Mask::Seed { 1.0 } else { 0.5 }),
-            carry: self.immersed.carry,
+            force_transport: self.immersed.force_transport,
             form,
             virtual_mass: self.loads.virtual_mass.unwrap_or(if none { 0.0 } else { 0.5 }),
             displaced_mass: self.loads.displaced_mass,
@@ -233,10 +253,10 @@ impl FluidSection {
                 "give a CFL number such as 0.5",
             ));
         }
-        if !(time.rungs.is_power_of_two() && time.rungs <= 64) {
+        if !(time.dt_levels_per_octave.is_power_of_two() && time.dt_levels_per_octave <= 64) {
             return Err(source.error(
-                "fluid.time.rungs",
-                format!("is {}; allowed: 1, 2, 4, 8, 16, 32 or 64", time.rungs),
+                "fluid.time.dt_levels_per_octave",
+                format!("is {}; allowed: 1, 2, 4, 8, 16, 32 or 64", time.dt_levels_per_octave),
                 "give the number of lengths that an adaptive step may have in an octave, such as 4",
             ));
         }
@@ -250,17 +270,17 @@ impl FluidSection {
         }
         let scheme = coupling::read(scene, choices.form)?.0;
         let can = choices.method == Forcing::Carried
-            && choices.form == LoadsForm::F5b
+            && choices.form == LoadsForm::YuShaoFixedPoint
             && matches!(scheme, Scheme::SemiImplicit | Scheme::Overlapped);
-        if choices.carry == Carry::WithGrains && !can {
+        if choices.force_transport == ForceTransport::Advected && !can {
             return Err(source.error(
-                "fluid.immersed.carry",
+                "fluid.immersed.force_transport",
                 format!(
-                    "is \"with-grains\" with method {:?}, form {:?} and the coupling scheme {scheme}",
+                    "is \"advected\" with method {:?}, form {} and the coupling scheme {scheme}",
                     choices.method, choices.form
                 ),
-                "take method = \"carried\", form = \"F5b\" and coupling.scheme = \"semi-implicit\" or \"overlapped\", or \
-                 leave carry out",
+                "take method = \"carried\", form = \"yu-shao-fixed-point\" and coupling.scheme = \"semi-implicit\" or \"overlapped\", or \
+                 leave force_transport out",
             ));
         }
         if !(choices.virtual_mass >= 0.0 && choices.virtual_mass.is_finite()) {
@@ -280,15 +300,15 @@ impl FluidSection {
         if choices.method == Forcing::Direct && semi {
             return Err(source.error(
                 "fluid.loads.form",
-                format!("is {form:?}, which needs a carried force; fluid.immersed.method is \"direct\""),
-                "take F1, F2 or F3, or set fluid.immersed.method = \"carried\"",
+                format!("is {form}, which needs a carried force; fluid.immersed.method is \"direct\""),
+                "take izard-2014, kempe-froehlich-2012 or uhlmann-2005, or set fluid.immersed.method = \"carried\"",
             ));
         }
         if choices.displaced_mass && !semi {
             return Err(source.error(
                 "fluid.loads.displaced_mass",
-                format!("has no meaning for {form:?}"),
-                "remove it, or take fluid.loads.form = \"F5b\"",
+                format!("has no meaning for {form}"),
+                "remove it, or take fluid.loads.form = \"yu-shao-fixed-point\"",
             ));
         }
         let Some(medium) = &scene.scene.medium else {
@@ -300,15 +320,15 @@ impl FluidSection {
         };
         let near = |density: f64| (density / medium.density - 1.0).abs() < 1e-6;
         let neutral = scene.grains.iter().position(|g| g.motion == Motion::Free && near(g.density));
-        if let (LoadsForm::F1, Some(grain)) = (form, neutral) {
+        if let (LoadsForm::Izard2014, Some(grain)) = (form, neutral) {
             return Err(source.error(
                 "fluid.loads.form",
                 format!(
-                    "is F1, which divides by the difference of the densities, and grain {grain} is as \
+                    "is izard-2014, which divides by the difference of the densities, and grain {grain} is as \
                      dense as the fluid ({})",
                     medium.density
                 ),
-                "take F5b (fluid.immersed.method = \"carried\"), or F2",
+                "take yu-shao-fixed-point (fluid.immersed.method = \"carried\"), or kempe-froehlich-2012",
             ));
         }
         Ok(())

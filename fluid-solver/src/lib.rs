@@ -8,7 +8,6 @@ pub mod axis;
 pub mod boundary;
 pub mod build;
 pub mod checkpoint;
-pub mod comm;
 pub mod config;
 pub mod coupling;
 pub mod culprit;

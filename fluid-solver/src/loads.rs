@@ -3,10 +3,10 @@
 //! With `f` the force per unit density that the grain would exert on the fluid, m_f the mass of the
 //! fluid it displaces and ρ the fluid's density, the message carries
 //! ```text
-//! F1        −ρ ρ_p / (ρ_p − ρ) ∫ f dV                    as printed (Izard et al. 2014, eqs 5–6)
-//! F2        −ρ ∫ f dV + ρ d/dt ∫ α u dV − m_f g
-//! F3        −ρ ∫ f dV + m_f dU/dt − m_f g
-//! F5, F5b    ρ G / dt − m_f g
+//! izard-2014                           −ρ ρ_p / (ρ_p − ρ) ∫ f dV    as printed (Izard et al. 2014, eqs 5–6)
+//! kempe-froehlich-2012                 −ρ ∫ f dV + ρ d/dt ∫ α u dV − m_f g
+//! uhlmann-2005                         −ρ ∫ f dV + m_f dU/dt − m_f g
+//! yu-shao-2007, yu-shao-fixed-point    ρ G / dt − m_f g
 //! ```
 //! so that `m_p dU/dt = m_p g + F` in every case: buoyancy is in F, weight is not. Eq. 5 holds the
 //! buoyancy already. Why −m_f g stands along periodic axes too: `docs/equations-immersed.md`.
@@ -34,11 +34,11 @@ pub struct LoadsRule {
 /// What the fluid knows about one grain in one window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measured {
-    /// ∫ f dV; for F5 and F5b −G/dt.
+    /// ∫ f dV; for yu-shao-2007 and yu-shao-fixed-point −G/dt.
     pub force: Wrench,
-    /// d/dt ∫ α u dV (F2).
+    /// d/dt ∫ α u dV (kempe-froehlich-2012).
     pub interior: Wrench,
-    /// Acceleration and angular acceleration over the window before (F3, displaced mass).
+    /// Acceleration and angular acceleration over the window before (uhlmann-2005, displaced mass).
     pub acceleration: Wrench,
     /// Acceleration of the attempt before less that of the window before: what a DEM does not know when it
     /// adds added_mass A_prev. Zero in the first attempt at a window.
@@ -64,10 +64,10 @@ impl LoadsRule {
             ..Loads::default()
         };
         let scale = match self.form {
-            LoadsForm::F1 => rho * shape.density / (shape.density - rho),
+            LoadsForm::Izard2014 => rho * shape.density / (shape.density - rho),
             _ => rho,
         };
-        let buoyant = if self.form == LoadsForm::F1 { 0.0 } else { mass };
+        let buoyant = if self.form == LoadsForm::Izard2014 { 0.0 } else { mass };
         let (f, inside, a) = (&measured.force, &measured.interior, &measured.acceleration);
         for c in 0..3 {
             loads.force[c] = -scale * f.force[c] - buoyant * self.gravity[c];
@@ -77,15 +77,15 @@ impl LoadsRule {
             loads.force[c] += loads.added_mass * (measured.drive[c] + measured.ahead.force[c]);
             loads.torque[c] += loads.added_inertia * measured.ahead.torque[c];
             match self.form {
-                LoadsForm::F2 => {
+                LoadsForm::KempeFroehlich2012 => {
                     loads.force[c] += rho * inside.force[c];
                     loads.torque[c] += rho * inside.torque[c];
                 }
-                LoadsForm::F3 => {
+                LoadsForm::Uhlmann2005 => {
                     loads.force[c] += mass * a.force[c];
                     loads.torque[c] += inertia * a.torque[c];
                 }
-                LoadsForm::F1 | LoadsForm::F5 | LoadsForm::F5b => {}
+                LoadsForm::Izard2014 | LoadsForm::YuShao2007 | LoadsForm::YuShaoFixedPoint => {}
             }
         }
         if let Some(volumes) = measured.volume {
@@ -137,12 +137,17 @@ mod tests {
     #[test]
     fn buoyancy_is_in_every_form_but_the_printed_one() {
         let none = Measured::default();
-        for form in [LoadsForm::F2, LoadsForm::F3, LoadsForm::F5, LoadsForm::F5b] {
+        for form in [
+            LoadsForm::KempeFroehlich2012,
+            LoadsForm::Uhlmann2005,
+            LoadsForm::YuShao2007,
+            LoadsForm::YuShaoFixedPoint,
+        ] {
             let loads = rule(form).loads(&SHAPE, &none);
             assert_eq!(loads.force, [0.0, 0.0, 6.0]);
             assert_eq!((loads.added_mass, loads.added_inertia), (0.5 * 3.0, 0.5 * (3.0 * 0.4)));
         }
-        assert_eq!(rule(LoadsForm::F1).loads(&SHAPE, &none).force, [0.0; 3]);
+        assert_eq!(rule(LoadsForm::Izard2014).loads(&SHAPE, &none).force, [0.0; 3]);
     }
 
     /// A grain at rest in fluid at rest: interior fluid would fall with (ρ_p − ρ)/ρ_p g but is held.
@@ -155,14 +160,14 @@ mod tests {
         let interior = Wrench { force: [0.0, 0.0, SHAPE.volume * a], torque: [0.0; 3] };
         let acceleration = Wrench { force: [0.0, 0.0, a], torque: [0.0; 3] };
         let measured = Measured { force, interior, acceleration, ..Measured::default() };
-        for form in [LoadsForm::F2, LoadsForm::F3] {
+        for form in [LoadsForm::KempeFroehlich2012, LoadsForm::Uhlmann2005] {
             let loads = rule(form).loads(&SHAPE, &measured);
             assert!((loads.force[2] - (surface + 6.0)).abs() < 1e-14, "{form:?}: {:?}", loads.force);
         }
-        // F1 agrees when `a` is the grain's true acceleration: m_p a = m_p g + F.
+        // izard-2014 agrees when `a` is the grain's true acceleration: m_p a = m_p g + F.
         let a = (12.0 * -2.0 + surface + 6.0) / 12.0;
         let force = Wrench { force: [0.0, 0.0, SHAPE.volume * a - surface], torque: [0.0; 3] };
-        let loads = rule(LoadsForm::F1).loads(&SHAPE, &Measured { force, ..Measured::default() });
+        let loads = rule(LoadsForm::Izard2014).loads(&SHAPE, &Measured { force, ..Measured::default() });
         assert!((loads.force[2] - (surface + 6.0)).abs() < 1e-13, "{:?}", loads.force);
     }
 
@@ -174,8 +179,8 @@ mod tests {
         let ahead = Wrench { force: [0.0, 0.0, attempt - previous], torque: [0.0, attempt - previous, 0.0] };
         let plain = Measured::default();
         let (p, f) = (
-            rule(LoadsForm::F5b).loads(&SHAPE, &plain),
-            rule(LoadsForm::F5b).loads(&SHAPE, &Measured { ahead, more: 1.5, ..plain }),
+            rule(LoadsForm::YuShaoFixedPoint).loads(&SHAPE, &plain),
+            rule(LoadsForm::YuShaoFixedPoint).loads(&SHAPE, &Measured { ahead, more: 1.5, ..plain }),
         );
         assert_eq!(f.added_mass, 2.0 * 3.0);
         let (force, torque) =
@@ -192,8 +197,10 @@ mod tests {
         let acceleration = Wrench { force: [0.0, 0.0, a], torque: [0.0; 3] };
         let plain = Measured { acceleration, ..Measured::default() };
         let filled = Measured { volume: Some(volumes), ..plain };
-        let (p, f) =
-            (rule(LoadsForm::F5b).loads(&SHAPE, &plain), rule(LoadsForm::F5b).loads(&SHAPE, &filled));
+        let (p, f) = (
+            rule(LoadsForm::YuShaoFixedPoint).loads(&SHAPE, &plain),
+            rule(LoadsForm::YuShaoFixedPoint).loads(&SHAPE, &filled),
+        );
         let side = |l: &Loads| (12.0 + l.added_mass) * a - l.force[2] - l.added_mass * a;
         assert!((side(&f) - side(&p) - (volumes[2] - SHAPE.volume) * a).abs() < 1e-14);
         assert!(f.added_mass > p.added_mass && f.added_inertia > p.added_inertia);

@@ -18,7 +18,7 @@ pub struct Plan {
     /// CFL number kept when it is not.
     pub cfl: f64,
     /// Lengths that it may have in an octave, a power of two.
-    pub rungs: u32,
+    pub dt_levels_per_octave: u32,
     /// Largest step whatever the velocity, s.
     pub ceiling: f64,
     /// Treatment of viscosity.
@@ -66,17 +66,24 @@ impl Plan {
             }
             ceiling = ceiling.min(explicit);
         }
-        Ok(Self { fixed: time.dt, cfl: time.cfl, rungs: time.rungs, ceiling, viscous, spacing })
+        Ok(Self {
+            fixed: time.dt,
+            cfl: time.cfl,
+            dt_levels_per_octave: time.dt_levels_per_octave,
+            ceiling,
+            viscous,
+            spacing,
+        })
     }
 
     /// Step proposed before anything moves, s.
     pub fn first(&self) -> f64 {
-        self.fixed.unwrap_or_else(|| self.rung(self.ceiling))
+        self.fixed.unwrap_or_else(|| self.level(self.ceiling))
     }
 
     /// Step proposed after one of length `previous`, with `rate` the largest Σ|u|/Δx.
     ///
-    /// It stands on a rung, and stays there while it is allowed and, in octaves of even rungs, some two rungs more are
+    /// It stands on a level, and stays there while it is allowed and, in octaves of even levels, some two levels more are
     /// not: a new length costs the carried force a few steps.
     pub fn next(&self, previous: f64, rate: f64, motions: &[Motion]) -> f64 {
         if let Some(dt) = self.fixed {
@@ -87,18 +94,20 @@ impl Plan {
         if previous <= allowed && previous >= self.patience() * allowed {
             previous
         } else {
-            self.rung(allowed)
+            self.level(allowed)
         }
     }
 
-    /// Part of what is allowed at which a step still stays: half with four rungs an octave or fewer.
+    /// Part of what is allowed at which a step still stays: half with four levels an octave or fewer.
     fn patience(&self) -> f64 {
-        (1.0 - 2.0 / f64::from(self.rungs)).max(0.5)
+        (1.0 - 2.0 / f64::from(self.dt_levels_per_octave)).max(0.5)
     }
 
-    /// The largest 2^k (1 + j/rungs), 0 ≤ j < rungs, that is not above `dt`: with few digits, so that sums of steps are exact.
-    fn rung(&self, dt: f64) -> f64 {
-        f64::from_bits(dt.to_bits() & !((1_u64 << (f64::MANTISSA_DIGITS - 1 - self.rungs.ilog2())) - 1))
+    /// The largest 2^k (1 + j/levels), 0 ≤ j < levels, that is not above `dt`: with few digits, so that sums of steps are exact.
+    fn level(&self, dt: f64) -> f64 {
+        f64::from_bits(
+            dt.to_bits() & !((1_u64 << (f64::MANTISSA_DIGITS - 1 - self.dt_levels_per_octave.ilog2())) - 1),
+        )
     }
 }
 
@@ -155,20 +164,26 @@ fn expected_speed(scene: &CheckedScene, medium: &Medium) -> f64 {
 mod tests {
     use super::*;
 
-    const PLAN: Plan =
-        Plan { fixed: None, cfl: 0.5, rungs: 4, ceiling: 1.0, viscous: Viscous::Implicit, spacing: 0.1 };
+    const PLAN: Plan = Plan {
+        fixed: None,
+        cfl: 0.5,
+        dt_levels_per_octave: 4,
+        ceiling: 1.0,
+        viscous: Viscous::Implicit,
+        spacing: 0.1,
+    };
 
     #[test]
-    fn rungs_stand_close_below() {
-        for (rungs, least) in [(1, 0.5), (4, 0.8), (16, 16.0 / 17.0), (64, 64.0 / 65.0)] {
-            let plan = Plan { rungs, ..PLAN };
+    fn levels_lie_close_below() {
+        for (levels, least) in [(1, 0.5), (4, 0.8), (16, 16.0 / 17.0), (64, 64.0 / 65.0)] {
+            let plan = Plan { dt_levels_per_octave: levels, ..PLAN };
             for dt in [0.04, 1e-7, 3.0, 0.999, 123.4, 1.999] {
-                let rung = plan.rung(dt);
-                assert!(rung <= dt && rung > least * dt, "{rung} under {dt}, {rungs} in an octave");
+                let level = plan.level(dt);
+                assert!(level <= dt && level > least * dt, "{level} under {dt}, {levels} in an octave");
             }
         }
-        assert_eq!([1.75, 1.9375].map(|dt| PLAN.rung(dt)), [1.75, 1.75]);
-        assert_eq!(Plan { rungs: 16, ..PLAN }.rung(1.94), 1.9375);
+        assert_eq!([1.75, 1.9375].map(|dt| PLAN.level(dt)), [1.75, 1.75]);
+        assert_eq!(Plan { dt_levels_per_octave: 16, ..PLAN }.level(1.94), 1.9375);
     }
 
     /// Number of changes while the rate runs through `rates`; every step keeps the CFL number.
@@ -187,10 +202,10 @@ mod tests {
     #[test]
     fn the_step_changes_seldom() {
         let rate = |k: i32| 0.5 + f64::from(k) * 0.002;
-        // Rising fivefold, 2.3 octaves: a rung at a time. Falling, it waits until twice the step is allowed, or with
-        // more rungs until 1/(1 - 2/rungs) of it is.
-        for (rungs, most_rising, most_falling) in [(4, 10, 3), (16, 40, 18)] {
-            let plan = Plan { rungs, ..PLAN };
+        // Rising fivefold, 2.3 octaves: a level at a time. Falling, it waits until twice the step is allowed, or with
+        // more levels until 1/(1 - 2/levels) of it is.
+        for (levels, most_rising, most_falling) in [(4, 10, 3), (16, 40, 18)] {
+            let plan = Plan { dt_levels_per_octave: levels, ..PLAN };
             let rising = changes(&plan, (0..1000).map(rate));
             assert!(rising <= 1 + most_rising, "{rising}");
             let falling = changes(&plan, (0..1000).rev().map(rate));

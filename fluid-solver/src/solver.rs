@@ -41,7 +41,7 @@ pub struct Memory {
     pub before: Vec<Motion>,
     /// Length of that window, s; zero: there was none.
     pub before_dt: f64,
-    /// ∫ α u dV one window ago (F2).
+    /// ∫ α u dV one window ago (kempe-froehlich-2012).
     pub contents: Vec<Wrench>,
     /// Loads to be sent in the next window, where both solvers work at once; else empty.
     pub kept: Vec<Loads>,
@@ -165,7 +165,7 @@ impl<const D: usize> Solver<D> {
         let velocity = &mut self.stepper.state_mut().velocity;
         self.immersed.impose_direct(&grid, &sharp, &self.memory.motions, velocity);
         self.stepper.project_velocity();
-        if self.choices.form == LoadsForm::F2 {
+        if self.choices.form == LoadsForm::KempeFroehlich2012 {
             let velocity = &self.stepper.state().velocity;
             let contents = self.immersed.contents(&grid, &self.kernel, &self.memory.motions, velocity);
             self.memory.contents.copy_from_slice(contents);
@@ -204,7 +204,7 @@ impl<const D: usize> Solver<D> {
         })
     }
 
-    /// F5, F5b: predict u*, send the loads, receive the motion, impose it.
+    /// yu-shao-2007, yu-shao-fixed-point: predict u*, send the loads, receive the motion, impose it.
     fn window_semi_implicit(
         &mut self,
         window: &Window,
@@ -276,7 +276,7 @@ impl<const D: usize> Solver<D> {
             return;
         }
         let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
-        let by_force = self.choices.form == LoadsForm::F5b;
+        let by_force = self.choices.form == LoadsForm::YuShaoFixedPoint;
         let carried = by_force.then_some(&*lambda);
         let forces = immersed.forces(grid, &self.kernel, predicted, velocity, carried);
         for (m, force) in measured.iter_mut().zip(forces) {
@@ -314,9 +314,9 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// d/dt ∫ α u dV of every grain (F2).
+    /// d/dt ∫ α u dV of every grain (kempe-froehlich-2012).
     fn measure_interior(&mut self, dt: f64) {
-        if self.choices.form != LoadsForm::F2 {
+        if self.choices.form != LoadsForm::KempeFroehlich2012 {
             return;
         }
         let Self { immersed, stepper, measured, memory, .. } = self;
@@ -377,7 +377,8 @@ impl<const D: usize> Solver<D> {
             return;
         }
         let Self { immersed, stepper, lambda, along, memory, kernel, .. } = self;
-        let imposed = if self.choices.form == LoadsForm::F5 { Imposed::ByVelocity } else { Imposed::ByForce };
+        let imposed =
+            if self.choices.form == LoadsForm::YuShao2007 { Imposed::ByVelocity } else { Imposed::ByForce };
         let (grid, state) = stepper.parts_mut();
         let velocity = &mut state.velocity;
         if let Some(Along { shares, .. }) = along {

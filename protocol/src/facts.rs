@@ -8,23 +8,40 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "scene", derive(schemars::JsonSchema))]
 pub enum LoadsForm {
     /// −ρρ_p/(ρ_p−ρ) ∫f dV (Izard et al. 2014, eqs 5–6): singular at ρ_p = ρ.
-    F1,
+    #[serde(rename = "izard-2014")]
+    Izard2014,
     /// −ρ∫f dV + ρ d/dt∫αu dV (Kempe & Fröhlich 2012).
-    F2,
+    #[serde(rename = "kempe-froehlich-2012")]
+    KempeFroehlich2012,
     /// −ρ∫f dV + ρV dU/dt (Uhlmann 2005).
-    F3,
+    #[serde(rename = "uhlmann-2005")]
+    Uhlmann2005,
     /// Force before forcing (after Yu & Shao 2007); imposes (2−β)λ at steady state.
-    F5,
+    #[serde(rename = "yu-shao-2007")]
+    YuShao2007,
     /// Force before forcing with λ as a true fixed point.
     #[default]
-    F5b,
+    #[serde(rename = "yu-shao-fixed-point")]
+    YuShaoFixedPoint,
 }
 
 impl LoadsForm {
     /// Does the fluid wait for the new motion before it imposes it (semi-implicit order)?
     #[must_use]
     pub fn is_semi_implicit(self) -> bool {
-        matches!(self, Self::F5 | Self::F5b)
+        matches!(self, Self::YuShao2007 | Self::YuShaoFixedPoint)
+    }
+}
+
+impl std::fmt::Display for LoadsForm {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Izard2014 => "izard-2014",
+            Self::KempeFroehlich2012 => "kempe-froehlich-2012",
+            Self::Uhlmann2005 => "uhlmann-2005",
+            Self::YuShao2007 => "yu-shao-2007",
+            Self::YuShaoFixedPoint => "yu-shao-fixed-point",
+        })
     }
 }
 

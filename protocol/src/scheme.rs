@@ -36,15 +36,15 @@ impl Scheme {
 
     /// Forms of the loads that can be exchanged in this order.
     ///
-    /// `iterated` asks for F5b, the only form whose force acts on the prediction: the others measure
-    /// their force before the pressure has answered to it, so that repeating F3 leads to the
-    /// semi-implicit F5b and no further (docs/equations-immersed.md, §6).
+    /// `iterated` asks for yu-shao-fixed-point, the only form whose force acts on the prediction: the others measure
+    /// their force before the pressure has answered to it, so that repeating uhlmann-2005 leads to the
+    /// semi-implicit yu-shao-fixed-point and no further (docs/equations-immersed.md, §6).
     #[must_use]
     pub fn forms(self) -> &'static [LoadsForm] {
         match self {
-            Self::Explicit => &[LoadsForm::F1, LoadsForm::F2, LoadsForm::F3],
-            Self::SemiImplicit | Self::Overlapped => &[LoadsForm::F5, LoadsForm::F5b],
-            Self::Iterated => &[LoadsForm::F5b],
+            Self::Explicit => &[LoadsForm::Izard2014, LoadsForm::KempeFroehlich2012, LoadsForm::Uhlmann2005],
+            Self::SemiImplicit | Self::Overlapped => &[LoadsForm::YuShao2007, LoadsForm::YuShaoFixedPoint],
+            Self::Iterated => &[LoadsForm::YuShaoFixedPoint],
         }
     }
 }
@@ -65,7 +65,7 @@ impl std::fmt::Display for Scheme {
 #[cfg_attr(feature = "scene", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SchemeKey {
-    /// What the form of the loads stands for; with F5b `iterated` where `density-ratio` asks for it.
+    /// What the form of the loads stands for; with yu-shao-fixed-point `iterated` where `density-ratio` asks for it.
     #[default]
     Auto,
     /// [`Scheme::Explicit`].

@@ -73,7 +73,7 @@ fn neutral_and_light_spheres_start_as_their_virtual_mass_says_and_stay_bounded()
 #[test]
 fn the_seeds_force_is_refused_for_light_grains_by_name_and_can_be_forced() {
     let folder = Folder::new("light-f1");
-    let seed = "[fluid.immersed]\nmethod = \"direct\"\nmask = \"seed\"\n[fluid.loads]\nform = \"F1\"\nvirtual_mass = 0.0";
+    let seed = "[fluid.immersed]\nmethod = \"direct\"\nmask = \"seed\"\n[fluid.loads]\nform = \"izard-2014\"\nvirtual_mass = 0.0";
     for density in [1.0, 0.5, 0.1] {
         let scene = folder.write("f1.toml", &release(density, seed));
         let output = bedload(&["check", scene.to_str().expect("UTF-8")]);

@@ -19,7 +19,7 @@ const MARGINS: [(&str, f64); 9] = [
     // The limits of one disc alone hold in a bed, too: with repeated windows one that turns fails from 0.1 down at
     // ν dt/D² = 0.0024, where those of a bed are held by each other.
     ("light-bed", 50.1),
-    // A grain at rest bears what a falling one does not: F1 at 1.05 for 2; and windows of 300 contact
+    // A grain at rest bears what a falling one does not: izard-2014 at 1.05 for 2; and windows of 300 contact
     // times, where 100 is the default that a scene may raise.
     ("resting", 3.01),
     // From 10 sub-steps on a rebound is right to 1 %; the map asks for 2 %, which 6 give always, 5 often
@@ -28,7 +28,7 @@ const MARGINS: [(&str, f64); 9] = [
     // The bound is that of a film at contact; these end half a roughness above it. Neighbouring values
     // of dt are 3.3 apart.
     ("explicit-lubrication", 3.4),
-    // One number for all forms of the loads: F1 bears 1.4, the others 1.2.
+    // One number for all forms of the loads: izard-2014 bears 1.4, the others 1.2.
     ("courant-plane", 1.17),
     // A stream goes round a sphere less fast than past a disc, whose numbers are taken: 0.6 for 0.5, 1.6 for 1.2.
     ("courant-space", 1.34),

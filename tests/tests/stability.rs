@@ -48,8 +48,8 @@ most = 0.5
 [[stability.vary]]
 name = "loads"
 values = [
-  { name = "paper", set = { "fluid.immersed.method" = "direct", "fluid.loads.form" = "F1" } },
-  { name = "default", set = { "fluid.loads.form" = "F5b" } },
+  { name = "paper", set = { "fluid.immersed.method" = "direct", "fluid.loads.form" = "izard-2014" } },
+  { name = "default", set = { "fluid.loads.form" = "yu-shao-fixed-point" } },
 ]
 
 [[stability.vary]]

@@ -80,7 +80,7 @@ fn is_thin(point: &Point) -> bool {
         .is_some_and(|width: f64| width < 0.5)
 }
 
-/// May the carried force go with the grains? It asks for F5b, and that no window is repeated.
+/// May the carried force go with the grains? It asks for yu-shao-fixed-point, and that no window is repeated.
 fn may_go_along(scene: &CheckedScene) -> bool {
     let (fluid, coupling) = (&scene.scene.fluid, &scene.scene.coupling);
     let says = |section: &str, key: &str| fluid.get(section)?.get(key)?.as_str();
@@ -90,13 +90,13 @@ fn may_go_along(scene: &CheckedScene) -> bool {
     });
     heavy
         && says("immersed", "method") != Some("direct")
-        && says("loads", "form").is_none_or(|form| form == "F5b")
+        && says("loads", "form").is_none_or(|form| form == "yu-shao-fixed-point")
         && coupling.get("scheme").and_then(toml::Value::as_str) != Some("iterated")
 }
 
 /// Does its carried force go with the grains?
 fn goes_along(point: &Point) -> bool {
-    setting(point, "fluid.immersed.carry").is_some_and(|text| text.contains("with-grains"))
+    setting(point, "fluid.immersed.force_transport").is_some_and(|text| text.contains("advected"))
 }
 
 /// Its time step, s.

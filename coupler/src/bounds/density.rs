@@ -24,18 +24,18 @@ pub struct Method {
 }
 
 impl Method {
-    /// Of a fluid. What was not mapped counts as the next that was: a virtual mass with F1 as none, the
-    /// displaced mass without F5b and C_v = ½ as if it were not there.
+    /// Of a fluid. What was not mapped counts as the next that was: a virtual mass with izard-2014 as none, the
+    /// displaced mass without yu-shao-fixed-point and C_v = ½ as if it were not there.
     #[must_use]
     pub fn of(fluid: &FluidFacts) -> Self {
         let displaced = choice(&fluid.resolved, "loads", "displaced_mass");
         let loads = fluid.loads;
-        let half = fluid.virtual_mass >= 0.5 && loads != LoadsForm::F1;
+        let half = fluid.virtual_mass >= 0.5 && loads != LoadsForm::Izard2014;
         Self {
             forcing: if loads.is_semi_implicit() { Forcing::Carried } else { fluid.forcing },
             loads,
             half,
-            displaced: loads == LoadsForm::F5b
+            displaced: loads == LoadsForm::YuShaoFixedPoint
                 && half
                 && displaced.and_then(toml::Value::as_bool) == Some(true),
         }
@@ -51,7 +51,7 @@ impl Method {
 
     /// Limits at the columns for grains that touch each other, if it was mapped for them.
     fn row_of_bed(&self) -> Option<[f64; 5]> {
-        let mapped = self.loads == LoadsForm::F5b && self.half;
+        let mapped = self.loads == LoadsForm::YuShaoFixedPoint && self.half;
         mapped.then_some(if self.displaced { light::BED_DISPLACED } else { light::BED })
     }
 }
@@ -185,7 +185,7 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
         "docs/stability.md",
         "lower the fluid's dt, or watch the first windows",
     ));
-    if fluid.loads == LoadsForm::F1 {
+    if fluid.loads == LoadsForm::Izard2014 {
         add_seed_form(facts, &judged, bounds);
     }
 }
@@ -217,14 +217,14 @@ fn is_any<const N: usize>(grain: &Grain, geometry: Geometry, freedoms: [Freedom;
 fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bound {
     let order = scheme.filter(|scheme| *scheme != Scheme::of(fluid.loads));
     let order = order.map_or(String::new(), |scheme| format!(", {scheme},"));
-    let form = format!("{:?} with C_v = {}{order}", fluid.loads, fluid.virtual_mass);
+    let form = format!("{} with C_v = {}{order}", fluid.loads, fluid.virtual_mass);
     Bound::new(super::DENSITY_RATIO, "ρ_p/ρ", worst.ratio, Side::AtLeast, worst.limit).because(
         format!(
             "loads of form {form} were found unstable for lighter grains at ν dt/D² = {:.3}",
             super::Short(worst.nu_dt_over_d2)
         ),
         worst.source,
-        "use the fluid's loads F5b with the virtual mass ½, a smaller dt, coupling.scheme = \"iterated\", \
+        "use the fluid's loads yu-shao-fixed-point with the virtual mass ½, a smaller dt, coupling.scheme = \"iterated\", \
          fluid.loads.displaced_mass = true, or heavier grains",
     )
 }
@@ -233,18 +233,18 @@ fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bou
 fn add_seed_form(facts: &Facts<'_>, judged: &[Judged], bounds: &mut Vec<Bound>) {
     let excess = judged.iter().map(|one| (one.ratio - 1.0).abs()).fold(f64::INFINITY, f64::min);
     bounds.push(Bound::new(SINGULAR, "|ρ_p/ρ − 1|", excess, Side::AtLeast, 1e-6).because(
-        "loads of form F1 carry the factor ρρ_p/(ρ_p−ρ), which is singular for neutral grains",
+        "loads of form izard-2014 carry the factor ρρ_p/(ρ_p−ρ), which is singular for neutral grains",
         "Izard et al. 2014, eqs 5–6",
-        "use another form of the loads (F5b); this bound cannot be forced",
+        "use another form of the loads (yu-shao-fixed-point); this bound cannot be forced",
     ));
     if !facts.ladder.contact_time.is_finite() {
         return;
     }
     let factor = judged.iter().map(|one| resting_factor(one.ratio)).fold(0.0, f64::max);
     bounds.push(Bound::new("resting-weight", "ρ_r/(ρ_r−1)", factor, Side::AtMost, 1.05).warning().because(
-        "with loads of form F1 a resting grain presses this many times its submerged weight, because buoyancy is lost",
+        "with loads of form izard-2014 a resting grain presses this many times its submerged weight, because buoyancy is lost",
         "docs/numerics.md, Weight of a resting grain",
-        "use F2 or F5b where contact forces matter",
+        "use kempe-froehlich-2012 or yu-shao-fixed-point where contact forces matter",
     ));
 }
 

@@ -2,7 +2,9 @@
 //! run of that column was stable, as counted by `tests/tests/maps.rs`.
 
 use protocol::facts::Forcing::{self, Carried, Direct};
-use protocol::facts::LoadsForm::{self, F1, F2, F3, F5, F5b};
+use protocol::facts::LoadsForm::{
+    self, Izard2014, KempeFroehlich2012, Uhlmann2005, YuShao2007, YuShaoFixedPoint,
+};
 
 /// Columns of the maps: ν dt/D².
 pub(super) const COLUMNS: [f64; 5] = [0.0024, 0.024, 0.08, 0.2, 0.8];
@@ -13,49 +15,49 @@ pub(super) type Row = (Forcing, LoadsForm, bool, bool, [f64; 5]);
 
 /// A sphere on the axis, D/Δx = 10: docs/maps/light-axisymmetric.csv.
 pub(super) const AXISYMMETRIC: [Row; 15] = [
-    (Direct, F1, false, false, [2.0, 2.0, 2.0, 2.0, 1.5]),
-    (Carried, F1, false, false, [2.0, 2.0, 2.0, 2.0, 2.0]),
-    (Direct, F2, false, false, [0.3, 0.2, 0.5, 0.8, 0.8]),
-    (Direct, F2, true, false, [0.01, 0.2, 0.5, 0.8, 0.8]),
-    (Carried, F2, false, false, [1.001, 2.0, 3.0, 4.0, 8.0]),
-    (Carried, F2, true, false, [0.8, 1.5, 3.0, 4.0, 8.0]),
-    (Direct, F3, false, false, [0.5, 0.8, 1.001, 1.001, 1.2]),
-    (Direct, F3, true, false, [0.3, 0.8, 1.001, 1.001, 1.2]),
-    (Carried, F3, false, false, [1.001, 1.5, 2.0, 3.0, 8.0]),
-    (Carried, F3, true, false, [0.8, 1.5, 3.0, 4.0, 8.0]),
-    (Carried, F5, false, false, [0.8, 1.001, 1.2, 1.5, 1.5]),
-    (Carried, F5, true, false, [0.01, 0.01, 0.2, 0.5, 0.5]),
-    (Carried, F5b, false, false, [0.8, 1.001, 1.2, 1.2, 1.5]),
-    (Carried, F5b, true, false, [0.01, 0.01, 0.2, 0.3, 0.5]),
-    (Carried, F5b, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
+    (Direct, Izard2014, false, false, [2.0, 2.0, 2.0, 2.0, 1.5]),
+    (Carried, Izard2014, false, false, [2.0, 2.0, 2.0, 2.0, 2.0]),
+    (Direct, KempeFroehlich2012, false, false, [0.3, 0.2, 0.5, 0.8, 0.8]),
+    (Direct, KempeFroehlich2012, true, false, [0.01, 0.2, 0.5, 0.8, 0.8]),
+    (Carried, KempeFroehlich2012, false, false, [1.001, 2.0, 3.0, 4.0, 8.0]),
+    (Carried, KempeFroehlich2012, true, false, [0.8, 1.5, 3.0, 4.0, 8.0]),
+    (Direct, Uhlmann2005, false, false, [0.5, 0.8, 1.001, 1.001, 1.2]),
+    (Direct, Uhlmann2005, true, false, [0.3, 0.8, 1.001, 1.001, 1.2]),
+    (Carried, Uhlmann2005, false, false, [1.001, 1.5, 2.0, 3.0, 8.0]),
+    (Carried, Uhlmann2005, true, false, [0.8, 1.5, 3.0, 4.0, 8.0]),
+    (Carried, YuShao2007, false, false, [0.8, 1.001, 1.2, 1.5, 1.5]),
+    (Carried, YuShao2007, true, false, [0.01, 0.01, 0.2, 0.5, 0.5]),
+    (Carried, YuShaoFixedPoint, false, false, [0.8, 1.001, 1.2, 1.2, 1.5]),
+    (Carried, YuShaoFixedPoint, true, false, [0.01, 0.01, 0.2, 0.3, 0.5]),
+    (Carried, YuShaoFixedPoint, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
 ];
 
 /// A sphere that falls and turns in space, D/Δx = 8; methods that were sampled there: docs/maps/light-space.csv.
 pub(super) const SPACE: [Row; 9] = [
-    (Direct, F1, false, false, [2.0, 2.0, 2.0, 2.0, 2.0]),
-    (Direct, F2, false, false, [0.5, 0.5, 0.8, 0.8, 1.001]),
-    (Direct, F2, true, false, [0.01, 0.5, 0.8, 1.001, 1.001]),
-    (Direct, F3, false, false, [0.8, 0.8, 1.001, 1.5, 1.5]),
-    (Carried, F5, false, false, [0.8, 1.5, 2.0, 4.0, 4.0]),
-    (Carried, F5, true, false, [0.01, 0.3, 0.8, 1.5, 2.0]),
-    (Carried, F5b, false, false, [0.8, 1.001, 2.0, 2.0, 4.0]),
-    (Carried, F5b, true, false, [0.01, 0.1, 0.8, 1.001, 2.0]),
-    (Carried, F5b, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
+    (Direct, Izard2014, false, false, [2.0, 2.0, 2.0, 2.0, 2.0]),
+    (Direct, KempeFroehlich2012, false, false, [0.5, 0.5, 0.8, 0.8, 1.001]),
+    (Direct, KempeFroehlich2012, true, false, [0.01, 0.5, 0.8, 1.001, 1.001]),
+    (Direct, Uhlmann2005, false, false, [0.8, 0.8, 1.001, 1.5, 1.5]),
+    (Carried, YuShao2007, false, false, [0.8, 1.5, 2.0, 4.0, 4.0]),
+    (Carried, YuShao2007, true, false, [0.01, 0.3, 0.8, 1.5, 2.0]),
+    (Carried, YuShaoFixedPoint, false, false, [0.8, 1.001, 2.0, 2.0, 4.0]),
+    (Carried, YuShaoFixedPoint, true, false, [0.01, 0.1, 0.8, 1.001, 2.0]),
+    (Carried, YuShaoFixedPoint, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
 ];
 
 /// A disc that falls and turns, D/Δx = 8; methods that were sampled there: docs/maps/light-plane.csv.
 pub(super) const PLANE: [Row; 8] = [
-    (Direct, F1, false, false, [2.0, 2.0, 2.0, 2.0, 2.0]),
-    (Direct, F2, false, false, [0.8, 0.8, 0.8, 0.8, 1.001]),
-    (Direct, F2, true, false, [0.01, 0.8, 0.8, 0.8, 1.001]),
-    (Direct, F3, false, false, [0.8, 0.8, 1.001, 1.001, 1.5]),
-    (Carried, F5, false, false, [0.8, 1.001, 1.5, 2.0, 4.0]),
-    (Carried, F5b, false, false, [0.8, 1.001, 1.5, 2.0, 4.0]),
-    (Carried, F5b, true, false, [0.01, 0.1, 0.3, 0.8, 1.5]),
-    (Carried, F5b, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
+    (Direct, Izard2014, false, false, [2.0, 2.0, 2.0, 2.0, 2.0]),
+    (Direct, KempeFroehlich2012, false, false, [0.8, 0.8, 0.8, 0.8, 1.001]),
+    (Direct, KempeFroehlich2012, true, false, [0.01, 0.8, 0.8, 0.8, 1.001]),
+    (Direct, Uhlmann2005, false, false, [0.8, 0.8, 1.001, 1.001, 1.5]),
+    (Carried, YuShao2007, false, false, [0.8, 1.001, 1.5, 2.0, 4.0]),
+    (Carried, YuShaoFixedPoint, false, false, [0.8, 1.001, 1.5, 2.0, 4.0]),
+    (Carried, YuShaoFixedPoint, true, false, [0.01, 0.1, 0.3, 0.8, 1.5]),
+    (Carried, YuShaoFixedPoint, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
 ];
 
-/// Discs that touch in a bed, D/Δx = 9.5, at [`COLUMNS`], F5b with C_v = ½: docs/maps/light-bed.csv. What moves together drags
+/// Discs that touch in a bed, D/Δx = 9.5, at [`COLUMNS`], yu-shao-fixed-point with C_v = ½: docs/maps/light-bed.csv. What moves together drags
 /// more fluid along than C_v knows of.
 pub(super) const BED: [f64; 5] = [0.01, 0.1, 0.5, 0.5, 0.8];
 
@@ -65,7 +67,7 @@ pub(super) const BED_DISPLACED: [f64; 5] = [0.2, 0.01, 0.01, 0.2, 0.5];
 /// One row for each of [`super::Motion`]: a sphere that does not turn, one that does, a disc.
 pub(super) type ByMotion = [[f64; 5]; 3];
 
-/// At [`COLUMNS`] with windows repeated (F5b): docs/maps/schemes-axisymmetric.csv, -space.csv, -plane.csv.
+/// At [`COLUMNS`] with windows repeated (yu-shao-fixed-point): docs/maps/schemes-axisymmetric.csv, -space.csv, -plane.csv.
 pub(super) const ITERATED: ByMotion =
     [[0.01; 5], [0.5, 0.01, 0.01, 0.01, 0.01], [0.5, 0.01, 0.01, 0.01, 0.01]];
 

@@ -1,9 +1,9 @@
-//! The force carried from step to step (docs/equations-immersed.md, section 3: F5b; F5 for comparison).
+//! The force carried from step to step (docs/equations-immersed.md, section 3: yu-shao-fixed-point; yu-shao-2007 for comparison).
 //!
 //! ```text
 //! λ' = β (λ + (U − u*) / dt)
-//! u  = u* + dt (λ' − λ)        F5b: λ is a true fixed point, whatever dt
-//! u  = u* + β (U − u*)         F5 (Yu & Shao 2007): holds (2 − β) λ at steady state
+//! u  = u* + dt (λ' − λ)        yu-shao-fixed-point: λ is a true fixed point, whatever dt
+//! u  = u* + β (U − u*)         yu-shao-2007 (Yu & Shao 2007): holds (2 − β) λ at steady state
 //! ```
 //! With several grains `β(λ + (U − u*)/dt)` is `Σ b_i (λ + (U_i − u*)/dt)`. Where no grain is any
 //! more, λ' = 0 and the fluid gets its share back.
@@ -14,15 +14,15 @@ use crate::lanes::Lanes;
 /// Which velocity the force leaves behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Imposed {
-    /// F5b.
+    /// yu-shao-fixed-point.
     ByForce,
-    /// F5.
+    /// yu-shao-2007.
     ByVelocity,
 }
 
 /// Imposes the grains' motion on the velocity and updates the force λ.
 pub(super) struct Hold {
-    /// F5b.
+    /// yu-shao-fixed-point.
     pub(super) by_force: bool,
     pub(super) dt: f64,
 }

@@ -88,7 +88,7 @@ impl<const D: usize> Immersed<D> {
         }
     }
 
-    /// The same with F5b, and leaves the share b of the grains.
+    /// The same with yu-shao-fixed-point, and leaves the share b of the grains.
     pub fn impose_and_share(
         &mut self,
         grid: &Grid<D>,
@@ -189,7 +189,7 @@ impl<const D: usize> Immersed<D> {
         self.assemble(grid.geometry)
     }
 
-    /// ∫ λ dV of every grain where it was held last, shared by odds (F5); `kernel` is that of the time.
+    /// ∫ λ dV of every grain where it was held last, shared by odds (yu-shao-2007); `kernel` is that of the time.
     pub fn carried(
         &mut self,
         grid: &Grid<D>,

@@ -1,4 +1,4 @@
-//! The carried force, taken along by the grains (`fluid.immersed.carry = "with-grains"`).
+//! The carried force, taken along by the grains (`fluid.immersed.force_transport = "advected"`).
 //!
 //! λⁿ stands where a grain was, and the step needs it where the grain will be. Left in its cells, it is made up for by
 //! dt (λⁿ⁺¹ − λⁿ) only after the projection, and a grain that moves by U dt lets the fluid slip by some dt² U·∇λ: nothing

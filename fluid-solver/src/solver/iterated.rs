@@ -13,7 +13,7 @@ use protocol::participant::{SolverError, Window};
 const DRAG: f64 = 2.0;
 
 impl<const D: usize> Solver<D> {
-    /// F5b: as [`Solver::window_semi_implicit`], with the force that the attempt before would leave behind in
+    /// yu-shao-fixed-point: as [`Solver::window_semi_implicit`], with the force that the attempt before would leave behind in
     /// place of the one carried from the last window, from the second attempt on. The state is that of the start
     /// of the window already: whoever orders an attempt restores it.
     pub(super) fn window_iterated(

@@ -7,7 +7,7 @@ use protocol::message::Loads;
 use protocol::participant::{SolverError, Window};
 
 impl<const D: usize> Solver<D> {
-    /// F5, F5b: send the loads kept, predict u* while the DEM works, keep the loads of it, receive the motion,
+    /// yu-shao-2007, yu-shao-fixed-point: send the loads kept, predict u* while the DEM works, keep the loads of it, receive the motion,
     /// impose it.
     pub(super) fn window_overlapped(
         &mut self,

@@ -78,8 +78,8 @@ fn f5b_drag_does_not_depend_on_dt() {
 
 #[test]
 fn eq_7_drag_depends_on_dt() {
-    // What docs/numerics.md, Mask, says of direct forcing; were it not so, F5b would have no point.
-    let seed = "immersed = { method = \"direct\" }\nloads = { form = \"F3\" }";
+    // What docs/numerics.md, Mask, says of direct forcing; were it not so, yu-shao-fixed-point would have no point.
+    let seed = "immersed = { method = \"direct\" }\nloads = { form = \"uhlmann-2005\" }";
     let [a, b] = [0.25, 4.0].map(|number| drag(&cylinders(0.1, 24, number, 0.0, seed)));
     println!("eq. 7: drag {a:.3} and {b:.3} at nu dt/dx^2 = 0.25 and 4; exact {:.3}", sangani_acrivos(0.1));
     assert!((a / b - 1.0).abs() > 0.05);
@@ -87,13 +87,18 @@ fn eq_7_drag_depends_on_dt() {
 
 #[test]
 fn fixed_grain_load_is_the_body_force_on_the_cell() {
-    for loads in ["", "loads = { form = \"F5\" }", "loads = { form = \"F3\" }", "loads = { form = \"F2\" }"] {
+    for loads in [
+        "",
+        "loads = { form = \"yu-shao-2007\" }",
+        "loads = { form = \"uhlmann-2005\" }",
+        "loads = { form = \"kempe-froehlich-2012\" }",
+    ] {
         let run = cylinders(0.15, 24, 1.0, 0.21, loads);
         let force = run.newton.loads[0].force;
         println!("{loads:?}: load {force:?}");
         assert!((force[0] - 1.0).abs() < 1e-6 && force[2].abs() < 1e-6, "{force:?}");
     }
-    let direct = "immersed = { method = \"direct\" }\nloads = { form = \"F3\" }";
+    let direct = "immersed = { method = \"direct\" }\nloads = { form = \"uhlmann-2005\" }";
     let force = cylinders(0.15, 24, 1.0, 0.21, direct).newton.loads[0].force;
     assert!((force[0] - 1.0).abs() < 1e-6, "{force:?}");
 }
@@ -140,7 +145,7 @@ fn sphere_array_drag_approaches_zick_and_homsy() {
 
 /// Mean slip of the fluid past a cubic array of solid fraction 0.45 (D/Δx = 9.5) that moves over the grid, and is
 /// driven along z by a body force of 2; ν dt/Δx² = `number`.
-fn slip(speed: f64, number: f64, carry: &str) -> f64 {
+fn slip(speed: f64, number: f64, transport: &str) -> f64 {
     let (n, nu) = (10, 0.882);
     let dt = number / (nu * (n * n) as f64);
     let velocity = [2.5, 0.7, 1.1].map(|v| v * speed);
@@ -165,7 +170,7 @@ fn slip(speed: f64, number: f64, carry: &str) -> f64 {
         motion = \"prescribed\"
         [fluid]
         time = {{ dt = {dt} }}
-        immersed = {{ carry = \"{carry}\" }}
+        immersed = {{ force_transport = \"{transport}\" }}
         ",
     ));
     run.until(0.5);
@@ -183,12 +188,12 @@ fn slip(speed: f64, number: f64, carry: &str) -> f64 {
 /// a dense array.
 #[test]
 fn a_dense_array_that_moves_is_as_permeable_as_one_at_rest() {
-    let rest = slip(0.0, 1.7, "in-place");
-    let change = slip(0.0, 1.7, "with-grains") / rest - 1.0;
+    let rest = slip(0.0, 1.7, "eulerian");
+    let change = slip(0.0, 1.7, "advected") / rest - 1.0;
     assert!(change.abs() < 1e-6, "nothing moves, and the slip changes by {change:e}");
     for (number, in_place, with_grains) in [(1.7, [1.5, 1.9], 1.2), (0.43, [1.02, 1.1], 1.06)] {
-        let ratio = |carry| slip(1.0, number, carry) / rest;
-        let found = [ratio("in-place"), ratio("with-grains")];
+        let ratio = |transport| slip(1.0, number, transport) / rest;
+        let found = [ratio("eulerian"), ratio("advected")];
         println!("nu dt/dx^2 = {number}: slip over that at rest {found:.3?}");
         assert!(in_place[0] < found[0] && found[0] < in_place[1], "{number}: {found:?}");
         assert!(found[1] < with_grains, "{number}: {found:?}");

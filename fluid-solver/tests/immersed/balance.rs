@@ -128,7 +128,7 @@ fn mask_volume_tends_to_the_grains_volume() {
             [fluid]
             time = {{ dt = 1e-4 }}
             immersed = {{ method = \"direct\" }}
-            loads = {{ form = \"F3\" }}
+            loads = {{ form = \"uhlmann-2005\" }}
             "
         ));
         let mut out = [[0.0; 3]];

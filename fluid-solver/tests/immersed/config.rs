@@ -39,7 +39,7 @@ fn refusal(density: f64, fluid: &str) -> (String, String) {
 fn defaults_are_those_of_the_documentation() {
     let scene = try_scene(&text(2.0, "[32, 32, 32]", "command = [\"other\", \"solver\"]")).expect("right");
     let facts = facts(&scene).expect("right");
-    assert_eq!((facts.loads, facts.forcing), (LoadsForm::F5b, Forcing::Carried));
+    assert_eq!((facts.loads, facts.forcing), (LoadsForm::YuShaoFixedPoint, Forcing::Carried));
     assert_eq!((facts.virtual_mass, facts.cells, facts.adaptive), (0.5, 32 * 32 * 32, true));
     assert_eq!(facts.resolved["immersed"]["width"].as_float(), Some(0.5));
     assert_eq!(facts.resolved["immersed"]["mask"].as_str(), Some("parameter-free"));
@@ -51,7 +51,7 @@ fn the_seed_is_one_key_away() {
     let seed = "immersed = { method = \"direct\" }";
     let scene = try_scene(&text(2.0, "[32, 32, 32]", seed)).expect("right");
     let facts = facts(&scene).expect("right");
-    assert_eq!((facts.loads, facts.virtual_mass), (LoadsForm::F1, 0.0));
+    assert_eq!((facts.loads, facts.virtual_mass), (LoadsForm::Izard2014, 0.0));
     assert_eq!(facts.resolved["immersed"]["mask"].as_str(), Some("seed"));
     assert_eq!(facts.resolved["immersed"]["width"].as_float(), Some(1.0));
 }
@@ -64,16 +64,29 @@ fn errors_name_key_and_value() {
         (2.0, "time = { dt = 1.0, viscosity = \"explicit\" }", "fluid.time.dt", "explicit"),
         (2.0, "immersed = { width = 0.0 }", "fluid.immersed.width", "0"),
         (2.0, "loads = { virtual_mass = -1.0 }", "fluid.loads.virtual_mass", "-1"),
-        (1.0, "loads = { form = \"F1\" }", "fluid.loads.form", "grain 0"),
-        (2.0, "immersed = { method = \"direct\" }\nloads = { form = \"F5b\" }", "fluid.loads.form", "direct"),
-        (2.0, "loads = { form = \"F3\", displaced_mass = true }", "fluid.loads.displaced_mass", "F3"),
+        (1.0, "loads = { form = \"izard-2014\" }", "fluid.loads.form", "grain 0"),
         (
             2.0,
-            "immersed = { carry = \"with-grains\" }\nloads = { form = \"F2\" }",
-            "fluid.immersed.carry",
-            "F2",
+            "immersed = { method = \"direct\" }\nloads = { form = \"yu-shao-fixed-point\" }",
+            "fluid.loads.form",
+            "direct",
         ),
-        (2.0, "time = { rungs = 3 }", "fluid.time.rungs", "3"),
+        (
+            2.0,
+            "loads = { form = \"uhlmann-2005\", displaced_mass = true }",
+            "fluid.loads.displaced_mass",
+            "uhlmann-2005",
+        ),
+        (
+            2.0,
+            "immersed = { force_transport = \"advected\" }\nloads = { form = \"kempe-froehlich-2012\" }",
+            "fluid.immersed.force_transport",
+            "kempe-froehlich-2012",
+        ),
+        (2.0, "loads = { form = \"F5b\" }", "fluid.loads.form", "yu-shao-fixed-point"),
+        (2.0, "time = { dt_levels_per_octave = 3 }", "fluid.time.dt_levels_per_octave", "3"),
+        (2.0, "time = { rungs = 4 }", "fluid.time.rungs", "dt_levels_per_octave"),
+        (2.0, "immersed = { carry = \"with-grains\" }", "fluid.immersed.carry", "force_transport"),
         (2.0, "time = { dtt = 0.1 }", "fluid.time.dtt", "unknown field"),
         (2.0, "sort = 3", "fluid.sort", "unknown field"),
     ] {

@@ -18,13 +18,13 @@ const BOX: &str = "until = 1.0
     ";
 
 /// Where the carried force waits for the next step.
-const CARRIES: [&str; 2] = ["in-place", "with-grains"];
+const TRANSPORTS: [&str; 2] = ["eulerian", "advected"];
 
 /// Position and velocity.
 type Placed = ([f64; 3], [f64; 3]);
 
 /// Grains of radius ¼ (8 cells across) in a box, at `position` with `velocity`, that nothing turns aside.
-fn run(faces: &str, carry: &str, grains: &[Placed]) -> Run {
+fn run(faces: &str, transport: &str, grains: &[Placed]) -> Run {
     let mut scene = BOX.to_owned();
     for (position, velocity) in grains {
         scene += &format!(
@@ -32,8 +32,9 @@ fn run(faces: &str, carry: &str, grains: &[Placed]) -> Run {
              motion = \"prescribed\"\n"
         );
     }
-    let mut run =
-        Run::new(&format!("{scene}\n[domain.boundary]\n{faces}\n[fluid.immersed]\ncarry = \"{carry}\"\n"));
+    let mut run = Run::new(&format!(
+        "{scene}\n[domain.boundary]\n{faces}\n[fluid.immersed]\ncarry = \"{transport}\"\n"
+    ));
     run.newton.drift = Drift::Old;
     run
 }
@@ -71,10 +72,11 @@ fn loads_are_the_momentum_given_however_grains_share_cells() {
             vec![([0.1, 1.0, 1.0], [0.3, 0.0, 0.5]), ([1.6, 1.0, 1.0], [-0.3, 0.2, 0.0])],
         ),
     ];
-    for (name, carry, grains) in
-        CARRIES.iter().flat_map(|carry| cases.iter().map(move |(name, grains)| (name, carry, grains)))
+    for (name, transport, grains) in TRANSPORTS
+        .iter()
+        .flat_map(|transport| cases.iter().map(move |(name, grains)| (name, transport, grains)))
     {
-        let mut run = run(PERIODIC, carry, grains);
+        let mut run = run(PERIODIC, transport, grains);
         let total = |run: &Run, d: usize| {
             let solver = run.fluid.three().expect("space");
             momentum(solver.grid(), d, &solver.stepper().state().velocity[d])
@@ -87,13 +89,13 @@ fn loads_are_the_momentum_given_however_grains_share_cells() {
                 let found = total(&run, d) - before;
                 assert!(
                     (found - given).abs() < 1e-13,
-                    "{name}, {carry}, step {step}, axis {d}: {found:e}, given {given:e}"
+                    "{name}, {transport}, step {step}, axis {d}: {found:e}, given {given:e}"
                 );
             }
         }
         let fastest = fastest(&run);
-        println!("{name}, {carry}: largest speed {fastest:.3}");
-        assert!(fastest < 2.8 * 0.5 * 3f64.sqrt(), "{name}, {carry}: {fastest}");
+        println!("{name}, {transport}: largest speed {fastest:.3}");
+        assert!(fastest < 2.8 * 0.5 * 3f64.sqrt(), "{name}, {transport}: {fastest}");
     }
 }
 
@@ -101,11 +103,11 @@ fn loads_are_the_momentum_given_however_grains_share_cells() {
 #[test]
 fn a_grain_at_a_wall_moves_the_fluid_no_faster_than_itself() {
     let velocities = [[0.5, 0.0, 0.0], [0.0, 0.0, 0.5]];
-    for (velocity, carry) in
-        velocities.into_iter().flat_map(|velocity| CARRIES.map(|carry| (velocity, carry)))
+    for (velocity, transport) in
+        velocities.into_iter().flat_map(|velocity| TRANSPORTS.map(|transport| (velocity, transport)))
     {
         let faces = "x = \"periodic\"\ny = \"periodic\"\nz = \"no-slip\"";
-        let mut run = run(faces, carry, &[([1.0, 1.0, 0.25], velocity)]);
+        let mut run = run(faces, transport, &[([1.0, 1.0, 0.25], velocity)]);
         run.windows(10);
         let fastest = fastest(&run);
         let force = run.newton.loads[0].force;

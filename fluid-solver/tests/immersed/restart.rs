@@ -34,12 +34,12 @@ fn fluid(keys: &str) -> String {
 
 const FORMS: [&str; 8] = [
     "time = { scheme = \"ab2\" }",
-    "loads = { form = \"F5\" }",
-    "loads = { form = \"F2\" }",
-    "immersed = { method = \"direct\" }\nloads = { form = \"F2\" }",
-    "immersed = { carry = \"with-grains\" }",
+    "loads = { form = \"yu-shao-2007\" }",
+    "loads = { form = \"kempe-froehlich-2012\" }",
+    "immersed = { method = \"direct\" }\nloads = { form = \"kempe-froehlich-2012\" }",
+    "immersed = { force_transport = \"advected\" }",
     "[coupling]\nscheme = \"overlapped\"",
-    "immersed = { carry = \"with-grains\" }\n[coupling]\nscheme = \"overlapped\"",
+    "immersed = { force_transport = \"advected\" }\n[coupling]\nscheme = \"overlapped\"",
     "loads = { displaced_mass = true }",
 ];
 
@@ -139,14 +139,14 @@ fn the_number_of_threads_changes_no_bit() {
         [fluid]
         time = { scheme = \"ab2\" }
         ";
-    for carry in ["in-place", "with-grains"] {
+    for transport in ["eulerian", "advected"] {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-            let text = format!("{TEXT}immersed = {{ carry = \"{carry}\" }}\n");
+            let text = format!("{TEXT}immersed = {{ force_transport = \"{transport}\" }}\n");
             pool.install(|| messages(&mut Run::new(&text), 5))
         };
         let one = run(1);
-        assert_eq!(one, run(2), "{carry}");
-        assert_eq!(one, run(4), "{carry}");
+        assert_eq!(one, run(2), "{transport}");
+        assert_eq!(one, run(4), "{transport}");
     }
 }

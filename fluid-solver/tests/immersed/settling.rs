@@ -91,13 +91,13 @@ fn forms_agree_on_the_terminal_speed_of_a_heavy_sphere() {
         reynolds(&mut run, 11.0)
     };
     let reference = speed("", 0.04);
-    for form in ["F5", "F2", "F3", "F1"] {
+    for form in ["yu-shao-2007", "kempe-froehlich-2012", "uhlmann-2005", "izard-2014"] {
         let re = speed(&format!("loads = {{ form = \"{form}\" }}"), 0.02);
-        println!("carried {form}: Re = {re:.3}, F5b {reference:.3}");
-        // F5 holds (2 − β)λ, the others act one window late; all solve the same steady problem.
+        println!("carried {form}: Re = {re:.3}, yu-shao-fixed-point {reference:.3}");
+        // yu-shao-2007 holds (2 − β)λ, the others act one window late; all solve the same steady problem.
         assert!((re / reference - 1.0).abs() < 0.05, "{form}: {re} against {reference}");
     }
-    for form in ["F1", "F2", "F3"] {
+    for form in ["izard-2014", "kempe-froehlich-2012", "uhlmann-2005"] {
         let direct = format!("immersed = {{ method = \"direct\" }}\nloads = {{ form = \"{form}\" }}");
         let re = speed(&direct, 0.02);
         println!("direct {form}: Re = {re:.3}");

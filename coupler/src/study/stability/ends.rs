@@ -51,7 +51,7 @@ mod tests {
     #[test]
     fn stability_begins_above_the_last_that_fails() {
         let row = |y: &str, verdict| Row {
-            values: ["F2", "0.1", y].map(str::to_owned).to_vec(),
+            values: ["kempe-froehlich-2012", "0.1", y].map(str::to_owned).to_vec(),
             verdict,
             growth: 0.0,
             margin: 1.0,
@@ -69,6 +69,6 @@ mod tests {
         let end = of(&table, 1, 2);
         assert_eq!(end.len(), 1);
         assert_eq!((end[0].last_bad, end[0].first_good), (Some(2.0), Some(4.0)));
-        assert_eq!((end[0].panel.as_str(), end[0].x.as_str()), ("F2", "0.1"));
+        assert_eq!((end[0].panel.as_str(), end[0].x.as_str()), ("kempe-froehlich-2012", "0.1"));
     }
 }

@@ -305,7 +305,10 @@ mod tests {
 
     #[test]
     fn labels_are_short_and_names_have_room() {
-        assert_eq!(["0.000001", "0.0024", "F5b C_v=0.5"].map(label), ["1e-6", "0.0024", "F5b C_v=0.5"]);
+        assert_eq!(
+            ["0.000001", "0.0024", "yu-shao-fixed-point C_v=0.5"].map(label),
+            ["1e-6", "0.0024", "yu-shao-fixed-point C_v=0.5"]
+        );
         let names = Axis::new(["a rather long name", "b"].into_iter());
         assert!(longest(&names) > 100.0);
     }
@@ -313,11 +316,11 @@ mod tests {
     #[test]
     fn every_run_has_its_marker_and_every_combination_its_panel() {
         let rows = vec![
-            row("F1", "0.1", "1", Verdict::Failed, 0.25),
-            row("F1", "0.1", "16", Verdict::Stable, 4.0),
-            row("F1", "1", "1", Verdict::Oscillating, 0.25),
-            row("F1", "1", "16", Verdict::Stable, 4.0),
-            row("F5b <½>", "0.1", "1", Verdict::Stable, 3.0),
+            row("izard-2014", "0.1", "1", Verdict::Failed, 0.25),
+            row("izard-2014", "0.1", "16", Verdict::Stable, 4.0),
+            row("izard-2014", "1", "1", Verdict::Oscillating, 0.25),
+            row("izard-2014", "1", "16", Verdict::Stable, 4.0),
+            row("yu-shao-fixed-point <½>", "0.1", "1", Verdict::Stable, 3.0),
         ];
         let table =
             Table { keys: ["form", "nu", "rho"].map(str::to_owned).to_vec(), columns: Vec::new(), rows };
@@ -325,7 +328,11 @@ mod tests {
         let svg = draw(&table, &frame);
         assert_eq!(svg.matches("<title>").count(), 5);
         assert_eq!(svg.matches("<g transform").count(), 2);
-        assert!(svg.contains("a &amp; b") && svg.contains("F5b &lt;½&gt;") && svg.contains("density-ratio"));
+        assert!(
+            svg.contains("a &amp; b")
+                && svg.contains("yu-shao-fixed-point &lt;½&gt;")
+                && svg.contains("density-ratio")
+        );
         // The limit 4 lies half-way between 1 and 16, all along the first panel.
         assert_eq!(svg.matches(&format!(" {:.1}L", AREA.1 / 2.0)).count(), 2, "{svg}");
         assert_eq!(svg.matches("<circle").count(), 3 + 1, "three stable runs and the legend");

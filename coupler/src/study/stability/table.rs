@@ -132,11 +132,11 @@ mod tests {
 
     fn row(verdict: Verdict, refused: bool) -> Row {
         Row {
-            values: vec!["F5b".into(), "0.024".into()],
+            values: vec!["yu-shao-fixed-point".into(), "0.024".into()],
             verdict,
             growth: 0.125,
             margin: f64::NAN,
-            label: "form-F5b_0.024".into(),
+            label: "form-yu-shao-fixed-point_0.024".into(),
             note: "grows".into(),
             refused,
         }
@@ -148,7 +148,10 @@ mod tests {
         let table = Table { keys: vec!["form".into(), "nu_dt".into()], columns: columns(), rows };
         let text = table.csv();
         assert!(text.starts_with("form,nu_dt,verdict,growth,bound_margin,label,note,refused\n"), "{text}");
-        assert!(text.contains("F5b,0.024,failed,0.125,,form-F5b_0.024,grows,1\n"), "{text}");
+        assert!(
+            text.contains("yu-shao-fixed-point,0.024,failed,0.125,,form-yu-shao-fixed-point_0.024,grows,1\n"),
+            "{text}"
+        );
         let parse = |text: &str| Table::parse(text, &columns());
         let read = parse(&text).unwrap();
         assert_eq!((&read.keys, read.rows.len(), read.rows[1].verdict), (&table.keys, 2, Verdict::Stable));

@@ -273,7 +273,7 @@ mod tests {
         assert_eq!(judge(&rest, None).verdict, Verdict::Stable);
     }
 
-    /// `velocity_z[0]` of a run of `scenes/stability/light-axisymmetric.toml`: F5b, C_v = ½, ρ_r = 8,
+    /// `velocity_z[0]` of a run of `scenes/stability/light-axisymmetric.toml`: yu-shao-fixed-point, C_v = ½, ρ_r = 8,
     /// ν dt/D² = 0.0024.
     #[test]
     fn a_real_start_up_is_stable() {
