@@ -72,7 +72,8 @@ fn the_same_bits_after_an_interrupt_and_resume() {
     let scene = folder.write("bounce.toml", SMALL_BOUNCE);
     let (whole, parts) = (folder.join("whole"), folder.join("parts"));
     run(&scene, &whole, &[]);
-    // On a machine that stands still at the wrong moment the run is over before the signal comes: once more, then.
+    // On a machine that stands still at the wrong moment the run is over before the signal comes: once more,
+    // then.
     let mut output = interrupt(&scene, &parts);
     for _ in 0..4 {
         if output.status.code() == Some(0) {

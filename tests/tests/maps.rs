@@ -12,12 +12,14 @@ use coupler::study::stability::verdict::Verdict;
 use dem_solver::config::Config;
 use protocol::scene::{CheckedScene, SceneSource};
 
-/// A stable run may be refused only where its margin is above one over this; in maps that are not named here, nowhere.
+/// A stable run may be refused only where its margin is above one over this; in maps that are not named here,
+/// nowhere.
 const MARGINS: [(&str, f64); 9] = [
-    // A disc that turns in its place is judged as one that also moves: 0.1 for 0.01, the next value of the sample.
+    // A disc that turns in its place is judged as one that also moves: 0.1 for 0.01, the next value of the
+    // sample.
     ("light-rotation", 10.0),
-    // The limits of one disc alone hold in a bed, too: with repeated windows one that turns fails from 0.1 down at
-    // ν dt/D² = 0.0024, where those of a bed are held by each other.
+    // The limits of one disc alone hold in a bed, too: with repeated windows one that turns fails from 0.1
+    // down at ν dt/D² = 0.0024, where those of a bed are held by each other.
     ("light-bed", 50.1),
     // A grain at rest bears what a falling one does not: izard-2014 at 1.05 for 2; and windows of 300 contact
     // times, where 100 is the default that a scene may raise.
@@ -30,7 +32,8 @@ const MARGINS: [(&str, f64); 9] = [
     ("explicit-lubrication", 3.4),
     // One number for all forms of the loads: izard-2014 bears 1.4, the others 1.2.
     ("courant-plane", 1.17),
-    // A stream goes round a sphere less fast than past a disc, whose numbers are taken: 0.6 for 0.5, 1.6 for 1.2.
+    // A stream goes round a sphere less fast than past a disc, whose numbers are taken: 0.6 for 0.5, 1.6 for
+    // 1.2.
     ("courant-space", 1.34),
     // Between 0.15 and 0.2 a grain or two of 120 stay in motion, with up to 2e-4 m g R.
     ("packing", 1.29),

@@ -1,5 +1,5 @@
-//! Cheaper models that `bedload check` proposes: each is run beside the scene that it stands for, and keeps what
-//! it says.
+//! Cheaper models that `bedload check` proposes: each is run beside the scene that it stands for, and keeps
+//! what it says.
 
 use std::path::{Path, PathBuf};
 

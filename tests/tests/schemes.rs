@@ -127,7 +127,8 @@ fn windows_that_do_not_converge_are_counted_and_told_once() {
     assert_eq!(metric(&out, "attempts_per_window"), 3.0);
 }
 
-/// A sphere in a small box of viscous fluid, D = g = ρ = ν = 1, from rest; it reaches its speed in one window.
+/// A sphere in a small box of viscous fluid, D = g = ρ = ν = 1, from rest; it reaches its speed in one
+/// window.
 fn release(density: f64, dt: f64) -> String {
     format!(
         r#"

@@ -108,7 +108,8 @@ fn a_small_sweep_finds_what_fails_and_what_check_says_of_it() {
 #[test]
 fn failures_that_check_accepts_end_with_exit_code_1() {
     let folder = Folder::new("stability-weak");
-    // The heavy sphere does nothing wrong, but this limit calls its motion impossible, and no bound knows of it.
+    // The heavy sphere does nothing wrong, but this limit calls its motion impossible, and no bound knows of
+    // it.
     let text =
         SWEEP.replace("least = -0.5", "least = -1e-12").replace("values = [0.3, 4.0]", "values = [4.0]");
     let (scene, out) = (folder.write("weak.toml", &text), folder.join("out"));
