@@ -296,6 +296,12 @@ fn add_layout<R: Record>(digest: &mut Sha256) {
 }
 
 impl Kinematics {
+    /// A grain at rest with its centre at `position`, not turned.
+    #[must_use]
+    pub fn at_rest(position: [f64; 3]) -> Self {
+        Self { position, orientation: [1.0, 0.0, 0.0, 0.0], ..Self::default() }
+    }
+
     /// Is the grain in the run yet? One that is still to be poured has no orientation.
     #[must_use]
     pub fn is_there(&self) -> bool {

@@ -229,10 +229,14 @@ pub trait Participant {
     ///
     /// # Errors
     /// [`SolverError::File`].
-    fn write_fields(&mut self, window: &Window) -> Result<(), SolverError>;
+    fn write_fields(&mut self, _window: &Window) -> Result<(), SolverError> {
+        Ok(())
+    }
 
-    /// CPU seconds of solver work so far (no waiting, output or log).
-    fn solver_seconds(&self) -> f64;
+    /// CPU seconds of solver work so far (no waiting, output or log); 0 where nobody counts.
+    fn solver_seconds(&self) -> f64 {
+        0.0
+    }
 
     /// Mean pressure gradient that held a flow rate in the last window, Pa/m; 0 where none is held.
     fn pressure_gradient(&self) -> f64 {

@@ -28,6 +28,56 @@ pub fn checkpoint_folder(out_dir: &Path, step: u64) -> PathBuf {
     out_dir.join("checkpoint").join(format!("{step:010}"))
 }
 
+/// What `bedload` starts a solver with: `COMMAND… serve SCENE --connect TOKEN --out DIR [--checkpoint DIR]`.
+///
+/// A solver with more options of its own takes them from its own command line, and calls [`serve()`].
+#[derive(Clone, Debug)]
+pub struct Invitation {
+    /// The scene, resolved.
+    pub scene: PathBuf,
+    /// Where to meet the others.
+    pub rendezvous: Rendezvous,
+    /// Folder for its files.
+    pub out: PathBuf,
+    /// Checkpoint folder to start from.
+    pub checkpoint: Option<PathBuf>,
+}
+
+impl Invitation {
+    /// Reads the words of the command line; those that it does not know it passes over.
+    ///
+    /// # Errors
+    /// [`ExchangeError::Transport`] if one is missing, and as [`Rendezvous::parse`].
+    pub fn from_arguments(words: impl IntoIterator<Item = String>) -> Result<Self, ExchangeError> {
+        let words: Vec<String> = words.into_iter().collect();
+        let after = |name: &str| words.windows(2).find(|pair| pair[0] == name).map(|pair| &pair[1]);
+        let [Some(scene), Some(token), Some(out)] = ["serve", "--connect", "--out"].map(after) else {
+            let what = "is started by bedload, with: serve SCENE --connect TOKEN --out DIR";
+            return Err(ExchangeError::Transport(what.into()));
+        };
+        let rendezvous = Rendezvous::parse(token)?;
+        let checkpoint = after("--checkpoint").map(PathBuf::from);
+        Ok(Self { scene: scene.into(), rendezvous, out: out.into(), checkpoint })
+    }
+
+    /// Goes to the checkpoint if there is one, joins the run and obeys until the coupler says `Stop`.
+    ///
+    /// # Errors
+    /// As [`Participant::read_checkpoint`], [`SharedMemory::join`] and [`serve()`].
+    pub fn serve<P>(&self, participant: &mut P) -> Result<(), SolverError>
+    where
+        P: Participant,
+        P::Incoming: Wire,
+        P::Outgoing: Wire,
+    {
+        if let Some(folder) = &self.checkpoint {
+            participant.read_checkpoint(folder)?;
+        }
+        let mut link = SharedMemory::join(&self.rendezvous, P::ROLE, participant.grains())?;
+        serve(participant, &mut link, &self.out)
+    }
+}
+
 /// Says `Ready`, then obeys the coupler until it says `Stop`.
 ///
 /// # Errors

@@ -1,11 +1,12 @@
 //! Our own solvers keep the protocol that others are tested against.
 
-use tests::harness::{bedload, program, said};
+use tests::harness::{Folder, SMALL_BOUNCE, bedload, metric, program, said, summary};
 
 /// Every case of one of our solvers in the role that it takes by itself; the other one is passed over.
-fn keeps_it(name: &str, role: usize) {
+fn keeps_it(name: &str, role: usize, more: &[&str]) {
     let solver = program(name);
-    let output = bedload(&["conformance", "--json", "--", solver.to_str().expect("UTF-8")]);
+    let arguments = [&["conformance", "--json"], more, &["--", solver.to_str().expect("UTF-8")]].concat();
+    let output = bedload(&arguments);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     let reports: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let cases = reports[role]["cases"].as_array().expect("cases");
@@ -18,10 +19,38 @@ fn keeps_it(name: &str, role: usize) {
 
 #[test]
 fn the_fluid_keeps_the_protocol() {
-    keeps_it("bedload-fluid", 0);
+    keeps_it("bedload-fluid", 0, &[]);
 }
 
 #[test]
 fn the_dem_keeps_the_protocol() {
-    keeps_it("bedload-dem", 1);
+    keeps_it("bedload-dem", 1, &[]);
+}
+
+/// `protocol/examples/minimal_dem.rs`, which knows the contract and nothing else.
+const MINIMAL: &str = "examples/minimal_dem";
+
+#[test]
+fn the_minimal_dem_keeps_the_protocol() {
+    keeps_it(MINIMAL, 1, &["--set", "dem.dt=1e-3"]);
+}
+
+/// Without lubrication the two DEMs solve the same equations with different sub-steps at the touch.
+#[test]
+fn the_minimal_dem_carries_the_bouncing_sphere() {
+    let folder = Folder::new("minimal-dem");
+    let scene = folder.write("bounce.toml", SMALL_BOUNCE);
+    let solver = program(MINIMAL);
+    let command = format!("dem.command=[{:?}]", solver.to_str().expect("UTF-8"));
+    let height = |name: &str, more: &[&str]| {
+        let out = folder.join(name);
+        let paths = [scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        let output = bedload(&[&["run", "--no-record"], &paths[..], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        assert_eq!(summary(&out)["status"], "completed");
+        metric(&out, "rebound_height_over_diameter")
+    };
+    let ours = height("ours", &["--set", "dem.lubrication.form=none"]);
+    let theirs = height("theirs", &["--set", &command, "--set", "dem.dt=2e-5"]);
+    assert!(ours > 0.1 && (theirs / ours - 1.0).abs() < 0.02, "rebound {theirs}, bedload-dem {ours}");
 }
