@@ -56,6 +56,7 @@
 
 mod conductor;
 mod folder;
+mod names;
 mod observer;
 mod outbox;
 mod rendezvous;

@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::names;
+use super::watch::Member;
 use crate::message::{PROTOCOL_VERSION, layout_hash};
 use crate::participant::{ExchangeError, Role};
 
@@ -73,12 +75,12 @@ impl Rendezvous {
     /// # Errors
     /// [`ExchangeError::Transport`] if the user's folder cannot be named.
     pub fn new(grains: usize) -> Result<Self, ExchangeError> {
-        let run = super::folder::fresh_run_name();
+        let run = names::fresh_run_name();
         Ok(Self {
             protocol: PROTOCOL_VERSION,
             layout: format!("{:016x}", layout_hash()),
-            prefix: super::folder::prefix_of(&run),
-            root: super::folder::user_folder()?.join(&run),
+            prefix: names::prefix_of(&run),
+            root: names::user_folder()?.join(&run),
             run,
             grains,
             roles: vec![Role::Fluid, Role::Dem],
@@ -132,7 +134,7 @@ impl Rendezvous {
             !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit())
         };
         let wrong = |what: String| Err(ExchangeError::Transport(what));
-        if !plain(&self.run) || self.prefix != super::folder::prefix_of(&self.run) {
+        if !plain(&self.run) || self.prefix != names::prefix_of(&self.run) {
             return wrong(format!(
                 "run {:?} with prefix {:?}: a run is named by lower-case letters and digits, and its prefix by the run",
                 self.run, self.prefix
@@ -182,7 +184,7 @@ fn compare<T: PartialEq + ToString>(what: &str, theirs: T, ours: T) -> Result<()
         return Ok(());
     }
     Err(ExchangeError::Mismatch {
-        peer: super::Member::Coupler.to_string(),
+        peer: Member::Coupler.to_string(),
         what: what.to_owned(),
         theirs: theirs.to_string(),
         ours: ours.to_string(),

@@ -3,7 +3,6 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::sequence::SequenceError;
 use crate::message::PROTOCOL_VERSION;
 
 /// The last step that was whole before an error, for messages.
@@ -17,6 +16,77 @@ impl fmt::Display for After {
             None => f.write_str("before the first step"),
         }
     }
+}
+
+/// What is out of order.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SequenceError {
+    /// A window that does not follow.
+    #[error("step gap: window {step} attempt {attempt} where window {expected} was expected")]
+    Gap {
+        /// Window that came.
+        step: u64,
+        /// Attempt that came.
+        attempt: u64,
+        /// What should have come, in words.
+        expected: String,
+    },
+    /// A window ended without a message.
+    #[error("step gap: window {step} attempt {attempt} has no {what}")]
+    Missing {
+        /// Window.
+        step: u64,
+        /// Attempt.
+        attempt: u64,
+        /// `loads` or `kinematics`.
+        what: &'static str,
+    },
+    /// A message outside its window, or twice.
+    #[error("{what} of window {step} attempt {attempt} {where_}")]
+    Stray {
+        /// Kind of message.
+        what: &'static str,
+        /// Its window.
+        step: u64,
+        /// Its attempt.
+        attempt: u64,
+        /// Where it was found.
+        where_: String,
+    },
+    /// Another number of grains.
+    #[error("{what} of window {step} have {found} grains, the scene has {expected}")]
+    Grains {
+        /// Kind of message.
+        what: &'static str,
+        /// Its window.
+        step: u64,
+        /// Number in the message.
+        found: usize,
+        /// Number in the manifest.
+        expected: usize,
+    },
+    /// Time went backwards.
+    #[error("window {step} begins at {time} s, before the window in front of it")]
+    Time {
+        /// Window.
+        step: u64,
+        /// Its start, s, as text (so that the error can be compared).
+        time: String,
+    },
+    /// An order that this protocol does not know.
+    #[error("command of window {step}: {what}")]
+    Order {
+        /// Window.
+        step: u64,
+        /// What is wrong.
+        what: String,
+    },
+    /// More windows than an MCAP sequence number can count.
+    #[error("window {step} is beyond 4294967295, the last that a log can number")]
+    TooMany {
+        /// Window.
+        step: u64,
+    },
 }
 
 /// Why a log could not be written or read. Cloneable, because a recorder's first error stays.

@@ -26,7 +26,7 @@ mod viewer;
 mod windows;
 
 pub use difference::{Difference, FieldDifference};
-pub use error::{After, LogError};
+pub use error::{After, LogError, SequenceError};
 pub use exchange::{LogExchange, Logged};
 pub use manifest::Manifest;
 pub use raw::{Channel, RawItem, RawMessage, RawReader, Schema, Sizes};
@@ -34,7 +34,7 @@ pub use reader::{Entry, LogReader, Message};
 pub use recorder::{Recorder, RecorderOptions, RecorderStatistics};
 pub use repair::{Repaired, flip_bit, repair};
 pub use replay::{OnWindow, ReplayError, ReplayOptions, ReplayReport, replay};
-pub use sequence::{Sequence, SequenceError, nanoseconds};
+pub use sequence::{Sequence, nanoseconds};
 pub use topic::{DATA_ENCODING, DATA_SCHEMA_ENCODING, Topic};
 pub use viewer::{Decimation, FRAMES, MOST_PLOTTED, MOST_SPHERES, OPEN_RUN};
 pub use windows::{LoggedWindow, Windows};

@@ -227,7 +227,7 @@ fn role_of(code: u64, bytes: usize) -> Result<Role, CodecError> {
 }
 
 enum Fault {
-    Order(super::sequence::SequenceError),
+    Order(super::error::SequenceError),
     Label(String),
 }
 

@@ -14,10 +14,10 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use super::codec::{self, CodecError};
-use super::error::LogError;
+use super::error::{LogError, SequenceError};
 use super::manifest::Manifest;
 use super::queue::Batch;
-use super::sequence::{Sequence, SequenceError};
+use super::sequence::Sequence;
 use super::sink::Sink;
 use super::topic::Topic;
 use super::viewer::{Decimation, Viewer};

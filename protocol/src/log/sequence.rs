@@ -4,80 +4,10 @@
 //! window but the last has its loads (if a fluid takes part) and its kinematics (if a DEM does),
 //! once each. A gap means that something was lost, so it is an error, never a warning.
 
+use super::error::SequenceError;
 use super::manifest::Manifest;
 use crate::message::{Command, Header, Order, Status};
 use crate::participant::Role;
-
-/// What is out of order.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum SequenceError {
-    /// A window that does not follow.
-    #[error("step gap: window {step} attempt {attempt} where window {expected} was expected")]
-    Gap {
-        /// Window that came.
-        step: u64,
-        /// Attempt that came.
-        attempt: u64,
-        /// What should have come, in words.
-        expected: String,
-    },
-    /// A window ended without a message.
-    #[error("step gap: window {step} attempt {attempt} has no {what}")]
-    Missing {
-        /// Window.
-        step: u64,
-        /// Attempt.
-        attempt: u64,
-        /// `loads` or `kinematics`.
-        what: &'static str,
-    },
-    /// A message outside its window, or twice.
-    #[error("{what} of window {step} attempt {attempt} {where_}")]
-    Stray {
-        /// Kind of message.
-        what: &'static str,
-        /// Its window.
-        step: u64,
-        /// Its attempt.
-        attempt: u64,
-        /// Where it was found.
-        where_: String,
-    },
-    /// Another number of grains.
-    #[error("{what} of window {step} have {found} grains, the scene has {expected}")]
-    Grains {
-        /// Kind of message.
-        what: &'static str,
-        /// Its window.
-        step: u64,
-        /// Number in the message.
-        found: usize,
-        /// Number in the manifest.
-        expected: usize,
-    },
-    /// Time went backwards.
-    #[error("window {step} begins at {time} s, before the window in front of it")]
-    Time {
-        /// Window.
-        step: u64,
-        /// Its start, s, as text (so that the error can be compared).
-        time: String,
-    },
-    /// An order that this protocol does not know.
-    #[error("command of window {step}: {what}")]
-    Order {
-        /// Window.
-        step: u64,
-        /// What is wrong.
-        what: String,
-    },
-    /// More windows than an MCAP sequence number can count.
-    #[error("window {step} is beyond 4294967295, the last that a log can number")]
-    TooMany {
-        /// Window.
-        step: u64,
-    },
-}
 
 /// A window under way.
 #[derive(Clone, Copy, Debug)]

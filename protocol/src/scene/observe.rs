@@ -55,7 +55,7 @@ pub struct ObservedPlanes {
     #[serde(default)]
     pub from: f64,
     /// End of the mean over time, s.
-    #[serde(default = "super::grains::forever")]
+    #[serde(default = "super::walls::forever")]
     pub to: f64,
     /// Times whose nearest samples are kept under their own names, s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -335,7 +335,7 @@ pub struct Span {
     #[serde(default)]
     pub from: f64,
     /// End, s.
-    #[serde(default = "super::grains::forever")]
+    #[serde(default = "super::walls::forever")]
     pub to: f64,
 }
 

@@ -1,8 +1,8 @@
 //! Checks of the faces that fluid passes through, and of a flow that is held along a periodic axis.
 
-use super::Scene;
 use super::domain::{Axis, Face, Geometry, WallKind};
 use super::error::SceneError;
+use super::shared::Scene;
 use super::source::SceneSource;
 
 type Check = Result<(), SceneError>;

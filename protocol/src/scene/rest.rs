@@ -1,24 +1,9 @@
 //! When the grains have come to rest.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-use super::CheckedScene;
+use super::checked::CheckedScene;
 use super::grains::Motion;
+use super::shared::StopWhen;
 use crate::message::Kinematics;
-
-/// End of a dry run before `until`.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct StopWhen {
-    /// Σ ½ m v² over the free grains is below this part of Σ m g R. Without spin: nothing resists a
-    /// caged grain that turns about the line through its contacts, so it turns for ever, and moves
-    /// nobody.
-    pub kinetic_energy_per_grain_below: f64,
-    /// Not before this time, s, nor before all grains have been poured.
-    #[serde(default)]
-    pub after: f64,
-}
 
 /// Watches for rest.
 #[derive(Clone, Debug)]

@@ -1,8 +1,8 @@
 //! Grains that are made: groups, layers, pours.
 
-use super::{Check, finite, not_negative, positive};
-use crate::scene::Scene;
+use super::check::{Check, finite, not_negative, positive};
 use crate::scene::domain::Geometry;
+use crate::scene::shared::Scene;
 use crate::scene::source::SceneSource;
 
 /// More grains than this do not fit the exchange.

@@ -1,9 +1,9 @@
 //! Box, grid and faces.
 
-use super::{Check, finite, positive};
-use crate::scene::Scene;
+use super::check::{Check, finite, positive};
 use crate::scene::domain::{Axis, Geometry, WallKind};
 use crate::scene::open;
+use crate::scene::shared::Scene;
 use crate::scene::source::SceneSource;
 
 /// More cells than this need more memory than any one machine here is asked to have.

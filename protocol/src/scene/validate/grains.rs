@@ -1,9 +1,9 @@
 //! Grains as they begin: alone, in the grid, and from each other.
 
-use super::{Check, finite, positive};
-use crate::scene::Scene;
+use super::check::{Check, finite, positive};
 use crate::scene::domain::{Axis, Geometry};
 use crate::scene::grains::{Grain, Motion, Shape};
+use crate::scene::shared::Scene;
 use crate::scene::source::SceneSource;
 
 /// Key of grain `index` where it is written out, of its file, layer, group or pour where it is not.
@@ -30,12 +30,7 @@ fn grain_key(scene: &Scene, index: usize, name: &str) -> String {
 /// Each grain alone, and against the box, the walls and the other grains.
 ///
 /// Grains from `present` on are poured in later, where there is room then.
-pub(in crate::scene) fn grains(
-    scene: &Scene,
-    grains: &[Grain],
-    present: usize,
-    source: &SceneSource,
-) -> Check {
+pub(crate) fn grains(scene: &Scene, grains: &[Grain], present: usize, source: &SceneSource) -> Check {
     if grains.is_empty() && scene.medium.is_none() {
         return Err(source.error(
             "grains",

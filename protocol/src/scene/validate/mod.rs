@@ -2,26 +2,26 @@
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | this one | all of them in order; numbers; the medium, walls, the end |
+//! | this one | all of them in order; the medium, walls, the end |
+//! | `check` | single numbers |
 //! | `domain` | box, grid and faces |
 //! | `beds` | grains that are made: groups, layers, pours |
 //! | `grains` | grains as they begin: alone, in the grid, and from each other |
 //! | `observe` | what is written down and measured |
 
 mod beds;
+mod check;
 mod domain;
 mod grains;
 mod observe;
 
-use super::Scene;
 use super::domain::InitialVelocity;
-use super::error::SceneError;
 use super::open;
+use super::shared::Scene;
 use super::source::SceneSource;
+use check::{Check, finite, not_negative, positive};
 pub(super) use grains::grains;
 pub(super) use observe::metrics;
-
-type Check = Result<(), SceneError>;
 
 /// Everything but the grains themselves.
 pub(super) fn shared(scene: &Scene, source: &SceneSource) -> Check {
@@ -35,37 +35,6 @@ pub(super) fn shared(scene: &Scene, source: &SceneSource) -> Check {
     walls(scene, source)?;
     stop(scene, source)?;
     observe::observe(scene, source)
-}
-
-fn positive(source: &SceneSource, key: &str, value: f64) -> Check {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    Err(source.error(
-        key,
-        format!("is {value}; allowed: a finite number > 0"),
-        "give a positive number in consistent units",
-    ))
-}
-
-fn not_negative(source: &SceneSource, key: &str, value: f64) -> Check {
-    if value.is_finite() && value >= 0.0 {
-        return Ok(());
-    }
-    Err(source.error(
-        key,
-        format!("is {value}; allowed: a finite number ≥ 0"),
-        "give zero or a positive number",
-    ))
-}
-
-fn finite(source: &SceneSource, key: &str, values: &[f64]) -> Check {
-    match values.iter().find(|value| !value.is_finite()) {
-        None => Ok(()),
-        Some(value) => {
-            Err(source.error(key, format!("holds {value}; allowed: finite numbers"), "give finite numbers"))
-        }
-    }
 }
 
 fn medium(scene: &Scene, source: &SceneSource) -> Check {

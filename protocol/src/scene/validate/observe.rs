@@ -1,9 +1,9 @@
 //! What is written down and measured.
 
-use super::{Check, finite, not_negative, positive};
-use crate::scene::Scene;
+use super::check::{Check, finite, not_negative, positive};
 use crate::scene::domain::Geometry;
 use crate::scene::observe::MetricKind;
+use crate::scene::shared::Scene;
 use crate::scene::source::SceneSource;
 
 pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
@@ -67,7 +67,7 @@ fn observed_planes(scene: &Scene, source: &SceneSource) -> Check {
 }
 
 /// Metrics have names of their own; they and `observe.grains` name grains that exist.
-pub(in crate::scene) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Check {
+pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Check {
     for (index, metric) in scene.metrics.iter().enumerate() {
         let key = |name: &str| format!("metrics[{index}].{name}");
         if scene.metrics[..index].iter().any(|other| other.name == metric.name) {

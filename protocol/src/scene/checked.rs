@@ -1,0 +1,94 @@
+//! A scene that passed every check.
+
+use super::error::SceneError;
+use super::grains::{Grain, Motion};
+use super::layout;
+use super::pours::Poured;
+use super::shared::Scene;
+use super::source::SceneSource;
+use super::validate;
+use super::walls::Wall;
+
+/// A scene that passed every check, with its grains laid out.
+#[derive(Clone, Debug)]
+pub struct CheckedScene {
+    /// As written, defaults filled in.
+    pub scene: Scene,
+    /// Every grain, in message order: `grains`, `grain_files`, `layers`, `groups`, `pours`.
+    pub grains: Vec<Grain>,
+    /// Of the last of them: when they are poured in, ascending.
+    pub poured: Vec<Poured>,
+    /// The text, for errors of the sections.
+    pub source: SceneSource,
+}
+
+impl CheckedScene {
+    /// Reads, types and checks the shared part.
+    ///
+    /// # Errors
+    /// [`SceneError`] at the first fault.
+    pub fn new(source: SceneSource) -> Result<Self, SceneError> {
+        let scene: Scene = source.section()?;
+        validate::shared(&scene, &source)?;
+        let (grains, poured) = layout::lay_out(&scene, &source)?;
+        validate::grains(&scene, &grains, grains.len() - poured.len(), &source)?;
+        validate::metrics(&scene, grains.len(), &source)?;
+        Ok(Self { scene, grains, poured, source })
+    }
+
+    /// Number of grains that are there from the start.
+    #[must_use]
+    pub fn present(&self) -> usize {
+        self.grains.len() - self.poured.len()
+    }
+
+    /// Is any grain free, so that a DEM is needed?
+    #[must_use]
+    pub fn has_free_grains(&self) -> bool {
+        self.grains.iter().any(|grain| matches!(grain.motion, Motion::Free))
+    }
+
+    /// The planes that grains touch: explicit walls, then the domain's faces that are walls.
+    #[must_use]
+    pub fn contact_walls(&self) -> Vec<Wall> {
+        let mut walls = self.scene.walls.clone();
+        walls.extend(self.scene.domain.contact_faces());
+        walls
+    }
+
+    /// SHA-256 of the text in hexadecimal: the identity of the scene. `[chart]` and `[stability]` do
+    /// not count: they say which other runs to make, and nothing about this one.
+    #[must_use]
+    pub fn sha256(&self) -> String {
+        hexadecimal(&self.source.without_sweeps())
+    }
+
+    /// SHA-256 in hexadecimal of what the scene says, its end aside: what a checkpoint is of. So a run goes on past
+    /// the end that it had, and with other comments.
+    #[must_use]
+    pub fn state_sha256(&self) -> String {
+        hexadecimal(&self.source.without_end())
+    }
+
+    /// Refuses to go on from `time`, s, if that is past the end.
+    ///
+    /// # Errors
+    /// At `until`.
+    pub fn goes_on_from(&self, time: f64) -> Result<(), SceneError> {
+        let until = self.scene.until;
+        if time <= until {
+            return Ok(());
+        }
+        Err(self.source.error(
+            "until",
+            format!("is {until} s, but the run stands at t = {time} s already"),
+            "give a later --until, or start anew without --resume",
+        ))
+    }
+}
+
+/// SHA-256 of a text.
+fn hexadecimal(text: &str) -> String {
+    use sha2::Digest;
+    sha2::Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+}
