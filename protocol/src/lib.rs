@@ -1,6 +1,20 @@
-//! Bedload's ground floor: the scene, the messages, the channels, the participant loop, the log.
+//! Bedload's contract: what a solver and the coupler say to each other, and how.
 //!
-//! Solvers know this crate and nothing of each other.
+//! Solvers know this crate and nothing of each other. Where to start:
+//!
+//! | to | see |
+//! |---|---|
+//! | write a solver | [`participant::Participant`], one window at a time |
+//! | let it take part in a coupled run | [`serve::Invitation`] |
+//! | know what crosses | [`message::Loads`], [`message::Kinematics`] |
+//! | stop and go on | [`checkpoint::write()`], [`checkpoint::read()`] |
+//! | read a recorded run | [`log::LogReader`] |
+//! | tell the coupler about a solver before a run | [`facts::FluidFacts`], [`facts::DemFacts`] |
+//! | read the scene with all its checks (feature `scene`) | `scene::CheckedScene` |
+//!
+//! Without default features there is no scene: a solver of its own reads the few keys that it needs.
+//! `examples/minimal_dem.rs` is a whole DEM that does so. Output folder, series, metrics and VTK files are in
+//! the package `bedload-output`, the command line of a solver in `bedload-program`.
 
 pub mod channel;
 pub mod checkpoint;

@@ -5,7 +5,11 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::accumulator::Accumulator;
+use super::bounce::Surroundings;
+use super::haff::haff;
 use super::last::LastState;
+use super::outcome::{Outcome, plain};
+use super::shields::bed;
 use super::subject::{Subject, View, norm};
 use super::trajectory::Trajectory;
 use crate::columns::{Columns, Sample, Sides};
@@ -30,9 +34,7 @@ pub struct Metrics {
     subject_of: Vec<Option<usize>>,
     column_of: Vec<Option<(usize, String)>>,
     subjects: Vec<Subject>,
-    /// Density and viscosity, if there is a fluid.
-    medium: Option<(f64, f64)>,
-    gravity: f64,
+    surroundings: Surroundings,
     /// The free grains, and what their Shields number needs.
     free: Vec<usize>,
     bed: Bed,
@@ -54,8 +56,10 @@ impl Metrics {
             subject_of: Vec::new(),
             column_of: Vec::new(),
             subjects: Vec::new(),
-            medium: scene.scene.medium.as_ref().map(|medium| (medium.density, medium.viscosity)),
-            gravity: norm(&scene.scene.gravity),
+            surroundings: Surroundings {
+                medium: scene.scene.medium.as_ref().map(|medium| (medium.density, medium.viscosity)),
+                gravity: norm(&scene.scene.gravity),
+            },
             free: (0..scene.grains.len()).filter(|i| scene.grains[*i].motion == Motion::Free).collect(),
             bed: bed(scene),
             last: LastState::new(scene)?,
@@ -101,7 +105,13 @@ impl Metrics {
                     continue;
                 }
                 let accumulator = &mut self.state.accumulators[index];
-                let view = View { subject, gravity: self.gravity, before: &before, after, passage: &passage };
+                let view = View {
+                    subject,
+                    gravity: self.surroundings.gravity,
+                    before: &before,
+                    after,
+                    passage: &passage,
+                };
                 view.record(&metric.kind, accumulator, sample);
             }
         }
@@ -210,7 +220,7 @@ impl Metrics {
     }
 
     /// A value, perhaps with a remark, or why there is none.
-    fn value(&self, index: usize) -> Result<(f64, Option<&'static str>), String> {
+    fn value(&self, index: usize) -> Outcome {
         let accumulator = &self.state.accumulators[index];
         match &self.metrics[index].kind {
             MetricKind::Mean { column, .. }
@@ -259,139 +269,10 @@ impl Metrics {
                 if way.windows == 0 {
                     return Err("the motion of the grain was not observed".into());
                 }
-                self.value_of_grain(kind, accumulator, &self.subjects[place], way)
+                self.surroundings.value(kind, accumulator, &self.subjects[place], way)
             }
         }
     }
-
-    /// The definitions, one line each; [`MetricKind`] has them in words.
-    fn value_of_grain(
-        &self,
-        kind: &MetricKind,
-        accumulator: &Accumulator,
-        subject: &Subject,
-        way: &Trajectory,
-    ) -> Result<(f64, Option<&'static str>), String> {
-        let diameter = 2.0 * subject.radius;
-        match kind {
-            MetricKind::TerminalReynolds { .. } => {
-                let (density, viscosity) = self.medium()?;
-                plain(density * accumulator.value()? * diameter / viscosity)
-            }
-            MetricKind::Reynolds { .. } => {
-                let (density, viscosity) = self.medium()?;
-                plain(density * way.terminal * diameter / viscosity)
-            }
-            MetricKind::Stokes { .. } => {
-                let (density, viscosity) = self.medium()?;
-                plain((subject.density + 0.5 * density) * way.terminal * diameter / (9.0 * viscosity))
-            }
-            MetricKind::InitialAcceleration { .. } => {
-                require(self.gravity > 0.0, "the scene has no gravity")?;
-                plain(accumulator.value()?)
-            }
-            MetricKind::ImpactVelocityRatio { .. } => {
-                require_contact(way)?;
-                let impact = way.impact.ok_or("the DEM reports no impact speed")?;
-                plain(impact / settled(way)?)
-            }
-            MetricKind::ReboundVelocityRatio { .. } => {
-                require_contact(way)?;
-                let terminal = settled(way)?;
-                Ok(way.rebound.map_or((0.0, Some("the first contact never ended")), |v| (v / terminal, None)))
-            }
-            MetricKind::RestitutionAtGap { .. } => restitution(accumulator, way),
-            MetricKind::ReboundHeight { .. } => {
-                require_contact(way)?;
-                plain(way.first_height / diameter)
-            }
-            MetricKind::SecondReboundHeight { .. } => {
-                require(way.contacts >= 2, "there was no second contact")?;
-                plain(way.second_height / diameter)
-            }
-            MetricKind::ReboundRiseTime { .. } => {
-                self.after_touch(way, way.first_top, "there was no rebound", diameter)
-            }
-            MetricKind::ReboundDuration { .. } => {
-                self.after_touch(way, way.second_touch, "there was no second contact", diameter)
-            }
-            MetricKind::RestingForceRatio { .. } => {
-                require(subject.submerged_weight > 0.0, "the grain has no submerged weight")?;
-                plain(accumulator.value()? / subject.submerged_weight)
-            }
-            _ => Err("is about no grain".into()),
-        }
-    }
-
-    /// Time from the first touch to `then` over (D/g)^½.
-    fn after_touch(
-        &self,
-        way: &Trajectory,
-        then: Option<f64>,
-        otherwise: &str,
-        diameter: f64,
-    ) -> Result<(f64, Option<&'static str>), String> {
-        require(self.gravity > 0.0, "the scene has no gravity")?;
-        let touch = way.first_touch.ok_or("there was no contact")?;
-        plain((then.ok_or(otherwise)? - touch) / (diameter / self.gravity).sqrt())
-    }
-
-    fn medium(&self) -> Result<(f64, f64), String> {
-        self.medium.ok_or_else(|| "the scene has no fluid".into())
-    }
-}
-
-/// What the Shields number of the free grains needs.
-fn bed(scene: &CheckedScene) -> Bed {
-    let free = || scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
-    let count = free().count().max(1) as f64;
-    let medium = scene.scene.medium.as_ref();
-    Bed {
-        viscosity: medium.map_or(0.0, |medium| medium.viscosity),
-        excess: free().map(|grain| grain.density).sum::<f64>() / count
-            - medium.map_or(0.0, |medium| medium.density),
-        gravity: norm(&scene.scene.gravity),
-        diameter: free().map(|grain| 2.0 * grain.radius).sum::<f64>() / count,
-    }
-}
-
-/// τ of Haff's law, or how far the energy is from it.
-fn haff(kind: &MetricKind, accumulator: &Accumulator) -> Result<(f64, Option<&'static str>), String> {
-    let Accumulator::Line(line) = accumulator else { return Err("is not a line".into()) };
-    if matches!(kind, MetricKind::HaffMisfit(_)) {
-        return plain(line.misfit()?);
-    }
-    let (start, slope) = line.fit()?;
-    require(slope > 0.0, "the kinetic energy does not fall")?;
-    plain(start / slope)
-}
-
-/// Speed out over speed in; 0 if the grain never comes back to the gap.
-fn restitution(accumulator: &Accumulator, way: &Trajectory) -> Result<(f64, Option<&'static str>), String> {
-    require_contact(way)?;
-    let Accumulator::Crossing(crossing) = accumulator else { return Err("is not a crossing".into()) };
-    let inward = crossing.inward.ok_or("the grain never came in through the gap")?;
-    require(inward > 0.0, "the speed on the way in is not positive")?;
-    Ok(crossing
-        .outward
-        .map_or((0.0, Some("the grain never came back to the gap")), |out| (out / inward, None)))
-}
-
-fn plain(value: f64) -> Result<(f64, Option<&'static str>), String> {
-    Ok((value, None))
-}
-
-fn require(met: bool, otherwise: &str) -> Result<(), String> {
-    if met { Ok(()) } else { Err(otherwise.to_owned()) }
-}
-
-fn require_contact(way: &Trajectory) -> Result<(), String> {
-    require(way.contacts > 0, "there was no contact")
-}
-
-fn settled(way: &Trajectory) -> Result<f64, String> {
-    require(way.terminal > 0.0, "the grain never settled")?;
-    Ok(way.terminal)
 }
 
 fn find_column(kind: &MetricKind, columns: &Columns) -> Result<Option<(usize, String)>, String> {

@@ -1,11 +1,26 @@
 //! Numbers for `summary.json`, accumulated window by window in constant memory.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `measure` | all metrics of a scene, fed window by window |
+//! | `accumulator`, `line`, `trajectory`, `subject`, `outcome` | what they keep, and what it comes to |
+//! | `last` | metrics of the last state of all grains |
+//! | `bounce` | a sphere that settles and bounces |
+//! | `deposit`, `touching` | heaps and collapsed columns |
+//! | `haff` | a cooling granular gas |
+//! | `oblique` | oblique collisions |
+//! | `shields` | a bed under shear |
 
 mod accumulator;
+mod bounce;
 mod deposit;
+mod haff;
 mod last;
 mod line;
 mod measure;
 mod oblique;
+mod outcome;
+mod shields;
 mod subject;
 mod touching;
 mod trajectory;
