@@ -10,8 +10,8 @@ use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
 use fluid_solver::field::set_component;
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
-use fluid_solver::scheme::{Projections, Scheme, Viscous};
-use fluid_solver::step::{Options, Stepper};
+use fluid_solver::scheme::{Options, Projections, Scheme, Viscous};
+use fluid_solver::step::Stepper;
 use fluid_solver::timings::Part;
 use fluid_solver::work::Work;
 use std::time::Instant;
@@ -166,6 +166,13 @@ fn run() {
         full,
         Viscous::Implicit,
     );
+    // The plane as a slice of space: two rows along y, the fewest that a grid has. Its cost per cell is the
+    // least that one row would cost, see docs/decisions/two-fluid-engines.md.
+    for n in [100, 320, 1000] {
+        let slice = space([n, 2, n], Boundary::WALL);
+        measure("slice of space, RK3 x3, implicit", &slice, full, Viscous::Implicit);
+        measure("plane channel, RK3 x3, implicit", &plane([n, n], wall), full, Viscous::Implicit);
+    }
     println!("triad: {:.1} GB/s, one thread", triad() * 1e-9);
     for n in [[64, 64, 64], [128, 128, 128], [256, 128, 128]] {
         let [x, y, z] = n;

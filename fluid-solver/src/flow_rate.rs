@@ -1,4 +1,4 @@
-//! A flow rate that is held along a periodic axis: the mean pressure gradient follows from it.
+//! A prescribed flow rate along a periodic axis: the mean pressure gradient follows from it.
 //!
 //! A step is linear in a uniform force g once convection is known, so the velocity after a stage is
 //! u₀ + g s, with u₀ that without the force and s the answer of the stage to a unit force,
@@ -12,7 +12,7 @@
 use crate::grid::Grid;
 use crate::helmholtz::{Helmholtz, Unknown, Write};
 
-/// Holds the mean velocity along one axis.
+/// Keeps the mean velocity along one axis at a prescribed value.
 pub struct FlowRate<const D: usize> {
     axis: usize,
     mean: f64,
@@ -34,7 +34,7 @@ struct Answer {
 }
 
 impl<const D: usize> FlowRate<D> {
-    /// Holds the mean of component `axis` of the velocity at `mean` (m/s), in schemes of `stages`.
+    /// Keeps the mean of component `axis` of the velocity at `mean` (m/s), in schemes of `stages`.
     pub fn new(grid: &Grid<D>, axis: usize, mean: f64, stages: usize, implicit: bool) -> Self {
         debug_assert!(grid.periodic(axis), "elsewhere the faces decide what flows");
         let answer = || Answer { diffusion: f64::NAN, field: grid.new_field(), mean: 1.0 };
@@ -56,7 +56,7 @@ impl<const D: usize> FlowRate<D> {
 
     /// After stage `k`, with `diffusion` its α ν dt (0 with explicit viscosity): gives `velocity` its
     /// mean back.
-    pub(crate) fn hold(&mut self, grid: &Grid<D>, k: usize, diffusion: f64, velocity: &mut [Vec<f64>; D]) {
+    pub(crate) fn correct(&mut self, grid: &Grid<D>, k: usize, diffusion: f64, velocity: &mut [Vec<f64>; D]) {
         let u = &mut velocity[self.axis];
         let lacking = self.mean - mean(grid, self.axis, u);
         let Some(solver) = self.solver.as_mut().filter(|_| diffusion > 0.0) else {
@@ -86,7 +86,7 @@ impl<const D: usize> FlowRate<D> {
         self.acceleration = self.impulse / dt;
     }
 
-    /// Axis along which the flow is held.
+    /// Axis along which the flow rate is prescribed.
     pub fn axis(&self) -> usize {
         self.axis
     }

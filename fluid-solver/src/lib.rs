@@ -2,7 +2,6 @@
 
 #![warn(missing_docs)]
 
-pub mod advect;
 pub mod attempts;
 pub mod axis;
 pub mod boundary;
@@ -11,9 +10,10 @@ pub mod checkpoint;
 pub mod config;
 pub mod coupling;
 pub mod culprit;
-pub mod diffuse;
+mod engine;
 pub mod facts;
 pub mod field;
+mod flow;
 pub mod flow_rate;
 pub mod grid;
 pub mod health;
@@ -24,17 +24,18 @@ pub mod lines;
 pub mod loads;
 pub mod measure;
 pub mod memory;
-pub mod momentum;
 pub mod open;
 pub mod output;
 pub mod participant;
 pub mod plan;
+mod plane;
 pub mod planes;
 pub mod program;
 pub mod project;
 pub mod scheme;
 pub mod solver;
 mod space;
+mod stages;
 pub mod stencil;
 pub mod step;
 pub mod threads;

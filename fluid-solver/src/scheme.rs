@@ -1,4 +1,4 @@
-//! Time schemes as coefficients; the step itself is in [`crate::step`].
+//! Time schemes as coefficients, and the choices of a run; the step itself is in [`crate::step`].
 
 /// How convection and viscosity are integrated in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +30,21 @@ pub enum Viscous {
     /// With convection: for small ν dt/Δx² (Σ over the axes below about 0.25 for Adams–Bashforth,
     /// 0.6 for Runge–Kutta).
     Explicit,
+}
+
+/// Choices of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options<const D: usize> {
+    /// Kinematic viscosity, m²/s.
+    pub viscosity: f64,
+    /// Time scheme.
+    pub scheme: Scheme,
+    /// Implicit or explicit viscosity.
+    pub viscous: Viscous,
+    /// Whether there is convection (off: Stokes flow).
+    pub convection: bool,
+    /// Uniform body force per unit mass, mean pressure gradient −∇P/ρ included, m/s².
+    pub body_force: [f64; D],
 }
 
 /// Coefficients of one stage: `u' = u + dt (γ N + ζ N_old) + α ν dt ∇²(u' + u) + 2 α dt (f − ∇p)`.

@@ -151,7 +151,7 @@ impl<const D: usize> Solver<D> {
         if let Some(flow) = &medium.flow_rate {
             let axes = scene.scene.domain.geometry.axes();
             let axis = axes.iter().position(|axis| *axis == flow.axis).expect("the scene's axis was checked");
-            solver.stepper.hold_flow_rate(axis, flow.mean_velocity);
+            solver.stepper.prescribe_flow_rate(axis, flow.mean_velocity);
         }
         solver.begin(scene);
         Ok(solver)

@@ -1,102 +1,49 @@
-//! The time step: predictor, viscosity, projection.
+//! The time step: predict, diffuse, project, correct.
 //!
 //! One stage of length `2 α dt` (see [`crate::scheme`]):
 //! ```text
 //! (1 − α ν dt ∇²)(u* − u) = dt (γ N + ζ N_old) + 2 α dt (f − ∇p + ν ∇²u)
 //! ∇²φ = ∇·u* / (2 α dt),   u ← u* − 2 α dt ∇φ,   p ← p + φ − ½ ν ∇·u*
 //! ```
-//! The pressure gradient is carried (van Kan 1986) and the last term makes it second order with
-//! implicit viscosity (Kim & Moin 1985; Brown, Cortez & Minion 2001). Solving for the increment
-//! keeps a steady state steady to round-off and makes every wall condition homogeneous.
+//! The pressure gradient stands in the predictor (van Kan 1986) and the last term makes it second
+//! order with implicit viscosity (Kim & Moin 1985; Brown, Cortez & Minion 2001). Solving for the
+//! increment keeps a steady state steady to round-off and makes every wall condition homogeneous.
 //!
-//! On two axes the stage goes term by term (`step/flat.rs`), in space plane by plane
-//! (`space/mod.rs`), where a pressure gradient that the projection undoes is left out.
+//! The parts are those of an [`Engine`], one for two axes and one for space. What a stage leaves out
+//! because another part does it is planned beforehand ([`crate::stages`]).
 
-mod flat;
-
-use crate::boundary::{
-    Boundary, fill_scalar_across, fill_velocity, fill_velocity_across, fill_velocity_and_open,
-};
+use crate::boundary::Boundary;
+use crate::engine::Engine;
 use crate::field::State;
+use crate::flow::Flow;
 use crate::flow_rate::FlowRate;
 use crate::grid::{Grid, GridError};
-use crate::scheme::{Scheme, Viscous};
-use crate::space::{SpaceStep, StageTask};
-use crate::timings::{Part, Timings};
-use crate::work::Work;
-use flat::FlatStep;
-
-/// Choices of a run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Options<const D: usize> {
-    /// Kinematic viscosity, m²/s.
-    pub viscosity: f64,
-    /// Time scheme.
-    pub scheme: Scheme,
-    /// Implicit or explicit viscosity.
-    pub viscous: Viscous,
-    /// Whether there is convection (off: Stokes flow).
-    pub convection: bool,
-    /// Uniform body force per unit mass, mean pressure gradient −∇P/ρ included, m/s².
-    pub body_force: [f64; D],
-}
-
-/// A projection that is still to be done.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pending {
-    /// Time over which φ acts, s.
-    pub(crate) weight: f64,
-    /// What multiplies ∇·u* in the pressure, m²/s.
-    pub(crate) correction: f64,
-}
-
-/// How far the pending projection is.
-#[derive(Clone, Copy, Debug)]
-enum Stand {
-    /// There is none.
-    Done,
-    /// The velocity is predicted.
-    Predicted(Pending),
-    /// φ is solved for (in space).
-    Solved(Pending),
-}
-
-/// Operators, solvers and working memory.
-enum Engine<const D: usize> {
-    Flat(Box<FlatStep<D>>),
-    Space(Box<SpaceStep>),
-}
+use crate::plane::PlaneEngine;
+use crate::scheme::{Options, Viscous};
+use crate::space::SpaceEngine;
+use crate::stages::{LastProjection, PressureUpdate, StepPlan, Sweeps};
+use crate::timings::Timings;
 
 /// The incompressible Navier–Stokes equations on one grid, advanced in time.
 pub struct Stepper<const D: usize> {
-    grid: Grid<D>,
-    options: Options<D>,
-    state: State<D>,
-    engine: Engine<D>,
-    stand: Stand,
+    flow: Flow<D>,
+    engine: Box<dyn Engine<D>>,
+    flow_rate: Option<FlowRate<D>>,
+    /// The projection that the caller still has to ask for.
+    left: Option<PressureUpdate>,
     broken: bool,
-    flow: Option<FlowRate<D>>,
-    timings: Timings,
 }
 
 impl<const D: usize> Stepper<D> {
     /// Fluid at rest on `grid`. Working memory is sized for the current rayon pool.
     pub fn new(grid: Grid<D>, options: Options<D>) -> Self {
-        let engine = if D == 3 {
-            Engine::Space(Box::new(SpaceStep::new(&grid, &options)))
+        let engine: Box<dyn Engine<D>> = if D == 3 {
+            Box::new(SpaceEngine::new(&grid, &options))
         } else {
-            Engine::Flat(Box::new(FlatStep::new(&grid)))
+            Box::new(PlaneEngine::new(&grid))
         };
-        Self {
-            state: State::at_rest(&grid),
-            engine,
-            stand: Stand::Done,
-            broken: false,
-            flow: None,
-            timings: Timings::default(),
-            grid,
-            options,
-        }
+        let flow = Flow { state: State::at_rest(&grid), timings: Timings::default(), grid, options };
+        Self { flow, engine, flow_rate: None, left: None, broken: false }
     }
 
     /// One full time step of length `dt` (s), ending in a divergence-free velocity.
@@ -105,170 +52,120 @@ impl<const D: usize> Stepper<D> {
     /// constant over the step, added in full in every stage. It need not be divergence-free, nor
     /// need the velocity be so on entry.
     pub fn step(&mut self, dt: f64, force: Option<&[Vec<f64>; D]>) {
-        self.stages(dt, force, true);
-        self.project();
+        self.stages(dt, force, LastProjection::Planned);
     }
 
     /// The step up to its last projection: the caller may change the velocity (direct forcing)
     /// and must then call [`Stepper::project`].
     pub fn advance_without_projection(&mut self, dt: f64, force: Option<&[Vec<f64>; D]>) {
-        if let Engine::Space(engine) = &mut self.engine {
-            engine.carry_pressure(&self.grid);
-        }
-        self.stages(dt, force, false);
+        self.engine.keep_pressure_gradient(&self.flow);
+        self.stages(dt, force, LastProjection::LeftToCaller);
     }
 
-    /// All stages; `whole`: nobody looks at the velocity before the projection.
-    fn stages(&mut self, dt: f64, force: Option<&[Vec<f64>; D]>, whole: bool) {
+    /// All stages of one step.
+    fn stages(&mut self, dt: f64, force: Option<&[Vec<f64>; D]>, end: LastProjection) {
         debug_assert!(dt > 0.0 && dt.is_finite(), "the time step must be positive");
-        let scheme = self.options.scheme;
-        let every = scheme.projects_every_stage();
-        self.broken = false;
-        // Outflow and a flow that is held look at the velocity of every stage: then no two stages
-        // share a sweep.
-        let open = !self.state.open.is_empty();
-        let apart = open || self.flow.is_some();
-        self.flow.iter_mut().for_each(FlowRate::begin);
-        for k in 0..scheme.stages() {
-            let last = k + 1 == scheme.stages();
-            let stage = scheme.stage(k, dt, self.state.previous_dt);
-            let share = if every { 2.0 * stage.alpha } else { 1.0 };
-            let implicit = self.options.viscous == Viscous::Implicit;
-            let nu = if implicit { self.options.viscosity } else { 0.0 };
-            let pending = Pending { weight: share * dt, correction: nu * stage.alpha / share };
-            if D == 2 && (k == 0 || !every) {
-                self.fill_halos();
+        let sweeps = self.sweeps();
+        let Self { flow, engine, flow_rate, left, broken } = self;
+        let plan = StepPlan::new(&flow.options, [dt, flow.state.previous_dt], sweeps, end);
+        let implicit = flow.options.viscous == Viscous::Implicit;
+        let nu = if implicit { flow.options.viscosity } else { 0.0 };
+        (*left, *broken) = (plan.left, false);
+        flow_rate.iter_mut().for_each(FlowRate::begin);
+        for stage in plan.stages() {
+            if stage.fills_halos {
+                flow.fill_halos();
             }
-            if every && (D == 2 || apart) {
-                self.project();
-                if self.broken {
-                    return;
-                }
+            flow.convect_outflow(stage.length());
+            engine.predict(flow, stage, force);
+            engine.diffuse(flow, stage);
+            if let Some(rate) = flow_rate {
+                let velocity = &mut flow.state.velocity;
+                rate.correct(&flow.grid, stage.number, stage.diffusion(nu), velocity);
             }
-            if open {
-                self.state.open.convect(&self.grid, &self.state.velocity, 2.0 * stage.alpha * dt);
-                self.fill_halos();
+            let Some(update) = stage.projection else { continue };
+            *broken = !engine.project(flow, update, stage.fuses_divergence);
+            if *broken {
+                return;
             }
-            let Self { grid, options, state, engine, stand, broken, flow, timings } = self;
-            match engine {
-                Engine::Flat(engine) => {
-                    engine.stage(grid, options, state, (stage, dt), force, timings);
-                    *stand = Stand::Predicted(pending);
-                }
-                Engine::Space(engine) => {
-                    engine.refresh(grid);
-                    let before = if let Stand::Solved(before) = *stand { Some(before) } else { None };
-                    let after = (!apart && (every && !last || last && whole)).then_some(pending);
-                    let keep = !last || scheme == Scheme::AdamsBashforth2;
-                    let force = force.map(|f| std::array::from_fn(|d| f[d].as_slice()));
-                    let task = StageTask { stage, dt, keep, force, before, after };
-                    *broken = !engine.stage(options, state, &task, timings);
-                    if *broken {
-                        return;
-                    }
-                    *stand = if after.is_some() { Stand::Solved(pending) } else { Stand::Predicted(pending) };
-                }
-            }
-            if let Some(flow) = flow {
-                flow.hold(grid, k, nu * stage.alpha * dt, &mut state.velocity);
+            if !stage.defers_correction {
+                engine.correct(flow, update);
             }
         }
-        self.flow.iter_mut().for_each(|flow| flow.end(dt));
-        self.state.previous_dt = dt;
-        self.state.time += dt;
-        self.state.steps += 1;
+        flow_rate.iter_mut().for_each(|rate| rate.end(dt));
+        flow.state.previous_dt = dt;
+        flow.state.time += dt;
+        flow.state.steps += 1;
+    }
+
+    /// What may go in one sweep. Outflow and a prescribed flow rate look at the velocity of every
+    /// stage: then no two stages share a sweep.
+    fn sweeps(&self) -> Sweeps {
+        match (self.engine.fuses(), self.flow.is_open() || self.flow_rate.is_some()) {
+            (false, _) => Sweeps::Apart,
+            (true, true) => Sweeps::ApartFilled,
+            (true, false) => Sweeps::Fused,
+        }
     }
 
     /// Ends a step begun by [`Stepper::advance_without_projection`]: projects, updates the pressure.
     /// Does nothing if no step has been begun.
     pub fn project(&mut self) {
-        let stand = std::mem::replace(&mut self.stand, Stand::Done);
+        let Some(update) = self.left.take() else { return };
         if self.broken {
             return;
         }
-        let (Stand::Predicted(pending) | Stand::Solved(pending)) = stand else { return };
-        if let (Engine::Space(_), Stand::Predicted(_)) = (&self.engine, stand) {
-            self.fill_halos();
-        }
-        let Self { grid, state, engine, broken, timings, .. } = self;
-        match engine {
-            Engine::Flat(engine) => *broken = !engine.project(grid, state, pending, timings),
-            Engine::Space(engine) => {
-                if let Stand::Predicted(_) = stand {
-                    *broken = !engine.solve(state, pending, timings);
-                    if *broken {
-                        return;
-                    }
-                }
-                engine.finish(state, pending, timings);
-                let begin = Work::begin();
-                if !self.state.open.is_empty() {
-                    self.fill_halos();
-                }
-                // Those along x and y are filled.
-                let Self { grid, state, .. } = &mut *self;
-                if state.open.is_empty() {
-                    for (d, u) in state.velocity.iter_mut().enumerate() {
-                        fill_velocity_across(grid, d, D - 1, u);
-                    }
-                }
-                fill_scalar_across(grid, D - 1, &mut state.pressure);
-                self.timings.add(Part::Projection, begin);
-            }
+        self.broken = !self.engine.project(&mut self.flow, update, false);
+        if !self.broken {
+            self.engine.correct(&mut self.flow, update);
         }
     }
 
     /// Makes the velocity divergence-free without touching the pressure (initial conditions).
     pub fn project_velocity(&mut self) {
-        let State { open, velocity, .. } = &mut self.state;
-        open.follow(&self.grid, velocity);
+        let State { open, velocity, .. } = &mut self.flow.state;
+        open.follow(&self.flow.grid, velocity);
         self.fill_halos();
-        let Self { grid, state, engine, timings, .. } = self;
-        match engine {
-            Engine::Flat(engine) => engine.project_velocity(grid, state, timings),
-            Engine::Space(engine) => {
-                engine.refresh(grid);
-                engine.project_velocity(grid, state);
-            }
-        }
+        self.engine.project_velocity(&mut self.flow);
         self.fill_halos();
     }
 
     /// Refreshes halo and wall faces of the velocity.
     pub fn fill_halos(&mut self) {
-        fill_all(&self.grid, &mut self.state);
+        self.flow.fill_halos();
     }
 
     /// Sets the velocity on an inflow face from a function of component and position (m), from now
     /// on: profiles that no scene can say, or that change in time.
     pub fn set_inflow(&mut self, axis: usize, side: usize, value: impl Fn(usize, [f64; D]) -> f64) {
-        self.state.open.set(&self.grid, axis, side, value);
+        self.flow.state.open.set(&self.flow.grid, axis, side, value);
     }
 
     /// The grid.
     pub fn grid(&self) -> &Grid<D> {
-        &self.grid
+        &self.flow.grid
     }
 
     /// Choices of the run.
     pub fn options(&self) -> &Options<D> {
-        &self.options
+        &self.flow.options
     }
 
     /// Sets the uniform body force of the steps to come, m/s².
     pub fn set_body_force(&mut self, force: [f64; D]) {
-        self.options.body_force = force;
+        self.flow.options.body_force = force;
     }
 
-    /// Holds the mean velocity (m/s) along `axis`, which is periodic, from now on.
-    pub fn hold_flow_rate(&mut self, axis: usize, mean: f64) {
-        let (stages, implicit) = (self.options.scheme.stages(), self.options.viscous == Viscous::Implicit);
-        self.flow = Some(FlowRate::new(&self.grid, axis, mean, stages, implicit));
+    /// Prescribes the mean velocity (m/s) along `axis`, which is periodic, from now on.
+    pub fn prescribe_flow_rate(&mut self, axis: usize, mean: f64) {
+        let (stages, implicit) =
+            (self.flow.options.scheme.stages(), self.flow.options.viscous == Viscous::Implicit);
+        self.flow_rate = Some(FlowRate::new(&self.flow.grid, axis, mean, stages, implicit));
     }
 
-    /// The flow rate that is held, if any.
+    /// The prescribed flow rate, if any.
     pub fn flow_rate(&self) -> Option<&FlowRate<D>> {
-        self.flow.as_ref()
+        self.flow_rate.as_ref()
     }
 
     /// Sets the velocity of a no-slip wall, m/s, from now on (an impulsive change).
@@ -285,7 +182,7 @@ impl<const D: usize> Stepper<D> {
             let velocity = velocity[axis];
             return Err(GridError::NormalVelocity { axis, side, velocity });
         }
-        if let Boundary::NoSlip { velocity: wall } = &mut self.grid.boundaries[axis][side] {
+        if let Boundary::NoSlip { velocity: wall } = &mut self.flow.grid.boundaries[axis][side] {
             *wall = velocity;
         }
         Ok(())
@@ -293,17 +190,17 @@ impl<const D: usize> Stepper<D> {
 
     /// Everything that decides the next step.
     pub fn state(&self) -> &State<D> {
-        &self.state
+        &self.flow.state
     }
 
     /// The same, to be changed: velocity by direct forcing, initial conditions.
     pub fn state_mut(&mut self) -> &mut State<D> {
-        &mut self.state
+        &mut self.flow.state
     }
 
     /// The grid and the state, to be changed.
     pub fn parts_mut(&mut self) -> (&Grid<D>, &mut State<D>) {
-        (&self.grid, &mut self.state)
+        (&self.flow.grid, &mut self.flow.state)
     }
 
     /// Whether the last step stopped at a projection whose solution is not finite. The velocity is
@@ -314,35 +211,24 @@ impl<const D: usize> Stepper<D> {
 
     /// Puts a saved state back (same grid); a step that was begun is forgotten.
     pub fn restore(&mut self, state: &State<D>) {
-        self.state.clone_from(state);
-        (self.stand, self.broken) = (Stand::Done, false);
+        self.flow.state.clone_from(state);
+        (self.left, self.broken) = (None, false);
     }
 
     /// Goes on from the present fields; a step that was begun is forgotten.
     pub(crate) fn restart(&mut self, time: f64, previous_dt: f64, steps: u64) {
-        (self.state.time, self.state.previous_dt, self.state.steps) = (time, previous_dt, steps);
-        (self.stand, self.broken) = (Stand::Done, false);
+        (self.flow.state.time, self.flow.state.previous_dt, self.flow.state.steps) =
+            (time, previous_dt, steps);
+        (self.left, self.broken) = (None, false);
     }
 
     /// Time spent in each part so far.
     pub fn timings(&self) -> &Timings {
-        &self.timings
+        &self.flow.timings
     }
 
     /// Forgets the time spent.
     pub fn reset_timings(&mut self) {
-        self.timings = Timings::default();
-    }
-}
-
-/// Refreshes halo, wall faces and open faces of the velocity.
-fn fill_all<const D: usize>(grid: &Grid<D>, state: &mut State<D>) {
-    let State { velocity, open, .. } = state;
-    for (d, u) in velocity.iter_mut().enumerate() {
-        if open.is_empty() {
-            fill_velocity(grid, d, u);
-        } else {
-            fill_velocity_and_open(grid, open, d, u);
-        }
+        self.flow.timings = Timings::default();
     }
 }

@@ -72,7 +72,7 @@ impl Space {
         let first = self.lead + (self.first[2] + 1) * self.plane;
         let range = first..first + self.pillars.len() * self.plane;
         self.transform(&mut rhs[range.clone()], Direction::Forward);
-        self.solve_columns(operator, rhs);
+        self.solve_lines(operator, rhs);
         self.transform(&mut rhs[range.clone()], Direction::Inverse);
         let [nx, ny] = self.values();
         let planes = out[range.clone()].chunks_exact_mut(self.plane);
@@ -144,7 +144,7 @@ impl Space {
     /// Solves `(σ − c L) x = b` for all columns of a transformed field, in place.
     ///
     /// Each thread takes its share of the lines of every plane.
-    pub(crate) fn solve_columns(&mut self, operator: [f64; 2], field: &mut [f64]) {
+    pub(crate) fn solve_lines(&mut self, operator: [f64; 2], field: &mut [f64]) {
         let [nx, ny] = self.values();
         let first = self.lead + (self.first[2] + 1) * self.plane;
         let planes = &mut field[first..][..self.pillars.len() * self.plane];

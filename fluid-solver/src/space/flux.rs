@@ -1,7 +1,7 @@
 //! Momentum fluxes through the faces of the control volumes, row by row.
 //!
 //! Convection is the plain mean of the velocity times the mean of the mass fluxes
-//! ([`crate::advect`]), viscosity −ν ∂u/∂x ([`crate::diffuse`]). A flux serves the control volumes
+//! (Verstappen & Veldman 2003), viscosity −ν ∂u/∂x. A flux serves the control volumes
 //! on both its sides. Fluxes along x and y are divided by the cell width, those along z are not.
 //!
 //! Every row is an argument of its own: that alone tells the compiler that results overlap nothing.
@@ -20,8 +20,9 @@ pub(super) struct Weights {
     pub(super) upper: f64,
     /// ν/Δz of the cell.
     pub(super) cell: f64,
-    /// ½/Δx times the shares of the cells below and above the upper face, the same for Δy.
-    pub(super) shares: [[f64; 2]; 2],
+    /// Weights of the cells below and above the upper face in the mass flux: ½/Δx times
+    /// [`super::shape::Shape::cell_weights`], the same for Δy.
+    pub(super) mass: [[f64; 2]; 2],
 }
 
 /// Flux of u along x through the centre left of each face.
@@ -78,7 +79,7 @@ pub(super) fn between_planes_x(
     let n = uz.len();
     let (u, u_next, w, w_next, w_left) = (&u[..n], &u_next[..n], &w[..n], &w_next[..n], &w_left[..n]);
     let (wx, wz) = (&mut wx[..n], &mut wz[..n]);
-    let (q, nu, nw, nx, [a, b]) = (k.quarter, k.upper, k.cell, k.viscosity[0], k.shares[0]);
+    let (q, nu, nw, nx, [a, b]) = (k.quarter, k.upper, k.cell, k.viscosity[0], k.mass[0]);
     for i in 0..n {
         let sum = w_left[i] + w_next[i];
         uz[i] = q * (sum * (u[i] + u_next[i])) - nu * (u_next[i] - u[i]);
@@ -102,7 +103,7 @@ pub(super) fn between_planes_y(
     let n = vz.len();
     let (v, v_next, w, w_next) = (&v[..n], &v_next[..n], &w[..n], &w_next[..n]);
     let wy = &mut wy[..n];
-    let (q, nu, ny, [a, b]) = (k.quarter, k.upper, k.viscosity[1], k.shares[1]);
+    let (q, nu, ny, [a, b]) = (k.quarter, k.upper, k.viscosity[1], k.mass[1]);
     for i in 0..n {
         let sum = w[i] + w_next[i];
         vz[i] = q * (sum * (v[i] + v_next[i])) - nu * (v_next[i] - v[i]);

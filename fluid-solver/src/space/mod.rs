@@ -1,11 +1,12 @@
-//! The step of the fluid in space: few sweeps over the planes, each doing all it can with a plane
-//! while it is in the cache.
+//! The step in space: few sweeps over the planes, each doing all it can with a plane while it is in
+//! the cache.
 //!
-//! One stage of explicit viscosity is one sweep and one pass over the columns of the pressure. The
-//! sweep takes plane after plane: back-transform φ and correct the velocity of plane k + 1 (the
+//! One stage of explicit viscosity is one sweep and one pass over the lines along z of the pressure.
+//! The sweep takes plane after plane: back-transform φ and correct the velocity of plane k + 1 (the
 //! projection of the stage before), momentum on plane k in place, divergence of plane k − 1 and its
 //! transforms. A last sweep ends the step. Implicit viscosity needs three sweeps a stage, since all
-//! columns of the velocity must be solved in between.
+//! lines of the velocity must be solved in between. Which parts go in one sweep is planned
+//! beforehand ([`crate::stages`]).
 //!
 //! With a projection after every stage and explicit viscosity, a pressure gradient in the predictor
 //! would be undone by the projection: it is left out, and the φ of the last stage *is* the pressure.
@@ -17,17 +18,20 @@ mod flux;
 mod halo;
 mod momentum;
 mod project;
-pub(crate) mod shape;
+mod shape;
 mod slab;
 mod sweep;
 
+use crate::boundary::{fill_scalar_across, fill_velocity_across};
+use crate::engine::Engine;
 use crate::field::State;
+use crate::flow::Flow;
 use crate::grid::Grid;
 use crate::helmholtz::Unknown;
 use crate::helmholtz::space::Space;
-use crate::scheme::{Projections, Scheme, Stage, Viscous};
-use crate::step::{Options, Pending};
-use crate::timings::{Part, Timings};
+use crate::scheme::{Options, Projections, Scheme, Viscous};
+use crate::stages::{PlannedStage, PressureUpdate};
+use crate::timings::Part;
 use crate::work::Work;
 use momentum::Factors;
 use shape::Shape;
@@ -35,170 +39,166 @@ use slab::{Fields, Private};
 use sweep::{Before, Diverge, Sweep};
 
 /// Planes below which a slab is not worth a thread.
-const LEAST_PLANES: usize = 4;
+const MIN_PLANES: usize = 4;
 /// Cells below which a slab is not worth a thread.
-const LEAST_CELLS: usize = 16_384;
-
-/// What one stage does.
-pub(crate) struct StageTask<'a> {
-    pub(crate) stage: Stage,
-    pub(crate) dt: f64,
-    /// Whether a later stage or step asks for N.
-    pub(crate) keep: bool,
-    /// Force of the caller, three fields.
-    pub(crate) force: Option<[&'a [f64]; 3]>,
-    /// Projection of the stage before, already solved; without one the velocity may be the caller's.
-    pub(crate) before: Option<Pending>,
-    /// Projection of this stage, to be solved.
-    pub(crate) after: Option<Pending>,
-}
+const MIN_CELLS: usize = 16_384;
 
 /// Working memory and solvers of the step in space.
-pub(crate) struct SpaceStep {
+pub(crate) struct SpaceEngine {
     shape: Shape,
     pressure: Space,
     /// One solver per component with implicit viscosity.
     viscous: Vec<Space>,
+    /// φ, which needs no field where it is the pressure; increments of implicit viscosity.
     work: [Vec<f64>; 3],
     privates: Vec<Private>,
-    /// Whether the predictor has the pressure gradient.
-    carry: bool,
+    /// Whether the predictor has the pressure gradient; else φ stands in the place of the pressure.
+    has_gradient: bool,
 }
 
-impl SpaceStep {
+impl SpaceEngine {
     /// Plans a step. Working memory is sized for the current rayon pool.
     pub(crate) fn new<const D: usize>(grid: &Grid<D>, options: &Options<D>) -> Self {
         let shape = Shape::new(grid);
         let implicit = options.viscous == Viscous::Implicit && options.viscosity > 0.0;
         let once = options.scheme == Scheme::RungeKutta3 { projections: Projections::OncePerStep };
-        let carry = implicit || once;
+        let has_gradient = implicit || once;
         let pressure = Space::new(grid, Unknown::Pressure);
         let components = if implicit { 0..D } else { 0..0 };
         let viscous: Vec<Space> = components.map(|d| Space::new(grid, Unknown::Component(d))).collect();
-        let most = (shape.n[2] / LEAST_PLANES).min(grid.cell_count() / LEAST_CELLS);
+        let most = (shape.n[2] / MIN_PLANES).min(grid.cell_count() / MIN_CELLS);
         let slabs = rayon::current_num_threads().min(most).max(1);
         let field = |wanted: bool| if wanted { grid.new_field() } else { Vec::new() };
         Self {
             privates: (0..slabs).map(|_| Private::new(&shape, &pressure, &viscous)).collect(),
-            work: [field(carry), field(implicit), field(implicit)],
+            work: [field(has_gradient), field(implicit), field(implicit)],
             shape,
             pressure,
             viscous,
-            carry,
+            has_gradient,
         }
     }
 
-    /// From now on the predictor has the pressure gradient: what is between predictor and projection
-    /// may depend on it.
-    pub(crate) fn carry_pressure<const D: usize>(&mut self, grid: &Grid<D>) {
-        if !self.carry {
-            self.carry = true;
-            self.work[0] = grid.new_field();
-        }
+    /// Whether viscosity is solved for.
+    fn is_implicit(&self) -> bool {
+        !self.viscous.is_empty()
     }
 
-    /// Takes over the walls of `grid`.
-    pub(crate) fn refresh<const D: usize>(&mut self, grid: &Grid<D>) {
-        self.shape.refresh(grid);
-    }
-
-    /// One stage.
-    pub(crate) fn stage<const D: usize>(
+    /// Calls `task` with the sweeps, the fields of `state` and the memory of the threads.
+    fn sweep<const D: usize>(
         &mut self,
-        options: &Options<D>,
         state: &mut State<D>,
-        task: &StageTask<'_>,
-        timings: &mut Timings,
-    ) -> bool {
-        let begin = Work::begin();
-        let StageTask { stage, dt, keep, force, before, after } = *task;
-        let share = 2.0 * stage.alpha * dt;
-        let implicit = !self.viscous.is_empty();
-        let nu = options.viscosity;
-        let factors = Factors {
-            explicit: if implicit { 0.0 } else { nu },
-            implicit: if implicit { share * nu } else { 0.0 },
-            convection: options.convection,
-            now: dt * stage.gamma,
-            old: dt * stage.zeta,
-            keep,
-            share,
-            body: std::array::from_fn(|d| options.body_force[d]),
-        };
-        let Self { shape, pressure, viscous, work, privates, carry } = self;
-        let sweep = Sweep { shape, pressure, viscous, carry: *carry };
-        let mut fields = fields(state, work, *carry);
-        let before = before.map_or(Before::Fill, |before| Before::Correct(before.weight));
-        sweep.open(&mut fields, privates, before);
-        sweep.look_around(&fields, privates);
-        let diverge = after.map(Diverge::of);
-        sweep.momentum(&mut fields, privates, &factors, force, before, diverge.filter(|_| !implicit));
-        timings.add(Part::Momentum, begin);
-        if implicit {
-            let begin = Work::begin();
-            let c = stage.alpha * nu * dt;
-            for (solver, field) in viscous.iter_mut().zip(&mut fields.work) {
-                solver.solve_columns([1.0, c], field);
-            }
-            let sweep = Sweep { shape, pressure, viscous, carry: *carry };
-            sweep.viscous(&mut fields, privates, diverge);
-            timings.add(Part::Viscous, begin);
-        }
-        if diverge.is_some() {
-            let begin = Work::begin();
-            pressure.solve_columns([0.0, -1.0], fields.work[0]);
-            timings.add_pressure(begin);
-            return is_solved(shape, fields.work[0]);
-        }
+        task: impl FnOnce(Sweep<'_>, &mut Fields<'_>, &mut [Private]),
+    ) {
+        let Self { shape, pressure, viscous, work, privates, has_gradient } = self;
+        let sweep = Sweep { shape, pressure, viscous, has_gradient: *has_gradient };
+        task(sweep, &mut fields(state, work, *has_gradient), privates);
+    }
+}
+
+/// The divergence that is due in a sweep of the stage.
+fn divergence_of(stage: &PlannedStage) -> Option<Diverge> {
+    stage.projection.filter(|_| stage.fuses_divergence).map(Diverge::of)
+}
+
+impl<const D: usize> Engine<D> for SpaceEngine {
+    fn fuses(&self) -> bool {
         true
     }
 
-    /// Divergence and solution for φ, where the stage did not do it. Halos are filled.
-    pub(crate) fn solve<const D: usize>(
-        &mut self,
-        state: &mut State<D>,
-        pending: Pending,
-        timings: &mut Timings,
-    ) -> bool {
+    fn predict(&mut self, flow: &mut Flow<D>, stage: &PlannedStage, force: Option<&[Vec<f64>; D]>) {
         let begin = Work::begin();
-        let Self { shape, pressure, viscous, work, privates, carry } = self;
-        let mut fields = fields(state, work, *carry);
-        let sweep = Sweep { shape, pressure, viscous, carry: *carry };
-        sweep.diverge(&mut fields, privates, Diverge::of(pending));
-        timings.add(Part::Projection, begin);
-        let begin = Work::begin();
-        pressure.solve_columns([0.0, -1.0], fields.work[0]);
-        timings.add_pressure(begin);
-        is_solved(shape, fields.work[0])
+        self.shape.refresh(&flow.grid);
+        let (options, nu, length) = (&flow.options, flow.options.viscosity, stage.length());
+        let implicit = self.is_implicit();
+        let factors = Factors {
+            explicit: if implicit { 0.0 } else { nu },
+            implicit: if implicit { length * nu } else { 0.0 },
+            convection: options.convection,
+            now: stage.dt * stage.coefficients.gamma,
+            old: stage.dt * stage.coefficients.zeta,
+            keep: stage.keeps_n,
+            length,
+            body: std::array::from_fn(|d| options.body_force[d]),
+        };
+        let force = force.map(|force| std::array::from_fn(|d| force[d].as_slice()));
+        let before = stage.corrects.map_or(Before::Fill, |update| Before::Correct(update.duration));
+        let diverge = divergence_of(stage).filter(|_| !implicit);
+        self.sweep(&mut flow.state, |sweep, fields, privates| {
+            sweep.prepare_ends(fields, privates, before);
+            sweep.exchange_planes(fields, privates);
+            sweep.momentum(fields, privates, &factors, force, before, diverge);
+        });
+        flow.timings.add(Part::Momentum, begin);
     }
 
-    /// The end of a step: velocity and pressure from the solved φ. Halos along z are left.
-    pub(crate) fn finish<const D: usize>(
-        &mut self,
-        state: &mut State<D>,
-        pending: Pending,
-        timings: &mut Timings,
-    ) {
+    fn diffuse(&mut self, flow: &mut Flow<D>, stage: &PlannedStage) {
+        if !self.is_implicit() {
+            return;
+        }
         let begin = Work::begin();
-        let Self { shape, pressure, viscous, work, privates, carry } = self;
-        let mut fields = fields(state, work, *carry);
-        let sweep = Sweep { shape, pressure, viscous, carry: *carry };
-        sweep.finish(&mut fields, privates, pending.weight);
-        timings.add(Part::Projection, begin);
+        let c = stage.diffusion(flow.options.viscosity);
+        for (solver, increment) in self.viscous.iter_mut().zip(&mut self.work) {
+            solver.solve_lines([1.0, c], increment);
+        }
+        self.sweep(&mut flow.state, |sweep, fields, privates| {
+            sweep.viscous(fields, privates, divergence_of(stage));
+        });
+        flow.timings.add(Part::Viscous, begin);
     }
 
-    /// Makes the velocity divergence-free and leaves the pressure. Halos are filled.
-    pub(crate) fn project_velocity<const D: usize>(&mut self, grid: &Grid<D>, state: &mut State<D>) {
-        let pending = Pending { weight: 1.0, correction: 0.0 };
-        let mut phi = [grid.new_field(), Vec::new(), Vec::new()];
+    fn project(&mut self, flow: &mut Flow<D>, update: PressureUpdate, divergence_done: bool) -> bool {
+        if !divergence_done {
+            flow.fill_halos();
+            let begin = Work::begin();
+            self.sweep(&mut flow.state, |sweep, fields, privates| {
+                sweep.diverge(fields, privates, Diverge::of(update));
+            });
+            flow.timings.add(Part::Projection, begin);
+        }
+        let begin = Work::begin();
+        let phi = if self.has_gradient { &mut self.work[0] } else { &mut flow.state.pressure };
+        self.pressure.solve_lines([0.0, -1.0], phi);
+        flow.timings.add_pressure(begin);
+        is_solved(&self.shape, phi)
+    }
+
+    fn correct(&mut self, flow: &mut Flow<D>, update: PressureUpdate) {
+        let begin = Work::begin();
+        self.sweep(&mut flow.state, |sweep, fields, privates| {
+            sweep.finish(fields, privates, update.duration);
+        });
+        // Halos along x and y are filled.
+        if flow.is_open() {
+            flow.fill_halos();
+        } else {
+            for (d, u) in flow.state.velocity.iter_mut().enumerate() {
+                fill_velocity_across(&flow.grid, d, D - 1, u);
+            }
+        }
+        fill_scalar_across(&flow.grid, D - 1, &mut flow.state.pressure);
+        flow.timings.add(Part::Projection, begin);
+    }
+
+    fn project_velocity(&mut self, flow: &mut Flow<D>) {
+        self.shape.refresh(&flow.grid);
+        let once = PressureUpdate { duration: 1.0, viscosity: 0.0 };
+        let mut phi = [flow.grid.new_field(), Vec::new(), Vec::new()];
         let Self { shape, pressure, viscous, privates, .. } = self;
-        let mut fields = fields(state, &mut phi, true);
+        let mut fields = fields(&mut flow.state, &mut phi, true);
         fields.pressure = Default::default();
-        let sweep = Sweep { shape, pressure, viscous, carry: false };
-        sweep.diverge(&mut fields, privates, Diverge::of(pending));
-        pressure.solve_columns([0.0, -1.0], fields.work[0]);
-        let sweep = Sweep { shape, pressure, viscous, carry: false };
-        sweep.finish(&mut fields, privates, 1.0);
+        let sweep = Sweep { shape, pressure, viscous, has_gradient: false };
+        sweep.diverge(&mut fields, privates, Diverge::of(once));
+        pressure.solve_lines([0.0, -1.0], fields.work[0]);
+        let sweep = Sweep { shape, pressure, viscous, has_gradient: false };
+        sweep.finish(&mut fields, privates, once.duration);
+    }
+
+    fn keep_pressure_gradient(&mut self, flow: &Flow<D>) {
+        if !self.has_gradient {
+            self.has_gradient = true;
+            self.work[0] = flow.grid.new_field();
+        }
     }
 }
 
@@ -210,11 +210,12 @@ fn is_solved(shape: &Shape, phi: &[f64]) -> bool {
     plane[shape.at((shape.n[1] / 2) as isize) + shape.n[0] / 2].is_finite()
 }
 
-/// The fields of `state` and `work`; where the pressure is not carried, φ stands in its place.
+/// The fields of `state` and `work`; without a gradient in the predictor φ stands in the place of the
+/// pressure.
 fn fields<'a, const D: usize>(
     state: &'a mut State<D>,
     work: &'a mut [Vec<f64>; 3],
-    carry: bool,
+    has_gradient: bool,
 ) -> Fields<'a> {
     let State { velocity, pressure, history, .. } = state;
     let three = |fields: &'a mut [Vec<f64>; D]| {
@@ -223,6 +224,6 @@ fn fields<'a, const D: usize>(
     };
     let [x, y, z] = work.each_mut().map(Vec::as_mut_slice);
     let (work, pressure) =
-        if carry { ([x, y, z], &mut pressure[..]) } else { ([&mut pressure[..], y, z], x) };
+        if has_gradient { ([x, y, z], &mut pressure[..]) } else { ([&mut pressure[..], y, z], x) };
     Fields { velocity: three(velocity), history: three(history), work, pressure }
 }

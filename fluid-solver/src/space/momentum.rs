@@ -1,7 +1,7 @@
 //! The momentum equation on one plane, in place.
 //!
 //! Planes are taken upwards and rows in order, so a flux is computed while both its sides are still
-//! old, and waits for its second use: along y in a row, along z in three planes ([`Carry`]). After
+//! old, and is stored for its second use: along y in a row, along z in three planes ([`FluxesAcross`]). After
 //! that nothing old is needed, and the increment can go to the velocity itself.
 
 use super::flux::{
@@ -24,17 +24,18 @@ pub(super) struct Factors {
     pub(super) now: f64,
     /// dt ζ, s; zero: N_old is not read.
     pub(super) old: f64,
-    /// Whether N is kept.
+    /// Whether N is kept for a later stage.
     pub(super) keep: bool,
     /// 2 α dt, s.
-    pub(super) share: f64,
+    pub(super) length: f64,
     /// Body force, m/s².
     pub(super) body: [f64; 3],
 }
 
-/// Fluxes that wait for the plane above: u and v along z, and all of N_w but what leaves upwards.
+/// Fluxes through the lower side of a plane, from the plane below: u and v along z, and all of N_w but what
+/// leaves upwards.
 #[derive(Debug)]
-pub(super) struct Carry {
+pub(super) struct FluxesAcross {
     u: Aligned,
     v: Aligned,
     w: Aligned,
@@ -54,7 +55,7 @@ pub(super) struct Lines {
     wy: [Aligned; 2],
 }
 
-impl Carry {
+impl FluxesAcross {
     /// Room for one plane.
     pub(super) fn new(shape: &Shape) -> Self {
         let plane = || Aligned::zeros(shape.n[1] * shape.row);
@@ -86,7 +87,7 @@ pub(super) enum Target<'a> {
     /// To the velocity itself.
     Velocity,
     /// To fields of its own, of which these are the planes.
-    Apart([&'a mut [f64]; 3]),
+    Increment([&'a mut [f64]; 3]),
 }
 
 /// One plane of the momentum equation.
@@ -108,43 +109,43 @@ pub(super) struct MomentumPlane<'a> {
     pub(super) force: Option<[&'a [f64]; 3]>,
     /// Pressure of this plane and the one below.
     pub(super) pressure: Option<[&'a [f64]; 2]>,
-    pub(super) carry: &'a mut Carry,
+    pub(super) fluxes: &'a mut FluxesAcross,
     pub(super) lines: &'a mut Lines,
 }
 
 /// Factors of the fluxes from cell `cell` through `face` above it.
 fn weights(shape: &Shape, f: &Factors, cell: usize, face: usize) -> Weights {
     let (quarter, nu) = (if f.convection { 0.25 } else { 0.0 }, f.explicit);
-    let ([x, y], [low, high]) = (shape.inverse, shape.shares[face]);
+    let ([x, y], [low, high]) = (shape.inverse, shape.cell_weights[face]);
     Weights {
         quarter,
         convection: [quarter * x, quarter * y],
         viscosity: [nu * x * x, nu * y * y],
         upper: nu * shape.slope[face],
         cell: nu * shape.cell[cell],
-        shares: [
+        mass: [
             [2.0 * quarter * x * low, 2.0 * quarter * x * high],
             [2.0 * quarter * y * low, 2.0 * quarter * y * high],
         ],
     }
 }
 
-/// Fills `carry` with what goes from the plane below to the first plane of a slab.
-pub(super) struct Prime<'a> {
+/// Fills `fluxes` with what goes from the plane below to the first plane of a slab.
+pub(super) struct FirstFluxes<'a> {
     pub(super) shape: &'a Shape,
     pub(super) factors: &'a Factors,
     /// Number of the first plane.
     pub(super) k: usize,
     pub(super) below: [&'a [f64]; 3],
     pub(super) first: [&'a [f64]; 3],
-    pub(super) carry: &'a mut Carry,
+    pub(super) fluxes: &'a mut FluxesAcross,
     pub(super) lines: &'a mut Lines,
 }
 
-impl Kernel for Prime<'_> {
+impl Kernel for FirstFluxes<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let Self { shape, factors, k, below, first, carry, lines } = self;
+        let Self { shape, factors, k, below, first, fluxes, lines } = self;
         let under = if k > 0 { k - 1 } else { shape.n[2] - 1 };
         let weights = weights(shape, factors, under, k);
         let n = shape.n[0];
@@ -155,9 +156,9 @@ impl Kernel for Prime<'_> {
             vertical_edge(shape, &weights, j, below, first, lines);
             let at = j as usize * shape.row;
             let Lines { uz, wx, wz, vz, wy, .. } = &mut *lines;
-            carry.u[at..at + n].copy_from_slice(&uz[..n]);
-            carry.v[at..at + n].copy_from_slice(&vz[0][..n]);
-            let part = &mut carry.w[at..at + n];
+            fluxes.u[at..at + n].copy_from_slice(&uz[..n]);
+            fluxes.v[at..at + n].copy_from_slice(&vz[0][..n]);
+            let part = &mut fluxes.w[at..at + n];
             begin_w(shape.face[k], wx, &wx[1..], &wy[0], &wy[1], wz, part);
         }
     }
@@ -230,7 +231,7 @@ impl Kernel for MomentumPlane<'_> {
         edge(self.shape, &weights, -1, here, self.lines);
         vertical_edge(self.shape, &weights, -1, here, self.above, self.lines);
         for j in 0..self.shape.n[1] {
-            self.fluxes(&weights, j as isize);
+            self.row_fluxes(&weights, j as isize);
             for d in 0..3 {
                 self.explicit(d, j);
                 self.gather(d, j);
@@ -243,7 +244,7 @@ impl Kernel for MomentumPlane<'_> {
 impl MomentumPlane<'_> {
     /// All fluxes of row `j` that are not there yet.
     #[inline(always)]
-    fn fluxes(&mut self, weights: &Weights, j: isize) {
+    fn row_fluxes(&mut self, weights: &Weights, j: isize) {
         let Self { shape, here: [u, v, w], above, lines, .. } = self;
         let here = [&**u, &**v, &**w];
         lines.turn();
@@ -258,7 +259,7 @@ impl MomentumPlane<'_> {
     #[inline(always)]
     fn explicit(&mut self, d: usize, j: usize) {
         let Self { shape, factors, k, here, above, below, target, .. } = self;
-        let Target::Apart(rhs) = target else { return };
+        let Target::Increment(rhs) = target else { return };
         let (at, n) = (shape.at(j as isize), shape.n[0]);
         let weights = laplacian_weights(shape, factors.implicit, d, *k);
         let [low, mid, high] = [below[d], &*here[d], above[d]];
@@ -280,30 +281,30 @@ impl MomentumPlane<'_> {
 
     #[inline(always)]
     fn gather_as<const OLD: bool, const KEEP: bool>(&mut self, d: usize, j: usize) {
-        let Self { shape, factors: f, k, here, target, history, carry, lines, .. } = self;
+        let Self { shape, factors: f, k, here, target, history, fluxes, lines, .. } = self;
         let (n, k) = (shape.n[0], *k);
         let at = shape.at(j as isize);
         let out = match target {
             Target::Velocity => &mut here[d][at..][..n],
-            Target::Apart(rhs) => &mut rhs[d][at..][..n],
+            Target::Increment(rhs) => &mut rhs[d][at..][..n],
         };
         let history = &mut history[d][at..][..n];
-        let usage = Use { now: f.now, old: f.old, body: f.share * f.body[d] };
-        let carried = j * shape.row..j * shape.row + n;
+        let usage = Use { now: f.now, old: f.old, body: f.length * f.body[d] };
+        let row = j * shape.row..j * shape.row + n;
         let Lines { ux, uz, wx, wz, uy, vx, vy, vz, wy } = &mut **lines;
         let cell = shape.cell[k];
         match d {
             0 => {
-                let below = &mut carry.u[carried];
+                let below = &mut fluxes.u[row];
                 gather::<OLD, KEEP>(cell, usage, ux, &ux[1..], &uy[0], &uy[1], uz, below, out, history);
             }
             1 => {
-                let (x, y, below) = (&vx[0], &vy, &mut carry.v[carried]);
+                let (x, y, below) = (&vx[0], &vy, &mut fluxes.v[row]);
                 gather::<OLD, KEEP>(cell, usage, x, &x[1..], &y[0], &y[1], &vz[0], below, out, history);
             }
             _ => {
                 let (here, next) = (shape.face[k], shape.face[k + 1]);
-                let (x, y, part) = (&wx, &wy, &mut carry.w[carried]);
+                let (x, y, part) = (&wx, &wy, &mut fluxes.w[row]);
                 gather_w::<OLD, KEEP>(here, next, usage, x, &x[1..], &y[0], &y[1], wz, part, out, history);
             }
         }
@@ -316,10 +317,10 @@ impl MomentumPlane<'_> {
         let (n, at) = (shape.n[0], shape.at(j as isize));
         let (out, in_place) = match target {
             Target::Velocity => (&mut here[d][at..][..n], true),
-            Target::Apart(rhs) => (&mut rhs[d][at..][..n], false),
+            Target::Increment(rhs) => (&mut rhs[d][at..][..n], false),
         };
         if let Some(force) = force {
-            add_scaled(f.share, &force[d][at..][..n], out);
+            add_scaled(f.length, &force[d][at..][..n], out);
         }
         if let Some([p, p_below]) = pressure {
             let here = &p[at..][..n];
@@ -328,17 +329,17 @@ impl MomentumPlane<'_> {
                 1 => (&p[shape.at(j as isize - 1)..][..n], shape.inverse[1]),
                 _ => (&p_below[at..][..n], shape.slope[*k]),
             };
-            subtract_slope(f.share * inverse, before, here, out);
+            subtract_slope(f.length * inverse, before, here, out);
         }
         if in_place {
-            hold_walls(shape, d, [j, *k], out);
+            reset_wall_faces(shape, d, [j, *k], out);
         }
     }
 }
 
-/// Wall faces stay where they are.
+/// No increment on wall faces.
 #[inline(always)]
-pub(super) fn hold_walls(shape: &Shape, d: usize, [j, k]: [usize; 2], row: &mut [f64]) {
+pub(super) fn reset_wall_faces(shape: &Shape, d: usize, [j, k]: [usize; 2], row: &mut [f64]) {
     if shape.periodic(d) {
         return;
     }

@@ -6,7 +6,7 @@ use super::shape::Shape;
 use crate::lanes::Kernel;
 use pulp::Simd;
 
-/// `u −= weight ∇φ` on one plane, halos along x and y included; `p += φ` where it is carried.
+/// `u −= weight ∇φ` on one plane, halos along x and y included; `p += φ` where the predictor has its gradient.
 pub(super) struct CorrectPlane<'a> {
     pub(super) shape: &'a Shape,
     pub(super) k: usize,
@@ -137,7 +137,7 @@ impl Kernel for AddPlane<'_> {
             let at = shape.at(j as isize);
             let row = &mut velocity[at..][..n];
             add(&increment[at..][..n], row);
-            super::momentum::hold_walls(shape, d, [j, k], row);
+            super::momentum::reset_wall_faces(shape, d, [j, k], row);
         }
     }
 }

@@ -28,9 +28,9 @@ pub(crate) struct Shape {
     pub(crate) face: Vec<f64>,
     /// 1/distance of the centres beside each face, 1/m, `n + 1`.
     pub(crate) slope: Vec<f64>,
-    /// Shares of the cells below and above in the mass flux through the sides of the control
+    /// Weights of the cells below and above in the mass flux through the sides of the control
     /// volume of w on each face, `n + 1`; their sum is 1 (½ at a wall, where nothing is unknown).
-    pub(crate) shares: Vec<[f64; 2]>,
+    pub(crate) cell_weights: Vec<[f64; 2]>,
 }
 
 impl Shape {
@@ -58,7 +58,9 @@ impl Shape {
             cell: z.widths.iter().map(|h| 1.0 / h).collect(),
             face: z.face_volume.iter().map(|h| 1.0 / h).collect(),
             slope: z.distances.iter().map(|h| 1.0 / h).collect(),
-            shares: (0..=n[2]).map(|k| [below(k), width(k)].map(|h| 0.5 * h / z.face_volume[k])).collect(),
+            cell_weights: (0..=n[2])
+                .map(|k| [below(k), width(k)].map(|h| 0.5 * h / z.face_volume[k]))
+                .collect(),
         }
     }
 

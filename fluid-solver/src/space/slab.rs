@@ -1,6 +1,6 @@
 //! Slabs of planes: each thread owns one, with private copies of the planes beside it.
 
-use super::momentum::{Carry, Lines};
+use super::momentum::{FluxesAcross, Lines};
 use super::shape::Shape;
 use crate::helmholtz::space::{Memory, Space};
 use crate::lanes::Aligned;
@@ -11,7 +11,7 @@ pub(super) struct Fields<'a> {
     pub(super) velocity: [&'a mut [f64]; 3],
     pub(super) history: [&'a mut [f64]; 3],
     pub(super) work: [&'a mut [f64]; 3],
-    /// The carried pressure; empty where φ is the pressure.
+    /// The pressure; empty where φ is the pressure.
     pub(super) pressure: &'a mut [f64],
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Private {
     /// φ and pressure on the plane below.
     pub(super) phi: Aligned,
     pub(super) pressure: Aligned,
-    pub(super) carry: Carry,
+    pub(super) fluxes: FluxesAcross,
     pub(super) lines: Lines,
     /// For the transforms of the pressure and of each component with implicit viscosity.
     pub(super) transforms: Memory,
@@ -45,7 +45,7 @@ impl Private {
             above: std::array::from_fn(|_| plane()),
             phi: plane(),
             pressure: plane(),
-            carry: Carry::new(shape),
+            fluxes: FluxesAcross::new(shape),
             lines: Lines::new(shape),
             transforms: pressure.new_memory(),
             viscous: viscous.iter().map(Space::new_memory).collect(),

@@ -1,13 +1,13 @@
 //! The sweeps over the planes, slab by slab.
 
 use super::halo::{beyond, fill_plane};
-use super::momentum::{Factors, MomentumPlane, Prime, Target};
+use super::momentum::{Factors, FirstFluxes, MomentumPlane, Target};
 use super::project::{AddPlane, CorrectPlane, DivergencePlane};
 use super::shape::Shape;
 use super::slab::{Fields, Private, Slab, planes};
 use crate::helmholtz::space::Space;
 use crate::lanes::dispatch;
-use crate::step::Pending;
+use crate::stages::PressureUpdate;
 use crate::transform::Direction;
 use rayon::prelude::*;
 
@@ -17,19 +17,19 @@ pub(super) struct Sweep<'a> {
     pub(super) shape: &'a Shape,
     pub(super) pressure: &'a Space,
     pub(super) viscous: &'a [Space],
-    pub(super) carry: bool,
+    pub(super) has_gradient: bool,
 }
 
 /// How the divergence goes to the right-hand side of φ and to the pressure.
 #[derive(Clone, Copy)]
 pub(super) struct Diverge {
     inverse: f64,
-    correction: f64,
+    viscosity: f64,
 }
 
 impl Diverge {
-    pub(super) fn of(pending: Pending) -> Self {
-        Self { inverse: 1.0 / pending.weight, correction: pending.correction }
+    pub(super) fn of(update: PressureUpdate) -> Self {
+        Self { inverse: 1.0 / update.duration, viscosity: update.viscosity }
     }
 }
 
@@ -43,8 +43,8 @@ pub(super) enum Before {
 }
 
 impl Sweep<'_> {
-    /// φ on the last plane of each slab, and from there to the slab above.
-    fn hand_up(&self, fields: &mut Fields<'_>, privates: &mut [Private]) {
+    /// φ on the last plane of each slab, copied to the slab above.
+    fn exchange_phi(&self, fields: &mut Fields<'_>, privates: &mut [Private]) {
         let shape = self.shape;
         fields.each(shape, privates, |slab| self.back(slab, slab.planes.end - 1));
         let phi = &*fields.work[0];
@@ -57,10 +57,10 @@ impl Sweep<'_> {
         });
     }
 
-    /// Prepares the first and the last plane of each slab, so that its neighbours can see them.
-    pub(super) fn open(&self, fields: &mut Fields<'_>, privates: &mut [Private], before: Before) {
+    /// Prepares the first and the last plane of each slab, so that its neighbours can copy them.
+    pub(super) fn prepare_ends(&self, fields: &mut Fields<'_>, privates: &mut [Private], before: Before) {
         if let Before::Correct(_) = before {
-            self.hand_up(fields, privates);
+            self.exchange_phi(fields, privates);
         }
         fields.each(self.shape, privates, |slab| {
             let (first, last) = (slab.planes.start, slab.planes.end - 1);
@@ -114,8 +114,8 @@ impl Sweep<'_> {
     }
 
     /// Copies the planes beside each slab.
-    pub(super) fn look_around(&self, fields: &Fields<'_>, privates: &mut [Private]) {
-        let (shape, carry) = (self.shape, self.carry);
+    pub(super) fn exchange_planes(&self, fields: &Fields<'_>, privates: &mut [Private]) {
+        let (shape, has_gradient) = (self.shape, self.has_gradient);
         each_private(shape, privates, |range, private| {
             let n = shape.n[2];
             let plane = |k: usize| shape.planes(k as isize, k as isize + 1);
@@ -140,14 +140,14 @@ impl Sweep<'_> {
                     copy(above, &u[plane(over)]);
                 }
             }
-            if carry {
+            if has_gradient {
                 let from = if first { range.start } else { under };
                 copy(&mut private.pressure, &fields.pressure[plane(from)]);
             }
         });
     }
 
-    /// Momentum, with what is due before it ([`Sweep::open`] did it at the ends), and the divergence.
+    /// Momentum, with what is due before it ([`Sweep::prepare_ends`] did it at the ends), and the divergence.
     pub(super) fn momentum(
         &self,
         fields: &mut Fields<'_>,
@@ -159,7 +159,7 @@ impl Sweep<'_> {
     ) {
         fields.each(self.shape, privates, |slab| {
             let range = slab.planes.clone();
-            self.prime(slab, factors);
+            self.first_fluxes(slab, factors);
             for k in range.clone() {
                 if k + 2 < range.end {
                     self.prepare(slab, k + 1, before);
@@ -236,7 +236,7 @@ impl Sweep<'_> {
 
     /// The end of a projection.
     pub(super) fn finish(&self, fields: &mut Fields<'_>, privates: &mut [Private], weight: f64) {
-        self.hand_up(fields, privates);
+        self.exchange_phi(fields, privates);
         fields.each(self.shape, privates, |slab| {
             for k in slab.planes.clone() {
                 if k + 1 < slab.planes.end {
@@ -279,21 +279,21 @@ impl Sweep<'_> {
             weight,
             phi: [here, low],
             velocity: velocity.each_mut().map(|u| &mut u[at.clone()]),
-            pressure: self.carry.then(|| &mut pressure[at.clone()]),
+            pressure: self.has_gradient.then(|| &mut pressure[at.clone()]),
         });
     }
 
     /// Fluxes into the first plane of a slab.
-    fn prime(&self, slab: &mut Slab<'_>, factors: &Factors) {
+    fn first_fluxes(&self, slab: &mut Slab<'_>, factors: &Factors) {
         let at = self.place(slab, slab.planes.start);
-        let Private { below, carry, lines, .. } = &mut slab.privates[0];
-        dispatch(Prime {
+        let Private { below, fluxes, lines, .. } = &mut slab.privates[0];
+        dispatch(FirstFluxes {
             shape: self.shape,
             factors,
             k: slab.planes.start,
             below: below.each_ref().map(|u| &u[..]),
             first: slab.fields.velocity.each_ref().map(|u| &u[at.clone()]),
-            carry,
+            fluxes,
             lines,
         });
     }
@@ -302,7 +302,7 @@ impl Sweep<'_> {
     fn plane(&self, slab: &mut Slab<'_>, k: usize, factors: &Factors, force: Option<[&[f64]; 3]>) {
         let (at, shape) = (self.place(slab, k), self.shape);
         let Slab { fields: Fields { velocity, history, work, pressure }, privates, planes } = slab;
-        let Private { below: under, above: over, pressure: low, carry, lines, .. } = &mut privates[0];
+        let Private { below: under, above: over, pressure: low, fluxes, lines, .. } = &mut privates[0];
         let (mut below, mut above) = (under.each_ref().map(|u| &u[..]), over.each_ref().map(|u| &u[..]));
         let mut here: [&mut [f64]; 3] = Default::default();
         for (d, u) in velocity.iter_mut().enumerate() {
@@ -317,7 +317,7 @@ impl Sweep<'_> {
             }
         }
         let low = if k > planes.start { at.start.checked_sub(shape.plane) } else { None }
-            .map_or(&low[..], |low| if self.carry { &pressure[low..at.start] } else { &[] });
+            .map_or(&low[..], |low| if self.has_gradient { &pressure[low..at.start] } else { &[] });
         dispatch(MomentumPlane {
             shape,
             factors,
@@ -328,12 +328,12 @@ impl Sweep<'_> {
             target: if self.viscous.is_empty() {
                 Target::Velocity
             } else {
-                Target::Apart(work.each_mut().map(|x| &mut x[at.clone()]))
+                Target::Increment(work.each_mut().map(|x| &mut x[at.clone()]))
             },
             history: history.each_mut().map(|x| &mut x[at.clone()]),
             force: force.map(|f| f.map(|f| &f[shape.planes(k as isize, k as isize + 1)])),
-            pressure: self.carry.then(|| [&pressure[at.clone()], low]),
-            carry,
+            pressure: self.has_gradient.then(|| [&pressure[at.clone()], low]),
+            fluxes,
             lines,
         });
     }
@@ -346,7 +346,7 @@ impl Sweep<'_> {
         let Private { above, transforms, .. } = &mut privates[0];
         let (low, high) = w.split_at_mut(at.end);
         let out = &mut phi[at.clone()];
-        let carried = self.carry && diverge.correction != 0.0;
+        let changes_pressure = self.has_gradient && diverge.viscosity != 0.0;
         dispatch(DivergencePlane {
             shape,
             k,
@@ -354,7 +354,7 @@ impl Sweep<'_> {
             velocity: [&mut u[at.clone()], &mut v[at.clone()], &mut low[at.start..]],
             above: if k + 1 < planes.end { &high[..shape.plane] } else { &above[2] },
             out: &mut *out,
-            pressure: carried.then(|| (&mut pressure[at.clone()], diverge.correction)),
+            pressure: changes_pressure.then(|| (&mut pressure[at.clone()], diverge.viscosity)),
         });
         self.pressure.transform_plane(Direction::Forward, out, transforms);
     }

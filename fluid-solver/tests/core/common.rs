@@ -4,8 +4,8 @@ use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
 use fluid_solver::field::{State, for_each_unknown};
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
-use fluid_solver::scheme::{Projections, Scheme, Viscous};
-use fluid_solver::step::{Options, Stepper};
+use fluid_solver::scheme::{Options, Projections, Scheme, Viscous};
+use fluid_solver::step::Stepper;
 
 /// The schemes that every order test goes through.
 pub(crate) const SCHEMES: [Scheme; 3] = [
@@ -41,6 +41,34 @@ pub(crate) fn stepper<const D: usize>(grid: Grid<D>, nu: f64, scheme: Scheme) ->
     let options =
         Options { viscosity: nu, scheme, viscous: Viscous::Implicit, convection: true, body_force: [0.0; D] };
     Stepper::new(grid, options)
+}
+
+/// N = −∇·(u u) (without `viscosity`, m²/s) or ν ∇²u (with it, Stokes flow) of a velocity, as the stepper
+/// computes it: a first step of Adams–Bashforth leaves it in the history.
+fn tendency_of<const D: usize>(grid: &Grid<D>, velocity: [Vec<f64>; D], viscosity: f64) -> [Vec<f64>; D] {
+    let options = Options {
+        viscosity,
+        scheme: Scheme::AdamsBashforth2,
+        viscous: Viscous::Explicit,
+        convection: viscosity == 0.0,
+        body_force: [0.0; D],
+    };
+    let mut stepper = Stepper::new(grid.clone(), options);
+    stepper.state_mut().velocity = velocity;
+    stepper.advance_without_projection(1.0, None);
+    stepper.state().history.clone()
+}
+
+/// −∇·(u u) as the stepper computes it.
+pub(crate) fn convection_of<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> [Vec<f64>; D] {
+    tendency_of(grid, velocity.clone(), 0.0)
+}
+
+/// ∇²u of component `d` as the stepper computes it.
+pub(crate) fn laplacian_of<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> Vec<f64> {
+    let mut velocity = grid.new_vector();
+    velocity[d].copy_from_slice(u);
+    std::mem::take(&mut tendency_of(grid, velocity, 1.0)[d])
 }
 
 /// Volume-weighted root mean square of `u − exact` for component `d`.

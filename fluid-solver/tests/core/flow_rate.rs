@@ -5,15 +5,15 @@ use fluid_solver::boundary::Boundary;
 use fluid_solver::field::set_component;
 use fluid_solver::grid::Grid;
 use fluid_solver::measure::{largest_divergence, momentum};
-use fluid_solver::scheme::{Scheme, Viscous};
-use fluid_solver::step::{Options, Stepper};
+use fluid_solver::scheme::{Options, Scheme, Viscous};
+use fluid_solver::step::Stepper;
 use std::f64::consts::PI;
 
 /// A stepper that holds the mean velocity 2 along `axis`, from rest.
 fn held<const D: usize>(g: Grid<D>, nu: f64, scheme: Scheme, viscous: Viscous, axis: usize) -> Stepper<D> {
     let options = Options { viscosity: nu, scheme, viscous, convection: true, body_force: [0.0; D] };
     let mut s = Stepper::new(g, options);
-    s.hold_flow_rate(axis, 2.0);
+    s.prescribe_flow_rate(axis, 2.0);
     s
 }
 

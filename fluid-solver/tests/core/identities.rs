@@ -1,14 +1,12 @@
 //! Discrete identities of the operators, in plane, axisymmetric and space grids.
 
-use crate::common::{Random, grid, plane_grids, space_grids, uniform};
-use fluid_solver::advect::Advection;
+use crate::common::{Random, convection_of, grid, laplacian_of, plane_grids, space_grids, uniform};
 use fluid_solver::boundary::{Boundary, fill_velocity};
-use fluid_solver::diffuse::Diffusion;
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
 use fluid_solver::health::Health;
-use fluid_solver::scheme::{Scheme, Viscous};
-use fluid_solver::step::{Options, Stepper};
+use fluid_solver::scheme::{Options, Scheme, Viscous};
+use fluid_solver::step::Stepper;
 
 /// A random divergence-free velocity of size about 1, halos filled.
 fn solenoidal<const D: usize>(grid: &Grid<D>) -> [Vec<f64>; D] {
@@ -27,16 +25,6 @@ fn solenoidal<const D: usize>(grid: &Grid<D>) -> [Vec<f64>; D] {
     stepper.state().velocity.clone()
 }
 
-/// One operator applied to every row of component `d`.
-fn apply<const D: usize>(grid: &Grid<D>, row: impl Fn(usize, &mut [f64])) -> Vec<f64> {
-    let mut out = grid.new_field();
-    for r in 0..grid.rows() {
-        let start = grid.row(r);
-        row(r, &mut out[start..start + grid.cells[0]]);
-    }
-    out
-}
-
 /// ∫ a b dV over the unknowns of component `d`, and ∫ |a b| dV.
 fn product<const D: usize>(grid: &Grid<D>, d: usize, a: &[f64], b: &[f64]) -> [f64; 2] {
     let mut sums = [0.0; 2];
@@ -51,11 +39,10 @@ fn product<const D: usize>(grid: &Grid<D>, d: usize, a: &[f64], b: &[f64]) -> [f
 /// Σ_d ∫ u_d N_d dV relative to Σ ∫ |u_d N_d| dV.
 fn convective_power<const D: usize>(grid: &Grid<D>) -> f64 {
     let u = solenoidal(grid);
-    let advection = Advection::new(grid);
+    let n = convection_of(grid, &u);
     let mut total = [0.0; 2];
     for d in 0..D {
-        let n = apply(grid, |row, out| advection.add_row(grid, d, &u, row, out));
-        let p = product(grid, d, &u[d], &n);
+        let p = product(grid, d, &u[d], &n[d]);
         total = [total[0] + p[0], total[1] + p[1]];
     }
     total[0].abs() / total[1]
@@ -82,9 +69,7 @@ fn laplacian_symmetry<const D: usize>(grid: &Grid<D>, d: usize) -> (f64, f64) {
     Random(6).fill(grid, d, &mut b);
     fill_velocity(grid, d, &mut a);
     fill_velocity(grid, d, &mut b);
-    let diffusion = Diffusion::new(grid, d);
-    let of = |u: &[f64]| apply(grid, |row, out| diffusion.add_row(grid, 1.0, u, row, out));
-    let (la, lb) = (of(&a), of(&b));
+    let (la, lb) = (laplacian_of(grid, d, &a), laplacian_of(grid, d, &b));
     let (ab, ba) = (product(grid, d, &a, &lb), product(grid, d, &b, &la));
     ((ab[0] - ba[0]).abs() / ab[1], product(grid, d, &a, &la)[0])
 }

@@ -1,7 +1,9 @@
 //! The Navier–Stokes core against exact solutions and discrete identities.
 
 mod common;
+mod reference;
 
+mod equations;
 mod flow_rate;
 mod identities;
 mod open;
@@ -9,6 +11,6 @@ mod order;
 mod radial;
 mod repeat;
 mod solve;
-mod space;
+mod terms;
 mod transforms;
 mod walls;

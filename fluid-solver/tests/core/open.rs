@@ -8,8 +8,8 @@ use fluid_solver::field::{State, for_each_unknown, set_component};
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::measure::largest_divergence;
 use fluid_solver::open::OpenFaces;
-use fluid_solver::scheme::{Scheme, Viscous};
-use fluid_solver::step::{Options, Stepper};
+use fluid_solver::scheme::{Options, Scheme, Viscous};
+use fluid_solver::step::Stepper;
 use std::f64::consts::PI;
 
 /// Inflow with mean velocity `speed` along `axis`.

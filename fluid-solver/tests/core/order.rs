@@ -64,7 +64,7 @@ fn order_in_time_is_two_with_pressure() {
 /// Taylor–Green plus a second vortex, so that convection does not reduce to a gradient.
 fn perturbed(scheme: Scheme, viscous: Viscous) -> Stepper<2> {
     let base = taylor_green(32, scheme);
-    let options = fluid_solver::step::Options { viscous, ..base.options().clone() };
+    let options = fluid_solver::scheme::Options { viscous, ..base.options().clone() };
     let mut s = Stepper::new(base.grid().clone(), options);
     let g = s.grid().clone();
     let state = s.state_mut();

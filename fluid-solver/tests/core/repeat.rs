@@ -5,8 +5,8 @@ use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
 use fluid_solver::field::State;
 use fluid_solver::grid::Grid;
-use fluid_solver::scheme::{Scheme, Viscous};
-use fluid_solver::step::{Options, Stepper};
+use fluid_solver::scheme::{Options, Scheme, Viscous};
+use fluid_solver::step::Stepper;
 
 /// Three steps from a random state on a pool of `threads`.
 fn run<const D: usize>(grid: &Grid<D>, scheme: Scheme, threads: usize) -> State<D> {

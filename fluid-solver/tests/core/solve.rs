@@ -1,14 +1,14 @@
 //! The direct solver against the discrete operators it inverts, for every kind of boundary.
 
-use crate::common::{Random, plane_grids, space_grids};
+use crate::common::{Random, laplacian_of, plane_grids, space_grids};
+use crate::reference::{divergence, for_each_cell, gradient};
 use fluid_solver::boundary::{fill_scalar, fill_velocity};
-use fluid_solver::diffuse::Diffusion;
+use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
 use fluid_solver::helmholtz::{Helmholtz, Unknown, Write};
 use fluid_solver::measure::largest_divergence;
-use fluid_solver::project::Projection;
-use fluid_solver::scheme::{Scheme, Viscous};
-use fluid_solver::step::{Options, Stepper};
+use fluid_solver::scheme::{Options, Scheme, Viscous};
+use fluid_solver::step::Stepper;
 
 /// Largest |x − c ∇²x − b| over the unknowns of component `d`, for a random b of size 1.
 fn viscous_residual<const D: usize>(grid: &Grid<D>, d: usize, c: f64) -> f64 {
@@ -18,21 +18,8 @@ fn viscous_residual<const D: usize>(grid: &Grid<D>, d: usize, c: f64) -> f64 {
     let mut solver = Helmholtz::new(grid, Unknown::Component(d));
     solver.solve(grid, 1.0, c, &mut b.clone(), &mut x, Write::Set);
     fill_velocity(grid, d, &mut x);
-    let laplacian = Diffusion::new(grid, d);
-    let (mut line, mut worst) = (vec![0.0; grid.cells[0]], 0.0_f64);
-    let unknowns = grid.unknowns(d);
-    for row in 0..grid.rows() {
-        let at = [0, row % grid.cells[1], row / grid.cells[1]];
-        if (1..D).any(|a| !unknowns[a].contains(&at[a])) {
-            continue;
-        }
-        line.fill(0.0);
-        laplacian.add_row(grid, c, &x, row, &mut line);
-        for i in unknowns[0].clone() {
-            let index = grid.row(row) + i;
-            worst = worst.max((x[index] - line[i] - b[index]).abs());
-        }
-    }
+    let (laplacian, mut worst) = (laplacian_of(grid, d, &x), 0.0_f64);
+    for_each_unknown(grid, d, |_, at| worst = worst.max((x[at] - c * laplacian[at] - b[at]).abs()));
     worst
 }
 
@@ -109,31 +96,17 @@ fn pressure_solve_has_zero_mean() {
             }
         }
         fill_scalar(&grid, &mut q);
-        let projection = Projection::new(&grid);
-        let mut gradient = grid.new_vector();
-        for (d, g) in gradient.iter_mut().enumerate() {
-            for row in 0..grid.rows() {
-                let start = grid.row(row);
-                let line = &mut g[start..start + grid.cells[0]];
-                projection.add_gradient_row(&grid, d, 1.0, &q, row, line);
-            }
-            fill_velocity(&grid, d, g);
+        let mut slopes: [Vec<f64>; 2] = std::array::from_fn(|d| gradient(&grid, d, &q));
+        for (d, slope) in slopes.iter_mut().enumerate() {
+            fill_velocity(&grid, d, slope);
         }
-        let (mut b, mut p) = (grid.new_field(), grid.new_field());
-        for row in 0..grid.rows() {
-            let start = grid.row(row);
-            let line = &mut b[start..start + grid.cells[0]];
-            projection.divergence_row(&grid, &gradient, row, line);
-        }
+        let (mut b, mut p) = (divergence(&grid, &slopes), grid.new_field());
         let mut solver = Helmholtz::new(&grid, Unknown::Pressure);
         solver.solve(&grid, 0.0, -1.0, &mut b, &mut p, Write::Set);
-        for row in 0..grid.rows() {
-            for i in 0..grid.cells[0] {
-                let index = grid.row(row) + i;
-                // Condition number of the Neumann operator here ≤ 1e3, p of size 1.
-                let wrong = (p[index] - q[index] + mean / volume).abs();
-                assert!(wrong < 1e-11, "{:?}: {wrong:e}", grid.boundaries);
-            }
-        }
+        for_each_cell(&grid, |_, index| {
+            // Condition number of the Neumann operator here ≤ 1e3, p of size 1.
+            let wrong = (p[index] - q[index] + mean / volume).abs();
+            assert!(wrong < 1e-11, "{:?}: {wrong:e}", grid.boundaries);
+        });
     }
 }

@@ -1,0 +1,42 @@
+//! The flow on its grid: what a step works on.
+
+use crate::boundary::{fill_velocity, fill_velocity_and_open};
+use crate::field::State;
+use crate::grid::Grid;
+use crate::scheme::Options;
+use crate::timings::Timings;
+
+/// Grid, choices and state of a flow.
+pub(crate) struct Flow<const D: usize> {
+    pub(crate) grid: Grid<D>,
+    pub(crate) options: Options<D>,
+    pub(crate) state: State<D>,
+    pub(crate) timings: Timings,
+}
+
+impl<const D: usize> Flow<D> {
+    /// Refreshes halo, wall faces and open faces of the velocity.
+    pub(crate) fn fill_halos(&mut self) {
+        let State { velocity, open, .. } = &mut self.state;
+        for (d, u) in velocity.iter_mut().enumerate() {
+            if open.is_empty() {
+                fill_velocity(&self.grid, d, u);
+            } else {
+                fill_velocity_and_open(&self.grid, open, d, u);
+            }
+        }
+    }
+
+    /// Whether fluid passes through a face of the box.
+    pub(crate) fn is_open(&self) -> bool {
+        !self.state.open.is_empty()
+    }
+
+    /// Moves the velocity on outflow faces on by `dt` (s), and fills the halos with it.
+    pub(crate) fn convect_outflow(&mut self, dt: f64) {
+        if self.is_open() {
+            self.state.open.convect(&self.grid, &self.state.velocity, dt);
+            self.fill_halos();
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! The kernels of the step on two axes, one row each.
+
+use super::factors::Factors;
+use super::momentum::Momentum;
+use super::stokes::Stokes;
+use crate::grid::Grid;
+use crate::lanes::Kernel;
+use crate::project::Projection;
+use pulp::Simd;
+
+/// One row of `rhs = dt (γ N + ζ N_old) + 2 α dt (f − ∇p + ν ∇²u)`, `history = N`.
+pub(super) struct PredictRow<'a, const D: usize> {
+    pub(super) grid: &'a Grid<D>,
+    pub(super) factors: &'a Factors,
+    /// With convection.
+    pub(super) momentum: Option<&'a Momentum>,
+    /// Without.
+    pub(super) stokes: &'a Stokes,
+    pub(super) projection: &'a Projection<D>,
+    pub(super) d: usize,
+    pub(super) velocity: &'a [Vec<f64>; D],
+    pub(super) pressure: &'a [f64],
+    pub(super) force: Option<&'a [f64]>,
+    pub(super) row: usize,
+    pub(super) rhs: &'a mut [f64],
+    pub(super) history: &'a mut [f64],
+}
+
+impl<const D: usize> Kernel for PredictRow<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Self { grid, factors, velocity, pressure, row, rhs, history, .. } = self;
+        match self.momentum {
+            Some(momentum) => momentum.row(grid, factors, velocity, pressure, row, rhs, history),
+            None => {
+                let u = &velocity[self.d];
+                self.stokes.row(grid, self.projection, factors, u, pressure, row, rhs, history);
+            }
+        }
+        if let Some(force) = self.force {
+            let force = &force[grid.row(row)..][..rhs.len()];
+            for (r, f) in rhs.iter_mut().zip(force) {
+                *r += factors.length * f;
+            }
+        }
+    }
+}
+
+/// One row of `rhs = inverse ∇·u`.
+pub(super) struct DivergenceRow<'a, const D: usize> {
+    pub(super) projection: &'a Projection<D>,
+    pub(super) grid: &'a Grid<D>,
+    pub(super) velocity: &'a [Vec<f64>; D],
+    pub(super) row: usize,
+    pub(super) inverse: f64,
+    pub(super) rhs: &'a mut [f64],
+}
+
+impl<const D: usize> Kernel for DivergenceRow<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        self.projection.divergence_row(self.grid, self.velocity, self.row, self.rhs);
+        for r in self.rhs {
+            *r *= self.inverse;
+        }
+    }
+}
+
+/// One row of `u −= weight ∇φ`.
+pub(super) struct CorrectRow<'a, const D: usize> {
+    pub(super) projection: &'a Projection<D>,
+    pub(super) grid: &'a Grid<D>,
+    pub(super) d: usize,
+    pub(super) weight: f64,
+    pub(super) phi: &'a [f64],
+    pub(super) row: usize,
+    pub(super) u: &'a mut [f64],
+}
+
+impl<const D: usize> Kernel for CorrectRow<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        self.projection.add_gradient_row(self.grid, self.d, -self.weight, self.phi, self.row, self.u);
+    }
+}
+
+/// [`Projection::finish_row`] on one row.
+pub(super) struct FinishRow<'a, const D: usize> {
+    pub(super) projection: &'a Projection<D>,
+    pub(super) grid: &'a Grid<D>,
+    pub(super) weights: [f64; 2],
+    pub(super) phi: &'a [f64],
+    pub(super) row: usize,
+    pub(super) fields: [&'a mut [f64]; 3],
+}
+
+impl<const D: usize> Kernel for FinishRow<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        self.projection.finish_row(self.grid, self.weights, self.phi, self.row, self.fields);
+    }
+}
