@@ -1,6 +1,6 @@
 //! One axis of a grid: where its faces and centres lie, and its metric.
 
-use crate::grid::GridError;
+use crate::grid_error::GridError;
 
 /// How an axis is divided into cells.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,8 @@
 //! The flow on its grid: what a step works on.
 
-use crate::boundary::{fill_velocity, fill_velocity_and_open};
 use crate::field::State;
 use crate::grid::Grid;
+use crate::halo::{fill_velocity, fill_velocity_and_open};
 use crate::scheme::Options;
 use crate::timings::Timings;
 

@@ -107,6 +107,18 @@ pub fn load(values: &[f64]) -> Lanes {
     lanes
 }
 
+/// Eight values from place `at` on.
+#[inline(always)]
+pub(crate) fn eight(values: &[f64], at: usize) -> &Lanes {
+    values[at..].first_chunk().expect("rows are whole vectors")
+}
+
+/// Eight values from place `at` on, to be changed.
+#[inline(always)]
+pub(crate) fn eight_mut(values: &mut [f64], at: usize) -> &mut Lanes {
+    values[at..].first_chunk_mut().expect("rows are whole vectors")
+}
+
 /// The body of a hot loop, written once and compiled for every vector width.
 ///
 /// `run` and all that it calls must be `#[inline(always)]`, and closures are left out: what is not

@@ -5,12 +5,14 @@
 //! axis 0 pass through a transposition. One thread sweeps in place; several threads write the
 //! solved columns to `modes`, so that each task owns what it writes. The arithmetic is the same.
 
-use super::columns::Columns;
+use super::blocks::{Pool, block_length, blocks, pack, store};
+use super::plane_columns::PlaneColumns;
 use super::tiles::{LoadRows, StoreRows};
-use super::{Pool, Unknown, Write, block_length, blocks, pack, store};
+use super::unknown::Unknown;
 use crate::grid::Grid;
 use crate::lanes::{Kernel, Lanes, ZERO, aligned, dispatch};
 use crate::threads::for_chunks;
+use crate::transform::Write;
 use crate::transform::{Direction, Rows, RowsMut, Scratch, Transform};
 use pulp::Simd;
 
@@ -23,7 +25,7 @@ pub(super) struct Plane {
     /// Number of lines.
     count: usize,
     transform: Transform,
-    columns: Columns,
+    columns: PlaneColumns,
     lines: Vec<Lanes>,
     /// Solved columns `[block of modes][block of lines][8][8]`; empty with one thread.
     modes: Vec<Lanes>,
@@ -57,7 +59,7 @@ impl Plane {
         let before = if along == 1 { std::mem::take(&mut first[0]) } else { 0 };
         let count = grid.cells[across] - first[across];
         let scale = kind.scale(grid.cells[along]);
-        let columns = Columns::new(unknown.across(grid, across).padded(before), lambda, scale);
+        let columns = PlaneColumns::new(unknown.across(grid, across).padded(before), lambda, scale);
         let (places, high) = (transform.values(), count.next_multiple_of(8));
         let modes = if rayon::current_num_threads() > 1 { columns.count() * high + 1 } else { 0 };
         Self {

@@ -3,11 +3,13 @@
 //! A plane is a slice of one plane stride from its row −1 on. The step in space calls the parts
 //! one by one while a plane is in the cache; [`Space::solve`] puts them together.
 
-use super::pillars::{Pillars, Solve};
+use super::blocks::store;
+use super::space_columns::{Solve, SpaceColumns};
 use super::tiles::{LoadRows, StoreRows};
-use super::{Unknown, Write, store};
+use super::unknown::Unknown;
 use crate::grid::Grid;
 use crate::lanes::{Lanes, ZERO, aligned, dispatch};
+use crate::transform::Write;
 use crate::transform::{Direction, Rows, RowsMut, Scratch, Transform};
 use rayon::prelude::*;
 
@@ -19,7 +21,7 @@ pub(crate) struct Space {
     plane: usize,
     lead: usize,
     transforms: [Transform; 2],
-    pillars: Pillars,
+    columns: SpaceColumns,
     /// Room for references to parts of planes.
     parts: Vec<&'static mut [f64]>,
     memory: Vec<Memory>,
@@ -29,7 +31,7 @@ pub(crate) struct Space {
 pub(crate) struct Memory {
     batch: Vec<Lanes>,
     transforms: [Scratch; 2],
-    pillars: super::pillars::Memory,
+    columns: super::space_columns::Memory,
 }
 
 impl Space {
@@ -46,13 +48,13 @@ impl Space {
             row: grid.stride(1),
             plane: grid.stride(D - 1),
             lead: grid.index(origin),
-            pillars: Pillars::new(unknown.across(grid, D - 1), lambda, scale),
+            columns: SpaceColumns::new(unknown.across(grid, D - 1), lambda, scale),
             transforms,
             parts: Vec::new(),
             memory: Vec::new(),
         };
         let threads = rayon::current_num_threads();
-        space.parts.reserve(threads * space.pillars.len());
+        space.parts.reserve(threads * space.columns.len());
         space.memory = (0..threads).map(|_| space.new_memory()).collect();
         space
     }
@@ -63,16 +65,16 @@ impl Space {
         Memory {
             batch: vec![ZERO; longest.next_multiple_of(8) + 1],
             transforms: [self.transforms[0].scratch(), self.transforms[1].scratch()],
-            pillars: self.pillars.memory(),
+            columns: self.columns.memory(),
         }
     }
 
     /// See [`super::Helmholtz::solve`].
     pub(super) fn solve(&mut self, operator: [f64; 2], rhs: &mut [f64], out: &mut [f64], write: Write) {
         let first = self.lead + (self.first[2] + 1) * self.plane;
-        let range = first..first + self.pillars.len() * self.plane;
+        let range = first..first + self.columns.len() * self.plane;
         self.transform(&mut rhs[range.clone()], Direction::Forward);
-        self.solve_lines(operator, rhs);
+        self.solve_columns(operator, rhs);
         self.transform(&mut rhs[range.clone()], Direction::Inverse);
         let [nx, ny] = self.values();
         let planes = out[range.clone()].chunks_exact_mut(self.plane);
@@ -144,32 +146,32 @@ impl Space {
     /// Solves `(σ − c L) x = b` for all columns of a transformed field, in place.
     ///
     /// Each thread takes its share of the lines of every plane.
-    pub(crate) fn solve_lines(&mut self, operator: [f64; 2], field: &mut [f64]) {
+    pub(crate) fn solve_columns(&mut self, operator: [f64; 2], field: &mut [f64]) {
         let [nx, ny] = self.values();
         let first = self.lead + (self.first[2] + 1) * self.plane;
-        let planes = &mut field[first..][..self.pillars.len() * self.plane];
+        let planes = &mut field[first..][..self.columns.len() * self.plane];
         let shares =
-            self.memory.len().min((nx * ny * self.pillars.len()).div_ceil(WORTH_A_SHARE)).clamp(1, ny);
+            self.memory.len().min((nx * ny * self.columns.len()).div_ceil(WORTH_A_SHARE)).clamp(1, ny);
         let mut parts = recycle(std::mem::take(&mut self.parts));
-        parts.extend((0..shares * self.pillars.len()).map(|_| <&mut [f64]>::default()));
+        parts.extend((0..shares * self.columns.len()).map(|_| <&mut [f64]>::default()));
         for (k, plane) in planes.chunks_exact_mut(self.plane).enumerate() {
             let mut rest = &mut plane[self.at(0)..];
             for share in 0..shares {
                 let lines = ny * (share + 1) / shares - ny * share / shares;
                 let length = if share + 1 < shares { lines * self.row } else { rest.len() };
                 let (part, after) = rest.split_at_mut(length);
-                parts[share * self.pillars.len() + k] = part;
+                parts[share * self.columns.len() + k] = part;
                 rest = after;
             }
         }
         let solve = |(share, (planes, memory)): (usize, (&mut [&mut [f64]], &mut Memory))| {
             let lines = ny * share / shares..ny * (share + 1) / shares;
-            self.pillars.solve(Solve { operator, lines, row: self.row, planes, memory: &mut memory.pillars });
+            self.columns.solve(Solve { operator, lines, row: self.row, planes, memory: &mut memory.columns });
         };
-        let shares = parts.chunks_exact_mut(self.pillars.len()).zip(&mut self.memory).enumerate();
+        let shares = parts.chunks_exact_mut(self.columns.len()).zip(&mut self.memory).enumerate();
         if shares.len() > 1 {
             parts
-                .par_chunks_exact_mut(self.pillars.len())
+                .par_chunks_exact_mut(self.columns.len())
                 .zip(&mut self.memory)
                 .enumerate()
                 .with_max_len(1)

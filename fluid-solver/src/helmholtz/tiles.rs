@@ -3,7 +3,9 @@
 //! Lines come in blocks of eight, `[block][place][8 lines]`; a column holds eight modes,
 //! `[unknown][8 modes]`. Tile `b` of a column is eight places of block `b` of the lines.
 
+use super::blocks::store;
 use crate::lanes::{Kernel, Lanes, ZERO, load, transpose};
+use crate::transform::Write;
 use crate::tridiagonal::Sweep;
 use pulp::Simd;
 
@@ -195,7 +197,7 @@ pub(super) struct StoreRows<'a> {
     pub(super) field: &'a mut [f64],
     pub(super) stride: usize,
     pub(super) height: usize,
-    pub(super) write: super::Write,
+    pub(super) write: Write,
 }
 
 impl Kernel for StoreRows<'_> {
@@ -209,7 +211,7 @@ impl Kernel for StoreRows<'_> {
             }
             for (l, values) in transpose(simd, tile).iter().enumerate().take(self.height) {
                 let row = &mut self.field[l * self.stride + 8 * t..][..from.len()];
-                super::store(row, values, self.write);
+                store(row, values, self.write);
             }
         }
     }

@@ -5,13 +5,14 @@
 //! however the grains overlap.
 
 use super::body::{Motion, Shape, laboratory};
+use super::by_layer::GrainsByLayer;
 use super::layer::Layer;
-use super::layers::{Layers, Meeting};
+use super::layers::Layers;
 use super::mask::Kernel;
 use super::sheet::{Sheet, first, words};
-use super::transport::Rows;
+use super::transport::rows::Rows;
 use crate::grid::Grid;
-use crate::lanes::{self, Lanes, ZERO, dispatch};
+use crate::lanes::{self, Lanes, ZERO, dispatch, eight, eight_mut};
 use pulp::Simd;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -124,8 +125,7 @@ impl<const D: usize> Component<D> {
     /// Splits the layers among as many benches as there is work for; returns layers per bench.
     pub(super) fn split<'b>(&self, grid: &Grid<D>, benches: &'b mut Vec<Bench>) -> (&'b mut [Bench], usize) {
         let threads = rayon::current_num_threads();
-        let wanted =
-            if threads > 1 && self.layers.meeting.cells() > WORTH_A_THREAD { 4 * threads } else { 1 };
+        let wanted = if threads > 1 && self.layers.grains.cells() > WORTH_A_THREAD { 4 * threads } else { 1 };
         let layers = grid.cells[D - 1];
         let share = layers.div_ceil(wanted);
         let count = layers.div_ceil(share);
@@ -149,10 +149,10 @@ impl<const D: usize> Component<D> {
         let (benches, share) = self.split(placed.grid, benches);
         let n = placed.grid.cells[D - 1];
         let Self { layers, lab, moments, .. } = self;
-        let (meeting, held, entries) = layers.shared(placed.grid, share);
+        let (grains, held, entries) = layers.shared(placed.grid, share);
         let one = |(t, (bench, held)): (usize, (&mut Bench, &mut [Layer]))| {
             let range = t * share..((t + 1) * share).min(n);
-            dispatch(Integrate { placed, meeting, held, lab: *lab, range, bench, fields, value: &value });
+            dispatch(Integrate { placed, grains, held, lab: *lab, range, bench, fields, value: &value });
         };
         if benches.len() > 1 {
             benches.par_iter_mut().zip(held.par_chunks_mut(entries)).enumerate().for_each(one);
@@ -184,7 +184,7 @@ impl<const D: usize> Component<D> {
         let grid = placed.grid;
         let (benches, share) = self.split(grid, benches);
         let Self { layers, lab, held: marked, .. } = self;
-        let (meeting, held, entries) = layers.shared(grid, share);
+        let (grains, held, entries) = layers.shared(grid, share);
         let n = grid.cells[D - 1];
         let (begin, size) = (first(grid, 0), grid.stride(D - 1));
         let marks = marked.len() / n;
@@ -192,7 +192,7 @@ impl<const D: usize> Component<D> {
         let parts = benches.iter_mut().zip(held.chunks_mut(entries)).zip(marked.chunks_mut(share * marks));
         let parts = parts.enumerate().map(|(t, ((bench, held), marked))| Change {
             placed,
-            meeting,
+            grains,
             held,
             lab: *lab,
             first: t * share,
@@ -213,7 +213,7 @@ impl<const D: usize> Component<D> {
 /// [`Component::integrate`] over some layers.
 struct Integrate<'a, F, const N: usize, const D: usize> {
     placed: Placed<'a, D>,
-    meeting: &'a Meeting<D>,
+    grains: &'a GrainsByLayer<D>,
     held: &'a mut [Layer],
     lab: usize,
     range: Range<usize>,
@@ -227,12 +227,12 @@ impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for I
     fn run<S: Simd>(self, _: S) {
         let Placed { grid, kernel, motions, .. } = self.placed;
         let Bench { sheet, moments, .. } = self.bench;
-        let row = &self.meeting.nodes.row;
+        let row = &self.grains.nodes.row;
         let entries = self.held.len();
         moments.clear();
         for k in self.range.clone() {
             let layer = &mut self.held[(k - self.range.start) % entries];
-            layer.fill(grid, self.meeting, kernel, k, &mut sheet.profiles);
+            layer.fill(grid, self.grains, kernel, k, &mut sheet.profiles);
             sheet.gather(layer);
             let begin = first(grid, k);
             let fields = self.fields.map(|field| &field[begin..][..grid.stride(D - 1)]);
@@ -271,12 +271,6 @@ impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for I
     }
 }
 
-/// Eight values from place `at` on.
-#[inline(always)]
-pub(super) fn eight(values: &[f64], at: usize) -> &Lanes {
-    values[at..].first_chunk().expect("rows are whole vectors")
-}
-
 /// Sum of eight values.
 #[inline(always)]
 fn total(v: Lanes) -> f64 {
@@ -286,7 +280,7 @@ fn total(v: Lanes) -> f64 {
 /// [`Component::change`] in some layers.
 struct Change<'a, R, const N: usize, const D: usize> {
     placed: Placed<'a, D>,
-    meeting: &'a Meeting<D>,
+    grains: &'a GrainsByLayer<D>,
     held: &'a mut [Layer],
     lab: usize,
     /// First of its layers.
@@ -307,9 +301,9 @@ impl<R: Rule<N>, const N: usize, const D: usize> lanes::Kernel for Change<'_, R,
         let entries = self.held.len();
         for (k, marked) in self.marked.chunks_mut(self.marks).enumerate() {
             let (sheet, layer) = (&mut *self.sheet, &mut self.held[k % entries]);
-            layer.fill(grid, self.meeting, kernel, self.first + k, &mut sheet.profiles);
+            layer.fill(grid, self.grains, kernel, self.first + k, &mut sheet.profiles);
             sheet.mark(grid, layer);
-            sheet.gather_velocity(layer, &self.meeting.nodes.row.at, self.lab, motions);
+            sheet.gather_velocity(layer, &self.grains.nodes.row.at, self.lab, motions);
             for (word, (marked, mark)) in marked.iter_mut().zip(&sheet.marks).enumerate() {
                 let mut bits = *marked | mark;
                 *marked = *mark;
@@ -326,10 +320,4 @@ impl<R: Rule<N>, const N: usize, const D: usize> lanes::Kernel for Change<'_, R,
             sheet.marks.fill(0);
         }
     }
-}
-
-/// Eight values from place `at` on, to be changed.
-#[inline(always)]
-fn eight_mut(values: &mut [f64], at: usize) -> &mut Lanes {
-    values[at..].first_chunk_mut().expect("rows are whole vectors")
 }

@@ -4,14 +4,13 @@
 //! nothing that is done with them changes anything.
 
 use super::body::Motion;
-use super::layers::{Meeting, Slice};
+use super::by_layer::{GrainsByLayer, Slice};
 use super::mask::Kernel;
-use super::nodes::Nodes;
 use super::odds::{Law, Profile, Sums};
+use super::piece::{PIECES, Piece};
 use crate::grid::Grid;
 use crate::lanes::{self, dispatch};
 use pulp::Simd;
-use std::ops::Range;
 
 /// Neighbouring places along axis 0 of which one grain holds some.
 #[derive(Clone, Copy, Debug)]
@@ -44,23 +43,6 @@ pub(crate) struct Part {
     spans: usize,
 }
 
-/// A run of places along axis 0 that a grain may hold in the rows of a layer. A periodic face cuts it in two.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Piece {
-    /// Index of the first place, and number of them, a multiple of eight.
-    pub(super) first: usize,
-    pub(super) count: usize,
-    /// Those among them that the grain holds.
-    pub(super) begin: usize,
-    pub(super) end: usize,
-    /// Arm along axis 0: this and the position of the node, m.
-    pub(super) shift: f64,
-    /// Arm of the first place, m.
-    pub(super) arm: f64,
-    /// One over the cell width; zero where widths differ.
-    pub(super) rate: f64,
-}
-
 /// What is the same for all places of a row.
 #[derive(Clone, Copy)]
 struct Row {
@@ -70,9 +52,6 @@ struct Row {
     arm: f64,
     weight: f64,
 }
-
-/// Pieces into which a periodic face may cut a row.
-pub(super) const PIECES: usize = 2;
 
 /// Room for what all rows of a grain in a layer share.
 pub(super) type Profiles = [Profile; PIECES];
@@ -92,18 +71,18 @@ impl Layer {
     pub(super) fn fill<const D: usize>(
         &mut self,
         grid: &Grid<D>,
-        meeting: &Meeting<D>,
+        grains: &GrainsByLayer<D>,
         kernel: &Kernel,
         k: usize,
         profiles: &mut Profiles,
     ) {
-        if std::mem::replace(&mut self.fresh, meeting.keeps) {
+        if std::mem::replace(&mut self.fresh, grains.keeps) {
             return;
         }
         self.parts.clear();
         self.spans.clear();
         self.odds.clear();
-        dispatch(Fill { layer: self, grid, meeting, kernel, k, profiles });
+        dispatch(Fill { layer: self, grid, grains, kernel, k, profiles });
     }
 
     /// All rows, and all odds, one after the other.
@@ -129,7 +108,7 @@ impl Layer {
 struct Fill<'a, const D: usize> {
     layer: &'a mut Layer,
     grid: &'a Grid<D>,
-    meeting: &'a Meeting<D>,
+    grains: &'a GrainsByLayer<D>,
     kernel: &'a Kernel,
     k: usize,
     profiles: &'a mut Profiles,
@@ -139,8 +118,8 @@ impl<const D: usize> Fill<'_, D> {
     /// Adds what the grain of `slice` holds of layer `k`.
     #[inline(always)]
     fn part(&mut self, slice: &Slice) {
-        let Self { grid, meeting, kernel, k, .. } = *self;
-        let (nodes, extent) = (&meeting.nodes, &meeting.extents[slice.grain]);
+        let Self { grid, grains, kernel, k, .. } = *self;
+        let (nodes, extent) = (&grains.nodes, &grains.extents[slice.grain]);
         let first = self.layer.spans.len();
         let chord = extent.outer * extent.outer - slice.arm * slice.arm;
         if chord <= 0.0 {
@@ -203,53 +182,9 @@ impl<const D: usize> Fill<'_, D> {
 impl<const D: usize> lanes::Kernel for Fill<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(mut self, _: S) {
-        for slice in self.meeting.of(self.k) {
+        for slice in self.grains.of(self.k) {
             self.part(slice);
         }
-    }
-}
-
-impl Piece {
-    /// The pieces of a row within `half` of `centre`; those that are not needed have no places.
-    #[inline(always)]
-    fn of<const D: usize>(grid: &Grid<D>, nodes: &Nodes<D>, centre: f64, half: f64) -> [Self; PIECES] {
-        let (low, high) = nodes.range(grid, 0, centre, half);
-        let (n, stride) = (grid.cells[0] as isize, grid.stride(1));
-        let mut pieces = [Self::default(); PIECES];
-        let mut m = low;
-        for piece in &mut pieces {
-            if m >= high {
-                break;
-            }
-            let near = nodes.node(grid, 0, centre, m);
-            let cells = if grid.periodic(0) { (high - m).min(n - near.index as isize) } else { high - m };
-            let (begin, end) = (near.index, near.index + cells as usize);
-            let count = (end - begin).next_multiple_of(8);
-            let first = begin.min(stride - count);
-            let shift = near.arm - nodes.row.at[begin];
-            let rate = grid.axes[0].uniform_width.map_or(0.0, f64::recip);
-            *piece = Self { first, count, begin, end, shift, arm: nodes.row.at[first] + shift, rate };
-            m += cells;
-        }
-        pieces
-    }
-
-    /// The places, counted from the first, that a row of half chord `half` needs, in whole vectors; all of
-    /// them where the widths differ.
-    #[inline(always)]
-    fn window(&self, half: f64) -> Range<usize> {
-        if self.rate == 0.0 {
-            return 0..self.count;
-        }
-        let low = (((-half - self.arm) * self.rate).ceil().max(0.0) as usize).max(self.begin - self.first);
-        let high = ((half - self.arm) * self.rate).floor();
-        if high < low as f64 {
-            return 0..0;
-        }
-        let high = (high as usize).min(self.end - self.first - 1);
-        let count = (high + 1).saturating_sub(low).next_multiple_of(8);
-        let low = low.min(self.count - count);
-        low..low + count
     }
 }
 

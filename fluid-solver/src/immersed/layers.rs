@@ -1,40 +1,15 @@
-//! Which grains meet which layer of nodes, a layer being all nodes with one index along the last axis.
-//!
-//! All work of the grains on the grid goes layer by layer: what grains share, they share within a layer,
-//! so that sums over grains need the memory of one layer only, and threads take layers.
+//! Grains on one set of nodes with what they cover of each layer, kept until they move where that pays.
 
-use super::body::{Motion, Shape, along_axes};
+use super::body::{Motion, Shape};
+use super::by_layer::GrainsByLayer;
 use super::layer::Layer;
 use super::mask::Kernel;
-use super::nodes::{Extent, Nodes};
 use crate::grid::Grid;
-
-/// A grain in a layer.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Slice {
-    pub(super) grain: usize,
-    /// Distance of the layer from the centre along the last axis, m.
-    pub(super) arm: f64,
-}
-
-/// Which grains meet which layer of one set of nodes.
-#[derive(Clone, Debug)]
-pub(crate) struct Meeting<const D: usize> {
-    pub(super) nodes: Nodes<D>,
-    pub(super) extents: Vec<Extent<D>>,
-    /// Slices of layer k: `starts[k]..starts[k + 1]`, in the order of the grains.
-    starts: Vec<usize>,
-    slices: Vec<Slice>,
-    /// The mask that they were placed with.
-    kernel: Option<Kernel>,
-    /// Whether what the grains hold of each layer is kept until they move.
-    pub(super) keeps: bool,
-}
 
 /// All grains on one set of nodes, by layers.
 #[derive(Clone, Debug)]
 pub struct Layers<const D: usize> {
-    pub(crate) meeting: Meeting<D>,
+    pub(crate) grains: GrainsByLayer<D>,
     /// What they hold: every layer, or room for as many as are worked on at once.
     held: Vec<Layer>,
 }
@@ -43,86 +18,28 @@ impl<const D: usize> Layers<D> {
     /// Room for grains at the nodes of component `d` (`d = D`: at cell centres). `keeps`: whether what they hold is
     /// kept until they move.
     pub(crate) fn new(grid: &Grid<D>, d: usize, keeps: bool) -> Self {
-        let starts = vec![0; grid.cells[D - 1] + 1];
-        let (extents, slices) = (Vec::new(), Vec::new());
-        let meeting = Meeting { nodes: Nodes::new(grid, d), extents, starts, slices, kernel: None, keeps };
-        Self { meeting, held: Vec::new() }
+        Self { grains: GrainsByLayer::new(grid, d, keeps), held: Vec::new() }
     }
 
     /// Finds the layers of every grain.
     pub fn place(&mut self, grid: &Grid<D>, kernel: &Kernel, shapes: &[Shape], motions: &[Motion]) {
-        if !self.meeting.place(grid, kernel, shapes, motions) {
+        if !self.grains.place(grid, kernel, shapes, motions) {
             self.held.iter_mut().for_each(|layer| layer.fresh = false);
         }
     }
 
     /// For shares of `share` layers each: the grains, what they hold, and how many entries of that belong to a
     /// share. Entry `k % entries` is for its `k`th layer.
-    pub(super) fn shared(&mut self, grid: &Grid<D>, share: usize) -> (&Meeting<D>, &mut [Layer], usize) {
+    pub(super) fn shared(
+        &mut self,
+        grid: &Grid<D>,
+        share: usize,
+    ) -> (&GrainsByLayer<D>, &mut [Layer], usize) {
         let layers = grid.cells[D - 1];
-        let (entries, count) = if self.meeting.keeps { (share, layers) } else { (1, layers.div_ceil(share)) };
+        let (entries, count) = if self.grains.keeps { (share, layers) } else { (1, layers.div_ceil(share)) };
         if self.held.len() < count {
             self.held.resize_with(count, Layer::default);
         }
-        (&self.meeting, &mut self.held[..count], entries)
-    }
-}
-
-impl<const D: usize> Meeting<D> {
-    /// Finds the layers of every grain; tells whether they are where they were.
-    fn place(&mut self, grid: &Grid<D>, kernel: &Kernel, shapes: &[Shape], motions: &[Motion]) -> bool {
-        let Self { nodes, extents, starts, slices, .. } = self;
-        if self.keeps && self.kernel == Some(*kernel) && extents.len() == motions.len() {
-            let stays = |(extent, motion): (&Extent<D>, &Motion)| {
-                extent.at == along_axes::<D>(grid.geometry, motion.centre)
-            };
-            if extents.iter().zip(motions).all(stays) {
-                return true;
-            }
-        }
-        self.kernel = Some(*kernel);
-        extents.clear();
-        extents.extend(
-            shapes
-                .iter()
-                .zip(motions)
-                .map(|(shape, motion)| nodes.extent(grid, kernel, motion.centre, shape.radius)),
-        );
-        let layers = |extent: &Extent<D>| nodes.range(grid, D - 1, extent.at[D - 1], extent.outer);
-        let layer = |extent: &Extent<D>, m| nodes.node(grid, D - 1, extent.at[D - 1], m);
-        starts.fill(0);
-        for extent in &*extents {
-            let (low, high) = layers(extent);
-            (low..high).for_each(|m| starts[layer(extent, m).index + 1] += 1);
-        }
-        for k in 1..starts.len() {
-            starts[k] += starts[k - 1];
-        }
-        slices.clear();
-        slices.resize(starts[starts.len() - 1], Slice::default());
-        for (grain, extent) in extents.iter().enumerate() {
-            let (low, high) = layers(extent);
-            for m in low..high {
-                let near = layer(extent, m);
-                slices[starts[near.index]] = Slice { grain, arm: near.arm };
-                starts[near.index] += 1;
-            }
-        }
-        // each start has moved to the next one
-        starts.rotate_right(1);
-        starts[0] = 0;
-        false
-    }
-
-    /// Slices of layer `k`.
-    pub(super) fn of(&self, k: usize) -> &[Slice] {
-        &self.slices[self.starts[k]..self.starts[k + 1]]
-    }
-
-    /// Cells that the grains hold, about.
-    pub(super) fn cells(&self) -> f64 {
-        let size = self.nodes.spacing.iter().map(|s| s[s.len() / 2]).product::<f64>();
-        let volume = |e: &Extent<D>| (1.6 * e.outer).powi(D as i32);
-        self.extents.iter().map(volume).sum::<f64>() / size
+        (&self.grains, &mut self.held[..count], entries)
     }
 }

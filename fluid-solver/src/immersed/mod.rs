@@ -4,6 +4,7 @@
 //! ([`layers`]), and nothing is kept of it but which cells hold force.
 
 pub mod body;
+mod by_layer;
 pub mod carried;
 pub mod component;
 pub mod direct;
@@ -12,6 +13,7 @@ pub mod layers;
 pub mod mask;
 pub mod nodes;
 mod odds;
+mod piece;
 pub mod places;
 pub mod sheet;
 mod transport;

@@ -9,9 +9,9 @@
 //! 1/w = s² / (2^½ f L P A^½),   Σ n_a⁴ Δx_a² = F/s²
 //! ```
 
-use super::layer::Piece;
 use super::mask::{EDGE, Kernel, Mask, SOLID};
 use super::nodes::Row;
+use super::piece::Piece;
 use super::volume_fraction::{SIGMA, SIGMA_SLOPE};
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
 use std::ops::Range;

@@ -120,9 +120,9 @@ pub(crate) fn each_sheet<const D: usize>(
     let (mut sheet, mut layer) = (Sheet::default(), Layer::default());
     sheet.fit(grid);
     for k in 0..grid.cells[D - 1] {
-        layer.fill(grid, &layers.meeting, kernel, k, &mut sheet.profiles);
+        layer.fill(grid, &layers.grains, kernel, k, &mut sheet.profiles);
         sheet.gather(&layer);
-        visit(k, &sheet, &layer, &layers.meeting.nodes);
+        visit(k, &sheet, &layer, &layers.grains.nodes);
         sheet.clear(&layer);
     }
 }

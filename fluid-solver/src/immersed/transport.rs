@@ -10,17 +10,20 @@
 //! is not, and weighs by b² where it is known best. Where too little of the support is in reach of the cubic, the linear
 //! interpolation is taken. A rotation takes nothing along: what the fluid does to a sphere does not turn with it.
 
+pub(super) mod rows;
 mod sums;
 mod taps;
 
+use super::by_layer::GrainsByLayer;
 use super::component::{Bench, Component, Placed};
-use super::layer::{Layer, PIECES, Part, Span};
-use super::layers::Meeting;
+use super::layer::{Layer, Part, Span};
+use super::piece::PIECES;
 use super::sheet::{first as place_of, words};
 use crate::grid::Grid;
 use crate::lanes::{Kernel, Lanes, dispatch};
 use pulp::Simd;
 use rayon::prelude::*;
+use rows::{Ring, Rows};
 use std::ops::Range;
 use sums::{Sums, eights};
 use taps::{TAPS, Weights};
@@ -32,23 +35,6 @@ pub(super) use taps::Taps;
 fn wrap(cell: isize, cells: usize) -> usize {
     let inside = (0..cells as isize).contains(&cell);
     (if inside { cell } else { cell.rem_euclid(cells as isize) }) as usize
-}
-
-/// Rows that are interpolated between along the last axis, to be interpolated between along axis 1.
-#[derive(Clone, Debug, Default)]
-struct Ring {
-    /// Which row each of them is, counted on over a periodic face.
-    rows: [Option<isize>; TAPS],
-    sums: [Sums; TAPS],
-}
-
-/// Room for one grain in one layer.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Rows {
-    rings: [Ring; PIECES],
-    sums: Sums,
-    /// Rows of λ and of b that a face of the box cuts.
-    cut: [[Vec<f64>; TAPS]; 2],
 }
 
 /// The four rows of a field that are met along the last axis: where the first row of each layer begins, and weights.
@@ -228,7 +214,7 @@ impl<const D: usize> Component<D> {
         let mut next = std::mem::take(&mut self.next);
         next.resize(self.held().len(), 0);
         let marks = next.len() / grid.cells[D - 1];
-        let (meeting, held, entries) = self.layers.shared(grid, per_share);
+        let (grains, held, entries) = self.layers.shared(grid, per_share);
         let (n, size) = (grid.cells[D - 1], grid.stride(D - 1));
         let begin = place_of(grid, 0);
         let to = to[begin..begin + n * size].chunks_mut(per_share * size);
@@ -237,7 +223,7 @@ impl<const D: usize> Component<D> {
         let along = parts.map(|(t, (((bench, held), to), marked))| Along {
             way,
             placed,
-            meeting,
+            grains,
             held,
             first: t * per_share,
             bench,
@@ -273,7 +259,7 @@ impl<const D: usize> Component<D> {
 struct Along<'a, const D: usize> {
     way: Way<'a, D>,
     placed: Placed<'a, D>,
-    meeting: &'a Meeting<D>,
+    grains: &'a GrainsByLayer<D>,
     held: &'a mut [Layer],
     /// First of its layers.
     first: usize,
@@ -293,7 +279,7 @@ impl<const D: usize> Kernel for Along<'_, D> {
         let layers = self.to.chunks_mut(grid.stride(D - 1)).zip(self.marked.chunks_mut(self.marks));
         for (k, (to, marked)) in layers.enumerate() {
             let layer = &mut self.held[k % entries];
-            layer.fill(grid, self.meeting, kernel, self.first + k, &mut sheet.profiles);
+            layer.fill(grid, self.grains, kernel, self.first + k, &mut sheet.profiles);
             sheet.gather(layer);
             sheet.mark(grid, layer);
             for part in layer.parts() {

@@ -5,11 +5,11 @@ mod momentum;
 mod rows;
 mod stokes;
 
-use crate::boundary::fill_scalar;
 use crate::engine::Engine;
 use crate::field::State;
 use crate::flow::Flow;
 use crate::grid::Grid;
+use crate::halo::fill_scalar;
 use crate::helmholtz::{Helmholtz, Unknown, Write};
 use crate::lanes::dispatch;
 use crate::project::Projection;

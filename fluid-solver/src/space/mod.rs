@@ -1,11 +1,11 @@
 //! The step in space: few sweeps over the planes, each doing all it can with a plane while it is in
 //! the cache.
 //!
-//! One stage of explicit viscosity is one sweep and one pass over the lines along z of the pressure.
+//! One stage of explicit viscosity is one sweep and one pass over the columns along z of the pressure.
 //! The sweep takes plane after plane: back-transform φ and correct the velocity of plane k + 1 (the
 //! projection of the stage before), momentum on plane k in place, divergence of plane k − 1 and its
 //! transforms. A last sweep ends the step. Implicit viscosity needs three sweeps a stage, since all
-//! lines of the velocity must be solved in between. Which parts go in one sweep is planned
+//! columns of the velocity must be solved in between. Which parts go in one sweep is planned
 //! beforehand ([`crate::stages`]).
 //!
 //! With a projection after every stage and explicit viscosity, a pressure gradient in the predictor
@@ -22,11 +22,11 @@ mod shape;
 mod slab;
 mod sweep;
 
-use crate::boundary::{fill_scalar_across, fill_velocity_across};
 use crate::engine::Engine;
 use crate::field::State;
 use crate::flow::Flow;
 use crate::grid::Grid;
+use crate::halo::{fill_scalar_across, fill_velocity_across};
 use crate::helmholtz::Unknown;
 use crate::helmholtz::space::Space;
 use crate::scheme::{Options, Projections, Scheme, Viscous};
@@ -139,7 +139,7 @@ impl<const D: usize> Engine<D> for SpaceEngine {
         let begin = Work::begin();
         let c = stage.diffusion(flow.options.viscosity);
         for (solver, increment) in self.viscous.iter_mut().zip(&mut self.work) {
-            solver.solve_lines([1.0, c], increment);
+            solver.solve_columns([1.0, c], increment);
         }
         self.sweep(&mut flow.state, |sweep, fields, privates| {
             sweep.viscous(fields, privates, divergence_of(stage));
@@ -158,7 +158,7 @@ impl<const D: usize> Engine<D> for SpaceEngine {
         }
         let begin = Work::begin();
         let phi = if self.has_gradient { &mut self.work[0] } else { &mut flow.state.pressure };
-        self.pressure.solve_lines([0.0, -1.0], phi);
+        self.pressure.solve_columns([0.0, -1.0], phi);
         flow.timings.add_pressure(begin);
         is_solved(&self.shape, phi)
     }
@@ -189,7 +189,7 @@ impl<const D: usize> Engine<D> for SpaceEngine {
         fields.pressure = Default::default();
         let sweep = Sweep { shape, pressure, viscous, has_gradient: false };
         sweep.diverge(&mut fields, privates, Diverge::of(once));
-        pressure.solve_lines([0.0, -1.0], fields.work[0]);
+        pressure.solve_columns([0.0, -1.0], fields.work[0]);
         let sweep = Sweep { shape, pressure, viscous, has_gradient: false };
         sweep.finish(&mut fields, privates, once.duration);
     }

@@ -1,8 +1,8 @@
 //! Cosine II and III after Makhoul (1980), and the sines by reversal and alternating signs.
 
 use super::ends::{Emit, EmitPairs, Read, ReadPairs};
-use super::fast::Fast;
 use super::line::{Reader, Writer};
+use super::plan::Plan;
 use super::vector::{Complex, Real};
 use pulp::Simd;
 
@@ -12,7 +12,7 @@ pub(super) struct Two<T>(pub(super) T);
 /// Cosine III, the way back of [`Two`] (times n/2), and sine III.
 pub(super) struct Three<T>(pub(super) T);
 
-impl Fast {
+impl Plan {
     /// Place in the line of value `j` of the packed order, and whether it is one of the odd
     /// values: even values up, odd values down.
     #[inline(always)]

@@ -1,80 +1,46 @@
 //! Fast real-to-real transforms of eight lines: an even length n through a complex transform of n/2, an odd
 //! periodic one through one of n.
 
-use super::Kind;
 use super::cosine::{Three, Two};
 use super::ends::by_radix;
-use super::fft::{Fft, Pair};
+use super::fft::Pair;
 use super::four::Four;
 use super::fourier::{Fourier, FourierBack, Odd, OddBack};
+use super::kind::Kind;
 use super::line::{Reader, Writer};
+use super::plan::Plan;
 use super::rows::{Rows, RowsMut, Write};
 use super::sine::One;
 use crate::lanes::{Lanes, ZERO, aligned};
 use pulp::{Arch, Simd, WithSimd};
-use std::f64::consts::PI;
 
-/// Plan of one fast transform.
+/// A fast transform of one length.
 pub(super) struct Fast {
-    kind: Kind,
-    /// Number of cells n, even but for [`Kind::Periodic`].
-    pub(super) n: usize,
-    /// Whether the transform is the sine of its pair.
-    pub(super) odd: bool,
-    fft: Fft,
-    /// e^{−2πik/n}, k < n/2.
-    pub(super) split: Vec<[f64; 2]>,
-    /// Rotation of the kind: e^{−iπk/2n}, or e^{−iπ(k + 1/8)/n} (type IV), or sin πk/n (sine I).
-    pub(super) turn: Vec<[f64; 2]>,
+    plan: Plan,
     arch: Arch,
 }
 
 impl Fast {
-    /// Complex places of the transform of a line of n values: n where n is odd, which only a periodic line may be.
-    /// `None` where there is none, as they are too few or have a prime factor above 5.
-    pub(super) fn places(n: usize, periodic: bool) -> Option<Fft> {
-        match n.is_multiple_of(2) {
-            true => Fft::new(n / 2),
-            false if periodic => Fft::new(n),
-            false => None,
-        }
-    }
-
-    /// Plans the transform, or `None` where [`Fast::places`] has none.
+    /// Plans the transform, or `None` where [`Plan::places`] has none.
     pub(super) fn new(kind: Kind, n: usize) -> Option<Self> {
-        let unit = |angle: f64| [angle.cos(), -angle.sin()];
-        let cells = n as f64;
-        let turn = |k: usize| match kind {
-            Kind::EvenOdd | Kind::OddEven => unit(PI * (k as f64 + 0.125) / cells),
-            Kind::Fixed => [(PI * k as f64 / cells).sin(), 0.0],
-            _ => unit(0.5 * PI * k as f64 / cells),
-        };
-        Some(Self {
-            kind,
-            n,
-            odd: matches!(kind, Kind::OddOdd | Kind::OddEven),
-            fft: Self::places(n, kind == Kind::Periodic)?,
-            split: (0..n / 2).map(|k| unit(2.0 * PI * k as f64 / cells)).collect(),
-            turn: (0..n).map(turn).collect(),
-            arch: Arch::new(),
-        })
+        Some(Self { plan: Plan::new(kind, n)?, arch: Arch::new() })
     }
 
     /// Working memory for one thread: two buffers of complex places, one of n/2 real ones.
     pub(super) fn scratch(&self) -> Vec<Lanes> {
-        vec![ZERO; 4 * self.fft.len() + self.n / 2 + 1]
+        vec![ZERO; 4 * self.plan.fft.len() + self.plan.n / 2 + 1]
     }
 
     /// Reads and transforms, all passes but the last.
     pub(super) fn load(&self, inverse: bool, rows: Rows<'_>, work: &mut [Lanes]) {
-        self.arch.dispatch(Load { plan: self, inverse, rows, work });
+        self.arch.dispatch(Load { plan: &self.plan, inverse, rows, work });
     }
 
     /// The last pass; writes the result.
     pub(super) fn store(&self, inverse: bool, rows: RowsMut<'_>, work: &mut [Lanes]) {
         match rows.write {
-            Write::Set => self.arch.dispatch(Store::<false> { plan: self, inverse, rows, work }),
-            Write::Add => self.arch.dispatch(Store::<true> { plan: self, inverse, rows, work }),
+            Write::Set => self.arch.dispatch(Store::<false> { plan: &self.plan, inverse, rows, work }),
+            Write::Add => self.arch.dispatch(Store::<true> { plan: &self.plan, inverse, rows, work }),
         }
     }
 }
@@ -90,7 +56,7 @@ fn buffers<S: Simd>(count: usize, work: &mut [Lanes]) -> ([&mut [Pair<S>]; 2], &
 
 /// [`Fast::load`].
 struct Load<'a> {
-    plan: &'a Fast,
+    plan: &'a Plan,
     inverse: bool,
     rows: Rows<'a>,
     work: &'a mut [Lanes],
@@ -122,7 +88,7 @@ impl WithSimd for Load<'_> {
 
 /// [`Fast::store`].
 struct Store<'a, const ADD: bool> {
-    plan: &'a Fast,
+    plan: &'a Plan,
     inverse: bool,
     rows: RowsMut<'a>,
     work: &'a mut [Lanes],

@@ -1,13 +1,13 @@
 //! A real line as a complex one of half the length: what all kinds share.
 
-use super::fast::Fast;
+use super::plan::Plan;
 use super::vector::{Complex, Real};
 use pulp::Simd;
 
 /// Reads the values, or amplitudes, of eight lines.
 #[derive(Clone, Copy)]
 pub(super) struct Reader<'a, S: Simd> {
-    pub(super) plan: &'a Fast,
+    pub(super) plan: &'a Plan,
     pub(super) simd: S,
     pub(super) rows: &'a [S::f64s],
     /// Vectors from row to row.
@@ -30,7 +30,7 @@ impl<S: Simd> Reader<'_, S> {
 
 /// Writes the amplitudes, or values, of eight lines, or adds them.
 pub(super) struct Writer<'a, S: Simd, const ADD: bool> {
-    pub(super) plan: &'a Fast,
+    pub(super) plan: &'a Plan,
     pub(super) rows: &'a mut [S::f64s],
     /// Vectors from row to row.
     pub(super) stride: usize,
@@ -47,7 +47,7 @@ impl<S: Simd, const ADD: bool> Writer<'_, S, ADD> {
     }
 }
 
-impl Fast {
+impl Plan {
     /// Amplitudes k and n/2 − k (0 < k < n/2) of the real line whose packed transform has `z` at k
     /// and `mirror` at n/2 − k: even ± odd part, the second conjugated.
     #[inline(always)]

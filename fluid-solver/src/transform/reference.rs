@@ -1,6 +1,6 @@
 //! Transforms by `rustdct` and `realfft`, line by line: any length, and the measure of the fast ones.
 
-use super::Kind;
+use super::kind::Kind;
 use super::rows::{Rows, RowsMut};
 use crate::lanes::{Lanes, ZERO};
 use realfft::num_complex::Complex;

@@ -1,9 +1,10 @@
 //! Discrete identities of the operators, in plane, axisymmetric and space grids.
 
 use crate::common::{Random, convection_of, grid, laplacian_of, plane_grids, space_grids, uniform};
-use fluid_solver::boundary::{Boundary, fill_velocity};
+use fluid_solver::boundary::Boundary;
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
+use fluid_solver::halo::fill_velocity;
 use fluid_solver::health::Health;
 use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;

@@ -1,8 +1,8 @@
 //! The equations of the step, node by node as they are printed, and a step made of them.
 
-use fluid_solver::boundary::{fill_scalar, fill_velocity};
 use fluid_solver::field::{State, for_each_unknown};
 use fluid_solver::grid::Grid;
+use fluid_solver::halo::{fill_scalar, fill_velocity};
 use fluid_solver::helmholtz::{Helmholtz, Unknown, Write};
 use fluid_solver::scheme::{Options, Stage, Viscous};
 

@@ -5,9 +5,9 @@
 
 use crate::common::{Random, plane_grids, space_grids};
 use crate::reference::{convection, gradient, laplacian};
-use fluid_solver::boundary::{fill_scalar, fill_velocity};
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
+use fluid_solver::halo::{fill_scalar, fill_velocity};
 use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;
 

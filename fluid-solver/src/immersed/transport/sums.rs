@@ -3,8 +3,7 @@
 //! Written so that all eight go together: whole vectors are read, and written at the end; nothing branches.
 
 use super::taps::{INNER, TAPS, Weights};
-use crate::immersed::component::eight;
-use crate::lanes::{Lanes, ZERO};
+use crate::lanes::{Lanes, ZERO, eight};
 
 /// ⟨b²⟩ below which the cubic interpolation is not trusted.
 const TRUSTED: f64 = 0.25;

@@ -1,32 +1,15 @@
 //! The last axis of a separable solve: eight modes at once, by a sweep or by one more transform.
 
+use super::last_axis::LastAxis;
 use super::tiles::{Eliminate, Gather, Scatter, Substitute, Tiles};
 use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::threads::for_chunks;
-use crate::transform::{Scratch, Transform};
+use crate::transform::Scratch;
 use crate::tridiagonal::Sweep;
 use pulp::Simd;
 
 /// Sets of pivots kept: the three stages of a Runge–Kutta step.
 const KEPT: usize = 3;
-
-/// How the last axis is treated.
-pub(super) enum Across {
-    /// Tridiagonal sweep: stretched, radial or walled axis.
-    Sweep(Sweep),
-    /// Transform, division by the eigenvalue, transform back; with the width squared, m².
-    Transform(Box<Transform>, f64),
-}
-
-impl Across {
-    /// With `before` idle unknowns in front, see [`Sweep::padded`]; a transform needs none.
-    pub(super) fn padded(self, before: usize) -> Self {
-        match self {
-            Self::Sweep(sweep) => Self::Sweep(sweep.padded(before)),
-            other => other,
-        }
-    }
-}
 
 /// Pivots, or inverse eigenvalues, for one operator `σ − c L`.
 struct Factors {
@@ -35,26 +18,26 @@ struct Factors {
 }
 
 /// All columns of a solve: column `q` holds eight modes of the other axes.
-pub(super) struct Columns {
-    across: Across,
+pub(super) struct PlaneColumns {
+    across: LastAxis,
     lambda: Vec<Lanes>,
     scale: f64,
     factors: Vec<Factors>,
     next: usize,
 }
 
-impl Columns {
+impl PlaneColumns {
     /// `lambda` are the eigenvalues of the transformed axes per column and lane, `scale` the
     /// normalisation of their transforms. Lane 0 of column 0 is the constant mode.
-    pub(super) fn new(across: Across, lambda: Vec<Lanes>, scale: f64) -> Self {
+    pub(super) fn new(across: LastAxis, lambda: Vec<Lanes>, scale: f64) -> Self {
         Self { across, lambda, scale, factors: Vec::new(), next: 0 }
     }
 
     /// Unknowns along a column.
     pub(super) fn len(&self) -> usize {
         match &self.across {
-            Across::Sweep(sweep) => sweep.len(),
-            Across::Transform(transform, _) => transform.values(),
+            LastAxis::Sweep(sweep) => sweep.len(),
+            LastAxis::Transform(transform, _) => transform.values(),
         }
     }
 
@@ -66,8 +49,8 @@ impl Columns {
     /// Working memory for the transform across, if there is one.
     pub(super) fn scratch(&self) -> Scratch {
         match &self.across {
-            Across::Sweep(_) => Scratch::default(),
-            Across::Transform(transform, _) => transform.scratch(),
+            LastAxis::Sweep(_) => Scratch::default(),
+            LastAxis::Transform(transform, _) => transform.scratch(),
         }
     }
 
@@ -97,10 +80,10 @@ impl Columns {
         let lambda = &self.lambda[q];
         let singular = (q == 0 && sigma == 0.0 && lambda[0] == 0.0).then_some(0);
         match &self.across {
-            Across::Sweep(sweep) => {
+            LastAxis::Sweep(sweep) => {
                 dispatch(Factor { sweep, operator: [sigma, c], lambda, singular, pivots: values });
             }
-            Across::Transform(transform, width2) => {
+            LastAxis::Transform(transform, width2) => {
                 let (kind, cells) = (transform.kind(), transform.cells());
                 let scale = self.scale * kind.scale(cells);
                 for (k, value) in values.iter_mut().enumerate() {
@@ -132,7 +115,7 @@ impl Columns {
         let scale = self.scale;
         let pair = q + 1 < self.count();
         match &self.across {
-            Across::Sweep(sweep) if !self.singular(q, at) => {
+            LastAxis::Sweep(sweep) if !self.singular(q, at) => {
                 if pair {
                     let pivots = [self.pivots(q, at), self.pivots(q + 1, at)];
                     dispatch(Eliminate { sweep, c, scale, pivots, lines, tiles, columns: [a, b] });
@@ -166,7 +149,7 @@ impl Columns {
         let c = self.factors[at].operator[1];
         let pair = q + 1 < self.count();
         match &self.across {
-            Across::Sweep(sweep) if !self.singular(q, at) => {
+            LastAxis::Sweep(sweep) if !self.singular(q, at) => {
                 if pair {
                     let pivots = [self.pivots(q, at), self.pivots(q + 1, at)];
                     dispatch(Substitute { sweep, c, pivots, columns: [a, b], lines, tiles });
@@ -198,13 +181,13 @@ impl Columns {
         let c = self.factors[at].operator[1];
         let values = self.pivots(q, at);
         match &self.across {
-            Across::Sweep(sweep) => {
+            LastAxis::Sweep(sweep) => {
                 sweep.solve(c, self.scale, values, x);
                 if self.singular(q, at) {
                     sweep.remove_mean(0, x);
                 }
             }
-            Across::Transform(transform, _) => {
+            LastAxis::Transform(transform, _) => {
                 transform.forward(x, scratch);
                 for (x, value) in x.iter_mut().zip(values) {
                     for l in 0..8 {

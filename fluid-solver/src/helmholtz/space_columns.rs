@@ -1,11 +1,12 @@
-//! Columns along the last axis of a grid in space: four blocks of eight modes side by side.
+//! PlaneColumns along the last axis of a grid in space: four blocks of eight modes side by side.
 //!
 //! Pivots and inverse eigenvalues are computed on the way: a division takes no longer than fetching
 //! the result of an earlier one from memory, and needs none.
 
-use super::columns::Across;
+use super::blocks::store;
+use super::last_axis::LastAxis;
 use crate::lanes::{Kernel, Lanes, ZERO, aligned, dispatch, load};
-use crate::transform::Scratch;
+use crate::transform::{Scratch, Write};
 use crate::tridiagonal::Sweep;
 use pulp::Simd;
 use std::ops::Range;
@@ -14,8 +15,8 @@ use std::ops::Range;
 const SIDE: usize = 4;
 
 /// All columns of a solve.
-pub(super) struct Pillars {
-    across: Across,
+pub(super) struct SpaceColumns {
+    across: LastAxis,
     /// Eigenvalues along axis 0, in blocks of eight, padded to whole groups, and along axis 1.
     lambda: [Vec<f64>; 2],
     /// Eigenvalues along the last axis, if it is transformed.
@@ -43,14 +44,14 @@ pub(super) struct Solve<'a, 'b> {
     pub(super) memory: &'a mut Memory,
 }
 
-impl Pillars {
+impl SpaceColumns {
     /// `lambda` are the eigenvalues of the transformed axes, `scale` normalises their transforms.
-    pub(super) fn new(across: Across, [mut x, y]: [Vec<f64>; 2], scale: f64) -> Self {
+    pub(super) fn new(across: LastAxis, [mut x, y]: [Vec<f64>; 2], scale: f64) -> Self {
         let modes = x.len();
         // A harmless eigenvalue.
         x.resize(modes.next_multiple_of(8 * SIDE), -1.0);
         let (mut own, mut scale) = (Vec::new(), scale);
-        if let Across::Transform(transform, width2) = &across {
+        if let LastAxis::Transform(transform, width2) = &across {
             let (kind, cells) = (transform.kind(), transform.cells());
             own = (0..transform.values()).map(|k| kind.eigenvalue(k, cells) / width2).collect();
             scale *= kind.scale(cells);
@@ -61,8 +62,8 @@ impl Pillars {
     /// Unknowns along a column.
     pub(super) fn len(&self) -> usize {
         match &self.across {
-            Across::Sweep(sweep) => sweep.len(),
-            Across::Transform(transform, _) => transform.values(),
+            LastAxis::Sweep(sweep) => sweep.len(),
+            LastAxis::Transform(transform, _) => transform.values(),
         }
     }
 
@@ -70,8 +71,10 @@ impl Pillars {
     pub(super) fn memory(&self) -> Memory {
         let columns = || vec![ZERO; SIDE * self.len() + 1];
         match &self.across {
-            Across::Sweep(_) => Memory { columns: columns(), pivots: columns(), scratch: Scratch::default() },
-            Across::Transform(transform, _) => {
+            LastAxis::Sweep(_) => {
+                Memory { columns: columns(), pivots: columns(), scratch: Scratch::default() }
+            }
+            LastAxis::Transform(transform, _) => {
                 Memory { columns: columns(), pivots: Vec::new(), scratch: transform.scratch() }
             }
         }
@@ -106,7 +109,7 @@ impl Pillars {
         let singular = operator[0] == 0.0 && lambda[0] == 0.0;
         let columns = &mut aligned(&mut memory.columns)[..SIDE * n];
         match &self.across {
-            Across::Sweep(sweep) => {
+            LastAxis::Sweep(sweep) => {
                 let groups = columns.as_chunks_mut::<SIDE>().0;
                 let pivots = aligned(&mut memory.pivots)[..SIDE * n].as_chunks_mut::<SIDE>().0;
                 let scale = self.scale;
@@ -131,7 +134,7 @@ impl Pillars {
                     remove_mean(sweep, planes, first);
                 }
             }
-            Across::Transform(transform, _) => {
+            LastAxis::Transform(transform, _) => {
                 for (b, column) in columns.chunks_exact_mut(n).enumerate() {
                     let block = at.start + 8 * b..(at.start + 8 * b + 8).min(at.end);
                     if block.is_empty() {
@@ -157,7 +160,7 @@ impl Pillars {
                         break;
                     }
                     for (from, plane) in column.iter().zip(&mut *planes) {
-                        super::store(&mut plane[block.clone()], from, super::Write::Set);
+                        store(&mut plane[block.clone()], from, Write::Set);
                     }
                 }
             }

@@ -1,0 +1,12 @@
+//! Geometry of a run.
+
+/// Geometry of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Geometry {
+    /// Two axes (x, z), everything per unit depth.
+    Plane,
+    /// Two axes (r, z) without swirl, integrals over the full turn.
+    Axisymmetric,
+    /// Three axes (x, y, z).
+    Space,
+}

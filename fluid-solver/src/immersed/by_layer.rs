@@ -1,0 +1,109 @@
+//! Which grains reach into which layer of nodes, a layer being all nodes with one index along the last axis.
+//!
+//! All work of the grains on the grid goes layer by layer: what grains share, they share within a layer,
+//! so that sums over grains need the memory of one layer only, and threads take layers.
+
+use super::body::{Motion, Shape, along_axes};
+use super::mask::Kernel;
+use super::nodes::{Extent, Nodes};
+use crate::grid::Grid;
+
+/// A grain in a layer.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Slice {
+    pub(super) grain: usize,
+    /// Distance of the layer from the centre along the last axis, m.
+    pub(super) arm: f64,
+}
+
+/// Which grains meet which layer of one set of nodes.
+#[derive(Clone, Debug)]
+pub(crate) struct GrainsByLayer<const D: usize> {
+    pub(super) nodes: Nodes<D>,
+    pub(super) extents: Vec<Extent<D>>,
+    /// Slices of layer k: `starts[k]..starts[k + 1]`, in the order of the grains.
+    starts: Vec<usize>,
+    slices: Vec<Slice>,
+    /// The mask that they were placed with.
+    kernel: Option<Kernel>,
+    /// Whether what the grains hold of each layer is kept until they move.
+    pub(super) keeps: bool,
+}
+
+impl<const D: usize> GrainsByLayer<D> {
+    /// Room for grains at the nodes of component `d`, see [`Nodes::new`].
+    pub(super) fn new(grid: &Grid<D>, d: usize, keeps: bool) -> Self {
+        let starts = vec![0; grid.cells[D - 1] + 1];
+        Self {
+            nodes: Nodes::new(grid, d),
+            extents: Vec::new(),
+            starts,
+            slices: Vec::new(),
+            kernel: None,
+            keeps,
+        }
+    }
+
+    /// Finds the layers of every grain; tells whether they are where they were.
+    pub(super) fn place(
+        &mut self,
+        grid: &Grid<D>,
+        kernel: &Kernel,
+        shapes: &[Shape],
+        motions: &[Motion],
+    ) -> bool {
+        let Self { nodes, extents, starts, slices, .. } = self;
+        if self.keeps && self.kernel == Some(*kernel) && extents.len() == motions.len() {
+            let stays = |(extent, motion): (&Extent<D>, &Motion)| {
+                extent.at == along_axes::<D>(grid.geometry, motion.centre)
+            };
+            if extents.iter().zip(motions).all(stays) {
+                return true;
+            }
+        }
+        self.kernel = Some(*kernel);
+        extents.clear();
+        extents.extend(
+            shapes
+                .iter()
+                .zip(motions)
+                .map(|(shape, motion)| nodes.extent(grid, kernel, motion.centre, shape.radius)),
+        );
+        let layers = |extent: &Extent<D>| nodes.range(grid, D - 1, extent.at[D - 1], extent.outer);
+        let layer = |extent: &Extent<D>, m| nodes.node(grid, D - 1, extent.at[D - 1], m);
+        starts.fill(0);
+        for extent in &*extents {
+            let (low, high) = layers(extent);
+            (low..high).for_each(|m| starts[layer(extent, m).index + 1] += 1);
+        }
+        for k in 1..starts.len() {
+            starts[k] += starts[k - 1];
+        }
+        slices.clear();
+        slices.resize(starts[starts.len() - 1], Slice::default());
+        for (grain, extent) in extents.iter().enumerate() {
+            let (low, high) = layers(extent);
+            for m in low..high {
+                let near = layer(extent, m);
+                slices[starts[near.index]] = Slice { grain, arm: near.arm };
+                starts[near.index] += 1;
+            }
+        }
+        // each start has moved to the next one
+        starts.rotate_right(1);
+        starts[0] = 0;
+        false
+    }
+
+    /// Slices of layer `k`.
+    pub(super) fn of(&self, k: usize) -> &[Slice] {
+        &self.slices[self.starts[k]..self.starts[k + 1]]
+    }
+
+    /// Cells that the grains hold, about.
+    pub(super) fn cells(&self) -> f64 {
+        let size = self.nodes.spacing.iter().map(|s| s[s.len() / 2]).product::<f64>();
+        let volume = |e: &Extent<D>| (1.6 * e.outer).powi(D as i32);
+        self.extents.iter().map(volume).sum::<f64>() / size
+    }
+}
