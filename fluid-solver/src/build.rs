@@ -141,13 +141,15 @@ fn stands(scene: &CheckedScene) -> bool {
     scene.grains.iter().all(|grain| grain.motion == scene::Motion::Fixed)
 }
 
-/// Whether the carried force goes with the grains; [`crate::config::FluidSection::read`] has seen that there is one.
+/// Whether the carried force goes with the grains; [`crate::config::FluidSection::read`] has seen that there
+/// is one.
 pub fn goes_along(scene: &CheckedScene, choices: &Choices) -> bool {
     choices.force_transport == ForceTransport::Advected && !stands(scene)
 }
 
-/// Whether it is worth keeping what the grains hold of the grid until they move: it is asked for again at the same place
-/// where the force goes with the grains, where their volume on the grid counts, and where none ever moves.
+/// Whether it is worth keeping what the grains hold of the grid until they move: it is asked for again at the
+/// same place where the force goes with the grains, where their volume on the grid counts, and where none
+/// ever moves.
 pub fn keeps(scene: &CheckedScene, choices: &Choices) -> bool {
     goes_along(scene, choices) || choices.displaced_mass || stands(scene)
 }

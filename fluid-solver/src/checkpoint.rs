@@ -41,8 +41,8 @@ pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> 
 /// Reads the checkpoint in `folder` into `solver`.
 ///
 /// # Errors
-/// If the file is missing, damaged, or of another scene or version: then `solver` is as it was. If the disk fails on the
-/// way: then it is of no further use.
+/// If the file is missing, damaged, or of another scene or version: then `solver` is as it was. If the disk
+/// fails on the way: then it is of no further use.
 pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError> {
     let mut payload = protocol::checkpoint::open(folder, ROLE, scene)?;
     let grid: Vec<u64> = payload.part()?;

@@ -1,7 +1,7 @@
 //! The `[fluid]` section: as typed ([`FluidSection`]) and as meant ([`Choices`]).
 
 use crate::coupling;
-use crate::immersed::mask::Mask;
+use crate::immersed::mask_model::Mask;
 use protocol::facts::{Forcing, LoadsForm};
 use protocol::scene::{CheckedScene, Motion, Retired, SceneError};
 use protocol::scheme::Scheme;
@@ -118,14 +118,15 @@ impl ForceTransport {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LoadsSection {
-    /// `izard-2014`, `kempe-froehlich-2012`, `uhlmann-2005`, `yu-shao-2007` or `yu-shao-fixed-point`; by default `yu-shao-fixed-point` for `carried`, `izard-2014` for `direct`.
+    /// `izard-2014`, `kempe-froehlich-2012`, `uhlmann-2005`, `yu-shao-2007` or `yu-shao-fixed-point`; by
+    /// default `yu-shao-fixed-point` for `carried`, `izard-2014` for `direct`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<LoadsForm>,
     /// Virtual mass coefficient C_v; by default 0.5, but 0 with `izard-2014`, which has none in print.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub virtual_mass: Option<f64>,
-    /// Count the grain's volume on the grid, not its true one, in the mass that yu-shao-2007 and yu-shao-fixed-point take off:
-    /// quiet at very small density ratios, a slower start.
+    /// Count the grain's volume on the grid, not its true one, in the mass that yu-shao-2007 and
+    /// yu-shao-fixed-point take off: quiet at very small density ratios, a slower start.
     pub displaced_mass: bool,
 }
 

@@ -109,13 +109,13 @@ pub fn load(values: &[f64]) -> Lanes {
 
 /// Eight values from place `at` on.
 #[inline(always)]
-pub(crate) fn eight(values: &[f64], at: usize) -> &Lanes {
+pub(crate) fn lanes_at(values: &[f64], at: usize) -> &Lanes {
     values[at..].first_chunk().expect("rows are whole vectors")
 }
 
 /// Eight values from place `at` on, to be changed.
 #[inline(always)]
-pub(crate) fn eight_mut(values: &mut [f64], at: usize) -> &mut Lanes {
+pub(crate) fn lanes_at_mut(values: &mut [f64], at: usize) -> &mut Lanes {
     values[at..].first_chunk_mut().expect("rows are whole vectors")
 }
 

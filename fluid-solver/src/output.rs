@@ -5,7 +5,7 @@
 
 use crate::grid::{Geometry, Grid};
 use crate::immersed::body::laboratory;
-use crate::immersed::sheet::{each_sheet, first};
+use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::solver::Solver;
 use protocol::participant::{SolverError, Window};
 use std::fmt::Write as _;
@@ -151,10 +151,16 @@ fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
 fn solid<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
     let mut odds = grid.new_field();
-    each_sheet(grid, solver.kernel(), solver.immersed().shapes(), solver.motions(), |k, sheet, _, _| {
-        let layer = &mut odds[first(grid, k)..];
-        layer.iter_mut().zip(sheet.totals()).for_each(|(sum, total)| *sum += total);
-    });
+    for_each_layer(
+        grid,
+        solver.mask_model(),
+        solver.immersed().shapes(),
+        solver.motions(),
+        |k, layer_sums, _, _| {
+            let layer = &mut odds[first(grid, k)..];
+            layer.iter_mut().zip(layer_sums.totals()).for_each(|(sum, total)| *sum += total);
+        },
+    );
     let mut values = Vec::with_capacity(grid.cell_count());
     for_each_cell(grid, |_, index| values.push(odds[index] / (1.0 + odds[index])));
     Array { name: "solid", components: 1, values }

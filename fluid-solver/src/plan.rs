@@ -83,8 +83,8 @@ impl Plan {
 
     /// Step proposed after one of length `previous`, with `rate` the largest Σ|u|/Δx.
     ///
-    /// It stands on a level, and stays there while it is allowed and, in octaves of even levels, some two levels more are
-    /// not: a new length costs the carried force a few steps.
+    /// It stands on a level, and stays there while it is allowed and, in octaves of even levels, some two
+    /// levels more are not: a new length costs the carried force a few steps.
     pub fn next(&self, previous: f64, rate: f64, motions: &[Motion]) -> f64 {
         if let Some(dt) = self.fixed {
             return dt;
@@ -103,7 +103,8 @@ impl Plan {
         (1.0 - 2.0 / f64::from(self.dt_levels_per_octave)).max(0.5)
     }
 
-    /// The largest 2^k (1 + j/levels), 0 ≤ j < levels, that is not above `dt`: with few digits, so that sums of steps are exact.
+    /// The largest 2^k (1 + j/levels), 0 ≤ j < levels, that is not above `dt`: with few digits, so that sums
+    /// of steps are exact.
     fn level(&self, dt: f64) -> f64 {
         f64::from_bits(
             dt.to_bits() & !((1_u64 << (f64::MANTISSA_DIGITS - 1 - self.dt_levels_per_octave.ilog2())) - 1),
@@ -202,8 +203,8 @@ mod tests {
     #[test]
     fn the_step_changes_seldom() {
         let rate = |k: i32| 0.5 + f64::from(k) * 0.002;
-        // Rising fivefold, 2.3 octaves: a level at a time. Falling, it waits until twice the step is allowed, or with
-        // more levels until 1/(1 - 2/levels) of it is.
+        // Rising fivefold, 2.3 octaves: a level at a time. Falling, it waits until twice the step is allowed,
+        // or with more levels until 1/(1 - 2/levels) of it is.
         for (levels, most_rising, most_falling) in [(4, 10, 3), (16, 40, 18)] {
             let plan = Plan { dt_levels_per_octave: levels, ..PLAN };
             let rising = changes(&plan, (0..1000).map(rate));

@@ -1,6 +1,6 @@
 //! Averages of both phases over planes of cells: `fields/planes_<step>.csv`, and their mean over time.
 //!
-//! The phases share a cell by the smooth volume fraction of the grains (Izard et al. 2014, eq. 8), which
+//! The phases part a cell by the smooth volume fraction of the grains (Izard et al. 2014, eq. 8), which
 //! depends neither on the time step nor on the mask that forces the fluid. With α the fraction, u the
 //! velocity of the fluid at the centres and v = U + ω × r that of the grains,
 //! ```text
@@ -9,8 +9,8 @@
 
 use crate::grid::Grid;
 use crate::immersed::body::laboratory;
-use crate::immersed::mask::{Kernel, Mask};
-use crate::immersed::sheet::{each_sheet, first};
+use crate::immersed::layer_sums::{first, for_each_layer};
+use crate::immersed::mask_model::{Mask, MaskModel};
 use crate::solver::Solver;
 use bedload_output::planes::{Plane, Planes};
 use protocol::participant::{SolverError, Window};
@@ -66,39 +66,45 @@ pub fn averages<const D: usize>(solver: &Solver<D>, axis: usize) -> Vec<Plane> {
     sums.iter().enumerate().map(plane).collect()
 }
 
-/// Adds what the grains fill and how it moves; returns the odds of the solid in every cell.
+/// Adds what the grains fill and how it moves; returns the mask ratios of the solid in every cell.
 fn add_grains<const D: usize>(solver: &Solver<D>, axis: usize, sums: &mut [Sums]) -> Vec<f64> {
     let grid = solver.grid();
-    let kernel = Kernel { mask: Mask::Seed, ..*solver.kernel() };
-    let mut odds = grid.new_field();
-    each_sheet(grid, &kernel, solver.immersed().shapes(), solver.motions(), |k, sheet, grains, nodes| {
-        let layer = &mut odds[first(grid, k)..];
-        layer.iter_mut().zip(sheet.totals()).for_each(|(sum, total)| *sum += total);
-        for (part, spans, mut held) in grains.parts() {
-            let motion = &solver.motions()[part.grain];
-            for span in spans {
-                let (row, rest) = held.split_at(span.count);
-                held = rest;
-                for (place, q) in row.iter().enumerate().filter(|(_, q)| **q > 0.0) {
-                    let i = span.first + place;
-                    let arm = [nodes.along(i) + span.shift, span.middle, part.arm];
-                    let share = q / (1.0 + sheet.totals()[span.at + place])
-                        * grid.axes[0].cell_volume[i]
-                        * span.weight;
-                    let plane = [i, span.at / grid.stride(1), k][if axis == D - 1 { 2 } else { axis }];
-                    sums[plane].solid += share;
-                    for c in 0..3 {
-                        sums[plane].momentum[1][c] += share * motion.velocity_at(c, arm);
+    let model = MaskModel { mask: Mask::Seed, ..*solver.mask_model() };
+    let mut ratios = grid.new_field();
+    for_each_layer(
+        grid,
+        &model,
+        solver.immersed().shapes(),
+        solver.motions(),
+        |k, layer_sums, grains, nodes| {
+            let layer = &mut ratios[first(grid, k)..];
+            layer.iter_mut().zip(layer_sums.totals()).for_each(|(sum, total)| *sum += total);
+            for (part, spans, mut ratios) in grains.parts() {
+                let motion = &solver.motions()[part.grain];
+                for span in spans {
+                    let (row, rest) = ratios.split_at(span.count);
+                    ratios = rest;
+                    for (place, q) in row.iter().enumerate().filter(|(_, q)| **q > 0.0) {
+                        let i = span.first + place;
+                        let arm = [nodes.along(i) + span.shift, span.middle, part.arm];
+                        let part = q / (1.0 + layer_sums.totals()[span.at + place])
+                            * grid.axes[0].cell_volume[i]
+                            * span.weight;
+                        let plane = [i, span.at / grid.stride(1), k][if axis == D - 1 { 2 } else { axis }];
+                        sums[plane].solid += part;
+                        for c in 0..3 {
+                            sums[plane].momentum[1][c] += part * motion.velocity_at(c, arm);
+                        }
                     }
                 }
             }
-        }
-    });
-    odds
+        },
+    );
+    ratios
 }
 
 /// Adds the fluid between the grains.
-fn add_fluid<const D: usize>(solver: &Solver<D>, axis: usize, odds: &[f64], sums: &mut [Sums]) {
+fn add_fluid<const D: usize>(solver: &Solver<D>, axis: usize, ratios: &[f64], sums: &mut [Sums]) {
     let grid: &Grid<D> = solver.grid();
     for row in 0..grid.rows() {
         let start = grid.row(row);
@@ -106,12 +112,12 @@ fn add_fluid<const D: usize>(solver: &Solver<D>, axis: usize, odds: &[f64], sums
         let across = (1..D).fold(grid.turn(), |v, a| v * grid.axes[a].cell_volume[rest[a]]);
         for (i, volume) in grid.axes[0].cell_volume.iter().enumerate() {
             let index = start + i;
-            let share = across * volume / (1.0 + odds[index]);
+            let part = across * volume / (1.0 + ratios[index]);
             let sums = &mut sums[if axis == 0 { i } else { rest[axis] }];
-            sums.fluid += share;
+            sums.fluid += part;
             for (a, u) in solver.stepper().state().velocity.iter().enumerate() {
                 let centred = 0.5 * (u[index] + u[index + grid.stride(a)]);
-                sums.momentum[0][laboratory(grid.geometry, a)] += share * centred;
+                sums.momentum[0][laboratory(grid.geometry, a)] += part * centred;
             }
         }
     }

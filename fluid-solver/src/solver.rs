@@ -15,7 +15,7 @@ use crate::grid::Grid;
 use crate::health::Health;
 use crate::immersed::body::{Motion, laboratory};
 use crate::immersed::carried::Imposed;
-use crate::immersed::mask::{Kernel, Mask};
+use crate::immersed::mask_model::{Mask, MaskModel};
 use crate::immersed::{Immersed, Wrench};
 use crate::loads::{LoadsRule, Measured};
 use crate::plan::Plan;
@@ -34,9 +34,9 @@ pub struct Memory {
     /// Motion of the grains now.
     pub motions: Vec<Motion>,
     /// Where the force was imposed last: its support.
-    pub held: Vec<Motion>,
+    pub imposed: Vec<Motion>,
     /// dt with which it was imposed, s; zero: never.
-    pub held_dt: f64,
+    pub imposed_dt: f64,
     /// Motion one window ago.
     pub before: Vec<Motion>,
     /// Length of that window, s; zero: there was none.
@@ -58,9 +58,9 @@ struct Saved<const D: usize> {
 }
 
 /// What moves the carried force with the grains, instead of leaving it in its cells.
-struct Along<const D: usize> {
-    /// Share b of the grains where the force stands.
-    shares: [Vec<f64>; D],
+struct Advection<const D: usize> {
+    /// Mask b of the grains where the force stands.
+    masks: [Vec<f64>; D],
     /// Room for the force, all zero.
     spare: [Vec<f64>; D],
 }
@@ -73,10 +73,10 @@ pub struct Solver<const D: usize> {
     stepper: Stepper<D>,
     immersed: Immersed<D>,
     lambda: [Vec<f64>; D],
-    along: Option<Along<D>>,
+    advection: Option<Advection<D>>,
     memory: Memory,
     choices: Choices,
-    kernel: Kernel,
+    model: MaskModel,
     rule: LoadsRule,
     plan: Plan,
     measured: Vec<Measured>,
@@ -111,14 +111,14 @@ impl<const D: usize> Solver<D> {
             density: medium.density,
             dimensions: if build::geometry(scene) == crate::grid::Geometry::Plane { 2 } else { 3 },
         };
-        let kernel = Kernel {
+        let model = MaskModel {
             mask: choices.mask,
             width: choices.width,
             viscosity: medium.kinematic_viscosity(),
             dt: plan.first(),
         };
         let carried = choices.method == Forcing::Carried && grains > 0;
-        let along = build::goes_along(scene, &choices);
+        let advected = build::goes_along(scene, &choices);
         let keeps = build::keeps(scene, &choices);
         let motions = build::motions(scene);
         let gyration = shapes.iter().map(|shape| shape.gyration).collect();
@@ -126,9 +126,9 @@ impl<const D: usize> Solver<D> {
         let mut solver = Self {
             immersed: Immersed::new(&grid, shapes, keeps),
             lambda: std::array::from_fn(|_| if carried { grid.new_field() } else { Vec::new() }),
-            along: along.then(|| Along { shares: grid.new_vector(), spare: grid.new_vector() }),
+            advection: advected.then(|| Advection { masks: grid.new_vector(), spare: grid.new_vector() }),
             memory: Memory {
-                held: motions.clone(),
+                imposed: motions.clone(),
                 before: motions.clone(),
                 contents: vec![Wrench::default(); grains],
                 motions,
@@ -139,7 +139,7 @@ impl<const D: usize> Solver<D> {
             volumes: vec![[0.0; 3]; grains],
             stepper: Stepper::new(grid, build::options(scene, medium, &choices, plan.viscous)),
             choices,
-            kernel,
+            model,
             rule,
             plan,
             scheme,
@@ -161,13 +161,13 @@ impl<const D: usize> Solver<D> {
     fn begin(&mut self, scene: &CheckedScene) {
         let grid = self.stepper.grid().clone();
         build::set_initial(scene, &grid, self.stepper.state_mut());
-        let sharp = Kernel { mask: Mask::Seed, ..self.kernel };
+        let sharp = MaskModel { mask: Mask::Seed, ..self.model };
         let velocity = &mut self.stepper.state_mut().velocity;
         self.immersed.impose_direct(&grid, &sharp, &self.memory.motions, velocity);
         self.stepper.project_velocity();
         if self.choices.form == LoadsForm::KempeFroehlich2012 {
             let velocity = &self.stepper.state().velocity;
-            let contents = self.immersed.contents(&grid, &self.kernel, &self.memory.motions, velocity);
+            let contents = self.immersed.contents(&grid, &self.model, &self.memory.motions, velocity);
             self.memory.contents.copy_from_slice(contents);
         }
         if self.scheme == Scheme::Overlapped {
@@ -190,7 +190,7 @@ impl<const D: usize> Solver<D> {
                 window.step, window.dt
             )));
         }
-        self.kernel.dt = window.dt;
+        self.model.dt = window.dt;
         let health = match self.scheme {
             Scheme::Explicit => self.window_explicit(window, exchange)?,
             Scheme::SemiImplicit => self.window_semi_implicit(window, exchange)?,
@@ -228,7 +228,7 @@ impl<const D: usize> Solver<D> {
                 predicted.centre = centre;
             }
         }
-        self.take_along();
+        self.advect_force();
         let force = (!self.memory.motions.is_empty()).then_some(&self.lambda);
         self.stepper.step(window.dt, force);
         let health = self.health(window)?;
@@ -237,10 +237,10 @@ impl<const D: usize> Solver<D> {
     }
 
     /// Takes the force to where the grains will be, if it goes with them.
-    fn take_along(&mut self) {
-        let Self { immersed, stepper, lambda, along, memory, predicted, kernel, .. } = self;
-        let Some(Along { shares, spare }) = along else { return };
-        immersed.take_along(stepper.grid(), kernel, [&memory.motions, predicted], [lambda, shares, spare]);
+    fn advect_force(&mut self) {
+        let Self { immersed, stepper, lambda, advection, memory, predicted, model, .. } = self;
+        let Some(Advection { masks, spare }) = advection else { return };
+        immersed.advect_force(stepper.grid(), model, [&memory.motions, predicted], [lambda, masks, spare]);
     }
 
     /// The seed's order: the whole step with the motion known, then loads and motion cross.
@@ -255,7 +255,7 @@ impl<const D: usize> Solver<D> {
             self.stepper.advance_without_projection(dt, None);
             self.measure_force();
             let (grid, state) = self.stepper.parts_mut();
-            self.immersed.impose_direct(grid, &self.kernel, &self.memory.motions, &mut state.velocity);
+            self.immersed.impose_direct(grid, &self.model, &self.memory.motions, &mut state.velocity);
             self.stepper.project();
         } else {
             self.stepper.step(dt, Some(&self.lambda));
@@ -278,19 +278,21 @@ impl<const D: usize> Solver<D> {
         let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
         let by_force = self.choices.form == LoadsForm::YuShaoFixedPoint;
         let carried = by_force.then_some(&*lambda);
-        let forces = immersed.forces(grid, &self.kernel, predicted, velocity, carried);
+        let forces = immersed.forces(grid, &self.model, predicted, velocity, carried);
         for (m, force) in measured.iter_mut().zip(forces) {
             m.force = *force;
         }
         if self.choices.displaced_mass {
-            immersed.volumes(grid, &self.kernel, predicted, &mut self.volumes);
+            immersed.volumes(grid, &self.model, predicted, &mut self.volumes);
         }
-        if !by_force && memory.held_dt > 0.0 {
-            let before = Kernel { dt: memory.held_dt, ..self.kernel };
-            for (m, held) in measured.iter_mut().zip(immersed.carried(grid, &before, &memory.held, lambda)) {
+        if !by_force && memory.imposed_dt > 0.0 {
+            let before = MaskModel { dt: memory.imposed_dt, ..self.model };
+            for (m, carried) in
+                measured.iter_mut().zip(immersed.carried(grid, &before, &memory.imposed, lambda))
+            {
                 for c in 0..3 {
-                    m.force.force[c] += held.force[c];
-                    m.force.torque[c] += held.torque[c];
+                    m.force.force[c] += carried.force[c];
+                    m.force.torque[c] += carried.torque[c];
                 }
             }
         }
@@ -306,7 +308,7 @@ impl<const D: usize> Solver<D> {
         let Self { immersed, stepper, lambda, measured, memory, .. } = self;
         let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
         let carried = (self.choices.method == Forcing::Carried).then_some(&*lambda);
-        let forces = immersed.forces(grid, &self.kernel, &memory.motions, velocity, carried);
+        let forces = immersed.forces(grid, &self.model, &memory.motions, velocity, carried);
         for (grain, (m, force)) in measured.iter_mut().zip(forces).enumerate() {
             m.force = *force;
             m.acceleration = memory.acceleration(grain);
@@ -321,7 +323,7 @@ impl<const D: usize> Solver<D> {
         }
         let Self { immersed, stepper, measured, memory, .. } = self;
         let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
-        let contents = immersed.contents(grid, &self.kernel, &memory.motions, velocity);
+        let contents = immersed.contents(grid, &self.model, &memory.motions, velocity);
         for ((m, now), before) in measured.iter_mut().zip(contents).zip(&mut memory.contents) {
             for c in 0..3 {
                 m.interior.force[c] = (now.force[c] - before.force[c]) / dt;
@@ -376,18 +378,18 @@ impl<const D: usize> Solver<D> {
         if self.memory.motions.is_empty() {
             return;
         }
-        let Self { immersed, stepper, lambda, along, memory, kernel, .. } = self;
+        let Self { immersed, stepper, lambda, advection, memory, model, .. } = self;
         let imposed =
             if self.choices.form == LoadsForm::YuShao2007 { Imposed::ByVelocity } else { Imposed::ByForce };
         let (grid, state) = stepper.parts_mut();
         let velocity = &mut state.velocity;
-        if let Some(Along { shares, .. }) = along {
-            immersed.impose_and_share(grid, kernel, &memory.motions, [velocity, lambda, shares]);
+        if let Some(Advection { masks, .. }) = advection {
+            immersed.impose_and_store_mask(grid, model, &memory.motions, [velocity, lambda, masks]);
         } else {
-            immersed.impose_carried(grid, kernel, &memory.motions, imposed, [velocity, lambda]);
+            immersed.impose_carried(grid, model, &memory.motions, imposed, [velocity, lambda]);
         }
-        memory.held.copy_from_slice(&memory.motions);
-        memory.held_dt = kernel.dt;
+        memory.imposed.copy_from_slice(&memory.motions);
+        memory.imposed_dt = model.dt;
     }
 
     /// Looks at the projected velocity.
@@ -441,8 +443,8 @@ impl<const D: usize> Solver<D> {
         self.take_hold();
     }
 
-    /// All fields that decide the next window: velocity, history, force (one per axis each), pressure, then the
-    /// velocity on each open face.
+    /// All fields that decide the next window: velocity, history, force (one per axis each), pressure, then
+    /// the velocity on each open face.
     pub(crate) fn fields(&self) -> Vec<&[f64]> {
         let state = self.stepper.state();
         let fields = state.velocity.iter().chain(&state.history).chain(&self.lambda);
@@ -470,13 +472,13 @@ impl<const D: usize> Solver<D> {
 
     /// Finds the cells that hold force.
     fn take_hold(&mut self) {
-        if self.memory.held_dt > 0.0 {
-            let kernel = Kernel { dt: self.memory.held_dt, ..self.kernel };
+        if self.memory.imposed_dt > 0.0 {
+            let model = MaskModel { dt: self.memory.imposed_dt, ..self.model };
             let grid = self.stepper.grid();
-            self.immersed.hold(grid, &kernel, &self.memory.held);
-            if let Some(Along { shares, spare }) = &mut self.along {
-                shares.iter_mut().chain(spare).for_each(|field| field.fill(0.0));
-                self.immersed.share(grid, &kernel, &self.memory.held, shares);
+            self.immersed.mark_forced(grid, &model, &self.memory.imposed);
+            if let Some(Advection { masks, spare }) = &mut self.advection {
+                masks.iter_mut().chain(spare).for_each(|field| field.fill(0.0));
+                self.immersed.store_mask(grid, &model, &self.memory.imposed, masks);
             }
         }
     }
@@ -512,8 +514,8 @@ impl<const D: usize> Solver<D> {
     }
 
     /// The mask with the present dt.
-    pub fn kernel(&self) -> &Kernel {
-        &self.kernel
+    pub fn mask_model(&self) -> &MaskModel {
+        &self.model
     }
 
     /// Bounds on the time step.
@@ -542,7 +544,7 @@ impl Memory {
     /// Number of grains, if all parts agree on it.
     pub fn grains(&self) -> Option<usize> {
         let n = self.motions.len();
-        let same = self.held.len() == n && self.before.len() == n && self.contents.len() == n;
+        let same = self.imposed.len() == n && self.before.len() == n && self.contents.len() == n;
         (same && (self.kept.is_empty() || self.kept.len() == n)).then_some(n)
     }
 

@@ -49,8 +49,8 @@ impl Sweep {
         self
     }
 
-    /// Inverse pivots for eight eigenvalues. A lane in `singular` gets a zero pivot at the last true unknown: its system
-    /// is solved up to a constant, with the last value zero.
+    /// Inverse pivots for eight eigenvalues. A lane in `singular` gets a zero pivot at the last true unknown:
+    /// its system is solved up to a constant, with the last value zero.
     #[inline(always)]
     pub fn pivots(&self, sigma: f64, c: f64, lambda: &Lanes, singular: Option<usize>, pivots: &mut [Lanes]) {
         let mut previous = ZERO;

@@ -4,7 +4,7 @@
 //! so that sums over grains need the memory of one layer only, and threads take layers.
 
 use super::body::{Motion, Shape, along_axes};
-use super::mask::Kernel;
+use super::mask_model::MaskModel;
 use super::nodes::{Extent, Nodes};
 use crate::grid::Grid;
 
@@ -25,22 +25,22 @@ pub(crate) struct GrainsByLayer<const D: usize> {
     starts: Vec<usize>,
     slices: Vec<Slice>,
     /// The mask that they were placed with.
-    kernel: Option<Kernel>,
+    model: Option<MaskModel>,
     /// Whether what the grains hold of each layer is kept until they move.
-    pub(super) keeps: bool,
+    pub(super) caches: bool,
 }
 
 impl<const D: usize> GrainsByLayer<D> {
     /// Room for grains at the nodes of component `d`, see [`Nodes::new`].
-    pub(super) fn new(grid: &Grid<D>, d: usize, keeps: bool) -> Self {
+    pub(super) fn new(grid: &Grid<D>, d: usize, caches: bool) -> Self {
         let starts = vec![0; grid.cells[D - 1] + 1];
         Self {
             nodes: Nodes::new(grid, d),
             extents: Vec::new(),
             starts,
             slices: Vec::new(),
-            kernel: None,
-            keeps,
+            model: None,
+            caches,
         }
     }
 
@@ -48,12 +48,12 @@ impl<const D: usize> GrainsByLayer<D> {
     pub(super) fn place(
         &mut self,
         grid: &Grid<D>,
-        kernel: &Kernel,
+        model: &MaskModel,
         shapes: &[Shape],
         motions: &[Motion],
     ) -> bool {
         let Self { nodes, extents, starts, slices, .. } = self;
-        if self.keeps && self.kernel == Some(*kernel) && extents.len() == motions.len() {
+        if self.caches && self.model == Some(*model) && extents.len() == motions.len() {
             let stays = |(extent, motion): (&Extent<D>, &Motion)| {
                 extent.at == along_axes::<D>(grid.geometry, motion.centre)
             };
@@ -61,13 +61,13 @@ impl<const D: usize> GrainsByLayer<D> {
                 return true;
             }
         }
-        self.kernel = Some(*kernel);
+        self.model = Some(*model);
         extents.clear();
         extents.extend(
             shapes
                 .iter()
                 .zip(motions)
-                .map(|(shape, motion)| nodes.extent(grid, kernel, motion.centre, shape.radius)),
+                .map(|(shape, motion)| nodes.extent(grid, model, motion.centre, shape.radius)),
         );
         let layers = |extent: &Extent<D>| nodes.range(grid, D - 1, extent.at[D - 1], extent.outer);
         let layer = |extent: &Extent<D>, m| nodes.node(grid, D - 1, extent.at[D - 1], m);

@@ -4,13 +4,13 @@ use super::component::Rule;
 use crate::lanes::Lanes;
 
 /// Imposes the grains' motion on the predicted velocity.
-pub(super) struct Pull;
+pub(super) struct ImposeDirectly;
 
-impl Rule<1> for Pull {
+impl Rule<1> for ImposeDirectly {
     #[inline(always)]
-    fn change(&self, odds: &Lanes, target: &Lanes, [u]: [&mut Lanes; 1]) {
+    fn change(&self, ratio: &Lanes, target: &Lanes, [u]: [&mut Lanes; 1]) {
         for l in 0..8 {
-            u[l] += (target[l] - odds[l] * u[l]) / (1.0 + odds[l]);
+            u[l] += (target[l] - ratio[l] * u[l]) / (1.0 + ratio[l]);
         }
     }
 }

@@ -1,12 +1,12 @@
-//! What the grains hold of one layer of nodes: rows of cells, and the odds of each.
+//! What the grains hold of one layer of nodes: rows of cells, and the mask ratios of each.
 //!
-//! Rows are taken in whole vectors of eight places: those that a grain does not hold have no odds, and
+//! Rows are taken in whole vectors of eight places: those that a grain does not hold have no mask ratios, and
 //! nothing that is done with them changes anything.
 
 use super::body::Motion;
 use super::by_layer::{GrainsByLayer, Slice};
-use super::mask::Kernel;
-use super::odds::{Law, Profile, Sums};
+use super::mask::{Law, Profile, Sums};
+use super::mask_model::MaskModel;
 use super::piece::{PIECES, Piece};
 use crate::grid::Grid;
 use crate::lanes::{self, dispatch};
@@ -56,49 +56,49 @@ struct Row {
 /// Room for what all rows of a grain in a layer share.
 pub(super) type Profiles = [Profile; PIECES];
 
-/// The rows of all grains in a layer, and the odds of their cells.
+/// The rows of all grains in a layer, and the mask ratios of their cells.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Layer {
     parts: Vec<Part>,
     spans: Vec<Span>,
-    odds: Vec<f64>,
+    ratios: Vec<f64>,
     /// Whether this is so for the grains as placed last.
     pub(super) fresh: bool,
 }
 
 impl Layer {
-    /// Finds the rows of layer `k` and the odds of their cells, if they are not known yet.
+    /// Finds the rows of layer `k` and the mask ratios of their cells, if they are not known yet.
     pub(super) fn fill<const D: usize>(
         &mut self,
         grid: &Grid<D>,
         grains: &GrainsByLayer<D>,
-        kernel: &Kernel,
+        model: &MaskModel,
         k: usize,
         profiles: &mut Profiles,
     ) {
-        if std::mem::replace(&mut self.fresh, grains.keeps) {
+        if std::mem::replace(&mut self.fresh, grains.caches) {
             return;
         }
         self.parts.clear();
         self.spans.clear();
-        self.odds.clear();
-        dispatch(Fill { layer: self, grid, grains, kernel, k, profiles });
+        self.ratios.clear();
+        dispatch(Fill { layer: self, grid, grains, model, k, profiles });
     }
 
-    /// All rows, and all odds, one after the other.
+    /// All rows, and all mask ratios, one after the other.
     pub(super) fn rows(&self) -> (&[Span], &[f64]) {
-        (&self.spans, &self.odds)
+        (&self.spans, &self.ratios)
     }
 
-    /// What each grain holds: its rows with their odds, in the order of the grains.
+    /// What each grain holds: its rows with their mask ratios, in the order of the grains.
     #[inline(always)]
     pub(crate) fn parts(&self) -> impl Iterator<Item = (&Part, &[Span], &[f64])> {
-        let (mut spans, mut odds) = (self.spans.as_slice(), self.odds.as_slice());
+        let (mut spans, mut ratios) = (self.spans.as_slice(), self.ratios.as_slice());
         self.parts.iter().map(move |part| {
             let (mine, rest) = spans.split_at(part.spans);
             let cells = mine.iter().map(|span| span.count).sum::<usize>();
-            let (held, left) = odds.split_at(cells);
-            (spans, odds) = (rest, left);
+            let (held, left) = ratios.split_at(cells);
+            (spans, ratios) = (rest, left);
             (part, mine, held)
         })
     }
@@ -109,7 +109,7 @@ struct Fill<'a, const D: usize> {
     layer: &'a mut Layer,
     grid: &'a Grid<D>,
     grains: &'a GrainsByLayer<D>,
-    kernel: &'a Kernel,
+    model: &'a MaskModel,
     k: usize,
     profiles: &'a mut Profiles,
 }
@@ -118,7 +118,7 @@ impl<const D: usize> Fill<'_, D> {
     /// Adds what the grain of `slice` holds of layer `k`.
     #[inline(always)]
     fn part(&mut self, slice: &Slice) {
-        let Self { grid, grains, kernel, k, .. } = *self;
+        let Self { grid, grains, model, k, .. } = *self;
         let (nodes, extent) = (&grains.nodes, &grains.extents[slice.grain]);
         let first = self.layer.spans.len();
         let chord = extent.outer * extent.outer - slice.arm * slice.arm;
@@ -132,7 +132,7 @@ impl<const D: usize> Fill<'_, D> {
         }
         let mut sums = Sums::default();
         sums.add(slice.arm, nodes.spacing[D - 1][k]);
-        let law = Law::new(kernel, extent.radius, extent.inner, nodes.even);
+        let law = Law::new(model, extent.radius, extent.inner, nodes.even);
         let weight = grid.turn() * grid.volumes(nodes.component(), D - 1)[k];
         if D == 2 {
             self.row(pieces, chord, &law, sums, Row { index: 0, arm: 0.0, weight });
@@ -174,7 +174,7 @@ impl<const D: usize> Fill<'_, D> {
                 shift: piece.shift,
                 middle: row.arm,
             });
-            law.row(profile, window, &sums, &mut self.layer.odds);
+            law.row(profile, window, &sums, &mut self.layer.ratios);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::body::{Motion, Shape};
 use super::by_layer::GrainsByLayer;
 use super::layer::Layer;
-use super::mask::Kernel;
+use super::mask_model::MaskModel;
 use crate::grid::Grid;
 
 /// All grains on one set of nodes, by layers.
@@ -11,35 +11,31 @@ use crate::grid::Grid;
 pub struct Layers<const D: usize> {
     pub(crate) grains: GrainsByLayer<D>,
     /// What they hold: every layer, or room for as many as are worked on at once.
-    held: Vec<Layer>,
+    cache: Vec<Layer>,
 }
 
 impl<const D: usize> Layers<D> {
-    /// Room for grains at the nodes of component `d` (`d = D`: at cell centres). `keeps`: whether what they hold is
-    /// kept until they move.
-    pub(crate) fn new(grid: &Grid<D>, d: usize, keeps: bool) -> Self {
-        Self { grains: GrainsByLayer::new(grid, d, keeps), held: Vec::new() }
+    /// Room for grains at the nodes of component `d` (`d = D`: at cell centres). `caches`: whether what they
+    /// hold is kept until they move.
+    pub(crate) fn new(grid: &Grid<D>, d: usize, caches: bool) -> Self {
+        Self { grains: GrainsByLayer::new(grid, d, caches), cache: Vec::new() }
     }
 
     /// Finds the layers of every grain.
-    pub fn place(&mut self, grid: &Grid<D>, kernel: &Kernel, shapes: &[Shape], motions: &[Motion]) {
-        if !self.grains.place(grid, kernel, shapes, motions) {
-            self.held.iter_mut().for_each(|layer| layer.fresh = false);
+    pub fn place(&mut self, grid: &Grid<D>, model: &MaskModel, shapes: &[Shape], motions: &[Motion]) {
+        if !self.grains.place(grid, model, shapes, motions) {
+            self.cache.iter_mut().for_each(|layer| layer.fresh = false);
         }
     }
 
-    /// For shares of `share` layers each: the grains, what they hold, and how many entries of that belong to a
-    /// share. Entry `k % entries` is for its `k`th layer.
-    pub(super) fn shared(
-        &mut self,
-        grid: &Grid<D>,
-        share: usize,
-    ) -> (&GrainsByLayer<D>, &mut [Layer], usize) {
+    /// For groups of `each` layers: the grains, what they hold, and how many entries of that belong to a
+    /// group. Entry `k % entries` is for its `k`th layer.
+    pub(super) fn shared(&mut self, grid: &Grid<D>, each: usize) -> (&GrainsByLayer<D>, &mut [Layer], usize) {
         let layers = grid.cells[D - 1];
-        let (entries, count) = if self.grains.keeps { (share, layers) } else { (1, layers.div_ceil(share)) };
-        if self.held.len() < count {
-            self.held.resize_with(count, Layer::default);
+        let (entries, count) = if self.grains.caches { (each, layers) } else { (1, layers.div_ceil(each)) };
+        if self.cache.len() < count {
+            self.cache.resize_with(count, Layer::default);
         }
-        (&self.grains, &mut self.held[..count], entries)
+        (&self.grains, &mut self.cache[..count], entries)
     }
 }

@@ -9,24 +9,25 @@ pub mod carried;
 pub mod component;
 pub mod direct;
 pub mod layer;
+pub mod layer_sums;
 pub mod layers;
-pub mod mask;
+mod mask;
+pub mod mask_model;
 pub mod nodes;
-mod odds;
 mod piece;
 pub mod places;
-pub mod sheet;
+#[cfg(test)]
+mod scalar_mask;
 mod transport;
-pub mod volume_fraction;
 
 use crate::grid::{Geometry, Grid};
 use body::{Motion, Shape, laboratory};
-use carried::{Hold, HoldAndShare, Imposed, Mark, Share};
-use component::{Bench, Component, Placed, Point};
-use direct::Pull;
-use mask::Kernel;
+use carried::{Impose, ImposeAndStoreMask, Imposed, MarkForced, StoreMask};
+use component::{Component, Placed, Point, Workspace};
+use direct::ImposeDirectly;
+use mask_model::MaskModel;
 use serde::{Deserialize, Serialize};
-use transport::Taps;
+use transport::Interpolation;
 
 /// Force and torque, or anything with a vector and its moment about the centre of a grain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -42,19 +43,19 @@ pub struct Wrench {
 pub struct Immersed<const D: usize> {
     shapes: Vec<Shape>,
     components: [Component<D>; D],
-    benches: Vec<Bench>,
+    workspaces: Vec<Workspace>,
     wrenches: Vec<Wrench>,
-    taps: Vec<[Taps; D]>,
+    points: Vec<[Interpolation; D]>,
 }
 
 impl<const D: usize> Immersed<D> {
-    /// Grains of the given shapes. `keeps`: whether what they hold of the grid is kept until they move; for where it
-    /// is asked for more than once.
-    pub fn new(grid: &Grid<D>, shapes: Vec<Shape>, keeps: bool) -> Self {
+    /// Grains of the given shapes. `caches`: whether what they hold of the grid is kept until they move; for
+    /// where it is asked for more than once.
+    pub fn new(grid: &Grid<D>, shapes: Vec<Shape>, caches: bool) -> Self {
         Self {
-            components: std::array::from_fn(|d| Component::new(grid, d, shapes.len(), keeps)),
-            benches: Vec::new(),
-            taps: Vec::new(),
+            components: std::array::from_fn(|d| Component::new(grid, d, shapes.len(), caches)),
+            workspaces: Vec::new(),
+            points: Vec::new(),
             wrenches: vec![Wrench::default(); shapes.len()],
             shapes,
         }
@@ -66,69 +67,75 @@ impl<const D: usize> Immersed<D> {
     }
 
     /// Declares the cells of `motions` to be those that hold force (after a restore).
-    pub fn hold(&mut self, grid: &Grid<D>, kernel: &Kernel, motions: &[Motion]) {
-        let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
+    pub fn mark_forced(&mut self, grid: &Grid<D>, model: &MaskModel, motions: &[Motion]) {
+        let placed = Placed { grid, model, shapes: &self.shapes, motions };
         for component in &mut self.components {
-            component.change(placed, &mut self.benches, [], &Mark);
+            component.change(placed, &mut self.workspaces, [], &MarkForced);
         }
     }
 
-    /// Imposes the motion and updates the carried force, `kernel.dt` after the last time.
+    /// Imposes the motion and updates the carried force, `model.dt` after the last time.
     pub fn impose_carried(
         &mut self,
         grid: &Grid<D>,
-        kernel: &Kernel,
+        model: &MaskModel,
         motions: &[Motion],
         imposed: Imposed,
         [velocity, lambda]: [&mut [Vec<f64>; D]; 2],
     ) {
-        let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
-        let rule = Hold { by_force: imposed == Imposed::ByForce, dt: kernel.dt };
+        let placed = Placed { grid, model, shapes: &self.shapes, motions };
+        let rule = Impose { by_force: imposed == Imposed::ByForce, dt: model.dt };
         let fields = velocity.iter_mut().zip(lambda);
         for (component, (u, lambda)) in self.components.iter_mut().zip(fields) {
-            component.change(placed, &mut self.benches, [u, lambda], &rule);
+            component.change(placed, &mut self.workspaces, [u, lambda], &rule);
         }
     }
 
-    /// The same with yu-shao-fixed-point, and leaves the share b of the grains.
-    pub fn impose_and_share(
+    /// The same with yu-shao-fixed-point, and leaves the mask b of the grains.
+    pub fn impose_and_store_mask(
         &mut self,
         grid: &Grid<D>,
-        kernel: &Kernel,
+        model: &MaskModel,
         motions: &[Motion],
-        [velocity, lambda, shares]: [&mut [Vec<f64>; D]; 3],
+        [velocity, lambda, masks]: [&mut [Vec<f64>; D]; 3],
     ) {
-        let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
-        let rule = HoldAndShare(Hold { by_force: true, dt: kernel.dt });
-        let fields = velocity.iter_mut().zip(lambda).zip(shares);
-        for (component, ((u, lambda), share)) in self.components.iter_mut().zip(fields) {
-            component.change(placed, &mut self.benches, [u, lambda, share], &rule);
+        let placed = Placed { grid, model, shapes: &self.shapes, motions };
+        let rule = ImposeAndStoreMask(Impose { by_force: true, dt: model.dt });
+        let fields = velocity.iter_mut().zip(lambda).zip(masks);
+        for (component, ((u, lambda), mask)) in self.components.iter_mut().zip(fields) {
+            component.change(placed, &mut self.workspaces, [u, lambda, mask], &rule);
         }
     }
 
-    /// The share b of the grains (after a restore).
-    pub fn share(&mut self, grid: &Grid<D>, kernel: &Kernel, motions: &[Motion], shares: &mut [Vec<f64>; D]) {
-        let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
-        for (component, share) in self.components.iter_mut().zip(shares) {
-            component.change(placed, &mut self.benches, [share], &Share);
-        }
-    }
-
-    /// Takes the force λ along with the grains from `motions` to where they lead in `kernel.dt`; `spare`, all zero
-    /// before and after, is room for it.
-    pub fn take_along(
+    /// The mask b of the grains (after a restore).
+    pub fn store_mask(
         &mut self,
         grid: &Grid<D>,
-        kernel: &Kernel,
-        [motions, predicted]: [&[Motion]; 2],
-        [lambda, shares, spare]: [&mut [Vec<f64>; D]; 3],
+        model: &MaskModel,
+        motions: &[Motion],
+        masks: &mut [Vec<f64>; D],
     ) {
-        self.taps.clear();
-        self.taps.extend(motions.iter().map(|motion| Taps::of(grid, motion, kernel.dt)));
-        let placed = Placed { grid, kernel, shapes: &self.shapes, motions: predicted };
-        let fields = lambda.iter_mut().zip(shares).zip(spare);
-        for (component, ((lambda, share), spare)) in self.components.iter_mut().zip(fields) {
-            component.take_along(placed, &mut self.benches, &self.taps, [lambda, share, spare]);
+        let placed = Placed { grid, model, shapes: &self.shapes, motions };
+        for (component, mask) in self.components.iter_mut().zip(masks) {
+            component.change(placed, &mut self.workspaces, [mask], &StoreMask);
+        }
+    }
+
+    /// Takes the force λ along with the grains from `motions` to where they lead in `model.dt`; `spare`, all
+    /// zero before and after, is room for it.
+    pub fn advect_force(
+        &mut self,
+        grid: &Grid<D>,
+        model: &MaskModel,
+        [motions, predicted]: [&[Motion]; 2],
+        [lambda, masks, spare]: [&mut [Vec<f64>; D]; 3],
+    ) {
+        self.points.clear();
+        self.points.extend(motions.iter().map(|motion| Interpolation::of(grid, motion, model.dt)));
+        let placed = Placed { grid, model, shapes: &self.shapes, motions: predicted };
+        let fields = lambda.iter_mut().zip(masks).zip(spare);
+        for (component, ((lambda, mask), spare)) in self.components.iter_mut().zip(fields) {
+            component.advect_force(placed, &mut self.workspaces, &self.points, [lambda, mask, spare]);
             std::mem::swap(lambda, spare);
         }
     }
@@ -137,13 +144,13 @@ impl<const D: usize> Immersed<D> {
     pub fn impose_direct(
         &mut self,
         grid: &Grid<D>,
-        kernel: &Kernel,
+        model: &MaskModel,
         motions: &[Motion],
         velocity: &mut [Vec<f64>; D],
     ) {
-        let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
+        let placed = Placed { grid, model, shapes: &self.shapes, motions };
         for (component, u) in self.components.iter_mut().zip(velocity) {
-            component.change(placed, &mut self.benches, [u], &Pull);
+            component.change(placed, &mut self.workspaces, [u], &ImposeDirectly);
         }
     }
 
@@ -152,23 +159,23 @@ impl<const D: usize> Immersed<D> {
     pub fn forces(
         &mut self,
         grid: &Grid<D>,
-        kernel: &Kernel,
+        model: &MaskModel,
         motions: &[Motion],
         velocity: &[Vec<f64>; D],
         lambda: Option<&[Vec<f64>; D]>,
     ) -> &[Wrench] {
-        let rate = 1.0 / kernel.dt;
-        let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
+        let rate = 1.0 / model.dt;
+        let placed = Placed { grid, model, shapes: &self.shapes, motions };
         for (d, component) in self.components.iter_mut().enumerate() {
             let u = velocity[d].as_slice();
             if let Some(lambda) = lambda {
-                component.integrate(placed, &mut self.benches, [u, &lambda[d]], |p: Point<2>| {
+                component.integrate(placed, &mut self.workspaces, [u, &lambda[d]], |p: Point<2>| {
                     let [u, lambda] = p.fields;
-                    p.share() * (lambda + rate * (p.solid - u))
+                    p.mask() * (lambda + rate * (p.solid - u))
                 });
             } else {
-                component.integrate(placed, &mut self.benches, [u], |p: Point<1>| {
-                    p.share() * rate * (p.solid - p.fields[0])
+                component.integrate(placed, &mut self.workspaces, [u], |p: Point<1>| {
+                    p.mask() * rate * (p.solid - p.fields[0])
                 });
             }
         }
@@ -179,30 +186,32 @@ impl<const D: usize> Immersed<D> {
     pub fn contents(
         &mut self,
         grid: &Grid<D>,
-        kernel: &Kernel,
+        model: &MaskModel,
         motions: &[Motion],
         velocity: &[Vec<f64>; D],
     ) -> &[Wrench] {
-        let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
+        let placed = Placed { grid, model, shapes: &self.shapes, motions };
         for (component, u) in self.components.iter_mut().zip(velocity) {
-            component
-                .integrate(placed, &mut self.benches, [u.as_slice()], |p: Point<1>| p.share() * p.fields[0]);
+            component.integrate(placed, &mut self.workspaces, [u.as_slice()], |p: Point<1>| {
+                p.mask() * p.fields[0]
+            });
         }
         self.assemble(grid.geometry)
     }
 
-    /// ∫ λ dV of every grain where it was held last, shared by odds (yu-shao-2007); `kernel` is that of the time.
+    /// ∫ λ dV of every grain where it was held last, shared by mask ratios
+    /// (yu-shao-2007); `model` is that of the time.
     pub fn carried(
         &mut self,
         grid: &Grid<D>,
-        kernel: &Kernel,
+        model: &MaskModel,
         held: &[Motion],
         lambda: &[Vec<f64>; D],
     ) -> &[Wrench] {
-        let placed = Placed { grid, kernel, shapes: &self.shapes, motions: held };
+        let placed = Placed { grid, model, shapes: &self.shapes, motions: held };
         for (component, lambda) in self.components.iter_mut().zip(lambda) {
-            component.integrate(placed, &mut self.benches, [lambda.as_slice()], |p: Point<1>| {
-                if p.total > 0.0 { p.odds / p.total * p.fields[0] } else { 0.0 }
+            component.integrate(placed, &mut self.workspaces, [lambda.as_slice()], |p: Point<1>| {
+                if p.total > 0.0 { p.ratio / p.total * p.fields[0] } else { 0.0 }
             });
         }
         self.assemble(grid.geometry)
@@ -210,12 +219,12 @@ impl<const D: usize> Immersed<D> {
 
     /// ∫ b dV of every grain on the nodes of each component (laboratory axes), m³. Zero where the
     /// grid has no such component, and for the radial one, along which no grain moves.
-    pub fn volumes(&mut self, grid: &Grid<D>, kernel: &Kernel, motions: &[Motion], out: &mut [[f64; 3]]) {
-        let placed = Placed { grid, kernel, shapes: &self.shapes, motions };
+    pub fn volumes(&mut self, grid: &Grid<D>, model: &MaskModel, motions: &[Motion], out: &mut [[f64; 3]]) {
+        let placed = Placed { grid, model, shapes: &self.shapes, motions };
         out.fill([0.0; 3]);
         let first = usize::from(grid.geometry == Geometry::Axisymmetric);
         for (d, component) in self.components.iter_mut().enumerate().skip(first) {
-            component.integrate(placed, &mut self.benches, [], |p: Point<0>| p.share());
+            component.integrate(placed, &mut self.workspaces, [], |p: Point<0>| p.mask());
             for (volume, moments) in out.iter_mut().zip(&component.moments) {
                 volume[laboratory(grid.geometry, d)] = moments.sum;
             }

@@ -1,7 +1,7 @@
 //! The nodes of one velocity component, or the cell centres, as grains meet them.
 
 use super::body::along_axes;
-use super::mask::Kernel;
+use super::mask_model::MaskModel;
 use crate::grid::Grid;
 
 /// Nodes of one set along every axis, with what the masks need of them.
@@ -31,7 +31,7 @@ pub(super) struct Row {
 
 /// A node along one axis: its index in the box, and its distance from the grain's centre.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Near {
+pub(super) struct Node {
     pub(super) index: usize,
     pub(super) arm: f64,
 }
@@ -83,10 +83,16 @@ impl<const D: usize> Nodes<D> {
     }
 
     /// Reach of a grain of radius `radius` at `centre` (laboratory axes, m).
-    pub(super) fn extent(&self, grid: &Grid<D>, kernel: &Kernel, centre: [f64; 3], radius: f64) -> Extent<D> {
+    pub(super) fn extent(
+        &self,
+        grid: &Grid<D>,
+        model: &MaskModel,
+        centre: [f64; 3],
+        radius: f64,
+    ) -> Extent<D> {
         let at = along_axes(grid.geometry, centre);
         let [least, most] = self.bounds(grid, &at, radius);
-        let [inner, outer] = kernel.reach(radius, least, most);
+        let [inner, outer] = model.reach(radius, least, most);
         Extent { at, radius, inner: inner.max(0.0), outer }
     }
 
@@ -141,11 +147,11 @@ impl<const D: usize> Nodes<D> {
 
     /// Index in the box and arm of unwrapped index `m` along `axis`, for a grain centred at `centre`.
     #[inline(always)]
-    pub(super) fn node(&self, grid: &Grid<D>, axis: usize, centre: f64, m: isize) -> Near {
+    pub(super) fn node(&self, grid: &Grid<D>, axis: usize, centre: f64, m: isize) -> Node {
         let nodes = grid.nodes(self.d, axis);
         let n = grid.cells[axis] as isize;
         if !grid.periodic(axis) {
-            return Near { index: m as usize, arm: nodes[m as usize] - centre };
+            return Node { index: m as usize, arm: nodes[m as usize] - centre };
         }
         // a division takes as long as all the rest
         let turns = match m {
@@ -155,6 +161,6 @@ impl<const D: usize> Nodes<D> {
             m => m.div_euclid(n),
         };
         let index = (m - turns * n) as usize;
-        Near { index, arm: nodes[index] + turns as f64 * grid.axes[axis].length() - centre }
+        Node { index, arm: nodes[index] + turns as f64 * grid.axes[axis].length() - centre }
     }
 }

@@ -1,17 +1,17 @@
 //! The cells that hold force, as a list: what the attempts at a window are compared and mixed over.
 
 use super::Immersed;
-use super::sheet::{first, words};
+use super::layer_sums::{first, words};
 use crate::grid::Grid;
 
 /// Values at the [`Places`], by component.
 pub type Values<const D: usize> = [Vec<f64>; D];
 
-/// Eights of cells that hold force, or held some since [`Places::clear`]. It only grows, at its end: values
-/// taken earlier are the beginning of those taken later, and are zero at what has come since.
+/// Groups of eight cells that hold force, or held some since [`Places::clear`]. It only grows, at its end:
+/// values taken earlier are the beginning of those taken later, and are zero at what has come since.
 #[derive(Clone, Debug)]
 pub struct Places<const D: usize> {
-    /// A bit for each eight, as in [`super::component::Component`].
+    /// A bit for each lanes_at, as in [`super::component::Component`].
     marks: [Vec<u64>; D],
     /// Where each eight begins in its field.
     begins: [Vec<usize>; D],
@@ -42,13 +42,13 @@ impl<const D: usize> Places<D> {
         for ((marks, begins), component) in
             self.marks.iter_mut().zip(&mut self.begins).zip(&immersed.components)
         {
-            marks.resize(component.held().len(), 0);
+            marks.resize(component.forced().len(), 0);
             let of_a_layer = (marks.len() / layers).max(1);
-            for (index, (mark, held)) in marks.iter_mut().zip(component.held()).enumerate() {
+            for (index, (mark, forced)) in marks.iter_mut().zip(component.forced()).enumerate() {
                 let (k, word) = (index / of_a_layer, index % of_a_layer);
                 let place = first(grid, 0) + k * size + word / words * stride + word % words * 512;
-                let mut new = held & !*mark;
-                *mark |= held;
+                let mut new = forced & !*mark;
+                *mark |= forced;
                 while new != 0 {
                     begins.push(place + 8 * new.trailing_zeros() as usize);
                     new &= new - 1;
@@ -61,7 +61,7 @@ impl<const D: usize> Places<D> {
     /// where no grain is any more.
     pub fn hold(&self, immersed: &mut Immersed<D>) {
         for (component, marks) in immersed.components.iter_mut().zip(&self.marks) {
-            component.held_mut().iter_mut().zip(marks).for_each(|(held, mark)| *held |= mark);
+            component.forced_mut().iter_mut().zip(marks).for_each(|(forced, mark)| *forced |= mark);
         }
     }
 
@@ -76,9 +76,9 @@ impl<const D: usize> Places<D> {
     /// Writes values into the fields; those that are missing at the end are zero.
     pub fn scatter(&self, values: &Values<D>, fields: &mut [Vec<f64>; D]) {
         for ((begins, field), values) in self.begins.iter().zip(fields).zip(values) {
-            let (mut eights, zero) = (values.chunks_exact(8), [0.0; 8]);
+            let (mut groups, zero) = (values.chunks_exact(8), [0.0; 8]);
             for begin in begins {
-                field[*begin..*begin + 8].copy_from_slice(eights.next().unwrap_or(&zero[..]));
+                field[*begin..*begin + 8].copy_from_slice(groups.next().unwrap_or(&zero[..]));
             }
         }
     }

@@ -7,15 +7,15 @@ use crate::immersed::Wrench;
 use crate::work::Work;
 use protocol::participant::{SolverError, Window};
 
-/// Added to C_v for each ν dt/D²: in long windows the drag of the first attempts, taken with a force that knows
-/// nothing of the motion yet, would throw a light grain out of the box. From 1 to 18 all converge at
+/// Added to C_v for each ν dt/D²: in long windows the drag of the first attempts, taken with a force that
+/// knows nothing of the motion yet, would throw a light grain out of the box. From 1 to 18 all converge at
 /// ν dt/D² = 0.8; 0 does not below ρ_r = 0.5. Without influence on what they converge to.
 const DRAG: f64 = 2.0;
 
 impl<const D: usize> Solver<D> {
-    /// yu-shao-fixed-point: as [`Solver::window_semi_implicit`], with the force that the attempt before would leave behind in
-    /// place of the one carried from the last window, from the second attempt on. The state is that of the start
-    /// of the window already: whoever orders an attempt restores it.
+    /// yu-shao-fixed-point: as [`Solver::window_semi_implicit`], with the force that the attempt before would
+    /// leave behind in place of the one carried from the last window, from the second attempt on. The state
+    /// is that of the start of the window already: whoever orders an attempt restores it.
     pub(super) fn window_iterated(
         &mut self,
         window: &Window,
@@ -58,10 +58,10 @@ impl<const D: usize> Solver<D> {
     /// The DEM adds m_a A_prev with the acceleration of the last window; the message adds what the attempt
     /// before knows better.
     fn virtual_mass_ahead(&mut self, dt: f64) {
-        let Self { attempts, measured, memory, immersed, kernel, .. } = self;
+        let Self { attempts, measured, memory, immersed, model, .. } = self;
         let Some(attempts) = attempts else { return };
         for (grain, (m, shape)) in measured.iter_mut().zip(immersed.shapes()).enumerate() {
-            m.more = DRAG * kernel.viscosity * dt / (2.0 * shape.radius).powi(2);
+            m.more = DRAG * model.viscosity * dt / (2.0 * shape.radius).powi(2);
             let (guess, now) = (attempts.motion(grain), numbers(&memory.motions[grain]));
             let before = numbers_of(&m.acceleration);
             let ahead = |c: usize| (guess[c] - now[c]) / dt - before[c];

@@ -7,8 +7,8 @@ use protocol::message::Loads;
 use protocol::participant::{SolverError, Window};
 
 impl<const D: usize> Solver<D> {
-    /// yu-shao-2007, yu-shao-fixed-point: send the loads kept, predict u* while the DEM works, keep the loads of it, receive the motion,
-    /// impose it.
+    /// yu-shao-2007, yu-shao-fixed-point: send the loads kept, predict u* while the DEM works, keep the loads
+    /// of it, receive the motion, impose it.
     pub(super) fn window_overlapped(
         &mut self,
         window: &Window,

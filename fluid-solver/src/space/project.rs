@@ -6,7 +6,8 @@ use super::shape::Shape;
 use crate::lanes::Kernel;
 use pulp::Simd;
 
-/// `u −= weight ∇φ` on one plane, halos along x and y included; `p += φ` where the predictor has its gradient.
+/// `u −= weight ∇φ` on one plane, halos along x and y included; `p += φ` where the predictor has its
+/// gradient.
 pub(super) struct CorrectPlane<'a> {
     pub(super) shape: &'a Shape,
     pub(super) k: usize,

@@ -1,5 +1,5 @@
-//! Real Fourier transform: even and odd values packed as real and imaginary parts, or an odd number of them as
-//! they are.
+//! Real Fourier transform: even and odd values packed as real and imaginary parts, or an odd number of them
+//! as they are.
 
 use super::ends::{Emit, EmitPairs, Read, ReadPairs};
 use super::line::{Reader, Writer};

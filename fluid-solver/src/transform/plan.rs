@@ -19,7 +19,8 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// Complex places of the transform of a line of n values: n where n is odd, which only a periodic line may be.
+    /// Complex places of the transform of a line of n values: n where n is odd, which only a periodic line
+    /// may be.
     /// `None` where there is none, as they are too few or have a prime factor above 5.
     pub(super) fn places(n: usize, periodic: bool) -> Option<Fft> {
         match n.is_multiple_of(2) {

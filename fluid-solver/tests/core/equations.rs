@@ -90,8 +90,8 @@ fn flat_grids() -> Vec<Grid<2>> {
 }
 
 /// Three steps of different length of both codes, for every combination of scheme and treatment of
-/// viscosity, with convection and without, with a force and without; the largest differences allowed are those
-/// of round-off.
+/// viscosity, with convection and without, with a force and without; the largest differences allowed are
+/// those of round-off.
 fn agrees_with_the_equations<const D: usize>(
     grid: &Grid<D>,
     convection: [bool; 2],

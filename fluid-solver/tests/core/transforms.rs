@@ -23,7 +23,8 @@ fn basis(kind: Kind, n: usize, q: usize, j: usize) -> f64 {
 }
 
 /// Forward equals the sum over the basis, and the scaled inverse brings the line back. Sums of n
-/// terms of size 1, and sine I by a running sum of n/2 terms: n · 4e-15 covers both (awkward lengths go through longer transforms).
+/// terms of size 1, and sine I by a running sum of n/2 terms: n · 4e-15 covers both (awkward lengths go
+/// through longer transforms).
 #[test]
 fn transforms_equal_their_definition() {
     let lengths = (2..50).chain([60, 64, 100, 128, 135, 250, 256, 300, 360, 494]);

@@ -78,7 +78,8 @@ fn f5b_drag_does_not_depend_on_dt() {
 
 #[test]
 fn eq_7_drag_depends_on_dt() {
-    // What docs/numerics.md, Mask, says of direct forcing; were it not so, yu-shao-fixed-point would have no point.
+    // What docs/numerics.md, Mask, says of direct forcing; were it not so, yu-shao-fixed-point would have no
+    // point.
     let seed = "immersed = { method = \"direct\" }\nloads = { form = \"uhlmann-2005\" }";
     let [a, b] = [0.25, 4.0].map(|number| drag(&cylinders(0.1, 24, number, 0.0, seed)));
     println!("eq. 7: drag {a:.3} and {b:.3} at nu dt/dx^2 = 0.25 and 4; exact {:.3}", sangani_acrivos(0.1));
@@ -143,8 +144,8 @@ fn sphere_array_drag_approaches_zick_and_homsy() {
     assert!(errors[0] < 0.025 && errors[1] < 0.008, "{errors:?}");
 }
 
-/// Mean slip of the fluid past a cubic array of solid fraction 0.45 (D/Δx = 9.5) that moves over the grid, and is
-/// driven along z by a body force of 2; ν dt/Δx² = `number`.
+/// Mean slip of the fluid past a cubic array of solid fraction 0.45 (D/Δx = 9.5) that moves over the grid,
+/// and is driven along z by a body force of 2; ν dt/Δx² = `number`.
 fn slip(speed: f64, number: f64, transport: &str) -> f64 {
     let (n, nu) = (10, 0.882);
     let dt = number / (nu * (n * n) as f64);
@@ -184,8 +185,8 @@ fn slip(speed: f64, number: f64, transport: &str) -> f64 {
     sum / count
 }
 
-/// A force that stays in its cells lets the fluid slip by some dt² U·∇λ: little beside U, much beside the flow through
-/// a dense array.
+/// A force that stays in its cells lets the fluid slip by some dt² U·∇λ: little beside U, much beside the
+/// flow through a dense array.
 #[test]
 fn a_dense_array_that_moves_is_as_permeable_as_one_at_rest() {
     let rest = slip(0.0, 1.7, "eulerian");

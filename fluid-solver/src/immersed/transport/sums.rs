@@ -2,8 +2,8 @@
 //!
 //! Written so that all eight go together: whole vectors are read, and written at the end; nothing branches.
 
-use super::taps::{INNER, TAPS, Weights};
-use crate::lanes::{Lanes, ZERO, eight};
+use super::interpolation::{INNER, POINTS, Weights};
+use crate::lanes::{Lanes, ZERO, lanes_at};
 
 /// ⟨b²⟩ below which the cubic interpolation is not trusted.
 const TRUSTED: f64 = 0.25;
@@ -15,8 +15,8 @@ const NOTHING: f64 = 1e-100;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sums([Vec<Lanes>; 4]);
 
-/// Eights of places that hold all that `count` places ask for.
-pub(super) fn eights(count: usize) -> usize {
+/// Groups of eight places that hold all that `count` places ask for.
+pub(super) fn lane_count(count: usize) -> usize {
     (count + 8).div_ceil(8)
 }
 
@@ -30,21 +30,26 @@ impl Sums {
 
     /// Weighed sums of rows of λ and b.
     #[inline(always)]
-    pub(super) fn of_fields(&mut self, taps: &Weights, [lambda, share]: [[&[Lanes]; TAPS]; 2], count: usize) {
-        let [lambda, share] = [cut_to(lambda, count), cut_to(share, count)];
+    pub(super) fn of_fields(
+        &mut self,
+        points: &Weights,
+        [lambda, mask]: [[&[Lanes]; POINTS]; 2],
+        count: usize,
+    ) {
+        let [lambda, mask] = [cut_to(lambda, count), cut_to(mask, count)];
         let [a, b, c, d] = &mut self.0;
         let (a, b, c, d) = (&mut a[..count], &mut b[..count], &mut c[..count], &mut d[..count]);
         for e in 0..count {
             let mut sums = [ZERO; 4];
-            for t in 0..TAPS {
-                let (lambda, share) = (&lambda[t][e], &share[t][e]);
+            for t in 0..POINTS {
+                let (lambda, mask) = (&lambda[t][e], &mask[t][e]);
                 for l in 0..8 {
-                    let (force, square) = (share[l] * lambda[l], share[l] * share[l]);
-                    sums[0][l] += taps.cubic[t] * force;
-                    sums[1][l] += taps.cubic[t] * square;
+                    let (force, square) = (mask[l] * lambda[l], mask[l] * mask[l]);
+                    sums[0][l] += points.cubic[t] * force;
+                    sums[1][l] += points.cubic[t] * square;
                     if INNER.contains(&t) {
-                        sums[2][l] += taps.linear[t] * force;
-                        sums[3][l] += taps.linear[t] * square;
+                        sums[2][l] += points.linear[t] * force;
+                        sums[3][l] += points.linear[t] * square;
                     }
                 }
             }
@@ -54,9 +59,9 @@ impl Sums {
 
     /// Weighed sums of the places of rows of sums that begin at `first`.
     #[inline(always)]
-    pub(super) fn of_sums(&mut self, taps: &Weights, rows: [&Self; TAPS], first: usize, count: usize) {
+    pub(super) fn of_sums(&mut self, points: &Weights, rows: [&Self; POINTS], first: usize, count: usize) {
         for (s, sums) in self.0.iter_mut().enumerate() {
-            let weights = if s < 2 { &taps.cubic } else { &taps.linear };
+            let weights = if s < 2 { &points.cubic } else { &points.linear };
             let [p, q, r, s] = [
                 at(&rows[0].0[s], first),
                 at(&rows[1].0[s], first),
@@ -72,23 +77,23 @@ impl Sums {
 
     /// Adds what comes to the places of a row, the first of whose points stand at the beginning.
     #[inline(always)]
-    pub(super) fn bring(&self, taps: &Weights, odds: &[f64], totals: &[f64], to: &mut [f64]) {
+    pub(super) fn bring(&self, points: &Weights, ratios: &[f64], totals: &[f64], to: &mut [f64]) {
         let [a, b, c, d] = &self.0;
         let (a, b, c, d) = (a.as_flattened(), b.as_flattened(), c.as_flattened(), d.as_flattened());
         let places = to.as_chunks_mut::<8>().0.iter_mut();
-        let grains = odds.as_chunks::<8>().0.iter().zip(totals.as_chunks::<8>().0);
-        for (e, (to, (odds, totals))) in places.zip(grains).enumerate() {
-            let cubic = [along(&taps.cubic, a, 8 * e), along(&taps.cubic, b, 8 * e)];
-            let linear = [along(&taps.linear, c, 8 * e), along(&taps.linear, d, 8 * e)];
-            let (mut force, mut share, mut sum) = (ZERO, ZERO, *to);
+        let grains = ratios.as_chunks::<8>().0.iter().zip(totals.as_chunks::<8>().0);
+        for (e, (to, (ratios, totals))) in places.zip(grains).enumerate() {
+            let cubic = [along(&points.cubic, a, 8 * e), along(&points.cubic, b, 8 * e)];
+            let linear = [along(&points.linear, c, 8 * e), along(&points.linear, d, 8 * e)];
+            let (mut force, mut mask, mut sum) = (ZERO, ZERO, *to);
             for l in 0..8 {
                 // no branch, so that all eight go together
                 let trusted = if cubic[1][l] > TRUSTED { 1.0 } else { 0.0 };
                 force[l] = linear[0][l] + trusted * (cubic[0][l] - linear[0][l]);
-                share[l] = linear[1][l] + trusted * (cubic[1][l] - linear[1][l]);
+                mask[l] = linear[1][l] + trusted * (cubic[1][l] - linear[1][l]);
             }
             for l in 0..8 {
-                sum[l] += odds[l] * force[l] / ((1.0 + totals[l]) * (share[l] + NOTHING));
+                sum[l] += ratios[l] * force[l] / ((1.0 + totals[l]) * (mask[l] + NOTHING));
             }
             *to = sum;
         }
@@ -97,7 +102,7 @@ impl Sums {
 
 /// The first `count` of each row.
 #[inline(always)]
-fn cut_to([p, q, r, s]: [&[Lanes]; TAPS], count: usize) -> [&[Lanes]; TAPS] {
+fn cut_to([p, q, r, s]: [&[Lanes]; POINTS], count: usize) -> [&[Lanes]; POINTS] {
     [&p[..count], &q[..count], &r[..count], &s[..count]]
 }
 
@@ -109,7 +114,7 @@ fn at(values: &[Lanes], first: usize) -> &[Lanes] {
 
 /// Weighed sum of four vectors.
 #[inline(always)]
-fn weighed([p, q, r, s]: &[f64; TAPS], a: &Lanes, b: &Lanes, c: &Lanes, d: &Lanes) -> Lanes {
+fn weighed([p, q, r, s]: &[f64; POINTS], a: &Lanes, b: &Lanes, c: &Lanes, d: &Lanes) -> Lanes {
     let mut out = ZERO;
     for l in 0..8 {
         out[l] = (p * a[l] + q * b[l]) + (r * c[l] + s * d[l]);
@@ -119,6 +124,12 @@ fn weighed([p, q, r, s]: &[f64; TAPS], a: &Lanes, b: &Lanes, c: &Lanes, d: &Lane
 
 /// Weighed sum of the points of the eight places from `at` on.
 #[inline(always)]
-fn along(weights: &[f64; TAPS], sums: &[f64], at: usize) -> Lanes {
-    weighed(weights, eight(sums, at), eight(sums, at + 1), eight(sums, at + 2), eight(sums, at + 3))
+fn along(weights: &[f64; POINTS], sums: &[f64], at: usize) -> Lanes {
+    weighed(
+        weights,
+        lanes_at(sums, at),
+        lanes_at(sums, at + 1),
+        lanes_at(sums, at + 2),
+        lanes_at(sums, at + 3),
+    )
 }

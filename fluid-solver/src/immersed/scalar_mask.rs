@@ -1,26 +1,12 @@
-//! The smooth surface of a grain: Izard et al. (2014), eqs 8–10 ("the seed").
-//!
-//! ```text
-//! α = ½ − ½ tanh(s / w)                  (8)   s: distance to the surface, outward positive
-//! λ = |n_x| + |n_y| + |n_z|              (9)   n: outward normal
-//! σ = 0.065 (1 − λ²) + 0.39              (10)
-//! w = f λ σ Δ,  Δ = √2 Δx                      f: width factor, 1 in the seed
-//! ```
-//!
-//! Everything here works with the odds `q = α / (1 − α) = e^{−2s/w}` instead of α: odds of several
-//! grains add up smoothly (docs/numerics.md, Mask), and `α = q / (1 + q)` gives eq. 8 back.
+//! The mask of one point as its formulas are printed, for tests of the rows.
 
-/// σ = `SIGMA` − `SIGMA_SLOPE` λ² (eq. 10).
-pub const SIGMA: f64 = 0.39 + SIGMA_SLOPE;
-/// See [`SIGMA`].
-pub const SIGMA_SLOPE: f64 = 0.065;
+use super::mask_model::{LAMBDA_SIGMA, LOG_EDGE, Mask, MaskModel, SIGMA, SIGMA_SLOPE, SOLID};
 
 /// Thickness w of the transition, m, for the outward unit normal `n` (eqs 9–10).
 ///
 /// `spacing` is the cell width along each axis; Δx is its mean along the normal,
 /// `(Σ n_a² Δx_a²)^½`, which is Δx itself on a uniform grid.
-#[inline]
-pub fn thickness<const D: usize>(factor: f64, n: &[f64; D], spacing: &[f64; D]) -> f64 {
+pub(super) fn thickness<const D: usize>(factor: f64, n: &[f64; D], spacing: &[f64; D]) -> f64 {
     let mut lambda = 0.0;
     let mut across = 0.0;
     for a in 0..D {
@@ -31,22 +17,35 @@ pub fn thickness<const D: usize>(factor: f64, n: &[f64; D], spacing: &[f64; D]) 
     factor * lambda * sigma * (2.0 * across).sqrt()
 }
 
-/// Bounds of λσ over all normals: 0.39 along an axis, 0.4633 at λ = 1.5275 (reached in space only).
-pub const LAMBDA_SIGMA: [f64; 2] = [0.39, 0.4634];
-
-/// Logarithm of the odds of eq. 8: `−2 s / w`.
-#[inline]
-pub fn log_odds(s: f64, w: f64) -> f64 {
+/// Logarithm of the mask ratios of eq. 8: `−2 s / w`.
+pub(super) fn log_odds(s: f64, w: f64) -> f64 {
     -2.0 * s / w
 }
 
-/// Solid volume fraction α from the odds.
-#[inline]
-pub fn fraction(odds: f64) -> f64 {
-    odds / (1.0 + odds)
+/// Solid volume fraction α from the mask ratios.
+pub(super) fn fraction(ratio: f64) -> f64 {
+    ratio / (1.0 + ratio)
 }
 
-#[cfg(test)]
+/// Logarithm of the mask ratios at distance `s` outside the surface with outward normal `n`.
+fn exponent<const D: usize>(model: &MaskModel, s: f64, n: &[f64; D], spacing: &[f64; D]) -> f64 {
+    let w = thickness(model.width, n, spacing);
+    let fourth: f64 = (0..D).map(|a| (n[a] * n[a] * spacing[a]).powi(2)).sum();
+    match model.mask {
+        Mask::Seed => log_odds(s, w),
+        Mask::ParameterFree => log_odds(s, w) + model.log_rate(w, fourth),
+    }
+}
+
+/// Mask ratio at distance `s`: [`SOLID`] above [`EDGE`], zero below 1/[`EDGE`].
+pub(super) fn ratio<const D: usize>(model: &MaskModel, s: f64, n: &[f64; D], spacing: &[f64; D]) -> f64 {
+    match exponent(model, s, n, spacing) {
+        e if e < -LOG_EDGE => 0.0,
+        e if e > LOG_EDGE => SOLID,
+        e => e.exp(),
+    }
+}
+
 mod tests {
     use super::*;
 

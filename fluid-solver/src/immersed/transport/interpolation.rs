@@ -4,7 +4,7 @@ use crate::grid::Grid;
 use crate::immersed::body::{Motion, laboratory};
 
 /// Points of an interpolation along one axis.
-pub(super) const TAPS: usize = 4;
+pub(super) const POINTS: usize = 4;
 
 /// Those of them between which the place lies.
 pub(super) const INNER: std::ops::RangeInclusive<usize> = 1..=2;
@@ -12,18 +12,18 @@ pub(super) const INNER: std::ops::RangeInclusive<usize> = 1..=2;
 /// Weights of points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Weights {
-    pub(super) cubic: [f64; TAPS],
-    pub(super) linear: [f64; TAPS],
+    pub(super) cubic: [f64; POINTS],
+    pub(super) linear: [f64; POINTS],
 }
 
 /// The four points about a place along one axis: how many cells from it the first one is, and their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Taps {
+pub(crate) struct Interpolation {
     pub(super) low: isize,
     pub(super) weights: Weights,
 }
 
-impl Taps {
+impl Interpolation {
     /// For a grain that moves so for `dt`, along each axis.
     pub(crate) fn of<const D: usize>(grid: &Grid<D>, motion: &Motion, dt: f64) -> [Self; D] {
         std::array::from_fn(|a| {
@@ -54,24 +54,25 @@ impl Taps {
 mod tests {
     use super::*;
 
-    /// Both are exact for what they say: cubic polynomials and straight lines; a grain that stands takes one point.
+    /// Both are exact for what they say: cubic polynomials and straight lines; a grain that stands takes one
+    /// point.
     #[test]
     fn weights_are_those_of_cubics_and_lines() {
         for shift in [-2.3, -1.0, -0.4, 0.0, 0.25, 0.999, 3.7] {
-            let Taps { low, weights } = Taps::back(shift);
-            let sum = |weights: &[f64; TAPS], power: i32| {
-                let point = |tap: usize| (low + tap as isize) as f64;
-                weights.iter().enumerate().map(|(tap, w)| w * point(tap).powi(power)).sum::<f64>()
+            let Interpolation { low, weights } = Interpolation::back(shift);
+            let sum = |weights: &[f64; POINTS], power: i32| {
+                let place = |point: usize| (low + point as isize) as f64;
+                weights.iter().enumerate().map(|(point, w)| w * place(point).powi(power)).sum::<f64>()
             };
             for power in 0..4 {
                 let exact = (-shift).powi(power);
                 assert!((sum(&weights.cubic, power) - exact).abs() < 1e-12 * (1.0 + exact.abs()));
                 assert!(power > 1 || (sum(&weights.linear, power) - exact).abs() < 1e-12);
             }
-            assert!((0..TAPS).all(|tap| INNER.contains(&tap) || weights.linear[tap] == 0.0));
+            assert!((0..POINTS).all(|point| INNER.contains(&point) || weights.linear[point] == 0.0));
         }
         assert_eq!(
-            Taps::back(0.0).weights,
+            Interpolation::back(0.0).weights,
             Weights { cubic: [0.0, 1.0, 0.0, 0.0], linear: [0.0, 1.0, 0.0, 0.0] }
         );
     }

@@ -3,20 +3,20 @@
 use super::body::{Motion, Shape};
 use super::layer::{Layer, Profiles, Span};
 use super::layers::Layers;
-use super::mask::Kernel;
+use super::mask_model::MaskModel;
 use super::nodes::Nodes;
 use crate::grid::Grid;
 
 /// A layer being worked on.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Sheet {
+pub(crate) struct LayerSums {
     pub(super) profiles: Profiles,
-    /// Sums of odds over all grains.
+    /// Sums of mask ratios over all grains.
     pub(super) totals: Vec<f64>,
-    /// Sums of odds times velocity.
+    /// Sums of mask ratios times velocity.
     pub(super) targets: Vec<f64>,
-    /// A bit for each eight places of a row that a grain holds some of, [`words`] per row.
-    pub(super) marks: Vec<u64>,
+    /// A bit for each eight places of a row that a grain covers some of, [`words`] per row.
+    pub(super) covered: Vec<u64>,
 }
 
 /// Place of the first value of layer `k` in a field.
@@ -29,68 +29,68 @@ pub(super) fn words<const D: usize>(grid: &Grid<D>) -> usize {
     grid.stride(1).div_ceil(8 * 64)
 }
 
-impl Sheet {
+impl LayerSums {
     /// Room for the layers of a grid.
     pub(crate) fn fit<const D: usize>(&mut self, grid: &Grid<D>) {
         let size = grid.stride(D - 1);
         if self.totals.len() != size {
             self.totals = vec![0.0; size];
             self.targets = vec![0.0; size];
-            self.marks = vec![0; size / grid.stride(1) * words(grid)];
+            self.covered = vec![0; size / grid.stride(1) * words(grid)];
         }
     }
 
-    /// Sums of odds over all grains, one entry per place of the layer.
+    /// Sums of mask ratios over all grains, one entry per place of the layer.
     pub(crate) fn totals(&self) -> &[f64] {
         &self.totals
     }
 
-    /// Marks the eights of a layer that grains hold some of.
+    /// Marks the groups of eight a layer that grains cover some of.
     #[inline(always)]
-    pub(super) fn mark<const D: usize>(&mut self, grid: &Grid<D>, layer: &Layer) {
+    pub(super) fn mark_covered<const D: usize>(&mut self, grid: &Grid<D>, layer: &Layer) {
         let words = words(grid);
         for Span { row, first, count, .. } in layer.rows().0 {
             for eight in first / 8..=(first + count - 1) / 8 {
-                self.marks[row * words + eight / 64] |= 1 << (eight % 64);
+                self.covered[row * words + eight / 64] |= 1 << (eight % 64);
             }
         }
     }
 
-    /// Sums the odds of all grains.
+    /// Sums the mask ratios of all grains.
     #[inline(always)]
     pub(crate) fn gather(&mut self, layer: &Layer) {
-        let (spans, odds) = layer.rows();
-        let mut rest = odds.as_chunks::<8>().0;
+        let (spans, ratios) = layer.rows();
+        let mut rest = ratios.as_chunks::<8>().0;
         for span in spans {
-            let (odds, after) = rest.split_at(span.count / 8);
+            let (ratios, after) = rest.split_at(span.count / 8);
             rest = after;
             let totals = self.totals[span.at..][..span.count].as_chunks_mut::<8>().0;
-            for (total, odds) in totals.iter_mut().zip(odds) {
+            for (total, ratios) in totals.iter_mut().zip(ratios) {
                 for l in 0..8 {
-                    total[l] += odds[l];
+                    total[l] += ratios[l];
                 }
             }
         }
     }
 
-    /// Sums odds, and odds times the velocity of component `c`, over all grains.
+    /// Sums mask ratios, and mask ratios times the velocity of component `c`, over all grains.
     #[inline(always)]
     pub(super) fn gather_velocity(&mut self, layer: &Layer, along: &[f64], c: usize, motions: &[Motion]) {
-        for (part, spans, odds) in layer.parts() {
+        for (part, spans, ratios) in layer.parts() {
             let motion = &motions[part.grain];
-            let mut rest = odds.as_chunks::<8>().0;
+            let mut rest = ratios.as_chunks::<8>().0;
             for span in spans {
-                let (odds, after) = rest.split_at(span.count / 8);
+                let (ratios, after) = rest.split_at(span.count / 8);
                 rest = after;
                 let [base, slope] = span.velocity(motion, c, part.arm);
                 let range = span.at..span.at + span.count;
                 let totals = self.totals[range.clone()].as_chunks_mut::<8>().0;
                 let targets = self.targets[range].as_chunks_mut::<8>().0;
                 let along = along[span.first..][..span.count].as_chunks::<8>().0;
-                for (((total, target), odds), x) in totals.iter_mut().zip(targets).zip(odds).zip(along) {
+                for (((total, target), ratios), x) in totals.iter_mut().zip(targets).zip(ratios).zip(along) {
                     for l in 0..8 {
-                        total[l] += odds[l];
-                        target[l] += odds[l] * (base + slope * x[l]);
+                        total[l] += ratios[l];
+                        target[l] += ratios[l] * (base + slope * x[l]);
                     }
                 }
             }
@@ -103,26 +103,26 @@ impl Sheet {
         for span in layer.rows().0 {
             self.totals[span.at..][..span.count].fill(0.0);
         }
-        self.marks.fill(0);
+        self.covered.fill(0);
     }
 }
 
-/// Calls `visit` with every layer of the cell centres in turn, the odds of all grains summed.
-pub(crate) fn each_sheet<const D: usize>(
+/// Calls `visit` with every layer of the cell centres in turn, the mask ratios of all grains summed.
+pub(crate) fn for_each_layer<const D: usize>(
     grid: &Grid<D>,
-    kernel: &Kernel,
+    model: &MaskModel,
     shapes: &[Shape],
     motions: &[Motion],
-    mut visit: impl FnMut(usize, &Sheet, &Layer, &Nodes<D>),
+    mut visit: impl FnMut(usize, &LayerSums, &Layer, &Nodes<D>),
 ) {
     let mut layers = Layers::new(grid, D, false);
-    layers.place(grid, kernel, shapes, motions);
-    let (mut sheet, mut layer) = (Sheet::default(), Layer::default());
-    sheet.fit(grid);
+    layers.place(grid, model, shapes, motions);
+    let (mut layer_sums, mut layer) = (LayerSums::default(), Layer::default());
+    layer_sums.fit(grid);
     for k in 0..grid.cells[D - 1] {
-        layer.fill(grid, &layers.grains, kernel, k, &mut sheet.profiles);
-        sheet.gather(&layer);
-        visit(k, &sheet, &layer, &layers.grains.nodes);
-        sheet.clear(&layer);
+        layer.fill(grid, &layers.grains, model, k, &mut layer_sums.profiles);
+        layer_sums.gather(&layer);
+        visit(k, &layer_sums, &layer, &layers.grains.nodes);
+        layer_sums.clear(&layer);
     }
 }

@@ -1,0 +1,103 @@
+//! How strongly a grain holds the fluid at a point: the mask ratios `q`, with `β = q / (1 + q)`.
+//!
+//! **Parameter-free** (the default). With the force λ carried from step to step, the steady state is
+//! a Brinkman medium of inverse permeability `e^{−2s/w} / τ`, and the no-slip surface that the
+//! flow sees is where the grain ends if
+//!
+//! ```text
+//! τ = (w² / 4ν) exp(2 γ_E − 0.0566 (n_x⁴ + n_y⁴ + n_z⁴) Δx² / w²),   q = (dt / τ) e^{−2s/w}
+//! ```
+//!
+//! Derivation: `docs/equations-immersed.md`. **Seed**: `q = e^{−2s/w}` (Izard et al. 2014, eq. 8).
+//! q is called the mask ratio here.
+//!
+//! Thickness w (Izard et al. 2014, eqs 8–10):
+//! ```text
+//! α = ½ − ½ tanh(s / w)                  (8)   s: distance to the surface, outward positive
+//! λ = |n_x| + |n_y| + |n_z|              (9)   n: outward normal
+//! σ = 0.065 (1 − λ²) + 0.39              (10)
+//! w = f λ σ Δ,  Δ = √2 Δx                      f: width factor, 1 in print
+//! ```
+//! Ratios of several grains add up smoothly (`docs/numerics.md`, "sum χ"); `α = q / (1 + q)` gives eq. 8
+//! back.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// σ = `SIGMA` − `SIGMA_SLOPE` λ² (eq. 10).
+pub const SIGMA: f64 = 0.39 + SIGMA_SLOPE;
+/// See [`SIGMA`].
+pub const SIGMA_SLOPE: f64 = 0.065;
+
+/// Bounds of λσ over all normals: 0.39 along an axis, 0.4633 at λ = 1.5275 (reached in space only).
+pub const LAMBDA_SIGMA: [f64; 2] = [0.39, 0.4634];
+
+/// Euler's constant γ_E.
+const EULER: f64 = 0.577_215_664_901_532_9;
+
+/// Shift of the surface by the grid, fitted on exact one-dimensional discrete solutions.
+const GRID_SHIFT: f64 = 0.0566;
+
+/// Mask ratio of a point that is solid, 1 − β = 1e-8.
+pub const SOLID: f64 = 1e8;
+
+/// Where the band around a surface ends: mask ratios above count as solid, mask ratios below 1/`EDGE` as
+/// nothing, and no function is evaluated there. The drag of an array does not feel it
+/// (`docs/equations-immersed.md`).
+pub const EDGE: f64 = 1e4;
+
+/// Logarithm of [`EDGE`].
+pub(super) const LOG_EDGE: f64 = 9.210_340_371_976_184;
+
+/// Form of the mask.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mask {
+    /// The surface stands where the flow sees it, at any dt and resolution.
+    #[default]
+    ParameterFree,
+    /// Izard et al. (2014), eq. 8.
+    Seed,
+}
+
+/// A mask with everything it depends on but the place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaskModel {
+    /// Form.
+    pub mask: Mask,
+    /// Factor on the seed's thickness.
+    pub width: f64,
+    /// Kinematic viscosity, m²/s.
+    pub viscosity: f64,
+    /// Time step, s.
+    pub dt: f64,
+}
+
+impl MaskModel {
+    /// `a` and `b` in dt/τ = (a/w²) exp(b Σ n_a⁴ Δx_a²/w²), m² and 1.
+    pub fn rate_and_shift(&self) -> [f64; 2] {
+        [4.0 * self.viscosity * self.dt * (-2.0 * EULER).exp(), GRID_SHIFT]
+    }
+
+    /// ln(dt/τ), with `fourth` = Σ n_a⁴ Δx_a².
+    #[inline]
+    pub(super) fn log_rate(&self, w: f64, fourth: f64) -> f64 {
+        let w2 = w * w;
+        (4.0 * self.viscosity * self.dt / w2).ln() - 2.0 * EULER + GRID_SHIFT * fourth / w2
+    }
+
+    /// Radii within which a grain is solid and beyond which it is not felt, for spacings between
+    /// `least` and `most`: bounds over all normals.
+    pub fn reach(&self, radius: f64, least: f64, most: f64) -> [f64; 2] {
+        let [low, high] = LAMBDA_SIGMA;
+        let thin = self.width * low * 2f64.sqrt() * least;
+        let thick = self.width * high * 2f64.sqrt() * most;
+        let rates = match self.mask {
+            Mask::Seed => [0.0, 0.0],
+            Mask::ParameterFree => [self.log_rate(thick, 0.0), self.log_rate(thin, most * most)],
+        };
+        let inner = radius - 0.5 * thick * (LOG_EDGE - rates[0]).max(0.0);
+        let outer = radius + 0.5 * thick * (LOG_EDGE + rates[1]).max(0.0);
+        [inner.min(radius), outer]
+    }
+}
