@@ -20,9 +20,9 @@ use crate::immersed::places::{Places, Values};
 use protocol::scheme::{Iterations, Relaxation};
 
 /// Largest |ω| of Aitken's factor: beyond it the last two residuals were all but the same.
-const MOST_AITKEN: f64 = 20.0;
+const MAX_AITKEN: f64 = 20.0;
 /// Most attempts that are mixed: `coupling.iterations.depth` is at most 20.
-const MOST: usize = 21;
+const MAX_MIXED: usize = 21;
 /// A difference of residuals that lies in the span of the others up to this share of itself (squared) says
 /// nothing new.
 const NOTHING_NEW: f64 = 1e-10;
@@ -107,7 +107,7 @@ impl<const D: usize> Attempts<D> {
     pub fn new(rule: Iterations, gyration: Vec<f64>) -> Self {
         let room = match rule.relaxation {
             Relaxation::Aitken => 2,
-            Relaxation::Anderson => (rule.depth + 1).clamp(2, MOST),
+            Relaxation::Anderson => (rule.depth + 1).clamp(2, MAX_MIXED),
         };
         Self {
             relaxation: rule.relaxation,
@@ -216,7 +216,7 @@ impl<const D: usize> Attempts<D> {
             let [ff, fg, gg] =
                 [(last, last), (last, last - 1), (last - 1, last - 1)].map(|(a, b)| self.products[a][b]);
             let factor = -self.factor * (fg - gg) / (ff - 2.0 * fg + gg);
-            self.factor = if factor.is_finite() { factor.clamp(-MOST_AITKEN, MOST_AITKEN) } else { 1.0 };
+            self.factor = if factor.is_finite() { factor.clamp(-MAX_AITKEN, MAX_AITKEN) } else { 1.0 };
         }
         let rest = self.factor - 1.0;
         let Self { guess, tried, .. } = self;
@@ -255,7 +255,7 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Weights α_j of `count` ≤ [`MOST`] residuals with scalar products `products`, Σ α_j = 1, that make |Σ α_j
+/// Weights α_j of `count` ≤ [`MAX_MIXED`] residuals with scalar products `products`, Σ α_j = 1, that make |Σ α_j
 /// f_j| least. The newest has the differences f_j − f_k to the others to work with, newer ones first; those
 /// that add nothing new are left out.
 fn least_squares(products: &[Vec<f64>], count: usize, weights: &mut Vec<f64>) {
@@ -264,14 +264,14 @@ fn least_squares(products: &[Vec<f64>], count: usize, weights: &mut Vec<f64>) {
     let k = count - 1;
     let difference = |i: usize, j: usize| products[i][j] - products[i][k] - products[j][k] + products[k][k];
     // Gram–Schmidt by coefficients: q_n = Σ_j basis[n][j] (f_j − f_k), orthogonal, with its square.
-    let mut basis = [([0.0; MOST], 0.0); MOST];
+    let mut basis = [([0.0; MAX_MIXED], 0.0); MAX_MIXED];
     let mut found = 0;
-    let along = |a: &[f64; MOST], b: &[f64; MOST]| -> f64 {
+    let along = |a: &[f64; MAX_MIXED], b: &[f64; MAX_MIXED]| -> f64 {
         (0..k).map(|i| a[i] * (0..k).map(|j| b[j] * difference(i, j)).sum::<f64>()).sum()
     };
     for new in (0..k).rev() {
         let own = difference(new, new);
-        let mut q = [0.0; MOST];
+        let mut q = [0.0; MAX_MIXED];
         q[new] = 1.0;
         for (other, size) in &basis[..found] {
             let share = along(&q, other) / size;

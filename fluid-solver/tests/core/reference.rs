@@ -46,8 +46,8 @@ pub(crate) fn convection<const D: usize>(grid: &Grid<D>, d: usize, velocity: &[V
 pub(crate) fn laplacian<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> Vec<f64> {
     let mut out = grid.new_field();
     for_each_unknown(grid, d, |at, index| {
-        for a in 0..D {
-            let (axis, k, s) = (&grid.axes[a], at[a], grid.stride(a));
+        for (a, k) in at.into_iter().enumerate() {
+            let (axis, s) = (&grid.axes[a], grid.stride(a));
             let [lower, upper] = if a == d {
                 let below = if k > 0 { k - 1 } else { axis.cells() - 1 };
                 [below, k].map(|c| axis.centre_area[c] / (axis.face_volume[k] * axis.widths[c]))
