@@ -5,7 +5,7 @@ use crate::stages::{PlannedStage, PressureUpdate};
 
 /// The four parts of a stage on one kind of grid, each for the whole field.
 ///
-/// There are two: [`crate::plane`] and [`crate::space`]; `docs/decisions/two-fluid-engines.md` says why.
+/// There are two, for two axes and for space; `docs/decisions/two-fluid-engines.md` says why.
 pub(crate) trait Engine<const D: usize>: Send + Sync {
     /// Whether the engine fills halos as it goes, and can do parts of neighbouring stages in one sweep.
     fn fuses(&self) -> bool;

@@ -34,7 +34,6 @@ pub mod plan;
 mod plane;
 pub mod planes;
 pub mod program;
-pub mod project;
 pub mod scheme;
 pub mod solver;
 mod space;

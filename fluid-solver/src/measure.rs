@@ -2,40 +2,6 @@
 
 use crate::field::for_each_unknown;
 use crate::grid::Grid;
-use crate::project::Projection;
-
-/// Largest Σ_a |u_a|/Δx_a over all cells, 1/s: the step length times this is the CFL number.
-///
-/// In each cell the larger of the two faces counts for each axis.
-pub fn courant_rate<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> f64 {
-    let mut largest = 0.0_f64;
-    for row in 0..grid.rows() {
-        let start = grid.row(row);
-        let at = [0, row % grid.cells[1], row / grid.cells[1]];
-        for i in 0..grid.cells[0] {
-            let mut rate = 0.0;
-            for (a, u) in velocity.iter().enumerate() {
-                let k = if a == 0 { i } else { at[a] };
-                let (low, high) = (u[start + i], u[start + i + grid.stride(a)]);
-                rate += low.abs().max(high.abs()) / grid.axes[a].widths[k];
-            }
-            largest = largest.max(rate);
-        }
-    }
-    largest
-}
-
-/// Largest |∇·u| over all cells, 1/s. Halo and wall faces must be up to date.
-pub fn largest_divergence<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> f64 {
-    let projection = Projection::new(grid);
-    let mut line = vec![0.0; grid.cells[0]];
-    let mut largest = 0.0_f64;
-    for row in 0..grid.rows() {
-        projection.divergence_row(grid, velocity, row, &mut line);
-        largest = line.iter().fold(largest, |m, x| m.max(x.abs()));
-    }
-    largest
-}
 
 /// ½ ∫ u² dV over the unknowns, m⁵/s² per unit density (plane: per metre of depth).
 pub fn kinetic_energy<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> f64 {

@@ -2,6 +2,7 @@
 
 mod factors;
 mod momentum;
+mod project;
 mod rows;
 mod stokes;
 
@@ -12,7 +13,6 @@ use crate::grid::Grid;
 use crate::halo::fill_scalar;
 use crate::helmholtz::{Helmholtz, Unknown, Write};
 use crate::lanes::dispatch;
-use crate::project::Projection;
 use crate::scheme::Viscous;
 use crate::stages::{PlannedStage, PressureUpdate};
 use crate::threads::{for_row_triples, for_rows};
@@ -20,6 +20,7 @@ use crate::timings::Part;
 use crate::work::Work;
 use factors::Factors;
 use momentum::Momentum;
+use project::Projection;
 use rows::{CorrectRow, DivergenceRow, FinishRow, PredictRow};
 use stokes::Stokes;
 

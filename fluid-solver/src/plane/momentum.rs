@@ -11,8 +11,8 @@
 //! convection, with any metric. The tests compare each term with the same written by itself.
 
 use super::factors::Factors;
+use super::project::Projection;
 use crate::grid::Grid;
-use crate::project::Projection;
 use crate::stencil::Stencil;
 
 /// Weights of the fluxes of one component on two axes.

@@ -2,10 +2,10 @@
 
 use super::factors::Factors;
 use super::momentum::Momentum;
+use super::project::Projection;
 use super::stokes::Stokes;
 use crate::grid::Grid;
 use crate::lanes::Kernel;
-use crate::project::Projection;
 use pulp::Simd;
 
 /// One row of `rhs = dt (γ N + ζ N_old) + 2 α dt (f − ∇p + ν ∇²u)`, `history = N`.

@@ -1,8 +1,8 @@
 //! The momentum equation on two axes without convection (Stokes flow), one term after the other.
 
 use super::factors::Factors;
+use super::project::Projection;
 use crate::grid::Grid;
-use crate::project::Projection;
 use crate::stencil::Stencil;
 
 /// Weights of viscosity for one component.

@@ -1,10 +1,11 @@
 //! A flow rate that is held: the mean is kept to round-off, the gradient is that of the exact flow.
 
 use crate::common::{SCHEMES, distance, error, grid, observed_order, pipe, uniform};
+use crate::reference::largest_divergence;
 use fluid_solver::boundary::Boundary;
 use fluid_solver::field::set_component;
 use fluid_solver::grid::Grid;
-use fluid_solver::measure::{largest_divergence, momentum};
+use fluid_solver::measure::momentum;
 use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;
 use std::f64::consts::PI;

@@ -2,11 +2,11 @@
 //! bits, and outflow that turns back.
 
 use crate::common::{SCHEMES, assert_same, error, grid, observed_order, stepper, uniform};
+use crate::reference::largest_divergence;
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::{Boundary, Profile};
 use fluid_solver::field::{State, for_each_unknown, set_component};
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
-use fluid_solver::measure::largest_divergence;
 use fluid_solver::open::OpenFaces;
 use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;

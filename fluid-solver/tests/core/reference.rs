@@ -88,6 +88,11 @@ pub(crate) fn divergence<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D
     out
 }
 
+/// Largest |∇·u| over all cells, 1/s. Halo and wall faces must be up to date.
+pub(crate) fn largest_divergence<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> f64 {
+    divergence(grid, velocity).iter().fold(0.0, |largest, x| largest.max(x.abs()))
+}
+
 /// The step as its equations say, with the pressure gradient in every predictor.
 pub(crate) struct Reference<const D: usize> {
     grid: Grid<D>,

@@ -1,12 +1,12 @@
 //! The direct solver against the discrete operators it inverts, for every kind of boundary.
 
 use crate::common::{Random, laplacian_of, plane_grids, space_grids};
+use crate::reference::largest_divergence;
 use crate::reference::{divergence, for_each_cell, gradient};
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
 use fluid_solver::halo::{fill_scalar, fill_velocity};
 use fluid_solver::helmholtz::{Helmholtz, Unknown, Write};
-use fluid_solver::measure::largest_divergence;
 use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;
 

@@ -1,9 +1,9 @@
 //! Flows driven or held by walls, against exact solutions.
 
 use crate::common::{SCHEMES, error, grid, observed_order, stepper, uniform};
+use crate::reference::largest_divergence;
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
-use fluid_solver::measure::largest_divergence;
 use fluid_solver::scheme::Scheme;
 use std::f64::consts::PI;
 

@@ -1,10 +1,10 @@
-//! Divergence and gradient: the two halves of the projection (Chorin 1968).
+//! Divergence and gradient on two axes: the two halves of the projection (Chorin 1968).
 
 use crate::grid::Grid;
 
 /// Inverse lengths of each axis, ready for the kernels.
 #[derive(Clone, Debug)]
-pub struct Projection<const D: usize> {
+pub(super) struct Projection<const D: usize> {
     /// `A_i / V_i` per cell: weight of the lower face in the divergence, 1/m.
     low: [Vec<f64>; D],
     /// `A_{i+1} / V_i` per cell: weight of the upper face, 1/m.
@@ -15,7 +15,7 @@ pub struct Projection<const D: usize> {
 
 impl<const D: usize> Projection<D> {
     /// Gathers the inverse lengths.
-    pub fn new(grid: &Grid<D>) -> Self {
+    pub(super) fn new(grid: &Grid<D>) -> Self {
         let weights = |a: usize, o: usize| {
             let axis = &grid.axes[a];
             (0..axis.cells()).map(|i| axis.face_area[i + o] / axis.cell_volume[i]).collect()
@@ -28,14 +28,14 @@ impl<const D: usize> Projection<D> {
     }
 
     /// 1 / distance between centres, per face of `axis`, 1/m.
-    pub(crate) fn slope(&self, axis: usize) -> &[f64] {
+    pub(super) fn slope(&self, axis: usize) -> &[f64] {
         &self.slope[axis]
     }
 
-    /// The end of a projection on interior row `row` of a grid of two axes, values `0..n` of each:
+    /// The end of a projection on interior row `row`, values `0..n` of each:
     /// `u −= weight ∇φ`, `p += φ − correction ∇²φ`. Halo of φ up to date.
     #[inline(always)]
-    pub fn finish_row(
+    pub(super) fn finish_row(
         &self,
         grid: &Grid<D>,
         [weight, correction]: [f64; 2],
@@ -81,32 +81,21 @@ impl<const D: usize> Projection<D> {
 
     /// ∇·u = (1/V) Σ_faces ± A u on interior row `row`, stored in `out` (values `0..n`), 1/s.
     #[inline(always)]
-    pub fn divergence_row(&self, grid: &Grid<D>, velocity: &[Vec<f64>; D], row: usize, out: &mut [f64]) {
-        let n = out.len();
-        let start = grid.row(row);
-        if D == 2 {
-            let (u, s) = (&velocity[0][start..], grid.stride(1));
-            let across = [&velocity[1][start..][..n], &velocity[1][start + s..][..n]];
-            let [low, high] = [self.low[1][row], self.high[1][row]];
-            return self.divergence([&u[..n], &u[1..][..n]], across, low, high, out);
-        }
-        let (low, high) = (&self.low[0][..n], &self.high[0][..n]);
-        let (below, above) = (&velocity[0][start..][..n], &velocity[0][start + 1..][..n]);
-        for i in 0..n {
-            out[i] = high[i] * above[i] - low[i] * below[i];
-        }
-        let at = [0, row % grid.cells[1], row / grid.cells[1]];
-        for a in 1..D {
-            let (low, high) = (self.low[a][at[a]], self.high[a][at[a]]);
-            let u = &velocity[a];
-            let (below, above) = (&u[start..][..n], &u[start + grid.stride(a)..][..n]);
-            for i in 0..n {
-                out[i] += high * above[i] - low * below[i];
-            }
-        }
+    pub(super) fn divergence_row(
+        &self,
+        grid: &Grid<D>,
+        velocity: &[Vec<f64>; D],
+        row: usize,
+        out: &mut [f64],
+    ) {
+        let (n, start, s) = (out.len(), grid.row(row), grid.stride(1));
+        let u = &velocity[0][start..];
+        let across = [&velocity[1][start..][..n], &velocity[1][start + s..][..n]];
+        let [low, high] = [self.low[1][row], self.high[1][row]];
+        self.divergence([&u[..n], &u[1..][..n]], across, low, high, out);
     }
 
-    /// [`Self::divergence_row`] on two axes.
+    /// [`Self::divergence_row`]; the result is an argument, which tells that it overlaps nothing.
     #[inline(always)]
     fn divergence(
         &self,
@@ -127,7 +116,7 @@ impl<const D: usize> Projection<D> {
 
     /// Adds `weight ∂p/∂x_d` at the nodes of component `d` on row `row` to `out` (values `0..n`).
     #[inline(always)]
-    pub fn add_gradient_row(
+    pub(super) fn add_gradient_row(
         &self,
         grid: &Grid<D>,
         d: usize,
@@ -146,8 +135,7 @@ impl<const D: usize> Projection<D> {
                 out[i] += weight * slope[i] * (here[i] - below[i]);
             }
         } else {
-            let at = if d == 1 { row % grid.cells[1] } else { row / grid.cells[1] };
-            let weight = weight * self.slope[d][at];
+            let weight = weight * self.slope[d][row];
             for i in 0..n {
                 out[i] += weight * (here[i] - below[i]);
             }
