@@ -255,9 +255,9 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Weights α_j of `count` ≤ [`MAX_MIXED`] residuals with scalar products `products`, Σ α_j = 1, that make |Σ α_j
-/// f_j| least. The newest has the differences f_j − f_k to the others to work with, newer ones first; those
-/// that add nothing new are left out.
+/// Weights α_j of `count` ≤ [`MAX_MIXED`] residuals with scalar products `products`, Σ α_j = 1, that make |Σ
+/// α_j f_j| least. The newest has the differences f_j − f_k to the others to work with, newer ones first;
+/// those that add nothing new are left out.
 fn least_squares(products: &[Vec<f64>], count: usize, weights: &mut Vec<f64>) {
     weights.clear();
     weights.resize(count, 0.0);

@@ -128,12 +128,14 @@ fn every_combination_agrees_with_the_equations() {
     }
 }
 
-/// The same on two axes, plane and axisymmetric.
+/// The same on two axes, plane and axisymmetric. The pressure is the divergence over a stage of 1e-4 s:
+/// round-off of the velocity (1e-16 over cells of 0.1) makes some 1e-12 of it, and in Stokes flow it is no
+/// larger than the force.
 #[test]
 fn every_combination_on_two_axes_agrees_with_the_equations() {
     for grid in flat_grids() {
         for convection in [[true, true], [true, false]] {
-            agrees_with_the_equations(&grid, convection, [1e-13, 1e-12]);
+            agrees_with_the_equations(&grid, convection, [1e-13, 1e-11]);
         }
     }
 }
