@@ -3,7 +3,7 @@
 //! One grain that bounces on a wall in windows of 4000 sub-steps, dry and with the film; 1,000 grains
 //! in a settled heap in a periodic box.
 
-use dem_solver::lubrication::gap::FilmSettings;
+use dem_solver::lubrication::law::LubricationSettings;
 use dem_solver::{ContactLaw, Dem, DemSpec, Grain, LinearSpringDashpot, Lubrication, SpecError, Wall};
 use std::time::Instant;
 
@@ -13,7 +13,7 @@ fn law() -> ContactLaw {
 
 fn film(spec: &mut DemSpec) {
     spec.viscosity = 0.01;
-    spec.lubrication = Lubrication::AsPrinted(FilmSettings::new(1e-3));
+    spec.lubrication = Lubrication::AsPrinted(LubricationSettings::new(1e-3));
 }
 
 /// One sphere, its centre `height` above the floor.
@@ -77,9 +77,9 @@ fn measure(name: &str, spec: &DemSpec, settle: u32, n_sub: u32) -> Result<(), Sp
 fn main() -> Result<(), SpecError> {
     measure("1 grain, free flight", &single(1e4, false), 0, 4000)?;
     measure("1 grain, resting on a wall", &single(0.5, false), 100, 4000)?;
-    measure("1 grain, film, free flight", &single(1e4, true), 0, 4000)?;
-    measure("1 grain, film at a gap", &single(0.7, true), 0, 400)?;
-    measure("1 grain, film and contact", &single(0.5, true), 100, 4000)?;
+    measure("1 grain, lubricated, free flight", &single(1e4, true), 0, 4000)?;
+    measure("1 grain, lubricated at a gap", &single(0.7, true), 0, 400)?;
+    measure("1 grain, lubricated, in contact", &single(0.5, true), 100, 4000)?;
     measure("1000 grains, heap", &heap(false), 300, 4)?;
-    measure("1000 grains, heap with films", &heap(true), 300, 4)
+    measure("1000 grains, heap with lubrication", &heap(true), 300, 4)
 }

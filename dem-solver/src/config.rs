@@ -7,12 +7,17 @@ use protocol::scene::{CheckedScene, Freedom as LockedFreedom, Geometry, Motion a
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::bulk::requirements::{Choice, FROM, choice};
 use crate::error::SpecError;
-use crate::general::integrate::Integrator;
-use crate::laws::table::{ContactLaw, LinearSpringDashpot};
+use crate::grain::{Grain, Shape};
+use crate::laws::linear::LinearSpringDashpot;
+use crate::laws::table::ContactLaw;
 use crate::laws::walls::Wall;
-use crate::lubrication::gap::{FilmIntegration, FilmSettings, Lubrication};
-use crate::spec::{DemSpec, Engine, Freedom, Grain, Motion, Shape};
+use crate::lubrication::law::{Lubrication, LubricationIntegration, LubricationSettings};
+use crate::motion::{Freedom, Motion};
+use crate::spec::BulkSettings;
+use crate::spec::Integrator;
+use crate::spec::{DemSpec, Engine};
 
 /// Fewest sub-steps in a contact time: at 10 the restitution is 1 % off, at 5 three, at 2 wrong.
 const LEAST_STEPS: f64 = 10.0;
@@ -183,7 +188,7 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         integrator: dem.integrator,
         skin: dem.skin,
         engine: dem.engine,
-        bulk: crate::bulk::Settings { skin: dem.skin, ..Default::default() },
+        bulk: BulkSettings { skin: dem.skin, ..Default::default() },
         observations: true,
         orientation: true,
         energy: shared.observe.energy,
@@ -197,11 +202,11 @@ fn default_lubrication(scene: &CheckedScene) -> Lubrication {
         return Lubrication::None;
     }
     let cells = |count: f64, most: f64| (count * coarsest_spacing(scene) / largest).min(most);
-    let film = FilmSettings::new(ROUGHNESS);
+    let film = LubricationSettings::new(ROUGHNESS);
     if scene.scene.domain.geometry == Geometry::Plane {
-        Lubrication::Continuous(FilmSettings { cut_off: cells(2.0, 0.5), ..film })
+        Lubrication::Continuous(LubricationSettings { cut_off: cells(2.0, 0.5), ..film })
     } else {
-        Lubrication::Complement(FilmSettings { cut_off: cells(4.0, 0.8), ..film })
+        Lubrication::Complement(LubricationSettings { cut_off: cells(4.0, 0.8), ..film })
     }
 }
 
@@ -288,7 +293,7 @@ fn facts(scene: &CheckedScene, spec: &DemSpec, dem: &DemSection) -> Result<DemFa
         lubrication_dt: lubrication_dt(spec),
         interaction_range: spec.range(),
         substep_cost: 2e-7 * grains as f64,
-        notices: Vec::new(),
+        notices: engine_notice(scene, spec).into_iter().collect(),
         resolved: toml::Table::try_from(dem).unwrap_or_default(),
     };
     let number = facts.dashpot_number(dt).filter(|number| judged && *number > DemFacts::MOST_DASHPOT);
@@ -306,6 +311,20 @@ fn facts(scene: &CheckedScene, spec: &DemSpec, dem: &DemSection) -> Result<DemFa
         ));
     }
     Ok(facts)
+}
+
+/// Which engine `auto` takes, and why.
+fn engine_notice(scene: &CheckedScene, spec: &DemSpec) -> Option<String> {
+    if spec.engine != Engine::Auto || spec.grains.is_empty() {
+        return None;
+    }
+    let Choice { engine, why } = choice(spec);
+    let (name, later) = match engine {
+        Engine::Bulk if scene.present() < FROM => ("bulk", ", once 256 of them are inserted"),
+        Engine::Bulk => ("bulk", ""),
+        _ => ("general", ""),
+    };
+    Some(format!("dem.engine = \"auto\" takes the {name} engine: {why}{later}"))
 }
 
 /// Mass of the lightest grain that is free, kg.
@@ -328,7 +347,8 @@ fn contact_time(spec: &DemSpec) -> Option<f64> {
 
 /// Bound of explicit lubrication on the sub-step: 2 (η + δ) m/(6πμR²) at δ = 0, over all free grains.
 fn lubrication_dt(spec: &DemSpec) -> f64 {
-    let Some(film) = spec.lubrication.settings().filter(|film| film.integration == FilmIntegration::Explicit)
+    let Some(film) =
+        spec.lubrication.settings().filter(|film| film.integration == LubricationIntegration::Explicit)
     else {
         return f64::INFINITY;
     };

@@ -1,8 +1,9 @@
 //! Grains as structure of arrays, and how they answer to a force.
 
-use crate::Vec3;
+use crate::grain::{Grain, Shape};
+use crate::motion::Motion;
+use crate::motion::Vec3;
 use crate::report::GrainLoad;
-use crate::spec::{Grain, Motion, Shape};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// All grains; index = grain. Laboratory frame.

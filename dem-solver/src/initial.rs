@@ -55,12 +55,10 @@ fn misplaced(dem: &Dem, scene: &CheckedScene) -> Option<String> {
             }
         }
     }
-    let mut dem = dem.general();
-    dem.begin(&[]);
-    let (g, periods) = (&dem.grains, &dem.scene().periods);
+    let (pairs, g, periods) = (dem.lists_now().pairs, &dem.grains, &dem.around.periods);
     for i in 0..g.len() {
-        for k in dem.lists.pairs.row(i) {
-            let j = dem.lists.pairs.other[k] as usize;
+        for k in pairs.row(i) {
+            let j = pairs.other[k] as usize;
             let overlap = g.radius[i] + g.radius[j] - periods.nearest(g.position[i] - g.position[j]).norm();
             if overlap > DEEPEST * g.radius[i].min(g.radius[j]) {
                 return Some(format!(

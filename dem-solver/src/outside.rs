@@ -2,8 +2,8 @@
 
 use protocol::scene::CheckedScene;
 
-use crate::Vec3;
 use crate::grains::Grains;
+use crate::motion::Vec3;
 
 /// Grains named one by one; the rest is counted.
 const NAMED: usize = 5;

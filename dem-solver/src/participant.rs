@@ -111,12 +111,12 @@ impl DemParticipant {
             return Ok(());
         }
         let grains = &self.dem.grains;
-        let periods = &self.dem.scene().periods;
+        let periods = &self.dem.around.periods;
         let places = self.pouring.places(grains, &self.spec.grains, periods, window.step, window.time);
         if places.is_empty() {
             return Ok(());
         }
-        if self.dem.join(&self.spec.grains[there..there + places.len()], &places) {
+        if self.dem.insert(&self.spec.grains[there..there + places.len()], &places) {
             return Ok(());
         }
         let mut state = self.dem.save();
@@ -157,10 +157,6 @@ impl DemParticipant {
     pub(crate) fn profile(&self) -> Option<Profile> {
         let asked = self.profile.as_ref()?;
         Some(Profile::new(asked, &self.spec, &self.dem.grains, &self.contacts()))
-    }
-
-    pub(crate) fn outside(&self) -> &Outside {
-        &self.outside
     }
 
     /// The solver.
@@ -315,7 +311,13 @@ impl Solver for DemParticipant {
         scene: &CheckedScene,
         folder: &OutputFolder,
     ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
-        finish::finish(self, scene, folder)
+        let what = finish::Finished {
+            dem: &self.dem,
+            spec: &self.spec,
+            profile: self.profile(),
+            outside: &self.outside,
+        };
+        finish::finish(&what, scene, folder)
     }
 
     fn schema() -> serde_json::Value {

@@ -5,10 +5,10 @@
 //! are left. Each grain of a batch takes the first of a hundred random places that is free; where none
 //! is, it and those after it wait for the next window.
 
-use crate::Vec3;
+use crate::grain::Grain;
 use crate::grains::Grains;
-use crate::search::cells::Periods;
-use crate::spec::Grain;
+use crate::motion::Vec3;
+use crate::periods::Periods;
 use protocol::scene::{CheckedScene, Geometry, Pour, Poured};
 
 /// Tries for a place, per grain and window.

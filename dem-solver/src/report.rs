@@ -1,6 +1,7 @@
 //! What goes into a window and what comes out of it.
 
-use crate::Vec3;
+use crate::motion::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// What the fluid does to one grain over a window: constant over its sub-steps.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -50,6 +51,36 @@ pub struct WindowReport {
     pub lost: Option<usize>,
 }
 
+/// Outcome of the sub-steps of a window.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outcome {
+    /// Sub-steps done.
+    pub(crate) done: u32,
+    /// Square of the largest speed, m²/s².
+    pub(crate) speed2: f64,
+    /// Whether the state stayed finite.
+    pub(crate) finite: bool,
+}
+
+/// Energy taken by contacts since the start, J (per unit length for discs).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Dissipated {
+    /// By dashpots along the normal.
+    pub normal: f64,
+    /// By dashpots along the tangent.
+    pub tangential: f64,
+    /// By sliding.
+    pub sliding: f64,
+}
+
+impl Dissipated {
+    /// Sum of all.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.normal + self.tangential + self.sliding
+    }
+}
+
 /// Observations of one window, per grain.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Observations {
@@ -61,7 +92,7 @@ pub struct Observations {
     /// was near.
     pub smallest_gap: Vec<f64>,
     /// Gap at the end of the window, m: exact for walls and in scenes of up to
-    /// [`crate::solver::EXACT_GAPS`] grains, else infinite beyond the watched range.
+    /// 64 grains, else infinite beyond the watched range.
     pub gap_end: Vec<f64>,
     /// Approach speed at the last beginning of a contact within the window, m/s; 0 if none.
     pub impact_speed: Vec<f64>,

@@ -1,7 +1,7 @@
 //! The engine for many grains: the general one's results to round-off, and the same bits however it works.
 mod common;
 use common::{Random, cloud, dem, floor, law, repeats, spec};
-use dem_solver::bulk::Settings;
+use dem_solver::BulkSettings;
 use dem_solver::{
     Dem, DemSpec, Engine, Freedom, Grain, GrainLoad, Integrator, Motion, Shape, State, Vec3, Wall,
 };
@@ -152,7 +152,7 @@ fn they_agree_for_discs() {
 }
 
 /// State after some windows, and how often lists were built.
-fn run(set_up: &DemSpec, bulk: Settings, windows: usize) -> (State, u64) {
+fn run(set_up: &DemSpec, bulk: BulkSettings, windows: usize) -> (State, u64) {
     let mut solver = dem(&DemSpec { bulk, ..set_up.clone() });
     for _ in 0..windows {
         solver.advance(4e-3, 20, &[]).expect("advances");
@@ -163,19 +163,19 @@ fn run(set_up: &DemSpec, bulk: Settings, windows: usize) -> (State, u64) {
 #[test]
 fn threads_wavefront_skin_and_vectors_change_no_bit() {
     let set_up = busy(9000, 0.4);
-    let standard = Settings::default();
+    let standard = BulkSettings::default();
     let (reference, _) = run(&set_up, standard, 12);
     assert!(reference.contacts.len() > 1000, "{} contacts", reference.contacts.len());
     for threads in [1, 2, 4] {
         for depth in [1, 3, 8] {
-            let (state, _) = run(&set_up, Settings { threads, depth, ..standard }, 12);
+            let (state, _) = run(&set_up, BulkSettings { threads, depth, ..standard }, 12);
             assert!(state == reference, "{threads} threads, depth {depth}");
         }
     }
-    let (state, _) = run(&set_up, Settings { plain: true, ..standard }, 12);
+    let (state, _) = run(&set_up, BulkSettings { plain: true, ..standard }, 12);
     assert!(state == reference, "without wide vectors");
-    let (narrow, many) = run(&set_up, Settings { skin: Some(0.02), ..standard }, 12);
-    let (wide, few) = run(&set_up, Settings { skin: Some(0.4), ..standard }, 12);
+    let (narrow, many) = run(&set_up, BulkSettings { skin: Some(0.02), ..standard }, 12);
+    let (wide, few) = run(&set_up, BulkSettings { skin: Some(0.4), ..standard }, 12);
     assert!(many > 3 * few, "{many} and {few} builds");
     assert!(narrow == reference && wide == reference, "the skin changed the result");
 }
@@ -226,11 +226,11 @@ fn blocks_of_fixed_grains_change_nothing_asleep_or_awake() {
 #[test]
 fn skins_that_differ_from_block_to_block_change_no_bit() {
     let set_up = DemSpec { observations: false, ..rain_on_a_bed() };
-    let standard = Settings::default();
+    let standard = BulkSettings::default();
     let (reference, _) = run(&set_up, standard, 20);
     for threads in [1, 2, 3] {
         for skin in [None, Some(0.02), Some(0.4)] {
-            let (state, _) = run(&set_up, Settings { threads, skin, ..standard }, 20);
+            let (state, _) = run(&set_up, BulkSettings { threads, skin, ..standard }, 20);
             assert!(state == reference, "{threads} threads, skin {skin:?}");
         }
     }

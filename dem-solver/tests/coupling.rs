@@ -110,7 +110,7 @@ fn virtual_mass_keeps_contact_time_and_restitution() {
 /// Mean forces are impulses: m ΔU = (weight + load + mean contact + mean film) dt over every window.
 #[test]
 fn mean_forces_close_the_momentum_balance() {
-    use dem_solver::{Integrator, Lubrication, lubrication::gap::FilmSettings};
+    use dem_solver::{Integrator, Lubrication, lubrication::law::LubricationSettings};
     for integrator in [Integrator::SymplecticEuler, Integrator::VelocityVerlet] {
         let mut grain = Grain::new([0.0, 0.0, R + 0.05], R, 3.0);
         grain.velocity = [0.2, 0.0, -1.0];
@@ -120,7 +120,7 @@ fn mean_forces_close_the_momentum_balance() {
         set_up.walls.push(floor());
         set_up.gravity = [0.0, 0.0, -1.0];
         set_up.viscosity = 0.02;
-        set_up.lubrication = Lubrication::Continuous(FilmSettings::new(1e-3));
+        set_up.lubrication = Lubrication::Continuous(LubricationSettings::new(1e-3));
         set_up.integrator = integrator;
         let mut solver = dem(&set_up);
         let load = GrainLoad { added_mass: 0.0, ..buoyancy() };

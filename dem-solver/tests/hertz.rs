@@ -3,7 +3,7 @@
 mod common;
 use common::{dem, floor};
 use dem_solver::laws::hertz_mindlin::{DURATION, HertzMindlin};
-use dem_solver::laws::table::{ContactLaw, LinearSpringDashpot, RestitutionForm};
+use dem_solver::{ContactLaw, LinearSpringDashpot, laws::linear::RestitutionForm};
 use dem_solver::{Dem, DemSpec, Grain, Integrator};
 
 const E: f64 = 7e10;

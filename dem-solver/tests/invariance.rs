@@ -1,9 +1,9 @@
 //! Symmetries: momentum, angular momentum, rotation of the frame, of a pair as a rigid body.
 mod common;
 use common::{cloud, dem, law, spec};
-use dem_solver::laws::table::{LeverArm, LinearSpringDashpot};
 use dem_solver::laws::tangential::carry;
 use dem_solver::{Grain, Integrator, Vec3};
+use dem_solver::{LinearSpringDashpot, laws::linear::LeverArm};
 use nalgebra::{Rotation3, UnitQuaternion};
 
 #[test]

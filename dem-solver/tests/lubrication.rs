@@ -1,18 +1,27 @@
 //! The film: exact solutions of m dU/dt = −κ(h) U, stability, tunnelling, many films.
 mod common;
 use common::{dem, floor, law, spec};
-use dem_solver::lubrication::gap::{FilmIntegration, FilmLaw, FilmModel, FilmSettings, FilmShape};
+use dem_solver::lubrication::law::{
+    GapShape, LubricationIntegration, LubricationLaw, LubricationModel, LubricationSettings,
+};
 use dem_solver::{Dem, DemSpec, Grain, Lubrication, Vec3, Wall};
 use std::f64::consts::PI;
 
 const R: f64 = 0.5;
 
-fn model(roughness: f64, shape: FilmShape, continuous: bool) -> FilmModel {
-    FilmModel { shape, roughness, cut_off: 0.5, continuous, resolved_length: f64::INFINITY, viscosity: 1.0 }
+fn model(roughness: f64, shape: GapShape, continuous: bool) -> LubricationModel {
+    LubricationModel {
+        shape,
+        roughness,
+        cut_off: 0.5,
+        continuous,
+        resolved_length: f64::INFINITY,
+        viscosity: 1.0,
+    }
 }
 
 /// One sphere of radius ½ above the floor: gap `gap`, velocity `v`, St_R = m |v|/(6πμR²) = `stokes`.
-fn approach(gap: f64, v: f64, stokes: f64, settings: FilmSettings, t_c: f64) -> DemSpec {
+fn approach(gap: f64, v: f64, stokes: f64, settings: LubricationSettings, t_c: f64) -> DemSpec {
     let mut grain = Grain::new([0.0, 0.0, R + gap], R, 1.0);
     grain.velocity = [0.0, 0.0, v];
     let mass = 4.0 / 3.0 * PI * R.powi(3);
@@ -29,7 +38,7 @@ fn approach_keeps_the_logarithm_to_four_digits() {
     for eta in [1e-3, 4e-4, 1e-4, 1e-5, 1e-6] {
         for dt in [1e-5, 1e-4, 1e-3, 1e-2] {
             for stokes in [1.0, 3.0, 10.0, 100.0] {
-                let mut solver = dem(&approach(0.2, -1.0, stokes, FilmSettings::new(eta), 1e-3));
+                let mut solver = dem(&approach(0.2, -1.0, stokes, LubricationSettings::new(eta), 1e-3));
                 let k = 1.0 / stokes;
                 let mut worst = 0.0f64;
                 let n = (0.4 / dt) as u32;
@@ -53,7 +62,7 @@ fn approach_keeps_the_logarithm_to_four_digits() {
 fn stopped_grain_never_touches() {
     for eta in [1e-3, 1e-6] {
         for dt in [1e-5, 1e-3, 1e-2, 1.0, 100.0] {
-            let mut solver = dem(&approach(0.2, -1.0, 0.1, FilmSettings::new(eta), 1e-3));
+            let mut solver = dem(&approach(0.2, -1.0, 0.1, LubricationSettings::new(eta), 1e-3));
             let report = solver.advance(2000.0 * dt, 2000, &[]).expect("advances");
             assert!(
                 report.smallest_gap > 0.0 && report.largest_overlap == 0.0,
@@ -67,7 +76,7 @@ fn stopped_grain_never_touches() {
 #[test]
 fn pressed_grain_never_tunnels() {
     for dt in [1e-3, 1e-1, 1e1] {
-        let mut set_up = approach(0.1, -1e-9, 1e-9, FilmSettings::new(1e-4), 1e-3);
+        let mut set_up = approach(0.1, -1e-9, 1e-9, LubricationSettings::new(1e-4), 1e-3);
         set_up.gravity = [0.0, 0.0, -1e-3];
         let mut solver = dem(&set_up);
         let mut last = 0.1;
@@ -92,7 +101,7 @@ fn bounce_through_the_film() {
             for stokes in [30.0, 100.0] {
                 // a contact so short that the film's path during it does not count
                 let t_c = 1e-5;
-                let mut set_up = approach(0.1, -1.0, stokes, FilmSettings::new(eta), t_c);
+                let mut set_up = approach(0.1, -1.0, stokes, LubricationSettings::new(eta), t_c);
                 set_up.contact = dem_solver::ContactLaw::LinearSpringDashpot(law(0.97, t_c));
                 let mut solver = dem(&set_up);
                 let dt = t_c / f64::from(n);
@@ -125,7 +134,10 @@ fn bounce_through_the_film() {
 #[test]
 fn explicit_film_has_its_stability_limit() {
     let (eta, gap) = (1e-3, 0.01);
-    let settings = FilmSettings { integration: FilmIntegration::Explicit, ..FilmSettings::new(eta) };
+    let settings = LubricationSettings {
+        integration: LubricationIntegration::Explicit,
+        ..LubricationSettings::new(eta)
+    };
     for (factor, grows) in [(0.98, false), (1.02, true)] {
         let set_up = approach(gap, -1e-9, 1e-9, settings, 1e-3);
         let mass = 4.0 / 3.0 * PI * R.powi(3);
@@ -137,7 +149,7 @@ fn explicit_film_has_its_stability_limit() {
         assert_eq!(v > 1.0, grows, "dt/limit {factor}: {v}");
     }
     // where the explicit form blows up, the implicit one only decays
-    let set_up = approach(gap, -1e-9, 1e-9, FilmSettings::new(eta), 1e-3);
+    let set_up = approach(gap, -1e-9, 1e-9, LubricationSettings::new(eta), 1e-3);
     let mut solver = dem(&set_up);
     solver.advance(1.0, 1, &[]).expect("advances");
     assert!(solver.grains.velocity[0].z.abs() < 1e-9);
@@ -148,18 +160,19 @@ fn explicit_film_has_its_stability_limit() {
 fn implicit_rate_solves_its_equation() {
     let mut random = common::Random(7);
     let laws = [
-        (FilmShape::Point, false, f64::INFINITY),
-        (FilmShape::Point, true, f64::INFINITY),
-        (FilmShape::Line, false, f64::INFINITY),
-        (FilmShape::Line, true, f64::INFINITY),
-        (FilmShape::Point, false, 0.1),
-        (FilmShape::Point, false, 1e-3),
+        (GapShape::Point, false, f64::INFINITY),
+        (GapShape::Point, true, f64::INFINITY),
+        (GapShape::Line, false, f64::INFINITY),
+        (GapShape::Line, true, f64::INFINITY),
+        (GapShape::Point, false, 0.1),
+        (GapShape::Point, false, 1e-3),
     ];
     for (shape, continuous, resolved_length) in laws {
         {
             for _ in 0..2000 {
                 let eta = 10f64.powf(-6.0 + 4.0 * random.next());
-                let film = FilmModel { resolved_length, ..model(eta, shape, continuous) }.film(0.5, 0.7);
+                let film =
+                    LubricationModel { resolved_length, ..model(eta, shape, continuous) }.law(0.5, 0.7);
                 let gap = if random.next() < 0.2 {
                     -1e-3
                 } else {
@@ -182,7 +195,7 @@ fn implicit_rate_solves_its_equation() {
 }
 
 /// ∫κ dδ from `a` to `b` by Simpson's rule in ln(δ + η), κ = 0 outside [0, δ_c].
-fn quadrature(film: &FilmLaw, a: f64, b: f64) -> f64 {
+fn quadrature(film: &LubricationLaw, a: f64, b: f64) -> f64 {
     let (a, b) = (a.clamp(0.0, film.cut_off), b.clamp(0.0, film.cut_off));
     let (low, high) = ((a + film.roughness).ln(), (b + film.roughness).ln());
     let n = 400;
@@ -208,17 +221,17 @@ fn quadrature(film: &FilmLaw, a: f64, b: f64) -> f64 {
 /// Printed coefficients: eq. 19 for two spheres and a wall, 3√2 πμ (R/h)^{3/2} for a disc at a wall.
 #[test]
 fn coefficients_are_the_printed_ones() {
-    let point = model(1e-3, FilmShape::Point, false);
-    let pair = point.film(0.5, 0.5).resistance(0.01);
+    let point = model(1e-3, GapShape::Point, false);
+    let pair = point.law(0.5, 0.5).resistance(0.01);
     assert!((pair - 6.0 * PI * 0.0625 / (0.01 + 0.5e-3)).abs() < 1e-12 * pair);
-    let wall = point.film(0.5, f64::INFINITY).resistance(0.01);
+    let wall = point.law(0.5, f64::INFINITY).resistance(0.01);
     assert!((wall - 6.0 * PI * 0.25 / (0.01 + 0.5e-3)).abs() < 1e-12 * wall);
-    let disc = model(1e-9, FilmShape::Line, false).film(0.5, f64::INFINITY).resistance(0.01);
+    let disc = model(1e-9, GapShape::Line, false).law(0.5, f64::INFINITY).resistance(0.01);
     assert!((disc / (3.0 * 2f64.sqrt() * PI * 50f64.powf(1.5)) - 1.0).abs() < 1e-6, "{disc}");
-    let smooth = model(1e-3, FilmShape::Point, true).film(0.5, 0.5);
+    let smooth = model(1e-3, GapShape::Point, true).law(0.5, 0.5);
     assert!(smooth.resistance(smooth.cut_off).abs() < 1e-12);
-    let complement = FilmModel { resolved_length: 0.01, ..model(1e-9, FilmShape::Point, false) };
-    let film = complement.film(0.5, f64::INFINITY);
+    let complement = LubricationModel { resolved_length: 0.01, ..model(1e-9, GapShape::Point, false) };
+    let film = complement.law(0.5, f64::INFINITY);
     // a fifth of eq. 19 one cell away, all of it far within a cell
     assert!((film.resistance(0.01) / (6.0 * PI * 0.25 / 0.01) - 0.2).abs() < 1e-6);
     assert!((film.resistance(1e-6) / (6.0 * PI * 0.25 / 1e-6) - 1.0).abs() < 1e-3);
@@ -238,7 +251,8 @@ fn many_films_conserve_momentum_and_converge() {
             .collect();
         let mut set_up = spec(grains, law(0.97, 1e-2));
         set_up.viscosity = 0.05;
-        set_up.lubrication = Lubrication::AsPrinted(FilmSettings { sweeps, ..FilmSettings::new(1e-4) });
+        set_up.lubrication =
+            Lubrication::AsPrinted(LubricationSettings { sweeps, ..LubricationSettings::new(1e-4) });
         set_up
     };
     let run = |set_up: &DemSpec| -> Dem {
@@ -271,7 +285,8 @@ fn sub_steps_within_a_window_agree_with_windows_of_one_sub_step() {
     let mut set_up = spec(grains.collect(), law(0.97, 1e-2));
     set_up.gravity = [0.0, 0.0, -1.0];
     set_up.viscosity = 0.05;
-    set_up.lubrication = Lubrication::AsPrinted(FilmSettings { sweeps: 100, ..FilmSettings::new(1e-4) });
+    set_up.lubrication =
+        Lubrication::AsPrinted(LubricationSettings { sweeps: 100, ..LubricationSettings::new(1e-4) });
     let (mut whole, mut apart) = (dem(&set_up), dem(&set_up));
     whole.advance(0.02, 40, &[]).expect("advances");
     for _ in 0..40 {
@@ -288,7 +303,7 @@ fn sub_steps_within_a_window_agree_with_windows_of_one_sub_step() {
 /// A wall that moves towards a resting grain pushes it through the film.
 #[test]
 fn moving_wall_carries_the_grain() {
-    let mut set_up = approach(0.01, -1e-12, 1e-12, FilmSettings::new(1e-3), 1e-3);
+    let mut set_up = approach(0.01, -1e-12, 1e-12, LubricationSettings::new(1e-3), 1e-3);
     set_up.walls = vec![Wall { velocity: [0.0, 0.0, 0.3], ..floor() }];
     let mut solver = dem(&set_up);
     solver.advance(1.0, 100, &[]).expect("advances");
@@ -307,12 +322,12 @@ fn moving_wall_carries_the_grain() {
 fn short_paths_are_those_of_the_logarithms() {
     let (mut short, mut long) = (0, 0);
     for (shape, continuous, resolved_length) in [
-        (FilmShape::Point, false, f64::INFINITY),
-        (FilmShape::Point, true, f64::INFINITY),
-        (FilmShape::Point, false, 0.1),
-        (FilmShape::Line, true, f64::INFINITY),
+        (GapShape::Point, false, f64::INFINITY),
+        (GapShape::Point, true, f64::INFINITY),
+        (GapShape::Point, false, 0.1),
+        (GapShape::Line, true, f64::INFINITY),
     ] {
-        let law = FilmModel { resolved_length, ..model(4e-4, shape, continuous) }.film(R, R);
+        let law = LubricationModel { resolved_length, ..model(4e-4, shape, continuous) }.law(R, R);
         for gap in [0.0, 1e-4, 1e-3, 0.01, 0.1, 0.2] {
             for rate in [-3.0, -0.1, -1e-3, 1e-6, 0.02, 1.0] {
                 for (dt, inverse_mass) in [(1e-4, 0.5), (1e-2, 0.5), (1e-4, 50.0), (1e-6, 1e-3)] {

@@ -2,7 +2,8 @@
 mod common;
 use common::Random;
 use dem_solver::Vec3;
-use dem_solver::search::cells::{Periods, Search};
+use dem_solver::periods::Periods;
+use dem_solver::search::pairs::PairSearch;
 
 fn brute(
     position: &[Vec3],
@@ -58,7 +59,7 @@ fn cells_equal_brute_force() {
         let radius: Vec<f64> = (0..n).map(|_| 0.1 + 0.3 * random.next()).collect();
         let reach = 0.2 * random.next();
         let periods = Periods::new(axes);
-        let mut search = Search::default();
+        let mut search = PairSearch::default();
         search.prepare(&position, &radius, reach, &periods);
         let mut found = Vec::new();
         for i in 0..n {
@@ -82,7 +83,7 @@ fn odd_configurations() {
     let line: Vec<Vec3> = (0..40).map(|i| Vec3::new(0.0, 0.0, f64::from(i))).collect();
     for (position, expected) in [(far, 0), (same, 780), (line, 39)] {
         let radius = vec![0.55; 40];
-        let mut search = Search::default();
+        let mut search = PairSearch::default();
         search.prepare(&position, &radius, 0.0, &periods);
         let mut found = Vec::new();
         (0..40).for_each(|i| search.partners(i, &position, &radius, 0.0, &periods, &mut found));

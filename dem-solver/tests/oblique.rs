@@ -2,7 +2,7 @@
 //! model.
 mod common;
 use common::{dem, spec};
-use dem_solver::laws::table::LinearSpringDashpot;
+use dem_solver::LinearSpringDashpot;
 use dem_solver::laws::tangential::Sliding;
 use dem_solver::{Engine, Grain, Integrator, Shape};
 

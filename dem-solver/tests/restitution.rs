@@ -1,7 +1,7 @@
 //! Normal collisions: the clipped linear law gives back exp(−r(π − 2 atan r)), r = −ln(e_n)/π.
 mod common;
 use common::{dem, exact, floor, law, spec};
-use dem_solver::laws::table::LinearSpringDashpot;
+use dem_solver::LinearSpringDashpot;
 use dem_solver::{Grain, Integrator};
 
 /// Rebound over impact speed, and duration over t_c, of a sphere on a wall: `n` sub-steps per t_c.

@@ -1,8 +1,8 @@
 //! Resistance to rolling against exact solutions of a sphere on a plane.
 mod common;
 use common::{dem, floor, spec};
+use dem_solver::LinearSpringDashpot;
 use dem_solver::laws::rolling::Rolling;
-use dem_solver::laws::table::LinearSpringDashpot;
 use dem_solver::{Dem, Grain, Integrator};
 
 const R: f64 = 5e-3;

@@ -324,3 +324,22 @@ fn a_run_starts_from_the_state_of_another_with_its_springs() {
         .expect("writes");
     assert!(from(&again, &out).expect("foreign").message.contains("not a Bedload checkpoint"));
 }
+
+#[test]
+fn auto_says_which_engine_it_took_and_why() {
+    let notices = |dem: &str, pour: &str| {
+        let text = format!("{BOX}stop = 1\n").replace("stop = 1\n", &format!("{pour}{dem}"));
+        dem_solver::config::Config::new(&read(&text).expect("reads")).expect("configures").facts.notices
+    };
+    let many = POUR.replace("count = 60", "count = 300");
+    let film = "[dem]\nintegrator = \"velocity-verlet\"\n";
+    for (dem, pour, words) in [
+        ("", POUR, ["general engine", "60, is below 256"]),
+        ("", &many, ["bulk engine", "300 grains in linear contact, once 256 of them are inserted"]),
+        (film, &many, ["general engine", "the integrator is not symplectic-euler"]),
+    ] {
+        let said = notices(dem, pour).join(" ");
+        assert!(said.contains("dem.engine") && words.iter().all(|word| said.contains(word)), "{said}");
+    }
+    assert!(notices("[dem]\nengine = \"general\"\n", POUR).is_empty(), "the scene has said it");
+}

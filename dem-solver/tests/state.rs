@@ -1,7 +1,7 @@
 //! Save, restore, repeat gives identical bits; results do not depend on the neighbour list.
 mod common;
 use common::{cloud, dem, floor, law, repeats, spec};
-use dem_solver::lubrication::gap::FilmSettings;
+use dem_solver::lubrication::law::LubricationSettings;
 use dem_solver::{DemSpec, GrainLoad, Integrator, Lubrication, RestoreError, Vec3, Wall};
 
 fn busy(integrator: Integrator, n: usize) -> DemSpec {
@@ -19,7 +19,7 @@ fn busy(integrator: Integrator, n: usize) -> DemSpec {
     if integrator != Integrator::Rk3 {
         set_up.viscosity = 0.01;
         set_up.lubrication =
-            Lubrication::Continuous(FilmSettings { cut_off: 0.2, ..FilmSettings::new(1e-3) });
+            Lubrication::Continuous(LubricationSettings { cut_off: 0.2, ..LubricationSettings::new(1e-3) });
     }
     set_up
 }

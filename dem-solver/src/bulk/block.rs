@@ -1,18 +1,17 @@
 //! A block: some five hundred grains that follow one another in the order of the engine, their
 //! contacts, and one sub-step of them.
 
-use super::advance::{self, Drive};
-use super::duo::Duo;
-use super::lanes::{Eight, Plain};
-use super::law::LawLanes;
-use super::list::History;
-use super::near::Nearby;
-use super::pair::{Images, pair_forces};
-use super::row::{Pack, Push, Row};
-use super::seen::Seen;
-use super::wall::{Wall, wall_forces};
-use crate::laws::linear::LinearPair;
-use crate::spec::Motion;
+use crate::bulk::integrate::{self, BodyForce};
+use crate::bulk::lane_pair::LanePair;
+use crate::bulk::lanes::{Lanes8, Portable8};
+use crate::bulk::law::LawLanes;
+use crate::bulk::observed::Observed;
+use crate::bulk::pair::{Images, pair_forces};
+use crate::bulk::records::History;
+use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord};
+use crate::bulk::wall::{Wall, wall_forces};
+use crate::laws::coefficients::LinearPair;
+use crate::motion::Motion;
 use pulp::{Simd, WithSimd};
 
 /// What is the same for all blocks.
@@ -26,6 +25,17 @@ pub(super) struct Common {
     pub(super) law: LinearPair,
     /// Leave the widest vectors unused (tests).
     pub(super) plain: bool,
+}
+
+/// Pairs that may come into the lists of a block until the next search, ascending.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Candidates {
+    /// Both rows of the block.
+    pub(super) pairs: Vec<(u16, u16)>,
+    /// Row of the block, row of the halo.
+    pub(super) cross: Vec<(u16, u32)>,
+    /// Wall, row of the block.
+    pub(super) walls: Vec<(u16, u16)>,
 }
 
 /// Rows of another block that a block reads.
@@ -43,18 +53,18 @@ pub(super) struct Block {
     /// Number of its first grain in the order of the engine.
     pub(super) first: u32,
     /// Contacts within the block.
-    pub(super) pairs: Vec<Pack>,
+    pub(super) pairs: Vec<ContactPack>,
     /// Contacts with grains of other blocks, which have their own copy.
-    pub(super) cross: Vec<Pack>,
+    pub(super) cross: Vec<ContactPack>,
     /// Contacts with walls.
-    pub(super) walls: Vec<Pack>,
+    pub(super) walls: Vec<ContactPack>,
     /// What may come into these lists.
-    pub(super) near: Nearby,
-    /// Contacts to take instead of those in the lists: these are of another order, or of what was near before.
-    pub(super) seed: Option<Box<History>>,
-    /// Where the grains were when what is near was searched, m.
+    pub(super) candidates: Candidates,
+    /// Contacts to take instead of those in the lists: these are of another order, or of earlier candidates.
+    pub(super) pending: Option<Box<History>>,
+    /// Where the grains were when the candidates were searched, m.
     pub(super) origin: Vec<[f64; 3]>,
-    /// Largest number of blocks between the partners of a pair that is near.
+    /// Largest number of blocks between the partners of a candidate.
     pub(super) reach: usize,
     /// Rows of other blocks that it reads, as numbers within those blocks, block by block.
     pub(super) halo: Vec<u16>,
@@ -63,35 +73,35 @@ pub(super) struct Block {
     /// Inverse moments of inertia, 1/(kg m²); one per grain.
     pub(super) inverse_inertia: Vec<f64>,
     /// What acts on the grains: one entry for all, or one each.
-    pub(super) drive: Vec<Drive>,
+    pub(super) drive: Vec<BodyForce>,
     /// Grains that forces do not move, ascending.
-    pub(super) given: Vec<(u16, Motion)>,
+    pub(super) prescribed: Vec<(u16, Motion)>,
     /// Orientations (w, x, y, z); empty if not asked for.
     pub(super) orientation: Vec<[f64; 4]>,
     /// Observations.
-    pub(super) seen: Seen,
-    /// Square of the largest speed after each sub-step of the present stretch, m²/s².
+    pub(super) observed: Observed,
+    /// Square of the largest speed after each sub-step of the present batch, m²/s².
     pub(super) speed2: Vec<f64>,
-    /// State at the start of the stretch.
-    pub(super) before: Before,
+    /// State at the start of the batch.
+    pub(super) before: Snapshot,
 }
 
-/// What a stretch may have to go back to.
+/// What a batch may have to go back to.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Before {
-    rows: Vec<Row>,
-    pairs: Vec<Pack>,
-    cross: Vec<Pack>,
-    walls: Vec<Pack>,
+pub(super) struct Snapshot {
+    rows: Vec<GrainRecord>,
+    pairs: Vec<ContactPack>,
+    cross: Vec<ContactPack>,
+    walls: Vec<ContactPack>,
     orientation: Vec<[f64; 4]>,
-    seen: Seen,
+    observed: Observed,
 }
 
 /// Memory that a thread works in.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Bench {
-    push: Vec<Push>,
-    pub(super) halo: Vec<Row>,
+pub(super) struct StepScratch {
+    push: Vec<ForceTorque>,
+    pub(super) halo: Vec<GrainRecord>,
 }
 
 impl Block {
@@ -106,7 +116,7 @@ impl Block {
     }
 
     /// Keeps the state that `rows` hold.
-    pub(super) fn keep(&mut self, rows: &[Row]) {
+    pub(super) fn keep(&mut self, rows: &[GrainRecord]) {
         let before = &mut self.before;
         before.rows.clear();
         before.rows.extend_from_slice(rows);
@@ -120,36 +130,36 @@ impl Block {
             to.extend_from_slice(from);
         }
         before.orientation.clone_from(&self.orientation);
-        before.seen.clone_from(&self.seen);
+        before.observed.clone_from(&self.observed);
     }
 
     /// Goes back to the state kept last.
-    pub(super) fn go_back(&mut self, rows: &mut [Row]) {
+    pub(super) fn roll_back(&mut self, rows: &mut [GrainRecord]) {
         rows.copy_from_slice(&self.before.rows);
         std::mem::swap(&mut self.pairs, &mut self.before.pairs);
         std::mem::swap(&mut self.cross, &mut self.before.cross);
         std::mem::swap(&mut self.walls, &mut self.before.walls);
         std::mem::swap(&mut self.orientation, &mut self.before.orientation);
-        std::mem::swap(&mut self.seen, &mut self.before.seen);
+        std::mem::swap(&mut self.observed, &mut self.before.observed);
     }
 
-    /// One sub-step from `old` to `new`; `bench.halo` holds the rows of other blocks.
+    /// One sub-step from `old` to `new`; `scratch.halo` holds the rows of other blocks.
     pub(super) fn step(
         &mut self,
         common: &Common,
         (t, dt): (f64, f64),
-        old: &[Row],
-        new: &mut [Row],
-        bench: &mut Bench,
+        old: &[GrainRecord],
+        new: &mut [GrainRecord],
+        scratch: &mut StepScratch,
     ) {
         // all empty: the sub-step before has left them so
-        bench.push.resize(self.len() + 1, Push::default());
-        bench.halo.push(Row::NONE);
-        self.seen.contacts = 0;
-        let mut fastest = Step { block: self, common, t, dt, old, new, bench }.dispatch();
-        advance::follow((t, dt), &self.given, old, new, &mut fastest);
+        scratch.push.resize(self.len() + 1, ForceTorque::default());
+        scratch.halo.push(GrainRecord::NONE);
+        self.observed.contacts = 0;
+        let mut fastest = Step { block: self, common, t, dt, old, new, scratch }.dispatch();
+        integrate::follow((t, dt), &self.prescribed, old, new, &mut fastest);
         if !self.orientation.is_empty() {
-            advance::turn((t, dt), &self.given, new, &mut self.orientation);
+            integrate::turn((t, dt), &self.prescribed, new, &mut self.orientation);
         }
         self.speed2.push(fastest.speed2());
     }
@@ -161,76 +171,76 @@ struct Step<'a> {
     common: &'a Common,
     t: f64,
     dt: f64,
-    old: &'a [Row],
-    new: &'a mut [Row],
-    bench: &'a mut Bench,
+    old: &'a [GrainRecord],
+    new: &'a mut [GrainRecord],
+    scratch: &'a mut StepScratch,
 }
 
 impl Step<'_> {
-    fn dispatch(self) -> advance::Fastest {
+    fn dispatch(self) -> integrate::Fastest {
         #[cfg(target_arch = "x86_64")]
         if !self.common.plain
             && let Some(simd) = pulp::x86::V4::try_new()
         {
-            return Simd::vectorize(simd, OnWide(self, simd));
+            return Simd::vectorize(simd, OnAvx512(self, simd));
         }
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
-            return Simd::vectorize(simd, OnPlain(self));
+            return Simd::vectorize(simd, OnPortable(self));
         }
         #[cfg(target_arch = "x86_64")]
-        return OnPlain(self).with_simd(pulp::Scalar);
+        return OnPortable(self).with_simd(pulp::Scalar);
         #[cfg(not(target_arch = "x86_64"))]
-        pulp::Arch::new().dispatch(OnPlain(self))
+        pulp::Arch::new().dispatch(OnPortable(self))
     }
 
     /// One sub-step. With `ALWAYS`, nearest images are looked for where there is no period, too: they are
     /// where they were, and one kernel less is compiled.
     #[inline(always)]
-    fn run<L: Eight, const ALWAYS: bool>(self, token: L::Token) -> advance::Fastest {
-        let Self { block, common, t, dt, old, new, bench } = self;
-        let law = LawLanes::<Duo<L>>::new(token, &common.law, dt);
-        let images = Images::<Duo<L>>::new(token, common.length);
-        let (push, halo, seen) = (&mut bench.push[..], &bench.halo[..], &mut block.seen);
+    fn run<L: Lanes8, const ALWAYS: bool>(self, token: L::Token) -> integrate::Fastest {
+        let Self { block, common, t, dt, old, new, scratch } = self;
+        let law = LawLanes::<LanePair<L>>::new(token, &common.law, dt);
+        let images = Images::<LanePair<L>>::new(token, common.length);
+        let (push, halo, observed) = (&mut scratch.push[..], &scratch.halo[..], &mut block.observed);
         if !ALWAYS && common.length == [0.0; 3] {
-            pair_forces::<L, false, false>(token, &law, &images, &mut block.pairs, old, old, push, seen);
-            pair_forces::<L, false, true>(token, &law, &images, &mut block.cross, old, halo, push, seen);
+            pair_forces::<L, false, false>(token, &law, &images, &mut block.pairs, old, old, push, observed);
+            pair_forces::<L, false, true>(token, &law, &images, &mut block.cross, old, halo, push, observed);
         } else {
-            pair_forces::<L, true, false>(token, &law, &images, &mut block.pairs, old, old, push, seen);
-            pair_forces::<L, true, true>(token, &law, &images, &mut block.cross, old, halo, push, seen);
+            pair_forces::<L, true, false>(token, &law, &images, &mut block.pairs, old, old, push, observed);
+            pair_forces::<L, true, true>(token, &law, &images, &mut block.cross, old, halo, push, observed);
         }
-        wall_forces::<L>(token, &common.walls, (t, dt), &mut block.walls, old, push, seen);
-        for (sum, Push(p)) in seen.force.iter_mut().zip(&*push) {
+        wall_forces::<L>(token, &common.walls, (t, dt), &mut block.walls, old, push, observed);
+        for (sum, ForceTorque(p)) in observed.force.iter_mut().zip(&*push) {
             for k in 0..4 {
                 sum[k] += p[k];
             }
         }
         let n = block.inverse_inertia.len();
-        push[n] = Push::default(); // where lanes without a grain add their nothing
-        advance::advance::<L>(token, dt, old, push, &block.inverse_inertia, &block.drive, new)
+        push[n] = ForceTorque::default(); // where lanes without a grain add their nothing
+        integrate::advance::<L>(token, dt, old, push, &block.inverse_inertia, &block.drive, new)
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-struct OnWide<'a>(Step<'a>, pulp::x86::V4);
+struct OnAvx512<'a>(Step<'a>, pulp::x86::V4);
 
 #[cfg(target_arch = "x86_64")]
-impl WithSimd for OnWide<'_> {
-    type Output = advance::Fastest;
+impl WithSimd for OnAvx512<'_> {
+    type Output = integrate::Fastest;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.0.run::<super::wide::Wide, false>(self.1)
+        self.0.run::<crate::bulk::avx512::Avx512, false>(self.1)
     }
 }
 
-struct OnPlain<'a>(Step<'a>);
+struct OnPortable<'a>(Step<'a>);
 
-impl WithSimd for OnPlain<'_> {
-    type Output = advance::Fastest;
+impl WithSimd for OnPortable<'_> {
+    type Output = integrate::Fastest;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.0.run::<Plain, true>(())
+        self.0.run::<Portable8, true>(())
     }
 }

@@ -47,7 +47,7 @@ pub(super) trait Lanes:
 }
 
 /// Eight lanes, which can be read, written and turned from rows into columns.
-pub(super) trait Eight: Lanes<Mask = u8> {
+pub(super) trait Lanes8: Lanes<Mask = u8> {
     /// Eight values.
     fn load(token: Self::Token, values: &[f64; 8]) -> Self;
     /// Two times four values.
@@ -70,11 +70,11 @@ pub(super) trait Eight: Lanes<Mask = u8> {
 
 /// Lanes for any machine.
 #[derive(Clone, Copy)]
-pub(super) struct Plain([f64; 8]);
+pub(super) struct Portable8([f64; 8]);
 
 macro_rules! plain {
     ($name:ident, $fn:ident, $op:tt) => {
-        impl $name for Plain {
+        impl $name for Portable8 {
             type Output = Self;
             #[inline(always)]
             fn $fn(mut self, other: Self) -> Self {
@@ -91,7 +91,7 @@ plain!(Sub, sub, -=);
 plain!(Mul, mul, *=);
 plain!(Div, div, /=);
 
-impl Lanes for Plain {
+impl Lanes for Portable8 {
     type Token = ();
     type Mask = u8;
 
@@ -158,7 +158,7 @@ impl Lanes for Plain {
     }
 }
 
-impl Eight for Plain {
+impl Lanes8 for Portable8 {
     #[inline(always)]
     fn load((): (), values: &[f64; 8]) -> Self {
         Self(*values)

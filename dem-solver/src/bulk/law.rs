@@ -4,8 +4,8 @@
 //! What a lane gives never depends on the other lanes: where some lanes take another branch, both are
 //! computed and each lane selects its own.
 
-use super::lanes::{Eight, Lanes, Mask};
-use crate::laws::linear::LinearPair;
+use crate::bulk::lanes::{Lanes, Lanes8, Mask};
+use crate::laws::coefficients::LinearPair;
 
 /// Change of δ² in one turn of the spring above which its length is restored with a root: below, what
 /// the series leaves out is 0.32 ε³, less than a rounding.
@@ -15,9 +15,9 @@ const NOTHING: f64 = 1e-150;
 
 /// Three components in several lanes.
 #[derive(Clone, Copy)]
-pub(super) struct Vec8<L>(pub(super) L, pub(super) L, pub(super) L);
+pub(super) struct Vec3Lanes<L>(pub(super) L, pub(super) L, pub(super) L);
 
-impl<L: Lanes> Vec8<L> {
+impl<L: Lanes> Vec3Lanes<L> {
     #[inline(always)]
     pub(super) fn dot(self, o: Self) -> L {
         self.2.times_plus(o.2, self.1.times_plus(o.1, self.0 * o.0))
@@ -70,7 +70,7 @@ impl<L: Lanes> Vec8<L> {
     }
 }
 
-impl<L: Eight> Vec8<L> {
+impl<L: Lanes8> Vec3Lanes<L> {
     #[inline(always)]
     pub(super) fn load(token: L::Token, from: &[[f64; 8]; 3]) -> Self {
         Self(L::load(token, &from[0]), L::load(token, &from[1]), L::load(token, &from[2]))
@@ -107,19 +107,19 @@ pub(super) struct LawLanes<L> {
 #[derive(Clone, Copy)]
 pub(super) struct Contact<L: Lanes> {
     /// Lanes that overlap.
-    pub(super) near: L::Mask,
+    pub(super) overlapping: L::Mask,
     /// Lanes that touched at the evaluation before.
     pub(super) before: L::Mask,
     /// Normal from the second to the first partner.
-    pub(super) n: Vec8<L>,
+    pub(super) n: Vec3Lanes<L>,
     /// Overlap, m.
     pub(super) overlap: L,
     /// Velocity of the first against the second centre, m/s.
-    pub(super) v: Vec8<L>,
+    pub(super) v: Vec3Lanes<L>,
     /// l_i ω_i + l_j ω_j, m/s.
-    pub(super) rolling: Vec8<L>,
+    pub(super) rolling: Vec3Lanes<L>,
     /// ω_i + ω_j, rad/s.
-    pub(super) spin: Vec8<L>,
+    pub(super) spin: Vec3Lanes<L>,
     /// One over the distance of the centres, 1/m; nothing at a wall, which does not turn.
     pub(super) inverse_distance: Option<L>,
     /// m*, kg.
@@ -138,9 +138,9 @@ pub(super) struct Answer<L: Lanes> {
     /// Lanes that bear a force.
     pub(super) touching: L::Mask,
     /// Force on the first partner, N.
-    pub(super) force: Vec8<L>,
+    pub(super) force: Vec3Lanes<L>,
     /// F_t × n, N: times a lever arm, the torque on either partner.
-    pub(super) moment: Vec8<L>,
+    pub(super) moment: Vec3Lanes<L>,
     /// dδ/dt, m/s.
     pub(super) rate: L,
 }
@@ -169,19 +169,19 @@ impl<L: Lanes> LawLanes<L> {
 
     /// |δ_t|², and a value that may be divided by.
     #[inline(always)]
-    pub(super) fn length2(&self, token: L::Token, spring: Vec8<L>) -> (L, L) {
+    pub(super) fn length2(&self, token: L::Token, spring: Vec3Lanes<L>) -> (L, L) {
         let length2 = spring.dot(spring);
         (length2, length2.select(L::splat(token, NOTHING).lt(length2), self.one))
     }
 
     /// Force, moment and the spring's step.
     #[inline(always)]
-    pub(super) fn resolve(&self, token: L::Token, c: &Contact<L>, spring: &mut Vec8<L>) -> Answer<L> {
+    pub(super) fn resolve(&self, token: L::Token, c: &Contact<L>, spring: &mut Vec3Lanes<L>) -> Answer<L> {
         let n = c.n;
         let rate = c.v.dot(n);
         // what begins within the step: interact::Onset
         let (mut slipped, mut dashpot) = (self.dt, self.one);
-        let begins = c.near & !c.before;
+        let begins = c.overlapping & !c.before;
         if begins.any() {
             let gap = self.zero - c.overlap;
             let within = begins & (rate * self.dt * L::splat(token, 1.001)).lt(gap);
@@ -192,7 +192,7 @@ impl<L: Lanes> LawLanes<L> {
         // F_n = max(0, m* (k overlap − γ dδ/dt)), eq. 15
         let push = c.mass * (rate * dashpot).times_from(self.damping, self.stiffness * c.overlap);
         let normal = push.max(self.zero);
-        let touching = c.near & self.zero.lt(normal);
+        let touching = c.overlapping & self.zero.lt(normal);
         let slip = n.scale_from(rate, c.v).minus(c.rolling.cross(n));
         let twist = self.half * n.dot(c.spin);
         let turn = match c.inverse_distance {
@@ -203,23 +203,23 @@ impl<L: Lanes> LawLanes<L> {
         let mut s = slip.scale_plus(slipped, carried);
         // F_t = −min(|k_t δ_t + γ_t v_t|, μ F_n) along itself, eq. 16
         let drag = slip.scale(dashpot * (self.tangential_damping * c.mass));
-        let mut pulled = s.scale_plus(self.tangential_stiffness * c.mass, drag);
-        let size2 = pulled.dot(pulled);
+        let mut tangential = s.scale_plus(self.tangential_stiffness * c.mass, drag);
+        let size2 = tangential.dot(tangential);
         let limit = self.friction * normal;
         let sliding = (limit * limit).lt(size2);
         if (sliding & touching).any() {
-            let cut = pulled.scale(limit / size2.sqrt());
-            pulled = cut.select(sliding, pulled);
+            let cut = tangential.scale(limit / size2.sqrt());
+            tangential = cut.select(sliding, tangential);
             if self.capped {
                 let held = cut.minus(drag).scale(c.inverse_mass * self.compliance);
                 s = held.select(sliding, s);
             }
         }
-        let zero = Vec8(self.zero, self.zero, self.zero);
+        let zero = Vec3Lanes(self.zero, self.zero, self.zero);
         *spring = s.select(touching, zero);
-        let pulled = pulled.select(touching, zero);
-        let force = n.scale(normal).minus(pulled).select(touching, zero);
-        let moment = n.cross(pulled).select(touching, zero);
+        let tangential = tangential.select(touching, zero);
+        let force = n.scale(normal).minus(tangential).select(touching, zero);
+        let moment = n.cross(tangential).select(touching, zero);
         Answer { touching, force, moment, rate }
     }
 
@@ -227,7 +227,7 @@ impl<L: Lanes> LawLanes<L> {
     /// ([`crate::laws::tangential::carry`]). The length changes by a part ε of 1e-6 and less in a sub-step,
     /// so 1/√(1 − ε) is a short series; lanes with a larger one take the root.
     #[inline(always)]
-    fn carry(&self, token: L::Token, c: &Contact<L>, s: Vec8<L>, turn: Vec8<L>) -> Vec8<L> {
+    fn carry(&self, token: L::Token, c: &Contact<L>, s: Vec3Lanes<L>, turn: Vec3Lanes<L>) -> Vec3Lanes<L> {
         let first = turn.cross(s);
         let turned = turn.cross(first).scale_plus(self.half, s.plus(first));
         let flat = c.n.scale_from(c.n.dot(turned), turned);
@@ -237,7 +237,7 @@ impl<L: Lanes> LawLanes<L> {
         let mut grow = lost.times_plus(lost.times_plus(k(0.375), self.half), self.one);
         let limit = k(SERIES);
         let far = limit.lt(lost) | lost.lt(self.zero - limit);
-        if (far & c.near).any() {
+        if (far & c.overlapping).any() {
             let some = self.zero.lt(flat2);
             let root = (c.length2 / flat2).sqrt().select(some, self.zero);
             grow = root.select(far, grow);

@@ -1,10 +1,10 @@
 //! Contacts between grains, sixteen at a time.
 
-use super::duo::Duo;
-use super::lanes::{Eight, Lanes, Mask};
-use super::law::{Contact, LawLanes, Vec8};
-use super::row::{Pack, Push, Row};
-use super::seen::Seen;
+use crate::bulk::lane_pair::LanePair;
+use crate::bulk::lanes::{Lanes, Lanes8, Mask};
+use crate::bulk::law::{Contact, LawLanes, Vec3Lanes};
+use crate::bulk::observed::Observed;
+use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord};
 
 /// Nearest images along periodic axes: d − L round(d/L), the rounding by adding and taking away
 /// 1.5 × 2⁵², so that d and −d give the same.
@@ -43,7 +43,13 @@ struct Signs<L> {
 
 /// Differences of centres and velocities, sums of radii and inverse masses, as columns.
 #[inline(always)]
-fn apart<L: Eight>(token: L::Token, signs: &Signs<L>, pack: &Pack, own: &[Row], second: &[Row]) -> [L; 8] {
+fn apart<L: Lanes8>(
+    token: L::Token,
+    signs: &Signs<L>,
+    pack: &ContactPack,
+    own: &[GrainRecord],
+    second: &[GrainRecord],
+) -> [L; 8] {
     let mut rows = [signs.apart; 8];
     for (k, row) in rows.iter_mut().enumerate() {
         let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
@@ -55,7 +61,13 @@ fn apart<L: Eight>(token: L::Token, signs: &Signs<L>, pack: &Pack, own: &[Row], 
 
 /// Sums of spins and radii, then their differences, as columns.
 #[inline(always)]
-fn around<L: Eight>(token: L::Token, signs: &Signs<L>, pack: &Pack, own: &[Row], second: &[Row]) -> [L; 8] {
+fn around<L: Lanes8>(
+    token: L::Token,
+    signs: &Signs<L>,
+    pack: &ContactPack,
+    own: &[GrainRecord],
+    second: &[GrainRecord],
+) -> [L; 8] {
     let mut rows = [signs.around; 8];
     for (k, row) in rows.iter_mut().enumerate() {
         let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
@@ -65,25 +77,25 @@ fn around<L: Eight>(token: L::Token, signs: &Signs<L>, pack: &Pack, own: &[Row],
 }
 
 #[inline(always)]
-fn side_by_side<L: Copy>(a: [L; 8], b: [L; 8]) -> [Duo<L>; 8] {
-    std::array::from_fn(|k| Duo(a[k], b[k]))
+fn side_by_side<L: Copy>(a: [L; 8], b: [L; 8]) -> [LanePair<L>; 8] {
+    std::array::from_fn(|k| LanePair(a[k], b[k]))
 }
 
 /// Adds the forces of all packs, whose number is even, to `push`. With `CROSS`, second partners are rows
 /// of `others` and get nothing; else they are rows of `own`.
 #[inline(always)]
-pub(super) fn pair_forces<L: Eight, const PERIODIC: bool, const CROSS: bool>(
+pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
     token: L::Token,
-    law: &LawLanes<Duo<L>>,
-    images: &Images<Duo<L>>,
-    packs: &mut [Pack],
-    own: &[Row],
-    others: &[Row],
-    push: &mut [Push],
-    seen: &mut Seen,
+    law: &LawLanes<LanePair<L>>,
+    images: &Images<LanePair<L>>,
+    packs: &mut [ContactPack],
+    own: &[GrainRecord],
+    others: &[GrainRecord],
+    push: &mut [ForceTorque],
+    observed: &mut Observed,
 ) {
     let second = if CROSS { others } else { own };
-    let nearly = Duo::splat(token, 1.0 + 1e-12);
+    let nearly = LanePair::splat(token, 1.0 + 1e-12);
     let signs = Signs {
         apart: L::load(token, &[-1.0, -1.0, -1.0, 1.0, -1.0, -1.0, -1.0, 1.0]),
         around: L::load(token, &[1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]),
@@ -98,34 +110,34 @@ pub(super) fn pair_forces<L: Eight, const PERIODIC: bool, const CROSS: bool>(
             dy = images.nearest(1, dy);
             dz = images.nearest(2, dz);
         }
-        let d = Vec8(dx, dy, dz);
+        let d = Vec3Lanes(dx, dy, dz);
         let distance2 = d.dot(d);
         if !distance2.lt(reach * reach * nearly).any() && p.touching | q.touching == 0 {
             continue;
         }
         let distance = distance2.sqrt();
         let overlap = reach - distance;
-        let near = law.zero.lt(overlap);
+        let overlapping = law.zero.lt(overlap);
         deepest = overlap.max(deepest);
         let [sx, sy, sz, _, ex, ey, ez, differ] =
             side_by_side(around(token, &signs, p, own, second), around(token, &signs, q, own, second));
         // lever arms (base ± (r_i − r_j))/2 with base r_i + r_j or the distance
         let base = law.half * if law.at_contact_point { distance } else { reach };
         let differ = law.half * differ;
-        let (sum, difference) = (Vec8(sx, sy, sz), Vec8(ex, ey, ez));
-        let (ps, qs) = (Vec8::load(token, &p.spring), Vec8::load(token, &q.spring));
-        let mut spring = Vec8(Duo(ps.0, qs.0), Duo(ps.1, qs.1), Duo(ps.2, qs.2));
+        let (sum, difference) = (Vec3Lanes(sx, sy, sz), Vec3Lanes(ex, ey, ez));
+        let (ps, qs) = (Vec3Lanes::load(token, &p.spring), Vec3Lanes::load(token, &q.spring));
+        let mut spring = Vec3Lanes(LanePair(ps.0, qs.0), LanePair(ps.1, qs.1), LanePair(ps.2, qs.2));
         let (length2, divisor) = law.length2(token, spring);
         // one division for three: 1/(|d| · 1/m* · |δ_t|²)
         let (mass_divisor, distance_divisor) = (inverse_mass * divisor, distance * divisor);
         let one = law.one / (distance * mass_divisor);
         let inverse_distance = one * mass_divisor;
         let contact = Contact {
-            near,
-            before: Duo(p.touching, q.touching),
+            overlapping,
+            before: LanePair(p.touching, q.touching),
             n: d.scale(inverse_distance),
             overlap,
-            v: Vec8(vx, vy, vz),
+            v: Vec3Lanes(vx, vy, vz),
             rolling: sum.scale_plus(base, difference.scale(differ)),
             spin: sum,
             inverse_distance: Some(inverse_distance),
@@ -135,49 +147,49 @@ pub(super) fn pair_forces<L: Eight, const PERIODIC: bool, const CROSS: bool>(
             length2,
         };
         let answer = law.resolve(token, &contact, &mut spring);
-        Vec8(spring.0.0, spring.1.0, spring.2.0).store(&mut p.spring);
-        Vec8(spring.0.1, spring.1.1, spring.2.1).store(&mut q.spring);
+        Vec3Lanes(spring.0.0, spring.1.0, spring.2.0).store(&mut p.spring);
+        Vec3Lanes(spring.0.1, spring.1.1, spring.2.1).store(&mut q.spring);
         let touching = answer.touching;
-        if touching != Duo(p.touching, q.touching) {
+        if touching != LanePair(p.touching, q.touching) {
             for (pack, touching, lanes) in
                 [(&mut *p, touching.0, answer.rate.0), (&mut *q, touching.1, answer.rate.1)]
             {
-                let mut rate = super::row::Push([0.0; 8]);
+                let mut rate = super::records::ForceTorque([0.0; 8]);
                 lanes.store(&mut rate.0);
-                seen.pair_event(pack, touching, &rate.0, CROSS);
+                observed.pair_event(pack, touching, &rate.0, CROSS);
                 pack.touching = touching;
             }
         }
         let (f, m) = (answer.force, answer.moment);
         let (arm_i, arm_j) = (base + differ, base - differ);
         if touching.0 != 0 {
-            seen.contacts += touching.0.count_ones() * if CROSS { 1 } else { 2 };
-            let (f, m) = (Vec8(f.0.0, f.1.0, f.2.0), Vec8(m.0.0, m.1.0, m.2.0));
-            hand_out::<L, CROSS>(token, law.zero.0, p, push, f, m, arm_i.0, arm_j.0);
+            observed.contacts += touching.0.count_ones() * if CROSS { 1 } else { 2 };
+            let (f, m) = (Vec3Lanes(f.0.0, f.1.0, f.2.0), Vec3Lanes(m.0.0, m.1.0, m.2.0));
+            scatter::<L, CROSS>(token, law.zero.0, p, push, f, m, arm_i.0, arm_j.0);
         }
         if touching.1 != 0 {
-            seen.contacts += touching.1.count_ones() * if CROSS { 1 } else { 2 };
-            let (f, m) = (Vec8(f.0.1, f.1.1, f.2.1), Vec8(m.0.1, m.1.1, m.2.1));
-            hand_out::<L, CROSS>(token, law.zero.0, q, push, f, m, arm_i.1, arm_j.1);
+            observed.contacts += touching.1.count_ones() * if CROSS { 1 } else { 2 };
+            let (f, m) = (Vec3Lanes(f.0.1, f.1.1, f.2.1), Vec3Lanes(m.0.1, m.1.1, m.2.1));
+            scatter::<L, CROSS>(token, law.zero.0, q, push, f, m, arm_i.1, arm_j.1);
         }
     }
     for lanes in [deepest.0, deepest.1] {
         let mut depth = [0.0; 8];
         lanes.store(&mut depth);
-        seen.overlap = depth.iter().copied().fold(seen.overlap, f64::max);
+        observed.overlap = depth.iter().copied().fold(observed.overlap, f64::max);
     }
 }
 
 /// Adds forces `f` and torques arm × `m` of a pack to its grains, lane by lane: the order of a sum must not
 /// depend on where a pack begins.
 #[inline(always)]
-fn hand_out<L: Eight, const CROSS: bool>(
+fn scatter<L: Lanes8, const CROSS: bool>(
     token: L::Token,
     z: L,
-    pack: &Pack,
-    push: &mut [Push],
-    f: Vec8<L>,
-    m: Vec8<L>,
+    pack: &ContactPack,
+    push: &mut [ForceTorque],
+    f: Vec3Lanes<L>,
+    m: Vec3Lanes<L>,
     arm_i: L,
     arm_j: L,
 ) {
@@ -199,7 +211,7 @@ fn hand_out<L: Eight, const CROSS: bool>(
 
 /// Adds eight numbers to one grain's.
 #[inline(always)]
-pub(super) fn add<L: Eight>(token: L::Token, push: &mut [Push], i: usize, what: L) {
+pub(super) fn add<L: Lanes8>(token: L::Token, push: &mut [ForceTorque], i: usize, what: L) {
     let to = &mut push[i].0;
     (L::load(token, to) + what).store(to);
 }

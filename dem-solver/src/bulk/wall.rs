@@ -1,11 +1,11 @@
 //! Contacts with walls: the law of pairs with the plane's normal, eight grains at one wall at a time.
 
-use super::lanes::Eight;
-use super::law::{Contact, LawLanes, Vec8};
-use super::pair::add;
-use super::row::{Pack, Push, Row};
-use super::seen::Seen;
-use crate::laws::linear::LinearPair;
+use crate::bulk::lanes::Lanes8;
+use crate::bulk::law::{Contact, LawLanes, Vec3Lanes};
+use crate::bulk::observed::Observed;
+use crate::bulk::pair::add;
+use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord};
+use crate::laws::coefficients::LinearPair;
 use crate::laws::walls::Plane;
 
 /// A wall as the kernel sees it, at the start of a sub-step.
@@ -29,14 +29,14 @@ impl Wall {
 
 /// Adds the forces of all wall contacts to `push` at time `t`.
 #[inline(always)]
-pub(super) fn wall_forces<L: Eight>(
+pub(super) fn wall_forces<L: Lanes8>(
     token: L::Token,
     walls: &[Wall],
     (t, dt): (f64, f64),
-    packs: &mut [Pack],
-    own: &[Row],
-    push: &mut [Push],
-    seen: &mut Seen,
+    packs: &mut [ContactPack],
+    own: &[GrainRecord],
+    push: &mut [ForceTorque],
+    observed: &mut Observed,
 ) {
     let Some(first) = packs.first() else { return };
     let mut at = first.wall;
@@ -52,41 +52,41 @@ pub(super) fn wall_forces<L: Eight>(
             pack.spring = [[0.0; 8]; 3];
             continue;
         }
-        let n = Vec8::splat(token, plane.normal.into());
+        let n = Vec3Lanes::splat(token, plane.normal.into());
         let mut rows = [law.zero; 8];
         for (row, i) in rows.iter_mut().zip(pack.i) {
             *row = L::load(token, &own[i as usize].a);
         }
         let [x, y, z, r, vx, vy, vz, inverse_mass] = L::transpose(rows);
-        let apart = Vec8(x, y, z).minus(Vec8::splat(token, plane.point.into()));
+        let apart = Vec3Lanes(x, y, z).minus(Vec3Lanes::splat(token, plane.point.into()));
         let moved = L::splat(token, plane.velocity.dot(&plane.normal) * t);
         let distance = apart.dot(n) - moved;
         let overlap = r - distance;
         // a lane without a grain has no radius and no mass
-        let near = law.zero.lt(overlap) & law.zero.lt(r);
-        if near == 0 && pack.touching == 0 {
+        let overlapping = law.zero.lt(overlap) & law.zero.lt(r);
+        if overlapping == 0 && pack.touching == 0 {
             continue;
         }
         let mut deep = [0.0; 8];
-        overlap.select(near, law.zero).store(&mut deep);
-        seen.overlap = deep.iter().copied().fold(seen.overlap, f64::max);
+        overlap.select(overlapping, law.zero).store(&mut deep);
+        observed.overlap = deep.iter().copied().fold(observed.overlap, f64::max);
         let none = [0.0; 4];
         let mut spins = [law.zero; 8];
         for (spin, i) in spins.iter_mut().zip(pack.i) {
             *spin = L::load_halves(token, &own[i as usize].b, &none);
         }
         let [ax, ay, az, ..] = L::transpose(spins);
-        let w = Vec8(ax, ay, az);
+        let w = Vec3Lanes(ax, ay, az);
         let arm = if law.at_contact_point { distance } else { r };
-        let mut spring = Vec8::load(token, &pack.spring);
+        let mut spring = Vec3Lanes::load(token, &pack.spring);
         let (length2, divisor) = law.length2(token, spring);
         let one = L::splat(token, 1.0) / (inverse_mass * divisor);
         let contact = Contact {
-            near,
+            overlapping,
             before: pack.touching,
             n,
             overlap,
-            v: Vec8(vx, vy, vz).minus(Vec8::splat(token, plane.velocity.into())),
+            v: Vec3Lanes(vx, vy, vz).minus(Vec3Lanes::splat(token, plane.velocity.into())),
             rolling: w.scale(arm),
             spin: w,
             inverse_distance: None,
@@ -100,13 +100,13 @@ pub(super) fn wall_forces<L: Eight>(
         if answer.touching != pack.touching {
             let mut rate = [0.0; 8];
             answer.rate.store(&mut rate);
-            seen.wall_event(pack, answer.touching, &rate);
+            observed.wall_event(pack, answer.touching, &rate);
             pack.touching = answer.touching;
         }
         if answer.touching == 0 {
             continue;
         }
-        seen.contacts += 2 * answer.touching.count_ones();
+        observed.contacts += 2 * answer.touching.count_ones();
         let (f, t, zero) = (answer.force, answer.moment.scale(arm), law.zero);
         let first = L::transpose([f.0, f.1, f.2, zero, t.0, t.1, t.2, zero]);
         for (i, what) in pack.i.iter().zip(first) {

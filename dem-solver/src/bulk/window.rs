@@ -1,16 +1,18 @@
 //! Start and end of a window: between two windows the state is in [`Grains`], in the grains' own
 //! numbers, and in the springs.
 
-use super::advance::Drive;
-use super::block::Block;
-use super::list::History;
-use super::order::order;
-use super::row::Row;
-use super::skin::Skin;
-use super::stretch::{Blocks, mine, only};
-use super::{Bulk, SIZE};
-use crate::Vec3;
+use crate::bulk::batch::Blocks;
+use crate::bulk::block::Block;
+use crate::bulk::engine::Bulk;
+use crate::bulk::integrate::BodyForce;
+use crate::bulk::records::GrainRecord;
+use crate::bulk::records::History;
+use crate::bulk::records::SIZE;
+use crate::bulk::skins::Skin;
+use crate::bulk::spatial_order::order;
+use crate::bulk::sync::{mutex_mut, rwlock_mut};
 use crate::grains::{Grains, Response};
+use crate::motion::Vec3;
 use crate::report::Observations;
 use crate::state::{SavedContact, State};
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -50,7 +52,7 @@ impl Bulk {
         } else if self.observed != wanted.observations {
             let (pairs, walls) = self.contacts();
             self.observed = wanted.observations;
-            self.lay_down(grains);
+            self.deactivate(grains);
             self.take(&pairs, &walls);
         }
         if let Some(response) = response {
@@ -62,12 +64,12 @@ impl Bulk {
         }
         let (mut fastest, mut moved) = (0.0f64, false);
         self.lists.skins.resize(self.blocks.block.len(), Skin::default());
-        let asleep = self.blocks.asleep();
+        let inactive = self.blocks.inactive();
         for (b, (block, rows)) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows).enumerate() {
             let [now, other] = rows;
             let (block, [now, other]) =
-                (mine(block), if self.now == 0 { [now, other] } else { [other, now] });
-            let rows = only(now);
+                (mutex_mut(block), if self.now == 0 { [now, other] } else { [other, now] });
+            let rows = rwlock_mut(now);
             let (n, mut speed2) = (block.len(), 0.0f64);
             let order = &self.order[block.first as usize..][..n];
             for (row, &i) in rows[..n].iter_mut().zip(order) {
@@ -80,12 +82,12 @@ impl Bulk {
                 speed2 = speed2.max(v.norm_squared());
             }
             self.lists.skins[b].speed = speed2.sqrt();
-            self.lists.skins[b].lately = self.lists.skins[b].lately.max(speed2.sqrt());
+            self.lists.skins[b].recent_speed = self.lists.skins[b].recent_speed.max(speed2.sqrt());
             fastest = fastest.max(speed2);
-            block.seen.clear(if wanted.observations { n } else { 0 });
+            block.observed.clear(if wanted.observations { n } else { 0 });
             block.orientation.clear();
-            if b < asleep {
-                only(other).clone_from(rows); // nobody will
+            if b < inactive {
+                rwlock_mut(other).clone_from(rows); // nobody will
             } else if wanted.orientation {
                 let turned = order.iter().map(|&i| &grains.orientation[i as usize]);
                 block.orientation.extend(turned.map(|q| [q.w, q.i, q.j, q.k]));
@@ -98,9 +100,9 @@ impl Bulk {
 
     /// Hands the state back, positions within the period.
     pub(crate) fn end(&mut self, grains: &mut Grains) {
-        let periods = self.wrapping();
+        let periods = self.periods;
         for (block, rows) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows) {
-            let (block, rows) = (mine(block), only(&mut rows[self.now]));
+            let (block, rows) = (mutex_mut(block), rwlock_mut(&mut rows[self.now]));
             let n = block.len();
             let order = &self.order[block.first as usize..][..n];
             for (row, &i) in rows[..n].iter_mut().zip(order) {
@@ -120,18 +122,18 @@ impl Bulk {
 
     /// Per-grain observations of the window, in sums over its sub-steps; gaps of overlapping pairs at its
     /// end `t`.
-    pub(crate) fn observe(&mut self, seen: &mut Observations, (t, dt): (f64, f64)) {
+    pub(crate) fn observe(&mut self, observed: &mut Observations, (t, dt): (f64, f64)) {
         if !self.holds() {
             self.build(t, dt);
         }
-        let (periods, mut listed) = (self.wrapping(), History::default());
+        let (periods, mut listed) = (self.periods, History::default());
         for b in 0..self.blocks.block.len() {
-            let block = mine(&mut self.blocks.block[b]);
+            let block = mutex_mut(&mut self.blocks.block[b]);
             let first = block.first as usize;
-            for (k, (force, speeds)) in block.seen.force.iter().zip(&block.seen.speeds).enumerate() {
+            for (k, (force, speeds)) in block.observed.force.iter().zip(&block.observed.speeds).enumerate() {
                 let i = self.order[first + k] as usize;
-                seen.mean_contact[i] = Vec3::new(force[0], force[1], force[2]);
-                (seen.impact_speed[i], seen.rebound_speed[i]) = (speeds[0], speeds[1]);
+                observed.mean_contact[i] = Vec3::new(force[0], force[1], force[2]);
+                (observed.impact_speed[i], observed.rebound_speed[i]) = (speeds[0], speeds[1]);
             }
             block.history(SIZE as u32, true, &mut listed);
             let near: Vec<(u32, u32)> =
@@ -142,7 +144,7 @@ impl Bulk {
                 let gap = apart.norm() - a.radius() - b.radius();
                 if gap <= 0.0 {
                     for place in [first + i as usize, j as usize] {
-                        let nearest = &mut seen.gap_end[self.order[place] as usize];
+                        let nearest = &mut observed.gap_end[self.order[place] as usize];
                         *nearest = nearest.min(gap);
                     }
                 }
@@ -150,9 +152,9 @@ impl Bulk {
         }
     }
 
-    /// Row of the grain at a place of the order.
-    fn row(&mut self, place: usize) -> Row {
-        only(&mut self.blocks.rows[place / SIZE][self.now])[place % SIZE]
+    /// GrainRecord of the grain at a place of the order.
+    fn row(&mut self, place: usize) -> GrainRecord {
+        rwlock_mut(&mut self.blocks.rows[place / SIZE][self.now])[place % SIZE]
     }
 
     /// Puts the grains into blocks in a new order.
@@ -161,24 +163,24 @@ impl Bulk {
         for (b, numbers) in order.chunks(SIZE).enumerate() {
             let mut block = Block { first: (b * SIZE) as u32, ..Block::default() };
             let of = |&i: &u32| {
-                let (mut row, r) = (Row::NONE, grains.radius[i as usize]);
+                let (mut row, r) = (GrainRecord::NONE, grains.radius[i as usize]);
                 (row.a[3], row.b[3]) = (r, r);
                 // no place yet: the first window finds all grains moved
                 row.a[0] = f64::NAN;
                 row
             };
-            let mut own: Vec<Row> = numbers.iter().map(of).collect();
-            own.push(Row::NONE);
+            let mut own: Vec<GrainRecord> = numbers.iter().map(of).collect();
+            own.push(GrainRecord::NONE);
             block.inverse_inertia = vec![0.0; numbers.len()];
-            let given = (0u16..).zip(numbers).filter(|(_, i)| !grains.responds(**i as usize));
-            block.given = given.map(|(k, &i)| (k, grains.motion[i as usize])).collect();
+            let prescribed = (0u16..).zip(numbers).filter(|(_, i)| !grains.responds(**i as usize));
+            block.prescribed = prescribed.map(|(k, &i)| (k, grains.motion[i as usize])).collect();
             rows.push([own.clone().into(), own.into()]);
             blocks.push(block.into());
         }
         (self.order, self.order_travel, self.now) = (order, travel, 0);
         self.blocks = Blocks::new(rows, blocks, 0);
         self.lists.skins.clear();
-        self.lay_down(grains);
+        self.deactivate(grains);
     }
 
     /// Numbers of the grains in a new order: fixed ones first, as many as fill blocks of their own.
@@ -200,11 +202,11 @@ impl Bulk {
         first
     }
 
-    /// Lets those blocks sleep that may.
-    fn lay_down(&mut self, grains: &Grains) {
+    /// Takes those blocks out that may be.
+    fn deactivate(&mut self, grains: &Grains) {
         let fixed = |numbers: &&[u32]| numbers.iter().all(|&i| grains.is_fixed(i as usize));
-        let asleep = if self.observed { 0 } else { self.order.chunks(SIZE).take_while(fixed).count() };
-        self.blocks.lay_down(asleep);
+        let inactive = if self.observed { 0 } else { self.order.chunks(SIZE).take_while(fixed).count() };
+        self.blocks.deactivate(inactive);
         self.valid = false;
     }
 
@@ -218,16 +220,16 @@ impl Bulk {
     fn set_loads(&mut self, grains: &Grains, response: &Response) {
         let order = &self.order;
         for (block, rows) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows) {
-            let block = mine(block);
+            let block = mutex_mut(block);
             let order = &order[block.first as usize..][..block.len()];
             block.drive.clear();
             for (k, &i) in order.iter().enumerate() {
                 let i = i as usize;
                 for rows in &mut *rows {
-                    only(rows)[k].a[7] = response.contact_inverse_mass[i];
+                    rwlock_mut(rows)[k].a[7] = response.contact_inverse_mass[i];
                 }
                 block.inverse_inertia[k] = response.inverse_inertia[i].max();
-                block.drive.push(Drive::new(
+                block.drive.push(BodyForce::new(
                     [&response.acceleration[i], &response.spin_acceleration[i]],
                     [&grains.translation[i], &grains.rotation[i]],
                 ));
@@ -242,7 +244,7 @@ impl Bulk {
         self.set_loads(grains, &response);
         let order = &self.order;
         for block in &mut self.blocks.block {
-            let block = mine(block);
+            let block = mutex_mut(block);
             let mut moving = order[block.first as usize..][..block.len()]
                 .iter()
                 .map(|&i| i as usize)
@@ -251,7 +253,7 @@ impl Bulk {
             let Some((free, turns)) = moving.next() else { continue };
             if moving.all(|other| other == (free, turns)) {
                 let fall = gravity.component_mul(&free);
-                let one = Drive::new([&fall, &Vec3::zeros()], [&free, &turns]);
+                let one = BodyForce::new([&fall, &Vec3::zeros()], [&free, &turns]);
                 block.drive = vec![one];
             }
         }

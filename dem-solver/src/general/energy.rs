@@ -1,6 +1,6 @@
 //! What contacts take out of the motion, told apart: dashpots along the normal and the tangent, sliding.
 //!
-//! Together with the kinetic energy, the energy of the springs ([`Dem::elastic_energy`]) and that of
+//! Together with the kinetic energy, the energy of the springs ([`crate::Dem::elastic_energy`]) and that of
 //! gravity the sum is constant but for the error of the sub-step: an account that each part of the law
 //! must settle by its own formula.
 //!
@@ -15,38 +15,18 @@
 //! Kept by the general engine for linear contacts only, and only where asked for. Work of walls and grains
 //! that are moved from outside is no part of it.
 
-use crate::Vec3;
-use crate::general::forces::{Frame, Relative};
-use crate::general::integrate::Integrator;
+use crate::general::contact::{Frame, Relative};
 use crate::grains::Grains;
-use crate::laws::table::{ContactLaw, LinearPair};
+use crate::laws::coefficients::LinearPair;
+use crate::laws::table::ContactLaw;
 use crate::laws::tangential::Sliding;
-use crate::solver::Dem;
+use crate::motion::Vec3;
+use crate::report::Dissipated;
 use crate::spec::DemSpec;
-use serde::{Deserialize, Serialize};
-
-/// Energy taken by contacts since the start, J (per unit length for discs).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Dissipated {
-    /// By dashpots along the normal.
-    pub normal: f64,
-    /// By dashpots along the tangent.
-    pub tangential: f64,
-    /// By sliding.
-    pub sliding: f64,
-}
-
-impl Dissipated {
-    /// Sum of all.
-    #[must_use]
-    pub fn total(&self) -> f64 {
-        self.normal + self.tangential + self.sliding
-    }
-}
+use crate::spec::Integrator;
 
 /// What keeps a checked spec from having an account; none if nothing does.
-#[must_use]
-pub fn prevents(spec: &DemSpec) -> Option<&'static str> {
+pub(crate) fn prevents(spec: &DemSpec) -> Option<&'static str> {
     let linear = |law: &ContactLaw| match law {
         ContactLaw::LinearSpringDashpot(law) => law.sliding == Sliding::Capped && law.rolling.is_none(),
         _ => false,
@@ -85,7 +65,7 @@ struct Dashpots {
 
 /// The account of a run.
 #[derive(Clone, Debug, Default)]
-pub struct Account {
+pub(crate) struct Account {
     pub(crate) lost: Dissipated,
     dashpots: Vec<Dashpots>,
     before: (Vec<Vec3>, Vec<Vec3>),
@@ -160,25 +140,5 @@ impl Account {
                 self.lost.tangential -= 0.5 * h * dashpots.across.dot(&slip);
             }
         }
-    }
-}
-
-impl Dem {
-    /// What contacts have taken since the start, where [`DemSpec::energy`] asked for an account.
-    #[must_use]
-    pub fn dissipated(&self) -> Option<Dissipated> {
-        self.account.as_ref().map(|account| account.lost)
-    }
-
-    /// Energy of gravity, J: −Σ m g·x over the grains that forces move, with x followed through periodic
-    /// faces; zero at the origin.
-    #[must_use]
-    pub fn potential_energy(&self) -> f64 {
-        let g = &self.grains;
-        let fall = |i: usize| {
-            let x = self.scene().periods.unwrap(&g.position[i], &g.image[i]);
-            -g.mass[i] * self.gravity().dot(&x)
-        };
-        (0..g.len()).filter(|&i| g.responds(i)).map(fall).sum()
     }
 }

@@ -1,7 +1,9 @@
 //! The general engine: all laws, lubrication and integrators.
 
-pub mod energy;
-pub mod forces;
-pub mod integrate;
-pub mod lists;
-pub mod rk3;
+pub(crate) mod contact;
+pub(crate) mod energy;
+pub(crate) mod engine;
+pub(crate) mod evaluation;
+pub(crate) mod forces;
+mod integrate;
+mod rk3;

@@ -3,15 +3,17 @@
 //! tangential springs. Orientations turn by the weighted spin (1, 1, 4)/6, third order about a fixed
 //! axis; spheres do not feel theirs.
 
-use crate::Vec3;
-use crate::general::forces::SpringStep;
-use crate::general::integrate::{Speed, kick, rotate};
-use crate::general::lists::ContactList;
-use crate::solver::Dem;
+use crate::general::contact::SpringStep;
+use crate::general::evaluation::{Evaluation, Window};
+use crate::general::integrate::Speed;
+use crate::grains::Grains;
+use crate::motion::{Vec3, rotate};
+use crate::search::contact_list::ContactList;
+use crate::search::lists::Neighbours;
 
 /// The state at the start of the sub-step, and the spin for the orientations.
 #[derive(Clone, Debug, Default)]
-pub struct Start {
+pub(super) struct Rk3 {
     position: Vec<Vec3>,
     velocity: Vec<Vec3>,
     spin: Vec<Vec3>,
@@ -22,59 +24,64 @@ pub struct Start {
     mean_spin: Vec<Vec3>,
 }
 
-impl Start {
-    fn take(&mut self, dem: &Dem) {
-        self.position.clone_from(&dem.grains.position);
-        self.velocity.clone_from(&dem.grains.velocity);
-        self.spin.clone_from(&dem.grains.spin);
-        self.pair_spring.clone_from(&dem.lists.pairs.spring);
-        self.wall_spring.clone_from(&dem.lists.walls.spring);
-        self.pair_rolling.clone_from(&dem.lists.pairs.rolling);
-        self.wall_rolling.clone_from(&dem.lists.walls.rolling);
-        self.mean_spin.clear();
-        self.mean_spin.resize(dem.grains.len(), Vec3::zeros());
-    }
-}
-
 /// Time of each stage, weight of the old state, weight of the stage's slope in the whole step.
 const STAGES: [(f64, f64, f64); 3] =
     [(0.0, 0.0, 1.0 / 6.0), (1.0, 0.75, 1.0 / 6.0), (0.5, 1.0 / 3.0, 2.0 / 3.0)];
 
-/// Advances all grains by `dt` from time `t`; returns the speed at the end.
-pub fn substep(dem: &mut Dem, t: f64, dt: f64) -> Speed {
-    let mut start = std::mem::take(&mut dem.rk3);
-    start.take(dem);
-    let mut speed = Speed { largest2: 0.0, finite: true };
-    for (at, old, share) in STAGES {
-        let time = t + at * dt;
-        dem.set_prescribed(time);
-        dem.evaluate(time, dt, SpringStep::After);
-        dem.tally(share);
-        for i in 0..dem.grains.len() {
-            start.mean_spin[i] += dem.grains.spin[i] * share;
-            dem.grains.position[i] += dem.grains.velocity[i] * dt;
+impl Rk3 {
+    fn start(&mut self, grains: &Grains, lists: &Neighbours) {
+        self.position.clone_from(&grains.position);
+        self.velocity.clone_from(&grains.velocity);
+        self.spin.clone_from(&grains.spin);
+        self.pair_spring.clone_from(&lists.pairs.spring);
+        self.wall_spring.clone_from(&lists.walls.spring);
+        self.pair_rolling.clone_from(&lists.pairs.rolling);
+        self.wall_rolling.clone_from(&lists.walls.rolling);
+        self.mean_spin.clear();
+        self.mean_spin.resize(grains.len(), Vec3::zeros());
+    }
+
+    /// Advances all grains by `dt` from time `t`; returns the speed at the end.
+    pub(super) fn substep(
+        &mut self,
+        evaluation: &mut Evaluation,
+        window: &mut Window<'_>,
+        t: f64,
+        dt: f64,
+    ) -> Speed {
+        self.start(window.grains, &evaluation.lists);
+        let mut speed = Speed { largest2: 0.0, finite: true };
+        for (at, old, weight) in STAGES {
+            let time = t + at * dt;
+            evaluation.set_prescribed(window.grains, time);
+            evaluation.evaluate(window, time, dt, SpringStep::After);
+            evaluation.tally(window.observed, weight);
+            let grains = &mut *window.grains;
+            for i in 0..grains.len() {
+                self.mean_spin[i] += grains.spin[i] * weight;
+                grains.position[i] += grains.velocity[i] * dt;
+            }
+            speed = evaluation.kick(dt, grains, window.response);
+            blend(&mut grains.position, &self.position, old);
+            blend(&mut grains.velocity, &self.velocity, old);
+            blend(&mut grains.spin, &self.spin, old);
+            let Neighbours { pairs, walls, .. } = &mut evaluation.lists;
+            blend(&mut pairs.spring, &self.pair_spring, old);
+            blend(&mut walls.spring, &self.wall_spring, old);
+            blend(&mut pairs.rolling, &self.pair_rolling, old);
+            blend(&mut walls.rolling, &self.wall_rolling, old);
         }
-        let film = dem.film_is_explicit().then_some(&dem.forces.film[..]);
-        speed = kick(dt, &mut dem.grains, &dem.response, &dem.forces.contact, &dem.forces.torque, film);
-        blend(&mut dem.grains.position, &start.position, old);
-        blend(&mut dem.grains.velocity, &start.velocity, old);
-        blend(&mut dem.grains.spin, &start.spin, old);
-        blend(&mut dem.lists.pairs.spring, &start.pair_spring, old);
-        blend(&mut dem.lists.walls.spring, &start.wall_spring, old);
-        blend(&mut dem.lists.pairs.rolling, &start.pair_rolling, old);
-        blend(&mut dem.lists.walls.rolling, &start.wall_rolling, old);
+        forget(&mut evaluation.lists.pairs);
+        forget(&mut evaluation.lists.walls);
+        evaluation.set_prescribed(window.grains, t + dt);
+        for (orientation, spin) in window.grains.orientation.iter_mut().zip(&self.mean_spin) {
+            rotate(orientation, spin, dt);
+        }
+        speed
     }
-    forget(&mut dem.lists.pairs);
-    forget(&mut dem.lists.walls);
-    dem.set_prescribed(t + dt);
-    for i in 0..dem.grains.len() {
-        rotate(&mut dem.grains.orientation[i], &start.mean_spin[i], dt);
-    }
-    dem.rk3 = start;
-    speed
 }
 
-/// A contact that ended within the sub-step keeps no share of its old spring.
+/// A contact that ended within the sub-step keeps nothing of its old spring.
 fn forget(list: &mut ContactList) {
     for ((spring, rolling), touching) in list.spring.iter_mut().zip(&mut list.rolling).zip(&list.touching) {
         if !touching {

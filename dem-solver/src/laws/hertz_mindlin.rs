@@ -22,7 +22,8 @@
 //! the slower it is. The scene names the largest speed to resolve, `impact_speed`.
 
 use crate::error::SpecError;
-use crate::laws::linear::{LeverArm, LinearPair, RestitutionForm, default_damping_ratio};
+use crate::laws::coefficients::LinearPair;
+use crate::laws::linear::{LeverArm, RestitutionForm, default_damping_ratio};
 use crate::laws::rolling::Rolling;
 use crate::laws::tangential::Sliding;
 use schemars::JsonSchema;

@@ -19,6 +19,7 @@
 //! as infinite masses.
 
 use crate::error::SpecError;
+use crate::laws::coefficients::LinearPair;
 use crate::laws::rolling::Rolling;
 use crate::laws::tangential::Sliding;
 use schemars::JsonSchema;
@@ -121,25 +122,6 @@ pub struct Effective {
     pub restitution: f64,
     /// Duration of an isolated collision, s.
     pub contact_time: f64,
-}
-
-/// Coefficients of one pair of materials per unit effective mass: multiply by m*.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinearPair {
-    /// k_n/m*, 1/s².
-    pub stiffness: f64,
-    /// γ_n/m*, 1/s.
-    pub damping: f64,
-    /// k_t/m*, 1/s².
-    pub tangential_stiffness: f64,
-    /// γ_t/m*, 1/s.
-    pub tangential_damping: f64,
-    /// μ_c.
-    pub friction: f64,
-    /// Whether the tangential spring is cut back while sliding.
-    pub capped: bool,
-    /// Whether the force attacks at the middle of the overlap (else at the radius).
-    pub at_contact_point: bool,
 }
 
 /// Restitution and relative duration of the clipped law for r = b/ω of the damped oscillation.
@@ -281,14 +263,5 @@ impl LinearSpringDashpot {
             }
         }
         Ok(())
-    }
-}
-
-impl LinearPair {
-    /// F_n of eq. 15, N: `mass` is m*, `gap` δ_n < 0, `rate` its time derivative.
-    #[inline(always)]
-    #[must_use]
-    pub fn normal_force(&self, mass: f64, gap: f64, rate: f64) -> f64 {
-        (-mass * (self.stiffness * gap + self.damping * rate)).max(0.0)
     }
 }

@@ -14,9 +14,9 @@
 //! of ω_r: a heap at rest then jitters for ever, and no static torque can be held. Twisting about the
 //! normal is not resisted. k_n is the stiffness that the normal law has at this overlap.
 
-use crate::Vec3;
 use crate::error::SpecError;
 use crate::laws::tangential::carry;
+use crate::motion::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

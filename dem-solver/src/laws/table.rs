@@ -8,13 +8,13 @@
 //! | resistance to rolling, part of the first two (Ai et al. 2011) | [`crate::laws::rolling`] |
 
 use crate::error::SpecError;
+use crate::laws::coefficients::LinearPair;
 use crate::laws::hertz_mindlin::{HertzMindlin, HertzPair};
+use crate::laws::linear::LinearSpringDashpot;
 use crate::laws::rolling::Rolling;
 use crate::laws::wan_turek::WanTurek;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-pub use crate::laws::linear::{Effective, LeverArm, LinearPair, LinearSpringDashpot, RestitutionForm};
 
 /// Law of contact between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -165,6 +165,15 @@ impl LawTable {
     #[must_use]
     pub fn any_rolling(&self) -> bool {
         self.rolling.iter().any(Option::is_some)
+    }
+
+    /// The linear law with one contact time between materials `a` and `b`, if they have one.
+    #[must_use]
+    pub fn linear(&self, a: usize, b: usize) -> Option<LinearPair> {
+        match self.between(a, b) {
+            PairLaw::Linear(law) => Some(*law),
+            _ => None,
+        }
     }
 
     /// Law between materials `a` and `b`.

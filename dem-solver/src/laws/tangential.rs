@@ -8,8 +8,8 @@
 //! The plane turns at n × ṅ + ½ n (ω_i + ω_j)·n: the turn of the line of centres and the mean twist
 //! about it, so that a rigid rotation of the pair about any axis turns the spring with it.
 
-use crate::Vec3;
-use crate::laws::linear::LinearPair;
+use crate::laws::coefficients::LinearPair;
+use crate::motion::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! Infinite planes, which may move and may vanish (a gate).
 
-use crate::Vec3;
 use crate::error::SpecError;
+use crate::motion::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

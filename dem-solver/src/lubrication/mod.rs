@@ -1,4 +1,4 @@
 //! Lubrication between near surfaces: the law of one gap, and the simultaneous solution of many.
 
-pub mod gap;
+pub mod law;
 pub mod simultaneous;

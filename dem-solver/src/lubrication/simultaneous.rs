@@ -1,34 +1,35 @@
-//! All films of a sub-step at once.
+//! Lubrication in all gaps of a sub-step at once.
 //!
-//! The implicit equations of all films together are the condition of least
-//! ½ Σ_i M_i |v_i − v*_i|² + (1/dt) Σ_films ∫Φ: a convex function, so visiting one film after the
+//! The implicit equations of all gaps together are the condition of least
+//! ½ Σ_i M_i |v_i − v*_i|² + (1/dt) Σ_gaps ∫Φ: a convex function, so visiting one gap after the
 //! other, each with its impulse re-solved against the present velocities, converges to the one
-//! solution (Gauss–Seidel; "sequential impulses" in rigid-body dynamics). One film, or films that
+//! solution (Gauss–Seidel; "sequential impulses" in rigid-body dynamics). One gap, or gaps that
 //! share no grain that can move, are exact after one sweep. Each visit changes both partners by
 //! opposite impulses, so momentum is kept to round-off whatever the number of sweeps.
 //!
-//! Within a window a sub-step begins with the impulses that the two before let expect: they change little, so that few
-//! sweeps do what many would from nothing. A window begins from nothing, so nothing of this is state.
+//! Within a window a sub-step begins with the impulses extrapolated from the two before: they change
+//! little, so that few sweeps do what many would from zero. A window begins from zero, so nothing of this
+//! is state.
 //!
-//! The order is fixed: grain pairs (i, j) ascending, then walls by grain, eight parts of that list by turns. M_i holds the virtual mass,
-//! locked directions have zero inverse mass.
+//! The order is fixed: grain pairs (i, j) ascending, then walls by grain, eight parts of that list by
+//! turns. M_i holds the virtual mass, locked directions have zero inverse mass.
 
-use crate::Vec3;
-use crate::general::forces::Scene;
-use crate::general::lists::ContactList;
 use crate::grains::{Grains, Response};
-use crate::lubrication::gap::{Expansion, FilmLaw, FilmModel};
+use crate::lubrication::law::{Expansion, LubricationLaw, LubricationModel};
+use crate::motion::Vec3;
+use crate::search::contact_list::ContactList;
+use crate::surroundings::Surroundings;
 
 /// A sweep that changes no gap rate by more than this part of the largest is the last. After a window of 87 sub-steps
-/// the velocities of a dense bed are 0.1 to 0.2 of this part off (example `film_sweeps`).
+/// the velocities of a dense bed are 0.1 to 0.2 of this part off (example `lubrication_sweeps`).
 const CONVERGED: f64 = 1e-6;
 
 /// Parts of the list that take turns.
 const PARTS: usize = 8;
 
-/// One film in reach: what every visit needs.
+/// One gap in reach: what every visit needs.
 #[derive(Clone, Copy, Debug)]
-struct Film {
+struct ActiveGap {
     first: u32,
     /// Second grain, or the wall's index if `wall`.
     second: u32,
@@ -37,36 +38,36 @@ struct Film {
     /// Normal velocity of the wall, m/s.
     wall_rate: f64,
     inverse_mass: f64,
-    near: Expansion,
+    expansion: Expansion,
     impulse: f64,
     /// Impulse in the sub-step before, if it was there.
     former: Option<f64>,
 }
 
-/// What a visit needs of a film whose path is long.
+/// What a visit needs of a gap whose path is long.
 #[derive(Clone, Copy, Debug)]
-struct Far {
-    law: FilmLaw,
+struct WholeLaw {
+    law: LubricationLaw,
     gap: f64,
 }
 
 /// Scratch of the implicit pass; its memory is kept between sub-steps.
 #[derive(Clone, Debug, Default)]
-pub struct Films {
-    active: Vec<Film>,
+pub struct LubricationSolver {
+    active: Vec<ActiveGap>,
     /// Of each of them.
-    far: Vec<Far>,
+    laws: Vec<WholeLaw>,
     /// Those of the sub-step before, in this window.
-    last: Vec<Film>,
+    last: Vec<ActiveGap>,
 }
 
-impl Films {
-    /// Room for `count` films.
+impl LubricationSolver {
+    /// Room for `count` gaps.
     pub fn reserve(&mut self, count: usize) {
-        for films in [&mut self.active, &mut self.last] {
-            films.reserve(count.saturating_sub(films.len()));
+        for gaps in [&mut self.active, &mut self.last] {
+            gaps.reserve(count.saturating_sub(gaps.len()));
         }
-        self.far.reserve(count.saturating_sub(self.far.len()));
+        self.laws.reserve(count.saturating_sub(self.laws.len()));
     }
 
     /// A window begins: the next sub-step starts from nothing.
@@ -75,13 +76,13 @@ impl Films {
         self.last.clear();
     }
 
-    /// Applies the impulses of all films over `dt` to the velocities, in place, and writes the mean
-    /// force of the films on each grain into `force`. Positions stay at the start of the sub-step.
+    /// Applies the impulses of all gaps over `dt` to the velocities, in place, and writes the mean
+    /// force of the gaps on each grain into `force`. Positions stay at the start of the sub-step.
     #[allow(clippy::too_many_arguments)] // the pass touches all parts of the step, each once
     pub fn apply(
         &mut self,
-        scene: &Scene,
-        model: &FilmModel,
+        around: &Surroundings,
+        model: &LubricationModel,
         sweeps: u32,
         grains: &mut Grains,
         response: &Response,
@@ -92,9 +93,9 @@ impl Films {
         force.fill(Vec3::zeros());
         std::mem::swap(&mut self.active, &mut self.last);
         self.active.clear();
-        self.far.clear();
-        self.collect_pairs(scene, model, grains, response, pairs, dt);
-        self.collect_walls(scene, model, grains, response, walls, t, dt);
+        self.laws.clear();
+        self.collect_pairs(around, model, grains, response, pairs, dt);
+        self.collect_walls(around, model, grains, response, walls, t, dt);
         self.begin_with_last(&mut grains.velocity, &response.inverse_mass);
         let sweeps = if self.active.len() <= 1 { 1 } else { sweeps };
         for _ in 0..sweeps {
@@ -102,19 +103,19 @@ impl Films {
                 break;
             }
         }
-        for film in &self.active {
-            let push = film.normal * (film.impulse / dt);
-            force[film.first as usize] += push;
-            if !film.wall {
-                force[film.second as usize] -= push;
+        for gap in &self.active {
+            let push = gap.normal * (gap.impulse / dt);
+            force[gap.first as usize] += push;
+            if !gap.wall {
+                force[gap.second as usize] -= push;
             }
         }
     }
 
     fn collect_pairs(
         &mut self,
-        scene: &Scene,
-        model: &FilmModel,
+        around: &Surroundings,
+        model: &LubricationModel,
         grains: &Grains,
         response: &Response,
         list: &ContactList,
@@ -124,26 +125,26 @@ impl Films {
             let (x, v, r) = (grains.position[i], grains.velocity[i], grains.radius[i]);
             for k in list.row(i) {
                 let j = list.other[k] as usize;
-                let law = model.film(r, grains.radius[j]);
-                let apart = scene.periods.nearest(x - grains.position[j]);
+                let law = model.law(r, grains.radius[j]);
+                let apart = around.periods.nearest(x - grains.position[j]);
                 let distance = apart.norm();
                 let gap = distance - r - grains.radius[j];
                 let normal = apart * (1.0 / distance);
                 let rate = (v - grains.velocity[j]).dot(&normal);
                 let weight = response.inverse_mass[i] + response.inverse_mass[j];
                 if let Some(inverse_mass) = in_reach(&law, gap, rate, dt, &normal, &weight) {
-                    self.active.push(Film {
+                    self.active.push(ActiveGap {
                         first: i as u32,
                         second: j as u32,
                         wall: false,
                         normal,
                         wall_rate: 0.0,
                         inverse_mass,
-                        near: law.expansion(gap, dt, inverse_mass),
+                        expansion: law.expansion(gap, dt, inverse_mass),
                         impulse: 0.0,
                         former: None,
                     });
-                    self.far.push(Far { law, gap });
+                    self.laws.push(WholeLaw { law, gap });
                 }
             }
         }
@@ -152,8 +153,8 @@ impl Films {
     #[allow(clippy::too_many_arguments)]
     fn collect_walls(
         &mut self,
-        scene: &Scene,
-        model: &FilmModel,
+        around: &Surroundings,
+        model: &LubricationModel,
         grains: &Grains,
         response: &Response,
         list: &ContactList,
@@ -162,48 +163,48 @@ impl Films {
     ) {
         for i in 0..grains.len() {
             for k in list.row(i) {
-                let wall = &scene.walls[list.other[k] as usize];
+                let wall = &around.walls[list.other[k] as usize];
                 if !wall.acts(t) {
                     continue;
                 }
-                let law = model.film(grains.radius[i], f64::INFINITY);
+                let law = model.law(grains.radius[i], f64::INFINITY);
                 let gap = wall.gap(&grains.position[i], grains.radius[i], t);
                 let wall_rate = wall.velocity.dot(&wall.normal);
                 let rate = grains.velocity[i].dot(&wall.normal) - wall_rate;
                 if let Some(inverse_mass) =
                     in_reach(&law, gap, rate, dt, &wall.normal, &response.inverse_mass[i])
                 {
-                    self.active.push(Film {
+                    self.active.push(ActiveGap {
                         first: i as u32,
                         second: list.other[k],
                         wall: true,
                         normal: wall.normal,
                         wall_rate,
                         inverse_mass,
-                        near: law.expansion(gap, dt, inverse_mass),
+                        expansion: law.expansion(gap, dt, inverse_mass),
                         impulse: 0.0,
                         former: None,
                     });
-                    self.far.push(Far { law, gap });
+                    self.laws.push(WholeLaw { law, gap });
                 }
             }
         }
     }
 
-    /// Gives every film the impulse that it had in the sub-step before, grown as it grew to that.
+    /// Gives every gap the impulse that it had in the sub-step before, grown as it grew to that.
     fn begin_with_last(&mut self, velocity: &mut [Vec3], inverse_mass: &[Vec3]) {
         let mut last = self.last.iter().peekable();
-        for film in &mut self.active {
-            while last.next_if(|before| before.key() < film.key()).is_some() {}
-            if let Some(before) = last.next_if(|before| before.key() == film.key()) {
-                film.former = Some(before.impulse);
+        for gap in &mut self.active {
+            while last.next_if(|before| before.key() < gap.key()).is_some() {}
+            if let Some(before) = last.next_if(|before| before.key() == gap.key()) {
+                gap.former = Some(before.impulse);
                 let growth = before.former.map_or(0.0, |former| before.impulse - former);
-                film.push(velocity, inverse_mass, before.impulse + growth);
+                gap.push(velocity, inverse_mass, before.impulse + growth);
             }
         }
     }
 
-    /// One pass over all films; true when nothing worth another pass changed.
+    /// One pass over all gaps; true when nothing worth another pass changed.
     ///
     /// Neighbours in the list share a grain, so each would wait for the one before: eight parts of
     /// the list take turns.
@@ -212,9 +213,9 @@ impl Films {
         let part = self.active.len().div_ceil(PARTS).max(1);
         for k in 0..part {
             for at in (k..self.active.len()).step_by(part) {
-                let film = &mut self.active[at];
-                let (kick, without) = film.visit(&self.far[at], velocity, inverse_mass, dt);
-                change = change.max((film.inverse_mass * kick).abs());
+                let gap = &mut self.active[at];
+                let (kick, without) = gap.visit(&self.laws[at], velocity, inverse_mass, dt);
+                change = change.max((gap.inverse_mass * kick).abs());
                 largest = largest.max(without.abs());
             }
         }
@@ -222,8 +223,8 @@ impl Films {
     }
 }
 
-impl Far {
-    /// See [`FilmLaw::impulse`]. Overlaps that last have none; logarithms are rare.
+impl WholeLaw {
+    /// See [`LubricationLaw::impulse`]. Overlaps that last have none; logarithms are rare.
     #[inline(always)]
     fn impulse(&self, rate: f64, dt: f64, inverse_mass: f64) -> f64 {
         if self.gap <= 0.0 && self.gap + dt * rate <= 0.0 { 0.0 } else { self.long(rate, dt, inverse_mass) }
@@ -235,7 +236,7 @@ impl Far {
     }
 }
 
-impl Film {
+impl ActiveGap {
     /// Place in the order of the list.
     fn key(&self) -> (bool, u32, u32) {
         (self.wall, self.first, self.second)
@@ -253,37 +254,37 @@ impl Film {
         }
     }
 
-    /// Solves this film against the present velocities: by how much its impulse changed, and the gap
+    /// Solves this gap against the present velocities: by how much its impulse changed, and the gap
     /// rate without it.
     #[inline(always)]
-    fn visit(&mut self, far: &Far, velocity: &mut [Vec3], inverse_mass: &[Vec3], dt: f64) -> (f64, f64) {
+    fn visit(&mut self, law: &WholeLaw, velocity: &mut [Vec3], inverse_mass: &[Vec3], dt: f64) -> (f64, f64) {
         let mut rate = velocity[self.first as usize].dot(&self.normal) - self.wall_rate;
         if !self.wall {
             rate -= velocity[self.second as usize].dot(&self.normal);
         }
         let without = rate - self.inverse_mass * self.impulse;
-        let near = self.near.impulse(without);
-        let impulse = near.unwrap_or_else(|| far.impulse(without, dt, self.inverse_mass));
+        let short = self.expansion.impulse(without);
+        let impulse = short.unwrap_or_else(|| law.impulse(without, dt, self.inverse_mass));
         let kick = impulse - self.impulse;
         self.push(velocity, inverse_mass, kick);
         (kick, without)
     }
 }
 
-/// n·W n of the pair if the film can act within the sub-step and something can move.
+/// n·W n of the pair if the gap can act within the sub-step and something can move.
 ///
-/// A film beyond the cut-off is kept if the grain could reach it even at twice its present rate, as
-/// another film may speed it up.
+/// A gap beyond the cut-off is kept if the grain could reach it even at twice its present rate, as
+/// another gap may speed it up.
 #[inline(always)]
-fn in_reach(law: &FilmLaw, gap: f64, rate: f64, dt: f64, normal: &Vec3, weight: &Vec3) -> Option<f64> {
+fn in_reach(law: &LubricationLaw, gap: f64, rate: f64, dt: f64, normal: &Vec3, weight: &Vec3) -> Option<f64> {
     let inverse_mass = weight.component_mul(normal).dot(normal);
     (inverse_mass > 0.0 && gap - 2.0 * dt * rate.abs() <= law.cut_off).then_some(inverse_mass)
 }
 
-/// Adds the explicit film forces −κ(δ) δ̇ at the present positions and velocities to `force`.
+/// Adds the explicit gap forces −κ(δ) δ̇ at the present positions and velocities to `force`.
 pub fn explicit_forces(
-    scene: &Scene,
-    model: &FilmModel,
+    around: &Surroundings,
+    model: &LubricationModel,
     grains: &Grains,
     velocity: &[Vec3],
     (pairs, walls): (&ContactList, &ContactList),
@@ -295,8 +296,8 @@ pub fn explicit_forces(
         let (x, r) = (grains.position[i], grains.radius[i]);
         for k in pairs.row(i) {
             let j = pairs.other[k] as usize;
-            let law = model.film(r, grains.radius[j]);
-            let apart = scene.periods.nearest(x - grains.position[j]);
+            let law = model.law(r, grains.radius[j]);
+            let apart = around.periods.nearest(x - grains.position[j]);
             let distance = apart.norm();
             let gap = distance - r - grains.radius[j];
             if (0.0..=law.cut_off).contains(&gap) {
@@ -307,8 +308,8 @@ pub fn explicit_forces(
             }
         }
         for k in walls.row(i) {
-            let wall = &scene.walls[walls.other[k] as usize];
-            let law = model.film(r, f64::INFINITY);
+            let wall = &around.walls[walls.other[k] as usize];
+            let law = model.law(r, f64::INFINITY);
             let gap = wall.gap(&x, r, t);
             if wall.acts(t) && (0.0..=law.cut_off).contains(&gap) {
                 let rate = (velocity[i] - wall.velocity).dot(&wall.normal);

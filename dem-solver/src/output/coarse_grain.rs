@@ -11,11 +11,11 @@
 //! pressure is the third part (plane: half) of the trace. Summed over all cells the contact stress
 //! times V_c is the virial Σ f_ij r_ij.
 
-use crate::Vec3;
+use crate::grain::Shape;
 use crate::grains::Grains;
+use crate::motion::Vec3;
 use crate::output::contacts::{Contact, is_free};
 use crate::output::partition::Partition;
-use crate::spec::Shape;
 use nalgebra::Matrix3;
 
 /// Averages in one cell.

@@ -1,12 +1,13 @@
 //! Every contact of a state with its force: what averages over grains are made of.
 
-use crate::Vec3;
-use crate::general::forces::{Coefficients, Frame, Kinematics, Relative, SpringStep, resolve};
-use crate::grains::Grains;
+use crate::general::contact::{Coefficients, Frame, Kinematics, Relative, SpringStep, resolve};
+use crate::grains::{Grains, Response};
 use crate::laws::table::PairLaw;
+use crate::motion::Motion;
+use crate::motion::Vec3;
 use crate::report::GrainLoad;
+use crate::search::lists::Neighbours;
 use crate::solver::Dem;
-use crate::spec::Motion;
 
 /// One contact that bears a force, seen from a free grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,11 +31,12 @@ impl Dem {
     /// The contacts of the present state under `loads` (none at all for a dry run); nothing changes.
     #[must_use]
     pub fn contact_list(&self, loads: &[GrainLoad]) -> Vec<Contact> {
-        let mut copy = self.general();
-        copy.begin(loads);
+        let mut response = Response::new(self.grains.len());
+        response.set(&self.grains, &self.gravity, loads);
+        let lists = self.lists_now();
         let mut found = Vec::new();
-        copy.collect_pairs(&mut found);
-        copy.collect_walls(&mut found);
+        self.collect_pairs(&lists, &response, &mut found);
+        self.collect_walls(&lists, &response, &mut found);
         found
     }
 
@@ -60,29 +62,29 @@ impl Dem {
         resolve(&law, frame, &kinematics, relative, &mut spring).0
     }
 
-    fn collect_pairs(&self, found: &mut Vec<Contact>) {
-        let (g, scene) = (&self.grains, self.scene());
+    fn collect_pairs(&self, lists: &Neighbours, response: &Response, found: &mut Vec<Contact>) {
+        let (g, around) = (&self.grains, &self.around);
         for i in 0..g.len() {
-            for k in self.lists.pairs.row(i) {
-                let j = self.lists.pairs.other[k] as usize;
-                let apart = scene.periods.nearest(g.position[i] - g.position[j]);
+            for k in lists.pairs.row(i) {
+                let j = lists.pairs.other[k] as usize;
+                let apart = around.periods.nearest(g.position[i] - g.position[j]);
                 let distance = apart.norm();
                 let (r, s) = (g.radius[i], g.radius[j]);
                 let gap = distance - r - s;
-                if gap > scene.range || distance == 0.0 {
+                if gap > around.range || distance == 0.0 {
                     continue;
                 }
                 let normal = apart / distance;
-                let law = scene.laws.between(g.material[i], g.material[j]);
+                let law = around.laws.between(g.material[i], g.material[j]);
                 let force = if let PairLaw::WanTurek(law) = law {
                     normal * law.pair_force(gap, distance)
                 } else {
-                    let mass = self.response.effective_mass(g, i, j);
+                    let mass = response.effective_mass(g, i, j);
                     let arms = (r + 0.5 * gap, s + 0.5 * gap);
                     let frame = Frame { normal, gap, distance, mass, arms, begins: false };
                     let relative =
                         |v: &[Vec3], w: &[Vec3]| Relative { velocity: v[i] - v[j], spin: (w[i], w[j]) };
-                    self.force_of(law, r * s / (r + s), &frame, relative, self.lists.pairs.spring[k])
+                    self.force_of(law, r * s / (r + s), &frame, relative, lists.pairs.spring[k])
                 };
                 if force == Vec3::zeros() {
                     continue;
@@ -115,28 +117,28 @@ impl Dem {
         }
     }
 
-    fn collect_walls(&self, found: &mut Vec<Contact>) {
-        let (g, scene) = (&self.grains, self.scene());
+    fn collect_walls(&self, lists: &Neighbours, response: &Response, found: &mut Vec<Contact>) {
+        let (g, around) = (&self.grains, &self.around);
         for i in (0..g.len()).filter(|&i| is_free(g, i)) {
-            for k in self.lists.walls.row(i) {
-                let wall = &scene.walls[self.lists.walls.other[k] as usize];
+            for k in lists.walls.row(i) {
+                let wall = &around.walls[lists.walls.other[k] as usize];
                 let (r, normal) = (g.radius[i], wall.normal);
                 let gap = wall.gap(&g.position[i], r, self.time);
-                if !wall.acts(self.time) || gap > scene.range {
+                if !wall.acts(self.time) || gap > around.range {
                     continue;
                 }
-                let law = scene.laws.between(g.material[i], wall.material);
+                let law = around.laws.between(g.material[i], wall.material);
                 let force = if let PairLaw::WanTurek(law) = law {
                     normal * law.wall_force(gap, r)
                 } else {
-                    let mass = self.response.wall_mass(g, i);
+                    let mass = response.wall_mass(g, i);
                     let (distance, arms) = (f64::INFINITY, (r + gap, 0.0));
                     let frame = Frame { normal, gap, distance, mass, arms, begins: false };
                     let relative = |v: &[Vec3], w: &[Vec3]| Relative {
                         velocity: v[i] - wall.velocity,
                         spin: (w[i], Vec3::zeros()),
                     };
-                    self.force_of(law, r, &frame, relative, self.lists.walls.spring[k])
+                    self.force_of(law, r, &frame, relative, lists.walls.spring[k])
                 };
                 if force != Vec3::zeros() {
                     let point = g.position[i] - normal * (r + gap);

@@ -2,34 +2,45 @@
 
 use std::collections::BTreeMap;
 
-use crate::Vec3;
+use crate::motion::Vec3;
 use crate::output::grain_files;
 use crate::output::janssen::{Measured, Silo, direct, plateau};
 use crate::output::profile::Profile;
-use crate::participant::DemParticipant;
+use crate::outside::Outside;
+use crate::solver::Dem;
+use crate::spec::DemSpec;
 use bedload_output::{MetricValue, OutputFolder, atomic_write};
 use protocol::participant::SolverError;
 use protocol::scene::{CheckedScene, MetricKind};
 
+/// What a run has at its end.
+pub(crate) struct Finished<'a> {
+    pub(crate) dem: &'a Dem,
+    /// All grains, also those that were not inserted.
+    pub(crate) spec: &'a DemSpec,
+    pub(crate) profile: Option<Profile>,
+    pub(crate) outside: &'a Outside,
+}
+
 /// Writes the files and measures.
 pub(crate) fn finish(
-    participant: &DemParticipant,
+    what: &Finished<'_>,
     scene: &CheckedScene,
     folder: &OutputFolder,
 ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
     let failed = |error: bedload_output::OutputError| SolverError::Failed(error.to_string());
-    let dem = participant.dem();
-    let table = grain_files::table(dem.time(), &dem.grains, participant.spec());
+    let Finished { dem, spec, profile, outside } = what;
+    let table = grain_files::table(dem.time(), &dem.grains, spec);
     atomic_write(&folder.grains(), table.as_bytes()).map_err(failed)?;
-    let waiting = participant.spec().grains.len() - dem.grains.len();
+    let waiting = spec.grains.len() - dem.grains.len();
     if waiting > 0 {
         protocol::say!(
             "bedload-dem: {waiting} grains were not poured: their region was full, or the run too short"
         );
     }
-    participant.outside().sum_up();
-    let Some(profile) = participant.profile() else { return Ok(BTreeMap::new()) };
-    let gravity = Vec3::from(participant.spec().gravity)[profile.axis];
+    outside.sum_up();
+    let Some(profile) = profile else { return Ok(BTreeMap::new()) };
+    let gravity = Vec3::from(spec.gravity)[profile.axis];
     let fit = scene.scene.metrics.iter().find_map(|metric| match metric.kind {
         MetricKind::JanssenFit { range } => {
             let silo = Silo::new(&profile, range, gravity)?;

@@ -3,11 +3,12 @@
 use std::fmt::Write;
 
 use crate::grains::Grains;
+use crate::motion::Motion;
 use crate::report::Observations;
-use crate::spec::{DemSpec, Motion};
+use crate::spec::DemSpec;
 use bedload_output::vtk::{Array, points};
 
-fn flat(vectors: &[crate::Vec3]) -> Vec<f64> {
+fn flat(vectors: &[crate::motion::Vec3]) -> Vec<f64> {
     vectors.iter().flat_map(|v| [v.x, v.y, v.z]).collect()
 }
 

@@ -127,8 +127,8 @@ fn mean(profile: &Profile, range: [f64; 2], of: impl Fn(usize) -> f64) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grain::Shape;
     use crate::output::coarse_grain::Cell;
-    use crate::spec::Shape;
 
     /// A profile that is Janssen's curve with k = 0.3, as far as the fit can see.
     fn exact(k: f64) -> (Profile, Silo) {

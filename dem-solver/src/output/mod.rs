@@ -1,7 +1,6 @@
 //! What is made of a state: contacts, averages over them, files.
 
 pub mod coarse_grain;
-pub mod command;
 pub mod contacts;
 pub mod finish;
 pub mod grain_files;

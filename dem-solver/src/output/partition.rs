@@ -1,8 +1,8 @@
 //! Where averages live: slabs across an axis, or the cells of a grid. Each says which part of a grain
 //! and which part of a line belongs to which cell; the parts of what lies inside add up to one.
 
-use crate::Vec3;
-use crate::spec::Shape;
+use crate::grain::Shape;
+use crate::motion::Vec3;
 use std::f64::consts::PI;
 
 /// Slabs, with sharp edges: a grain belongs to a slab with the part of its volume that lies in it.

@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
-use crate::Vec3;
+use crate::grain::Shape;
 use crate::grains::Grains;
+use crate::motion::Vec3;
 use crate::output::coarse_grain::{Cell, coarse_grain};
 use crate::output::contacts::Contact;
 use crate::output::partition::{Partition, Slabs};
-use crate::spec::{DemSpec, Shape};
+use crate::spec::DemSpec;
 use protocol::scene;
 
 /// Averages over slabs.

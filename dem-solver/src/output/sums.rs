@@ -1,8 +1,9 @@
 //! Sums over all grains: energy, momentum.
 
-use crate::Vec3;
 use crate::grains::Response;
-use crate::laws::table::{LinearPair, PairLaw};
+use crate::laws::coefficients::LinearPair;
+use crate::laws::table::PairLaw;
+use crate::motion::Vec3;
 use crate::solver::Dem;
 
 impl Dem {
@@ -23,17 +24,14 @@ impl Dem {
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         let g = &self.grains;
-        let (pairs, walls) = match &self.bulk {
-            Some(bulk) => bulk.contacts(),
-            None => (self.lists.pairs.bearing(), self.lists.walls.bearing()),
-        };
+        let (pairs, walls) = self.bearing_contacts();
         let response =
             if self.response.inverse_mass.len() == g.len() { &self.response } else { &Response::dry(g) };
         let mut energy = 0.0;
         for contact in &pairs {
             let (i, j) = (contact.first as usize, contact.second as usize);
-            let apart = self.scene().periods.nearest(g.position[i] - g.position[j]).norm();
-            let law = self.scene().laws.between(g.material[i], g.material[j]);
+            let apart = self.around.periods.nearest(g.position[i] - g.position[j]).norm();
+            let law = self.around.laws.between(g.material[i], g.material[j]);
             let gap = apart - g.radius[i] - g.radius[j];
             let radius = g.radius[i] * g.radius[j] / (g.radius[i] + g.radius[j]);
             let size = (response.effective_mass(g, i, j), radius);
@@ -41,15 +39,27 @@ impl Dem {
         }
         for contact in &walls {
             let i = contact.first as usize;
-            let wall = &self.scene().walls[contact.second as usize];
+            let wall = &self.around.walls[contact.second as usize];
             if wall.acts(self.time) {
                 let gap = wall.gap(&g.position[i], g.radius[i], self.time);
-                let law = self.scene().laws.between(g.material[i], wall.material);
+                let law = self.around.laws.between(g.material[i], wall.material);
                 let size = (response.wall_mass(g, i), g.radius[i]);
                 energy += stored(law, size, gap, &contact.spring.into());
             }
         }
         energy
+    }
+
+    /// Energy of gravity, J: −Σ m g·x over the grains that forces move, with x followed through periodic
+    /// faces; zero at the origin.
+    #[must_use]
+    pub fn potential_energy(&self) -> f64 {
+        let g = &self.grains;
+        let fall = |i: usize| {
+            let x = self.around.periods.unwrap(&g.position[i], &g.image[i]);
+            -g.mass[i] * self.gravity.dot(&x)
+        };
+        (0..g.len()).filter(|&i| g.responds(i)).map(fall).sum()
     }
 
     /// Momentum, kg m/s; dry masses.

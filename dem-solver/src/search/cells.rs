@@ -1,263 +1,181 @@
-//! Candidate pairs by a uniform cell search, in O(N).
+//! Grains sorted into uniform cells, in O(N): the search of both engines.
 
-use crate::Vec3;
+use crate::periods::Periods;
 
-/// Below this number of grains every pair is looked at: cheaper than cells.
-const FEW: usize = 24;
+/// Cells that a search looks around itself at most.
+pub(crate) const CELLS: usize = 2;
 
-/// Periodic directions.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Periods {
-    start: [f64; 3],
-    length: [f64; 3],
-    inverse: [f64; 3],
-    any: bool,
-}
+/// Flag of a grain that forces do not move.
+pub(crate) const IMMOBILE: u32 = 1 << 31;
 
-impl Periods {
-    /// From lower end and length per axis.
-    #[must_use]
-    pub fn new(axes: [Option<(f64, f64)>; 3]) -> Self {
-        let mut periods = Self::default();
-        for (axis, period) in axes.iter().enumerate() {
-            if let Some((start, length)) = *period {
-                periods.start[axis] = start;
-                periods.length[axis] = length;
-                periods.inverse[axis] = 1.0 / length;
-                periods.any = true;
-            }
-        }
-        periods
-    }
-
-    /// Whether `axis` is periodic.
-    #[must_use]
-    pub fn is_periodic(&self, axis: usize) -> bool {
-        self.length[axis] > 0.0
-    }
-
-    /// The shortest of all images of the distance vector `d`.
-    #[inline(always)]
-    #[must_use]
-    pub fn nearest(&self, mut d: Vec3) -> Vec3 {
-        if self.any {
-            /// Adding it rounds to a whole number.
-            const WHOLE: f64 = 6_755_399_441_055_744.0;
-            for axis in 0..3 {
-                let turns = (d[axis] * self.inverse[axis] + WHOLE) - WHOLE;
-                d[axis] -= self.length[axis] * turns;
-            }
-        }
-        d
-    }
-
-    /// Where `x` is, its turns around the periods counted in.
-    #[must_use]
-    pub fn unwrap(&self, x: &Vec3, image: &[i32; 3]) -> Vec3 {
-        x + Vec3::from_fn(|axis, _| self.length[axis] * f64::from(image[axis]))
-    }
-
-    /// Puts `x` back into the period and counts the turns in `image`.
-    #[inline]
-    pub fn wrap(&self, x: &mut Vec3, image: &mut [i32; 3]) {
-        for axis in 0..3 {
-            if self.length[axis] > 0.0 {
-                let turns = ((x[axis] - self.start[axis]) * self.inverse[axis]).floor();
-                if turns != 0.0 {
-                    x[axis] -= turns * self.length[axis];
-                    image[axis] = image[axis].saturating_add(turns as i32);
-                }
-            }
-        }
-    }
-}
-
-/// Uniform cells over the grains' bounding box (the period along periodic axes), by counting sort.
+/// Grains sorted into cells at least as wide as the reach of a pair.
 #[derive(Clone, Debug, Default)]
-pub struct Cells {
-    origin: [f64; 3],
+pub(crate) struct Cells {
+    low: [f64; 3],
     inverse: [f64; 3],
     count: [usize; 3],
+    length: [f64; 3],
+    /// Axes from the one whose cells follow one another to the slowest.
+    axes: [usize; 3],
     start: Vec<u32>,
-    item: Vec<u32>,
     cell: Vec<u32>,
+    /// Centres, and radii with half the skins, cell by cell: x, y, z, r; then eight more numbers of no meaning.
+    pub(crate) item: [Vec<f64>; 4],
+    /// Numbers of the grains, with [`IMMOBILE`].
+    pub(crate) who: Vec<u32>,
+}
+
+/// Stretches of `item` that hold the neighbours of a place.
+pub(crate) struct Around {
+    run: [(u32, u32); 2 * (2 * CELLS + 1) * (2 * CELLS + 1)],
+    count: usize,
+}
+
+impl Around {
+    /// From, to.
+    pub(crate) fn runs(&self) -> &[(u32, u32)] {
+        &self.run[..self.count]
+    }
 }
 
 impl Cells {
-    /// Sorts `position` into cells at least `width` wide.
-    pub fn sort(&mut self, position: &[Vec3], width: f64, periods: &Periods) {
-        self.shape(position, width, periods);
-        let cells = self.count[0] * self.count[1] * self.count[2];
+    /// Sorts `n` grains (centre and radius; whether forces move it) into cells of at least `width`.
+    pub(crate) fn sort(
+        &mut self,
+        grains: impl Iterator<Item = ([f64; 4], bool)> + Clone,
+        n: usize,
+        width: f64,
+        periods: &Periods,
+    ) {
+        self.shape(grains.clone().map(|(grain, _)| grain), n, width, periods);
+        let cells = self.count.iter().product::<usize>();
         self.start.clear();
         self.start.resize(cells + 1, 0);
         self.cell.clear();
-        for x in position {
-            let cell = self.cell_of(x, periods);
-            self.start[cell + 1] += 1;
+        for ([x, y, z, _], _) in grains.clone() {
+            let cell = self.cell_of(&self.place(&[x, y, z]));
+            self.start[cell] += 1;
             self.cell.push(cell as u32);
         }
-        for cell in 0..cells {
-            self.start[cell + 1] += self.start[cell];
+        let mut sum = 0;
+        for start in &mut self.start {
+            sum += std::mem::replace(start, sum);
         }
-        self.item.clear();
-        self.item.resize(position.len(), 0);
-        // backwards, so that each cell keeps its grains ascending; `start[c + 1]` ends as start of c + 1
-        let mut fill = std::mem::take(&mut self.start);
-        for i in (0..position.len()).rev() {
-            let slot = &mut fill[self.cell[i] as usize + 1];
-            *slot -= 1;
-            self.item[*slot as usize] = i as u32;
+        for item in &mut self.item {
+            item.resize(n + 8, 0.0);
         }
-        fill.rotate_left(1);
-        fill[cells] = position.len() as u32;
-        self.start = fill;
+        self.who.resize(n, 0);
+        for (g, (grain, moves)) in grains.enumerate() {
+            let slot = &mut self.start[self.cell[g] as usize];
+            let k = *slot as usize;
+            *slot += 1;
+            for (item, value) in self.item.iter_mut().zip(grain) {
+                item[k] = value;
+            }
+            self.who[k] = g as u32 | if moves { 0 } else { IMMOBILE };
+        }
+        // each start now is the next one's
+        self.start.rotate_right(1);
+        self.start[0] = 0;
     }
 
-    /// Chooses origin, number and width of cells: at most about eight per grain, whatever the extent.
-    fn shape(&mut self, position: &[Vec3], width: f64, periods: &Periods) {
-        let mut count = [1.0f64; 3];
-        let mut extent = [0.0; 3];
-        for axis in 0..3 {
-            let (low, size) = if periods.is_periodic(axis) {
-                (periods.start[axis], periods.length[axis])
-            } else {
-                let low = position.iter().map(|x| x[axis]).fold(f64::INFINITY, f64::min);
-                let high = position.iter().map(|x| x[axis]).fold(f64::NEG_INFINITY, f64::max);
-                (low, (high - low).max(0.0))
-            };
-            self.origin[axis] = low;
-            extent[axis] = size;
-            count[axis] = (size / width).floor().clamp(1.0, 1e6);
+    /// Chooses number and width of cells over the box of all centres, or over the period.
+    fn shape(&mut self, grains: impl Iterator<Item = [f64; 4]>, n: usize, width: f64, periods: &Periods) {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for grain in grains {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(grain[axis]);
+                high[axis] = high[axis].max(grain[axis]);
+            }
         }
-        let most = 8.0 * position.len() as f64 + 64.0;
-        while count.iter().product::<f64>() > most {
-            let longest = if count[0] >= count[1] && count[0] >= count[2] {
-                0
-            } else if count[1] >= count[2] {
-                1
-            } else {
-                2
-            };
+        let mut count = [1.0; 3];
+        for axis in 0..3 {
+            let (start, length) = periods.of(axis);
+            self.length[axis] = length;
+            if length > 0.0 {
+                (low[axis], high[axis]) = (start, start + length);
+            }
+            count[axis] = ((high[axis] - low[axis]) / width).floor().clamp(1.0, 1e6);
+        }
+        // a few cells per grain, whatever the extent
+        while count.iter().product::<f64>() > 4.0 * n as f64 + 64.0 {
+            let longest = by_length(count)[2];
             count[longest] = (0.5 * count[longest]).floor().max(1.0);
         }
         for axis in 0..3 {
+            let size = high[axis] - low[axis];
             self.count[axis] = count[axis] as usize;
-            self.inverse[axis] = if extent[axis] > 0.0 { count[axis] / extent[axis] } else { 0.0 };
+            self.inverse[axis] = if size > 0.0 { count[axis] / size } else { 0.0 };
         }
+        (self.low, self.axes) = (low, by_length(count));
     }
 
-    fn cell_of(&self, x: &Vec3, periods: &Periods) -> usize {
-        let mut cell = 0;
-        for axis in (0..3).rev() {
+    /// Cell indices of a place.
+    #[inline]
+    fn place(&self, x: &[f64; 3]) -> [usize; 3] {
+        let mut at = [0; 3];
+        for axis in 0..3 {
             let n = self.count[axis];
-            let at = ((x[axis] - self.origin[axis]) * self.inverse[axis]).floor();
-            let index = if periods.is_periodic(axis) {
-                at.rem_euclid(n as f64) as usize
-            } else {
-                at.max(0.0) as usize
-            };
-            cell = cell * n + index.min(n - 1);
+            let mut cell = (x[axis] - self.low[axis]) * self.inverse[axis];
+            if self.length[axis] > 0.0 && !(cell >= 0.0 && cell < n as f64) {
+                cell = cell.rem_euclid(n as f64);
+            }
+            // the conversion cuts off the fraction, and takes 0 for what is below or no number
+            at[axis] = (cell as usize).min(n - 1);
         }
-        cell
+        at
     }
 
-    /// Calls `visit` with every grain in the cells around grain `i`, each once.
-    fn around(&self, i: usize, periods: &Periods, mut visit: impl FnMut(usize)) {
-        let cell = self.cell[i] as usize;
-        let at = [
-            cell % self.count[0],
-            cell / self.count[0] % self.count[1],
-            cell / (self.count[0] * self.count[1]),
-        ];
-        let reach: [Neighbours; 3] =
-            std::array::from_fn(|axis| Neighbours::of(at[axis], self.count[axis], periods.is_periodic(axis)));
-        for z in reach[2].iter() {
-            for y in reach[1].iter() {
-                for x in reach[0].iter() {
-                    let cell = (z * self.count[1] + y) * self.count[0] + x;
-                    for &j in &self.item[self.start[cell] as usize..self.start[cell + 1] as usize] {
-                        visit(j as usize);
+    #[inline]
+    fn cell_of(&self, at: &[usize; 3]) -> usize {
+        let [a, b, c] = self.axes;
+        (at[c] * self.count[b] + at[b]) * self.count[a] + at[a]
+    }
+
+    /// Ranges of cells up to `k` further along one axis; the second is empty except at a period's end.
+    #[inline]
+    fn near(&self, axis: usize, at: usize, k: usize) -> [(usize, usize); 2] {
+        let n = self.count[axis];
+        if n <= 2 * k + 1 && self.length[axis] > 0.0 {
+            return [(0, n), (0, 0)];
+        }
+        let inner = (at.saturating_sub(k), (at + k + 1).min(n));
+        let around = if self.length[axis] > 0.0 && at < k {
+            (n + at - k, n)
+        } else if self.length[axis] > 0.0 && at + k >= n {
+            (0, at + k + 1 - n)
+        } else {
+            (0, 0)
+        };
+        [inner, around]
+    }
+
+    /// Where the neighbours of `x` are, up to `cells` further.
+    #[inline]
+    pub(crate) fn around(&self, x: &[f64; 3], cells: usize) -> Around {
+        let at = self.place(x);
+        let [a, b, c] = self.axes;
+        let mut around = Around { run: [(0, 0); 2 * (2 * CELLS + 1) * (2 * CELLS + 1)], count: 0 };
+        let near = [a, b, c].map(|axis| self.near(axis, at[axis], cells));
+        for k in near[2].iter().flat_map(|&(from, to)| from..to) {
+            for j in near[1].iter().flat_map(|&(from, to)| from..to) {
+                let row = (k * self.count[b] + j) * self.count[a];
+                for &(from, to) in &near[0] {
+                    if from < to {
+                        let (from, to) = (self.start[row + from], self.start[row + to]);
+                        around.run[around.count] = (from, to);
+                        around.count += usize::from(from < to);
                     }
                 }
             }
         }
+        around
     }
 }
 
-/// Up to three neighbouring cell indices along one axis.
-struct Neighbours {
-    index: [usize; 3],
-    count: usize,
-}
-
-impl Neighbours {
-    fn of(at: usize, n: usize, periodic: bool) -> Self {
-        let mut list = Self { index: [at; 3], count: 1 };
-        if at > 0 {
-            list.add(at - 1);
-        } else if periodic {
-            list.add(n - 1);
-        }
-        if at + 1 < n {
-            list.add(at + 1);
-        } else if periodic {
-            list.add(0);
-        }
-        list
-    }
-
-    fn add(&mut self, index: usize) {
-        if !self.index[..self.count].contains(&index) {
-            self.index[self.count] = index;
-            self.count += 1;
-        }
-    }
-
-    fn iter(&self) -> impl Iterator<Item = usize> + '_ {
-        self.index[..self.count].iter().copied()
-    }
-}
-
-/// Search for pairs nearer than the sum of their radii and a reach.
-#[derive(Clone, Debug, Default)]
-pub struct Search {
-    cells: Cells,
-    sorted: bool,
-}
-
-impl Search {
-    /// Prepares a search of all pairs with a gap below `reach`.
-    pub fn prepare(&mut self, position: &[Vec3], radius: &[f64], reach: f64, periods: &Periods) {
-        self.sorted = position.len() > FEW;
-        if self.sorted {
-            let largest = radius.iter().copied().fold(0.0, f64::max);
-            self.cells.sort(position, 2.0 * largest + reach, periods);
-        }
-    }
-
-    /// Appends all j > i with a gap to `i` below `reach`, ascending, to `found`.
-    pub fn partners(
-        &self,
-        i: usize,
-        position: &[Vec3],
-        radius: &[f64],
-        reach: f64,
-        periods: &Periods,
-        found: &mut Vec<u32>,
-    ) {
-        let near = |j: usize| {
-            let limit = radius[i] + radius[j] + reach;
-            periods.nearest(position[i] - position[j]).norm_squared() < limit * limit
-        };
-        if self.sorted {
-            self.cells.around(i, periods, |j| {
-                if j > i && near(j) {
-                    found.push(j as u32);
-                }
-            });
-            found.sort_unstable();
-        } else {
-            found.extend((i + 1..position.len()).filter(|&j| near(j)).map(|j| j as u32));
-        }
-    }
+/// Axes from the shortest to the longest box.
+pub(crate) fn by_length(count: [f64; 3]) -> [usize; 3] {
+    let mut axes = [0, 1, 2];
+    axes.sort_by(|&a, &b| count[a].total_cmp(&count[b]));
+    axes
 }

@@ -1,8 +1,8 @@
 //! Set-ups shared by the tests of this folder.
 #![allow(dead_code, unreachable_pub)] // each test binary uses its own part
 
-use dem_solver::laws::table::{LinearSpringDashpot, RestitutionForm};
 use dem_solver::{ContactLaw, Dem, DemSpec, Grain, State, Wall};
+use dem_solver::{LinearSpringDashpot, laws::linear::RestitutionForm};
 
 /// A frictionless law with restitution `e` and contact time `t_c`.
 pub fn law(e: f64, t_c: f64) -> LinearSpringDashpot {

@@ -4,7 +4,8 @@
 //! other; in a pencil layer by layer. A block of five hundred grains is then about as long as wide, and
 //! in a column of ten diameters it reads only the blocks before and behind it.
 
-use crate::Vec3;
+use crate::motion::Vec3;
+use crate::search::cells::by_length;
 
 /// Cells across a pencil.
 const PENCIL: f64 = 10.0;
@@ -22,13 +23,6 @@ fn extent(position: &[Vec3], width: f64) -> ([f64; 3], [f64; 3]) {
     let count =
         std::array::from_fn(|axis| ((high[axis] - low[axis]) / width).floor().clamp(0.0, 16383.0) + 1.0);
     (low, count)
-}
-
-/// Axes from the shortest to the longest box.
-pub(super) fn by_length(count: [f64; 3]) -> [usize; 3] {
-    let mut axes = [0, 1, 2];
-    axes.sort_by(|&a, &b| count[a].total_cmp(&count[b]));
-    axes
 }
 
 /// Numbers of the grains in the order of the engine. A function of the positions alone.

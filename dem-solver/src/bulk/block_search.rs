@@ -1,25 +1,13 @@
 //! Which grains are near those of a block: found through cells, eight candidates at a time, and seldom, as
 //! lists are taken from them with a narrower skin many times.
 
-use super::bins::{Bins, IMMOBILE};
-use super::block::{Block, Segment};
-use super::lanes::{Eight, Plain};
-use super::list::wall_gap;
-use super::pair::Images;
-use super::row::Row;
-use super::wall::Wall;
+use crate::bulk::block::{Block, Candidates, Segment};
+use crate::bulk::lanes::{Lanes8, Portable8};
+use crate::bulk::pair::Images;
+use crate::bulk::records::GrainRecord;
+use crate::bulk::wall::Wall;
+use crate::search::cells::{Cells, IMMOBILE};
 use pulp::{Simd, WithSimd};
-
-/// Pairs that may come into the lists of a block until the next search, ascending.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Nearby {
-    /// Both rows of the block.
-    pub(super) pairs: Vec<(u16, u16)>,
-    /// Row of the block, row of the halo.
-    pub(super) cross: Vec<(u16, u32)>,
-    /// Wall, row of the block.
-    pub(super) walls: Vec<(u16, u16)>,
-}
 
 /// Memory for searching.
 #[derive(Clone, Debug, Default)]
@@ -34,8 +22,8 @@ pub(super) struct Scratch {
 
 /// What a search goes by.
 pub(super) struct Search<'a> {
-    pub(super) bins: &'a Bins,
-    /// Skin of the block: a pair is near if its gap is below half the sum of the blocks' skins, m.
+    pub(super) cells_of_grains: &'a Cells,
+    /// Skin of the block: a pair is a candidate if its gap is below half the sum of the blocks' skins, m.
     pub(super) skin: f64,
     /// How many cells further grains may be.
     pub(super) cells: usize,
@@ -47,8 +35,8 @@ pub(super) struct Search<'a> {
     pub(super) size: u32,
     /// Grains.
     pub(super) grains: usize,
-    /// Blocks that sleep: nobody waits for them.
-    pub(super) asleep: usize,
+    /// Inactive blocks: nobody waits for them.
+    pub(super) inactive: usize,
     /// Walls.
     pub(super) walls: &'a [Wall],
     /// Leave the widest vectors unused.
@@ -56,23 +44,21 @@ pub(super) struct Search<'a> {
 }
 
 impl Block {
-    /// Finds what is near; the contacts of the present lists become the seed of the next.
-    pub(super) fn search(&mut self, search: &Search<'_>, rows: &[Row], scratch: &mut Scratch) {
+    /// Finds the candidates; the contacts of the present lists become the history of the next.
+    pub(super) fn search(&mut self, search: &Search<'_>, rows: &[GrainRecord], scratch: &mut Scratch) {
         // contacts are known by places in a halo that now changes
-        self.keep_contacts(search.size);
+        self.save_history(search.size);
         let rows = &rows[..self.len()];
-        Near { search, first: self.first, rows, near: &mut self.near, scratch }.find();
+        BlockSearch { search, first: self.first, rows, candidates: &mut self.candidates, scratch }.find();
         self.reach = self.build_halo(search, scratch);
-        self.near.walls.clear();
+        self.candidates.walls.clear();
         for (w, wall) in (0u16..).zip(search.walls) {
             let plane = wall.plane();
-            let at = |row: &Row| {
-                plane.stands(search.t)
-                    && row.inverse_mass() > 0.0
-                    && wall_gap(plane, search.t, row) < search.skin
+            let at = |row: &GrainRecord| {
+                plane.stands(search.t) && row.inverse_mass() > 0.0 && row.gap(plane, search.t) < search.skin
             };
             let found = (0u16..).zip(rows).filter(|(_, row)| at(row));
-            self.near.walls.extend(found.map(|(i, _)| (w, i)));
+            self.candidates.walls.extend(found.map(|(i, _)| (w, i)));
         }
     }
 
@@ -99,14 +85,14 @@ impl Block {
                 Some(segment) if segment.block == block => segment.end = k + 1,
                 _ => {
                     self.segments.push(Segment { block, end: k + 1 });
-                    if block as usize >= search.asleep {
+                    if block as usize >= search.inactive {
                         reach = reach.max(block.abs_diff(here) as usize);
                     }
                 }
             }
         }
-        self.near.cross.clear();
-        self.near.cross.extend(cross.iter().map(|&(i, j)| (i, slot[j as usize])));
+        self.candidates.cross.clear();
+        self.candidates.cross.extend(cross.iter().map(|&(i, j)| (i, slot[j as usize])));
         for &j in &*halo {
             slot[j as usize] = u32::MAX;
         }
@@ -115,85 +101,85 @@ impl Block {
 }
 
 /// Pairs of one block: those within it once, those with other blocks.
-struct Near<'a> {
+struct BlockSearch<'a> {
     search: &'a Search<'a>,
     /// Number of the block's first grain in the order of the engine.
     first: u32,
     /// Its grains, without the row that follows them.
-    rows: &'a [Row],
-    near: &'a mut Nearby,
+    rows: &'a [GrainRecord],
+    candidates: &'a mut Candidates,
     scratch: &'a mut Scratch,
 }
 
-impl Near<'_> {
+impl BlockSearch<'_> {
     /// Fills the lists by (i, j) ascending.
     fn find(self) {
         #[cfg(target_arch = "x86_64")]
         if !self.search.plain
             && let Some(simd) = pulp::x86::V4::try_new()
         {
-            return Simd::vectorize(simd, OnWide(self, simd));
+            return Simd::vectorize(simd, OnAvx512(self, simd));
         }
-        self.run::<Plain>(());
+        self.run::<Portable8>(());
     }
 
     #[inline(always)]
-    fn run<L: Eight>(self, token: L::Token) {
-        let Self { search, first, rows, near, scratch } = self;
+    fn run<L: Lanes8>(self, token: L::Token) {
+        let Self { search, first, rows, candidates, scratch } = self;
         let (n, images) = (rows.len() as u32, Images::<L>::new(token, search.length));
         let Scratch { found, cross, .. } = scratch;
-        near.pairs.clear();
+        candidates.pairs.clear();
         cross.clear();
         for (i, row) in (0u32..).zip(rows) {
             // a pair of grains that nothing moves does nothing
             let barred = if row.inverse_mass() > 0.0 { 0 } else { IMMOBILE };
-            let count = candidates::<L>(token, search, &images, row, found);
-            let (pairs_from, cross_from) = (near.pairs.len(), cross.len());
+            let count = neighbours_of::<L>(token, search, &images, row, found);
+            let (pairs_from, cross_from) = (candidates.pairs.len(), cross.len());
             for &who in found[..count].iter().filter(|&who| who & barred == 0) {
                 let j = who & !IMMOBILE;
                 let within = j.wrapping_sub(first);
                 if within >= n {
                     cross.push((i as u16, j));
                 } else if within > i {
-                    near.pairs.push((i as u16, within as u16));
+                    candidates.pairs.push((i as u16, within as u16));
                 }
             }
-            near.pairs[pairs_from..].sort_unstable();
+            candidates.pairs[pairs_from..].sort_unstable();
             cross[cross_from..].sort_unstable();
         }
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-struct OnWide<'a>(Near<'a>, pulp::x86::V4);
+struct OnAvx512<'a>(BlockSearch<'a>, pulp::x86::V4);
 
 #[cfg(target_arch = "x86_64")]
-impl WithSimd for OnWide<'_> {
+impl WithSimd for OnAvx512<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.0.run::<super::wide::Wide>(self.1);
+        self.0.run::<crate::bulk::avx512::Avx512>(self.1);
     }
 }
 
 /// Puts all grains that are near `row` into `found`, itself included; their number.
 #[inline(always)]
-fn candidates<L: Eight>(
+fn neighbours_of<L: Lanes8>(
     token: L::Token,
     search: &Search<'_>,
     images: &Images<L>,
-    row: &Row,
+    row: &GrainRecord,
     found: &mut Vec<u32>,
 ) -> usize {
     // radii with half the skins
-    let Bins { item: [xs, ys, zs, radii], who, .. } = search.bins;
+    let Cells { item: [xs, ys, zs, radii], who, .. } = search.cells_of_grains;
     let place = row.position();
     let [x, y, z] = place.map(|x| L::splat(token, x));
     let reach = L::splat(token, row.radius() + 0.5 * search.skin);
     let periodic = search.length != [0.0; 3];
     let mut count = 0;
-    for &(from, to) in search.bins.around(&place, search.cells).runs() {
+    for &(from, to) in search.cells_of_grains.around(&place, search.cells).runs() {
         let (mut k, to) = (from as usize, to as usize);
         if found.len() < count + (to - k) {
             found.resize(2 * (count + (to - k)), 0);

@@ -1,10 +1,10 @@
-//! What a block notices on the way.
+//! Observations of a block.
 
-use super::row::Pack;
+use crate::bulk::records::ContactPack;
 
 /// Observations of one block over a window; per grain only where asked for.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct Observed {
     /// Twice the contacts that bear a force at the last sub-step: one shared with another block
     /// counts once in each.
     pub(super) contacts: u32,
@@ -18,7 +18,7 @@ pub(super) struct Seen {
     pub(super) speeds: Vec<[f64; 2]>,
 }
 
-impl Seen {
+impl Observed {
     /// Starts a window with `n` observed grains, or none.
     pub(super) fn clear(&mut self, n: usize) {
         self.contacts = 0;
@@ -39,7 +39,7 @@ impl Seen {
     }
 
     /// Contacts of `pack` begin or end: `now` touch.
-    pub(super) fn pair_event(&mut self, pack: &Pack, now: u8, rate: &[f64; 8], cross: bool) {
+    pub(super) fn pair_event(&mut self, pack: &ContactPack, now: u8, rate: &[f64; 8], cross: bool) {
         if self.speeds.is_empty() {
             return;
         }
@@ -53,7 +53,7 @@ impl Seen {
     }
 
     /// Wall contacts of `pack` begin or end: `now` touch.
-    pub(super) fn wall_event(&mut self, pack: &Pack, now: u8, rate: &[f64; 8]) {
+    pub(super) fn wall_event(&mut self, pack: &ContactPack, now: u8, rate: &[f64; 8]) {
         self.pair_event(pack, now, rate, true);
     }
 }

@@ -1,57 +1,36 @@
-//! The lists of one block: which contacts it has, and the springs that they bring along.
+//! The lists of one block: which contacts it has, and the springs of these contacts.
 //!
-//! A list holds every pair whose gap is below the skin; it is taken from the pairs that `near` has found. Contacts stand in the order (i, j) of the engine,
+//! A list holds every pair whose gap is below the skin; it is taken from the candidates. Contacts stand in the order (i, j) of the engine,
 //! and those out of reach add nothing, so sums do not depend on when a list was built.
 
-use super::block::Block;
-use super::near::Scratch;
-use super::row::{Kept, Pack, Row};
-use super::skin::Skin;
-use super::wall::Wall;
-use crate::Vec3;
-use crate::laws::walls::Plane;
-
-/// Contacts with their history: within the block, with other blocks, with walls; by (i, j) ascending.
-pub(super) type History = [Vec<Kept>; 3];
+use crate::bulk::block::Block;
+use crate::bulk::block_search::Scratch;
+use crate::bulk::records::History;
+use crate::bulk::records::{ContactPack, GrainRecord, SavedSpring};
+use crate::bulk::skins::{Listed, Skin};
+use crate::bulk::wall::Wall;
 
 /// Memory for building lists.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Builder {
+pub(super) struct ListScratch {
     history: History,
     /// Rows of other blocks.
-    pub(super) halo: Vec<Row>,
+    pub(super) halo: Vec<GrainRecord>,
     /// Half the skins of their blocks, m.
     halves: Vec<f64>,
     pub(super) search: Scratch,
 }
 
-/// What a build found.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Listed {
-    /// Contacts listed.
-    pub(super) pairs: usize,
-    /// Of these, with a force.
-    pub(super) touching: usize,
-}
-
-impl Listed {
-    /// Adds another block's.
-    pub(super) fn add(&mut self, other: &Self) {
-        self.pairs += other.pairs;
-        self.touching += other.touching;
-    }
-}
-
 /// Appends contacts to packs.
-struct Filling<'a> {
-    packs: &'a mut Vec<Pack>,
+struct PackWriter<'a> {
+    packs: &'a mut Vec<ContactPack>,
     none: (u16, u32),
     lane: usize,
-    history: std::iter::Peekable<std::slice::Iter<'a, Kept>>,
+    history: std::iter::Peekable<std::slice::Iter<'a, SavedSpring>>,
 }
 
-impl<'a> Filling<'a> {
-    fn new(packs: &'a mut Vec<Pack>, none: (u16, u32), history: &'a [Kept]) -> Self {
+impl<'a> PackWriter<'a> {
+    fn new(packs: &'a mut Vec<ContactPack>, none: (u16, u32), history: &'a [SavedSpring]) -> Self {
         packs.clear();
         Self { packs, none, lane: 8, history: history.iter().peekable() }
     }
@@ -59,7 +38,7 @@ impl<'a> Filling<'a> {
     /// Ends the list. Packs are taken by twos.
     fn end(self) {
         if self.packs.len() % 2 == 1 {
-            self.packs.push(Pack::empty(self.none.0, self.none.1, 0));
+            self.packs.push(ContactPack::empty(self.none.0, self.none.1, 0));
         }
     }
 
@@ -71,7 +50,7 @@ impl<'a> Filling<'a> {
             if self.packs.len() == self.packs.capacity() {
                 self.packs.reserve_exact(self.packs.len() / 8 + 8);
             }
-            self.packs.push(Pack::empty(self.none.0, self.none.1, wall));
+            self.packs.push(ContactPack::empty(self.none.0, self.none.1, wall));
             self.lane = 0;
         }
         while self.history.next_if(|kept| (kept.i, kept.j) < key).is_some() {}
@@ -92,7 +71,9 @@ impl Block {
     /// Contacts with their springs: those that bear a force, or `all` that are listed.
     pub(super) fn history(&self, size: u32, all: bool, history: &mut History) {
         let [pairs, cross, walls] = history;
-        let touching = |packs: &[Pack], to: &mut Vec<Kept>, number: &dyn Fn(&Pack, usize) -> u32| {
+        let touching = |packs: &[ContactPack],
+                        to: &mut Vec<SavedSpring>,
+                        number: &dyn Fn(&ContactPack, usize) -> u32| {
             to.clear();
             for pack in packs {
                 let mut rest = if all { pack.filled(self.len()) } else { pack.touching };
@@ -100,7 +81,7 @@ impl Block {
                     let lane = rest.trailing_zeros() as usize;
                     rest &= rest - 1;
                     let (i, j) = (u32::from(pack.i[lane]), number(pack, lane));
-                    to.push(Kept { i, j, spring: pack.spring(lane) });
+                    to.push(SavedSpring { i, j, spring: pack.spring(lane) });
                 }
             }
         };
@@ -111,11 +92,11 @@ impl Block {
     }
 
     /// Keeps the contacts of the lists for the next ones, before what they are named by changes.
-    pub(super) fn keep_contacts(&mut self, size: u32) {
-        if self.seed.is_none() {
+    pub(super) fn save_history(&mut self, size: u32) {
+        if self.pending.is_none() {
             let mut history = Box::default();
             self.history(size, false, &mut history);
-            self.seed = Some(history);
+            self.pending = Some(history);
         }
     }
 
@@ -123,19 +104,20 @@ impl Block {
     pub(super) fn touching_any_below(&self, end: u32) -> usize {
         let below = self.segments.partition_point(|segment| segment.block < end);
         let Some(last) = self.segments[..below].last() else { return 0 };
-        let of =
-            |pack: &Pack| (0..8).filter(|&k| pack.touching >> k & 1 == 1 && pack.j[k] < last.end).count();
+        let of = |pack: &ContactPack| {
+            (0..8).filter(|&k| pack.touching >> k & 1 == 1 && pack.j[k] < last.end).count()
+        };
         self.cross.iter().map(of).sum()
     }
 
     /// Empties all lists.
     pub(super) fn forget(&mut self) {
-        self.near = Default::default();
+        self.candidates = Default::default();
         for packs in [&mut self.pairs, &mut self.cross, &mut self.walls] {
             *packs = Vec::new();
         }
         (self.halo, self.segments) = (Vec::new(), Vec::new());
-        self.seen.clear(0);
+        self.observed.clear(0);
     }
 
     /// Number in the order of the engine of row `slot` of the halo.
@@ -144,15 +126,20 @@ impl Block {
         self.segments[segment].block * size + u32::from(self.halo[slot as usize])
     }
 
-    /// Builds all lists of the block from the pairs that are near: `builder.halo` holds the rows of other
+    /// Builds all lists of the block from the candidates: `scratch.halo` holds the rows of other
     /// blocks.
-    pub(super) fn build(&mut self, reach: &Reach<'_>, rows: &[Row], builder: &mut Builder) -> Listed {
-        let mut history = std::mem::take(&mut builder.history);
-        match self.seed.take() {
-            Some(seed) => history = *seed,
+    pub(super) fn build(
+        &mut self,
+        reach: &ListReach<'_>,
+        rows: &[GrainRecord],
+        scratch: &mut ListScratch,
+    ) -> Listed {
+        let mut history = std::mem::take(&mut scratch.history);
+        match self.pending.take() {
+            Some(pending) => history = *pending,
             None => self.history(reach.size, false, &mut history),
         }
-        let mut halves = std::mem::take(&mut builder.halves);
+        let mut halves = std::mem::take(&mut scratch.halves);
         halves.clear();
         for segment in &self.segments {
             halves.resize(segment.end as usize, 0.5 * reach.skins[segment.block as usize].width);
@@ -160,81 +147,87 @@ impl Block {
         let skin = reach.skins[(self.first / reach.size) as usize].width;
         let mut listed = Listed::default();
         self.build_pairs(reach, skin, rows, &history[0], &mut listed);
-        self.build_cross(reach, skin, rows, (&builder.halo, &halves), &history[1], &mut listed);
+        self.build_cross(reach, skin, rows, (&scratch.halo, &halves), &history[1], &mut listed);
         self.build_walls(reach, skin, rows, &history[2]);
-        (builder.history, builder.halves) = (history, halves);
+        (scratch.history, scratch.halves) = (history, halves);
         listed
     }
 
     /// Pairs within the block.
     fn build_pairs(
         &mut self,
-        reach: &Reach<'_>,
+        reach: &ListReach<'_>,
         skin: f64,
-        rows: &[Row],
-        history: &[Kept],
+        rows: &[GrainRecord],
+        history: &[SavedSpring],
         listed: &mut Listed,
     ) {
         let n = self.len();
-        let mut filling = Filling::new(&mut self.pairs, (n as u16, n as u32), history);
-        for &(i, j) in &self.near.pairs {
+        let mut writer = PackWriter::new(&mut self.pairs, (n as u16, n as u32), history);
+        for &(i, j) in &self.candidates.pairs {
             if reach.holds(skin, &rows[usize::from(i)], &rows[usize::from(j)]) {
                 let key = (u32::from(i), self.first + u32::from(j));
                 listed.pairs += 2;
-                listed.touching += 2 * usize::from(filling.put(i, u32::from(j), 0, key));
+                listed.touching += 2 * usize::from(writer.put(i, u32::from(j), 0, key));
             }
         }
-        filling.end();
+        writer.end();
     }
 
     /// Pairs with other blocks.
     fn build_cross(
         &mut self,
-        reach: &Reach<'_>,
+        reach: &ListReach<'_>,
         skin: f64,
-        rows: &[Row],
-        (halo, halves): (&[Row], &[f64]),
-        history: &[Kept],
+        rows: &[GrainRecord],
+        (halo, halves): (&[GrainRecord], &[f64]),
+        history: &[SavedSpring],
         listed: &mut Listed,
     ) {
         let mut packs = std::mem::take(&mut self.cross);
         let none = (self.len() as u16, self.halo.len() as u32);
-        let mut filling = Filling::new(&mut packs, none, history);
-        for &(i, slot) in &self.near.cross {
+        let mut writer = PackWriter::new(&mut packs, none, history);
+        for &(i, slot) in &self.candidates.cross {
             let skin = 0.5 * skin + halves[slot as usize];
             if reach.holds(skin, &rows[usize::from(i)], &halo[slot as usize]) {
                 let key = (u32::from(i), self.halo_number(slot, reach.size));
                 listed.pairs += 1;
-                listed.touching += usize::from(filling.put(i, slot, 0, key));
+                listed.touching += usize::from(writer.put(i, slot, 0, key));
             }
         }
-        filling.end();
+        writer.end();
         self.cross = packs;
     }
 
     /// Grains at walls, wall by wall.
-    fn build_walls(&mut self, reach: &Reach<'_>, skin: f64, rows: &[Row], history: &[Kept]) {
+    fn build_walls(
+        &mut self,
+        reach: &ListReach<'_>,
+        skin: f64,
+        rows: &[GrainRecord],
+        history: &[SavedSpring],
+    ) {
         let none = (self.len() as u16, 0);
-        let mut filling = Filling::new(&mut self.walls, none, &[]);
+        let mut writer = PackWriter::new(&mut self.walls, none, &[]);
         let mut at = u16::MAX;
-        for &(w, i) in &self.near.walls {
+        for &(w, i) in &self.candidates.walls {
             let plane = reach.walls[usize::from(w)].plane();
             if w != at {
                 at = w;
-                filling.lane = 8;
+                writer.lane = 8;
                 let from = history.partition_point(|kept| kept.j < u32::from(w));
                 let to = history.partition_point(|kept| kept.j <= u32::from(w));
-                filling.history = history[from..to].iter().peekable();
+                writer.history = history[from..to].iter().peekable();
             }
-            if plane.stands(reach.t) && wall_gap(plane, reach.t, &rows[usize::from(i)]) < skin {
-                filling.put(i, 0, w, (u32::from(i), u32::from(w)));
+            if plane.stands(reach.t) && rows[usize::from(i)].gap(plane, reach.t) < skin {
+                writer.put(i, 0, w, (u32::from(i), u32::from(w)));
             }
         }
     }
 }
 
 /// What is listed: gaps below a skin.
-pub(super) struct Reach<'a> {
+pub(super) struct ListReach<'a> {
     /// Skins of the blocks.
     pub(super) skins: &'a [Skin],
     /// Lengths of the periods, m; 0 where there is none.
@@ -247,9 +240,9 @@ pub(super) struct Reach<'a> {
     pub(super) walls: &'a [Wall],
 }
 
-impl Reach<'_> {
+impl ListReach<'_> {
     #[inline]
-    fn holds(&self, skin: f64, a: &Row, b: &Row) -> bool {
+    fn holds(&self, skin: f64, a: &GrainRecord, b: &GrainRecord) -> bool {
         let (x, y) = (a.position(), b.position());
         let mut distance2 = 0.0;
         for axis in 0..3 {
@@ -262,10 +255,4 @@ impl Reach<'_> {
         let limit = a.radius() + b.radius() + skin;
         distance2 < limit * limit
     }
-}
-
-/// Gap of a grain to a wall, m.
-pub(super) fn wall_gap(plane: &Plane, t: f64, row: &Row) -> f64 {
-    let level = plane.normal.dot(&plane.point) + plane.velocity.dot(&plane.normal) * t;
-    plane.normal.dot(&Vec3::from(row.position())) - level - row.radius()
 }

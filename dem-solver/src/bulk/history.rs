@@ -1,9 +1,10 @@
 //! Springs in and out, by the grains' own numbers.
 
-use super::list::History;
-use super::row::Kept;
-use super::stretch::{lock, mine};
-use super::{Bulk, SIZE};
+use crate::bulk::engine::Bulk;
+use crate::bulk::records::History;
+use crate::bulk::records::SIZE;
+use crate::bulk::records::SavedSpring;
+use crate::bulk::sync::{lock, mutex_mut};
 use crate::state::SavedContact;
 
 impl Bulk {
@@ -11,19 +12,19 @@ impl Bulk {
     pub(crate) fn contacts(&self) -> (Vec<SavedContact>, Vec<SavedContact>) {
         let (mut pairs, mut walls) = (Vec::new(), Vec::new());
         let mut history = History::default();
-        let asleep = self.blocks.asleep();
-        for block in self.blocks.block.iter().skip(asleep) {
+        let inactive = self.blocks.inactive();
+        for block in self.blocks.block.iter().skip(inactive) {
             let block = lock(block);
-            match &block.seed {
-                Some(seed) => history.clone_from(seed),
+            match &block.pending {
+                Some(pending) => history.clone_from(pending),
                 None => block.history(SIZE as u32, false, &mut history),
             }
             let [inner, cross, at_walls] = &history;
             let number = |place: u32| self.order[place as usize];
             for kept in inner.iter().chain(cross) {
                 let place = block.first + kept.i;
-                // the other block has the same contact the other way round, if it is awake
-                if place < kept.j || (kept.j as usize) < asleep * SIZE {
+                // the other block has the same contact the other way round, if it is active
+                if place < kept.j || (kept.j as usize) < inactive * SIZE {
                     pairs.push(between(number(place), number(kept.j), kept.spring));
                 }
             }
@@ -46,7 +47,7 @@ impl Bulk {
             place[i as usize] = k;
         }
         let size = SIZE as u32;
-        let mut seeds = vec![Box::<History>::default(); self.blocks.block.len()];
+        let mut histories = vec![Box::<History>::default(); self.blocks.block.len()];
         for contact in contacts {
             let (i, j) = (place[contact.first as usize], place[contact.second as usize]);
             let turned = contact.spring.map(|s| -s);
@@ -54,34 +55,34 @@ impl Bulk {
                 if i < j { (i, j, contact.spring, turned) } else { (j, i, turned, contact.spring) };
             let (a, b) = ((low / size) as usize, (high / size) as usize);
             if a == b {
-                seeds[a][0].push(Kept { i: low % size, j: high, spring: up });
+                histories[a][0].push(SavedSpring { i: low % size, j: high, spring: up });
             } else {
-                seeds[a][1].push(Kept { i: low % size, j: high, spring: up });
-                seeds[b][1].push(Kept { i: high % size, j: low, spring: down });
+                histories[a][1].push(SavedSpring { i: low % size, j: high, spring: up });
+                histories[b][1].push(SavedSpring { i: high % size, j: low, spring: down });
             }
         }
         for contact in wall_contacts {
             let i = place[contact.first as usize];
-            let kept = Kept { i: i % size, j: contact.second, spring: contact.spring };
-            seeds[(i / size) as usize][2].push(kept);
+            let kept = SavedSpring { i: i % size, j: contact.second, spring: contact.spring };
+            histories[(i / size) as usize][2].push(kept);
         }
-        for (mut seed, block) in seeds.into_iter().zip(&mut self.blocks.block) {
-            let [pairs, cross, walls] = &mut *seed;
+        for (mut pending, block) in histories.into_iter().zip(&mut self.blocks.block) {
+            let [pairs, cross, walls] = &mut *pending;
             pairs.sort_unstable_by_key(|kept| (kept.i, kept.j));
             cross.sort_unstable_by_key(|kept| (kept.i, kept.j));
             walls.sort_unstable_by_key(|kept| (kept.j, kept.i));
-            mine(block).seed = Some(seed);
+            mutex_mut(block).pending = Some(pending);
         }
         self.valid = false;
     }
 
     /// Contacts at the last evaluation and the largest overlap of the window, m.
-    pub(crate) fn met(&mut self) -> (usize, f64) {
-        let (asleep, mut twice, mut overlap) = (self.blocks.asleep() as u32, 0, 0.0f64);
-        for block in self.blocks.awake_mut() {
-            let block = mine(block);
-            twice += block.seen.contacts as usize + block.touching_any_below(asleep);
-            overlap = overlap.max(block.seen.overlap);
+    pub(crate) fn contacts_and_overlap(&mut self) -> (usize, f64) {
+        let (inactive, mut twice, mut overlap) = (self.blocks.inactive() as u32, 0, 0.0f64);
+        for block in self.blocks.active_mut() {
+            let block = mutex_mut(block);
+            twice += block.observed.contacts as usize + block.touching_any_below(inactive);
+            overlap = overlap.max(block.observed.overlap);
         }
         (twice / 2, overlap)
     }

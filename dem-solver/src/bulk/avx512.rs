@@ -1,19 +1,19 @@
 //! Eight lanes in a register of 512 bits.
 
-use super::lanes::{Eight, Lanes};
+use crate::bulk::lanes::{Lanes, Lanes8};
 use pulp::{b8, cast, f64x8, x86::V4};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Lanes in a register of 512 bits.
 #[derive(Clone, Copy)]
-pub(super) struct Wide {
+pub(super) struct Avx512 {
     simd: V4,
     lanes: f64x8,
 }
 
-macro_rules! wide {
+macro_rules! skin {
     ($name:ident, $fn:ident, $op:ident) => {
-        impl $name for Wide {
+        impl $name for Avx512 {
             type Output = Self;
             #[inline(always)]
             fn $fn(self, other: Self) -> Self {
@@ -25,12 +25,12 @@ macro_rules! wide {
         }
     };
 }
-wide!(Add, add, _mm512_add_pd);
-wide!(Sub, sub, _mm512_sub_pd);
-wide!(Mul, mul, _mm512_mul_pd);
-wide!(Div, div, _mm512_div_pd);
+skin!(Add, add, _mm512_add_pd);
+skin!(Sub, sub, _mm512_sub_pd);
+skin!(Mul, mul, _mm512_mul_pd);
+skin!(Div, div, _mm512_div_pd);
 
-impl Wide {
+impl Avx512 {
     /// Even (`low`) or odd numbers of each pair of both.
     #[inline(always)]
     fn unpack(self, other: Self, low: bool) -> Self {
@@ -49,7 +49,7 @@ impl Wide {
     }
 }
 
-impl Lanes for Wide {
+impl Lanes for Avx512 {
     type Token = V4;
     type Mask = u8;
 
@@ -101,7 +101,7 @@ impl Lanes for Wide {
     }
 }
 
-impl Eight for Wide {
+impl Lanes8 for Avx512 {
     #[inline(always)]
     fn load(simd: V4, values: &[f64; 8]) -> Self {
         Self { simd, lanes: cast(*values) }

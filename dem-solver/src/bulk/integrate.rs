@@ -1,16 +1,16 @@
 //! Kick and drift of a block (symplectic Euler): v ← v + dt (a + W F), x ← x + dt v, likewise the spin.
 
-use super::lanes::Eight;
-use super::row::{Push, Row};
-use crate::Vec3;
-use crate::general::integrate::rotate;
-use crate::spec::Motion;
+use crate::bulk::lanes::Lanes8;
+use crate::bulk::records::{ForceTorque, GrainRecord};
+use crate::motion::Motion;
+use crate::motion::Vec3;
+use crate::motion::rotate;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// What besides contacts acts on a grain over a window. The fourth numbers are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(64))]
-pub(super) struct Drive {
+pub(super) struct BodyForce {
     /// Acceleration by gravity, fluid and virtual mass along free axes, m/s²; angular acceleration about
     /// free axes, rad/s².
     pub(super) acceleration: [f64; 8],
@@ -18,7 +18,7 @@ pub(super) struct Drive {
     pub(super) free: [f64; 8],
 }
 
-impl Drive {
+impl BodyForce {
     /// What acts on a grain, and along and about which axes it is free.
     pub(super) fn new([acceleration, spin_acceleration]: [&Vec3; 2], [free, turns]: [&Vec3; 2]) -> Self {
         let eight = |a: &Vec3, b: &Vec3| [a.x, a.y, a.z, 0.0, b.x, b.y, b.z, 0.0];
@@ -53,14 +53,14 @@ impl Fastest {
 /// Moves the grains of a block from `old` to `new` and empties `push`. `drive` holds one entry for all or
 /// one per grain.
 #[inline(always)]
-pub(super) fn advance<L: Eight>(
+pub(super) fn advance<L: Lanes8>(
     token: L::Token,
     dt: f64,
-    old: &[Row],
-    push: &mut [Push],
+    old: &[GrainRecord],
+    push: &mut [ForceTorque],
     inverse_inertia: &[f64],
-    drive: &[Drive],
-    new: &mut [Row],
+    drive: &[BodyForce],
+    new: &mut [GrainRecord],
 ) -> Fastest {
     let stride = usize::from(drive.len() > 1);
     let zero = L::splat(token, 0.0);
@@ -70,13 +70,13 @@ pub(super) fn advance<L: Eight>(
     let grains = old.iter().zip(push).zip(inverse_inertia).zip(new);
     for (i, (((row, push), turning), to)) in grains.enumerate() {
         let drive = &drive[i * stride];
-        let Row { a: [.., vx, vy, vz, weight], b } = row;
+        let GrainRecord { a: [.., vx, vy, vz, weight], b } = row;
         // velocity and spin in one; the fourth of each four is a constant, which free = 0 keeps
         let motion = L::load_halves(token, &[*vx, *vy, *vz, *weight], b);
         let per_force = L::load_halves(token, &[*weight; 4], &[*turning; 4]);
-        let given = L::load(token, &drive.acceleration);
+        let prescribed = L::load(token, &drive.acceleration);
         let force = L::load(token, &push.0);
-        let gained = (L::load(token, &drive.free) * per_force).times_plus(force, given);
+        let gained = (L::load(token, &drive.free) * per_force).times_plus(force, prescribed);
         let motion = gained.times_plus(step, motion);
         zero.store(&mut push.0);
         let place = motion.times_plus(drift, L::load(token, &row.a));
@@ -93,12 +93,12 @@ pub(super) fn advance<L: Eight>(
 /// Grains that forces do not move: their path is a function of time.
 pub(super) fn follow(
     (t, dt): (f64, f64),
-    given: &[(u16, Motion)],
-    old: &[Row],
-    new: &mut [Row],
+    prescribed: &[(u16, Motion)],
+    old: &[GrainRecord],
+    new: &mut [GrainRecord],
     fastest: &mut Fastest,
 ) {
-    for (i, motion) in given {
+    for (i, motion) in prescribed {
         let (row, to) = (&old[*i as usize], &mut new[*i as usize]);
         let (mean, _) = motion.mean_velocity(t, dt);
         let (velocity, spin) = motion.velocity_at(t + dt);
@@ -113,11 +113,16 @@ pub(super) fn follow(
     }
 }
 
-/// Turns the grains by the spins they have now; `given` ones by their mean spin from `t` on.
-pub(super) fn turn((t, dt): (f64, f64), given: &[(u16, Motion)], rows: &[Row], orientation: &mut [[f64; 4]]) {
-    let mut given = given.iter().peekable();
+/// Turns the grains by the spins they have now; `prescribed` ones by their mean spin from `t` on.
+pub(super) fn turn(
+    (t, dt): (f64, f64),
+    prescribed: &[(u16, Motion)],
+    rows: &[GrainRecord],
+    orientation: &mut [[f64; 4]],
+) {
+    let mut prescribed = prescribed.iter().peekable();
     for (i, (row, q)) in rows.iter().zip(orientation).enumerate() {
-        let spin = match given.next_if(|(k, _)| *k as usize == i) {
+        let spin = match prescribed.next_if(|(k, _)| *k as usize == i) {
             Some((_, motion)) => motion.mean_velocity(t, dt).1,
             None => Vec3::from(row.spin()),
         };

@@ -1,22 +1,19 @@
-//! How wide the lists are, and when they are built anew.
-//!
-//! A listed pair out of reach costs in every sub-step, a build once in as many as the grains need to cross
-//! half a skin. All lists are built at the same time, but every block has a skin of its own, in proportion to
-//! its speeds, so that the lists of a bed at rest are not as wide as those of the rain above it. The motion is
-//! watched, and the widths follow. None of this changes a bit of the result.
+//! When the lists are built anew, how wide, and from the candidates.
 
-use super::Bulk;
-use super::list::{Listed, Reach};
-use super::stretch::{lock, mine, on_threads, read};
+use crate::bulk::block_list::ListReach;
+use crate::bulk::engine::Bulk;
+use crate::bulk::records::SIZE;
+use crate::bulk::skins::{Listed, Lists, Skin};
+use crate::bulk::sync::{lock, mutex_mut, on_threads, read};
 use std::sync::Mutex;
 
 /// Skins: least and most, over the mean diameter.
 const SKINS: (f64, f64) = (0.001, 0.5);
 
-/// First skin over the mean diameter, before any motion was seen.
+/// First skin over the mean diameter, before any motion was observed.
 const FIRST: f64 = 0.02;
 
-/// Cost of taking lists from what is near over that of a listed pair out of reach in one sub-step, both
+/// Cost of taking lists from the candidates over that of a listed pair out of reach in one sub-step, both
 /// per grain.
 const BUILD_OVER_PAIR: f64 = 25.0;
 
@@ -29,51 +26,19 @@ const HANDED_ON: f64 = 0.5;
 /// Room for grains that become faster, in distances per sub-step.
 const ROOM: f64 = 1.25;
 
-/// Skin of one block, and how its grains have moved since its lists were built.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Skin {
-    /// Pairs are listed up to half the sum of their blocks' skins, grains at walls up to the skin, m.
-    pub(super) width: f64,
-    /// How far a grain or a wall may have moved since, m.
-    travel: f64,
-    /// Largest speed now, m/s.
-    pub(super) speed: f64,
-    /// Largest speed of late, m/s.
-    pub(super) lately: f64,
-}
-
-impl Skin {
-    /// Whether all pairs in contact are listed, if the same is true of all other blocks.
-    fn holds(&self) -> bool {
-        2.0 * self.travel <= self.width
-    }
-}
-
-/// State of all lists.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Lists {
-    /// One per block.
-    pub(super) skins: Vec<Skin>,
-    /// Sub-steps since they were built.
-    since: u32,
-    /// Sub-steps that they were to last; 0 before the first.
-    life: f64,
-    found: Listed,
-}
-
 impl Bulk {
     /// Whether the lists hold all pairs in contact now.
     pub(super) fn holds(&self) -> bool {
-        self.valid && self.listed && self.lists.skins[self.blocks.asleep()..].iter().all(Skin::holds)
+        self.valid && self.listed && self.lists.skins[self.blocks.inactive()..].iter().all(Skin::holds)
     }
 
-    /// One sub-step `s` of a stretch was good.
+    /// One sub-step `s` of a batch was good.
     pub(super) fn moved(&mut self, s: u32, dt: f64) {
-        let (keep, wall_speed, asleep) =
-            (1.0 - 1.0 / self.lists.life.max(2.0), self.wall_speed, self.blocks.asleep());
-        for (block, skin) in self.blocks.awake_mut().iter_mut().zip(&mut self.lists.skins[asleep..]) {
-            skin.speed = mine(block).speed2[s as usize].sqrt();
-            skin.lately = (keep * skin.lately).max(skin.speed);
+        let (keep, wall_speed, inactive) =
+            (1.0 - 1.0 / self.lists.life.max(2.0), self.wall_speed, self.blocks.inactive());
+        for (block, skin) in self.blocks.active_mut().iter_mut().zip(&mut self.lists.skins[inactive..]) {
+            skin.speed = mutex_mut(block).speed2[s as usize].sqrt();
+            skin.recent_speed = (keep * skin.recent_speed).max(skin.speed);
             skin.travel += dt * skin.speed.max(wall_speed);
         }
         self.wall_path += dt * wall_speed;
@@ -91,7 +56,7 @@ impl Bulk {
 
     /// Sub-steps until the first block is likely to outrun the lists.
     fn fit(&self, dt: f64) -> u32 {
-        let steps = self.lists.skins[self.blocks.asleep()..].iter().map(|skin| {
+        let steps = self.lists.skins[self.blocks.inactive()..].iter().map(|skin| {
             let step = ROOM * dt * skin.speed.max(self.wall_speed);
             if step > 0.0 { (0.5 * skin.width - skin.travel) / step } else { f64::INFINITY }
         });
@@ -107,7 +72,7 @@ impl Bulk {
         }
         let life = self.best_life();
         let (mut sum, mut best) = (0.0, 0.0);
-        for b in self.blocks.asleep()..self.blocks.block.len() {
+        for b in self.blocks.inactive()..self.blocks.block.len() {
             let width = self.lists.skins[b].width;
             sum += width;
             best += self.best_width(b, life, dt).min(width);
@@ -132,7 +97,7 @@ impl Bulk {
             return life;
         }
         // what share of its skin the fastest block has used up in a sub-step
-        let skins = &self.lists.skins[self.blocks.asleep()..];
+        let skins = &self.lists.skins[self.blocks.inactive()..];
         let used = skins.iter().map(|skin| 2.0 * skin.travel / skin.width).fold(0.0, f64::max);
         let used = used / f64::from(since);
         let best = (BUILD_OVER_PAIR / (self.spare() * used)).sqrt();
@@ -143,9 +108,9 @@ impl Bulk {
     /// Skin with which block `b` does not outrun lists that last `life` sub-steps, m.
     fn best_width(&mut self, b: usize, life: f64, dt: f64) -> f64 {
         let skins = &self.lists.skins;
-        let beside = mine(&mut self.blocks.block[b]).segments.iter();
-        let beside = beside.map(|segment| skins[segment.block as usize].lately).fold(0.0, f64::max);
-        let speed = skins[b].lately.max(HANDED_ON * beside).max(self.wall_speed);
+        let beside = mutex_mut(&mut self.blocks.block[b]).segments.iter();
+        let beside = beside.map(|segment| skins[segment.block as usize].recent_speed).fold(0.0, f64::max);
+        let speed = skins[b].recent_speed.max(HANDED_ON * beside).max(self.wall_speed);
         let (least, most) = (SKINS.0 * self.diameter, SKINS.1 * self.diameter);
         let of = |life: f64| (2.0 * ROOM * dt * speed * life).clamp(least, most);
         match self.settings.skin {
@@ -159,48 +124,48 @@ impl Bulk {
         let life = self.best_life();
         let least =
             if self.lists.life == 0.0 && self.settings.skin.is_none() { FIRST * self.diameter } else { 0.0 };
-        for b in self.blocks.asleep()..self.blocks.block.len() {
+        for b in self.blocks.inactive()..self.blocks.block.len() {
             self.lists.skins[b].width = self.best_width(b, life, dt).max(least);
         }
         for skin in &mut self.lists.skins {
             skin.travel = 0.0;
         }
-        self.lists.skins[..self.blocks.asleep()].fill(Skin::default());
+        self.lists.skins[..self.blocks.inactive()].fill(Skin::default());
         (self.lists.life, self.lists.since) = (life, 0);
     }
 
-    /// Builds the lists for the present state, and searches what is near where that has become too old.
+    /// Builds the lists for the present state, and Searches candidates where that has become too old.
     pub(super) fn build(&mut self, t: f64, dt: f64) {
         self.choose_skins(dt);
-        self.refresh_near(t);
+        self.refresh_candidates(t);
         (self.valid, self.listed) = (true, true);
         self.builds += 1;
         self.take_lists(t);
     }
 
-    /// Takes the lists from what is near.
+    /// Takes the lists from the candidates.
     fn take_lists(&mut self, t: f64) {
-        let reach = Reach {
+        let reach = ListReach {
             skins: &self.lists.skins,
             length: self.common.length,
             t,
-            size: super::SIZE as u32,
+            size: SIZE as u32,
             walls: &self.common.walls,
         };
         let (blocks, now) = (&self.blocks, self.now);
-        let threads = self.builders.len();
+        let threads = self.list_scratch.len();
         let found = Mutex::new(Listed::default());
-        on_threads(&mut self.builders, |k, builder| {
-            for b in blocks.share_of(k, threads) {
+        on_threads(&mut self.list_scratch, |k, scratch| {
+            for b in blocks.blocks_of_thread(k, threads) {
                 let rows = read(&blocks.rows[b][now]);
                 let mut block = lock(&blocks.block[b]);
                 // nothing runs now: there is no sub-step to wait for
-                blocks.gather(&block, now, 0, &mut builder.halo);
-                let listed = block.build(&reach, &rows, builder);
+                blocks.gather(&block, now, 0, &mut scratch.halo);
+                let listed = block.build(&reach, &rows, scratch);
                 lock(&found).add(&listed);
             }
         });
         self.lists.found = found.into_inner().unwrap_or_default();
-        self.blocks.share_out(threads);
+        self.blocks.balance(threads);
     }
 }

@@ -41,17 +41,17 @@ pub enum Lubrication {
     #[default]
     None,
     /// Eq. 19 up to the cut-off.
-    AsPrinted(FilmSettings),
+    AsPrinted(LubricationSettings),
     /// Eq. 19 less its value at the cut-off.
-    Continuous(FilmSettings),
+    Continuous(LubricationSettings),
     /// What the grid of the flow does not resolve (spheres only).
-    Complement(FilmSettings),
+    Complement(LubricationSettings),
 }
 
 /// Parameters of the film.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct FilmSettings {
+pub struct LubricationSettings {
     /// Roughness over radius η/R; real grains have 1e-6 to 1e-3.
     pub roughness: f64,
     /// Gap over radius δ_c/R beyond which the film does not act; the seed takes ½.
@@ -63,10 +63,10 @@ pub struct FilmSettings {
     pub resolved_length: Option<f64>,
     /// Shape of the film; by default point for spheres and line for discs.
     #[serde(default)]
-    pub film: Option<FilmShape>,
+    pub film: Option<GapShape>,
     /// How it is integrated.
     #[serde(default)]
-    pub integration: FilmIntegration,
+    pub integration: LubricationIntegration,
     /// Most Gauss–Seidel sweeps over all films of one sub-step (implicit only).
     #[serde(default = "default_sweeps")]
     pub sweeps: u32,
@@ -85,7 +85,7 @@ fn default_sweeps() -> u32 {
 /// Where two surfaces are near.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum FilmShape {
+pub enum GapShape {
     /// Around a point: spheres.
     Point,
     /// Along a line: discs, force per unit length.
@@ -95,7 +95,7 @@ pub enum FilmShape {
 /// Time integration of the film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum FilmIntegration {
+pub enum LubricationIntegration {
     /// Impulse over the path of the sub-step: stable, never tunnels, exact to four digits.
     #[default]
     Implicit,
@@ -103,7 +103,7 @@ pub enum FilmIntegration {
     Explicit,
 }
 
-impl FilmSettings {
+impl LubricationSettings {
     /// Settings with everything but the roughness at its default.
     #[must_use]
     pub fn new(roughness: f64) -> Self {
@@ -112,7 +112,7 @@ impl FilmSettings {
             cut_off: default_cut_off(),
             resolved_length: None,
             film: None,
-            integration: FilmIntegration::Implicit,
+            integration: LubricationIntegration::Implicit,
             sweeps: default_sweeps(),
         }
     }
@@ -121,7 +121,7 @@ impl FilmSettings {
 impl Lubrication {
     /// The parameters, if there is a film.
     #[must_use]
-    pub fn settings(&self) -> Option<&FilmSettings> {
+    pub fn settings(&self) -> Option<&LubricationSettings> {
         match self {
             Self::None => None,
             Self::AsPrinted(settings) | Self::Continuous(settings) | Self::Complement(settings) => {
@@ -164,9 +164,9 @@ impl Lubrication {
 
 /// Film model with everything resolved that is common to all films of a run.
 #[derive(Clone, Copy, Debug)]
-pub struct FilmModel {
+pub struct LubricationModel {
     /// Shape.
-    pub shape: FilmShape,
+    pub shape: GapShape,
     /// η/R.
     pub roughness: f64,
     /// δ_c/R.
@@ -179,23 +179,27 @@ pub struct FilmModel {
     pub viscosity: f64,
 }
 
-impl FilmModel {
+impl LubricationModel {
     /// Coefficients of the film between radii `a` and `b` (infinite for a wall).
     #[inline(always)]
     #[must_use]
-    pub fn film(&self, a: f64, b: f64) -> FilmLaw {
+    pub fn law(&self, a: f64, b: f64) -> LubricationLaw {
         let (scale, reduced) = if b.is_infinite() { (a, a) } else { (0.5 * (a + b), a * b / (a + b)) };
         let roughness = self.roughness * scale;
         let cut_off = self.cut_off * scale;
         let coefficient = match self.shape {
-            FilmShape::Point => 6.0 * PI * self.viscosity * reduced * reduced,
-            FilmShape::Line => {
-                3.0 * std::f64::consts::SQRT_2 * PI * self.viscosity * reduced * reduced.sqrt()
-            }
+            GapShape::Point => 6.0 * PI * self.viscosity * reduced * reduced,
+            GapShape::Line => 3.0 * std::f64::consts::SQRT_2 * PI * self.viscosity * reduced * reduced.sqrt(),
         };
         let resolved_length = self.resolved_length;
-        let mut law =
-            FilmLaw { shape: self.shape, coefficient, roughness, cut_off, resolved_length, shift: 0.0 };
+        let mut law = LubricationLaw {
+            shape: self.shape,
+            coefficient,
+            roughness,
+            cut_off,
+            resolved_length,
+            shift: 0.0,
+        };
         if self.continuous {
             law.shift = law.resistance(cut_off);
         }
@@ -206,9 +210,9 @@ impl FilmModel {
 /// One film for 0 ≤ δ ≤ δ_c: κ(δ) = c/(δ + η)/(1 + 2x + 2x²) − shift with x = (δ + η)/L, or
 /// c/(δ + η)^{3/2} − shift.
 #[derive(Clone, Copy, Debug)]
-pub struct FilmLaw {
+pub struct LubricationLaw {
     /// Shape.
-    pub shape: FilmShape,
+    pub shape: GapShape,
     /// c, N s (point) or N s m^{1/2} per unit length (line).
     pub coefficient: f64,
     /// η, m.
@@ -254,7 +258,7 @@ impl Expansion {
     /// s differs from y by less than this part at [`Expansion::FAR`].
     const BEND: f64 = 0.01;
 
-    /// [`FilmLaw::impulse`] at the gap that it was made for, if the path is short enough.
+    /// [`LubricationLaw::impulse`] at the gap that it was made for, if the path is short enough.
     #[inline(always)]
     #[must_use]
     pub fn impulse(&self, rate: f64) -> Option<f64> {
@@ -264,18 +268,18 @@ impl Expansion {
     }
 }
 
-impl FilmLaw {
+impl LubricationLaw {
     /// κ at gap `gap` within the film, N s/m.
     #[inline(always)]
     #[must_use]
     pub fn resistance(&self, gap: f64) -> f64 {
         let a = gap + self.roughness;
         match self.shape {
-            FilmShape::Point => {
+            GapShape::Point => {
                 let x = a / self.resolved_length;
                 self.coefficient / (a * (1.0 + 2.0 * x * (1.0 + x))) - self.shift
             }
-            FilmShape::Line => self.coefficient / (a * a.sqrt()) - self.shift,
+            GapShape::Line => self.coefficient / (a * a.sqrt()) - self.shift,
         }
     }
 
@@ -283,9 +287,9 @@ impl FilmLaw {
     #[inline(always)]
     fn path(&self, a: f64, s: f64) -> f64 {
         let spent = match self.shape {
-            FilmShape::Point => self.coefficient * (s.ln_1p() - self.resolved(a, s)),
+            GapShape::Point => self.coefficient * (s.ln_1p() - self.resolved(a, s)),
             // 1 − (1+s)^{−1/2} without cancellation
-            FilmShape::Line => {
+            GapShape::Line => {
                 let root = (1.0 + s).sqrt();
                 2.0 * self.coefficient / a.sqrt() * (s / (root * (1.0 + root)))
             }
@@ -316,13 +320,13 @@ impl FilmLaw {
         let a = gap + self.roughness;
         // path = c ∫ dσ/Q(σ) − shift a s with Q = (1 + σ)(1 + 2x(1 + σ) + 2x²(1 + σ)²), or (1 + σ)^{3/2}
         let (c, [q0, q1, q2, q3]) = match self.shape {
-            FilmShape::Point => {
+            GapShape::Point => {
                 let x = a * (1.0 / self.resolved_length);
                 let x2 = x * x;
                 let q = [1.0 + 2.0 * x + 2.0 * x2, 1.0 + 4.0 * x + 6.0 * x2, 4.0 * x + 12.0 * x2, 12.0 * x2];
                 (self.coefficient, q)
             }
-            FilmShape::Line => (self.coefficient / a.sqrt(), [1.0, 1.5, 0.75, -0.375]),
+            GapShape::Line => (self.coefficient / a.sqrt(), [1.0, 1.5, 0.75, -0.375]),
         };
         let p = 1.0 / q0;
         let (c, r, second, third) = (c * p, q1 * p, q2 * p, q3 * p);

@@ -1,15 +1,35 @@
-//! Which scenes the engine takes.
+//! Which scenes the engine takes, and which engine `auto` takes.
 
-use super::linear;
-use crate::general::integrate::Integrator;
-use crate::spec::{DemSpec, Grain, Motion};
+use crate::grain::Grain;
+use crate::motion::Motion;
+use crate::spec::{DemSpec, Engine, Integrator};
 
 /// Number of grains from which the engine is chosen by itself.
-pub const FROM: usize = 256;
+pub(crate) const FROM: usize = 256;
+
+/// An engine, and why it was taken.
+pub(crate) struct Choice {
+    pub(crate) engine: Engine,
+    pub(crate) why: String,
+}
+
+/// The engine of a checked spec.
+pub(crate) fn choice(spec: &DemSpec) -> Choice {
+    let (engine, why) = match spec.engine {
+        Engine::Auto => match spec.grains.len() {
+            few if few < FROM => (Engine::General, format!("the number of grains, {few}, is below {FROM}")),
+            many => match prevents(spec) {
+                Some(why) => (Engine::General, why),
+                None => (Engine::Bulk, format!("there are {many} grains in linear contact")),
+            },
+        },
+        asked => (asked, "the scene asks for it".to_owned()),
+    };
+    Choice { engine, why }
+}
 
 /// What keeps the engine from a checked spec; none if nothing does.
-#[must_use]
-pub fn prevents(spec: &DemSpec) -> Option<String> {
+pub(crate) fn prevents(spec: &DemSpec) -> Option<String> {
     let Some(first) = spec.grains.first() else { return Some("there are no grains".to_owned()) };
     if spec.integrator != Integrator::SymplecticEuler {
         return Some("the integrator is not symplectic-euler".to_owned());
@@ -28,10 +48,10 @@ pub fn prevents(spec: &DemSpec) -> Option<String> {
     if laws.any_rolling() {
         return Some("there is a resistance to rolling".to_owned());
     }
-    if linear(&laws, material, material).is_none() {
+    if laws.linear(material, material).is_none() {
         return Some("the contact law is not linear-spring-dashpot with a contact time".to_owned());
     }
-    if let Some(w) = spec.walls.iter().position(|wall| linear(&laws, material, wall.material).is_none()) {
+    if let Some(w) = spec.walls.iter().position(|wall| laws.linear(material, wall.material).is_none()) {
         return Some(format!("the contact law of wall {w} is not linear-spring-dashpot with a contact time"));
     }
     if spec.walls.len() > usize::from(u16::MAX) {

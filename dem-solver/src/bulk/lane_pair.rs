@@ -1,15 +1,15 @@
 //! Two sets of lanes side by side: while one waits for a root or a quotient, the other goes on.
 
-use super::lanes::{Lanes, Mask};
+use crate::bulk::lanes::{Lanes, Mask};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
 /// Two sets of lanes, or of bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Duo<T>(pub(super) T, pub(super) T);
+pub(super) struct LanePair<T>(pub(super) T, pub(super) T);
 
 macro_rules! both {
     ($name:ident, $fn:ident) => {
-        impl<T: $name<Output = T>> $name for Duo<T> {
+        impl<T: $name<Output = T>> $name for LanePair<T> {
             type Output = Self;
             #[inline(always)]
             fn $fn(self, other: Self) -> Self {
@@ -25,7 +25,7 @@ both!(Div, div);
 both!(BitAnd, bitand);
 both!(BitOr, bitor);
 
-impl<T: Not<Output = T>> Not for Duo<T> {
+impl<T: Not<Output = T>> Not for LanePair<T> {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
@@ -33,16 +33,16 @@ impl<T: Not<Output = T>> Not for Duo<T> {
     }
 }
 
-impl<M: Mask> Mask for Duo<M> {
+impl<M: Mask> Mask for LanePair<M> {
     #[inline(always)]
     fn any(self) -> bool {
         self.0.any() || self.1.any()
     }
 }
 
-impl<L: Lanes> Lanes for Duo<L> {
+impl<L: Lanes> Lanes for LanePair<L> {
     type Token = L::Token;
-    type Mask = Duo<L::Mask>;
+    type Mask = LanePair<L::Mask>;
 
     #[inline(always)]
     fn splat(token: L::Token, value: f64) -> Self {
@@ -77,7 +77,7 @@ impl<L: Lanes> Lanes for Duo<L> {
 
     #[inline(always)]
     fn lt(self, other: Self) -> Self::Mask {
-        Duo(self.0.lt(other.0), self.1.lt(other.1))
+        LanePair(self.0.lt(other.0), self.1.lt(other.1))
     }
 
     #[inline(always)]

@@ -4,96 +4,11 @@
 //! have come nearer by the skin: Σ dt·v_max > skin/2, without stored positions. Rows are ascending in
 //! both partners, and pairs out of reach add nothing, so sums do not depend on when a list was built.
 
-use crate::Vec3;
 use crate::grains::Grains;
 use crate::laws::walls::Plane;
-use crate::search::cells::{Periods, Search};
-use crate::state::SavedContact;
-
-/// Pairs by first partner: row `i` holds the partners of grain `i`, ascending.
-#[derive(Clone, Debug, Default)]
-pub struct ContactList {
-    start: Vec<u32>,
-    /// Second partners: grains j > i, or walls.
-    pub other: Vec<u32>,
-    /// Tangential springs δ_t, m; zero where nothing touches.
-    pub spring: Vec<Vec3>,
-    /// Rolling angles θ, rad; zero where nothing touches or rolling is free.
-    pub rolling: Vec<Vec3>,
-    /// Whether the contact bears a force.
-    pub touching: Vec<bool>,
-}
-
-impl ContactList {
-    /// Range of entries of grain `i`.
-    #[inline(always)]
-    #[must_use]
-    pub fn row(&self, i: usize) -> std::ops::Range<usize> {
-        self.start[i] as usize..self.start[i + 1] as usize
-    }
-
-    /// Number of entries.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.other.len()
-    }
-
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.other.is_empty()
-    }
-
-    /// The entries that bear a force, with their springs.
-    #[must_use]
-    pub fn bearing(&self) -> Vec<SavedContact> {
-        let rows = (0u32..).zip(self.start.windows(2));
-        rows.flat_map(|(first, row)| (row[0]..row[1]).map(move |k| (first, k as usize)))
-            .filter(|(_, k)| self.touching[*k])
-            .map(|(first, k)| SavedContact { first, second: self.other[k], spring: self.spring[k].into() })
-            .collect()
-    }
-
-    /// Empties the list and opens the first row.
-    pub fn clear(&mut self) {
-        self.start.clear();
-        self.start.push(0);
-        self.other.clear();
-        self.spring.clear();
-        self.rolling.clear();
-        self.touching.clear();
-    }
-
-    /// Appends an entry to the open row.
-    pub fn push(&mut self, other: u32, spring: Vec3, rolling: Vec3, touching: bool) {
-        self.other.push(other);
-        self.spring.push(spring);
-        self.rolling.push(rolling);
-        self.touching.push(touching);
-    }
-
-    /// Closes the open row.
-    pub fn close_row(&mut self) {
-        self.start.push(self.other.len() as u32);
-    }
-
-    /// Appends `partners` (ascending) as row `i`, with the history that `old` has of them.
-    fn push_row(&mut self, i: usize, partners: &[u32], old: &Self) {
-        let mut history = if i + 1 < old.start.len() { old.row(i) } else { 0..0 };
-        for &other in partners {
-            while history.start < history.end && old.other[history.start] < other {
-                history.start += 1;
-            }
-            if history.start < history.end && old.other[history.start] == other {
-                let k = history.start;
-                self.push(other, old.spring[k], old.rolling[k], old.touching[k]);
-            } else {
-                self.push(other, Vec3::zeros(), Vec3::zeros(), false);
-            }
-        }
-        self.close_row();
-    }
-}
+use crate::periods::Periods;
+use crate::search::contact_list::ContactList;
+use crate::search::pairs::PairSearch;
 
 /// The two lists of a run and what is needed to build them again.
 #[derive(Clone, Debug, Default)]
@@ -103,7 +18,7 @@ pub struct Neighbours {
     /// Grains near walls.
     pub walls: ContactList,
     spare: ContactList,
-    search: Search,
+    search: PairSearch,
     found: Vec<u32>,
     range: f64,
     skin: f64,

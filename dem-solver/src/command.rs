@@ -11,11 +11,11 @@ use clap::Parser;
 use protocol::checkpoint;
 use protocol::scene::{Axis, CheckedScene, Profile as Asked};
 
+use crate::grain::Shape;
 use crate::output::coarse_grain::{Cell, coarse_grain};
 use crate::output::partition::{Grid, Partition};
 use crate::output::profile::Profile;
 use crate::participant::DemParticipant;
-use crate::spec::Shape;
 use crate::state::State;
 
 /// Solid fraction, velocity and stress of the grains as a run left them (Goldhirsch 2010): over slabs

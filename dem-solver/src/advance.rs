@@ -1,0 +1,192 @@
+//! One window of the solver: checks, the engine's sub-steps, gaps, report.
+
+use crate::bulk::engine::Bulk;
+use crate::bulk::window::Wanted;
+use crate::error::AdvanceError;
+use crate::general::engine::General;
+use crate::general::evaluation::Window;
+use crate::grains::{Grains, Response};
+use crate::report::{GrainLoad, NonFinite, Observations, Outcome, WindowReport};
+use crate::solver::{Dem, Running};
+use crate::surroundings::Surroundings;
+
+/// Named when a square overflows before any value does.
+const OVERFLOW: NonFinite = NonFinite { grain: 0, quantity: "velocity" };
+
+/// What an engine says of a window.
+struct Done {
+    outcome: Outcome,
+    first_non_finite: Option<NonFinite>,
+    /// Contacts that bear a force at the last evaluation.
+    contacts: usize,
+    /// Largest overlap, m.
+    overlap: f64,
+}
+
+impl Dem {
+    /// Advances by `dt_window` in `n_sub` sub-steps under constant `loads` (one per grain; none at all
+    /// for a dry run). A state that stops being finite ends the window early and is named in the
+    /// report.
+    ///
+    /// # Errors
+    /// [`AdvanceError`]; the state is untouched.
+    pub fn advance(
+        &mut self,
+        dt_window: f64,
+        n_sub: u32,
+        loads: &[GrainLoad],
+    ) -> Result<WindowReport, AdvanceError> {
+        check(self.grains.len(), dt_window, n_sub, loads)?;
+        let Self { grains, engine, around, response, observed, gravity, .. } = self;
+        let (time, dt) = (self.time, dt_window / f64::from(n_sub));
+        self.time += dt_window;
+        self.windows += 1;
+        self.substeps += u64::from(n_sub);
+        let done = match engine {
+            Running::General(general) => {
+                response.set(grains, gravity, loads);
+                let mut window = Window { grains, around, response, observed };
+                let done = advance_general(general, &mut window, time, dt_window, n_sub);
+                gaps_to_walls(grains, around, observed, self.time);
+                done
+            }
+            Running::Bulk(bulk) => {
+                let loaded = loads.iter().any(|load| *load != GrainLoad::default());
+                if loaded {
+                    if response.inverse_mass.len() != grains.len() {
+                        *response = Response::new(grains.len());
+                    }
+                    response.set(grains, gravity, loads);
+                }
+                let wanted =
+                    Wanted { observations: !observed.gap_end.is_empty(), orientation: self.orientation };
+                bulk.begin(grains, loaded.then_some(&*response), gravity, wanted);
+                let done = advance_bulk(bulk, grains, time, dt_window, n_sub);
+                observed.clear();
+                if wanted.observations {
+                    bulk.observe(observed, (self.time, dt));
+                    let each = 1.0 / f64::from(n_sub);
+                    observed.mean_contact.iter_mut().for_each(|mean| *mean *= each);
+                    gaps_to_walls(grains, around, observed, self.time);
+                }
+                done
+            }
+        };
+        Ok(self.report(&done))
+    }
+
+    fn report(&self, done: &Done) -> WindowReport {
+        let mut smallest_gap = self.observed.smallest_gap.iter().copied().fold(f64::INFINITY, f64::min);
+        if self.is_bulk() && done.overlap > 0.0 {
+            smallest_gap = smallest_gap.min(-done.overlap);
+        }
+        WindowReport {
+            n_sub_done: done.outcome.done,
+            smallest_gap,
+            largest_overlap: done.overlap,
+            max_speed: done.outcome.speed2.sqrt(),
+            contacts: done.contacts,
+            first_non_finite: done.first_non_finite,
+            lost: first_lost(&self.grains, &self.around, self.time),
+        }
+    }
+}
+
+fn advance_general(
+    general: &mut General,
+    window: &mut Window<'_>,
+    time: f64,
+    dt_window: f64,
+    n_sub: u32,
+) -> Done {
+    let outcome = general.advance(window, time, dt_window / f64::from(n_sub), n_sub);
+    let found = first_non_finite(window.grains);
+    general.finish(window, dt_window, n_sub);
+    for (x, image) in window.grains.position.iter_mut().zip(&mut window.grains.image) {
+        window.around.periods.wrap(x, image);
+    }
+    general.observe_gaps(window);
+    let forces = &general.evaluation.forces;
+    Done {
+        outcome,
+        first_non_finite: found.or((!outcome.finite).then_some(OVERFLOW)),
+        contacts: forces.contacts,
+        overlap: forces.overlap,
+    }
+}
+
+fn advance_bulk(bulk: &mut Bulk, grains: &mut Grains, time: f64, dt_window: f64, n_sub: u32) -> Done {
+    // the old velocities wait where the new accelerations will stand
+    grains.acceleration.copy_from_slice(&grains.velocity);
+    grains.spin_acceleration.copy_from_slice(&grains.spin);
+    let outcome = bulk.advance(time, dt_window / f64::from(n_sub), n_sub);
+    bulk.end(grains);
+    bulk.note_travel(grains, dt_window);
+    let rate = 1.0 / dt_window;
+    for i in 0..grains.len() {
+        grains.acceleration[i] = (grains.velocity[i] - grains.acceleration[i]) * rate;
+        grains.spin_acceleration[i] = (grains.spin[i] - grains.spin_acceleration[i]) * rate;
+    }
+    let found = || first_non_finite(grains).unwrap_or(OVERFLOW);
+    let (contacts, overlap) = bulk.contacts_and_overlap();
+    Done { outcome, first_non_finite: (!outcome.finite).then(found), contacts, overlap }
+}
+
+fn check(grains: usize, dt: f64, n_sub: u32, loads: &[GrainLoad]) -> Result<(), AdvanceError> {
+    if !(dt > 0.0 && dt.is_finite()) || n_sub == 0 {
+        return Err(AdvanceError::Window { dt, n_sub });
+    }
+    if !loads.is_empty() && loads.len() != grains {
+        return Err(AdvanceError::LoadCount { given: loads.len(), grains: grains });
+    }
+    for (grain, load) in loads.iter().enumerate() {
+        for (quantity, vector) in [("force", &load.force), ("torque", &load.torque)] {
+            if let Some(&value) = vector.iter().find(|c| !c.is_finite()) {
+                return Err(AdvanceError::Load { grain, quantity, value });
+            }
+        }
+        for (quantity, value) in [("added mass", load.added_mass), ("added inertia", load.added_inertia)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(AdvanceError::Load { grain, quantity, value });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Gaps to walls at the end of a window, and with them the smallest.
+fn gaps_to_walls(grains: &Grains, around: &Surroundings, observed: &mut Observations, time: f64) {
+    for (i, nearest) in observed.gap_end.iter_mut().enumerate() {
+        for wall in around.walls.iter().filter(|wall| wall.acts(time)) {
+            *nearest = nearest.min(wall.gap(&grains.position[i], grains.radius[i], time));
+        }
+        observed.smallest_gap[i] = observed.smallest_gap[i].min(*nearest);
+    }
+}
+
+/// First free grain that is behind a wall by more than its diameter.
+fn first_lost(grains: &Grains, around: &Surroundings, time: f64) -> Option<usize> {
+    let behind = |&i: &usize| {
+        let mut gaps = around
+            .walls
+            .iter()
+            .filter(|wall| wall.acts(time))
+            .map(|wall| wall.gap(&grains.position[i], grains.radius[i], time));
+        gaps.any(|gap| gap < -3.0 * grains.radius[i])
+    };
+    (0..grains.len()).filter(|&i| grains.responds(i)).find(behind)
+}
+
+/// First grain whose state is not finite; a square that overflows counts.
+fn first_non_finite(grains: &Grains) -> Option<NonFinite> {
+    (0..grains.len()).find_map(|grain| {
+        let values = [
+            ("position", grains.position[grain].norm_squared()),
+            ("velocity", grains.velocity[grain].norm_squared()),
+            ("spin", grains.spin[grain].norm_squared()),
+            ("orientation", grains.orientation[grain].quaternion().norm_squared()),
+        ];
+        let bad = values.iter().find(|(_, value)| !value.is_finite());
+        bad.map(|&(quantity, _)| NonFinite { grain, quantity })
+    })
+}

@@ -1,0 +1,152 @@
+//! The engine: the grains in blocks, their lists, and what is known of them.
+
+use crate::bulk::batch::Blocks;
+use crate::bulk::block::{Common, StepScratch};
+use crate::bulk::block_list::ListScratch;
+use crate::bulk::candidates::CandidateStatus;
+use crate::bulk::records::SIZE;
+use crate::bulk::skins::Lists;
+use crate::bulk::sync::{lock, read};
+use crate::bulk::wall::Wall;
+use crate::laws::walls::Plane;
+use crate::motion::Motion;
+use crate::periods::Periods;
+use crate::search::cells::Cells;
+use crate::spec::{BulkSettings, DemSpec};
+
+/// The engine.
+#[derive(Debug)]
+pub(crate) struct Bulk {
+    pub(super) settings: BulkSettings,
+    pub(super) common: Common,
+    pub(super) periods: Periods,
+    pub(super) n: usize,
+    /// Grains that move.
+    pub(super) moving: usize,
+    pub(super) diameter: f64,
+    pub(super) largest: f64,
+    pub(super) wall_speed: f64,
+    /// Number of the grain at each place of the order; empty before the first window.
+    pub(super) order: Vec<u32>,
+    /// Σ Δt v̄ of the grains that move since the order was made, m.
+    pub(super) order_travel: f64,
+    pub(super) blocks: Blocks,
+    /// Whether forces on grains were asked for last.
+    pub(super) observed: bool,
+    /// Which rows hold the state.
+    pub(super) now: usize,
+    pub(super) cells: Cells,
+    pub(super) step_scratch: Vec<StepScratch>,
+    pub(super) list_scratch: Vec<ListScratch>,
+    /// What is near, and the lists that were taken from it.
+    pub(super) candidates: CandidateStatus,
+    pub(super) lists: Lists,
+    /// Whether the candidates belongs to the present order and places.
+    pub(super) valid: bool,
+    /// Whether the lists were taken from it.
+    pub(super) listed: bool,
+    /// Largest speed, m/s.
+    pub(super) speed: f64,
+    /// Largest distance that walls have gone, m.
+    pub(super) wall_path: f64,
+    /// Largest number of blocks between the partners of a pair.
+    pub(super) reach: usize,
+    pub(super) loaded: bool,
+    pub(crate) builds: u64,
+}
+
+impl Clone for Bulk {
+    fn clone(&self) -> Self {
+        let rows = self.blocks.rows.iter().map(|both| {
+            let [a, b] = both;
+            [read(a).clone().into(), read(b).clone().into()]
+        });
+        let block = self.blocks.block.iter().map(|block| lock(block).clone().into());
+        Self {
+            settings: self.settings,
+            common: self.common.clone(),
+            periods: self.periods,
+            order: self.order.clone(),
+            blocks: Blocks::new(rows.collect(), block.collect(), self.blocks.inactive()),
+            cells: self.cells.clone(),
+            candidates: self.candidates.clone(),
+            lists: self.lists.clone(),
+            step_scratch: self.step_scratch.clone(),
+            list_scratch: self.list_scratch.clone(),
+            ..*self
+        }
+    }
+}
+
+impl Bulk {
+    /// The engine for a checked spec that nothing [`prevents`].
+    pub(crate) fn new(spec: &DemSpec) -> Option<Self> {
+        let n = spec.grains.len();
+        let moving = spec.grains.iter().filter(|grain| grain.motion != Motion::Fixed).count();
+        let laws = spec.laws();
+        let material = spec.grains.first()?.material;
+        let law = laws.linear(material, material)?;
+        let planes = spec.walls.iter().map(|wall| (Plane::from(wall), wall.material));
+        let walls = planes.map(|(plane, of)| Some(Wall::new(plane, laws.linear(material, of)?)));
+        let walls: Vec<Wall> = walls.collect::<Option<_>>()?;
+        let periods = Periods::new(spec.periods);
+        let length = std::array::from_fn(|axis| periods.of(axis).1);
+        let settings = spec.bulk;
+        let threads = useful_threads(settings.threads, moving);
+        let radii: Vec<f64> = spec.grains.iter().map(|grain| grain.radius).collect();
+        let wall_speed = walls
+            .iter()
+            .map(|wall| wall.plane().velocity.dot(&wall.plane().normal).abs())
+            .fold(0.0, f64::max);
+        Some(Self {
+            settings,
+            common: Common { walls, length, law, plain: settings.plain },
+            periods,
+            n,
+            moving,
+            diameter: mean_diameter(&radii),
+            largest: spec.largest_radius(),
+            wall_speed,
+            order: Vec::new(),
+            order_travel: 0.0,
+            blocks: Blocks::default(),
+            observed: false,
+            now: 0,
+            cells: Cells::default(),
+            step_scratch: vec![StepScratch::default(); threads],
+            list_scratch: vec![ListScratch::default(); threads],
+            candidates: CandidateStatus::default(),
+            lists: Lists::default(),
+            valid: false,
+            listed: false,
+            speed: 0.0,
+            wall_path: 0.0,
+            reach: 0,
+            loaded: false,
+            builds: 0,
+        })
+    }
+
+    /// Threads at work.
+    pub(crate) fn threads(&self) -> usize {
+        self.step_scratch.len()
+    }
+
+    /// Takes another number of threads.
+    pub(crate) fn set_threads(&mut self, threads: usize) {
+        self.settings.threads = threads;
+        let threads = useful_threads(threads, self.moving);
+        self.step_scratch.resize(threads, StepScratch::default());
+        self.list_scratch.resize(threads, ListScratch::default());
+    }
+}
+
+/// Mean diameter, m: the order goes by it, so that inserted grains must lead to the same bits as a restart with them.
+pub(super) fn mean_diameter(radii: &[f64]) -> f64 {
+    2.0 * (radii.iter().sum::<f64>() / radii.len() as f64)
+}
+
+/// At most one thread per four blocks: below that they wait for one another.
+fn useful_threads(threads: usize, n: usize) -> usize {
+    threads.clamp(1, (n / (4 * SIZE)).max(1))
+}

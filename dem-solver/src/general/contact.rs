@@ -1,0 +1,206 @@
+//! One contact: its frame, the relative motion of its partners, its force and its rolling torque.
+//!
+//! Frame of a pair: n from the second to the first partner, so that a normal force pushes the first
+//! along +n. Slip of the surfaces: v_t = (1 − nn)(v_i − v_j) − (l_i ω_i + l_j ω_j) × n with the lever
+//! arms l; torques −l_i n × F_t on the first and −l_j n × F_t on the second (eq. 14 with n reversed).
+
+use crate::laws::coefficients::LinearPair;
+use crate::laws::hertz_mindlin::HertzPair;
+use crate::laws::rolling::{Roll, Rolling, grow, rolling_rate};
+use crate::laws::table::PairLaw;
+use crate::laws::tangential::{carry, tangential_force};
+use crate::motion::Vec3;
+
+/// When the springs take the step's slip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SpringStep {
+    /// First the springs, then the force from them.
+    Before,
+    /// First the force, then the springs: a stage of a Runge–Kutta method.
+    After,
+}
+
+/// Velocities that a force evaluation sees, and the step that the springs take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kinematics<'a> {
+    /// Velocities for dashpots, m/s.
+    pub velocity: &'a [Vec3],
+    /// Spins for dashpots, rad/s.
+    pub spin: &'a [Vec3],
+    /// Velocities for the springs, if others than for the dashpots (Verlet's half step).
+    pub path: Option<(&'a [Vec3], &'a [Vec3])>,
+    /// Step of the springs, s; zero leaves them.
+    pub dt: f64,
+    /// Order of spring and force.
+    pub spring: SpringStep,
+    /// Time, s.
+    pub t: f64,
+}
+
+/// One contact in its frame.
+pub(crate) struct Frame {
+    pub(crate) normal: Vec3,
+    pub(crate) gap: f64,
+    /// Distance of the centres, or infinite for a wall: its normal does not turn.
+    pub(crate) distance: f64,
+    pub(crate) mass: f64,
+    pub(crate) arms: (f64, f64),
+    /// Did the partners not touch at the evaluation before?
+    pub(crate) begins: bool,
+}
+
+/// A contact that begins within a step: what the step owes to the part of it in which the partners touch.
+///
+/// The force jumps at the touch, and a rule that takes no notice of where in the step it came is of first
+/// order in restitution and Ψ₂ whatever the integrator. With f the part of the step before this evaluation
+/// in which they touched, the springs take the slip of f dt, not of dt; the dashpots have acted for f dt
+/// before it and act for ½ dt after it, where a kick gives them dt.
+struct Onset {
+    /// f dt, s.
+    slipped: f64,
+    /// f + ½: factor on the dashpots.
+    dashpot: f64,
+}
+
+impl Onset {
+    /// At an evaluation after a step `dt` along which the gap changed at `rate`.
+    #[inline(always)]
+    fn of(frame: &Frame, rate: f64, dt: f64) -> Self {
+        // a contact deeper than the path of the step was there before; the line of centres turns a little
+        if frame.begins && frame.gap > rate * dt * 1.001 {
+            let slipped = frame.gap / rate;
+            Self { slipped, dashpot: 0.5 + slipped / dt }
+        } else {
+            Self { slipped: dt, dashpot: 1.0 }
+        }
+    }
+}
+
+/// Velocity of the first against the second centre, and the two spins.
+pub(crate) struct Relative {
+    pub(crate) velocity: Vec3,
+    pub(crate) spin: (Vec3, Vec3),
+}
+
+impl Relative {
+    /// Slip of the surfaces in the contact plane, m/s.
+    #[inline(always)]
+    fn slip(&self, frame: &Frame) -> Vec3 {
+        self.slip_at(&frame.normal, frame.arms)
+    }
+
+    /// The same by normal and lever arms.
+    #[inline(always)]
+    pub(crate) fn slip_at(&self, n: &Vec3, arms: (f64, f64)) -> Vec3 {
+        let along = self.velocity - n * n.dot(&self.velocity);
+        along - (self.spin.0 * arms.0 + self.spin.1 * arms.1).cross(n)
+    }
+
+    /// Rotation rate of the contact frame, rad/s (see [`crate::laws::tangential`]).
+    #[inline(always)]
+    fn turning(&self, frame: &Frame) -> Vec3 {
+        let n = &frame.normal;
+        n.cross(&self.velocity) / frame.distance + n * (0.5 * n.dot(&(self.spin.0 + self.spin.1)))
+    }
+}
+
+/// A law at one overlap: its coefficients, and what becomes of the spring as the contact grows.
+pub(crate) struct Coefficients {
+    pub(crate) pair: LinearPair,
+    /// Hertz–Mindlin: the spring shrinks in loading.
+    grows: bool,
+}
+
+impl Coefficients {
+    /// Of a law that has springs; `radius` is R*.
+    #[inline(always)]
+    pub(crate) fn of(law: &PairLaw, mass: f64, radius: f64, gap: f64) -> Option<Self> {
+        match law {
+            PairLaw::Linear(pair) => Some(Self { pair: *pair, grows: false }),
+            PairLaw::Stiff(law) => Some(Self { pair: law.at(mass), grows: false }),
+            PairLaw::Hertz(law) => Some(Self { pair: law.at(mass, radius, gap), grows: true }),
+            PairLaw::WanTurek(_) => None,
+        }
+    }
+}
+
+/// Rolling torque on the first partner; the angle takes its step on the way.
+#[inline(always)]
+pub(crate) fn roll_torque<'a>(
+    rolling: &Rolling,
+    roll: &Roll,
+    frame: &Frame,
+    kinematics: &Kinematics<'a>,
+    relative: impl Fn(&'a [Vec3], &'a [Vec3]) -> Relative,
+    angle: &mut Vec3,
+) -> Vec3 {
+    if roll.force <= 0.0 {
+        *angle = Vec3::zeros();
+        return Vec3::zeros();
+    }
+    let rate_of = |relative: &Relative| rolling_rate(&roll.normal, &relative.spin.0, &relative.spin.1);
+    let now = relative(kinematics.velocity, kinematics.spin);
+    let rate = rate_of(&now);
+    let path = kinematics.path.map_or(now, |(velocity, spin)| relative(velocity, spin));
+    let turn = path.turning(frame) * kinematics.dt;
+    if kinematics.spring == SpringStep::Before {
+        let onset = Onset::of(frame, path.velocity.dot(&frame.normal), kinematics.dt);
+        *angle = grow(*angle, &roll.normal, &turn, &rate_of(&path), onset.slipped);
+        rolling.torque(roll, &rate, angle)
+    } else {
+        let torque = rolling.torque(roll, &rate, angle);
+        *angle = grow(*angle, &roll.normal, &turn, &rate_of(&path), kinematics.dt);
+        torque
+    }
+}
+
+/// Force on the first partner, its tangential part, and the gap rate.
+#[inline(always)]
+pub(crate) fn resolve<'a>(
+    law: &Coefficients,
+    frame: &Frame,
+    kinematics: &Kinematics<'a>,
+    relative: impl Fn(&'a [Vec3], &'a [Vec3]) -> Relative,
+    spring: &mut Vec3,
+) -> (Vec3, Vec3, f64) {
+    let now = relative(kinematics.velocity, kinematics.spin);
+    let rate = now.velocity.dot(&frame.normal);
+    let (pair, dt) = (&law.pair, kinematics.dt);
+    let path = kinematics.path.map(|(velocity, spin)| relative(velocity, spin));
+    let path = path.as_ref().unwrap_or(&now);
+    let path_rate = path.velocity.dot(&frame.normal);
+    let before = kinematics.spring == SpringStep::Before;
+    let onset = if before { Onset::of(frame, path_rate, dt) } else { Onset { slipped: dt, dashpot: 1.0 } };
+    let normal =
+        if frame.gap < 0.0 { pair.normal_force(frame.mass, frame.gap, rate * onset.dashpot) } else { 0.0 };
+    if normal == 0.0 {
+        *spring = Vec3::zeros();
+        return (Vec3::zeros(), Vec3::zeros(), rate);
+    }
+    let slip = now.slip(frame) * onset.dashpot;
+    let turn = path.turning(frame) * dt;
+    let growth = if law.grows { HertzPair::growth(frame.gap, path_rate * dt) } else { 1.0 };
+    let stepped =
+        |spring: &Vec3| carry(*spring, &frame.normal, &turn) * growth + path.slip(frame) * onset.slipped;
+    if before {
+        *spring = stepped(spring);
+    }
+    let tangential = tangential_force(pair, frame.mass, normal, &slip, spring);
+    if !before {
+        *spring = stepped(spring);
+    }
+    (frame.normal * normal + tangential, tangential, rate)
+}
+
+/// The old spring in the present contact plane, and slip and growth of the gap over the whole step.
+pub(crate) fn path_of<'a>(
+    frame: &Frame,
+    kinematics: &Kinematics<'a>,
+    relative: impl Fn(&'a [Vec3], &'a [Vec3]) -> Relative,
+    spring: Vec3,
+) -> (Vec3, Vec3, f64) {
+    let (velocity, spin) = kinematics.path.unwrap_or((kinematics.velocity, kinematics.spin));
+    let (path, dt) = (relative(velocity, spin), kinematics.dt);
+    let carried = carry(spring, &frame.normal, &(path.turning(frame) * dt));
+    (carried, path.slip(frame) * dt, path.velocity.dot(&frame.normal) * dt)
+}

@@ -1,0 +1,165 @@
+//! Windows of sub-steps under constant loads, with all laws, lubrication and integrators.
+//!
+//! One sub-step, symplectic Euler, from top to bottom:
+//!
+//! 1. contact forces at xⁿ, vⁿ, springs take dt vⁿ (eqs 11–16);
+//! 2. kick: gravity, fluid, virtual mass, contact;
+//! 3. neighbour lists, if the grains may outrun them in this sub-step;
+//! 4. lubrication: implicit impulses over the path of the sub-step (eq. 19);
+//! 5. drift: positions and orientations with the new velocities.
+//!
+//! Verlet starts with half a kick, evaluates contacts after the drift (springs along the half-step
+//! velocity, dashpots at the predicted full-step one) and ends with the other half.
+
+use crate::general::contact::{Kinematics, SpringStep};
+use crate::general::evaluation::{Evaluation, Window};
+use crate::general::integrate::{Speed, drift};
+use crate::general::rk3::Rk3;
+use crate::grains::Grains;
+use crate::motion::Vec3;
+use crate::report::Outcome;
+use crate::spec::{DemSpec, Integrator};
+use crate::surroundings::Surroundings;
+
+/// Up to this number of grains the gaps at the end of a window are exact at any distance.
+const EXACT_GAPS: usize = 64;
+
+/// The engine.
+#[derive(Clone, Debug)]
+pub(crate) struct General {
+    pub(crate) evaluation: Evaluation,
+    integrator: Integrator,
+    rk3: Rk3,
+    /// Velocities and spins at the start of the window.
+    start: (Vec<Vec3>, Vec<Vec3>),
+    /// Velocities and spins predicted for the end of a Verlet step.
+    ahead: (Vec<Vec3>, Vec<Vec3>),
+}
+
+impl General {
+    /// The engine for a checked spec.
+    pub(crate) fn new(spec: &DemSpec, grains: &Grains, around: &Surroundings) -> Self {
+        let zeros = |n| (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
+        let verlet = spec.integrator == Integrator::VelocityVerlet;
+        Self {
+            evaluation: Evaluation::new(spec, grains, around),
+            integrator: spec.integrator,
+            rk3: Rk3::default(),
+            start: zeros(grains.len()),
+            ahead: zeros(if verlet { grains.len() } else { 0 }),
+        }
+    }
+
+    /// `n_sub` sub-steps of `dt` from `time` on.
+    pub(crate) fn advance(&mut self, window: &mut Window<'_>, time: f64, dt: f64, n_sub: u32) -> Outcome {
+        self.start.0.copy_from_slice(&window.grains.velocity);
+        self.start.1.copy_from_slice(&window.grains.spin);
+        window.observed.clear();
+        self.evaluation.begin();
+        let speed = Speed::of(window.grains);
+        // the first evaluation comes before the first kick: the lists must hold here
+        self.evaluation.refresh(&speed, window.grains, window.around, time, 0.0);
+        let mut outcome = Outcome { done: 0, speed2: speed.largest2, finite: true };
+        if self.integrator == Integrator::VelocityVerlet {
+            // the springs stay
+            self.evaluation.evaluate(window, time, 0.0, SpringStep::Before);
+        }
+        while outcome.done < n_sub && outcome.finite {
+            let speed = self.substep(window, time + f64::from(outcome.done) * dt, dt);
+            outcome.speed2 = outcome.speed2.max(speed.largest2);
+            outcome.finite = speed.finite;
+            outcome.done += 1;
+        }
+        outcome
+    }
+
+    /// One sub-step from `t` to `t + dt`.
+    fn substep(&mut self, window: &mut Window<'_>, t: f64, dt: f64) -> Speed {
+        let Self { evaluation, integrator, rk3, .. } = self;
+        match integrator {
+            Integrator::SymplecticEuler => {
+                evaluation.evaluate(window, t, dt, SpringStep::Before);
+                evaluation.tally(window.observed, 1.0);
+                self.kick_and_drift(window, t, dt, dt)
+            }
+            Integrator::VelocityVerlet => {
+                evaluation.tally(window.observed, 0.5);
+                self.kick_and_drift(window, t, dt, 0.5 * dt);
+                self.evaluate_ahead(window, t + dt, dt);
+                self.evaluation.tally(window.observed, 0.5);
+                self.evaluation.kick(0.5 * dt, window.grains, window.response)
+            }
+            Integrator::Rk3 => {
+                let speed = Speed::of(window.grains);
+                evaluation.refresh(&speed, window.grains, window.around, t, 2.0 * dt);
+                rk3.substep(evaluation, window, t, dt)
+            }
+        }
+    }
+
+    /// Kick of `h`, lists, lubrication and drift of `dt`.
+    fn kick_and_drift(&mut self, window: &mut Window<'_>, t: f64, dt: f64, h: f64) -> Speed {
+        let evaluation = &mut self.evaluation;
+        let speed = evaluation.kick(h, window.grains, window.response);
+        evaluation.refresh(&speed, window.grains, window.around, t, dt);
+        evaluation.lubricate(window, t, dt);
+        drift(dt, t, window.grains, &evaluation.prescribed);
+        speed
+    }
+
+    /// Forces after a Verlet drift: springs take the half-step velocity, dashpots see the velocity
+    /// predicted for the full step, without which they would be first order.
+    fn evaluate_ahead(&mut self, window: &mut Window<'_>, t: f64, dt: f64) {
+        let Window { grains, around, response, observed } = window;
+        let forces = &self.evaluation.forces;
+        let explicit = self.evaluation.is_explicit();
+        let h = 0.5 * dt;
+        for i in 0..grains.len() {
+            let force = if explicit { forces.contact[i] + forces.lubrication[i] } else { forces.contact[i] };
+            self.ahead.0[i] = grains.velocity[i]
+                + (response.acceleration[i] + response.inverse_mass[i].component_mul(&force)) * h;
+            self.ahead.1[i] = grains.spin[i]
+                + (response.spin_acceleration[i]
+                    + response.inverse_inertia[i].component_mul(&forces.torque[i]))
+                    * h;
+        }
+        let path = Some((&grains.velocity[..], &grains.spin[..]));
+        let (velocity, spin) = (&self.ahead.0[..], &self.ahead.1[..]);
+        let kinematics = Kinematics { velocity, spin, path, dt, spring: SpringStep::Before, t };
+        self.evaluation.evaluate_with(grains, around, response, observed, &kinematics);
+    }
+
+    /// A_prev and means of the window.
+    pub(crate) fn finish(&self, window: &mut Window<'_>, dt_window: f64, n_sub: u32) {
+        let Window { grains, observed, .. } = window;
+        let each = 1.0 / f64::from(n_sub);
+        for i in 0..grains.len() {
+            grains.acceleration[i] = (grains.velocity[i] - self.start.0[i]) / dt_window;
+            grains.spin_acceleration[i] = (grains.spin[i] - self.start.1[i]) / dt_window;
+            observed.mean_contact[i] *= each;
+            observed.mean_lubrication[i] *= each;
+        }
+    }
+
+    /// Gaps between grains at the end of a window.
+    pub(crate) fn observe_gaps(&self, window: &mut Window<'_>) {
+        let Window { grains, around, observed, .. } = window;
+        let range = if grains.len() <= EXACT_GAPS { f64::INFINITY } else { around.range };
+        let mut observe = |i: usize, j: usize| {
+            let apart = around.periods.nearest(grains.position[i] - grains.position[j]);
+            let gap = apart.norm() - grains.radius[i] - grains.radius[j];
+            if gap <= range {
+                observed.gap_end[i] = observed.gap_end[i].min(gap);
+                observed.gap_end[j] = observed.gap_end[j].min(gap);
+            }
+        };
+        if range.is_infinite() {
+            (0..grains.len()).for_each(|i| (i + 1..grains.len()).for_each(|j| observe(i, j)));
+        } else {
+            let pairs = &self.evaluation.lists.pairs;
+            for i in 0..grains.len() {
+                pairs.row(i).for_each(|k| observe(i, pairs.other[k] as usize));
+            }
+        }
+    }
+}

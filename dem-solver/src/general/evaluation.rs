@@ -1,0 +1,152 @@
+//! Forces at one state, and the kick that follows from them.
+
+use crate::general::contact::{Kinematics, SpringStep};
+use crate::general::energy::Account;
+use crate::general::forces::{Forces, contact_forces};
+use crate::general::integrate::{Speed, kick};
+use crate::grains::{Grains, Response};
+use crate::lubrication::law::{LubricationIntegration, LubricationModel};
+use crate::lubrication::simultaneous::{LubricationSolver, explicit_forces};
+use crate::motion::{Motion, Vec3};
+use crate::report::Observations;
+use crate::search::lists::Neighbours;
+use crate::spec::DemSpec;
+use crate::surroundings::Surroundings;
+
+/// What the engine works on over a window.
+pub(crate) struct Window<'a> {
+    pub(crate) grains: &'a mut Grains,
+    pub(crate) around: &'a Surroundings,
+    pub(crate) response: &'a Response,
+    pub(crate) observed: &'a mut Observations,
+}
+
+/// Lists, forces and models: what one evaluation needs.
+#[derive(Clone, Debug)]
+pub(crate) struct Evaluation {
+    pub(crate) lists: Neighbours,
+    pub(crate) forces: Forces,
+    pub(crate) account: Option<Box<Account>>,
+    model: Option<(LubricationModel, LubricationIntegration, u32)>,
+    lubrication: LubricationSolver,
+    /// Grains whose velocity is a function of time.
+    pub(super) prescribed: Vec<u32>,
+    wall_speed: f64,
+}
+
+impl Evaluation {
+    pub(super) fn new(spec: &DemSpec, grains: &Grains, around: &Surroundings) -> Self {
+        let settings = spec.lubrication.settings();
+        let speed = around.walls.iter().map(|wall| wall.velocity.dot(&wall.normal).abs());
+        let oscillates = |(_, motion): &(u32, &Motion)| matches!(motion, Motion::Oscillating { .. });
+        Self {
+            lists: Neighbours::new(around.range, spec.skin(), grains.len()),
+            forces: Forces::new(grains.len()),
+            account: spec.energy.then(Box::default),
+            model: spec
+                .lubrication_model()
+                .zip(settings)
+                .map(|(model, settings)| (model, settings.integration, settings.sweeps)),
+            lubrication: LubricationSolver::default(),
+            prescribed: (0u32..).zip(&grains.motion).filter(oscillates).map(|(i, _)| i).collect(),
+            wall_speed: speed.fold(0.0, f64::max),
+        }
+    }
+
+    /// A window begins: no impulse of the last one is known.
+    pub(super) fn begin(&mut self) {
+        self.lubrication.forget();
+        self.forces.overlap = 0.0;
+    }
+
+    /// Forces at the present state; springs take `dt` of the present slip.
+    pub(super) fn evaluate(&mut self, window: &mut Window<'_>, t: f64, dt: f64, spring: SpringStep) {
+        let Window { grains, around, response, observed } = window;
+        let (velocity, spin) = (&grains.velocity, &grains.spin);
+        let kinematics = Kinematics { velocity, spin, path: None, dt, spring, t };
+        self.evaluate_with(grains, around, response, observed, &kinematics);
+    }
+
+    /// Forces for these velocities.
+    pub(super) fn evaluate_with(
+        &mut self,
+        grains: &Grains,
+        around: &Surroundings,
+        response: &Response,
+        observed: &mut Observations,
+        kinematics: &Kinematics<'_>,
+    ) {
+        let lists = (&mut self.lists.pairs, &mut self.lists.walls);
+        let account = self.account.as_deref_mut();
+        contact_forces(around, grains, response, kinematics, lists, &mut self.forces, observed, account);
+        if let Some((model, LubricationIntegration::Explicit, _)) = &self.model {
+            let lists = (&self.lists.pairs, &self.lists.walls);
+            let force = &mut self.forces.lubrication;
+            explicit_forces(around, model, grains, kinematics.velocity, lists, kinematics.t, force);
+        }
+    }
+
+    /// v ← v + h (a + W F) for the present forces.
+    pub(super) fn kick(&mut self, h: f64, grains: &mut Grains, response: &Response) -> Speed {
+        if let Some(account) = &mut self.account {
+            account.before_kick(grains);
+        }
+        let lubrication = self.is_explicit().then_some(&self.forces.lubrication[..]);
+        let speed = kick(h, grains, response, &self.forces.contact, &self.forces.torque, lubrication);
+        if let Some(account) = &mut self.account {
+            account.after_kick(h, grains);
+        }
+        speed
+    }
+
+    /// Builds the lists again if a grain may leave them within `dt`. Lubrication only slows a pair down,
+    /// but passes momentum on: a grain may gain up to √2 of the largest speed.
+    pub(super) fn refresh(&mut self, speed: &Speed, grains: &Grains, around: &Surroundings, t: f64, dt: f64) {
+        if speed.finite {
+            let step = 1.5 * dt * speed.largest2.sqrt().max(self.wall_speed);
+            if self.lists.refresh(step, grains, &around.walls, &around.periods, t) && self.model.is_some() {
+                self.lubrication.reserve(self.lists.pairs.len() + self.lists.walls.len());
+            }
+        }
+    }
+
+    /// Implicit lubrication over `dt`.
+    pub(super) fn lubricate(&mut self, window: &mut Window<'_>, t: f64, dt: f64) {
+        if let Some((model, LubricationIntegration::Implicit, sweeps)) = self.model {
+            let Window { grains, around, response, observed } = window;
+            let lists = (&self.lists.pairs, &self.lists.walls);
+            let force = &mut self.forces.lubrication;
+            self.lubrication.apply(around, &model, sweeps, grains, response, lists, (t, dt), force);
+            for (mean, force) in observed.mean_lubrication.iter_mut().zip(force) {
+                *mean += *force;
+            }
+        }
+    }
+
+    /// Adds the present forces to the window's means with a weight in sub-steps.
+    pub(super) fn tally(&self, observed: &mut Observations, weight: f64) {
+        let add = |means: &mut [Vec3], forces: &[Vec3]| {
+            for (mean, force) in means.iter_mut().zip(forces) {
+                *mean += force * weight;
+            }
+        };
+        add(&mut observed.mean_contact, &self.forces.contact);
+        if self.is_explicit() {
+            add(&mut observed.mean_lubrication, &self.forces.lubrication);
+        }
+    }
+
+    /// Whether lubrication is a force like any other.
+    pub(super) fn is_explicit(&self) -> bool {
+        matches!(self.model, Some((_, LubricationIntegration::Explicit, _)))
+    }
+
+    /// Sets the velocities that are functions of time.
+    pub(super) fn set_prescribed(&self, grains: &mut Grains, t: f64) {
+        for &i in &self.prescribed {
+            let (velocity, spin) = grains.motion[i as usize].velocity_at(t);
+            grains.velocity[i as usize] = velocity;
+            grains.spin[i as usize] = spin;
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! State of the solver: save, restore, repeat.
+
+use crate::error::RestoreError;
+use crate::motion::Vec3;
+use crate::solver::{Dem, Running};
+use crate::state::{SavedContact, State};
+use nalgebra::{Quaternion, UnitQuaternion};
+
+impl Dem {
+    /// The state now.
+    #[must_use]
+    pub fn save(&self) -> State {
+        let mut state = State::default();
+        self.save_into(&mut state);
+        state
+    }
+
+    /// The state now, into memory that is used again.
+    pub fn save_into(&self, state: &mut State) {
+        let grains = &self.grains;
+        (state.time, state.substeps, state.windows) = (self.time, self.substeps, self.windows);
+        let copy = |to: &mut Vec<[f64; 3]>, from: &[Vec3]| {
+            to.clear();
+            to.extend(from.iter().map(|v| <[f64; 3]>::from(*v)));
+        };
+        copy(&mut state.position, &grains.position);
+        copy(&mut state.velocity, &grains.velocity);
+        copy(&mut state.spin, &grains.spin);
+        copy(&mut state.acceleration, &grains.acceleration);
+        copy(&mut state.spin_acceleration, &grains.spin_acceleration);
+        state.image.clone_from(&grains.image);
+        state.orientation.clear();
+        state.orientation.extend(grains.orientation.iter().map(|q| [q.w, q.i, q.j, q.k]));
+        state.dissipated = self.dissipated().unwrap_or_default();
+        state.rolling.clear();
+        let lists = match &self.engine {
+            Running::Bulk(bulk) => return bulk.save_into(state),
+            Running::General(general) => &general.evaluation.lists,
+        };
+        state.order.clear();
+        state.order_travel = 0.0;
+        state.contacts.clear();
+        state.contacts.extend(lists.pairs.bearing());
+        state.wall_contacts.clear();
+        state.wall_contacts.extend(lists.walls.bearing());
+        if self.around.laws.any_rolling() {
+            for list in [&lists.pairs, &lists.walls] {
+                let touching = (0..list.len()).filter(|&k| list.touching[k]);
+                state.rolling.extend(touching.map(|k| <[f64; 3]>::from(list.rolling[k])));
+            }
+        }
+    }
+
+    /// Goes (back) to `state`; on an error nothing changes.
+    pub fn restore(&mut self, state: &State) -> Result<(), RestoreError> {
+        self.check_state(state)?;
+        let copy = |to: &mut Vec<Vec3>, from: &[[f64; 3]]| {
+            to.clear();
+            to.extend(from.iter().map(|v| Vec3::from(*v)));
+        };
+        let grains = &mut self.grains;
+        copy(&mut grains.position, &state.position);
+        copy(&mut grains.velocity, &state.velocity);
+        copy(&mut grains.spin, &state.spin);
+        copy(&mut grains.acceleration, &state.acceleration);
+        copy(&mut grains.spin_acceleration, &state.spin_acceleration);
+        grains.image.clone_from(&state.image);
+        grains.orientation.clear();
+        grains.orientation.extend(
+            state
+                .orientation
+                .iter()
+                .map(|&[w, x, y, z]| UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))),
+        );
+        (self.time, self.substeps, self.windows) = (state.time, state.substeps, state.windows);
+        match &mut self.engine {
+            Running::Bulk(bulk) => bulk.restore(grains, state),
+            Running::General(general) => {
+                let evaluation = &mut general.evaluation;
+                if let Some(account) = &mut evaluation.account {
+                    account.lost = state.dissipated;
+                }
+                let (lists, n) = (&mut evaluation.lists, grains.len());
+                lists.restart(n);
+                let of_pairs = state.contacts.len().min(state.rolling.len());
+                let (pairs, walls) = state.rolling.split_at(of_pairs);
+                lists.pairs.restore(&state.contacts, pairs, n);
+                lists.walls.restore(&state.wall_contacts, walls, n);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_state(&self, state: &State) -> Result<(), RestoreError> {
+        let needed = self.grains.len();
+        for (quantity, found) in [
+            ("position", state.position.len()),
+            ("image", state.image.len()),
+            ("orientation", state.orientation.len()),
+            ("velocity", state.velocity.len()),
+            ("spin", state.spin.len()),
+            ("acceleration", state.acceleration.len()),
+            ("spin_acceleration", state.spin_acceleration.len()),
+        ] {
+            if found != needed {
+                return Err(RestoreError::Length { quantity, found, needed });
+            }
+        }
+        for (quantity, values) in [
+            ("position", &state.position),
+            ("velocity", &state.velocity),
+            ("spin", &state.spin),
+            ("acceleration", &state.acceleration),
+            ("spin acceleration", &state.spin_acceleration),
+        ] {
+            if let Some(grain) = values.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
+                return Err(RestoreError::NotFinite { quantity, grain });
+            }
+        }
+        if let Some(grain) = state.orientation.iter().position(|q| q.iter().any(|c| !c.is_finite())) {
+            return Err(RestoreError::NotFinite { quantity: "orientation", grain });
+        }
+        let contacts = state.contacts.len() + state.wall_contacts.len();
+        let needed_rolling = if self.around.laws.any_rolling() { contacts } else { 0 };
+        if state.rolling.len() != needed_rolling {
+            let found = state.rolling.len();
+            return Err(RestoreError::Length { quantity: "rolling angles", found, needed: needed_rolling });
+        }
+        if let Some(index) = state.rolling.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
+            return Err(RestoreError::NotFinite { quantity: "rolling angle, of contact", grain: index });
+        }
+        let mut places = state.order.clone();
+        places.sort_unstable();
+        if !places.is_empty() && !places.into_iter().eq(0..needed as u32) {
+            return Err(RestoreError::Order { grains: needed });
+        }
+        check_list(&state.contacts, needed, |contact| {
+            contact.second > contact.first && (contact.second as usize) < needed
+        })?;
+        check_list(&state.wall_contacts, needed, |contact| {
+            (contact.second as usize) < self.around.walls.len()
+        })
+    }
+}
+
+fn check_list(
+    saved: &[SavedContact],
+    grains: usize,
+    fits: impl Fn(&SavedContact) -> bool,
+) -> Result<(), RestoreError> {
+    for (index, contact) in saved.iter().enumerate() {
+        let ordered =
+            index == 0 || (saved[index - 1].first, saved[index - 1].second) < (contact.first, contact.second);
+        let finite = contact.spring.iter().all(|c| c.is_finite());
+        if !ordered || !finite || contact.first as usize >= grains || !fits(contact) {
+            return Err(RestoreError::Contact { index, first: contact.first, second: contact.second });
+        }
+    }
+    Ok(())
+}
