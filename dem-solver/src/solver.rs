@@ -182,12 +182,6 @@ impl Dem {
         self.general().map_or(&[], |general| &general.evaluation.forces.contact)
     }
 
-    /// Contact torques at the last evaluation, N m. Empty in the bulk engine.
-    #[must_use]
-    pub fn contact_torque(&self) -> &[Vec3] {
-        self.general().map_or(&[], |general| &general.evaluation.forces.torque)
-    }
-
     /// Lubrication forces at the last sub-step, N. Empty in the bulk engine.
     #[must_use]
     pub fn lubrication_force(&self) -> &[Vec3] {
@@ -207,12 +201,6 @@ impl Dem {
     #[must_use]
     pub fn dissipated(&self) -> Option<Dissipated> {
         self.general()?.evaluation.account.as_ref().map(|account| account.lost)
-    }
-
-    /// Gap up to which pairs are watched during a window, m.
-    #[must_use]
-    pub fn watched_range(&self) -> f64 {
-        self.around.range
     }
 
     /// Puts all centres back into the period.

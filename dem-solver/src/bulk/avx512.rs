@@ -30,6 +30,16 @@ skin!(Sub, sub, _mm512_sub_pd);
 skin!(Mul, mul, _mm512_mul_pd);
 skin!(Div, div, _mm512_div_pd);
 
+macro_rules! fused {
+    ($fn:ident, $op:ident) => {
+        #[inline(always)]
+        fn $fn(self, factor: Self, term: Self) -> Self {
+            let f = self.simd.avx512f;
+            Self { lanes: cast(f.$op(cast(self.lanes), cast(factor.lanes), cast(term.lanes))), ..self }
+        }
+    };
+}
+
 impl Avx512 {
     /// Even (`low`) or odd numbers of each pair of both.
     #[inline(always)]
@@ -58,26 +68,9 @@ impl Lanes for Avx512 {
         Self { simd, lanes: simd.splat_f64x8(value) }
     }
 
-    #[inline(always)]
-    fn times_plus(self, factor: Self, term: Self) -> Self {
-        let f = self.simd.avx512f;
-        let lanes = f._mm512_fmadd_pd(cast(self.lanes), cast(factor.lanes), cast(term.lanes));
-        Self { lanes: cast(lanes), ..self }
-    }
-
-    #[inline(always)]
-    fn times_from(self, factor: Self, term: Self) -> Self {
-        let f = self.simd.avx512f;
-        let lanes = f._mm512_fnmadd_pd(cast(self.lanes), cast(factor.lanes), cast(term.lanes));
-        Self { lanes: cast(lanes), ..self }
-    }
-
-    #[inline(always)]
-    fn times_minus(self, factor: Self, term: Self) -> Self {
-        let f = self.simd.avx512f;
-        let lanes = f._mm512_fmsub_pd(cast(self.lanes), cast(factor.lanes), cast(term.lanes));
-        Self { lanes: cast(lanes), ..self }
-    }
+    fused!(times_plus, _mm512_fmadd_pd);
+    fused!(times_from, _mm512_fnmadd_pd);
+    fused!(times_minus, _mm512_fmsub_pd);
 
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -40,6 +40,15 @@ impl<M: Mask> Mask for LanePair<M> {
     }
 }
 
+macro_rules! fused {
+    ($fn:ident) => {
+        #[inline(always)]
+        fn $fn(self, factor: Self, term: Self) -> Self {
+            Self(self.0.$fn(factor.0, term.0), self.1.$fn(factor.1, term.1))
+        }
+    };
+}
+
 impl<L: Lanes> Lanes for LanePair<L> {
     type Token = L::Token;
     type Mask = LanePair<L::Mask>;
@@ -50,20 +59,9 @@ impl<L: Lanes> Lanes for LanePair<L> {
         Self(one, one)
     }
 
-    #[inline(always)]
-    fn times_plus(self, factor: Self, term: Self) -> Self {
-        Self(self.0.times_plus(factor.0, term.0), self.1.times_plus(factor.1, term.1))
-    }
-
-    #[inline(always)]
-    fn times_from(self, factor: Self, term: Self) -> Self {
-        Self(self.0.times_from(factor.0, term.0), self.1.times_from(factor.1, term.1))
-    }
-
-    #[inline(always)]
-    fn times_minus(self, factor: Self, term: Self) -> Self {
-        Self(self.0.times_minus(factor.0, term.0), self.1.times_minus(factor.1, term.1))
-    }
+    fused!(times_plus);
+    fused!(times_from);
+    fused!(times_minus);
 
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -91,6 +91,18 @@ plain!(Sub, sub, -=);
 plain!(Mul, mul, *=);
 plain!(Div, div, /=);
 
+macro_rules! fused {
+    ($fn:ident, |$a:ident, $factor:ident, $term:ident| $value:expr) => {
+        #[inline(always)]
+        fn $fn(mut self, factor: Self, term: Self) -> Self {
+            for (($a, $factor), $term) in self.0.iter_mut().zip(factor.0).zip(term.0) {
+                *$a = $value;
+            }
+            self
+        }
+    };
+}
+
 impl Lanes for Portable8 {
     type Token = ();
     type Mask = u8;
@@ -100,29 +112,9 @@ impl Lanes for Portable8 {
         Self([value; 8])
     }
 
-    #[inline(always)]
-    fn times_plus(mut self, factor: Self, term: Self) -> Self {
-        for k in 0..8 {
-            self.0[k] = self.0[k].mul_add(factor.0[k], term.0[k]);
-        }
-        self
-    }
-
-    #[inline(always)]
-    fn times_from(mut self, factor: Self, term: Self) -> Self {
-        for k in 0..8 {
-            self.0[k] = (-self.0[k]).mul_add(factor.0[k], term.0[k]);
-        }
-        self
-    }
-
-    #[inline(always)]
-    fn times_minus(mut self, factor: Self, term: Self) -> Self {
-        for k in 0..8 {
-            self.0[k] = self.0[k].mul_add(factor.0[k], -term.0[k]);
-        }
-        self
-    }
+    fused!(times_plus, |a, factor, term| a.mul_add(factor, term));
+    fused!(times_from, |a, factor, term| (-*a).mul_add(factor, term));
+    fused!(times_minus, |a, factor, term| a.mul_add(factor, -term));
 
     #[inline(always)]
     fn sqrt(mut self) -> Self {

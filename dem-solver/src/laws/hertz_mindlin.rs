@@ -158,13 +158,6 @@ impl HertzPair {
         }
     }
 
-    /// Whether the tangential force attacks at the middle of the overlap.
-    #[inline(always)]
-    #[must_use]
-    pub fn at_contact_point(&self) -> bool {
-        self.at_contact_point
-    }
-
     /// Factor on the spring of a contact whose gap has changed by `change` to `gap`: √(δ_old/δ_new) in
     /// loading, 1 in unloading.
     #[inline(always)]

@@ -91,24 +91,14 @@ impl Dem {
                 }
                 let point = g.position[i] - normal * (r + 0.5 * gap);
                 let start = g.position[i] - apart;
+                let contact = Contact { grain: i, force, end: g.position[i], start, point, held: false };
                 let contact = match (is_free(g, i), is_free(g, j)) {
-                    (true, true) => {
-                        Contact { grain: i, force, end: g.position[i], start, point, held: false }
-                    }
-                    (true, false) => {
-                        Contact { grain: i, force, end: g.position[i], start: point, point, held: true }
-                    }
+                    (true, true) => contact,
+                    (true, false) => Contact { start: point, held: true, ..contact },
                     (false, true) => {
-                        let shift = g.position[j] - start;
-                        let point = point + shift;
-                        Contact {
-                            grain: j,
-                            force: -force,
-                            end: g.position[j],
-                            start: point,
-                            point,
-                            held: true,
-                        }
+                        // seen from the other grain, where that one is
+                        let (end, point) = (g.position[j], point + (g.position[j] - start));
+                        Contact { grain: j, force: -force, end, start: point, point, held: true }
                     }
                     (false, false) => continue,
                 };
@@ -142,14 +132,8 @@ impl Dem {
                 };
                 if force != Vec3::zeros() {
                     let point = g.position[i] - normal * (r + gap);
-                    found.push(Contact {
-                        grain: i,
-                        force,
-                        end: g.position[i],
-                        start: point,
-                        point,
-                        held: true,
-                    });
+                    let (end, start) = (g.position[i], point);
+                    found.push(Contact { grain: i, force, end, start, point, held: true });
                 }
             }
         }
