@@ -3,7 +3,7 @@
 //! One grain that bounces on a wall in windows of 4000 sub-steps, dry and with the film; 1,000 grains
 //! in a settled heap in a periodic box.
 
-use dem_solver::lubrication::law::LubricationSettings;
+use dem_solver::lubrication::settings::LubricationSettings;
 use dem_solver::{ContactLaw, Dem, DemSpec, Grain, LinearSpringDashpot, Lubrication, SpecError, Wall};
 use std::time::Instant;
 

@@ -3,7 +3,8 @@
 use crate::grain::{Grain, Shape};
 use crate::laws::table::{ContactLaw, LawTable};
 use crate::laws::walls::Wall;
-use crate::lubrication::law::{GapShape, Lubrication, LubricationModel};
+use crate::lubrication::law::LubricationModel;
+use crate::lubrication::settings::{GapShape, Lubrication};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

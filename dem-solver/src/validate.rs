@@ -5,7 +5,7 @@ use crate::error::SpecError;
 use crate::general::energy;
 use crate::grain::Shape;
 use crate::laws::table::ContactLaw;
-use crate::lubrication::law::{GapShape, Lubrication, LubricationIntegration};
+use crate::lubrication::settings::{GapShape, Lubrication, LubricationIntegration};
 use crate::motion::Motion;
 use crate::spec::{DemSpec, Engine, Integrator};
 

@@ -232,7 +232,7 @@ fn bad_specs_are_refused_with_the_reason() {
     assert!(refused(&|s| s.periods[0] = Some((0.0, 1.5))).contains("axis 0"));
     assert!(refused(&|s| s.gravity[2] = f64::INFINITY).contains("gravity"));
     let film =
-        dem_solver::Lubrication::AsPrinted(dem_solver::lubrication::law::LubricationSettings::new(1e-3));
+        dem_solver::Lubrication::AsPrinted(dem_solver::lubrication::settings::LubricationSettings::new(1e-3));
     assert!(refused(&|s| s.lubrication = film).contains("viscosity"));
     assert!(
         refused(&|s| {

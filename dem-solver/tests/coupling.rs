@@ -110,7 +110,7 @@ fn virtual_mass_keeps_contact_time_and_restitution() {
 /// Mean forces are impulses: m ΔU = (weight + load + mean contact + mean film) dt over every window.
 #[test]
 fn mean_forces_close_the_momentum_balance() {
-    use dem_solver::{Integrator, Lubrication, lubrication::law::LubricationSettings};
+    use dem_solver::{Integrator, Lubrication, lubrication::settings::LubricationSettings};
     for integrator in [Integrator::SymplecticEuler, Integrator::VelocityVerlet] {
         let mut grain = Grain::new([0.0, 0.0, R + 0.05], R, 3.0);
         grain.velocity = [0.2, 0.0, -1.0];

@@ -1,9 +1,8 @@
 //! The film: exact solutions of m dU/dt = −κ(h) U, stability, tunnelling, many films.
 mod common;
 use common::{dem, floor, law, spec};
-use dem_solver::lubrication::law::{
-    GapShape, LubricationIntegration, LubricationLaw, LubricationModel, LubricationSettings,
-};
+use dem_solver::lubrication::law::{LubricationLaw, LubricationModel};
+use dem_solver::lubrication::settings::{GapShape, LubricationIntegration, LubricationSettings};
 use dem_solver::{Dem, DemSpec, Grain, Lubrication, Vec3, Wall};
 use std::f64::consts::PI;
 

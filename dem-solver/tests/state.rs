@@ -1,7 +1,7 @@
 //! Save, restore, repeat gives identical bits; results do not depend on the neighbour list.
 mod common;
 use common::{cloud, dem, floor, law, repeats, spec};
-use dem_solver::lubrication::law::LubricationSettings;
+use dem_solver::lubrication::settings::LubricationSettings;
 use dem_solver::{DemSpec, GrainLoad, Integrator, Lubrication, RestoreError, Vec3, Wall};
 
 fn busy(integrator: Integrator, n: usize) -> DemSpec {

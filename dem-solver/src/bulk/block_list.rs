@@ -9,6 +9,8 @@ use crate::bulk::records::History;
 use crate::bulk::records::{ContactPack, GrainRecord, SavedSpring};
 use crate::bulk::skins::{Listed, Skin};
 use crate::bulk::wall::Wall;
+use crate::motion::Vec3;
+use crate::periods::Periods;
 
 /// Memory for building lists.
 #[derive(Clone, Debug, Default)]
@@ -230,8 +232,8 @@ impl Block {
 pub(super) struct ListReach<'a> {
     /// Skins of the blocks.
     pub(super) skins: &'a [Skin],
-    /// Lengths of the periods, m; 0 where there is none.
-    pub(super) length: [f64; 3],
+    /// Periodic directions.
+    pub(super) periods: Periods,
     /// Time, s.
     pub(super) t: f64,
     /// Grains per block.
@@ -243,16 +245,8 @@ pub(super) struct ListReach<'a> {
 impl ListReach<'_> {
     #[inline]
     fn holds(&self, skin: f64, a: &GrainRecord, b: &GrainRecord) -> bool {
-        let (x, y) = (a.position(), b.position());
-        let mut distance2 = 0.0;
-        for axis in 0..3 {
-            let (mut d, length) = (x[axis] - y[axis], self.length[axis]);
-            if length > 0.0 {
-                d -= length * (d / length).round();
-            }
-            distance2 += d * d;
-        }
+        let apart = self.periods.nearest(Vec3::from(a.position()) - Vec3::from(b.position()));
         let limit = a.radius() + b.radius() + skin;
-        distance2 < limit * limit
+        apart.norm_squared() < limit * limit
     }
 }

@@ -147,7 +147,7 @@ impl Bulk {
     fn take_lists(&mut self, t: f64) {
         let reach = ListReach {
             skins: &self.lists.skins,
-            length: self.common.length,
+            periods: self.periods,
             t,
             size: SIZE as u32,
             walls: &self.common.walls,

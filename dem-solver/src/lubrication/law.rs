@@ -1,4 +1,4 @@
-//! Lubrication of one film between two surfaces (the seed, eq. 19).
+//! Lubrication of one gap between two surfaces (the seed, eq. 19).
 //!
 //! Force against the approach, F = −κ(δ) δ̇ for 0 ≤ δ ≤ δ_c, nothing in overlap. With the roughness
 //! η = (η/R) R and R_eff = R_i R_j/(R_i + R_j), R for a wall:
@@ -28,141 +28,10 @@
 //! beyond the cut-off, which stops the film at δ = 0 and makes entering, leaving and rebounding exact
 //! without further cases. The left side rises with U′, so there is one root.
 
-use crate::error::SpecError;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::lubrication::settings::GapShape;
 use std::f64::consts::PI;
 
-/// Model of the film between near surfaces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "form", rename_all = "kebab-case")]
-pub enum Lubrication {
-    /// No film force.
-    #[default]
-    None,
-    /// Eq. 19 up to the cut-off.
-    AsPrinted(LubricationSettings),
-    /// Eq. 19 less its value at the cut-off.
-    Continuous(LubricationSettings),
-    /// What the grid of the flow does not resolve (spheres only).
-    Complement(LubricationSettings),
-}
-
-/// Parameters of the film.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LubricationSettings {
-    /// Roughness over radius η/R; real grains have 1e-6 to 1e-3.
-    pub roughness: f64,
-    /// Gap over radius δ_c/R beyond which the film does not act; the seed takes ½.
-    #[serde(default = "default_cut_off")]
-    pub cut_off: f64,
-    /// Length L below which the flow does not resolve the film, m (`complement` only); by default one
-    /// cell, as measured with the default width ½ of the mask. In general (0.43 + 1.14 width) cells.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub resolved_length: Option<f64>,
-    /// Shape of the film; by default point for spheres and line for discs.
-    #[serde(default)]
-    pub film: Option<GapShape>,
-    /// How it is integrated.
-    #[serde(default)]
-    pub integration: LubricationIntegration,
-    /// Most Gauss–Seidel sweeps over all films of one sub-step (implicit only).
-    #[serde(default = "default_sweeps")]
-    pub sweeps: u32,
-}
-
-/// R/2, the upper bound of eq. 19 in the seed.
-fn default_cut_off() -> f64 {
-    0.5
-}
-
-/// Enough for chains of a few films; one film or films that share no free grain need one.
-fn default_sweeps() -> u32 {
-    8
-}
-
-/// Where two surfaces are near.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum GapShape {
-    /// Around a point: spheres.
-    Point,
-    /// Along a line: discs, force per unit length.
-    Line,
-}
-
-/// Time integration of the film.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LubricationIntegration {
-    /// Impulse over the path of the sub-step: stable, never tunnels, exact to four digits.
-    #[default]
-    Implicit,
-    /// Force at the start of the sub-step: stable only for dt < 2(η + δ)m/(6πμR²).
-    Explicit,
-}
-
-impl LubricationSettings {
-    /// Settings with everything but the roughness at its default.
-    #[must_use]
-    pub fn new(roughness: f64) -> Self {
-        Self {
-            roughness,
-            cut_off: default_cut_off(),
-            resolved_length: None,
-            film: None,
-            integration: LubricationIntegration::Implicit,
-            sweeps: default_sweeps(),
-        }
-    }
-}
-
-impl Lubrication {
-    /// The parameters, if there is a film.
-    #[must_use]
-    pub fn settings(&self) -> Option<&LubricationSettings> {
-        match self {
-            Self::None => None,
-            Self::AsPrinted(settings) | Self::Continuous(settings) | Self::Complement(settings) => {
-                Some(settings)
-            }
-        }
-    }
-
-    /// Checks ranges.
-    pub fn validate(&self) -> Result<(), SpecError> {
-        let Some(settings) = self.settings() else { return Ok(()) };
-        let bad = |quantity, value, allowed| {
-            Err(SpecError::Model { model: "lubrication", quantity, value, allowed })
-        };
-        if !(settings.roughness > 0.0 && settings.roughness.is_finite()) {
-            return bad("roughness", settings.roughness, "positive (real grains: 1e-6 to 1e-3)");
-        }
-        if !(settings.cut_off > 0.0 && settings.cut_off.is_finite()) {
-            return bad("cut_off", settings.cut_off, "positive and finite");
-        }
-        if settings.sweeps == 0 {
-            return bad("sweeps", 0.0, "at least 1");
-        }
-        match (self, settings.resolved_length) {
-            (_, Some(length)) if !(length > 0.0 && length.is_finite()) => {
-                bad("resolved_length", length, "positive and finite")
-            }
-            (Self::Complement(_), None) => bad(
-                "resolved_length",
-                f64::NAN,
-                "the width of a cell of the flow; form = \"continuous\" needs none",
-            ),
-            (Self::AsPrinted(_) | Self::Continuous(_), Some(length)) => {
-                bad("resolved_length", length, "read by form = \"complement\" only")
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-/// Film model with everything resolved that is common to all films of a run.
+/// The model with everything resolved that is common to all gaps of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct LubricationModel {
     /// Shape.
@@ -180,7 +49,7 @@ pub struct LubricationModel {
 }
 
 impl LubricationModel {
-    /// Coefficients of the film between radii `a` and `b` (infinite for a wall).
+    /// Coefficients of the gap between radii `a` and `b` (infinite for a wall).
     #[inline(always)]
     #[must_use]
     pub fn law(&self, a: f64, b: f64) -> LubricationLaw {
@@ -207,7 +76,7 @@ impl LubricationModel {
     }
 }
 
-/// One film for 0 ≤ δ ≤ δ_c: κ(δ) = c/(δ + η)/(1 + 2x + 2x²) − shift with x = (δ + η)/L, or
+/// One gap for 0 ≤ δ ≤ δ_c: κ(δ) = c/(δ + η)/(1 + 2x + 2x²) − shift with x = (δ + η)/L, or
 /// c/(δ + η)^{3/2} − shift.
 #[derive(Clone, Copy, Debug)]
 pub struct LubricationLaw {
@@ -219,13 +88,13 @@ pub struct LubricationLaw {
     pub roughness: f64,
     /// δ_c, m.
     pub cut_off: f64,
-    /// L, m; infinite if the film is not a complement.
+    /// L, m; infinite if the form is not `complement`.
     pub resolved_length: f64,
     /// κ(δ_c) if continuous, else zero, N s/m.
     pub shift: f64,
 }
 
-/// A film over so short a path that its impulse is a polynomial in the gap rate: most films of a dense bed in most
+/// A gap over so short a path that its impulse is a polynomial in the gap rate: most gaps of a dense bed in most
 /// sub-steps, at a tenth of the cost of the logarithms.
 ///
 /// With s the relative change of δ + η and path = k₁ s + k₂ s² + k₃ s³ + k₄ s⁴ the rate after the film solves

@@ -1,4 +1,5 @@
 //! Lubrication between near surfaces: the law of one gap, and the simultaneous solution of many.
 
 pub mod law;
+pub mod settings;
 pub mod simultaneous;

@@ -1,0 +1,132 @@
+//! What the coupler is told of a scene's grains: sub-step, bounds, engine.
+
+use protocol::facts::DemFacts;
+use protocol::scene::{CheckedScene, SceneError};
+
+use crate::bulk::requirements::{Choice, FROM, choice};
+use crate::lubrication::settings::LubricationIntegration;
+use crate::motion::Motion;
+use crate::spec::{DemSpec, Engine};
+
+/// Fewest sub-steps in a contact time: at 10 the restitution is 1 % off, at 5 three, at 2 wrong.
+const LEAST_STEPS: f64 = 10.0;
+
+/// What the scene says of the sub-step.
+pub(crate) struct StepChoice {
+    /// Sub-step, s.
+    pub(crate) dt: Option<f64>,
+    pub(crate) steps_per_contact: f64,
+    /// Whether sub-steps above t_c/10 are accepted.
+    pub(crate) coarse: bool,
+}
+
+/// Facts of a checked spec; `resolved` is the section with all its defaults.
+pub(crate) fn facts(
+    scene: &CheckedScene,
+    spec: &DemSpec,
+    step: &StepChoice,
+    resolved: toml::Table,
+) -> Result<DemFacts, SceneError> {
+    let can_touch = scene.grains.len() > 1 || !spec.walls.is_empty();
+    let contact_time = contact_time(spec).filter(|_| can_touch).unwrap_or(f64::INFINITY);
+    for (key, value) in [("dem.dt", step.dt), ("dem.steps_per_contact", Some(step.steps_per_contact))] {
+        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            return Err(scene.source.error(
+                key,
+                format!("is {value}; allowed: a finite number > 0"),
+                "give a positive number, or leave the key out",
+            ));
+        }
+    }
+    let dt = step.dt.unwrap_or(contact_time / step.steps_per_contact);
+    // In a coupled run the coupler divides windows on its own, and judges what comes out.
+    let judged = scene.scene.medium.is_none() && !step.coarse;
+    let key = if step.dt.is_some() { "dem.dt" } else { "dem.steps_per_contact" };
+    if judged && contact_time < LEAST_STEPS * dt * (1.0 - 1e-9) {
+        let steps = contact_time / dt;
+        return Err(scene.source.error(
+            key,
+            format!(
+                "makes sub-steps of {dt} s, t_c/{steps:.3} of the contact time {contact_time} s; allowed: t_c/{LEAST_STEPS} at most"
+            ),
+            "shorten the sub-step, or accept wrong rebounds with dem.allow_coarse_dt = true",
+        ));
+    }
+    let grains = spec.grains.len();
+    let facts = DemFacts {
+        grains: grains as u64,
+        memory: 4096 + 1024 * grains as u64,
+        dt,
+        contact_time,
+        tangential_rate: least_mass(spec).map_or(0.0, |mass| spec.contact.tangential_rate(0.5 * mass)),
+        coarse_dt: step.coarse,
+        lubrication_dt: lubrication_dt(spec),
+        interaction_range: spec.range(),
+        substep_cost: 2e-7 * grains as f64,
+        notices: engine_notice(scene, spec).into_iter().collect(),
+        resolved,
+    };
+    let number = facts.dashpot_number(dt).filter(|number| judged && *number > DemFacts::MOST_DASHPOT);
+    if let Some(number) = number {
+        let most = dt * DemFacts::MOST_DASHPOT / number;
+        return Err(scene.source.error(
+            key,
+            format!(
+                "makes sub-steps of {dt:.3e} s, with which a packing of these grains never comes to rest (γ_t dt/m = {number:.3}, \
+                 allowed: {}); allowed: {most:.3e} s, t_c/{:.0}",
+                DemFacts::MOST_DASHPOT,
+                (contact_time / most).ceil()
+            ),
+            "shorten the sub-step, lower dem.contact.damping_ratio, or accept it with dem.allow_coarse_dt = true",
+        ));
+    }
+    Ok(facts)
+}
+
+/// Which engine `auto` takes, and why.
+fn engine_notice(scene: &CheckedScene, spec: &DemSpec) -> Option<String> {
+    if spec.engine != Engine::Auto || spec.grains.is_empty() {
+        return None;
+    }
+    let Choice { engine, why } = choice(spec);
+    let (name, later) = match engine {
+        Engine::Bulk if scene.present() < FROM => ("bulk", ", once 256 of them are inserted"),
+        Engine::Bulk => ("bulk", ""),
+        _ => ("general", ""),
+    };
+    Some(format!("dem.engine = \"auto\" takes the {name} engine: {why}{later}"))
+}
+
+/// Mass of the lightest grain that is free, kg.
+fn least_mass(spec: &DemSpec) -> Option<f64> {
+    let free = spec.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    free.map(|grain| spec.shape.mass(grain.radius, grain.density)).min_by(f64::total_cmp)
+}
+
+/// Shortest contact of all that can happen: between the two lightest grains and between the two
+/// smallest, one of which may be a wall.
+fn contact_time(spec: &DemSpec) -> Option<f64> {
+    let mass = least_mass(spec)?;
+    let free = spec.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    let radius = free.map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+    // m*/R* is least for two equal grains, R* alone largest at a wall: the shorter of both.
+    let pair = spec.contact.contact_time(0.5 * mass, 0.5 * radius)?;
+    let wall = spec.contact.contact_time(0.5 * mass, radius)?;
+    Some(pair.min(wall))
+}
+
+/// Bound of explicit lubrication on the sub-step: 2 (η + δ) m/(6πμR²) at δ = 0, over all free grains.
+fn lubrication_dt(spec: &DemSpec) -> f64 {
+    let Some(film) =
+        spec.lubrication.settings().filter(|film| film.integration == LubricationIntegration::Explicit)
+    else {
+        return f64::INFINITY;
+    };
+    let free = spec.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    free.map(|grain| {
+        let mass = spec.shape.mass(grain.radius, grain.density);
+        let r = grain.radius;
+        2.0 * film.roughness * r * mass / (6.0 * std::f64::consts::PI * spec.viscosity * r * r)
+    })
+    .fold(f64::INFINITY, f64::min)
+}
