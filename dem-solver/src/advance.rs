@@ -137,7 +137,7 @@ fn check(grains: usize, dt: f64, n_sub: u32, loads: &[GrainLoad]) -> Result<(), 
         return Err(AdvanceError::Window { dt, n_sub });
     }
     if !loads.is_empty() && loads.len() != grains {
-        return Err(AdvanceError::LoadCount { given: loads.len(), grains: grains });
+        return Err(AdvanceError::LoadCount { given: loads.len(), grains });
     }
     for (grain, load) in loads.iter().enumerate() {
         for (quantity, vector) in [("force", &load.force), ("torque", &load.torque)] {

@@ -43,14 +43,14 @@ pub(crate) fn finish(
     let gravity = Vec3::from(spec.gravity)[profile.axis];
     let fit = scene.scene.metrics.iter().find_map(|metric| match metric.kind {
         MetricKind::JanssenFit { range } => {
-            let silo = Silo::new(&profile, range, gravity)?;
-            Some((silo, silo.fit(&profile, range)?))
+            let silo = Silo::new(profile, range, gravity)?;
+            Some((silo, silo.fit(profile, range)?))
         }
         _ => None,
     });
-    let curves = fit.map_or_else(Vec::new, |(silo, fit)| curves(&profile, &silo, fit.value));
+    let curves = fit.map_or_else(Vec::new, |(silo, fit)| curves(profile, &silo, fit.value));
     atomic_write(&folder.profile(), profile.table(&curves).as_bytes()).map_err(failed)?;
-    Ok(metrics(scene, &profile, gravity))
+    Ok(metrics(scene, profile, gravity))
 }
 
 /// Janssen's and the hydrostatic pressure beside the measured one.
