@@ -7,9 +7,10 @@ use protocol::participant::Role;
 use serde_json::{Map, Value};
 
 use crate::accuracy;
-use crate::bounds::{Bound, Level, Short, Side};
+use crate::bounds::{Bound, Level, Side};
 use crate::config::Coupling;
 use crate::failure::Failure;
+use crate::number::Short;
 use crate::prepare::Prepared;
 use crate::proposals;
 use crate::solvers::Solver;

@@ -6,6 +6,8 @@ use protocol::scheme::{Iterations, Scheme, SchemeKey};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::bounds::names::NAMES;
+
 /// How many DEM sub-steps a window gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -110,12 +112,12 @@ impl Coupling {
     }
 
     fn check_names(&self, source: &SceneSource) -> Result<(), SceneError> {
-        let unknown = self.force.iter().find(|name| !crate::bounds::NAMES.contains(&name.as_str()));
+        let unknown = self.force.iter().find(|name| !NAMES.contains(&name.as_str()));
         match unknown {
             None => Ok(()),
             Some(name) => Err(source.error(
                 "coupling.force",
-                format!("names `{name}`, which is no bound; bounds: {}", crate::bounds::NAMES.join(", ")),
+                format!("names `{name}`, which is no bound; bounds: {}", NAMES.join(", ")),
                 "name a bound that `bedload check` prints, or leave it out",
             )),
         }

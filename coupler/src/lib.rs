@@ -30,6 +30,7 @@ pub mod failure;
 pub mod iterate;
 pub mod judge;
 pub mod log_command;
+pub(crate) mod number;
 pub mod plan;
 pub mod prepare;
 pub mod proposals;

@@ -6,13 +6,14 @@ use protocol::scene::{CheckedScene, SceneError};
 use protocol::scheme::{Scheme, SchemeKey};
 use serde::Serialize;
 
-use crate::bounds::{self, Bound, Facts, Ladder, Short};
+use crate::bounds::{self, Bound, Facts, TimeSteps};
 use crate::config::Coupling;
+use crate::number::Short;
 
 /// Which processes a scene needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Cast {
+pub enum Participants {
     /// Fluid and DEM, coupled.
     Coupled,
     /// No grain is free: the fluid alone.
@@ -21,7 +22,7 @@ pub enum Cast {
     Dem,
 }
 
-impl Cast {
+impl Participants {
     /// Of a scene.
     #[must_use]
     pub fn of(scene: &CheckedScene) -> Self {
@@ -59,7 +60,7 @@ impl Cast {
 #[derive(Clone, Debug, Serialize)]
 pub struct Plan {
     /// Who takes part.
-    pub cast: Cast,
+    pub participants: Participants,
     /// Order of the exchange; none where nothing is exchanged.
     pub scheme: Option<Scheme>,
     /// Cells of the grid.
@@ -70,7 +71,7 @@ pub struct Plan {
     pub memory: u64,
     /// Time steps.
     #[serde(flatten)]
-    pub ladder: Ladder,
+    pub steps: TimeSteps,
     /// Sub-step aimed at; a window gets ceil(dt/dt_dem) of them, s.
     pub dt_dem_target: f64,
     /// May the window change while the run goes?
@@ -93,13 +94,14 @@ pub struct Plan {
     pub notices: Vec<String>,
 }
 
-/// Attempts that a window of the iterated scheme takes, for the estimate of the cost (docs/coupling.md, Schemes).
-const ATTEMPTS: f64 = 6.0;
+/// Iterations that a window of the iterated scheme takes, for the estimate of the cost (docs/coupling.md, Schemes).
+const ITERATIONS: f64 = 6.0;
 
 /// Iterates where nobody named a scheme and the lightest grain is too light for the semi-implicit one: the
 /// cost of repeated windows is paid only there. Says so. A bound that the scene forces asks for nothing.
 fn iterate_where_asked(facts: &mut Facts<'_>) -> Option<String> {
-    let possible = facts.fluid.is_some_and(can_iterate);
+    let carries = |fluid: &FluidFacts| Scheme::Iterated.carries(fluid.loads, fluid.advected_force);
+    let possible = facts.fluid.is_some_and(carries);
     let free = facts.coupling.scheme == SchemeKey::Auto && facts.scheme == Some(Scheme::SemiImplicit);
     let forced = facts.coupling.force.iter().any(|name| name == bounds::DENSITY_RATIO);
     let (ratio, limit) = bounds::lightest(facts).filter(|(ratio, limit)| ratio < limit)?;
@@ -113,13 +115,6 @@ fn iterate_where_asked(facts: &mut Facts<'_>) -> Option<String> {
         Short(ratio),
         Short(limit)
     ))
-}
-
-/// Repeated windows want yu-shao-fixed-point, and a carried force that stays in its cells.
-fn can_iterate(fluid: &FluidFacts) -> bool {
-    let transport = bounds::choice(&fluid.resolved, "immersed", "force_transport");
-    Scheme::Iterated.forms().contains(&fluid.loads)
-        && transport.and_then(toml::Value::as_str) != Some("advected")
 }
 
 /// ceil(dt/dt_dem), where a ratio that is whole up to rounding counts as whole.
@@ -141,39 +136,40 @@ impl Plan {
         dem: Option<&DemFacts>,
         memory: Option<u64>,
     ) -> Result<Self, SceneError> {
-        let cast = Cast::of(scene);
-        Observer::check(scene, cast.sides())?;
-        let (fluid, dem) = (fluid.filter(|_| cast.has_fluid()), dem.filter(|_| cast.has_dem()));
-        let scheme = match (cast, fluid) {
-            (Cast::Coupled, Some(fluid)) => Some(coupling.scheme(fluid.loads, &scene.source)?),
+        let participants = Participants::of(scene);
+        Observer::check(scene, participants.sides())?;
+        let (fluid, dem) =
+            (fluid.filter(|_| participants.has_fluid()), dem.filter(|_| participants.has_dem()));
+        let scheme = match (participants, fluid) {
+            (Participants::Coupled, Some(fluid)) => Some(coupling.scheme(fluid.loads, &scene.source)?),
             _ => None,
         };
         let adaptive = fluid.is_some_and(|fluid| fluid.adaptive);
         let contact_time = dem.map_or(f64::INFINITY, |dem| dem.contact_time);
-        let dt_most = match cast {
-            Cast::Coupled if adaptive => coupling.max_dt_over_contact_time * contact_time,
+        let dt_most = match participants {
+            Participants::Coupled if adaptive => coupling.max_dt_over_contact_time * contact_time,
             _ => f64::INFINITY,
         };
-        let dt_dem_target = substep_target(cast, coupling, dem);
+        let dt_dem_target = substep_target(participants, coupling, dem);
         let dt_fluid = fluid.map_or(dt_dem_target, |fluid| fluid.dt).min(dt_most).min(scene.scene.until);
-        usable(scene, if cast == Cast::Dem { "dem" } else { "fluid" }, dt_fluid)?;
+        usable(scene, if participants == Participants::Dem { "dem" } else { "fluid" }, dt_fluid)?;
         usable(scene, "dem", dt_dem_target)?;
         let full = substeps(dt_fluid, dt_dem_target);
-        let ladder = Ladder { dt_fluid, dt_dem: dt_fluid / full as f64, substeps: full, contact_time };
-        let mut facts = Facts { scene, fluid, dem, coupling, scheme, ladder, memory };
+        let steps = TimeSteps { dt_fluid, dt_dem: dt_fluid / full as f64, substeps: full, contact_time };
+        let mut facts = Facts { scene, fluid, dem, coupling, scheme, steps, memory };
         let notice = iterate_where_asked(&mut facts);
         let windows = (scene.scene.until / dt_fluid).ceil();
         let of_a_window = fluid.map_or(0.0, |fluid| fluid.step_cost)
             + dem.map_or(0.0, |dem| dem.substep_cost) * full as f64;
         let of_solvers = fluid.map(|fluid| &fluid.notices).into_iter().chain(dem.map(|dem| &dem.notices));
-        let attempts = if facts.scheme == Some(Scheme::Iterated) { ATTEMPTS } else { 1.0 };
+        let attempts = if facts.scheme == Some(Scheme::Iterated) { ITERATIONS } else { 1.0 };
         Ok(Self {
-            cast,
+            participants,
             scheme: facts.scheme,
             cells: fluid.map_or(0, |fluid| fluid.cells),
             grains: scene.grains.len(),
             memory: fluid.map_or(0, |fluid| fluid.memory) + dem.map_or(0, |dem| dem.memory),
-            ladder,
+            steps,
             dt_dem_target,
             adaptive,
             cfl_reserve: fluid.map_or(1.0, cfl_reserve),
@@ -206,11 +202,11 @@ impl Plan {
     /// The plan as lines of text.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
-        let ladder = &self.ladder;
-        let who = match self.cast {
-            Cast::Coupled => "fluid and DEM, coupled",
-            Cast::Fluid => "fluid alone (no grain is free)",
-            Cast::Dem => "DEM alone (no fluid)",
+        let steps = &self.steps;
+        let who = match self.participants {
+            Participants::Coupled => "fluid and DEM, coupled",
+            Participants::Fluid => "fluid alone (no grain is free)",
+            Participants::Dem => "DEM alone (no fluid)",
         };
         let mut lines = vec![
             line("processes", who.to_owned()),
@@ -221,16 +217,16 @@ impl Plan {
         if let Some(scheme) = self.scheme {
             lines.push(line("scheme", scheme.to_string()));
         }
-        if self.cast.has_fluid() {
+        if self.participants.has_fluid() {
             let how = if self.adaptive { " (adaptive)" } else { "" };
-            lines.push(line("dt fluid", format!("{} s{how}", Short(ladder.dt_fluid))));
+            lines.push(line("dt fluid", format!("{} s{how}", Short(steps.dt_fluid))));
         }
-        if self.cast.has_dem() {
-            lines.push(line("dt dem", format!("{} s", Short(ladder.dt_dem))));
-            lines.push(line("t_c", format!("{} s", Short(ladder.contact_time))));
-            lines.push(line("t_c/dt_dem", Short(ladder.contact_time / ladder.dt_dem).to_string()));
-            lines.push(line("dt_fluid/t_c", Short(ladder.dt_fluid / ladder.contact_time).to_string()));
-            lines.push(line("sub-steps", format!("{} in a full window", ladder.substeps)));
+        if self.participants.has_dem() {
+            lines.push(line("dt dem", format!("{} s", Short(steps.dt_dem))));
+            lines.push(line("t_c", format!("{} s", Short(steps.contact_time))));
+            lines.push(line("t_c/dt_dem", Short(steps.contact_time / steps.dt_dem).to_string()));
+            lines.push(line("dt_fluid/t_c", Short(steps.dt_fluid / steps.contact_time).to_string()));
+            lines.push(line("sub-steps", format!("{} in a full window", steps.substeps)));
         }
         lines.push(line("windows", format!("{} to t = {} s", self.windows, Short(self.until))));
         let cost = if self.cost > 0.0 {
@@ -253,10 +249,10 @@ fn cfl_reserve(fluid: &FluidFacts) -> f64 {
 }
 
 /// The DEM's sub-step; in a coupled run at most t_c/`steps_per_contact`.
-fn substep_target(cast: Cast, coupling: &Coupling, dem: Option<&DemFacts>) -> f64 {
+fn substep_target(participants: Participants, coupling: &Coupling, dem: Option<&DemFacts>) -> f64 {
     let Some(dem) = dem else { return f64::INFINITY };
-    match cast {
-        Cast::Coupled => dem.dt.min(dem.contact_time / coupling.steps_per_contact),
+    match participants {
+        Participants::Coupled => dem.dt.min(dem.contact_time / coupling.steps_per_contact),
         _ => dem.dt,
     }
 }

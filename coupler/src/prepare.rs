@@ -9,7 +9,7 @@ use protocol::scene::CheckedScene;
 
 use crate::config::Coupling;
 use crate::failure::Failure;
-use crate::plan::{Cast, Plan};
+use crate::plan::{Participants, Plan};
 use crate::solvers::{Solver, dem_facts, fluid_facts};
 
 /// A solver that takes part, and what it says of itself.
@@ -44,17 +44,17 @@ impl Prepared {
     pub fn new(options: &RunOptions) -> Result<Self, Failure> {
         let scene = options.read_scene()?;
         let coupling = Coupling::read(&scene)?;
-        let cast = Cast::of(&scene);
+        let participants = Participants::of(&scene);
         let limit = Duration::from_secs_f64(coupling.startup_deadline);
         let (path, overrides) = (&options.scene, options.all_overrides());
-        let fluid = if cast.has_fluid() {
+        let fluid = if participants.has_fluid() {
             let solver = Solver::of(Role::Fluid, &scene)?;
             let facts = fluid_facts(&solver, &scene, path, &overrides, limit)?;
             Some(Player { solver, facts })
         } else {
             None
         };
-        let dem = if cast.has_dem() {
+        let dem = if participants.has_dem() {
             let solver = Solver::of(Role::Dem, &scene)?;
             let facts = dem_facts(&solver, &scene, path, &overrides, limit)?;
             Some(Player { solver, facts })

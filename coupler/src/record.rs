@@ -59,7 +59,7 @@ pub fn open(
     let radii = prepared.scene.grains.iter().map(|grain| grain.radius).collect();
     let plan = &prepared.plan;
     let mut manifest =
-        Manifest::new(&prepared.scene.scene.title, &scene, radii, plan.ladder.dt_fluid, plan.until);
+        Manifest::new(&prepared.scene.scene.title, &scene, radii, plan.steps.dt_fluid, plan.until);
     manifest.first_step = step;
     manifest.first_time = time;
     if let Some(fluid) = &prepared.fluid {

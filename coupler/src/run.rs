@@ -16,7 +16,7 @@ use rustix::process::Signal;
 use crate::conduct::{Conductor, End, alive, explain};
 use crate::config::Coupling;
 use crate::failure::Failure;
-use crate::plan::Cast;
+use crate::plan::Participants;
 use crate::prepare::Prepared;
 use crate::resume::{self, CouplerState};
 use crate::rewind::rewind;
@@ -49,9 +49,9 @@ pub fn run(options: &RunOptions) -> Result<(), Failure> {
     prepared.refuse_broken()?;
     let interrupts =
         Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
-    match (prepared.plan.cast, &prepared.fluid, &prepared.dem) {
-        (Cast::Fluid, Some(fluid), _) => alone(options, &prepared, &fluid.solver, &interrupts),
-        (Cast::Dem, _, Some(dem)) => alone(options, &prepared, &dem.solver, &interrupts),
+    match (prepared.plan.participants, &prepared.fluid, &prepared.dem) {
+        (Participants::Fluid, Some(fluid), _) => alone(options, &prepared, &fluid.solver, &interrupts),
+        (Participants::Dem, _, Some(dem)) => alone(options, &prepared, &dem.solver, &interrupts),
         _ => coupled(options, &prepared, interrupts),
     }
 }

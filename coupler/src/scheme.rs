@@ -151,7 +151,7 @@ impl Planner {
         let state = PlannerState {
             step: 0,
             time: 0.0,
-            dt: plan.ladder.dt_fluid,
+            dt: plan.steps.dt_fluid,
             quiet: std::iter::repeat_n(-1.0, ahead).collect(),
             limit: f64::INFINITY,
         };
@@ -196,7 +196,7 @@ impl Planner {
     fn remaining(&self) -> f64 {
         // A remainder of rounding is no window.
         let left = self.plan.until - self.state.time;
-        if left <= 1e-9 * self.plan.until.min(self.state.dt.max(self.plan.ladder.dt_fluid)) {
+        if left <= 1e-9 * self.plan.until.min(self.state.dt.max(self.plan.steps.dt_fluid)) {
             0.0
         } else {
             left
@@ -231,7 +231,7 @@ impl Planner {
         let first = if self.state.step == 0 { self.state.dt } else { f64::INFINITY };
         let dt = match self.plan.adaptive {
             true => first.min(self.state.limit).min(self.plan.dt_most).min(GROWTH * self.state.dt),
-            false => self.plan.ladder.dt_fluid,
+            false => self.plan.steps.dt_fluid,
         };
         // The last two windows share what is left, so that none is a sliver, over which the mean of a force
         // means nothing.
@@ -243,7 +243,7 @@ impl Planner {
     }
 
     fn advance(&mut self, dt: f64) {
-        let fixed = self.plan.ladder.dt_fluid;
+        let fixed = self.plan.steps.dt_fluid;
         self.state.step += 1;
         // Multiplied, not summed: a million windows add no rounding.
         let regular = !self.plan.adaptive && dt == fixed;

@@ -178,7 +178,6 @@ pub fn fluid_facts(
         cells: domain.cell_count() as u64,
         dt: section_dt(scene, Role::Fluid, &scene.scene.fluid)?,
         spacing,
-        implicit_viscosity: true,
         notices: vec![unknown(solver)],
         ..FluidFacts::default()
     })
@@ -202,7 +201,6 @@ pub fn dem_facts(
         grains: scene.grains.len() as u64,
         dt: section_dt(scene, Role::Dem, &scene.scene.dem)?,
         contact_time: f64::INFINITY,
-        lubrication_dt: f64::INFINITY,
         // It does not say from what gap it acts: nothing is far enough for a single sub-step.
         interaction_range: f64::INFINITY,
         notices: vec![unknown(solver)],
@@ -322,13 +320,17 @@ fn read_all(mut pipe: impl Read) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use protocol::facts::{Measure, Side, SolverBound};
 
     #[test]
     fn an_infinite_fact_survives_json() {
         let facts = DemFacts {
             dt: 1e-4,
             contact_time: f64::INFINITY,
-            lubrication_dt: f64::INFINITY,
+            bounds: vec![SolverBound {
+                void_from: Some((Measure::WindowOverContact, 10.0)),
+                ..SolverBound::new("lift", "dt_dem", (1.0, Measure::Substep), Side::AtMost, 1e-3)
+            }],
             ..DemFacts::default()
         };
         let read: DemFacts = parse_facts(&serde_json::to_string(&facts).unwrap()).unwrap();

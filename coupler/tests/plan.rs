@@ -2,8 +2,8 @@
 
 use coupler::bounds::{Bound, Method, Motion, NAMES, SINGULAR, lowest_density_ratio};
 use coupler::config::Coupling;
-use coupler::plan::{Cast, Plan, substeps};
-use protocol::facts::{DemFacts, FluidFacts, Forcing, LoadsForm};
+use coupler::plan::{Participants, Plan, substeps};
+use protocol::facts::{DemFacts, FluidFacts, Forcing, Level, LoadsForm, Measure, Side, SolverBound};
 use protocol::scene::{CheckedScene, SceneSource};
 use protocol::scheme::Scheme;
 
@@ -40,7 +40,6 @@ fn fluid() -> FluidFacts {
         spacing: 0.0625,
         cfl: 0.5,
         cfl_limit: 0.8,
-        implicit_viscosity: true,
         virtual_mass: 0.5,
         step_cost: 0.02,
         ..FluidFacts::default()
@@ -53,7 +52,6 @@ fn dem() -> DemFacts {
         memory: 1 << 10,
         dt: 1e-4,
         contact_time: 2e-3,
-        lubrication_dt: f64::INFINITY,
         interaction_range: 0.25,
         substep_cost: 1e-6,
         ..DemFacts::default()
@@ -98,16 +96,13 @@ fn below_and_above<T>(name: &str, good: T, bad: T, set: impl Fn(&mut Case, T)) {
 fn the_plain_case_breaks_nothing_that_stops_it() {
     let plan = Case::new().plan();
     assert_eq!(plan.refusals().count(), 0, "{:?}", plan.refusals().collect::<Vec<_>>());
-    assert_eq!((plan.cast, plan.scheme), (Cast::Coupled, Some(Scheme::SemiImplicit)));
-    assert_eq!(plan.ladder.substeps, 100);
-    assert!((plan.ladder.dt_dem - 1e-4).abs() < 1e-18);
+    assert_eq!((plan.participants, plan.scheme), (Participants::Coupled, Some(Scheme::SemiImplicit)));
+    assert_eq!(plan.steps.substeps, 100);
+    assert!((plan.steps.dt_dem - 1e-4).abs() < 1e-18);
     assert_eq!(plan.windows, 100);
     // 100 windows of 0.02 s, and of 100 sub-steps of 1 µs.
     assert!((plan.cost - 100.0 * (0.02 + 1e-4)).abs() < 1e-12);
 }
-
-/// Two grains in place of one.
-const PAIR: &str = "grains=[{position=[1.0,2.0,2.0],radius=0.5,density=4.0},{position=[3.0,2.0,2.0],radius=0.5,density=4.0}]";
 
 const SCHEMES: [&str; 2] = ["coupling.scheme=\"semi-implicit\"", "coupling.scheme=\"explicit\""];
 
@@ -169,10 +164,10 @@ fn density_limit_is_never_less_strict_between_columns() {
 #[test]
 fn the_displaced_mass_bears_lighter_grains() {
     // ν dt/D² = 0.8.
-    below_and_above("density-ratio", "displaced_mass = true", "displaced_mass = false", |case, key| {
+    below_and_above("density-ratio", true, false, |case, displaced| {
         case.scene = vec!["grains[0].density=0.1", "until=100.0", SCHEMES[0]];
         case.fluid.dt = 80.0;
-        case.fluid.resolved = format!("[loads]\n{key}").parse().expect("TOML");
+        case.fluid.displaced_mass = displaced;
     });
 }
 
@@ -185,8 +180,7 @@ fn grains_that_may_touch_each_other_must_be_heavier() {
         let overrides =
             [format!("grains[0].density={density}"), "until=100.0".to_owned(), SCHEMES[0].to_owned()];
         let scene = CheckedScene::new(source.with_overrides(&overrides).unwrap()).unwrap();
-        let resolved = "[loads]\ndisplaced_mass = true".parse().unwrap();
-        let facts = FluidFacts { dt: 20.0, resolved, ..fluid() };
+        let facts = FluidFacts { dt: 20.0, displaced_mass: true, ..fluid() };
         Plan::new(&scene, &Coupling::read(&scene).unwrap(), Some(&facts), Some(&dem()), None).unwrap()
     };
     let broken = |grains: &str, density: f64| {
@@ -227,7 +221,8 @@ fn seed_form_is_singular_for_neutral_grains_whatever_is_forced() {
     let mut case = Case::new();
     case.fluid.loads = LoadsForm::Izard2014;
     case.scene = vec!["grains[0].density=1.0", r#"coupling.force=["density-ratio","loads-singular"]"#];
-    let names: Vec<&str> = case.plan().refusals().map(|bound| bound.name).collect();
+    let plan = case.plan();
+    let names: Vec<&str> = plan.refusals().map(|bound| bound.name.as_str()).collect();
     assert_eq!(names, [SINGULAR]);
 }
 
@@ -246,61 +241,79 @@ fn resting_weight_of_the_seeds_form_is_a_warning_with_its_factor() {
 }
 
 #[test]
-fn convection_and_viscosity() {
+fn windows_of_many_viscous_times_were_not_mapped() {
     below_and_above("density-range", 0.5, 0.9, |case, nu_dt| {
         case.scene = vec!["medium.viscosity=10.0"];
         case.fluid.dt = nu_dt / 10.0;
     });
-    below_and_above("cfl", 0.8, 0.81, |case, cfl| {
-        case.fluid.adaptive = true;
-        case.fluid.cfl = cfl;
-    });
-    // With a fixed step: the grain's own speed times 0.01 over 0.0625.
-    below_and_above(
-        "cfl",
-        "grains[0].velocity=[4.9,0,0]",
-        "grains[0].velocity=[5.1,0,0]",
-        |case, velocity| {
-            case.scene = vec![velocity];
-        },
-    );
-    // By time scheme, as our solver names it.
-    for (time, good, bad) in [
-        ("scheme = \"ab2\"", "grains[0].velocity=[3.1,0,0]", "grains[0].velocity=[3.2,0,0]"),
-        (
-            "scheme = \"rk3\"\nprojections = \"once\"",
-            "grains[0].velocity=[3.1,0,0]",
-            "grains[0].velocity=[3.2,0,0]",
-        ),
-        ("scheme = \"rk3\"", "grains[0].velocity=[7.4,0,0]", "grains[0].velocity=[7.6,0,0]"),
+}
+
+/// A bound of a solver, `factor` times `measure` at most 1.
+fn solver_bound(name: &str, factor: f64, measure: Measure) -> SolverBound {
+    SolverBound::new(name, "x", (factor, measure), Side::AtMost, 1.0).because(
+        "it breaks",
+        "a test",
+        "mend it",
+    )
+}
+
+#[test]
+fn bounds_of_the_solvers_are_judged_at_the_steps_of_the_plan() {
+    // Windows of 0.01 s, sub-steps of 1e-4 s, t_c = 2e-3 s.
+    for (measure, good, bad) in [
+        (Measure::One, 1.0, 1.01),
+        (Measure::Window, 99.0, 101.0),
+        (Measure::Substep, 9.9e3, 1.01e4),
+        (Measure::WindowOverContact, 0.19, 0.21),
     ] {
-        below_and_above("cfl", good, bad, |case, velocity| {
-            case.fluid.resolved = format!("[time]\n{time}").parse().expect("TOML");
-            case.scene = vec![velocity];
+        below_and_above("cfl", good, bad, |case, factor| {
+            case.fluid.bounds = vec![solver_bound("cfl", factor, measure)];
+        });
+        below_and_above("contact-dashpot", good, bad, |case, factor| {
+            case.dem.bounds = vec![solver_bound("contact-dashpot", factor, measure)];
         });
     }
-    below_and_above("cfl", "each-stage", "once", |case, projections| {
-        case.fluid.resolved =
-            format!("[time]\nscheme = \"rk3\"\nprojections = {projections:?}").parse().expect("TOML");
-        (case.fluid.adaptive, case.fluid.cfl, case.fluid.cfl_limit) = (true, 1.0, 1.7);
-    });
-    // ν dt/Δx² = 0.01 dt/0.0625².
-    for (name, good, bad) in [("direct-forcing", 0.78, 0.79), ("direct-forcing-accuracy", 0.39, 0.4)] {
-        below_and_above(name, good, bad, |case, dt| {
-            case.fluid.forcing = Forcing::Direct;
-            case.fluid.dt = dt;
-            case.scene = vec!["until=100.0"];
-        });
+    let mut case = Case::new();
+    case.fluid.bounds = vec![
+        solver_bound("a-foreign-one", 2.0, Measure::One),
+        solver_bound("cfl", 2.0, Measure::One).warning(),
+    ];
+    let plan = case.plan();
+    let refused: Vec<&str> = plan.refusals().map(|bound| bound.name.as_str()).collect();
+    assert_eq!(refused, ["a-foreign-one"]);
+    assert!(plan.warnings().any(|bound| bound.name == "cfl"));
+    case.fluid.bounds.remove(0);
+    case.fluid.bounds[0].level = Level::Refuse;
+    case.scene = vec!["coupling.force=[\"cfl\"]"];
+    assert_eq!(case.plan().refusals().count(), 0);
+    // Void where the window is long enough: 5 contact times.
+    case.scene.clear();
+    for (from, judged) in [(5.1, true), (4.9, false)] {
+        case.fluid.bounds[0].void_from = Some((Measure::WindowOverContact, from));
+        assert_eq!(case.bound("cfl").is_some(), judged);
     }
-    // Three axes: Σ 1/Δx² = 768, so the limits are at dt = 0.0818 and 0.03255.
-    for (name, good, bad) in [("explicit-viscosity", 0.081, 0.082), ("explicit-viscosity-ab2", 0.032, 0.033)]
-    {
-        below_and_above(name, good, bad, |case, dt| {
-            case.fluid.implicit_viscosity = false;
-            case.fluid.dt = dt;
-        });
-    }
-    assert!(Case::new().bound("explicit-viscosity").is_none(), "implicit viscosity has no such bound");
+}
+
+#[test]
+fn bounds_are_printed_in_the_order_of_their_names_and_foreign_ones_last() {
+    let mut case = Case::new();
+    case.fluid.bounds = vec![solver_bound("a-foreign-one", 1.0, Measure::One)];
+    case.dem.bounds = vec![
+        solver_bound("explicit-lubrication", 1.0, Measure::One),
+        solver_bound("contact-dashpot", 1.0, Measure::One),
+    ];
+    let names: Vec<String> = case.plan().bounds.into_iter().map(|bound| bound.name).collect();
+    let place = |name: &str| names.iter().position(|other| other == name).expect(name);
+    let order = [
+        "density-ratio",
+        "contact-steps",
+        "contact-dashpot",
+        "window-over-contact",
+        "explicit-lubrication",
+        "memory",
+        "a-foreign-one",
+    ];
+    assert!(order.map(place).is_sorted(), "{names:?}");
 }
 
 #[test]
@@ -321,7 +334,7 @@ fn a_dense_bed_wants_small_viscous_steps() {
 }
 
 #[test]
-fn contact_and_lubrication() {
+fn sub_steps_and_windows_of_a_contact() {
     below_and_above(
         "contact-steps",
         "coupling.steps_per_contact=10",
@@ -341,20 +354,6 @@ fn contact_and_lubrication() {
         },
     );
     below_and_above("window-over-contact", 0.2, 0.201, |case, dt| case.fluid.dt = dt);
-    // γ_t dt/m_e = 0.15, in a packing of eight.
-    below_and_above("contact-dashpot", 1499.0, 1501.0, |case, rate| {
-        case.dem.tangential_rate = rate;
-        case.dem.grains = 8;
-        case.dem.dt = 1e-4;
-    });
-    // Two grains, springs without a dashpot, in windows below ten contact times.
-    let (good, bad) = ("grains[1].density=2.51", "grains[1].density=2.49");
-    below_and_above("tangential-dashpot", good, bad, |case, density| {
-        let contact = "[contact]\nfriction = 0.5\ndamping_ratio = 0.09";
-        case.dem.resolved = toml::from_str(contact).expect("good TOML");
-        case.scene = vec![PAIR, density];
-    });
-    below_and_above("explicit-lubrication", 1e-4, 0.9e-4, |case, dt| case.dem.lubrication_dt = dt);
     let mut case = Case::new();
     case.dem.contact_time = f64::INFINITY;
     assert!(case.bound("contact-steps").is_none(), "nothing can touch");
@@ -377,12 +376,28 @@ fn grid_and_memory() {
     below_and_above("memory", 1 << 29, 1 << 31, |case, bytes| case.fluid.memory = bytes);
 }
 
+/// Bounds that our solvers own: the tests of these crates put them below and above their limits
+/// (`fluid-solver/tests/immersed/bounds.rs`, `dem-solver/tests/bounds.rs`).
+const OF_SOLVERS: [&str; 8] = [
+    "cfl",
+    "direct-forcing",
+    "direct-forcing-accuracy",
+    "explicit-viscosity",
+    "explicit-viscosity-ab2",
+    "contact-dashpot",
+    "tangential-dashpot",
+    "explicit-lubrication",
+];
+
 #[test]
 fn every_name_is_judged_by_some_test_or_at_run_time() {
     // `overlap` is judged window by window, not in the plan.
     let text = include_str!("plan.rs");
-    for name in NAMES.iter().filter(|name| **name != "overlap") {
-        assert!(text.contains(&format!("\"{name}\"")), "no test of {name}");
+    for name in NAMES.iter().filter(|name| **name != "overlap" && !OF_SOLVERS.contains(name)) {
+        assert!(
+            text.contains(&format!("(\"{name}\"")) || text.contains(&format!("        \"{name}\",\n")),
+            "no test of {name}"
+        );
     }
 }
 
@@ -392,20 +407,20 @@ fn an_adaptive_window_is_held_below_the_contact_bound_and_a_fixed_one_is_refused
     case.fluid.dt = 0.5;
     case.fluid.adaptive = true;
     let plan = case.plan();
-    assert!((plan.ladder.dt_fluid - 0.2).abs() < 1e-15, "100 t_c");
+    assert!((plan.steps.dt_fluid - 0.2).abs() < 1e-15, "100 t_c");
     assert_eq!(plan.refusals().count(), 0);
     case.fluid.adaptive = false;
     let plan = case.plan();
-    assert_eq!(plan.refusals().map(|bound| bound.name).collect::<Vec<_>>(), ["window-over-contact"]);
+    assert_eq!(plan.refusals().map(|bound| bound.name.as_str()).collect::<Vec<_>>(), ["window-over-contact"]);
 }
 
 #[test]
 fn the_smaller_of_two_sub_steps_wins() {
     let mut case = Case::new();
     case.dem.dt = 5e-5;
-    assert_eq!(case.plan().ladder.substeps, 200, "the DEM's own");
+    assert_eq!(case.plan().steps.substeps, 200, "the DEM's own");
     case.dem.dt = 1.0;
-    assert_eq!(case.plan().ladder.substeps, 100, "t_c/20");
+    assert_eq!(case.plan().steps.substeps, 100, "t_c/20");
     assert_eq!(substeps(0.3, 0.1), 3, "0.3/0.1 is 2.9999999999999996");
     assert_eq!(substeps(0.1 + 0.2, 0.1), 3, "0.30000000000000004/0.1");
     assert_eq!(substeps(0.31, 0.1), 4);
@@ -476,8 +491,7 @@ fn windows_are_repeated_where_the_density_ratio_asks_for_it_and_nowhere_else() {
     let costs = [plan(&[until, "grains[0].density=0.81"]).cost, plan(&[until, light]).cost];
     assert!(costs[1] > 3.0 * costs[0], "{costs:?}");
     // A force that goes with the grains knows no repeated windows: the bound stands.
-    let along: toml::Table = "immersed.force_transport = \"advected\"".parse().unwrap();
-    let facts = FluidFacts { dt: 8.0, resolved: along, ..fluid() };
+    let facts = FluidFacts { dt: 8.0, advected_force: true, ..fluid() };
     let light = scene(&[until, light]);
     let plan = Plan::new(&light, &Coupling::read(&light).unwrap(), Some(&facts), Some(&dem()), None).unwrap();
     assert_eq!(plan.scheme, Some(Scheme::SemiImplicit));
@@ -526,13 +540,13 @@ fn coupling_section_names_what_is_wrong() {
 
 #[test]
 fn who_takes_part() {
-    assert_eq!(Cast::of(&scene(&[r#"grains[0].motion="fixed""#])), Cast::Fluid);
+    assert_eq!(Participants::of(&scene(&[r#"grains[0].motion="fixed""#])), Participants::Fluid);
     let dry = SCENE.replace("[medium]\ndensity = 1.0\nviscosity = 0.01\n", "");
     let dry = CheckedScene::new(SceneSource { file: "dry.toml".into(), text: dry }).unwrap();
     let coupling = Coupling::read(&dry).unwrap();
     let plan = Plan::new(&dry, &coupling, None, Some(&dem()), None).unwrap();
-    assert_eq!((plan.cast, plan.scheme), (Cast::Dem, None));
-    assert_eq!((plan.ladder.dt_fluid, plan.ladder.substeps), (1e-4, 1));
+    assert_eq!((plan.participants, plan.scheme), (Participants::Dem, None));
+    assert_eq!((plan.steps.dt_fluid, plan.steps.substeps), (1e-4, 1));
     assert!(plan.bounds.iter().any(|bound| bound.name == "contact-steps"));
     assert!(!plan.bounds.iter().any(|bound| bound.name == "window-over-contact"));
 }

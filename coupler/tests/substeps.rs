@@ -2,7 +2,7 @@
 //! touches; and the planner's windows.
 
 use coupler::config::Coupling;
-use coupler::plan::{Cast, Plan};
+use coupler::plan::{Participants, Plan};
 use coupler::scheme::{AHEAD, Planner, QuietRule};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::Window;
@@ -125,12 +125,12 @@ fn a_prescribed_swing_and_a_moving_wall_count() {
 
 fn plan(dt: f64, dt_dem: f64, until: f64, adaptive: bool) -> Plan {
     Plan {
-        cast: Cast::Coupled,
+        participants: Participants::Coupled,
         scheme: None,
         cells: 0,
         grains: 1,
         memory: 0,
-        ladder: coupler::bounds::Ladder { dt_fluid: dt, dt_dem, substeps: 1, contact_time: 1.0 },
+        steps: coupler::bounds::TimeSteps { dt_fluid: dt, dt_dem, substeps: 1, contact_time: 1.0 },
         dt_dem_target: dt_dem,
         adaptive,
         cfl_reserve: 1.0,

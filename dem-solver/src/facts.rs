@@ -3,13 +3,13 @@
 use protocol::facts::DemFacts;
 use protocol::scene::{CheckedScene, SceneError};
 
+use crate::bounds::{self, LARGEST_DASHPOT};
 use crate::bulk::requirements::{Choice, FROM, choice};
 use crate::lubrication::settings::LubricationIntegration;
 use crate::motion::Motion;
 use crate::spec::{DemSpec, Engine};
 
-/// Fewest sub-steps in a contact time: at 10 the restitution is 1 % off, at 5 three, at 2 wrong.
-const LEAST_STEPS: f64 = 10.0;
+const LEAST_STEPS: f64 = DemFacts::LEAST_CONTACT_STEPS;
 
 /// What the scene says of the sub-step.
 pub(crate) struct StepChoice {
@@ -53,28 +53,28 @@ pub(crate) fn facts(
         ));
     }
     let grains = spec.grains.len();
+    let tangential_rate = least_mass(spec).map_or(0.0, |mass| spec.contact.tangential_rate(0.5 * mass));
+    let limits = bounds::Limits { contact_time, tangential_rate, lubrication_dt: lubrication_dt(spec) };
     let facts = DemFacts {
         grains: grains as u64,
         memory: 4096 + 1024 * grains as u64,
         dt,
         contact_time,
-        tangential_rate: least_mass(spec).map_or(0.0, |mass| spec.contact.tangential_rate(0.5 * mass)),
         coarse_dt: step.coarse,
-        lubrication_dt: lubrication_dt(spec),
         interaction_range: spec.range(),
+        bounds: bounds::of(scene, spec, &limits),
         substep_cost: 2e-7 * grains as f64,
         notices: engine_notice(scene, spec).into_iter().collect(),
         resolved,
     };
-    let number = facts.dashpot_number(dt).filter(|number| judged && *number > DemFacts::MOST_DASHPOT);
-    if let Some(number) = number {
-        let most = dt * DemFacts::MOST_DASHPOT / number;
+    let number = bounds::packing_rate(tangential_rate, grains).map(|rate| rate * dt);
+    if let Some(number) = number.filter(|number| judged && *number > LARGEST_DASHPOT) {
+        let most = dt * LARGEST_DASHPOT / number;
         return Err(scene.source.error(
             key,
             format!(
                 "makes sub-steps of {dt:.3e} s, with which a packing of these grains never comes to rest (γ_t dt/m = {number:.3}, \
-                 allowed: {}); allowed: {most:.3e} s, t_c/{:.0}",
-                DemFacts::MOST_DASHPOT,
+                 allowed: {LARGEST_DASHPOT}); allowed: {most:.3e} s, t_c/{:.0}",
                 (contact_time / most).ceil()
             ),
             "shorten the sub-step, lower dem.contact.damping_ratio, or accept it with dem.allow_coarse_dt = true",

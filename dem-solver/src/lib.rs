@@ -27,6 +27,7 @@
 //! when the neighbour list was built, and save/restore/repeat gives identical bits.
 
 mod advance;
+mod bounds;
 pub mod bulk;
 pub mod command;
 pub mod config;

@@ -125,7 +125,8 @@ fn a_packing_that_could_not_rest_is_refused_unless_asked_for() {
         .collect();
     let law = "contact = { law = \"linear-spring-dashpot\", restitution = 0.3, friction = 0.5, contact_time = 1e-3 }";
     let facts = |steps: u32, keys: &str| dry(&format!("steps_per_contact = {steps}\n{keys}{law}\n{more}"));
-    let rate = facts(17, "").expect("enough sub-steps").tangential_rate;
+    let bounds = facts(17, "").expect("enough sub-steps").bounds;
+    let rate = bounds.iter().find(|bound| bound.name == "contact-dashpot").expect("a packing").factor;
     assert!((rate / (2000.0 * -(0.3f64.ln())) - 1.0).abs() < 1e-12, "−2 ln(e_n)/t_c: {rate}");
     let error = facts(16, "").expect_err("too few");
     assert!(error.key == "dem.steps_per_contact" && error.message.contains("t_c/17"), "{error}");

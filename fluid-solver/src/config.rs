@@ -4,7 +4,6 @@ use crate::coupling;
 use crate::immersed::mask_model::Mask;
 use protocol::facts::{Forcing, LoadsForm};
 use protocol::scene::{CheckedScene, Motion, Retired, SceneError};
-use protocol::scheme::Scheme;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -272,7 +271,7 @@ impl FluidSection {
         let scheme = coupling::read(scene, choices.form)?.0;
         let can = choices.method == Forcing::Carried
             && choices.form == LoadsForm::YuShaoFixedPoint
-            && matches!(scheme, Scheme::SemiImplicit | Scheme::Overlapped);
+            && scheme.carries(choices.form, true);
         if choices.force_transport == ForceTransport::Advected && !can {
             return Err(source.error(
                 "fluid.immersed.force_transport",

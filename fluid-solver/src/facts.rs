@@ -1,7 +1,8 @@
 //! What the fluid says of itself before a run (`bedload-fluid check`).
 
+use crate::bounds;
 use crate::build;
-use crate::config::{FluidSection, SchemeKey};
+use crate::config::{FluidSection, ForceTransport, SchemeKey};
 use crate::grid::Grid;
 use crate::memory::{self, Demand};
 use crate::plan::Plan;
@@ -78,10 +79,12 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
         cfl: choices.time.cfl,
         cfl_limit: choices.time.scheme.cfl_limit(),
         spacing: plan.spacing,
-        implicit_viscosity: implicit,
         loads: choices.form,
         virtual_mass: choices.virtual_mass,
+        displaced_mass: choices.displaced_mass,
         forcing: choices.method,
+        advected_force: choices.force_transport == ForceTransport::Advected,
+        bounds: bounds::of(scene, medium, &choices, &plan),
         step_cost: cells as f64 * cost::<D>(choices.time.scheme, implicit, cells),
         notices,
         resolved,

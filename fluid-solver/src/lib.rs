@@ -5,6 +5,7 @@
 pub mod attempts;
 pub mod axis;
 pub mod boundary;
+mod bounds;
 pub mod build;
 pub mod checkpoint;
 pub mod config;
@@ -37,6 +38,7 @@ pub mod program;
 pub mod scheme;
 pub mod solver;
 mod space;
+mod speed;
 mod stages;
 pub mod stencil;
 pub mod step;

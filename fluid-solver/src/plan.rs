@@ -4,7 +4,8 @@ use crate::config::{Choices, ViscosityKey};
 use crate::grid::Grid;
 use crate::immersed::body::Motion;
 use crate::scheme::Viscous;
-use protocol::scene::{self, CheckedScene, Medium, SceneError};
+use crate::speed;
+use protocol::scene::{CheckedScene, Medium, SceneError};
 
 /// ν dt/Δx² up to which the carried force converges in few steps in dense beds.
 /// docs/numerics.md, Forcing and viscosity
@@ -46,7 +47,7 @@ impl Plan {
         let spacing = grid.smallest_width();
         let force =
             if scene.grains.is_empty() { f64::INFINITY } else { FORCE_NUMBER * spacing * spacing / nu };
-        let speed = expected_speed(scene, medium);
+        let speed = speed::expected(scene, medium);
         let by_speed = time.cfl * spacing / speed;
         let wanted = time.dt.unwrap_or(by_speed.min(force));
         let viscous = match time.viscosity {
@@ -110,55 +111,6 @@ impl Plan {
             dt.to_bits() & !((1_u64 << (f64::MANTISSA_DIGITS - 1 - self.dt_levels_per_octave.ilog2())) - 1),
         )
     }
-}
-
-/// An estimate of the largest speed of a run, m/s, for the first steps: walls, initial and
-/// prescribed speeds, settling grains, driven flow. Later steps follow the flow itself.
-fn expected_speed(scene: &CheckedScene, medium: &Medium) -> f64 {
-    let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let nu = medium.kinematic_viscosity();
-    let domain = &scene.scene.domain;
-    let extent = |a: usize| domain.upper[a] - domain.lower[a];
-    let mut speed = match &medium.initial {
-        scene::InitialVelocity::Rest => 0.0,
-        scene::InitialVelocity::Uniform { velocity } => length(velocity),
-        scene::InitialVelocity::Shear { rate, .. } => {
-            rate.abs() * (0..domain.dimensions()).map(extent).fold(0.0, f64::max)
-        }
-        scene::InitialVelocity::TaylorGreen { amplitude } => amplitude.abs(),
-    };
-    for a in 0..domain.dimensions() {
-        if let Some(faces) = domain.boundary(a) {
-            let fastest = |f: &scene::Face| domain.peak_over_mean(a, f) * length(&f.velocity);
-            speed = faces.lower.iter().chain([&faces.upper]).fold(speed, |s, f| s.max(fastest(f)));
-        }
-    }
-    if let Some(flow) = &medium.flow_rate {
-        // The largest ratio of peak to mean of the common laminar profiles is that of a duct.
-        speed = speed.max(2.25 * flow.mean_velocity.abs());
-    }
-    let gravity = length(&scene.scene.gravity);
-    for grain in &scene.grains {
-        let swing = grain.oscillation.map_or(0.0, |o| length(&o.amplitude));
-        speed = speed.max(length(&grain.velocity) + swing + length(&grain.spin) * grain.radius);
-        if grain.motion == scene::Motion::Free {
-            let weight = (grain.density / medium.density - 1.0).abs() * gravity * 2.0 * grain.radius;
-            let stokes = weight * 2.0 * grain.radius / (18.0 * nu);
-            // Between Stokes and C_D = 0.4.
-            let newton = (weight * 4.0 / 1.2).sqrt();
-            if weight > 0.0 {
-                speed = speed.max(1.0 / (1.0 / stokes + 1.0 / newton));
-            }
-        }
-    }
-    let drive: [f64; 3] = std::array::from_fn(|c| {
-        let axis = (0..domain.dimensions()).find(|a| domain.geometry.component(*a) == c);
-        let gravity = if axis.is_some_and(|a| domain.is_periodic(a)) { scene.scene.gravity[c] } else { 0.0 };
-        medium.body_force[c] + gravity - medium.pressure_gradient[c] / medium.density
-    });
-    let width = (0..domain.dimensions()).map(extent).fold(f64::INFINITY, f64::min);
-    let drive = length(&drive);
-    speed.max((drive * width * width / (8.0 * nu)).min(drive * scene.scene.until))
 }
 
 #[cfg(test)]

@@ -47,6 +47,13 @@ impl Scheme {
             Self::Iterated => &[LoadsForm::YuShaoFixedPoint],
         }
     }
+
+    /// Can loads of this form be exchanged in this order, where `advected_force` says that the carried
+    /// force moves with the grains? Such a window cannot be done again from its start.
+    #[must_use]
+    pub fn carries(self, loads: LoadsForm, advected_force: bool) -> bool {
+        self.forms().contains(&loads) && !(advected_force && self == Self::Iterated)
+    }
 }
 
 impl std::fmt::Display for Scheme {

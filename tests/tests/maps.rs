@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use coupler::config::Coupling;
-use coupler::plan::{Cast, Plan};
+use coupler::plan::{Participants, Plan};
 use coupler::study::stability::runs::{imposed, judged};
 use coupler::study::stability::section::Sweep;
 use coupler::study::stability::table::{Counts, Row, read_table};
@@ -48,10 +48,11 @@ fn root() -> PathBuf {
 /// Bounds of a run, as `check` has them: solvers asked in place, without processes.
 fn plan(source: SceneSource) -> Plan {
     let scene = CheckedScene::new(source).unwrap_or_else(|error| panic!("{error}"));
-    let cast = Cast::of(&scene);
+    let participants = Participants::of(&scene);
     let facts = || fluid_solver::facts::facts(&scene).unwrap_or_else(|error| panic!("{error}"));
-    let fluid = cast.has_fluid().then(facts);
-    let dem = cast.has_dem().then(|| Config::new(&scene).unwrap_or_else(|error| panic!("{error}")).facts);
+    let fluid = participants.has_fluid().then(facts);
+    let dem =
+        participants.has_dem().then(|| Config::new(&scene).unwrap_or_else(|error| panic!("{error}")).facts);
     let coupling = Coupling::read(&scene).unwrap_or_else(|error| panic!("{error}"));
     Plan::new(&scene, &coupling, fluid.as_ref(), dem.as_ref(), None).unwrap_or_else(|error| panic!("{error}"))
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use bedload_output::{Columns, Metrics, Sides};
 use coupler::config::Coupling;
-use coupler::plan::{Cast, Plan};
+use coupler::plan::{Participants, Plan};
 use coupler::study::chart::Chart;
 use coupler::study::stability::section::Stability;
 use dem_solver::config::{Config, DemSection};
@@ -45,20 +45,21 @@ fn blocks(page: &str) -> Vec<(String, usize, String)> {
 fn check(name: &str, text: &str) {
     let source = SceneSource { file: name.to_owned(), text: text.to_owned() };
     let scene = CheckedScene::new(source).unwrap_or_else(|error| panic!("{error}"));
-    let cast = Cast::of(&scene);
-    let fluid = cast
+    let participants = Participants::of(&scene);
+    let fluid = participants
         .has_fluid()
         .then(|| fluid_solver::facts::facts(&scene).unwrap_or_else(|error| panic!("{error}")));
-    let dem = cast.has_dem().then(|| Config::new(&scene).unwrap_or_else(|error| panic!("{error}")).facts);
+    let dem =
+        participants.has_dem().then(|| Config::new(&scene).unwrap_or_else(|error| panic!("{error}")).facts);
     let coupling = Coupling::read(&scene).unwrap_or_else(|error| panic!("{error}"));
     let plan = Plan::new(&scene, &coupling, fluid.as_ref(), dem.as_ref(), None)
         .unwrap_or_else(|error| panic!("{error}"));
     let broken: Vec<_> = plan.refusals().map(|bound| bound.relation()).collect();
     assert!(broken.is_empty(), "{name}: {broken:?}");
-    let sides = match cast {
-        Cast::Coupled => Sides::coupled(),
-        Cast::Dem => Sides::dry(),
-        Cast::Fluid => Sides::fluid_alone(true),
+    let sides = match participants {
+        Participants::Coupled => Sides::coupled(),
+        Participants::Dem => Sides::dry(),
+        Participants::Fluid => Sides::fluid_alone(true),
     };
     let columns = Columns::new(&scene, sides, &[]);
     Metrics::new(&scene, &columns, sides).unwrap_or_else(|error| panic!("{error}"));

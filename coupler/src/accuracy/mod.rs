@@ -19,8 +19,8 @@ use bedload_program::RunOptions;
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
 use serde::Deserialize;
 
-use crate::bounds::Short;
 use crate::failure::Failure;
+use crate::number::Short;
 use class::Class;
 
 /// Part of the error asked for that the chart may have.

@@ -1,11 +1,14 @@
 //! Light grains: where an exchange of forces once per window is stable (docs/stability.md).
 
-use protocol::facts::{FluidFacts, Forcing, LoadsForm};
+use protocol::facts::{FluidFacts, Forcing, LoadsForm, Side};
 use protocol::scene::{Freedom, Geometry, Grain, Shape};
 use protocol::scheme::Scheme;
 
+use super::bound::Bound;
+use super::facts::Facts;
 use super::light::{self, COLUMNS, Row};
-use super::{Bound, Facts, SINGULAR, Side, choice};
+use super::names::{DENSITY_RATIO, SINGULAR};
+use crate::number::Short;
 
 /// A value this near to a column, relative, is in it: ν dt/D² is a product of rounded numbers.
 const SAME: f64 = 1e-9;
@@ -28,16 +31,13 @@ impl Method {
     /// displaced mass without yu-shao-fixed-point and C_v = ½ as if it were not there.
     #[must_use]
     pub fn of(fluid: &FluidFacts) -> Self {
-        let displaced = choice(&fluid.resolved, "loads", "displaced_mass");
         let loads = fluid.loads;
         let half = fluid.virtual_mass >= 0.5 && loads != LoadsForm::Izard2014;
         Self {
             forcing: if loads.is_semi_implicit() { Forcing::Carried } else { fluid.forcing },
             loads,
             half,
-            displaced: loads == LoadsForm::YuShaoFixedPoint
-                && half
-                && displaced.and_then(toml::Value::as_bool) == Some(true),
+            displaced: loads == LoadsForm::YuShaoFixedPoint && half && fluid.displaced_mass,
         }
     }
 
@@ -158,7 +158,7 @@ fn judge(facts: &Facts<'_>) -> Vec<Judged> {
     let free = || facts.scene.grains.iter().filter(|grain| can_move(grain, geometry));
     let in_company = free().nth(1).is_some();
     let judged = free().map(|grain| {
-        let nu_dt_over_d2 = nu * facts.ladder.dt_fluid / (2.0 * grain.radius).powi(2);
+        let nu_dt_over_d2 = nu * facts.steps.dt_fluid / (2.0 * grain.radius).powi(2);
         let motion = Motion::of(grain, geometry);
         let (limit, source) = limit_of(motion, in_company, facts, fluid, nu_dt_over_d2);
         Judged { ratio: grain.density / medium.density, limit, nu_dt_over_d2, source }
@@ -218,10 +218,10 @@ fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bou
     let order = scheme.filter(|scheme| *scheme != Scheme::of(fluid.loads));
     let order = order.map_or(String::new(), |scheme| format!(", {scheme},"));
     let form = format!("{} with C_v = {}{order}", fluid.loads, fluid.virtual_mass);
-    Bound::new(super::DENSITY_RATIO, "ρ_p/ρ", worst.ratio, Side::AtLeast, worst.limit).because(
+    Bound::new(DENSITY_RATIO, "ρ_p/ρ", worst.ratio, Side::AtLeast, worst.limit).because(
         format!(
             "loads of form {form} were found unstable for lighter grains at ν dt/D² = {:.3}",
-            super::Short(worst.nu_dt_over_d2)
+            Short(worst.nu_dt_over_d2)
         ),
         worst.source,
         "use the fluid's loads yu-shao-fixed-point with the virtual mass ½, a smaller dt, coupling.scheme = \"iterated\", \
@@ -237,7 +237,7 @@ fn add_seed_form(facts: &Facts<'_>, judged: &[Judged], bounds: &mut Vec<Bound>) 
         "Izard et al. 2014, eqs 5–6",
         "use another form of the loads (yu-shao-fixed-point); this bound cannot be forced",
     ));
-    if !facts.ladder.contact_time.is_finite() {
+    if !facts.steps.contact_time.is_finite() {
         return;
     }
     let factor = judged.iter().map(|one| resting_factor(one.ratio)).fold(0.0, f64::max);

@@ -1,6 +1,9 @@
 //! The grid against the grains, and memory against the machine.
 
-use super::{Bound, Facts, Side};
+use protocol::facts::Side;
+
+use super::bound::Bound;
+use super::facts::Facts;
 
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     if facts.fluid.is_some() {

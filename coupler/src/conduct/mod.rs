@@ -28,9 +28,9 @@ use protocol::message::{Command, Order, State, Status};
 use protocol::participant::{ExchangeError, Role, Window};
 use protocol::scheme::Scheme;
 
-use crate::bounds::Short;
 use crate::failure::Failure;
 use crate::iterate::{Tally, Watch};
+use crate::number::Short;
 use crate::prepare::Prepared;
 use crate::resume::{self, CouplerState, Spent};
 use crate::scheme::{AHEAD, Planner, QuietRule};

@@ -52,7 +52,7 @@ pub(super) struct Turn {
 impl Stand {
     /// Window `step` at its place in time, of the planned length times `share`.
     pub(super) fn window(&self, step: u64, time: f64, share: f64, substeps: u64) -> Command {
-        let dt = share * self.prepared.plan.ladder.dt_fluid;
+        let dt = share * self.prepared.plan.steps.dt_fluid;
         Command { order: Order::Advance as u64, step, time, dt, substeps, ..Command::default() }
     }
 

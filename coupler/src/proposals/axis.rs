@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, same};
-use crate::bounds::Short;
+use crate::number::Short;
 use crate::prepare::Prepared;
 
 /// Difference between the drag of a sphere on the axis of a square duct and of the tube of equal cross-section:

@@ -3,7 +3,7 @@
 use super::change::Change;
 use super::{Idea, WORTH};
 use crate::accuracy;
-use crate::bounds::Short;
+use crate::number::Short;
 use crate::prepare::Prepared;
 
 /// What `accuracy` would take for the largest error that is worth proposing. A scene that asks for an accuracy has

@@ -4,7 +4,7 @@ use protocol::scene::Motion;
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, norm};
-use crate::bounds::Short;
+use crate::number::Short;
 use crate::prepare::Prepared;
 
 /// What a grain loses by the fluid, in parts of its velocity: buoyancy and virtual mass 3/2 ρ/ρ_p, drag over the

@@ -27,8 +27,8 @@ use std::path::PathBuf;
 use bedload_program::RunOptions;
 use protocol::scene::{CheckedScene, Geometry, Scene};
 
-use crate::bounds::Short;
 use crate::failure::Failure;
+use crate::number::Short;
 use crate::prepare::Prepared;
 use crate::scheme::norm;
 use change::Change;

@@ -6,7 +6,7 @@ use protocol::scene::{CheckedScene, Motion, Shape};
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, norm, volume};
-use crate::bounds::Short;
+use crate::number::Short;
 use crate::prepare::Prepared;
 
 /// Without convection one stage is enough. Oseen's correction, 3/16 Re of the drag, is what is lost

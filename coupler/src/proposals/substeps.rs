@@ -16,7 +16,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
         change: Change::default().set("coupling.substeps", "auto"),
         error: 0.0,
         // Where nothing touches at all: the plan does not know how often that is.
-        saving: Some(window(prepared.plan.ladder.substeps as f64) / window(1.0)),
+        saving: Some(window(prepared.plan.steps.substeps as f64) / window(1.0)),
         why: "no contact is missed: docs/decisions/one-substep-windows.md".into(),
     })
 }

@@ -68,6 +68,16 @@ impl ContactLaw {
         }
     }
 
+    /// Coefficient of friction and γ_t/γ_n of a law with a tangential spring.
+    #[must_use]
+    pub fn tangential(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::LinearSpringDashpot(law) => Some((law.friction, law.damping_ratio)),
+            Self::HertzMindlin(law) => Some((law.friction, law.damping_ratio)),
+            Self::WanTurek(_) => None,
+        }
+    }
+
     /// Resistance to rolling, if it has one.
     #[must_use]
     pub fn rolling(&self) -> Option<Rolling> {

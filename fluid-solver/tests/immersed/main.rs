@@ -5,6 +5,7 @@
 
 mod arrays;
 mod balance;
+mod bounds;
 mod config;
 mod drift;
 mod many;

@@ -7,7 +7,7 @@ mod programs;
 
 use bases::{AXIS, PLANE, SPACE};
 use coupler::config::Coupling;
-use coupler::plan::{Cast, Plan};
+use coupler::plan::{Participants, Plan};
 use dem_solver::config::Config;
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
 
@@ -29,9 +29,9 @@ fn plan(text: &str) -> Result<Plan, SceneError> {
     let source = SceneSource { file: "wrong.toml".into(), text: text.into() };
     let scene = CheckedScene::new(source.with_overrides(&[])?)?;
     let coupling = Coupling::read(&scene)?;
-    let cast = Cast::of(&scene);
-    let fluid = if cast.has_fluid() { Some(fluid_solver::facts::facts(&scene)?) } else { None };
-    let dem = if cast.has_dem() { Some(Config::new(&scene)?.facts) } else { None };
+    let participants = Participants::of(&scene);
+    let fluid = if participants.has_fluid() { Some(fluid_solver::facts::facts(&scene)?) } else { None };
+    let dem = if participants.has_dem() { Some(Config::new(&scene)?.facts) } else { None };
     Plan::new(&scene, &coupling, fluid.as_ref(), dem.as_ref(), None)
 }
 

@@ -4,7 +4,7 @@ use super::config::{Chart, Finer, Reference};
 use super::limit;
 use super::reference::Known;
 use super::table::{Row, Table};
-use crate::bounds::Short;
+use crate::number::Short;
 use crate::study::numbers::{number, percent};
 
 /// Errors that users ask for.

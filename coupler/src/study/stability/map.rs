@@ -9,7 +9,7 @@ use super::axis::Axis;
 use super::region::{Cell, Region};
 use super::table::{Row, Table};
 use super::verdict::Verdict;
-use crate::bounds::Short;
+use crate::number::Short;
 use crate::study::page::escape;
 
 /// Width and height of the drawing area of a panel.

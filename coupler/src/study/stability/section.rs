@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::bounds;
-use crate::plan::Cast;
+use crate::plan::Participants;
 use crate::study::{Column, Ladder, SingleRun, Vary};
 
 /// Any bound that refuses, whichever is nearest.
@@ -148,7 +148,7 @@ impl Stability {
 
     fn check_columns(&self, scene: &CheckedScene) -> Result<(), SceneError> {
         let source = &scene.source;
-        let columns = Columns::new(scene, Cast::of(scene).sides(), &[]);
+        let columns = Columns::new(scene, Participants::of(scene).sides(), &[]);
         let known = |name: &str| columns.names().iter().any(|column| column == name);
         let unknown = |key: &str, name: &str| {
             source.error(

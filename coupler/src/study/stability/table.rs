@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::verdict::Verdict;
-use crate::bounds::Short;
 use crate::failure::Failure;
+use crate::number::Short;
 use crate::study::folder::{content, read};
 use crate::study::table::{self, Record, flag, number};
 

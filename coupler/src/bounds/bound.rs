@@ -1,0 +1,108 @@
+//! One bound of a plan: a value, a limit and a direction.
+
+use protocol::facts::{Level, Side, SolverBound};
+use serde::Serialize;
+
+use super::facts::TimeSteps;
+use super::names::SINGULAR;
+use crate::number::Short;
+
+/// One bound of a plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Bound {
+    /// Name: one of [`super::NAMES`], or of a foreign solver's own.
+    pub name: String,
+    /// What is compared, as a formula.
+    pub quantity: String,
+    /// Its value in this plan.
+    pub value: f64,
+    /// Side of the limit.
+    pub side: Side,
+    /// Limit.
+    pub limit: f64,
+    /// By what factor the value keeps the limit: 1 at the limit, less where it is broken.
+    pub margin: f64,
+    /// Is it kept?
+    pub holds: bool,
+    /// What happens if not.
+    pub level: Level,
+    /// What goes wrong beyond it.
+    pub why: String,
+    /// Where the limit comes from.
+    pub source: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl Bound {
+    /// A bound that the value keeps or breaks; a limit is met with a tolerance of rounding.
+    #[must_use]
+    pub fn new(name: &str, quantity: &str, value: f64, side: Side, limit: f64) -> Self {
+        let margin = match side {
+            Side::AtLeast => value / limit,
+            Side::AtMost => limit / value,
+        };
+        // 0/0 at a value and limit of zero is a bound met; any other NaN is not.
+        let holds = value == limit || margin >= 1.0 - 1e-9;
+        Self {
+            name: name.to_owned(),
+            quantity: quantity.to_owned(),
+            value,
+            side,
+            limit,
+            margin,
+            holds,
+            level: Level::Refuse,
+            why: String::new(),
+            source: String::new(),
+            remedy: String::new(),
+        }
+    }
+
+    /// A solver's bound with the time steps of a plan; none where they make it void.
+    #[must_use]
+    pub fn of_solver(bound: &SolverBound, steps: &TimeSteps) -> Option<Self> {
+        if bound.void_from.is_some_and(|(measure, number)| steps.measure(measure) >= number) {
+            return None;
+        }
+        let value = bound.factor * steps.measure(bound.measure);
+        let judged = Self::new(&bound.name, &bound.quantity, value, bound.side, bound.limit);
+        let judged = judged.because(bound.why.as_str(), bound.source.as_str(), bound.remedy.as_str());
+        Some(Self { level: bound.level, ..judged })
+    }
+
+    /// Only a warning.
+    #[must_use]
+    pub fn warning(mut self) -> Self {
+        self.level = Level::Warn;
+        self
+    }
+
+    /// With what goes wrong, where that is known from, and what to do.
+    #[must_use]
+    pub fn because(
+        mut self,
+        why: impl Into<String>,
+        source: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        self.why = why.into();
+        self.source = source.into();
+        self.remedy = remedy.into();
+        self
+    }
+
+    /// Does it stop a run whose scene forces `forced`?
+    #[must_use]
+    pub fn refuses(&self, forced: &[String]) -> bool {
+        let overridden = self.name != SINGULAR && forced.iter().any(|name| *name == self.name);
+        !self.holds && self.level == Level::Refuse && !overridden
+    }
+
+    /// `value ≤ limit` as text.
+    #[must_use]
+    pub fn relation(&self) -> String {
+        let sign = if self.side == Side::AtLeast { '≥' } else { '≤' };
+        format!("{} = {:.4}, must be {sign} {:.4}", self.quantity, Short(self.value), Short(self.limit))
+    }
+}

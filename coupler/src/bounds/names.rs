@@ -1,0 +1,32 @@
+//! Names of the bounds.
+
+/// Names of all bounds of the coupler and of our solvers, in the order in which `bedload check` prints them.
+/// `coupling.force` takes them.
+pub const NAMES: &[&str] = &[
+    "density-ratio",
+    "density-range",
+    "loads-singular",
+    "resting-weight",
+    "cfl",
+    "direct-forcing",
+    "direct-forcing-accuracy",
+    "dense-bed-forcing",
+    "explicit-viscosity",
+    "explicit-viscosity-ab2",
+    "contact-steps",
+    "contact-accuracy",
+    "contact-dashpot",
+    "window-over-contact",
+    "tangential-dashpot",
+    "explicit-lubrication",
+    "resolution",
+    "resolution-accuracy",
+    "memory",
+    "overlap",
+];
+
+/// The only bound that cannot be forced: behind it stands a division by zero.
+pub const SINGULAR: &str = "loads-singular";
+
+/// The bound that decides whether windows are to be repeated.
+pub const DENSITY_RATIO: &str = "density-ratio";

@@ -1,0 +1,81 @@
+//! The speeds of a scene before it runs: what it names, and what is to be expected of it.
+//!
+//! They differ on purpose. The bound `cfl` may refuse a run only for a speed that is certain
+//! ([`named`]); the first step must bear the speed that the run may reach ([`expected`]).
+
+use protocol::scene::{CheckedScene, Face, InitialVelocity, Medium, Motion};
+
+fn length(v: &[f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Largest speed that the scene itself names, m/s: of grains, faces and the flow at the start. Nothing is
+/// estimated, so that a bound on it refuses only what is certain.
+pub(crate) fn named(scene: &CheckedScene) -> f64 {
+    let domain = &scene.scene.domain;
+    let grains = scene.grains.iter().map(|grain| {
+        length(&grain.velocity) + grain.oscillation.map_or(0.0, |swing| length(&swing.amplitude))
+    });
+    let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis)).flat_map(|faces| {
+        [faces.lower.map_or(0.0, |lower| length(&lower.velocity)), length(&faces.upper.velocity)]
+    });
+    let start = match scene.scene.medium.as_ref().map(|medium| &medium.initial) {
+        Some(InitialVelocity::Uniform { velocity }) => length(velocity),
+        Some(InitialVelocity::TaylorGreen { amplitude }) => amplitude.abs(),
+        Some(InitialVelocity::Shear { gradient, rate, origin, .. }) => {
+            let axis = domain.geometry.axes().iter().position(|axis| axis == gradient).unwrap_or(0);
+            let reach = (domain.upper[axis] - origin).abs().max((domain.lower[axis] - origin).abs());
+            rate.abs() * reach
+        }
+        Some(InitialVelocity::Rest) | None => 0.0,
+    };
+    grains.chain(faces).fold(start, f64::max)
+}
+
+/// An estimate of the largest speed of a run, m/s, for the first steps: walls, initial and
+/// prescribed speeds, settling grains, driven flow. Later steps follow the flow itself.
+pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
+    let nu = medium.kinematic_viscosity();
+    let domain = &scene.scene.domain;
+    let extent = |a: usize| domain.upper[a] - domain.lower[a];
+    let mut speed = match &medium.initial {
+        InitialVelocity::Rest => 0.0,
+        InitialVelocity::Uniform { velocity } => length(velocity),
+        InitialVelocity::Shear { rate, .. } => {
+            rate.abs() * (0..domain.dimensions()).map(extent).fold(0.0, f64::max)
+        }
+        InitialVelocity::TaylorGreen { amplitude } => amplitude.abs(),
+    };
+    for a in 0..domain.dimensions() {
+        if let Some(faces) = domain.boundary(a) {
+            let fastest = |f: &Face| domain.peak_over_mean(a, f) * length(&f.velocity);
+            speed = faces.lower.iter().chain([&faces.upper]).fold(speed, |s, f| s.max(fastest(f)));
+        }
+    }
+    if let Some(flow) = &medium.flow_rate {
+        // The largest ratio of peak to mean of the common laminar profiles is that of a duct.
+        speed = speed.max(2.25 * flow.mean_velocity.abs());
+    }
+    let gravity = length(&scene.scene.gravity);
+    for grain in &scene.grains {
+        let swing = grain.oscillation.map_or(0.0, |o| length(&o.amplitude));
+        speed = speed.max(length(&grain.velocity) + swing + length(&grain.spin) * grain.radius);
+        if grain.motion == Motion::Free {
+            let weight = (grain.density / medium.density - 1.0).abs() * gravity * 2.0 * grain.radius;
+            let stokes = weight * 2.0 * grain.radius / (18.0 * nu);
+            // Between Stokes and C_D = 0.4.
+            let newton = (weight * 4.0 / 1.2).sqrt();
+            if weight > 0.0 {
+                speed = speed.max(1.0 / (1.0 / stokes + 1.0 / newton));
+            }
+        }
+    }
+    let drive: [f64; 3] = std::array::from_fn(|c| {
+        let axis = (0..domain.dimensions()).find(|a| domain.geometry.component(*a) == c);
+        let gravity = if axis.is_some_and(|a| domain.is_periodic(a)) { scene.scene.gravity[c] } else { 0.0 };
+        medium.body_force[c] + gravity - medium.pressure_gradient[c] / medium.density
+    });
+    let width = (0..domain.dimensions()).map(extent).fold(f64::INFINITY, f64::min);
+    let drive = length(&drive);
+    speed.max((drive * width * width / (8.0 * nu)).min(drive * scene.scene.until))
+}
