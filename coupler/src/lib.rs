@@ -40,6 +40,7 @@ pub mod resume;
 mod rewind;
 pub mod run;
 pub mod scheme;
+mod session;
 pub mod solvers;
 pub mod study;
 pub mod supervise;

@@ -13,7 +13,7 @@ use crate::conduct::End;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::resume;
-use crate::run::{Job, conduct};
+use crate::session::{Job, conduct};
 use crate::supervise::Interrupts;
 
 /// Writes the checkpoint at the start of window `step`, which failed, and says so; says why where that

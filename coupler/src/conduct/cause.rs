@@ -6,7 +6,7 @@ use protocol::channel::Event;
 use protocol::message::{State, Status};
 use protocol::participant::{ExchangeError, Role};
 
-use super::Conductor;
+use super::conductor::Conductor;
 use crate::failure::Failure;
 use crate::supervise::{Exit, Interrupts, Supervisor};
 

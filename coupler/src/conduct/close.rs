@@ -7,7 +7,7 @@ use bedload_output::{MetricValue, Summary};
 use protocol::log::Recorder;
 use protocol::memory::peak_rss_bytes;
 
-use super::Conductor;
+use super::conductor::Conductor;
 use crate::failure::Failure;
 use crate::iterate::{Tally, Watch};
 use crate::resume::Spent;

@@ -3,52 +3,16 @@
 use std::time::Duration;
 
 use protocol::channel::Event;
-use protocol::message::{Header, Kinematics, Loads, State, Status};
+use protocol::message::{State, Status};
 use protocol::participant::{ExchangeError, Role, Window};
 
 use super::cause::alive;
-use super::{Conductor, slot_of};
+use super::conductor::{Conductor, slot_of};
 use crate::failure::Failure;
 use crate::judge;
 
 /// Writing files may take longer than a window.
 const FILES_TAKE: u32 = 6;
-
-/// What has come of a window on its way. Copies, because the fluid may send the loads of the next
-/// window before the DEM has reported this one.
-#[derive(Debug, Default)]
-pub(super) struct Collected {
-    pub(super) loads: Option<Header>,
-    pub(super) kinematics: Option<Header>,
-    pub(super) fluid: Option<Status>,
-    pub(super) dem: Option<Status>,
-    /// Loads, one per grain, once there is a header of them.
-    pub(super) force: Vec<Loads>,
-    /// Kinematics likewise.
-    pub(super) motion: Vec<Kinematics>,
-}
-
-impl Collected {
-    pub(super) fn begin(&mut self) {
-        self.loads = None;
-        self.kinematics = None;
-        self.fluid = None;
-        self.dem = None;
-    }
-
-    /// Headers and reports, once all four are there.
-    pub(super) fn whole(&self) -> Option<Whole> {
-        Some(Whole { loads: self.loads?, kinematics: self.kinematics?, fluid: self.fluid?, dem: self.dem? })
-    }
-}
-
-/// Headers and reports of a window that is done.
-pub(super) struct Whole {
-    pub(super) loads: Header,
-    pub(super) kinematics: Header,
-    pub(super) fluid: Status,
-    pub(super) dem: Status,
-}
 
 impl Conductor<'_> {
     /// The next event. After a failure those that are there already, so that every window that was

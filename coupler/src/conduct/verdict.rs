@@ -3,8 +3,8 @@
 use protocol::message::Order;
 use protocol::participant::Window;
 
-use super::Conductor;
-use super::collect::{Collected, Whole};
+use super::collected::{Collected, Whole};
+use super::conductor::Conductor;
 use crate::failure::Failure;
 use crate::iterate::Verdict;
 use crate::judge;

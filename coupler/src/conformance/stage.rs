@@ -15,7 +15,7 @@ use protocol::participant::{ExchangeError, Role};
 
 use super::actor::{self, Lines, Part};
 use crate::prepare::Prepared;
-use crate::run::serve_arguments;
+use crate::session::serve_arguments;
 use crate::supervise::{Exit, Supervisor, Words};
 
 /// Longest time for a solver to leave once it has to.
