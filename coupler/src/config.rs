@@ -1,7 +1,7 @@
 //! The `[coupling]` section of the scene.
 
 use protocol::facts::LoadsForm;
-use protocol::scene::{CheckedScene, SceneError, SceneSource};
+use protocol::scene::{CheckedScene, Retired, SceneError, SceneSource};
 use protocol::scheme::{Iterations, Scheme, SchemeKey};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -66,6 +66,9 @@ impl Default for Coupling {
     }
 }
 
+/// Names that this section had before.
+const RETIRED: &[Retired] = &[Retired::key("coupling.iterations.most", "coupling.iterations.max_iterations")];
+
 /// The document as far as the coupler owns it.
 #[derive(Deserialize)]
 struct Owned {
@@ -80,6 +83,7 @@ impl Coupling {
     /// [`SceneError`] at the key that is unknown, of the wrong type or out of range.
     pub fn read(scene: &CheckedScene) -> Result<Self, SceneError> {
         let source = &scene.source;
+        source.refuse_retired(RETIRED)?;
         let coupling = source.section::<Owned>()?.coupling;
         coupling.check_numbers(source)?;
         coupling.check_iterations(source)?;
@@ -124,16 +128,16 @@ impl Coupling {
     }
 
     fn check_iterations(&self, source: &SceneSource) -> Result<(), SceneError> {
-        let Iterations { tolerance, most, depth, .. } = self.iterations;
+        let Iterations { tolerance, max_iterations, depth, .. } = self.iterations;
         if !(tolerance > 0.0 && tolerance < 1.0) {
             let message = format!("is {tolerance}; allowed: 0 < tolerance < 1");
             let help = "give the relative change of the motion to stop at, such as 1e-4";
             return Err(source.error("coupling.iterations.tolerance", message, help));
         }
-        if !(2..=1000).contains(&most) {
-            let message = format!("is {most}; allowed: 2 to 1000 attempts");
+        if !(2..=1000).contains(&max_iterations) {
+            let message = format!("is {max_iterations}; allowed: 2 to 1000 attempts");
             let help = "a change takes two attempts to see: give 2 or more, or scheme = \"semi-implicit\"";
-            return Err(source.error("coupling.iterations.most", message, help));
+            return Err(source.error("coupling.iterations.max_iterations", message, help));
         }
         if !(1..=20).contains(&depth) {
             let message = format!("is {depth}; allowed: 1 to 20 attempts");

@@ -88,7 +88,7 @@ impl Watch {
         let change = if self.last.is_empty() { f64::INFINITY } else { self.change(window.dt, motion) };
         let verdict = if change <= self.rule.tolerance && !wrong {
             Verdict::Converged
-        } else if window.attempt + 1 >= self.rule.most {
+        } else if window.attempt + 1 >= self.rule.max_iterations {
             if change <= self.rule.tolerance { Verdict::Converged } else { Verdict::Unconverged(change) }
         } else {
             Verdict::Repeat
@@ -125,9 +125,9 @@ radius = 0.5
 density = 4.0
 "#;
 
-    fn watch(most: u64) -> Watch {
+    fn watch(max_iterations: u64) -> Watch {
         let scene = CheckedScene::new(SceneSource { file: "test.toml".into(), text: SCENE.into() });
-        let rule = Iterations { tolerance: 1e-3, most, ..Iterations::default() };
+        let rule = Iterations { tolerance: 1e-3, max_iterations, ..Iterations::default() };
         Watch::new(&scene.expect("a good scene"), rule, Tally::default())
     }
 

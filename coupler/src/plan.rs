@@ -79,7 +79,7 @@ pub struct Plan {
     /// Ratio by which the fluid's own limit on dt may be passed before its scheme is unstable.
     pub cfl_reserve: f64,
     /// Largest window, s.
-    pub dt_most: f64,
+    pub dt_max: f64,
     /// End, s.
     pub until: f64,
     /// Windows, estimated.
@@ -146,12 +146,12 @@ impl Plan {
         };
         let adaptive = fluid.is_some_and(|fluid| fluid.adaptive);
         let contact_time = dem.map_or(f64::INFINITY, |dem| dem.contact_time);
-        let dt_most = match participants {
+        let dt_max = match participants {
             Participants::Coupled if adaptive => coupling.max_dt_over_contact_time * contact_time,
             _ => f64::INFINITY,
         };
         let dt_dem_target = substep_target(participants, coupling, dem);
-        let dt_fluid = fluid.map_or(dt_dem_target, |fluid| fluid.dt).min(dt_most).min(scene.scene.until);
+        let dt_fluid = fluid.map_or(dt_dem_target, |fluid| fluid.dt).min(dt_max).min(scene.scene.until);
         usable(scene, if participants == Participants::Dem { "dem" } else { "fluid" }, dt_fluid)?;
         usable(scene, "dem", dt_dem_target)?;
         let full = substeps(dt_fluid, dt_dem_target);
@@ -173,7 +173,7 @@ impl Plan {
             dt_dem_target,
             adaptive,
             cfl_reserve: fluid.map_or(1.0, cfl_reserve),
-            dt_most,
+            dt_max,
             until: scene.scene.until,
             windows: windows as u64,
             cost: windows * attempts * of_a_window,

@@ -230,7 +230,7 @@ impl Planner {
         let left = self.remaining();
         let first = if self.state.step == 0 { self.state.dt } else { f64::INFINITY };
         let dt = match self.plan.adaptive {
-            true => first.min(self.state.limit).min(self.plan.dt_most).min(GROWTH * self.state.dt),
+            true => first.min(self.state.limit).min(self.plan.dt_max).min(GROWTH * self.state.dt),
             false => self.plan.steps.dt_fluid,
         };
         // The last two windows share what is left, so that none is a sliver, over which the mean of a force

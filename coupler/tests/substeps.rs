@@ -134,7 +134,7 @@ fn plan(dt: f64, dt_dem: f64, until: f64, adaptive: bool) -> Plan {
         dt_dem_target: dt_dem,
         adaptive,
         cfl_reserve: 1.0,
-        dt_most: f64::INFINITY,
+        dt_max: f64::INFINITY,
         until,
         windows: 0,
         cost: 0.0,

@@ -132,7 +132,7 @@ pub struct Iterations {
     /// the largest speed of any grain and |g| dt.
     pub tolerance: f64,
     /// Most attempts at a window. One that has not converged by then is counted and accepted.
-    pub most: u64,
+    pub max_iterations: u64,
     /// `anderson` or `aitken`.
     pub relaxation: Relaxation,
     /// Earlier attempts that `anderson` mixes with the last.
@@ -141,6 +141,6 @@ pub struct Iterations {
 
 impl Default for Iterations {
     fn default() -> Self {
-        Self { tolerance: 1e-4, most: 20, relaxation: Relaxation::default(), depth: 5 }
+        Self { tolerance: 1e-4, max_iterations: 20, relaxation: Relaxation::default(), depth: 5 }
     }
 }

@@ -119,7 +119,12 @@ fn the_same_bits_after_an_interrupt_and_resume() {
 fn windows_that_do_not_converge_are_counted_and_told_once() {
     let folder = Folder::new("unconverged");
     let (scene, out) = (bounce(&folder), folder.join("out"));
-    let keys = [ITERATED, "coupling.iterations.tolerance=1e-15", "coupling.iterations.most=3", "until=0.5"];
+    let keys = [
+        ITERATED,
+        "coupling.iterations.tolerance=1e-15",
+        "coupling.iterations.max_iterations=3",
+        "until=0.5",
+    ];
     let words = run(&scene, &out, &keys, &["--no-record"]);
     assert_eq!(words.matches("did not converge").count(), 1, "{words}");
     assert!(words.contains("window 0 ") && words.contains("3 attempts"), "{words}");
@@ -174,7 +179,7 @@ fn a_bubble_of_a_grain_runs_because_windows_are_repeated_where_the_bound_asks_fo
     let scene = folder.write("bubble.toml", &release(0.01, 0.8));
     let out = folder.join("out");
     // The first window, from rest, takes more than the usual 20 attempts.
-    let words = run(&scene, &out, &["coupling.iterations.most=40"], &["--no-record"]);
+    let words = run(&scene, &out, &["coupling.iterations.max_iterations=40"], &["--no-record"]);
     assert!(words.contains("scheme: iterated") && words.contains("0.01"), "{words}");
     assert_eq!(metric(&out, "unconverged_windows"), 0.0);
     // Stokes' speed in a wide fluid is (1 − ρ_r) g D²/18 ν; the box holds it back.

@@ -192,7 +192,7 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "iterated loads of another form": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"iterated\"", "[dem]" => "[fluid.loads]\nform = \"yu-shao-2007\"\n[dem]"; "coupling.scheme", "is iterated", "yu-shao-2007";
     "scheme that is none": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"implicit\""; "coupling.scheme", "implicit", "overlapped";
     "no tolerance": "deadline = 5.0" => "deadline = 5.0\n§iterations = { tolerance = 0.0 }"; "coupling.iterations.tolerance", "is 0";
-    "one attempt": "deadline = 5.0" => "deadline = 5.0\niterations.§most = 1"; "coupling.iterations.most", "is 1";
+    "one attempt": "deadline = 5.0" => "deadline = 5.0\niterations.§max_iterations = 1"; "coupling.iterations.max_iterations", "is 1";
     "unknown bound": "deadline = 5.0" => "deadline = 5.0\n§force = [\"luck\"]"; "coupling.force", "luck", "contact-steps";
     "no deadline": "deadline = 5.0" => "§deadline = 0.0"; "coupling.deadline", "is 0";
     "no sub-steps of the coupler": "deadline = 5.0" => "deadline = 5.0\n§steps_per_contact = -5.0"; "coupling.steps_per_contact", "-5";
