@@ -14,7 +14,7 @@ use crate::solvers::{Solver, dem_facts, fluid_facts};
 
 /// A solver that takes part, and what it says of itself.
 #[derive(Clone, Debug)]
-pub struct Player<F> {
+pub struct Participant<F> {
     /// Its command.
     pub solver: Solver,
     /// Its facts.
@@ -29,9 +29,9 @@ pub struct Prepared {
     /// `[coupling]`.
     pub coupling: Coupling,
     /// The fluid, where one takes part.
-    pub fluid: Option<Player<FluidFacts>>,
+    pub fluid: Option<Participant<FluidFacts>>,
     /// The DEM, where one takes part.
-    pub dem: Option<Player<DemFacts>>,
+    pub dem: Option<Participant<DemFacts>>,
     /// The plan.
     pub plan: Plan,
 }
@@ -50,19 +50,19 @@ impl Prepared {
         let fluid = if participants.has_fluid() {
             let solver = Solver::of(Role::Fluid, &scene)?;
             let facts = fluid_facts(&solver, &scene, path, &overrides, limit)?;
-            Some(Player { solver, facts })
+            Some(Participant { solver, facts })
         } else {
             None
         };
         let dem = if participants.has_dem() {
             let solver = Solver::of(Role::Dem, &scene)?;
             let facts = dem_facts(&solver, &scene, path, &overrides, limit)?;
-            Some(Player { solver, facts })
+            Some(Participant { solver, facts })
         } else {
             None
         };
-        let fluid_facts = fluid.as_ref().map(|player| &player.facts);
-        let dem_facts = dem.as_ref().map(|player| &player.facts);
+        let fluid_facts = fluid.as_ref().map(|participant| &participant.facts);
+        let dem_facts = dem.as_ref().map(|participant| &participant.facts);
         let memory = protocol::memory::available().map(|available| available.bytes);
         let plan = Plan::new(&scene, &coupling, fluid_facts, dem_facts, memory)?;
         Ok(Self { scene, coupling, fluid, dem, plan })

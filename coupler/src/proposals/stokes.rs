@@ -21,7 +21,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
         return None;
     }
     let nu = medium.kinematic_viscosity();
-    let speeds = scene.grains.iter().map(|grain| speed(scene, grain, nu));
+    let speeds = scene.grains.iter().map(|grain| stokes_speed(scene, grain, nu));
     let reynolds = scene.grains.iter().zip(speeds).map(|(grain, u)| 2.0 * grain.radius * u / nu);
     let reynolds = reynolds.fold(0.0, f64::max);
     let change = Change::default().set("fluid.time.convection", false).set("fluid.time.scheme", "ab2");
@@ -37,7 +37,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
 
 /// A bound on the speed between grain and fluid, m/s: what is prescribed, the speed of settling and that
 /// of a driven flow, each with Stokes's drag, which is the least there is.
-fn speed(scene: &CheckedScene, grain: &protocol::scene::Grain, nu: f64) -> f64 {
+fn stokes_speed(scene: &CheckedScene, grain: &protocol::scene::Grain, nu: f64) -> f64 {
     let medium_density = scene.scene.medium.as_ref().map_or(1.0, |medium| medium.density);
     let swing = grain.oscillation.map_or(0.0, |swing| norm(&swing.amplitude));
     let spin = grain.radius * norm(&grain.spin);
