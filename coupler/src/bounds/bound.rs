@@ -95,7 +95,7 @@ impl Bound {
     /// Does it stop a run whose scene forces `forced`?
     #[must_use]
     pub fn refuses(&self, forced: &[String]) -> bool {
-        let overridden = self.name != SINGULAR && forced.iter().any(|name| *name == self.name);
+        let overridden = self.name != SINGULAR && forced.contains(&self.name);
         !self.holds && self.level == Level::Refuse && !overridden
     }
 
