@@ -36,6 +36,7 @@ pub mod prepare;
 pub mod proposals;
 pub mod record;
 pub mod replay;
+mod resolution;
 pub mod resume;
 mod rewind;
 pub mod run;

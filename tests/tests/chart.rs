@@ -1,4 +1,4 @@
-//! `bedload chart`: a small ladder from end to end, what is never repeated, and sections that are wrong.
+//! `bedload chart`: a small chart from end to end, what is never repeated, and sections that are wrong.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::process::Command;
 use std::time::SystemTime;
 
 use bedload_output::Claim;
-use coupler::study::Ladder;
+use coupler::study::Sweep;
 use coupler::study::chart::Chart;
 use protocol::scene::{CheckedScene, SceneSource};
 use tests::harness::{Folder, bedload, said};
@@ -46,7 +46,7 @@ metric = "speed"
 reference = 0.0873421
 source = "solution of the law"
 repeat = 2
-seed = "paper"
+baseline = "paper"
 published = [{ name = "nobody", cost = 1.0, error = 0.5, source = "no source: a test" }]
 [[chart.vary]]
 key = "dem.integrator"
@@ -92,7 +92,7 @@ fn rows(out: &Path) -> BTreeMap<String, BTreeMap<String, String>> {
 }
 
 #[test]
-fn a_ladder_is_run_once_and_its_page_made_again() {
+fn a_chart_is_run_once_and_its_page_made_again() {
     let folder = Folder::new("chart");
     let scene = folder.write("wall.toml", &format!("{SCENE}{CHART}"));
     let out = folder.join("out");
@@ -246,7 +246,7 @@ fn every_chart_of_the_scenes_is_planned() {
             }
             let planned = SceneSource::read(&path, &[]).and_then(CheckedScene::new).and_then(|scene| {
                 let chart = Chart::read(&scene)?;
-                Ladder::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs)
+                Sweep::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs)
             });
             let runs = planned.unwrap_or_else(|error| panic!("{error}")).points.len();
             assert!((4..=100).contains(&runs), "{}: {runs} runs", path.display());
@@ -266,7 +266,7 @@ fn wrong_sections_are_refused_at_file_line_and_key() {
         let source = SceneSource { file: "wall.toml".into(), text: format!("{SCENE}{text}") };
         let scene = CheckedScene::new(source).expect("the scene itself is right");
         let chart = Chart::read(&scene)?;
-        Ladder::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs).map(|ladder| ladder.points.len())
+        Sweep::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs).map(|ladder| ladder.points.len())
     };
     assert_eq!(read(good).expect("the section is right"), 8);
     let cases = [
@@ -281,6 +281,7 @@ fn wrong_sections_are_refused_at_file_line_and_key() {
             "chart.reference.richardson",
             "not varied",
         ),
+        ("baseline =", "seed§ =", "chart.seed", "its name is now chart.baseline"),
         ("repeat = 2", "repeat§ = 0", "chart.repeat", "1 to 1000"),
         ("repeat = 2", "repeat§ = 1.5", "chart.repeat", "invalid type"),
         ("cost = 1.0, error", "cost = -1.0, error", "chart.published[0].cost", "positive"),
@@ -306,7 +307,7 @@ fn wrong_sections_are_refused_at_file_line_and_key() {
         folder.write("wall.toml", &format!("{SCENE}{}", good.replace("\"paper\"\np", "\"papers\"\np")));
     let output = bedload(&["chart".as_ref(), scene.as_os_str()]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    assert!(said(&output).contains("chart.seed"), "{}", said(&output));
+    assert!(said(&output).contains("chart.baseline"), "{}", said(&output));
     let none = folder.write("none.toml", SCENE);
     let output = bedload(&["chart".as_ref(), none.as_os_str()]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));

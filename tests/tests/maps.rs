@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
 use coupler::study::stability::runs::{imposed, judged};
-use coupler::study::stability::section::Sweep;
+use coupler::study::stability::section::MapPlan;
 use coupler::study::stability::table::{Counts, Row, read_table};
 use coupler::study::stability::verdict::Verdict;
 use dem_solver::config::Config;
@@ -74,11 +74,11 @@ fn judged_now(name: &str) -> Vec<Row> {
     let path = root().join(format!("scenes/stability/{name}.toml"));
     let source = SceneSource::read(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
     let scene = CheckedScene::new(source.clone()).unwrap_or_else(|error| panic!("{error}"));
-    let sweep = Sweep::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let map = MapPlan::read(&scene).unwrap_or_else(|error| panic!("{error}"));
     let table =
         read_table(&root().join(format!("docs/maps/{name}.csv"))).unwrap_or_else(|error| panic!("{error}"));
     let labels: Vec<&String> = table.rows.iter().map(|row| &row.label).collect();
-    let points: Vec<&String> = sweep.ladder.points.iter().map(|point| &point.label).collect();
+    let points: Vec<&String> = map.sweep.points.iter().map(|point| &point.label).collect();
     assert_eq!(
         labels, points,
         "docs/maps/{name}.csv has not the runs of scenes/stability/{name}.toml: make it anew"
@@ -86,11 +86,11 @@ fn judged_now(name: &str) -> Vec<Row> {
     let now = |(row, point): (&Row, &coupler::study::Point)| {
         let set: Vec<String> = point.set.iter().cloned().chain(imposed()).collect();
         let source = source.clone().with_overrides(&set).unwrap_or_else(|error| panic!("{error}"));
-        let (margin, refused) = judged(&plan(source).bounds, &sweep.section.bound);
+        let (margin, refused) = judged(&plan(source).bounds, &map.section.bound);
         assert_eq!(row.refused, refused, "{name}: {}: run `bedload stability` again", row.label);
         Row { margin, refused, ..row.clone() }
     };
-    table.rows.iter().zip(&sweep.ladder.points).map(now).collect()
+    table.rows.iter().zip(&map.sweep.points).map(now).collect()
 }
 
 #[test]

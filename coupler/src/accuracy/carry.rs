@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use protocol::scene::CheckedScene;
 
-use super::class::{Charted, Class};
-use super::pick::Row;
-use crate::study::resolution;
+use super::charted::{Charted, Run};
+use super::class::Class;
+use crate::resolution;
 
 /// Sections whose varied keys are carried over as they are.
 const METHOD: [&str; 3] = ["fluid.", "dem.", "coupling."];
@@ -14,24 +14,13 @@ const METHOD: [&str; 3] = ["fluid.", "dem.", "coupling."];
 /// What is none the less not: the time step has a unit of its own, and contacts are the material's.
 const NOT_METHOD: [&str; 2] = ["fluid.time.dt=", "dem.contact."];
 
-/// `KEY=VALUE` that give `scene` the setting of `row`.
-pub(super) fn over(
-    chart: &Charted,
-    row: &Row,
-    class: Class,
-    scene: &CheckedScene,
-) -> Result<Vec<String>, String> {
-    let point = chart.points.iter().find(|point| point.label == row.label);
-    let point = point
-        .ok_or_else(|| format!("picks the run {} of the chart, which its scene has no more", row.label))?;
-    let source = chart.scene.source.clone().with_overrides(&point.set).map_err(|error| error.to_string())?;
-    let charted = CheckedScene::new(source).map_err(|error| error.to_string())?;
+/// `KEY=VALUE` that give `scene` the setting of `run`.
+pub(super) fn over(chart: &Charted, run: &Run, class: Class, scene: &CheckedScene) -> Vec<String> {
     let mut set = Vec::new();
-    if let (Some(wanted), Some(_)) = (resolution::of(&charted), resolution::of(scene)) {
+    if let (Some(wanted), Some(_)) = (run.resolution, resolution::of(scene)) {
         set.extend(refined(scene, wanted));
     }
-    let dt = charted.scene.fluid.get("time").and_then(|time| time.get("dt")).and_then(toml::Value::as_float);
-    if let (Some(dt), Some(unit), Some(time)) = (dt, class.time(&charted), class.time(scene)) {
+    if let (Some(dt), Some(unit), Some(time)) = (run.dt, chart.time, class.time(scene)) {
         set.push(format!("fluid.time.dt={:?}", dt * time / unit));
     }
     // A film that the scene leaves to the default is not begun by half.
@@ -41,8 +30,8 @@ pub(super) fn over(
             && METHOD.iter().any(|section| text.starts_with(section))
             && !NOT_METHOD.iter().any(|key| text.starts_with(key))
     };
-    set.extend(point.set.iter().filter(carried).cloned());
-    Ok(set)
+    set.extend(run.set.iter().filter(carried).cloned());
+    set
 }
 
 /// `--set` of a grid with at least `wanted` cells per diameter: a little finer where whole and fast numbers of cells

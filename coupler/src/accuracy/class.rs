@@ -1,11 +1,9 @@
 //! Classes of scenes that have a chart.
 
-use protocol::scene::{CheckedScene, Grain, MetricKind, Motion, SceneSource, Shape};
+use protocol::scene::{CheckedScene, Grain, MetricKind, Motion, Shape};
 
-use super::pick::Row;
+use super::charted::{Charted, Run};
 use crate::scheme::norm;
-use crate::study::chart::Chart;
-use crate::study::{Ladder, Point, parse_csv};
 
 /// A class of scenes whose errors one chart tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,13 +18,6 @@ pub(super) enum Class {
     HeldSpheres,
     /// Grains without a fluid.
     Dry,
-}
-
-/// A chart: its scene, the settings of its runs, and what came out.
-pub(super) struct Charted {
-    pub(super) scene: CheckedScene,
-    pub(super) points: Vec<Point>,
-    pub(super) rows: Vec<Row>,
 }
 
 /// Ar = |ρ_p/ρ − 1| g D³/ν² below which the chart of the falling sphere (Ar = 800) says too little.
@@ -68,14 +59,9 @@ fn is_bed(scene: &CheckedScene) -> bool {
     free().count() >= BED.0 && free().map(Grain::volume).sum::<f64>() > BED.1 * extent
 }
 
-/// What a run of a chart sets `key` to.
-fn setting<'a>(point: &'a Point, key: &str) -> Option<&'a str> {
-    point.set.iter().find_map(|text| text.strip_prefix(key)?.strip_prefix('='))
-}
-
 /// Is its mask thinner than the default?
-fn is_thin(point: &Point) -> bool {
-    setting(point, "fluid.immersed.width")
+fn is_thin(run: &Run) -> bool {
+    run.setting("fluid.immersed.width")
         .and_then(|text| text.parse().ok())
         .is_some_and(|width: f64| width < 0.5)
 }
@@ -95,13 +81,13 @@ fn may_go_along(scene: &CheckedScene) -> bool {
 }
 
 /// Does its carried force go with the grains?
-fn goes_along(point: &Point) -> bool {
-    setting(point, "fluid.immersed.force_transport").is_some_and(|text| text.contains("advected"))
+fn goes_along(run: &Run) -> bool {
+    run.setting("fluid.immersed.force_transport").is_some_and(|text| text.contains("advected"))
 }
 
 /// Its time step, s.
-fn step(point: &Point) -> Option<f64> {
-    setting(point, "fluid.time.dt")?.parse().ok()
+fn step(run: &Run) -> Option<f64> {
+    run.setting("fluid.time.dt")?.parse().ok()
 }
 
 /// Least Ar of the free grains; infinite without gravity.
@@ -163,25 +149,13 @@ impl Class {
         }
     }
 
-    /// The scene that was charted, and its chart.
-    fn texts(self) -> (&'static str, &'static str) {
+    /// Its chart, as data.
+    pub(super) fn data(self) -> &'static str {
         match self {
-            Self::Bounce => (
-                include_str!("../../../scenes/bouncing-sphere.toml"),
-                include_str!("../../../docs/charts/bouncing-sphere.csv"),
-            ),
-            Self::Settling => (
-                include_str!("../../../scenes/falling-sphere.toml"),
-                include_str!("../../../docs/charts/falling-sphere.csv"),
-            ),
-            Self::HeldSpheres | Self::SlowSettling => (
-                include_str!("../../../scenes/drag/sphere-array.toml"),
-                include_str!("../../../docs/charts/sphere-array.csv"),
-            ),
-            Self::Dry => (
-                include_str!("../../../scenes/oblique-collision.toml"),
-                include_str!("../../../docs/charts/oblique-collision.csv"),
-            ),
+            Self::Bounce => include_str!("data/bouncing-sphere.toml"),
+            Self::Settling => include_str!("data/falling-sphere.toml"),
+            Self::HeldSpheres | Self::SlowSettling => include_str!("data/sphere-array.toml"),
+            Self::Dry => include_str!("data/oblique-collision.toml"),
         }
     }
 
@@ -203,31 +177,16 @@ impl Class {
     }
 
     /// Its chart, without the runs whose method is not for `asking`.
-    pub(super) fn ladder(self, asking: &CheckedScene) -> Result<Charted, String> {
-        let (scene, table) = self.texts();
-        let at =
-            |error: &dyn std::fmt::Display| format!("has an unusable chart, {}: {error}", self.chart_file());
-        let source = SceneSource { file: self.chart_file().to_owned(), text: scene.to_owned() };
-        let scene = CheckedScene::new(source).map_err(|error| at(&error))?;
-        let chart = Chart::read(&scene).map_err(|error| at(&error))?;
-        let ladder =
-            Ladder::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs).map_err(|error| at(&error))?;
-        let (header, rows) = parse_csv(table).map_err(|error| at(&error))?;
-        let mut rows = Row::all(&header, &rows).map_err(|error| at(&error))?;
+    pub(super) fn charted(self, asking: &CheckedScene) -> Result<Charted, String> {
+        let at = |error| format!("has an unusable chart, {}: {error}", self.chart_file());
+        let mut chart = Charted::parse(self.data()).map_err(at)?;
         if !matches!(self, Self::HeldSpheres | Self::Dry) {
             let along = may_go_along(asking);
-            let longest =
-                if self == Self::Settling { self.time(&scene).map(|time| LONGEST * time) } else { None };
-            let is_too_long =
-                |point: &Point| step(point).zip(longest).is_some_and(|(dt, longest)| dt > longest);
+            let longest = chart.time.filter(|_| self == Self::Settling).map(|time| LONGEST * time);
+            let is_too_long = |run: &Run| step(run).zip(longest).is_some_and(|(dt, longest)| dt > longest);
             // A thinner mask is the most exact for a sphere that stands, but one that moves feels the grid with it.
-            let is_not_for_it =
-                |point: &Point| is_thin(point) || is_too_long(point) || (goes_along(point) && !along);
-            let left_out = |row: &Row| {
-                ladder.points.iter().any(|point| point.label == row.label && is_not_for_it(point))
-            };
-            rows.retain(|row| !left_out(row));
+            chart.runs.retain(|run| !(is_thin(run) || is_too_long(run) || (goes_along(run) && !along)));
         }
-        Ok(Charted { scene, points: ladder.points, rows })
+        Ok(chart)
     }
 }

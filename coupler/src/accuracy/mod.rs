@@ -1,6 +1,6 @@
 //! `accuracy = "2%"`: resolution, step and method from the chart of a class of scenes.
 //!
-//! A chart (docs/charts) says what every setting of a ladder cost and how far off it was. The cheapest one that is
+//! A chart (docs/charts) says what every setting cost and how far off it was. The cheapest one that is
 //! exact enough is carried over to the scene: D/Δx as it is, time steps in units of the class's own time, keys of
 //! `[fluid]` and `[dem]` as they are. Half of the error asked for is kept for what the scene and the charted one do not
 //! share. What the user says by `--set` still wins.
@@ -8,11 +8,15 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `class` | the classes: which scenes, which chart, which unit of time |
+//! | `charted` | what a chart says of each of its runs, as `data/*.toml` |
 //! | `pick` | the cheapest setting of a chart that is exact enough |
 //! | `carry` | a setting, carried over to another scene |
 
 mod carry;
+mod charted;
 mod class;
+#[cfg(test)]
+mod made;
 mod pick;
 
 use bedload_program::RunOptions;
@@ -24,7 +28,7 @@ use crate::number::Short;
 use class::Class;
 
 /// Part of the error asked for that the chart may have.
-const SHARE: f64 = 0.5;
+const FROM_CHART: f64 = 0.5;
 
 /// The one key that is read here.
 #[derive(Deserialize)]
@@ -99,8 +103,8 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
             "leave accuracy out and set domain.cells, fluid.time and dem.steps_per_contact, or chart a scene of this kind (bedload chart)",
         )
     })?;
-    let chart = class.ladder(scene).map_err(|what| refuse(what, "mend the chart"))?;
-    let row = pick::cheapest(&chart.rows, SHARE * target).map_err(|best| {
+    let chart = class.charted(scene).map_err(|what| refuse(what, "mend the chart"))?;
+    let run = pick::cheapest(&chart.runs, FROM_CHART * target).map_err(|best| {
         refuse(
             format!(
                 "is {text}, but the best of {} is {} %, and half of what is asked for is kept for what differs",
@@ -110,14 +114,13 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
             "ask for less, or refine by hand",
         )
     })?;
-    let set = carry::over(&chart, row, class, scene)
-        .map_err(|what| refuse(what, "leave accuracy out, and set the keys by hand"))?;
+    let set = carry::over(&chart, run, class, scene);
     Ok(Expected {
         target,
-        error: row.error,
+        error: run.error,
         class: class.name(),
         chart: class.chart_file(),
-        label: row.label.clone(),
+        label: run.label.clone(),
         set,
     })
 }

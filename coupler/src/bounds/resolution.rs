@@ -13,7 +13,7 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
 }
 
 fn add_resolution(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
-    let Some(cells) = crate::study::resolution::of(facts.scene) else { return };
+    let Some(cells) = crate::resolution::of(facts.scene) else { return };
     bounds.push(Bound::new("resolution", "D/Δx", cells, Side::AtLeast, 5.0).because(
         "nothing was measured on coarser grids; a rebound at 5 is already 28 % too high",
         "docs/numerics.md, Resolution",

@@ -7,8 +7,8 @@
 //! | [`stability`] | `bedload stability`: where each method fails, beside the bound |
 //! | [`validate`] | `bedload validate`: published cases and their references |
 //! | [`report`] | `bedload report`: the HTML page of a run |
-//! | `vary`, `points` | varied keys as the scene writes them, and all their combinations as runs with `--set` |
-//! | `resolution` | D/Δx of a scene, and the grid that has another one |
+//! | `vary`, `sweep` | varied keys as the scene writes them, and all their combinations as runs with `--set` |
+//! | `resolution` | the grid of a scene with another D/Δx |
 //! | `folder` | what a study is asked for, and its output folder |
 //! | `runs` | runs as child processes, several at a time, resumable |
 //! | `table` | `chart.csv`, `stability.csv`: a row per run |
@@ -22,19 +22,19 @@ mod grain_pictures;
 mod numbers;
 mod page;
 mod plot;
-mod points;
 pub mod report;
-pub(crate) mod resolution;
+mod resolution;
 mod runs;
 mod snapshot;
 pub mod stability;
+mod sweep;
 mod table;
 pub mod validate;
 mod vary;
 mod vtk_file;
 
 pub use folder::Options;
-pub use points::{Column, Ladder, Point};
-pub use runs::{Keep, Outcome, Task, run_all};
+pub use runs::{Outcome, Reuse, Task, run_all};
+pub use sweep::{Column, Point, Sweep};
 pub use table::{Table, cell, parse_csv};
 pub use vary::{SingleRun, Vary};

@@ -1,19 +1,11 @@
-//! D/Δx: of a scene, and the grid that has another one.
+//! The grid of a scene with another D/Δx.
 
 use protocol::scene::CheckedScene;
 
+use crate::resolution::of;
+
 /// How far from a whole number the cells of an axis may come out, from rounding alone.
 const ROUNDING: f64 = 1e-6;
-
-/// Cells over the diameter of the smallest grain, where they are widest; none without a grid or
-/// without grains.
-pub(crate) fn of(scene: &CheckedScene) -> Option<f64> {
-    let domain = &scene.scene.domain;
-    let smallest = scene.grains.iter().map(|grain| 2.0 * grain.radius).reduce(f64::min);
-    let diameter = smallest.filter(|_| !domain.cells.is_empty())?;
-    let spacing = (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(0.0, f64::max);
-    Some(diameter / spacing)
-}
 
 /// `--set` that gives the scene another D/Δx: all cells scaled. A stretched axis keeps its uniform
 /// part and gets as many cells as that asks for, rounded up; any other must come out whole.

@@ -23,19 +23,19 @@ pub enum Outcome {
 
 /// Which earlier runs are not repeated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Keep {
+pub enum Reuse {
     /// Those that reached their end.
     Completed,
     /// Those that failed too: that a setting fails is a result.
-    Failed,
+    AlsoFailed,
 }
 
-impl Keep {
+impl Reuse {
     /// What a run came to, if its result is to be kept.
     fn outcome(self, summary: Summary) -> Option<Outcome> {
         match summary.status {
             RunStatus::Completed => Some(Outcome::Done(Box::new(summary))),
-            RunStatus::Failed if self == Self::Failed => {
+            RunStatus::Failed if self == Self::AlsoFailed => {
                 Some(Outcome::Failed(summary.error.unwrap_or_else(|| "the run failed".to_owned())))
             }
             RunStatus::Failed | RunStatus::Interrupted => None,
@@ -62,7 +62,7 @@ pub struct Task {
 ///
 /// # Errors
 /// [`Failure::Input`] if this program or the folders cannot be had. A run that fails is an outcome.
-pub fn run_all(tasks: &[Task], jobs: usize, keep: Keep) -> Result<Vec<Outcome>, Failure> {
+pub fn run_all(tasks: &[Task], jobs: usize, reuse: Reuse) -> Result<Vec<Outcome>, Failure> {
     let program = std::env::current_exe().map_err(cannot("find", Path::new("bedload")))?;
     for folder in tasks.iter().filter_map(|task| task.folder.parent()) {
         make(folder)?;
@@ -75,7 +75,7 @@ pub fn run_all(tasks: &[Task], jobs: usize, keep: Keep) -> Result<Vec<Outcome>, 
                 loop {
                     let number = next.fetch_add(1, Ordering::Relaxed);
                     let Some(task) = tasks.get(number) else { break };
-                    let outcome = task.outcome(&program, keep);
+                    let outcome = task.outcome(&program, reuse);
                     outcomes.lock().unwrap_or_else(std::sync::PoisonError::into_inner)[number] =
                         Some(outcome);
                 }
@@ -92,43 +92,43 @@ impl Task {
     ///
     /// # Errors
     /// If the scene cannot be read.
-    pub fn finished(&self, keep: Keep) -> Result<Option<Outcome>, String> {
-        Ok(self.left()?.and_then(|summary| keep.outcome(summary)))
+    pub fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, String> {
+        Ok(self.summary()?.and_then(|summary| reuse.outcome(summary)))
     }
 
     /// The summary that a run of the same scene and version left in the folder.
-    fn left(&self) -> Result<Option<Summary>, String> {
+    fn summary(&self) -> Result<Option<Summary>, String> {
         let options = RunOptions { overrides: self.set.clone(), ..RunOptions::of_scene(&self.scene) };
         let sha256 = options.read_scene().map_err(|error| error.to_string())?.sha256();
         let summary = Summary::read(&self.folder.join("summary.json")).ok();
         Ok(summary.filter(|left| left.scene_sha256 == sha256 && left.version == env!("CARGO_PKG_VERSION")))
     }
 
-    fn outcome(&self, program: &Path, keep: Keep) -> Outcome {
-        let left = match self.left() {
+    fn outcome(&self, program: &Path, reuse: Reuse) -> Outcome {
+        let left = match self.summary() {
             Ok(left) => left,
             Err(error) => return Outcome::Failed(error),
         };
         let resume = left.as_ref().is_some_and(|left| left.status == RunStatus::Interrupted);
-        match left.and_then(|summary| keep.outcome(summary)) {
+        match left.and_then(|summary| reuse.outcome(summary)) {
             Some(outcome) => {
                 protocol::say!("bedload: {}: finished before", self.name);
                 outcome
             }
-            None => self.make(program, keep, resume),
+            None => self.make(program, reuse, resume),
         }
     }
 
-    fn make(&self, program: &Path, keep: Keep, resume: bool) -> Outcome {
+    fn make(&self, program: &Path, reuse: Reuse, resume: bool) -> Outcome {
         let name = &self.name;
         protocol::say!("bedload: {name}: {}", if resume { "goes on" } else { "runs" });
-        let said = self.said();
+        let said = self.log_file();
         let status = match self.start(program, &said, resume) {
             Ok(status) => status,
             Err(error) => return Outcome::Failed(error.to_string()),
         };
-        // Only what this run wrote is taken for its result: there was nothing to keep before it.
-        match self.finished(keep) {
+        // Only what this run wrote is taken for its result: there was nothing to reuse before it.
+        match self.finished(reuse) {
             Ok(Some(Outcome::Done(summary))) if status.success() => {
                 protocol::say!("bedload: {name}: done in {:.1} s", summary.cost.wall_s);
                 Outcome::Done(summary)
@@ -138,7 +138,9 @@ impl Task {
                 let plain = || format!("the run ended with {status}, see {}", said.display());
                 match left {
                     Ok(Some(Outcome::Failed(why))) => Outcome::Failed(why),
-                    _ if keep == Keep::Failed => Outcome::Failed(self.told(&said).unwrap_or_else(plain)),
+                    _ if reuse == Reuse::AlsoFailed => {
+                        Outcome::Failed(self.reason(&said).unwrap_or_else(plain))
+                    }
                     _ => Outcome::Failed(plain()),
                 }
             }
@@ -146,14 +148,14 @@ impl Task {
     }
 
     /// Why it was refused, with the scene by its name alone.
-    fn told(&self, said: &Path) -> Option<String> {
+    fn reason(&self, said: &Path) -> Option<String> {
         let words = last_words(&std::fs::read_to_string(said).ok()?)?;
         let name = self.scene.file_name().unwrap_or_default().to_string_lossy();
         Some(words.replace(&self.scene.display().to_string(), &name))
     }
 
     /// `FOLDER.log`: what the run said.
-    fn said(&self) -> PathBuf {
+    fn log_file(&self) -> PathBuf {
         let mut path = OsString::from(&self.folder);
         path.push(".log");
         path.into()

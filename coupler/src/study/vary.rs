@@ -116,8 +116,11 @@ impl Vary {
 }
 
 fn bundled(table: &toml::Table, place: &str, source: &SceneSource) -> Result<Choice, SceneError> {
-    let name =
-        table.get("name").and_then(toml::Value::as_str).map(super::cell).filter(|name| !name.is_empty());
+    let name = table
+        .get("name")
+        .and_then(toml::Value::as_str)
+        .map(super::table::cell)
+        .filter(|name| !name.is_empty());
     let (Some(text), Some(set), 2) = (name, table.get("set").and_then(toml::Value::as_table), table.len())
     else {
         return Err(source.error(
@@ -149,5 +152,5 @@ fn collect(path: &str, table: &toml::Table, place: &str, all: &mut Vec<Setting>)
 
 /// A value in a table: strings without quotes.
 pub(super) fn text(value: &toml::Value) -> String {
-    super::cell(&value.as_str().map_or_else(|| value.to_string(), str::to_owned))
+    super::table::cell(&value.as_str().map_or_else(|| value.to_string(), str::to_owned))
 }

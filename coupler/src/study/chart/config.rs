@@ -2,13 +2,16 @@
 
 use std::path::PathBuf;
 
-use protocol::scene::{CheckedScene, SceneError, SceneSource};
+use protocol::scene::{CheckedScene, Retired, SceneError, SceneSource};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::study::{SingleRun, Vary};
 
-/// `[chart]`: speed against accuracy over a ladder of runs.
+/// Keys of the section that have another name now.
+const RETIRED: [Retired; 1] = [Retired::key("chart.seed", "chart.baseline")];
+
+/// `[chart]`: speed against accuracy over a refinement of runs.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Chart {
@@ -43,7 +46,7 @@ pub struct Chart {
     pub published: Vec<Published>,
     /// Label of the run that has the paper's own setting: costs are told over its cost.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub seed: Option<String>,
+    pub baseline: Option<String>,
     /// Dotted keys that every run sets, before its own.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
@@ -69,7 +72,7 @@ fn once() -> usize {
 pub enum Reference {
     /// A value of the metric.
     Number(f64),
-    /// The ladder's own limit.
+    /// The refinement's own limit.
     Limit(LimitOf),
     /// A curve against which a column of `series.csv` is held.
     Curve(Curve),
@@ -85,7 +88,7 @@ pub struct LimitOf {
     /// and steps, smaller for the rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finer: Option<Finer>,
-    /// Values of other varied keys that pick the ladder, as they stand in `chart.csv`; by default the first ladder.
+    /// Values of other varied keys that pick the refinement, as they stand in `chart.csv`; by default the first refinement.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
     pub with: toml::Table,
@@ -153,6 +156,7 @@ impl Chart {
     /// # Errors
     /// As [`read`](Self::read), as far as the text goes.
     pub fn of_text(source: &SceneSource) -> Result<Self, SceneError> {
+        source.refuse_retired(&RETIRED)?;
         source.section::<Owned>()?.chart.ok_or_else(|| {
             source.error(
                 "chart",

@@ -2,7 +2,7 @@
 
 use super::config::{Chart, Finer, Reference};
 use super::limit;
-use super::reference::Known;
+use super::reference::Compared;
 use super::table::{Row, Table};
 use crate::number::Short;
 use crate::study::numbers::{number, percent};
@@ -84,7 +84,7 @@ fn short(value: &str) -> String {
 }
 
 /// The reference of each metric, in words.
-pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Known>, String>) -> Vec<String> {
+pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Compared>, String>) -> Vec<String> {
     if let Some(Reference::Curve(curve)) = &chart.reference {
         let source = chart.source.as_ref().map_or(String::new(), |source| format!(" ({source})"));
         return vec![format!(
@@ -98,9 +98,9 @@ pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Known>
         Ok(known) => known,
         Err(why) => return vec![format!("There are no errors: {why}.")],
     };
-    let line = |known: &Known| {
+    let line = |known: &Compared| {
         let source = known.source.as_ref().map_or(String::new(), |source| format!(" ({source})"));
-        let Some((limit, ladder)) = &known.limit else {
+        let Some((limit, refinement)) = &known.limit else {
             return format!("Reference of {}: {}{source}.", known.metric, number(known.value));
         };
         let order = limit.order.map_or_else(
@@ -112,8 +112,8 @@ pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Known>
              convergence index, Roache 1994): errors below say little{source}.",
             known.metric,
             number(known.value),
-            ladder.rows.len().min(3),
-            with(names, &ladder.with, column_of(chart, names)),
+            refinement.rows.len().min(3),
+            with(names, &refinement.with, column_of(chart, names)),
             percent(limit.relative_uncertainty()),
         )
     };
@@ -129,7 +129,7 @@ fn column_of(chart: &Chart, names: &Names) -> Option<usize> {
     names.all().iter().position(|other| *other == name)
 }
 
-/// ` with wf 0.5, dt 0.01`: the other keys of a ladder along `column`.
+/// ` with wf 0.5, dt 0.01`: the other keys of a refinement along `column`.
 fn with(names: &Names, values: &[String], column: Option<usize>) -> String {
     let Some(column) = column else { return String::new() };
     let place = |number: usize| if number < column { number } else { number + 1 };
@@ -137,7 +137,7 @@ fn with(names: &Names, values: &[String], column: Option<usize>) -> String {
     if told.is_empty() { told } else { format!(" with {told}") }
 }
 
-/// What one ladder shows of its order.
+/// What one refinement shows of its order.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Order {
     /// Key that is refined.
@@ -151,7 +151,7 @@ pub(super) struct Order {
     pub(super) of_values: Option<limit::Limit>,
 }
 
-/// The observed order along every key that refines, for each ladder of three runs and more.
+/// The observed order along every key that refines, for each refinement of three runs and more.
 pub(super) fn orders(chart: &Chart, table: &Table, names: &Names) -> Vec<Order> {
     let mut orders = Vec::new();
     let asked = match &chart.reference {
@@ -162,18 +162,18 @@ pub(super) fn orders(chart: &Chart, table: &Table, names: &Names) -> Vec<Order> 
         let own = asked.filter(|(asked, _)| asked == key);
         let finer = own.and_then(|(_, finer)| finer).or(limit::refines(key));
         let Some(finer) = finer.or(own.map(|_| Finer::Smaller)) else { continue };
-        for ladder in limit::rungs(table, column, finer) {
-            if ladder.rows.len() < 3 {
+        for refinement in limit::refinements(table, column, finer) {
+            if refinement.rows.len() < 3 {
                 continue;
             }
             let errors: Vec<(f64, f64)> =
-                ladder.rows.iter().filter_map(|(h, row)| Some((*h, table.rows[*row].error?))).collect();
+                refinement.rows.iter().filter_map(|(h, row)| Some((*h, table.rows[*row].error?))).collect();
             let value = |row: &Row| if let [value] = row.measured.as_slice() { *value } else { None };
             let values: Vec<(f64, f64)> =
-                ladder.rows.iter().filter_map(|(h, row)| Some((*h, value(&table.rows[*row])?))).collect();
+                refinement.rows.iter().filter_map(|(h, row)| Some((*h, value(&table.rows[*row])?))).collect();
             orders.push(Order {
                 key: names.all()[column].clone(),
-                with: with(names, &ladder.with, Some(column)).trim_start_matches(" with ").to_owned(),
+                with: with(names, &refinement.with, Some(column)).trim_start_matches(" with ").to_owned(),
                 runs: errors.len(),
                 of_errors: limit::slope(&errors),
                 of_values: limit::richardson(&values),
@@ -193,17 +193,21 @@ pub(super) struct Cheapest {
     pub(super) tolerance: f64,
     pub(super) row: Option<usize>,
     /// Its cost over that of the paper's own setting, where that was run.
-    pub(super) over_published: Option<f64>,
+    pub(super) over_baseline: Option<f64>,
 }
 
 pub(super) fn cheapest(chart: &Chart, table: &Table) -> Vec<Cheapest> {
-    let own = chart.seed.as_ref().and_then(|label| table.rows.iter().find(|row| row.label == *label));
-    let own = own.and_then(|row| row.cpu).map(|cpu| cpu.median);
+    let baseline =
+        chart.baseline.as_ref().and_then(|label| table.rows.iter().find(|row| row.label == *label));
+    let baseline = baseline.and_then(|row| row.cpu).map(|cpu| cpu.median);
     let of = |tolerance: f64| {
         let row = table.cheapest(tolerance);
         let cost = row.and_then(|row| table.rows[row].cpu).map(|cpu| cpu.median);
-        let over_published = cost.zip(own).filter(|(_, own)| *own > 0.0).map(|(cost, own)| cost / own);
-        Cheapest { tolerance, row, over_published }
+        let over_baseline = cost
+            .zip(baseline)
+            .filter(|(_, baseline)| *baseline > 0.0)
+            .map(|(cost, baseline)| cost / baseline);
+        Cheapest { tolerance, row, over_baseline }
     };
     TOLERANCES.map(of).into()
 }
@@ -217,9 +221,9 @@ mod tests {
 
     #[test]
     fn the_cheapest_is_told_over_the_papers_own_cost() {
-        let table = table(&[(8.0, "a", 1.0, 0.04), (16.0, "a", 4.0, 0.015), (8.0, "seed", 8.0, 0.06)]);
-        let chart = Chart { seed: Some("seed-8".to_owned()), ..Chart::default() };
-        let found: Vec<_> = cheapest(&chart, &table).iter().map(|c| (c.row, c.over_published)).collect();
+        let table = table(&[(8.0, "a", 1.0, 0.04), (16.0, "a", 4.0, 0.015), (8.0, "paper", 8.0, 0.06)]);
+        let chart = Chart { baseline: Some("paper-8".to_owned()), ..Chart::default() };
+        let found: Vec<_> = cheapest(&chart, &table).iter().map(|c| (c.row, c.over_baseline)).collect();
         assert_eq!(found, [(Some(0), Some(0.125)), (Some(1), Some(0.5)), (None, None)]);
     }
 

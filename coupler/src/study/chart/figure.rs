@@ -28,7 +28,7 @@ pub(super) fn draw(
     names: &Names,
     title: &str,
     published: &[Published],
-    seed: Option<&str>,
+    baseline: Option<&str>,
 ) -> Option<String> {
     let drawn: Vec<Run> = (0..table.rows.len())
         .filter_map(|row| {
@@ -63,8 +63,8 @@ pub(super) fn draw(
     for (number, point) in way.iter().enumerate() {
         over += &tag(number + 1, picture.place(*point));
     }
-    let seed = seed.and_then(|label| table.rows.iter().position(|row| row.label == label));
-    if let Some(point) = seed.and_then(place).map(|point| picture.place(point)) {
+    let baseline = baseline.and_then(|label| table.rows.iter().position(|row| row.label == label));
+    if let Some(point) = baseline.and_then(place).map(|point| picture.place(point)) {
         over += &ring(point);
     }
     Some(framed(picture.inner(), &over, &listed(table, names, &front)))
@@ -148,7 +148,7 @@ fn families(table: &Table, names: &Names, drawn: &[Run]) -> Vec<Series> {
     values.iter().enumerate().map(series).collect()
 }
 
-/// The key by which runs are coloured: words rather than numbers, and no ladder of resolution.
+/// The key by which runs are coloured: words rather than numbers, and no refinement of resolution.
 fn family(table: &Table) -> Option<usize> {
     let few = |column: &usize| {
         let mut values: Vec<&str> = table.rows.iter().map(|row| row.values[*column].as_str()).collect();

@@ -1,4 +1,4 @@
-//! Orders and limits of a ladder: Richardson's extrapolation, with Roache's uncertainty.
+//! Orders and limits of a refinement: Richardson's extrapolation, with Roache's uncertainty.
 
 use super::config::Finer;
 use super::table::Table;
@@ -15,7 +15,7 @@ const LARGEST_ORDER: f64 = 2.0;
 /// Nor a smaller one.
 const SMALLEST_ORDER: f64 = 0.5;
 
-/// Where a ladder leads.
+/// Where a refinement leads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Limit {
     /// Extrapolated value.
@@ -35,7 +35,7 @@ impl Limit {
 
 /// Runs that differ in one key alone.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Rungs {
+pub(super) struct Refinement {
     /// Values of the other keys.
     pub(super) with: Vec<String>,
     /// Step h (1/value where larger is finer) and row, finest first.
@@ -96,27 +96,27 @@ pub(super) fn refines(key: &str) -> Option<Finer> {
     }
 }
 
-/// The ladders along a column: rows with the same values of all other keys, by their step.
-pub(super) fn rungs(table: &Table, column: usize, finer: Finer) -> Vec<Rungs> {
-    let mut ladders: Vec<Rungs> = Vec::new();
+/// The refinements along a column: rows with the same values of all other keys, by their step.
+pub(super) fn refinements(table: &Table, column: usize, finer: Finer) -> Vec<Refinement> {
+    let mut refinements: Vec<Refinement> = Vec::new();
     for (number, row) in table.rows.iter().enumerate() {
         let Some(value) = table.number(number, column).filter(|value| *value > 0.0) else { continue };
         let mut with = row.values.clone();
         with.remove(column);
         let h = if finer == Finer::Larger { 1.0 / value } else { value };
-        let place = ladders.iter().position(|ladder| ladder.with == with).unwrap_or_else(|| {
-            ladders.push(Rungs { with, rows: Vec::new() });
-            ladders.len() - 1
+        let place = refinements.iter().position(|refinement| refinement.with == with).unwrap_or_else(|| {
+            refinements.push(Refinement { with, rows: Vec::new() });
+            refinements.len() - 1
         });
         // A single run may repeat a combination.
-        if ladders[place].rows.iter().all(|(other, _)| *other != h) {
-            ladders[place].rows.push((h, number));
+        if refinements[place].rows.iter().all(|(other, _)| *other != h) {
+            refinements[place].rows.push((h, number));
         }
     }
-    for ladder in &mut ladders {
-        ladder.rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for refinement in &mut refinements {
+        refinement.rows.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
-    ladders
+    refinements
 }
 
 #[cfg(test)]
@@ -170,12 +170,12 @@ mod tests {
             (12.0, "a", 2.0, 0.02),
             (16.0, "b", 4.0, 0.02),
         ]);
-        let ladders = rungs(&table, 0, Finer::Larger);
-        assert_eq!(ladders.len(), 2);
+        let found = refinements(&table, 0, Finer::Larger);
+        assert_eq!(found.len(), 2);
         assert_eq!(
-            (ladders[0].with.as_slice(), &ladders[0].rows),
+            (found[0].with.as_slice(), &found[0].rows),
             (&["a".to_owned()][..], &vec![(0.0625, 2), (1.0 / 12.0, 3), (0.125, 0)])
         );
-        assert!(rungs(&table, 1, Finer::Larger).is_empty(), "names are no numbers");
+        assert!(refinements(&table, 1, Finer::Larger).is_empty(), "names are no numbers");
     }
 }

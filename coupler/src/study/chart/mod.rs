@@ -1,4 +1,4 @@
-//! `bedload chart`: a ladder of runs of one scene, error against cost.
+//! `bedload chart`: runs of one scene, error against cost.
 //!
 //! The scene's `[chart]` section says which keys vary and what the runs are compared with. Each run is
 //! a `bedload run` of its own under `runs/`, and is not repeated once finished. One after the other
@@ -7,7 +7,7 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `config` | the `[chart]` section |
-//! | `ladder` | the runs, made and measured |
+//! | `runs` | the runs, made and measured |
 //! | `reference`, `limit` | errors; Richardson's limit and order |
 //! | `table` | `chart.csv`, Pareto front |
 //! | `describe` | runs and results in words |
@@ -16,10 +16,10 @@
 mod config;
 mod describe;
 mod figure;
-mod ladder;
 mod limit;
 mod page;
 mod reference;
+mod runs;
 mod table;
 
 use std::num::NonZeroUsize;
@@ -46,7 +46,7 @@ use table::{Table, columns};
 pub fn chart(options: &Options) -> Result<(), Failure> {
     let scene = RunOptions::of_scene(&options.scene).read_scene()?;
     let chart = Chart::read(&scene)?;
-    let ladder = ladder::plan(&scene, &chart)?;
+    let sweep = runs::plan(&scene, &chart)?;
     let out = options.folder("chart");
     if out.join("summary.json").exists() {
         let what = "is the output folder of a run; name another with --out".to_owned();
@@ -54,8 +54,8 @@ pub fn chart(options: &Options) -> Result<(), Failure> {
     }
     let _claim = folder::open(&out, &scene)?;
     let jobs = options.jobs.map_or(1, NonZeroUsize::get);
-    let mut table = ladder::make(&ladder, &chart, &options.scene, &out, jobs)?;
-    let known = reference::known(&chart, &scene.scene.metrics, &table);
+    let mut table = runs::make(&sweep, &chart, &options.scene, &out, jobs)?;
+    let known = reference::values(&chart, &scene.scene.metrics, &table);
     if !matches!(chart.reference, Some(Reference::Curve(_))) {
         reference::compare(&mut table, &known);
     }
@@ -99,10 +99,10 @@ pub fn again(dir: &Path) -> Result<PathBuf, Failure> {
     let table = Table::parse(&folder::read(&path)?, &columns(&chart.metrics()))
         .map_err(|what| content(&path)(format!("{what}; chart again")))?;
     let names = Names::new(&chart, &table);
-    let known = reference::known(&chart, &shown.metrics, &table);
+    let known = reference::values(&chart, &shown.metrics, &table);
     let title = [&chart.title, &shown.title].into_iter().find(|title| !title.is_empty());
     let title = title.map_or("Speed against accuracy", String::as_str);
-    let figure = figure::draw(&table, &names, title, &chart.published, chart.seed.as_deref());
+    let figure = figure::draw(&table, &names, title, &chart.published, chart.baseline.as_deref());
     if let Some(svg) = &figure {
         atomic_write(&dir.join("chart.svg"), svg.as_bytes())?;
     }
@@ -125,7 +125,7 @@ fn told(
     chart: &Chart,
     names: &Names,
     table: &Table,
-    known: &Result<Vec<reference::Known>, String>,
+    known: &Result<Vec<reference::Compared>, String>,
 ) -> String {
     let mut text = String::new();
     for line in describe::references(chart, names, known) {
@@ -151,7 +151,7 @@ fn told(
         text += &match cheapest.row {
             None => format!("no run within {within}\n"),
             Some(row) => {
-                let ratio = cheapest.over_published.map_or(String::new(), |ratio| {
+                let ratio = cheapest.over_baseline.map_or(String::new(), |ratio| {
                     format!(", {} times the cost of the paper's own setting", number(ratio))
                 });
                 format!("cheapest within {within}: {}{ratio}\n", names.of(&table.rows[row]))

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::config::{Chart, Published};
 use super::describe::{self, Names, rounded};
-use super::reference::Known;
+use super::reference::Compared;
 use super::table::{Row, Spread, Table};
 use crate::failure::Failure;
 use crate::study::numbers::{number, percent};
@@ -17,7 +17,7 @@ pub(super) struct Findings<'a> {
     pub(super) chart: &'a Chart,
     pub(super) table: &'a Table,
     pub(super) names: &'a Names,
-    pub(super) known: &'a Result<Vec<Known>, String>,
+    pub(super) known: &'a Result<Vec<Compared>, String>,
     pub(super) figure: Option<&'a str>,
 }
 
@@ -89,7 +89,7 @@ fn cheapest(of: &Findings<'_>) -> Option<Listing> {
             found.map_or("no run".to_owned(), |row| names.of(row)).into(),
             or_dash(error, percent).into(),
             or_dash(cost, |cost| format!("{} s", number(cost))).into(),
-            or_dash(cheapest.over_published, |ratio| format!("{} ×", number(ratio))).into(),
+            or_dash(cheapest.over_baseline, |ratio| format!("{} ×", number(ratio))).into(),
         ]
     };
     let head = ["error within", "cheapest setting", "its error", "CPU time", "over the paper's own setting"];

@@ -6,31 +6,31 @@ use bedload_output::{Series, points};
 use protocol::scene::Metric;
 
 use super::config::{Chart, Curve, Finer, LimitOf, Reference};
-use super::limit::{self, Limit, Rungs};
+use super::limit::{self, Limit, Refinement};
 use super::table::{Row, Table};
 use crate::study::table::{cell, interpolated};
 
 /// The reference of one metric.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Known {
+pub(super) struct Compared {
     pub(super) metric: String,
     pub(super) value: f64,
-    /// How it was extrapolated, if it was: the limit, and from which ladder.
-    pub(super) limit: Option<(Limit, Rungs)>,
+    /// How it was extrapolated, if it was: the limit, and from which refinement.
+    pub(super) limit: Option<(Limit, Refinement)>,
     pub(super) source: Option<String>,
 }
 
 /// The references of the charted metrics, in their order; none where a curve is charted.
-pub(super) fn known(chart: &Chart, metrics: &[Metric], table: &Table) -> Result<Vec<Known>, String> {
+pub(super) fn values(chart: &Chart, metrics: &[Metric], table: &Table) -> Result<Vec<Compared>, String> {
     let of = |(place, name): (usize, &str)| {
         let own = metrics.iter().find(|metric| metric.name == name);
         let source = chart.source.clone();
-        let known = |value, limit, source| Known { metric: name.to_owned(), value, limit, source };
+        let known = |value, limit, source| Compared { metric: name.to_owned(), value, limit, source };
         match &chart.reference {
             Some(Reference::Number(value)) => Ok(known(*value, None, source)),
             Some(Reference::Limit(of)) => {
-                let (limit, ladder) = extrapolated(of, place, table)?;
-                Ok(known(limit.value, Some((limit, ladder)), source))
+                let (limit, refinement) = extrapolated(of, place, table)?;
+                Ok(known(limit.value, Some((limit, refinement)), source))
             }
             Some(Reference::Curve(_)) | None => {
                 let own = own.ok_or_else(|| format!("the scene has no metric {name}"))?;
@@ -42,8 +42,8 @@ pub(super) fn known(chart: &Chart, metrics: &[Metric], table: &Table) -> Result<
     chart.metrics().into_iter().enumerate().map(of).collect()
 }
 
-/// The limit of metric `place` over the ladder that was asked for.
-fn extrapolated(of: &LimitOf, place: usize, table: &Table) -> Result<(Limit, Rungs), String> {
+/// The limit of metric `place` over the refinement that was asked for.
+fn extrapolated(of: &LimitOf, place: usize, table: &Table) -> Result<(Limit, Refinement), String> {
     let key = &of.richardson;
     let column = table.keys.iter().position(|other| other == key);
     let column = column.ok_or_else(|| format!("no key {key} is varied"))?;
@@ -55,24 +55,24 @@ fn extrapolated(of: &LimitOf, place: usize, table: &Table) -> Result<(Limit, Run
             column.is_some_and(|column| row.values[column] == text)
         })
     };
-    let mut ladders = limit::rungs(table, column, finer);
-    for ladder in &mut ladders {
-        ladder.rows.retain(|(_, row)| {
+    let mut refinements = limit::refinements(table, column, finer);
+    for refinement in &mut refinements {
+        refinement.rows.retain(|(_, row)| {
             let row = &table.rows[*row];
             wanted(row) && row.measured.get(place).copied().flatten().is_some()
         });
     }
-    let ladder = ladders.into_iter().find(|ladder| ladder.rows.len() >= 3);
-    let ladder = ladder
-        .ok_or_else(|| format!("no ladder of {key} has three runs with a value, so it has no limit"))?;
+    let refinement = refinements.into_iter().find(|refinement| refinement.rows.len() >= 3);
+    let refinement = refinement
+        .ok_or_else(|| format!("no refinement of {key} has three runs with a value, so it has no limit"))?;
     let pair = |(h, row): &(f64, usize)| Some((*h, table.rows[*row].measured.get(place).copied().flatten()?));
-    let pairs: Vec<(f64, f64)> = ladder.rows.iter().filter_map(pair).collect();
+    let pairs: Vec<(f64, f64)> = refinement.rows.iter().filter_map(pair).collect();
     let limit = limit::richardson(&pairs).ok_or("too few runs for a limit")?;
-    Ok((limit, ladder))
+    Ok((limit, refinement))
 }
 
 /// Fills in the errors of the rows by their values; where there is no reference, says so in each.
-pub(super) fn compare(table: &mut Table, known: &Result<Vec<Known>, String>) {
+pub(super) fn compare(table: &mut Table, known: &Result<Vec<Compared>, String>) {
     for row in &mut table.rows {
         match known {
             Err(why) => row.add_note(why),
@@ -86,7 +86,7 @@ pub(super) fn compare(table: &mut Table, known: &Result<Vec<Known>, String>) {
                 row.error = errors.and_then(|errors| errors.into_iter().reduce(f64::max));
                 // Where no order is seen the finest run is the limit, and cannot be compared with itself.
                 let finest =
-                    |known: &Known| known.limit.as_ref().is_some_and(|(limit, _)| limit.order.is_none());
+                    |known: &Compared| known.limit.as_ref().is_some_and(|(limit, _)| limit.order.is_none());
                 if row.error == Some(0.0) && known.iter().all(finest) {
                     row.error = None;
                     row.add_note("is itself the reference");
@@ -143,7 +143,7 @@ mod tests {
         table.rows[0].measured = vec![Some(1.1), Some(-0.02)];
         table.rows[1].measured = vec![Some(1.1), None];
         let known =
-            |metric: &str, value| Known { metric: metric.to_owned(), value, limit: None, source: None };
+            |metric: &str, value| Compared { metric: metric.to_owned(), value, limit: None, source: None };
         compare(&mut table, &Ok(vec![known("m", 1.0), known("n", 0.0)]));
         assert!((table.rows[0].error.unwrap() - 0.1).abs() < 1e-12);
         assert_eq!(table.rows[1].error, None, "a value is missing");
@@ -160,13 +160,13 @@ mod tests {
         let table = table(&points); // values are 1 + these
         let text = "metric = \"m\"\nreference = { richardson = \"resolution\", with = { method = \"b\" } }\n";
         let mut chart: Chart = toml::from_str(text).unwrap();
-        let of = |chart: &Chart| known(chart, &[], &table).map(|known| known[0].clone());
+        let of = |chart: &Chart| values(chart, &[], &table).map(|known| known[0].clone());
         let second = of(&chart).unwrap();
         assert!((second.value - 2.0).abs() < 1e-9, "{second:?}");
         assert_eq!(second.limit.unwrap().1.with, ["b"]);
         chart.reference =
             toml::from_str::<Chart>("reference = { richardson = \"resolution\" }").unwrap().reference;
-        assert!((of(&chart).unwrap().value - 1.0).abs() < 1e-9, "the first ladder");
+        assert!((of(&chart).unwrap().value - 1.0).abs() < 1e-9, "the first refinement");
         chart.reference =
             toml::from_str::<Chart>("reference = { richardson = \"method\" }").unwrap().reference;
         assert!(of(&chart).unwrap_err().contains("three runs"));

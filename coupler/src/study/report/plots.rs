@@ -7,7 +7,7 @@ use crate::study::page::Figure;
 /// Grains drawn in one chart.
 const MOST_GRAINS: usize = 6;
 
-/// The close-up around the first bounce reaches this far, in √(D/g), as the seed's figure 7 does.
+/// The close-up around the first bounce reaches this far, in √(D/g), as figure 7 of Izard et al. (2014) does.
 const CLOSEUP: (f64, f64) = (0.5, 1.5);
 
 const AXES: [&str; 3] = ["x", "y", "z"];

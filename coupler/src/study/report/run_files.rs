@@ -37,7 +37,7 @@ pub(super) struct RunFiles {
 /// a grain and gravity, else SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scales {
-    /// Are they those of the seed?
+    /// Are they those of Izard et al. (2014)?
     pub(super) by_gravity: bool,
     /// D, or 1 m.
     pub(super) length: f64,

@@ -83,12 +83,12 @@ fn axisymmetric(run: &RunFiles) -> bool {
     run.summary.size.geometry == Geometry::Axisymmetric
 }
 
-/// The seed's highest level, 1/s; half the strongest vorticity where that would leave the pictures
+/// The highest level of Izard et al., 1/s; half the strongest vorticity where that would leave the pictures
 /// empty, or where there is no gravity to scale with.
 fn highest_level(pictures: &[Picture], unit: Option<f64>) -> f64 {
     let strongest = pictures.iter().map(Picture::strongest).fold(0.0, f64::max);
-    let seed = unit.map(|unit| HIGHEST * unit);
-    seed.filter(|highest| strongest > highest / (LEVELS as f64 - 1.0)).unwrap_or(0.5 * strongest)
+    let published = unit.map(|unit| HIGHEST * unit);
+    published.filter(|highest| strongest > highest / (LEVELS as f64 - 1.0)).unwrap_or(0.5 * strongest)
 }
 
 fn picture(run: &RunFiles, vtr: &Vtr) -> Option<Picture> {

@@ -29,7 +29,7 @@ use protocol::scene::{CheckedScene, SceneSource};
 use crate::failure::Failure;
 use crate::study::folder::{self, Options, SCENE, content, cores};
 use map::Frame;
-use section::Sweep;
+use section::MapPlan;
 use table::{Counts, Table, columns, read_table};
 
 /// Makes the runs that are not there yet, judges all, and writes table, map and page.
@@ -38,15 +38,15 @@ use table::{Counts, Table, columns, read_table};
 /// [`Failure`]: a wrong section, runs that cannot begin, or a bound that lets failures pass.
 pub fn stability(options: &Options) -> Result<(), Failure> {
     let scene = CheckedScene::new(SceneSource::read(&options.scene, &[])?)?;
-    let sweep = Sweep::read(&scene)?;
+    let plan = MapPlan::read(&scene)?;
     let out = options.folder("stability");
     let _claim = folder::open(&out, &scene)?;
     let jobs = options.jobs.map_or_else(cores, usize::from);
-    let rows = runs::rows(&sweep, &options.scene, &out, jobs)?;
-    let keys = sweep.ladder.columns.iter().map(|column| column.key.clone()).collect();
+    let rows = runs::rows(&plan, &options.scene, &out, jobs)?;
+    let keys = plan.sweep.columns.iter().map(|column| column.key.clone()).collect();
     let table = Table { keys, columns: columns(), rows };
     atomic_write(&out.join(TABLE), table.csv().as_bytes())?;
-    let page = write(&out, &scene, &sweep, &table)?;
+    let page = write(&out, &scene, &plan, &table)?;
     let counts = Counts::of(&table.rows);
     println!("{counts}\n{}", page.display());
     if counts.failed_accepted > 0 {
@@ -63,26 +63,25 @@ pub const TABLE: &str = "stability.csv";
 /// Makes map and page of a finished sweep anew, from its table; returns the page.
 ///
 /// # Errors
-/// [`Failure`] if the folder holds no sweep.
+/// [`Failure`] if the folder holds no plan.
 pub fn again(dir: &Path) -> Result<PathBuf, Failure> {
     let scene = CheckedScene::new(SceneSource::read(&dir.join(SCENE), &[])?)?;
-    let sweep = Sweep::read(&scene)?;
+    let plan = MapPlan::read(&scene)?;
     let table = read_table(&dir.join(TABLE))?;
-    let keys: Vec<&String> = sweep.ladder.columns.iter().map(|column| &column.key).collect();
+    let keys: Vec<&String> = plan.sweep.columns.iter().map(|column| &column.key).collect();
     if table.keys.iter().collect::<Vec<_>>() != keys {
         let what = format!("has the keys {:?}, but {SCENE} beside it varies {keys:?}", table.keys);
         return Err(content(&dir.join(TABLE))(what));
     }
-    write(dir, &scene, &sweep, &table)
+    write(dir, &scene, &plan, &table)
 }
 
 /// Writes `stability.svg` and `stability.html`.
-fn write(out: &Path, scene: &CheckedScene, sweep: &Sweep, table: &Table) -> Result<PathBuf, Failure> {
-    let section = &sweep.section;
+fn write(out: &Path, scene: &CheckedScene, plan: &MapPlan, table: &Table) -> Result<PathBuf, Failure> {
+    let section = &plan.section;
     let title = if section.title.is_empty() { &scene.scene.title } else { &section.title };
-    let name = |column: usize| sweep.ladder.columns[column].name.as_str();
-    let frame =
-        Frame { title, x: (sweep.x, name(sweep.x)), y: (sweep.y, name(sweep.y)), bound: &section.bound };
+    let name = |column: usize| plan.sweep.columns[column].name.as_str();
+    let frame = Frame { title, x: (plan.x, name(plan.x)), y: (plan.y, name(plan.y)), bound: &section.bound };
     atomic_write(&out.join("stability.svg"), map::draw(table, &frame).as_bytes())?;
     let page = out.join("stability.html");
     atomic_write(&page, page::page(table, &frame, &section.about)?.as_bytes())?;

@@ -1,34 +1,34 @@
-//! The runs of a sweep: what each is told besides its varied keys, and what became of it.
+//! The runs of a plan: what each is told besides its varied keys, and what became of it.
 
 use std::path::Path;
 
 use bedload_output::{RunStatus, Series, Summary};
 use bedload_program::RunOptions;
 
-use super::section::{ANY, Limit, Stability, Sweep};
+use super::section::{ANY, Limit, MapPlan, Stability};
 use super::table::Row;
 use super::verdict::{self, Finding, Verdict};
 use crate::bounds::{Bound, Level, NAMES, SINGULAR};
 use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::study::folder::content;
-use crate::study::{Keep, Outcome, Point, Task, cell, run_all};
+use crate::study::{Outcome, Point, Reuse, Task, cell, run_all};
 
 /// Characters of a note that are kept: an error names its cause first.
 const NOTE: usize = 160;
 
 /// Makes the runs that are not there yet, and judges all.
-pub(super) fn rows(sweep: &Sweep, scene: &Path, out: &Path, jobs: usize) -> Result<Vec<Row>, Failure> {
-    let points = &sweep.ladder.points;
+pub(super) fn rows(plan: &MapPlan, scene: &Path, out: &Path, jobs: usize) -> Result<Vec<Row>, Failure> {
+    let points = &plan.sweep.points;
     let tasks: Vec<Task> = points.iter().map(|point| task(point, scene, out)).collect();
-    let outcomes = run_all(&tasks, jobs, Keep::Failed)?;
+    let outcomes = run_all(&tasks, jobs, Reuse::AlsoFailed)?;
     let judged: Vec<(&Point, Finding)> = points
         .iter()
         .zip(&tasks)
         .zip(&outcomes)
-        .map(|((point, task), outcome)| Ok((point, finding(&sweep.section, task, outcome)?)))
+        .map(|((point, task), outcome)| Ok((point, finding(&plan.section, task, outcome)?)))
         .collect::<Result<_, Failure>>()?;
-    let one = |(point, finding): &(&Point, Finding)| row(point, finding, &sweep.section, scene);
+    let one = |(point, finding): &(&Point, Finding)| row(point, finding, &plan.section, scene);
     // Each asks the solvers for their facts, which are processes: several at a time, too.
     let share = judged.len().div_ceil(jobs).max(1);
     let parts: Vec<Vec<Result<Row, Failure>>> = std::thread::scope(|scope| {

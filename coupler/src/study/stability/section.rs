@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bounds;
 use crate::plan::Participants;
-use crate::study::{Column, Ladder, SingleRun, Vary};
+use crate::study::{Column, SingleRun, Sweep, Vary};
 
 /// Any bound that refuses, whichever is nearest.
 pub const ANY: &str = "any";
@@ -79,18 +79,18 @@ struct Document {
 
 /// The section with its runs laid out.
 #[derive(Clone, Debug)]
-pub struct Sweep {
+pub struct MapPlan {
     /// As written.
     pub section: Stability,
     /// The runs.
-    pub ladder: Ladder,
+    pub sweep: Sweep,
     /// Number of the column along x.
     pub x: usize,
     /// Number of the column along y.
     pub y: usize,
 }
 
-impl Sweep {
+impl MapPlan {
     /// Reads and checks the section, and lays out its runs.
     ///
     /// # Errors
@@ -105,9 +105,9 @@ impl Sweep {
             )
         })?;
         section.check(scene)?;
-        let ladder = Ladder::new(scene, "stability", &section.set, &section.vary, &section.runs)?;
-        let x = axis(&ladder.columns, &section.x, "stability.x", source)?;
-        let y = axis(&ladder.columns, &section.y, "stability.y", source)?;
+        let sweep = Sweep::new(scene, "stability", &section.set, &section.vary, &section.runs)?;
+        let x = axis(&sweep.columns, &section.x, "stability.x", source)?;
+        let y = axis(&sweep.columns, &section.y, "stability.y", source)?;
         if x == y {
             return Err(source.error(
                 "stability.y",
@@ -115,7 +115,7 @@ impl Sweep {
                 "name another varied key; one that has a single value will do",
             ));
         }
-        Ok(Self { section, ladder, x, y })
+        Ok(Self { section, sweep, x, y })
     }
 }
 

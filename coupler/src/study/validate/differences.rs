@@ -4,8 +4,8 @@ use std::path::Path;
 
 use bedload_output::points;
 
-use super::case::{Case, Difference};
-use super::runs::Outcome;
+use super::case::Difference;
+use super::runs::Made;
 use crate::failure::Failure;
 use crate::study::folder::{content, read};
 use crate::study::table::interpolated;
@@ -17,18 +17,10 @@ pub(super) struct Measured<'a> {
     pub(super) value: f64,
 }
 
-/// Every difference of which both runs were made, whose output folders lie in `runs`.
-pub(super) fn measured<'a>(
-    case: &'a Case,
-    outcomes: &[Outcome],
-    runs: &Path,
-) -> Result<Vec<Measured<'a>>, Failure> {
-    let made = |label: &String| {
-        let mut all = case.runs.iter().zip(outcomes);
-        all.any(|(run, outcome)| run.label == *label && matches!(outcome, Outcome::Done(_)))
-    };
-    let both = case.differences.iter().filter(|wanted| wanted.runs.iter().all(made));
-    both.map(|wanted| measure(wanted, runs)).collect()
+/// Every difference of which both runs were made.
+pub(super) fn measured<'a>(made: &Made<'a>) -> Result<Vec<Measured<'a>>, Failure> {
+    let both = |wanted: &&Difference| wanted.runs.iter().all(|label| made.result(label).is_some());
+    made.case.differences.iter().filter(both).map(|wanted| measure(wanted, &made.folder)).collect()
 }
 
 fn measure<'a>(wanted: &'a Difference, runs: &Path) -> Result<Measured<'a>, Failure> {

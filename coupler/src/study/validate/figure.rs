@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use bedload_output::points;
+use bedload_output::{Summary, points};
 
-use super::case::{Case, Figure, Points, Series, Table, matches};
+use super::case::{Figure, Points, Run, Series, Table, matches};
 use super::formula;
-use super::runs::Outcome;
+use super::runs::Made;
 use crate::failure::Failure;
 use crate::study::folder::{content, read};
 use crate::study::plot::{self, Axis, GREY, Look, Plot, Point, Rule, Shape, colour, shape};
@@ -23,16 +23,11 @@ const CROWD: usize = 60;
 /// Points along a curve.
 const STEPS: usize = 200;
 
-/// A figure, or nothing if no run gave a point. `runs` is the folder of the runs' output folders.
-pub(super) fn draw(
-    case: &Case,
-    figure: &Figure,
-    outcomes: &[Outcome],
-    runs: &Path,
-) -> Result<Option<String>, Failure> {
-    let tables = tables(case, figure, outcomes, runs)?;
+/// A figure, or nothing if no run gave a point.
+pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, Failure> {
+    let tables = tables(made, figure)?;
     let measured: Vec<Vec<Point>> =
-        figure.series.iter().map(|series| measured(case, figure, series, outcomes)).collect();
+        figure.series.iter().map(|series| measured(made, figure, series)).collect();
     let abscissae = measured.iter().flatten().chain(tables.iter().flat_map(|(_, t)| t)).map(|(x, _)| *x);
     let marks = figure.marks.iter().map(|mark| mark.at);
     let (from, to) = abscissae
@@ -60,7 +55,7 @@ pub(super) fn draw(
     }
     // Over the measured ones, which are larger.
     for from in &figure.points {
-        let points = published(from, &case.folder)?;
+        let points = published(from, &made.case.folder)?;
         let size = if points.len() > CROWD { 2.0 } else { 5.0 };
         drawn.push(scatter(points, &from.name, GREY, Shape::Cross, size));
     }
@@ -87,46 +82,36 @@ fn plot_of(figure: &Figure, series: Vec<plot::Series>) -> Plot {
     }
 }
 
+/// Can a value be drawn along this axis?
+fn drawable(value: f64, log: bool) -> bool {
+    value.is_finite() && (value > 0.0 || !log)
+}
+
 /// Points of a series: one per run that has both values.
-fn measured(case: &Case, figure: &Figure, series: &Series, outcomes: &[Outcome]) -> Vec<Point> {
-    let of = |number: usize, outcome: &Outcome| {
-        let Outcome::Done(summary) = outcome else { return None };
-        let run = &case.runs[number];
+fn measured(made: &Made<'_>, figure: &Figure, series: &Series) -> Vec<Point> {
+    let of = |(run, summary): (&Run, &Summary)| {
         let value = |name: &String| summary.metrics.get(name).and_then(|metric| metric.value);
         let x = figure.x.metric.as_ref().map_or(run.at, value)?;
         let y = value(series.metric.as_ref().or(figure.y.metric.as_ref())?)? / series.over;
-        let shown = |value: f64, log: bool| value.is_finite() && (value > 0.0 || !log);
-        let drawn = shown(x, figure.log_x) && shown(y, figure.log_y);
+        let drawn = drawable(x, figure.log_x) && drawable(y, figure.log_y);
         (matches(&series.run, &run.label) && drawn).then_some((x, y))
     };
-    outcomes.iter().enumerate().filter_map(|(number, outcome)| of(number, outcome)).collect()
+    made.results().filter_map(of).collect()
 }
 
 /// A table and its points.
 type Drawn<'a> = (&'a Table, Vec<Point>);
 
 /// Tables of the runs that were made, with their points.
-fn tables<'a>(
-    case: &Case,
-    figure: &'a Figure,
-    outcomes: &[Outcome],
-    runs: &Path,
-) -> Result<Vec<Drawn<'a>>, Failure> {
-    let mut found = Vec::new();
-    for table in &figure.tables {
-        let made = |(run, outcome): (&super::case::Run, &Outcome)| {
-            run.label == table.run && matches!(outcome, Outcome::Done(_))
-        };
-        if !case.runs.iter().zip(outcomes).any(made) {
-            continue;
-        }
-        let path = runs.join(&table.run).join(&table.file);
+fn tables<'a>(made: &Made<'_>, figure: &'a Figure) -> Result<Vec<Drawn<'a>>, Failure> {
+    let there = figure.tables.iter().filter(|table| made.result(&table.run).is_some());
+    let read = |table: &'a Table| {
+        let path = made.folder.join(&table.run).join(&table.file);
         let mut points = points(&read(&path)?, &table.x, &table.y).map_err(content(&path))?;
-        let shown = |value: f64, log: bool| value.is_finite() && (value > 0.0 || !log);
-        points.retain(|(x, y)| shown(*x, figure.log_x) && shown(*y, figure.log_y));
-        found.push((table, points));
-    }
-    Ok(found)
+        points.retain(|(x, y)| drawable(*x, figure.log_x) && drawable(*y, figure.log_y));
+        Ok((table, points))
+    };
+    there.map(read).collect()
 }
 
 /// Curves by formula, evenly spaced along the axis as it is drawn.

@@ -24,7 +24,6 @@ mod runs;
 mod table;
 mod verdict;
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use bedload_output::{Claim, atomic_write};
@@ -32,24 +31,13 @@ use bedload_output::{Claim, atomic_write};
 use crate::failure::Failure;
 use crate::study::folder::{self, cannot};
 use case::Case;
-use runs::Outcome;
+use runs::Made;
+pub use runs::Validate;
+use table::Drawing;
 use verdict::Verdict;
 
 /// Where cases are, seen from the root of the repository.
 const CASES: &str = "scenes/validation";
-
-/// What to validate, and how.
-#[derive(Clone, Debug, Default)]
-pub struct Validate {
-    /// Names or files of cases; none: all there are.
-    pub cases: Vec<String>,
-    /// Only quick runs of quick cases.
-    pub quick: bool,
-    /// Runs at a time; by default as many as there are cores.
-    pub jobs: Option<NonZeroUsize>,
-    /// Folder of the runs, the page `validation.md` and `figures/`.
-    pub out: PathBuf,
-}
 
 /// Runs the cases, prints the page and writes it with the figures.
 ///
@@ -61,19 +49,18 @@ pub fn validate(options: &Validate) -> Result<(), Failure> {
     let _claim = Claim::of(&options.out)?;
     let figures = options.out.join("figures");
     folder::make(&figures)?;
-    let results = runs::run_all(&cases, options)?;
     let mut page = table::heading(options.quick);
     let (mut failed, mut judged) = (0, 0);
-    for (case, results) in cases.iter().zip(&results) {
-        let rows = verdict::rows(case, results);
+    for made in &runs::run_all(&cases, options)? {
+        let rows = verdict::rows(made);
         failed += rows.iter().filter(|row| row.verdict.is_failure()).count();
         judged += rows.iter().filter(|row| row.verdict != Verdict::Reported).count();
-        let drawings = drawings(case, results, &options.out.join(&case.name))?;
+        let drawings = drawings(made)?;
         for drawing in &drawings {
             atomic_write(&figures.join(&drawing.file), drawing.svg.as_bytes())?;
         }
-        let apart = differences::measured(case, results, &options.out.join(&case.name))?;
-        page += &table::section(case, results, &rows, &apart, &drawings);
+        let apart = differences::measured(made)?;
+        page += &table::section(made, &rows, &apart, &drawings);
     }
     let path = options.out.join("validation.md");
     atomic_write(&path, page.as_bytes())?;
@@ -85,27 +72,18 @@ pub fn validate(options: &Validate) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A figure or pictures, as it was drawn.
-#[derive(Clone, Debug)]
-struct Drawing {
-    title: String,
-    /// Name of its file.
-    file: String,
-    svg: String,
-}
-
-/// What could be drawn of a case whose runs lie in `runs`.
-fn drawings(case: &Case, outcomes: &[Outcome], runs: &Path) -> Result<Vec<Drawing>, Failure> {
+/// What could be drawn of a case.
+fn drawings(made: &Made<'_>) -> Result<Vec<Drawing>, Failure> {
     let mut drawn = Vec::new();
-    let mut keep = |name: &str, title: &str, svg: Option<String>| {
-        let (file, title) = (case.file(name), title.to_owned());
+    let mut add = |name: &str, title: &str, svg: Option<String>| {
+        let (file, title) = (made.case.file(name), title.to_owned());
         drawn.extend(svg.map(|svg| Drawing { title, file, svg }));
     };
-    for figure in case.drawn() {
-        keep(&figure.name, &figure.title, figure::draw(case, figure, outcomes, runs)?);
+    for figure in made.case.drawn() {
+        add(&figure.name, &figure.title, figure::draw(made, figure)?);
     }
-    for wanted in &case.pictures {
-        keep(&wanted.name, &wanted.title, pictures::draw(case, wanted, outcomes, runs)?);
+    for wanted in &made.case.pictures {
+        add(&wanted.name, &wanted.title, pictures::draw(made, wanted)?);
     }
     Ok(drawn)
 }

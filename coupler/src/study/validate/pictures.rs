@@ -2,26 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use super::case::{Case, Pictures};
-use super::runs::Outcome;
+use super::case::Pictures;
+use super::runs::Made;
 use crate::failure::Failure;
 use crate::study::folder::{content, files};
 use crate::study::grain_pictures;
 use crate::study::snapshot::Snapshot;
 
-/// The pictures, or nothing if the run was not made or left no grains. `runs` is the folder of the runs'
-/// output folders.
-pub(super) fn draw(
-    case: &Case,
-    wanted: &Pictures,
-    outcomes: &[Outcome],
-    runs: &Path,
-) -> Result<Option<String>, Failure> {
-    let mut made = case.runs.iter().zip(outcomes);
-    if !made.any(|(run, outcome)| run.label == wanted.run && matches!(outcome, Outcome::Done(_))) {
+/// The pictures, or nothing if the run was not made or left no grains.
+pub(super) fn draw(made: &Made<'_>, wanted: &Pictures) -> Result<Option<String>, Failure> {
+    if made.result(&wanted.run).is_none() {
         return Ok(None);
     }
-    let fields = runs.join(&wanted.run).join("fields");
+    let fields = made.folder.join(&wanted.run).join("fields");
     let all = files(&fields, "grains_", ".vtp");
     let chosen = match &wanted.files {
         None => all,

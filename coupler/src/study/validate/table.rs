@@ -2,15 +2,25 @@
 
 use std::fmt::Write;
 
-use super::Drawing;
 use super::case::{Case, Check, Run};
 use super::differences::Measured;
-use super::runs::Outcome;
+use super::runs::Made;
 use super::verdict::Row;
+use crate::study::folder::cores;
+use crate::study::page::or_dash;
+
+/// A figure or pictures, as they were drawn.
+#[derive(Clone, Debug)]
+pub(super) struct Drawing {
+    pub(super) title: String,
+    /// Name of its file.
+    pub(super) file: String,
+    pub(super) svg: String,
+}
 
 /// Begin of the page.
 pub(super) fn heading(quick: bool) -> String {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let cores = cores();
     let how = if quick { "bedload validate --quick" } else { "bedload validate" };
     format!(
         "# Validation\n\nWritten by `{how}`, version {}, on {cores} cores. A run's cost is its wall time with the \
@@ -21,13 +31,8 @@ pub(super) fn heading(quick: bool) -> String {
 }
 
 /// A case: its table, figure, and commands.
-pub(super) fn section(
-    case: &Case,
-    outcomes: &[Outcome],
-    rows: &[Row],
-    apart: &[Measured],
-    drawings: &[Drawing],
-) -> String {
+pub(super) fn section(made: &Made<'_>, rows: &[Row], apart: &[Measured], drawings: &[Drawing]) -> String {
+    let case = made.case;
     let mut text = format!("\n## {}\n\n`{}`. {}.\n", case.title, case.name, case.source);
     if !case.about.is_empty() {
         let _ = write!(text, "\n{}\n", case.about.trim());
@@ -38,17 +43,12 @@ pub(super) fn section(
     for drawing in drawings {
         let _ = write!(text, "\n![{}](figures/{})\n", drawing.title, drawing.file);
     }
-    let left_out: Vec<&str> = case
-        .runs
-        .iter()
-        .zip(outcomes)
-        .filter(|(_, outcome)| matches!(outcome, Outcome::LeftOut))
-        .map(|(run, _)| run.label.as_str())
-        .collect();
+    let left_out = made.runs().filter(|(_, outcome)| outcome.is_none());
+    let left_out: Vec<&str> = left_out.map(|(run, _)| run.label.as_str()).collect();
     if !left_out.is_empty() {
         let _ = write!(text, "\nNot run (not quick): {}.\n", left_out.join(", "));
     }
-    text + &commands(case, outcomes)
+    text + &commands(made)
 }
 
 fn table(case: &Case, rows: &[Row]) -> String {
@@ -72,7 +72,7 @@ fn table(case: &Case, rows: &[Row]) -> String {
             deviation(row.error, absolute, true),
             deviation(row.check.tolerance, absolute, false),
             row.verdict.word(),
-            row.wall_s.map_or("–".into(), |wall| format!("{wall:.1}")),
+            or_dash(row.wall_s, |wall| format!("{wall:.1}")),
         );
     }
     text
@@ -87,8 +87,7 @@ fn differences(apart: &[Measured]) -> String {
         "\n| difference | runs | largest, over the largest value | published | source |\n|---|---|---:|---:|---|\n",
     );
     for Measured { wanted, value } in apart {
-        let published =
-            wanted.reference.map_or("–".into(), |part| format!("{} %", (1e4 * part).round() / 1e2));
+        let published = or_dash(wanted.reference, |part| format!("{} %", (1e4 * part).round() / 1e2));
         let source = wanted.source.as_deref().unwrap_or("–");
         let [a, b] = &wanted.runs;
         let _ = writeln!(
@@ -124,9 +123,9 @@ fn sources(case: &Case) -> String {
 }
 
 /// The command of each run that was made.
-fn commands(case: &Case, outcomes: &[Outcome]) -> String {
-    let made = case.runs.iter().zip(outcomes).filter(|(_, outcome)| !matches!(outcome, Outcome::LeftOut));
-    let lines: String = made.map(|(run, _)| format!("{}\n", command(case, run))).collect();
+fn commands(made: &Made<'_>) -> String {
+    let lines = made.runs().filter(|(_, outcome)| outcome.is_some());
+    let lines: String = lines.map(|(run, _)| format!("{}\n", command(made.case, run))).collect();
     if lines.is_empty() {
         return lines;
     }
@@ -180,6 +179,7 @@ mod tests {
 
     use super::super::verdict;
     use super::*;
+    use crate::study::runs::Outcome;
 
     const CASE: &str = r#"
 name = "fall"
@@ -211,9 +211,11 @@ checks = [{ run = "*", metric = "Re", reference = 20.0, tolerance = 0.01, source
     #[test]
     fn the_section_has_a_line_per_check_and_the_commands_of_what_ran() {
         let case = Case::parse(CASE, Path::new("s")).unwrap();
-        let outcomes = [done(19.9), done(20.3), Outcome::Failed("it died".into()), Outcome::LeftOut];
-        let rows = verdict::rows(&case, &outcomes);
-        let text = section(&case, &outcomes, &rows, &[], &[]);
+        let outcomes =
+            vec![Some(done(19.9)), Some(done(20.3)), Some(Outcome::Failed("it died".into())), None];
+        let made = Made { case: &case, outcomes, folder: "out".into() };
+        let rows = verdict::rows(&made);
+        let text = section(&made, &rows, &[], &[]);
         let expected = [
             "| fall | good | `Re` | 19.90 | 20.00 | -0.50 % | 1 % | agrees | 0.0 |",
             "| fall | bad | `Re` | 20.30 | 20.00 | +1.50 % | 1 % | **DIFFERS** | 0.0 |",

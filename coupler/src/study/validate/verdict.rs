@@ -2,9 +2,10 @@
 
 use bedload_output::{MetricValue, Summary};
 
-use super::case::{Case, Check, Kind, Reference, matches};
+use super::case::{Check, Kind, Reference, matches};
 use super::formula;
-use super::runs::Outcome;
+use super::runs::Made;
+use crate::study::runs::Outcome;
 
 /// What a comparison says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,14 +53,14 @@ pub(super) struct Row<'a> {
 }
 
 /// Every check of every run that was made, in the order of the runs.
-pub(super) fn rows<'a>(case: &'a Case, outcomes: &[Outcome]) -> Vec<Row<'a>> {
+pub(super) fn rows<'a>(made: &Made<'a>) -> Vec<Row<'a>> {
     let mut rows = Vec::new();
-    for (run, outcome) in case.runs.iter().zip(outcomes) {
-        for check in case.checks.iter().filter(|check| matches(&check.run, &run.label)) {
+    for (run, outcome) in made.runs() {
+        for check in made.case.checks.iter().filter(|check| matches(&check.run, &run.label)) {
             match outcome {
-                Outcome::LeftOut => {}
-                Outcome::Failed(why) => rows.push(missing(check, &run.label, why.clone())),
-                Outcome::Done(summary) => rows.push(row(check, &run.label, summary)),
+                None => {}
+                Some(Outcome::Failed(why)) => rows.push(missing(check, &run.label, why.clone())),
+                Some(Outcome::Done(summary)) => rows.push(row(check, &run.label, summary)),
             }
         }
     }

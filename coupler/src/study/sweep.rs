@@ -37,7 +37,7 @@ pub struct Point {
 
 /// The runs of a sweep.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ladder {
+pub struct Sweep {
     /// Varied keys.
     pub columns: Vec<Column>,
     /// Combinations, the last key fastest, then the single runs.
@@ -57,7 +57,7 @@ struct Builder<'a> {
     labels: BTreeSet<String>,
 }
 
-impl Ladder {
+impl Sweep {
     /// All combinations of `vary`, then `runs`; `section` is where they stand, `chart`. `base` is set in
     /// every run, before its own keys. Each scene that comes out is read and checked as far as the
     /// shared part goes.
@@ -128,11 +128,11 @@ impl<'a> Builder<'a> {
                     "put all its values into one list",
                 ));
             }
-            columns.push(Column { key: vary.header().to_owned(), name: super::cell(vary.title()) });
+            columns.push(Column { key: vary.header().to_owned(), name: super::table::cell(vary.title()) });
         }
         for key in runs.iter().flat_map(|run| settings(&run.set, "")).map(|setting| setting.key) {
             if !columns.iter().any(|column| column.key == key) && !bundled.contains(key.as_str()) {
-                columns.push(Column { name: super::cell(&key), key });
+                columns.push(Column { name: super::table::cell(&key), key });
             }
         }
         Ok(Self { scene, section, base: Vec::new(), vary, choices, columns, labels: BTreeSet::new() })
@@ -264,7 +264,9 @@ impl<'a> Builder<'a> {
     ) -> String {
         let key = &self.columns[column].key;
         match key.as_str() {
-            RESOLUTION => resolution::of(made).map_or_else(String::new, |cells| rounded(cells).to_string()),
+            RESOLUTION => {
+                crate::resolution::of(made).map_or_else(String::new, |cells| rounded(cells).to_string())
+            }
             THREADS => threads.map_or_else(String::new, |threads| threads.to_string()),
             _ => {
                 let same = |setting: &Setting| look_up(written, &setting.key) == Some(&setting.value);
@@ -344,7 +346,7 @@ density = 2.0
 dt = 0.02
 "#;
 
-    fn ladder(section: &str) -> Result<Ladder, SceneError> {
+    fn sweep(section: &str) -> Result<Sweep, SceneError> {
         #[derive(serde::Deserialize)]
         struct Document {
             chart: Section,
@@ -361,12 +363,12 @@ dt = 0.02
         let source = SceneSource { file: "s.toml".into(), text: format!("{SCENE}{section}") };
         let scene = CheckedScene::new(source)?;
         let chart = scene.source.section::<Document>()?.chart;
-        Ladder::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs)
+        Sweep::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs)
     }
 
     /// Line and key of what is refused, and the message.
     fn refusal(section: &str) -> (usize, String, String) {
-        let error = ladder(section).expect_err(section);
+        let error = sweep(section).expect_err(section);
         (error.line - SCENE.lines().count(), error.key.clone(), error.to_string())
     }
 
@@ -381,17 +383,17 @@ values = [
   { name = "direct", set = { fluid.immersed.method = "direct" } },
 ]
 [[chart.runs]]
-label = "seed"
+label = "paper"
 set = { "fluid.immersed.method" = "direct", "grains[0].density" = 4.0, "resolution" = 16 }
 "#;
 
     #[test]
     fn combinations_come_with_the_last_key_fastest_then_single_runs() {
-        let ladder = ladder(GOOD).unwrap();
-        let keys: Vec<&str> = ladder.columns.iter().map(|column| column.key.as_str()).collect();
+        let sweep = sweep(GOOD).unwrap();
+        let keys: Vec<&str> = sweep.columns.iter().map(|column| column.key.as_str()).collect();
         assert_eq!(keys, ["resolution", "method", "grains[0].density"]);
-        assert_eq!(ladder.columns[0].name, "D/dx");
-        let labels: Vec<&str> = ladder.points.iter().map(|point| point.label.as_str()).collect();
+        assert_eq!(sweep.columns[0].name, "D/dx");
+        let labels: Vec<&str> = sweep.points.iter().map(|point| point.label.as_str()).collect();
         assert_eq!(
             labels,
             [
@@ -399,38 +401,38 @@ set = { "fluid.immersed.method" = "direct", "grains[0].density" = 4.0, "resoluti
                 "resolution-8_direct",
                 "resolution-10.0_thin",
                 "resolution-10.0_direct",
-                "seed"
+                "paper"
             ]
         );
-        let first = &ladder.points[0];
+        let first = &sweep.points[0];
         assert_eq!(first.set, ["fluid.immersed.width=0.35", "fluid.time.dt=0.01", "domain.cells=[160, 320]"]);
         assert_eq!(first.values, ["8", "thin", "2.0"]);
         // The single run's values are found where it has them from.
-        assert_eq!(ladder.points[4].values, ["16", "direct", "4.0"]);
+        assert_eq!(sweep.points[4].values, ["16", "direct", "4.0"]);
     }
 
     #[test]
     fn values_of_any_type_are_set_as_they_are() {
         let text = "[[chart.vary]]\nkey = \"domain.boundary.z\"\nvalues = [\"free-slip\", { type = \"no-slip\" }]\n\
                     [[chart.vary]]\nkey = \"threads\"\nvalues = [1, 2]\n";
-        let ladder = ladder(text).unwrap();
-        assert_eq!(ladder.points[2].set, [r#"domain.boundary.z={ type = "no-slip" }"#]);
+        let sweep = sweep(text).unwrap();
+        assert_eq!(sweep.points[2].set, [r#"domain.boundary.z={ type = "no-slip" }"#]);
         assert_eq!(
-            ladder.points.iter().map(|p| p.threads).collect::<Vec<_>>(),
+            sweep.points.iter().map(|p| p.threads).collect::<Vec<_>>(),
             [Some(1), Some(2), Some(1), Some(2)]
         );
-        assert_eq!(ladder.points[3].values, ["{ type = 'no-slip' }", "2"]);
-        assert_eq!(ladder.points[3].label, "z-type----no-slip_threads-2");
+        assert_eq!(sweep.points[3].values, ["{ type = 'no-slip' }", "2"]);
+        assert_eq!(sweep.points[3].label, "z-type----no-slip_threads-2");
     }
 
     #[test]
     fn what_every_run_is_set_to_comes_first() {
-        let ladder = ladder(&format!("[chart]\nset = {{ until = 0.5, resolution = 8 }}\n{GOOD}")).unwrap();
+        let sweep = sweep(&format!("[chart]\nset = {{ until = 0.5, resolution = 8 }}\n{GOOD}")).unwrap();
         assert_eq!(
-            ladder.points[1].set,
+            sweep.points[1].set,
             ["until=0.5", "fluid.immersed.method=\"direct\"", "domain.cells=[160, 320]"]
         );
-        assert_eq!(ladder.points[2].set[3], "domain.cells=[200, 400]", "its own resolution wins");
+        assert_eq!(sweep.points[2].set[3], "domain.cells=[200, 400]", "its own resolution wins");
         let (line, key, _) = refusal("[chart]\nset = { until = -0.5 }\n[[chart.runs]]\nlabel = \"a\"\n");
         assert_eq!((line, key.as_str()), (2, "chart.set"));
     }
@@ -453,7 +455,7 @@ set = { "fluid.immersed.method" = "direct", "grains[0].density" = 4.0, "resoluti
         let (line, _, message) =
             refusal(&GOOD.replace(", set = { fluid.immersed.method", ", sets = 1, set = { x"));
         assert!(line == 9 && message.contains("no bundle"), "{message}");
-        let (line, key, _) = refusal(&GOOD.replace("label = \"seed\"", "label = \"../seed\""));
+        let (line, key, _) = refusal(&GOOD.replace("label = \"paper\"", "label = \"../paper\""));
         assert_eq!((line, key.as_str()), (12, "chart.runs[0].label"));
         let (line, key, _) = refusal(&GOOD.replace("grains[0]", "grains[7]"));
         assert_eq!((line, key.as_str()), (13, "chart.runs[0].set"));

@@ -10,28 +10,28 @@ use super::reference;
 use super::table::{Row, Spread, Table, columns};
 use crate::failure::Failure;
 use crate::study::folder::{self, cannot};
-use crate::study::{self as sweep, Keep, Ladder, Outcome, Point, Task};
+use crate::study::{self as sweep, Outcome, Point, Reuse, Sweep, Task};
 
 /// The runs that the section asks for.
-pub(super) fn plan(scene: &CheckedScene, chart: &Chart) -> Result<Ladder, SceneError> {
-    let ladder = Ladder::new(scene, "chart", &chart.set, &chart.vary, &chart.runs)?;
-    let labels = || ladder.points.iter().map(|point| point.label.as_str());
-    match &chart.seed {
-        Some(seed) if !labels().any(|label| label == seed) => Err(scene.source.error(
-            "chart.seed",
+pub(super) fn plan(scene: &CheckedScene, chart: &Chart) -> Result<Sweep, SceneError> {
+    let sweep = Sweep::new(scene, "chart", &chart.set, &chart.vary, &chart.runs)?;
+    let labels = || sweep.points.iter().map(|point| point.label.as_str());
+    match &chart.baseline {
+        Some(baseline) if !labels().any(|label| label == baseline) => Err(scene.source.error(
+            "chart.baseline",
             format!(
-                "is {seed:?}, but no run has that label; there are {}",
+                "is {baseline:?}, but no run has that label; there are {}",
                 labels().collect::<Vec<_>>().join(", ")
             ),
             "name the run that has the paper's own setting, or leave the key out",
         )),
-        _ => Ok(ladder),
+        _ => Ok(sweep),
     }
 }
 
 /// Makes all runs, each as often as it is timed, and measures them.
 pub(super) fn make(
-    ladder: &Ladder,
+    sweep: &Sweep,
     chart: &Chart,
     scene: &Path,
     out: &Path,
@@ -40,25 +40,25 @@ pub(super) fn make(
     let mut tasks: Vec<Task> = Vec::new();
     // All runs once, then all again: what slows the machine for a while meets every setting.
     for repeat in 1..=chart.repeat {
-        tasks.extend(ladder.points.iter().map(|point| task(point, chart, scene, out, repeat)));
+        tasks.extend(sweep.points.iter().map(|point| task(point, chart, scene, out, repeat)));
     }
     for task in &tasks {
-        if let Ok(None) = task.finished(Keep::Failed) {
-            note_company(task, jobs)?;
+        if let Ok(None) = task.finished(Reuse::AlsoFailed) {
+            note_beside(task, jobs)?;
         }
     }
-    let outcomes = sweep::run_all(&tasks, jobs, Keep::Failed)?;
+    let outcomes = sweep::run_all(&tasks, jobs, Reuse::AlsoFailed)?;
     let curve = match &chart.reference {
         Some(Reference::Curve(curve)) => Some((curve, folder::read(&curve.file)?)),
         _ => None,
     };
-    let count = ladder.points.len();
+    let count = sweep.points.len();
     let row = |number: usize| {
         let of = || (number..tasks.len()).step_by(count);
         let made: Vec<(&Task, &Outcome)> = of().map(|place| (&tasks[place], &outcomes[place])).collect();
-        row(&ladder.points[number], chart, &made, curve.as_ref())
+        row(&sweep.points[number], chart, &made, curve.as_ref())
     };
-    let keys = ladder.columns.iter().map(|column| column.key.clone()).collect();
+    let keys = sweep.columns.iter().map(|column| column.key.clone()).collect();
     Ok(Table { keys, columns: columns(&chart.metrics()), rows: (0..count).map(row).collect() })
 }
 
@@ -78,15 +78,15 @@ fn task(point: &Point, chart: &Chart, scene: &Path, out: &Path, repeat: usize) -
 }
 
 /// `FOLDER.beside`: how many runs at most share the machine with this one.
-fn company(task: &Task) -> PathBuf {
+fn beside_file(task: &Task) -> PathBuf {
     let mut path = std::ffi::OsString::from(&task.folder);
     path.push(".beside");
     path.into()
 }
 
-/// Leaves word for later charts of the same folder, which do not repeat the run, that it had company.
-fn note_company(task: &Task, jobs: usize) -> Result<(), Failure> {
-    let path = company(task);
+/// Leaves word for later charts of the same folder, which do not repeat the run, that others ran beside it.
+fn note_beside(task: &Task, jobs: usize) -> Result<(), Failure> {
+    let path = beside_file(task);
     if jobs > 1 {
         if let Some(folder) = path.parent() {
             folder::make(folder)?;
@@ -99,7 +99,7 @@ fn note_company(task: &Task, jobs: usize) -> Result<(), Failure> {
 }
 
 fn beside(task: &Task) -> usize {
-    std::fs::read_to_string(company(task)).ok().and_then(|text| text.trim().parse().ok()).unwrap_or(0)
+    std::fs::read_to_string(beside_file(task)).ok().and_then(|text| text.trim().parse().ok()).unwrap_or(0)
 }
 
 /// What a point's runs gave.

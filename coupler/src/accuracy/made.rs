@@ -1,0 +1,88 @@
+//! Makes `data/*.toml` from docs/charts and the scenes, and asks that they are the same.
+
+use std::path::{Path, PathBuf};
+
+use protocol::scene::{CheckedScene, SceneSource};
+
+use super::charted::{Charted, Run};
+use super::class::Class;
+use crate::resolution;
+use crate::study::chart::Chart;
+use crate::study::{Sweep, parse_csv};
+
+/// Columns that refine: a run with more of it is finer.
+const REFINE: [&str; 3] = ["resolution", "cells", "dem.steps_per_contact"];
+
+/// The rows of a `chart.csv` that have an error and a cost, but for a run that is the reference itself: its
+/// error, 0, says nothing.
+pub(super) fn measured(header: &[String], rows: &[Vec<String>]) -> Result<Vec<Run>, String> {
+    let place = |name: &str| {
+        header.iter().position(|column| column == name).ok_or_else(|| format!("has no column {name}"))
+    };
+    let (label, cost, error) = (place("label")?, place("cpu_s")?, place("error")?);
+    let refining = header.iter().position(|column| REFINE.contains(&column.as_str()));
+    let row = |cells: &Vec<String>| {
+        let number = |place: usize| cells[place].parse::<f64>().ok().filter(|value| value.is_finite());
+        // The varied keys stand before the costs.
+        let others = (0..cost).filter(|column| Some(*column) != refining);
+        Some(Run {
+            label: cells[label].clone(),
+            cost: number(cost)?,
+            error: number(error).filter(|error| *error > 0.0)?,
+            fineness: refining.and_then(number).unwrap_or(0.0),
+            others: others.map(|column| cells[column].clone()).collect(),
+            resolution: None,
+            dt: None,
+            set: Vec::new(),
+        })
+    };
+    Ok(rows.iter().filter_map(row).collect())
+}
+
+/// The data of a class, anew.
+fn made(class: Class, root: &Path, scene: &str) -> Charted {
+    let source = SceneSource::read(&root.join(scene), &[]).unwrap();
+    let base = CheckedScene::new(source.clone()).unwrap();
+    let chart = Chart::read(&base).unwrap();
+    let points = Sweep::new(&base, "chart", &chart.set, &chart.vary, &chart.runs).unwrap().points;
+    let table = std::fs::read_to_string(root.join(class.chart_file())).unwrap();
+    let (header, rows) = parse_csv(&table).unwrap();
+    let mut runs = measured(&header, &rows).unwrap();
+    for run in &mut runs {
+        let point = points.iter().find(|point| point.label == run.label).expect(&run.label);
+        let scene = CheckedScene::new(source.clone().with_overrides(&point.set).unwrap()).unwrap();
+        assert_eq!(class.time(&scene), class.time(&base), "{}: its own unit of time", run.label);
+        run.resolution = resolution::of(&scene);
+        let time = scene.scene.fluid.get("time");
+        run.dt = time.and_then(|time| time.get("dt")).and_then(toml::Value::as_float);
+        run.set.clone_from(&point.set);
+    }
+    Charted { scene: scene.to_owned(), table: class.chart_file().to_owned(), time: class.time(&base), runs }
+}
+
+/// With `BEDLOAD_MAKE_DATA` set, writes them.
+#[test]
+fn the_data_are_those_of_the_charts() {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root: PathBuf = package.join("..");
+    if !root.join("docs/charts").is_dir() {
+        return; // The package alone has no charts to compare with.
+    }
+    for class in Class::ALL {
+        let scene = match class {
+            Class::Bounce => "scenes/bouncing-sphere.toml",
+            Class::Settling => "scenes/falling-sphere.toml",
+            Class::HeldSpheres | Class::SlowSettling => "scenes/drag/sphere-array.toml",
+            Class::Dry => "scenes/oblique-collision.toml",
+        };
+        let made = made(class, &root, scene);
+        if std::env::var_os("BEDLOAD_MAKE_DATA").is_some() {
+            let name = Path::new(scene).file_name().unwrap();
+            let text = format!("# Made by a test, accuracy/made.rs.\n{}", toml::to_string(&made).unwrap());
+            std::fs::write(package.join("src/accuracy/data").join(name), text).unwrap();
+            continue;
+        }
+        let there = Charted::parse(class.data()).unwrap();
+        assert_eq!(there, made, "{}: run this test with BEDLOAD_MAKE_DATA=1", made.scene);
+    }
+}
