@@ -12,10 +12,10 @@ pub(super) enum Class {
     Bounce,
     /// Free spheres in a fluid, at Ar of the order of the charted one.
     Settling,
-    /// The same where viscosity rules: masks err more there, as held spheres in Stokes flow show.
+    /// The same where viscosity rules: masks err more there, as fixed spheres in Stokes flow show.
     SlowSettling,
-    /// Held spheres in a driven fluid at low Reynolds number.
-    HeldSpheres,
+    /// Fixed spheres in a driven fluid at low Reynolds number.
+    FixedSpheres,
     /// Grains without a fluid.
     Dry,
 }
@@ -67,7 +67,7 @@ fn is_thin(run: &Run) -> bool {
 }
 
 /// May the carried force go with the grains? It asks for yu-shao-fixed-point, and that no window is repeated.
-fn may_go_along(scene: &CheckedScene) -> bool {
+fn may_advect_force(scene: &CheckedScene) -> bool {
     let (fluid, coupling) = (&scene.scene.fluid, &scene.scene.coupling);
     let says = |section: &str, key: &str| fluid.get(section)?.get(key)?.as_str();
     let heavy = scene.scene.medium.as_ref().is_some_and(|medium| {
@@ -81,7 +81,7 @@ fn may_go_along(scene: &CheckedScene) -> bool {
 }
 
 /// Does its carried force go with the grains?
-fn goes_along(run: &Run) -> bool {
+fn advects_force(run: &Run) -> bool {
     run.setting("fluid.immersed.force_transport").is_some_and(|text| text.contains("advected"))
 }
 
@@ -104,7 +104,7 @@ fn archimedes(scene: &CheckedScene) -> f64 {
 
 impl Class {
     pub(super) const ALL: [Self; 5] =
-        [Self::Bounce, Self::Settling, Self::SlowSettling, Self::HeldSpheres, Self::Dry];
+        [Self::Bounce, Self::Settling, Self::SlowSettling, Self::FixedSpheres, Self::Dry];
 
     /// The class of a scene, if it has one.
     pub(super) fn of(scene: &CheckedScene) -> Option<Self> {
@@ -123,7 +123,7 @@ impl Class {
                 }
             }
             Some(_) if spheres && scene.grains.iter().all(|g| g.motion == Motion::Fixed) => {
-                Some(Self::HeldSpheres)
+                Some(Self::FixedSpheres)
             }
             Some(_) => None,
         }
@@ -134,7 +134,7 @@ impl Class {
             Self::Bounce => "spheres whose rebound is measured",
             Self::Settling => "free spheres in a fluid, Ar from 200 on",
             Self::SlowSettling => "free spheres in a fluid, Ar below 200",
-            Self::HeldSpheres => "held spheres in a driven fluid",
+            Self::FixedSpheres => "fixed spheres in a driven fluid",
             Self::Dry => "grains without a fluid",
         }
     }
@@ -144,7 +144,7 @@ impl Class {
         match self {
             Self::Bounce => "docs/charts/bouncing-sphere.csv",
             Self::Settling => "docs/charts/falling-sphere.csv",
-            Self::HeldSpheres | Self::SlowSettling => "docs/charts/sphere-array.csv",
+            Self::FixedSpheres | Self::SlowSettling => "docs/charts/sphere-array.csv",
             Self::Dry => "docs/charts/oblique-collision.csv",
         }
     }
@@ -154,12 +154,12 @@ impl Class {
         match self {
             Self::Bounce => include_str!("data/bouncing-sphere.toml"),
             Self::Settling => include_str!("data/falling-sphere.toml"),
-            Self::HeldSpheres | Self::SlowSettling => include_str!("data/sphere-array.toml"),
+            Self::FixedSpheres | Self::SlowSettling => include_str!("data/sphere-array.toml"),
             Self::Dry => include_str!("data/oblique-collision.toml"),
         }
     }
 
-    /// Its own time, s, in which time steps are carried over: of settling (D/|ρ_p/ρ − 1| g)^½, of
+    /// Its own time, s, in which time steps are transferred: of settling (D/|ρ_p/ρ − 1| g)^½, of
     /// viscosity D²/ν. None where steps follow contacts.
     pub(super) fn time(self, scene: &CheckedScene) -> Option<f64> {
         let medium = scene.scene.medium.as_ref()?;
@@ -169,7 +169,7 @@ impl Class {
             let viscous = diameter * diameter / medium.kinematic_viscosity();
             let buoyant = (grain.density / medium.density - 1.0).abs() * gravity;
             match self {
-                Self::HeldSpheres | Self::Dry => viscous,
+                Self::FixedSpheres | Self::Dry => viscous,
                 _ => (diameter / buoyant).sqrt().min(viscous),
             }
         };
@@ -180,12 +180,14 @@ impl Class {
     pub(super) fn charted(self, asking: &CheckedScene) -> Result<Charted, String> {
         let at = |error| format!("has an unusable chart, {}: {error}", self.chart_file());
         let mut chart = Charted::parse(self.data()).map_err(at)?;
-        if !matches!(self, Self::HeldSpheres | Self::Dry) {
-            let along = may_go_along(asking);
+        if !matches!(self, Self::FixedSpheres | Self::Dry) {
+            let may_advect = may_advect_force(asking);
             let longest = chart.time.filter(|_| self == Self::Settling).map(|time| LONGEST * time);
             let is_too_long = |run: &Run| step(run).zip(longest).is_some_and(|(dt, longest)| dt > longest);
             // A thinner mask is the most exact for a sphere that stands, but one that moves feels the grid with it.
-            chart.runs.retain(|run| !(is_thin(run) || is_too_long(run) || (goes_along(run) && !along)));
+            chart
+                .runs
+                .retain(|run| !(is_thin(run) || is_too_long(run) || (advects_force(run) && !may_advect)));
         }
         Ok(chart)
     }

@@ -72,7 +72,7 @@ fn the_data_are_those_of_the_charts() {
         let scene = match class {
             Class::Bounce => "scenes/bouncing-sphere.toml",
             Class::Settling => "scenes/falling-sphere.toml",
-            Class::HeldSpheres | Class::SlowSettling => "scenes/drag/sphere-array.toml",
+            Class::FixedSpheres | Class::SlowSettling => "scenes/drag/sphere-array.toml",
             Class::Dry => "scenes/oblique-collision.toml",
         };
         let made = made(class, &root, scene);

@@ -1,7 +1,7 @@
 //! `accuracy = "2%"`: resolution, step and method from the chart of a class of scenes.
 //!
 //! A chart (docs/charts) says what every setting cost and how far off it was. The cheapest one that is
-//! exact enough is carried over to the scene: D/Δx as it is, time steps in units of the class's own time, keys of
+//! exact enough is transferred to the scene: D/Δx as it is, time steps in units of the class's own time, keys of
 //! `[fluid]` and `[dem]` as they are. Half of the error asked for is kept for what the scene and the charted one do not
 //! share. What the user says by `--set` still wins.
 //!
@@ -10,14 +10,14 @@
 //! | `class` | the classes: which scenes, which chart, which unit of time |
 //! | `charted` | what a chart says of each of its runs, as `data/*.toml` |
 //! | `pick` | the cheapest setting of a chart that is exact enough |
-//! | `carry` | a setting, carried over to another scene |
+//! | `transfer` | a setting, transferred to another scene |
 
-mod carry;
 mod charted;
 mod class;
 #[cfg(test)]
 mod made;
 mod pick;
+mod transfer;
 
 use bedload_program::RunOptions;
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
@@ -114,7 +114,7 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
             "ask for less, or refine by hand",
         )
     })?;
-    let set = carry::over(&chart, run, class, scene);
+    let set = transfer::transferred(&chart, run, class, scene);
     Ok(Expected {
         target,
         error: run.error,

@@ -1,4 +1,4 @@
-//! Pages: HTML from templates. A page needs nothing but itself: no script, no outside style, font or picture.
+//! Pages and maps: HTML and SVG from templates. A page needs nothing but itself: no script, no outside style, font or picture.
 
 use minijinja::{AutoEscape, Environment, Output, State, UndefinedBehavior, Value};
 use serde::Serialize;
@@ -6,13 +6,14 @@ use serde::Serialize;
 use crate::failure::Failure;
 
 /// Templates by name; the style is one, too.
-const TEMPLATES: [(&str, &str); 6] = [
+const TEMPLATES: [(&str, &str); 7] = [
     ("page.html", include_str!("templates/page.html")),
     ("parts.html", include_str!("templates/parts.html")),
     ("style.css", include_str!("templates/style.css")),
     ("report.html", include_str!("templates/report.html")),
     ("chart.html", include_str!("templates/chart.html")),
     ("stability.html", include_str!("templates/stability.html")),
+    ("map.svg", include_str!("templates/map.svg")),
 ];
 
 /// A table of a page.
@@ -92,7 +93,7 @@ pub(super) fn render(template: &str, data: impl Serialize) -> Result<String, Fai
         pages.set_keep_trailing_newline(true);
         pages.set_undefined_behavior(UndefinedBehavior::SemiStrict);
         pages.set_auto_escape_callback(|name| {
-            if name.ends_with(".html") { AutoEscape::Html } else { AutoEscape::None }
+            if name.ends_with(".css") { AutoEscape::None } else { AutoEscape::Html }
         });
         pages.set_formatter(write_escaped);
         for (name, text) in TEMPLATES {

@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn orders_are_those_of_each_ladder() {
+    fn orders_are_those_of_each_refinement() {
         let family = |name, p: f64| [8.0, 16.0, 32.0].map(|n: f64| (n, name, 1.0, n.powf(-p)));
         let points: Vec<_> = family("a", 1.0).into_iter().chain(family("b", 2.0)).collect();
         let table = table(&points);

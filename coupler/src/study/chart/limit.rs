@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn ladders_are_told_apart_by_the_other_keys() {
+    fn refinements_are_told_apart_by_the_other_keys() {
         let table = table(&[
             (8.0, "a", 1.0, 0.04),
             (8.0, "b", 1.0, 0.05),

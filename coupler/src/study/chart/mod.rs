@@ -62,8 +62,8 @@ pub fn chart(options: &Options) -> Result<(), Failure> {
     table.mark_front();
     let csv = out.join(TABLE);
     atomic_write(&csv, table.csv().as_bytes())?;
-    let page = again(&out)?;
-    print!("{}", told(&chart, &Names::new(&chart, &table), &table, &known));
+    let page = redraw(&out)?;
+    print!("{}", in_words(&chart, &Names::new(&chart, &table), &table, &known));
     println!("\n{}\n{}", csv.display(), page.display());
     let any = table.rows.iter().any(|row| row.point().is_some());
     if any {
@@ -91,7 +91,7 @@ struct Shown {
 ///
 /// # Errors
 /// [`Failure`] if one of both cannot be read, or the page not written.
-pub fn again(dir: &Path) -> Result<PathBuf, Failure> {
+pub fn redraw(dir: &Path) -> Result<PathBuf, Failure> {
     let source = SceneSource::read(&dir.join(SCENE), &[])?;
     let chart = Chart::of_text(&source)?;
     let shown: Shown = source.section()?;
@@ -121,7 +121,7 @@ pub fn again(dir: &Path) -> Result<PathBuf, Failure> {
 }
 
 /// What was found, for the terminal.
-fn told(
+fn in_words(
     chart: &Chart,
     names: &Names,
     table: &Table,

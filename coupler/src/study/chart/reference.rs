@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_is_taken_of_the_ladder_asked_for() {
+    fn a_limit_is_taken_of_the_runs_asked_for() {
         let value = |n: f64, c: f64| c + 1.0 / (n * n);
         let points = [("a", 8.0), ("b", 8.0), ("a", 16.0), ("b", 16.0), ("a", 32.0), ("b", 32.0)];
         let points =

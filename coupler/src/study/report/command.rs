@@ -23,9 +23,9 @@ pub fn report(dirs: &[&Path]) -> Result<Vec<PathBuf>, Failure> {
 
 fn report_one(dir: &Path) -> Result<PathBuf, Failure> {
     if dir.join(chart::TABLE).exists() {
-        chart::again(dir)
+        chart::redraw(dir)
     } else if dir.join(stability::TABLE).exists() {
-        stability::again(dir)
+        stability::redraw(dir)
     } else {
         page::write(dir)
     }

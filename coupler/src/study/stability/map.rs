@@ -1,16 +1,18 @@
 //! The map: one panel for each combination of what varies besides the two axes.
 //!
-//! Drawn by hand, not with kuva: the ticks are the sampled values, refused cells are filled behind the
+//! A template of its own, not kuva: the ticks are the sampled values, refused cells are filled behind the
 //! markers, and panels share their axes.
 
-use std::fmt::Write as _;
+use serde::Serialize;
 
 use super::axis::Axis;
-use super::region::{Cell, Region};
+use super::region::{Cell, Piece, Region, Strip};
+use super::section::ANY;
 use super::table::{Row, Table};
 use super::verdict::Verdict;
+use crate::failure::Failure;
 use crate::number::Short;
-use crate::study::page::escape;
+use crate::study::page::render;
 
 /// Width and height of the drawing area of a panel.
 const AREA: (f64, f64) = (200.0, 250.0);
@@ -38,12 +40,6 @@ const LINE: f64 = 12.5;
 /// Digits of a label; longer numbers get a power of ten.
 const DIGITS: usize = 6;
 
-/// What `check` refuses.
-const REFUSED: &str = "#e9e9e9";
-
-/// The bound.
-const BOUND: &str = "#222";
-
 /// Names of the axes, and what stands over the map.
 #[derive(Clone, Debug)]
 pub(super) struct Frame<'a> {
@@ -55,170 +51,168 @@ pub(super) struct Frame<'a> {
     pub(super) bound: &'a str,
 }
 
+/// What `templates/map.svg` shows.
+#[derive(Serialize)]
+struct Map<'a> {
+    title: &'a str,
+    size: (f64, f64),
+    area: (f64, f64),
+    /// Room for the labels along y.
+    left: f64,
+    legend: Vec<Tick>,
+    bound: Tick,
+    x: Ticks<'a>,
+    y: Ticks<'a>,
+    panels: Vec<Panel>,
+}
+
+/// An axis with its labelled values.
+#[derive(Serialize)]
+struct Ticks<'a> {
+    name: &'a str,
+    ticks: Vec<Tick>,
+}
+
+/// A word and its place along a line.
+#[derive(Serialize)]
+struct Tick {
+    at: f64,
+    name: String,
+}
+
+#[derive(Serialize)]
+struct Panel {
+    corner: (f64, f64),
+    name: String,
+    /// Left, top, width and height of what `check` refuses.
+    refused: Vec<[f64; 4]>,
+    /// Path of the line around it.
+    bound: String,
+    runs: Vec<Mark>,
+}
+
+/// The marker of a run; its words appear under the pointer.
+#[derive(Serialize)]
+struct Mark {
+    at: (f64, f64),
+    verdict: String,
+    words: String,
+}
+
 /// The map of a table.
-pub(super) fn draw(table: &Table, frame: &Frame<'_>) -> String {
+pub(super) fn draw(table: &Table, frame: &Frame<'_>) -> Result<String, Failure> {
     let along = |column: usize| Axis::new(table.rows.iter().map(move |row| row.values[column].as_str()));
     let (x, y) = (along(frame.x.0), along(frame.y.0));
-    let panels = panels(table, frame);
-    let across = panels.len().clamp(1, ACROSS);
+    let groups = groups(table, frame);
+    let across = groups.len().clamp(1, ACROSS);
     let left = ROOM.0.max(32.0 + longest(&y));
     let size = (left + AREA.0 + ROOM.2, ROOM.1 + AREA.1 + ROOM.3);
-    let width = (across as f64 * size.0).max(LEAST_WIDTH);
-    let height = HEAD + panels.len().div_ceil(across) as f64 * size.1;
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-         font-family=\"system-ui, sans-serif\" font-size=\"12\" role=\"img\" aria-label=\"{title}\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-         <text x=\"{edge}\" y=\"24\" font-size=\"16\" font-weight=\"600\">{title}</text>\n",
-        title = escape(frame.title),
-        edge = 14,
-    );
-    svg += &legend(frame.bound);
-    for (number, (name, rows)) in panels.iter().enumerate() {
+    let corner = |number: usize| {
         let (column, line) = ((number % across) as f64, (number / across) as f64);
-        let corner = (column * size.0 + left, HEAD + line * size.1 + ROOM.1);
-        let _ = writeln!(svg, "<g transform=\"translate({},{})\">", corner.0, corner.1);
-        svg += &Panel { frame, x: &x, y: &y, left, name, rows }.draw();
-        svg += "</g>\n";
-    }
-    svg + "</svg>\n"
+        (column * size.0 + left, HEAD + line * size.1 + ROOM.1)
+    };
+    let panel = |(number, (name, rows)): (usize, &(String, Vec<&Row>))| {
+        let region = region(&x, &y, rows, frame);
+        let runs = rows.iter().filter_map(|row| mark(row, name, frame, &x, &y)).collect();
+        Panel {
+            corner: corner(number),
+            name: name.clone(),
+            refused: refused(&region),
+            bound: line(&region),
+            runs,
+        }
+    };
+    let (legend, bound) = legend(frame.bound);
+    let tick = |axis: &Axis, at: usize, place: f64| Tick { at: tenth(place), name: label(axis.text(at)) };
+    let x_ticks = x.labelled((longest(&x) + GAP) / AREA.0);
+    let y_ticks = y.labelled(LINE / AREA.1);
+    render(
+        "map.svg",
+        Map {
+            title: frame.title,
+            size: (
+                (across as f64 * size.0).max(LEAST_WIDTH),
+                HEAD + groups.len().div_ceil(across) as f64 * size.1,
+            ),
+            area: AREA,
+            left,
+            legend,
+            bound,
+            x: Ticks {
+                name: frame.x.1,
+                ticks: x_ticks.into_iter().map(|at| tick(&x, at, rightwards(x.place(at)))).collect(),
+            },
+            y: Ticks {
+                name: frame.y.1,
+                ticks: y_ticks.into_iter().map(|at| tick(&y, at, upwards(y.place(at)))).collect(),
+            },
+            panels: groups.iter().enumerate().map(panel).collect(),
+        },
+    )
 }
 
 /// Rows of each panel with its name, in order of appearance.
-fn panels<'a>(table: &'a Table, frame: &Frame<'_>) -> Vec<(String, Vec<&'a Row>)> {
+fn groups<'a>(table: &'a Table, frame: &Frame<'_>) -> Vec<(String, Vec<&'a Row>)> {
     let others: Vec<usize> =
         (0..table.keys.len()).filter(|column| *column != frame.x.0 && *column != frame.y.0).collect();
-    let mut panels: Vec<(String, Vec<&Row>)> = Vec::new();
+    let mut groups: Vec<(String, Vec<&Row>)> = Vec::new();
     for row in &table.rows {
         let values = others.iter().map(|column| row.values[*column].as_str());
         let name = values.filter(|value| !value.is_empty()).collect::<Vec<_>>().join(" · ");
-        match panels.iter_mut().find(|(known, _)| *known == name) {
+        match groups.iter_mut().find(|(known, _)| *known == name) {
             Some((_, rows)) => rows.push(row),
-            None => panels.push((name, vec![row])),
+            None => groups.push((name, vec![row])),
         }
     }
-    panels
+    groups
 }
 
-struct Panel<'a> {
-    frame: &'a Frame<'a>,
-    x: &'a Axis,
-    y: &'a Axis,
-    /// Room for the labels along y.
-    left: f64,
-    name: &'a str,
-    rows: &'a [&'a Row],
+fn region<'a>(x: &'a Axis, y: &'a Axis, rows: &[&Row], frame: &Frame<'_>) -> Region<'a> {
+    let mut cells = vec![vec![None; y.len()]; x.len()];
+    for row in rows {
+        if let Some((i, j)) = place(row, frame, x, y) {
+            cells[i][j] = Some(Cell { refused: row.refused, margin: row.margin });
+        }
+    }
+    Region { x, y, cells }
 }
 
-impl Panel<'_> {
-    fn draw(&self) -> String {
-        let region = self.region();
-        let mut svg = String::new();
-        for strip in region.strips() {
-            let (left, right) = (across(strip.x.0), across(strip.x.1));
-            let (top, bottom) = (up(strip.y.1), up(strip.y.0));
-            let _ = writeln!(
-                svg,
-                "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{REFUSED}\" shape-rendering=\"crispEdges\"/>",
-                right - left,
-                bottom - top
-            );
-        }
-        svg += &self.ticks();
-        let pieces: String = region
-            .pieces()
-            .iter()
-            .map(|(from, to)| {
-                format!("M{:.1} {:.1}L{:.1} {:.1}", across(from.0), up(from.1), across(to.0), up(to.1))
-            })
-            .collect();
-        if !pieces.is_empty() {
-            let _ = writeln!(
-                svg,
-                "<path d=\"{pieces}\" fill=\"none\" stroke=\"{BOUND}\" stroke-width=\"2\" stroke-linecap=\"square\"/>"
-            );
-        }
-        for row in self.rows {
-            svg += &self.mark(row);
-        }
-        svg
-    }
+/// Numbers of a row's values along both axes.
+fn place(row: &Row, frame: &Frame<'_>, x: &Axis, y: &Axis) -> Option<(usize, usize)> {
+    Some((x.find(&row.values[frame.x.0])?, y.find(&row.values[frame.y.0])?))
+}
 
-    fn place(&self, row: &Row) -> Option<(usize, usize)> {
-        Some((self.x.find(&row.values[self.frame.x.0])?, self.y.find(&row.values[self.frame.y.0])?))
-    }
+fn refused(region: &Region<'_>) -> Vec<[f64; 4]> {
+    let strips = region.strips();
+    let rectangle = |strip: &Strip| {
+        let (left, right) = (rightwards(strip.x.0), rightwards(strip.x.1));
+        let (top, bottom) = (upwards(strip.y.1), upwards(strip.y.0));
+        [left, top, right - left, bottom - top].map(tenth)
+    };
+    strips.iter().map(rectangle).collect()
+}
 
-    fn region(&self) -> Region<'_> {
-        let mut cells = vec![vec![None; self.y.len()]; self.x.len()];
-        for row in self.rows {
-            if let Some((i, j)) = self.place(row) {
-                cells[i][j] = Some(Cell { refused: row.refused, margin: row.margin });
-            }
-        }
-        Region { x: self.x, y: self.y, cells }
-    }
+fn line(region: &Region<'_>) -> String {
+    let piece = |(from, to): &Piece| {
+        let (x, y) = ([from.0, to.0].map(rightwards), [from.1, to.1].map(upwards));
+        format!("M{:.1} {:.1}L{:.1} {:.1}", x[0], y[0], x[1], y[1])
+    };
+    region.pieces().iter().map(piece).collect()
+}
 
-    /// Frame, ticks at sampled values, names.
-    fn ticks(&self) -> String {
-        let (width, height) = AREA;
-        let mut svg = format!(
-            "<rect width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"#777\"/>\n\
-             <text x=\"{middle}\" y=\"-9\" text-anchor=\"middle\" font-weight=\"600\">{name}</text>\n\
-             <text x=\"{middle}\" y=\"{below}\" text-anchor=\"middle\">{x}</text>\n\
-             <text transform=\"translate({beside},{half}) rotate(-90)\" text-anchor=\"middle\">{y}</text>\n",
-            middle = width / 2.0,
-            name = escape(self.name),
-            below = height + 34.0,
-            beside = 16.0 - self.left,
-            half = height / 2.0,
-            x = escape(self.frame.x.1),
-            y = escape(self.frame.y.1),
-        );
-        for at in self.x.labelled((longest(self.x) + GAP) / width) {
-            let x = across(self.x.place(at));
-            let _ = writeln!(
-                svg,
-                "<path d=\"M{x:.1} {height}v4\" stroke=\"#777\"/><text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" \
-                 font-size=\"11\">{}</text>",
-                height + 16.0,
-                escape(&label(self.x.text(at)))
-            );
-        }
-        for at in self.y.labelled(LINE / height) {
-            let y = up(self.y.place(at));
-            let _ = writeln!(
-                svg,
-                "<path d=\"M0 {y:.1}h-4\" stroke=\"#777\"/><text x=\"-7\" y=\"{:.1}\" text-anchor=\"end\" \
-                 font-size=\"11\">{}</text>",
-                y + 4.0,
-                escape(&label(self.y.text(at)))
-            );
-        }
-        svg
+fn mark(row: &Row, panel: &str, frame: &Frame<'_>, x: &Axis, y: &Axis) -> Option<Mark> {
+    let (i, j) = place(row, frame, x, y)?;
+    let (x_name, y_name, verdict) = (frame.x.1, frame.y.1, row.verdict);
+    let mut words = format!("{panel}: {x_name} = {}, {y_name} = {}: {verdict}", x.text(i), y.text(j));
+    if row.growth.is_finite() {
+        words += &format!(", growth {} per window", Short(row.growth));
     }
-
-    /// The marker of a run; what it stands for appears under the pointer.
-    fn mark(&self, row: &Row) -> String {
-        let Some((i, j)) = self.place(row) else { return String::new() };
-        let mut words = format!(
-            "{}: {} = {}, {} = {}: {}",
-            self.name,
-            self.frame.x.1,
-            self.x.text(i),
-            self.frame.y.1,
-            self.y.text(j),
-            row.verdict
-        );
-        if row.growth.is_finite() {
-            words += &format!(", growth {} per window", Short(row.growth));
-        }
-        if row.margin.is_finite() {
-            words += &format!(", margin {}", Short(row.margin));
-        }
-        words += if row.refused { ", refused" } else { ", accepted" };
-        let (x, y) = (across(self.x.place(i)), up(self.y.place(j)));
-        format!("<g><title>{}</title>{}</g>\n", escape(&words), symbol(row.verdict, x, y))
+    if row.margin.is_finite() {
+        words += &format!(", margin {}", Short(row.margin));
     }
+    words += if row.refused { ", refused" } else { ", accepted" };
+    let at = (tenth(rightwards(x.place(i))), tenth(upwards(y.place(j))));
+    Some(Mark { at, verdict: verdict.to_string(), words })
 }
 
 /// A sampled value as it stands at an axis.
@@ -235,56 +229,30 @@ fn longest(axis: &Axis) -> f64 {
     LETTER * letters.unwrap_or(0) as f64
 }
 
-fn across(place: f64) -> f64 {
+fn rightwards(place: f64) -> f64 {
     place * AREA.0
 }
 
-fn up(place: f64) -> f64 {
+fn upwards(place: f64) -> f64 {
     (1.0 - place) * AREA.1
 }
 
-/// Marker and colour of a verdict: they stay apart for colour-blind eyes (Okabe & Ito 2008) and in
-/// black and white.
-fn symbol(verdict: Verdict, x: f64, y: f64) -> String {
-    match verdict {
-        Verdict::Stable => {
-            format!(
-                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.6\" fill=\"#0072B2\" stroke=\"#fff\" stroke-width=\".7\"/>"
-            )
-        }
-        Verdict::Oscillating => format!(
-            "<path d=\"M{x:.1} {:.1}l4.6 4.6l-4.6 4.6l-4.6 -4.6z\" fill=\"#E69F00\" stroke=\"#222\" stroke-width=\".7\"/>",
-            y - 4.6
-        ),
-        Verdict::Failed => format!(
-            "<path d=\"M{:.1} {:.1}l7.2 7.2m0 -7.2l-7.2 7.2\" stroke=\"#C03A00\" stroke-width=\"2.1\" fill=\"none\"/>",
-            x - 3.6,
-            y - 3.6
-        ),
-    }
+/// As fine as a picture needs it.
+fn tenth(place: f64) -> f64 {
+    (10.0 * place).round() / 10.0
 }
 
-fn legend(bound: &str) -> String {
-    let mut svg = String::new();
-    let mut x = 20.0;
-    for verdict in Verdict::ALL {
-        let _ =
-            writeln!(svg, "{}<text x=\"{}\" y=\"46\">{verdict}</text>", symbol(verdict, x, 42.0), x + 9.0);
-        x += 30.0 + 7.5 * verdict.to_string().len() as f64;
-    }
-    let name = if bound == super::section::ANY {
-        "refused by check".to_owned()
-    } else {
-        format!("refused by check; line: {bound}")
+/// The verdicts, and what is refused by the bound.
+fn legend(bound: &str) -> (Vec<Tick>, Tick) {
+    let mut at = 20.0;
+    let tick = |verdict: Verdict| {
+        let tick = Tick { at, name: verdict.to_string() };
+        at += 30.0 + 7.5 * tick.name.len() as f64;
+        tick
     };
-    let _ = writeln!(
-        svg,
-        "<rect x=\"{x}\" y=\"35\" width=\"18\" height=\"13\" fill=\"{REFUSED}\"/><path d=\"M{x} 35h18\" stroke=\"{BOUND}\" \
-         stroke-width=\"2\"/><text x=\"{}\" y=\"46\">{}</text>",
-        x + 24.0,
-        escape(&name)
-    );
-    svg
+    let verdicts = Verdict::ALL.map(tick).into();
+    let line = if bound == ANY { String::new() } else { format!("; line: {bound}") };
+    (verdicts, Tick { at, name: format!("refused by check{line}") })
 }
 
 #[cfg(test)]
@@ -325,7 +293,7 @@ mod tests {
         let table =
             Table { keys: ["form", "nu", "rho"].map(str::to_owned).to_vec(), columns: Vec::new(), rows };
         let frame = Frame { title: "a & b", x: (1, "ν dt/D²"), y: (2, "ρ_r"), bound: "density-ratio" };
-        let svg = draw(&table, &frame);
+        let svg = draw(&table, &frame).unwrap();
         assert_eq!(svg.matches("<title>").count(), 5);
         assert_eq!(svg.matches("<g transform").count(), 2);
         assert!(
@@ -338,7 +306,7 @@ mod tests {
         assert_eq!(svg.matches("<circle").count(), 3 + 1, "three stable runs and the legend");
         let alone = Table { keys: table.keys.clone(), columns: Vec::new(), rows: table.rows[4..].to_vec() };
         assert!(
-            !draw(&alone, &frame).contains("fill=\"none\" stroke=\"#222\""),
+            !draw(&alone, &frame).unwrap().contains("fill=\"none\" stroke=\"#222\""),
             "nothing is refused: no line"
         );
     }

@@ -64,7 +64,7 @@ pub const TABLE: &str = "stability.csv";
 ///
 /// # Errors
 /// [`Failure`] if the folder holds no plan.
-pub fn again(dir: &Path) -> Result<PathBuf, Failure> {
+pub fn redraw(dir: &Path) -> Result<PathBuf, Failure> {
     let scene = CheckedScene::new(SceneSource::read(&dir.join(SCENE), &[])?)?;
     let plan = MapPlan::read(&scene)?;
     let table = read_table(&dir.join(TABLE))?;
@@ -82,8 +82,9 @@ fn write(out: &Path, scene: &CheckedScene, plan: &MapPlan, table: &Table) -> Res
     let title = if section.title.is_empty() { &scene.scene.title } else { &section.title };
     let name = |column: usize| plan.sweep.columns[column].name.as_str();
     let frame = Frame { title, x: (plan.x, name(plan.x)), y: (plan.y, name(plan.y)), bound: &section.bound };
-    atomic_write(&out.join("stability.svg"), map::draw(table, &frame).as_bytes())?;
+    let map = map::draw(table, &frame)?;
+    atomic_write(&out.join("stability.svg"), map.as_bytes())?;
     let page = out.join("stability.html");
-    atomic_write(&page, page::page(table, &frame, &section.about)?.as_bytes())?;
+    atomic_write(&page, page::page(table, &frame, &section.about, &map)?.as_bytes())?;
     Ok(page)
 }

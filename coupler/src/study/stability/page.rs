@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::ends;
-use super::map::{self, Frame};
+use super::map::Frame;
 use super::table::{Counts, Row, Table};
 use super::verdict::Verdict;
 use crate::failure::Failure;
@@ -15,15 +15,14 @@ use crate::study::page::{Cell, Listing, or_dash, render};
 struct Page<'a> {
     title: &'a str,
     about: &'a str,
-    map: String,
+    map: &'a str,
     counts: Listing,
     limits: Option<Listing>,
     runs: Listing,
 }
 
 /// The page.
-pub(super) fn page(table: &Table, frame: &Frame<'_>, about: &str) -> Result<String, Failure> {
-    let map = map::draw(table, frame);
+pub(super) fn page(table: &Table, frame: &Frame<'_>, about: &str, map: &str) -> Result<String, Failure> {
     let counts = counted(&Counts::of(&table.rows));
     let (limits, runs) = (limits(table, frame), runs(table));
     render("stability.html", Page { title: frame.title, about, map, counts, limits, runs })
@@ -90,7 +89,7 @@ mod tests {
         let rows = vec![row(Verdict::Failed, false), row(Verdict::Stable, true)];
         let table = Table { keys: vec!["x".into(), "y".into()], columns: Vec::new(), rows };
         let frame = Frame { title: "T", x: (0, "x"), y: (1, "y"), bound: "any" };
-        let page = super::page(&table, &frame, "Read this.").unwrap();
+        let page = super::page(&table, &frame, "Read this.", "<svg></svg>").unwrap();
         assert!(page.contains("Read this.") && page.contains("<svg") && page.contains("&lt;b&gt;"));
         let wrong = page.split("wrong: failed, and accepted").nth(1).expect("the line of what is wrong");
         assert!(wrong.split("</tr>").next().is_some_and(|line| line.contains("class=\"bad\">1<")), "{page}");

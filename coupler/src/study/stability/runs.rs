@@ -97,8 +97,11 @@ fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Findin
                 content(&path)(format!("has no column {}; there are {there}", section.signal))
             })?;
             let mut found = verdict::judge(signal, section.scale);
-            let first =
-                section.limits.iter().filter_map(|limit| left(limit, &series)).min_by_key(|(row, _)| *row);
+            let first = section
+                .limits
+                .iter()
+                .filter_map(|limit| violation(limit, &series))
+                .min_by_key(|(row, _)| *row);
             if let Some((row, note)) = first {
                 // What follows (a grain flung out of the box, say) means nothing.
                 let growth = verdict::growth(&signal[..=row]);
@@ -110,7 +113,7 @@ fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Findin
 }
 
 /// The first row in which a run leaves what is possible, and how.
-fn left(limit: &Limit, series: &Series) -> Option<(usize, String)> {
+fn violation(limit: &Limit, series: &Series) -> Option<(usize, String)> {
     let column = series.column(&limit.column)?;
     let outside = |value: f64| {
         limit.least.is_some_and(|least| value < least) || limit.most.is_some_and(|most| value > most)
@@ -160,11 +163,11 @@ mod tests {
     fn a_limit_counts_from_its_time_on() {
         let series = Series::parse("t,v\n0.5,9\n1.0,1\n1.5,3\n").unwrap();
         let limit = |least, most, from| Limit { column: "v".into(), least, most, from };
-        assert_eq!(left(&limit(None, Some(5.0), 1.0), &series), None);
-        let (row, note) = left(&limit(None, Some(2.0), 1.0), &series).unwrap();
+        assert_eq!(violation(&limit(None, Some(5.0), 1.0), &series), None);
+        let (row, note) = violation(&limit(None, Some(2.0), 1.0), &series).unwrap();
         assert_eq!(row, 2);
         assert!(note.contains("v = 3.0000 at t = 1.5000") && note.contains("at most 2"), "{note}");
-        assert_eq!(left(&limit(Some(1.5), None, 0.6), &series).unwrap().0, 1);
+        assert_eq!(violation(&limit(Some(1.5), None, 0.6), &series).unwrap().0, 1);
     }
 
     #[test]

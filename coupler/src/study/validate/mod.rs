@@ -6,7 +6,7 @@
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `case` | a case file, read and checked |
+//! | `case`, `case_file` | what a case file holds; read and checked |
 //! | `formula` | references and curves given as formulas |
 //! | `runs` | the runs of a case, several at a time |
 //! | `verdict` | a measured value against its reference |
@@ -16,6 +16,7 @@
 //! | `pictures` | the grains of a run at some instants |
 
 mod case;
+mod case_file;
 mod differences;
 mod figure;
 mod formula;

@@ -1,4 +1,4 @@
-//! A setting of a chart, carried over to another scene.
+//! A setting of a chart, transferred to another scene.
 
 use std::collections::BTreeSet;
 
@@ -8,14 +8,14 @@ use super::charted::{Charted, Run};
 use super::class::Class;
 use crate::resolution;
 
-/// Sections whose varied keys are carried over as they are.
+/// Sections whose varied keys are transferred as they are.
 const METHOD: [&str; 3] = ["fluid.", "dem.", "coupling."];
 
 /// What is none the less not: the time step has a unit of its own, and contacts are the material's.
 const NOT_METHOD: [&str; 2] = ["fluid.time.dt=", "dem.contact."];
 
 /// `KEY=VALUE` that give `scene` the setting of `run`.
-pub(super) fn over(chart: &Charted, run: &Run, class: Class, scene: &CheckedScene) -> Vec<String> {
+pub(super) fn transferred(chart: &Charted, run: &Run, class: Class, scene: &CheckedScene) -> Vec<String> {
     let mut set = Vec::new();
     if let (Some(wanted), Some(_)) = (run.resolution, resolution::of(scene)) {
         set.extend(refined(scene, wanted));
@@ -23,14 +23,14 @@ pub(super) fn over(chart: &Charted, run: &Run, class: Class, scene: &CheckedScen
     if let (Some(dt), Some(unit), Some(time)) = (run.dt, chart.time, class.time(scene)) {
         set.push(format!("fluid.time.dt={:?}", dt * time / unit));
     }
-    // A film that the scene leaves to the default is not begun by half.
-    let film = scene.scene.dem.get("lubrication").is_some();
-    let carried = |text: &&String| {
-        (film || !text.starts_with("dem.lubrication."))
+    // Lubrication that the scene leaves to the default is not begun by half.
+    let lubrication = scene.scene.dem.get("lubrication").is_some();
+    let wanted = |text: &&String| {
+        (lubrication || !text.starts_with("dem.lubrication."))
             && METHOD.iter().any(|section| text.starts_with(section))
             && !NOT_METHOD.iter().any(|key| text.starts_with(key))
     };
-    set.extend(run.set.iter().filter(carried).cloned());
+    set.extend(run.set.iter().filter(wanted).cloned());
     set
 }
 
