@@ -16,11 +16,11 @@ use protocol::scene::{CheckedScene, SceneError};
 
 use crate::config::{Config, DemSection};
 use crate::initial;
+use crate::insertion::Insertions;
 use crate::output::contacts::Contact;
 use crate::output::profile::Profile;
 use crate::output::{finish, grain_files};
 use crate::outside::Outside;
-use crate::pour::Pouring;
 use crate::report::GrainLoad;
 use crate::solver::Dem;
 use crate::spec::DemSpec;
@@ -28,11 +28,11 @@ use crate::state::State;
 
 /// The DEM with what a run needs around it.
 pub struct DemParticipant {
-    /// The grains that are there; poured ones join at the end.
+    /// The grains that are there; inserted ones join at the end.
     dem: Dem,
-    /// All grains, also those still to be poured.
+    /// All grains, also those still to be inserted.
     spec: DemSpec,
-    pouring: Pouring,
+    insertions: Insertions,
     outside: Outside,
     profile: Option<protocol::scene::Profile>,
     fields: PathBuf,
@@ -51,7 +51,7 @@ impl DemParticipant {
     /// [`SceneError`] if the scene does not make a DEM.
     pub fn new(scene: &CheckedScene, out: &Path) -> Result<Self, SceneError> {
         let Config { mut spec, initial_state, .. } = Config::new(scene)?;
-        // Of all grains, so that it does not change as they are poured.
+        // Of all grains, so that it does not change as they are inserted.
         spec.skin = Some(spec.skin());
         // Orientations and forces per grain cost time; some dry scenes read neither, or forces in their files only.
         let observe = &scene.scene.observe;
@@ -67,7 +67,7 @@ impl DemParticipant {
         }
         Ok(Self {
             spec,
-            pouring: Pouring::new(scene),
+            insertions: Insertions::new(scene),
             outside: Outside::new(scene),
             profile: scene.scene.observe.profile.clone(),
             fields: out.join("fields"),
@@ -105,14 +105,14 @@ impl DemParticipant {
     }
 
     /// Adds the grains that are due and have room.
-    fn pour(&mut self, window: &Window) -> Result<(), SolverError> {
+    fn insert(&mut self, window: &Window) -> Result<(), SolverError> {
         let there = self.dem.grains.len();
         if there == self.spec.grains.len() {
             return Ok(());
         }
         let grains = &self.dem.grains;
         let periods = &self.dem.around.periods;
-        let places = self.pouring.places(grains, &self.spec.grains, periods, window.step, window.time);
+        let places = self.insertions.places(grains, &self.spec.grains, periods, window.step, window.time);
         if places.is_empty() {
             return Ok(());
         }
@@ -215,7 +215,7 @@ impl Participant for DemParticipant {
         let substeps = u32::try_from(window.substeps).map_err(|_| {
             SolverError::Failed(format!("{} sub-steps in one window; at most {}", window.substeps, u32::MAX))
         })?;
-        self.pour(window)?;
+        self.insert(window)?;
         let there = self.dem.grains.len();
         self.dem.set_threads(rayon::current_num_threads());
         self.dem.set_observations(self.read || window.output);

@@ -1,4 +1,4 @@
-//! Grains poured in, rough walls, copies and hand-over from run to run, through the participant.
+//! Insertions, rough walls, copies and hand-over from run to run, through the participant.
 mod common;
 use bedload_program::alone::{StandIn, advance};
 use dem_solver::participant::DemParticipant;
@@ -11,7 +11,7 @@ const BOX: &str = "until = 10.0\ngravity = [0.0, 0.0, -9.81]\n\
     [domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [1.0, 1.0, 3.0]\n\
     boundary = { x = \"no-slip\", y = \"no-slip\", z = \"no-slip\" }\n\
     [dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.3\ncontact_time = 0.002\nfriction = 0.5\n";
-const POUR: &str = "[[pours]]\ncount = 60\nlower = [0.1, 0.1, 2.0]\nupper = [0.9, 0.9, 2.9]\nradius = 0.08\n\
+const INSERTION: &str = "[[insertions]]\ncount = 60\nlower = [0.1, 0.1, 2.0]\nupper = [0.9, 0.9, 2.9]\nradius = 0.08\n\
     radius_spread = 0.2\ndensity = 1000.0\nvelocity = [0.0, 0.0, -1.0]\nrate = 200.0\nstart = 0.1\nseed = 4\n";
 
 fn read(text: &str) -> Result<CheckedScene, SceneError> {
@@ -53,9 +53,9 @@ impl Run {
 
 #[test]
 fn grains_come_at_their_rate_without_overlap_and_rest() {
-    let scene = read(&format!("{BOX}stop = 1\n").replace("stop = 1\n", POUR)).expect("reads");
+    let scene = read(&format!("{BOX}stop = 1\n").replace("stop = 1\n", INSERTION)).expect("reads");
     assert_eq!((scene.present(), scene.grains.len()), (0, 60));
-    let mut run = Run::new(&scene, &folder("pour"));
+    let mut run = Run::new(&scene, &folder("insertion"));
     run.go(10);
     assert_eq!(run.there(), 0, "the first is due at t = 0.1");
     run.go(10);
@@ -67,7 +67,7 @@ fn grains_come_at_their_rate_without_overlap_and_rest() {
     assert!(radius.iter().all(|r| (0.064..=0.096).contains(r)) && radius[0] != radius[1]);
     run.go(400);
     // One that lies alone on the smooth floor rolls on: 1e-8 is for beds.
-    let text = format!("stop_when = {{ kinetic_energy_per_grain_below = 1e-4 }}\n{BOX}{POUR}");
+    let text = format!("stop_when = {{ kinetic_energy_per_grain_below = 1e-4 }}\n{BOX}{INSERTION}");
     let rest = Rest::new(&read(&text).expect("reads")).expect("asked for");
     let last = run.exchange.outgoing().1;
     let energy = rest.energy(last).expect("all are there");
@@ -81,8 +81,10 @@ fn grains_come_at_their_rate_without_overlap_and_rest() {
 
 #[test]
 fn a_region_rises_with_the_bed() {
-    let low =
-        POUR.replace("2.0]", "0.2]").replace("2.9]", "0.6]").replace("rate", "rise = [0.0, 0.0, 5.0]\nrate");
+    let low = INSERTION
+        .replace("2.0]", "0.2]")
+        .replace("2.9]", "0.6]")
+        .replace("rate", "rise = [0.0, 0.0, 5.0]\nrate");
     let scene =
         read(&format!("{BOX}{low}").replace("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, 0.0]"))
             .expect("reads");
@@ -103,7 +105,7 @@ fn a_region_rises_with_the_bed() {
 
 #[test]
 fn a_full_region_delays_grains_and_loses_none() {
-    let tight = POUR
+    let tight = INSERTION
         .replace("lower = [0.1, 0.1, 2.0]", "lower = [0.4, 0.4, 2.6]")
         .replace("upper = [0.9, 0.9", "upper = [0.62, 0.62");
     let scene = read(&format!("{BOX}{tight}")).expect("reads");
@@ -116,8 +118,8 @@ fn a_full_region_delays_grains_and_loses_none() {
 }
 
 #[test]
-fn a_restart_while_pouring_has_the_same_bits() {
-    let scene = read(&format!("{BOX}{POUR}")).expect("reads");
+fn a_restart_while_inserting_has_the_same_bits() {
+    let scene = read(&format!("{BOX}{INSERTION}")).expect("reads");
     let out = folder("restart");
     let mut run = Run::new(&scene, &out);
     run.go(25);
@@ -141,8 +143,9 @@ fn a_restart_while_pouring_has_the_same_bits() {
 /// `--threads` reaches the bulk engine, also while grains join, and changes no bit.
 #[test]
 fn threads_of_a_run_are_those_of_its_pool() {
-    let pour = POUR.replace("60", "9000").replace("0.08", "0.02").replace("rate = 200.0", "rate = 40000.0");
-    let scene = read(&format!("{BOX}{pour}[observe]\ngrains = []\n")).expect("reads");
+    let insertion =
+        INSERTION.replace("60", "9000").replace("0.08", "0.02").replace("rate = 200.0", "rate = 40000.0");
+    let scene = read(&format!("{BOX}{insertion}[observe]\ngrains = []\n")).expect("reads");
     let go = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("builds");
         pool.install(|| {
@@ -158,11 +161,12 @@ fn threads_of_a_run_are_those_of_its_pool() {
 
 /// Enough grains for several blocks, fixed ones among them, that join the bulk engine in place.
 #[test]
-fn a_restart_while_pouring_into_blocks_has_the_same_bits() {
-    let layer = "[[layers]]\nlower = [0.0, 0.0, 0.05]\nupper = [1.0, 1.0, 0.05]\nradius = 0.02\ndensity = 1000.0\n\
+fn a_restart_while_inserting_into_blocks_has_the_same_bits() {
+    let layer = "[[rough_walls]]\nlower = [0.0, 0.0, 0.05]\nupper = [1.0, 1.0, 0.05]\nradius = 0.02\ndensity = 1000.0\n\
                  seed = 3\n[observe]\ngrains = []\n";
-    let pour = POUR.replace("60", "4000").replace("0.08", "0.02").replace("rate = 200.0", "rate = 6000.0");
-    let scene = read(&format!("{BOX}{pour}{layer}")).expect("reads");
+    let insertion =
+        INSERTION.replace("60", "4000").replace("0.08", "0.02").replace("rate = 200.0", "rate = 6000.0");
+    let scene = read(&format!("{BOX}{insertion}{layer}")).expect("reads");
     assert!(scene.present() > 512, "{}", scene.present());
     let out = folder("restart-blocks");
     let mut run = Run::new(&scene, &out);
@@ -184,7 +188,7 @@ fn a_restart_while_pouring_into_blocks_has_the_same_bits() {
 
 #[test]
 fn layers_cover_their_rectangle() {
-    let layer = "[[layers]]\nlower = [0.0, 0.0, 0.5]\nupper = [1.0, 1.0, 0.5]\nradius = 0.05\nradius_spread = 0.1\n\
+    let layer = "[[rough_walls]]\nlower = [0.0, 0.0, 0.5]\nupper = [1.0, 1.0, 0.5]\nradius = 0.05\nradius_spread = 0.1\n\
                  density = 1.0\nseed = 3\n";
     let scene = read(&format!("{BOX}{layer}")).expect("reads");
     // rows of 11 and 10 sites at a distance of 0.1·√3/2: 12 rows in 1 m
@@ -193,11 +197,11 @@ fn layers_cover_their_rectangle() {
     let square = format!("{BOX}{layer}arrangement = \"square\"\nspacing = 0.25\n");
     assert_eq!(read(&square).expect("reads").grains.len(), 25);
     for (from, to, key, words) in [
-        ("upper = [1.0, 1.0, 0.5]", "upper = [1.0, 1.0, 0.6]", "layers[0].upper", "rectangle"),
-        ("radius_spread = 0.1", "radius_spread = 1.0", "layers[0].radius_spread", "spread < 1"),
-        ("radius = 0.05", "radius = 0.05\nspacing = 0.0", "layers[0].spacing", "> 0"),
-        ("radius = 0.05", "radius = 0.05\nspacing = 1e-9", "layers", "more than"),
-        ("upper = [1.0, 1.0, 0.5]", "upper = [1.5, 1.0, 0.5]", "layers", "outside the box"),
+        ("upper = [1.0, 1.0, 0.5]", "upper = [1.0, 1.0, 0.6]", "rough_walls[0].upper", "rectangle"),
+        ("radius_spread = 0.1", "radius_spread = 1.0", "rough_walls[0].radius_spread", "spread < 1"),
+        ("radius = 0.05", "radius = 0.05\nspacing = 0.0", "rough_walls[0].spacing", "> 0"),
+        ("radius = 0.05", "radius = 0.05\nspacing = 1e-9", "rough_walls", "more than"),
+        ("upper = [1.0, 1.0, 0.5]", "upper = [1.5, 1.0, 0.5]", "rough_walls", "outside the box"),
     ] {
         let error = read(&format!("{BOX}{}", layer.replace(from, to))).expect_err(to);
         assert!(error.key == key && error.message.contains(words), "{to}: {error}");
@@ -205,14 +209,19 @@ fn layers_cover_their_rectangle() {
 }
 
 #[test]
-fn bad_pours_and_stops_are_refused() {
+fn bad_insertions_and_stops_are_refused() {
     for (from, to, key, words) in [
-        ("radius_spread = 0.2", "radius_spread = 1.0", "pours[0].radius_spread", "spread < 1"),
-        ("rate = 200.0", "rate = 0.0", "pours[0].rate", "> 0"),
-        ("start = 0.1", "start = -1.0", "pours[0].start", "≥ 0"),
-        ("upper = [0.9, 0.9, 2.9]", "upper = [0.9, 0.9, 3.9]", "pours[0].upper", "outside the box"),
-        ("start = 0.1", "start = 0.1\nrise = [0.0, 0.0, 0.4]", "pours[0].upper", "outside the box, moving"),
-        ("upper = [0.9, 0.9, 2.9]", "upper = [0.2, 0.9, 2.9]", "pours[0].upper", "no room"),
+        ("radius_spread = 0.2", "radius_spread = 1.0", "insertions[0].radius_spread", "spread < 1"),
+        ("rate = 200.0", "rate = 0.0", "insertions[0].rate", "> 0"),
+        ("start = 0.1", "start = -1.0", "insertions[0].start", "≥ 0"),
+        ("upper = [0.9, 0.9, 2.9]", "upper = [0.9, 0.9, 3.9]", "insertions[0].upper", "outside the box"),
+        (
+            "start = 0.1",
+            "start = 0.1\nrise = [0.0, 0.0, 0.4]",
+            "insertions[0].upper",
+            "outside the box, moving",
+        ),
+        ("upper = [0.9, 0.9, 2.9]", "upper = [0.2, 0.9, 2.9]", "insertions[0].upper", "no room"),
         (
             "until = 10.0",
             "until = 10.0\nstop_when = { kinetic_energy_per_grain_below = 0.0 }",
@@ -226,14 +235,14 @@ fn bad_pours_and_stops_are_refused() {
             "no gravity",
         ),
     ] {
-        let error = read(&format!("{BOX}{POUR}").replace(from, to)).expect_err(to);
+        let error = read(&format!("{BOX}{INSERTION}").replace(from, to)).expect_err(to);
         assert!(error.key == key && error.message.contains(words), "{to}: {error}");
     }
 }
 
 /// A few grains that have come to rest, and the folder that they left.
 fn settled(name: &str) -> (Run, PathBuf) {
-    let scene = read(&format!("{BOX}{POUR}")).expect("reads");
+    let scene = read(&format!("{BOX}{INSERTION}")).expect("reads");
     let out = folder(name);
     let mut run = Run::new(&scene, &out);
     run.go(300);
@@ -292,7 +301,7 @@ fn a_table_of_grains_reads_back_to_the_same_bits_and_a_damaged_one_is_refused() 
 #[test]
 fn a_run_starts_from_the_state_of_another_with_its_springs() {
     let (run, out) = settled("state");
-    let text = format!("{BOX}{POUR}");
+    let text = format!("{BOX}{INSERTION}");
     let from = |text: &str, out: &Path| {
         let key = format!("[dem]\ninitial_state = {:?}\n[dem.contact]", out.display().to_string());
         let scene = read(&text.replace("[dem.contact]", &key)).expect("reads");
@@ -327,19 +336,27 @@ fn a_run_starts_from_the_state_of_another_with_its_springs() {
 
 #[test]
 fn auto_says_which_engine_it_took_and_why() {
-    let notices = |dem: &str, pour: &str| {
-        let text = format!("{BOX}stop = 1\n").replace("stop = 1\n", &format!("{pour}{dem}"));
+    let notices = |dem: &str, insertion: &str| {
+        let text = format!("{BOX}stop = 1\n").replace("stop = 1\n", &format!("{insertion}{dem}"));
         dem_solver::config::Config::new(&read(&text).expect("reads")).expect("configures").facts.notices
     };
-    let many = POUR.replace("count = 60", "count = 300");
+    let many = INSERTION.replace("count = 60", "count = 300");
     let film = "[dem]\nintegrator = \"velocity-verlet\"\n";
-    for (dem, pour, words) in [
-        ("", POUR, ["general engine", "60, is below 256"]),
+    for (dem, insertion, words) in [
+        ("", INSERTION, ["general engine", "60, is below 256"]),
         ("", &many, ["bulk engine", "300 grains in linear contact, once 256 of them are inserted"]),
         (film, &many, ["general engine", "the integrator is not symplectic-euler"]),
     ] {
-        let said = notices(dem, pour).join(" ");
+        let said = notices(dem, insertion).join(" ");
         assert!(said.contains("dem.engine") && words.iter().all(|word| said.contains(word)), "{said}");
     }
-    assert!(notices("[dem]\nengine = \"general\"\n", POUR).is_empty(), "the scene has said it");
+    assert!(notices("[dem]\nengine = \"general\"\n", INSERTION).is_empty(), "the scene has said it");
+}
+
+#[test]
+fn retired_names_of_insertions_and_rough_walls_are_refused_with_the_new_ones() {
+    for (old, new) in [("pours", "[[insertions]]"), ("layers", "[[rough_walls]]")] {
+        let error = read(&format!("{BOX}[[{old}]]\nradius = 0.1\n")).expect_err(old);
+        assert!(error.key.starts_with(old) && error.remedy.contains(new), "{error}");
+    }
 }

@@ -302,7 +302,7 @@ impl Kinematics {
         Self { position, orientation: [1.0, 0.0, 0.0, 0.0], ..Self::default() }
     }
 
-    /// Is the grain in the run yet? One that is still to be poured has no orientation.
+    /// Is the grain in the run yet? One that is still to be inserted has no orientation.
     #[must_use]
     pub fn is_there(&self) -> bool {
         self.orientation != [0.0; 4]

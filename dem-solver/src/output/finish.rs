@@ -35,7 +35,7 @@ pub(crate) fn finish(
     let waiting = spec.grains.len() - dem.grains.len();
     if waiting > 0 {
         protocol::say!(
-            "bedload-dem: {waiting} grains were not poured: their region was full, or the run too short"
+            "bedload-dem: {waiting} grains were not inserted: their region was full, or the run too short"
         );
     }
     outside.sum_up();

@@ -33,7 +33,7 @@ fn run(faces: &str, transport: &str, grains: &[Placed]) -> Run {
         );
     }
     let mut run = Run::new(&format!(
-        "{scene}\n[domain.boundary]\n{faces}\n[fluid.immersed]\ncarry = \"{transport}\"\n"
+        "{scene}\n[domain.boundary]\n{faces}\n[fluid.immersed]\nforce_transport = \"{transport}\"\n"
     ));
     run.newton.drift = Drift::Old;
     run

@@ -83,7 +83,7 @@ impl<R: Wire> Feed<R> {
 
 /// A solver as the coupler sees it.
 #[derive(Debug)]
-struct Player {
+struct Participant {
     role: Role,
     subscriber: Subscriber<ipc::Service, Status, ()>,
     held: VecDeque<Status>,
@@ -93,7 +93,7 @@ struct Player {
     stopped: bool,
 }
 
-impl Player {
+impl Participant {
     fn open(node: &Node<ipc::Service>, rendezvous: &Rendezvous, role: Role) -> Result<Self, ExchangeError> {
         let subscriber = topics::status(node, rendezvous, Member::Coupler, role)?
             .subscriber_builder()
@@ -135,16 +135,18 @@ impl Player {
 pub(crate) struct Observer {
     loads: Feed<Loads>,
     kinematics: Feed<Kinematics>,
-    players: Vec<Player>,
+    participants: Vec<Participant>,
 }
 
 impl Observer {
     pub(crate) fn open(node: &Node<ipc::Service>, rendezvous: &Rendezvous) -> Result<Self, ExchangeError> {
-        let players = rendezvous.roles.iter();
+        let participants = rendezvous.roles.iter();
         Ok(Self {
             loads: Feed::open(node, rendezvous)?,
             kinematics: Feed::open(node, rendezvous)?,
-            players: players.map(|role| Player::open(node, rendezvous, *role)).collect::<Result<_, _>>()?,
+            participants: participants
+                .map(|role| Participant::open(node, rendezvous, *role))
+                .collect::<Result<_, _>>()?,
         })
     }
 
@@ -160,34 +162,35 @@ impl Observer {
     /// Reports are looked for first, then loads, then kinematics, against the order of events: what
     /// is found was then sent after everything it depends on, which the later looks find too.
     pub(crate) fn poll(&mut self) -> Result<Option<Event>, ExchangeError> {
-        for player in &mut self.players {
-            player.fill()?;
+        for participant in &mut self.participants {
+            participant.fill()?;
         }
         self.loads.fill()?;
         self.kinematics.fill()?;
         let data = [(self.loads.key(), 0), (self.kinematics.key(), 1)];
-        let reports = self.players.iter().zip(2..).map(|(player, place)| (player.key(), place));
+        let reports =
+            self.participants.iter().zip(2..).map(|(participant, place)| (participant.key(), place));
         let first =
             data.into_iter().chain(reports).filter_map(|(key, place)| key.map(|key| (key, place))).min();
         Ok(first.and_then(|(_, place): (_, usize)| match place {
             0 => self.loads.give().map(Event::Loads),
             1 => self.kinematics.give().map(Event::Kinematics),
             _ => {
-                let player = &mut self.players[place - 2];
-                player.give().map(|status| Event::Status(player.role, status))
+                let participant = &mut self.participants[place - 2];
+                participant.give().map(|status| Event::Status(participant.role, status))
             }
         }))
     }
 
     /// Solvers that have not left in order.
     pub(crate) fn running(&self) -> impl Iterator<Item = Member> {
-        let running = self.players.iter().filter(|player| !player.stopped);
-        running.map(|player| Member::Solver(player.role))
+        let running = self.participants.iter().filter(|participant| !participant.stopped);
+        running.map(|participant| Member::Solver(participant.role))
     }
 
     /// Reports of the solver that has given the fewest.
     pub(crate) fn answered(&self) -> u64 {
-        let answers = self.players.iter().map(|player| player.answered);
+        let answers = self.participants.iter().map(|participant| participant.answered);
         answers.min().unwrap_or(0)
     }
 
@@ -195,9 +198,9 @@ impl Observer {
     /// it is to send, by the number of messages seen.
     pub(crate) fn behind(&self) -> Role {
         let least = self.answered();
-        let mut owing = self.players.iter().filter(|player| player.answered == least);
+        let mut owing = self.participants.iter().filter(|participant| participant.answered == least);
         match (owing.next(), owing.next()) {
-            (Some(player), None) => player.role,
+            (Some(participant), None) => participant.role,
             _ if self.loads.given > self.kinematics.given => Role::Dem,
             _ => Role::Fluid,
         }

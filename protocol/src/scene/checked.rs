@@ -2,22 +2,27 @@
 
 use super::error::SceneError;
 use super::grains::{Grain, Motion};
+use super::insertions::Inserted;
 use super::layout;
-use super::pours::Poured;
+use super::retired::Retired;
 use super::shared::Scene;
 use super::source::SceneSource;
 use super::validate;
 use super::walls::Wall;
+
+/// Keys of the shared part that have another name now.
+const RETIRED: [Retired; 2] =
+    [Retired::key("pours", "[[insertions]]"), Retired::key("layers", "[[rough_walls]]")];
 
 /// A scene that passed every check, with its grains laid out.
 #[derive(Clone, Debug)]
 pub struct CheckedScene {
     /// As written, defaults filled in.
     pub scene: Scene,
-    /// Every grain, in message order: `grains`, `grain_files`, `layers`, `groups`, `pours`.
+    /// Every grain, in message order: `grains`, `grain_files`, `rough_walls`, `groups`, `insertions`.
     pub grains: Vec<Grain>,
-    /// Of the last of them: when they are poured in, ascending.
-    pub poured: Vec<Poured>,
+    /// Of the last of them: when they are inserted, ascending.
+    pub inserted: Vec<Inserted>,
     /// The text, for errors of the sections.
     pub source: SceneSource,
 }
@@ -28,18 +33,19 @@ impl CheckedScene {
     /// # Errors
     /// [`SceneError`] at the first fault.
     pub fn new(source: SceneSource) -> Result<Self, SceneError> {
+        source.refuse_retired(&RETIRED)?;
         let scene: Scene = source.section()?;
         validate::shared(&scene, &source)?;
-        let (grains, poured) = layout::lay_out(&scene, &source)?;
-        validate::grains(&scene, &grains, grains.len() - poured.len(), &source)?;
+        let (grains, inserted) = layout::lay_out(&scene, &source)?;
+        validate::grains(&scene, &grains, grains.len() - inserted.len(), &source)?;
         validate::metrics(&scene, grains.len(), &source)?;
-        Ok(Self { scene, grains, poured, source })
+        Ok(Self { scene, grains, inserted, source })
     }
 
     /// Number of grains that are there from the start.
     #[must_use]
     pub fn present(&self) -> usize {
-        self.grains.len() - self.poured.len()
+        self.grains.len() - self.inserted.len()
     }
 
     /// Is any grain free, so that a DEM is needed?

@@ -3,15 +3,18 @@
 use super::domain::Geometry;
 use super::error::SceneError;
 use super::grains::{Freedom, Grain, Group, Shape};
-use super::pours::{self, Poured};
+use super::insertions::{self, Inserted};
 use super::random::SplitMix64;
 use super::shared::Scene;
 use super::source::SceneSource;
 use super::table;
 
-/// Every grain of the scene in message order: `grains`, `grain_files`, `layers`, `groups`, and, in
-/// order of their times, `pours`.
-pub(super) fn lay_out(scene: &Scene, source: &SceneSource) -> Result<(Vec<Grain>, Vec<Poured>), SceneError> {
+/// Every grain of the scene in message order: `grains`, `grain_files`, `rough_walls`, `groups`, and, in
+/// order of their times, `insertions`.
+pub(super) fn lay_out(
+    scene: &Scene,
+    source: &SceneSource,
+) -> Result<(Vec<Grain>, Vec<Inserted>), SceneError> {
     let geometry = scene.domain.geometry;
     let mut grains = scene.grains.clone();
     for (index, from) in scene.grain_files.iter().enumerate() {
@@ -23,8 +26,8 @@ pub(super) fn lay_out(scene: &Scene, source: &SceneSource) -> Result<(Vec<Grain>
             )
         })?);
     }
-    for layer in &scene.layers {
-        layer.lay(geometry, &mut grains);
+    for wall in &scene.rough_walls {
+        wall.lay(geometry, &mut grains);
     }
     for (index, group) in scene.groups.iter().enumerate() {
         place(group, geometry, &mut grains).map_err(|why| {
@@ -35,10 +38,10 @@ pub(super) fn lay_out(scene: &Scene, source: &SceneSource) -> Result<(Vec<Grain>
             )
         })?;
     }
-    let (more, poured) = pours::lay_out(&scene.pours, geometry);
+    let (more, inserted) = insertions::lay_out(&scene.insertions, geometry);
     grains.extend(more);
     let grains = grains.into_iter().map(|grain| with_shape(grain, geometry)).collect();
-    Ok((grains, poured))
+    Ok((grains, inserted))
 }
 
 fn with_shape(mut grain: Grain, geometry: Geometry) -> Grain {

@@ -7,14 +7,14 @@ mod checked;
 mod domain;
 mod error;
 mod grains;
-mod layers;
+mod insertions;
 mod layout;
 mod observe;
 mod open;
-mod pours;
 mod random;
 mod rest;
 mod retired;
+mod rough_walls;
 mod shared;
 mod source;
 mod table;
@@ -28,13 +28,13 @@ pub use domain::{
 };
 pub use error::SceneError;
 pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape};
-pub use layers::{Arrangement, Layer};
+pub use insertions::{Inserted, Insertion};
 pub use observe::{
     Column, HeapEnd, HeapReference, HeapSlope, Metric, MetricKind, Observe, ObservedPlanes, Profile, Span,
 };
-pub use pours::{Pour, Poured};
 pub use rest::Rest;
 pub use retired::Retired;
+pub use rough_walls::{Arrangement, RoughWall};
 pub use shared::{Scene, StopWhen};
 pub use source::SceneSource;
 pub use walls::Wall;

@@ -32,7 +32,7 @@ impl Rest {
         })
     }
 
-    /// Kinetic energy of translation over Σ m g R; none while grains are still to be poured.
+    /// Kinetic energy of translation over Σ m g R; none while grains are still to be inserted.
     #[must_use]
     pub fn energy(&self, kinematics: &[Kinematics]) -> Option<f64> {
         let mut energy = 0.0;

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::domain::{Domain, Medium};
 use super::grains::{Grain, GrainFile, Group};
-use super::layers::Layer;
+use super::insertions::Insertion;
 use super::observe::{Metric, Observe};
-use super::pours::Pour;
+use super::rough_walls::RoughWall;
 use super::walls::Wall;
 
 /// End of a dry run before `until`.
@@ -18,7 +18,7 @@ pub struct StopWhen {
     /// caged grain that turns about the line through its contacts, so it turns for ever, and moves
     /// nobody.
     pub kinetic_energy_per_grain_below: f64,
-    /// Not before this time, s, nor before all grains have been poured.
+    /// Not before this time, s, nor before all grains have been inserted.
     #[serde(default)]
     pub after: f64,
 }
@@ -58,13 +58,13 @@ pub struct Scene {
     pub grain_files: Vec<GrainFile>,
     /// Rough walls of fixed grains.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub layers: Vec<Layer>,
+    pub rough_walls: Vec<RoughWall>,
     /// Grains placed at random.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<Group>,
-    /// Grains poured in while the run goes.
+    /// Grains inserted while the run goes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pours: Vec<Pour>,
+    pub insertions: Vec<Insertion>,
     /// Plane walls, besides the domain's no-slip faces.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,

@@ -5,7 +5,7 @@ use protocol::message::{Order, State};
 use protocol::participant::Role;
 use protocol::serve::checkpoint_folder;
 
-use super::players::force;
+use super::participants::force;
 use super::stage::{PATIENCE, Stage, command, out_dir};
 
 /// Conducts `windows` windows with up to `ahead` ordered at once and checks every event.

@@ -6,7 +6,7 @@ use protocol::channel::{Event, Rendezvous};
 use protocol::message::{Order, State};
 use protocol::participant::{ExchangeError, Role};
 
-use super::players::Fault;
+use super::participants::Fault;
 use super::stage::{PATIENCE, Stage, assert_goes};
 
 const AT_MOST: Duration = Duration::from_secs(1);

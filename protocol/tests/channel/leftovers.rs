@@ -7,13 +7,14 @@ use std::time::Duration;
 use protocol::channel::{ConductorLink, Event, Rendezvous, remove_stale_runs};
 use protocol::message::Order;
 
-use super::stage::{PATIENCE, Player, Stage, assert_goes, assert_gone, command, segments};
+use super::stage::{PATIENCE, Participant, Stage, assert_goes, assert_gone, command, segments};
 
 /// A coupler as a process of its own: starts both toys and conducts windows for ever.
 pub(crate) fn conduct_until_killed() {
     let rendezvous = Rendezvous::from_environment().unwrap().expect("a token");
     let mut link = ConductorLink::create(&rendezvous).unwrap();
-    let _toys = [Player::start(&rendezvous, "fluid", None), Player::start(&rendezvous, "dem", None)];
+    let _toys =
+        [Participant::start(&rendezvous, "fluid", None), Participant::start(&rendezvous, "dem", None)];
     link.wait_ready(&mut || Ok(())).unwrap();
     std::fs::write(started(&rendezvous), "").unwrap();
     for step in 0.. {
@@ -33,8 +34,8 @@ fn started(rendezvous: &Rendezvous) -> std::path::PathBuf {
     rendezvous.root.join("started")
 }
 
-fn start_coupler(rendezvous: &Rendezvous) -> Player {
-    let coupler = Player::start(rendezvous, "coupler", None);
+fn start_coupler(rendezvous: &Rendezvous) -> Participant {
+    let coupler = Participant::start(rendezvous, "coupler", None);
     let start = std::time::Instant::now();
     while !started(rendezvous).exists() {
         assert!(start.elapsed() < PATIENCE, "the coupler does not start");

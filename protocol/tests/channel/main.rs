@@ -4,7 +4,7 @@
 mod content;
 mod faults;
 mod leftovers;
-mod players;
+mod participants;
 mod refusals;
 mod stage;
 
@@ -21,7 +21,7 @@ fn as_child() {
             leftovers::conduct_until_killed();
             Ok(())
         }
-        role => players::play(role, std::path::Path::new(&out)),
+        role => participants::play(role, std::path::Path::new(&out)),
     };
     if let Err(error) = outcome {
         eprintln!("{error}");

@@ -9,16 +9,16 @@ use protocol::channel::{CONNECT_VARIABLE, ConductorLink, Event, Rendezvous};
 use protocol::message::{Command, Order, State, Status};
 use protocol::participant::{ExchangeError, Role};
 
-use super::players::Fault;
+use super::participants::Fault;
 
 /// Long enough for a loaded machine; no passing test waits this long.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A child in some role, killed when the test fails before its end.
 #[derive(Debug)]
-pub(crate) struct Player(pub(crate) Child);
+pub(crate) struct Participant(pub(crate) Child);
 
-impl Player {
+impl Participant {
     /// Starts this binary again; `as_child` plays `role`.
     pub(crate) fn start(rendezvous: &Rendezvous, role: &str, fault: Option<Fault>) -> Self {
         let mut process = Process::new(std::env::current_exe().unwrap());
@@ -55,7 +55,7 @@ impl Player {
     }
 }
 
-impl Drop for Player {
+impl Drop for Participant {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
@@ -68,10 +68,10 @@ pub(crate) fn out_dir(rendezvous: &Rendezvous) -> PathBuf {
 
 /// A run with both toys joined and ready.
 ///
-/// The players go before the link, so that a failed test cleans up too.
+/// The participants go before the link, so that a failed test cleans up too.
 pub(crate) struct Stage {
-    pub(crate) fluid: Player,
-    pub(crate) dem: Player,
+    pub(crate) fluid: Participant,
+    pub(crate) dem: Participant,
     pub(crate) link: ConductorLink,
     pub(crate) rendezvous: Rendezvous,
 }
@@ -79,8 +79,8 @@ pub(crate) struct Stage {
 impl Stage {
     pub(crate) fn open(rendezvous: Rendezvous, fluid: Option<Fault>, dem: Option<Fault>) -> Self {
         let mut link = ConductorLink::create(&rendezvous).unwrap();
-        let fluid = Player::start(&rendezvous, "fluid", fluid);
-        let dem = Player::start(&rendezvous, "dem", dem);
+        let fluid = Participant::start(&rendezvous, "fluid", fluid);
+        let dem = Participant::start(&rendezvous, "dem", dem);
         let ready = link.wait_ready(&mut || Ok(())).unwrap();
         assert_eq!(ready.len(), 2);
         Self { link, fluid, dem, rendezvous }
@@ -116,8 +116,8 @@ impl Stage {
         for (role, status) in self.settle().unwrap() {
             assert_eq!(status.state, State::Stopped as u64, "{role}: {}", status.text());
         }
-        for player in [&mut self.fluid, &mut self.dem] {
-            let (well, text) = player.end();
+        for participant in [&mut self.fluid, &mut self.dem] {
+            let (well, text) = participant.end();
             assert!(well, "{text}");
         }
         drop(self.link);

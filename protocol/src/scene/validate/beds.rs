@@ -1,4 +1,4 @@
-//! Grains that are made: groups, layers, pours.
+//! Grains that are made: groups, rough walls, insertions.
 
 use super::check::{Check, finite, not_negative, positive};
 use crate::scene::domain::Geometry;
@@ -10,10 +10,10 @@ const MOST_GRAINS: usize = 1 << 26;
 
 pub(super) fn groups(scene: &Scene, source: &SceneSource) -> Check {
     let geometry = scene.domain.geometry;
-    let layered: f64 = scene.layers.iter().map(|layer| layer.count(geometry)).sum();
+    let rough: f64 = scene.rough_walls.iter().map(|wall| wall.count(geometry)).sum();
     let grouped = scene.groups.iter().map(|group| group.count as f64).sum::<f64>();
-    let poured = scene.pours.iter().map(|pour| pour.count as f64).sum::<f64>();
-    for (key, count) in [("groups", grouped), ("layers", layered), ("pours", poured)] {
+    let inserted = scene.insertions.iter().map(|insertion| insertion.count as f64).sum::<f64>();
+    for (key, count) in [("groups", grouped), ("rough_walls", rough), ("insertions", inserted)] {
         if count + scene.grains.len() as f64 > MOST_GRAINS as f64 {
             return Err(source.error(
                 key,
@@ -50,19 +50,19 @@ pub(super) fn groups(scene: &Scene, source: &SceneSource) -> Check {
     Ok(())
 }
 
-pub(super) fn layers(scene: &Scene, source: &SceneSource) -> Check {
-    for (index, layer) in scene.layers.iter().enumerate() {
-        let key = |name: &str| format!("layers[{index}].{name}");
-        positive(source, &key("radius"), layer.radius)?;
-        positive(source, &key("density"), layer.density)?;
-        positive(source, &key("spacing"), layer.spacing())?;
-        finite(source, &key("lower"), &layer.lower)?;
-        finite(source, &key("upper"), &layer.upper)?;
-        spread(source, &key("radius_spread"), layer.radius_spread)?;
-        if scene.domain.geometry == Geometry::Axisymmetric || !layer.is_flat(scene.domain.geometry) {
+pub(super) fn rough_walls(scene: &Scene, source: &SceneSource) -> Check {
+    for (index, wall) in scene.rough_walls.iter().enumerate() {
+        let key = |name: &str| format!("rough_walls[{index}].{name}");
+        positive(source, &key("radius"), wall.radius)?;
+        positive(source, &key("density"), wall.density)?;
+        positive(source, &key("spacing"), wall.spacing())?;
+        finite(source, &key("lower"), &wall.lower)?;
+        finite(source, &key("upper"), &wall.upper)?;
+        spread(source, &key("radius_spread"), wall.radius_spread)?;
+        if scene.domain.geometry == Geometry::Axisymmetric || !wall.is_flat(scene.domain.geometry) {
             return Err(source.error(
                 &key("upper"),
-                format!("{:?} and lower {:?} do not span a rectangle", layer.upper, layer.lower),
+                format!("{:?} and lower {:?} do not span a rectangle", wall.upper, wall.lower),
                 "let the two corners agree along one axis and differ along the others (plane: differ along x or z alone)",
             ));
         }
@@ -70,44 +70,45 @@ pub(super) fn layers(scene: &Scene, source: &SceneSource) -> Check {
     Ok(())
 }
 
-pub(super) fn pours(scene: &Scene, source: &SceneSource) -> Check {
+pub(super) fn insertions(scene: &Scene, source: &SceneSource) -> Check {
     let domain = &scene.domain;
-    for (index, pour) in scene.pours.iter().enumerate() {
-        let key = |name: &str| format!("pours[{index}].{name}");
-        positive(source, &key("radius"), pour.radius)?;
-        positive(source, &key("density"), pour.density)?;
-        positive(source, &key("rate"), pour.rate)?;
-        not_negative(source, &key("start"), pour.start)?;
-        finite(source, &key("lower"), &pour.lower)?;
-        finite(source, &key("upper"), &pour.upper)?;
-        finite(source, &key("velocity"), &pour.velocity)?;
-        finite(source, &key("rise"), &pour.rise)?;
-        let shift = pour.shift(f64::INFINITY);
-        spread(source, &key("radius_spread"), pour.radius_spread)?;
+    for (index, insertion) in scene.insertions.iter().enumerate() {
+        let key = |name: &str| format!("insertions[{index}].{name}");
+        positive(source, &key("radius"), insertion.radius)?;
+        positive(source, &key("density"), insertion.density)?;
+        positive(source, &key("rate"), insertion.rate)?;
+        not_negative(source, &key("start"), insertion.start)?;
+        finite(source, &key("lower"), &insertion.lower)?;
+        finite(source, &key("upper"), &insertion.upper)?;
+        finite(source, &key("velocity"), &insertion.velocity)?;
+        finite(source, &key("rise"), &insertion.rise)?;
+        let shift = insertion.shift(f64::INFINITY);
+        spread(source, &key("radius_spread"), insertion.radius_spread)?;
         if domain.geometry == Geometry::Axisymmetric || scene.medium.is_some() {
             return Err(source.error(
-                &format!("pours[{index}]"),
-                "pours grains into an axisymmetric scene or one with a fluid, which sees every grain from the start",
-                "pour in a dry scene, and begin the other from its grains.csv with [[grain_files]]",
+                &format!("insertions[{index}]"),
+                "inserts grains into an axisymmetric scene or one with a fluid, which sees every grain from the start",
+                "insert in a dry scene, and begin the other from its grains.csv with [[grain_files]]",
             ));
         }
-        let width = 2.0 * pour.radius * (1.0 + pour.radius_spread);
+        let width = 2.0 * insertion.radius * (1.0 + insertion.radius_spread);
         for axis in 0..domain.dimensions() {
             let c = domain.geometry.component(axis);
-            if pour.upper[c] - pour.lower[c] < width {
+            if insertion.upper[c] - insertion.lower[c] < width {
                 return Err(source.error(
                     &key("upper"),
                     format!("leaves no room for a grain of diameter {width}"),
                     "make the region larger than the largest grain",
                 ));
             }
-            let (low, high) = (pour.lower[c] + shift[c].min(0.0), pour.upper[c] + shift[c].max(0.0));
+            let (low, high) =
+                (insertion.lower[c] + shift[c].min(0.0), insertion.upper[c] + shift[c].max(0.0));
             if low < domain.lower[axis] || high > domain.upper[axis] {
                 return Err(source.error(
                     &key("upper"),
                     format!(
                         "{:?} and lower {:?} reach outside the box, moving by {shift:?}",
-                        pour.upper, pour.lower
+                        insertion.upper, insertion.lower
                     ),
                     "keep the region in the box, or enlarge [domain]",
                 ));

@@ -6,14 +6,14 @@ use crate::scene::grains::{Grain, Motion, Shape};
 use crate::scene::shared::Scene;
 use crate::scene::source::SceneSource;
 
-/// Key of grain `index` where it is written out, of its file, layer, group or pour where it is not.
+/// Key of grain `index` where it is written out, of its file, layer, group or insertion where it is not.
 fn grain_key(scene: &Scene, index: usize, name: &str) -> String {
     let written = scene.grains.len();
     if index < written {
         format!("grains[{index}].{name}")
     } else if scene.grain_files.is_empty() && scene.groups.is_empty() {
-        if scene.layers.is_empty() { "pours" } else { "layers" }.to_owned()
-    } else if scene.grain_files.is_empty() && scene.layers.is_empty() {
+        if scene.rough_walls.is_empty() { "insertions" } else { "rough_walls" }.to_owned()
+    } else if scene.grain_files.is_empty() && scene.rough_walls.is_empty() {
         let mut end = written;
         let group = scene.groups.iter().position(|group| {
             end += group.count;
@@ -21,7 +21,7 @@ fn grain_key(scene: &Scene, index: usize, name: &str) -> String {
         });
         format!("groups[{}]", group.unwrap_or(0))
     } else if scene.grain_files.is_empty() {
-        "layers".to_owned()
+        "rough_walls".to_owned()
     } else {
         "grain_files".to_owned()
     }
@@ -29,7 +29,7 @@ fn grain_key(scene: &Scene, index: usize, name: &str) -> String {
 
 /// Each grain alone, and against the box, the walls and the other grains.
 ///
-/// Grains from `present` on are poured in later, where there is room then.
+/// Grains from `present` on are inserted later, where there is room then.
 pub(crate) fn grains(scene: &Scene, grains: &[Grain], present: usize, source: &SceneSource) -> Check {
     if grains.is_empty() && scene.medium.is_none() {
         return Err(source.error(

@@ -5,7 +5,7 @@
 //! | this one | all of them in order; the medium, walls, the end |
 //! | `check` | single numbers |
 //! | `domain` | box, grid and faces |
-//! | `beds` | grains that are made: groups, layers, pours |
+//! | `beds` | grains that are made: groups, rough walls, insertions |
 //! | `grains` | grains as they begin: alone, in the grid, and from each other |
 //! | `observe` | what is written down and measured |
 
@@ -29,9 +29,9 @@ pub(super) fn shared(scene: &Scene, source: &SceneSource) -> Check {
     finite(source, "gravity", &scene.gravity)?;
     domain::domain(scene, source)?;
     medium(scene, source)?;
-    beds::layers(scene, source)?;
+    beds::rough_walls(scene, source)?;
     beds::groups(scene, source)?;
-    beds::pours(scene, source)?;
+    beds::insertions(scene, source)?;
     walls(scene, source)?;
     stop(scene, source)?;
     observe::observe(scene, source)

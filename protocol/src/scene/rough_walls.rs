@@ -23,7 +23,7 @@ pub enum Arrangement {
 /// They may overlap each other.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Layer {
+pub struct RoughWall {
     /// Lower corner (x, y, z) of the rectangle of centres: equal to `upper` along one axis, m.
     pub lower: [f64; 3],
     /// Upper corner, m.
@@ -46,7 +46,7 @@ pub struct Layer {
     pub seed: u64,
 }
 
-impl Layer {
+impl RoughWall {
     /// Axes of the rectangle: the first along the rows, the second across (none in the plane).
     /// `None` unless the layer is flat.
     fn axes(&self, geometry: Geometry) -> Option<(usize, Option<usize>)> {

@@ -1,4 +1,4 @@
-//! Grains that are poured in while the run goes.
+//! Grains that are inserted while the run goes.
 //!
 //! The solver holds the grains that are there; the others wait outside of it, in order of their times.
 //! A batch comes when it is due and worth the rebuilding: a 200th of the grains there, or all that
@@ -9,28 +9,28 @@ use crate::grain::Grain;
 use crate::grains::Grains;
 use crate::motion::Vec3;
 use crate::periods::Periods;
-use protocol::scene::{CheckedScene, Geometry, Pour, Poured};
+use protocol::scene::{CheckedScene, Geometry, Inserted, Insertion};
 
 /// Tries for a place, per grain and window.
 const TRIES: u64 = 100;
 
-/// What waits to be poured.
+/// What waits to be inserted.
 #[derive(Clone, Debug)]
-pub struct Pouring {
-    pours: Vec<Pour>,
-    poured: Vec<Poured>,
+pub struct Insertions {
+    insertions: Vec<Insertion>,
+    inserted: Vec<Inserted>,
     geometry: Geometry,
     /// Grains that are there from the start.
     present: usize,
 }
 
-impl Pouring {
+impl Insertions {
     /// As the scene has it.
     #[must_use]
     pub fn new(scene: &CheckedScene) -> Self {
         Self {
-            pours: scene.scene.pours.clone(),
-            poured: scene.poured.clone(),
+            insertions: scene.scene.insertions.clone(),
+            inserted: scene.inserted.clone(),
             geometry: scene.scene.domain.geometry,
             present: scene.present(),
         }
@@ -48,15 +48,15 @@ impl Pouring {
         time: f64,
     ) -> Vec<Vec3> {
         let there = grains.len();
-        let waiting = &self.poured[there.min(all.len()) - self.present..];
-        let due = waiting.iter().take_while(|poured| poured.time <= time).count();
+        let waiting = &self.inserted[there.min(all.len()) - self.present..];
+        let due = waiting.iter().take_while(|inserted| inserted.time <= time).count();
         if due == 0 || (due < waiting.len() && due < (there - self.present) / 200) {
             return Vec::new();
         }
         let mut near = self.near(grains, all, periods, &waiting[..due], time);
         let mut places = Vec::new();
-        for (number, poured) in waiting[..due].iter().enumerate() {
-            let (pour, radius) = (&self.pours[poured.pour], all[there + number].radius);
+        for (number, inserted) in waiting[..due].iter().enumerate() {
+            let (insertion, radius) = (&self.insertions[inserted.insertion], all[there + number].radius);
             let clear = |place: &Vec3| {
                 near.iter().all(|(x, r): &(Vec3, f64)| {
                     periods.nearest(place - x).norm_squared() >= (radius + r).powi(2)
@@ -64,8 +64,8 @@ impl Pouring {
             };
             let grain = (there + number) as u64;
             let place = (0..TRIES)
-                .map(|attempt| Vec3::from(pour.place(self.geometry, radius, grain, step, attempt)))
-                .map(|place| place + Vec3::from(pour.shift(time)))
+                .map(|attempt| Vec3::from(insertion.place(self.geometry, radius, grain, step, attempt)))
+                .map(|place| place + Vec3::from(insertion.shift(time)))
                 .find(clear);
             let Some(place) = place else { break };
             near.push((place, radius));
@@ -80,19 +80,20 @@ impl Pouring {
         grains: &Grains,
         all: &[Grain],
         periods: &Periods,
-        due: &[Poured],
+        due: &[Inserted],
         time: f64,
     ) -> Vec<(Vec3, f64)> {
         let largest = all.iter().map(|grain| grain.radius).fold(0.0, f64::max);
-        let mut used: Vec<usize> = due.iter().map(|poured| poured.pour).collect();
+        let mut used: Vec<usize> = due.iter().map(|inserted| inserted.insertion).collect();
         used.sort_unstable();
         used.dedup();
         let reaches = |x: &Vec3| {
-            used.iter().any(|&pour| {
-                let shift = self.pours[pour].shift(time);
+            used.iter().any(|&insertion| {
+                let shift = self.insertions[insertion].shift(time);
                 let corner =
                     |corner: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|c| corner[c] + shift[c]) };
-                let (low, high) = (corner(&self.pours[pour].lower), corner(&self.pours[pour].upper));
+                let (low, high) =
+                    (corner(&self.insertions[insertion].lower), corner(&self.insertions[insertion].upper));
                 (0..3).all(|c| {
                     (self.geometry == Geometry::Plane && c == 1)
                         || periods.is_periodic(c)

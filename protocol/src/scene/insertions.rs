@@ -1,4 +1,4 @@
-//! Grains that are poured in while the run goes.
+//! Grains that are inserted while the run goes.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,11 +9,11 @@ use super::random::SplitMix64;
 
 /// Grains that appear one after the other at random places of a region, where there is room.
 ///
-/// Every poured grain has its place in the messages from the start, after all others and in order of
+/// Every inserted grain has its place in the messages from the start, after all others and in order of
 /// its time; until it appears its orientation is zero.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Pour {
+pub struct Insertion {
     /// How many in all.
     pub count: usize,
     /// Lower corner (x, y, z) of the region that holds them whole as they appear, m.
@@ -42,16 +42,16 @@ pub struct Pour {
     pub seed: u64,
 }
 
-/// When and from which pour a grain comes.
+/// When and from which insertion a grain comes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Poured {
+pub struct Inserted {
     /// Earliest time, s.
     pub time: f64,
-    /// Index of the pour.
-    pub pour: usize,
+    /// Index of the insertion.
+    pub insertion: usize,
 }
 
-impl Pour {
+impl Insertion {
     /// How far the region has moved at `time`, m.
     #[must_use]
     pub fn shift(&self, time: f64) -> [f64; 3] {
@@ -84,15 +84,15 @@ impl Pour {
     }
 }
 
-/// All poured grains in order of their times.
-pub(super) fn lay_out(pours: &[Pour], geometry: Geometry) -> (Vec<Grain>, Vec<Poured>) {
-    let mut all: Vec<(Poured, Grain)> = Vec::new();
-    for (index, pour) in pours.iter().enumerate() {
-        let time = |number: usize| pour.start + number as f64 / pour.rate;
-        let grains = pour.grains(geometry).enumerate();
-        all.extend(grains.map(|(number, grain)| (Poured { time: time(number), pour: index }, grain)));
+/// All inserted grains in order of their times.
+pub(super) fn lay_out(insertions: &[Insertion], geometry: Geometry) -> (Vec<Grain>, Vec<Inserted>) {
+    let mut all: Vec<(Inserted, Grain)> = Vec::new();
+    for (index, insertion) in insertions.iter().enumerate() {
+        let time = |number: usize| insertion.start + number as f64 / insertion.rate;
+        let grains = insertion.grains(geometry).enumerate();
+        all.extend(grains.map(|(number, grain)| (Inserted { time: time(number), insertion: index }, grain)));
     }
-    all.sort_by(|a, b| a.0.time.total_cmp(&b.0.time).then(a.0.pour.cmp(&b.0.pour)));
-    let (poured, grains) = all.into_iter().unzip();
-    (grains, poured)
+    all.sort_by(|a, b| a.0.time.total_cmp(&b.0.time).then(a.0.insertion.cmp(&b.0.insertion)));
+    let (inserted, grains) = all.into_iter().unzip();
+    (grains, inserted)
 }
