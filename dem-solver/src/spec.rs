@@ -91,7 +91,7 @@ pub struct DemSpec {
     pub bulk: BulkSettings,
     /// Whether forces, gaps and impact speeds per grain are wanted; the general engine has them anyway.
     pub observations: bool,
-    /// Whether an account of dissipated energy is kept ([`crate::general::energy`]); not by the bulk engine.
+    /// Whether an account of dissipated energy is kept (`general::energy`); not by the bulk engine.
     pub energy: bool,
     /// Whether orientations are wanted: nothing depends on them. The general engine has them anyway.
     pub orientation: bool,

@@ -9,8 +9,8 @@
 //! order with implicit viscosity (Kim & Moin 1985; Brown, Cortez & Minion 2001). Solving for the
 //! increment keeps a steady state steady to round-off and makes every wall condition homogeneous.
 //!
-//! The parts are those of an [`Engine`], one for two axes and one for space. What a stage leaves out
-//! because another part does it is planned beforehand ([`crate::stages`]).
+//! The parts are those of an `Engine`, one for two axes and one for space. What a stage leaves out
+//! because another part does it is planned beforehand (`stages`).
 
 use crate::boundary::Boundary;
 use crate::engine::Engine;
