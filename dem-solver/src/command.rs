@@ -5,8 +5,7 @@ use std::process::ExitCode;
 
 use bedload_output::atomic_write;
 use bedload_output::vtk::{Array, image};
-use bedload_program::RunOptions;
-use bedload_program::{ProgramError, explain};
+use bedload_program::{ProgramError, RunOptions, explain};
 use clap::Parser;
 use protocol::checkpoint;
 use protocol::scene::{Axis, CheckedScene, Profile as Asked};

@@ -15,9 +15,7 @@ use crate::laws::table::ContactLaw;
 use crate::laws::walls::Wall;
 use crate::lubrication::settings::{Lubrication, LubricationSettings};
 use crate::motion::{Freedom, Motion};
-use crate::spec::BulkSettings;
-use crate::spec::Integrator;
-use crate::spec::{DemSpec, Engine};
+use crate::spec::{BulkSettings, DemSpec, Engine, Integrator};
 
 /// Roughness η/R where a coupled scene names none (Izard et al. 2014, §4.1).
 const ROUGHNESS: f64 = 4e-4;

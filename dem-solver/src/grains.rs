@@ -1,8 +1,7 @@
 //! Grains as structure of arrays, and how they answer to a force.
 
 use crate::grain::{Grain, Shape};
-use crate::motion::Motion;
-use crate::motion::Vec3;
+use crate::motion::{Motion, Vec3};
 use crate::report::GrainLoad;
 use nalgebra::{Quaternion, UnitQuaternion};
 

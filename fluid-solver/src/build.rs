@@ -6,8 +6,7 @@ use crate::config::{Choices, ForceTransport, ProjectionsKey, SchemeKey};
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
-use crate::scheme::Options;
-use crate::scheme::{Projections, Scheme, Viscous};
+use crate::scheme::{Options, Projections, Scheme, Viscous};
 use protocol::scene::{
     self, CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind,
 };

@@ -1,13 +1,12 @@
 //! What the fluid says of itself before a run (`bedload-fluid check`).
 
-use crate::bounds;
-use crate::build;
 use crate::config::{FluidSection, ForceTransport, SchemeKey};
 use crate::grid::Grid;
 use crate::memory::{self, Demand};
 use crate::plan::Plan;
 use crate::scheme::Viscous;
 use crate::transform;
+use crate::{bounds, build};
 use protocol::facts::{FluidFacts, Forcing};
 use protocol::scene::{CheckedScene, Grain, SceneError};
 use protocol::scheme::Scheme;

@@ -3,9 +3,8 @@
 use crate::checkpoint;
 use crate::lines::{self, Line};
 use crate::measure::mean_velocity;
-use crate::output;
-use crate::planes;
 use crate::solver::Solver;
+use crate::{output, planes};
 use bedload_output::{MetricValue, OutputFolder};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};

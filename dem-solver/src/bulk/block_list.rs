@@ -5,8 +5,7 @@
 
 use crate::bulk::block::Block;
 use crate::bulk::block_search::Scratch;
-use crate::bulk::records::History;
-use crate::bulk::records::{ContactPack, GrainRecord, SavedSpring};
+use crate::bulk::records::{ContactPack, GrainRecord, History, SavedSpring};
 use crate::bulk::skins::{Listed, Skin};
 use crate::bulk::wall::Wall;
 use crate::motion::Vec3;

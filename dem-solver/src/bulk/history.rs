@@ -1,9 +1,7 @@
 //! Springs in and out, by the grains' own numbers.
 
 use crate::bulk::engine::Bulk;
-use crate::bulk::records::History;
-use crate::bulk::records::SIZE;
-use crate::bulk::records::SavedSpring;
+use crate::bulk::records::{History, SIZE, SavedSpring};
 use crate::bulk::sync::{lock, mutex_mut};
 use crate::state::SavedContact;
 

@@ -4,8 +4,7 @@
 use crate::bulk::batch::Blocks;
 use crate::bulk::block::Block;
 use crate::bulk::engine::{Bulk, mean_diameter};
-use crate::bulk::records::GrainRecord;
-use crate::bulk::records::SIZE;
+use crate::bulk::records::{GrainRecord, SIZE};
 use crate::bulk::sync::{mutex_mut, rwlock_mut};
 use crate::grains::Grains;
 

@@ -2,9 +2,7 @@
 
 use crate::bulk::lanes::Lanes8;
 use crate::bulk::records::{ForceTorque, GrainRecord};
-use crate::motion::Motion;
-use crate::motion::Vec3;
-use crate::motion::rotate;
+use crate::motion::{Motion, Vec3, rotate};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// What besides contacts acts on a grain over a window. The fourth numbers are zero.

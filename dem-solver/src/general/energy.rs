@@ -22,8 +22,7 @@ use crate::laws::table::ContactLaw;
 use crate::laws::tangential::Sliding;
 use crate::motion::Vec3;
 use crate::report::Dissipated;
-use crate::spec::DemSpec;
-use crate::spec::Integrator;
+use crate::spec::{DemSpec, Integrator};
 
 /// What keeps a checked spec from having an account; none if nothing does.
 pub(crate) fn prevents(spec: &DemSpec) -> Option<&'static str> {

@@ -3,8 +3,7 @@
 use crate::general::contact::{Coefficients, Frame, Kinematics, Relative, SpringStep, resolve};
 use crate::grains::{Grains, Response};
 use crate::laws::table::PairLaw;
-use crate::motion::Motion;
-use crate::motion::Vec3;
+use crate::motion::{Motion, Vec3};
 use crate::report::GrainLoad;
 use crate::search::lists::Neighbours;
 use crate::solver::Dem;

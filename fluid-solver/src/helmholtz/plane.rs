@@ -12,8 +12,7 @@ use super::unknown::Unknown;
 use crate::grid::Grid;
 use crate::lanes::{Kernel, Lanes, ZERO, aligned, dispatch};
 use crate::threads::for_chunks;
-use crate::transform::Write;
-use crate::transform::{Direction, Rows, RowsMut, Scratch, Transform};
+use crate::transform::{Direction, Rows, RowsMut, Scratch, Transform, Write};
 use pulp::Simd;
 
 /// Solver for a grid of two axes.

@@ -9,8 +9,7 @@ use super::tiles::{LoadRows, StoreRows};
 use super::unknown::Unknown;
 use crate::grid::Grid;
 use crate::lanes::{Lanes, ZERO, aligned, dispatch};
-use crate::transform::Write;
-use crate::transform::{Direction, Rows, RowsMut, Scratch, Transform};
+use crate::transform::{Direction, Rows, RowsMut, Scratch, Transform, Write};
 use rayon::prelude::*;
 
 /// Solver for a grid of three axes.
