@@ -75,7 +75,7 @@ enum Command {
         #[command(subcommand)]
         command: LogWord,
     },
-    /// Run the ladder of a scene's [chart] section: error against cost, with the Pareto front
+    /// Run the sweep of a scene's [chart] section: error against cost, with the Pareto front
     Chart {
         /// Scene file (TOML) with a [chart] section
         scene: PathBuf,

@@ -1,5 +1,5 @@
 //! Speed against accuracy of the integrators:
-//! `cargo run --release -p dem-solver --example integrator_chart -- [FOLDER]` (docs/figures).
+//! `cargo run --release -p bedload-dem --example integrator_chart -- [FOLDER]` (docs/figures).
 //!
 //! Two spheres of acetate (e_n = 0.87, μ = 0.25, k_t/k_n = 0.2, no tangential dashpot) collide with sub-steps
 //! of t_c/5 to t_c/200. Each error is the largest over 16 moments of the touch within a sub-step:

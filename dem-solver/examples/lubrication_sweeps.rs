@@ -1,4 +1,4 @@
-//! What sweeps over films cost and leave: `cargo run --release -p dem-solver --example lubrication_sweeps [SCENE] [WINDOWS]`.
+//! What sweeps over films cost and leave: `cargo run --release -p bedload-dem --example lubrication_sweeps [SCENE] [WINDOWS]`.
 //!
 //! The grains of a scene (by default the inclined bed) move under their weight through their films, in windows as a
 //! fluid orders them; after each window the velocities are compared with those of 400 sweeps in every sub-step from the

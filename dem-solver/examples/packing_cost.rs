@@ -1,5 +1,5 @@
 //! What a grain and sub-step cost in bulk:
-//! `cargo run --release -p dem-solver --example packing_cost -- N [STEPS [THREADS [MODE [FILE]]]]`.
+//! `cargo run --release -p bedload-dem --example packing_cost -- N [STEPS [THREADS [MODE [FILE]]]]`.
 //!
 //! `scenes/bench/packing.csv` (1,000 settled spheres, D = 2 mm ± 10 %, walls 10 D apart) stacked up to N
 //! grains; e_n = 0.3, μ = 0.25, t_c = 1e-4 s, dt = t_c/50. After RELAX sub-steps (from the environment,

@@ -1,4 +1,4 @@
-//! What a grain-sub-step costs: `cargo run --release -p dem-solver --example substep_cost`.
+//! What a grain-sub-step costs: `cargo run --release -p bedload-dem --example substep_cost`.
 //!
 //! One grain that bounces on a wall in windows of 4000 sub-steps, dry and with the film; 1,000 grains
 //! in a settled heap in a periodic box.

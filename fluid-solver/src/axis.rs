@@ -16,7 +16,7 @@ pub enum AxisSpec {
     },
     /// Equal cells from `start` to `core_end`, then widths in arithmetic progression up to `end`.
     ///
-    /// The seed's radial grid (Izard, Bonometti & Lacaze 2014, §3.1): 128 cells over 20 D,
+    /// The radial grid of Izard, Bonometti & Lacaze (2014, §3.1): 128 cells over 20 D,
     /// constant width D/20 up to 1.5 D.
     Growing {
         /// Position of the lower face, m.

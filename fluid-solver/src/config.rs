@@ -83,11 +83,11 @@ impl Default for TimeSection {
 pub struct ImmersedSection {
     /// `carried` (default) or `direct` (Izard et al. 2014, eq. 7).
     pub method: Forcing,
-    /// `parameter-free` (default of `carried`) or `seed` (default of `direct`).
+    /// `parameter-free` (default of `carried`) or `izard-2014` (default of `direct`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mask: Option<Mask>,
-    /// Factor on the thickness of the seed's eqs 8–10; by default 0.5 for `parameter-free`, 1 for
-    /// `seed`.
+    /// Factor on the thickness of Izard et al. (2014), eqs 8–10; by default 0.5 for `parameter-free`, 1 for
+    /// `izard-2014`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<f64>,
     /// Whether the carried force stays in its cells until the next step or moves with the grains: `eulerian`
@@ -151,6 +151,7 @@ const RETIRED: &[Retired] = &[
         "fluid.immersed.force_transport, \"eulerian\" (was \"in-place\") or \"advected\" (was \"with-grains\")",
     ),
     Retired::key("fluid.time.rungs", "fluid.time.dt_levels_per_octave"),
+    Retired::value("fluid.immersed.mask", "seed", "\"izard-2014\""),
     Retired::value("fluid.loads.form", "F1", "\"izard-2014\""),
     Retired::value("fluid.loads.form", "F2", "\"kempe-froehlich-2012\""),
     Retired::value("fluid.loads.form", "F3", "\"uhlmann-2005\""),
@@ -203,7 +204,7 @@ impl FluidSection {
     pub fn choices(&self) -> Choices {
         let method = self.immersed.method;
         let direct = method == Forcing::Direct;
-        let mask = self.immersed.mask.unwrap_or(if direct { Mask::Seed } else { Mask::ParameterFree });
+        let mask = self.immersed.mask.unwrap_or(if direct { Mask::Izard2014 } else { Mask::ParameterFree });
         let form = self.loads.form.unwrap_or(if direct {
             LoadsForm::Izard2014
         } else {
@@ -214,7 +215,7 @@ impl FluidSection {
             time: self.time.clone(),
             method,
             mask,
-            width: self.immersed.width.unwrap_or(if mask == Mask::Seed { 1.0 } else { 0.5 }),
+            width: self.immersed.width.unwrap_or(if mask == Mask::Izard2014 { 1.0 } else { 0.5 }),
             force_transport: self.immersed.force_transport,
             form,
             virtual_mass: self.loads.virtual_mass.unwrap_or(if none { 0.0 } else { 0.5 }),
@@ -265,7 +266,7 @@ impl FluidSection {
             return Err(source.error(
                 "fluid.immersed.width",
                 format!("is {}; allowed: above 0, up to 4", choices.width),
-                "give a factor on the seed's thickness, such as 0.5",
+                "give a factor on the thickness of Izard et al. (2014), such as 0.5",
             ));
         }
         let scheme = coupling::read(scene, choices.form)?.0;

@@ -23,8 +23,8 @@ pub fn facts(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     }
 }
 
-/// Bytes that are kept of what the grains hold of the grid: the odds of all cells of each component.
-fn held<const D: usize>(scene: &CheckedScene, spacing: f64) -> u64 {
+/// Bytes that are kept of what the grains hold of the grid: the mask ratio of all cells of each component.
+fn kept_bytes<const D: usize>(scene: &CheckedScene, spacing: f64) -> u64 {
     let cells = |grain: &Grain| {
         // measured at ten cells across: the surface is felt two cells beyond it, and whole vectors of eight are six more
         let across = 2.0 * grain.radius / spacing + 4.4;
@@ -45,7 +45,7 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     let implicit = plan.viscous == Viscous::Implicit;
     let carried = choices.method == Forcing::Carried && !scene.grains.is_empty();
     let along = build::goes_along(scene, &choices);
-    let held = if build::keeps(scene, &choices) { held::<D>(scene, plan.spacing) } else { 0 };
+    let held = if build::keeps(scene, &choices) { kept_bytes::<D>(scene, plan.spacing) } else { 0 };
     let repeated = crate::coupling::read(scene, choices.form)?.0 == Scheme::Iterated;
     let memory = memory::estimate(&grid, Demand { carried, along, implicit, repeated, held });
     memory::check(scene, memory, protocol::memory::available().as_ref())?;

@@ -150,18 +150,18 @@ fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
 
 fn solid<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
-    let mut odds = grid.new_field();
+    let mut ratio = grid.new_field();
     for_each_layer(
         grid,
         solver.mask_model(),
         solver.immersed().shapes(),
         solver.motions(),
         |k, layer_sums, _, _| {
-            let layer = &mut odds[first(grid, k)..];
+            let layer = &mut ratio[first(grid, k)..];
             layer.iter_mut().zip(layer_sums.totals()).for_each(|(sum, total)| *sum += total);
         },
     );
     let mut values = Vec::with_capacity(grid.cell_count());
-    for_each_cell(grid, |_, index| values.push(odds[index] / (1.0 + odds[index])));
+    for_each_cell(grid, |_, index| values.push(ratio[index] / (1.0 + ratio[index])));
     Array { name: "solid", components: 1, values }
 }

@@ -69,7 +69,7 @@ pub fn averages<const D: usize>(solver: &Solver<D>, axis: usize) -> Vec<Plane> {
 /// Adds what the grains fill and how it moves; returns the mask ratios of the solid in every cell.
 fn add_grains<const D: usize>(solver: &Solver<D>, axis: usize, sums: &mut [Sums]) -> Vec<f64> {
     let grid = solver.grid();
-    let model = MaskModel { mask: Mask::Seed, ..*solver.mask_model() };
+    let model = MaskModel { mask: Mask::Izard2014, ..*solver.mask_model() };
     let mut ratios = grid.new_field();
     for_each_layer(
         grid,

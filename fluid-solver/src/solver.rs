@@ -96,6 +96,33 @@ impl<const D: usize> Solver<D> {
     ///
     /// # Errors
     /// With the key of whatever the fluid cannot do.
+    ///
+    /// ```
+    /// use fluid_solver::solver::Solver;
+    /// use protocol::scene::{CheckedScene, SceneSource};
+    ///
+    /// let text = r#"
+    /// until = 1.0
+    /// [domain]
+    /// geometry = "plane"
+    /// lower = [0.0, 0.0]
+    /// upper = [2.0, 1.0]
+    /// cells = [32, 16]
+    /// boundary = { x = "periodic", z = "no-slip" }
+    /// [medium]
+    /// density = 1000.0
+    /// viscosity = 0.001
+    /// [[grains]]
+    /// position = [1.0, 0.0, 0.5]
+    /// radius = 0.2
+    /// density = 2500.0
+    /// "#;
+    /// let scene = CheckedScene::new(SceneSource { file: "disc.toml".into(), text: text.into() })?;
+    /// let solver = Solver::<2>::new(&scene)?;
+    /// assert_eq!(solver.grid().cell_count(), 512);
+    /// assert_eq!(solver.motions().len(), 1);
+    /// # Ok::<(), protocol::scene::SceneError>(())
+    /// ```
     pub fn new(scene: &CheckedScene) -> Result<Self, SceneError> {
         let choices = FluidSection::read(scene)?.choices();
         let medium: &Medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
@@ -161,7 +188,7 @@ impl<const D: usize> Solver<D> {
     fn begin(&mut self, scene: &CheckedScene) {
         let grid = self.stepper.grid().clone();
         build::set_initial(scene, &grid, self.stepper.state_mut());
-        let sharp = MaskModel { mask: Mask::Seed, ..self.model };
+        let sharp = MaskModel { mask: Mask::Izard2014, ..self.model };
         let velocity = &mut self.stepper.state_mut().velocity;
         self.immersed.impose_direct(&grid, &sharp, &self.memory.motions, velocity);
         self.stepper.project_velocity();
@@ -243,7 +270,7 @@ impl<const D: usize> Solver<D> {
         immersed.advect_force(stepper.grid(), model, [&memory.motions, predicted], [lambda, masks, spare]);
     }
 
-    /// The seed's order: the whole step with the motion known, then loads and motion cross.
+    /// The order of Izard et al. (2014): the whole step with the motion known, then loads and motion cross.
     fn window_explicit(
         &mut self,
         window: &Window,

@@ -1,7 +1,7 @@
 //! What the coupling itself costs: three processes, idle solvers, µs per window.
 //!
 //! ```text
-//! cargo run --release -p protocol --example exchange_cost -- [--windows N] [--grains N,N,…]
+//! cargo run --release -p bedload-protocol --example exchange_cost -- [--windows N] [--grains N,N,…]
 //! ```
 //!
 //! One window is `Advance` → loads → kinematics → `Done` of both solvers, each record written and

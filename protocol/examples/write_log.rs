@@ -1,6 +1,6 @@
 //! Writes a log of grains that settle with Stokes drag, and prints what recording cost.
 //!
-//! `cargo run --release -p protocol --example write_log -- LOG [WINDOWS] [GRAINS] [WINDOW_US]`:
+//! `cargo run --release -p bedload-protocol --example write_log -- LOG [WINDOWS] [GRAINS] [WINDOW_US]`:
 //! with WINDOW_US each window also takes that long, as a solver would.
 
 use std::time::{Duration, Instant};

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Bedload's DEM beside LAMMPS gran/hooke/history on the same packings, one core each, in turn.
-#   apt-get install lammps; cargo build --release -p dem-solver --example packing_cost
+#   apt-get install lammps; cargo build --release -p bedload-dem --example packing_cost
 #   tests/peers/lammps.sh [N STEPS | rain N STEPS]...
 # Packings at rest are made by Bedload when first asked for, and kept in $PACKINGS. Both codes take the centres and
 # radii, and relax RELAX sub-steps (1000; rain: none), as the springs are not handed over. REPEATS turns (3).

@@ -44,11 +44,11 @@ pub(super) struct Profile {
 pub(super) struct Law {
     /// 1/(2^½ f), over the cell width if cells are even.
     thin: f64,
-    /// q = (this / w²) e^{…}; zero for the seed's mask.
+    /// q = (this / w²) e^{…}; zero for the mask of Izard et al..
     rate: f64,
     /// Factor of Σ n⁴Δx²/w².
     shift: f64,
-    /// Factor in place of `rate`/w² for the seed's mask, else zero.
+    /// Factor in place of `rate`/w² for the mask of Izard et al., else zero.
     plain: f64,
     radius: f64,
     /// Squared radius within which a cell is solid, m².
@@ -111,7 +111,7 @@ impl Law {
     #[inline(always)]
     pub(super) fn new(model: &MaskModel, radius: f64, inner: f64, even: Option<f64>) -> Self {
         let (rate, shift, plain) = match model.mask {
-            Mask::Seed => (0.0, 0.0, 1.0),
+            Mask::Izard2014 => (0.0, 0.0, 1.0),
             Mask::ParameterFree => {
                 let [rate, shift] = model.rate_and_shift();
                 (rate, shift, 0.0)
@@ -194,10 +194,10 @@ mod tests {
     /// Mask ratio of rows of cells are those of the model, one by one, with widths equal and not; places that
     /// the grain does not hold have none.
     #[test]
-    fn odds_of_rows_are_those_of_the_kernel() {
+    fn mask_ratios_of_rows_are_those_of_the_kernel() {
         let widths = |even: Option<f64>| even.map_or([0.11, 0.09], |h| [h; 2]);
         for (mask, even) in
-            [(Mask::ParameterFree, None), (Mask::ParameterFree, Some(0.1)), (Mask::Seed, None)]
+            [(Mask::ParameterFree, None), (Mask::ParameterFree, Some(0.1)), (Mask::Izard2014, None)]
         {
             let model = MaskModel { mask, width: 0.5, viscosity: 1e-2, dt: 0.03 };
             let [across, over] = widths(even);
@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn inside_is_solid_outside_is_fluid_and_the_reach_knows_it() {
-        for mask in [Mask::ParameterFree, Mask::Seed] {
+        for mask in [Mask::ParameterFree, Mask::Izard2014] {
             for dt in [1e-4, 0.5, 100.0] {
                 let model = MaskModel { mask, dt, ..MODEL };
                 let [inner, outer] = model.reach(1.0, 0.1, 0.1);

@@ -8,7 +8,7 @@
 //! τ = (w² / 4ν) exp(2 γ_E − 0.0566 (n_x⁴ + n_y⁴ + n_z⁴) Δx² / w²),   q = (dt / τ) e^{−2s/w}
 //! ```
 //!
-//! Derivation: `docs/equations-immersed.md`. **Seed**: `q = e^{−2s/w}` (Izard et al. 2014, eq. 8).
+//! Derivation: `docs/equations-immersed.md`. **Izard et al.**: `q = e^{−2s/w}` (Izard et al. 2014, eq. 8).
 //! q is called the mask ratio here.
 //!
 //! Thickness w (Izard et al. 2014, eqs 8–10):
@@ -57,7 +57,8 @@ pub enum Mask {
     #[default]
     ParameterFree,
     /// Izard et al. (2014), eq. 8.
-    Seed,
+    #[serde(rename = "izard-2014")]
+    Izard2014,
 }
 
 /// A mask with everything it depends on but the place.
@@ -65,7 +66,7 @@ pub enum Mask {
 pub struct MaskModel {
     /// Form.
     pub mask: Mask,
-    /// Factor on the seed's thickness.
+    /// Factor on the thickness of Izard et al. (2014), eqs 8–10.
     pub width: f64,
     /// Kinematic viscosity, m²/s.
     pub viscosity: f64,
@@ -93,7 +94,7 @@ impl MaskModel {
         let thin = self.width * low * 2f64.sqrt() * least;
         let thick = self.width * high * 2f64.sqrt() * most;
         let rates = match self.mask {
-            Mask::Seed => [0.0, 0.0],
+            Mask::Izard2014 => [0.0, 0.0],
             Mask::ParameterFree => [self.log_rate(thick, 0.0), self.log_rate(thin, most * most)],
         };
         let inner = radius - 0.5 * thick * (LOG_EDGE - rates[0]).max(0.0);

@@ -18,7 +18,7 @@ pub(super) fn thickness<const D: usize>(factor: f64, n: &[f64; D], spacing: &[f6
 }
 
 /// Logarithm of the mask ratios of eq. 8: `−2 s / w`.
-pub(super) fn log_odds(s: f64, w: f64) -> f64 {
+pub(super) fn log_ratio(s: f64, w: f64) -> f64 {
     -2.0 * s / w
 }
 
@@ -32,8 +32,8 @@ fn exponent<const D: usize>(model: &MaskModel, s: f64, n: &[f64; D], spacing: &[
     let w = thickness(model.width, n, spacing);
     let fourth: f64 = (0..D).map(|a| (n[a] * n[a] * spacing[a]).powi(2)).sum();
     match model.mask {
-        Mask::Seed => log_odds(s, w),
-        Mask::ParameterFree => log_odds(s, w) + model.log_rate(w, fourth),
+        Mask::Izard2014 => log_ratio(s, w),
+        Mask::ParameterFree => log_ratio(s, w) + model.log_rate(w, fourth),
     }
 }
 
@@ -55,9 +55,9 @@ mod tests {
     }
 
     #[test]
-    fn odds_give_equation_8() {
+    fn mask_ratios_give_equation_8() {
         for s in [-3.0, -0.4, 0.0, 0.1, 2.5] {
-            let alpha = fraction(log_odds(s, 0.7).exp());
+            let alpha = fraction(log_ratio(s, 0.7).exp());
             assert!((alpha - printed(s, 0.7)).abs() < 1e-15, "s = {s}: {alpha}");
         }
     }

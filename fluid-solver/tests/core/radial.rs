@@ -18,7 +18,7 @@ fn bessel_j0(x: f64) -> f64 {
 /// First zero of J₀ (Abramowitz & Stegun 1964, table 9.5).
 const J01: f64 = 2.404_825_557_695_773;
 
-/// The seed's kind of grid on 0..1: equal cells up to 0.25, then growing.
+/// The kind of grid of Izard et al. (2014) on 0..1: equal cells up to 0.25, then growing.
 fn growing(cells: usize) -> AxisSpec {
     AxisSpec::Growing { start: 0.0, core_end: 0.25, width: 0.5 / cells as f64, end: 1.0, cells }
 }
@@ -50,7 +50,7 @@ fn bessel_error(grid: Grid<2>, scheme: fluid_solver::scheme::Scheme) -> f64 {
     error(&grid, 1, &s.state().velocity[1], |[r, _]| decay * bessel_j0(J01 * r))
 }
 
-/// Second order on equal cells and on the seed's growing cells.
+/// Second order on equal cells and on growing cells.
 #[test]
 fn bessel_mode_decays_at_second_order() {
     for scheme in SCHEMES {
@@ -105,11 +105,11 @@ fn energy_only_falls_without_forcing() {
     assert!((end / start - 1.0).abs() < 0.02, "momentum {start} → {end}");
 }
 
-/// The seed's grid (Izard, Bonometti & Lacaze 2014, §3.1): 128 cells over 20 D, D/20 up to 1.5 D.
+/// The grid of Izard, Bonometti & Lacaze (2014, §3.1): 128 cells over 20 D, D/20 up to 1.5 D.
 #[test]
 fn seed_grid_has_its_cells_and_impossible_ones_are_refused() {
-    let seed = |cells| AxisSpec::Growing { start: 0.0, core_end: 1.5, width: 0.05, end: 20.0, cells };
-    let grid = pipe(seed(128), uniform(40.0, 800));
+    let izard = |cells| AxisSpec::Growing { start: 0.0, core_end: 1.5, width: 0.05, end: 20.0, cells };
+    let grid = pipe(izard(128), uniform(40.0, 800));
     let widths = &grid.axes[0].widths;
     assert_eq!(widths.len(), 128);
     assert!(widths[..30].iter().all(|w| (w - 0.05).abs() < 1e-12));
@@ -117,7 +117,7 @@ fn seed_grid_has_its_cells_and_impossible_ones_are_refused() {
     assert!(growth > 0.0);
     assert!(widths[30..].windows(2).all(|w| (w[1] - w[0] - growth).abs() < 1e-12));
     assert!((grid.axes[0].faces[128] - 20.0).abs() < 1e-12);
-    let make = |cells| fluid_solver::axis::Axis::new(0, &seed(cells), false, true);
+    let make = |cells| fluid_solver::axis::Axis::new(0, &izard(cells), false, true);
     assert!(matches!(make(500), Err(GridError::Shrinking { most: 400, .. })));
     assert!(matches!(make(30), Err(GridError::Core { .. })));
 }

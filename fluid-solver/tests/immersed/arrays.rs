@@ -80,8 +80,8 @@ fn f5b_drag_does_not_depend_on_dt() {
 fn eq_7_drag_depends_on_dt() {
     // What docs/numerics.md, Mask, says of direct forcing; were it not so, yu-shao-fixed-point would have no
     // point.
-    let seed = "immersed = { method = \"direct\" }\nloads = { form = \"uhlmann-2005\" }";
-    let [a, b] = [0.25, 4.0].map(|number| drag(&cylinders(0.1, 24, number, 0.0, seed)));
+    let izard = "immersed = { method = \"direct\" }\nloads = { form = \"uhlmann-2005\" }";
+    let [a, b] = [0.25, 4.0].map(|number| drag(&cylinders(0.1, 24, number, 0.0, izard)));
     println!("eq. 7: drag {a:.3} and {b:.3} at nu dt/dx^2 = 0.25 and 4; exact {:.3}", sangani_acrivos(0.1));
     assert!((a / b - 1.0).abs() > 0.05);
 }

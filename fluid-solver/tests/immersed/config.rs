@@ -52,7 +52,7 @@ fn the_seed_is_one_key_away() {
     let scene = try_scene(&text(2.0, "[32, 32, 32]", seed)).expect("right");
     let facts = facts(&scene).expect("right");
     assert_eq!((facts.loads, facts.virtual_mass), (LoadsForm::Izard2014, 0.0));
-    assert_eq!(facts.resolved["immersed"]["mask"].as_str(), Some("seed"));
+    assert_eq!(facts.resolved["immersed"]["mask"].as_str(), Some("izard-2014"));
     assert_eq!(facts.resolved["immersed"]["width"].as_float(), Some(1.0));
 }
 
@@ -85,6 +85,7 @@ fn errors_name_key_and_value() {
         ),
         (2.0, "loads = { form = \"F5b\" }", "fluid.loads.form", "yu-shao-fixed-point"),
         (2.0, "time = { dt_levels_per_octave = 3 }", "fluid.time.dt_levels_per_octave", "3"),
+        (2.0, "immersed = { mask = \"seed\" }", "fluid.immersed.mask", "izard-2014"),
         (2.0, "time = { rungs = 4 }", "fluid.time.rungs", "dt_levels_per_octave"),
         (2.0, "immersed = { carry = \"with-grains\" }", "fluid.immersed.carry", "force_transport"),
         (2.0, "time = { dtt = 0.1 }", "fluid.time.dtt", "unknown field"),

@@ -47,7 +47,7 @@
 //!
 //! # What a window costs
 //!
-//! `cargo run --release -p protocol --example exchange_cost` measures it. A receiver yields its core
+//! `cargo run --release -p bedload-protocol --example exchange_cost` measures it. A receiver yields its core
 //! for [`Rendezvous::spin_us`] before it sleeps, and drains events only just before sleeping, so that
 //! notifying a process that is awake costs no system call. Where windows are long and even it naps by
 //! its own timer until shortly before the message is due, so that it is awake then; the coupler, with

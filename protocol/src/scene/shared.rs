@@ -86,7 +86,7 @@ pub struct Scene {
     #[serde(default)]
     #[schemars(with = "serde_json::Value")]
     pub coupling: toml::Table,
-    /// The ladder of `bedload chart`.
+    /// The sweep of `bedload chart`.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "serde_json::Value")]
     pub chart: toml::Table,
