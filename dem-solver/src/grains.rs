@@ -2,6 +2,7 @@
 
 use crate::grain::{Grain, Shape};
 use crate::motion::{Motion, Vec3};
+use crate::periods::Periods;
 use crate::report::GrainLoad;
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -94,6 +95,11 @@ impl Grains {
         truncate!(mass, inertia, material, motion, translation, rotation);
     }
 
+    /// Puts all centres back into the period.
+    pub(crate) fn wrap(&mut self, periods: &Periods) {
+        self.position.iter_mut().zip(&mut self.image).for_each(|(x, image)| periods.wrap(x, image));
+    }
+
     /// Number of grains.
     #[inline(always)]
     #[must_use]
@@ -141,28 +147,26 @@ pub struct Response {
 }
 
 impl Response {
-    /// Room for `n` grains.
+    /// The response under these loads; none at all is a dry run.
     #[must_use]
-    pub fn new(n: usize) -> Self {
-        Self {
-            inverse_mass: vec![Vec3::zeros(); n],
-            inverse_inertia: vec![Vec3::zeros(); n],
-            contact_inverse_mass: vec![0.0; n],
-            acceleration: vec![Vec3::zeros(); n],
-            spin_acceleration: vec![Vec3::zeros(); n],
-        }
+    pub fn new(grains: &Grains, gravity: &Vec3, loads: &[GrainLoad]) -> Self {
+        let mut response = Self::default();
+        response.set(grains, gravity, loads);
+        response
     }
 
-    /// The response without any load.
-    #[must_use]
-    pub fn dry(grains: &Grains) -> Self {
-        let mut response = Self::new(grains.len());
-        response.set(grains, &Vec3::zeros(), &[]);
-        response
+    /// Room for `n` grains; what it then says of new ones is nothing.
+    pub(crate) fn resize(&mut self, n: usize) {
+        let Self { inverse_mass, inverse_inertia, acceleration, spin_acceleration, .. } = self;
+        for vectors in [inverse_mass, inverse_inertia, acceleration, spin_acceleration] {
+            vectors.resize(n, Vec3::zeros());
+        }
+        self.contact_inverse_mass.resize(n, 0.0);
     }
 
     /// Takes the loads of a window; no load at all is a dry run.
     pub fn set(&mut self, grains: &Grains, gravity: &Vec3, loads: &[GrainLoad]) {
+        self.resize(grains.len());
         for i in 0..grains.len() {
             let load = loads.get(i).copied().unwrap_or_default();
             let inverse = 1.0 / (grains.mass[i] + load.added_mass);
@@ -178,23 +182,16 @@ impl Response {
         }
     }
 
-    /// m* of grains `i` and `j`; two grains that only turn count with their own masses.
+    /// m* of grain `i` against grain `j`, or against a wall; grains that only turn count with their own masses.
     #[inline(always)]
     #[must_use]
-    pub fn effective_mass(&self, grains: &Grains, i: usize, j: usize) -> f64 {
-        let inverse = self.contact_inverse_mass[i] + self.contact_inverse_mass[j];
+    pub fn effective_mass(&self, grains: &Grains, i: usize, j: Option<usize>) -> f64 {
+        let of = &self.contact_inverse_mass;
+        let inverse = j.map_or(of[i], |j| of[i] + of[j]);
         if inverse > 0.0 {
-            1.0 / inverse
-        } else {
-            grains.mass[i] * grains.mass[j] / (grains.mass[i] + grains.mass[j])
+            return 1.0 / inverse;
         }
-    }
-
-    /// m* of grain `i` against a wall.
-    #[inline(always)]
-    #[must_use]
-    pub fn wall_mass(&self, grains: &Grains, i: usize) -> f64 {
-        let inverse = self.contact_inverse_mass[i];
-        if inverse > 0.0 { 1.0 / inverse } else { grains.mass[i] }
+        let mass = grains.mass[i];
+        j.map_or(mass, |j| mass * grains.mass[j] / (mass + grains.mass[j]))
     }
 }

@@ -40,9 +40,7 @@ impl DemSpec {
                 "positive and finite; a dry scene takes form = \"none\"",
             );
         }
-        if let Some(skin) = self.skin.filter(|skin| !(*skin > 0.0 && skin.is_finite())) {
-            return model("neighbour list", "skin", skin, "positive and finite");
-        }
+        SpecError::unless_positive("neighbour list", &[("skin", self.skin.unwrap_or(1.0))])?;
         let hertz = |law: &ContactLaw| matches!(law, ContactLaw::HertzMindlin(_));
         let laws = || self.pairs.iter().map(|pair| &pair.contact).chain([&self.contact]);
         if self.shape == Shape::Disc && laws().any(hertz) {

@@ -212,7 +212,7 @@ impl Block {
         let mut writer = PackWriter::new(&mut self.walls, none, &[]);
         let mut at = u16::MAX;
         for &(w, i) in &self.candidates.walls {
-            let plane = reach.walls[usize::from(w)].plane();
+            let plane = &reach.walls[usize::from(w)].plane;
             if w != at {
                 at = w;
                 writer.lane = 8;

@@ -53,7 +53,7 @@ impl Block {
         self.reach = self.build_halo(search, scratch);
         self.candidates.walls.clear();
         for (w, wall) in (0u16..).zip(search.walls) {
-            let plane = wall.plane();
+            let plane = &wall.plane;
             let at = |row: &GrainRecord| {
                 plane.stands(search.t) && row.inverse_mass() > 0.0 && row.gap(plane, search.t) < search.skin
             };

@@ -87,17 +87,15 @@ impl Bulk {
         let material = spec.grains.first()?.material;
         let law = laws.linear(material, material)?;
         let planes = spec.walls.iter().map(|wall| (Plane::from(wall), wall.material));
-        let walls = planes.map(|(plane, of)| Some(Wall::new(plane, laws.linear(material, of)?)));
+        let walls = planes.map(|(plane, of)| Some(Wall { plane, law: laws.linear(material, of)? }));
         let walls: Vec<Wall> = walls.collect::<Option<_>>()?;
         let periods = Periods::new(spec.periods);
         let length = std::array::from_fn(|axis| periods.of(axis).1);
         let settings = spec.bulk;
         let threads = useful_threads(settings.threads, moving);
         let radii: Vec<f64> = spec.grains.iter().map(|grain| grain.radius).collect();
-        let wall_speed = walls
-            .iter()
-            .map(|wall| wall.plane().velocity.dot(&wall.plane().normal).abs())
-            .fold(0.0, f64::max);
+        let wall_speeds = walls.iter().map(|wall| wall.plane.velocity.dot(&wall.plane.normal).abs());
+        let wall_speed = wall_speeds.fold(0.0, f64::max);
         Some(Self {
             settings,
             common: Common { walls, length, law, plain: settings.plain },

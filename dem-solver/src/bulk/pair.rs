@@ -34,50 +34,24 @@ impl<L: Lanes> Images<L> {
     }
 }
 
-/// Signs of the second partner's numbers in [`apart`] and [`around`].
-#[derive(Clone, Copy)]
-struct Signs<L> {
-    apart: L,
-    around: L,
-}
-
-/// Differences of centres and velocities, sums of radii and inverse masses, as columns.
+/// One number per column of both packs: rows of first partners plus those of second ones with `signs`. These are 1 or
+/// −1: one rounding, that of the sum.
 #[inline(always)]
-fn apart<L: Lanes8>(
-    token: L::Token,
-    signs: &Signs<L>,
-    pack: &ContactPack,
+fn columns<L: Lanes8>(
+    [p, q]: [&ContactPack; 2],
     own: &[GrainRecord],
     second: &[GrainRecord],
-) -> [L; 8] {
-    let mut rows = [signs.apart; 8];
-    for (k, row) in rows.iter_mut().enumerate() {
-        let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
-        // the sign is 1 or −1: one rounding, that of the sum
-        *row = L::load(token, &second[j].a).times_plus(signs.apart, L::load(token, &own[i].a));
-    }
-    L::transpose(rows)
-}
-
-/// Sums of spins and radii, then their differences, as columns.
-#[inline(always)]
-fn around<L: Lanes8>(
-    token: L::Token,
-    signs: &Signs<L>,
-    pack: &ContactPack,
-    own: &[GrainRecord],
-    second: &[GrainRecord],
-) -> [L; 8] {
-    let mut rows = [signs.around; 8];
-    for (k, row) in rows.iter_mut().enumerate() {
-        let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
-        *row = L::load_twice(token, &second[j].b).times_plus(signs.around, L::load_twice(token, &own[i].b));
-    }
-    L::transpose(rows)
-}
-
-#[inline(always)]
-fn side_by_side<L: Copy>(a: [L; 8], b: [L; 8]) -> [LanePair<L>; 8] {
+    signs: L,
+    load: impl Fn(&GrainRecord) -> L,
+) -> [LanePair<L>; 8] {
+    let of = |pack: &ContactPack| {
+        let mut rows = [signs; 8];
+        for (k, row) in rows.iter_mut().enumerate() {
+            *row = load(&second[pack.j[k] as usize]).times_plus(signs, load(&own[pack.i[k] as usize]));
+        }
+        L::transpose(rows)
+    };
+    let (a, b) = (of(p), of(q));
     std::array::from_fn(|k| LanePair(a[k], b[k]))
 }
 
@@ -96,15 +70,21 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
 ) {
     let second = if CROSS { others } else { own };
     let nearly = LanePair::splat(token, 1.0 + 1e-12);
-    let signs = Signs {
-        apart: L::load(token, &[-1.0, -1.0, -1.0, 1.0, -1.0, -1.0, -1.0, 1.0]),
-        around: L::load(token, &[1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]),
-    };
+    let signs =
+        [[-1.0, -1.0, -1.0, 1.0, -1.0, -1.0, -1.0, 1.0], [1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]];
+    let [apart, around] = signs.map(|signs| L::load(token, &signs));
     let mut deepest = law.zero;
     let (twos, _) = packs.as_chunks_mut::<2>();
     for [p, q] in twos {
-        let [mut dx, mut dy, mut dz, reach, vx, vy, vz, inverse_mass] =
-            side_by_side(apart(token, &signs, p, own, second), apart(token, &signs, q, own, second));
+        // differences of centres and velocities, sums of radii and inverse masses
+        let [mut dx, mut dy, mut dz, reach, vx, vy, vz, inverse_mass] = columns(
+            [p, q],
+            own,
+            second,
+            apart,
+            #[inline(always)]
+            |row| L::load(token, &row.a),
+        );
         if PERIODIC {
             dx = images.nearest(0, dx);
             dy = images.nearest(1, dy);
@@ -119,8 +99,15 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
         let overlap = reach - distance;
         let overlapping = law.zero.lt(overlap);
         deepest = overlap.max(deepest);
-        let [sx, sy, sz, _, ex, ey, ez, differ] =
-            side_by_side(around(token, &signs, p, own, second), around(token, &signs, q, own, second));
+        // sums of spins and radii, then their differences
+        let [sx, sy, sz, _, ex, ey, ez, differ] = columns(
+            [p, q],
+            own,
+            second,
+            around,
+            #[inline(always)]
+            |row| L::load_twice(token, &row.b),
+        );
         // lever arms (base ± (r_i − r_j))/2 with base r_i + r_j or the distance
         let base = law.half * if law.at_contact_point { distance } else { reach };
         let differ = law.half * differ;
@@ -154,23 +141,23 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
             for (pack, touching, lanes) in
                 [(&mut *p, touching.0, answer.rate.0), (&mut *q, touching.1, answer.rate.1)]
             {
-                let mut rate = super::records::ForceTorque([0.0; 8]);
-                lanes.store(&mut rate.0);
-                observed.pair_event(pack, touching, &rate.0, CROSS);
+                let mut rate = [0.0; 8];
+                lanes.store(&mut rate);
+                observed.pair_event(pack, touching, &rate, CROSS);
                 pack.touching = touching;
             }
         }
         let (f, m) = (answer.force, answer.moment);
         let (arm_i, arm_j) = (base + differ, base - differ);
-        if touching.0 != 0 {
-            observed.contacts += touching.0.count_ones() * if CROSS { 1 } else { 2 };
-            let (f, m) = (Vec3Lanes(f.0.0, f.1.0, f.2.0), Vec3Lanes(m.0.0, m.1.0, m.2.0));
-            scatter::<L, CROSS>(token, law.zero.0, p, push, f, m, arm_i.0, arm_j.0);
-        }
-        if touching.1 != 0 {
-            observed.contacts += touching.1.count_ones() * if CROSS { 1 } else { 2 };
-            let (f, m) = (Vec3Lanes(f.0.1, f.1.1, f.2.1), Vec3Lanes(m.0.1, m.1.1, m.2.1));
-            scatter::<L, CROSS>(token, law.zero.0, q, push, f, m, arm_i.1, arm_j.1);
+        let halves = [
+            (p, touching.0, [f.0.0, f.1.0, f.2.0], [m.0.0, m.1.0, m.2.0], (arm_i.0, arm_j.0)),
+            (q, touching.1, [f.0.1, f.1.1, f.2.1], [m.0.1, m.1.1, m.2.1], (arm_i.1, arm_j.1)),
+        ];
+        for (pack, touching, f, m, arms) in halves {
+            if touching != 0 {
+                observed.contacts += touching.count_ones() * if CROSS { 1 } else { 2 };
+                scatter::<L, CROSS>(token, law.zero.0, pack, push, f, m, arms);
+            }
         }
     }
     for lanes in [deepest.0, deepest.1] {
@@ -188,11 +175,11 @@ fn scatter<L: Lanes8, const CROSS: bool>(
     z: L,
     pack: &ContactPack,
     push: &mut [ForceTorque],
-    f: Vec3Lanes<L>,
-    m: Vec3Lanes<L>,
-    arm_i: L,
-    arm_j: L,
+    f: [L; 3],
+    m: [L; 3],
+    (arm_i, arm_j): (L, L),
 ) {
+    let (f, m) = (Vec3Lanes(f[0], f[1], f[2]), Vec3Lanes(m[0], m[1], m[2]));
     let t = m.scale(arm_i);
     let first = L::transpose([f.0, f.1, f.2, z, t.0, t.1, t.2, z]);
     if CROSS {

@@ -237,9 +237,7 @@ impl Bulk {
 
     /// No load but gravity: one entry for all grains of a block, where all are free in the same way.
     fn set_gravity(&mut self, grains: &Grains, gravity: &Vec3) {
-        let mut response = Response::new(grains.len());
-        response.set(grains, gravity, &[]);
-        self.set_loads(grains, &response);
+        self.set_loads(grains, &Response::new(grains, gravity, &[]));
         let order = &self.order;
         for block in &mut self.blocks.block {
             let block = mutex_mut(block);

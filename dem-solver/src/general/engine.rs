@@ -157,9 +157,7 @@ impl General {
             (0..grains.len()).for_each(|i| (i + 1..grains.len()).for_each(|j| observe(i, j)));
         } else {
             let pairs = &self.evaluation.lists.pairs;
-            for i in 0..grains.len() {
-                pairs.row(i).for_each(|k| observe(i, pairs.other[k] as usize));
-            }
+            pairs.entries().for_each(|(i, k)| observe(i, pairs.other[k] as usize));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::general::contact::{Kinematics, SpringStep};
 use crate::general::energy::Account;
-use crate::general::forces::{Forces, contact_forces};
+use crate::general::forces::{Forces, Scene, contact_forces};
 use crate::general::integrate::{Speed, kick};
 use crate::grains::{Grains, Response};
 use crate::lubrication::law::LubricationModel;
@@ -79,7 +79,8 @@ impl Evaluation {
     ) {
         let lists = (&mut self.lists.pairs, &mut self.lists.walls);
         let account = self.account.as_deref_mut();
-        contact_forces(around, grains, response, kinematics, lists, &mut self.forces, observed, account);
+        let scene = Scene { around, grains, response, kinematics };
+        contact_forces(&scene, lists, &mut self.forces, observed, account);
         if let Some((model, LubricationIntegration::Explicit, _)) = &self.model {
             let lists = (&self.lists.pairs, &self.lists.walls);
             let force = &mut self.forces.lubrication;

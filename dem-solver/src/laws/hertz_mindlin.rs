@@ -113,26 +113,18 @@ impl HertzMindlin {
 
     /// Checks ranges.
     pub fn validate(&self) -> Result<(), SpecError> {
-        let bad = |quantity, value, allowed| {
-            Err(SpecError::Model { model: "hertz-mindlin", quantity, value, allowed })
-        };
-        for (quantity, value) in [("young_modulus", self.young_modulus), ("impact_speed", self.impact_speed)]
-        {
-            if !(value > 0.0 && value.is_finite()) {
-                return bad(quantity, value, "positive and finite");
-            }
-        }
+        let model = "hertz-mindlin";
+        let bad = |quantity, value, allowed| Err(SpecError::Model { model, quantity, value, allowed });
+        let sizes = [("young_modulus", self.young_modulus), ("impact_speed", self.impact_speed)];
+        SpecError::unless_positive(model, &sizes)?;
         if !(self.poisson_ratio > -1.0 && self.poisson_ratio <= 0.5) {
             return bad("poisson_ratio", self.poisson_ratio, "above -1 and at most 0.5");
         }
         if let Some(allowed) = self.form.refuses(self.restitution) {
             return bad("restitution", self.restitution, allowed);
         }
-        for (quantity, value) in [("friction", self.friction), ("damping_ratio", self.damping_ratio)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return bad(quantity, value, "zero or positive, and finite");
-            }
-        }
+        let ratios = [("friction", self.friction), ("damping_ratio", self.damping_ratio)];
+        SpecError::if_negative(model, &ratios)?;
         self.rolling.as_ref().map_or(Ok(()), Rolling::validate)
     }
 }

@@ -225,43 +225,25 @@ impl LinearSpringDashpot {
 
     /// Checks ranges.
     pub fn validate(&self) -> Result<(), SpecError> {
-        let bad = |quantity, value, allowed| {
-            Err(SpecError::Model { model: "linear-spring-dashpot", quantity, value, allowed })
-        };
+        let model = "linear-spring-dashpot";
+        let bad = |quantity, value, allowed| Err(SpecError::Model { model, quantity, value, allowed });
         if let Some(allowed) = self.form.refuses(self.restitution) {
             return bad("restitution", self.restitution, allowed);
         }
         match (self.contact_time, self.stiffness) {
             (None, None) => {
-                return Err(SpecError::Missing {
-                    model: "linear-spring-dashpot",
-                    quantity: "contact_time",
-                    instead: "stiffness in N/m",
-                });
+                let (quantity, instead) = ("contact_time", "stiffness in N/m");
+                return Err(SpecError::Missing { model, quantity, instead });
             }
             (Some(time), Some(_)) => {
                 return bad("contact_time", time, "left out where stiffness is given: each sets the other");
             }
-            (Some(value), None) if !(value > 0.0 && value.is_finite()) => {
-                return bad("contact_time", value, "positive and finite");
-            }
-            (None, Some(value)) if !(value > 0.0 && value.is_finite()) => {
-                return bad("stiffness", value, "positive and finite");
-            }
-            _ => {}
+            (Some(value), None) => SpecError::unless_positive(model, &[("contact_time", value)])?,
+            (None, Some(value)) => SpecError::unless_positive(model, &[("stiffness", value)])?,
         }
-        if let Some(rolling) = &self.rolling {
-            rolling.validate()?;
-        }
-        for (quantity, value) in [
-            ("friction", self.friction),
-            ("stiffness_ratio", self.stiffness_ratio),
-            ("damping_ratio", self.damping_ratio),
-        ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return bad(quantity, value, "zero or positive, and finite");
-            }
-        }
-        Ok(())
+        self.rolling.as_ref().map_or(Ok(()), Rolling::validate)?;
+        let (friction, ratios) = (self.friction, (self.stiffness_ratio, self.damping_ratio));
+        let all = [("friction", friction), ("stiffness_ratio", ratios.0), ("damping_ratio", ratios.1)];
+        SpecError::if_negative(model, &all)
     }
 }

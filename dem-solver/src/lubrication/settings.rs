@@ -110,9 +110,7 @@ impl Lubrication {
         if !(settings.roughness > 0.0 && settings.roughness.is_finite()) {
             return bad("roughness", settings.roughness, "positive (real grains: 1e-6 to 1e-3)");
         }
-        if !(settings.cut_off > 0.0 && settings.cut_off.is_finite()) {
-            return bad("cut_off", settings.cut_off, "positive and finite");
-        }
+        SpecError::unless_positive("lubrication", &[("cut_off", settings.cut_off)])?;
         if settings.sweeps == 0 {
             return bad("sweeps", 0.0, "at least 1");
         }

@@ -37,12 +37,16 @@ impl ContactList {
         self.other.is_empty()
     }
 
+    /// All entries: first partner and place in the lists.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        (1..self.start.len()).flat_map(|next| self.row(next - 1).map(move |k| (next - 1, k)))
+    }
+
     /// The entries that bear a force, with their springs.
     pub(crate) fn bearing(&self) -> impl Iterator<Item = SavedContact> + '_ {
-        let rows = (0u32..).zip(self.start.windows(2));
-        rows.flat_map(|(first, row)| (row[0]..row[1]).map(move |k| (first, k as usize)))
-            .filter(|(_, k)| self.touching[*k])
-            .map(|(first, k)| SavedContact { first, second: self.other[k], spring: self.spring[k].into() })
+        let of = |(i, k): (usize, usize)| (i as u32, self.other[k], self.spring[k].into());
+        let bearing = self.entries().filter(|(_, k)| self.touching[*k]).map(of);
+        bearing.map(|(first, second, spring)| SavedContact { first, second, spring })
     }
 
     /// Empties the list and opens the first row.
