@@ -49,7 +49,8 @@ fn settled(path: &str, n: usize) -> Result<Vec<Grain>, Box<dyn Error>> {
 /// The stacked packing.
 fn stacked(n: usize, rain: bool, shift: f64) -> Result<Vec<Grain>, Box<dyn Error>> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/bench/packing.csv");
-    let text = std::fs::read_to_string(path)?;
+    let text =
+        std::fs::read_to_string(path).map_err(|error| format!("{path}: {error}; run in a checkout"))?;
     let mut layer = Vec::new();
     for line in text.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())) {
         let value: Vec<f64> = line.split(',').map(str::parse).collect::<Result<_, _>>()?;

@@ -117,8 +117,8 @@ fn contact_time(spec: &DemSpec) -> Option<f64> {
 
 /// Bound of explicit lubrication on the sub-step: 2 (η + δ) m/(6πμR²) at δ = 0, over all free grains.
 fn lubrication_dt(spec: &DemSpec) -> f64 {
-    let Some(film) =
-        spec.lubrication.settings().filter(|film| film.integration == LubricationIntegration::Explicit)
+    let Some(explicit) =
+        spec.lubrication.settings().filter(|it| it.integration == LubricationIntegration::Explicit)
     else {
         return f64::INFINITY;
     };
@@ -126,7 +126,7 @@ fn lubrication_dt(spec: &DemSpec) -> f64 {
     free.map(|grain| {
         let mass = spec.shape.mass(grain.radius, grain.density);
         let r = grain.radius;
-        2.0 * film.roughness * r * mass / (6.0 * std::f64::consts::PI * spec.viscosity * r * r)
+        2.0 * explicit.roughness * r * mass / (6.0 * std::f64::consts::PI * spec.viscosity * r * r)
     })
     .fold(f64::INFINITY, f64::min)
 }

@@ -129,7 +129,7 @@ impl Grains {
 /// What stays constant over a window: inverse masses with the virtual mass, and the acceleration by
 /// gravity, fluid and virtual mass.
 ///
-/// (m_p + m_a) dU/dt = m_p g + F + m_a A_prev + F_contact + F_film (Schwarz, Kempe & Fröhlich 2015),
+/// (m_p + m_a) dU/dt = m_p g + F + m_a A_prev + F_contact + F_lubrication (Schwarz, Kempe & Fröhlich 2015),
 /// likewise for the spin with the virtual inertia. F is the whole force of the fluid, buoyancy
 /// included.
 #[derive(Clone, Debug, Default)]

@@ -51,13 +51,13 @@ impl DemSpec {
         let implicit = self
             .lubrication
             .settings()
-            .is_some_and(|film| film.integration == LubricationIntegration::Implicit);
+            .is_some_and(|settings| settings.integration == LubricationIntegration::Implicit);
         if self.integrator == Integrator::Rk3 && implicit {
             return Err(SpecError::Combination(
                 "integrator rk3 takes no implicit lubrication; choose symplectic-euler, or integration = \"explicit\" with its bound on the sub-step",
             ));
         }
-        let line = self.lubrication_model().is_some_and(|film| film.shape == GapShape::Line);
+        let line = self.lubrication_model().is_some_and(|model| model.shape == GapShape::Line);
         if line && matches!(self.lubrication, Lubrication::Complement(_)) {
             return Err(SpecError::Combination(
                 "lubrication form \"complement\" is measured for spheres (point films) only; take \"continuous\" for discs",

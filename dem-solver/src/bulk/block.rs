@@ -2,8 +2,9 @@
 //! contacts, and one sub-step of them.
 
 use crate::bulk::integrate::{self, BodyForce};
+use crate::bulk::kernel::{Kernel, dispatch};
 use crate::bulk::lane_pair::LanePair;
-use crate::bulk::lanes::{Lanes8, Portable8};
+use crate::bulk::lanes::Lanes8;
 use crate::bulk::law::LawLanes;
 use crate::bulk::observed::Observed;
 use crate::bulk::pair::{Images, pair_forces};
@@ -11,7 +12,6 @@ use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord, History};
 use crate::bulk::wall::{Wall, wall_forces};
 use crate::laws::coefficients::LinearPair;
 use crate::motion::Motion;
-use pulp::{Simd, WithSimd};
 
 /// What is the same for all blocks.
 #[derive(Clone, Debug)]
@@ -155,7 +155,8 @@ impl Block {
         scratch.push.resize(self.len() + 1, ForceTorque::default());
         scratch.halo.push(GrainRecord::NONE);
         self.observed.contacts = 0;
-        let mut fastest = Step { block: self, common, t, dt, old, new, scratch }.dispatch();
+        let step = Step { block: self, common, t, dt, old, new, scratch };
+        let mut fastest = dispatch(step, common.plain);
         integrate::follow((t, dt), &self.prescribed, old, new, &mut fastest);
         if !self.orientation.is_empty() {
             integrate::turn((t, dt), &self.prescribed, new, &mut self.orientation);
@@ -164,7 +165,7 @@ impl Block {
     }
 }
 
-/// The hot part of a sub-step, compiled for every vector width.
+/// The hot part of a sub-step.
 struct Step<'a> {
     block: &'a mut Block,
     common: &'a Common,
@@ -175,36 +176,20 @@ struct Step<'a> {
     scratch: &'a mut StepScratch,
 }
 
-impl Step<'_> {
-    fn dispatch(self) -> integrate::Fastest {
-        #[cfg(target_arch = "x86_64")]
-        if !self.common.plain
-            && let Some(simd) = pulp::x86::V4::try_new()
-        {
-            return Simd::vectorize(simd, OnAvx512(self, simd));
-        }
-        #[cfg(target_arch = "x86_64")]
-        if let Some(simd) = pulp::x86::V3::try_new() {
-            return Simd::vectorize(simd, OnPortable(self));
-        }
-        #[cfg(target_arch = "x86_64")]
-        return OnPortable(self).with_simd(pulp::Scalar);
-        #[cfg(not(target_arch = "x86_64"))]
-        pulp::Arch::new().dispatch(OnPortable(self))
-    }
+impl Kernel for Step<'_> {
+    type Output = integrate::Fastest;
 
-    /// One sub-step. With `ALWAYS`, nearest images are looked for where there is no period, too: they are
-    /// where they were, and one kernel less is compiled.
     #[inline(always)]
-    fn run<L: Lanes8, const ALWAYS: bool>(self, token: L::Token) -> integrate::Fastest {
+    fn run<L: Lanes8>(self, token: L::Token) -> integrate::Fastest {
         let Self { block, common, t, dt, old, new, scratch } = self;
         let law = LawLanes::<LanePair<L>>::new(token, &common.law, dt);
         let images = Images::<LanePair<L>>::new(token, common.length);
         let (push, halo, observed) = (&mut scratch.push[..], &scratch.halo[..], &mut block.observed);
-        if !ALWAYS && common.length == [0.0; 3] {
+        if L::ONE_REGISTER && common.length == [0.0; 3] {
             pair_forces::<L, false, false>(token, &law, &images, &mut block.pairs, old, old, push, observed);
             pair_forces::<L, false, true>(token, &law, &images, &mut block.cross, old, halo, push, observed);
         } else {
+            // where there is no period, nearest images are where they were, and one kernel less is compiled
             pair_forces::<L, true, false>(token, &law, &images, &mut block.pairs, old, old, push, observed);
             pair_forces::<L, true, true>(token, &law, &images, &mut block.cross, old, halo, push, observed);
         }
@@ -217,29 +202,5 @@ impl Step<'_> {
         let n = block.inverse_inertia.len();
         push[n] = ForceTorque::default(); // where lanes without a grain add their nothing
         integrate::advance::<L>(token, dt, old, push, &block.inverse_inertia, &block.drive, new)
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-struct OnAvx512<'a>(Step<'a>, pulp::x86::V4);
-
-#[cfg(target_arch = "x86_64")]
-impl WithSimd for OnAvx512<'_> {
-    type Output = integrate::Fastest;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.0.run::<crate::bulk::avx512::Avx512, false>(self.1)
-    }
-}
-
-struct OnPortable<'a>(Step<'a>);
-
-impl WithSimd for OnPortable<'_> {
-    type Output = integrate::Fastest;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.0.run::<Portable8, true>(())
     }
 }

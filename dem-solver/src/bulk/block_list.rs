@@ -166,7 +166,7 @@ impl Block {
         let n = self.len();
         let mut writer = PackWriter::new(&mut self.pairs, (n as u16, n as u32), history);
         for &(i, j) in &self.candidates.pairs {
-            if reach.holds(skin, &rows[usize::from(i)], &rows[usize::from(j)]) {
+            if reach.is_near(skin, &rows[usize::from(i)], &rows[usize::from(j)]) {
                 let key = (u32::from(i), self.first + u32::from(j));
                 listed.pairs += 2;
                 listed.touching += 2 * usize::from(writer.put(i, u32::from(j), 0, key));
@@ -190,7 +190,7 @@ impl Block {
         let mut writer = PackWriter::new(&mut packs, none, history);
         for &(i, slot) in &self.candidates.cross {
             let skin = 0.5 * skin + halves[slot as usize];
-            if reach.holds(skin, &rows[usize::from(i)], &halo[slot as usize]) {
+            if reach.is_near(skin, &rows[usize::from(i)], &halo[slot as usize]) {
                 let key = (u32::from(i), self.halo_number(slot, reach.size));
                 listed.pairs += 1;
                 listed.touching += usize::from(writer.put(i, slot, 0, key));
@@ -243,7 +243,7 @@ pub(super) struct ListReach<'a> {
 
 impl ListReach<'_> {
     #[inline]
-    fn holds(&self, skin: f64, a: &GrainRecord, b: &GrainRecord) -> bool {
+    fn is_near(&self, skin: f64, a: &GrainRecord, b: &GrainRecord) -> bool {
         let apart = self.periods.nearest(Vec3::from(a.position()) - Vec3::from(b.position()));
         let limit = a.radius() + b.radius() + skin;
         apart.norm_squared() < limit * limit

@@ -38,12 +38,12 @@ pub(crate) struct Bulk {
     pub(super) cells: Cells,
     pub(super) step_scratch: Vec<StepScratch>,
     pub(super) list_scratch: Vec<ListScratch>,
-    /// What is near, and the lists that were taken from it.
+    /// What is near, and the lists taken from that.
     pub(super) candidates: CandidateStatus,
     pub(super) lists: Lists,
-    /// Whether the candidates belongs to the present order and places.
+    /// Whether the candidates belong to the present order and places.
     pub(super) valid: bool,
-    /// Whether the lists were taken from it.
+    /// Whether the lists were taken from them.
     pub(super) listed: bool,
     /// Largest speed, m/s.
     pub(super) speed: f64,

@@ -121,7 +121,7 @@ impl Bulk {
     /// Per-grain observations of the window, in sums over its sub-steps; gaps of overlapping pairs at its
     /// end `t`.
     pub(crate) fn observe(&mut self, observed: &mut Observations, (t, dt): (f64, f64)) {
-        if !self.holds() {
+        if !self.lists_are_good() {
             self.build(t, dt);
         }
         let (periods, mut listed) = (self.periods, History::default());
@@ -150,7 +150,7 @@ impl Bulk {
         }
     }
 
-    /// GrainRecord of the grain at a place of the order.
+    /// Record of the grain at a place of the order.
     fn row(&mut self, place: usize) -> GrainRecord {
         rwlock_mut(&mut self.blocks.rows[place / SIZE][self.now])[place % SIZE]
     }

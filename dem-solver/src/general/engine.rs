@@ -57,7 +57,7 @@ impl General {
         window.observed.clear();
         self.evaluation.begin();
         let speed = Speed::of(window.grains);
-        // the first evaluation comes before the first kick: the lists must hold here
+        // the first evaluation comes before the first kick: the lists must be good here
         self.evaluation.refresh(&speed, window.grains, window.around, time, 0.0);
         let mut outcome = Outcome { done: 0, speed2: speed.largest2, finite: true };
         if self.integrator == Integrator::VelocityVerlet {

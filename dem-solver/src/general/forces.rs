@@ -1,4 +1,4 @@
-//! Contact forces and torques on all grains (the seed, eqs 11–16): the loops over pairs and walls.
+//! Contact forces and torques on all grains (Izard et al. 2014, eqs 11–16): the loops over pairs and walls.
 
 use crate::general::contact::{
     Coefficients, Frame, Kinematics, Near, Partners, path_of, resolve, roll_torque,

@@ -86,7 +86,18 @@ impl HertzMindlin {
         self.young_modulus / (2.0 * (1.0 - self.poisson_ratio * self.poisson_ratio))
     }
 
-    /// Duration of an undamped collision at `impact_speed`, s, of effective mass and radius.
+    /// Duration of an undamped collision at `impact_speed`, s, of effective mass, kg, and radius, m.
+    ///
+    /// ```
+    /// # use dem_solver::HertzMindlin;
+    /// let text = "young_modulus = 7e10\npoisson_ratio = 0.22\nrestitution = 0.9\nimpact_speed = 1.0";
+    /// let glass: HertzMindlin = toml::from_str(text)?;
+    /// let slower = HertzMindlin { impact_speed: 0.1, ..glass };
+    /// let (mass, radius) = (5e-6, 5e-4); // two grains of 10 mg and 1 mm
+    /// let ratio = slower.contact_time_of(mass, radius) / glass.contact_time_of(mass, radius);
+    /// assert!((ratio - 10.0_f64.powf(0.2)).abs() < 1e-12); // a contact lasts longer, as v^(−1/5)
+    /// # Ok::<(), toml::de::Error>(())
+    /// ```
     #[must_use]
     pub fn contact_time_of(&self, mass: f64, radius: f64) -> f64 {
         let k = 4.0 / 3.0 * self.effective_modulus() * radius.sqrt();

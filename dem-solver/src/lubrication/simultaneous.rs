@@ -53,7 +53,7 @@ struct WholeLaw {
 
 /// Scratch of the implicit pass; its memory is kept between sub-steps.
 #[derive(Clone, Debug, Default)]
-pub struct LubricationSolver {
+pub(crate) struct LubricationSolver {
     active: Vec<ActiveGap>,
     /// Of each of them.
     laws: Vec<WholeLaw>,
@@ -63,7 +63,7 @@ pub struct LubricationSolver {
 
 impl LubricationSolver {
     /// Room for `count` gaps.
-    pub fn reserve(&mut self, count: usize) {
+    pub(crate) fn reserve(&mut self, count: usize) {
         for gaps in [&mut self.active, &mut self.last] {
             gaps.reserve(count.saturating_sub(gaps.len()));
         }
@@ -71,7 +71,7 @@ impl LubricationSolver {
     }
 
     /// A window begins: the next sub-step starts from nothing.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.active.clear();
         self.last.clear();
     }
@@ -79,7 +79,7 @@ impl LubricationSolver {
     /// Applies the impulses of all gaps over `dt` to the velocities, in place, and writes the mean
     /// force of the gaps on each grain into `force`. Positions stay at the start of the sub-step.
     #[allow(clippy::too_many_arguments)] // the pass touches all parts of the step, each once
-    pub fn apply(
+    pub(crate) fn apply(
         &mut self,
         around: &Surroundings,
         model: &LubricationModel,
@@ -249,7 +249,7 @@ impl ActiveGap {
 }
 
 /// Adds the explicit gap forces −κ(δ) δ̇ at the present positions and velocities to `force`.
-pub fn explicit_forces(
+pub(crate) fn explicit_forces(
     around: &Surroundings,
     model: &LubricationModel,
     grains: &Grains,

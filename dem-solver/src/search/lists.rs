@@ -12,11 +12,11 @@ use crate::search::pairs::PairSearch;
 
 /// The two lists of a run and what is needed to build them again.
 #[derive(Clone, Debug, Default)]
-pub struct Neighbours {
+pub(crate) struct Neighbours {
     /// Pairs of grains.
-    pub pairs: ContactList,
+    pub(crate) pairs: ContactList,
     /// Grains near walls.
-    pub walls: ContactList,
+    pub(crate) walls: ContactList,
     spare: ContactList,
     search: PairSearch,
     found: Vec<u32>,
@@ -28,20 +28,19 @@ pub struct Neighbours {
     travel: f64,
     valid: bool,
     /// Number of builds so far.
-    pub builds: u64,
+    pub(crate) builds: u64,
 }
 
 impl Neighbours {
     /// Lists for forces that reach `range`.
-    #[must_use]
-    pub fn new(range: f64, skin: f64, grains: usize) -> Self {
+    pub(crate) fn new(range: f64, skin: f64, grains: usize) -> Self {
         let mut lists = Self { range, skin, ..Self::default() };
         lists.restart(grains);
         lists
     }
 
     /// Drops all pairs and their history; the next [`Self::refresh`] builds.
-    pub fn restart(&mut self, grains: usize) {
+    pub(crate) fn restart(&mut self, grains: usize) {
         for list in [&mut self.pairs, &mut self.walls] {
             list.clear();
             (0..grains).for_each(|_| list.close_row());
@@ -49,9 +48,9 @@ impl Neighbours {
         self.valid = false;
     }
 
-    /// Makes sure that the lists hold for one more step in which nothing moves further than `step`.
+    /// Makes sure that the lists are good for one more step in which nothing moves further than `step`.
     /// Returns whether they were built again.
-    pub fn refresh(
+    pub(crate) fn refresh(
         &mut self,
         step: f64,
         grains: &Grains,
