@@ -51,12 +51,8 @@ pub(super) struct Segment {
 pub(super) struct Block {
     /// Number of its first grain in the order of the engine.
     pub(super) first: u32,
-    /// Contacts within the block.
-    pub(super) pairs: Vec<ContactPack>,
-    /// Contacts with grains of other blocks, which have their own copy.
-    pub(super) cross: Vec<ContactPack>,
-    /// Contacts with walls.
-    pub(super) walls: Vec<ContactPack>,
+    /// Contacts within the block, with grains of other blocks, which have their own copy, and with walls.
+    pub(super) packs: [Vec<ContactPack>; 3],
     /// What may come into these lists.
     pub(super) candidates: Candidates,
     /// Contacts to take instead of those in the lists: these are of another order, or of earlier candidates.
@@ -89,9 +85,7 @@ pub(super) struct Block {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Snapshot {
     rows: Vec<GrainRecord>,
-    pairs: Vec<ContactPack>,
-    cross: Vec<ContactPack>,
-    walls: Vec<ContactPack>,
+    packs: [Vec<ContactPack>; 3],
     orientation: Vec<[f64; 4]>,
     observed: Observed,
 }
@@ -111,7 +105,8 @@ impl Block {
 
     /// What a sub-step costs, ns or so.
     pub(super) fn work(&self) -> usize {
-        15 * self.len() + 120 * (self.pairs.len() + self.cross.len()) + 60 * self.walls.len()
+        let [pairs, cross, walls] = &self.packs;
+        15 * self.len() + 120 * (pairs.len() + cross.len()) + 60 * walls.len()
     }
 
     /// Keeps the state that `rows` hold.
@@ -119,11 +114,7 @@ impl Block {
         let before = &mut self.before;
         before.rows.clear();
         before.rows.extend_from_slice(rows);
-        for (to, from) in [
-            (&mut before.pairs, &self.pairs),
-            (&mut before.cross, &self.cross),
-            (&mut before.walls, &self.walls),
-        ] {
+        for (to, from) in before.packs.iter_mut().zip(&self.packs) {
             to.clear();
             to.reserve_exact(from.len());
             to.extend_from_slice(from);
@@ -135,9 +126,7 @@ impl Block {
     /// Goes back to the state kept last.
     pub(super) fn roll_back(&mut self, rows: &mut [GrainRecord]) {
         rows.copy_from_slice(&self.before.rows);
-        std::mem::swap(&mut self.pairs, &mut self.before.pairs);
-        std::mem::swap(&mut self.cross, &mut self.before.cross);
-        std::mem::swap(&mut self.walls, &mut self.before.walls);
+        std::mem::swap(&mut self.packs, &mut self.before.packs);
         std::mem::swap(&mut self.orientation, &mut self.before.orientation);
         std::mem::swap(&mut self.observed, &mut self.before.observed);
     }
@@ -185,15 +174,16 @@ impl Kernel for Step<'_> {
         let law = LawLanes::<LanePair<L>>::new(token, &common.law, dt);
         let images = Images::<LanePair<L>>::new(token, common.length);
         let (push, halo, observed) = (&mut scratch.push[..], &scratch.halo[..], &mut block.observed);
+        let [pairs, cross, walls] = &mut block.packs;
         if L::ONE_REGISTER && common.length == [0.0; 3] {
-            pair_forces::<L, false, false>(token, &law, &images, &mut block.pairs, old, old, push, observed);
-            pair_forces::<L, false, true>(token, &law, &images, &mut block.cross, old, halo, push, observed);
+            pair_forces::<L, false, false>(token, &law, &images, pairs, old, old, push, observed);
+            pair_forces::<L, false, true>(token, &law, &images, cross, old, halo, push, observed);
         } else {
             // where there is no period, nearest images are where they were, and one kernel less is compiled
-            pair_forces::<L, true, false>(token, &law, &images, &mut block.pairs, old, old, push, observed);
-            pair_forces::<L, true, true>(token, &law, &images, &mut block.cross, old, halo, push, observed);
+            pair_forces::<L, true, false>(token, &law, &images, pairs, old, old, push, observed);
+            pair_forces::<L, true, true>(token, &law, &images, cross, old, halo, push, observed);
         }
-        wall_forces::<L>(token, &common.walls, (t, dt), &mut block.walls, old, push, observed);
+        wall_forces::<L>(token, &common.walls, (t, dt), walls, old, push, observed);
         for (sum, ForceTorque(p)) in observed.force.iter_mut().zip(&*push) {
             for k in 0..4 {
                 sum[k] += p[k];

@@ -34,24 +34,30 @@ impl<L: Lanes> Images<L> {
     }
 }
 
-/// One number per column of both packs: rows of first partners plus those of second ones with `signs`. These are 1 or
-/// −1: one rounding, that of the sum.
+/// Records of first partners, or with `SPINS` their spins and radii twice, plus those of second ones with `signs`, as
+/// columns. The signs are 1 or −1: one rounding, that of the sum.
 #[inline(always)]
-fn columns<L: Lanes8>(
-    [p, q]: [&ContactPack; 2],
+fn columns<L: Lanes8, const SPINS: bool>(
+    token: L::Token,
+    pack: &ContactPack,
     own: &[GrainRecord],
     second: &[GrainRecord],
     signs: L,
-    load: impl Fn(&GrainRecord) -> L,
-) -> [LanePair<L>; 8] {
-    let of = |pack: &ContactPack| {
-        let mut rows = [signs; 8];
-        for (k, row) in rows.iter_mut().enumerate() {
-            *row = load(&second[pack.j[k] as usize]).times_plus(signs, load(&own[pack.i[k] as usize]));
-        }
-        L::transpose(rows)
-    };
-    let (a, b) = (of(p), of(q));
+) -> [L; 8] {
+    let mut rows = [signs; 8];
+    for (k, row) in rows.iter_mut().enumerate() {
+        let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
+        *row = if SPINS {
+            L::load_twice(token, &second[j].b).times_plus(signs, L::load_twice(token, &own[i].b))
+        } else {
+            L::load(token, &second[j].a).times_plus(signs, L::load(token, &own[i].a))
+        };
+    }
+    L::transpose(rows)
+}
+
+#[inline(always)]
+fn side_by_side<L: Copy>(a: [L; 8], b: [L; 8]) -> [LanePair<L>; 8] {
     std::array::from_fn(|k| LanePair(a[k], b[k]))
 }
 
@@ -70,20 +76,15 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
 ) {
     let second = if CROSS { others } else { own };
     let nearly = LanePair::splat(token, 1.0 + 1e-12);
-    let signs =
-        [[-1.0, -1.0, -1.0, 1.0, -1.0, -1.0, -1.0, 1.0], [1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]];
-    let [apart, around] = signs.map(|signs| L::load(token, &signs));
+    let apart = L::load(token, &[-1.0, -1.0, -1.0, 1.0, -1.0, -1.0, -1.0, 1.0]);
+    let around = L::load(token, &[1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]);
     let mut deepest = law.zero;
     let (twos, _) = packs.as_chunks_mut::<2>();
     for [p, q] in twos {
         // differences of centres and velocities, sums of radii and inverse masses
-        let [mut dx, mut dy, mut dz, reach, vx, vy, vz, inverse_mass] = columns(
-            [p, q],
-            own,
-            second,
-            apart,
-            #[inline(always)]
-            |row| L::load(token, &row.a),
+        let [mut dx, mut dy, mut dz, reach, vx, vy, vz, inverse_mass] = side_by_side(
+            columns::<L, false>(token, p, own, second, apart),
+            columns::<L, false>(token, q, own, second, apart),
         );
         if PERIODIC {
             dx = images.nearest(0, dx);
@@ -100,13 +101,9 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
         let overlapping = law.zero.lt(overlap);
         deepest = overlap.max(deepest);
         // sums of spins and radii, then their differences
-        let [sx, sy, sz, _, ex, ey, ez, differ] = columns(
-            [p, q],
-            own,
-            second,
-            around,
-            #[inline(always)]
-            |row| L::load_twice(token, &row.b),
+        let [sx, sy, sz, _, ex, ey, ez, differ] = side_by_side(
+            columns::<L, true>(token, p, own, second, around),
+            columns::<L, true>(token, q, own, second, around),
         );
         // lever arms (base ± (r_i − r_j))/2 with base r_i + r_j or the distance
         let base = law.half * if law.at_contact_point { distance } else { reach };
@@ -149,15 +146,15 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
         }
         let (f, m) = (answer.force, answer.moment);
         let (arm_i, arm_j) = (base + differ, base - differ);
-        let halves = [
-            (p, touching.0, [f.0.0, f.1.0, f.2.0], [m.0.0, m.1.0, m.2.0], (arm_i.0, arm_j.0)),
-            (q, touching.1, [f.0.1, f.1.1, f.2.1], [m.0.1, m.1.1, m.2.1], (arm_i.1, arm_j.1)),
-        ];
-        for (pack, touching, f, m, arms) in halves {
-            if touching != 0 {
-                observed.contacts += touching.count_ones() * if CROSS { 1 } else { 2 };
-                scatter::<L, CROSS>(token, law.zero.0, pack, push, f, m, arms);
-            }
+        if touching.0 != 0 {
+            observed.contacts += touching.0.count_ones() * if CROSS { 1 } else { 2 };
+            let (f, m) = (Vec3Lanes(f.0.0, f.1.0, f.2.0), Vec3Lanes(m.0.0, m.1.0, m.2.0));
+            scatter::<L, CROSS>(token, law.zero.0, p, push, f, m, arm_i.0, arm_j.0);
+        }
+        if touching.1 != 0 {
+            observed.contacts += touching.1.count_ones() * if CROSS { 1 } else { 2 };
+            let (f, m) = (Vec3Lanes(f.0.1, f.1.1, f.2.1), Vec3Lanes(m.0.1, m.1.1, m.2.1));
+            scatter::<L, CROSS>(token, law.zero.0, q, push, f, m, arm_i.1, arm_j.1);
         }
     }
     for lanes in [deepest.0, deepest.1] {
@@ -175,11 +172,11 @@ fn scatter<L: Lanes8, const CROSS: bool>(
     z: L,
     pack: &ContactPack,
     push: &mut [ForceTorque],
-    f: [L; 3],
-    m: [L; 3],
-    (arm_i, arm_j): (L, L),
+    f: Vec3Lanes<L>,
+    m: Vec3Lanes<L>,
+    arm_i: L,
+    arm_j: L,
 ) {
-    let (f, m) = (Vec3Lanes(f[0], f[1], f[2]), Vec3Lanes(m[0], m[1], m[2]));
     let t = m.scale(arm_i);
     let first = L::transpose([f.0, f.1, f.2, z, t.0, t.1, t.2, z]);
     if CROSS {
