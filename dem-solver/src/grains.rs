@@ -40,6 +40,17 @@ pub struct Grains {
     pub rotation: Vec<Vec3>,
 }
 
+/// Does the same with every array of two sets of grains.
+macro_rules! for_each_array {
+    ($a:ident, $b:ident, |$x:ident, $y:ident| $what:expr) => {
+        for_each_array!($a, $b, |$x, $y| $what; position image velocity orientation spin acceleration
+            spin_acceleration radius mass inertia material motion translation rotation)
+    };
+    ($a:ident, $b:ident, |$x:ident, $y:ident| $what:expr; $($field:ident)*) => {
+        $({ let ($x, $y) = (&mut $a.$field, &mut $b.$field); $what; })*
+    };
+}
+
 impl Grains {
     /// Fills the arrays; locked components of the initial motion become zero.
     #[must_use]
@@ -79,20 +90,13 @@ impl Grains {
 
     /// Appends others.
     pub fn append(&mut self, mut others: Self) {
-        macro_rules! append {
-            ($($field:ident),*) => { $(self.$field.append(&mut others.$field);)* };
-        }
-        append!(position, image, velocity, orientation, spin, acceleration, spin_acceleration, radius);
-        append!(mass, inertia, material, motion, translation, rotation);
+        for_each_array!(self, others, |to, from| to.append(from));
     }
 
     /// Forgets all but the first `count`.
     pub fn truncate(&mut self, count: usize) {
-        macro_rules! truncate {
-            ($($field:ident),*) => { $(self.$field.truncate(count);)* };
-        }
-        truncate!(position, image, velocity, orientation, spin, acceleration, spin_acceleration, radius);
-        truncate!(mass, inertia, material, motion, translation, rotation);
+        let mut none = Self::default();
+        for_each_array!(self, none, |array, _none| array.truncate(count));
     }
 
     /// Puts all centres back into the period.

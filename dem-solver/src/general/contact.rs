@@ -161,15 +161,9 @@ pub(crate) struct Relative {
 }
 
 impl Relative {
-    /// Slip of the surfaces in the contact plane, m/s.
+    /// Slip of the surfaces in the contact plane, m/s, by normal and lever arms.
     #[inline(always)]
-    fn slip(&self, frame: &Frame) -> Vec3 {
-        self.slip_at(&frame.near.normal, frame.arms)
-    }
-
-    /// The same by normal and lever arms.
-    #[inline(always)]
-    pub(crate) fn slip_at(&self, n: &Vec3, arms: (f64, f64)) -> Vec3 {
+    pub(crate) fn slip(&self, n: &Vec3, arms: (f64, f64)) -> Vec3 {
         let along = self.velocity - n * n.dot(&self.velocity);
         along - (self.spin.0 * arms.0 + self.spin.1 * arms.1).cross(n)
     }
@@ -254,10 +248,11 @@ pub(crate) fn resolve(
         *spring = Vec3::zeros();
         return (Vec3::zeros(), Vec3::zeros(), rate);
     }
-    let slip = now.slip(frame) * onset.dashpot;
+    let slip = now.slip(n, frame.arms) * onset.dashpot;
     let turn = path.turning(frame) * dt;
     let growth = if law.grows { HertzPair::growth(*gap, path_rate * dt) } else { 1.0 };
-    let stepped = |spring: &Vec3| carry(*spring, n, &turn) * growth + path.slip(frame) * onset.slipped;
+    let stepped =
+        |spring: &Vec3| carry(*spring, n, &turn) * growth + path.slip(n, frame.arms) * onset.slipped;
     if before {
         *spring = stepped(spring);
     }
@@ -271,7 +266,8 @@ pub(crate) fn resolve(
 /// The old spring in the present contact plane, and slip and growth of the gap over the whole step.
 pub(crate) fn path_of(frame: &Frame, kinematics: &Kinematics<'_>, spring: Vec3) -> (Vec3, Vec3, f64) {
     let (velocity, spin) = kinematics.path.unwrap_or((kinematics.velocity, kinematics.spin));
-    let (path, dt) = (frame.near.partners.relative(velocity, spin), kinematics.dt);
-    let carried = carry(spring, &frame.near.normal, &(path.turning(frame) * dt));
-    (carried, path.slip(frame) * dt, path.velocity.dot(&frame.near.normal) * dt)
+    let (n, path) = (&frame.near.normal, frame.near.partners.relative(velocity, spin));
+    let dt = kinematics.dt;
+    let carried = carry(spring, n, &(path.turning(frame) * dt));
+    (carried, path.slip(n, frame.arms) * dt, path.velocity.dot(n) * dt)
 }

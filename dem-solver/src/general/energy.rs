@@ -119,7 +119,7 @@ impl Account {
         for dashpots in &self.dashpots {
             for (velocity, spin) in [(&self.before.0, &self.before.1), (&grains.velocity, &grains.spin)] {
                 let relative = dashpots.partners.relative(velocity, spin);
-                let slip = relative.slip_at(&dashpots.normal, dashpots.arms);
+                let slip = relative.slip(&dashpots.normal, dashpots.arms);
                 self.lost.normal -= 0.5 * h * dashpots.along * relative.velocity.dot(&dashpots.normal);
                 self.lost.tangential -= 0.5 * h * dashpots.across.dot(&slip);
             }

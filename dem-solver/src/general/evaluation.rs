@@ -93,12 +93,17 @@ impl Evaluation {
         if let Some(account) = &mut self.account {
             account.before_kick(grains);
         }
-        let lubrication = self.is_explicit().then_some(&self.forces.lubrication[..]);
-        let speed = kick(h, grains, response, &self.forces.contact, &self.forces.torque, lubrication);
+        let speed = self.push(h, (&mut grains.velocity, &mut grains.spin), response);
         if let Some(account) = &mut self.account {
             account.after_kick(h, grains);
         }
         speed
+    }
+
+    /// The same for any velocities and spins.
+    pub(super) fn push(&self, h: f64, motion: (&mut [Vec3], &mut [Vec3]), response: &Response) -> Speed {
+        let lubrication = self.is_explicit().then_some(&self.forces.lubrication[..]);
+        kick(h, motion, response, &self.forces.contact, &self.forces.torque, lubrication)
     }
 
     /// Builds the lists again if a grain may leave them within `dt`. Lubrication only slows a pair down,

@@ -29,14 +29,14 @@ impl Speed {
 /// explicit forces, if there are any.
 pub(super) fn kick(
     h: f64,
-    grains: &mut Grains,
+    (velocity, spin): (&mut [Vec3], &mut [Vec3]),
     response: &Response,
     contact: &[Vec3],
     torque: &[Vec3],
     lubrication: Option<&[Vec3]>,
 ) -> Speed {
-    let n = grains.len();
-    let (velocity, spin) = (&mut grains.velocity[..n], &mut grains.spin[..n]);
+    let n = velocity.len();
+    let (velocity, spin) = (&mut velocity[..n], &mut spin[..n]);
     let (a, alpha) = (&response.acceleration[..n], &response.spin_acceleration[..n]);
     let (weight, turn) = (&response.inverse_mass[..n], &response.inverse_inertia[..n]);
     let (contact, torque) = (&contact[..n], &torque[..n]);
