@@ -6,7 +6,6 @@ use crate::bulk::block_list::ListScratch;
 use crate::bulk::candidates::CandidateStatus;
 use crate::bulk::records::SIZE;
 use crate::bulk::skins::Lists;
-use crate::bulk::sync::{lock, read};
 use crate::bulk::wall::Wall;
 use crate::laws::walls::Plane;
 use crate::motion::Motion;
@@ -15,7 +14,7 @@ use crate::search::cells::Cells;
 use crate::spec::{BulkSettings, DemSpec};
 
 /// The engine.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Bulk {
     pub(super) settings: BulkSettings,
     pub(super) common: Common,
@@ -53,29 +52,6 @@ pub(crate) struct Bulk {
     pub(super) reach: usize,
     pub(super) loaded: bool,
     pub(crate) builds: u64,
-}
-
-impl Clone for Bulk {
-    fn clone(&self) -> Self {
-        let rows = self.blocks.rows.iter().map(|both| {
-            let [a, b] = both;
-            [read(a).clone().into(), read(b).clone().into()]
-        });
-        let block = self.blocks.block.iter().map(|block| lock(block).clone().into());
-        Self {
-            settings: self.settings,
-            common: self.common.clone(),
-            periods: self.periods,
-            order: self.order.clone(),
-            blocks: Blocks::new(rows.collect(), block.collect(), self.blocks.inactive()),
-            cells: self.cells.clone(),
-            candidates: self.candidates.clone(),
-            lists: self.lists.clone(),
-            step_scratch: self.step_scratch.clone(),
-            list_scratch: self.list_scratch.clone(),
-            ..*self
-        }
-    }
 }
 
 impl Bulk {

@@ -30,13 +30,8 @@ pub(crate) struct Forces {
 impl Forces {
     /// Room for `n` grains.
     pub(crate) fn new(n: usize) -> Self {
-        Self {
-            contact: vec![Vec3::zeros(); n],
-            torque: vec![Vec3::zeros(); n],
-            lubrication: vec![Vec3::zeros(); n],
-            contacts: 0,
-            overlap: 0.0,
-        }
+        let zeros = vec![Vec3::zeros(); n];
+        Self { contact: zeros.clone(), torque: zeros.clone(), lubrication: zeros, ..Self::default() }
     }
 }
 

@@ -16,12 +16,15 @@ impl Speed {
     /// Of the present velocities.
     pub(super) fn of(grains: &Grains) -> Self {
         let mut speed = Self { largest2: 0.0, finite: true };
-        for (velocity, spin) in grains.velocity.iter().zip(&grains.spin) {
-            let speed2 = velocity.norm_squared();
-            speed.largest2 = speed.largest2.max(speed2);
-            speed.finite &= (speed2 + spin.norm_squared()).is_finite();
-        }
+        grains.velocity.iter().zip(&grains.spin).for_each(|(velocity, spin)| speed.note(velocity, spin));
         speed
+    }
+
+    #[inline(always)]
+    fn note(&mut self, velocity: &Vec3, spin: &Vec3) {
+        let speed2 = velocity.norm_squared();
+        self.largest2 = self.largest2.max(speed2);
+        self.finite &= (speed2 + spin.norm_squared()).is_finite();
     }
 }
 
@@ -45,9 +48,7 @@ pub(super) fn kick(
         let force = lubrication.map_or(contact[i], |force| contact[i] + force[i]);
         velocity[i] += (a[i] + weight[i].component_mul(&force)) * h;
         spin[i] += (alpha[i] + turn[i].component_mul(&torque[i])) * h;
-        let speed2 = velocity[i].norm_squared();
-        speed.largest2 = speed.largest2.max(speed2);
-        speed.finite &= (speed2 + spin[i].norm_squared()).is_finite();
+        speed.note(&velocity[i], &spin[i]);
     }
     speed
 }
