@@ -186,7 +186,8 @@ impl Response {
         }
     }
 
-    /// m* of grain `i` against grain `j`, or against a wall; grains that only turn count with their own masses.
+    /// m* of grain `i` against grain `j`, or against a wall; grains that only turn count with their own
+    /// masses.
     #[inline(always)]
     #[must_use]
     pub fn effective_mass(&self, grains: &Grains, i: usize, j: Option<usize>) -> f64 {

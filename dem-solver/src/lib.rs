@@ -6,10 +6,10 @@
 //! Start here:
 //!
 //! - [`DemSpec`], [`Grain`], [`Wall`]: what a run is made of;
-//! - [`Dem`]: [`Dem::advance`] moves the grains by a window, [`Dem::save`] and [`Dem::restore`] keep the state;
+//! - [`Dem`]: [`Dem::advance`] moves the grains, [`Dem::save`] and [`Dem::restore`] keep the state;
 //! - [`ContactLaw`], [`LinearSpringDashpot`], [`HertzMindlin`]: how grains touch;
 //! - [`Lubrication`], [`LubricationModel`]: the force in a narrow gap;
-//! - [`config::Config`], [`participant::DemParticipant`]: a scene's `[dem]`, and the DEM as part of a coupled run.
+//! - [`config::Config`], [`participant::DemParticipant`]: `[dem]` of a scene, and the DEM in a run.
 //!
 //! ```
 //! use dem_solver::{ContactLaw, Dem, DemSpec, Grain, LinearSpringDashpot};

@@ -20,7 +20,8 @@ pub(super) struct BlockBox {
 #[derive(Clone, Debug, Default)]
 pub(super) struct CandidateStatus {
     pub(super) place: Vec<BlockBox>,
-    /// Row by row for the blocks that are active: up to which sum of paths a block's pairs with another one are good, m.
+    /// Row by row for the blocks that are active: up to which sum of paths a block's pairs with another one
+    /// are good, m.
     pub(super) good_to: Vec<f64>,
     /// Blocks that must search.
     pub(super) stale: Vec<bool>,

@@ -38,7 +38,8 @@ impl Observed {
         }
     }
 
-    /// Contacts of `pack` begin or end: `now` touch. With `cross`, second partners are of another block, or a wall.
+    /// Contacts of `pack` begin or end: `now` touch. With `cross`, second partners are of another block, or a
+    /// wall.
     pub(super) fn pair_event(&mut self, pack: &ContactPack, now: u8, rate: &[f64; 8], cross: bool) {
         if self.speeds.is_empty() {
             return;

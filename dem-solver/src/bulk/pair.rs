@@ -34,8 +34,8 @@ impl<L: Lanes> Images<L> {
     }
 }
 
-/// Records of first partners, or with `SPINS` their spins and radii twice, plus those of second ones with `signs`, as
-/// columns. The signs are 1 or −1: one rounding, that of the sum.
+/// Records of first partners, or with `SPINS` their spins and radii twice, plus those of second ones with
+/// `signs`, as columns. The signs are 1 or −1: one rounding, that of the sum.
 #[inline(always)]
 fn columns<L: Lanes8, const SPINS: bool>(
     token: L::Token,

@@ -104,8 +104,8 @@ impl Near {
         }
     }
 
-    /// Distances from the centres at which the tangential force attacks: at the radii, or at the point of contact.
-    /// A wall does not yield: there that is in its plane.
+    /// Distances from the centres at which the tangential force attacks: at the radii, or at the point of
+    /// contact. A wall does not yield: there that is in its plane.
     #[inline(always)]
     pub(crate) fn arms(&self, grains: &Grains, at_contact_point: bool) -> (f64, f64) {
         let depth = if at_contact_point { self.gap } else { 0.0 };

@@ -112,9 +112,10 @@ pub struct LubricationLaw {
 /// A gap over so short a path that its impulse is a polynomial in the gap rate: most gaps of a dense bed in most
 /// sub-steps, at a tenth of the cost of the logarithms.
 ///
-/// With s the relative change of δ + η and path = k₁ s + k₂ s² + k₃ s³ + k₄ s⁴ the rate after lubrication solves
-/// (a/dt) s + path/m = U, that is s + Σ b_j s^j = y with b_j = k_j/(m N), y = U/N and N = a/dt + k₁/m. This series turned
-/// around, s = y − b₂ y² + (2b₂² − b₃) y³ + (−5b₂³ + 5b₂b₃ − b₄) y⁴, is put into path = m (U − (a/dt) s).
+/// With s the relative change of δ + η and path = k₁ s + k₂ s² + k₃ s³ + k₄ s⁴ the rate after lubrication
+/// solves (a/dt) s + path/m = U, that is s + Σ b_j s^j = y with b_j = k_j/(m N), y = U/N and N = a/dt + k₁/m.
+/// This series turned around, s = y − b₂ y² + (2b₂² − b₃) y³ + (−5b₂³ + 5b₂b₃ − b₄) y⁴, is put into path = m
+/// (U − (a/dt) s).
 #[derive(Clone, Copy, Debug)]
 pub struct Expansion {
     /// path = c₁ y + c₂ y² + c₃ y³ + c₄ y⁴, N s.
@@ -135,8 +136,8 @@ impl Default for Expansion {
 }
 
 impl Expansion {
-    /// Largest |y|. The terms left out are 1e-12 of the path for two spheres, and 1e-10 where the flow resolves
-    /// most of it.
+    /// Largest |y|. The terms left out are 1e-12 of the path for two spheres, and 1e-10 where the flow
+    /// resolves most of it.
     const FAR: f64 = 1.0 / 512.0;
 
     /// s differs from y by less than this part at [`Expansion::FAR`].

@@ -137,8 +137,8 @@ impl LubricationSolver {
         }
     }
 
-    /// Takes a gap up if it can act within the sub-step and something can move: if the grain could reach it even at
-    /// twice its present rate, as another gap may speed it up.
+    /// Takes a gap up if it can act within the sub-step and something can move: if the grain could reach it
+    /// even at twice its present rate, as another gap may speed it up.
     #[inline(always)]
     fn collect(
         &mut self,
