@@ -24,7 +24,6 @@ const T_C: f64 = 1e-5;
 const RADIUS: f64 = 1.5e-3;
 const PHASES: u32 = 16;
 const STEPS: [u32; 13] = [5, 7, 10, 14, 20, 28, 40, 56, 80, 100, 120, 160, 200];
-const TABLE: &str = include_str!("../../scenes/reference/oblique_linear_model.csv");
 
 /// Added to each: with a whole number of sub-steps in a contact time errors of its beginning and end cancel.
 const OFF: f64 = 0.4;
@@ -66,9 +65,16 @@ fn collide(
     Ok([relative.x / v_n, slip / v_n, dem.kinetic_energy() / before])
 }
 
+/// Text of a file of the repository; `path` from its root.
+fn repository_file(path: &str) -> Result<String, String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
+    std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}; run in a checkout", path.display()))
+}
+
 /// Ψ₁ and Ψ₂ of the capped law at k_t/k_n = 0.2.
 fn reference() -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
-    let rows = TABLE.lines().filter(|line| line.starts_with("0.200000,limited"));
+    let table = repository_file("scenes/reference/oblique_linear_model.csv")?;
+    let rows = table.lines().filter(|line| line.starts_with("0.200000,limited"));
     rows.map(|line| {
         let cell: Vec<&str> = line.split(',').collect();
         Ok((cell[2].parse()?, cell[3].parse()?))
@@ -82,11 +88,11 @@ fn errors(n: f64, method: Method) -> Result<[f64; 3], Box<dyn Error>> {
     acetate.damping_ratio = 0.0;
     let elastic = LinearSpringDashpot { restitution: 1.0, ..acetate };
     let e = acetate.effective().restitution;
-    let mut worst = [0.0f64; 3];
+    let (mut worst, reference) = ([0.0f64; 3], reference()?);
     for phase in (0..PHASES).map(|k| (f64::from(k) + 0.5) / f64::from(PHASES)) {
         worst[0] = worst[0].max((collide(acetate, 0.0, n, phase, method)?[0] / e - 1.0).abs());
         worst[2] = worst[2].max((collide(elastic, 0.0, n, phase, method)?[2] - 1.0).abs());
-        for (psi1, psi2) in reference()? {
+        for &(psi1, psi2) in &reference {
             worst[1] = worst[1].max((collide(acetate, psi1, n, phase, method)?[1] - psi2).abs());
         }
     }
@@ -95,7 +101,7 @@ fn errors(n: f64, method: Method) -> Result<[f64; 3], Box<dyn Error>> {
 
 /// CPU time per contact and sub-step in a settled bed of 1,000 spheres, ns.
 fn cost(method: Method) -> Result<f64, Box<dyn Error>> {
-    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/bench/packing.csv"))?;
+    let text = repository_file("scenes/bench/packing.csv")?;
     let mut grains = Vec::new();
     for line in text.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())) {
         let value: Vec<f64> = line.split(',').map(str::parse).collect::<Result<_, _>>()?;

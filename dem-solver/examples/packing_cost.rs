@@ -10,7 +10,7 @@
 //!   one upon the other.
 //! - `rain`: the stack four times as high, with 0.5 m/s.
 //! - `write FILE`: writes only the start, for LAMMPS (see `tests/peers/lammps.sh`); `write-rain FILE` that of rain.
-//! - `general`: the other engine.
+//! - `general`, `general-rain`: the other engine.
 //!
 //! SKIN, m, and DEPTH in the environment set the width of the lists and the depth of the wavefront.
 
@@ -49,7 +49,8 @@ fn settled(path: &str, n: usize) -> Result<Vec<Grain>, Box<dyn Error>> {
 /// The stacked packing.
 fn stacked(n: usize, rain: bool, shift: f64) -> Result<Vec<Grain>, Box<dyn Error>> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/bench/packing.csv");
-    let text = std::fs::read_to_string(path)?;
+    let text =
+        std::fs::read_to_string(path).map_err(|error| format!("{path}: {error}; run in a checkout"))?;
     let mut layer = Vec::new();
     for line in text.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())) {
         let value: Vec<f64> = line.split(',').map(str::parse).collect::<Result<_, _>>()?;
@@ -160,7 +161,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     spec.bulk.threads = threads;
     spec.bulk.skin = std::env::var("SKIN").ok().map(|word| word.parse()).transpose()?;
     spec.bulk.depth = std::env::var("DEPTH").map_or(Ok(0), |word| word.parse())?;
-    spec.engine = if mode == "general" { Engine::General } else { Engine::Bulk };
+    spec.engine = if mode.starts_with("general") { Engine::General } else { Engine::Bulk };
     let mut dem = Dem::new(&spec)?;
     drop(spec);
     if let ("settle", Some(path)) = (mode, path) {

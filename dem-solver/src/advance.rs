@@ -5,7 +5,7 @@ use crate::bulk::window::Wanted;
 use crate::error::AdvanceError;
 use crate::general::engine::General;
 use crate::general::evaluation::Window;
-use crate::grains::{Grains, Response};
+use crate::grains::Grains;
 use crate::report::{GrainLoad, NonFinite, Observations, Outcome, WindowReport};
 use crate::solver::{Dem, Running};
 use crate::surroundings::Surroundings;
@@ -53,9 +53,6 @@ impl Dem {
             Running::Bulk(bulk) => {
                 let loaded = loads.iter().any(|load| *load != GrainLoad::default());
                 if loaded {
-                    if response.inverse_mass.len() != grains.len() {
-                        *response = Response::new(grains.len());
-                    }
                     response.set(grains, gravity, loads);
                 }
                 let wanted =
@@ -102,9 +99,7 @@ fn advance_general(
     let outcome = general.advance(window, time, dt_window / f64::from(n_sub), n_sub);
     let found = first_non_finite(window.grains);
     general.finish(window, dt_window, n_sub);
-    for (x, image) in window.grains.position.iter_mut().zip(&mut window.grains.image) {
-        window.around.periods.wrap(x, image);
-    }
+    window.grains.wrap(&window.around.periods);
     general.observe_gaps(window);
     let forces = &general.evaluation.forces;
     Done {

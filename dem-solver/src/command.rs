@@ -7,6 +7,7 @@ use bedload_output::atomic_write;
 use bedload_output::vtk::{Array, image};
 use bedload_program::{ProgramError, RunOptions, explain};
 use clap::Parser;
+use nalgebra::Matrix3;
 use protocol::checkpoint;
 use protocol::scene::{Axis, CheckedScene, Profile as Asked};
 
@@ -114,25 +115,17 @@ fn on_grid(arguments: &Arguments, participant: &DemParticipant, lower: [f64; 3],
 
 fn arrays(cells: &[Cell], shape: Shape) -> Vec<Array> {
     let scalar = |name, of: &dyn Fn(&Cell) -> f64| Array::scalar(name, cells.iter().map(of).collect());
+    let tensor = |name, of: &dyn Fn(&Cell) -> Matrix3<f64>| {
+        Array::real(name, 9, cells.iter().flat_map(|cell| of(cell).data.0).flatten().collect())
+    };
+    let velocity = cells.iter().flat_map(|c| [c.velocity.x, c.velocity.y, c.velocity.z]);
     vec![
         scalar("solid_fraction", &|cell| cell.solid),
         scalar("density", &|cell| cell.density),
         scalar("pressure", &|cell| cell.pressure(shape)),
-        Array::real(
-            "velocity",
-            3,
-            cells.iter().flat_map(|c| [c.velocity.x, c.velocity.y, c.velocity.z]).collect(),
-        ),
-        // VTK takes tensors row by row, nalgebra keeps them column by column.
-        Array::real(
-            "stress",
-            9,
-            cells.iter().flat_map(|c| c.stress().transpose().iter().copied().collect::<Vec<_>>()).collect(),
-        ),
-        Array::real(
-            "kinetic_stress",
-            9,
-            cells.iter().flat_map(|c| c.kinetic.iter().copied().collect::<Vec<_>>()).collect(),
-        ),
+        Array::real("velocity", 3, velocity.collect()),
+        // VTK takes tensors row by row, nalgebra keeps them column by column; the kinetic stress is symmetric
+        tensor("stress", &|cell| cell.stress().transpose()),
+        tensor("kinetic_stress", &|cell| cell.kinetic),
     ]
 }

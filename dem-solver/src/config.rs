@@ -30,7 +30,7 @@ pub struct DemSection {
     /// Contact law; needed as soon as a grain can touch a grain or a wall.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactLaw>,
-    /// Film between near surfaces, η/R = 4e-4. Default: none in a dry scene; with a fluid `complement`
+    /// Lubrication between near surfaces, η/R = 4e-4. Default: none in a dry scene; with a fluid `complement`
     /// up to four cells (at most 0.8 R) for spheres, `continuous` up to two cells (at most R/2) for discs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
@@ -162,8 +162,8 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         .contact
         .unwrap_or_else(|| ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(1.0, 1.0, 0.0)));
     let lubrication = dem.lubrication.get_or_insert_with(|| default_lubrication(scene));
-    if let Lubrication::Complement(film) = lubrication {
-        film.resolved_length.get_or_insert(coarsest_spacing(scene));
+    if let Lubrication::Complement(settings) = lubrication {
+        settings.resolved_length.get_or_insert(coarsest_spacing(scene));
     }
     let lubrication = *lubrication;
     let grains = scene.grains.iter().map(|grain| self::grain(grain, shared.domain.geometry)).collect();
@@ -193,18 +193,18 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
     })
 }
 
-/// The film that the fluid does not resolve.
+/// The lubrication that the fluid does not resolve.
 fn default_lubrication(scene: &CheckedScene) -> Lubrication {
     let largest = scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
     if scene.scene.medium.is_none() || largest == 0.0 {
         return Lubrication::None;
     }
     let cells = |count: f64, most: f64| (count * coarsest_spacing(scene) / largest).min(most);
-    let film = LubricationSettings::new(ROUGHNESS);
+    let settings = LubricationSettings::new(ROUGHNESS);
     if scene.scene.domain.geometry == Geometry::Plane {
-        Lubrication::Continuous(LubricationSettings { cut_off: cells(2.0, 0.5), ..film })
+        Lubrication::Continuous(LubricationSettings { cut_off: cells(2.0, 0.5), ..settings })
     } else {
-        Lubrication::Complement(LubricationSettings { cut_off: cells(4.0, 0.8), ..film })
+        Lubrication::Complement(LubricationSettings { cut_off: cells(4.0, 0.8), ..settings })
     }
 }
 

@@ -88,6 +88,22 @@ pub enum SpecError {
     Engine(String),
 }
 
+impl SpecError {
+    /// Refuses the first parameter of `model` that is not positive and finite.
+    pub(crate) fn unless_positive(model: &'static str, values: &[(&'static str, f64)]) -> Result<(), Self> {
+        let bad = values.iter().find(|(_, value)| !(*value > 0.0 && value.is_finite()));
+        let allowed = "positive and finite";
+        bad.map_or(Ok(()), |&(quantity, value)| Err(Self::Model { model, quantity, value, allowed }))
+    }
+
+    /// Refuses the first parameter of `model` that is negative or not finite.
+    pub(crate) fn if_negative(model: &'static str, values: &[(&'static str, f64)]) -> Result<(), Self> {
+        let bad = values.iter().find(|(_, value)| !(*value >= 0.0 && value.is_finite()));
+        let allowed = "zero or positive, and finite";
+        bad.map_or(Ok(()), |&(quantity, value)| Err(Self::Model { model, quantity, value, allowed }))
+    }
+}
+
 /// A window that cannot be advanced; the state is untouched.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum AdvanceError {

@@ -5,6 +5,7 @@ use protocol::scene::{CheckedScene, SceneError};
 
 use crate::bounds::{self, LARGEST_DASHPOT};
 use crate::bulk::requirements::{Choice, FROM, choice};
+use crate::grain::Grain;
 use crate::lubrication::settings::LubricationIntegration;
 use crate::motion::Motion;
 use crate::spec::{DemSpec, Engine};
@@ -97,18 +98,20 @@ fn engine_notice(scene: &CheckedScene, spec: &DemSpec) -> Option<String> {
     Some(format!("dem.engine = \"auto\" takes the {name} engine: {why}{later}"))
 }
 
+fn free(spec: &DemSpec) -> impl Iterator<Item = &Grain> {
+    spec.grains.iter().filter(|grain| grain.motion == Motion::Free)
+}
+
 /// Mass of the lightest grain that is free, kg.
 fn least_mass(spec: &DemSpec) -> Option<f64> {
-    let free = spec.grains.iter().filter(|grain| grain.motion == Motion::Free);
-    free.map(|grain| spec.shape.mass(grain.radius, grain.density)).min_by(f64::total_cmp)
+    free(spec).map(|grain| spec.shape.mass(grain.radius, grain.density)).min_by(f64::total_cmp)
 }
 
 /// Shortest contact of all that can happen: between the two lightest grains and between the two
 /// smallest, one of which may be a wall.
 fn contact_time(spec: &DemSpec) -> Option<f64> {
     let mass = least_mass(spec)?;
-    let free = spec.grains.iter().filter(|grain| grain.motion == Motion::Free);
-    let radius = free.map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+    let radius = free(spec).map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     // m*/R* is least for two equal grains, R* alone largest at a wall: the shorter of both.
     let pair = spec.contact.contact_time(0.5 * mass, 0.5 * radius)?;
     let wall = spec.contact.contact_time(0.5 * mass, radius)?;
@@ -117,16 +120,15 @@ fn contact_time(spec: &DemSpec) -> Option<f64> {
 
 /// Bound of explicit lubrication on the sub-step: 2 (η + δ) m/(6πμR²) at δ = 0, over all free grains.
 fn lubrication_dt(spec: &DemSpec) -> f64 {
-    let Some(film) =
-        spec.lubrication.settings().filter(|film| film.integration == LubricationIntegration::Explicit)
+    let Some(explicit) =
+        spec.lubrication.settings().filter(|it| it.integration == LubricationIntegration::Explicit)
     else {
         return f64::INFINITY;
     };
-    let free = spec.grains.iter().filter(|grain| grain.motion == Motion::Free);
-    free.map(|grain| {
+    let limit = free(spec).map(|grain| {
         let mass = spec.shape.mass(grain.radius, grain.density);
         let r = grain.radius;
-        2.0 * film.roughness * r * mass / (6.0 * std::f64::consts::PI * spec.viscosity * r * r)
-    })
-    .fold(f64::INFINITY, f64::min)
+        2.0 * explicit.roughness * r * mass / (6.0 * std::f64::consts::PI * spec.viscosity * r * r)
+    });
+    limit.fold(f64::INFINITY, f64::min)
 }

@@ -2,6 +2,7 @@
 
 use crate::grain::{Grain, Shape};
 use crate::motion::{Motion, Vec3};
+use crate::periods::Periods;
 use crate::report::GrainLoad;
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -37,6 +38,17 @@ pub struct Grains {
     pub translation: Vec<Vec3>,
     /// 1 about axes that the grain may turn about, 0 else.
     pub rotation: Vec<Vec3>,
+}
+
+/// Does the same with every array of two sets of grains.
+macro_rules! for_each_array {
+    ($a:ident, $b:ident, |$x:ident, $y:ident| $what:expr) => {
+        for_each_array!($a, $b, |$x, $y| $what; position image velocity orientation spin acceleration
+            spin_acceleration radius mass inertia material motion translation rotation)
+    };
+    ($a:ident, $b:ident, |$x:ident, $y:ident| $what:expr; $($field:ident)*) => {
+        $({ let ($x, $y) = (&mut $a.$field, &mut $b.$field); $what; })*
+    };
 }
 
 impl Grains {
@@ -78,20 +90,18 @@ impl Grains {
 
     /// Appends others.
     pub fn append(&mut self, mut others: Self) {
-        macro_rules! append {
-            ($($field:ident),*) => { $(self.$field.append(&mut others.$field);)* };
-        }
-        append!(position, image, velocity, orientation, spin, acceleration, spin_acceleration, radius);
-        append!(mass, inertia, material, motion, translation, rotation);
+        for_each_array!(self, others, |to, from| to.append(from));
     }
 
     /// Forgets all but the first `count`.
     pub fn truncate(&mut self, count: usize) {
-        macro_rules! truncate {
-            ($($field:ident),*) => { $(self.$field.truncate(count);)* };
-        }
-        truncate!(position, image, velocity, orientation, spin, acceleration, spin_acceleration, radius);
-        truncate!(mass, inertia, material, motion, translation, rotation);
+        let mut none = Self::default();
+        for_each_array!(self, none, |array, _none| array.truncate(count));
+    }
+
+    /// Puts all centres back into the period.
+    pub(crate) fn wrap(&mut self, periods: &Periods) {
+        self.position.iter_mut().zip(&mut self.image).for_each(|(x, image)| periods.wrap(x, image));
     }
 
     /// Number of grains.
@@ -123,7 +133,7 @@ impl Grains {
 /// What stays constant over a window: inverse masses with the virtual mass, and the acceleration by
 /// gravity, fluid and virtual mass.
 ///
-/// (m_p + m_a) dU/dt = m_p g + F + m_a A_prev + F_contact + F_film (Schwarz, Kempe & Fröhlich 2015),
+/// (m_p + m_a) dU/dt = m_p g + F + m_a A_prev + F_contact + F_lubrication (Schwarz, Kempe & Fröhlich 2015),
 /// likewise for the spin with the virtual inertia. F is the whole force of the fluid, buoyancy
 /// included.
 #[derive(Clone, Debug, Default)]
@@ -141,28 +151,26 @@ pub struct Response {
 }
 
 impl Response {
-    /// Room for `n` grains.
+    /// The response under these loads; none at all is a dry run.
     #[must_use]
-    pub fn new(n: usize) -> Self {
-        Self {
-            inverse_mass: vec![Vec3::zeros(); n],
-            inverse_inertia: vec![Vec3::zeros(); n],
-            contact_inverse_mass: vec![0.0; n],
-            acceleration: vec![Vec3::zeros(); n],
-            spin_acceleration: vec![Vec3::zeros(); n],
-        }
+    pub fn new(grains: &Grains, gravity: &Vec3, loads: &[GrainLoad]) -> Self {
+        let mut response = Self::default();
+        response.set(grains, gravity, loads);
+        response
     }
 
-    /// The response without any load.
-    #[must_use]
-    pub fn dry(grains: &Grains) -> Self {
-        let mut response = Self::new(grains.len());
-        response.set(grains, &Vec3::zeros(), &[]);
-        response
+    /// Room for `n` grains; what it then says of new ones is nothing.
+    pub(crate) fn resize(&mut self, n: usize) {
+        let Self { inverse_mass, inverse_inertia, acceleration, spin_acceleration, .. } = self;
+        for vectors in [inverse_mass, inverse_inertia, acceleration, spin_acceleration] {
+            vectors.resize(n, Vec3::zeros());
+        }
+        self.contact_inverse_mass.resize(n, 0.0);
     }
 
     /// Takes the loads of a window; no load at all is a dry run.
     pub fn set(&mut self, grains: &Grains, gravity: &Vec3, loads: &[GrainLoad]) {
+        self.resize(grains.len());
         for i in 0..grains.len() {
             let load = loads.get(i).copied().unwrap_or_default();
             let inverse = 1.0 / (grains.mass[i] + load.added_mass);
@@ -178,23 +186,17 @@ impl Response {
         }
     }
 
-    /// m* of grains `i` and `j`; two grains that only turn count with their own masses.
+    /// m* of grain `i` against grain `j`, or against a wall; grains that only turn count with their own
+    /// masses.
     #[inline(always)]
     #[must_use]
-    pub fn effective_mass(&self, grains: &Grains, i: usize, j: usize) -> f64 {
-        let inverse = self.contact_inverse_mass[i] + self.contact_inverse_mass[j];
+    pub fn effective_mass(&self, grains: &Grains, i: usize, j: Option<usize>) -> f64 {
+        let of = &self.contact_inverse_mass;
+        let inverse = j.map_or(of[i], |j| of[i] + of[j]);
         if inverse > 0.0 {
-            1.0 / inverse
-        } else {
-            grains.mass[i] * grains.mass[j] / (grains.mass[i] + grains.mass[j])
+            return 1.0 / inverse;
         }
-    }
-
-    /// m* of grain `i` against a wall.
-    #[inline(always)]
-    #[must_use]
-    pub fn wall_mass(&self, grains: &Grains, i: usize) -> f64 {
-        let inverse = self.contact_inverse_mass[i];
-        if inverse > 0.0 { 1.0 / inverse } else { grains.mass[i] }
+        let mass = grains.mass[i];
+        j.map_or(mass, |j| mass * grains.mass[j] / (mass + grains.mass[j]))
     }
 }

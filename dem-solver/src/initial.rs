@@ -56,16 +56,13 @@ fn misplaced(dem: &Dem, scene: &CheckedScene) -> Option<String> {
         }
     }
     let (pairs, g, periods) = (dem.lists_now().pairs, &dem.grains, &dem.around.periods);
-    for i in 0..g.len() {
-        for k in pairs.row(i) {
-            let j = pairs.other[k] as usize;
-            let overlap = g.radius[i] + g.radius[j] - periods.nearest(g.position[i] - g.position[j]).norm();
-            if overlap > DEEPEST * g.radius[i].min(g.radius[j]) {
-                return Some(format!(
-                    "lets grains {i} and {j} overlap by {overlap} m; allowed: 1 % of the smaller radius"
-                ));
-            }
-        }
-    }
-    None
+    let overlap = |i: usize, j: usize| {
+        g.radius[i] + g.radius[j] - periods.nearest(g.position[i] - g.position[j]).norm()
+    };
+    let mut near = pairs.entries().map(|(i, k)| (i, pairs.other[k] as usize));
+    let (i, j) = near.find(|&(i, j)| overlap(i, j) > DEEPEST * g.radius[i].min(g.radius[j]))?;
+    Some(format!(
+        "lets grains {i} and {j} overlap by {} m; allowed: 1 % of the smaller radius",
+        overlap(i, j)
+    ))
 }

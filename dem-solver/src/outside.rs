@@ -27,7 +27,7 @@ impl Outside {
         Self { limits, is_out: vec![false; scene.grains.len()], named: 0 }
     }
 
-    fn holds(&self, x: &Vec3) -> bool {
+    fn is_inside(&self, x: &Vec3) -> bool {
         self.limits.iter().zip(x.iter()).all(|((lower, upper), x)| (lower..=upper).contains(&x))
     }
 
@@ -35,7 +35,7 @@ impl Outside {
     pub(crate) fn look(&mut self, grains: &Grains, step: u64, time: f64) {
         for i in 0..grains.len() {
             let (x, v) = (grains.position[i], grains.velocity[i]);
-            let out = !self.holds(&x);
+            let out = !self.is_inside(&x);
             if out && !self.is_out[i] {
                 self.named += 1;
                 if self.named <= NAMED {

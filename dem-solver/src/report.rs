@@ -86,7 +86,7 @@ impl Dissipated {
 pub struct Observations {
     /// Mean contact force over the window, N.
     pub mean_contact: Vec<Vec3>,
-    /// Mean modelled film force over the window, N.
+    /// Mean modelled lubrication force over the window, N.
     pub mean_lubrication: Vec<Vec3>,
     /// Smallest gap over the window within the watched range and at its end, m; infinite if nothing
     /// was near.

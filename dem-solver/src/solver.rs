@@ -48,22 +48,25 @@ impl Dem {
     /// [`SpecError`]: the first fault of `spec`.
     pub fn new(spec: &DemSpec) -> Result<Self, SpecError> {
         spec.validate()?;
-        let grains = Grains::new(&spec.grains, spec.shape);
+        let mut grains = Grains::new(&spec.grains, spec.shape);
         let around = Surroundings {
             walls: spec.walls.iter().map(Plane::from).collect(),
             periods: Periods::new(spec.periods),
             laws: spec.laws(),
             range: spec.range(),
         };
+        grains.wrap(&around.periods);
         let bulk = if requirements::choice(spec).engine == Engine::Bulk { Bulk::new(spec) } else { None };
         let engine = match bulk {
             Some(bulk) => Running::Bulk(Box::new(bulk)),
             None => Running::General(Box::new(General::new(spec, &grains, &around))),
         };
         let is_bulk = matches!(engine, Running::Bulk(_));
-        let mut dem = Self {
-            // the bulk engine needs it under loads only
-            response: Response::new(if is_bulk { 0 } else { grains.len() }),
+        // the bulk engine needs it under loads only
+        let mut response = Response::default();
+        response.resize(if is_bulk { 0 } else { grains.len() });
+        Ok(Self {
+            response,
             observed: Observations::new(if is_bulk && !spec.observations { 0 } else { grains.len() }),
             engine,
             around,
@@ -75,9 +78,7 @@ impl Dem {
             shape: spec.shape,
             skin: spec.skin(),
             grains,
-        };
-        dem.wrap();
-        Ok(dem)
+        })
     }
 
     /// Time, s.
@@ -201,12 +202,5 @@ impl Dem {
     #[must_use]
     pub fn dissipated(&self) -> Option<Dissipated> {
         self.general()?.evaluation.account.as_ref().map(|account| account.lost)
-    }
-
-    /// Puts all centres back into the period.
-    pub(crate) fn wrap(&mut self) {
-        for (x, image) in self.grains.position.iter_mut().zip(&mut self.grains.image) {
-            self.around.periods.wrap(x, image);
-        }
     }
 }

@@ -15,7 +15,7 @@ pub enum Engine {
     /// `bulk` for 256 grains and more where the scene allows it, else `general`.
     #[default]
     Auto,
-    /// All laws, films and integrators.
+    /// All laws, lubrication and integrators.
     General,
     /// For many grains: linear contacts and symplectic Euler only, several times as fast.
     Bulk,
@@ -76,9 +76,9 @@ pub struct DemSpec {
     pub contact: ContactLaw,
     /// but for these pairs.
     pub pairs: Vec<MaterialPair>,
-    /// Film model.
+    /// Model of lubrication.
     pub lubrication: Lubrication,
-    /// Viscosity μ of the fluid, Pa s; used by the film only.
+    /// Viscosity μ of the fluid, Pa s; used by lubrication only.
     pub viscosity: f64,
     /// Time integration.
     pub integrator: Integrator,
@@ -98,7 +98,7 @@ pub struct DemSpec {
 }
 
 impl DemSpec {
-    /// Grains and one law; no wall, gravity, film or period.
+    /// Grains and one law; no wall, gravity, lubrication or period.
     #[must_use]
     pub fn new(grains: Vec<Grain>, contact: ContactLaw) -> Self {
         Self {
@@ -131,9 +131,9 @@ impl DemSpec {
     /// Largest gap at which a force acts, m: beyond it gaps are not watched.
     #[must_use]
     pub fn range(&self) -> f64 {
-        let film = self.lubrication.settings().map_or(0.0, |film| film.cut_off * self.largest_radius());
+        let lubrication = self.lubrication.settings().map_or(0.0, |it| it.cut_off * self.largest_radius());
         let law = self.pairs.iter().map(|pair| pair.contact.range()).fold(self.contact.range(), f64::max);
-        film.max(law)
+        lubrication.max(law)
     }
 
     /// Skin of the neighbour list, m.
@@ -154,7 +154,7 @@ impl DemSpec {
         table
     }
 
-    /// Film model with its shape resolved, and its settings.
+    /// Model of lubrication with its shape resolved, and its settings.
     #[must_use]
     pub fn lubrication_model(&self) -> Option<LubricationModel> {
         let settings = self.lubrication.settings()?;

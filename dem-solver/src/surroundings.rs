@@ -6,13 +6,13 @@ use crate::periods::Periods;
 
 /// What does not change over a run.
 #[derive(Clone, Debug)]
-pub struct Surroundings {
+pub(crate) struct Surroundings {
     /// Walls.
-    pub walls: Vec<Plane>,
+    pub(crate) walls: Vec<Plane>,
     /// Periodic directions.
-    pub periods: Periods,
+    pub(crate) periods: Periods,
     /// Laws by materials.
-    pub laws: LawTable,
+    pub(crate) laws: LawTable,
     /// Gap below which gaps are watched, m.
-    pub range: f64,
+    pub(crate) range: f64,
 }

@@ -40,9 +40,7 @@ impl DemSpec {
                 "positive and finite; a dry scene takes form = \"none\"",
             );
         }
-        if let Some(skin) = self.skin.filter(|skin| !(*skin > 0.0 && skin.is_finite())) {
-            return model("neighbour list", "skin", skin, "positive and finite");
-        }
+        SpecError::unless_positive("neighbour list", &[("skin", self.skin.unwrap_or(1.0))])?;
         let hertz = |law: &ContactLaw| matches!(law, ContactLaw::HertzMindlin(_));
         let laws = || self.pairs.iter().map(|pair| &pair.contact).chain([&self.contact]);
         if self.shape == Shape::Disc && laws().any(hertz) {
@@ -53,13 +51,13 @@ impl DemSpec {
         let implicit = self
             .lubrication
             .settings()
-            .is_some_and(|film| film.integration == LubricationIntegration::Implicit);
+            .is_some_and(|settings| settings.integration == LubricationIntegration::Implicit);
         if self.integrator == Integrator::Rk3 && implicit {
             return Err(SpecError::Combination(
                 "integrator rk3 takes no implicit lubrication; choose symplectic-euler, or integration = \"explicit\" with its bound on the sub-step",
             ));
         }
-        let line = self.lubrication_model().is_some_and(|film| film.shape == GapShape::Line);
+        let line = self.lubrication_model().is_some_and(|model| model.shape == GapShape::Line);
         if line && matches!(self.lubrication, Lubrication::Complement(_)) {
             return Err(SpecError::Combination(
                 "lubrication form \"complement\" is measured for spheres (point films) only; take \"continuous\" for discs",

@@ -1,12 +1,10 @@
-//! Oblique collision of two spheres (the seed, §3.2, figure 3) against the converged solution of its
+//! Oblique collision of two spheres (Izard et al. 2014, §3.2, figure 3) against the converged solution of its
 //! model.
 mod common;
 use common::{dem, spec};
 use dem_solver::LinearSpringDashpot;
 use dem_solver::laws::tangential::Sliding;
 use dem_solver::{Engine, Grain, Integrator, Shape};
-
-const TABLE: &str = include_str!("../../scenes/reference/oblique_linear_model.csv");
 
 struct Row {
     ratio: f64,
@@ -16,7 +14,7 @@ struct Row {
 }
 
 fn table() -> Vec<Row> {
-    TABLE
+    common::repository_file("scenes/reference/oblique_linear_model.csv")
         .lines()
         .filter(|line| !line.starts_with('#') && !line.starts_with("kt_"))
         .map(|line| {
@@ -30,7 +28,7 @@ fn table() -> Vec<Row> {
         .collect()
 }
 
-/// The seed's acetate spheres with the seed's tangential law: no dashpot.
+/// The acetate spheres of Izard et al. (2014) with their tangential law: no dashpot.
 fn acetate(ratio: f64, sliding: Sliding, friction: f64) -> LinearSpringDashpot {
     let mut law = LinearSpringDashpot::new(0.87, 1e-5, friction);
     law.stiffness_ratio = ratio;

@@ -95,6 +95,8 @@ impl Lanes for Avx512 {
 }
 
 impl Lanes8 for Avx512 {
+    const ONE_REGISTER: bool = true;
+
     #[inline(always)]
     fn load(simd: V4, values: &[f64; 8]) -> Self {
         Self { simd, lanes: cast(*values) }

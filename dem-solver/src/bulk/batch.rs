@@ -61,6 +61,14 @@ impl Drop for Alarm<'_> {
     }
 }
 
+impl Clone for Blocks {
+    fn clone(&self) -> Self {
+        let rows = self.rows.iter().map(|[a, b]| [read(a).clone().into(), read(b).clone().into()]);
+        let block = self.block.iter().map(|block| lock(block).clone().into());
+        Self::new(rows.collect(), block.collect(), self.inactive)
+    }
+}
+
 impl Blocks {
     /// Blocks with their rows; the first `inactive` take no part.
     pub(super) fn new(rows: Vec<Rows>, block: Vec<Mutex<Block>>, inactive: usize) -> Self {

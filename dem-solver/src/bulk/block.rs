@@ -2,8 +2,9 @@
 //! contacts, and one sub-step of them.
 
 use crate::bulk::integrate::{self, BodyForce};
+use crate::bulk::kernel::{Kernel, dispatch};
 use crate::bulk::lane_pair::LanePair;
-use crate::bulk::lanes::{Lanes8, Portable8};
+use crate::bulk::lanes::Lanes8;
 use crate::bulk::law::LawLanes;
 use crate::bulk::observed::Observed;
 use crate::bulk::pair::{Images, pair_forces};
@@ -11,7 +12,6 @@ use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord, History};
 use crate::bulk::wall::{Wall, wall_forces};
 use crate::laws::coefficients::LinearPair;
 use crate::motion::Motion;
-use pulp::{Simd, WithSimd};
 
 /// What is the same for all blocks.
 #[derive(Clone, Debug)]
@@ -51,12 +51,8 @@ pub(super) struct Segment {
 pub(super) struct Block {
     /// Number of its first grain in the order of the engine.
     pub(super) first: u32,
-    /// Contacts within the block.
-    pub(super) pairs: Vec<ContactPack>,
-    /// Contacts with grains of other blocks, which have their own copy.
-    pub(super) cross: Vec<ContactPack>,
-    /// Contacts with walls.
-    pub(super) walls: Vec<ContactPack>,
+    /// Contacts within the block, with grains of other blocks, which have their own copy, and with walls.
+    pub(super) packs: [Vec<ContactPack>; 3],
     /// What may come into these lists.
     pub(super) candidates: Candidates,
     /// Contacts to take instead of those in the lists: these are of another order, or of earlier candidates.
@@ -89,9 +85,7 @@ pub(super) struct Block {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Snapshot {
     rows: Vec<GrainRecord>,
-    pairs: Vec<ContactPack>,
-    cross: Vec<ContactPack>,
-    walls: Vec<ContactPack>,
+    packs: [Vec<ContactPack>; 3],
     orientation: Vec<[f64; 4]>,
     observed: Observed,
 }
@@ -111,7 +105,8 @@ impl Block {
 
     /// What a sub-step costs, ns or so.
     pub(super) fn work(&self) -> usize {
-        15 * self.len() + 120 * (self.pairs.len() + self.cross.len()) + 60 * self.walls.len()
+        let [pairs, cross, walls] = &self.packs;
+        15 * self.len() + 120 * (pairs.len() + cross.len()) + 60 * walls.len()
     }
 
     /// Keeps the state that `rows` hold.
@@ -119,11 +114,7 @@ impl Block {
         let before = &mut self.before;
         before.rows.clear();
         before.rows.extend_from_slice(rows);
-        for (to, from) in [
-            (&mut before.pairs, &self.pairs),
-            (&mut before.cross, &self.cross),
-            (&mut before.walls, &self.walls),
-        ] {
+        for (to, from) in before.packs.iter_mut().zip(&self.packs) {
             to.clear();
             to.reserve_exact(from.len());
             to.extend_from_slice(from);
@@ -135,9 +126,7 @@ impl Block {
     /// Goes back to the state kept last.
     pub(super) fn roll_back(&mut self, rows: &mut [GrainRecord]) {
         rows.copy_from_slice(&self.before.rows);
-        std::mem::swap(&mut self.pairs, &mut self.before.pairs);
-        std::mem::swap(&mut self.cross, &mut self.before.cross);
-        std::mem::swap(&mut self.walls, &mut self.before.walls);
+        std::mem::swap(&mut self.packs, &mut self.before.packs);
         std::mem::swap(&mut self.orientation, &mut self.before.orientation);
         std::mem::swap(&mut self.observed, &mut self.before.observed);
     }
@@ -155,7 +144,8 @@ impl Block {
         scratch.push.resize(self.len() + 1, ForceTorque::default());
         scratch.halo.push(GrainRecord::NONE);
         self.observed.contacts = 0;
-        let mut fastest = Step { block: self, common, t, dt, old, new, scratch }.dispatch();
+        let step = Step { block: self, common, t, dt, old, new, scratch };
+        let mut fastest = dispatch(step, common.plain);
         integrate::follow((t, dt), &self.prescribed, old, new, &mut fastest);
         if !self.orientation.is_empty() {
             integrate::turn((t, dt), &self.prescribed, new, &mut self.orientation);
@@ -164,7 +154,7 @@ impl Block {
     }
 }
 
-/// The hot part of a sub-step, compiled for every vector width.
+/// The hot part of a sub-step.
 struct Step<'a> {
     block: &'a mut Block,
     common: &'a Common,
@@ -175,40 +165,25 @@ struct Step<'a> {
     scratch: &'a mut StepScratch,
 }
 
-impl Step<'_> {
-    fn dispatch(self) -> integrate::Fastest {
-        #[cfg(target_arch = "x86_64")]
-        if !self.common.plain
-            && let Some(simd) = pulp::x86::V4::try_new()
-        {
-            return Simd::vectorize(simd, OnAvx512(self, simd));
-        }
-        #[cfg(target_arch = "x86_64")]
-        if let Some(simd) = pulp::x86::V3::try_new() {
-            return Simd::vectorize(simd, OnPortable(self));
-        }
-        #[cfg(target_arch = "x86_64")]
-        return OnPortable(self).with_simd(pulp::Scalar);
-        #[cfg(not(target_arch = "x86_64"))]
-        pulp::Arch::new().dispatch(OnPortable(self))
-    }
+impl Kernel for Step<'_> {
+    type Output = integrate::Fastest;
 
-    /// One sub-step. With `ALWAYS`, nearest images are looked for where there is no period, too: they are
-    /// where they were, and one kernel less is compiled.
     #[inline(always)]
-    fn run<L: Lanes8, const ALWAYS: bool>(self, token: L::Token) -> integrate::Fastest {
+    fn run<L: Lanes8>(self, token: L::Token) -> integrate::Fastest {
         let Self { block, common, t, dt, old, new, scratch } = self;
         let law = LawLanes::<LanePair<L>>::new(token, &common.law, dt);
         let images = Images::<LanePair<L>>::new(token, common.length);
         let (push, halo, observed) = (&mut scratch.push[..], &scratch.halo[..], &mut block.observed);
-        if !ALWAYS && common.length == [0.0; 3] {
-            pair_forces::<L, false, false>(token, &law, &images, &mut block.pairs, old, old, push, observed);
-            pair_forces::<L, false, true>(token, &law, &images, &mut block.cross, old, halo, push, observed);
+        let [pairs, cross, walls] = &mut block.packs;
+        if L::ONE_REGISTER && common.length == [0.0; 3] {
+            pair_forces::<L, false, false>(token, &law, &images, pairs, old, old, push, observed);
+            pair_forces::<L, false, true>(token, &law, &images, cross, old, halo, push, observed);
         } else {
-            pair_forces::<L, true, false>(token, &law, &images, &mut block.pairs, old, old, push, observed);
-            pair_forces::<L, true, true>(token, &law, &images, &mut block.cross, old, halo, push, observed);
+            // where there is no period, nearest images are where they were, and one kernel less is compiled
+            pair_forces::<L, true, false>(token, &law, &images, pairs, old, old, push, observed);
+            pair_forces::<L, true, true>(token, &law, &images, cross, old, halo, push, observed);
         }
-        wall_forces::<L>(token, &common.walls, (t, dt), &mut block.walls, old, push, observed);
+        wall_forces::<L>(token, &common.walls, (t, dt), walls, old, push, observed);
         for (sum, ForceTorque(p)) in observed.force.iter_mut().zip(&*push) {
             for k in 0..4 {
                 sum[k] += p[k];
@@ -217,29 +192,5 @@ impl Step<'_> {
         let n = block.inverse_inertia.len();
         push[n] = ForceTorque::default(); // where lanes without a grain add their nothing
         integrate::advance::<L>(token, dt, old, push, &block.inverse_inertia, &block.drive, new)
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-struct OnAvx512<'a>(Step<'a>, pulp::x86::V4);
-
-#[cfg(target_arch = "x86_64")]
-impl WithSimd for OnAvx512<'_> {
-    type Output = integrate::Fastest;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.0.run::<crate::bulk::avx512::Avx512, false>(self.1)
-    }
-}
-
-struct OnPortable<'a>(Step<'a>);
-
-impl WithSimd for OnPortable<'_> {
-    type Output = integrate::Fastest;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.0.run::<Portable8, true>(())
     }
 }

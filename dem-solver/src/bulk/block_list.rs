@@ -71,7 +71,7 @@ impl<'a> PackWriter<'a> {
 impl Block {
     /// Contacts with their springs: those that bear a force, or `all` that are listed.
     pub(super) fn history(&self, size: u32, all: bool, history: &mut History) {
-        let [pairs, cross, walls] = history;
+        let [pairs, cross, walls] = &self.packs;
         let touching = |packs: &[ContactPack],
                         to: &mut Vec<SavedSpring>,
                         number: &dyn Fn(&ContactPack, usize) -> u32| {
@@ -86,10 +86,10 @@ impl Block {
                 }
             }
         };
-        touching(&self.pairs, pairs, &|pack, lane| self.first + pack.j[lane]);
-        touching(&self.cross, cross, &|pack, lane| self.halo_number(pack.j[lane], size));
-        touching(&self.walls, walls, &|pack, _| u32::from(pack.wall));
-        walls.sort_unstable_by_key(|kept| (kept.j, kept.i));
+        touching(pairs, &mut history[0], &|pack, lane| self.first + pack.j[lane]);
+        touching(cross, &mut history[1], &|pack, lane| self.halo_number(pack.j[lane], size));
+        touching(walls, &mut history[2], &|pack, _| u32::from(pack.wall));
+        history[2].sort_unstable_by_key(|kept| (kept.j, kept.i));
     }
 
     /// Keeps the contacts of the lists for the next ones, before what they are named by changes.
@@ -108,15 +108,13 @@ impl Block {
         let of = |pack: &ContactPack| {
             (0..8).filter(|&k| pack.touching >> k & 1 == 1 && pack.j[k] < last.end).count()
         };
-        self.cross.iter().map(of).sum()
+        self.packs[1].iter().map(of).sum()
     }
 
     /// Empties all lists.
     pub(super) fn forget(&mut self) {
         self.candidates = Default::default();
-        for packs in [&mut self.pairs, &mut self.cross, &mut self.walls] {
-            *packs = Vec::new();
-        }
+        self.packs = Default::default();
         (self.halo, self.segments) = (Vec::new(), Vec::new());
         self.observed.clear(0);
     }
@@ -145,29 +143,35 @@ impl Block {
         for segment in &self.segments {
             halves.resize(segment.end as usize, 0.5 * reach.skins[segment.block as usize].width);
         }
+        let mut packs = std::mem::take(&mut self.packs);
         let skin = reach.skins[(self.first / reach.size) as usize].width;
+        let (build, [pairs, cross, walls]) = (ListBuild { block: self, reach, skin, rows }, &mut packs);
         let mut listed = Listed::default();
-        self.build_pairs(reach, skin, rows, &history[0], &mut listed);
-        self.build_cross(reach, skin, rows, (&scratch.halo, &halves), &history[1], &mut listed);
-        self.build_walls(reach, skin, rows, &history[2]);
-        (scratch.history, scratch.halves) = (history, halves);
+        build.pairs(pairs, &history[0], &mut listed);
+        build.cross(cross, (&scratch.halo, &halves), &history[1], &mut listed);
+        build.walls(walls, &history[2]);
+        (scratch.history, scratch.halves, self.packs) = (history, halves, packs);
         listed
     }
+}
 
+/// What the lists of a block are made of.
+struct ListBuild<'a> {
+    block: &'a Block,
+    reach: &'a ListReach<'a>,
+    /// Skin of the block, m.
+    skin: f64,
+    rows: &'a [GrainRecord],
+}
+
+impl ListBuild<'_> {
     /// Pairs within the block.
-    fn build_pairs(
-        &mut self,
-        reach: &ListReach<'_>,
-        skin: f64,
-        rows: &[GrainRecord],
-        history: &[SavedSpring],
-        listed: &mut Listed,
-    ) {
-        let n = self.len();
-        let mut writer = PackWriter::new(&mut self.pairs, (n as u16, n as u32), history);
-        for &(i, j) in &self.candidates.pairs {
-            if reach.holds(skin, &rows[usize::from(i)], &rows[usize::from(j)]) {
-                let key = (u32::from(i), self.first + u32::from(j));
+    fn pairs(&self, packs: &mut Vec<ContactPack>, history: &[SavedSpring], listed: &mut Listed) {
+        let (n, rows) = (self.block.len(), self.rows);
+        let mut writer = PackWriter::new(packs, (n as u16, n as u32), history);
+        for &(i, j) in &self.block.candidates.pairs {
+            if self.reach.is_near(self.skin, &rows[usize::from(i)], &rows[usize::from(j)]) {
+                let key = (u32::from(i), self.block.first + u32::from(j));
                 listed.pairs += 2;
                 listed.touching += 2 * usize::from(writer.put(i, u32::from(j), 0, key));
             }
@@ -175,44 +179,33 @@ impl Block {
         writer.end();
     }
 
-    /// Pairs with other blocks.
-    fn build_cross(
-        &mut self,
-        reach: &ListReach<'_>,
-        skin: f64,
-        rows: &[GrainRecord],
+    /// Pairs with other blocks, whose rows and half skins are those of the halo.
+    fn cross(
+        &self,
+        packs: &mut Vec<ContactPack>,
         (halo, halves): (&[GrainRecord], &[f64]),
         history: &[SavedSpring],
         listed: &mut Listed,
     ) {
-        let mut packs = std::mem::take(&mut self.cross);
-        let none = (self.len() as u16, self.halo.len() as u32);
-        let mut writer = PackWriter::new(&mut packs, none, history);
-        for &(i, slot) in &self.candidates.cross {
-            let skin = 0.5 * skin + halves[slot as usize];
-            if reach.holds(skin, &rows[usize::from(i)], &halo[slot as usize]) {
-                let key = (u32::from(i), self.halo_number(slot, reach.size));
+        let block = self.block;
+        let mut writer = PackWriter::new(packs, (block.len() as u16, block.halo.len() as u32), history);
+        for &(i, slot) in &block.candidates.cross {
+            let skin = 0.5 * self.skin + halves[slot as usize];
+            if self.reach.is_near(skin, &self.rows[usize::from(i)], &halo[slot as usize]) {
+                let key = (u32::from(i), block.halo_number(slot, self.reach.size));
                 listed.pairs += 1;
                 listed.touching += usize::from(writer.put(i, slot, 0, key));
             }
         }
         writer.end();
-        self.cross = packs;
     }
 
     /// Grains at walls, wall by wall.
-    fn build_walls(
-        &mut self,
-        reach: &ListReach<'_>,
-        skin: f64,
-        rows: &[GrainRecord],
-        history: &[SavedSpring],
-    ) {
-        let none = (self.len() as u16, 0);
-        let mut writer = PackWriter::new(&mut self.walls, none, &[]);
+    fn walls(&self, packs: &mut Vec<ContactPack>, history: &[SavedSpring]) {
+        let mut writer = PackWriter::new(packs, (self.block.len() as u16, 0), &[]);
         let mut at = u16::MAX;
-        for &(w, i) in &self.candidates.walls {
-            let plane = reach.walls[usize::from(w)].plane();
+        for &(w, i) in &self.block.candidates.walls {
+            let plane = &self.reach.walls[usize::from(w)].plane;
             if w != at {
                 at = w;
                 writer.lane = 8;
@@ -220,7 +213,8 @@ impl Block {
                 let to = history.partition_point(|kept| kept.j <= u32::from(w));
                 writer.history = history[from..to].iter().peekable();
             }
-            if plane.stands(reach.t) && rows[usize::from(i)].gap(plane, reach.t) < skin {
+            let near = self.rows[usize::from(i)].gap(plane, self.reach.t) < self.skin;
+            if plane.stands(self.reach.t) && near {
                 writer.put(i, 0, w, (u32::from(i), u32::from(w)));
             }
         }
@@ -243,7 +237,7 @@ pub(super) struct ListReach<'a> {
 
 impl ListReach<'_> {
     #[inline]
-    fn holds(&self, skin: f64, a: &GrainRecord, b: &GrainRecord) -> bool {
+    fn is_near(&self, skin: f64, a: &GrainRecord, b: &GrainRecord) -> bool {
         let apart = self.periods.nearest(Vec3::from(a.position()) - Vec3::from(b.position()));
         let limit = a.radius() + b.radius() + skin;
         apart.norm_squared() < limit * limit

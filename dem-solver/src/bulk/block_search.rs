@@ -2,12 +2,12 @@
 //! lists are taken from them with a narrower skin many times.
 
 use crate::bulk::block::{Block, Candidates, Segment};
-use crate::bulk::lanes::{Lanes8, Portable8};
+use crate::bulk::kernel::{Kernel, dispatch};
+use crate::bulk::lanes::Lanes8;
 use crate::bulk::pair::Images;
 use crate::bulk::records::GrainRecord;
 use crate::bulk::wall::Wall;
 use crate::search::cells::{Cells, IMMOBILE};
-use pulp::{Simd, WithSimd};
 
 /// Memory for searching.
 #[derive(Clone, Debug, Default)]
@@ -49,11 +49,12 @@ impl Block {
         // contacts are known by places in a halo that now changes
         self.save_history(search.size);
         let rows = &rows[..self.len()];
-        BlockSearch { search, first: self.first, rows, candidates: &mut self.candidates, scratch }.find();
+        let (first, candidates) = (self.first, &mut self.candidates);
+        dispatch(BlockSearch { search, first, rows, candidates, scratch }, search.plain);
         self.reach = self.build_halo(search, scratch);
         self.candidates.walls.clear();
         for (w, wall) in (0u16..).zip(search.walls) {
-            let plane = wall.plane();
+            let plane = &wall.plane;
             let at = |row: &GrainRecord| {
                 plane.stands(search.t) && row.inverse_mass() > 0.0 && row.gap(plane, search.t) < search.skin
             };
@@ -111,18 +112,10 @@ struct BlockSearch<'a> {
     scratch: &'a mut Scratch,
 }
 
-impl BlockSearch<'_> {
-    /// Fills the lists by (i, j) ascending.
-    fn find(self) {
-        #[cfg(target_arch = "x86_64")]
-        if !self.search.plain
-            && let Some(simd) = pulp::x86::V4::try_new()
-        {
-            return Simd::vectorize(simd, OnAvx512(self, simd));
-        }
-        self.run::<Portable8>(());
-    }
+impl Kernel for BlockSearch<'_> {
+    type Output = ();
 
+    /// Fills the lists by (i, j) ascending.
     #[inline(always)]
     fn run<L: Lanes8>(self, token: L::Token) {
         let Self { search, first, rows, candidates, scratch } = self;
@@ -147,19 +140,6 @@ impl BlockSearch<'_> {
             candidates.pairs[pairs_from..].sort_unstable();
             cross[cross_from..].sort_unstable();
         }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-struct OnAvx512<'a>(BlockSearch<'a>, pulp::x86::V4);
-
-#[cfg(target_arch = "x86_64")]
-impl WithSimd for OnAvx512<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.0.run::<crate::bulk::avx512::Avx512>(self.1);
     }
 }
 

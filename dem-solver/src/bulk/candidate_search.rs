@@ -1,6 +1,6 @@
 //! When candidates have to be searched again, block by block.
 //!
-//! Lists are taken from pairs within a much wider skin. What a block has found holds as long as its grains
+//! Lists are taken from pairs within a much wider skin. What a block has found is good as long as its grains
 //! and those of all blocks about it have not moved too far *since it searched*; how far is measured, as
 //! sums of largest speeds are far above what any one grain has really moved. Grains that fall above a bed
 //! are so searched often, the bed below seldom.
@@ -35,7 +35,7 @@ impl Bulk {
         let count = self.blocks.block.len();
         if !self.valid {
             self.candidates.place = vec![BlockBox::default(); count];
-            self.candidates.holds = Vec::new();
+            self.candidates.good_to = Vec::new();
             self.candidates.extend(self.blocks.inactive(), 0, count);
         }
         self.measure();
@@ -86,11 +86,11 @@ impl Bulk {
         for b in 0..count {
             let own = &place[b];
             let stale = b >= inactive && {
-                let holds = &self.candidates.holds[(b - inactive) * count..][..count];
+                let good_to = &self.candidates.good_to[(b - inactive) * count..][..count];
                 let walls = own.off + self.wall_path - own.wall_path + RESERVE * skins[b].width + round_off;
                 walls > own.searched
                     || (0..count).any(|c| {
-                        own.off + place[c].before + place[c].off + far(b, c) + round_off > holds[c]
+                        own.off + place[c].before + place[c].off + far(b, c) + round_off > good_to[c]
                             && gap(own, &place[c], length) <= 2.0 * self.largest + far(b, c)
                     })
             };
@@ -112,7 +112,7 @@ impl Bulk {
     fn note_search(&mut self) {
         let (inactive, count) = (self.blocks.inactive(), self.blocks.block.len());
         let Self { blocks, candidates, now, wall_path, .. } = self;
-        let CandidateStatus { place, holds, stale } = candidates;
+        let CandidateStatus { place, good_to, stale } = candidates;
         for b in (inactive..count).filter(|&b| stale[b]) {
             let rows: &[GrainRecord] = rwlock_mut(&mut blocks.rows[b][*now]);
             let block = mutex_mut(&mut blocks.block[b]);
@@ -123,9 +123,9 @@ impl Bulk {
             (own.searched, own.wall_path) = (own.skin, *wall_path);
         }
         for b in (inactive..count).filter(|&b| stale[b]) {
-            for (c, holds) in holds[(b - inactive) * count..][..count].iter_mut().enumerate() {
+            for (c, good_to) in good_to[(b - inactive) * count..][..count].iter_mut().enumerate() {
                 // a grain that is off now has come from where it was, and may go back through there
-                *holds = 0.5 * (place[b].skin + place[c].skin) + place[c].before - place[c].off;
+                *good_to = 0.5 * (place[b].skin + place[c].skin) + place[c].before - place[c].off;
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Where blocks are, and how long what they have found near them holds.
+//! Where blocks are, and how long what they have found near them is good.
 
 /// Where the grains of a block are, and how they have moved.
 #[derive(Clone, Copy, Debug, Default)]
@@ -20,8 +20,9 @@ pub(super) struct BlockBox {
 #[derive(Clone, Debug, Default)]
 pub(super) struct CandidateStatus {
     pub(super) place: Vec<BlockBox>,
-    /// Row by row for the blocks that are active: up to which sum of paths a block's pairs with another one hold, m.
-    pub(super) holds: Vec<f64>,
+    /// Row by row for the blocks that are active: up to which sum of paths a block's pairs with another one
+    /// are good, m.
+    pub(super) good_to: Vec<f64>,
     /// Blocks that must search.
     pub(super) stale: Vec<bool>,
 }
@@ -31,14 +32,14 @@ impl CandidateStatus {
     pub(super) fn extend(&mut self, inactive: usize, from: usize, count: usize) {
         let before = self.place.len();
         self.place.resize(count, BlockBox::default());
-        let row = |b: usize| match self.holds.get(b * before..(b + 1) * before) {
+        let row = |b: usize| match self.good_to.get(b * before..(b + 1) * before) {
             Some(row) if inactive + b < from => &row[..from],
             _ => &[],
         };
-        let holds = (0..count - inactive).flat_map(|b| {
+        let good_to = (0..count - inactive).flat_map(|b| {
             let known = row(b);
             known.iter().copied().chain(std::iter::repeat_n(f64::NEG_INFINITY, count - known.len()))
         });
-        self.holds = holds.collect();
+        self.good_to = good_to.collect();
     }
 }

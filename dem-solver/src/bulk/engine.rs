@@ -6,7 +6,6 @@ use crate::bulk::block_list::ListScratch;
 use crate::bulk::candidates::CandidateStatus;
 use crate::bulk::records::SIZE;
 use crate::bulk::skins::Lists;
-use crate::bulk::sync::{lock, read};
 use crate::bulk::wall::Wall;
 use crate::laws::walls::Plane;
 use crate::motion::Motion;
@@ -15,7 +14,7 @@ use crate::search::cells::Cells;
 use crate::spec::{BulkSettings, DemSpec};
 
 /// The engine.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Bulk {
     pub(super) settings: BulkSettings,
     pub(super) common: Common,
@@ -38,12 +37,12 @@ pub(crate) struct Bulk {
     pub(super) cells: Cells,
     pub(super) step_scratch: Vec<StepScratch>,
     pub(super) list_scratch: Vec<ListScratch>,
-    /// What is near, and the lists that were taken from it.
+    /// What is near, and the lists taken from that.
     pub(super) candidates: CandidateStatus,
     pub(super) lists: Lists,
-    /// Whether the candidates belongs to the present order and places.
+    /// Whether the candidates belong to the present order and places.
     pub(super) valid: bool,
-    /// Whether the lists were taken from it.
+    /// Whether the lists were taken from them.
     pub(super) listed: bool,
     /// Largest speed, m/s.
     pub(super) speed: f64,
@@ -55,29 +54,6 @@ pub(crate) struct Bulk {
     pub(crate) builds: u64,
 }
 
-impl Clone for Bulk {
-    fn clone(&self) -> Self {
-        let rows = self.blocks.rows.iter().map(|both| {
-            let [a, b] = both;
-            [read(a).clone().into(), read(b).clone().into()]
-        });
-        let block = self.blocks.block.iter().map(|block| lock(block).clone().into());
-        Self {
-            settings: self.settings,
-            common: self.common.clone(),
-            periods: self.periods,
-            order: self.order.clone(),
-            blocks: Blocks::new(rows.collect(), block.collect(), self.blocks.inactive()),
-            cells: self.cells.clone(),
-            candidates: self.candidates.clone(),
-            lists: self.lists.clone(),
-            step_scratch: self.step_scratch.clone(),
-            list_scratch: self.list_scratch.clone(),
-            ..*self
-        }
-    }
-}
-
 impl Bulk {
     /// The engine for a checked spec that nothing [`prevents`].
     pub(crate) fn new(spec: &DemSpec) -> Option<Self> {
@@ -87,17 +63,15 @@ impl Bulk {
         let material = spec.grains.first()?.material;
         let law = laws.linear(material, material)?;
         let planes = spec.walls.iter().map(|wall| (Plane::from(wall), wall.material));
-        let walls = planes.map(|(plane, of)| Some(Wall::new(plane, laws.linear(material, of)?)));
+        let walls = planes.map(|(plane, of)| Some(Wall { plane, law: laws.linear(material, of)? }));
         let walls: Vec<Wall> = walls.collect::<Option<_>>()?;
         let periods = Periods::new(spec.periods);
         let length = std::array::from_fn(|axis| periods.of(axis).1);
         let settings = spec.bulk;
         let threads = useful_threads(settings.threads, moving);
         let radii: Vec<f64> = spec.grains.iter().map(|grain| grain.radius).collect();
-        let wall_speed = walls
-            .iter()
-            .map(|wall| wall.plane().velocity.dot(&wall.plane().normal).abs())
-            .fold(0.0, f64::max);
+        let wall_speeds = walls.iter().map(|wall| wall.plane.velocity.dot(&wall.plane.normal).abs());
+        let wall_speed = wall_speeds.fold(0.0, f64::max);
         Some(Self {
             settings,
             common: Common { walls, length, law, plain: settings.plain },

@@ -48,6 +48,8 @@ pub(super) trait Lanes:
 
 /// Eight lanes, which can be read, written and turned from rows into columns.
 pub(super) trait Lanes8: Lanes<Mask = u8> {
+    /// Whether they are one register: what costs more in several may be worth a kernel of its own there.
+    const ONE_REGISTER: bool;
     /// Eight values.
     fn load(token: Self::Token, values: &[f64; 8]) -> Self;
     /// Two times four values.
@@ -151,6 +153,8 @@ impl Lanes for Portable8 {
 }
 
 impl Lanes8 for Portable8 {
+    const ONE_REGISTER: bool = false;
+
     #[inline(always)]
     fn load((): (), values: &[f64; 8]) -> Self {
         Self(*values)

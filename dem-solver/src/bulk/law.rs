@@ -1,4 +1,4 @@
-//! The linear spring–dashpot law on many contacts at once (the seed, eqs 11–16; the scalar form is
+//! The linear spring–dashpot law on many contacts at once (Izard et al. 2014, eqs 11–16; the scalar form is
 //! in [`crate::general::forces`] and [`crate::laws::tangential`]).
 //!
 //! What a lane gives never depends on the other lanes: where some lanes take another branch, both are
@@ -179,7 +179,7 @@ impl<L: Lanes> LawLanes<L> {
     pub(super) fn resolve(&self, token: L::Token, c: &Contact<L>, spring: &mut Vec3Lanes<L>) -> Answer<L> {
         let n = c.n;
         let rate = c.v.dot(n);
-        // what begins within the step: interact::Onset
+        // what begins within the step: general::contact::Onset
         let (mut slipped, mut dashpot) = (self.dt, self.one);
         let begins = c.overlapping & !c.before;
         if begins.any() {
@@ -211,8 +211,8 @@ impl<L: Lanes> LawLanes<L> {
             let cut = tangential.scale(limit / size2.sqrt());
             tangential = cut.select(sliding, tangential);
             if self.capped {
-                let held = cut.minus(drag).scale(c.inverse_mass * self.compliance);
-                s = held.select(sliding, s);
+                let cut_back = cut.minus(drag).scale(c.inverse_mass * self.compliance);
+                s = cut_back.select(sliding, s);
             }
         }
         let zero = Vec3Lanes(self.zero, self.zero, self.zero);

@@ -17,7 +17,7 @@ const FIRST: f64 = 0.02;
 /// per grain.
 const BUILD_OVER_PAIR: f64 = 25.0;
 
-/// Sub-steps that lists are to hold: least and most.
+/// Sub-steps that lists are to last: least and most.
 const LIVES: (f64, f64) = (8.0, 1e6);
 
 /// Share of its speed that a grain is expected to hand on to those of neighbouring blocks.
@@ -27,9 +27,11 @@ const HANDED_ON: f64 = 0.5;
 const ROOM: f64 = 1.25;
 
 impl Bulk {
-    /// Whether the lists hold all pairs in contact now.
-    pub(super) fn holds(&self) -> bool {
-        self.valid && self.listed && self.lists.skins[self.blocks.inactive()..].iter().all(Skin::holds)
+    /// Whether all pairs in contact now are in the lists.
+    pub(super) fn lists_are_good(&self) -> bool {
+        self.valid
+            && self.listed
+            && self.lists.skins[self.blocks.inactive()..].iter().all(Skin::is_wide_enough)
     }
 
     /// One sub-step `s` of a batch was good.
@@ -47,7 +49,7 @@ impl Bulk {
 
     /// Sub-steps that the present lists are good for; builds them if these are few.
     pub(super) fn prepare(&mut self, t: f64, dt: f64, wanted: u32) -> u32 {
-        if self.holds() && !self.too_wide(dt) && self.fit(dt) >= wanted.min(8) {
+        if self.lists_are_good() && !self.too_wide(dt) && self.fit(dt) >= wanted.min(8) {
             return wanted.min(self.fit(dt));
         }
         self.build(t, dt);
@@ -134,7 +136,7 @@ impl Bulk {
         (self.lists.life, self.lists.since) = (life, 0);
     }
 
-    /// Builds the lists for the present state, and Searches candidates where that has become too old.
+    /// Builds the lists for the present state, and searches candidates where that has become too old.
     pub(super) fn build(&mut self, t: f64, dt: f64) {
         self.choose_skins(dt);
         self.refresh_candidates(t);

@@ -4,11 +4,11 @@
 //! |---|---|
 //! | `requirements` | which scenes it takes, and which engine `auto` takes |
 //! | `records` | a grain is a record of 12 numbers, eight contacts are a pack |
-//! | `lanes`, `avx512`, `lane_pair` | several numbers at once, in registers where the machine has them |
+//! | `lanes`, `avx512`, `lane_pair`, `kernel` | several numbers at once, in registers where there are any |
 //! | `law`, `pair`, `wall` | the contact law, contacts of grains and with walls, many at once |
 //! | `integrate`, `block` | kick and drift; one sub-step of a block |
 //! | `spatial_order` | the order of the grains |
-//! | `block_search`, `candidates`, `candidate_search` | pairs within a wide skin (candidates): found, and how long they hold |
+//! | `block_search`, `candidates`, `candidate_search` | pairs within a wide skin, and how long they are good |
 //! | `block_list`, `skins`, `list_build` | the lists taken from the candidates: how wide, and when they are built |
 //! | `batch`, `sync` | sub-steps between two looks at the lists: wavefront and threads |
 //! | `engine`, `substeps`, `window` | the whole: its parts, its sub-steps, start and end of a window |
@@ -34,6 +34,7 @@ pub(crate) mod engine;
 mod history;
 mod insertion;
 mod integrate;
+mod kernel;
 mod lane_pair;
 mod lanes;
 mod law;

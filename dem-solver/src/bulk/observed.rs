@@ -38,7 +38,8 @@ impl Observed {
         }
     }
 
-    /// Contacts of `pack` begin or end: `now` touch.
+    /// Contacts of `pack` begin or end: `now` touch. With `cross`, second partners are of another block, or a
+    /// wall.
     pub(super) fn pair_event(&mut self, pack: &ContactPack, now: u8, rate: &[f64; 8], cross: bool) {
         if self.speeds.is_empty() {
             return;
@@ -50,10 +51,5 @@ impl Observed {
                 self.note(pack.j[k], begins, rate[k]);
             }
         }
-    }
-
-    /// Wall contacts of `pack` begin or end: `now` touch.
-    pub(super) fn wall_event(&mut self, pack: &ContactPack, now: u8, rate: &[f64; 8]) {
-        self.pair_event(pack, now, rate, true);
     }
 }

@@ -34,44 +34,24 @@ impl<L: Lanes> Images<L> {
     }
 }
 
-/// Signs of the second partner's numbers in [`apart`] and [`around`].
-#[derive(Clone, Copy)]
-struct Signs<L> {
-    apart: L,
-    around: L,
-}
-
-/// Differences of centres and velocities, sums of radii and inverse masses, as columns.
+/// Records of first partners, or with `SPINS` their spins and radii twice, plus those of second ones with
+/// `signs`, as columns. The signs are 1 or −1: one rounding, that of the sum.
 #[inline(always)]
-fn apart<L: Lanes8>(
+fn columns<L: Lanes8, const SPINS: bool>(
     token: L::Token,
-    signs: &Signs<L>,
     pack: &ContactPack,
     own: &[GrainRecord],
     second: &[GrainRecord],
+    signs: L,
 ) -> [L; 8] {
-    let mut rows = [signs.apart; 8];
+    let mut rows = [signs; 8];
     for (k, row) in rows.iter_mut().enumerate() {
         let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
-        // the sign is 1 or −1: one rounding, that of the sum
-        *row = L::load(token, &second[j].a).times_plus(signs.apart, L::load(token, &own[i].a));
-    }
-    L::transpose(rows)
-}
-
-/// Sums of spins and radii, then their differences, as columns.
-#[inline(always)]
-fn around<L: Lanes8>(
-    token: L::Token,
-    signs: &Signs<L>,
-    pack: &ContactPack,
-    own: &[GrainRecord],
-    second: &[GrainRecord],
-) -> [L; 8] {
-    let mut rows = [signs.around; 8];
-    for (k, row) in rows.iter_mut().enumerate() {
-        let (i, j) = (pack.i[k] as usize, pack.j[k] as usize);
-        *row = L::load_twice(token, &second[j].b).times_plus(signs.around, L::load_twice(token, &own[i].b));
+        *row = if SPINS {
+            L::load_twice(token, &second[j].b).times_plus(signs, L::load_twice(token, &own[i].b))
+        } else {
+            L::load(token, &second[j].a).times_plus(signs, L::load(token, &own[i].a))
+        };
     }
     L::transpose(rows)
 }
@@ -96,15 +76,16 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
 ) {
     let second = if CROSS { others } else { own };
     let nearly = LanePair::splat(token, 1.0 + 1e-12);
-    let signs = Signs {
-        apart: L::load(token, &[-1.0, -1.0, -1.0, 1.0, -1.0, -1.0, -1.0, 1.0]),
-        around: L::load(token, &[1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]),
-    };
+    let apart = L::load(token, &[-1.0, -1.0, -1.0, 1.0, -1.0, -1.0, -1.0, 1.0]);
+    let around = L::load(token, &[1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]);
     let mut deepest = law.zero;
     let (twos, _) = packs.as_chunks_mut::<2>();
     for [p, q] in twos {
-        let [mut dx, mut dy, mut dz, reach, vx, vy, vz, inverse_mass] =
-            side_by_side(apart(token, &signs, p, own, second), apart(token, &signs, q, own, second));
+        // differences of centres and velocities, sums of radii and inverse masses
+        let [mut dx, mut dy, mut dz, reach, vx, vy, vz, inverse_mass] = side_by_side(
+            columns::<L, false>(token, p, own, second, apart),
+            columns::<L, false>(token, q, own, second, apart),
+        );
         if PERIODIC {
             dx = images.nearest(0, dx);
             dy = images.nearest(1, dy);
@@ -119,8 +100,11 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
         let overlap = reach - distance;
         let overlapping = law.zero.lt(overlap);
         deepest = overlap.max(deepest);
-        let [sx, sy, sz, _, ex, ey, ez, differ] =
-            side_by_side(around(token, &signs, p, own, second), around(token, &signs, q, own, second));
+        // sums of spins and radii, then their differences
+        let [sx, sy, sz, _, ex, ey, ez, differ] = side_by_side(
+            columns::<L, true>(token, p, own, second, around),
+            columns::<L, true>(token, q, own, second, around),
+        );
         // lever arms (base ± (r_i − r_j))/2 with base r_i + r_j or the distance
         let base = law.half * if law.at_contact_point { distance } else { reach };
         let differ = law.half * differ;
@@ -154,9 +138,9 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
             for (pack, touching, lanes) in
                 [(&mut *p, touching.0, answer.rate.0), (&mut *q, touching.1, answer.rate.1)]
             {
-                let mut rate = super::records::ForceTorque([0.0; 8]);
-                lanes.store(&mut rate.0);
-                observed.pair_event(pack, touching, &rate.0, CROSS);
+                let mut rate = [0.0; 8];
+                lanes.store(&mut rate);
+                observed.pair_event(pack, touching, &rate, CROSS);
                 pack.touching = touching;
             }
         }

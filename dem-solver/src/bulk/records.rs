@@ -98,7 +98,7 @@ impl ContactPack {
 /// A contact with its history, outside of the packs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SavedSpring {
-    /// GrainRecord in its block.
+    /// Place in its block.
     pub(super) i: u32,
     /// Other grain in the order of the engine, or wall.
     pub(super) j: u32,

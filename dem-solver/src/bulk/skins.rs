@@ -20,7 +20,7 @@ pub(super) struct Skin {
 
 impl Skin {
     /// Whether all pairs in contact are listed, if the same is true of all other blocks.
-    pub(super) fn holds(&self) -> bool {
+    pub(super) fn is_wide_enough(&self) -> bool {
         2.0 * self.travel <= self.width
     }
 }

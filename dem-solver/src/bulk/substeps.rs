@@ -26,7 +26,7 @@ impl Bulk {
     fn batch(&mut self, t: f64, dt: f64, steps: u32, outcome: &mut Outcome) {
         self.run(t, dt, outcome.done, steps);
         let mut good = 0;
-        while good < steps && outcome.finite && self.holds() {
+        while good < steps && outcome.finite && self.lists_are_good() {
             let fastest2 = self.fastest2(good);
             outcome.finite = fastest2.is_finite();
             if outcome.finite {

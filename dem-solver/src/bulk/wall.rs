@@ -11,20 +11,9 @@ use crate::laws::walls::Plane;
 /// A wall as the kernel sees it, at the start of a sub-step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wall {
-    plane: Plane,
-    law: LinearPair,
-}
-
-impl Wall {
-    /// A plane with its law against the grains.
-    pub(super) fn new(plane: Plane, law: LinearPair) -> Self {
-        Self { plane, law }
-    }
-
-    /// The plane.
-    pub(super) fn plane(&self) -> &Plane {
-        &self.plane
-    }
+    pub(super) plane: Plane,
+    /// Its law against the grains.
+    pub(super) law: LinearPair,
 }
 
 /// Adds the forces of all wall contacts to `push` at time `t`.
@@ -100,7 +89,7 @@ pub(super) fn wall_forces<L: Lanes8>(
         if answer.touching != pack.touching {
             let mut rate = [0.0; 8];
             answer.rate.store(&mut rate);
-            observed.wall_event(pack, answer.touching, &rate);
+            observed.pair_event(pack, answer.touching, &rate, true);
             pack.touching = answer.touching;
         }
         if answer.touching == 0 {

@@ -121,7 +121,7 @@ impl Bulk {
     /// Per-grain observations of the window, in sums over its sub-steps; gaps of overlapping pairs at its
     /// end `t`.
     pub(crate) fn observe(&mut self, observed: &mut Observations, (t, dt): (f64, f64)) {
-        if !self.holds() {
+        if !self.lists_are_good() {
             self.build(t, dt);
         }
         let (periods, mut listed) = (self.periods, History::default());
@@ -150,7 +150,7 @@ impl Bulk {
         }
     }
 
-    /// GrainRecord of the grain at a place of the order.
+    /// Record of the grain at a place of the order.
     fn row(&mut self, place: usize) -> GrainRecord {
         rwlock_mut(&mut self.blocks.rows[place / SIZE][self.now])[place % SIZE]
     }
@@ -237,9 +237,7 @@ impl Bulk {
 
     /// No load but gravity: one entry for all grains of a block, where all are free in the same way.
     fn set_gravity(&mut self, grains: &Grains, gravity: &Vec3) {
-        let mut response = Response::new(grains.len());
-        response.set(grains, gravity, &[]);
-        self.set_loads(grains, &response);
+        self.set_loads(grains, &Response::new(grains, gravity, &[]));
         let order = &self.order;
         for block in &mut self.blocks.block {
             let block = mutex_mut(block);

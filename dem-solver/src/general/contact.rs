@@ -4,11 +4,14 @@
 //! along +n. Slip of the surfaces: v_t = (1 − nn)(v_i − v_j) − (l_i ω_i + l_j ω_j) × n with the lever
 //! arms l; torques −l_i n × F_t on the first and −l_j n × F_t on the second (eq. 14 with n reversed).
 
+use crate::grains::Grains;
 use crate::laws::coefficients::LinearPair;
 use crate::laws::hertz_mindlin::HertzPair;
 use crate::laws::rolling::{Roll, Rolling, grow, rolling_rate};
 use crate::laws::table::PairLaw;
 use crate::laws::tangential::{carry, tangential_force};
+use crate::laws::walls::Plane;
+use crate::laws::wan_turek::WanTurek;
 use crate::motion::Vec3;
 
 /// When the springs take the step's slip.
@@ -37,12 +40,87 @@ pub(crate) struct Kinematics<'a> {
     pub t: f64,
 }
 
-/// One contact in its frame.
-pub(crate) struct Frame {
+/// A grain, and another grain or a wall.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Partners {
+    pub(crate) first: usize,
+    /// The other grain; none at a wall.
+    pub(crate) second: Option<usize>,
+    /// Velocity of the wall, m/s.
+    pub(crate) wall: Vec3,
+}
+
+impl Partners {
+    /// Relative motion for the velocities and spins of all grains.
+    #[inline(always)]
+    pub(crate) fn relative(&self, velocity: &[Vec3], spin: &[Vec3]) -> Relative {
+        let (v, w) = self.second.map_or((self.wall, Vec3::zeros()), |j| (velocity[j], spin[j]));
+        Relative { velocity: velocity[self.first] - v, spin: (spin[self.first], w) }
+    }
+
+    /// R*, m.
+    #[inline(always)]
+    pub(crate) fn radius(&self, grains: &Grains) -> f64 {
+        let r = grains.radius[self.first];
+        self.second.map_or(r, |j| r * grains.radius[j] / (r + grains.radius[j]))
+    }
+}
+
+/// Partners near each other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Near {
+    pub(crate) partners: Partners,
+    /// Material of the second.
+    pub(crate) material: usize,
+    /// From the second to the first.
     pub(crate) normal: Vec3,
     pub(crate) gap: f64,
     /// Distance of the centres, or infinite for a wall: its normal does not turn.
     pub(crate) distance: f64,
+}
+
+impl Near {
+    /// Grains `i` and `j`; `apart` is the vector between their centres, of this length.
+    #[inline(always)]
+    pub(crate) fn grains(grains: &Grains, i: usize, j: usize, apart: &Vec3, distance: f64, gap: f64) -> Self {
+        let normal = if distance > 0.0 { apart / distance } else { Vec3::z() };
+        let partners = Partners { first: i, second: Some(j), wall: Vec3::zeros() };
+        Self { partners, material: grains.material[j], normal, gap, distance }
+    }
+
+    /// Grain `i` at a wall.
+    #[inline(always)]
+    pub(crate) fn wall(i: usize, wall: &Plane, gap: f64) -> Self {
+        let partners = Partners { first: i, second: None, wall: wall.velocity };
+        Self { partners, material: wall.material, normal: wall.normal, gap, distance: f64::INFINITY }
+    }
+
+    /// Force on the first partner along the normal, N, for the law of Wan & Turek.
+    #[inline(always)]
+    pub(crate) fn repulsion(&self, law: &WanTurek, grains: &Grains) -> f64 {
+        match self.partners.second {
+            Some(_) => law.pair_force(self.gap, self.distance),
+            None => law.wall_force(self.gap, grains.radius[self.partners.first]),
+        }
+    }
+
+    /// Distances from the centres at which the tangential force attacks: at the radii, or at the point of
+    /// contact. A wall does not yield: there that is in its plane.
+    #[inline(always)]
+    pub(crate) fn arms(&self, grains: &Grains, at_contact_point: bool) -> (f64, f64) {
+        let depth = if at_contact_point { self.gap } else { 0.0 };
+        let r = grains.radius[self.partners.first];
+        match self.partners.second {
+            Some(j) => (r + 0.5 * depth, grains.radius[j] + 0.5 * depth),
+            None => (r + depth, 0.0),
+        }
+    }
+}
+
+/// One contact in its frame.
+pub(crate) struct Frame {
+    pub(crate) near: Near,
+    /// m*, kg.
     pub(crate) mass: f64,
     pub(crate) arms: (f64, f64),
     /// Did the partners not touch at the evaluation before?
@@ -67,8 +145,8 @@ impl Onset {
     #[inline(always)]
     fn of(frame: &Frame, rate: f64, dt: f64) -> Self {
         // a contact deeper than the path of the step was there before; the line of centres turns a little
-        if frame.begins && frame.gap > rate * dt * 1.001 {
-            let slipped = frame.gap / rate;
+        if frame.begins && frame.near.gap > rate * dt * 1.001 {
+            let slipped = frame.near.gap / rate;
             Self { slipped, dashpot: 0.5 + slipped / dt }
         } else {
             Self { slipped: dt, dashpot: 1.0 }
@@ -83,15 +161,9 @@ pub(crate) struct Relative {
 }
 
 impl Relative {
-    /// Slip of the surfaces in the contact plane, m/s.
+    /// Slip of the surfaces in the contact plane, m/s, by normal and lever arms.
     #[inline(always)]
-    fn slip(&self, frame: &Frame) -> Vec3 {
-        self.slip_at(&frame.normal, frame.arms)
-    }
-
-    /// The same by normal and lever arms.
-    #[inline(always)]
-    pub(crate) fn slip_at(&self, n: &Vec3, arms: (f64, f64)) -> Vec3 {
+    pub(crate) fn slip(&self, n: &Vec3, arms: (f64, f64)) -> Vec3 {
         let along = self.velocity - n * n.dot(&self.velocity);
         along - (self.spin.0 * arms.0 + self.spin.1 * arms.1).cross(n)
     }
@@ -99,8 +171,8 @@ impl Relative {
     /// Rotation rate of the contact frame, rad/s (see [`crate::laws::tangential`]).
     #[inline(always)]
     fn turning(&self, frame: &Frame) -> Vec3 {
-        let n = &frame.normal;
-        n.cross(&self.velocity) / frame.distance + n * (0.5 * n.dot(&(self.spin.0 + self.spin.1)))
+        let n = &frame.near.normal;
+        n.cross(&self.velocity) / frame.near.distance + n * (0.5 * n.dot(&(self.spin.0 + self.spin.1)))
     }
 }
 
@@ -126,12 +198,11 @@ impl Coefficients {
 
 /// Rolling torque on the first partner; the angle takes its step on the way.
 #[inline(always)]
-pub(crate) fn roll_torque<'a>(
+pub(crate) fn roll_torque(
     rolling: &Rolling,
     roll: &Roll,
     frame: &Frame,
-    kinematics: &Kinematics<'a>,
-    relative: impl Fn(&'a [Vec3], &'a [Vec3]) -> Relative,
+    kinematics: &Kinematics<'_>,
     angle: &mut Vec3,
 ) -> Vec3 {
     if roll.force <= 0.0 {
@@ -139,12 +210,13 @@ pub(crate) fn roll_torque<'a>(
         return Vec3::zeros();
     }
     let rate_of = |relative: &Relative| rolling_rate(&roll.normal, &relative.spin.0, &relative.spin.1);
-    let now = relative(kinematics.velocity, kinematics.spin);
+    let partners = &frame.near.partners;
+    let now = partners.relative(kinematics.velocity, kinematics.spin);
     let rate = rate_of(&now);
-    let path = kinematics.path.map_or(now, |(velocity, spin)| relative(velocity, spin));
+    let path = kinematics.path.map_or(now, |(velocity, spin)| partners.relative(velocity, spin));
     let turn = path.turning(frame) * kinematics.dt;
     if kinematics.spring == SpringStep::Before {
-        let onset = Onset::of(frame, path.velocity.dot(&frame.normal), kinematics.dt);
+        let onset = Onset::of(frame, path.velocity.dot(&roll.normal), kinematics.dt);
         *angle = grow(*angle, &roll.normal, &turn, &rate_of(&path), onset.slipped);
         rolling.torque(roll, &rate, angle)
     } else {
@@ -156,32 +228,31 @@ pub(crate) fn roll_torque<'a>(
 
 /// Force on the first partner, its tangential part, and the gap rate.
 #[inline(always)]
-pub(crate) fn resolve<'a>(
+pub(crate) fn resolve(
     law: &Coefficients,
     frame: &Frame,
-    kinematics: &Kinematics<'a>,
-    relative: impl Fn(&'a [Vec3], &'a [Vec3]) -> Relative,
+    kinematics: &Kinematics<'_>,
     spring: &mut Vec3,
 ) -> (Vec3, Vec3, f64) {
-    let now = relative(kinematics.velocity, kinematics.spin);
-    let rate = now.velocity.dot(&frame.normal);
+    let Near { partners, normal: n, gap, .. } = &frame.near;
+    let now = partners.relative(kinematics.velocity, kinematics.spin);
+    let rate = now.velocity.dot(n);
     let (pair, dt) = (&law.pair, kinematics.dt);
-    let path = kinematics.path.map(|(velocity, spin)| relative(velocity, spin));
+    let path = kinematics.path.map(|(velocity, spin)| partners.relative(velocity, spin));
     let path = path.as_ref().unwrap_or(&now);
-    let path_rate = path.velocity.dot(&frame.normal);
+    let path_rate = path.velocity.dot(n);
     let before = kinematics.spring == SpringStep::Before;
     let onset = if before { Onset::of(frame, path_rate, dt) } else { Onset { slipped: dt, dashpot: 1.0 } };
-    let normal =
-        if frame.gap < 0.0 { pair.normal_force(frame.mass, frame.gap, rate * onset.dashpot) } else { 0.0 };
+    let normal = if *gap < 0.0 { pair.normal_force(frame.mass, *gap, rate * onset.dashpot) } else { 0.0 };
     if normal == 0.0 {
         *spring = Vec3::zeros();
         return (Vec3::zeros(), Vec3::zeros(), rate);
     }
-    let slip = now.slip(frame) * onset.dashpot;
+    let slip = now.slip(n, frame.arms) * onset.dashpot;
     let turn = path.turning(frame) * dt;
-    let growth = if law.grows { HertzPair::growth(frame.gap, path_rate * dt) } else { 1.0 };
+    let growth = if law.grows { HertzPair::growth(*gap, path_rate * dt) } else { 1.0 };
     let stepped =
-        |spring: &Vec3| carry(*spring, &frame.normal, &turn) * growth + path.slip(frame) * onset.slipped;
+        |spring: &Vec3| carry(*spring, n, &turn) * growth + path.slip(n, frame.arms) * onset.slipped;
     if before {
         *spring = stepped(spring);
     }
@@ -189,18 +260,14 @@ pub(crate) fn resolve<'a>(
     if !before {
         *spring = stepped(spring);
     }
-    (frame.normal * normal + tangential, tangential, rate)
+    (n * normal + tangential, tangential, rate)
 }
 
 /// The old spring in the present contact plane, and slip and growth of the gap over the whole step.
-pub(crate) fn path_of<'a>(
-    frame: &Frame,
-    kinematics: &Kinematics<'a>,
-    relative: impl Fn(&'a [Vec3], &'a [Vec3]) -> Relative,
-    spring: Vec3,
-) -> (Vec3, Vec3, f64) {
+pub(crate) fn path_of(frame: &Frame, kinematics: &Kinematics<'_>, spring: Vec3) -> (Vec3, Vec3, f64) {
     let (velocity, spin) = kinematics.path.unwrap_or((kinematics.velocity, kinematics.spin));
-    let (path, dt) = (relative(velocity, spin), kinematics.dt);
-    let carried = carry(spring, &frame.normal, &(path.turning(frame) * dt));
-    (carried, path.slip(frame) * dt, path.velocity.dot(&frame.normal) * dt)
+    let (n, path) = (&frame.near.normal, frame.near.partners.relative(velocity, spin));
+    let dt = kinematics.dt;
+    let carried = carry(spring, n, &(path.turning(frame) * dt));
+    (carried, path.slip(n, frame.arms) * dt, path.velocity.dot(n) * dt)
 }

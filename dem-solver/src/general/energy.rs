@@ -15,7 +15,7 @@
 //! Kept by the general engine for linear contacts only, and only where asked for. Work of walls and grains
 //! that are moved from outside is no part of it.
 
-use crate::general::contact::{Frame, Relative};
+use crate::general::contact::{Frame, Partners};
 use crate::grains::Grains;
 use crate::laws::coefficients::LinearPair;
 use crate::laws::table::ContactLaw;
@@ -49,13 +49,9 @@ pub(crate) fn prevents(spec: &DemSpec) -> Option<&'static str> {
 /// The dashpots of one contact at one evaluation.
 #[derive(Clone, Copy, Debug)]
 struct Dashpots {
-    first: u32,
-    /// The other grain; none at a wall.
-    second: Option<u32>,
+    partners: Partners,
     normal: Vec3,
     arms: (f64, f64),
-    /// Velocity of a wall, m/s.
-    wall: Vec3,
     /// Force on the first partner along the normal, N.
     along: f64,
     /// Force on it in the contact plane, N.
@@ -70,11 +66,8 @@ pub(crate) struct Account {
     before: (Vec<Vec3>, Vec<Vec3>),
 }
 
-/// A contact as the account sees it: partners, frame, springs before and after the evaluation.
+/// A contact as the account sees it: frame, springs before and after the evaluation.
 pub(crate) struct Entry<'a> {
-    pub(crate) first: usize,
-    pub(crate) second: Option<usize>,
-    pub(crate) wall: Vec3,
     pub(crate) frame: &'a Frame,
     pub(crate) law: &'a LinearPair,
     /// δ_t before, turned into the present plane, slip and growth of the gap in the step, m.
@@ -95,10 +88,11 @@ impl Account {
     pub(crate) fn enter(&mut self, entry: &Entry<'_>) {
         let Entry { frame, law, .. } = entry;
         let ((carried, slip, opened), (force, tangential)) = (entry.path, entry.force);
+        let (normal, gap) = (frame.near.normal, frame.near.gap);
         let (k_n, k_t) = (frame.mass * law.stiffness, frame.mass * law.tangential_stiffness);
         if force == Vec3::zeros() {
             if !frame.begins {
-                self.lost.normal += 0.5 * k_n * frame.gap * (frame.gap - opened);
+                self.lost.normal += 0.5 * k_n * gap * (gap - opened);
                 self.lost.sliding += 0.5 * k_t * carried.dot(&(carried + slip));
             }
             return;
@@ -106,12 +100,10 @@ impl Account {
         let cut = carried + slip - entry.spring;
         self.lost.sliding += 0.5 * k_t * (carried + entry.spring).dot(&cut);
         self.dashpots.push(Dashpots {
-            first: entry.first as u32,
-            second: entry.second.map(|j| j as u32),
-            normal: frame.normal,
+            partners: frame.near.partners,
+            normal,
             arms: frame.arms,
-            wall: entry.wall,
-            along: (force - tangential).dot(&frame.normal) + k_n * frame.gap,
+            along: (force - tangential).dot(&normal) + k_n * gap,
             across: tangential + entry.spring * k_t,
         });
     }
@@ -125,16 +117,9 @@ impl Account {
     /// Work of the dashpots in a kick of `h` that is just done.
     pub(crate) fn after_kick(&mut self, h: f64, grains: &Grains) {
         for dashpots in &self.dashpots {
-            let relative = |velocity: &[Vec3], spin: &[Vec3]| {
-                let i = dashpots.first as usize;
-                let (v, w) = dashpots
-                    .second
-                    .map_or((dashpots.wall, Vec3::zeros()), |j| (velocity[j as usize], spin[j as usize]));
-                Relative { velocity: velocity[i] - v, spin: (spin[i], w) }
-            };
             for (velocity, spin) in [(&self.before.0, &self.before.1), (&grains.velocity, &grains.spin)] {
-                let relative = relative(velocity, spin);
-                let slip = relative.slip_at(&dashpots.normal, dashpots.arms);
+                let relative = dashpots.partners.relative(velocity, spin);
+                let slip = relative.slip(&dashpots.normal, dashpots.arms);
                 self.lost.normal -= 0.5 * h * dashpots.along * relative.velocity.dot(&dashpots.normal);
                 self.lost.tangential -= 0.5 * h * dashpots.across.dot(&slip);
             }

@@ -57,7 +57,7 @@ impl General {
         window.observed.clear();
         self.evaluation.begin();
         let speed = Speed::of(window.grains);
-        // the first evaluation comes before the first kick: the lists must hold here
+        // the first evaluation comes before the first kick: the lists must be good here
         self.evaluation.refresh(&speed, window.grains, window.around, time, 0.0);
         let mut outcome = Outcome { done: 0, speed2: speed.largest2, finite: true };
         if self.integrator == Integrator::VelocityVerlet {
@@ -111,18 +111,9 @@ impl General {
     /// predicted for the full step, without which they would be first order.
     fn evaluate_ahead(&mut self, window: &mut Window<'_>, t: f64, dt: f64) {
         let Window { grains, around, response, observed } = window;
-        let forces = &self.evaluation.forces;
-        let explicit = self.evaluation.is_explicit();
-        let h = 0.5 * dt;
-        for i in 0..grains.len() {
-            let force = if explicit { forces.contact[i] + forces.lubrication[i] } else { forces.contact[i] };
-            self.ahead.0[i] = grains.velocity[i]
-                + (response.acceleration[i] + response.inverse_mass[i].component_mul(&force)) * h;
-            self.ahead.1[i] = grains.spin[i]
-                + (response.spin_acceleration[i]
-                    + response.inverse_inertia[i].component_mul(&forces.torque[i]))
-                    * h;
-        }
+        self.ahead.0.copy_from_slice(&grains.velocity);
+        self.ahead.1.copy_from_slice(&grains.spin);
+        self.evaluation.push(0.5 * dt, (&mut self.ahead.0, &mut self.ahead.1), response);
         let path = Some((&grains.velocity[..], &grains.spin[..]));
         let (velocity, spin) = (&self.ahead.0[..], &self.ahead.1[..]);
         let kinematics = Kinematics { velocity, spin, path, dt, spring: SpringStep::Before, t };
@@ -157,9 +148,7 @@ impl General {
             (0..grains.len()).for_each(|i| (i + 1..grains.len()).for_each(|j| observe(i, j)));
         } else {
             let pairs = &self.evaluation.lists.pairs;
-            for i in 0..grains.len() {
-                pairs.row(i).for_each(|k| observe(i, pairs.other[k] as usize));
-            }
+            pairs.entries().for_each(|(i, k)| observe(i, pairs.other[k] as usize));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::general::contact::{Kinematics, SpringStep};
 use crate::general::energy::Account;
-use crate::general::forces::{Forces, contact_forces};
+use crate::general::forces::{Forces, Scene, contact_forces};
 use crate::general::integrate::{Speed, kick};
 use crate::grains::{Grains, Response};
 use crate::lubrication::law::LubricationModel;
@@ -79,7 +79,8 @@ impl Evaluation {
     ) {
         let lists = (&mut self.lists.pairs, &mut self.lists.walls);
         let account = self.account.as_deref_mut();
-        contact_forces(around, grains, response, kinematics, lists, &mut self.forces, observed, account);
+        let scene = Scene { around, grains, response, kinematics };
+        contact_forces(&scene, lists, &mut self.forces, observed, account);
         if let Some((model, LubricationIntegration::Explicit, _)) = &self.model {
             let lists = (&self.lists.pairs, &self.lists.walls);
             let force = &mut self.forces.lubrication;
@@ -92,12 +93,17 @@ impl Evaluation {
         if let Some(account) = &mut self.account {
             account.before_kick(grains);
         }
-        let lubrication = self.is_explicit().then_some(&self.forces.lubrication[..]);
-        let speed = kick(h, grains, response, &self.forces.contact, &self.forces.torque, lubrication);
+        let speed = self.push(h, (&mut grains.velocity, &mut grains.spin), response);
         if let Some(account) = &mut self.account {
             account.after_kick(h, grains);
         }
         speed
+    }
+
+    /// The same for any velocities and spins.
+    pub(super) fn push(&self, h: f64, motion: (&mut [Vec3], &mut [Vec3]), response: &Response) -> Speed {
+        let lubrication = self.is_explicit().then_some(&self.forces.lubrication[..]);
+        kick(h, motion, response, &self.forces.contact, &self.forces.torque, lubrication)
     }
 
     /// Builds the lists again if a grain may leave them within `dt`. Lubrication only slows a pair down,

@@ -1,6 +1,8 @@
-//! Contact forces and torques on all grains (the seed, eqs 11–16): the loops over pairs and walls.
+//! Contact forces and torques on all grains (Izard et al. 2014, eqs 11–16): the loops over pairs and walls.
 
-use crate::general::contact::{Coefficients, Frame, Kinematics, Relative, path_of, resolve, roll_torque};
+use crate::general::contact::{
+    Coefficients, Frame, Kinematics, Near, Partners, path_of, resolve, roll_torque,
+};
 use crate::general::energy::{Account, Entry};
 use crate::grains::{Grains, Response};
 use crate::laws::rolling::Roll;
@@ -28,22 +30,23 @@ pub(crate) struct Forces {
 impl Forces {
     /// Room for `n` grains.
     pub(crate) fn new(n: usize) -> Self {
-        Self {
-            contact: vec![Vec3::zeros(); n],
-            torque: vec![Vec3::zeros(); n],
-            lubrication: vec![Vec3::zeros(); n],
-            contacts: 0,
-            overlap: 0.0,
-        }
+        let zeros = vec![Vec3::zeros(); n];
+        Self { contact: zeros.clone(), torque: zeros.clone(), lubrication: zeros, ..Self::default() }
     }
+}
+
+/// What an evaluation reads.
+#[derive(Clone, Copy)]
+pub(crate) struct Scene<'a> {
+    pub(crate) around: &'a Surroundings,
+    pub(crate) grains: &'a Grains,
+    pub(crate) response: &'a Response,
+    pub(crate) kinematics: &'a Kinematics<'a>,
 }
 
 /// Contact forces of all pairs and walls; springs take their step on the way, and an account what it needs.
 pub(crate) fn contact_forces(
-    around: &Surroundings,
-    grains: &Grains,
-    response: &Response,
-    kinematics: &Kinematics<'_>,
+    scene: &Scene<'_>,
     (pairs, walls): (&mut ContactList, &mut ContactList),
     forces: &mut Forces,
     observed: &mut Observations,
@@ -55,20 +58,18 @@ pub(crate) fn contact_forces(
     forces.contact.fill(Vec3::zeros());
     forces.torque.fill(Vec3::zeros());
     forces.contacts = 0;
-    pair_forces(around, grains, response, kinematics, pairs, forces, observed, account.as_deref_mut());
-    wall_forces(around, grains, response, kinematics, walls, forces, observed, account);
+    pair_forces(scene, pairs, forces, observed, account.as_deref_mut());
+    wall_forces(scene, walls, forces, observed, account);
 }
 
 fn pair_forces(
-    around: &Surroundings,
-    grains: &Grains,
-    response: &Response,
-    kinematics: &Kinematics<'_>,
+    scene: &Scene<'_>,
     list: &mut ContactList,
     forces: &mut Forces,
     observed: &mut Observations,
     mut account: Option<&mut Account>,
 ) {
+    let Scene { around, grains, .. } = *scene;
     for i in 0..grains.len() {
         let (x, r) = (grains.position[i], grains.radius[i]);
         for k in list.row(i) {
@@ -84,68 +85,22 @@ fn pair_forces(
             note_gap(observed, forces, i, gap);
             observed.smallest_gap[j] = observed.smallest_gap[j].min(gap);
             let law = around.laws.between(grains.material[i], grains.material[j]);
-            let wide = matches!(law, PairLaw::WanTurek(_));
-            if gap >= 0.0 && !list.touching[k] && !wide {
-                continue;
-            }
-            let relative = |velocity: &[Vec3], spin: &[Vec3]| Relative {
-                velocity: velocity[i] - velocity[j],
-                spin: (spin[i], spin[j]),
-            };
-            let normal = if distance > 0.0 { apart / distance } else { Vec3::z() };
-            if let PairLaw::WanTurek(law) = law {
-                let size = law.pair_force(gap, distance);
-                forces.contact[i] += normal * size;
-                forces.contact[j] -= normal * size;
-                let rate = (kinematics.velocity[i] - kinematics.velocity[j]).dot(&normal);
-                note_event(&mut list.touching[k], size > 0.0, rate, observed, i, Some(j));
-                forces.contacts += usize::from(size > 0.0);
-                continue;
-            }
-            let mass = response.effective_mass(grains, i, j);
-            let radius = r * grains.radius[j] / (r + grains.radius[j]);
-            let Some(law) = Coefficients::of(law, mass, radius, gap) else { continue };
-            let half = if law.pair.at_contact_point { 0.5 * gap } else { 0.0 };
-            let arms = (r + half, grains.radius[j] + half);
-            let frame = Frame { normal, gap, distance, mass, arms, begins: !list.touching[k] };
-            let old = list.spring[k];
-            let (force, tangential, rate) = resolve(&law, &frame, kinematics, relative, &mut list.spring[k]);
-            if let Some(account) = account.as_deref_mut() {
-                let path = path_of(&frame, kinematics, relative, old);
-                let (pair, wall, spring) = (&law.pair, Vec3::zeros(), list.spring[k]);
-                let (first, second, force) = (i, Some(j), (force, tangential));
-                account.enter(&Entry { first, second, wall, frame: &frame, law: pair, path, spring, force });
-            }
-            let bears = force != Vec3::zeros();
-            note_event(&mut list.touching[k], bears, rate, observed, i, Some(j));
-            forces.contacts += usize::from(bears);
-            forces.contact[i] += force;
-            forces.contact[j] -= force;
-            let moment = tangential.cross(&normal);
-            forces.torque[i] += moment * frame.arms.0;
-            forces.torque[j] += moment * frame.arms.1;
-            if let Some(rolls) = around.laws.rolling(grains.material[i], grains.material[j]) {
-                let inertia = rolling_inertia(grains, response, i, Some(j));
-                let force = (force - tangential).dot(&normal);
-                let roll = Roll { normal, force, stiffness: law.pair.stiffness * mass, radius, inertia };
-                let torque = roll_torque(rolls, &roll, &frame, kinematics, relative, &mut list.rolling[k]);
-                forces.torque[i] += torque;
-                forces.torque[j] -= torque;
+            if acts(law, gap, list.touching[k]) {
+                let near = Near::grains(grains, i, j, &apart, distance, gap);
+                touch(scene, &near, law, list, k, forces, observed, account.as_deref_mut());
             }
         }
     }
 }
 
 fn wall_forces(
-    around: &Surroundings,
-    grains: &Grains,
-    response: &Response,
-    kinematics: &Kinematics<'_>,
+    scene: &Scene<'_>,
     list: &mut ContactList,
     forces: &mut Forces,
     observed: &mut Observations,
     mut account: Option<&mut Account>,
 ) {
+    let Scene { around, grains, kinematics, .. } = *scene;
     for i in 0..grains.len() {
         let r = grains.radius[i];
         for k in list.row(i) {
@@ -161,51 +116,79 @@ fn wall_forces(
                 continue;
             }
             note_gap(observed, forces, i, gap);
-            let relative = |velocity: &[Vec3], spin: &[Vec3]| Relative {
-                velocity: velocity[i] - wall.velocity,
-                spin: (spin[i], Vec3::zeros()),
-            };
             let law = around.laws.between(grains.material[i], wall.material);
-            if let PairLaw::WanTurek(law) = law {
-                let size = law.wall_force(gap, r);
-                forces.contact[i] += wall.normal * size;
-                let rate = (kinematics.velocity[i] - wall.velocity).dot(&wall.normal);
-                note_event(&mut list.touching[k], size > 0.0, rate, observed, i, None);
-                forces.contacts += usize::from(size > 0.0);
-                continue;
-            }
-            if gap >= 0.0 && !list.touching[k] {
-                continue;
-            }
-            let mass = response.wall_mass(grains, i);
-            let Some(law) = Coefficients::of(law, mass, r, gap) else { continue };
-            // the wall does not yield: the force attacks in its plane, R + δ from the centre
-            let arm = if law.pair.at_contact_point { r + gap } else { r };
-            let begins = !list.touching[k];
-            let (normal, distance, arms) = (wall.normal, f64::INFINITY, (arm, 0.0));
-            let frame = Frame { normal, gap, distance, mass, arms, begins };
-            let old = list.spring[k];
-            let (force, tangential, rate) = resolve(&law, &frame, kinematics, relative, &mut list.spring[k]);
-            if let Some(account) = account.as_deref_mut() {
-                let path = path_of(&frame, kinematics, relative, old);
-                let (pair, spring) = (&law.pair, list.spring[k]);
-                let (first, second, wall, force) = (i, None, wall.velocity, (force, tangential));
-                account.enter(&Entry { first, second, wall, frame: &frame, law: pair, path, spring, force });
-            }
-            let bears = force != Vec3::zeros();
-            note_event(&mut list.touching[k], bears, rate, observed, i, None);
-            forces.contacts += usize::from(bears);
-            forces.contact[i] += force;
-            forces.torque[i] += tangential.cross(&wall.normal) * arm;
-            if let Some(rolls) = around.laws.rolling(grains.material[i], wall.material) {
-                let inertia = rolling_inertia(grains, response, i, None);
-                let force = (force - tangential).dot(&wall.normal);
-                let stiffness = law.pair.stiffness * mass;
-                let roll = Roll { normal: wall.normal, force, stiffness, radius: r, inertia };
-                forces.torque[i] +=
-                    roll_torque(rolls, &roll, &frame, kinematics, relative, &mut list.rolling[k]);
+            if acts(law, gap, list.touching[k]) {
+                let near = Near::wall(i, wall, gap);
+                touch(scene, &near, law, list, k, forces, observed, account.as_deref_mut());
             }
         }
+    }
+}
+
+/// Whether the force of partners near each other must be evaluated: a contact that ends is, once more.
+#[inline(always)]
+fn acts(law: &PairLaw, gap: f64, touching: bool) -> bool {
+    gap < 0.0 || touching || matches!(law, PairLaw::WanTurek(_))
+}
+
+/// Adds force and torque of the contact that is entry `k` of `list`, and takes its step.
+#[inline(always)]
+fn touch(
+    scene: &Scene<'_>,
+    near: &Near,
+    law: &PairLaw,
+    list: &mut ContactList,
+    k: usize,
+    forces: &mut Forces,
+    observed: &mut Observations,
+    account: Option<&mut Account>,
+) {
+    let Scene { around, grains, response, kinematics } = *scene;
+    let Near { partners, material, normal, gap, .. } = *near;
+    let (i, second) = (partners.first, partners.second);
+    if let PairLaw::WanTurek(law) = law {
+        let size = near.repulsion(law, grains);
+        let rate = partners.relative(kinematics.velocity, kinematics.spin).velocity.dot(&normal);
+        push(&mut forces.contact, &partners, &(normal * size));
+        forces.contacts +=
+            usize::from(note_event(&mut list.touching[k], size > 0.0, rate, observed, &partners));
+        return;
+    }
+    let mass = response.effective_mass(grains, i, second);
+    let radius = partners.radius(grains);
+    let Some(law) = Coefficients::of(law, mass, radius, gap) else { return };
+    let arms = near.arms(grains, law.pair.at_contact_point);
+    let frame = Frame { near: *near, mass, arms, begins: !list.touching[k] };
+    let old = list.spring[k];
+    let (force, tangential, rate) = resolve(&law, &frame, kinematics, &mut list.spring[k]);
+    if let Some(account) = account {
+        let path = path_of(&frame, kinematics, old);
+        let (frame, law, spring) = (&frame, &law.pair, list.spring[k]);
+        account.enter(&Entry { frame, law, path, spring, force: (force, tangential) });
+    }
+    let bears = force != Vec3::zeros();
+    forces.contacts += usize::from(note_event(&mut list.touching[k], bears, rate, observed, &partners));
+    push(&mut forces.contact, &partners, &force);
+    let moment = tangential.cross(&normal);
+    forces.torque[i] += moment * arms.0;
+    if let Some(j) = second {
+        forces.torque[j] += moment * arms.1;
+    }
+    if let Some(rolls) = around.laws.rolling(grains.material[i], material) {
+        let inertia = rolling_inertia(grains, response, i, second);
+        let force = (force - tangential).dot(&normal);
+        let roll = Roll { normal, force, stiffness: law.pair.stiffness * mass, radius, inertia };
+        let torque = roll_torque(rolls, &roll, &frame, kinematics, &mut list.rolling[k]);
+        push(&mut forces.torque, &partners, &torque);
+    }
+}
+
+/// Adds to the first partner's sum, and takes as much from the second's.
+#[inline(always)]
+fn push(sums: &mut [Vec3], partners: &Partners, what: &Vec3) {
+    sums[partners.first] += what;
+    if let Some(j) = partners.second {
+        sums[j] -= what;
     }
 }
 
@@ -228,24 +211,23 @@ fn note_gap(observed: &mut Observations, forces: &mut Forces, i: usize, gap: f64
     forces.overlap = forces.overlap.max(-gap);
 }
 
-/// Records the beginning and the end of a contact, with the normal speed at that moment.
+/// Records the beginning and the end of a contact, with the normal speed at that moment; returns `bears`.
 #[inline(always)]
 fn note_event(
     touching: &mut bool,
     bears: bool,
     rate: f64,
     observed: &mut Observations,
-    i: usize,
-    j: Option<usize>,
-) {
-    if *touching == bears {
-        return;
+    partners: &Partners,
+) -> bool {
+    if *touching != bears {
+        *touching = bears;
+        let speeds = if bears { &mut observed.impact_speed } else { &mut observed.rebound_speed };
+        let speed = if bears { -rate } else { rate };
+        speeds[partners.first] = speed.max(0.0);
+        if let Some(j) = partners.second {
+            speeds[j] = speed.max(0.0);
+        }
     }
-    *touching = bears;
-    let speeds = if bears { &mut observed.impact_speed } else { &mut observed.rebound_speed };
-    let speed = if bears { -rate } else { rate };
-    speeds[i] = speed.max(0.0);
-    if let Some(j) = j {
-        speeds[j] = speed.max(0.0);
-    }
+    bears
 }

@@ -16,12 +16,15 @@ impl Speed {
     /// Of the present velocities.
     pub(super) fn of(grains: &Grains) -> Self {
         let mut speed = Self { largest2: 0.0, finite: true };
-        for (velocity, spin) in grains.velocity.iter().zip(&grains.spin) {
-            let speed2 = velocity.norm_squared();
-            speed.largest2 = speed.largest2.max(speed2);
-            speed.finite &= (speed2 + spin.norm_squared()).is_finite();
-        }
+        grains.velocity.iter().zip(&grains.spin).for_each(|(velocity, spin)| speed.note(velocity, spin));
         speed
+    }
+
+    #[inline(always)]
+    fn note(&mut self, velocity: &Vec3, spin: &Vec3) {
+        let speed2 = velocity.norm_squared();
+        self.largest2 = self.largest2.max(speed2);
+        self.finite &= (speed2 + spin.norm_squared()).is_finite();
     }
 }
 
@@ -29,14 +32,14 @@ impl Speed {
 /// explicit forces, if there are any.
 pub(super) fn kick(
     h: f64,
-    grains: &mut Grains,
+    (velocity, spin): (&mut [Vec3], &mut [Vec3]),
     response: &Response,
     contact: &[Vec3],
     torque: &[Vec3],
     lubrication: Option<&[Vec3]>,
 ) -> Speed {
-    let n = grains.len();
-    let (velocity, spin) = (&mut grains.velocity[..n], &mut grains.spin[..n]);
+    let n = velocity.len();
+    let (velocity, spin) = (&mut velocity[..n], &mut spin[..n]);
     let (a, alpha) = (&response.acceleration[..n], &response.spin_acceleration[..n]);
     let (weight, turn) = (&response.inverse_mass[..n], &response.inverse_inertia[..n]);
     let (contact, torque) = (&contact[..n], &torque[..n]);
@@ -45,9 +48,7 @@ pub(super) fn kick(
         let force = lubrication.map_or(contact[i], |force| contact[i] + force[i]);
         velocity[i] += (a[i] + weight[i].component_mul(&force)) * h;
         spin[i] += (alpha[i] + turn[i].component_mul(&torque[i])) * h;
-        let speed2 = velocity[i].norm_squared();
-        speed.largest2 = speed.largest2.max(speed2);
-        speed.finite &= (speed2 + spin[i].norm_squared()).is_finite();
+        speed.note(&velocity[i], &spin[i]);
     }
     speed
 }

@@ -14,14 +14,14 @@ use crate::search::lists::Neighbours;
 /// The state at the start of the sub-step, and the spin for the orientations.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rk3 {
-    position: Vec<Vec3>,
-    velocity: Vec<Vec3>,
-    spin: Vec<Vec3>,
-    pair_spring: Vec<Vec3>,
-    wall_spring: Vec<Vec3>,
-    pair_rolling: Vec<Vec3>,
-    wall_rolling: Vec<Vec3>,
+    start: [Vec<Vec3>; 7],
     mean_spin: Vec<Vec3>,
+}
+
+/// What the method integrates.
+fn integrated<'a>(grains: &'a mut Grains, lists: &'a mut Neighbours) -> [&'a mut Vec<Vec3>; 7] {
+    let (Grains { position, velocity, spin, .. }, Neighbours { pairs, walls, .. }) = (grains, lists);
+    [position, velocity, spin, &mut pairs.spring, &mut walls.spring, &mut pairs.rolling, &mut walls.rolling]
 }
 
 /// Time of each stage, weight of the old state, weight of the stage's slope in the whole step.
@@ -29,18 +29,6 @@ const STAGES: [(f64, f64, f64); 3] =
     [(0.0, 0.0, 1.0 / 6.0), (1.0, 0.75, 1.0 / 6.0), (0.5, 1.0 / 3.0, 2.0 / 3.0)];
 
 impl Rk3 {
-    fn start(&mut self, grains: &Grains, lists: &Neighbours) {
-        self.position.clone_from(&grains.position);
-        self.velocity.clone_from(&grains.velocity);
-        self.spin.clone_from(&grains.spin);
-        self.pair_spring.clone_from(&lists.pairs.spring);
-        self.wall_spring.clone_from(&lists.walls.spring);
-        self.pair_rolling.clone_from(&lists.pairs.rolling);
-        self.wall_rolling.clone_from(&lists.walls.rolling);
-        self.mean_spin.clear();
-        self.mean_spin.resize(grains.len(), Vec3::zeros());
-    }
-
     /// Advances all grains by `dt` from time `t`; returns the speed at the end.
     pub(super) fn substep(
         &mut self,
@@ -49,7 +37,10 @@ impl Rk3 {
         t: f64,
         dt: f64,
     ) -> Speed {
-        self.start(window.grains, &evaluation.lists);
+        let now = integrated(window.grains, &mut evaluation.lists);
+        self.start.iter_mut().zip(now).for_each(|(start, now)| start.clone_from(now));
+        self.mean_spin.clear();
+        self.mean_spin.resize(window.grains.len(), Vec3::zeros());
         let mut speed = Speed { largest2: 0.0, finite: true };
         for (at, old, weight) in STAGES {
             let time = t + at * dt;
@@ -62,14 +53,8 @@ impl Rk3 {
                 grains.position[i] += grains.velocity[i] * dt;
             }
             speed = evaluation.kick(dt, grains, window.response);
-            blend(&mut grains.position, &self.position, old);
-            blend(&mut grains.velocity, &self.velocity, old);
-            blend(&mut grains.spin, &self.spin, old);
-            let Neighbours { pairs, walls, .. } = &mut evaluation.lists;
-            blend(&mut pairs.spring, &self.pair_spring, old);
-            blend(&mut walls.spring, &self.wall_spring, old);
-            blend(&mut pairs.rolling, &self.pair_rolling, old);
-            blend(&mut walls.rolling, &self.wall_rolling, old);
+            let now = integrated(grains, &mut evaluation.lists);
+            now.into_iter().zip(&self.start).for_each(|(now, start)| blend(now, start, old));
         }
         forget(&mut evaluation.lists.pairs);
         forget(&mut evaluation.lists.walls);

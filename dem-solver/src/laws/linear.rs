@@ -1,5 +1,5 @@
-//! Normal contact: linear spring and dashpot, clipped at zero (Cundall & Strack 1979; the seed,
-//! eqs 15, 17, 18).
+//! Normal contact: linear spring and dashpot, clipped at zero (Cundall & Strack 1979;
+//! Izard et al. 2014, eqs 15, 17, 18).
 //!
 //! F_n = max(0, −k_n δ − γ_n δ̇) for δ < 0, δ the gap. With the effective mass m* = m_i m_j/(m_i + m_j),
 //!
@@ -11,7 +11,7 @@
 //! both relations, so that the clipped law gives the asked values.
 //!
 //! **t_c or k_n.** With `contact_time` all contacts last t_c and k_n grows with m*; with `stiffness`
-//! k_n is the same everywhere and t_c follows, √(m* (π² + ln² e_n)/k_n) in the seed's form.
+//! k_n is the same everywhere and t_c follows, √(m* (π² + ln² e_n)/k_n) in the form `seed`.
 //!
 //! **Which mass.** m* is built from the masses that the contact really accelerates: grain plus
 //! virtual mass when a fluid sends one. Then t_c stays t_c in the fluid; on the dry mass alone the
@@ -44,10 +44,10 @@ pub struct LinearSpringDashpot {
     /// Which coefficients realise e_n and t_c.
     #[serde(default)]
     pub form: RestitutionForm,
-    /// k_t/k_n; the seed takes 0.2.
+    /// k_t/k_n; Izard et al. (2014) take 0.2.
     #[serde(default = "default_stiffness_ratio")]
     pub stiffness_ratio: f64,
-    /// γ_t/γ_n; 0 is the seed, 1 keeps dense beds quiet in coupled runs.
+    /// γ_t/γ_n; 0 is Izard et al. (2014), 1 keeps dense beds quiet in coupled runs.
     #[serde(default = "default_damping_ratio")]
     pub damping_ratio: f64,
     /// What happens to the tangential spring while the contact slides.
@@ -61,7 +61,7 @@ pub struct LinearSpringDashpot {
     pub rolling: Option<Rolling>,
 }
 
-/// The seed's k_t/k_n (after eq. 18).
+/// k_t/k_n of Izard et al. (2014), after eq. 18.
 fn default_stiffness_ratio() -> f64 {
     0.2
 }
@@ -225,43 +225,25 @@ impl LinearSpringDashpot {
 
     /// Checks ranges.
     pub fn validate(&self) -> Result<(), SpecError> {
-        let bad = |quantity, value, allowed| {
-            Err(SpecError::Model { model: "linear-spring-dashpot", quantity, value, allowed })
-        };
+        let model = "linear-spring-dashpot";
+        let bad = |quantity, value, allowed| Err(SpecError::Model { model, quantity, value, allowed });
         if let Some(allowed) = self.form.refuses(self.restitution) {
             return bad("restitution", self.restitution, allowed);
         }
         match (self.contact_time, self.stiffness) {
             (None, None) => {
-                return Err(SpecError::Missing {
-                    model: "linear-spring-dashpot",
-                    quantity: "contact_time",
-                    instead: "stiffness in N/m",
-                });
+                let (quantity, instead) = ("contact_time", "stiffness in N/m");
+                return Err(SpecError::Missing { model, quantity, instead });
             }
             (Some(time), Some(_)) => {
                 return bad("contact_time", time, "left out where stiffness is given: each sets the other");
             }
-            (Some(value), None) if !(value > 0.0 && value.is_finite()) => {
-                return bad("contact_time", value, "positive and finite");
-            }
-            (None, Some(value)) if !(value > 0.0 && value.is_finite()) => {
-                return bad("stiffness", value, "positive and finite");
-            }
-            _ => {}
+            (Some(value), None) => SpecError::unless_positive(model, &[("contact_time", value)])?,
+            (None, Some(value)) => SpecError::unless_positive(model, &[("stiffness", value)])?,
         }
-        if let Some(rolling) = &self.rolling {
-            rolling.validate()?;
-        }
-        for (quantity, value) in [
-            ("friction", self.friction),
-            ("stiffness_ratio", self.stiffness_ratio),
-            ("damping_ratio", self.damping_ratio),
-        ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return bad(quantity, value, "zero or positive, and finite");
-            }
-        }
-        Ok(())
+        self.rolling.as_ref().map_or(Ok(()), Rolling::validate)?;
+        let (friction, ratios) = (self.friction, (self.stiffness_ratio, self.damping_ratio));
+        let all = [("friction", friction), ("stiffness_ratio", ratios.0), ("damping_ratio", ratios.1)];
+        SpecError::if_negative(model, &all)
     }
 }

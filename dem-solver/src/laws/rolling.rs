@@ -54,17 +54,8 @@ pub struct Roll {
 impl Rolling {
     /// Checks ranges.
     pub fn validate(&self) -> Result<(), SpecError> {
-        for (quantity, value) in [("rolling.friction", self.friction), ("rolling.damping", self.damping)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(SpecError::Model {
-                    model: "rolling",
-                    quantity,
-                    value,
-                    allowed: "zero or positive, and finite",
-                });
-            }
-        }
-        Ok(())
+        let values = [("rolling.friction", self.friction), ("rolling.damping", self.damping)];
+        SpecError::if_negative("rolling", &values)
     }
 
     /// k_r, N m.

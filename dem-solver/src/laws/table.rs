@@ -2,7 +2,7 @@
 //!
 //! | law | file |
 //! |---|---|
-//! | linear spring and dashpot (Cundall & Strack 1979; the seed) | [`crate::laws::linear`] |
+//! | linear spring and dashpot (Cundall & Strack 1979; Izard et al. 2014) | [`crate::laws::linear`] |
 //! | Hertz–Mindlin (Hertz 1882; Mindlin 1949; Tsuji et al. 1992) | [`crate::laws::hertz_mindlin`] |
 //! | repulsion of Wan & Turek (2007) | [`crate::laws::wan_turek`] |
 //! | resistance to rolling, part of the first two (Ai et al. 2011) | [`crate::laws::rolling`] |
@@ -21,11 +21,11 @@ use serde::{Deserialize, Serialize};
 #[serde(tag = "law", rename_all = "kebab-case")]
 pub enum ContactLaw {
     /// Spring and dashpot along the normal, spring, dashpot and slider along the tangent
-    /// (Cundall & Strack 1979; seed eqs 13–18).
+    /// (Cundall & Strack 1979; Izard et al. 2014, eqs 13–18).
     LinearSpringDashpot(LinearSpringDashpot),
     /// Hertz's normal force, Mindlin's tangential stiffness, restitution-based damping.
     HertzMindlin(HertzMindlin),
-    /// Short-range repulsion without friction (Wan & Turek 2007), as the second seed uses it.
+    /// Short-range repulsion without friction (Wan & Turek 2007), as Verjus & Guillou use it.
     WanTurek(WanTurek),
 }
 

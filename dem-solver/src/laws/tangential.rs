@@ -1,8 +1,8 @@
-//! Tangential contact: spring, dashpot and slider with history (the seed, eq. 16).
+//! Tangential contact: spring, dashpot and slider with history (Izard et al. 2014, eq. 16).
 //!
 //! F_t = −min(|k_t δ_t + γ_t v_t|, μ_c F_n) along k_t δ_t + γ_t v_t. δ_t is a vector in the contact
 //! plane: it grows by v_t dt, turns with the pair, and is cut back while the contact slides
-//! (Cundall & Strack 1979), or not (`uncapped`, the literal reading of eq. 16). Both give the seed's
+//! (Cundall & Strack 1979), or not (`uncapped`, the literal reading of eq. 16). Both give their
 //! figure 3 for k_t/k_n ≤ 2/7; at k_t = k_n they differ by up to 0.5 in Ψ₂.
 //!
 //! The plane turns at n × ṅ + ½ n (ω_i + ω_j)·n: the turn of the line of centres and the mean twist

@@ -56,18 +56,8 @@ impl WanTurek {
 
     /// Checks ranges.
     pub fn validate(&self) -> Result<(), SpecError> {
-        for (quantity, value) in
-            [("softness", self.softness), ("wall_softness", self.wall_softness), ("range", self.range)]
-        {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(SpecError::Model {
-                    model: "wan-turek",
-                    quantity,
-                    value,
-                    allowed: "positive and finite",
-                });
-            }
-        }
-        Ok(())
+        let softness = [("softness", self.softness), ("wall_softness", self.wall_softness)];
+        SpecError::unless_positive("wan-turek", &softness)?;
+        SpecError::unless_positive("wan-turek", &[("range", self.range)])
     }
 }

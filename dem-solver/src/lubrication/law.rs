@@ -1,14 +1,14 @@
-//! Lubrication of one gap between two surfaces (the seed, eq. 19).
+//! Lubrication of one gap between two surfaces (Izard et al. 2014, eq. 19).
 //!
 //! Force against the approach, F = −κ(δ) δ̇ for 0 ≤ δ ≤ δ_c, nothing in overlap. With the roughness
 //! η = (η/R) R and R_eff = R_i R_j/(R_i + R_j), R for a wall:
 //!
-//! - point film (spheres, eq. 19): κ = 6πμ R_eff²/(δ + η);
-//! - line film (discs, per unit length): κ = 3√2 πμ (R_eff/(δ + η))^{3/2}; eq. 19 has the wrong
+//! - around a point (spheres, eq. 19): κ = 6πμ R_eff²/(δ + η);
+//! - along a line (discs, per unit length): κ = 3√2 πμ (R_eff/(δ + η))^{3/2}; eq. 19 has the wrong
 //!   exponent in the plane.
 //!
 //! `as-printed` applies κ up to the cut-off, `continuous` applies κ(δ) − κ(δ_c): the flow already
-//! resolves part of the film, and the force no longer jumps at the cut-off. `complement` applies what
+//! resolves part of it, and the force no longer jumps at the cut-off. `complement` applies what
 //! the flow was measured to leave unresolved, with x = (δ + η)/L and L one cell:
 //!
 //!   κ(δ) = 6πμ R_eff²/(δ + η) · 1/(1 + 2x + 2x²),
@@ -18,20 +18,35 @@
 //! mask: `scenes/validation/wall-approach.toml`.
 //!
 //! **Implicit sub-step.** Explicit integration is stable only for dt < 2(η + δ)m/(6πμR²), and an
-//! implicit velocity with a frozen gap tunnels through the film. Instead the film's impulse is taken
-//! over the path of the step: with U the gap rate before the film acts, m the effective mass and
+//! implicit velocity with a frozen gap tunnels through the gap. Instead the impulse of lubrication is taken
+//! over the path of the step: with U the gap rate before lubrication acts, m the effective mass and
 //! Φ′ = κ, the rate U′ after it solves
 //!
 //!   m(U′ − U) + Φ(δ + dt U′) − Φ(δ) = 0,
 //!
-//! for a point film U′ + (6πμR²/m) ln((δ + dt U′ + η)/(δ + η)) = U. Φ is constant in overlap and
-//! beyond the cut-off, which stops the film at δ = 0 and makes entering, leaving and rebounding exact
+//! for spheres U′ + (6πμR²/m) ln((δ + dt U′ + η)/(δ + η)) = U. Φ is constant in overlap and
+//! beyond the cut-off, which stops it at δ = 0 and makes entering, leaving and rebounding exact
 //! without further cases. The left side rises with U′, so there is one root.
 
 use crate::lubrication::settings::GapShape;
 use std::f64::consts::PI;
 
 /// The model with everything resolved that is common to all gaps of a run.
+///
+/// ```
+/// use dem_solver::{DemSpec, Lubrication, LubricationModel};
+/// # use dem_solver::{ContactLaw, LinearSpringDashpot, lubrication::settings::LubricationSettings};
+/// # let law = ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(0.9, 1e-4, 0.0));
+/// let mut spec = DemSpec::new(Vec::new(), law);
+/// spec.lubrication = Lubrication::AsPrinted(LubricationSettings::new(1e-3));
+/// spec.viscosity = 1e-3; // water, Pa s
+/// let model: LubricationModel = spec.lubrication_model().ok_or("no lubrication")?;
+/// // a sphere of 1 mm radius, 10 µm from a wall, comes nearer by 1 mm/s: F = 6πμR²/(δ + η) · 1 mm/s
+/// let force = model.law(1e-3, f64::INFINITY).resistance(1e-5) * 1e-3;
+/// let expected = 6.0 * std::f64::consts::PI * 1e-3 * 1e-6 / (1e-5 + 1e-6) * 1e-3;
+/// assert!((force / expected - 1.0).abs() < 1e-12);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct LubricationModel {
     /// Shape.
@@ -97,31 +112,32 @@ pub struct LubricationLaw {
 /// A gap over so short a path that its impulse is a polynomial in the gap rate: most gaps of a dense bed in most
 /// sub-steps, at a tenth of the cost of the logarithms.
 ///
-/// With s the relative change of δ + η and path = k₁ s + k₂ s² + k₃ s³ + k₄ s⁴ the rate after the film solves
-/// (a/dt) s + path/m = U, that is s + Σ b_j s^j = y with b_j = k_j/(m N), y = U/N and N = a/dt + k₁/m. This series turned
-/// around, s = y − b₂ y² + (2b₂² − b₃) y³ + (−5b₂³ + 5b₂b₃ − b₄) y⁴, is put into path = m (U − (a/dt) s).
+/// With s the relative change of δ + η and path = k₁ s + k₂ s² + k₃ s³ + k₄ s⁴ the rate after lubrication
+/// solves (a/dt) s + path/m = U, that is s + Σ b_j s^j = y with b_j = k_j/(m N), y = U/N and N = a/dt + k₁/m.
+/// This series turned around, s = y − b₂ y² + (2b₂² − b₃) y³ + (−5b₂³ + 5b₂b₃ − b₄) y⁴, is put into path = m
+/// (U − (a/dt) s).
 #[derive(Clone, Copy, Debug)]
 pub struct Expansion {
     /// path = c₁ y + c₂ y² + c₃ y³ + c₄ y⁴, N s.
     c: [f64; 4],
     /// 1/N: y per unit of gap rate, s/m.
     inverse: f64,
-    /// Least y that it holds for.
+    /// Least y that it is good for.
     low: f64,
-    /// Largest y that it holds for.
+    /// Largest y that it is good for.
     high: f64,
 }
 
 impl Default for Expansion {
-    /// One that holds for nothing.
+    /// One that is good for nothing.
     fn default() -> Self {
         Self { c: [0.0; 4], inverse: 0.0, low: f64::INFINITY, high: f64::NEG_INFINITY }
     }
 }
 
 impl Expansion {
-    /// Largest |y|. The terms left out are 1e-12 of the path for a film of two spheres, and 1e-10 where the flow resolves
-    /// most of it.
+    /// Largest |y|. The terms left out are 1e-12 of the path for two spheres, and 1e-10 where the flow
+    /// resolves most of it.
     const FAR: f64 = 1.0 / 512.0;
 
     /// s differs from y by less than this part at [`Expansion::FAR`].
@@ -138,7 +154,7 @@ impl Expansion {
 }
 
 impl LubricationLaw {
-    /// κ at gap `gap` within the film, N s/m.
+    /// κ at gap `gap` up to the cut-off, N s/m.
     #[inline(always)]
     #[must_use]
     pub fn resistance(&self, gap: f64) -> f64 {
@@ -205,17 +221,18 @@ impl LubricationLaw {
         let k4 = c / 24.0 * (6.0 * r * (second - r * r) - third);
         let inertia = a * (1.0 / dt);
         let inverse = 1.0 / (inertia + inverse_mass * k1);
-        let (free, held) = (inertia * inverse, inverse_mass * inverse * k2);
-        let c = [k1, free * k2, free * (k3 - 2.0 * held * k2), free * (k4 + 5.0 * held * (held * k2 - k3))];
+        let (free, braked) = (inertia * inverse, inverse_mass * inverse * k2);
+        let c =
+            [k1, free * k2, free * (k3 - 2.0 * braked * k2), free * (k4 + 5.0 * braked * (braked * k2 - k3))];
         let within = (1.0 - Expansion::BEND) / a;
         let low = (-gap * within).max(-Expansion::FAR);
         let high = ((self.cut_off - gap) * within).min(Expansion::FAR);
         Expansion { c, inverse, low, high }
     }
 
-    /// Impulse of the film over `dt`, N s, positive apart.
+    /// Impulse of lubrication over `dt`, N s, positive apart.
     ///
-    /// `gap` at the start, `rate` the gap rate before the film acts, `inverse_mass` 1/m of the pair:
+    /// `gap` at the start, `rate` the gap rate before it acts, `inverse_mass` 1/m of the pair:
     /// the rate after it is `rate + inverse_mass * impulse`.
     #[inline]
     #[must_use]
@@ -232,7 +249,7 @@ impl LubricationLaw {
         let balance = |s: f64| inertia * s - rate + inverse_mass * self.path(a, s);
         let low = -start / a;
         let high = (self.cut_off - start) / a;
-        // the film only brakes: its path ends inside unless the free path leaves it
+        // lubrication only brakes: the path ends inside unless the free path leaves it
         if free <= 0.0 && balance(low) >= 0.0 {
             return -self.path(a, low);
         }
@@ -245,7 +262,7 @@ impl LubricationLaw {
     }
 
     /// Root of inertia·s − rate + path(s)/m in [low, high]: Newton in s where inertia dominates and in
-    /// ln(1 + s) where the film does (nearly linear either way), bisection if a step leaves the bracket.
+    /// ln(1 + s) where lubrication does (nearly linear either way), bisection if a step leaves the bracket.
     #[inline]
     fn root(&self, a: f64, rate: f64, inertia: f64, inverse_mass: f64, mut low: f64, mut high: f64) -> f64 {
         let slope = |s: f64| inverse_mass * a * self.resistance(a * (1.0 + s) - self.roughness);
@@ -257,12 +274,12 @@ impl LubricationLaw {
             } else {
                 low = s;
             }
-            let film = slope(s);
-            let mut next = if film > inertia {
-                let step = value / ((film + inertia) * (1.0 + s));
+            let lubrication = slope(s);
+            let mut next = if lubrication > inertia {
+                let step = value / ((lubrication + inertia) * (1.0 + s));
                 s + (1.0 + s) * (-step).exp_m1()
             } else {
-                s - value / (film + inertia)
+                s - value / (lubrication + inertia)
             };
             if !(next >= low && next <= high) {
                 next = 0.5 * (low + high);

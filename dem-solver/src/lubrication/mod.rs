@@ -2,4 +2,4 @@
 
 pub mod law;
 pub mod settings;
-pub mod simultaneous;
+pub(crate) mod simultaneous;

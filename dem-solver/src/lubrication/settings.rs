@@ -4,11 +4,11 @@ use crate::error::SpecError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Model of the film between near surfaces.
+/// Model of lubrication between near surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "form", rename_all = "kebab-case")]
 pub enum Lubrication {
-    /// No film force.
+    /// No lubrication.
     #[default]
     None,
     /// Eq. 19 up to the cut-off.
@@ -19,36 +19,36 @@ pub enum Lubrication {
     Complement(LubricationSettings),
 }
 
-/// Parameters of the film.
+/// Parameters of lubrication.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LubricationSettings {
     /// Roughness over radius η/R; real grains have 1e-6 to 1e-3.
     pub roughness: f64,
-    /// Gap over radius δ_c/R beyond which the film does not act; the seed takes ½.
+    /// Gap over radius δ_c/R beyond which lubrication does not act; Izard et al. (2014) take ½.
     #[serde(default = "default_cut_off")]
     pub cut_off: f64,
-    /// Length L below which the flow does not resolve the film, m (`complement` only); by default one
+    /// Length L below which the flow does not resolve the gap, m (`complement` only); by default one
     /// cell, as measured with the default width ½ of the mask. In general (0.43 + 1.14 width) cells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolved_length: Option<f64>,
-    /// Shape of the film; by default point for spheres and line for discs.
+    /// Shape of the gap; by default point for spheres and line for discs.
     #[serde(default)]
     pub film: Option<GapShape>,
     /// How it is integrated.
     #[serde(default)]
     pub integration: LubricationIntegration,
-    /// Most Gauss–Seidel sweeps over all films of one sub-step (implicit only).
+    /// Most Gauss–Seidel sweeps over all gaps of one sub-step (implicit only).
     #[serde(default = "default_sweeps")]
     pub sweeps: u32,
 }
 
-/// R/2, the upper bound of eq. 19 in the seed.
+/// R/2, the upper bound of eq. 19 (Izard et al. 2014).
 fn default_cut_off() -> f64 {
     0.5
 }
 
-/// Enough for chains of a few films; one film or films that share no free grain need one.
+/// Enough for chains of a few gaps; one gap or gaps that share no free grain need one.
 fn default_sweeps() -> u32 {
     8
 }
@@ -63,7 +63,7 @@ pub enum GapShape {
     Line,
 }
 
-/// Time integration of the film.
+/// Time integration of lubrication.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LubricationIntegration {
@@ -90,7 +90,7 @@ impl LubricationSettings {
 }
 
 impl Lubrication {
-    /// The parameters, if there is a film.
+    /// The parameters, if there is lubrication.
     #[must_use]
     pub fn settings(&self) -> Option<&LubricationSettings> {
         match self {
@@ -110,9 +110,7 @@ impl Lubrication {
         if !(settings.roughness > 0.0 && settings.roughness.is_finite()) {
             return bad("roughness", settings.roughness, "positive (real grains: 1e-6 to 1e-3)");
         }
-        if !(settings.cut_off > 0.0 && settings.cut_off.is_finite()) {
-            return bad("cut_off", settings.cut_off, "positive and finite");
-        }
+        SpecError::unless_positive("lubrication", &[("cut_off", settings.cut_off)])?;
         if settings.sweeps == 0 {
             return bad("sweeps", 0.0, "at least 1");
         }

@@ -53,7 +53,7 @@ struct WholeLaw {
 
 /// Scratch of the implicit pass; its memory is kept between sub-steps.
 #[derive(Clone, Debug, Default)]
-pub struct LubricationSolver {
+pub(crate) struct LubricationSolver {
     active: Vec<ActiveGap>,
     /// Of each of them.
     laws: Vec<WholeLaw>,
@@ -63,7 +63,7 @@ pub struct LubricationSolver {
 
 impl LubricationSolver {
     /// Room for `count` gaps.
-    pub fn reserve(&mut self, count: usize) {
+    pub(crate) fn reserve(&mut self, count: usize) {
         for gaps in [&mut self.active, &mut self.last] {
             gaps.reserve(count.saturating_sub(gaps.len()));
         }
@@ -71,7 +71,7 @@ impl LubricationSolver {
     }
 
     /// A window begins: the next sub-step starts from nothing.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.active.clear();
         self.last.clear();
     }
@@ -79,7 +79,7 @@ impl LubricationSolver {
     /// Applies the impulses of all gaps over `dt` to the velocities, in place, and writes the mean
     /// force of the gaps on each grain into `force`. Positions stay at the start of the sub-step.
     #[allow(clippy::too_many_arguments)] // the pass touches all parts of the step, each once
-    pub fn apply(
+    pub(crate) fn apply(
         &mut self,
         around: &Surroundings,
         model: &LubricationModel,
@@ -94,8 +94,33 @@ impl LubricationSolver {
         std::mem::swap(&mut self.active, &mut self.last);
         self.active.clear();
         self.laws.clear();
-        self.collect_pairs(around, model, grains, response, pairs, dt);
-        self.collect_walls(around, model, grains, response, walls, t, dt);
+        for i in 0..grains.len() {
+            let (x, v, r) = (grains.position[i], grains.velocity[i], grains.radius[i]);
+            for k in pairs.row(i) {
+                let j = pairs.other[k] as usize;
+                let law = model.law(r, grains.radius[j]);
+                let apart = around.periods.nearest(x - grains.position[j]);
+                let distance = apart.norm();
+                let gap = distance - r - grains.radius[j];
+                let normal = apart * (1.0 / distance);
+                let rates = ((v - grains.velocity[j]).dot(&normal), 0.0);
+                let weight = response.inverse_mass[i] + response.inverse_mass[j];
+                self.collect((i, pairs.other[k], false), WholeLaw { law, gap }, rates, &normal, &weight, dt);
+            }
+        }
+        for i in 0..grains.len() {
+            for k in walls.row(i) {
+                let wall = &around.walls[walls.other[k] as usize];
+                if wall.acts(t) {
+                    let law = model.law(grains.radius[i], f64::INFINITY);
+                    let gap = wall.gap(&grains.position[i], grains.radius[i], t);
+                    let wall_rate = wall.velocity.dot(&wall.normal);
+                    let rates = (grains.velocity[i].dot(&wall.normal) - wall_rate, wall_rate);
+                    let (who, weight) = ((i, walls.other[k], true), &response.inverse_mass[i]);
+                    self.collect(who, WholeLaw { law, gap }, rates, &wall.normal, weight, dt);
+                }
+            }
+        }
         self.begin_with_last(&mut grains.velocity, &response.inverse_mass);
         let sweeps = if self.active.len() <= 1 { 1 } else { sweeps };
         for _ in 0..sweeps {
@@ -112,82 +137,34 @@ impl LubricationSolver {
         }
     }
 
-    fn collect_pairs(
+    /// Takes a gap up if it can act within the sub-step and something can move: if the grain could reach it
+    /// even at twice its present rate, as another gap may speed it up.
+    #[inline(always)]
+    fn collect(
         &mut self,
-        around: &Surroundings,
-        model: &LubricationModel,
-        grains: &Grains,
-        response: &Response,
-        list: &ContactList,
+        (first, second, wall): (usize, u32, bool),
+        law: WholeLaw,
+        (rate, wall_rate): (f64, f64),
+        normal: &Vec3,
+        weight: &Vec3,
         dt: f64,
     ) {
-        for i in 0..grains.len() {
-            let (x, v, r) = (grains.position[i], grains.velocity[i], grains.radius[i]);
-            for k in list.row(i) {
-                let j = list.other[k] as usize;
-                let law = model.law(r, grains.radius[j]);
-                let apart = around.periods.nearest(x - grains.position[j]);
-                let distance = apart.norm();
-                let gap = distance - r - grains.radius[j];
-                let normal = apart * (1.0 / distance);
-                let rate = (v - grains.velocity[j]).dot(&normal);
-                let weight = response.inverse_mass[i] + response.inverse_mass[j];
-                if let Some(inverse_mass) = in_reach(&law, gap, rate, dt, &normal, &weight) {
-                    self.active.push(ActiveGap {
-                        first: i as u32,
-                        second: j as u32,
-                        wall: false,
-                        normal,
-                        wall_rate: 0.0,
-                        inverse_mass,
-                        expansion: law.expansion(gap, dt, inverse_mass),
-                        impulse: 0.0,
-                        former: None,
-                    });
-                    self.laws.push(WholeLaw { law, gap });
-                }
-            }
-        }
-    }
-
-    #[allow(clippy::too_many_arguments)]
-    fn collect_walls(
-        &mut self,
-        around: &Surroundings,
-        model: &LubricationModel,
-        grains: &Grains,
-        response: &Response,
-        list: &ContactList,
-        t: f64,
-        dt: f64,
-    ) {
-        for i in 0..grains.len() {
-            for k in list.row(i) {
-                let wall = &around.walls[list.other[k] as usize];
-                if !wall.acts(t) {
-                    continue;
-                }
-                let law = model.law(grains.radius[i], f64::INFINITY);
-                let gap = wall.gap(&grains.position[i], grains.radius[i], t);
-                let wall_rate = wall.velocity.dot(&wall.normal);
-                let rate = grains.velocity[i].dot(&wall.normal) - wall_rate;
-                if let Some(inverse_mass) =
-                    in_reach(&law, gap, rate, dt, &wall.normal, &response.inverse_mass[i])
-                {
-                    self.active.push(ActiveGap {
-                        first: i as u32,
-                        second: list.other[k],
-                        wall: true,
-                        normal: wall.normal,
-                        wall_rate,
-                        inverse_mass,
-                        expansion: law.expansion(gap, dt, inverse_mass),
-                        impulse: 0.0,
-                        former: None,
-                    });
-                    self.laws.push(WholeLaw { law, gap });
-                }
-            }
+        let inverse_mass = weight.component_mul(normal).dot(normal);
+        if inverse_mass > 0.0 && law.gap - 2.0 * dt * rate.abs() <= law.law.cut_off {
+            let (first, normal, impulse, former) = (first as u32, *normal, 0.0, None);
+            let expansion = law.law.expansion(law.gap, dt, inverse_mass);
+            self.active.push(ActiveGap {
+                first,
+                second,
+                wall,
+                normal,
+                wall_rate,
+                inverse_mass,
+                expansion,
+                impulse,
+                former,
+            });
+            self.laws.push(law);
         }
     }
 
@@ -271,18 +248,8 @@ impl ActiveGap {
     }
 }
 
-/// n·W n of the pair if the gap can act within the sub-step and something can move.
-///
-/// A gap beyond the cut-off is kept if the grain could reach it even at twice its present rate, as
-/// another gap may speed it up.
-#[inline(always)]
-fn in_reach(law: &LubricationLaw, gap: f64, rate: f64, dt: f64, normal: &Vec3, weight: &Vec3) -> Option<f64> {
-    let inverse_mass = weight.component_mul(normal).dot(normal);
-    (inverse_mass > 0.0 && gap - 2.0 * dt * rate.abs() <= law.cut_off).then_some(inverse_mass)
-}
-
 /// Adds the explicit gap forces −κ(δ) δ̇ at the present positions and velocities to `force`.
-pub fn explicit_forces(
+pub(crate) fn explicit_forces(
     around: &Surroundings,
     model: &LubricationModel,
     grains: &Grains,

@@ -19,7 +19,7 @@ use crate::output::partition::Partition;
 use nalgebra::Matrix3;
 
 /// Averages in one cell.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cell {
     /// Solid fraction.
     pub solid: f64,
@@ -33,19 +33,6 @@ pub struct Cell {
     pub contact: Matrix3<f64>,
     /// Sum of the forces of walls and held grains on free grains at points of contact here, N.
     pub boundary: Vec3,
-}
-
-impl Default for Cell {
-    fn default() -> Self {
-        Self {
-            solid: 0.0,
-            density: 0.0,
-            velocity: Vec3::zeros(),
-            kinetic: Matrix3::zeros(),
-            contact: Matrix3::zeros(),
-            boundary: Vec3::zeros(),
-        }
-    }
 }
 
 impl Cell {

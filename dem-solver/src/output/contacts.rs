@@ -1,11 +1,11 @@
 //! Every contact of a state with its force: what averages over grains are made of.
 
-use crate::general::contact::{Coefficients, Frame, Kinematics, Relative, SpringStep, resolve};
+use crate::general::contact::{Coefficients, Frame, Kinematics, Near, SpringStep, resolve};
 use crate::grains::{Grains, Response};
 use crate::laws::table::PairLaw;
 use crate::motion::{Motion, Vec3};
 use crate::report::GrainLoad;
-use crate::search::lists::Neighbours;
+use crate::search::contact_list::ContactList;
 use crate::solver::Dem;
 
 /// One contact that bears a force, seen from a free grain.
@@ -30,112 +30,75 @@ impl Dem {
     /// The contacts of the present state under `loads` (none at all for a dry run); nothing changes.
     #[must_use]
     pub fn contact_list(&self, loads: &[GrainLoad]) -> Vec<Contact> {
-        let mut response = Response::new(self.grains.len());
-        response.set(&self.grains, &self.gravity, loads);
-        let lists = self.lists_now();
-        let mut found = Vec::new();
-        self.collect_pairs(&lists, &response, &mut found);
-        self.collect_walls(&lists, &response, &mut found);
-        found
+        let (g, lists) = (&self.grains, self.lists_now());
+        let response = Response::new(g, &self.gravity, loads);
+        let pairs =
+            lists.pairs.entries().filter_map(|(i, k)| self.between_grains(i, k, &lists.pairs, &response));
+        let walls = lists.walls.entries().filter(|&(i, _)| is_free(g, i));
+        pairs.chain(walls.filter_map(|(i, k)| self.at_wall(i, k, &lists.walls, &response))).collect()
     }
 
-    /// Law, masses and history of one contact as a force; `history` is its spring.
-    fn force_of(
-        &self,
-        law: &PairLaw,
-        radius: f64,
-        frame: &Frame,
-        relative: impl Fn(&[Vec3], &[Vec3]) -> Relative,
-        history: Vec3,
-    ) -> Vec3 {
-        let Some(law) = Coefficients::of(law, frame.mass, radius, frame.gap) else { return Vec3::zeros() };
-        let kinematics = Kinematics {
-            velocity: &self.grains.velocity,
-            spin: &self.grains.spin,
-            path: None,
-            dt: 0.0,
-            spring: SpringStep::Before,
-            t: self.time,
+    /// Force on the first partner, N, if there is one; `spring` is what the contact remembers.
+    fn force(&self, near: &Near, response: &Response, mut spring: Vec3) -> Option<Vec3> {
+        let (g, partners) = (&self.grains, &near.partners);
+        let force = match self.around.laws.between(g.material[partners.first], near.material) {
+            PairLaw::WanTurek(law) => near.normal * near.repulsion(law, g),
+            law => {
+                let mass = response.effective_mass(g, partners.first, partners.second);
+                let (radius, arms) = (partners.radius(g), near.arms(g, true));
+                let frame = Frame { near: *near, mass, arms, begins: false };
+                let law = Coefficients::of(law, mass, radius, near.gap)?;
+                let (velocity, spin) = (&g.velocity, &g.spin);
+                let (dt, t, step) = (0.0, self.time, SpringStep::Before);
+                let kinematics = Kinematics { velocity, spin, path: None, dt, spring: step, t };
+                resolve(&law, &frame, &kinematics, &mut spring).0
+            }
         };
-        let mut spring = history;
-        resolve(&law, frame, &kinematics, relative, &mut spring).0
+        (force != Vec3::zeros()).then_some(force)
     }
 
-    fn collect_pairs(&self, lists: &Neighbours, response: &Response, found: &mut Vec<Contact>) {
-        let (g, around) = (&self.grains, &self.around);
-        for i in 0..g.len() {
-            for k in lists.pairs.row(i) {
-                let j = lists.pairs.other[k] as usize;
-                let apart = around.periods.nearest(g.position[i] - g.position[j]);
-                let distance = apart.norm();
-                let (r, s) = (g.radius[i], g.radius[j]);
-                let gap = distance - r - s;
-                if gap > around.range || distance == 0.0 {
-                    continue;
-                }
-                let normal = apart / distance;
-                let law = around.laws.between(g.material[i], g.material[j]);
-                let force = if let PairLaw::WanTurek(law) = law {
-                    normal * law.pair_force(gap, distance)
-                } else {
-                    let mass = response.effective_mass(g, i, j);
-                    let arms = (r + 0.5 * gap, s + 0.5 * gap);
-                    let frame = Frame { normal, gap, distance, mass, arms, begins: false };
-                    let relative =
-                        |v: &[Vec3], w: &[Vec3]| Relative { velocity: v[i] - v[j], spin: (w[i], w[j]) };
-                    self.force_of(law, r * s / (r + s), &frame, relative, lists.pairs.spring[k])
-                };
-                if force == Vec3::zeros() {
-                    continue;
-                }
-                let point = g.position[i] - normal * (r + 0.5 * gap);
-                let start = g.position[i] - apart;
-                let contact = Contact { grain: i, force, end: g.position[i], start, point, held: false };
-                let contact = match (is_free(g, i), is_free(g, j)) {
-                    (true, true) => contact,
-                    (true, false) => Contact { start: point, held: true, ..contact },
-                    (false, true) => {
-                        // seen from the other grain, where that one is
-                        let (end, point) = (g.position[j], point + (g.position[j] - start));
-                        Contact { grain: j, force: -force, end, start: point, point, held: true }
-                    }
-                    (false, false) => continue,
-                };
-                found.push(contact);
+    /// Entry `k` of the pairs, of grain `i`.
+    fn between_grains(
+        &self,
+        i: usize,
+        k: usize,
+        pairs: &ContactList,
+        response: &Response,
+    ) -> Option<Contact> {
+        let (g, j) = (&self.grains, pairs.other[k] as usize);
+        let apart = self.around.periods.nearest(g.position[i] - g.position[j]);
+        let distance = apart.norm();
+        let gap = distance - g.radius[i] - g.radius[j];
+        if gap > self.around.range || distance == 0.0 {
+            return None;
+        }
+        let near = Near::grains(g, i, j, &apart, distance, gap);
+        let force = self.force(&near, response, pairs.spring[k])?;
+        let point = g.position[i] - near.normal * (g.radius[i] + 0.5 * gap);
+        let start = g.position[i] - apart;
+        let contact = Contact { grain: i, force, end: g.position[i], start, point, held: false };
+        match (is_free(g, i), is_free(g, j)) {
+            (true, true) => Some(contact),
+            (true, false) => Some(Contact { start: point, held: true, ..contact }),
+            (false, true) => {
+                // seen from the other grain, where that one is
+                let (end, point) = (g.position[j], point + (g.position[j] - start));
+                Some(Contact { grain: j, force: -force, end, start: point, point, held: true })
             }
+            (false, false) => None,
         }
     }
 
-    fn collect_walls(&self, lists: &Neighbours, response: &Response, found: &mut Vec<Contact>) {
-        let (g, around) = (&self.grains, &self.around);
-        for i in (0..g.len()).filter(|&i| is_free(g, i)) {
-            for k in lists.walls.row(i) {
-                let wall = &around.walls[lists.walls.other[k] as usize];
-                let (r, normal) = (g.radius[i], wall.normal);
-                let gap = wall.gap(&g.position[i], r, self.time);
-                if !wall.acts(self.time) || gap > around.range {
-                    continue;
-                }
-                let law = around.laws.between(g.material[i], wall.material);
-                let force = if let PairLaw::WanTurek(law) = law {
-                    normal * law.wall_force(gap, r)
-                } else {
-                    let mass = response.wall_mass(g, i);
-                    let (distance, arms) = (f64::INFINITY, (r + gap, 0.0));
-                    let frame = Frame { normal, gap, distance, mass, arms, begins: false };
-                    let relative = |v: &[Vec3], w: &[Vec3]| Relative {
-                        velocity: v[i] - wall.velocity,
-                        spin: (w[i], Vec3::zeros()),
-                    };
-                    self.force_of(law, r, &frame, relative, lists.walls.spring[k])
-                };
-                if force != Vec3::zeros() {
-                    let point = g.position[i] - normal * (r + gap);
-                    let (end, start) = (g.position[i], point);
-                    found.push(Contact { grain: i, force, end, start, point, held: true });
-                }
-            }
+    /// Entry `k` of the grains at walls, of grain `i`.
+    fn at_wall(&self, i: usize, k: usize, walls: &ContactList, response: &Response) -> Option<Contact> {
+        let (g, wall) = (&self.grains, &self.around.walls[walls.other[k] as usize]);
+        let gap = wall.gap(&g.position[i], g.radius[i], self.time);
+        if !wall.acts(self.time) || gap > self.around.range {
+            return None;
         }
+        let force = self.force(&Near::wall(i, wall, gap), response, walls.spring[k])?;
+        let (end, point) = (g.position[i], g.position[i] - wall.normal * (g.radius[i] + gap));
+        Some(Contact { grain: i, force, end, start: point, point, held: true })
     }
 }
 

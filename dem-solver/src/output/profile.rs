@@ -111,28 +111,12 @@ impl Profile {
         for (slab, cell) in self.cells.iter().enumerate() {
             let (u, s) = (cell.velocity, cell.stress());
             let kinetic = Cell { contact: nalgebra::Matrix3::zeros(), ..*cell }.pressure(self.shape);
-            let _ = write!(
-                text,
-                "{},{},{},{},{},{},{},{},{},{},{},{},{kinetic},{},{},{}",
-                self.middle(slab),
-                cell.solid,
-                cell.density,
-                u.x,
-                u.y,
-                u.z,
-                s[(0, 0)],
-                s[(1, 1)],
-                s[(2, 2)],
-                s[(0, 1)],
-                s[(0, 2)],
-                s[(1, 2)],
-                self.pressure(slab),
-                self.wall_shear(slab),
-                self.wall_pressure(slab)
-            );
-            for (_, values) in more {
-                let _ = write!(text, ",{}", values[slab]);
-            }
+            let ours = [self.middle(slab), cell.solid, cell.density, u.x, u.y, u.z];
+            let stress = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| s[at]);
+            let pressures = [kinetic, self.pressure(slab), self.wall_shear(slab), self.wall_pressure(slab)];
+            let more = more.iter().map(|(_, values)| values[slab]);
+            let row = ours.into_iter().chain(stress).chain(pressures).chain(more);
+            text += &row.map(|value| value.to_string()).collect::<Vec<_>>().join(",");
             text.push('\n');
         }
         text

@@ -1,10 +1,12 @@
 //! Sums over all grains: energy, momentum.
 
+use crate::general::contact::Partners;
 use crate::grains::Response;
 use crate::laws::coefficients::LinearPair;
 use crate::laws::table::PairLaw;
 use crate::motion::Vec3;
 use crate::solver::Dem;
+use crate::state::SavedContact;
 
 impl Dem {
     /// Kinetic energy of translation and rotation, J (per unit length for discs); dry masses.
@@ -25,26 +27,26 @@ impl Dem {
     pub fn elastic_energy(&self) -> f64 {
         let g = &self.grains;
         let (pairs, walls) = self.bearing_contacts();
-        let response =
-            if self.response.inverse_mass.len() == g.len() { &self.response } else { &Response::dry(g) };
+        let known = self.response.inverse_mass.len() == g.len();
+        let response = if known { &self.response } else { &Response::new(g, &Vec3::zeros(), &[]) };
+        let stored_in = |contact: &SavedContact, second: Option<usize>, material: usize, gap: f64| {
+            let i = contact.first as usize;
+            let law = self.around.laws.between(g.material[i], material);
+            let radius = Partners { first: i, second, wall: Vec3::zeros() }.radius(g);
+            let size = (response.effective_mass(g, i, second), radius);
+            stored(law, size, gap, &contact.spring.into())
+        };
         let mut energy = 0.0;
         for contact in &pairs {
             let (i, j) = (contact.first as usize, contact.second as usize);
             let apart = self.around.periods.nearest(g.position[i] - g.position[j]).norm();
-            let law = self.around.laws.between(g.material[i], g.material[j]);
-            let gap = apart - g.radius[i] - g.radius[j];
-            let radius = g.radius[i] * g.radius[j] / (g.radius[i] + g.radius[j]);
-            let size = (response.effective_mass(g, i, j), radius);
-            energy += stored(law, size, gap, &contact.spring.into());
+            energy += stored_in(contact, Some(j), g.material[j], apart - g.radius[i] - g.radius[j]);
         }
         for contact in &walls {
-            let i = contact.first as usize;
-            let wall = &self.around.walls[contact.second as usize];
+            let (i, wall) = (contact.first as usize, &self.around.walls[contact.second as usize]);
             if wall.acts(self.time) {
                 let gap = wall.gap(&g.position[i], g.radius[i], self.time);
-                let law = self.around.laws.between(g.material[i], wall.material);
-                let size = (response.wall_mass(g, i), g.radius[i]);
-                energy += stored(law, size, gap, &contact.spring.into());
+                energy += stored_in(contact, None, wall.material, gap);
             }
         }
         energy

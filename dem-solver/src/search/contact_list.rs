@@ -5,48 +5,44 @@ use crate::state::SavedContact;
 
 /// Pairs by first partner: row `i` holds the partners of grain `i`, ascending.
 #[derive(Clone, Debug, Default)]
-pub struct ContactList {
+pub(crate) struct ContactList {
     start: Vec<u32>,
     /// Second partners: grains j > i, or walls.
-    pub other: Vec<u32>,
+    pub(crate) other: Vec<u32>,
     /// Tangential springs δ_t, m; zero where nothing touches.
-    pub spring: Vec<Vec3>,
+    pub(crate) spring: Vec<Vec3>,
     /// Rolling angles θ, rad; zero where nothing touches or rolling is free.
-    pub rolling: Vec<Vec3>,
+    pub(crate) rolling: Vec<Vec3>,
     /// Whether the contact bears a force.
-    pub touching: Vec<bool>,
+    pub(crate) touching: Vec<bool>,
 }
 
 impl ContactList {
     /// Range of entries of grain `i`.
     #[inline(always)]
-    #[must_use]
-    pub fn row(&self, i: usize) -> std::ops::Range<usize> {
+    pub(crate) fn row(&self, i: usize) -> std::ops::Range<usize> {
         self.start[i] as usize..self.start[i + 1] as usize
     }
 
     /// Number of entries.
-    #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.other.len()
     }
 
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.other.is_empty()
+    /// All entries: first partner and place in the lists.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        (1..self.start.len()).flat_map(|next| self.row(next - 1).map(move |k| (next - 1, k)))
     }
 
     /// The entries that bear a force, with their springs.
     pub(crate) fn bearing(&self) -> impl Iterator<Item = SavedContact> + '_ {
-        let rows = (0u32..).zip(self.start.windows(2));
-        rows.flat_map(|(first, row)| (row[0]..row[1]).map(move |k| (first, k as usize)))
-            .filter(|(_, k)| self.touching[*k])
-            .map(|(first, k)| SavedContact { first, second: self.other[k], spring: self.spring[k].into() })
+        let of = |(i, k): (usize, usize)| (i as u32, self.other[k], self.spring[k].into());
+        let bearing = self.entries().filter(|(_, k)| self.touching[*k]).map(of);
+        bearing.map(|(first, second, spring)| SavedContact { first, second, spring })
     }
 
     /// Empties the list and opens the first row.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.start.clear();
         self.start.push(0);
         self.other.clear();
@@ -56,7 +52,7 @@ impl ContactList {
     }
 
     /// Appends an entry to the open row.
-    pub fn push(&mut self, other: u32, spring: Vec3, rolling: Vec3, touching: bool) {
+    pub(crate) fn push(&mut self, other: u32, spring: Vec3, rolling: Vec3, touching: bool) {
         self.other.push(other);
         self.spring.push(spring);
         self.rolling.push(rolling);
@@ -64,7 +60,7 @@ impl ContactList {
     }
 
     /// Closes the open row.
-    pub fn close_row(&mut self) {
+    pub(crate) fn close_row(&mut self) {
         self.start.push(self.other.len() as u32);
     }
 

@@ -12,11 +12,11 @@ use crate::search::pairs::PairSearch;
 
 /// The two lists of a run and what is needed to build them again.
 #[derive(Clone, Debug, Default)]
-pub struct Neighbours {
+pub(crate) struct Neighbours {
     /// Pairs of grains.
-    pub pairs: ContactList,
+    pub(crate) pairs: ContactList,
     /// Grains near walls.
-    pub walls: ContactList,
+    pub(crate) walls: ContactList,
     spare: ContactList,
     search: PairSearch,
     found: Vec<u32>,
@@ -28,20 +28,19 @@ pub struct Neighbours {
     travel: f64,
     valid: bool,
     /// Number of builds so far.
-    pub builds: u64,
+    pub(crate) builds: u64,
 }
 
 impl Neighbours {
     /// Lists for forces that reach `range`.
-    #[must_use]
-    pub fn new(range: f64, skin: f64, grains: usize) -> Self {
+    pub(crate) fn new(range: f64, skin: f64, grains: usize) -> Self {
         let mut lists = Self { range, skin, ..Self::default() };
         lists.restart(grains);
         lists
     }
 
     /// Drops all pairs and their history; the next [`Self::refresh`] builds.
-    pub fn restart(&mut self, grains: usize) {
+    pub(crate) fn restart(&mut self, grains: usize) {
         for list in [&mut self.pairs, &mut self.walls] {
             list.clear();
             (0..grains).for_each(|_| list.close_row());
@@ -49,9 +48,9 @@ impl Neighbours {
         self.valid = false;
     }
 
-    /// Makes sure that the lists hold for one more step in which nothing moves further than `step`.
+    /// Makes sure that the lists are good for one more step in which nothing moves further than `step`.
     /// Returns whether they were built again.
-    pub fn refresh(
+    pub(crate) fn refresh(
         &mut self,
         step: f64,
         grains: &Grains,
@@ -68,39 +67,39 @@ impl Neighbours {
         self.built = self.skin.max(16.0 * step);
         self.valid = true;
         self.builds += 1;
-        self.build_pairs(grains, periods);
-        self.build_walls(grains, planes, t);
+        let reach = self.range + self.built;
+        let Self { pairs, walls, spare, search, found, .. } = self;
+        search.prepare(&grains.position, &grains.radius, reach, periods);
+        rebuild(pairs, spare, found, grains.len(), |i, found| {
+            search.partners(i, &grains.position, &grains.radius, reach, periods, found);
+            if !grains.responds(i) {
+                found.retain(|&j| grains.responds(j as usize));
+            }
+        });
+        rebuild(walls, spare, found, grains.len(), |i, found| {
+            let near = |plane: &Plane| {
+                plane.stands(t) && plane.gap(&grains.position[i], grains.radius[i], t) < reach
+            };
+            let planes = (0u32..).zip(planes).filter(|(_, plane)| grains.responds(i) && near(plane));
+            found.extend(planes.map(|(w, _)| w));
+        });
         true
     }
+}
 
-    fn build_pairs(&mut self, grains: &Grains, periods: &Periods) {
-        let reach = self.range + self.built;
-        std::mem::swap(&mut self.pairs, &mut self.spare);
-        self.pairs.clear();
-        self.search.prepare(&grains.position, &grains.radius, reach, periods);
-        for i in 0..grains.len() {
-            self.found.clear();
-            self.search.partners(i, &grains.position, &grains.radius, reach, periods, &mut self.found);
-            if !grains.responds(i) {
-                self.found.retain(|&j| grains.responds(j as usize));
-            }
-            self.pairs.push_row(i, &self.found, &self.spare);
-        }
-    }
-
-    fn build_walls(&mut self, grains: &Grains, planes: &[Plane], t: f64) {
-        let reach = self.range + self.built;
-        std::mem::swap(&mut self.walls, &mut self.spare);
-        self.walls.clear();
-        for i in 0..grains.len() {
-            self.found.clear();
-            if grains.responds(i) {
-                let near = |plane: &Plane| {
-                    plane.stands(t) && plane.gap(&grains.position[i], grains.radius[i], t) < reach
-                };
-                self.found.extend((0u32..).zip(planes).filter(|(_, plane)| near(plane)).map(|(w, _)| w));
-            }
-            self.walls.push_row(i, &self.found, &self.spare);
-        }
+/// Fills `list` by rows of partners, ascending, that `find` names; histories stay.
+fn rebuild(
+    list: &mut ContactList,
+    spare: &mut ContactList,
+    found: &mut Vec<u32>,
+    rows: usize,
+    mut find: impl FnMut(usize, &mut Vec<u32>),
+) {
+    std::mem::swap(list, spare);
+    list.clear();
+    for i in 0..rows {
+        found.clear();
+        find(i, found);
+        list.push_row(i, found, spare);
     }
 }

@@ -1,6 +1,6 @@
 //! Search of near pairs, and the lists that are made of it.
 
-pub mod cells;
-pub mod contact_list;
-pub mod lists;
-pub mod pairs;
+pub(crate) mod cells;
+pub(crate) mod contact_list;
+pub(crate) mod lists;
+pub(crate) mod pairs;

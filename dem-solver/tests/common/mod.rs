@@ -51,6 +51,13 @@ pub fn repeats<R: PartialEq + std::fmt::Debug>(
     saved
 }
 
+/// Text of a file of the repository; `path` from its root.
+pub fn repository_file(path: &str) -> String {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
+    std::fs::read_to_string(&path)
+        .unwrap_or_else(|error| panic!("{}: {error}; run in a checkout", path.display()))
+}
+
 /// Floor z = 0.
 pub fn floor() -> Wall {
     Wall::new([0.0; 3], [0.0, 0.0, 1.0])
