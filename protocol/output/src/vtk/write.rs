@@ -1,0 +1,247 @@
+//! Writes the files: a header in XML, then the arrays that it names, each with its length in front.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::error::OutputError;
+use crate::file::atomic_write;
+
+use super::read::attribute;
+
+/// Values of an array.
+#[derive(Clone, Debug)]
+pub enum Values {
+    /// Floats, `components` per point or cell.
+    Real(Vec<f64>),
+    /// Whole numbers.
+    Whole(Vec<i64>),
+}
+
+/// One array of a file.
+#[derive(Clone, Debug)]
+pub struct Array {
+    /// Name that the viewer shows.
+    pub name: &'static str,
+    /// Numbers per point or cell: 1, 3 for a vector, 9 for a tensor.
+    pub components: usize,
+    /// The numbers, point by point.
+    pub values: Values,
+}
+
+impl Array {
+    /// One float per point.
+    #[must_use]
+    pub fn scalar(name: &'static str, values: Vec<f64>) -> Self {
+        Self { name, components: 1, values: Values::Real(values) }
+    }
+
+    /// `components` floats per point.
+    #[must_use]
+    pub fn real(name: &'static str, components: usize, values: Vec<f64>) -> Self {
+        Self { name, components, values: Values::Real(values) }
+    }
+
+    /// One whole number per point.
+    #[must_use]
+    pub fn whole(name: &'static str, values: Vec<i64>) -> Self {
+        Self { name, components: 1, values: Values::Whole(values) }
+    }
+
+    fn kind(&self) -> &'static str {
+        match self.values {
+            Values::Real(_) => "Float64",
+            Values::Whole(_) => "Int64",
+        }
+    }
+
+    /// Bytes of the block: its length and the numbers.
+    fn size(&self) -> usize {
+        8 + 8 * match &self.values {
+            Values::Real(values) => values.len(),
+            Values::Whole(values) => values.len(),
+        }
+    }
+
+    fn append(&self, bytes: &mut Vec<u8>) {
+        bytes.extend((self.size() as u64 - 8).to_le_bytes());
+        match &self.values {
+            Values::Real(values) => values.iter().for_each(|value| bytes.extend(value.to_le_bytes())),
+            Values::Whole(values) => values.iter().for_each(|value| bytes.extend(value.to_le_bytes())),
+        }
+    }
+}
+
+/// Text of a file and the arrays whose blocks follow it.
+struct Writer<'a> {
+    text: String,
+    arrays: Vec<&'a Array>,
+    /// Bytes of their blocks.
+    length: usize,
+}
+
+impl<'a> Writer<'a> {
+    fn new(kind: &str) -> Self {
+        let text = format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" \
+             header_type=\"UInt64\">\n"
+        );
+        Self { text, arrays: Vec::new(), length: 0 }
+    }
+
+    fn time(&mut self, time: f64) {
+        let _ = write!(
+            self.text,
+            "<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" \
+             format=\"ascii\">{time:e}</DataArray>\n</FieldData>\n"
+        );
+    }
+
+    fn array(&mut self, array: &'a Array) {
+        let _ = writeln!(
+            self.text,
+            "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>",
+            array.kind(),
+            array.name,
+            array.components,
+            self.length
+        );
+        self.length += array.size();
+        self.arrays.push(array);
+    }
+
+    /// The arrays between the tags of `section`.
+    fn section(&mut self, section: &str, arrays: &'a [Array]) {
+        let _ = writeln!(self.text, "<{section}>");
+        arrays.iter().for_each(|array| self.array(array));
+        let _ = writeln!(self.text, "</{section}>");
+    }
+
+    fn finish(mut self, closing: &str) -> Vec<u8> {
+        let end = "\n</AppendedData>\n</VTKFile>\n";
+        self.text += closing;
+        self.text += "<AppendedData encoding=\"raw\">\n_";
+        let mut bytes = self.text.into_bytes();
+        bytes.reserve_exact(self.length + end.len());
+        self.arrays.iter().for_each(|array| array.append(&mut bytes));
+        bytes.extend(end.as_bytes());
+        bytes
+    }
+}
+
+/// Points with data, `.vtp`; every point is a vertex, so that it shows without a filter.
+#[must_use]
+pub fn points(time: f64, position: Vec<f64>, data: &[Array]) -> Vec<u8> {
+    let count = position.len() / 3;
+    let position = [Array::real("position", 3, position)];
+    let vertices = [
+        Array::whole("connectivity", (0..count as i64).collect()),
+        Array::whole("offsets", (1..=count as i64).collect()),
+    ];
+    let mut writer = Writer::new("PolyData");
+    writer.text += "<PolyData>\n";
+    writer.time(time);
+    let _ = writeln!(
+        writer.text,
+        "<Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" \
+         NumberOfPolys=\"0\">"
+    );
+    writer.section("PointData", data);
+    writer.section("Points", &position);
+    writer.section("Verts", &vertices);
+    writer.finish("</Piece>\n</PolyData>\n")
+}
+
+/// Cell data on a uniform grid, `.vti`; x fastest.
+#[must_use]
+pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], data: &[Array]) -> Vec<u8> {
+    let extent = extent(cells);
+    let list = |v: [f64; 3]| format!("{:e} {:e} {:e}", v[0], v[1], v[2]);
+    let mut writer = Writer::new("ImageData");
+    let _ = writeln!(
+        writer.text,
+        "<ImageData WholeExtent=\"{extent}\" Origin=\"{}\" Spacing=\"{}\">",
+        list(origin),
+        list(spacing)
+    );
+    writer.time(time);
+    let _ = writeln!(writer.text, "<Piece Extent=\"{extent}\">");
+    writer.section("CellData", data);
+    writer.finish("</Piece>\n</ImageData>\n")
+}
+
+/// Cell data on a rectilinear grid with these faces along x, y and z (m; one number along an axis that the
+/// grid has not), `.vtr`; x fastest.
+#[must_use]
+pub fn rectilinear(time: f64, faces: &[Vec<f64>; 3], data: &[Array]) -> Vec<u8> {
+    let extent = extent(faces.each_ref().map(|faces| faces.len() - 1));
+    let [x, y, z] = faces.each_ref().map(Clone::clone);
+    let faces = [Array::scalar("x", x), Array::scalar("y", y), Array::scalar("z", z)];
+    let mut writer = Writer::new("RectilinearGrid");
+    let _ = writeln!(writer.text, "<RectilinearGrid WholeExtent=\"{extent}\">");
+    writer.time(time);
+    let _ = writeln!(writer.text, "<Piece Extent=\"{extent}\">");
+    writer.section("CellData", data);
+    writer.section("Coordinates", &faces);
+    writer.finish("</Piece>\n</RectilinearGrid>\n")
+}
+
+fn extent([x, y, z]: [usize; 3]) -> String {
+    format!("0 {x} 0 {y} 0 {z}")
+}
+
+/// Adds `file` (a name in the folder of the list) at `time` to a `.pvd`, in order of time; a file
+/// already listed is moved to the new time.
+///
+/// # Errors
+/// [`OutputError::File`].
+pub fn list(path: &Path, time: f64, file: &str) -> Result<(), OutputError> {
+    let old = std::fs::read_to_string(path).unwrap_or_default();
+    let mut entries: Vec<(f64, String)> = old
+        .lines()
+        .filter_map(|line| {
+            Some((attribute(line, "timestep")?.parse().ok()?, attribute(line, "file")?.to_owned()))
+        })
+        .filter(|(_, name)| name != file)
+        .collect();
+    entries.push((time, file.to_owned()));
+    entries.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
+    );
+    for (time, name) in entries {
+        let _ = writeln!(text, "<DataSet timestep=\"{time:e}\" group=\"\" part=\"0\" file=\"{name}\"/>");
+    }
+    text += "</Collection>\n</VTKFile>\n";
+    atomic_write(path, text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn offsets_point_at_the_blocks() {
+        let bytes = points(0.5, vec![1.0, 2.0, 3.0], &[Array::scalar("radius", vec![0.25])]);
+        let text = String::from_utf8_lossy(&bytes);
+        let mark = b"<AppendedData encoding=\"raw\">\n_";
+        let start = bytes.windows(mark.len()).position(|window| window == mark).unwrap() + mark.len();
+        let real = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+        assert!(text.contains("Name=\"radius\" NumberOfComponents=\"1\" format=\"appended\" offset=\"0\""));
+        assert_eq!(u64::from_le_bytes(bytes[start..start + 8].try_into().unwrap()), 8);
+        assert_eq!(real(start + 8), 0.25);
+        assert!(text.contains("offset=\"16\"") && real(start + 24) == 1.0 && real(start + 40) == 3.0);
+    }
+
+    #[test]
+    fn the_list_is_in_order_of_time_and_names_each_file_once() {
+        let path = std::env::temp_dir().join(format!("bedload-list-{}.pvd", std::process::id()));
+        let _ = std::fs::remove_file(&path);
+        for (time, name) in [(0.2, "b.vtp"), (0.1, "a.vtp"), (0.3, "b.vtp")] {
+            list(&path, time, name).unwrap();
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        let (a, b) = (text.find("a.vtp").unwrap(), text.find("b.vtp").unwrap());
+        assert!(a < b && text.matches("b.vtp").count() == 1 && text.contains("timestep=\"3e-1\""));
+    }
+}
