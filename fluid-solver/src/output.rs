@@ -1,4 +1,4 @@
-//! Field files for ParaView: VTK rectilinear grids (`.vtr`), appended raw binary, 64-bit floats.
+//! Field files for ParaView: VTK rectilinear grids (`.vtr`).
 //!
 //! Cell data: velocity at the centres, pressure without its hydrostatic part and mean gradient,
 //! vorticity, solid fraction. A plane or (r, z) grid lies in the plane y = 0, r along x.
@@ -7,17 +7,9 @@ use crate::grid::{Geometry, Grid};
 use crate::immersed::body::laboratory;
 use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::solver::Solver;
+use bedload_output::vtk::{Array, rectilinear};
 use protocol::participant::{SolverError, Window};
-use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
-
-/// One array of a file: name, components, values.
-struct Array {
-    name: &'static str,
-    components: usize,
-    values: Vec<f64>,
-}
 
 /// Writes the fields after `window` to `folder`/`fluid_<step>.vtr`.
 ///
@@ -33,54 +25,17 @@ pub fn write<const D: usize>(
     let path = folder.join(format!("fluid_{:08}.vtr", window.step));
     let save = || -> std::io::Result<()> {
         std::fs::create_dir_all(folder)?;
-        std::fs::write(&path, file(solver.grid(), window.time + window.dt, &data)?)
+        std::fs::write(&path, rectilinear(window.time + window.dt, &faces(solver.grid()), &data))
     };
     save().map_err(|source| SolverError::File { path: path.display().to_string(), source })
 }
 
-/// The whole file.
-fn file<const D: usize>(grid: &Grid<D>, time: f64, data: &[Array]) -> std::io::Result<Vec<u8>> {
-    let coordinates: [Vec<f64>; 3] = std::array::from_fn(|c| {
+/// Faces along x, y and z, m; 0 alone along an axis that the grid has not.
+fn faces<const D: usize>(grid: &Grid<D>) -> [Vec<f64>; 3] {
+    std::array::from_fn(|c| {
         let axis = (0..D).find(|a| laboratory(grid.geometry, *a) == c);
         axis.map_or_else(|| vec![0.0], |a| grid.axes[a].faces.clone())
-    });
-    let extent = coordinates.iter().fold(String::new(), |mut text, c| {
-        let _ = write!(text, "0 {} ", c.len() - 1);
-        text
-    });
-    let extent = extent.trim_end();
-    let mut offset = 0;
-    let mut entry = |name: &str, components: usize, values: &[f64]| {
-        let here = offset;
-        offset += 8 + 8 * values.len();
-        format!(
-            "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
-             format=\"appended\" offset=\"{here}\"/>\n"
-        )
-    };
-    let mut text = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"RectilinearGrid\" version=\"1.0\" \
-         byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<RectilinearGrid WholeExtent=\"{extent}\">\n\
-         <FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" \
-         format=\"ascii\">{time:e}</DataArray>\n</FieldData>\n<Piece Extent=\"{extent}\">\n<CellData>\n"
-    );
-    for array in data {
-        text += &entry(array.name, array.components, &array.values);
-    }
-    text += "</CellData>\n<Coordinates>\n";
-    for (name, values) in ["x", "y", "z"].iter().zip(&coordinates) {
-        text += &entry(name, 1, values);
-    }
-    text += "</Coordinates>\n</Piece>\n</RectilinearGrid>\n<AppendedData encoding=\"raw\">\n_";
-    let mut bytes = text.into_bytes();
-    for values in data.iter().map(|a| &a.values).chain(&coordinates) {
-        bytes.write_all(&(8 * values.len() as u64).to_le_bytes())?;
-        for value in values {
-            bytes.write_all(&value.to_le_bytes())?;
-        }
-    }
-    bytes.write_all(b"\n</AppendedData>\n</VTKFile>\n")?;
-    Ok(bytes)
+    })
 }
 
 /// Visits every cell in VTK's order (x fastest): its indices and its place in a field.
@@ -104,7 +59,7 @@ fn velocity<const D: usize>(solver: &Solver<D>) -> Array {
         }
         values.extend(v);
     });
-    Array { name: "velocity", components: 3, values }
+    Array::real("velocity", 3, values)
 }
 
 fn pressure<const D: usize>(solver: &Solver<D>) -> Array {
@@ -112,7 +67,7 @@ fn pressure<const D: usize>(solver: &Solver<D>) -> Array {
     let mut values = Vec::with_capacity(grid.cell_count());
     let p = &solver.stepper().state().pressure;
     for_each_cell(grid, |_, index| values.push(solver.density() * p[index]));
-    Array { name: "pressure", components: 1, values }
+    Array::scalar("pressure", values)
 }
 
 /// ∇ × u at the centres: central differences of the centred velocity, walls through the halo.
@@ -145,7 +100,7 @@ fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
         }
         values.extend(curl);
     });
-    Array { name: "vorticity", components: 3, values }
+    Array::real("vorticity", 3, values)
 }
 
 fn solid<const D: usize>(solver: &Solver<D>) -> Array {
@@ -163,5 +118,5 @@ fn solid<const D: usize>(solver: &Solver<D>) -> Array {
     );
     let mut values = Vec::with_capacity(grid.cell_count());
     for_each_cell(grid, |_, index| values.push(ratio[index] / (1.0 + ratio[index])));
-    Array { name: "solid", components: 1, values }
+    Array::scalar("solid", values)
 }

@@ -27,6 +27,8 @@ pub mod participant;
 pub mod scene;
 pub mod scheme;
 pub mod serve;
+#[cfg(feature = "scene")]
+pub mod table;
 
 /// `eprintln!` that does not panic where nobody reads any more: a process whose reader has died still
 /// has to leave in order, with its own exit code.

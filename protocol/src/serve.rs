@@ -93,27 +93,41 @@ where
     P::Incoming: Wire,
     P::Outgoing: Wire,
 {
-    let mut served = Served::new(out_dir, link.rendezvous().repeatable);
-    let outcome = served.run(participant, link);
-    match outcome {
+    let repeatable = link.rendezvous().repeatable;
+    let mut served = Served {
+        participant,
+        link,
+        out_dir,
+        repeatable,
+        last: None,
+        about: (0, 0),
+        report: WindowReport { dt_limit: f64::INFINITY, residual: 0.0, substeps: 0 },
+        substeps: 0,
+        memory: peak_rss_bytes(),
+        measured: Instant::now(),
+    };
+    match served.run() {
         Ok(()) | Err(SolverError::Exchange(ExchangeError::Stopped)) => {
             served.memory = peak_rss_bytes();
-            link.report(served.status(State::Stopped, participant, link))?;
-            Ok(())
+            served.answer(State::Stopped)
         }
         Err(error) => {
-            let mut status = served.status(State::Failed, participant, link);
-            status.set_text(&error.to_string());
             // The error counts, not whether the coupler still hears it.
-            let _ = link.report(status);
+            let _ = served.say(State::Failed, &error.to_string());
             Err(error)
         }
     }
 }
 
 /// What the loop keeps between commands.
-struct Served {
-    out_dir: PathBuf,
+struct Served<'a, P: Participant>
+where
+    P::Incoming: Wire,
+    P::Outgoing: Wire,
+{
+    participant: &'a mut P,
+    link: &'a mut SharedMemory<P::Incoming, P::Outgoing>,
+    out_dir: &'a Path,
     repeatable: bool,
     last: Option<Window>,
     /// Step and attempt of the command in work, for the answer.
@@ -124,80 +138,40 @@ struct Served {
     measured: Instant,
 }
 
-impl Served {
-    fn new(out_dir: &Path, repeatable: bool) -> Self {
-        Self {
-            out_dir: out_dir.to_owned(),
-            repeatable,
-            last: None,
-            about: (0, 0),
-            report: WindowReport { dt_limit: f64::INFINITY, residual: 0.0, substeps: 0 },
-            substeps: 0,
-            memory: peak_rss_bytes(),
-            measured: Instant::now(),
-        }
-    }
-
-    fn run<P>(
-        &mut self,
-        participant: &mut P,
-        link: &mut SharedMemory<P::Incoming, P::Outgoing>,
-    ) -> Result<(), SolverError>
-    where
-        P: Participant,
-        P::Incoming: Wire,
-        P::Outgoing: Wire,
-    {
-        let mut ready = self.status(State::Ready, participant, link);
-        ready.set_text(&Rendezvous::greeting());
-        link.report(ready)?;
+impl<P: Participant> Served<'_, P>
+where
+    P::Incoming: Wire,
+    P::Outgoing: Wire,
+{
+    fn run(&mut self) -> Result<(), SolverError> {
+        self.say(State::Ready, &Rendezvous::greeting())?;
         loop {
-            let command = link.next_command()?;
+            let command = self.link.next_command()?;
             self.about = (command.step, command.attempt);
             let order = Order::try_from(command.order)
                 .map_err(|error| ExchangeError::Order { what: error.to_string() })?;
             match order {
-                Order::Advance => self.advance(participant, link, command.into())?,
-                Order::Repeat => self.repeat(participant, link, command.into())?,
-                Order::Accept => self.accept(participant)?,
-                Order::Checkpoint => self.checkpoint(participant, link)?,
+                Order::Advance => self.advance(command.into())?,
+                Order::Repeat => self.repeat(command.into())?,
+                Order::Accept => self.accept()?,
+                Order::Checkpoint => self.checkpoint()?,
                 Order::Stop => return Ok(()),
             }
         }
     }
 
-    fn advance<P>(
-        &mut self,
-        participant: &mut P,
-        link: &mut SharedMemory<P::Incoming, P::Outgoing>,
-        window: Window,
-    ) -> Result<(), SolverError>
-    where
-        P: Participant,
-        P::Incoming: Wire,
-        P::Outgoing: Wire,
-    {
+    fn advance(&mut self, window: Window) -> Result<(), SolverError> {
         if self.repeatable {
-            participant.save();
+            self.participant.save();
         }
-        self.window(participant, link, window)?;
+        self.window(window)?;
         if window.output && !self.repeatable {
-            participant.write_fields(&window)?;
+            self.participant.write_fields(&window)?;
         }
         Ok(())
     }
 
-    fn repeat<P>(
-        &mut self,
-        participant: &mut P,
-        link: &mut SharedMemory<P::Incoming, P::Outgoing>,
-        window: Window,
-    ) -> Result<(), SolverError>
-    where
-        P: Participant,
-        P::Incoming: Wire,
-        P::Outgoing: Wire,
-    {
+    fn repeat(&mut self, window: Window) -> Result<(), SolverError> {
         let last = self.last.map(|last| last.step);
         if !self.repeatable || last != Some(window.step) {
             return Err(SolverError::Exchange(ExchangeError::Order {
@@ -207,25 +181,15 @@ impl Served {
                 ),
             }));
         }
-        participant.restore();
-        self.window(participant, link, window)
+        self.participant.restore();
+        self.window(window)
     }
 
-    fn window<P>(
-        &mut self,
-        participant: &mut P,
-        link: &mut SharedMemory<P::Incoming, P::Outgoing>,
-        window: Window,
-    ) -> Result<(), SolverError>
-    where
-        P: Participant,
-        P::Incoming: Wire,
-        P::Outgoing: Wire,
-    {
-        self.report = participant.advance(&window, link)?;
+    fn window(&mut self, window: Window) -> Result<(), SolverError> {
+        self.report = self.participant.advance(&window, self.link)?;
         self.substeps += self.report.substeps;
         self.last = Some(window);
-        link.report(self.status(State::Done, participant, link))?;
+        self.answer(State::Done)?;
         if self.measured.elapsed() >= MEMORY_EVERY {
             self.memory = peak_rss_bytes();
             self.measured = Instant::now();
@@ -233,55 +197,46 @@ impl Served {
         Ok(())
     }
 
-    fn accept<P: Participant>(&mut self, participant: &mut P) -> Result<(), SolverError> {
+    fn accept(&mut self) -> Result<(), SolverError> {
         match self.last {
-            Some(window) if window.output && self.repeatable => participant.write_fields(&window),
+            Some(window) if window.output && self.repeatable => self.participant.write_fields(&window),
             _ => Ok(()),
         }
     }
 
-    fn checkpoint<P>(
-        &mut self,
-        participant: &mut P,
-        link: &mut SharedMemory<P::Incoming, P::Outgoing>,
-    ) -> Result<(), SolverError>
-    where
-        P: Participant,
-        P::Incoming: Wire,
-        P::Outgoing: Wire,
-    {
-        let folder = checkpoint_folder(&self.out_dir, self.about.0);
+    fn checkpoint(&mut self) -> Result<(), SolverError> {
+        let folder = checkpoint_folder(self.out_dir, self.about.0);
         std::fs::create_dir_all(&folder)
             .map_err(|source| SolverError::File { path: folder.display().to_string(), source })?;
-        participant.write_checkpoint(&folder)?;
-        link.report(self.status(State::Saved, participant, link))?;
-        Ok(())
+        self.participant.write_checkpoint(&folder)?;
+        self.answer(State::Saved)
     }
 
-    fn status<P>(
-        &self,
-        state: State,
-        participant: &P,
-        link: &SharedMemory<P::Incoming, P::Outgoing>,
-    ) -> Status
-    where
-        P: Participant,
-        P::Incoming: Wire,
-        P::Outgoing: Wire,
-    {
+    fn answer(&mut self, state: State) -> Result<(), SolverError> {
+        Ok(self.link.report(self.status(state))?)
+    }
+
+    /// An answer with a text.
+    fn say(&mut self, state: State, text: &str) -> Result<(), SolverError> {
+        let mut status = self.status(state);
+        status.set_text(text);
+        Ok(self.link.report(status)?)
+    }
+
+    fn status(&self, state: State) -> Status {
         Status {
             state: state as u64,
             step: self.about.0,
             attempt: self.about.1,
             dt_limit: self.report.dt_limit,
-            solver_s: participant.solver_seconds(),
-            exchange_s: link.exchange_seconds(),
+            solver_s: self.participant.solver_seconds(),
+            exchange_s: self.link.exchange_seconds(),
             residual: self.report.residual,
             peak_rss: self.memory,
             process: u64::from(std::process::id()),
-            grains: participant.grains() as u64,
+            grains: self.participant.grains() as u64,
             substeps: self.substeps,
-            pressure_gradient: participant.pressure_gradient(),
+            pressure_gradient: self.participant.pressure_gradient(),
             ..Status::default()
         }
     }

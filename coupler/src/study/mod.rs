@@ -14,7 +14,7 @@
 //! | `table` | `chart.csv`, `stability.csv`: a row per run |
 //! | `plot` | plots: lines, points, axes, legends |
 //! | `page`, `numbers` | HTML from templates, and how numbers are written |
-//! | `vtk_file`, `snapshot`, `grain_pictures` | grains at an instant, and their pictures coloured by speed |
+//! | `snapshot`, `grain_pictures` | grains at an instant, and their pictures coloured by speed |
 
 pub mod chart;
 mod folder;
@@ -31,7 +31,6 @@ mod sweep;
 mod table;
 pub mod validate;
 mod vary;
-mod vtk_file;
 
 pub use folder::Options;
 pub use runs::{Outcome, Reuse, Task, run_all};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::vtk_file::{Appended, entries};
+use bedload_output::vtk::Appended;
 
 /// A grain as the picture shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,13 +39,9 @@ impl Snapshot {
 
     fn parse(bytes: &[u8]) -> Result<Self, String> {
         let file = Appended::parse(bytes, "PolyData")?;
-        let arrays = entries(file.header)?;
-        let find = |name: &str| {
-            let found = arrays.iter().find(|array| array.name == name);
-            found.ok_or_else(|| format!("it has no array {name}"))
-        };
-        let (position, radius) = (file.real(find("position")?)?, file.real(find("radius")?)?);
-        let (speed, held) = (file.real(find("speed")?)?, file.whole(find("held")?)?);
+        let real = |name: &str| file.real(&file.find(name)?);
+        let (position, radius, speed) = (real("position")?, real("radius")?, real("speed")?);
+        let held = file.whole(&file.find("held")?)?;
         let position = position.as_chunks::<3>().0;
         if [position.len(), speed.len(), held.len()].iter().any(|length| *length != radius.len()) {
             return Err(format!("its arrays are not of {} grains each", radius.len()));

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coupler::study::report::vtr::Vtr;
+use bedload_output::vtk::{Array, Vtr, rectilinear};
 use protocol::message::Kinematics;
 
 use crate::sample::R;
@@ -12,36 +12,6 @@ pub(crate) fn vorticity(r: f64, z: f64, zc: f64, speed: f64) -> f64 {
     let (dr, dz) = (r.abs() - 0.9 * R, z - zc + speed * 0.3);
     let ring = 9.0 * speed * (-(dr * dr + 0.3 * dz * dz) / 0.05).exp();
     ring * r.signum() - 6.0 * speed * r * (-z * 12.0).exp() * (-r * r).exp()
-}
-
-/// Bytes of a file in the form that the fluid solver writes.
-pub(crate) fn bytes(time: f64, faces: &[Vec<f64>; 3], arrays: &[(&str, usize, Vec<f64>)]) -> Vec<u8> {
-    let extent: Vec<String> = faces.iter().map(|faces| format!("0 {}", faces.len() - 1)).collect();
-    let extent = extent.join(" ");
-    let mut data: Vec<u8> = Vec::new();
-    let mut append = |name: &str, components: usize, values: &[f64]| {
-        let offset = data.len();
-        data.extend((8 * values.len() as u64).to_le_bytes());
-        values.iter().for_each(|value| data.extend(value.to_le_bytes()));
-        format!(
-            "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" offset=\"{offset}\"/>\n"
-        )
-    };
-    let cells: String =
-        arrays.iter().map(|(name, components, values)| append(name, *components, values)).collect();
-    let coordinates: String =
-        ["x", "y", "z"].iter().zip(faces).map(|(name, values)| append(name, 1, values)).collect();
-    let mut bytes = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"RectilinearGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
-         header_type=\"UInt64\">\n<RectilinearGrid WholeExtent=\"{extent}\">\n<FieldData>\n<DataArray type=\"Float64\" \
-         Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time:e}</DataArray>\n</FieldData>\n\
-         <Piece Extent=\"{extent}\">\n<CellData>\n{cells}</CellData>\n<Coordinates>\n{coordinates}</Coordinates>\n\
-         </Piece>\n</RectilinearGrid>\n<AppendedData encoding=\"raw\">\n_"
-    )
-    .into_bytes();
-    bytes.extend(data);
-    bytes.extend(b"\n</AppendedData>\n</VTKFile>\n");
-    bytes
 }
 
 pub(crate) fn write(folder: &Path, step: usize, time: f64, motion: &Kinematics) {
@@ -56,14 +26,16 @@ pub(crate) fn write(folder: &Path, step: usize, time: f64, motion: &Kinematics) 
             values.extend([0.0, vorticity(r, z, motion.position[2], motion.velocity[2]), 0.0]);
         }
     }
-    let bytes = bytes(time, &faces, &[("velocity", 3, vec![0.0; values.len()]), ("vorticity", 3, values)]);
+    let velocity = Array::real("velocity", 3, vec![0.0; values.len()]);
+    let bytes = rectilinear(time, &faces, &[velocity, Array::real("vorticity", 3, values)]);
     std::fs::write(folder.join(format!("fluid_{step:08}.vtr")), bytes).expect("a field file");
 }
 
 fn small() -> Vec<u8> {
     let faces = [vec![0.0, 1.0, 3.0], vec![0.0], vec![-1.0, 0.0, 1.0, 4.0]];
     let values: Vec<f64> = (0..18).map(f64::from).collect();
-    bytes(0.25, &faces, &[("vorticity", 3, values), ("pressure", 1, vec![7.0; 6])])
+    let data = [Array::real("vorticity", 3, values), Array::scalar("pressure", vec![7.0; 6])];
+    rectilinear(0.25, &faces, &data)
 }
 
 #[test]

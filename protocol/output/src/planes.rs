@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::error::OutputError;
 use protocol::scene::{MetricKind, ObservedPlanes};
+use protocol::table::{Table, line};
 
 /// Columns of a file, after `# t`.
 const HEADER: &str = "at,width,solid_fraction,fluid_velocity_x,fluid_velocity_y,fluid_velocity_z,grain_velocity_x,\
@@ -50,15 +51,15 @@ impl Planes {
     /// # Errors
     /// What does not fit.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let mut lines = text.lines();
-        let first = lines.next().unwrap_or("");
+        let first = text.lines().next().unwrap_or("");
         let time = first.strip_prefix("# t = ").and_then(|rest| rest.trim_end_matches(" s").parse().ok());
         let time = time.ok_or_else(|| format!("begins with {first:?}; `# t = TIME s` was expected"))?;
-        if lines.next() != Some(HEADER) {
+        let table = Table::parse(text)?;
+        if table.columns.join(",") != HEADER {
             return Err(format!("has other columns than {HEADER}"));
         }
-        let plane = |line: &str| {
-            let cells: Result<Vec<f64>, _> = line.split(',').map(str::parse::<f64>).collect();
+        let plane = |row: &csv::StringRecord| {
+            let cells: Result<Vec<f64>, _> = row.iter().map(str::parse::<f64>).collect();
             match cells.as_deref() {
                 Ok(&[at, width, solid_fraction, ux, uy, uz, vx, vy, vz]) => Ok(Plane {
                     at,
@@ -67,10 +68,10 @@ impl Planes {
                     fluid_velocity: [ux, uy, uz].map(known),
                     grain_velocity: [vx, vy, vz].map(known),
                 }),
-                _ => Err(format!("the line {line:?} is not nine numbers")),
+                _ => Err(format!("the line {:?} is not nine numbers", line(row))),
             }
         };
-        Ok(Self { time, planes: lines.map(plane).collect::<Result<_, _>>()? })
+        Ok(Self { time, planes: table.rows.iter().map(plane).collect::<Result<_, _>>()? })
     }
 
     /// Mean of samples of the same planes, each phase weighed with how much of it there is.

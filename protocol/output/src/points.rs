@@ -1,23 +1,16 @@
 //! Two columns of a table in CSV.
 
+use protocol::table::{Table, line, number};
+
 /// The pairs of two columns of a CSV text with a header; lines that begin with `#` are remarks.
 ///
 /// # Errors
 /// What is missing: a column, or a number in one of them.
 pub fn points(text: &str, x: &str, y: &str) -> Result<Vec<(f64, f64)>, String> {
-    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
-    let header: Vec<&str> = lines.next().unwrap_or("").split(',').map(str::trim).collect();
-    let place = |name: &str| {
-        let found = header.iter().position(|column| *column == name);
-        found.ok_or_else(|| format!("has no column {name:?}; it has {}", header.join(", ")))
-    };
-    let (x, y) = (place(x)?, place(y)?);
-    let point = |line: &str| {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let cell = |place: usize| cells.get(place)?.parse::<f64>().ok();
-        cell(x).zip(cell(y)).ok_or_else(|| format!("the line {line:?} lacks a number in a column asked for"))
-    };
-    lines.map(point).collect()
+    let table = Table::parse(text)?;
+    let (x, y) = (table.need(x)?, table.need(y)?);
+    let lacks = |row| format!("the line {:?} lacks a number in a column asked for", line(row));
+    table.rows.iter().map(|row| number(row, x).zip(number(row, y)).ok_or_else(|| lacks(row))).collect()
 }
 
 #[cfg(test)]

@@ -35,7 +35,9 @@ impl SeriesWriter {
     pub fn create(path: &Path, names: &[String], every: f64) -> Result<Self, OutputError> {
         let file = File::create(path).map_err(OutputError::file("write", path))?;
         let mut writer = Self::over(path, file, every, 0);
-        writeln!(writer.file, "{}", header(names)).map_err(OutputError::file("write", path))?;
+        header(names)
+            .and_then(|line| writer.file.write_all(&line))
+            .map_err(OutputError::file("write", path))?;
         writer.flush()?;
         Ok(writer)
     }
@@ -51,7 +53,7 @@ impl SeriesWriter {
             .write(true)
             .open(path)
             .map_err(OutputError::file("resume", path))?;
-        let (length, last) = kept(&file, &header(names), time).map_err(OutputError::file("read", path))?;
+        let (length, last) = kept(&file, names, time).map_err(OutputError::file("read", path))?;
         let Some(length) = length else {
             return Err(OutputError::Content {
                 path: path.to_owned(),
@@ -128,24 +130,20 @@ fn period(time: f64, every: f64) -> i64 {
     if every > 0.0 { (time / every + EARLY).floor() as i64 } else { 0 }
 }
 
-fn header(names: &[String]) -> String {
-    let quote = |name: &String| {
-        if name.contains([',', '"', '\n']) {
-            format!("\"{}\"", name.replace('"', "\"\""))
-        } else {
-            name.clone()
-        }
-    };
-    names.iter().map(quote).collect::<Vec<_>>().join(",")
+/// The first line, with its end.
+fn header(names: &[String]) -> std::io::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(names)?;
+    writer.into_inner().map_err(|error| error.into_error())
 }
 
 /// Bytes that hold the header and the whole rows up to `time`, and the time of the last of these;
 /// no length if the header is another.
-fn kept(file: &File, header: &str, time: f64) -> std::io::Result<(Option<u64>, Option<f64>)> {
+fn kept(file: &File, names: &[String], time: f64) -> std::io::Result<(Option<u64>, Option<f64>)> {
     let mut reader = BufReader::new(file);
     let mut line = Vec::new();
     reader.read_until(b'\n', &mut line)?;
-    if line.strip_suffix(b"\n") != Some(header.as_bytes()) {
+    if line != header(names)? {
         return Ok((None, None));
     }
     let (mut length, mut last) = (line.len() as u64, None);
@@ -185,21 +183,24 @@ impl Series {
     /// # Errors
     /// Line and cell that do not fit.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let mut lines = text.split_inclusive('\n').enumerate();
-        let (_, first) = lines.next().ok_or("the file is empty; a header row was expected")?;
-        let names = split(first.trim_end_matches(['\r', '\n']));
+        // A row without its end was being written when the run was killed.
+        let whole = text.rfind('\n').map_or(text, |end| &text[..=end]);
+        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
+        let header = reader.headers().map_err(|error| error.to_string())?;
+        let names: Vec<String> = header.iter().map(str::to_owned).collect();
+        if names.is_empty() {
+            return Err("the file is empty; a header row was expected".into());
+        }
         let mut columns = vec![Vec::new(); names.len()];
-        for (number, line) in lines {
-            // A row without its end was being written when the run was killed.
-            let Some(line) = line.strip_suffix('\n') else { break };
-            let cells: Vec<&str> = line.trim_end_matches('\r').split(',').collect();
-            if cells.len() != names.len() {
-                let (number, count, expected) = (number + 1, cells.len(), names.len());
-                return Err(format!("line {number} has {count} cells; the header has {expected}"));
+        let mut row = csv::StringRecord::new();
+        while reader.read_record(&mut row).map_err(|error| error.to_string())? {
+            let line = row.position().map_or(0, csv::Position::line);
+            if row.len() != names.len() {
+                return Err(format!("line {line} has {} cells; the header has {}", row.len(), names.len()));
             }
-            for (column, cell) in columns.iter_mut().zip(cells) {
+            for (column, cell) in columns.iter_mut().zip(&row) {
                 let value = if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() };
-                column.push(value.map_err(|_| format!("line {}: `{cell}` is not a number", number + 1))?);
+                column.push(value.map_err(|_| format!("line {line}: `{cell}` is not a number"))?);
             }
         }
         Ok(Self { names, columns })
@@ -235,23 +236,4 @@ impl Series {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
-}
-
-/// Splits a header row, quotes respected.
-fn split(line: &str) -> Vec<String> {
-    let (mut cells, mut cell, mut quoted) = (Vec::new(), String::new(), false);
-    let mut characters = line.chars().peekable();
-    while let Some(character) = characters.next() {
-        match character {
-            '"' if quoted && characters.peek() == Some(&'"') => {
-                characters.next();
-                cell.push('"');
-            }
-            '"' => quoted = !quoted,
-            ',' if !quoted => cells.push(std::mem::take(&mut cell)),
-            other => cell.push(other),
-        }
-    }
-    cells.push(cell);
-    cells
 }

@@ -7,18 +7,17 @@
 pub mod codec;
 
 mod bytes;
-mod descriptor;
 mod difference;
 mod error;
 mod exchange;
 mod manifest;
-mod proto;
 mod queue;
 mod raw;
 mod reader;
 mod recorder;
 mod repair;
 mod replay;
+mod schema;
 mod sequence;
 mod sink;
 mod topic;

@@ -8,9 +8,9 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, WriteOptions, Writer};
 
-use super::descriptor;
 use super::error::LogError;
 use super::manifest::{METADATA, Manifest, SCENE};
+use super::schema;
 use super::topic::{DATA_ENCODING, DATA_SCHEMA_ENCODING, Topic};
 
 /// Level 1: logs are written while solvers run on the same cores.
@@ -133,7 +133,6 @@ fn add_channels<W: Write + std::io::Seek>(
     writer: &mut Writer<W>,
     viewer: bool,
 ) -> mcap::McapResult<[u16; Topic::ALL.len()]> {
-    let (foxglove, plots) = (descriptor::foxglove(), descriptor::viewer());
     let mut channels = [0; Topic::ALL.len()];
     for topic in Topic::ALL {
         if !topic.is_data() && !viewer {
@@ -141,8 +140,8 @@ fn add_channels<W: Write + std::io::Seek>(
         }
         let layout = topic.layout();
         let (encoding, schema_encoding, schema) = match topic {
-            Topic::Scene | Topic::Points => ("protobuf", "protobuf", &foxglove[..]),
-            Topic::Window | Topic::Grains => ("protobuf", "protobuf", &plots[..]),
+            Topic::Scene | Topic::Points => ("protobuf", "protobuf", schema::FOXGLOVE),
+            Topic::Window | Topic::Grains => ("protobuf", "protobuf", schema::VIEWER),
             _ => (DATA_ENCODING, DATA_SCHEMA_ENCODING, layout.as_bytes()),
         };
         let schema = writer.add_schema(topic.schema_name(), schema_encoding, schema)?;

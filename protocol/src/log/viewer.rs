@@ -4,9 +4,15 @@
 //! for good (the next one begins), so a repeated window appears once; it is stamped with the end of
 //! its window. Viewer channels are never needed for a replay.
 
+use prost::Message;
+
 use super::codec::{self, CodecError};
 use super::manifest::Manifest;
-use super::proto::Proto;
+use super::schema::foxglove::{
+    Color, PackedElementField, PointCloud, Pose, Quaternion, SceneEntity, SceneUpdate, SpherePrimitive,
+    Vector3, packed_element_field::NumericType,
+};
+use super::schema::viewer::{Grains, Window};
 use super::sequence::nanoseconds;
 use super::topic::Topic;
 use crate::message::{Header, Kinematics, Status};
@@ -21,8 +27,7 @@ pub const FRAMES: f64 = 600.0;
 /// Windows per frame of a run whose length is not known.
 pub const OPEN_RUN: u64 = 10;
 
-const FRAME_ID: &[u8] = b"laboratory";
-const FLOAT32: u64 = 7;
+const FRAME_ID: &str = "laboratory";
 /// A window that ends this part of a period early is due: dt summed up is not exact.
 const SLACK: f64 = 1e-6;
 /// Fields of a point, 4 bytes each.
@@ -92,9 +97,6 @@ pub(crate) struct Viewer {
     grains: Vec<Kinematics>,
     fluid: Status,
     dem: Status,
-    /// Serialised message, reused.
-    bytes: Vec<u8>,
-    points: Vec<u8>,
 }
 
 impl Viewer {
@@ -106,8 +108,6 @@ impl Viewer {
             grains: Vec::new(),
             fluid: Status::default(),
             dem: Status::default(),
-            bytes: Vec::new(),
-            points: Vec::new(),
         }
     }
 
@@ -146,114 +146,112 @@ impl Viewer {
         let Some(header) = self.pending.take() else { return Ok(()) };
         self.due.done(&header);
         let time = nanoseconds(header.time + header.dt);
-        for topic in [Topic::Scene, Topic::Points, Topic::Window, Topic::Grains] {
-            self.bytes.clear();
-            match topic {
-                Topic::Scene if self.grains.len() > MOST_SPHERES => continue,
-                Topic::Scene => self.scene(time),
-                Topic::Points => self.cloud(time),
-                Topic::Window => self.window(&header),
-                _ => self.plots(&header),
-            }
-            write(topic, header.step, time, &self.bytes)?;
+        let mut write = |topic, bytes: Vec<u8>| write(topic, header.step, time, &bytes);
+        if self.grains.len() <= MOST_SPHERES {
+            write(Topic::Scene, self.scene(time).encode_to_vec())?;
         }
-        Ok(())
+        write(Topic::Points, self.cloud(time).encode_to_vec())?;
+        write(Topic::Window, self.window(&header).encode_to_vec())?;
+        write(Topic::Grains, self.plots(&header).encode_to_vec())
     }
 
-    /// `foxglove.SceneUpdate`: one entity with all grains as spheres, coloured by speed.
-    fn scene(&mut self, time: u64) {
+    /// One entity with all grains as spheres, coloured by speed.
+    fn scene(&self, time: u64) -> SceneUpdate {
         let fastest = largest_speed(&self.grains).max(f64::MIN_POSITIVE);
-        let (grains, radii) = (&self.grains, &self.radii);
-        Proto(&mut self.bytes).message(2, |entity| {
-            entity.timestamp(1, time);
-            entity.bytes(2, FRAME_ID);
-            entity.bytes(3, b"grains");
-            for (grain, radius) in grains.iter().zip(radii) {
-                entity.message(9, |sphere| write_sphere(sphere, grain, *radius, fastest));
-            }
-        });
+        let grains = self.grains.iter().zip(&self.radii);
+        let entity = SceneEntity {
+            timestamp: Some(timestamp(time)),
+            frame_id: FRAME_ID.into(),
+            id: "grains".into(),
+            spheres: grains.map(|(grain, radius)| sphere(grain, *radius, fastest)).collect(),
+            ..SceneEntity::default()
+        };
+        SceneUpdate { deletions: Vec::new(), entities: vec![entity] }
     }
 
-    /// `foxglove.PointCloud`.
-    fn cloud(&mut self, time: u64) {
-        self.points.clear();
-        for (grain, radius) in self.grains.iter().zip(&self.radii) {
-            let [x, y, z] = grain.position;
-            let [vx, vy, vz] = grain.velocity;
-            for value in [x, y, z, vx, vy, vz, *radius, grain.gap] {
-                self.points.extend_from_slice(&(value as f32).to_le_bytes());
-            }
+    fn cloud(&self, time: u64) -> PointCloud {
+        let size = size_of::<f32>() as u32;
+        let field = |(index, name): (u32, &str)| PackedElementField {
+            name: name.into(),
+            offset: size * index,
+            r#type: NumericType::Float32.into(),
+        };
+        let point = |(grain, radius): (&Kinematics, &f64)| {
+            let ([x, y, z], [vx, vy, vz]) = (grain.position, grain.velocity);
+            [x, y, z, vx, vy, vz, *radius, grain.gap].map(|value| (value as f32).to_le_bytes())
+        };
+        PointCloud {
+            timestamp: Some(timestamp(time)),
+            frame_id: FRAME_ID.into(),
+            pose: Some(pose([0.0; 3], [1.0, 0.0, 0.0, 0.0])),
+            point_stride: size * POINT.len() as u32,
+            fields: (0..).zip(POINT).map(field).collect(),
+            data: self.grains.iter().zip(&self.radii).flat_map(point).flatten().collect(),
         }
-        let points = &self.points;
-        let mut cloud = Proto(&mut self.bytes);
-        cloud.timestamp(1, time);
-        cloud.bytes(2, FRAME_ID);
-        cloud.message(3, |pose| {
-            pose.vector(1, [0.0; 3]);
-            pose.doubles(2, &[0.0, 0.0, 0.0, 1.0]);
-        });
-        cloud.fixed32(4, 4 * POINT.len() as u32);
-        for (index, name) in (0..).zip(POINT) {
-            cloud.message(5, |field| {
-                field.bytes(1, name.as_bytes());
-                field.fixed32(2, 4 * index);
-                field.integer(3, FLOAT32);
-            });
-        }
-        cloud.bytes(6, points);
     }
 
-    /// `bedload.viewer.Window`: fields in the order of `viewer.proto`.
-    fn window(&mut self, header: &Header) {
+    fn window(&self, header: &Header) -> Window {
         let total: f64 = self.grains.iter().map(|grain| norm(grain.velocity)).sum();
-        let values = [
-            header.time + header.dt,
-            header.step as f64,
-            header.attempt as f64,
-            header.dt,
-            header.substeps as f64,
-            header.smallest_gap,
-            header.largest_overlap,
-            self.fluid.dt_limit,
-            self.fluid.residual,
-            self.fluid.solver_s,
-            self.fluid.exchange_s,
-            self.dem.residual,
-            self.dem.solver_s,
-            self.dem.exchange_s,
-            total / self.grains.len().max(1) as f64,
-            largest_speed(&self.grains),
-        ];
-        let mut out = Proto(&mut self.bytes);
-        for (field, value) in (1..).zip(values) {
-            out.double(field, value);
+        Window {
+            time: header.time + header.dt,
+            step: header.step as f64,
+            attempt: header.attempt as f64,
+            dt: header.dt,
+            substeps: header.substeps as f64,
+            smallest_gap: header.smallest_gap,
+            largest_overlap: header.largest_overlap,
+            fluid_dt_limit: self.fluid.dt_limit,
+            fluid_residual: self.fluid.residual,
+            fluid_solver_s: self.fluid.solver_s,
+            fluid_exchange_s: self.fluid.exchange_s,
+            dem_residual: self.dem.residual,
+            dem_solver_s: self.dem.solver_s,
+            dem_exchange_s: self.dem.exchange_s,
+            mean_speed: total / self.grains.len().max(1) as f64,
+            largest_speed: largest_speed(&self.grains),
         }
     }
 
-    /// `bedload.viewer.Grains`: the first [`MOST_PLOTTED`] grains.
-    fn plots(&mut self, header: &Header) {
+    /// The first [`MOST_PLOTTED`] grains.
+    fn plots(&self, header: &Header) -> Grains {
         let shown = &self.grains[..self.grains.len().min(MOST_PLOTTED)];
-        let mut out = Proto(&mut self.bytes);
-        out.double(1, header.time + header.dt);
-        for axis in 0..3 {
-            let field = axis as u32;
-            out.packed(2 + field, shown.iter().map(|grain| grain.position[axis]));
-            out.packed(5 + field, shown.iter().map(|grain| grain.velocity[axis]));
-            out.packed(8 + field, shown.iter().map(|grain| grain.spin[axis]));
+        let list = |value: fn(&Kinematics) -> f64| shown.iter().map(value).collect();
+        Grains {
+            time: header.time + header.dt,
+            position_x: list(|grain| grain.position[0]),
+            position_y: list(|grain| grain.position[1]),
+            position_z: list(|grain| grain.position[2]),
+            velocity_x: list(|grain| grain.velocity[0]),
+            velocity_y: list(|grain| grain.velocity[1]),
+            velocity_z: list(|grain| grain.velocity[2]),
+            spin_x: list(|grain| grain.spin[0]),
+            spin_y: list(|grain| grain.spin[1]),
+            spin_z: list(|grain| grain.spin[2]),
+            gap: list(|grain| grain.gap),
         }
-        out.packed(11, shown.iter().map(|grain| grain.gap));
     }
 }
 
-fn write_sphere(sphere: &mut Proto<'_>, grain: &Kinematics, radius: f64, fastest: f64) {
-    let [w, x, y, z] = grain.orientation;
+fn sphere(grain: &Kinematics, radius: f64, fastest: f64) -> SpherePrimitive {
     let heat = norm(grain.velocity) / fastest;
-    sphere.message(1, |pose| {
-        pose.vector(1, grain.position);
-        pose.doubles(2, &[x, y, z, w]);
-    });
-    sphere.vector(2, [2.0 * radius; 3]);
-    sphere.doubles(3, &[0.2 + 0.7 * heat, 0.45, 0.9 - 0.7 * heat, 1.0]);
+    SpherePrimitive {
+        pose: Some(pose(grain.position, grain.orientation)),
+        size: Some(vector([2.0 * radius; 3])),
+        color: Some(Color { r: 0.2 + 0.7 * heat, g: 0.45, b: 0.9 - 0.7 * heat, a: 1.0 }),
+    }
+}
+
+fn pose(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Pose {
+    Pose { position: Some(vector(position)), orientation: Some(Quaternion { x, y, z, w }) }
+}
+
+fn vector([x, y, z]: [f64; 3]) -> Vector3 {
+    Vector3 { x, y, z }
+}
+
+fn timestamp(ns: u64) -> prost_types::Timestamp {
+    let second = 1_000_000_000;
+    prost_types::Timestamp { seconds: (ns / second) as i64, nanos: (ns % second) as i32 }
 }
 
 fn largest_speed(grains: &[Kinematics]) -> f64 {

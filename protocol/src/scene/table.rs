@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::grains::{Grain, GrainFile, Motion};
+use crate::table::{Table, number};
 
 /// Reads the file, with its copies.
 pub(super) fn read(from: &GrainFile) -> Result<Vec<Grain>, String> {
@@ -24,60 +25,65 @@ fn read_once(path: &Path) -> Result<Vec<Grain>, String> {
     let bytes = std::fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let text = String::from_utf8(bytes)
         .map_err(|_| format!("{} is not text: a CSV file is needed", path.display()))?;
-    let mut lines =
-        text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-    let (_, header) = lines.next().ok_or_else(|| format!("the file {} is empty", path.display()))?;
-    let columns: Vec<&str> = header.split(',').map(str::trim).collect();
-    let find = |name: &str| columns.iter().position(|column| *column == name);
-    let need = |name: &str| find(name).ok_or(format!("{} has no column `{name}`", path.display()));
-    let position = [need("x")?, need("y")?, need("z")?];
-    let (radius, density) = (need("radius")?, need("density")?);
-    let velocity = [find("vx"), find("vy"), find("vz")];
-    let spin = [find("wx"), find("wy"), find("wz")];
-    let motion = find("motion");
+    let told = |what: String| format!("{} {what}", path.display());
+    let table = Table::parse(&text).map_err(told)?;
+    if table.columns.is_empty() {
+        return Err(format!("the file {} is empty", path.display()));
+    }
+    let need = |name: &str| table.need(name).map_err(told);
+    let columns = Columns {
+        position: [need("x")?, need("y")?, need("z")?],
+        size: [need("radius")?, need("density")?],
+        velocity: ["vx", "vy", "vz"].map(|name| table.find(name)),
+        spin: ["wx", "wy", "wz"].map(|name| table.find(name)),
+        motion: table.find("motion"),
+    };
+    let grains = table.rows.iter().map(|row| {
+        let line = row.position().map_or(0, csv::Position::line);
+        columns.grain(row, &table).map_err(|what| format!("{}:{line}: {what}", path.display()))
+    });
+    let grains = grains.collect::<Result<Vec<_>, _>>()?;
     // A file that says how many grains it holds is checked for its end.
-    let told = text.lines().find_map(|line| line.strip_prefix("# grains: ")).map(str::trim);
-    let mut grains = Vec::new();
-    for (number, line) in lines {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let place = |column: usize| format!("{}:{}: column {}", path.display(), number + 1, columns[column]);
-        let value = |column: usize| -> Result<f64, String> {
-            let text = cells.get(column).copied().unwrap_or("");
-            let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
-            value.ok_or_else(|| {
-                format!(
-                    "{}:{}: `{text}` in column {} is not a finite number",
-                    path.display(),
-                    number + 1,
-                    columns[column]
-                )
-            })
+    let count = text.lines().find_map(|line| line.strip_prefix("# grains: ")).map(str::trim);
+    match count.filter(|count| count.parse() != Ok(grains.len())) {
+        Some(count) => Err(told(format!(
+            "says that it holds {count} grains, but has {}: it was cut short or edited",
+            grains.len()
+        ))),
+        None => Ok(grains),
+    }
+}
+
+/// Places of the columns of a grain.
+struct Columns {
+    position: [usize; 3],
+    /// Radius and density.
+    size: [usize; 2],
+    velocity: [Option<usize>; 3],
+    spin: [Option<usize>; 3],
+    motion: Option<usize>,
+}
+
+impl Columns {
+    fn grain(&self, row: &csv::StringRecord, table: &Table) -> Result<Grain, String> {
+        let value = |column: usize| {
+            let finite = number(row, column).filter(|value| value.is_finite());
+            let (text, name) = (row.get(column).unwrap_or(""), &table.columns[column]);
+            finite.ok_or_else(|| format!("`{text}` in column {name} is not a finite number"))
         };
         let or_zero = |column: Option<usize>| column.map_or(Ok(0.0), value);
-        let vector = |columns: [Option<usize>; 3]| -> Result<[f64; 3], String> {
-            Ok([or_zero(columns[0])?, or_zero(columns[1])?, or_zero(columns[2])?])
+        let motion = match self.motion.map(|column| row.get(column).unwrap_or("")) {
+            None | Some("free") => Motion::Free,
+            Some("fixed") => Motion::Fixed,
+            Some(other) => return Err(format!("column motion: `{other}`; allowed: free, fixed")),
         };
-        let motion = match motion.map(|column| (column, cells.get(column).copied().unwrap_or(""))) {
-            None | Some((_, "free")) => Motion::Free,
-            Some((_, "fixed")) => Motion::Fixed,
-            Some((column, other)) => {
-                return Err(format!("{}: `{other}`; allowed: free, fixed", place(column)));
-            }
-        };
-        let centre = [value(position[0])?, value(position[1])?, value(position[2])?];
-        grains.push(Grain {
-            velocity: vector(velocity)?,
-            spin: vector(spin)?,
+        let ([x, y, z], [radius, density]) = (self.position, self.size);
+        let vector = |[a, b, c]: [Option<usize>; 3]| Ok::<_, String>([or_zero(a)?, or_zero(b)?, or_zero(c)?]);
+        Ok(Grain {
+            velocity: vector(self.velocity)?,
+            spin: vector(self.spin)?,
             motion,
-            ..Grain::at(centre, value(radius)?, value(density)?)
-        });
-    }
-    match told.map(|count| (count, count.parse::<usize>() == Ok(grains.len()))) {
-        Some((count, false)) => Err(format!(
-            "{} says that it holds {count} grains, but has {}: it was cut short or edited",
-            path.display(),
-            grains.len()
-        )),
-        _ => Ok(grains),
+            ..Grain::at([value(x)?, value(y)?, value(z)?], value(radius)?, value(density)?)
+        })
     }
 }

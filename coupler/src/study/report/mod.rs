@@ -6,7 +6,7 @@
 //! | `page`, `tables` | the page of a run and its tables |
 //! | `run_files` | what is read of a run, and the scales of its pictures |
 //! | `plots`, `curves` | what is drawn against time, and how |
-//! | `vtr`, `contour`, `vorticity` | fields, their contours, the panel of vorticity |
+//! | `contour`, `vorticity` | contours of fields, the panel of vorticity |
 
 mod command;
 mod contour;
@@ -16,6 +16,5 @@ mod plots;
 mod run_files;
 mod tables;
 mod vorticity;
-pub mod vtr;
 
 pub use command::report;

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
+use bedload_output::vtk::Vtr;
 use protocol::scene::Geometry;
 use serde::Serialize;
 
 use super::contour::{Field, Segment};
 use super::run_files::RunFiles;
-use super::vtr::Vtr;
 use crate::study::numbers::number;
 use crate::study::page::Figure;
 

@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 
 use protocol::message::Kinematics;
 use protocol::scene::Grain;
+use protocol::table::{Table, line, number};
 
 /// Reference Ψ₂(Ψ₁), ascending.
 #[derive(Clone, Debug)]
@@ -40,29 +41,17 @@ impl Oblique {
     }
 
     fn parse(text: &str, select: &BTreeMap<String, String>) -> Result<Self, String> {
-        let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
-        let header: Vec<&str> = lines.next().unwrap_or("").split(',').map(str::trim).collect();
-        let place = |name: &str| {
-            let found = header.iter().position(|column| *column == name);
-            found.ok_or_else(|| format!("has no column `{name}`; it has {}", header.join(", ")))
+        let table = Table::parse(text)?;
+        let (x, y) = (table.need("psi1")?, table.need("psi2")?);
+        let wanted = select.iter().map(|(name, text)| Ok((table.need(name)?, text.as_str())));
+        let wanted = wanted.collect::<Result<Vec<_>, String>>()?;
+        let is_wanted =
+            |row: &&csv::StringRecord| wanted.iter().all(|(column, text)| row.get(*column) == Some(*text));
+        let point = |row| {
+            let point = number(row, x).zip(number(row, y));
+            point.ok_or_else(|| format!("has the line {:?} without psi1 or psi2", line(row)))
         };
-        let (x, y) = (place("psi1")?, place("psi2")?);
-        let wanted = select
-            .iter()
-            .map(|(name, text)| Ok((place(name)?, text.as_str())))
-            .collect::<Result<Vec<_>, String>>()?;
-        let mut curve = Vec::new();
-        for line in lines {
-            let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-            if wanted.iter().any(|(column, text)| cells.get(*column) != Some(text)) {
-                continue;
-            }
-            let number = |column: usize| cells.get(column).and_then(|cell| cell.parse::<f64>().ok());
-            let (Some(psi1), Some(psi2)) = (number(x), number(y)) else {
-                return Err(format!("has the line {line:?} without psi1 or psi2"));
-            };
-            curve.push((psi1, psi2));
-        }
+        let mut curve = table.rows.iter().filter(is_wanted).map(point).collect::<Result<Vec<_>, _>>()?;
         curve.sort_by(|a, b| a.0.total_cmp(&b.0));
         if curve.len() < 2 {
             return Err(format!("has {} rows with {select:?}; two are needed", curve.len()));

@@ -1,24 +1,30 @@
-//! VTK's XML files with appended raw data: little-endian, `UInt64` lengths. What is not of this form
-//! is refused.
+//! Reads the files: little-endian, `UInt64` lengths. What is not of this form is refused.
 
-/// Header and data of a file.
-pub(super) struct Appended<'a> {
+/// Header and data of a file with appended raw data.
+#[derive(Clone, Copy, Debug)]
+pub struct Appended<'a> {
     /// The XML before the data.
     pub(super) header: &'a str,
     data: &'a [u8],
 }
 
-/// One `DataArray` of the header.
-pub(super) struct Entry<'a> {
-    pub(super) name: &'a str,
-    pub(super) components: usize,
+/// An array as the header names it.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Numbers per point or cell.
+    pub components: usize,
     kind: &'a str,
     offset: usize,
 }
 
 impl<'a> Appended<'a> {
-    /// Splits the bytes of a file of this `kind`, such as `RectilinearGrid`.
-    pub(super) fn parse(bytes: &'a [u8], kind: &str) -> Result<Self, String> {
+    /// Splits the bytes of a file of this `kind`, such as `PolyData`.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    pub fn parse(bytes: &'a [u8], kind: &str) -> Result<Self, String> {
         let (header, data) = split(bytes)?;
         let kind = format!("type=\"{kind}\"");
         for needed in [kind.as_str(), "byte_order=\"LittleEndian\"", "header_type=\"UInt64\""] {
@@ -30,20 +36,36 @@ impl<'a> Appended<'a> {
     }
 
     /// Time, s; not a number if the file has none.
-    pub(super) fn time(&self) -> f64 {
+    #[must_use]
+    pub fn time(&self) -> f64 {
         let text = self.header.split_once("Name=\"TimeValue\"").and_then(|(_, rest)| rest.split_once('>'));
         let text = text.and_then(|(_, rest)| rest.split_once('<')).map_or("", |(text, _)| text.trim());
         text.parse().unwrap_or(f64::NAN)
     }
 
     /// Floats of an array.
-    pub(super) fn real(&self, entry: &Entry) -> Result<Vec<f64>, String> {
+    ///
+    /// # Errors
+    /// If it holds others, or lies beyond the end of the file.
+    pub fn real(&self, entry: &Entry) -> Result<Vec<f64>, String> {
         Ok(self.words(entry, "Float64")?.iter().map(|word| f64::from_le_bytes(*word)).collect())
     }
 
     /// Whole numbers of an array.
-    pub(super) fn whole(&self, entry: &Entry) -> Result<Vec<i64>, String> {
+    ///
+    /// # Errors
+    /// If it holds others, or lies beyond the end of the file.
+    pub fn whole(&self, entry: &Entry) -> Result<Vec<i64>, String> {
         Ok(self.words(entry, "Int64")?.iter().map(|word| i64::from_le_bytes(*word)).collect())
+    }
+
+    /// The array of that name.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn find(&self, name: &str) -> Result<Entry<'a>, String> {
+        let found = entries(self.header)?.into_iter().find(|entry| entry.name == name);
+        found.ok_or_else(|| format!("it has no array {name}"))
     }
 
     fn words(&self, entry: &Entry, kind: &str) -> Result<&'a [[u8; 8]], String> {
@@ -83,7 +105,8 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
     Ok((header, &rest[start + 1..]))
 }
 
-fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
+/// Text of an attribute of a tag.
+pub(super) fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
     // The space keeps `Name` apart from `FileName`.
     let tag = tag
         .split_once(&format!("{name}=\""))

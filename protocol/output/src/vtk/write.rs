@@ -1,11 +1,12 @@
-//! Files for ParaView and other viewers of VTK: points with data (`.vtp`), a uniform grid with cell
-//! data (`.vti`), and the list of files over time (`.pvd`). Appended raw binary, 64-bit floats.
+//! Writes the files: a header in XML, then the arrays that it names, each with its length in front.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::error::OutputError;
 use crate::file::atomic_write;
+
+use super::read::attribute;
 
 /// Values of an array.
 #[derive(Clone, Debug)]
@@ -53,27 +54,38 @@ impl Array {
         }
     }
 
-    fn bytes(&self) -> Vec<u8> {
+    /// Bytes of the block: its length and the numbers.
+    fn size(&self) -> usize {
+        8 + 8 * match &self.values {
+            Values::Real(values) => values.len(),
+            Values::Whole(values) => values.len(),
+        }
+    }
+
+    fn append(&self, bytes: &mut Vec<u8>) {
+        bytes.extend((self.size() as u64 - 8).to_le_bytes());
         match &self.values {
-            Values::Real(values) => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
-            Values::Whole(values) => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+            Values::Real(values) => values.iter().for_each(|value| bytes.extend(value.to_le_bytes())),
+            Values::Whole(values) => values.iter().for_each(|value| bytes.extend(value.to_le_bytes())),
         }
     }
 }
 
-/// Text of a file and the blocks that follow it.
-struct Writer {
+/// Text of a file and the arrays whose blocks follow it.
+struct Writer<'a> {
     text: String,
-    blocks: Vec<u8>,
+    arrays: Vec<&'a Array>,
+    /// Bytes of their blocks.
+    length: usize,
 }
 
-impl Writer {
+impl<'a> Writer<'a> {
     fn new(kind: &str) -> Self {
         let text = format!(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" \
              header_type=\"UInt64\">\n"
         );
-        Self { text, blocks: Vec::new() }
+        Self { text, arrays: Vec::new(), length: 0 }
     }
 
     fn time(&mut self, time: f64) {
@@ -84,26 +96,34 @@ impl Writer {
         );
     }
 
-    fn array(&mut self, array: &Array) {
-        let bytes = array.bytes();
+    fn array(&mut self, array: &'a Array) {
         let _ = writeln!(
             self.text,
             "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>",
             array.kind(),
             array.name,
             array.components,
-            self.blocks.len()
+            self.length
         );
-        self.blocks.extend((bytes.len() as u64).to_le_bytes());
-        self.blocks.extend(bytes);
+        self.length += array.size();
+        self.arrays.push(array);
     }
 
-    fn finish(self, closing: &str) -> Vec<u8> {
+    /// The arrays between the tags of `section`.
+    fn section(&mut self, section: &str, arrays: &'a [Array]) {
+        let _ = writeln!(self.text, "<{section}>");
+        arrays.iter().for_each(|array| self.array(array));
+        let _ = writeln!(self.text, "</{section}>");
+    }
+
+    fn finish(mut self, closing: &str) -> Vec<u8> {
+        let end = "\n</AppendedData>\n</VTKFile>\n";
+        self.text += closing;
+        self.text += "<AppendedData encoding=\"raw\">\n_";
         let mut bytes = self.text.into_bytes();
-        bytes.extend(closing.as_bytes());
-        bytes.extend(b"<AppendedData encoding=\"raw\">\n_");
-        bytes.extend(self.blocks);
-        bytes.extend(b"\n</AppendedData>\n</VTKFile>\n");
+        bytes.reserve_exact(self.length + end.len());
+        self.arrays.iter().for_each(|array| array.append(&mut bytes));
+        bytes.extend(end.as_bytes());
         bytes
     }
 }
@@ -112,28 +132,29 @@ impl Writer {
 #[must_use]
 pub fn points(time: f64, position: Vec<f64>, data: &[Array]) -> Vec<u8> {
     let count = position.len() / 3;
+    let position = [Array::real("position", 3, position)];
+    let vertices = [
+        Array::whole("connectivity", (0..count as i64).collect()),
+        Array::whole("offsets", (1..=count as i64).collect()),
+    ];
     let mut writer = Writer::new("PolyData");
     writer.text += "<PolyData>\n";
     writer.time(time);
     let _ = writeln!(
         writer.text,
         "<Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" \
-         NumberOfPolys=\"0\">\n<PointData>"
+         NumberOfPolys=\"0\">"
     );
-    data.iter().for_each(|array| writer.array(array));
-    writer.text += "</PointData>\n<Points>\n";
-    writer.array(&Array::real("position", 3, position));
-    writer.text += "</Points>\n<Verts>\n";
-    writer.array(&Array::whole("connectivity", (0..count as i64).collect()));
-    writer.array(&Array::whole("offsets", (1..=count as i64).collect()));
-    writer.text += "</Verts>\n";
+    writer.section("PointData", data);
+    writer.section("Points", &position);
+    writer.section("Verts", &vertices);
     writer.finish("</Piece>\n</PolyData>\n")
 }
 
 /// Cell data on a uniform grid, `.vti`; x fastest.
 #[must_use]
 pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], data: &[Array]) -> Vec<u8> {
-    let extent = format!("0 {} 0 {} 0 {}", cells[0], cells[1], cells[2]);
+    let extent = extent(cells);
     let list = |v: [f64; 3]| format!("{:e} {:e} {:e}", v[0], v[1], v[2]);
     let mut writer = Writer::new("ImageData");
     let _ = writeln!(
@@ -143,10 +164,29 @@ pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], 
         list(spacing)
     );
     writer.time(time);
-    let _ = writeln!(writer.text, "<Piece Extent=\"{extent}\">\n<CellData>");
-    data.iter().for_each(|array| writer.array(array));
-    writer.text += "</CellData>\n";
+    let _ = writeln!(writer.text, "<Piece Extent=\"{extent}\">");
+    writer.section("CellData", data);
     writer.finish("</Piece>\n</ImageData>\n")
+}
+
+/// Cell data on a rectilinear grid with these faces along x, y and z (m; one number along an axis that the
+/// grid has not), `.vtr`; x fastest.
+#[must_use]
+pub fn rectilinear(time: f64, faces: &[Vec<f64>; 3], data: &[Array]) -> Vec<u8> {
+    let extent = extent(faces.each_ref().map(|faces| faces.len() - 1));
+    let [x, y, z] = faces.each_ref().map(Clone::clone);
+    let faces = [Array::scalar("x", x), Array::scalar("y", y), Array::scalar("z", z)];
+    let mut writer = Writer::new("RectilinearGrid");
+    let _ = writeln!(writer.text, "<RectilinearGrid WholeExtent=\"{extent}\">");
+    writer.time(time);
+    let _ = writeln!(writer.text, "<Piece Extent=\"{extent}\">");
+    writer.section("CellData", data);
+    writer.section("Coordinates", &faces);
+    writer.finish("</Piece>\n</RectilinearGrid>\n")
+}
+
+fn extent([x, y, z]: [usize; 3]) -> String {
+    format!("0 {x} 0 {y} 0 {z}")
 }
 
 /// Adds `file` (a name in the folder of the list) at `time` to a `.pvd`, in order of time; a file
@@ -156,13 +196,11 @@ pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], 
 /// [`OutputError::File`].
 pub fn list(path: &Path, time: f64, file: &str) -> Result<(), OutputError> {
     let old = std::fs::read_to_string(path).unwrap_or_default();
-    let attribute = |line: &str, name: &str| {
-        let rest = line.split_once(&format!("{name}=\""))?.1;
-        Some(rest.split_once('"')?.0.to_owned())
-    };
     let mut entries: Vec<(f64, String)> = old
         .lines()
-        .filter_map(|line| Some((attribute(line, "timestep")?.parse().ok()?, attribute(line, "file")?)))
+        .filter_map(|line| {
+            Some((attribute(line, "timestep")?.parse().ok()?, attribute(line, "file")?.to_owned()))
+        })
         .filter(|(_, name)| name != file)
         .collect();
     entries.push((time, file.to_owned()));

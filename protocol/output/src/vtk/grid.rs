@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::study::vtk_file::{Appended, entries};
+use super::read::{Appended, entries};
 
 /// A field file.
 #[derive(Clone, Debug, Default, PartialEq)]

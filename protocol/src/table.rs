@@ -1,0 +1,54 @@
+//! Tables in CSV as others write them: a header row, blanks about cells, remarks behind `#`, empty lines.
+
+use csv::{ReaderBuilder, StringRecord, Trim};
+
+/// A table as text. Rows may be shorter or longer than the header.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Names of the columns.
+    pub columns: Vec<String>,
+    /// The rows; each knows its line.
+    pub rows: Vec<StringRecord>,
+}
+
+impl Table {
+    /// Reads the text of a file; one without a header has no columns.
+    ///
+    /// # Errors
+    /// What the `csv` crate says.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let mut reader = ReaderBuilder::new();
+        let reader = reader.comment(Some(b'#')).trim(Trim::All).flexible(true).has_headers(false);
+        let rows = reader.from_reader(text.as_bytes()).into_records();
+        let rows = rows.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
+        let mut rows = rows.into_iter().filter(|row| row.iter().any(|cell| !cell.is_empty()));
+        let columns = rows.next().unwrap_or_default().iter().map(str::to_owned).collect();
+        Ok(Self { columns, rows: rows.collect() })
+    }
+
+    /// Place of a column.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|column| column == name)
+    }
+
+    /// Place of a column that must be there.
+    ///
+    /// # Errors
+    /// Which column is missing, and which there are.
+    pub fn need(&self, name: &str) -> Result<usize, String> {
+        self.find(name).ok_or_else(|| format!("has no column `{name}`; it has {}", self.columns.join(", ")))
+    }
+}
+
+/// A cell as a number.
+#[must_use]
+pub fn number(row: &StringRecord, column: usize) -> Option<f64> {
+    row.get(column)?.parse().ok()
+}
+
+/// A row as a line of text, for messages.
+#[must_use]
+pub fn line(row: &StringRecord) -> String {
+    row.iter().collect::<Vec<_>>().join(",")
+}
