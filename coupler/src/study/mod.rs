@@ -13,13 +13,12 @@
 //! | `runs` | runs as child processes, several at a time, resumable |
 //! | `table` | `chart.csv`, `stability.csv`: a row per run |
 //! | `plot` | plots: lines, points, axes, legends |
-//! | `page`, `numbers` | HTML from templates, and how numbers are written |
+//! | `page` | HTML, SVG and text from templates |
 //! | `vtk_file`, `snapshot`, `grain_pictures` | grains at an instant, and their pictures coloured by speed |
 
 pub mod chart;
 mod folder;
 mod grain_pictures;
-mod numbers;
 mod page;
 mod plot;
 pub mod report;

@@ -54,6 +54,19 @@ impl<R: Record> Table<R> {
     }
 }
 
+/// Items by a key, groups and items in order of appearance.
+pub(super) fn grouped<T, K: PartialEq>(items: &[T], key: impl Fn(&T) -> K) -> Vec<(K, Vec<&T>)> {
+    let mut groups: Vec<(K, Vec<&T>)> = Vec::new();
+    for item in items {
+        let key = key(item);
+        match groups.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, group)) => group.push(item),
+            None => groups.push((key, vec![item])),
+        }
+    }
+    groups
+}
+
 /// A number of a cell; none of an empty one.
 pub(super) fn number(text: &str) -> Result<Option<f64>, String> {
     match text {

@@ -1,10 +1,13 @@
 //! Where a method ends: along y, for each panel and x.
 
+use serde::Serialize;
+
 use super::table::{Row, Table};
 use super::verdict::Verdict;
+use crate::study::table::grouped;
 
 /// The end of a method at one x.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct End {
     /// Values of what varies besides the axes.
     pub panel: String,
@@ -19,18 +22,8 @@ pub struct End {
 /// Every panel and x whose y are numbers, in order of appearance.
 #[must_use]
 pub fn of(table: &Table, x: usize, y: usize) -> Vec<End> {
-    let mut groups: Vec<(String, String, Vec<&Row>)> = Vec::new();
-    for row in &table.rows {
-        let others = (0..row.values.len()).filter(|column| *column != x && *column != y);
-        let values: Vec<&str> =
-            others.map(|column| row.values[column].as_str()).filter(|value| !value.is_empty()).collect();
-        let (panel, place) = (values.join(" · "), &row.values[x]);
-        match groups.iter_mut().find(|(known, at, _)| *known == panel && at == place) {
-            Some((_, _, rows)) => rows.push(row),
-            None => groups.push((panel, place.clone(), vec![row])),
-        }
-    }
-    let ends = groups.into_iter().filter_map(|(panel, x, rows)| {
+    let at = |row: &Row| (row.panel(x, y), row.values[x].clone());
+    let ends = grouped(&table.rows, at).into_iter().filter_map(|((panel, x), rows)| {
         let heights: Option<Vec<(f64, bool)>> = rows
             .iter()
             .map(|row| Some((row.values[y].parse().ok()?, row.verdict == Verdict::Stable)))

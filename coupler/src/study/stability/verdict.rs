@@ -9,6 +9,8 @@
 
 use std::fmt;
 
+use serde::Serialize;
+
 /// Blocks of the envelope in the second half. Eight of them leave a line of least squares enough
 /// points to tell growth from noise, and blocks long enough to hold a slow oscillation.
 const BLOCKS: usize = 8;
@@ -43,7 +45,8 @@ const LEAST_SCALE: f64 = 1e-3;
 const ROUNDING: f64 = 1e-15;
 
 /// Where a method stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// It does what it should.
     Stable,
