@@ -29,6 +29,7 @@ pub mod export;
 pub mod failure;
 pub mod iterate;
 pub mod judge;
+pub mod keys;
 pub mod log_command;
 pub(crate) mod number;
 pub mod plan;
