@@ -11,6 +11,8 @@ use protocol::participant::Role;
 use serde::Serialize;
 use serde_json::json;
 
+use crate::failure::Failure;
+
 /// Why the command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum LogCommandError {
@@ -23,6 +25,18 @@ pub enum LogCommandError {
     /// A value on the command line.
     #[error("{0}")]
     Usage(String),
+}
+
+impl From<LogCommandError> for Failure {
+    fn from(error: LogCommandError) -> Self {
+        match &error {
+            LogCommandError::Usage(_) => Self::Input(error.to_string()),
+            LogCommandError::Log(
+                LogError::File { .. } | LogError::NotALog { .. } | LogError::Layout { .. },
+            ) => Self::Input(error.to_string()),
+            LogCommandError::Log(_) | LogCommandError::Print(_) => Self::Run(error.to_string()),
+        }
+    }
 }
 
 /// What `log cat` prints.

@@ -140,6 +140,8 @@ impl Plan {
         Observer::check(scene, participants.sides())?;
         let (fluid, dem) =
             (fluid.filter(|_| participants.has_fluid()), dem.filter(|_| participants.has_dem()));
+        let own = fluid.map(|fluid| &fluid.bounds).into_iter().chain(dem.map(|dem| &dem.bounds));
+        coupling.check_force(own.flatten().map(|bound| bound.name.as_str()), &scene.source)?;
         let scheme = match (participants, fluid) {
             (Participants::Coupled, Some(fluid)) => Some(coupling.scheme(fluid.loads, &scene.source)?),
             _ => None,

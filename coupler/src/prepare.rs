@@ -74,7 +74,7 @@ impl Prepared {
     /// [`Failure::Bounds`].
     pub fn refuse_broken(&self) -> Result<(), Failure> {
         let broken: Vec<_> = self.plan.refusals().cloned().collect();
-        if broken.is_empty() { Ok(()) } else { Err(Failure::Bounds(broken)) }
+        if broken.is_empty() { Ok(()) } else { Err(broken.into()) }
     }
 
     /// What the user should know before the run, line by line.

@@ -11,6 +11,7 @@ use protocol::participant::Role;
 use protocol::scene::{CheckedScene, SceneError};
 use serde::de::DeserializeOwned;
 
+use crate::failure::Failure;
 use crate::supervise::program;
 
 /// Why a solver could not be asked.
@@ -53,6 +54,19 @@ pub enum SolverCommandError {
         /// What is wrong.
         what: String,
     },
+}
+
+impl From<SolverCommandError> for Failure {
+    fn from(error: SolverCommandError) -> Self {
+        match error {
+            SolverCommandError::Scene(error) => Self::Scene(error),
+            SolverCommandError::Start { .. } => Self::Peer(error.to_string()),
+            SolverCommandError::Refused { code: 2, .. } => Self::Input(error.to_string()),
+            SolverCommandError::Refused { .. } | SolverCommandError::Facts { .. } => {
+                Self::Run(error.to_string())
+            }
+        }
+    }
 }
 
 /// A solver as a command.
