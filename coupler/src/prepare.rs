@@ -16,7 +16,7 @@ use crate::solvers::{Solver, dem_facts, fluid_facts};
 #[derive(Clone, Debug)]
 pub struct Participant<F> {
     /// Its command.
-    pub solver: Solver,
+    pub(crate) solver: Solver,
     /// Its facts.
     pub facts: F,
 }

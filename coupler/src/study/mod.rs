@@ -33,7 +33,10 @@ mod vary;
 mod vtk_file;
 
 pub use folder::Options;
-pub use runs::{Outcome, Reuse, Task, run_all};
+pub(crate) use runs::{Outcome, Reuse, Task, run_all};
 pub use sweep::{Column, Point, Sweep};
-pub use table::{Table, cell, parse_csv};
+pub use table::Table;
+pub(crate) use table::cell;
+#[cfg(test)]
+pub(crate) use table::parse_csv;
 pub use vary::{SingleRun, Vary};

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 
 /// What became of a run.
 #[derive(Clone, Debug)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// It left a result.
     Done(Box<Summary>),
     /// It left none, and why.
@@ -23,7 +23,7 @@ pub enum Outcome {
 
 /// Which earlier runs are not repeated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reuse {
+pub(crate) enum Reuse {
     /// Those that reached their end.
     Completed,
     /// Those that failed too: that a setting fails is a result.
@@ -45,24 +45,24 @@ impl Reuse {
 
 /// One `bedload run` to make. What it says goes to a file beside its folder.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Task {
+pub(crate) struct Task {
     /// Name in messages.
-    pub name: String,
+    pub(crate) name: String,
     /// Scene file.
-    pub scene: PathBuf,
+    pub(crate) scene: PathBuf,
     /// `KEY=VALUE` for `--set`.
-    pub set: Vec<String>,
+    pub(crate) set: Vec<String>,
     /// Output folder.
-    pub folder: PathBuf,
+    pub(crate) folder: PathBuf,
     /// Threads of each solver.
-    pub threads: usize,
+    pub(crate) threads: usize,
 }
 
 /// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks.
 ///
 /// # Errors
 /// [`Failure::Input`] if this program or the folders cannot be had. A run that fails is an outcome.
-pub fn run_all(tasks: &[Task], jobs: usize, reuse: Reuse) -> Result<Vec<Outcome>, Failure> {
+pub(crate) fn run_all(tasks: &[Task], jobs: usize, reuse: Reuse) -> Result<Vec<Outcome>, Failure> {
     let program = std::env::current_exe().map_err(cannot("find", Path::new("bedload")))?;
     for folder in tasks.iter().filter_map(|task| task.folder.parent()) {
         make(folder)?;
@@ -92,7 +92,7 @@ impl Task {
     ///
     /// # Errors
     /// If the scene cannot be read.
-    pub fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, String> {
+    pub(crate) fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, String> {
         Ok(self.summary()?.and_then(|summary| reuse.outcome(summary)))
     }
 

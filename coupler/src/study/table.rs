@@ -86,7 +86,7 @@ pub(super) fn flag(text: &str) -> Result<bool, String> {
 
 /// Text as a cell: one line without commas and quotes.
 #[must_use]
-pub fn cell(text: &str) -> String {
+pub(crate) fn cell(text: &str) -> String {
     let text = text.replace("\r\n", " ").replace(['\n', '\r', '\t'], " ").replace('"', "'");
     let inside = text.trim_start_matches(['[', '\'']).len() < text.len();
     // A list of numbers stays legible with blanks alone; prose gets a semicolon.
@@ -106,7 +106,7 @@ fn write(lines: impl Iterator<Item = Vec<String>>) -> String {
 ///
 /// # Errors
 /// What is wrong with the text: no header, or a row with another number of cells.
-pub fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), String> {
+pub(crate) fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), String> {
     let mut reader = csv::ReaderBuilder::new();
     let reader = reader.comment(Some(b'#')).trim(csv::Trim::All).flexible(true).has_headers(false);
     let mut lines: Vec<Vec<String>> = Vec::new();

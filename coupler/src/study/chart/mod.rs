@@ -90,7 +90,7 @@ struct Shown {
 ///
 /// # Errors
 /// [`Failure`] if one of both cannot be read, or the page not written.
-pub fn redraw(dir: &Path) -> Result<PathBuf, Failure> {
+pub(crate) fn redraw(dir: &Path) -> Result<PathBuf, Failure> {
     let source = SceneSource::read(&dir.join(SCENE), &[])?;
     let chart = Chart::of_text(&source)?;
     let shown: Shown = source.section()?;

@@ -8,20 +8,20 @@ use crate::study::table::grouped;
 
 /// The end of a method at one x.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct End {
+pub(super) struct End {
     /// Values of what varies besides the axes.
-    pub panel: String,
+    pub(super) panel: String,
     /// Value along x.
-    pub x: String,
+    pub(super) x: String,
     /// Largest y that is not stable.
-    pub last_bad: Option<f64>,
+    pub(super) last_bad: Option<f64>,
     /// Least y from which on all are stable.
-    pub first_good: Option<f64>,
+    pub(super) first_good: Option<f64>,
 }
 
 /// Every panel and x whose y are numbers, in order of appearance.
 #[must_use]
-pub fn of(table: &Table, x: usize, y: usize) -> Vec<End> {
+pub(super) fn of(table: &Table, x: usize, y: usize) -> Vec<End> {
     let at = |row: &Row| (row.panel(x, y), row.values[x].clone());
     let ends = grouped(&table.rows, at).into_iter().filter_map(|((panel, x), rows)| {
         let heights: Option<Vec<(f64, bool)>> = rows
