@@ -9,6 +9,7 @@ use protocol::participant::Role;
 use rustix::process::Signal;
 
 use crate::failure::Failure;
+use crate::session::start;
 use crate::solvers::Solver;
 use crate::supervise::{Interrupts, Supervisor, Words};
 
@@ -54,9 +55,7 @@ pub(crate) fn replay(replay: &Replay) -> Result<(), Failure> {
     let interrupts =
         Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
     let mut supervisor = Supervisor::default();
-    supervisor.start(solver.role, &solver.command, &arguments(replay), Words::Own).map_err(|error| {
-        Failure::Peer(format!("cannot start the {} solver `{}`: {error}", solver.role, solver.line()))
-    })?;
+    start(&mut supervisor, &solver, &arguments(replay), Words::Own)?;
     while !supervisor.wait_all(Duration::from_millis(20)) {
         if interrupts.count() > 0 {
             // Nothing to save: a replay can be done again.

@@ -3,7 +3,6 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bedload_output::{RunStatus, Summary};
@@ -67,24 +66,45 @@ pub(crate) fn run_all(tasks: &[Task], jobs: usize, reuse: Reuse) -> Result<Vec<O
     for folder in tasks.iter().filter_map(|task| task.folder.parent()) {
         make(folder)?;
     }
-    let outcomes: Mutex<Vec<Option<Outcome>>> = Mutex::new(vec![None; tasks.len()]);
-    let next = AtomicUsize::new(0);
-    std::thread::scope(|scope| {
-        for _ in 0..jobs.clamp(1, tasks.len().max(1)) {
-            scope.spawn(|| {
-                loop {
-                    let number = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(task) = tasks.get(number) else { break };
-                    let outcome = task.outcome(&program, reuse);
-                    outcomes.lock().unwrap_or_else(std::sync::PoisonError::into_inner)[number] =
-                        Some(outcome);
-                }
-            });
-        }
-    });
-    let outcomes = outcomes.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let outcomes = at_a_time(jobs, tasks, |task| task.outcome(&program, reuse));
     let missing = || Outcome::Failed("the run was not made".to_owned());
     Ok(outcomes.into_iter().map(|outcome| outcome.unwrap_or_else(missing)).collect())
+}
+
+/// What `work` makes of each item, in their order, `jobs` at a time; none where it panicked.
+pub(super) fn at_a_time<T: Sync, R: Send>(
+    jobs: usize,
+    items: &[T],
+    work: impl Fn(&T) -> R + Sync,
+) -> Vec<Option<R>> {
+    let next = AtomicUsize::new(0);
+    let worker = || {
+        let mut made = Vec::new();
+        while let number = next.fetch_add(1, Ordering::Relaxed)
+            && let Some(item) = items.get(number)
+        {
+            made.push((number, work(item)));
+        }
+        made
+    };
+    let mut all: Vec<Option<R>> = items.iter().map(|_| None).collect();
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..jobs.clamp(1, items.len().max(1))).map(|_| scope.spawn(worker)).collect();
+        for (number, result) in workers.into_iter().flat_map(|worker| worker.join().unwrap_or_default()) {
+            all[number] = Some(result);
+        }
+    });
+    all
+}
+
+impl Outcome {
+    /// The result, if it left one.
+    pub(super) fn summary(&self) -> Option<&Summary> {
+        match self {
+            Self::Done(summary) => Some(summary),
+            Self::Failed(_) => None,
+        }
+    }
 }
 
 impl Task {

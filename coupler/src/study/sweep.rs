@@ -1,10 +1,12 @@
 //! All combinations of varied keys, and single runs, as runs with `--set`.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
 
 use super::resolution::scaled;
+use super::runs::Task;
 use super::vary::{Choice, RESOLUTION, Setting, SingleRun, THREADS, Vary, settings, text};
 use crate::number::rounded;
 use crate::resolution;
@@ -35,6 +37,19 @@ pub struct Point {
     pub set: Vec<String>,
     /// Threads of each solver, where they vary.
     pub threads: Option<usize>,
+}
+
+impl Point {
+    /// The run of a scene, in a folder of its own below `folder`.
+    pub(super) fn task(&self, scene: &Path, folder: &Path, threads: usize) -> Task {
+        Task {
+            name: self.label.clone(),
+            scene: scene.to_owned(),
+            set: self.set.clone(),
+            folder: folder.join(&self.label),
+            threads: self.threads.unwrap_or(threads),
+        }
+    }
 }
 
 /// The runs of a sweep.

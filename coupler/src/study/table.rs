@@ -127,6 +127,11 @@ pub(crate) fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), S
     }
 }
 
+/// (value − reference)/|reference|, or the difference itself where the reference is 0.
+pub(super) fn error(value: f64, reference: f64) -> f64 {
+    (value - reference) / if reference == 0.0 { 1.0 } else { reference.abs() }
+}
+
 /// Value at `x` on the lines between points with ascending abscissae; none outside.
 pub(super) fn interpolated(points: &[(f64, f64)], x: f64) -> Option<f64> {
     let after = points.partition_point(|(other, _)| *other < x);
