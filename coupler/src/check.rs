@@ -19,7 +19,7 @@ use crate::solvers::Solver;
 ///
 /// # Errors
 /// [`Failure`].
-pub fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
+pub(crate) fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
     let (options, expected) = &accuracy::resolve(options)?;
     let prepared = Prepared::new(options)?;
     if json {
@@ -42,7 +42,7 @@ pub fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
 ///
 /// # Errors
 /// [`Failure`], also if there is no proposal of this name.
-pub fn cheaper(options: &RunOptions, name: &str) -> Result<(), Failure> {
+pub(crate) fn cheaper(options: &RunOptions, name: &str) -> Result<(), Failure> {
     print!("{}", proposals::cheaper(&Prepared::new(options)?, options, name)?);
     Ok(())
 }
@@ -84,7 +84,7 @@ fn row(bound: &Bound, forced: &[String]) -> String {
 ///
 /// # Errors
 /// [`Failure::Run`] if the schema cannot be made.
-pub fn schema() -> Result<Value, Failure> {
+pub(crate) fn schema() -> Result<Value, Failure> {
     let failed = |error: serde_json::Error| Failure::Run(error.to_string());
     let mut whole = serde_json::to_value(schemars::schema_for!(protocol::scene::Scene)).map_err(failed)?;
     let coupling = serde_json::to_value(schemars::schema_for!(Coupling)).map_err(failed)?;

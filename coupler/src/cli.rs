@@ -11,6 +11,9 @@ use protocol::participant::Role;
 use crate::export::Viewer;
 use crate::failure::Failure;
 use crate::log_command::{self, CatOptions, LogCommandError};
+use crate::replay::{self, Replay};
+use crate::study::validate::Validate;
+use crate::{check, conformance, study};
 
 /// Grains in a flow: fluid and DEM solvers coupled.
 ///
@@ -255,55 +258,33 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         Command::Check { scene, overrides, until, json, cheaper, accuracy } => {
             let options = RunOptions { overrides, until, ..RunOptions::of_scene(&scene) };
             let options = with_accuracy(options, accuracy);
-            match cheaper {
-                Some(name) => crate::check::cheaper(&options, &name),
-                None => crate::check::check(&options, json),
-            }
+            cheaper.map_or_else(|| check::check(&options, json), |name| check::cheaper(&options, &name))
         }
         Command::Run { options, accuracy } => crate::run::run(&with_accuracy(options, accuracy)),
         Command::Replay { log, drive, verify, checkpoint, out } => {
-            crate::replay::replay(&crate::replay::Replay {
-                log,
-                drive: drive.into(),
-                verify,
-                checkpoint,
-                out,
-            })
+            replay::replay(&Replay { log, drive: drive.into(), verify, checkpoint, out })
         }
         Command::Log { command } => Ok(log(&command)?),
-        Command::Chart { scene, out, jobs } => {
-            crate::study::chart::chart(&crate::study::Options { scene, out, jobs })
-        }
+        Command::Chart { scene, out, jobs } => study::chart::chart(&study::Options { scene, out, jobs }),
         Command::Validate { cases, quick, jobs, out } => {
-            Ok(crate::study::validate::validate(&crate::study::validate::Validate {
-                cases,
-                quick,
-                jobs,
-                out,
-            })?)
+            study::validate::validate(&Validate { cases, quick, jobs, out })
         }
         Command::Stability { scene, out, jobs } => {
-            crate::study::stability::stability(&crate::study::Options { scene, out, jobs })
+            study::stability::stability(&study::Options { scene, out, jobs })
         }
         Command::Conformance { role, scene, overrides, json, command } => {
             let role = role.map(Role::from);
-            crate::conformance::conformance(&crate::conformance::Options {
-                command,
-                role,
-                scene,
-                overrides,
-                json,
-            })
+            conformance::conformance(&conformance::Options { command, role, scene, overrides, json })
         }
         Command::Report { dirs } => {
             let dirs: Vec<&Path> = dirs.iter().map(PathBuf::as_path).collect();
-            for page in crate::study::report::report(&dirs)? {
+            for page in study::report::report(&dirs)? {
                 println!("{}", page.display());
             }
             Ok(())
         }
         Command::Schema => {
-            println!("{:#}", crate::check::schema()?);
+            println!("{:#}", check::schema()?);
             Ok(())
         }
         Command::Export { dir, format } => crate::export::export(&dir, format.viewer()),

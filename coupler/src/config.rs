@@ -80,14 +80,14 @@ impl Coupling {
     /// Reads and checks the section.
     ///
     /// # Errors
-    /// [`SceneError`] at the key that is unknown, of the wrong type or out of range.
+    /// [`SceneError`] at the key that is unknown, of the wrong type or out of range. What `force` names is checked with
+    /// the plan, which knows the solvers' own bounds.
     pub fn read(scene: &CheckedScene) -> Result<Self, SceneError> {
         let source = &scene.source;
         source.refuse_retired(RETIRED)?;
         let coupling = source.section::<Owned>()?.coupling;
         coupling.check_numbers(source)?;
         coupling.check_iterations(source)?;
-        coupling.check_names(source)?;
         Ok(coupling)
     }
 
@@ -115,13 +115,23 @@ impl Coupling {
         Ok(())
     }
 
-    fn check_names(&self, source: &SceneSource) -> Result<(), SceneError> {
-        let unknown = self.force.iter().find(|name| !NAMES.contains(&name.as_str()));
-        match unknown {
+    /// Refuses a name in `force` that is no bound: neither one of ours nor one of `own`, those that the solvers of
+    /// this run send.
+    ///
+    /// # Errors
+    /// [`SceneError`] at `coupling.force`, with all names.
+    pub fn check_force<'a>(
+        &self,
+        own: impl IntoIterator<Item = &'a str>,
+        source: &SceneSource,
+    ) -> Result<(), SceneError> {
+        let mut names = NAMES.to_vec();
+        names.extend(own.into_iter().filter(|name| !NAMES.contains(name)));
+        match self.force.iter().find(|name| !names.contains(&name.as_str())) {
             None => Ok(()),
             Some(name) => Err(source.error(
                 "coupling.force",
-                format!("names `{name}`, which is no bound; bounds: {}", NAMES.join(", ")),
+                format!("names `{name}`, which is no bound; bounds: {}", names.join(", ")),
                 "name a bound that `bedload check` prints, or leave it out",
             )),
         }

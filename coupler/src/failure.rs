@@ -1,9 +1,7 @@
-//! How a command ends, besides well: one type, one exit code each.
+//! How a command ends, besides well: one type, one exit code each. What a part fails with becomes a [`Failure`] in
+//! the file of that part.
 
 use protocol::scene::SceneError;
-
-use crate::bounds::Bound;
-use crate::solvers::SolverCommandError;
 
 /// Why a command did not do what it was asked.
 #[derive(Debug, thiserror::Error)]
@@ -12,8 +10,8 @@ pub enum Failure {
     #[error(transparent)]
     Scene(#[from] Box<SceneError>),
     /// Bounds that the plan breaks.
-    #[error("{}", refusal(.0))]
-    Bounds(Vec<Bound>),
+    #[error("{0}")]
+    Bounds(String),
     /// Bad input elsewhere.
     #[error("{0}")]
     Input(String),
@@ -54,59 +52,9 @@ impl Failure {
     }
 }
 
-fn refusal(bounds: &[Bound]) -> String {
-    let mut text = String::from("the plan breaks a stability bound");
-    for bound in bounds {
-        text += &format!(
-            "\n  {}: {}\n    why: {} ({})\n    remedy: {}",
-            bound.name,
-            bound.relation(),
-            bound.why,
-            bound.source,
-            bound.remedy
-        );
-    }
-    let names: Vec<String> = bounds
-        .iter()
-        .filter(|bound| bound.name != crate::bounds::SINGULAR)
-        .map(|bound| format!("{:?}", bound.name))
-        .collect();
-    if !names.is_empty() {
-        text += &format!("\n  to run all the same: --set 'coupling.force=[{}]'", names.join(", "));
-    }
-    text
-}
-
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self::Scene(Box::new(error))
-    }
-}
-
-impl From<SolverCommandError> for Failure {
-    fn from(error: SolverCommandError) -> Self {
-        match error {
-            SolverCommandError::Scene(error) => Self::Scene(error),
-            SolverCommandError::Start { .. } => Self::Peer(error.to_string()),
-            SolverCommandError::Refused { code: 2, .. } => Self::Input(error.to_string()),
-            SolverCommandError::Refused { .. } | SolverCommandError::Facts { .. } => {
-                Self::Run(error.to_string())
-            }
-        }
-    }
-}
-
-impl From<crate::log_command::LogCommandError> for Failure {
-    fn from(error: crate::log_command::LogCommandError) -> Self {
-        use crate::log_command::LogCommandError;
-        use protocol::log::LogError;
-        match &error {
-            LogCommandError::Usage(_) => Self::Input(error.to_string()),
-            LogCommandError::Log(
-                LogError::File { .. } | LogError::NotALog { .. } | LogError::Layout { .. },
-            ) => Self::Input(error.to_string()),
-            LogCommandError::Log(_) | LogCommandError::Print(_) => Self::Run(error.to_string()),
-        }
     }
 }
 

@@ -12,18 +12,18 @@ const OF_WEIGHT: f64 = 0.3;
 
 /// Counts over a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Tally {
+pub(crate) struct Tally {
     /// Windows accepted.
-    pub windows: u64,
+    pub(crate) windows: u64,
     /// Attempts at them.
-    pub attempts: u64,
+    pub(crate) attempts: u64,
     /// Windows accepted without having converged.
-    pub unconverged: u64,
+    pub(crate) unconverged: u64,
 }
 
 /// What to do after an attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Verdict {
+pub(crate) enum Verdict {
     /// Once more.
     Repeat,
     /// The window stands.
@@ -34,7 +34,7 @@ pub enum Verdict {
 
 /// Watches the attempts at a window.
 #[derive(Clone, Debug)]
-pub struct Watch {
+pub(crate) struct Watch {
     rule: Iterations,
     gravity: f64,
     radii: Vec<f64>,
@@ -50,7 +50,7 @@ fn norm(v: impl Iterator<Item = f64>) -> f64 {
 impl Watch {
     /// For the grains of a scene.
     #[must_use]
-    pub fn new(scene: &CheckedScene, rule: Iterations, tally: Tally) -> Self {
+    pub(crate) fn new(scene: &CheckedScene, rule: Iterations, tally: Tally) -> Self {
         Self {
             rule,
             gravity: norm(scene.scene.gravity.into_iter()),
@@ -62,7 +62,7 @@ impl Watch {
 
     /// Counts so far.
     #[must_use]
-    pub fn tally(&self) -> Tally {
+    pub(crate) fn tally(&self) -> Tally {
         self.tally
     }
 
@@ -81,7 +81,7 @@ impl Watch {
 
     /// Judges the attempt that led to `motion`; one that was `wrong` for another reason does not stand while
     /// another can be made.
-    pub fn judge(&mut self, window: &Window, motion: &[Kinematics], wrong: bool) -> Verdict {
+    pub(crate) fn judge(&mut self, window: &Window, motion: &[Kinematics], wrong: bool) -> Verdict {
         if window.attempt == 0 {
             self.last.clear();
         }

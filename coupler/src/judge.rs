@@ -12,7 +12,7 @@ const MOST_OVERLAP: f64 = 0.1;
 ///
 /// # Errors
 /// [`Failure::Run`] naming what came and what was expected.
-pub fn belongs<R: Record>(
+pub(crate) fn belongs<R: Record>(
     window: Option<&Window>,
     header: &Header,
     records: &[R],
@@ -41,7 +41,7 @@ pub fn belongs<R: Record>(
 ///
 /// # Errors
 /// [`Failure::Run`] naming grain, field and window.
-pub fn loads(window: &Window, loads: &[Loads]) -> Result<(), Failure> {
+pub(crate) fn loads(window: &Window, loads: &[Loads]) -> Result<(), Failure> {
     for (grain, load) in loads.iter().enumerate() {
         let values = load.force.iter().chain(&load.torque).chain([&load.added_mass, &load.added_inertia]);
         finite("fluid", window, grain, load, values)?;
@@ -53,7 +53,7 @@ pub fn loads(window: &Window, loads: &[Loads]) -> Result<(), Failure> {
 ///
 /// # Errors
 /// [`Failure::Run`] naming the solver and both counts, or grain, field and window.
-pub fn motion(window: &Window, header: &Header, motion: &[Kinematics]) -> Result<(), Failure> {
+pub(crate) fn motion(window: &Window, header: &Header, motion: &[Kinematics]) -> Result<(), Failure> {
     if header.substeps != window.substeps {
         return Err(Failure::Run(format!(
             "the dem solver did {} sub-steps in window {} where {} were ordered: it does not keep the coupler's time",
@@ -96,7 +96,7 @@ fn finite<'a, R: Record>(
 ///
 /// # Errors
 /// [`Failure::Run`] naming the bound `overlap`, unless it is forced.
-pub fn overlap(
+pub(crate) fn overlap(
     window: &Window,
     header: &Header,
     dem: &Status,
@@ -120,7 +120,12 @@ pub fn overlap(
 ///
 /// # Errors
 /// [`Failure::Run`] naming the bound `cfl`, unless it is forced.
-pub fn step_limit(window: &Window, limit: f64, reserve: f64, forced: &[String]) -> Result<bool, Failure> {
+pub(crate) fn step_limit(
+    window: &Window,
+    limit: f64,
+    reserve: f64,
+    forced: &[String],
+) -> Result<bool, Failure> {
     let passed = window.dt > limit * (1.0 + 1e-9);
     if window.dt > limit * reserve * (1.0 + 1e-9) && !forced.iter().any(|name| name == "cfl") {
         return Err(Failure::Run(format!(

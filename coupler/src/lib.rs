@@ -1,47 +1,52 @@
 //! The coupler behind `bedload`: it plans, starts the solvers, is their master of time, watches,
 //! records. It never stands in the path of the data.
 //!
-//! | file | what it holds |
+//! Where to start:
+//!
+//! | item | for |
 //! |---|---|
-//! | [`bounds`] | every stability and accuracy bound, with its source and remedy |
-//! | [`config`] | the `[coupling]` section |
-//! | [`plan`] | who takes part, time steps, cost |
-//! | [`prepare`], [`check`] | from a scene file to a plan |
-//! | [`proposals`] | cheaper models of a scene |
-//! | [`accuracy`] | settings from the charts |
-//! | [`scheme`] | which window comes next, and its sub-steps |
-//! | [`run`], [`conduct`], [`judge`], [`iterate`] | a run, window by window, and its attempts |
-//! | [`supervise`], [`solvers`] | solvers as commands and child processes |
-//! | [`record`], [`resume`] | log, checkpoints |
-//! | [`replay`], [`log_command`], [`export`] | a log driving a solver, or read; files for viewers |
-//! | [`conformance`] | any solver against the protocol |
+//! | [`prepare::Prepared`] | from a scene file to its plan, with what the solvers say of themselves |
+//! | [`plan::Plan`], [`bounds`] | who takes part, time steps, cost; every bound with its source and remedy |
+//! | [`run::run`] | a run, from the scene to the output folder |
 //! | [`study`] | `chart`, `stability`, `validate`, `report`: runs of a scene with varied keys, judged, as tables, figures, pages |
-//! | [`cli`], [`failure`] | command line and exit codes |
+//! | [`failure::Failure`] | how all of them fail |
+//!
+//! Behind these: [`config`], the `[coupling]` section; [`scheme`], which window comes next; [`keys`], what rules name
+//! of the solvers; [`cli`], the command line.
+//!
+//! | inside | what it holds |
+//! |---|---|
+//! | `check`, `proposals`, `accuracy` | what `bedload check` prints; cheaper models; settings from the charts |
+//! | `conduct`, `judge`, `iterate` | a run window by window, and its attempts |
+//! | `supervise`, `solvers`, `session` | solvers as commands and child processes |
+//! | `record`, `resume`, `rewind`, `replay` | log, checkpoints, a log driving a solver |
+//! | `log_command`, `export`, `conformance` | logs read; files for viewers; any solver against the protocol |
 
-pub mod accuracy;
+mod accuracy;
 pub mod bounds;
-pub mod check;
+mod check;
 pub mod cli;
-pub mod conduct;
+mod conduct;
 pub mod config;
-pub mod conformance;
-pub mod export;
+mod conformance;
+mod export;
 pub mod failure;
-pub mod iterate;
-pub mod judge;
-pub mod log_command;
-pub(crate) mod number;
+mod iterate;
+mod judge;
+pub mod keys;
+mod log_command;
+mod number;
 pub mod plan;
 pub mod prepare;
-pub mod proposals;
-pub mod record;
-pub mod replay;
+mod proposals;
+mod record;
+mod replay;
 mod resolution;
-pub mod resume;
+mod resume;
 mod rewind;
 pub mod run;
 pub mod scheme;
 mod session;
-pub mod solvers;
+mod solvers;
 pub mod study;
-pub mod supervise;
+mod supervise;

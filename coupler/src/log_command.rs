@@ -11,9 +11,11 @@ use protocol::participant::Role;
 use serde::Serialize;
 use serde_json::json;
 
+use crate::failure::Failure;
+
 /// Why the command failed.
 #[derive(Debug, thiserror::Error)]
-pub enum LogCommandError {
+pub(crate) enum LogCommandError {
     /// The log cannot be read or written.
     #[error(transparent)]
     Log(#[from] LogError),
@@ -25,22 +27,34 @@ pub enum LogCommandError {
     Usage(String),
 }
 
+impl From<LogCommandError> for Failure {
+    fn from(error: LogCommandError) -> Self {
+        match &error {
+            LogCommandError::Usage(_) => Self::Input(error.to_string()),
+            LogCommandError::Log(
+                LogError::File { .. } | LogError::NotALog { .. } | LogError::Layout { .. },
+            ) => Self::Input(error.to_string()),
+            LogCommandError::Log(_) | LogCommandError::Print(_) => Self::Run(error.to_string()),
+        }
+    }
+}
+
 /// What `log cat` prints.
 #[derive(Clone, Debug, Default)]
-pub struct CatOptions {
+pub(crate) struct CatOptions {
     /// Only this topic; its last part is enough (`loads`).
-    pub topic: Option<String>,
+    pub(crate) topic: Option<String>,
     /// Only these steps.
-    pub steps: Option<RangeInclusive<u64>>,
+    pub(crate) steps: Option<RangeInclusive<u64>>,
     /// JSON, one object per line.
-    pub json: bool,
+    pub(crate) json: bool,
 }
 
 /// Reads `A..B` (both included), `A..`, `..B` or `A`.
 ///
 /// # Errors
 /// [`LogCommandError::Usage`].
-pub fn parse_steps(text: &str) -> Result<RangeInclusive<u64>, LogCommandError> {
+pub(crate) fn parse_steps(text: &str) -> Result<RangeInclusive<u64>, LogCommandError> {
     let usage = || LogCommandError::Usage(format!("--step {text}: give A..B, A.., ..B or A"));
     let number = |word: &str, open: u64| match word {
         "" => Ok(open),
@@ -98,7 +112,7 @@ impl Tally {
 /// # Errors
 /// [`LogCommandError`] if it is no log. A log that breaks off or is damaged is described as such,
 /// and is no error.
-pub fn info(path: &Path, out: &mut dyn Write) -> Result<(), LogCommandError> {
+pub(crate) fn info(path: &Path, out: &mut dyn Write) -> Result<(), LogCommandError> {
     let mut reader = LogReader::open_any(path)?;
     let mut tally = Tally::default();
     let mut end = None;
@@ -167,7 +181,7 @@ fn print_tally(tally: &Tally, out: &mut dyn Write) -> Result<(), LogCommandError
 ///
 /// # Errors
 /// [`LogCommandError`]: also if the log breaks off, after everything before was printed.
-pub fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(), LogCommandError> {
+pub(crate) fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(), LogCommandError> {
     for entry in LogReader::open_any(path)? {
         let entry = entry?;
         if !is_wanted(&entry, options) {
@@ -276,7 +290,7 @@ fn as_json(entry: &Entry) -> Result<String, LogCommandError> {
 ///
 /// # Errors
 /// [`LogCommandError`] if nothing can be read or the new file cannot be written.
-pub fn repair(from: &Path, to: Option<&Path>, out: &mut dyn Write) -> Result<(), LogCommandError> {
+pub(crate) fn repair(from: &Path, to: Option<&Path>, out: &mut dyn Write) -> Result<(), LogCommandError> {
     let to = to.unwrap_or(from);
     let report = rewrite(from, to)?;
     writeln!(out, "{}", to.display())?;

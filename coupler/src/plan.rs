@@ -127,6 +127,21 @@ impl Plan {
     /// Plans a run from the scene and what the solvers said of themselves. `memory` is what the
     /// machine can still give, bytes.
     ///
+    /// ```
+    /// # use coupler::{config::Coupling, plan::Plan};
+    /// # use protocol::{facts::DemFacts, scene::{CheckedScene, SceneSource}};
+    /// let text = r#"
+    /// until = 0.1
+    /// domain = { geometry = "space", lower = [0, 0, 0], upper = [1, 1, 1], boundary = { x = "no-slip", y = "no-slip", z = "no-slip" } }
+    /// grains = [{ position = [0.5, 0.5, 0.5], radius = 0.1, density = 2.0 }]
+    /// "#;
+    /// let scene = CheckedScene::new(SceneSource { file: "dry.toml".into(), text: text.into() })?;
+    /// let dem = DemFacts { dt: 1e-3, contact_time: 2e-2, ..DemFacts::default() };
+    /// let plan = Plan::new(&scene, &Coupling::read(&scene)?, None, Some(&dem), None)?;
+    /// assert_eq!((plan.windows, plan.refusals().count()), (100, 0));
+    /// # Ok::<(), protocol::scene::SceneError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`SceneError`] where `[coupling]` contradicts the solvers, or a solver gave no usable step.
     pub fn new(
@@ -140,6 +155,8 @@ impl Plan {
         Observer::check(scene, participants.sides())?;
         let (fluid, dem) =
             (fluid.filter(|_| participants.has_fluid()), dem.filter(|_| participants.has_dem()));
+        let own = fluid.map(|fluid| &fluid.bounds).into_iter().chain(dem.map(|dem| &dem.bounds));
+        coupling.check_force(own.flatten().map(|bound| bound.name.as_str()), &scene.source)?;
         let scheme = match (participants, fluid) {
             (Participants::Coupled, Some(fluid)) => Some(coupling.scheme(fluid.loads, &scene.source)?),
             _ => None,

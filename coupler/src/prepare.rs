@@ -16,7 +16,7 @@ use crate::solvers::{Solver, dem_facts, fluid_facts};
 #[derive(Clone, Debug)]
 pub struct Participant<F> {
     /// Its command.
-    pub solver: Solver,
+    pub(crate) solver: Solver,
     /// Its facts.
     pub facts: F,
 }
@@ -47,24 +47,21 @@ impl Prepared {
         let participants = Participants::of(&scene);
         let limit = Duration::from_secs_f64(coupling.startup_deadline);
         let (path, overrides) = (&options.scene, options.all_overrides());
-        let fluid = if participants.has_fluid() {
-            let solver = Solver::of(Role::Fluid, &scene)?;
+        let solver = |role| Solver::of(role, &scene);
+        let (mut fluid, mut dem) = (None, None);
+        if participants.has_fluid() {
+            let solver = solver(Role::Fluid)?;
             let facts = fluid_facts(&solver, &scene, path, &overrides, limit)?;
-            Some(Participant { solver, facts })
-        } else {
-            None
-        };
-        let dem = if participants.has_dem() {
-            let solver = Solver::of(Role::Dem, &scene)?;
+            fluid = Some(Participant { solver, facts });
+        }
+        if participants.has_dem() {
+            let solver = solver(Role::Dem)?;
             let facts = dem_facts(&solver, &scene, path, &overrides, limit)?;
-            Some(Participant { solver, facts })
-        } else {
-            None
-        };
-        let fluid_facts = fluid.as_ref().map(|participant| &participant.facts);
-        let dem_facts = dem.as_ref().map(|participant| &participant.facts);
+            dem = Some(Participant { solver, facts });
+        }
         let memory = protocol::memory::available().map(|available| available.bytes);
-        let plan = Plan::new(&scene, &coupling, fluid_facts, dem_facts, memory)?;
+        let of_fluid = fluid.as_ref().map(|fluid| &fluid.facts);
+        let plan = Plan::new(&scene, &coupling, of_fluid, dem.as_ref().map(|dem| &dem.facts), memory)?;
         Ok(Self { scene, coupling, fluid, dem, plan })
     }
 
@@ -74,7 +71,7 @@ impl Prepared {
     /// [`Failure::Bounds`].
     pub fn refuse_broken(&self) -> Result<(), Failure> {
         let broken: Vec<_> = self.plan.refusals().cloned().collect();
-        if broken.is_empty() { Ok(()) } else { Err(Failure::Bounds(broken)) }
+        if broken.is_empty() { Ok(()) } else { Err(broken.into()) }
     }
 
     /// What the user should know before the run, line by line.

@@ -16,7 +16,7 @@ impl From<LogError> for Failure {
 
 /// Path of part `part`, counted from 1.
 #[must_use]
-pub fn log_path(folder: &OutputFolder, part: u32) -> PathBuf {
+pub(crate) fn log_path(folder: &OutputFolder, part: u32) -> PathBuf {
     match part {
         1 => folder.log(),
         _ => folder.root().join(format!("exchange.{part}.mcap")),
@@ -25,12 +25,12 @@ pub fn log_path(folder: &OutputFolder, part: u32) -> PathBuf {
 
 /// The first part that is not there yet.
 #[must_use]
-pub fn next_part(folder: &OutputFolder) -> u32 {
+pub(crate) fn next_part(folder: &OutputFolder) -> u32 {
     (1..u32::MAX).find(|part| !log_path(folder, *part).exists()).unwrap_or(u32::MAX)
 }
 
 /// Removes the parts that resumes of an earlier run left in the folder.
-pub fn remove_parts(folder: &Path) {
+pub(crate) fn remove_parts(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for path in entries.flatten().map(|entry| entry.path()) {
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
@@ -46,7 +46,7 @@ pub fn remove_parts(folder: &Path) {
 ///
 /// # Errors
 /// [`Failure::Run`] if the file cannot be written.
-pub fn open(
+pub(crate) fn open(
     prepared: &Prepared,
     folder: &OutputFolder,
     part: u32,

@@ -9,22 +9,23 @@ use protocol::participant::Role;
 use rustix::process::Signal;
 
 use crate::failure::Failure;
+use crate::session::start;
 use crate::solvers::Solver;
 use crate::supervise::{Interrupts, Supervisor, Words};
 
 /// What `bedload replay` was asked.
 #[derive(Clone, Debug)]
-pub struct Replay {
+pub(crate) struct Replay {
     /// The log.
-    pub log: PathBuf,
+    pub(crate) log: PathBuf,
     /// Which solver to drive.
-    pub drive: Role,
+    pub(crate) drive: Role,
     /// Compare bit for bit.
-    pub verify: bool,
+    pub(crate) verify: bool,
     /// Checkpoint that the log begins at, where it is not the start of the run.
-    pub checkpoint: Option<PathBuf>,
+    pub(crate) checkpoint: Option<PathBuf>,
     /// Output folder.
-    pub out: Option<PathBuf>,
+    pub(crate) out: Option<PathBuf>,
 }
 
 /// Starts the solver on the log and passes its verdict on: 0 the same, 1 different.
@@ -33,7 +34,7 @@ pub struct Replay {
 ///
 /// # Errors
 /// [`Failure`].
-pub fn replay(replay: &Replay) -> Result<(), Failure> {
+pub(crate) fn replay(replay: &Replay) -> Result<(), Failure> {
     let reader = LogReader::open(&replay.log).map_err(|error| Failure::Input(error.to_string()))?;
     let manifest = reader.manifest();
     if !manifest.has(replay.drive) {
@@ -54,9 +55,7 @@ pub fn replay(replay: &Replay) -> Result<(), Failure> {
     let interrupts =
         Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
     let mut supervisor = Supervisor::default();
-    supervisor.start(solver.role, &solver.command, &arguments(replay), Words::Own).map_err(|error| {
-        Failure::Peer(format!("cannot start the {} solver `{}`: {error}", solver.role, solver.line()))
-    })?;
+    start(&mut supervisor, &solver, &arguments(replay), Words::Own)?;
     while !supervisor.wait_all(Duration::from_millis(20)) {
         if interrupts.count() > 0 {
             // Nothing to save: a replay can be done again.

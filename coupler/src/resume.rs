@@ -18,34 +18,34 @@ const ROLE: &str = "coupler";
 
 /// Costs of a run up to a checkpoint, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Spent {
+pub(crate) struct Spent {
     /// Wall time.
-    pub wall: f64,
+    pub(crate) wall: f64,
     /// CPU time of the fluid.
-    pub fluid: f64,
+    pub(crate) fluid: f64,
     /// CPU time of the DEM.
-    pub dem: f64,
+    pub(crate) dem: f64,
     /// CPU time of the coupler.
-    pub coupler: f64,
+    pub(crate) coupler: f64,
     /// Sending and receiving.
-    pub exchange: f64,
+    pub(crate) exchange: f64,
     /// Recording.
-    pub record: f64,
+    pub(crate) record: f64,
 }
 
 /// Everything of the coupler that decides, or counts, what comes next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CouplerState {
+pub(crate) struct CouplerState {
     /// Windows.
-    pub planner: PlannerState,
+    pub(crate) planner: PlannerState,
     /// Metrics and counts.
-    pub observer: ObserverState,
+    pub(crate) observer: ObserverState,
     /// Costs.
-    pub spent: Spent,
+    pub(crate) spent: Spent,
     /// Windows in which something began to touch against the sub-step rule.
-    pub late: u64,
+    pub(crate) late: u64,
     /// Attempts at windows, where they are repeated.
-    pub attempts: Tally,
+    pub(crate) attempts: Tally,
 }
 
 /// Writes the coupler's file: the checkpoint of window `step` is whole from then on, and older ones
@@ -53,7 +53,7 @@ pub struct CouplerState {
 ///
 /// # Errors
 /// [`Failure::Run`] if the disk refuses.
-pub fn complete(
+pub(crate) fn complete(
     folder: &OutputFolder,
     step: u64,
     identity: &str,
@@ -72,7 +72,7 @@ pub fn complete(
 ///
 /// # Errors
 /// [`Failure::Input`] if there is none, or it is of another scene.
-pub fn latest(folder: &OutputFolder, identity: &str) -> Result<(PathBuf, CouplerState), Failure> {
+pub(crate) fn latest(folder: &OutputFolder, identity: &str) -> Result<(PathBuf, CouplerState), Failure> {
     let mut found = folders(folder);
     found.retain(|(_, path)| checkpoint::path(path, ROLE).is_file());
     found.sort();
@@ -91,7 +91,7 @@ pub fn latest(folder: &OutputFolder, identity: &str) -> Result<(PathBuf, Coupler
 }
 
 /// Removes every checkpoint of an earlier run.
-pub fn remove_all(folder: &OutputFolder) {
+pub(crate) fn remove_all(folder: &OutputFolder) {
     for (_, path) in folders(folder) {
         let _ = std::fs::remove_dir_all(path);
     }

@@ -125,16 +125,8 @@ pub(crate) fn open_folder(
     let coupling = Coupling { scheme, ..prepared.coupling.clone() };
     let coupling = toml::Table::try_from(&coupling).map_err(|error| Failure::Run(error.to_string()))?;
     // What a solver did not resolve stays as the user wrote it.
-    let fluid = prepared
-        .fluid
-        .as_ref()
-        .map(|participant| &participant.facts)
-        .filter(|facts| !facts.resolved.is_empty());
-    let dem = prepared
-        .dem
-        .as_ref()
-        .map(|participant| &participant.facts)
-        .filter(|facts| !facts.resolved.is_empty());
+    let fluid = prepared.fluid.as_ref().map(|fluid| &fluid.facts).filter(|facts| !facts.resolved.is_empty());
+    let dem = prepared.dem.as_ref().map(|dem| &dem.facts).filter(|facts| !facts.resolved.is_empty());
     folder.write_scene(&prepared.scene, fluid, dem, Some(&coupling))?;
     let plan =
         serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;

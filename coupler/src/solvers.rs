@@ -11,11 +11,12 @@ use protocol::participant::Role;
 use protocol::scene::{CheckedScene, SceneError};
 use serde::de::DeserializeOwned;
 
+use crate::failure::Failure;
 use crate::supervise::program;
 
 /// Why a solver could not be asked.
 #[derive(Debug, thiserror::Error)]
-pub enum SolverCommandError {
+pub(crate) enum SolverCommandError {
     /// The scene's `command` makes no command.
     #[error(transparent)]
     Scene(#[from] Box<SceneError>),
@@ -55,15 +56,28 @@ pub enum SolverCommandError {
     },
 }
 
+impl From<SolverCommandError> for Failure {
+    fn from(error: SolverCommandError) -> Self {
+        match error {
+            SolverCommandError::Scene(error) => Self::Scene(error),
+            SolverCommandError::Start { .. } => Self::Peer(error.to_string()),
+            SolverCommandError::Refused { code: 2, .. } => Self::Input(error.to_string()),
+            SolverCommandError::Refused { .. } | SolverCommandError::Facts { .. } => {
+                Self::Run(error.to_string())
+            }
+        }
+    }
+}
+
 /// A solver as a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Solver {
+pub(crate) struct Solver {
     /// Its side.
-    pub role: Role,
+    pub(crate) role: Role,
     /// Executable and leading arguments.
-    pub command: Vec<String>,
+    pub(crate) command: Vec<String>,
     /// Named by the scene, so perhaps not ours.
-    pub foreign: bool,
+    pub(crate) foreign: bool,
 }
 
 impl Solver {
@@ -71,7 +85,7 @@ impl Solver {
     ///
     /// # Errors
     /// [`SceneError`] if `command` is not a list of words.
-    pub fn of(role: Role, scene: &CheckedScene) -> Result<Self, SceneError> {
+    pub(crate) fn of(role: Role, scene: &CheckedScene) -> Result<Self, SceneError> {
         let section = match role {
             Role::Fluid => &scene.scene.fluid,
             Role::Dem => &scene.scene.dem,
@@ -93,13 +107,13 @@ impl Solver {
 
     /// Our solver of a role: beside this program, or on PATH.
     #[must_use]
-    pub fn ours(role: Role) -> Self {
+    pub(crate) fn ours(role: Role) -> Self {
         Self { role, command: vec![sibling(program(role))], foreign: false }
     }
 
     /// The command as one line.
     #[must_use]
-    pub fn line(&self) -> String {
+    pub(crate) fn line(&self) -> String {
         self.command.join(" ")
     }
 
@@ -146,7 +160,7 @@ impl Solver {
 
     /// JSON Schema of the solver's section; `None` if it is not there or does not print one.
     #[must_use]
-    pub fn schema(&self, limit: Duration) -> Option<serde_json::Value> {
+    pub(crate) fn schema(&self, limit: Duration) -> Option<serde_json::Value> {
         let answer = self.ask(&["schema".into()], limit).ok()?;
         serde_json::from_str(&answer.stdout).ok()
     }
@@ -162,7 +176,7 @@ fn patience(limit: Duration, scene: &CheckedScene) -> Duration {
 ///
 /// # Errors
 /// [`SolverCommandError`].
-pub fn fluid_facts(
+pub(crate) fn fluid_facts(
     solver: &Solver,
     scene: &CheckedScene,
     path: &Path,
@@ -187,7 +201,7 @@ pub fn fluid_facts(
 ///
 /// # Errors
 /// [`SolverCommandError`].
-pub fn dem_facts(
+pub(crate) fn dem_facts(
     solver: &Solver,
     scene: &CheckedScene,
     path: &Path,

@@ -24,23 +24,23 @@ const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// What became of a child.
 #[derive(Clone, Debug)]
-pub struct Exit {
+pub(crate) struct Exit {
     /// Which solver.
-    pub role: Role,
+    pub(crate) role: Role,
     /// How it ended; none if the system would not tell.
-    pub status: Option<ExitStatus>,
+    pub(crate) status: Option<ExitStatus>,
 }
 
 impl Exit {
     /// Was it killed by a signal?
     #[must_use]
-    pub fn was_killed(&self) -> bool {
+    pub(crate) fn was_killed(&self) -> bool {
         self.status.is_none_or(|status| status.signal().is_some())
     }
 
     /// Exit code, if it left by itself.
     #[must_use]
-    pub fn code(&self) -> Option<i32> {
+    pub(crate) fn code(&self) -> Option<i32> {
         self.status.and_then(|status| status.code())
     }
 }
@@ -61,7 +61,7 @@ impl std::fmt::Display for Exit {
 
 /// Name of our solver in a role.
 #[must_use]
-pub fn program(role: Role) -> &'static str {
+pub(crate) fn program(role: Role) -> &'static str {
     match role {
         Role::Fluid => "bedload-fluid",
         Role::Dem => "bedload-dem",
@@ -70,7 +70,7 @@ pub fn program(role: Role) -> &'static str {
 
 /// Where a child's words go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Words {
+pub(crate) enum Words {
     /// To the coupler's stderr line by line, the last ones kept.
     Kept,
     /// The last ones kept, and nothing else.
@@ -96,7 +96,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// The children of a run. Dropped, it kills those that still live.
 #[derive(Default)]
-pub struct Supervisor {
+pub(crate) struct Supervisor {
     children: Vec<Watched>,
     exits: Exits,
 }
@@ -106,7 +106,7 @@ impl Supervisor {
     ///
     /// # Errors
     /// The system's, if the program cannot be started.
-    pub fn start(
+    pub(crate) fn start(
         &mut self,
         role: Role,
         program: &[String],
@@ -137,19 +137,19 @@ impl Supervisor {
 
     /// Children that have exited, in the order in which that was seen.
     #[must_use]
-    pub fn exits(&self) -> Vec<Exit> {
+    pub(crate) fn exits(&self) -> Vec<Exit> {
         locked(&self.exits).clone()
     }
 
     /// Has any child exited? Costs a lock, so that it can be asked every few milliseconds.
     #[must_use]
-    pub fn any_exit(&self) -> bool {
+    pub(crate) fn any_exit(&self) -> bool {
         !locked(&self.exits).is_empty()
     }
 
     /// Last lines that a solver wrote to stderr.
     #[must_use]
-    pub fn last_words(&self, role: Role) -> String {
+    pub(crate) fn last_words(&self, role: Role) -> String {
         let of_role = self.children.iter().find(|watched| watched.role == role);
         of_role.map_or_else(String::new, |watched| {
             let words = locked(&watched.words);
@@ -158,7 +158,7 @@ impl Supervisor {
     }
 
     /// Waits at most `limit` until every child has exited.
-    pub fn wait_all(&self, limit: Duration) -> bool {
+    pub(crate) fn wait_all(&self, limit: Duration) -> bool {
         let start = Instant::now();
         while locked(&self.exits).len() < self.children.len() {
             if start.elapsed() >= limit {
@@ -170,7 +170,7 @@ impl Supervisor {
     }
 
     /// Sends `signal` to every child that lives.
-    pub fn signal(&self, signal: Signal) {
+    pub(crate) fn signal(&self, signal: Signal) {
         for watched in &self.children {
             let mut child = locked(&watched.child);
             // Not yet reaped, so the number is still this child's.
@@ -181,7 +181,7 @@ impl Supervisor {
     }
 
     /// Ends every child: SIGTERM, and SIGKILL after `grace`.
-    pub fn end(&self, grace: Duration) {
+    pub(crate) fn end(&self, grace: Duration) {
         self.signal(Signal::TERM);
         // A stopped process takes SIGTERM only when it goes on.
         self.signal(Signal::CONT);
@@ -238,14 +238,14 @@ fn keep_words(role: Role, stderr: impl BufRead, kept: &Mutex<VecDeque<String>>, 
 /// Ctrl-C and SIGTERM as a count: the first ends the run in order, the second kills the solvers, the
 /// third the coupler itself.
 #[derive(Clone, Debug)]
-pub struct Interrupts(Arc<AtomicUsize>);
+pub(crate) struct Interrupts(Arc<AtomicUsize>);
 
 impl Interrupts {
     /// Starts listening.
     ///
     /// # Errors
     /// The system's, if a handler cannot be set.
-    pub fn listen() -> std::io::Result<Self> {
+    pub(crate) fn listen() -> std::io::Result<Self> {
         use signal_hook::consts::{SIGINT, SIGTERM};
         let count = Arc::new(AtomicUsize::new(0));
         let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
@@ -260,15 +260,9 @@ impl Interrupts {
         Ok(Self(count))
     }
 
-    /// An ear that hears nothing, for tests and plans.
-    #[must_use]
-    pub fn deaf() -> Self {
-        Self(Arc::default())
-    }
-
     /// Signals so far.
     #[must_use]
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.0.load(Ordering::SeqCst)
     }
 }

@@ -107,6 +107,16 @@ fn a_solver_that_miscounts_or_sends_nonsense_or_gives_up_stops_the_run() {
 }
 
 #[test]
+fn a_window_whose_last_report_is_late_counts_although_the_other_solver_fails() {
+    let room = Room::new("late");
+    let path = room.put(&scene("fail:4", "late:3", ""));
+    let output = run(&room, &path, &[]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("the pressure solver diverged"), "{}", stderr(&output));
+    assert_eq!(room.summary()["time"]["fluid_steps"], 4, "windows 0 to 3 are done");
+}
+
+#[test]
 fn an_interrupted_run_goes_on_bit_for_bit() {
     let whole = Room::new("whole");
     let path = whole.put(&scene("good", "slow", ""));

@@ -522,7 +522,6 @@ fn coupling_section_names_what_is_wrong() {
         ("coupling.deadline=0", "coupling.deadline"),
         ("coupling.checkpoint_every=-1", "coupling.checkpoint_every"),
         ("coupling.steps_per_contact=nan", "coupling.steps_per_contact"),
-        ("coupling.force=[\"speed-limit\"]", "coupling.force"),
         ("coupling.deadlin=3", "coupling.deadlin"),
         ("coupling.scheme=\"sometimes\"", "coupling.scheme"),
         ("coupling.iterations.tolerance=0", "coupling.iterations.tolerance"),
@@ -537,6 +536,28 @@ fn coupling_section_names_what_is_wrong() {
         assert_eq!(error.key, key, "{error}");
         assert!(error.line > 0 && !error.remedy.is_empty());
     }
+}
+
+#[test]
+fn bounds_of_a_solver_of_the_run_can_be_forced_by_name_too() {
+    let own = || SolverBound::new("lift", "dt_dem", (1.0, Measure::Substep), Side::AtMost, 1e-9);
+    let mut case = Case::new();
+    case.scene = vec!["coupling.force=[\"lift\"]"];
+    let scene = scene(&case.scene);
+    let coupling = Coupling::read(&scene).expect("its names are checked with the plan");
+    let error = Plan::new(&scene, &coupling, Some(&case.fluid), Some(&case.dem), None).expect_err("no such");
+    assert_eq!(error.key, "coupling.force", "{error}");
+    assert!(error.message.contains("`lift`") && error.message.contains("contact-steps"), "{error}");
+    assert!(error.line > 0 && !error.remedy.is_empty());
+    case.dem.bounds = vec![own()];
+    assert!(case.plan().refusals().all(|bound| bound.name != "lift"));
+    case.scene = vec!["coupling.force=[\"lift\", \"speed-limit\"]"];
+    let scene = self::scene(&case.scene);
+    let coupling = Coupling::read(&scene).unwrap();
+    let error = Plan::new(&scene, &coupling, Some(&case.fluid), Some(&case.dem), None).expect_err("no such");
+    assert!(error.message.contains("`speed-limit`") && error.message.ends_with(", lift"), "{error}");
+    case.scene.clear();
+    assert!(case.plan().refusals().any(|bound| bound.name == "lift"));
 }
 
 #[test]

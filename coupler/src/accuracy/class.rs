@@ -1,8 +1,10 @@
 //! Classes of scenes that have a chart.
 
+use protocol::facts::LoadsForm;
 use protocol::scene::{CheckedScene, Grain, MetricKind, Motion, Shape};
 
 use super::charted::{Charted, Run};
+use crate::keys;
 use crate::scheme::norm;
 
 /// A class of scenes whose errors one chart tells.
@@ -61,33 +63,31 @@ fn is_bed(scene: &CheckedScene) -> bool {
 
 /// Is its mask thinner than the default?
 fn is_thin(run: &Run) -> bool {
-    run.setting("fluid.immersed.width")
-        .and_then(|text| text.parse().ok())
-        .is_some_and(|width: f64| width < 0.5)
+    run.setting(keys::WIDTH).and_then(|text| text.parse().ok()).is_some_and(|width: f64| width < 0.5)
 }
 
 /// May the carried force go with the grains? It asks for yu-shao-fixed-point, and that no window is repeated.
 fn may_advect_force(scene: &CheckedScene) -> bool {
-    let (fluid, coupling) = (&scene.scene.fluid, &scene.scene.coupling);
-    let says = |section: &str, key: &str| fluid.get(section)?.get(key)?.as_str();
+    let says = |key: &str| keys::look_up(scene, key)?.as_str();
+    let follows = LoadsForm::YuShaoFixedPoint.to_string();
     let heavy = scene.scene.medium.as_ref().is_some_and(|medium| {
         let mut free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
         free.all(|grain| grain.density >= MAY_REPEAT * medium.density)
     });
     heavy
-        && says("immersed", "method") != Some("direct")
-        && says("loads", "form").is_none_or(|form| form == "yu-shao-fixed-point")
-        && coupling.get("scheme").and_then(toml::Value::as_str) != Some("iterated")
+        && says(keys::METHOD) != Some(keys::DIRECT)
+        && says(keys::LOADS).is_none_or(|form| form == follows)
+        && scene.scene.coupling.get("scheme").and_then(toml::Value::as_str) != Some("iterated")
 }
 
 /// Does its carried force go with the grains?
 fn advects_force(run: &Run) -> bool {
-    run.setting("fluid.immersed.force_transport").is_some_and(|text| text.contains("advected"))
+    run.setting(keys::TRANSPORT).is_some_and(|text| text.contains(keys::ADVECTED))
 }
 
 /// Its time step, s.
 fn step(run: &Run) -> Option<f64> {
-    run.setting("fluid.time.dt")?.parse().ok()
+    run.setting(keys::FLUID_DT)?.parse().ok()
 }
 
 /// Least Ar of the free grains; infinite without gravity.

@@ -6,12 +6,13 @@ use protocol::scene::{CheckedScene, SceneSource};
 
 use super::charted::{Charted, Run};
 use super::class::Class;
+use crate::keys;
 use crate::resolution;
 use crate::study::chart::Chart;
 use crate::study::{Sweep, parse_csv};
 
 /// Columns that refine: a run with more of it is finer.
-const REFINE: [&str; 3] = ["resolution", "cells", "dem.steps_per_contact"];
+const REFINE: [&str; 3] = ["resolution", "cells", keys::CONTACT_STEPS];
 
 /// The rows of a `chart.csv` that have an error and a cost, but for a run that is the reference itself: its
 /// error, 0, says nothing.
@@ -53,8 +54,7 @@ fn made(class: Class, root: &Path, scene: &str) -> Charted {
         let scene = CheckedScene::new(source.clone().with_overrides(&point.set).unwrap()).unwrap();
         assert_eq!(class.time(&scene), class.time(&base), "{}: its own unit of time", run.label);
         run.resolution = resolution::of(&scene);
-        let time = scene.scene.fluid.get("time");
-        run.dt = time.and_then(|time| time.get("dt")).and_then(toml::Value::as_float);
+        run.dt = keys::look_up(&scene, keys::FLUID_DT).and_then(toml::Value::as_float);
         run.set.clone_from(&point.set);
     }
     Charted { scene: scene.to_owned(), table: class.chart_file().to_owned(), time: class.time(&base), runs }

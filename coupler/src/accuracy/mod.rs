@@ -38,19 +38,19 @@ struct Asked {
 
 /// What was chosen, and what is expected of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Expected {
+pub(crate) struct Expected {
     /// Relative error asked for.
-    pub target: f64,
+    pub(crate) target: f64,
     /// Relative error that the chart has for this setting.
-    pub error: f64,
+    pub(crate) error: f64,
     /// Class of the scene.
-    pub class: &'static str,
+    pub(crate) class: &'static str,
     /// File of the chart.
-    pub chart: &'static str,
+    pub(crate) chart: &'static str,
     /// Label of the run in it.
-    pub label: String,
+    pub(crate) label: String,
     /// `KEY=VALUE` as applied.
-    pub set: Vec<String>,
+    pub(crate) set: Vec<String>,
 }
 
 impl std::fmt::Display for Expected {
@@ -72,7 +72,7 @@ impl std::fmt::Display for Expected {
 ///
 /// # Errors
 /// [`Failure::Scene`] if the scene is wrong, of no class with a chart, or asks for more than its chart has.
-pub fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), Failure> {
+pub(crate) fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), Failure> {
     let source = SceneSource::read(&options.scene, &options.all_overrides()).map_err(Box::new)?;
     // The key alone: most scenes have none, and to lay out many grains twice takes its time.
     let Asked { accuracy } = source.section().map_err(Box::new)?;

@@ -6,13 +6,14 @@ use protocol::scene::CheckedScene;
 
 use super::charted::{Charted, Run};
 use super::class::Class;
+use crate::keys;
 use crate::resolution;
 
 /// Sections whose varied keys are transferred as they are.
 const METHOD: [&str; 3] = ["fluid.", "dem.", "coupling."];
 
 /// What is none the less not: the time step has a unit of its own, and contacts are the material's.
-const NOT_METHOD: [&str; 2] = ["fluid.time.dt=", "dem.contact."];
+const NOT_METHOD: [&str; 2] = [keys::FLUID_DT, keys::CONTACT];
 
 /// `KEY=VALUE` that give `scene` the setting of `run`.
 pub(super) fn transferred(chart: &Charted, run: &Run, class: Class, scene: &CheckedScene) -> Vec<String> {
@@ -21,17 +22,22 @@ pub(super) fn transferred(chart: &Charted, run: &Run, class: Class, scene: &Chec
         set.extend(refined(scene, wanted));
     }
     if let (Some(dt), Some(unit), Some(time)) = (run.dt, chart.time, class.time(scene)) {
-        set.push(format!("fluid.time.dt={:?}", dt * time / unit));
+        set.push(format!("{}={:?}", keys::FLUID_DT, dt * time / unit));
     }
     // Lubrication that the scene leaves to the default is not begun by half.
-    let lubrication = scene.scene.dem.get("lubrication").is_some();
+    let lubrication = keys::look_up(scene, keys::LUBRICATION).is_some();
     let wanted = |text: &&String| {
-        (lubrication || !text.starts_with("dem.lubrication."))
+        (lubrication || !is_at(text, keys::LUBRICATION))
             && METHOD.iter().any(|section| text.starts_with(section))
-            && !NOT_METHOD.iter().any(|key| text.starts_with(key))
+            && !NOT_METHOD.iter().any(|key| is_at(text, key))
     };
     set.extend(run.set.iter().filter(wanted).cloned());
     set
+}
+
+/// Does `KEY=VALUE` set this key, or one in it?
+fn is_at(text: &str, key: &str) -> bool {
+    text.strip_prefix(key).is_some_and(|rest| rest.starts_with(['=', '.']))
 }
 
 /// `--set` of a grid with at least `wanted` cells per diameter: a little finer where whole and fast numbers of cells

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::facts::TimeSteps;
 use super::names::SINGULAR;
+use crate::failure::Failure;
 use crate::number::Short;
 
 /// One bound of a plan.
@@ -104,5 +105,31 @@ impl Bound {
     pub fn relation(&self) -> String {
         let sign = if self.side == Side::AtLeast { '≥' } else { '≤' };
         format!("{} = {:.4}, must be {sign} {:.4}", self.quantity, Short(self.value), Short(self.limit))
+    }
+}
+
+/// The bounds that a plan breaks, each with its remedy.
+impl From<Vec<Bound>> for Failure {
+    fn from(bounds: Vec<Bound>) -> Self {
+        let mut text = String::from("the plan breaks a stability bound");
+        for bound in &bounds {
+            text += &format!(
+                "\n  {}: {}\n    why: {} ({})\n    remedy: {}",
+                bound.name,
+                bound.relation(),
+                bound.why,
+                bound.source,
+                bound.remedy
+            );
+        }
+        let names: Vec<String> = bounds
+            .iter()
+            .filter(|bound| bound.name != SINGULAR)
+            .map(|bound| format!("{:?}", bound.name))
+            .collect();
+        if !names.is_empty() {
+            text += &format!("\n  to run all the same: --set 'coupling.force=[{}]'", names.join(", "));
+        }
+        Self::Bounds(text)
     }
 }

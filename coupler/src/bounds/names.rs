@@ -1,7 +1,7 @@
 //! Names of the bounds.
 
 /// Names of all bounds of the coupler and of our solvers, in the order in which `bedload check` prints them.
-/// `coupling.force` takes them.
+/// `coupling.force` takes them, and those that a solver of the run sends.
 pub const NAMES: &[&str] = &[
     "density-ratio",
     "density-range",

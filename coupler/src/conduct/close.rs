@@ -30,7 +30,7 @@ impl Conductor<'_> {
     ///
     /// # Errors
     /// [`Failure`] if the log or the series could not be finished.
-    pub fn close(mut self, summary: &mut Summary, in_order: bool) -> Result<(), Failure> {
+    pub(crate) fn close(mut self, summary: &mut Summary, in_order: bool) -> Result<(), Failure> {
         self.progress.finish();
         let grace = Duration::from_millis(if in_order { 2000 } else { 300 });
         if !(in_order && self.supervisor.wait_all(grace)) {

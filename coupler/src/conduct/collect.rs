@@ -1,6 +1,6 @@
 //! What the solvers send, put where it belongs.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use protocol::channel::Event;
 use protocol::message::{State, Status};
@@ -14,12 +14,15 @@ use crate::judge;
 /// Writing files may take longer than a window.
 const FILES_TAKE: u32 = 6;
 
+/// Longest time for the last report of a window that the other solver has done, after a failure.
+const PATIENCE: Duration = Duration::from_millis(200);
+
 impl Conductor<'_> {
-    /// The next event. After a failure those that are there already, so that every window that was
-    /// done counts, then the failure.
+    /// The next event. After a failure those that belong to windows that were done, so that these count, then the
+    /// failure.
     pub(super) fn next(&mut self) -> Result<Event, Failure> {
         loop {
-            let event = if self.broken.is_none() { self.wait() } else { self.link.try_next() };
+            let event = if self.broken.is_none() { self.wait() } else { self.await_rest() };
             match event {
                 Ok(Some(Event::Status(role, status))) if status.state == State::Failed as u64 => {
                     self.hear_failure(role, &status);
@@ -30,6 +33,24 @@ impl Conductor<'_> {
                     (None, result) => self.broken = result.err(),
                 },
             }
+        }
+    }
+
+    /// What is there after a failure. A window that one solver has reported is nearly done: the other gets a moment
+    /// for its report, which it may be about to send.
+    fn await_rest(&mut self) -> Result<Option<Event>, ExchangeError> {
+        let begin = Instant::now();
+        loop {
+            let event = self.link.try_next()?;
+            let stopped = matches!(self.broken, Some(ExchangeError::Stopped));
+            let nearly = self.ordered.front().is_some_and(|(_, window)| {
+                let slot = &self.slots[slot_of(window.step)];
+                slot.fluid.is_some() != slot.dem.is_some()
+            });
+            if event.is_some() || stopped || !nearly || begin.elapsed() >= PATIENCE {
+                return Ok(event);
+            }
+            std::thread::sleep(Duration::from_millis(1));
         }
     }
 

@@ -21,7 +21,7 @@ use crate::supervise::{Interrupts, Supervisor};
 
 /// How a run ended, besides by failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub(crate) enum End {
     /// At `until`.
     Reached,
     /// By Ctrl-C or SIGTERM, in order.
@@ -29,7 +29,7 @@ pub enum End {
 }
 
 /// A coupled run under way.
-pub struct Conductor<'a> {
+pub(crate) struct Conductor<'a> {
     // Children go before the link, so that the coupler is the last to leave the run and removes it.
     pub(super) supervisor: Supervisor,
     pub(super) link: ConductorLink,
@@ -71,7 +71,7 @@ impl<'a> Conductor<'a> {
     /// # Errors
     /// [`Failure`] if the output cannot be opened.
     #[allow(clippy::too_many_arguments)] // each is a part that lives as long as the run
-    pub fn new(
+    pub(crate) fn new(
         supervisor: Supervisor,
         link: ConductorLink,
         prepared: &'a Prepared,
@@ -124,13 +124,13 @@ impl<'a> Conductor<'a> {
     }
 
     /// Ends the run, with a checkpoint, before window `step`.
-    pub fn end_before(&mut self, step: u64) {
+    pub(crate) fn end_before(&mut self, step: u64) {
         self.last = Some(step);
     }
 
     /// Windows that are done, those before a resume included.
     #[must_use]
-    pub fn done(&self) -> u64 {
+    pub(crate) fn done(&self) -> u64 {
         self.observer.tally().windows
     }
 

@@ -22,4 +22,4 @@ mod verdict;
 mod windows;
 
 pub(crate) use cause::{alive, explain};
-pub use conductor::{Conductor, End};
+pub(crate) use conductor::{Conductor, End};

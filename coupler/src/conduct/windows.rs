@@ -18,7 +18,7 @@ impl Conductor<'_> {
     ///
     /// # Errors
     /// [`Failure`]; children may live still, [`Conductor::close`] ends them.
-    pub fn conduct(&mut self) -> Result<End, Failure> {
+    pub(crate) fn conduct(&mut self) -> Result<End, Failure> {
         loop {
             if let Some(error) = self.broken.take_if(|_| self.ordered.is_empty()) {
                 return Err(self.diagnose(error));

@@ -21,87 +21,34 @@ pub(super) struct Case {
     pub(super) play: fn(&Stand) -> Result<String, String>,
 }
 
+/// A case that a solver must pass.
+const fn must(name: &'static str, play: fn(&Stand) -> Result<String, String>, about: &'static str) -> Case {
+    Case { name, needed: true, about, play }
+}
+
+/// A case that a solver may do without.
+const fn may(name: &'static str, play: fn(&Stand) -> Result<String, String>, about: &'static str) -> Case {
+    Case { needed: false, ..must(name, play, about) }
+}
+
 /// All cases; the first one tells whether the solver takes the role at all.
+#[rustfmt::skip]
 pub(super) const CASES: [Case; 14] = [
-    Case {
-        name: "ready",
-        needed: true,
-        about: "joins, says Ready, leaves on Stop with exit code 0",
-        play: ready,
-    },
-    Case {
-        name: "windows",
-        needed: true,
-        about: "one message a window with the command's step, attempt, time, dt and sub-steps, all numbers finite, then Done",
-        play: windows,
-    },
-    Case { name: "ahead", needed: true, about: "takes four windows ordered at once, in order", play: ahead },
-    Case {
-        name: "units",
-        needed: true,
-        about: "DEM: half the weight as load halves the fall; fluid: at rest it sends buoyancy",
-        play: units,
-    },
-    Case {
-        name: "checkpoint",
-        needed: true,
-        about: "goes on from a checkpoint with the same bits as if it had not stopped",
-        play: checkpoint,
-    },
-    Case {
-        name: "stop-waiting",
-        needed: true,
-        about: "obeys Stop while it waits for a peer that is silent",
-        play: stop_waiting,
-    },
-    Case {
-        name: "peer-silent",
-        needed: true,
-        about: "gives up by the deadline, not with 0",
-        play: peer_silent,
-    },
-    Case {
-        name: "peer-leaves",
-        needed: true,
-        about: "leaves when its peer has gone, not with 0",
-        play: peer_leaves,
-    },
-    Case {
-        name: "coupler-leaves",
-        needed: true,
-        about: "leaves when the coupler has gone, not with 0",
-        play: coupler_leaves,
-    },
-    Case {
-        name: "unknown-order",
-        needed: true,
-        about: "answers an order that it does not know with Failed, or leaves, not with 0",
-        play: unknown_order,
-    },
-    Case {
-        name: "other-layout",
-        needed: true,
-        about: "refuses a token of another layout",
-        play: other_layout,
-    },
-    Case {
-        name: "other-grains",
-        needed: true,
-        about: "refuses a run with another number of grains than its scene",
-        play: other_grains,
-    },
-    Case {
-        name: "not-finite",
-        needed: false,
-        about: "answers a value that is not a number with Failed, or leaves, not with 0",
-        play: not_finite,
-    },
-    Case {
-        name: "repeat",
-        needed: false,
-        about: "does a window again from its start with the same bits (coupling.scheme = \"iterated\")",
-        play: repeat,
-    },
+    must("ready", ready, "joins, says Ready, leaves on Stop with exit code 0"),
+    must("windows", windows, "one message a window with the command's step, attempt, time, dt and sub-steps, all \
+        numbers finite, then Done"),
+    must("ahead", ahead, "takes four windows ordered at once, in order"),
+    must("units", units, "DEM: half the weight as load halves the fall; fluid: at rest it sends buoyancy"),
+    must("checkpoint", checkpoint, "goes on from a checkpoint with the same bits as if it had not stopped"),
+    must("stop-waiting", stop_waiting, "obeys Stop while it waits for a peer that is silent"),
+    must("peer-silent", peer_silent, "gives up by the deadline, not with 0"),
+    must("peer-leaves", peer_leaves, "leaves when its peer has gone, not with 0"),
+    must("coupler-leaves", coupler_leaves, "leaves when the coupler has gone, not with 0"),
+    must("unknown-order", unknown_order, "answers an order that it does not know with Failed, or leaves, not with 0"),
+    must("other-layout", other_layout, "refuses a token of another layout"),
+    must("other-grains", other_grains, "refuses a run with another number of grains than its scene"),
+    may("not-finite", not_finite, "answers a value that is not a number with Failed, or leaves, not with 0"),
+    may("repeat", repeat, "does a window again from its start with the same bits (coupling.scheme = \"iterated\")"),
 ];
 
 /// Windows before something happens.

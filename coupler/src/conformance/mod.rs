@@ -32,17 +32,17 @@ const SCENE: &str = include_str!("scene.toml");
 
 /// What is asked for.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub(crate) struct Options {
     /// Executable and leading arguments of the solver.
-    pub command: Vec<String>,
+    pub(crate) command: Vec<String>,
     /// The one role to test; else both are tried.
-    pub role: Option<Role>,
+    pub(crate) role: Option<Role>,
     /// Scene with a fluid and free grains, in place of the built-in one.
-    pub scene: Option<PathBuf>,
+    pub(crate) scene: Option<PathBuf>,
     /// `KEY=VALUE` for the scene.
-    pub overrides: Vec<String>,
+    pub(crate) overrides: Vec<String>,
     /// Print JSON.
-    pub json: bool,
+    pub(crate) json: bool,
 }
 
 /// How a case ended.
@@ -88,7 +88,7 @@ struct Report {
 ///
 /// # Errors
 /// [`Failure::Run`] if it fails a case that is needed or takes no role, [`Failure::Scene`] for a bad scene.
-pub fn conformance(options: &Options) -> Result<(), Failure> {
+pub(crate) fn conformance(options: &Options) -> Result<(), Failure> {
     if let Err(error) = remove_stale_runs() {
         protocol::say!("bedload: warning: cannot remove what dead runs left: {error}");
     }

@@ -4,6 +4,7 @@ use protocol::scene::Motion;
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, norm};
+use crate::keys;
 use crate::number::Short;
 use crate::prepare::Prepared;
 
@@ -43,7 +44,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
         .remove("fluid")
         .remove("domain.cells")
         .remove("domain.stretching")
-        .remove("dem.lubrication")
+        .remove(keys::LUBRICATION)
         .remove("observe.planes");
     Some(Idea {
         name: "dry",

@@ -54,25 +54,25 @@ struct Idea {
 
 /// A cheaper model of a scene.
 #[derive(Clone, Debug)]
-pub struct Proposal {
+pub(crate) struct Proposal {
     /// Name, as `--cheaper` takes it.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// What is done, in words.
-    pub what: &'static str,
+    pub(crate) what: &'static str,
     /// Expected relative error.
-    pub error: f64,
+    pub(crate) error: f64,
     /// Of which quantity, and why so much.
-    pub why: String,
+    pub(crate) why: String,
     /// How many times less the run is estimated to cost.
-    pub saving: f64,
+    pub(crate) saving: f64,
     /// The changed scene (TOML).
-    pub scene: String,
+    pub(crate) scene: String,
 }
 
 impl Proposal {
     /// One line for `check`.
     #[must_use]
-    pub fn line(&self) -> String {
+    pub(crate) fn line(&self) -> String {
         let error = if self.error > 0.0 {
             format!("error {} % expected", Short(100.0 * self.error))
         } else {
@@ -91,7 +91,7 @@ impl Proposal {
 
 /// Every proposal for a scene that was read with `options`, the cheapest first.
 #[must_use]
-pub fn all(prepared: &Prepared, options: &RunOptions) -> Vec<Proposal> {
+pub(crate) fn all(prepared: &Prepared, options: &RunOptions) -> Vec<Proposal> {
     let rules = [axis::idea, plane::idea, stokes::idea, dry::idea, substeps::idea, coarser::idea];
     let ideas = rules.into_iter().filter_map(|rule| rule(prepared)).filter(|idea| idea.error <= WORTH);
     let mut proposals: Vec<Proposal> = ideas.filter_map(|idea| worked_out(idea, prepared, options)).collect();
@@ -103,7 +103,7 @@ pub fn all(prepared: &Prepared, options: &RunOptions) -> Vec<Proposal> {
 ///
 /// # Errors
 /// [`Failure::Input`] if there is no such proposal for this scene.
-pub fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> Result<String, Failure> {
+pub(crate) fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> Result<String, Failure> {
     let proposals = all(prepared, options);
     let names: Vec<&str> = proposals.iter().map(|proposal| proposal.name).collect();
     let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };

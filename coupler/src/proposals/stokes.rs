@@ -6,6 +6,7 @@ use protocol::scene::{CheckedScene, Motion, Shape};
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, norm, volume};
+use crate::keys;
 use crate::number::Short;
 use crate::prepare::Prepared;
 
@@ -14,8 +15,7 @@ use crate::prepare::Prepared;
 pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let scene = &prepared.scene;
     let medium = scene.scene.medium.as_ref()?;
-    let convects = |time: &toml::Value| time.get("convection").is_none_or(|on| on.as_bool() == Some(true));
-    let on = scene.scene.fluid.get("time").is_none_or(convects);
+    let on = keys::look_up(scene, keys::CONVECTION).is_none_or(|on| on.as_bool() == Some(true));
     let at_rest = medium.initial == protocol::scene::InitialVelocity::Rest;
     if !on || !at_rest || is_driven_at_faces(&scene.scene) || scene.grains.is_empty() {
         return None;
@@ -24,7 +24,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let speeds = scene.grains.iter().map(|grain| stokes_speed(scene, grain, nu));
     let reynolds = scene.grains.iter().zip(speeds).map(|(grain, u)| 2.0 * grain.radius * u / nu);
     let reynolds = reynolds.fold(0.0, f64::max);
-    let change = Change::default().set("fluid.time.convection", false).set("fluid.time.scheme", "ab2");
+    let change = Change::default().set(keys::CONVECTION, false).set(keys::TIME_SCHEME, keys::AB2);
     Some(Idea {
         name: "stokes",
         what: "Stokes flow, one stage a step",

@@ -4,7 +4,7 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use bedload_output::{Claim, atomic_write};
+use bedload_output::{Claim, atomic_write, points};
 use protocol::scene::CheckedScene;
 
 use crate::failure::Failure;
@@ -52,6 +52,11 @@ pub(super) fn make(folder: &Path) -> Result<(), Failure> {
 /// Text of a file.
 pub(super) fn read(path: &Path) -> Result<String, Failure> {
     std::fs::read_to_string(path).map_err(cannot("read", path))
+}
+
+/// Two columns of a CSV file.
+pub(super) fn columns(path: &Path, x: &str, y: &str) -> Result<Vec<(f64, f64)>, Failure> {
+    points(&read(path)?, x, y).map_err(content(path))
 }
 
 /// An error of the system at a path.

@@ -4,15 +4,17 @@
 //! and width share a path, which keeps a picture of thousands of grains at some ten bytes each.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
-use super::numbers::number;
+use serde::Serialize;
+
+use super::page::render;
 use super::snapshot::{Disc, Snapshot};
+use crate::failure::Failure;
 
 /// Width of the picture; whole numbers place grains to a hundredth of a pixel on a usual screen.
 const WIDTH: f64 = 9000.0;
 
-/// Height of the text, and of the line it stands on.
+/// Height of the text, and of the line it stands on; `templates/grains.svg` has these, too.
 const TEXT: f64 = 150.0;
 const LINE: f64 = 220.0;
 
@@ -77,27 +79,68 @@ fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     Some((*values.get(strays)?, *values.get(values.len().checked_sub(strays + 1)?)?))
 }
 
+/// What `templates/grains.svg` shows.
+#[derive(Serialize)]
+struct Sheet {
+    height: f64,
+    /// Of one picture.
+    size: (f64, f64),
+    pictures: Vec<Picture>,
+    colours: [&'static str; 10],
+    /// Top of the colours below the pictures.
+    middle: f64,
+    fastest: f64,
+    /// A round length, m, and how long it is here.
+    length: f64,
+    bar: f64,
+}
+
+/// One instant.
+#[derive(Serialize)]
+struct Picture {
+    /// Left and top.
+    corner: (f64, f64),
+    time: f64,
+    dots: Vec<Dots>,
+}
+
+/// Dots of one colour and width, as a path.
+#[derive(Serialize)]
+struct Dots {
+    colour: &'static str,
+    wide: u64,
+    way: String,
+}
+
 /// The pictures, or nothing if there is no grain to draw.
-pub(super) fn draw(snapshots: &[Snapshot]) -> Option<String> {
-    let view = View::of(snapshots)?;
+///
+/// # Errors
+/// [`Failure::Run`] if the template fails: a fault of this program.
+pub(super) fn draw(snapshots: &[Snapshot]) -> Result<Option<String>, Failure> {
+    let Some(view) = View::of(snapshots) else { return Ok(None) };
     let fastest = fastest(snapshots);
     let columns = columns(snapshots.len(), view.size().1 / view.size().0);
     let width = (WIDTH - (columns as f64 - 1.0) * TEXT) / columns as f64;
     let scale = width / view.size().0;
     let step = (width + TEXT, scale * view.size().1 + LINE);
-    let rows = snapshots.len().div_ceil(columns);
-    let height = rows as f64 * step.1 + 1.5 * LINE;
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" \
-         aria-label=\"Grains, coloured by speed\" font-family=\"system-ui, sans-serif\" \
-         font-size=\"{TEXT}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
-    );
-    for (place, snapshot) in snapshots.iter().enumerate() {
-        let corner = ((place % columns) as f64 * step.0, (place / columns) as f64 * step.1);
-        svg += &picture(snapshot, &view, scale, fastest, corner);
-    }
-    svg += &legend(fastest, view.size().0, scale, rows as f64 * step.1);
-    Some(svg + "</svg>\n")
+    let top = snapshots.len().div_ceil(columns) as f64 * step.1;
+    let picture = |(place, snapshot): (usize, &Snapshot)| Picture {
+        corner: ((place % columns) as f64 * step.0, (place / columns) as f64 * step.1),
+        time: (1e4 * snapshot.time).round() / 1e4,
+        dots: dots(snapshot, &view, scale, fastest),
+    };
+    let length = round_length(0.2 * view.size().0);
+    let sheet = Sheet {
+        height: top + 1.5 * LINE,
+        size: (scale * view.size().0, scale * view.size().1),
+        pictures: snapshots.iter().enumerate().map(picture).collect(),
+        colours: COLOURS,
+        middle: top + 0.5 * LINE,
+        fastest,
+        length,
+        bar: scale * length,
+    };
+    render("grains.svg", sheet).map(Some)
 }
 
 /// Speed of the fastest colour: all but the strays are slower.
@@ -115,34 +158,24 @@ fn columns(pictures: usize, aspect: f64) -> usize {
     (1..=pictures).find(|columns| height(columns) <= 1.0).unwrap_or(pictures.max(1))
 }
 
-/// One instant, its upper left corner at `corner`.
-fn picture(snapshot: &Snapshot, view: &View, scale: f64, fastest: f64, corner: (f64, f64)) -> String {
-    let (width, height) = (scale * view.size().0, scale * view.size().1);
-    let mut dots: BTreeMap<(&str, u64), Vec<(i64, i64)>> = BTreeMap::new();
+/// The grains of one instant.
+fn dots(snapshot: &Snapshot, view: &View, scale: f64, fastest: f64) -> Vec<Dots> {
+    let mut dots: BTreeMap<(&'static str, u64), Vec<(i64, i64)>> = BTreeMap::new();
     for disc in snapshot.discs.iter().filter(|disc| view.shows(disc)) {
         let place = (scale * (disc.centre.0 - view.low.0), scale * (view.high.1 - disc.centre.1));
         let place = (place.0.round() as i64, place.1.round() as i64);
         let wide = (2.0 * scale * disc.radius).round().max(1.0) as u64;
         dots.entry((colour(disc, fastest), wide)).or_default().push(place);
     }
-    let mut svg = format!(
-        "<svg x=\"{:.0}\" y=\"{:.0}\" width=\"{width:.0}\" height=\"{:.0}\">\n<text y=\"{TEXT}\">t = {} s</text>\n\
-         <svg y=\"{LINE}\" width=\"{width:.0}\" height=\"{height:.0}\" fill=\"none\" stroke-linecap=\"round\">\n",
-        corner.0,
-        corner.1,
-        height + LINE,
-        number((1e4 * snapshot.time).round() / 1e4),
-    );
-    for ((colour, wide), places) in &dots {
-        let _ = write!(svg, "<path stroke=\"{colour}\" stroke-width=\"{wide}\" d=\"");
+    let way = |places: &[(i64, i64)]| {
         let mut last = (0, 0);
-        for place in places {
-            let _ = write!(svg, "m{} {}h0", place.0 - last.0, place.1 - last.1);
-            last = *place;
-        }
-        svg += "\"/>\n";
-    }
-    svg + "<rect width=\"100%\" height=\"100%\" stroke=\"#999\" stroke-width=\"12\"/>\n</svg>\n</svg>\n"
+        let step = |place: &(i64, i64)| {
+            let from = std::mem::replace(&mut last, *place);
+            format!("m{} {}h0", place.0 - from.0, place.1 - from.1)
+        };
+        places.iter().map(step).collect()
+    };
+    dots.into_iter().map(|((colour, wide), places)| Dots { colour, wide, way: way(&places) }).collect()
 }
 
 fn colour(disc: &Disc, fastest: f64) -> &'static str {
@@ -151,36 +184,6 @@ fn colour(disc: &Disc, fastest: f64) -> &'static str {
     }
     let part = if fastest > 0.0 { disc.speed / fastest } else { 0.0 };
     COLOURS[((part * COLOURS.len() as f64) as usize).min(COLOURS.len() - 1)]
-}
-
-/// Colours with their speeds, and a bar of a round length.
-fn legend(fastest: f64, width: f64, scale: f64, top: f64) -> String {
-    let (size, middle) = (TEXT, top + 0.5 * LINE);
-    let base = middle + 0.85 * TEXT;
-    let mut svg = String::from("<g>\n");
-    let start = 700.0;
-    let _ = writeln!(svg, "<text x=\"0\" y=\"{base:.0}\">0 m/s</text>");
-    for (place, colour) in COLOURS.iter().enumerate() {
-        let x = start + 1.5 * size * place as f64;
-        let _ = writeln!(
-            svg,
-            "<rect x=\"{x:.0}\" y=\"{middle:.0}\" width=\"{:.0}\" height=\"{size:.0}\" fill=\"{colour}\"/>",
-            1.5 * size
-        );
-    }
-    let end = start + 1.5 * size * COLOURS.len() as f64 + 0.6 * TEXT;
-    let _ = writeln!(svg, "<text x=\"{end:.0}\" y=\"{base:.0}\">{} m/s and more</text>", number(fastest));
-    let length = round_length(0.2 * width);
-    let (bar, from) = (scale * length, WIDTH - 1300.0 - scale * length);
-    let _ = writeln!(
-        svg,
-        "<path d=\"M{from:.0} {:.0}h{bar:.0}\" stroke=\"#000\" stroke-width=\"30\"/>\n\
-         <text x=\"{:.0}\" y=\"{base:.0}\">{} m</text>\n</g>",
-        middle + 0.5 * size,
-        WIDTH - 1300.0 + 0.6 * TEXT,
-        number(length)
-    );
-    svg
 }
 
 /// 1, 2 or 5 times a power of ten, at most `length`.
@@ -206,7 +209,7 @@ mod tests {
         let snapshots = [heap(0.0, 0.0), heap(1.0, 2.0)];
         let view = View::of(&snapshots).unwrap();
         assert_eq!((view.low, view.high), ((-2.0, -2.0), (51.0, 11.0)));
-        let svg = draw(&snapshots).unwrap();
+        let svg = draw(&snapshots).unwrap().unwrap();
         assert_eq!(svg.matches("h0").count(), 1000, "the far one is left out of both");
         assert!(svg.contains("t = 1 s") && svg.contains("2 m/s and more"));
         assert!(svg.len() < 20 * 1000, "{}", svg.len());
@@ -216,8 +219,8 @@ mod tests {
 
     #[test]
     fn nothing_is_drawn_of_nothing() {
-        assert!(draw(&[]).is_none());
-        assert!(draw(&[Snapshot::default()]).is_none());
+        assert!(draw(&[]).unwrap().is_none());
+        assert!(draw(&[Snapshot::default()]).unwrap().is_none());
     }
 
     #[test]

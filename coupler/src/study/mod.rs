@@ -13,13 +13,12 @@
 //! | `runs` | runs as child processes, several at a time, resumable |
 //! | `table` | `chart.csv`, `stability.csv`: a row per run |
 //! | `plot` | plots: lines, points, axes, legends |
-//! | `page`, `numbers` | HTML from templates, and how numbers are written |
+//! | `page` | HTML, SVG and text from templates |
 //! | `snapshot`, `grain_pictures` | grains at an instant, and their pictures coloured by speed |
 
 pub mod chart;
 mod folder;
 mod grain_pictures;
-mod numbers;
 mod page;
 mod plot;
 pub mod report;
@@ -33,7 +32,10 @@ pub mod validate;
 mod vary;
 
 pub use folder::Options;
-pub use runs::{Outcome, Reuse, Task, run_all};
+pub(crate) use runs::{Outcome, Reuse, Task, run_all};
 pub use sweep::{Column, Point, Sweep};
-pub use table::{Table, cell, parse_csv};
+pub use table::Table;
+pub(crate) use table::cell;
+#[cfg(test)]
+pub(crate) use table::parse_csv;
 pub use vary::{SingleRun, Vary};

@@ -1,35 +1,36 @@
-//! Pages and maps: HTML and SVG from templates. A page needs nothing but itself: no script, no outside style, font or picture.
+//! Pages, figures and reports: HTML, SVG and text from templates. A page needs nothing but itself: no script, no
+//! outside style, font or picture.
+//!
+//! | filter | writes |
+//! |---|---|
+//! | `number`, `percent`, `integer`, `measured` | a number, or a dash where there is none |
+//! | `seconds`, `nanoseconds`, `mebibytes` | the same with its unit |
+//! | `number_or_infinity` | a number; ∞ where there is none, as JSON has it |
+//! | `over(b)` | a ratio, or a dash |
+//! | `fixed(n)` | a number with n places |
+//! | `right(n)` | a text at the right of n columns |
 
 use minijinja::{AutoEscape, Environment, Output, State, UndefinedBehavior, Value};
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::number;
 
 /// Templates by name; the style is one, too.
-const TEMPLATES: [(&str, &str); 7] = [
+const TEMPLATES: [(&str, &str); 12] = [
     ("page.html", include_str!("templates/page.html")),
     ("parts.html", include_str!("templates/parts.html")),
     ("style.css", include_str!("templates/style.css")),
     ("report.html", include_str!("templates/report.html")),
     ("chart.html", include_str!("templates/chart.html")),
+    ("chart.svg", include_str!("templates/chart.svg")),
+    ("chart.txt", include_str!("templates/chart.txt")),
     ("stability.html", include_str!("templates/stability.html")),
     ("map.svg", include_str!("templates/map.svg")),
+    ("grains.svg", include_str!("templates/grains.svg")),
+    ("vorticity.svg", include_str!("templates/vorticity.svg")),
+    ("validation.md", include_str!("templates/validation.md")),
 ];
-
-/// A table of a page.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Listing {
-    /// Names of the columns; none: there is no header.
-    head: Vec<String>,
-    rows: Vec<Vec<Cell>>,
-}
-
-/// Text in a table of a page.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Cell {
-    text: String,
-    class: &'static str,
-}
 
 /// A figure of a page.
 #[derive(Clone, Debug, Serialize)]
@@ -52,50 +53,18 @@ pub(super) struct Key {
     pub(super) colour: &'static str,
 }
 
-impl Listing {
-    pub(super) fn new<T: ToString>(head: &[T], rows: Vec<Vec<Cell>>) -> Self {
-        Self { head: head.iter().map(T::to_string).collect(), rows }
-    }
-
-    /// The table, if it has rows.
-    pub(super) fn any(self) -> Option<Self> {
-        (!self.rows.is_empty()).then_some(self)
-    }
-}
-
-impl Cell {
-    /// With a class of the style: `good`, `bad`, `strong`, `code`.
-    pub(super) fn classed(text: impl ToString, class: &'static str) -> Self {
-        Self { text: text.to_string(), class }
-    }
-}
-
-impl<T: Into<String>> From<T> for Cell {
-    fn from(text: T) -> Self {
-        Self { text: text.into(), class: "" }
-    }
-}
-
 /// A value as text, or a dash.
 pub(super) fn or_dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> String {
     value.map_or_else(|| "–".to_owned(), text)
 }
 
-/// The page of a template with these data.
+/// The text of a template with these data.
 ///
 /// # Errors
 /// [`Failure::Run`] if the template and the data do not fit: a fault of this program.
 pub(super) fn render(template: &str, data: impl Serialize) -> Result<String, Failure> {
     let page = || {
-        let mut pages = Environment::new();
-        pages.set_trim_blocks(true);
-        pages.set_lstrip_blocks(true);
-        pages.set_keep_trailing_newline(true);
-        pages.set_undefined_behavior(UndefinedBehavior::SemiStrict);
-        pages.set_auto_escape_callback(|name| {
-            if name.ends_with(".css") { AutoEscape::None } else { AutoEscape::Html }
-        });
-        pages.set_formatter(write_escaped);
+        let mut pages = environment();
         for (name, text) in TEMPLATES {
             pages.add_template(name, text)?;
         }
@@ -104,16 +73,52 @@ pub(super) fn render(template: &str, data: impl Serialize) -> Result<String, Fai
     page().map_err(|error: minijinja::Error| Failure::Run(format!("the page {template} fails: {error:#}")))
 }
 
+fn environment() -> Environment<'static> {
+    let mut pages = Environment::new();
+    pages.set_trim_blocks(true);
+    pages.set_lstrip_blocks(true);
+    pages.set_keep_trailing_newline(true);
+    pages.set_undefined_behavior(UndefinedBehavior::SemiStrict);
+    pages.set_auto_escape_callback(|name| {
+        if name.ends_with("ml") || name.ends_with(".svg") { AutoEscape::Html } else { AutoEscape::None }
+    });
+    pages.set_formatter(write_escaped);
+    let filters: [(&str, fn(f64) -> String); 7] = [
+        ("number", number::number),
+        ("percent", number::percent),
+        ("integer", |count| number::integer(count as u64)),
+        ("seconds", |time| format!("{} s", number::number(time))),
+        ("nanoseconds", |time| format!("{} ns", number::number(time))),
+        ("mebibytes", |bytes| format!("{} MiB", number::integer(bytes as u64 >> 20))),
+        ("measured", number::measured),
+    ];
+    for (name, text) in filters {
+        pages.add_filter(name, move |value: Option<f64>| or_dash(value, text));
+    }
+    pages.add_filter("number_or_infinity", |value: Option<f64>| value.map_or("∞".to_owned(), number::number));
+    pages.add_filter("over", |over: Option<f64>, under: Option<f64>| {
+        or_dash(over.zip(under).filter(|(_, under)| *under > 0.0), |(over, under)| {
+            number::number(over / under)
+        })
+    });
+    pages.add_filter("fixed", |value: f64, places: usize| format!("{value:.places$}"));
+    pages.add_filter("right", |text: &str, width: usize| format!("{text:>width$}"));
+    pages
+}
+
 /// Writes a value as [`escape`] has it, where a template does not say that it is safe.
 fn write_escaped(out: &mut Output, state: &State, value: &Value) -> Result<(), minijinja::Error> {
+    let escapes = !matches!(state.auto_escape(), AutoEscape::None);
     match value.as_str() {
-        Some(text) if !value.is_safe() => out.write_str(&escape(text)).map_err(minijinja::Error::from),
+        Some(text) if escapes && !value.is_safe() => {
+            out.write_str(&escape(text)).map_err(minijinja::Error::from)
+        }
         _ => minijinja::escape_formatter(out, state, value),
     }
 }
 
 /// Text as HTML or SVG, also within quotes.
-pub(super) fn escape(text: &str) -> String {
+fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

@@ -3,7 +3,6 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bedload_output::{RunStatus, Summary};
@@ -14,7 +13,7 @@ use crate::failure::Failure;
 
 /// What became of a run.
 #[derive(Clone, Debug)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// It left a result.
     Done(Box<Summary>),
     /// It left none, and why.
@@ -23,7 +22,7 @@ pub enum Outcome {
 
 /// Which earlier runs are not repeated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reuse {
+pub(crate) enum Reuse {
     /// Those that reached their end.
     Completed,
     /// Those that failed too: that a setting fails is a result.
@@ -45,46 +44,67 @@ impl Reuse {
 
 /// One `bedload run` to make. What it says goes to a file beside its folder.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Task {
+pub(crate) struct Task {
     /// Name in messages.
-    pub name: String,
+    pub(crate) name: String,
     /// Scene file.
-    pub scene: PathBuf,
+    pub(crate) scene: PathBuf,
     /// `KEY=VALUE` for `--set`.
-    pub set: Vec<String>,
+    pub(crate) set: Vec<String>,
     /// Output folder.
-    pub folder: PathBuf,
+    pub(crate) folder: PathBuf,
     /// Threads of each solver.
-    pub threads: usize,
+    pub(crate) threads: usize,
 }
 
 /// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks.
 ///
 /// # Errors
 /// [`Failure::Input`] if this program or the folders cannot be had. A run that fails is an outcome.
-pub fn run_all(tasks: &[Task], jobs: usize, reuse: Reuse) -> Result<Vec<Outcome>, Failure> {
+pub(crate) fn run_all(tasks: &[Task], jobs: usize, reuse: Reuse) -> Result<Vec<Outcome>, Failure> {
     let program = std::env::current_exe().map_err(cannot("find", Path::new("bedload")))?;
     for folder in tasks.iter().filter_map(|task| task.folder.parent()) {
         make(folder)?;
     }
-    let outcomes: Mutex<Vec<Option<Outcome>>> = Mutex::new(vec![None; tasks.len()]);
-    let next = AtomicUsize::new(0);
-    std::thread::scope(|scope| {
-        for _ in 0..jobs.clamp(1, tasks.len().max(1)) {
-            scope.spawn(|| {
-                loop {
-                    let number = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(task) = tasks.get(number) else { break };
-                    let outcome = task.outcome(&program, reuse);
-                    outcomes.lock().unwrap_or_else(std::sync::PoisonError::into_inner)[number] =
-                        Some(outcome);
-                }
-            });
-        }
-    });
-    let outcomes = outcomes.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let outcomes = at_a_time(jobs, tasks, |task| task.outcome(&program, reuse));
     let missing = || Outcome::Failed("the run was not made".to_owned());
     Ok(outcomes.into_iter().map(|outcome| outcome.unwrap_or_else(missing)).collect())
+}
+
+/// What `work` makes of each item, in their order, `jobs` at a time; none where it panicked.
+pub(super) fn at_a_time<T: Sync, R: Send>(
+    jobs: usize,
+    items: &[T],
+    work: impl Fn(&T) -> R + Sync,
+) -> Vec<Option<R>> {
+    let next = AtomicUsize::new(0);
+    let worker = || {
+        let mut made = Vec::new();
+        while let number = next.fetch_add(1, Ordering::Relaxed)
+            && let Some(item) = items.get(number)
+        {
+            made.push((number, work(item)));
+        }
+        made
+    };
+    let mut all: Vec<Option<R>> = items.iter().map(|_| None).collect();
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..jobs.clamp(1, items.len().max(1))).map(|_| scope.spawn(worker)).collect();
+        for (number, result) in workers.into_iter().flat_map(|worker| worker.join().unwrap_or_default()) {
+            all[number] = Some(result);
+        }
+    });
+    all
+}
+
+impl Outcome {
+    /// The result, if it left one.
+    pub(super) fn summary(&self) -> Option<&Summary> {
+        match self {
+            Self::Done(summary) => Some(summary),
+            Self::Failed(_) => None,
+        }
+    }
 }
 
 impl Task {
@@ -92,7 +112,7 @@ impl Task {
     ///
     /// # Errors
     /// If the scene cannot be read.
-    pub fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, String> {
+    pub(crate) fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, String> {
         Ok(self.summary()?.and_then(|summary| reuse.outcome(summary)))
     }
 

@@ -1,11 +1,15 @@
 //! All combinations of varied keys, and single runs, as runs with `--set`.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use protocol::scene::{CheckedScene, SceneError, SceneSource};
 
-use super::resolution;
+use super::resolution::scaled;
+use super::runs::Task;
 use super::vary::{Choice, RESOLUTION, Setting, SingleRun, THREADS, Vary, settings, text};
+use crate::number::rounded;
+use crate::resolution;
 
 /// More runs than this are a mistake.
 const MOST_RUNS: usize = 5000;
@@ -33,6 +37,19 @@ pub struct Point {
     pub set: Vec<String>,
     /// Threads of each solver, where they vary.
     pub threads: Option<usize>,
+}
+
+impl Point {
+    /// The run of a scene, in a folder of its own below `folder`.
+    pub(super) fn task(&self, scene: &Path, folder: &Path, threads: usize) -> Task {
+        Task {
+            name: self.label.clone(),
+            scene: scene.to_owned(),
+            set: self.set.clone(),
+            folder: folder.join(&self.label),
+            threads: self.threads.unwrap_or(threads),
+        }
+    }
 }
 
 /// The runs of a sweep.
@@ -207,15 +224,15 @@ impl<'a> Builder<'a> {
         let mut made = self.checked(&set, settings, &label, place)?;
         if let Some(wanted) = last(settings, RESOLUTION) {
             let number = wanted.value.as_float().or(wanted.value.as_integer().map(|whole| whole as f64));
-            let scaled = number.ok_or_else(|| format!("is {}, which is no number", wanted.value));
-            let scaled = scaled.and_then(|number| resolution::scaled(&made, number)).map_err(|what| {
+            let number = number.ok_or_else(|| format!("is {}, which is no number", wanted.value));
+            let grid = number.and_then(|number| scaled(&made, number)).map_err(|what| {
                 source.error(
                     &wanted.place,
                     what,
                     "give D/Δx of the smallest grain, or vary domain.cells itself",
                 )
             })?;
-            set.extend(scaled);
+            set.extend(grid);
             made = self.checked(&set, settings, &label, place)?;
         }
         let threads = last(settings, THREADS).map(|setting| threads(setting, source)).transpose()?;
@@ -264,9 +281,8 @@ impl<'a> Builder<'a> {
     ) -> String {
         let key = &self.columns[column].key;
         match key.as_str() {
-            RESOLUTION => {
-                crate::resolution::of(made).map_or_else(String::new, |cells| rounded(cells).to_string())
-            }
+            // Six digits: radii rounded in the scene do not show.
+            RESOLUTION => resolution::of(made).map_or_else(String::new, |n| rounded(n, 6).to_string()),
             THREADS => threads.map_or_else(String::new, |threads| threads.to_string()),
             _ => {
                 let same = |setting: &Setting| look_up(written, &setting.key) == Some(&setting.value);
@@ -290,11 +306,6 @@ fn threads(setting: &Setting, source: &SceneSource) -> Result<usize, SceneError>
         let message = format!("is {}; allowed: a whole number of threads, 1 and more", setting.value);
         source.error(&setting.place, message, "give the threads of each solver")
     })
-}
-
-/// Six digits: radii rounded in the scene do not show.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// What stands at a dotted key.

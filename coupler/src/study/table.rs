@@ -54,6 +54,19 @@ impl<R: Record> Table<R> {
     }
 }
 
+/// Items by a key, groups and items in order of appearance.
+pub(super) fn grouped<T, K: PartialEq>(items: &[T], key: impl Fn(&T) -> K) -> Vec<(K, Vec<&T>)> {
+    let mut groups: Vec<(K, Vec<&T>)> = Vec::new();
+    for item in items {
+        let key = key(item);
+        match groups.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, group)) => group.push(item),
+            None => groups.push((key, vec![item])),
+        }
+    }
+    groups
+}
+
 /// A number of a cell; none of an empty one.
 pub(super) fn number(text: &str) -> Result<Option<f64>, String> {
     match text {
@@ -73,7 +86,7 @@ pub(super) fn flag(text: &str) -> Result<bool, String> {
 
 /// Text as a cell: one line without commas and quotes.
 #[must_use]
-pub fn cell(text: &str) -> String {
+pub(crate) fn cell(text: &str) -> String {
     let text = text.replace("\r\n", " ").replace(['\n', '\r', '\t'], " ").replace('"', "'");
     let inside = text.trim_start_matches(['[', '\'']).len() < text.len();
     // A list of numbers stays legible with blanks alone; prose gets a semicolon.
@@ -93,7 +106,7 @@ fn write(lines: impl Iterator<Item = Vec<String>>) -> String {
 ///
 /// # Errors
 /// What is wrong with the text: no header, or a row with another number of cells.
-pub fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), String> {
+pub(crate) fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), String> {
     let mut reader = csv::ReaderBuilder::new();
     let reader = reader.comment(Some(b'#')).trim(csv::Trim::All).flexible(true).has_headers(false);
     let mut lines: Vec<Vec<String>> = Vec::new();
@@ -112,6 +125,11 @@ pub fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), String> 
         }
         None => Ok((header, lines)),
     }
+}
+
+/// (value − reference)/|reference|, or the difference itself where the reference is 0.
+pub(super) fn error(value: f64, reference: f64) -> f64 {
+    (value - reference) / if reference == 0.0 { 1.0 } else { reference.abs() }
 }
 
 /// Value at `x` on the lines between points with ascending abscissae; none outside.

@@ -70,29 +70,23 @@ impl Vary {
 
     /// Its values, checked; `place` is its key in the scene, `chart.vary[0]`.
     pub(super) fn choices(&self, place: &str, source: &SceneSource) -> Result<Vec<Choice>, SceneError> {
+        let wrong = |key: &str, message: &str, remedy: &str| Err(source.error(key, message, remedy));
         if self.values.is_empty() {
-            return Err(source.error(
-                &format!("{place}.values"),
-                "is empty; a varied key has one value at least",
-                "list the values, such as [8, 10, 16]",
-            ));
+            let message = "is empty; a varied key has one value at least";
+            return wrong(&format!("{place}.values"), message, "list the values, such as [8, 10, 16]");
         }
-        if self.header().trim().is_empty() || self.header().contains([',', '\n', '"', '#']) {
-            return Err(source.error(
-                place,
-                format!("has the key or name {:?}, which makes no column of a table", self.header()),
-                "give `key`, a dotted key of the scene; bundles alone need a `name` without commas and quotes",
-            ));
+        let header = self.header();
+        if header.trim().is_empty() || header.contains([',', '\n', '"', '#']) {
+            let message = format!("has the key or name {header:?}, which makes no column of a table");
+            let remedy = "give `key`, a dotted key of the scene; bundles alone need a `name` without commas and quotes";
+            return wrong(place, &message, remedy);
         }
         let choice = |(index, value)| self.choice(value, &format!("{place}.values[{index}]"), source);
         let choices: Vec<Choice> = self.values.iter().enumerate().map(choice).collect::<Result<_, _>>()?;
         for (index, choice) in choices.iter().enumerate() {
             if choices[..index].iter().any(|other| other.text == choice.text) {
-                return Err(source.error(
-                    &format!("{place}.values[{index}]"),
-                    format!("is {} a second time", choice.text),
-                    "list every value once",
-                ));
+                let message = format!("is {} a second time", choice.text);
+                return wrong(&format!("{place}.values[{index}]"), &message, "list every value once");
             }
         }
         Ok(choices)

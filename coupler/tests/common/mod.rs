@@ -40,6 +40,7 @@ fn misbehave(role: Role, step: u64) -> Result<&'static str, SolverError> {
         "fail" => Err(SolverError::Failed("the pressure solver diverged".into())),
         "nan" => Ok("nan"),
         "miscount" => Ok("miscount"),
+        "late" => Ok("late"),
         _ => Ok(""),
     }
 }
@@ -157,6 +158,10 @@ impl Participant for FakeDem {
                 out[1].velocity[2] = f64::NAN;
             }
         })?;
+        if what == "late" {
+            // The fluid has the motion, and goes on.
+            std::thread::sleep(std::time::Duration::from_millis(50));
+        }
         Ok(WindowReport { dt_limit: f64::INFINITY, residual: 0.0, substeps: window.substeps })
     }
 

@@ -109,7 +109,7 @@ fn broken(change: &[(&str, &str)]) -> (Vec<String>, String) {
     for bound in &bounds {
         assert!(!bound.why.is_empty() && !bound.source.is_empty() && !bound.remedy.is_empty());
     }
-    let failure = Failure::Bounds(bounds);
+    let failure = Failure::from(bounds);
     assert_eq!(failure.exit_code(), 2);
     (names, failure.to_string())
 }

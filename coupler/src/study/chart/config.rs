@@ -192,44 +192,31 @@ impl Chart {
     }
 
     fn check_metrics(&self, scene: &CheckedScene) -> Result<(), SceneError> {
-        let source = &scene.source;
+        let wrong = |key: &str, message: &str, remedy: &str| Err(scene.source.error(key, message, remedy));
         let names = self.metrics();
         let is_curve = matches!(self.reference, Some(Reference::Curve(_)));
-        match (names.is_empty(), is_curve) {
-            (true, false) => {
-                return Err(source.error(
-                    "chart",
-                    "has no `metric`, so there is nothing to chart",
-                    "add metric = \"...\", one of the scene's [[metrics]], or a reference with a file",
-                ));
-            }
-            (false, true) => {
-                return Err(source.error(
-                    "chart.reference",
-                    "is a curve, so its column is charted, but a metric is named too",
-                    "remove chart.metric, or give a number",
-                ));
-            }
-            _ => {}
+        if names.is_empty() && !is_curve {
+            let remedy = "add metric = \"...\", one of the scene's [[metrics]], or a reference with a file";
+            return wrong("chart", "has no `metric`, so there is nothing to chart", remedy);
         }
-        for name in names {
-            let key = if self.metric.is_some() { "chart.metric" } else { "chart.metrics" };
-            // A fluid alone reports these without being asked.
-            if name.starts_with("superficial_velocity_") && self.reference.is_some() {
-                continue;
-            }
-            let Some(metric) = scene.scene.metrics.iter().find(|metric| metric.name == name) else {
-                let there: Vec<&str> =
-                    scene.scene.metrics.iter().map(|metric| metric.name.as_str()).collect();
+        if is_curve && !names.is_empty() {
+            let message = "is a curve, so its column is charted, but a metric is named too";
+            return wrong("chart.reference", message, "remove chart.metric, or give a number");
+        }
+        let metrics = &scene.scene.metrics;
+        let key = if self.metric.is_some() { "chart.metric" } else { "chart.metrics" };
+        // A fluid alone reports these without being asked.
+        let is_given = |name: &str| name.starts_with("superficial_velocity_") && self.reference.is_some();
+        for name in names.into_iter().filter(|name| !is_given(name)) {
+            let Some(metric) = metrics.iter().find(|metric| metric.name == name) else {
+                let there: Vec<&str> = metrics.iter().map(|metric| metric.name.as_str()).collect();
                 let message = format!("names {name:?}; the scene's metrics are {}", there.join(", "));
-                return Err(source.error(key, message, "name one of them, or add it to [[metrics]]"));
+                return wrong(key, &message, "name one of them, or add it to [[metrics]]");
             };
             if self.reference.is_none() && metric.reference.is_none() {
-                return Err(source.error(
-                    key,
-                    format!("names {name}, which has no reference, and chart.reference is not given"),
-                    "add reference = NUMBER or { richardson = KEY } to [chart]",
-                ));
+                let message =
+                    format!("names {name}, which has no reference, and chart.reference is not given");
+                return wrong(key, &message, "add reference = NUMBER or { richardson = KEY } to [chart]");
             }
         }
         Ok(())
@@ -244,17 +231,15 @@ impl Chart {
                 "leave it out where each metric has its own reference",
             ),
             Some(Reference::Limit(limit)) => {
-                let headers = || self.vary.iter().filter_map(|vary| vary.key.as_ref().or(vary.name.as_ref()));
-                if !headers().any(|header| *header == limit.richardson) {
-                    let there: Vec<&str> = headers().map(String::as_str).collect();
-                    let message = format!(
-                        "names {:?}, which is not varied; varied are {}",
-                        limit.richardson,
-                        there.join(", ")
-                    );
+                let named = self.vary.iter().filter(|vary| vary.key.is_some() || vary.name.is_some());
+                let headers: Vec<&str> = named.map(Vary::header).collect();
+                let key = &limit.richardson;
+                if !headers.contains(&key.as_str()) {
+                    let message =
+                        format!("names {key:?}, which is not varied; varied are {}", headers.join(", "));
                     return wrong("chart.reference.richardson", message, "name a key of [[chart.vary]]");
                 }
-                match limit.with.keys().find(|key| !headers().any(|header| header == *key)) {
+                match limit.with.keys().find(|key| !headers.contains(&key.as_str())) {
                     Some(key) => wrong(
                         "chart.reference.with",
                         format!("has the key {key:?}, which is not varied"),

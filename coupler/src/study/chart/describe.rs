@@ -1,11 +1,13 @@
 //! Runs and results in words, the same on the terminal, in the figure and on the page.
 
+use serde::Serialize;
+
 use super::config::{Chart, Finer, Reference};
 use super::limit;
 use super::reference::Compared;
 use super::table::{Row, Table};
-use crate::number::Short;
-use crate::study::numbers::{number, percent};
+use crate::number::{Short, number, percent};
+use crate::study::Vary;
 
 /// Errors that users ask for.
 const TOLERANCES: [f64; 3] = [0.05, 0.02, 0.01];
@@ -22,11 +24,8 @@ pub(super) struct Names {
 
 impl Names {
     pub(super) fn new(chart: &Chart, table: &Table) -> Self {
-        let varied = |key: &String| {
-            chart.vary.iter().find(|vary| vary.key.as_ref().or(vary.name.as_ref()) == Some(key))
-        };
-        let name =
-            |key: &String| varied(key).and_then(|vary| vary.name.clone()).unwrap_or_else(|| key.clone());
+        let varied = |key: &String| chart.vary.iter().find(|vary| vary.header() == key);
+        let name = |key: &String| varied(key).map_or(key.as_str(), Vary::title).to_owned();
         Self {
             names: table.keys.iter().map(name).collect(),
             varied: table.keys.iter().map(|key| varied(key).is_some()).collect(),
@@ -122,11 +121,8 @@ pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Compar
 
 fn column_of(chart: &Chart, names: &Names) -> Option<usize> {
     let Some(Reference::Limit(of)) = &chart.reference else { return None };
-    let name = |vary: &crate::study::Vary| vary.name.clone().or(vary.key.clone());
-    let vary =
-        chart.vary.iter().find(|vary| vary.key.as_ref().or(vary.name.as_ref()) == Some(&of.richardson))?;
-    let name = name(vary)?;
-    names.all().iter().position(|other| *other == name)
+    let vary = chart.vary.iter().find(|vary| vary.header() == of.richardson)?;
+    names.all().iter().position(|name| name == vary.title())
 }
 
 /// ` with wf 0.5, dt 0.01`: the other keys of a refinement along `column`.
@@ -138,17 +134,20 @@ fn with(names: &Names, values: &[String], column: Option<usize>) -> String {
 }
 
 /// What one refinement shows of its order.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Order {
     /// Key that is refined.
     pub(super) key: String,
     /// The others.
     pub(super) with: String,
     pub(super) runs: usize,
-    /// Slope of the errors, all runs.
+    /// Slope of the errors, all runs; orders are rounded to hundredths.
     pub(super) of_errors: Option<f64>,
-    /// Richardson's order of the three finest values, for one metric, and their limit with its uncertainty.
-    pub(super) of_values: Option<limit::Limit>,
+    /// Richardson's order of the three finest values, for one metric.
+    pub(super) of_values: Option<f64>,
+    /// Their limit, and its uncertainty over its value.
+    limit: Option<f64>,
+    uncertainty: Option<f64>,
 }
 
 /// The observed order along every key that refines, for each refinement of three runs and more.
@@ -171,12 +170,15 @@ pub(super) fn orders(chart: &Chart, table: &Table, names: &Names) -> Vec<Order> 
             let value = |row: &Row| if let [value] = row.measured.as_slice() { *value } else { None };
             let values: Vec<(f64, f64)> =
                 refinement.rows.iter().filter_map(|(h, row)| Some((*h, value(&table.rows[*row])?))).collect();
+            let limit = limit::richardson(&values);
             orders.push(Order {
                 key: names.all()[column].clone(),
                 with: with(names, &refinement.with, Some(column)).trim_start_matches(" with ").to_owned(),
                 runs: errors.len(),
-                of_errors: limit::slope(&errors),
-                of_values: limit::richardson(&values),
+                of_errors: limit::slope(&errors).map(rounded),
+                of_values: limit.and_then(|limit| limit.order).map(rounded),
+                limit: limit.map(|limit| limit.value),
+                uncertainty: limit.map(|limit| limit.relative_uncertainty()),
             });
         }
     }
@@ -184,30 +186,32 @@ pub(super) fn orders(chart: &Chart, table: &Table, names: &Names) -> Vec<Order> 
 }
 
 /// Two digits behind the point.
-pub(super) fn rounded(value: f64) -> f64 {
+fn rounded(value: f64) -> f64 {
     (100.0 * value).round() / 100.0
 }
 
-/// The cheapest run within each of the tolerances.
+/// The cheapest run within a tolerance.
+#[derive(Serialize)]
 pub(super) struct Cheapest {
-    pub(super) tolerance: f64,
-    pub(super) row: Option<usize>,
+    tolerance: f64,
+    /// None: no run is exact enough.
+    name: Option<String>,
+    cost: Option<f64>,
+    error: Option<f64>,
     /// Its cost over that of the paper's own setting, where that was run.
-    pub(super) over_baseline: Option<f64>,
+    over_baseline: Option<f64>,
 }
 
-pub(super) fn cheapest(chart: &Chart, table: &Table) -> Vec<Cheapest> {
-    let baseline =
-        chart.baseline.as_ref().and_then(|label| table.rows.iter().find(|row| row.label == *label));
-    let baseline = baseline.and_then(|row| row.cpu).map(|cpu| cpu.median);
+/// For each of the tolerances.
+pub(super) fn cheapest(chart: &Chart, table: &Table, names: &Names) -> Vec<Cheapest> {
+    let named = |label: &String| table.rows.iter().find(|row| row.label == *label);
+    let baseline = chart.baseline.as_ref().and_then(named).and_then(|row| row.cpu).map(|cpu| cpu.median);
     let of = |tolerance: f64| {
-        let row = table.cheapest(tolerance);
-        let cost = row.and_then(|row| table.rows[row].cpu).map(|cpu| cpu.median);
-        let over_baseline = cost
-            .zip(baseline)
-            .filter(|(_, baseline)| *baseline > 0.0)
-            .map(|(cost, baseline)| cost / baseline);
-        Cheapest { tolerance, row, over_baseline }
+        let found = table.cheapest(tolerance).map(|row| &table.rows[row]);
+        let (cost, error) = found.and_then(Row::point).unzip();
+        let both = cost.zip(baseline).filter(|(_, baseline)| *baseline > 0.0);
+        let over_baseline = both.map(|(cost, baseline)| cost / baseline);
+        Cheapest { tolerance, name: found.map(|row| names.of(row)), cost, error, over_baseline }
     };
     TOLERANCES.map(of).into()
 }
@@ -223,8 +227,9 @@ mod tests {
     fn the_cheapest_is_told_over_the_papers_own_cost() {
         let table = table(&[(8.0, "a", 1.0, 0.04), (16.0, "a", 4.0, 0.015), (8.0, "paper", 8.0, 0.06)]);
         let chart = Chart { baseline: Some("paper-8".to_owned()), ..Chart::default() };
-        let found: Vec<_> = cheapest(&chart, &table).iter().map(|c| (c.row, c.over_baseline)).collect();
-        assert_eq!(found, [(Some(0), Some(0.125)), (Some(1), Some(0.5)), (None, None)]);
+        let found = cheapest(&chart, &table, &Names::new(&chart, &table));
+        let found: Vec<_> = found.iter().map(|c| (c.error, c.over_baseline)).collect();
+        assert_eq!(found, [(Some(0.04), Some(0.125)), (Some(0.015), Some(0.5)), (None, None)]);
     }
 
     #[test]
@@ -257,7 +262,7 @@ mod tests {
         for (order, (with, p)) in orders.iter().zip([("a", 1.0), ("b", 2.0)]) {
             assert_eq!((order.with.as_str(), order.runs), (with, 3));
             assert!((order.of_errors.unwrap() - p).abs() < 1e-9);
-            assert!((order.of_values.unwrap().order.unwrap() - p).abs() < 1e-6);
+            assert!((order.of_values.unwrap() - p).abs() < 1e-6);
         }
     }
 }

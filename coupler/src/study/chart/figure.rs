@@ -1,20 +1,20 @@
 //! The figure: error against CPU time, both logarithmic, with the Pareto front.
 
+use serde::Serialize;
+
 use super::config::Published;
 use super::describe::Names;
 use super::table::{FLOOR, Row, Table};
-use crate::study::numbers::{number, percent};
-use crate::study::page::escape;
+use crate::failure::Failure;
+use crate::number::{number, percent};
+use crate::study::page::render;
 use crate::study::plot::{Axis, GREY, Look, Plot, Point, Rule, Series, Shape, colour, shape};
 
-/// Width and height of the plot, without the list of names below.
+/// Width and height of the plot; `templates/chart.svg` has them, too, and the list of names below.
 const SIZE: (f64, f64) = (900.0, 470.0);
 
 /// Width of the legend.
 const LEGEND: f64 = 230.0;
-
-/// Height of a line of the list.
-const LINE: f64 = 21.0;
 
 /// Errors at which a line is drawn.
 const TOLERANCES: [f64; 3] = [0.01, 0.02, 0.05];
@@ -29,14 +29,14 @@ pub(super) fn draw(
     title: &str,
     published: &[Published],
     baseline: Option<&str>,
-) -> Option<String> {
+) -> Result<Option<String>, Failure> {
     let drawn: Vec<Run> = (0..table.rows.len())
         .filter_map(|row| {
             table.rows[row].point().map(|(cost, error)| (row, (cost.max(1e-9), error.max(FLOOR))))
         })
         .collect();
     if drawn.is_empty() {
-        return None;
+        return Ok(None);
     }
     let place = |row: usize| drawn.iter().find(|(other, _)| *other == row).map(|(_, point)| *point);
     let front = table.front();
@@ -59,67 +59,38 @@ pub(super) fn draw(
         },
     }));
     let picture = plot(title, series).draw();
-    let mut over = String::new();
-    for (number, point) in way.iter().enumerate() {
-        over += &tag(number + 1, picture.place(*point));
-    }
     let baseline = baseline.and_then(|label| table.rows.iter().position(|row| row.label == label));
-    if let Some(point) = baseline.and_then(place).map(|point| picture.place(point)) {
-        over += &ring(point);
-    }
-    Some(framed(picture.inner(), &over, &listed(table, names, &front)))
-}
-
-/// What kuva drew, what is drawn over it, and lines of text below.
-fn framed(inner: &str, over: &str, lines: &[String]) -> String {
-    let height = SIZE.1 + LINE * lines.len() as f64 + 12.0;
-    let text = |(place, line): (usize, &String)| {
-        let y = SIZE.1 + LINE * (place as f64 + 0.6);
-        format!("<text x=\"70\" y=\"{y:.1}\" font-size=\"14\">{line}</text>\n")
+    let named = |row: &usize| {
+        let (cost, error) = table.rows[*row].point().unwrap_or_default();
+        Named { name: names.of(&table.rows[*row]), cost, error }
     };
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height:.0}\" width=\"{width}\" \
-         height=\"{height:.0}\" font-family=\"system-ui, sans-serif\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{inner}\n{over}{}</svg>\n",
-        lines.iter().enumerate().map(text).collect::<String>(),
-        width = SIZE.0,
-    )
-}
-
-/// A ring around the paper's own setting, its name on the side where there is more room.
-fn ring((x, y): (f64, f64)) -> String {
-    let (end, anchor) = if x > 0.35 * SIZE.0 { (x - 17.0, "end") } else { (x + 17.0, "start") };
-    format!(
-        "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"12\" fill=\"none\" stroke=\"#000\" stroke-width=\"1.5\"/>\
-         <text x=\"{end:.1}\" y=\"{:.1}\" font-size=\"13\" text-anchor=\"{anchor}\">the paper's own setting</text>\n",
-        y + 4.5
-    )
-}
-
-/// Number of a point of the front, below it to the left: the front falls to the right.
-fn tag(number: usize, (x, y): (f64, f64)) -> String {
-    format!(
-        "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"14\" font-weight=\"bold\" text-anchor=\"end\">{number}</text>\n",
-        x - 8.0,
-        y + 15.0
-    )
-}
-
-/// The names of the front's points, as they are numbered.
-fn listed(table: &Table, names: &Names, front: &[usize]) -> Vec<String> {
-    let head = "<tspan font-weight=\"bold\">Pareto front, cheapest first</tspan>".to_owned();
-    let line = |(place, row): (usize, &usize)| {
-        let row = &table.rows[*row];
-        let (cost, error) = row.point().unwrap_or_default();
-        let name = escape(&names.of(row));
-        format!(
-            "<tspan font-weight=\"bold\">{}</tspan>  {name}: {} s, {}",
-            place + 1,
-            number(cost),
-            percent(error)
-        )
+    let shown = Shown {
+        inner: picture.inner(),
+        way: way.iter().map(|point| picture.place(*point)).collect(),
+        ring: baseline.and_then(place).map(|point| picture.place(point)),
+        front: front.iter().map(named).collect(),
     };
-    std::iter::once(head).chain(front.iter().enumerate().map(line)).collect()
+    render("chart.svg", shown).map(Some)
+}
+
+/// What `templates/chart.svg` shows, in the units of the picture.
+#[derive(Serialize)]
+struct Shown<'a> {
+    /// What kuva drew.
+    inner: &'a str,
+    /// Points of the front, numbered.
+    way: Vec<Point>,
+    /// Where the paper's own setting is, which gets a ring.
+    ring: Option<Point>,
+    /// The runs of the front, listed below.
+    front: Vec<Named>,
+}
+
+#[derive(Serialize)]
+struct Named {
+    name: String,
+    cost: f64,
+    error: f64,
 }
 
 /// A row that is drawn, with its cost and error.

@@ -2,6 +2,7 @@
 
 use super::config::Finer;
 use super::table::Table;
+use crate::study::table::grouped;
 
 /// Safety factor of a grid convergence index from three grids (Roache 1994).
 const SAFE: f64 = 1.25;
@@ -98,25 +99,24 @@ pub(super) fn refines(key: &str) -> Option<Finer> {
 
 /// The refinements along a column: rows with the same values of all other keys, by their step.
 pub(super) fn refinements(table: &Table, column: usize, finer: Finer) -> Vec<Refinement> {
-    let mut refinements: Vec<Refinement> = Vec::new();
-    for (number, row) in table.rows.iter().enumerate() {
-        let Some(value) = table.number(number, column).filter(|value| *value > 0.0) else { continue };
-        let mut with = row.values.clone();
+    let step = |row: usize| {
+        let value = table.number(row, column).filter(|value| *value > 0.0)?;
+        Some((if finer == Finer::Larger { 1.0 / value } else { value }, row))
+    };
+    let steps: Vec<(f64, usize)> = (0..table.rows.len()).filter_map(step).collect();
+    let others = |step: &(f64, usize)| {
+        let mut with = table.rows[step.1].values.clone();
         with.remove(column);
-        let h = if finer == Finer::Larger { 1.0 / value } else { value };
-        let place = refinements.iter().position(|refinement| refinement.with == with).unwrap_or_else(|| {
-            refinements.push(Refinement { with, rows: Vec::new() });
-            refinements.len() - 1
-        });
+        with
+    };
+    let refinement = |(with, rows): (Vec<String>, Vec<&(f64, usize)>)| {
+        let mut rows: Vec<(f64, usize)> = rows.into_iter().copied().collect();
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         // A single run may repeat a combination.
-        if refinements[place].rows.iter().all(|(other, _)| *other != h) {
-            refinements[place].rows.push((h, number));
-        }
-    }
-    for refinement in &mut refinements {
-        refinement.rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-    }
-    refinements
+        rows.dedup_by(|a, b| a.0 == b.0);
+        Refinement { with, rows }
+    };
+    grouped(&steps, others).into_iter().map(refinement).collect()
 }
 
 #[cfg(test)]

@@ -32,10 +32,9 @@ use serde::Deserialize;
 
 use crate::failure::Failure;
 use crate::study::folder::{self, Options, SCENE, content};
-use crate::study::numbers::{number, percent};
-use crate::study::page::or_dash;
 pub use config::{Chart, Curve, Finer, LimitOf, Published, Reference};
 use describe::Names;
+use page::Page;
 use table::{Table, columns};
 
 /// Makes the runs that are missing, compares them, writes table, figure and page, and prints what was
@@ -63,7 +62,7 @@ pub fn chart(options: &Options) -> Result<(), Failure> {
     let csv = out.join(TABLE);
     atomic_write(&csv, table.csv().as_bytes())?;
     let page = redraw(&out)?;
-    print!("{}", in_words(&chart, &Names::new(&chart, &table), &table, &known));
+    print!("{}", Page::new(&chart, &table, &Names::new(&chart, &table), &known).words()?);
     println!("\n{}\n{}", csv.display(), page.display());
     let any = table.rows.iter().any(|row| row.point().is_some());
     if any {
@@ -91,7 +90,7 @@ struct Shown {
 ///
 /// # Errors
 /// [`Failure`] if one of both cannot be read, or the page not written.
-pub fn redraw(dir: &Path) -> Result<PathBuf, Failure> {
+pub(crate) fn redraw(dir: &Path) -> Result<PathBuf, Failure> {
     let source = SceneSource::read(&dir.join(SCENE), &[])?;
     let chart = Chart::of_text(&source)?;
     let shown: Shown = source.section()?;
@@ -102,68 +101,12 @@ pub fn redraw(dir: &Path) -> Result<PathBuf, Failure> {
     let known = reference::values(&chart, &shown.metrics, &table);
     let title = [&chart.title, &shown.title].into_iter().find(|title| !title.is_empty());
     let title = title.map_or("Speed against accuracy", String::as_str);
-    let figure = figure::draw(&table, &names, title, &chart.published, chart.baseline.as_deref());
+    let figure = figure::draw(&table, &names, title, &chart.published, chart.baseline.as_deref())?;
     if let Some(svg) = &figure {
         atomic_write(&dir.join("chart.svg"), svg.as_bytes())?;
     }
-    let findings = page::Findings {
-        title,
-        source: &shown.source,
-        chart: &chart,
-        table: &table,
-        names: &names,
-        known: &known,
-        figure: figure.as_deref(),
-    };
+    let html = Page::new(&chart, &table, &names, &known).html(title, &shown.source, figure.as_deref())?;
     let page = dir.join("chart.html");
-    atomic_write(&page, page::page(&findings)?.as_bytes())?;
+    atomic_write(&page, html.as_bytes())?;
     Ok(page)
-}
-
-/// What was found, for the terminal.
-fn in_words(
-    chart: &Chart,
-    names: &Names,
-    table: &Table,
-    known: &Result<Vec<reference::Compared>, String>,
-) -> String {
-    let mut text = String::new();
-    for line in describe::references(chart, names, known) {
-        text += &format!("{line}\n");
-    }
-    text += &format!(
-        "{}\n\n{:>10} {:>10} {:>10}  run (* on the Pareto front)\n",
-        page::timings(chart, table),
-        "CPU s",
-        "wall s",
-        "error"
-    );
-    for row in &table.rows {
-        let time = |spread| or_dash(spread, |spread: table::Spread| number(spread.median));
-        let error = or_dash(row.error, percent);
-        let mark = if row.pareto { '*' } else { ' ' };
-        text += &format!("{:>10} {:>10} {error:>10} {mark} {}", time(row.cpu), time(row.wall), names.of(row));
-        text += &if row.note.is_empty() { "\n".to_owned() } else { format!(" ({})\n", row.note) };
-    }
-    text += "\n";
-    for cheapest in describe::cheapest(chart, table) {
-        let within = percent(cheapest.tolerance);
-        text += &match cheapest.row {
-            None => format!("no run within {within}\n"),
-            Some(row) => {
-                let ratio = cheapest.over_baseline.map_or(String::new(), |ratio| {
-                    format!(", {} times the cost of the paper's own setting", number(ratio))
-                });
-                format!("cheapest within {within}: {}{ratio}\n", names.of(&table.rows[row]))
-            }
-        };
-    }
-    for order in describe::orders(chart, table, names) {
-        let show = |p: Option<f64>| p.map_or("none".into(), |p| number(describe::rounded(p)));
-        let values = order.of_values.and_then(|limit| limit.order);
-        text += &format!("observed order in {}", order.key);
-        text += &if order.with.is_empty() { String::new() } else { format!(" with {}", order.with) };
-        text += &format!(": {} of the errors, {} of the values\n", show(order.of_errors), show(values));
-    }
-    text
 }

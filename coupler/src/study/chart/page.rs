@@ -1,63 +1,81 @@
-//! The page of a chart: what its template shows.
+//! What the templates of a chart show: its page, and its words for the terminal.
 
 use serde::Serialize;
 
 use super::config::{Chart, Published};
-use super::describe::{self, Names, rounded};
+use super::describe::{self, Cheapest, Names, Order};
 use super::reference::Compared;
-use super::table::{Row, Spread, Table};
+use super::table::{Row, Table};
 use crate::failure::Failure;
-use crate::study::numbers::{number, percent};
-use crate::study::page::{Cell, Listing, or_dash, render};
+use crate::study::page::render;
 
-/// All that a page tells of.
-pub(super) struct Findings<'a> {
-    pub(super) title: &'a str,
-    pub(super) source: &'a str,
-    pub(super) chart: &'a Chart,
-    pub(super) table: &'a Table,
-    pub(super) names: &'a Names,
-    pub(super) known: &'a Result<Vec<Compared>, String>,
-    pub(super) figure: Option<&'a str>,
-}
-
-/// What `templates/chart.html` shows.
+/// What `templates/chart.html` and `chart.txt` show.
 #[derive(Serialize)]
-struct Page<'a> {
+pub(super) struct Page<'a> {
     title: &'a str,
     source: &'a str,
     about: &'a str,
     references: Vec<String>,
     timings: String,
     figure: Option<&'a str>,
-    cheapest: Option<Listing>,
-    orders: Option<Listing>,
-    runs: Listing,
-    published: Option<Listing>,
+    cheapest: Vec<Cheapest>,
+    orders: Vec<Order>,
+    /// Of the varied keys.
+    names: &'a [String],
+    metrics: Vec<&'a str>,
+    runs: &'a [Row],
+    /// Of the runs: what each is called, and its number on the front.
+    labels: Vec<String>,
+    places: Vec<String>,
+    /// Has any run both a cost and an error?
+    any: bool,
+    published: &'a [Published],
 }
 
-/// The whole page.
-pub(super) fn page(of: &Findings<'_>) -> Result<String, Failure> {
-    let Findings { title, source, chart, table, names, known, figure } = *of;
-    render(
-        "chart.html",
-        Page {
-            title,
-            source,
+impl<'a> Page<'a> {
+    pub(super) fn new(
+        chart: &'a Chart,
+        table: &'a Table,
+        names: &'a Names,
+        known: &Result<Vec<Compared>, String>,
+    ) -> Self {
+        let front = table.front();
+        let place = |row: usize| {
+            let place = front.iter().position(|other| *other == row);
+            place.map_or(String::new(), |place| (place + 1).to_string())
+        };
+        Self {
+            title: &chart.title,
+            source: "",
             about: chart.about.trim(),
             references: describe::references(chart, names, known),
             timings: timings(chart, table),
-            figure,
-            cheapest: cheapest(of),
-            orders: orders(of),
-            runs: runs(of),
-            published: published(chart),
-        },
-    )
+            figure: None,
+            cheapest: describe::cheapest(chart, table, names),
+            orders: describe::orders(chart, table, names),
+            names: names.all(),
+            metrics: chart.metrics(),
+            runs: &table.rows,
+            labels: table.rows.iter().map(|row| names.of(row)).collect(),
+            places: (0..table.rows.len()).map(place).collect(),
+            any: table.rows.iter().any(|row| row.point().is_some()),
+            published: &chart.published,
+        }
+    }
+
+    /// The whole page.
+    pub(super) fn html(self, title: &str, source: &str, figure: Option<&str>) -> Result<String, Failure> {
+        render("chart.html", Page { title, source, figure, ..self })
+    }
+
+    /// What was found, for the terminal.
+    pub(super) fn words(&self) -> Result<String, Failure> {
+        render("chart.txt", self)
+    }
 }
 
 /// How the costs were taken.
-pub(super) fn timings(chart: &Chart, table: &Table) -> String {
+fn timings(chart: &Chart, table: &Table) -> String {
     let repeats = table.rows.iter().map(|row| row.repeats).max().unwrap_or(1);
     let threads = chart.threads;
     let mut text = match repeats {
@@ -77,85 +95,4 @@ pub(super) fn timings(chart: &Chart, table: &Table) -> String {
             beside + 1
         ),
     }
-}
-
-fn cheapest(of: &Findings<'_>) -> Option<Listing> {
-    let Findings { chart, table, names, .. } = of;
-    let row = |cheapest: &describe::Cheapest| {
-        let found = cheapest.row.map(|row| &table.rows[row]);
-        let (cost, error) = found.and_then(Row::point).unzip();
-        vec![
-            percent(cheapest.tolerance).into(),
-            found.map_or("no run".to_owned(), |row| names.of(row)).into(),
-            or_dash(error, percent).into(),
-            or_dash(cost, |cost| format!("{} s", number(cost))).into(),
-            or_dash(cheapest.over_baseline, |ratio| format!("{} ×", number(ratio))).into(),
-        ]
-    };
-    let head = ["error within", "cheapest setting", "its error", "CPU time", "over the paper's own setting"];
-    let any = table.rows.iter().any(|row| row.point().is_some());
-    any.then(|| Listing::new(&head, describe::cheapest(chart, table).iter().map(row).collect()))
-}
-
-fn orders(of: &Findings<'_>) -> Option<Listing> {
-    let orders = describe::orders(of.chart, of.table, of.names);
-    let row = |order: &describe::Order| {
-        let limit = order.of_values.as_ref();
-        let seen = limit.and_then(|limit| limit.order);
-        vec![
-            order.key.as_str().into(),
-            order.with.as_str().into(),
-            order.runs.to_string().into(),
-            or_dash(order.of_errors, |p| number(rounded(p))).into(),
-            seen.map_or("none seen".into(), |p| number(rounded(p))).into(),
-            or_dash(limit, |limit| number(limit.value)).into(),
-            or_dash(limit, |limit| percent(limit.relative_uncertainty())).into(),
-        ]
-    };
-    let head = ["key", "with", "runs", "order of the errors", "order of the values", "limit", "uncertainty"];
-    Listing::new(&head, orders.iter().map(row).collect()).any()
-}
-
-fn runs(of: &Findings<'_>) -> Listing {
-    let Findings { chart, table, names, .. } = of;
-    let mut head: Vec<&str> = names.all().iter().map(String::as_str).collect();
-    head.extend(["CPU time", "wall time"]);
-    head.extend(chart.metrics());
-    head.extend(["error", "front", "remark"]);
-    let front = table.front();
-    let row = |(number_of, row): (usize, &Row)| {
-        let shown = |value: &String| if value.is_empty() { "default" } else { value }.into();
-        let mut cells: Vec<Cell> = row.values.iter().map(shown).collect();
-        cells.extend([spread(row.cpu).into(), spread(row.wall).into()]);
-        cells.extend(row.measured.iter().map(|value| or_dash(*value, number).into()));
-        cells.push(or_dash(row.error, percent).into());
-        let place = front.iter().position(|other| *other == number_of);
-        cells.push(Cell::classed(place.map_or(String::new(), |place| (place + 1).to_string()), "strong"));
-        cells.push(row.note.as_str().into());
-        cells
-    };
-    Listing::new(&head, table.rows.iter().enumerate().map(row).collect())
-}
-
-fn spread(spread: Option<Spread>) -> String {
-    or_dash(spread, |spread| {
-        let median = format!("{} s", number(spread.median));
-        if spread.min == spread.max {
-            return median;
-        }
-        format!("{median} ({}–{})", number(spread.min), number(spread.max))
-    })
-}
-
-fn published(chart: &Chart) -> Option<Listing> {
-    let row = |point: &Published| {
-        let cost = format!("{} s", number(point.cost));
-        vec![
-            point.name.as_str().into(),
-            cost.into(),
-            percent(point.error).into(),
-            point.source.as_str().into(),
-        ]
-    };
-    Listing::new(&["who", "CPU time", "error", "source"], chart.published.iter().map(row).collect()).any()
 }

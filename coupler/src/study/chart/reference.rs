@@ -8,7 +8,8 @@ use protocol::scene::Metric;
 use super::config::{Chart, Curve, Finer, LimitOf, Reference};
 use super::limit::{self, Limit, Refinement};
 use super::table::{Row, Table};
-use crate::study::table::{cell, interpolated};
+use crate::study::table::{error, interpolated};
+use crate::study::vary::text;
 
 /// The reference of one metric.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,22 +51,19 @@ fn extrapolated(of: &LimitOf, place: usize, table: &Table) -> Result<(Limit, Ref
     let finer = of.finer.or(limit::refines(key)).unwrap_or(Finer::Smaller);
     let wanted = |row: &Row| {
         of.with.iter().all(|(key, value)| {
-            let text = cell(&value.as_str().map_or_else(|| value.to_string(), str::to_owned));
             let column = table.keys.iter().position(|other| other == key);
-            column.is_some_and(|column| row.values[column] == text)
+            column.is_some_and(|column| row.values[column] == text(value))
         })
     };
+    let measured = |row: &Row| row.measured.get(place).copied().flatten();
     let mut refinements = limit::refinements(table, column, finer);
     for refinement in &mut refinements {
-        refinement.rows.retain(|(_, row)| {
-            let row = &table.rows[*row];
-            wanted(row) && row.measured.get(place).copied().flatten().is_some()
-        });
+        refinement.rows.retain(|(_, row)| wanted(&table.rows[*row]) && measured(&table.rows[*row]).is_some());
     }
     let refinement = refinements.into_iter().find(|refinement| refinement.rows.len() >= 3);
     let refinement = refinement
         .ok_or_else(|| format!("no refinement of {key} has three runs with a value, so it has no limit"))?;
-    let pair = |(h, row): &(f64, usize)| Some((*h, table.rows[*row].measured.get(place).copied().flatten()?));
+    let pair = |(h, row): &(f64, usize)| Some((*h, measured(&table.rows[*row])?));
     let pairs: Vec<(f64, f64)> = refinement.rows.iter().filter_map(pair).collect();
     let limit = limit::richardson(&pairs).ok_or("too few runs for a limit")?;
     Ok((limit, refinement))
@@ -77,12 +75,9 @@ pub(super) fn compare(table: &mut Table, known: &Result<Vec<Compared>, String>) 
         match known {
             Err(why) => row.add_note(why),
             Ok(known) => {
-                let errors: Option<Vec<f64>> = row
-                    .measured
-                    .iter()
-                    .zip(known)
-                    .map(|(value, known)| Some(error((*value)?, known.value)))
-                    .collect();
+                let off =
+                    |(value, known): (&Option<f64>, &Compared)| Some(error((*value)?, known.value).abs());
+                let errors: Option<Vec<f64>> = row.measured.iter().zip(known).map(off).collect();
                 row.error = errors.and_then(|errors| errors.into_iter().reduce(f64::max));
                 // Where no order is seen the finest run is the limit, and cannot be compared with itself.
                 let finest =
@@ -94,12 +89,6 @@ pub(super) fn compare(table: &mut Table, known: &Result<Vec<Compared>, String>) 
             }
         }
     }
-}
-
-/// |value − reference| / |reference|; the difference itself where that is 0.
-pub(super) fn error(value: f64, reference: f64) -> f64 {
-    let scale = if reference == 0.0 { 1.0 } else { reference.abs() };
-    (value - reference).abs() / scale
 }
 
 /// The error of a run against a curve: root mean square of the difference in time over that of the

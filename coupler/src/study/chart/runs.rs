@@ -68,13 +68,8 @@ fn task(point: &Point, chart: &Chart, scene: &Path, out: &Path, repeat: usize) -
         1 => ("runs".to_owned(), String::new()),
         _ => (format!("runs-{repeat}"), format!(" ({repeat})")),
     };
-    Task {
-        name: format!("{}{again}", point.label),
-        scene: scene.to_owned(),
-        set: point.set.clone(),
-        folder: out.join(folder).join(&point.label),
-        threads: point.threads.unwrap_or(chart.threads),
-    }
+    let task = point.task(scene, &out.join(folder), chart.threads);
+    Task { name: task.name + &again, ..task }
 }
 
 /// `FOLDER.beside`: how many runs at most share the machine with this one.
@@ -103,14 +98,14 @@ fn beside(task: &Task) -> usize {
 }
 
 /// What a point's runs gave.
-fn row(point: &Point, chart: &Chart, made: &[(&Task, &Outcome)], curve: Option<&(&Curve, String)>) -> Row {
-    let done: Vec<(&Task, &Summary)> = made
-        .iter()
-        .filter_map(|(task, outcome)| match outcome {
-            Outcome::Done(summary) => Some((*task, &**summary)),
-            Outcome::Failed(_) => None,
-        })
-        .collect();
+fn row<'a>(
+    point: &Point,
+    chart: &Chart,
+    made: &[(&'a Task, &'a Outcome)],
+    curve: Option<&(&Curve, String)>,
+) -> Row {
+    let summary = |(task, outcome): &(&'a Task, &'a Outcome)| Some((*task, outcome.summary()?));
+    let done: Vec<(&Task, &Summary)> = made.iter().filter_map(summary).collect();
     let metrics = chart.metrics();
     let mut row = Row {
         values: point.values.clone(),

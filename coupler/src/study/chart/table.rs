@@ -1,5 +1,8 @@
 //! `chart.csv`: one row per run. All that a page needs stands in it and in the scene.
 
+use serde::Serialize;
+
+use crate::number::rounded;
 use crate::study::table::{self, Record, flag, number};
 
 /// Columns behind those of the keys, `value` being one for each metric.
@@ -27,7 +30,7 @@ const BEHIND: usize = 7;
 pub(super) const FLOOR: f64 = 1e-6;
 
 /// Least, median and largest of repeated timings, s.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Spread {
     pub(super) min: f64,
     pub(super) median: f64,
@@ -45,7 +48,7 @@ impl Spread {
 }
 
 /// One run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Row {
     /// Its value of each varied key.
     pub(super) values: Vec<String>,
@@ -180,9 +183,7 @@ impl Record for Row {
 
 /// A number of so many digits, or nothing.
 fn short(value: Option<f64>, digits: usize) -> String {
-    let Some(value) = value else { return String::new() };
-    let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
-    rounded.to_string()
+    value.map_or_else(String::new, |value| rounded(value, digits).to_string())
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Curves over time as figures of a page, with a close-up set in.
 
-use crate::study::numbers::decade;
+use crate::number::decade;
 use crate::study::page::{Figure, Key};
 use crate::study::plot::{Axis, Look, Plot, Point, Series, colour};
 
@@ -54,7 +54,7 @@ impl Chart {
     /// The chart as a figure, or none if there is no line to draw. A close-up is set in where the lines
     /// leave room for it, else it follows as a figure of its own.
     pub(super) fn figures(&self) -> Vec<Figure> {
-        let Some(drawing) = self.draw(SIZE, 6) else { return Vec::new() };
+        let Some(drawing) = self.draw(SIZE, 6, true) else { return Vec::new() };
         let closeup = self.closeup.and_then(|span| self.closeup(span));
         let room = closeup.as_ref().and_then(|_| drawing.room());
         let inset = closeup.as_ref().zip(room).and_then(|(closeup, room)| closeup.inset(room));
@@ -84,15 +84,7 @@ impl Chart {
 
     /// The chart without labels, as a picture within a picture.
     fn inset(&self, (x, y, width, height): (f64, f64, f64, f64)) -> Option<String> {
-        let bare = Self {
-            caption: String::new(),
-            x_label: String::new(),
-            y_label: String::new(),
-            lines: self.lines.clone(),
-            log_y: self.log_y,
-            closeup: None,
-        };
-        let body = bare.draw((width, height), 4)?.body;
+        let body = self.draw((width, height), 4, false)?.body;
         Some(format!(
             "<svg class=\"inset\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\">{body}\
@@ -107,7 +99,8 @@ impl Chart {
         if drawn.len() < 2 { Vec::new() } else { drawn.iter().map(key).collect() }
     }
 
-    fn draw(&self, size: Point, ticks: usize) -> Option<Drawing> {
+    fn draw(&self, size: Point, ticks: usize, labelled: bool) -> Option<Drawing> {
+        let label = |text: &String| if labelled { text.clone() } else { String::new() };
         let floor = if self.log_y { self.floor()? } else { f64::NEG_INFINITY };
         let lines = self.lines.iter().filter(|line| !line.points.is_empty());
         let series = |line: &Line| Series {
@@ -123,8 +116,8 @@ impl Chart {
         let format = self.log_y.then_some(decade as fn(f64) -> String);
         let plot = Plot {
             size,
-            x: Axis { label: self.x_label.clone(), ..Axis::default() },
-            y: Axis { label: self.y_label.clone(), log: self.log_y, format, ..Axis::default() },
+            x: Axis { label: label(&self.x_label), ..Axis::default() },
+            y: Axis { label: label(&self.y_label), log: self.log_y, format, ..Axis::default() },
             series,
             ticks,
             ..Plot::default()

@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `command` | the command: which folder holds what |
-//! | `page`, `tables` | the page of a run and its tables |
+//! | `page`, `split` | the page of a run, and the split of its cost |
 //! | `run_files` | what is read of a run, and the scales of its pictures |
 //! | `plots`, `curves` | what is drawn against time, and how |
 //! | `contour`, `vorticity` | contours of fields, the panel of vorticity |
@@ -14,7 +14,7 @@ mod curves;
 pub mod page;
 mod plots;
 mod run_files;
-mod tables;
+mod split;
 mod vorticity;
 
 pub use command::report;

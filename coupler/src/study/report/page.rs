@@ -2,17 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use bedload_output::{RunStatus, atomic_write};
+use bedload_output::{Summary, atomic_write};
 use serde::Serialize;
+use serde_json::Value;
 
 use super::plots;
 use super::run_files::RunFiles;
-use super::tables::{self, Part};
+use super::split::{Part, parts};
 use super::vorticity::{self, Vorticity};
 use crate::failure::Failure;
+use crate::number::number;
 use crate::study::grain_pictures;
-use crate::study::numbers::number;
-use crate::study::page::{Figure, Listing, render};
+use crate::study::page::{Figure, render};
 use crate::study::snapshot::Snapshot;
 
 /// Pictures of the grains on a page.
@@ -21,22 +22,18 @@ const MOST_SNAPSHOTS: usize = 12;
 /// What `templates/report.html` shows.
 #[derive(Serialize)]
 struct Page<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
     title: &'a str,
-    status: &'a str,
-    error: Option<&'a str>,
     source: &'a str,
     name: &'a str,
-    version: &'a str,
     identity: &'a str,
     faults: &'a [String],
-    metrics: Option<Listing>,
     curves: Vec<Figure>,
     vorticity: Option<Vorticity>,
     grains: Option<Grains>,
-    steps: Listing,
-    bounds: Option<Listing>,
+    plan: Option<&'a Value>,
     parts: Vec<Part>,
-    cost: Listing,
     log: Option<&'a str>,
 }
 
@@ -63,37 +60,26 @@ pub fn write(dir: &Path) -> Result<PathBuf, Failure> {
 }
 
 fn page(run: &RunFiles) -> Result<String, Failure> {
-    let (summary, plan) = (&run.summary, run.plan.as_ref());
-    render(
-        "report.html",
-        Page {
-            title: run.title(),
-            status: match summary.status {
-                RunStatus::Completed => "completed",
-                RunStatus::Failed => "failed",
-                RunStatus::Interrupted => "interrupted",
-            },
-            error: summary.error.as_deref(),
-            source: run.scene.as_ref().map_or("", |scene| scene.scene.source.as_str()),
-            name: &run.name,
-            version: &summary.version,
-            identity: summary.scene_sha256.get(..12).unwrap_or(&summary.scene_sha256),
-            faults: &run.remarks,
-            metrics: tables::metrics(summary),
-            curves: plots::all(run),
-            vorticity: vorticity::panel(run),
-            grains: grains(run),
-            steps: tables::steps(summary, plan),
-            bounds: tables::bounds(plan),
-            parts: tables::parts(summary),
-            cost: tables::cost(summary),
-            log: run.log.as_deref(),
-        },
-    )
+    let summary = &run.summary;
+    let page = Page {
+        summary,
+        title: run.title(),
+        source: run.scene.as_ref().map_or("", |scene| scene.scene.source.as_str()),
+        name: &run.name,
+        identity: summary.scene_sha256.get(..12).unwrap_or(&summary.scene_sha256),
+        faults: &run.remarks,
+        curves: plots::all(run),
+        vorticity: vorticity::panel(run)?,
+        grains: grains(run)?,
+        plan: run.plan.as_ref(),
+        parts: parts(summary),
+        log: run.log.as_deref(),
+    };
+    render("report.html", page)
 }
 
 /// The grains at up to [`MOST_SNAPSHOTS`] of the times at which they were written.
-fn grains(run: &RunFiles) -> Option<Grains> {
+fn grains(run: &RunFiles) -> Result<Option<Grains>, Failure> {
     let files = &run.grain_files;
     let step = files.len().div_ceil(MOST_SNAPSHOTS).max(1);
     // From the last backwards: the final state is always there.
@@ -101,7 +87,7 @@ fn grains(run: &RunFiles) -> Option<Grains> {
     let (read, faults): (Vec<_>, Vec<_>) = chosen.map(|path| Snapshot::read(path)).partition(Result::is_ok);
     let snapshots: Vec<Snapshot> = read.into_iter().filter_map(Result::ok).collect();
     let faults: Vec<String> = faults.into_iter().filter_map(Result::err).collect();
-    let pictures = grain_pictures::draw(&snapshots);
+    let pictures = grain_pictures::draw(&snapshots)?;
     let cut = snapshots.iter().find_map(|snapshot| snapshot.cut);
     let cut = cut.map_or(String::new(), |y| format!(" Spheres are cut by the plane y = {} m.", number(y)));
     let about = format!(
@@ -110,5 +96,5 @@ fn grains(run: &RunFiles) -> Option<Grains> {
         snapshots.len(),
         files.len()
     );
-    (pictures.is_some() || !faults.is_empty()).then_some(Grains { pictures, about, faults })
+    Ok((pictures.is_some() || !faults.is_empty()).then_some(Grains { pictures, about, faults }))
 }

@@ -12,6 +12,13 @@ use crate::study::folder::files;
 /// A log above this is not read through for the page; `bedload log info` does that.
 const MOST_LOG_BYTES: u64 = 256 << 20;
 
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Name of the column of a quantity of a grain along an axis.
+pub(super) fn column(quantity: &str, axis: usize, grain: usize) -> String {
+    format!("{quantity}_{}[{grain}]", AXES[axis])
+}
+
 /// The files of one run. Only the summary must be there.
 pub(super) struct RunFiles {
     /// Name of the folder.
@@ -106,10 +113,8 @@ impl RunFiles {
 
     /// Time of the first contact of `grain` in the series, s: a contact force, or a gap ≤ 0.
     pub(super) fn first_contact(&self, grain: usize) -> Option<f64> {
-        let forces: Vec<&[f64]> = ["x", "y", "z"]
-            .iter()
-            .filter_map(|axis| self.series.column(&format!("contact_force_{axis}[{grain}]")))
-            .collect();
+        let force = |axis| self.series.column(&column("contact_force", axis, grain));
+        let forces: Vec<&[f64]> = (0..3).filter_map(force).collect();
         let gap = self.series.column(&format!("gap[{grain}]"));
         let touches = |row: usize| {
             forces.iter().any(|force| force[row] != 0.0 && force[row].is_finite())

@@ -1,15 +1,14 @@
 //! The panel of vorticity pictures around a grain, after Izard et al. (2014), figure 6.
 
-use std::fmt::Write as _;
-
 use bedload_output::vtk::Vtr;
 use protocol::scene::Geometry;
 use serde::Serialize;
 
 use super::contour::{Field, Segment};
-use super::run_files::RunFiles;
-use crate::study::numbers::number;
-use crate::study::page::Figure;
+use super::run_files::{RunFiles, column};
+use crate::failure::Failure;
+use crate::number::number;
+use crate::study::page::{Figure, render};
 
 /// Pictures in a panel.
 const MOST_PICTURES: usize = 24;
@@ -49,7 +48,7 @@ pub(super) struct Vorticity {
 }
 
 /// The panel, or nothing if the run left no fields or has no grain.
-pub(super) fn panel(run: &RunFiles) -> Option<Vorticity> {
+pub(super) fn panel(run: &RunFiles) -> Result<Option<Vorticity>, Failure> {
     let mut faults = Vec::new();
     let files = &run.fields;
     let step = files.len().div_ceil(MOST_PICTURES).max(1);
@@ -62,7 +61,7 @@ pub(super) fn panel(run: &RunFiles) -> Option<Vorticity> {
     });
     let pictures: Vec<Picture> = read.collect();
     if pictures.is_empty() && faults.is_empty() {
-        return None;
+        return Ok(None);
     }
     let unit = if run.scales.by_gravity { 1.0 / run.scales.time } else { 1.0 };
     let highest = highest_level(&pictures, run.scales.by_gravity.then_some(unit));
@@ -75,8 +74,8 @@ pub(super) fn panel(run: &RunFiles) -> Option<Vorticity> {
         count = pictures.len(),
         total = files.len(),
     );
-    let pictures = pictures.iter().map(|picture| picture.draw(run, highest)).collect();
-    Some(Vorticity { pictures, about, faults })
+    let pictures = pictures.iter().map(|picture| picture.draw(run, highest)).collect::<Result<_, _>>()?;
+    Ok(Some(Vorticity { pictures, about, faults }))
 }
 
 fn axisymmetric(run: &RunFiles) -> bool {
@@ -131,9 +130,9 @@ fn picture(run: &RunFiles, vtr: &Vtr) -> Option<Picture> {
 /// are those of the scene.
 fn position(run: &RunFiles, grain: usize, time: f64) -> Option<[f64; 3]> {
     let mut at = run.scene.as_ref()?.grains.get(grain)?.position;
-    for (axis, name) in ["x", "y", "z"].iter().enumerate() {
-        if let Some(column) = run.series.column(&format!("position_{name}[{grain}]")) {
-            at[axis] = between(run.series.time(), column, time, at[axis]);
+    for (axis, at) in at.iter_mut().enumerate() {
+        if let Some(column) = run.series.column(&column("position", axis, grain)) {
+            *at = between(run.series.time(), column, time, *at);
         }
     }
     Some(at)
@@ -198,48 +197,51 @@ impl Picture {
         strongest
     }
 
-    fn draw(&self, run: &RunFiles, highest: f64) -> Figure {
+    fn draw(&self, run: &RunFiles, highest: f64) -> Result<Figure, Failure> {
         let [(left, bottom), (right, top)] = self.view;
-        let (width, height) = (UNIT * (right - left), UNIT * (top - bottom));
         let place = |(x, z): (f64, f64)| (UNIT * (x - left), UNIT * (top - z));
         let time = number(self.time / run.scales.time);
         let caption =
             if run.scales.by_gravity { format!("t = {time} √(D/g)") } else { format!("t = {time} s") };
-        let mut svg = String::from("<rect width=\"100%\" height=\"100%\" fill=\"#ccc\"/>\n");
         // What lies outside the box stays grey.
         let (x, y) = place((self.walls[0].0.max(left), self.walls[1].1.min(top)));
         let (x2, y2) = place((self.walls[1].0.min(right), self.walls[0].1.max(bottom)));
-        let (w, h) = (x2 - x, y2 - y);
-        let _ = writeln!(
-            svg,
-            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"#fff\"/>"
-        );
-        for (colour, sign) in [("#B2182B", 1.0), ("#2166AC", -1.0)] {
-            let mut path = String::new();
-            for index in 0..LEVELS / 2 {
-                let level = sign * highest * (2 * index + 1) as f64 / (LEVELS - 1) as f64;
-                append(&mut path, &self.field.contour(level), &place);
-            }
-            let _ =
-                writeln!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"0.9\"/>");
-        }
-        for (x, z, radius) in &self.grains {
-            let (cx, cy) = place((*x, *z));
-            let r = UNIT * radius;
-            let _ = writeln!(
-                svg,
-                "<circle class=\"grain\" cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"{r:.1}\" fill=\"#eee\" stroke=\"#000\"/>"
-            );
-        }
-        svg += "<rect width=\"100%\" height=\"100%\" fill=\"none\" stroke=\"#999\"/>\n";
-        let (view, label) = (format!("0 0 {width:.1} {height:.1}"), format!("Vorticity at {caption}"));
-        Figure { view, label, caption, body: svg, keys: Vec::new() }
+        let contours = |sign: f64| {
+            let level = |index: usize| sign * highest * (2 * index + 1) as f64 / (LEVELS - 1) as f64;
+            (0..LEVELS / 2).map(|index| path(&self.field.contour(level(index)), &place)).collect()
+        };
+        let disc = |&(x, z, radius): &(f64, f64, f64)| {
+            let (x, y) = place((x, z));
+            (x, y, UNIT * radius)
+        };
+        let drawn = Drawn {
+            walls: [x, y, x2 - x, y2 - y],
+            positive: contours(1.0),
+            negative: contours(-1.0),
+            grains: self.grains.iter().map(disc).collect(),
+        };
+        let view = format!("0 0 {:.1} {:.1}", UNIT * (right - left), UNIT * (top - bottom));
+        let label = format!("Vorticity at {caption}");
+        Ok(Figure { view, label, caption, body: render("vorticity.svg", drawn)?, keys: Vec::new() })
     }
 }
 
-fn append(path: &mut String, segments: &[Segment], place: &impl Fn((f64, f64)) -> (f64, f64)) {
-    for [from, to] in segments {
+/// What `templates/vorticity.svg` shows, in the units of the picture.
+#[derive(Serialize)]
+struct Drawn {
+    /// Left, top, width and height of the box.
+    walls: [f64; 4],
+    /// Paths of the contours.
+    positive: String,
+    negative: String,
+    /// Centre and radius.
+    grains: Vec<(f64, f64, f64)>,
+}
+
+fn path(segments: &[Segment], place: &impl Fn((f64, f64)) -> (f64, f64)) -> String {
+    let piece = |[from, to]: &Segment| {
         let ((x1, y1), (x2, y2)) = (place(*from), place(*to));
-        let _ = write!(path, "M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}");
-    }
+        format!("M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}")
+    };
+    segments.iter().map(piece).collect()
 }

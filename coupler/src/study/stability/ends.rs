@@ -1,36 +1,29 @@
 //! Where a method ends: along y, for each panel and x.
 
+use serde::Serialize;
+
 use super::table::{Row, Table};
 use super::verdict::Verdict;
+use crate::study::table::grouped;
 
 /// The end of a method at one x.
-#[derive(Clone, Debug, PartialEq)]
-pub struct End {
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct End {
     /// Values of what varies besides the axes.
-    pub panel: String,
+    pub(super) panel: String,
     /// Value along x.
-    pub x: String,
+    pub(super) x: String,
     /// Largest y that is not stable.
-    pub last_bad: Option<f64>,
+    pub(super) last_bad: Option<f64>,
     /// Least y from which on all are stable.
-    pub first_good: Option<f64>,
+    pub(super) first_good: Option<f64>,
 }
 
 /// Every panel and x whose y are numbers, in order of appearance.
 #[must_use]
-pub fn of(table: &Table, x: usize, y: usize) -> Vec<End> {
-    let mut groups: Vec<(String, String, Vec<&Row>)> = Vec::new();
-    for row in &table.rows {
-        let others = (0..row.values.len()).filter(|column| *column != x && *column != y);
-        let values: Vec<&str> =
-            others.map(|column| row.values[column].as_str()).filter(|value| !value.is_empty()).collect();
-        let (panel, place) = (values.join(" · "), &row.values[x]);
-        match groups.iter_mut().find(|(known, at, _)| *known == panel && at == place) {
-            Some((_, _, rows)) => rows.push(row),
-            None => groups.push((panel, place.clone(), vec![row])),
-        }
-    }
-    let ends = groups.into_iter().filter_map(|(panel, x, rows)| {
+pub(super) fn of(table: &Table, x: usize, y: usize) -> Vec<End> {
+    let at = |row: &Row| (row.panel(x, y), row.values[x].clone());
+    let ends = grouped(&table.rows, at).into_iter().filter_map(|((panel, x), rows)| {
         let heights: Option<Vec<(f64, bool)>> = rows
             .iter()
             .map(|row| Some((row.values[y].parse().ok()?, row.verdict == Verdict::Stable)))

@@ -13,6 +13,7 @@ use super::verdict::Verdict;
 use crate::failure::Failure;
 use crate::number::Short;
 use crate::study::page::render;
+use crate::study::table::grouped;
 
 /// Width and height of the drawing area of a panel.
 const AREA: (f64, f64) = (200.0, 250.0);
@@ -103,7 +104,7 @@ struct Mark {
 pub(super) fn draw(table: &Table, frame: &Frame<'_>) -> Result<String, Failure> {
     let along = |column: usize| Axis::new(table.rows.iter().map(move |row| row.values[column].as_str()));
     let (x, y) = (along(frame.x.0), along(frame.y.0));
-    let groups = groups(table, frame);
+    let groups = grouped(&table.rows, |row| row.panel(frame.x.0, frame.y.0));
     let across = groups.len().clamp(1, ACROSS);
     let left = ROOM.0.max(32.0 + longest(&y));
     let size = (left + AREA.0 + ROOM.2, ROOM.1 + AREA.1 + ROOM.3);
@@ -114,57 +115,27 @@ pub(super) fn draw(table: &Table, frame: &Frame<'_>) -> Result<String, Failure> 
     let panel = |(number, (name, rows)): (usize, &(String, Vec<&Row>))| {
         let region = region(&x, &y, rows, frame);
         let runs = rows.iter().filter_map(|row| mark(row, name, frame, &x, &y)).collect();
-        Panel {
-            corner: corner(number),
-            name: name.clone(),
-            refused: refused(&region),
-            bound: line(&region),
-            runs,
-        }
+        let (refused, bound) = (refused(&region), line(&region));
+        Panel { corner: corner(number), name: name.clone(), refused, bound, runs }
     };
     let (legend, bound) = legend(frame.bound);
-    let tick = |axis: &Axis, at: usize, place: f64| Tick { at: tenth(place), name: label(axis.text(at)) };
-    let x_ticks = x.labelled((longest(&x) + GAP) / AREA.0);
-    let y_ticks = y.labelled(LINE / AREA.1);
-    render(
-        "map.svg",
-        Map {
-            title: frame.title,
-            size: (
-                (across as f64 * size.0).max(LEAST_WIDTH),
-                HEAD + groups.len().div_ceil(across) as f64 * size.1,
-            ),
-            area: AREA,
-            left,
-            legend,
-            bound,
-            x: Ticks {
-                name: frame.x.1,
-                ticks: x_ticks.into_iter().map(|at| tick(&x, at, rightwards(x.place(at)))).collect(),
-            },
-            y: Ticks {
-                name: frame.y.1,
-                ticks: y_ticks.into_iter().map(|at| tick(&y, at, upwards(y.place(at)))).collect(),
-            },
-            panels: groups.iter().enumerate().map(panel).collect(),
-        },
-    )
-}
-
-/// Rows of each panel with its name, in order of appearance.
-fn groups<'a>(table: &'a Table, frame: &Frame<'_>) -> Vec<(String, Vec<&'a Row>)> {
-    let others: Vec<usize> =
-        (0..table.keys.len()).filter(|column| *column != frame.x.0 && *column != frame.y.0).collect();
-    let mut groups: Vec<(String, Vec<&Row>)> = Vec::new();
-    for row in &table.rows {
-        let values = others.iter().map(|column| row.values[*column].as_str());
-        let name = values.filter(|value| !value.is_empty()).collect::<Vec<_>>().join(" · ");
-        match groups.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, rows)) => rows.push(row),
-            None => groups.push((name, vec![row])),
-        }
-    }
-    groups
+    let ticks = |axis: &Axis, name, room: f64, place: fn(f64) -> f64| {
+        let tick = |at| Tick { at: tenth(place(axis.place(at))), name: label(axis.text(at)) };
+        Ticks { name, ticks: axis.labelled(room).into_iter().map(tick).collect() }
+    };
+    let whole = (across as f64 * size.0, HEAD + groups.len().div_ceil(across) as f64 * size.1);
+    let map = Map {
+        title: frame.title,
+        size: (whole.0.max(LEAST_WIDTH), whole.1),
+        area: AREA,
+        left,
+        legend,
+        bound,
+        x: ticks(&x, frame.x.1, (longest(&x) + GAP) / AREA.0, rightwards),
+        y: ticks(&y, frame.y.1, LINE / AREA.1, upwards),
+        panels: groups.iter().enumerate().map(panel).collect(),
+    };
+    render("map.svg", map)
 }
 
 fn region<'a>(x: &'a Axis, y: &'a Axis, rows: &[&Row], frame: &Frame<'_>) -> Region<'a> {

@@ -12,7 +12,7 @@
 //! | `page` | `stability.html` |
 
 mod axis;
-pub mod ends;
+mod ends;
 mod map;
 mod page;
 mod region;
@@ -58,13 +58,13 @@ pub fn stability(options: &Options) -> Result<(), Failure> {
 }
 
 /// The table of a map: what makes a folder one.
-pub const TABLE: &str = "stability.csv";
+pub(crate) const TABLE: &str = "stability.csv";
 
 /// Makes map and page of a finished sweep anew, from its table; returns the page.
 ///
 /// # Errors
 /// [`Failure`] if the folder holds no plan.
-pub fn redraw(dir: &Path) -> Result<PathBuf, Failure> {
+pub(crate) fn redraw(dir: &Path) -> Result<PathBuf, Failure> {
     let scene = CheckedScene::new(SceneSource::read(&dir.join(SCENE), &[])?)?;
     let plan = MapPlan::read(&scene)?;
     let table = read_table(&dir.join(TABLE))?;

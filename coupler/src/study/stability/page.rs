@@ -2,13 +2,11 @@
 
 use serde::Serialize;
 
-use super::ends;
+use super::ends::{self, End};
 use super::map::Frame;
 use super::table::{Counts, Row, Table};
-use super::verdict::Verdict;
 use crate::failure::Failure;
-use crate::study::numbers::number;
-use crate::study::page::{Cell, Listing, or_dash, render};
+use crate::study::page::render;
 
 /// What `templates/stability.html` shows.
 #[derive(Serialize)]
@@ -16,63 +14,35 @@ struct Page<'a> {
     title: &'a str,
     about: &'a str,
     map: &'a str,
-    counts: Listing,
-    limits: Option<Listing>,
-    runs: Listing,
+    counts: Counts,
+    /// Names of the axes.
+    x: &'a str,
+    y: &'a str,
+    /// None where y has names.
+    ends: Vec<End>,
+    keys: &'a [String],
+    runs: &'a [Row],
 }
 
 /// The page.
 pub(super) fn page(table: &Table, frame: &Frame<'_>, about: &str, map: &str) -> Result<String, Failure> {
-    let counts = counted(&Counts::of(&table.rows));
-    let (limits, runs) = (limits(table, frame), runs(table));
-    render("stability.html", Page { title: frame.title, about, map, counts, limits, runs })
-}
-
-fn counted(counts: &Counts) -> Listing {
-    let refused = counts.rightly_refused + counts.stable_refused;
-    let line = |name: &str, count: usize, class: &'static str| vec![name.into(), Cell::classed(count, class)];
-    let wrong = |name: &str, count: usize| line(name, count, if count == 0 { "good" } else { "bad" });
-    let lines = vec![
-        line("runs", counts.runs, ""),
-        line("refused by check", refused, ""),
-        line("right: failed or oscillating, and refused", counts.rightly_refused, "good"),
-        line("right: stable, and accepted", counts.rightly_accepted, "good"),
-        wrong("wrong: failed, and accepted", counts.failed_accepted),
-        wrong("wrong: oscillating, and accepted", counts.oscillating_accepted),
-        wrong("wrong: stable, and refused", counts.stable_refused),
-    ];
-    Listing::new::<&str>(&[], lines)
-}
-
-/// Per panel and x: up to which y it fails, and from which on everything is stable. None where y has names.
-fn limits(table: &Table, frame: &Frame<'_>) -> Option<Listing> {
-    let line = |end: &ends::End| {
-        let [bad, good] = [end.last_bad, end.first_good].map(|value| or_dash(value, number).into());
-        vec![end.panel.as_str().into(), end.x.as_str().into(), bad, good]
+    let page = Page {
+        title: frame.title,
+        about,
+        map,
+        counts: Counts::of(&table.rows),
+        x: frame.x.1,
+        y: frame.y.1,
+        ends: ends::of(table, frame.x.0, frame.y.0),
+        keys: &table.keys,
+        runs: &table.rows,
     };
-    let name = frame.y.1;
-    let (bad, good) = (format!("largest {name} that is not stable"), format!("stable from {name}"));
-    let ends = ends::of(table, frame.x.0, frame.y.0);
-    Listing::new(&["", frame.x.1, &bad, &good], ends.iter().map(line).collect()).any()
-}
-
-fn runs(table: &Table) -> Listing {
-    let head =
-        table.keys.iter().map(String::as_str).chain(["verdict", "growth", "margin", "refused", "note"]);
-    let line = |row: &Row| {
-        let value = |value: f64| or_dash(Some(value).filter(|value| !value.is_nan()), number).into();
-        let mut cells: Vec<Cell> = row.values.iter().map(|value| value.as_str().into()).collect();
-        let wrong = row.refused == (row.verdict == Verdict::Stable);
-        let refused = if row.refused { "refused" } else { "accepted" };
-        cells.extend([row.verdict.to_string().into(), value(row.growth), value(row.margin)]);
-        cells.extend([Cell::classed(refused, if wrong { "bad" } else { "" }), row.note.as_str().into()]);
-        cells
-    };
-    Listing::new(&head.collect::<Vec<_>>(), table.rows.iter().map(line).collect())
+    render("stability.html", page)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::verdict::Verdict;
     use super::*;
 
     #[test]

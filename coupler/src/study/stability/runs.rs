@@ -12,6 +12,7 @@ use crate::bounds::{Bound, Level, NAMES, SINGULAR};
 use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::study::folder::content;
+use crate::study::runs::at_a_time;
 use crate::study::{Outcome, Point, Reuse, Task, cell, run_all};
 
 /// Characters of a note that are kept: an error names its cause first.
@@ -30,33 +31,15 @@ pub(super) fn rows(plan: &MapPlan, scene: &Path, out: &Path, jobs: usize) -> Res
         .collect::<Result<_, Failure>>()?;
     let one = |(point, finding): &(&Point, Finding)| row(point, finding, &plan.section, scene);
     // Each asks the solvers for their facts, which are processes: several at a time, too.
-    let share = judged.len().div_ceil(jobs).max(1);
-    let parts: Vec<Vec<Result<Row, Failure>>> = std::thread::scope(|scope| {
-        let threads: Vec<_> = judged
-            .chunks(share)
-            .map(|chunk| scope.spawn(move || chunk.iter().map(one).collect::<Vec<_>>()))
-            .collect();
-        threads.into_iter().map(|thread| thread.join().unwrap_or_default()).collect()
-    });
-    let rows: Vec<Row> = parts.into_iter().flatten().collect::<Result<_, _>>()?;
-    if rows.len() == points.len() {
-        Ok(rows)
-    } else {
-        Err(Failure::Run("not every run was planned: report this as a fault".into()))
-    }
+    let fault = || Err(Failure::Run("not every run was planned: report this as a fault".into()));
+    at_a_time(jobs, &judged, one).into_iter().map(|row| row.unwrap_or_else(fault)).collect()
 }
 
 fn task(point: &Point, scene: &Path, out: &Path) -> Task {
-    let mut set = point.set.clone();
-    set.extend(imposed());
-    Task {
-        name: point.label.clone(),
-        scene: scene.to_owned(),
-        set,
-        folder: out.join("runs").join(&point.label),
-        // Small runs: more threads only wait for each other.
-        threads: point.threads.unwrap_or(1),
-    }
+    // Small runs: more threads only wait for each other.
+    let mut task = point.task(scene, &out.join("runs"), 1);
+    task.set.extend(imposed());
+    task
 }
 
 /// What every run is told: no bound stops it but the one behind which there is a division by zero,

@@ -121,27 +121,24 @@ impl MapPlan {
 
 impl Stability {
     fn check(&self, scene: &CheckedScene) -> Result<(), SceneError> {
-        let source = &scene.source;
+        let wrong = |key: &str, message: &str, remedy: &str| Err(scene.source.error(key, message, remedy));
         if self.vary.is_empty() && self.runs.is_empty() {
-            return Err(source.error(
-                "stability",
-                "names no runs",
-                "add [[stability.vary]] with key and values, or [[stability.runs]]",
-            ));
+            let remedy = "add [[stability.vary]] with key and values, or [[stability.runs]]";
+            return wrong("stability", "names no runs", remedy);
         }
-        if self.bound != ANY && !bounds::NAMES.contains(&self.bound.as_str()) {
-            return Err(source.error(
+        let (bound, names) = (&self.bound, bounds::NAMES);
+        if bound != ANY && !names.contains(&bound.as_str()) {
+            let message = format!("is {bound:?}, which is no bound; allowed: any, {}", names.join(", "));
+            return wrong(
                 "stability.bound",
-                format!("is {:?}, which is no bound; allowed: any, {}", self.bound, bounds::NAMES.join(", ")),
+                &message,
                 "name a bound that `bedload check` prints, or \"any\"",
-            ));
+            );
         }
         if let Some(scale) = self.scale.filter(|scale| !(*scale > 0.0 && scale.is_finite())) {
-            return Err(source.error(
-                "stability.scale",
-                format!("is {scale}; allowed: a finite number > 0"),
-                "give the size of the signal that counts as whole, or leave it out",
-            ));
+            let message = format!("is {scale}; allowed: a finite number > 0");
+            let remedy = "give the size of the signal that counts as whole, or leave it out";
+            return wrong("stability.scale", &message, remedy);
         }
         self.check_columns(scene)
     }

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use serde::{Serialize, Serializer};
+
 use super::verdict::Verdict;
 use crate::failure::Failure;
 use crate::number::Short;
@@ -11,15 +13,17 @@ use crate::study::table::{self, Record, flag, number};
 const COLUMNS: [&str; 6] = ["verdict", "growth", "bound_margin", "label", "note", "refused"];
 
 /// One run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// Its values, one per varied key, as they stand in the table.
     pub values: Vec<String>,
     /// What became of it.
     pub verdict: Verdict,
     /// Growth of the alternation, 1/window; NaN where it cannot be told.
+    #[serde(serialize_with = "known")]
     pub growth: f64,
     /// Margin of the bound in its plan: below 1 it is broken; NaN where it does not apply.
+    #[serde(serialize_with = "known")]
     pub margin: f64,
     /// Folder of the run.
     pub label: String,
@@ -27,6 +31,20 @@ pub struct Row {
     pub note: String,
     /// Does `bedload check` refuse it, by the bound of the map?
     pub refused: bool,
+}
+
+impl Row {
+    /// Its values of all keys but those of the columns `x` and `y`: the panel of the map that it is in.
+    pub(super) fn panel(&self, x: usize, y: usize) -> String {
+        let others = self.values.iter().enumerate().filter(|(column, _)| *column != x && *column != y);
+        let told = others.map(|(_, value)| value.as_str()).filter(|value| !value.is_empty());
+        told.collect::<Vec<_>>().join(" · ")
+    }
+}
+
+/// A number, or none in place of NaN.
+fn known<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    Some(*value).filter(|value| !value.is_nan()).serialize(serializer)
 }
 
 /// The whole table.
@@ -39,7 +57,7 @@ pub fn columns() -> Vec<String> {
 }
 
 /// How verdicts and refusals go together.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// Runs.
     pub runs: usize,

@@ -9,6 +9,8 @@
 
 use std::fmt;
 
+use serde::Serialize;
+
 /// Blocks of the envelope in the second half. Eight of them leave a line of least squares enough
 /// points to tell growth from noise, and blocks long enough to hold a slow oscillation.
 const BLOCKS: usize = 8;
@@ -43,7 +45,8 @@ const LEAST_SCALE: f64 = 1e-3;
 const ROUNDING: f64 = 1e-15;
 
 /// Where a method stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// It does what it should.
     Stable,
@@ -87,6 +90,15 @@ pub struct Finding {
 
 /// Judges one sample per window. `scale`: size of the signal that counts as whole; by default the
 /// largest smooth value of the second half.
+///
+/// ```
+/// use coupler::study::stability::verdict::{Verdict, judge};
+/// let falls = |n: u32| 1.0 - (-f64::from(n) / 10.0).exp();
+/// let smooth: Vec<f64> = (0..200).map(falls).collect();
+/// assert_eq!(judge(&smooth, None).verdict, Verdict::Stable);
+/// let swings: Vec<f64> = (0..200).map(|n| falls(n) + if n % 2 == 0 { 0.1 } else { -0.1 }).collect();
+/// assert_eq!(judge(&swings, None).verdict, Verdict::Oscillating);
+/// ```
 #[must_use]
 pub fn judge(signal: &[f64], scale: Option<f64>) -> Finding {
     if let Some(at) = signal.iter().position(|value| !value.is_finite()) {

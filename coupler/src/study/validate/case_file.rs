@@ -23,19 +23,15 @@ impl Case {
         for check in &case.checks {
             case.check_check(check)?;
         }
-        let pictured = case.pictures.iter().find(|p| !case.runs.iter().any(|run| run.label == p.run));
-        if let Some(pictures) = pictured {
-            return Err(format!("the pictures {:?} are of no run {:?}", pictures.name, pictures.run));
-        }
-        for label in case.differences.iter().flat_map(|difference| &difference.runs) {
-            if !case.runs.iter().any(|run| run.label == *label) {
-                return Err(format!("a difference is of no run {label:?}"));
-            }
-        }
-        for table in case.drawn().flat_map(|figure| &figure.tables) {
-            if !case.runs.iter().any(|run| run.label == table.run) {
-                return Err(format!("the table {:?} of the figure is of no run {:?}", table.name, table.run));
-            }
+        let pictures = case.pictures.iter().map(|p| (format!("the pictures {:?} are", p.name), &p.run));
+        let differences = case.differences.iter().flat_map(|difference| &difference.runs);
+        let differences = differences.map(|run| ("a difference is".to_owned(), run));
+        let tables = case.drawn().flat_map(|figure| &figure.tables);
+        let tables = tables.map(|t| (format!("the table {:?} of the figure is", t.name), &t.run));
+        let is_run = |label: &String| case.runs.iter().any(|run| run.label == *label);
+        if let Some((what, run)) = pictures.chain(differences).chain(tables).find(|(_, label)| !is_run(label))
+        {
+            return Err(format!("{what} of no run {run:?}"));
         }
         for curve in case.drawn().flat_map(|figure| &figure.curves) {
             formula::evaluate(&curve.formula, &|name| (name == "x").then_some(1.0))

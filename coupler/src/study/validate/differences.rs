@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use bedload_output::points;
-
 use super::case::Difference;
 use super::runs::Made;
 use crate::failure::Failure;
-use crate::study::folder::{content, read};
+use crate::study::folder::columns;
 use crate::study::table::interpolated;
 
 /// A difference that could be measured.
@@ -24,15 +22,10 @@ pub(super) fn measured<'a>(made: &Made<'a>) -> Result<Vec<Measured<'a>>, Failure
 }
 
 fn measure<'a>(wanted: &'a Difference, runs: &Path) -> Result<Measured<'a>, Failure> {
-    let known = |label: &String| {
-        let path = runs.join(label).join(&wanted.file);
-        points(&read(&path)?, &wanted.x, &wanted.y).map_err(content(&path))
-    };
+    let known = |label: &String| columns(&runs.join(label).join(&wanted.file), &wanted.x, &wanted.y);
     let [a, b] = [known(&wanted.runs[0])?, known(&wanted.runs[1])?];
-    Ok(Measured {
-        wanted,
-        value: largest(&a, &b, wanted.within.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])),
-    })
+    let within = wanted.within.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+    Ok(Measured { wanted, value: largest(&a, &b, within) })
 }
 
 /// Largest |a − b| at the places of `a` within a range, b interpolated, over the largest |b| there; NaN where they

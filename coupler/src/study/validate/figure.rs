@@ -1,14 +1,12 @@
 //! A figure of a case: measured points, published curves and points, as one SVG file.
 
-use std::path::Path;
+use bedload_output::Summary;
 
-use bedload_output::{Summary, points};
-
-use super::case::{Figure, Points, Run, Series, Table, matches};
+use super::case::{Figure, Run, Series, Table, matches};
 use super::formula;
 use super::runs::Made;
 use crate::failure::Failure;
-use crate::study::folder::{content, read};
+use crate::study::folder::columns;
 use crate::study::plot::{self, Axis, GREY, Look, Plot, Point, Rule, Shape, colour, shape};
 
 /// Width and height.
@@ -55,7 +53,7 @@ pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, F
     }
     // Over the measured ones, which are larger.
     for from in &figure.points {
-        let points = published(from, &made.case.folder)?;
+        let points = columns(&made.case.folder.join(&from.file), &from.x, &from.y)?;
         let size = if points.len() > CROWD { 2.0 } else { 5.0 };
         drawn.push(scatter(points, &from.name, GREY, Shape::Cross, size));
     }
@@ -106,8 +104,7 @@ type Drawn<'a> = (&'a Table, Vec<Point>);
 fn tables<'a>(made: &Made<'_>, figure: &'a Figure) -> Result<Vec<Drawn<'a>>, Failure> {
     let there = figure.tables.iter().filter(|table| made.result(&table.run).is_some());
     let read = |table: &'a Table| {
-        let path = made.folder.join(&table.run).join(&table.file);
-        let mut points = points(&read(&path)?, &table.x, &table.y).map_err(content(&path))?;
+        let mut points = columns(&made.folder.join(&table.run).join(&table.file), &table.x, &table.y)?;
         points.retain(|(x, y)| drawable(*x, figure.log_x) && drawable(*y, figure.log_y));
         Ok((table, points))
     };
@@ -141,10 +138,4 @@ fn scatter(points: Vec<Point>, name: &str, colour: &'static str, shape: Shape, s
         points,
         look: Look::Points { shape, size, words: Vec::new() },
     }
-}
-
-/// Two columns of a CSV file.
-fn published(from: &Points, folder: &Path) -> Result<Vec<Point>, Failure> {
-    let path = folder.join(&from.file);
-    points(&read(&path)?, &from.x, &from.y).map_err(content(&path))
 }

@@ -79,24 +79,22 @@ impl<'a> Reader<'a> {
         }
     }
 
+    fn expect(&mut self, wanted: char) -> Result<(), String> {
+        if self.take(wanted) { Ok(()) } else { Err(self.wrong(&format!("'{wanted}'"))) }
+    }
+
     fn bracket(&mut self) -> Result<f64, String> {
-        if !self.take('(') {
-            return Err(self.wrong("'('"));
-        }
+        self.expect('(')?;
         let inner = self.sum()?;
-        if self.take(')') { Ok(inner) } else { Err(self.wrong("')'")) }
+        self.expect(')').map(|()| inner)
     }
 
     fn pair(&mut self) -> Result<(f64, f64), String> {
-        if !self.take('(') {
-            return Err(self.wrong("'('"));
-        }
+        self.expect('(')?;
         let first = self.sum()?;
-        if !self.take(',') {
-            return Err(self.wrong("','"));
-        }
+        self.expect(',')?;
         let second = self.sum()?;
-        if self.take(')') { Ok((first, second)) } else { Err(self.wrong("')'")) }
+        self.expect(')').map(|()| (first, second))
     }
 
     /// The run of characters that `belongs` accepts, taken.

@@ -34,7 +34,7 @@ use crate::study::folder::{self, cannot};
 use case::Case;
 use runs::Made;
 pub use runs::Validate;
-use table::Drawing;
+use table::{Drawing, Section};
 use verdict::Verdict;
 
 /// Where cases are, seen from the root of the repository.
@@ -50,9 +50,10 @@ pub fn validate(options: &Validate) -> Result<(), Failure> {
     let _claim = Claim::of(&options.out)?;
     let figures = options.out.join("figures");
     folder::make(&figures)?;
-    let mut page = table::heading(options.quick);
+    let mut sections = Vec::new();
     let (mut failed, mut judged) = (0, 0);
-    for made in &runs::run_all(&cases, options)? {
+    let all = runs::run_all(&cases, options)?;
+    for made in &all {
         let rows = verdict::rows(made);
         failed += rows.iter().filter(|row| row.verdict.is_failure()).count();
         judged += rows.iter().filter(|row| row.verdict != Verdict::Reported).count();
@@ -61,8 +62,9 @@ pub fn validate(options: &Validate) -> Result<(), Failure> {
             atomic_write(&figures.join(&drawing.file), drawing.svg.as_bytes())?;
         }
         let apart = differences::measured(made)?;
-        page += &table::section(made, &rows, &apart, &drawings);
+        sections.push(Section::new(made, &rows, &apart, drawings));
     }
+    let page = table::page(options.quick, &sections)?;
     let path = options.out.join("validation.md");
     atomic_write(&path, page.as_bytes())?;
     println!("{page}");

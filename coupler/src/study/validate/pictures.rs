@@ -22,7 +22,7 @@ pub(super) fn draw(made: &Made<'_>, wanted: &Pictures) -> Result<Option<String>,
     };
     let read = |path: &PathBuf| Snapshot::read(path).map_err(content(path));
     let snapshots: Vec<Snapshot> = chosen.iter().map(read).collect::<Result<_, _>>()?;
-    Ok(grain_pictures::draw(&snapshots))
+    grain_pictures::draw(&snapshots)
 }
 
 fn chosen(all: &[PathBuf], place: usize, fields: &Path) -> Result<PathBuf, Failure> {

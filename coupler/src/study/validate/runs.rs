@@ -46,10 +46,7 @@ impl<'a> Made<'a> {
 
     /// Runs that left a result.
     pub(super) fn results(&self) -> impl Iterator<Item = (&'a Run, &Summary)> {
-        self.runs().filter_map(|(run, outcome)| match outcome? {
-            Outcome::Done(summary) => Some((run, &**summary)),
-            Outcome::Failed(_) => None,
-        })
+        self.runs().filter_map(|(run, outcome)| Some((run, outcome?.summary()?)))
     }
 }
 

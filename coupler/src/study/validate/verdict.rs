@@ -6,6 +6,7 @@ use super::case::{Check, Kind, Reference, matches};
 use super::formula;
 use super::runs::Made;
 use crate::study::runs::Outcome;
+use crate::study::table::error;
 
 /// What a comparison says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,12 +100,6 @@ fn reference(check: &Check, summary: &Summary) -> Result<Option<f64>, String> {
             formula::evaluate(text, &value).map(Some)
         }
     }
-}
-
-/// (value − reference)/|reference|, or the difference itself where the reference is 0.
-fn error(value: f64, reference: f64) -> f64 {
-    let scale = if reference == 0.0 { 1.0 } else { reference.abs() };
-    (value - reference) / scale
 }
 
 fn judge(check: &Check, value: Option<f64>, error: Option<f64>) -> Verdict {

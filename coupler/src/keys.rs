@@ -1,0 +1,56 @@
+//! Keys of the solvers' sections that rules of the coupler read or set: cheaper models, settings from the charts.
+//! No other file names one, and `tests/tests/keys.rs` asks that each is in the solvers' configuration, with these
+//! values: a key that is renamed there makes a test fail, not a rule.
+
+use protocol::scene::CheckedScene;
+use toml::Value;
+
+/// Is momentum convected? By default it is.
+pub const CONVECTION: &str = "fluid.time.convection";
+/// Order of the time steps.
+pub const TIME_SCHEME: &str = "fluid.time.scheme";
+/// Two steps, one stage each.
+pub const AB2: &str = "ab2";
+/// Time step of the fluid, s.
+pub const FLUID_DT: &str = "fluid.time.dt";
+/// How the motion is imposed.
+pub const METHOD: &str = "fluid.immersed.method";
+/// Anew in each step.
+pub const DIRECT: &str = "direct";
+/// Width of the mask over the spacing.
+pub const WIDTH: &str = "fluid.immersed.width";
+/// Does the carried force move with the grains?
+pub const TRANSPORT: &str = "fluid.immersed.force_transport";
+/// It does.
+pub const ADVECTED: &str = "advected";
+/// Form of the loads.
+pub const LOADS: &str = "fluid.loads.form";
+/// The law of contact.
+pub const CONTACT: &str = "dem.contact";
+/// Films between grains.
+pub const LUBRICATION: &str = "dem.lubrication";
+/// Sub-steps per contact.
+pub const CONTACT_STEPS: &str = "dem.steps_per_contact";
+
+/// All of them, with the values that rules name.
+pub const ALL: [(&str, &[&str]); 10] = [
+    (CONVECTION, &[]),
+    (TIME_SCHEME, &[AB2]),
+    (FLUID_DT, &[]),
+    (METHOD, &[DIRECT]),
+    (WIDTH, &[]),
+    (TRANSPORT, &[ADVECTED]),
+    (LOADS, &[]),
+    (CONTACT, &[]),
+    (LUBRICATION, &[]),
+    (CONTACT_STEPS, &[]),
+];
+
+/// What the scene says at such a key.
+pub(crate) fn look_up<'a>(scene: &'a CheckedScene, key: &str) -> Option<&'a Value> {
+    let (section, path) = key.split_once('.')?;
+    let section = if section == "fluid" { &scene.scene.fluid } else { &scene.scene.dem };
+    let mut parts = path.split('.');
+    let first = section.get(parts.next()?)?;
+    parts.try_fold(first, |value, part| value.get(part))
+}
