@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use protocol::facts::DemFacts;
-use protocol::scene::{CheckedScene, Freedom as LockedFreedom, Geometry, Motion as SceneMotion, SceneError};
+use protocol::scene::{
+    CheckedScene, Freedom as LockedFreedom, Geometry, Motion as SceneMotion, Retired, SceneError,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -87,12 +89,16 @@ pub struct Config {
     pub initial_state: Option<PathBuf>,
 }
 
+/// Names that this section had before.
+const RETIRED: &[Retired] = &[Retired::value("dem.contact.form", "seed", "\"izard-2014\"")];
+
 impl Config {
     /// Reads and checks `[dem]` and lays out the grains.
     ///
     /// # Errors
     /// [`SceneError`] with the key and the remedy.
     pub fn new(scene: &CheckedScene) -> Result<Self, SceneError> {
+        scene.source.refuse_retired(RETIRED)?;
         let Doc { mut dem } = scene.source.section()?;
         let spec = spec(scene, &mut dem)?;
         if let Err(fault) = spec.validate() {

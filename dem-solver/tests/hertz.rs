@@ -18,7 +18,7 @@ fn glass(restitution: f64) -> HertzMindlin {
         restitution,
         impact_speed: 1.0,
         friction: 0.0,
-        form: RestitutionForm::Seed,
+        form: RestitutionForm::Izard2014,
         damping_ratio: 0.0,
         sliding: Default::default(),
         lever_arm: Default::default(),
@@ -101,8 +101,8 @@ fn restitution_is_the_asked_one_at_any_speed() {
             (RestitutionForm::ExactRestitution, 0.6, 0.6),
             (RestitutionForm::ExactRestitution, 0.9, 0.9),
             // the clipped oscillator, as for the linear law
-            (RestitutionForm::Seed, 0.5, 0.5503),
-            (RestitutionForm::Seed, 0.87, 0.8734),
+            (RestitutionForm::Izard2014, 0.5, 0.5503),
+            (RestitutionForm::Izard2014, 0.87, 0.8734),
         ] {
             let law = HertzMindlin { form, impact_speed: v, ..glass(e) };
             let lasts = law.contact_time_of(2e-6, 0.5 * R);

@@ -186,7 +186,7 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
         "lower the fluid's dt, or watch the first windows",
     ));
     if fluid.loads == LoadsForm::Izard2014 {
-        add_seed_form(facts, &judged, bounds);
+        add_izard_form(facts, &judged, bounds);
     }
 }
 
@@ -229,8 +229,8 @@ fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bou
     )
 }
 
-/// What only the seed's form suffers from: the factor ρρ_p/(ρ_p−ρ).
-fn add_seed_form(facts: &Facts<'_>, judged: &[Judged], bounds: &mut Vec<Bound>) {
+/// What only the form of Izard et al. (2014) suffers from: the factor ρρ_p/(ρ_p−ρ).
+fn add_izard_form(facts: &Facts<'_>, judged: &[Judged], bounds: &mut Vec<Bound>) {
     let excess = judged.iter().map(|one| (one.ratio - 1.0).abs()).fold(f64::INFINITY, f64::min);
     bounds.push(Bound::new(SINGULAR, "|ρ_p/ρ − 1|", excess, Side::AtLeast, 1e-6).because(
         "loads of form izard-2014 carry the factor ρρ_p/(ρ_p−ρ), which is singular for neutral grains",

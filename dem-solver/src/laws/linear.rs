@@ -77,7 +77,8 @@ pub(crate) fn default_damping_ratio() -> f64 {
 pub enum RestitutionForm {
     /// Eqs 17 and 18 as printed: the clipped law gives back more than e_n in less than t_c.
     #[default]
-    Seed,
+    #[serde(rename = "izard-2014")]
+    Izard2014,
     /// k_n and γ_n chosen so that the clipped law gives e_n in t_c. Needs e_n > e⁻² ≈ 0.1353, the
     /// restitution of the critically damped clipped law.
     ExactRestitution,
@@ -88,7 +89,7 @@ impl RestitutionForm {
     /// gives e.
     pub(crate) fn decay(self, restitution: f64) -> f64 {
         match self {
-            Self::Seed => -restitution.ln() / PI,
+            Self::Izard2014 => -restitution.ln() / PI,
             Self::ExactRestitution => clipped_inverse(restitution),
         }
     }
@@ -159,7 +160,7 @@ impl LinearSpringDashpot {
             contact_time: Some(contact_time),
             stiffness: None,
             friction,
-            form: RestitutionForm::Seed,
+            form: RestitutionForm::Izard2014,
             stiffness_ratio: default_stiffness_ratio(),
             damping_ratio: default_damping_ratio(),
             sliding: Sliding::Capped,
@@ -171,7 +172,7 @@ impl LinearSpringDashpot {
     /// Angular frequency ω and decay rate b of the unclipped damped oscillation, 1/s; `t_c` in s.
     fn oscillation(&self, t_c: f64) -> (f64, f64) {
         match self.form {
-            RestitutionForm::Seed => (PI / t_c, -self.restitution.ln() / t_c),
+            RestitutionForm::Izard2014 => (PI / t_c, -self.restitution.ln() / t_c),
             RestitutionForm::ExactRestitution => {
                 let r = self.form.decay(self.restitution);
                 let omega = PI * clipped(r).1 / t_c;

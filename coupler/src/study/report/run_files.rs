@@ -40,7 +40,7 @@ pub(super) struct RunFiles {
     pub(super) scales: Scales,
 }
 
-/// Units of the pictures: those of the seed (D, √(D/g), √(gD), submerged weight) where the scene has
+/// Units of the pictures: those of Izard et al. 2014 (D, √(D/g), √(gD), submerged weight) where the scene has
 /// a grain and gravity, else SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scales {
