@@ -9,21 +9,21 @@
 //! how soon the coupler notices that a solver was killed.
 
 use std::error::Error;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, Stdio};
 use std::time::{Duration, Instant};
 
-use protocol::channel::{CONNECT_VARIABLE, ConductorLink, Event, Rendezvous, SharedMemory, Waiting, Wire};
+use protocol::channel::{CONNECT_VARIABLE, ConductorLink, Event, Rendezvous, Waiting};
 use protocol::message::{Command, Kinematics, Loads, Order, State};
 use protocol::participant::{Exchange, ExchangeError, Participant, Role, SolverError, Window, WindowReport};
-use protocol::serve::serve;
+use protocol::serve::Invitation;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
 fn main() -> Outcome<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     if let Some(rendezvous) = Rendezvous::from_environment()? {
-        return play(&rendezvous, arguments.first().map_or("", String::as_str));
+        return Ok(play(rendezvous, arguments.first().map_or("", String::as_str))?);
     }
     let value = |name: &str, default: &str| {
         let place = arguments.iter().position(|argument| argument == name);
@@ -139,21 +139,14 @@ fn start(rendezvous: &Rendezvous, role: Role) -> Outcome<Child> {
         .spawn()?)
 }
 
-fn play(rendezvous: &Rendezvous, role: &str) -> Outcome<()> {
+fn play(rendezvous: Rendezvous, role: &str) -> Result<(), SolverError> {
+    let grains = rendezvous.grains;
+    let invitation =
+        Invitation { scene: PathBuf::new(), rendezvous, out: PathBuf::from("."), checkpoint: None };
     match role {
-        "fluid" => join::<IdleFluid>(rendezvous, IdleFluid(rendezvous.grains)),
-        _ => join::<IdleDem>(rendezvous, IdleDem(rendezvous.grains)),
+        "fluid" => invitation.serve(&mut IdleFluid(grains)),
+        _ => invitation.serve(&mut IdleDem(grains)),
     }
-}
-
-fn join<P>(rendezvous: &Rendezvous, mut participant: P) -> Outcome<()>
-where
-    P: Participant,
-    P::Incoming: Wire,
-    P::Outgoing: Wire,
-{
-    let mut link = SharedMemory::join(rendezvous, P::ROLE, participant.grains())?;
-    Ok(serve(&mut participant, &mut link, Path::new("."))?)
 }
 
 const REPORT: WindowReport = WindowReport { dt_limit: f64::INFINITY, residual: 0.0, substeps: 0 };

@@ -11,6 +11,7 @@
 //! | read a recorded run | [`log::LogReader`] |
 //! | tell the coupler about a solver before a run | [`facts::FluidFacts`], [`facts::DemFacts`] |
 //! | read the scene with all its checks (feature `scene`) | `scene::CheckedScene` |
+//! | read a table in CSV (feature `scene`) | `table::Table` |
 //!
 //! Without default features there is no scene: a solver of its own reads the few keys that it needs.
 //! `examples/minimal_dem.rs` is a whole DEM that does so. Output folder, series, metrics and VTK files are in

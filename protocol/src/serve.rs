@@ -31,6 +31,23 @@ pub fn checkpoint_folder(out_dir: &Path, step: u64) -> PathBuf {
 /// What `bedload` starts a solver with: `COMMAND… serve SCENE --connect TOKEN --out DIR [--checkpoint DIR]`.
 ///
 /// A solver with more options of its own takes them from its own command line, and calls [`serve()`].
+///
+/// ```no_run
+/// use protocol::channel::Wire;
+/// use protocol::participant::{Participant, SolverError};
+/// use protocol::serve::Invitation;
+///
+/// /// The whole `main` of a solver, given what reads its scene.
+/// fn main_of<P>(read: impl Fn(&std::path::Path) -> Result<P, SolverError>) -> Result<(), SolverError>
+/// where
+///     P: Participant,
+///     P::Incoming: Wire,
+///     P::Outgoing: Wire,
+/// {
+///     let invitation = Invitation::from_arguments(std::env::args().skip(1))?;
+///     invitation.serve(&mut read(&invitation.scene)?)
+/// }
+/// ```
 #[derive(Clone, Debug)]
 pub struct Invitation {
     /// The scene, resolved.

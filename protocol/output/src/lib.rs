@@ -1,9 +1,15 @@
 //! What every run leaves behind, whoever conducts it: the output folder, `series.csv`, metrics,
 //! `summary.json`, VTK files. `bedload run`, `bedload-fluid run` and `bedload-dem run` share it.
 //!
-//! [`Observer::record`] takes each accepted window once and feeds them all. Its parts stand alone
-//! too: [`Columns::fill`] makes the row, [`SeriesWriter`] writes it, [`metrics::Metrics`] measures it,
-//! [`Tally`] counts.
+//! Where to start:
+//!
+//! | to | see |
+//! |---|---|
+//! | write all of it, window by window | [`Observer::record`] |
+//! | make a row, write it, measure it, count | [`Columns::fill`], [`SeriesWriter`], [`Metrics`], [`Tally`] |
+//! | read a run back | [`OutputFolder::open`], [`Series::read`], [`Summary`] |
+//! | write and read files of VTK | [`mod@vtk`] |
+//! | read columns of a published table | [`points()`] |
 
 mod claim;
 mod columns;

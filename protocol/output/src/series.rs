@@ -162,6 +162,13 @@ fn kept(file: &File, names: &[String], time: f64) -> std::io::Result<(Option<u64
 }
 
 /// A `series.csv` read back, column by column.
+///
+/// ```
+/// let series = bedload_output::Series::parse("t,height\n0,1\n0.5,0.8\n")?;
+/// assert_eq!(series.time(), [0.0, 0.5]);
+/// assert_eq!(series.column("height"), Some(&[1.0, 0.8][..]));
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
     names: Vec<String>,

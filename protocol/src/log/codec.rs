@@ -109,6 +109,18 @@ pub fn decode_header(bytes: &[u8]) -> Result<Header, CodecError> {
 
 /// Decodes a header and its records.
 ///
+/// ```
+/// use protocol::log::codec::{decode_slice, encode_slice};
+/// use protocol::message::{Header, Loads};
+///
+/// let header = Header { step: 7, ..Header::default() };
+/// let loads = vec![Loads { force: [0.0, 0.0, 1.0], ..Loads::default() }];
+/// let mut payload = Vec::new();
+/// encode_slice(&header, &loads, &mut payload)?;
+/// assert_eq!(decode_slice(&payload)?, (header, loads));
+/// # Ok::<(), protocol::log::codec::CodecError>(())
+/// ```
+///
 /// # Errors
 /// [`CodecError::Count`] if the count and the length disagree, else [`CodecError::Decode`].
 pub fn decode_slice<R: Record + DeserializeOwned>(bytes: &[u8]) -> Result<(Header, Vec<R>), CodecError> {

@@ -47,6 +47,18 @@ pub struct Entry {
 }
 
 /// Streams a log. The first error ends it.
+///
+/// ```no_run
+/// use protocol::log::{LogReader, Message};
+///
+/// for entry in LogReader::open("out/exchange.mcap".as_ref())? {
+///     let entry = entry?;
+///     if let Message::Loads(header, loads) = entry.message {
+///         println!("window {}: force on grain 0: {:?} N", header.step, loads[0].force);
+///     }
+/// }
+/// # Ok::<(), protocol::log::LogError>(())
+/// ```
 pub struct LogReader {
     raw: RawReader,
     manifest: Manifest,

@@ -7,13 +7,13 @@ pub(crate) const FOXGLOVE: &[u8] = include_bytes!("../../schema/foxglove.bin");
 pub(crate) const VIEWER: &[u8] = include_bytes!("../../schema/viewer.bin");
 
 /// Messages that Foxglove, Lichtblick and Rerun know by name.
-#[allow(unreachable_pub)]
+#[allow(unreachable_pub, clippy::all)]
 pub(crate) mod foxglove {
     include!("../../schema/foxglove.rs");
 }
 
 /// Messages for plots.
-#[allow(unreachable_pub)]
+#[allow(unreachable_pub, clippy::all)]
 pub(crate) mod viewer {
     include!("../../schema/bedload.viewer.rs");
 }

@@ -15,6 +15,29 @@ const RETIRED: [Retired; 2] =
     [Retired::key("pours", "[[insertions]]"), Retired::key("layers", "[[rough_walls]]")];
 
 /// A scene that passed every check, with its grains laid out.
+///
+/// ```
+/// use protocol::scene::{CheckedScene, SceneSource};
+///
+/// let text = r#"
+///     until = 1.0
+///     [domain]
+///     geometry = "plane"
+///     lower = [0.0, 0.0]
+///     upper = [4.0, 4.0]
+///     boundary = { x = "periodic", z = "no-slip" }
+///     [[grains]]
+///     position = [2.0, 0.0, 1.0]
+///     radius = 0.5
+///     density = 2500.0
+/// "#;
+/// let scene = CheckedScene::new(SceneSource { file: "disc.toml".into(), text: text.into() })?;
+/// assert!(scene.has_free_grains());
+///
+/// let wrong = SceneSource { file: "disc.toml".into(), text: text.replace("0.5", "-0.5") };
+/// assert_eq!(CheckedScene::new(wrong).unwrap_err().key, "grains[0].radius");
+/// # Ok::<(), protocol::scene::SceneError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct CheckedScene {
     /// As written, defaults filled in.

@@ -1,12 +1,12 @@
 //! Two toy solvers whose every number is known, and their faults.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use protocol::channel::{Rendezvous, SharedMemory, Wire};
+use protocol::channel::Rendezvous;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
-use protocol::serve::serve;
+use protocol::serve::Invitation;
 
 /// What a toy solver does wrong, and in which window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -185,19 +185,11 @@ pub(crate) fn play(role: &str, out_dir: &Path) -> Result<(), SolverError> {
     let rendezvous = Rendezvous::from_environment()?.expect("a token");
     let fault = std::env::var("TOY_FAULT").ok().as_deref().and_then(Fault::read);
     let toy = Toy { grains: rendezvous.grains, fault, ..Toy::default() };
+    let (scene, out) = (PathBuf::new(), out_dir.to_owned());
+    let invitation = Invitation { scene, rendezvous, out, checkpoint: None };
     match role {
-        "fluid" => join(&rendezvous, ToyFluid(toy), out_dir),
-        "dem" => join(&rendezvous, ToyDem(toy), out_dir),
+        "fluid" => invitation.serve(&mut ToyFluid(toy)),
+        "dem" => invitation.serve(&mut ToyDem(toy)),
         other => panic!("no role {other}"),
     }
-}
-
-fn join<P>(rendezvous: &Rendezvous, mut toy: P, out_dir: &Path) -> Result<(), SolverError>
-where
-    P: Participant,
-    P::Incoming: Wire,
-    P::Outgoing: Wire,
-{
-    let mut link = SharedMemory::join(rendezvous, P::ROLE, toy.grains())?;
-    serve(&mut toy, &mut link, out_dir)
 }
