@@ -80,8 +80,8 @@ impl Coupling {
     /// Reads and checks the section.
     ///
     /// # Errors
-    /// [`SceneError`] at the key that is unknown, of the wrong type or out of range. What `force` names is checked with
-    /// the plan, which knows the solvers' own bounds.
+    /// [`SceneError`] at the key that is unknown, of the wrong type or out of range. What `force` names
+    /// is checked with the plan, which knows the solvers' own bounds.
     pub fn read(scene: &CheckedScene) -> Result<Self, SceneError> {
         let source = &scene.source;
         source.refuse_retired(RETIRED)?;
@@ -115,8 +115,8 @@ impl Coupling {
         Ok(())
     }
 
-    /// Refuses a name in `force` that is no bound: neither one of ours nor one of `own`, those that the solvers of
-    /// this run send.
+    /// Refuses a name in `force` that is no bound: neither one of ours nor one of `own`, those that the
+    /// solvers of this run send.
     ///
     /// # Errors
     /// [`SceneError`] at `coupling.force`, with all names.

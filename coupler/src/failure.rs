@@ -1,5 +1,5 @@
-//! How a command ends, besides well: one type, one exit code each. What a part fails with becomes a [`Failure`] in
-//! the file of that part.
+//! How a command ends, besides well: one type, one exit code each. What a part fails with becomes a
+//! [`Failure`] in the file of that part.
 
 use protocol::scene::SceneError;
 

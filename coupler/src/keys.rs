@@ -1,6 +1,6 @@
-//! Keys of the solvers' sections that rules of the coupler read or set: cheaper models, settings from the charts.
-//! No other file names one, and `tests/tests/keys.rs` asks that each is in the solvers' configuration, with these
-//! values: a key that is renamed there makes a test fail, not a rule.
+//! Keys of the solvers' sections that rules of the coupler read or set: cheaper models, settings from the
+//! charts. No other rule names one, and `tests/tests/keys.rs` asks that each is in the solvers' configuration,
+//! with these values: a key that is renamed there makes a test fail, not a rule.
 
 use protocol::scene::CheckedScene;
 use toml::Value;

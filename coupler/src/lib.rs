@@ -11,8 +11,8 @@
 //! | [`study`] | `chart`, `stability`, `validate`, `report`: runs of a scene with varied keys, judged, as tables, figures, pages |
 //! | [`failure::Failure`] | how all of them fail |
 //!
-//! Behind these: [`config`], the `[coupling]` section; [`scheme`], which window comes next; [`keys`], what rules name
-//! of the solvers; [`cli`], the command line.
+//! Behind these: [`config`], the `[coupling]` section; [`scheme`], which window comes next; [`keys`], what
+//! rules name of the solvers; [`cli`], the command line.
 //!
 //! | inside | what it holds |
 //! |---|---|

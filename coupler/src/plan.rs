@@ -132,8 +132,12 @@ impl Plan {
     /// # use protocol::{facts::DemFacts, scene::{CheckedScene, SceneSource}};
     /// let text = r#"
     /// until = 0.1
-    /// domain = { geometry = "space", lower = [0, 0, 0], upper = [1, 1, 1], boundary = { x = "no-slip", y = "no-slip", z = "no-slip" } }
     /// grains = [{ position = [0.5, 0.5, 0.5], radius = 0.1, density = 2.0 }]
+    /// [domain]
+    /// geometry = "space"
+    /// lower = [0, 0, 0]
+    /// upper = [1, 1, 1]
+    /// boundary = { x = "no-slip", y = "no-slip", z = "no-slip" }
     /// "#;
     /// let scene = CheckedScene::new(SceneSource { file: "dry.toml".into(), text: text.into() })?;
     /// let dem = DemFacts { dt: 1e-3, contact_time: 2e-2, ..DemFacts::default() };

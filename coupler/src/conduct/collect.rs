@@ -18,8 +18,8 @@ const FILES_TAKE: u32 = 6;
 const PATIENCE: Duration = Duration::from_millis(200);
 
 impl Conductor<'_> {
-    /// The next event. After a failure those that belong to windows that were done, so that these count, then the
-    /// failure.
+    /// The next event. After a failure those that belong to windows that were done, so that these
+    /// count, then the failure.
     pub(super) fn next(&mut self) -> Result<Event, Failure> {
         loop {
             let event = if self.broken.is_none() { self.wait() } else { self.await_rest() };
@@ -36,8 +36,8 @@ impl Conductor<'_> {
         }
     }
 
-    /// What is there after a failure. A window that one solver has reported is nearly done: the other gets a moment
-    /// for its report, which it may be about to send.
+    /// What is there after a failure. A window that one solver has reported is nearly done: the other
+    /// gets a moment for its report, which it may be about to send.
     fn await_rest(&mut self) -> Result<Option<Event>, ExchangeError> {
         let begin = Instant::now();
         loop {

@@ -1,5 +1,5 @@
-//! Pages, figures and reports: HTML, SVG and text from templates. A page needs nothing but itself: no script, no
-//! outside style, font or picture.
+//! Pages, figures and reports: HTML, SVG and text from templates. A page needs nothing but itself: no
+//! script, no outside style, font or picture.
 //!
 //! | filter | writes |
 //! |---|---|
@@ -53,6 +53,9 @@ pub(super) struct Key {
     pub(super) colour: &'static str,
 }
 
+/// How a number is written.
+type Text = fn(f64) -> String;
+
 /// A value as text, or a dash.
 pub(super) fn or_dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> String {
     value.map_or_else(|| "–".to_owned(), text)
@@ -83,7 +86,7 @@ fn environment() -> Environment<'static> {
         if name.ends_with("ml") || name.ends_with(".svg") { AutoEscape::Html } else { AutoEscape::None }
     });
     pages.set_formatter(write_escaped);
-    let filters: [(&str, fn(f64) -> String); 7] = [
+    let filters: [(&str, Text); 7] = [
         ("number", number::number),
         ("percent", number::percent),
         ("integer", |count| number::integer(count as u64)),

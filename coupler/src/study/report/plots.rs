@@ -10,8 +10,8 @@ const MOST_GRAINS: usize = 6;
 /// The close-up around the first bounce reaches this far, in √(D/g), as figure 7 of Izard et al. (2014) does.
 const CLOSEUP: (f64, f64) = (0.5, 1.5);
 
-/// The parts of the force on a grain: a contact is short and orders of magnitude stronger than the fluid, hence the
-/// logarithm.
+/// The parts of the force on a grain: a contact is short and orders of magnitude stronger than the fluid,
+/// hence the logarithm.
 const FORCES: [(&str, &str); 3] =
     [("fluid", "hydrodynamic_force"), ("contact", "contact_force"), ("lubrication", "lubrication_force")];
 
