@@ -107,17 +107,12 @@ fn write(lines: impl Iterator<Item = Vec<String>>) -> String {
 /// # Errors
 /// What is wrong with the text: no header, or a row with another number of cells.
 pub(crate) fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), String> {
-    let mut reader = csv::ReaderBuilder::new();
-    let reader = reader.comment(Some(b'#')).trim(csv::Trim::All).flexible(true).has_headers(false);
-    let mut lines: Vec<Vec<String>> = Vec::new();
-    for record in reader.from_reader(text.as_bytes()).records() {
-        let record = record.map_err(|error| error.to_string())?;
-        lines.push(record.iter().map(str::to_owned).collect());
-    }
-    if lines.is_empty() {
+    let table = protocol::table::Table::parse(text)?;
+    if table.columns.is_empty() {
         return Err("holds no table".to_owned());
     }
-    let header = lines.remove(0);
+    let cells = |row: &csv::StringRecord| row.iter().map(str::to_owned).collect();
+    let (header, lines): (_, Vec<Vec<String>>) = (table.columns, table.rows.iter().map(cells).collect());
     match lines.iter().position(|row| row.len() != header.len()) {
         Some(wrong) => {
             let (cells, columns) = (lines[wrong].len(), header.len());
