@@ -96,6 +96,16 @@ fn drive(scene: &CheckedScene, medium: &Medium, axis: usize, c: usize) -> f64 {
     medium.body_force[c] + gravity - medium.pressure_gradient[c] / medium.density
 }
 
+/// Number of axes of a grain: 3 for a sphere, 2 for a disc.
+pub fn grain_dimensions(scene: &CheckedScene) -> i32 {
+    if geometry(scene) == Geometry::Plane { 2 } else { 3 }
+}
+
+/// Which grains the fluid moves.
+pub fn free(scene: &CheckedScene) -> Vec<bool> {
+    scene.grains.iter().map(|grain| grain.motion == scene::Motion::Free).collect()
+}
+
 /// Shapes of the grains, in message order.
 pub fn shapes(scene: &CheckedScene) -> Vec<Shape> {
     let shape = |grain: &scene::Grain| Shape {

@@ -2,6 +2,7 @@
 
 use crate::coupling;
 use crate::immersed::mask_model::Mask;
+use crate::virtual_mass::images;
 use protocol::facts::{Forcing, LoadsForm};
 use protocol::scene::{CheckedScene, Motion, Retired, SceneError};
 use schemars::JsonSchema;
@@ -113,6 +114,35 @@ impl ForceTransport {
     }
 }
 
+/// Virtual mass: one coefficient, or by the gap to walls and neighbours.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged, expecting = "expected \"by-gap\" or a number ≥ 0")]
+pub enum VirtualMass {
+    /// C_v of all grains, everywhere.
+    Constant(f64),
+    /// That of an ideal fluid, by the gap.
+    By(Nearness),
+}
+
+/// What a virtual mass depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Nearness {
+    /// The gap to the nearest wall or grain.
+    ByGap,
+}
+
+impl VirtualMass {
+    /// C_v of a grain with nothing near it; `dimensions`: 3 for spheres, 2 for discs.
+    #[must_use]
+    pub fn alone(self, dimensions: i32) -> f64 {
+        match self {
+            Self::Constant(coefficient) => coefficient,
+            Self::By(Nearness::ByGap) => images::alone(dimensions),
+        }
+    }
+}
+
 /// `fluid.loads`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -121,9 +151,11 @@ pub struct LoadsSection {
     /// default `yu-shao-fixed-point` for `carried`, `izard-2014` for `direct`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<LoadsForm>,
-    /// Virtual mass coefficient C_v; by default 0.5, but 0 with `izard-2014`, which has none in print.
+    /// Virtual mass coefficient C_v: a number, or `by-gap` (default): that of an ideal fluid, from 0.5 for a
+    /// sphere alone to 0.803 where it touches a wall (discs: 1 to 2.29). 0 with `izard-2014`, which has none in
+    /// print.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub virtual_mass: Option<f64>,
+    pub virtual_mass: Option<VirtualMass>,
     /// Count the grain's volume on the grid, not its true one, in the mass that yu-shao-2007 and
     /// yu-shao-fixed-point take off: quiet at very small density ratios, a slower start.
     pub displaced_mass: bool,
@@ -182,7 +214,7 @@ pub struct Choices {
     /// Form of the loads.
     pub form: LoadsForm,
     /// C_v.
-    pub virtual_mass: f64,
+    pub virtual_mass: VirtualMass,
     /// Whether the grain's volume on the grid counts.
     pub displaced_mass: bool,
 }
@@ -218,7 +250,11 @@ impl FluidSection {
             width: self.immersed.width.unwrap_or(if mask == Mask::Izard2014 { 1.0 } else { 0.5 }),
             force_transport: self.immersed.force_transport,
             form,
-            virtual_mass: self.loads.virtual_mass.unwrap_or(if none { 0.0 } else { 0.5 }),
+            virtual_mass: self.loads.virtual_mass.unwrap_or(if none {
+                VirtualMass::Constant(0.0)
+            } else {
+                VirtualMass::By(Nearness::ByGap)
+            }),
             displaced_mass: self.loads.displaced_mass,
         }
     }
@@ -284,11 +320,13 @@ impl FluidSection {
                  leave force_transport out",
             ));
         }
-        if !(choices.virtual_mass >= 0.0 && choices.virtual_mass.is_finite()) {
+        if let VirtualMass::Constant(coefficient) = choices.virtual_mass
+            && !(coefficient >= 0.0 && coefficient.is_finite())
+        {
             return Err(source.error(
                 "fluid.loads.virtual_mass",
-                format!("is {}; allowed: a finite number ≥ 0", choices.virtual_mass),
-                "give the coefficient C_v, such as 0.5",
+                format!("is {coefficient}; allowed: \"by-gap\" or a finite number ≥ 0"),
+                "give the coefficient C_v, such as 0.5, or leave it out",
             ));
         }
         self.check_loads(scene, &choices)

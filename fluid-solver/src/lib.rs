@@ -86,4 +86,5 @@ pub mod threads;
 pub mod timings;
 pub mod transform;
 pub mod tridiagonal;
+pub mod virtual_mass;
 pub mod work;

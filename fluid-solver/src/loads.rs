@@ -21,7 +21,7 @@ use protocol::message::Loads;
 pub struct LoadsRule {
     /// Form.
     pub form: LoadsForm,
-    /// Virtual mass coefficient C_v.
+    /// Virtual mass coefficient C_v of a grain with nothing near it.
     pub virtual_mass: f64,
     /// Gravity, m/s².
     pub gravity: [f64; 3],
@@ -43,6 +43,12 @@ pub struct Measured {
     /// Acceleration of the attempt before less that of the window before: what a DEM does not know when it
     /// adds added_mass A_prev. Zero in the first attempt at a window.
     pub ahead: Wrench,
+    /// Added to C_v by walls and neighbours. It has no part in the virtual inertia: a sphere that turns moves no
+    /// ideal fluid.
+    pub near: f64,
+    /// The same in the window before, whose acceleration the DEM adds: with it the virtual masses of all windows
+    /// cancel in the sum, however they change.
+    pub near_before: f64,
     /// Added to C_v: what repeated windows need so that the first attempts do not overshoot. It drops out.
     pub more: f64,
     /// ∫ β dV on the grid's nodes of each component, m³, where it is to count.
@@ -59,7 +65,7 @@ impl LoadsRule {
         let inertia = mass * shape.gyration;
         let coefficient = self.virtual_mass + measured.more;
         let mut loads = Loads {
-            added_mass: coefficient * mass,
+            added_mass: (coefficient + measured.near) * mass,
             added_inertia: coefficient * inertia,
             ..Loads::default()
         };
@@ -74,7 +80,8 @@ impl LoadsRule {
             loads.torque[c] = -scale * f.torque[c];
             // Virtual mass resists motion relative to the fluid. A DEM counts the part of the fluid
             // through A_prev, of which it knows nothing before the first window.
-            loads.force[c] += loads.added_mass * (measured.drive[c] + measured.ahead.force[c]);
+            loads.force[c] += loads.added_mass * (measured.drive[c] + measured.ahead.force[c])
+                + (measured.near_before - measured.near) * mass * a.force[c];
             loads.torque[c] += loads.added_inertia * measured.ahead.torque[c];
             match self.form {
                 LoadsForm::KempeFroehlich2012 => {
@@ -187,6 +194,23 @@ mod tests {
             (f.force[2] + f.added_mass * previous, f.torque[1] + f.added_inertia * previous);
         assert!((force - (p.force[2] + 2.0 * 3.0 * attempt)).abs() < 1e-14);
         assert!((torque - (p.torque[1] + 2.0 * 3.0 * 0.4 * attempt)).abs() < 1e-14);
+    }
+
+    /// (m_p + m_a) A = … + m_a A_prev, window by window, with virtual masses that change: what they add cancels in
+    /// the sum over a contact, which begins and ends without acceleration.
+    #[test]
+    fn virtual_masses_that_change_cancel_in_the_sum() {
+        let rule = rule(LoadsForm::YuShaoFixedPoint);
+        let buoyant = 6.0;
+        let (mut sum, mut before, mut near_before) = (0.0, 0.0, 0.0);
+        for (near, a) in [(0.1, 0.0), (0.3, 5.0), (0.2, -1.0), (0.0, 0.0)] {
+            let acceleration = Wrench { force: [0.0, 0.0, before], torque: [0.0; 3] };
+            let loads =
+                rule.loads(&SHAPE, &Measured { acceleration, near, near_before, ..Measured::default() });
+            sum += loads.force[2] - buoyant + loads.added_mass * (before - a);
+            (before, near_before) = (a, near);
+        }
+        assert!(f64::abs(sum) < 1e-14, "{sum}");
     }
 
     /// A DEM solves (m_p + m_a) a = m_p g + F + m_a A_prev. With A_prev = a the message must add

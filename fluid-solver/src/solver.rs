@@ -7,7 +7,7 @@ mod overlapped;
 
 use crate::attempts::Attempts;
 use crate::build;
-use crate::config::{Choices, FluidSection};
+use crate::config::{Choices, FluidSection, Nearness, VirtualMass};
 use crate::coupling;
 use crate::culprit::Culprit;
 use crate::field::State;
@@ -20,6 +20,7 @@ use crate::immersed::{Immersed, Wrench};
 use crate::loads::{LoadsRule, Measured};
 use crate::plan::Plan;
 use crate::step::Stepper;
+use crate::virtual_mass::ByGap;
 use crate::work::Work;
 use protocol::facts::{Forcing, LoadsForm};
 use protocol::message::{Kinematics, Loads};
@@ -78,6 +79,7 @@ pub struct Solver<const D: usize> {
     choices: Choices,
     model: MaskModel,
     rule: LoadsRule,
+    by_gap: Option<ByGap>,
     plan: Plan,
     measured: Vec<Measured>,
     predicted: Vec<Motion>,
@@ -133,11 +135,13 @@ impl<const D: usize> Solver<D> {
         let grains = shapes.len();
         let rule = LoadsRule {
             form: choices.form,
-            virtual_mass: choices.virtual_mass,
+            virtual_mass: choices.virtual_mass.alone(build::grain_dimensions(scene)),
             gravity: scene.scene.gravity,
             density: medium.density,
-            dimensions: if build::geometry(scene) == crate::grid::Geometry::Plane { 2 } else { 3 },
+            dimensions: build::grain_dimensions(scene),
         };
+        let by_gap = (choices.virtual_mass == VirtualMass::By(Nearness::ByGap))
+            .then(|| ByGap::new(&grid, &shapes, build::free(scene)));
         let model = MaskModel {
             mask: choices.mask,
             width: choices.width,
@@ -168,6 +172,7 @@ impl<const D: usize> Solver<D> {
             choices,
             model,
             rule,
+            by_gap,
             plan,
             scheme,
             attempts,
@@ -330,6 +335,21 @@ impl<const D: usize> Solver<D> {
         }
     }
 
+    /// What walls and neighbours add to the virtual mass in a window that begins with the motion known now, and
+    /// what they added in the one before; in repeated windows each attempt's own virtual mass cancels.
+    fn measure_virtual_mass(&mut self) {
+        let Self { by_gap: Some(by_gap), immersed, memory, measured, rule, model, .. } = self else { return };
+        let shapes = immersed.shapes();
+        let (motions, dt) = match self.scheme {
+            Scheme::Iterated => (&memory.motions, model.dt),
+            _ => (&memory.before, memory.before_dt),
+        };
+        let near = by_gap.excess(shapes, rule.density, motions, dt);
+        measured.iter_mut().zip(near).for_each(|(m, near)| m.near_before = *near);
+        let near = by_gap.excess(shapes, rule.density, &memory.motions, model.dt);
+        measured.iter_mut().zip(near).for_each(|(m, near)| m.near = *near);
+    }
+
     /// ∫ f dV of every grain where it is.
     fn measure_force(&mut self) {
         let Self { immersed, stepper, lambda, measured, memory, .. } = self;
@@ -362,6 +382,9 @@ impl<const D: usize> Solver<D> {
 
     /// Sends the loads and takes over the motion that comes back.
     fn exchange(&mut self, window: &Window, exchange: &mut FluidExchange<'_>) -> Result<(), SolverError> {
+        let work = Work::begin();
+        self.measure_virtual_mass();
+        self.seconds += work.seconds();
         let Self { rule, immersed, measured, .. } = self;
         exchange.send(window.header(), &mut |out| {
             for ((loads, shape), m) in out.iter_mut().zip(immersed.shapes()).zip(&*measured) {

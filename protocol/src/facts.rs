@@ -77,7 +77,7 @@ pub struct FluidFacts {
     pub spacing: f64,
     /// Form of the loads.
     pub loads: LoadsForm,
-    /// Virtual mass coefficient C_v it sends.
+    /// Virtual mass coefficient C_v it sends for grains with nothing near them: the smallest one.
     pub virtual_mass: f64,
     /// Does it take off the mass that a grain displaces on the grid, not that of its true volume?
     pub displaced_mass: bool,

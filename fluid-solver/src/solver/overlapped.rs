@@ -38,6 +38,7 @@ impl<const D: usize> Solver<D> {
     /// Loads for the next window. The acceleration in them is that of this one, the A_prev that the DEM will
     /// add.
     fn keep(&mut self) {
+        self.measure_virtual_mass();
         let Self { rule, immersed, measured, memory, .. } = self;
         for (grain, m) in measured.iter_mut().enumerate() {
             m.acceleration = memory.acceleration(grain);

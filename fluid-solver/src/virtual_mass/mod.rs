@@ -1,0 +1,118 @@
+//! Virtual mass C_v m_f of the messages: one number for all grains, or by the gap to what is nearest.
+//!
+//! A DEM finds the impulse of a contact with m_p + C_v m_f. Where the contact lasts no longer than a window,
+//! U_out/U_in = (1 + e)(ρ_r + C_v)/(ρ_r + C) − 1, C the true coefficient: with C_v = C the bounce is that of
+//! the solids, whatever dt (docs/equations-immersed.md, Virtual mass). Normal motion only: the mass of a
+//! message has no direction.
+
+pub mod images;
+mod neighbours;
+
+use crate::boundary::Boundary;
+use crate::grid::{Geometry, Grid};
+use crate::immersed::body::{Motion, Shape, laboratory};
+use images::{alone, at_a_wall, beside};
+use neighbours::Neighbours;
+
+/// Gaps above this many radii, of the smaller grain of a pair, count as infinite: C is within 5 % of that of a
+/// sphere alone by then.
+const REACH: f64 = 1.0;
+
+/// A face of the box that nothing flows through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Wall {
+    /// Axis, in the laboratory frame.
+    axis: usize,
+    /// Place, m.
+    at: f64,
+    /// 1 on a lower face, −1 on an upper one.
+    inward: f64,
+}
+
+/// What is added to the virtual mass of grains alone, by the gap to walls and neighbours.
+#[derive(Clone, Debug)]
+pub struct ByGap {
+    dimensions: i32,
+    walls: Vec<Wall>,
+    /// Which grains the fluid can move.
+    free: Vec<bool>,
+    neighbours: Neighbours,
+    then: Vec<Motion>,
+    excess: Vec<f64>,
+}
+
+impl ByGap {
+    /// For grains of which `free` says whether the fluid moves them.
+    pub fn new<const D: usize>(grid: &Grid<D>, shapes: &[Shape], free: Vec<bool>) -> Self {
+        let mut walls = Vec::new();
+        for (a, faces) in grid.boundaries.iter().enumerate() {
+            // On the axis of symmetry no grain comes nearer to the mantle.
+            if grid.geometry == Geometry::Axisymmetric && a == 0 {
+                continue;
+            }
+            let (first, last) = (grid.axes[a].faces[0], grid.axes[a].faces[grid.cells[a]]);
+            for (face, at, inward) in [(faces[0], first, 1.0), (faces[1], last, -1.0)] {
+                if matches!(face, Boundary::NoSlip { .. } | Boundary::FreeSlip) {
+                    walls.push(Wall { axis: laboratory(grid.geometry, a), at, inward });
+                }
+            }
+        }
+        Self {
+            dimensions: if grid.geometry == Geometry::Plane { 2 } else { 3 },
+            walls,
+            free,
+            neighbours: Neighbours::new(grid, shapes, REACH),
+            then: vec![Motion::default(); shapes.len()],
+            excess: vec![0.0; shapes.len()],
+        }
+    }
+
+    /// C_v of each grain over that of a grain alone, for a window of length `dt` that begins with the motion
+    /// `now`: that of the smaller of the gaps at its start and at its foreseen end, hence constant while grains
+    /// touch.
+    pub fn excess(&mut self, shapes: &[Shape], density: f64, now: &[Motion], dt: f64) -> &[f64] {
+        let Self { dimensions, walls, free, neighbours, then, excess } = self;
+        then.iter_mut().zip(now).for_each(|(then, now)| *then = now.predicted(dt));
+        let (dimensions, alone) = (*dimensions, alone(*dimensions));
+        excess.fill(0.0);
+        for ((shape, excess), (now, then)) in shapes.iter().zip(&mut *excess).zip(now.iter().zip(&*then)) {
+            for wall in &*walls {
+                let gap = |m: &Motion| wall.inward * (m.centre[wall.axis] - wall.at) - shape.radius;
+                let gap = gap(now).min(gap(then));
+                if gap < REACH * shape.radius {
+                    *excess = excess.max(at_a_wall(dimensions, shape.radius, gap) - alone);
+                }
+            }
+        }
+        neighbours.each_pair(shapes, now, then, |i, j, gap| {
+            for (i, j) in [(i, j), (j, i)].into_iter().filter(|(i, _)| free[*i]) {
+                let other = free[j].then(|| &shapes[j]);
+                let here = of_a_pair(dimensions, density, &shapes[i], (&shapes[j], other.is_some()), gap);
+                excess[i] = excess[i].max(here - alone);
+            }
+        });
+        excess
+    }
+}
+
+/// C_v of a grain that hits `other` (`moves`: whether it can give way): with it, the grain's own impulse
+/// balance (m + C_v m_f) ΔU = J is that of the pair, whose masses are coupled by M.
+///
+/// Never less than beside a held grain and never more than at a wall: a grain much larger or much heavier than
+/// its neighbour would be given the inertia of the fluid that the small one pushes.
+fn of_a_pair(dimensions: i32, density: f64, one: &Shape, (other, moves): (&Shape, bool), gap: f64) -> f64 {
+    let here = beside(dimensions, one.radius, other.radius, gap);
+    if !moves {
+        return here.own;
+    }
+    let there = beside(dimensions, other.radius, one.radius, gap);
+    let mass = |shape: &Shape, own: f64| (shape.density + density * own) * shape.volume;
+    let mutual = density * one.volume * here.mutual;
+    let (this, that) = (mass(one, here.own) - mutual, mass(other, there.own) - mutual);
+    // −ΔU_other/ΔU of equal and opposite impulses.
+    let answer = if that > 0.0 { (this / that).max(0.0) } else { f64::INFINITY };
+    (here.own + here.mutual * answer).min(at_a_wall(dimensions, one.radius, 0.0).max(here.own))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,132 @@
+//! Pairs of grains that are near each other, by cells.
+
+use crate::grid::Grid;
+use crate::immersed::body::{Motion, Shape, laboratory};
+
+/// One axis of the box of cells.
+#[derive(Clone, Copy, Debug)]
+struct Cells {
+    start: f64,
+    length: f64,
+    count: usize,
+    periodic: bool,
+}
+
+impl Cells {
+    /// The cell of a place; places beyond a wall count to the last cell.
+    fn of(&self, x: f64) -> usize {
+        let mut part = (x - self.start) / self.length;
+        if self.periodic {
+            part -= part.floor();
+        }
+        // As NaN and negative numbers become 0, every place has a cell.
+        ((part * self.count as f64) as usize).min(self.count - 1)
+    }
+
+    /// Numbers of the cell before, the cell itself and the cell after, each once.
+    fn around(&self, cell: usize) -> impl Iterator<Item = usize> {
+        let n = self.count;
+        let before = if cell > 0 { Some(cell - 1) } else { (self.periodic && n > 2).then_some(n - 1) };
+        let after = if cell + 1 < n { Some(cell + 1) } else { (self.periodic && n > 2).then_some(0) };
+        [before, Some(cell), after].into_iter().flatten()
+    }
+
+    /// The shortest way between two places.
+    fn shortest(&self, d: f64) -> f64 {
+        if self.periodic { d - self.length * (d / self.length).round() } else { d }
+    }
+}
+
+/// A cell list over the box of the grid, made anew for each window.
+#[derive(Clone, Debug)]
+pub(super) struct Neighbours {
+    /// By laboratory axis; those that the grid does not have are one cell.
+    axes: [Cells; 3],
+    reach: f64,
+    /// Grains by cell, and where each cell begins.
+    order: Vec<usize>,
+    begins: Vec<usize>,
+    cell: Vec<usize>,
+}
+
+impl Neighbours {
+    /// For pairs whose gap is below `reach` times the smaller radius.
+    pub(super) fn new<const D: usize>(grid: &Grid<D>, shapes: &[Shape], reach: f64) -> Self {
+        let largest = shapes.iter().map(|shape| shape.radius).fold(0.0, f64::max);
+        // Half a reach more, for what a grain moves in a window.
+        let size = (2.0 + 1.5 * reach) * largest;
+        // No more cells than some per grain, however small grains are in their box.
+        let most = (4.0 * (shapes.len() as f64).powf(1.0 / D as f64)).ceil();
+        let mut axes = [Cells { start: 0.0, length: 1.0, count: 1, periodic: false }; 3];
+        for a in 0..D {
+            let (start, length) = (grid.axes[a].faces[0], grid.axes[a].length());
+            let count = (length / size).clamp(1.0, most.max(1.0)) as usize;
+            axes[laboratory(grid.geometry, a)] = Cells { start, length, count, periodic: grid.periodic(a) };
+        }
+        let cells = axes.iter().map(|axis| axis.count).product::<usize>();
+        let (order, cell) = (vec![0; shapes.len()], vec![0; shapes.len()]);
+        Self { axes, reach, order, begins: vec![0; cells + 1], cell }
+    }
+
+    /// Calls `each` once with every pair and its smallest gap, at `now` and at `then`, that is within reach.
+    pub(super) fn each_pair(
+        &mut self,
+        shapes: &[Shape],
+        now: &[Motion],
+        then: &[Motion],
+        mut each: impl FnMut(usize, usize, f64),
+    ) {
+        if shapes.len() < 2 {
+            return;
+        }
+        self.sort(now);
+        let Self { axes: [x, y, z], reach, order, begins, cell } = &*self;
+        let gap = |i: usize, j: usize, motions: &[Motion]| {
+            let d = |c: usize, axis: &Cells| axis.shortest(motions[j].centre[c] - motions[i].centre[c]);
+            let (dx, dy, dz) = (d(0, x), d(1, y), d(2, z));
+            (dx * dx + dy * dy + dz * dz).sqrt() - shapes[i].radius - shapes[j].radius
+        };
+        for i in 0..shapes.len() {
+            let [cx, cy, cz] = self.split(cell[i]);
+            for kz in z.around(cz) {
+                for ky in y.around(cy) {
+                    for kx in x.around(cx) {
+                        let k = (kz * y.count + ky) * x.count + kx;
+                        for &j in order[begins[k]..begins[k + 1]].iter().filter(|j| **j > i) {
+                            let gap = gap(i, j, now).min(gap(i, j, then));
+                            if gap < reach * shapes[i].radius.min(shapes[j].radius) {
+                                each(i, j, gap);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Numbers of a cell along the axes.
+    fn split(&self, cell: usize) -> [usize; 3] {
+        let [x, y, _] = &self.axes;
+        [cell % x.count, cell / x.count % y.count, cell / (x.count * y.count)]
+    }
+
+    /// Grains by cell: counted, then put in order.
+    fn sort(&mut self, motions: &[Motion]) {
+        let Self { axes: [x, y, z], order, begins, cell, .. } = self;
+        begins.fill(0);
+        for (cell, motion) in cell.iter_mut().zip(motions) {
+            let [cx, cy, cz] = [x.of(motion.centre[0]), y.of(motion.centre[1]), z.of(motion.centre[2])];
+            *cell = (cz * y.count + cy) * x.count + cx;
+            begins[*cell] += 1;
+        }
+        let mut sum = 0;
+        for begin in begins.iter_mut() {
+            sum += *begin;
+            *begin = sum;
+        }
+        for (i, cell) in cell.iter().enumerate().rev() {
+            begins[*cell] -= 1;
+            order[begins[*cell]] = i;
+        }
+    }
+}

@@ -1,0 +1,127 @@
+use super::*;
+use crate::axis::AxisSpec;
+use crate::grid::GridSpec;
+
+fn grid(boundary: Boundary<3>) -> Grid<3> {
+    let axis = AxisSpec::Uniform { start: 0.0, end: 10.0, cells: 8 };
+    let spec = GridSpec {
+        geometry: Geometry::Space,
+        axes: [axis.clone(), axis.clone(), axis],
+        boundaries: [[Boundary::Periodic; 2], [Boundary::Periodic; 2], [boundary; 2]],
+    };
+    Grid::new(&spec).expect("a grid")
+}
+
+fn sphere(radius: f64, density: f64) -> Shape {
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    Shape { radius, density, volume, gyration: 0.4 * radius * radius }
+}
+
+fn at(centre: [f64; 3]) -> Motion {
+    Motion { centre, ..Motion::default() }
+}
+
+/// With the masses of the messages, equal and opposite impulses J give the speeds that the whole matrix of
+/// masses gives: (m₁ + L₁) ΔU₁ − M ΔU₂ = J, −M ΔU₁ + (m₂ + L₂) ΔU₂ = −J.
+#[test]
+fn unequal_grains_get_the_speeds_of_the_pair() {
+    let density = 1.3;
+    for (one, two, gap) in [
+        (sphere(1.0, 3.0), sphere(1.0, 3.0), 0.0),
+        (sphere(1.0, 3.0), sphere(0.9, 2.0), 0.0),
+        (sphere(1.0, 8.0), sphere(0.95, 8.0), 0.05),
+        (sphere(1.0, 0.1), sphere(1.0, 0.2), 0.0),
+    ] {
+        let c_one = of_a_pair(3, density, &one, (&two, true), gap);
+        let c_two = of_a_pair(3, density, &two, (&one, true), gap);
+        let (a, b) = (beside(3, one.radius, two.radius, gap), beside(3, two.radius, one.radius, gap));
+        let matrix = nalgebra::Matrix2::new(
+            (one.density + density * a.own) * one.volume,
+            -density * one.volume * a.mutual,
+            -density * one.volume * a.mutual,
+            (two.density + density * b.own) * two.volume,
+        );
+        let exact = matrix.try_inverse().expect("a mass matrix") * nalgebra::Vector2::new(1.0, -1.0);
+        let speed = |shape: &Shape, c: f64| 1.0 / ((shape.density + density * c) * shape.volume);
+        let wall = at_a_wall(3, 1.0, 0.0);
+        if c_one < wall && c_two < wall {
+            assert!((speed(&one, c_one) / exact[0] - 1.0).abs() < 1e-12, "{c_one} {c_two}");
+            assert!((speed(&two, c_two) / -exact[1] - 1.0).abs() < 1e-12, "{c_one} {c_two}");
+        } else {
+            assert!(c_one.max(c_two) <= wall + 1e-12);
+            assert!((speed(&one, c_one) + speed(&two, c_two)) / (exact[0] - exact[1]) < 1.2);
+        }
+    }
+}
+
+#[test]
+fn walls_neighbours_and_periodic_images_are_found() {
+    let shapes = [sphere(1.0, 2.0), sphere(1.0, 2.0), sphere(1.0, 2.0), sphere(1.0, 2.0)];
+    // 0 and 1 touch across the periodic face, 2 touches the floor, 3 is alone.
+    let motions = [at([0.5, 5.0, 5.0]), at([8.5, 5.0, 5.0]), at([5.0, 2.0, 1.0]), at([5.0, 7.0, 5.0])];
+    let contact = at_a_wall(3, 1.0, 0.0) - 0.5;
+    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, vec![true; 4]);
+    let excess = by_gap.excess(&shapes, 1.0, &motions, 0.5).to_vec();
+    for (grain, expected) in [contact, contact, contact, 0.0].into_iter().enumerate() {
+        assert!((excess[grain] - expected).abs() < 1e-12, "grain {grain}: {excess:?}");
+    }
+    // A held neighbour takes the value of a pair of which one moves, and no mass itself.
+    let mut by_gap = ByGap::new(&grid(Boundary::Outflow), &shapes, vec![true, false, true, true]);
+    let excess = by_gap.excess(&shapes, 1.0, &motions, 0.5);
+    assert!((excess[0] - (beside(3, 1.0, 1.0, 0.0).own - 0.5)).abs() < 1e-12);
+    assert_eq!(&excess[1..], [0.0; 3]);
+}
+
+/// The smallest gap of the window counts, so that a grain which overlaps keeps the value of a touching one.
+#[test]
+fn the_value_is_constant_during_a_contact() {
+    let shapes = [sphere(1.0, 2.0)];
+    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, vec![true]);
+    let mut excess = |now: f64, then: f64| {
+        let dt = 0.5;
+        let velocity = [0.0, 0.0, (then - now) / dt];
+        by_gap.excess(&shapes, 1.0, &[Motion { velocity, ..at([5.0, 5.0, now]) }], dt)[0]
+    };
+    let contact = at_a_wall(3, 1.0, 0.0) - 0.5;
+    assert_eq!(excess(1.2, 0.99), contact);
+    assert_eq!(excess(0.98, 0.99), contact);
+    assert_eq!(excess(0.999, 1.2), contact);
+    assert!(excess(1.2, 1.1) < contact && excess(1.2, 1.1) > 0.0);
+    assert_eq!(excess(3.0, 2.5), 0.0);
+}
+
+/// All pairs within reach, and no other, in boxes of few and of many cells.
+#[test]
+fn pairs_are_those_of_a_plain_search() {
+    let mut seed = 7_u64;
+    let mut random = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for radius in [0.2, 0.5, 1.1] {
+        let shapes: Vec<Shape> = (0..80).map(|_| sphere(radius * (0.5 + 0.5 * random()), 2.0)).collect();
+        let place = |random: &mut dyn FnMut() -> f64| [30.0 * random() - 10.0, 10.0 * random(), 10.0 * random()];
+        let motions: Vec<Motion> = shapes.iter().map(|_| at(place(&mut random))).collect();
+        let mut found = Vec::new();
+        let mut neighbours = Neighbours::new(&grid(Boundary::WALL), &shapes, REACH);
+        neighbours.each_pair(&shapes, &motions, &motions, |i, j, _| found.push((i, j)));
+        found.sort_unstable();
+        let mut expected = Vec::new();
+        for i in 0..shapes.len() {
+            for j in i + 1..shapes.len() {
+                let d: f64 = (0..3)
+                    .map(|c| {
+                        let d = motions[i].centre[c] - motions[j].centre[c];
+                        let d = if c < 2 { d - 10.0 * (d / 10.0).round() } else { d };
+                        d * d
+                    })
+                    .sum();
+                let gap = d.sqrt() - shapes[i].radius - shapes[j].radius;
+                if gap < REACH * shapes[i].radius.min(shapes[j].radius) {
+                    expected.push((i, j));
+                }
+            }
+        }
+        assert_eq!(found, expected, "radius {radius}");
+    }
+}
