@@ -110,6 +110,7 @@ pub fn free(scene: &CheckedScene) -> Vec<bool> {
 pub fn shapes(scene: &CheckedScene) -> Vec<Shape> {
     let shape = |grain: &scene::Grain| Shape {
         radius: grain.radius,
+        mask_radius: grain.radius,
         density: grain.density,
         volume: grain.volume(),
         gyration: match grain.shape {

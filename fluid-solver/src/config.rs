@@ -95,6 +95,24 @@ pub struct ImmersedSection {
     /// (default) or `advected`.
     #[serde(skip_serializing_if = "ForceTransport::is_default")]
     pub force_transport: ForceTransport,
+    /// Whether masks have the grains' own radius, or the one with which the flow feels it: `nominal` or
+    /// `corrected`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mask_radius: Option<MaskRadius>,
+    /// Sweeps of the local solve that lets viscosity feel a change of the advected force in its own step; by
+    /// default as many as ν dt/Δx² needs, 0: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub viscous_sweeps: Option<u32>,
+}
+
+/// Radius of the masks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MaskRadius {
+    /// The grain's.
+    Nominal,
+    /// Larger by what curved profiles and pores ask for.
+    Corrected,
 }
 
 /// How the carried force gets from one step to the next.
@@ -211,6 +229,10 @@ pub struct Choices {
     pub width: f64,
     /// How the carried force gets from one step to the next.
     pub force_transport: ForceTransport,
+    /// Radius of the masks.
+    pub mask_radius: MaskRadius,
+    /// Sweeps of the local solve, if they are given.
+    pub viscous_sweeps: Option<u32>,
     /// Form of the loads.
     pub form: LoadsForm,
     /// C_v.
@@ -249,6 +271,8 @@ impl FluidSection {
             mask,
             width: self.immersed.width.unwrap_or(if mask == Mask::Izard2014 { 1.0 } else { 0.5 }),
             force_transport: self.immersed.force_transport,
+            mask_radius: self.immersed.mask_radius.unwrap_or(MaskRadius::Nominal),
+            viscous_sweeps: self.immersed.viscous_sweeps,
             form,
             virtual_mass: self.loads.virtual_mass.unwrap_or(if none {
                 VirtualMass::Constant(0.0)

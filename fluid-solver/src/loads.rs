@@ -135,7 +135,7 @@ impl LoadsRule {
 mod tests {
     use super::*;
 
-    const SHAPE: Shape = Shape { radius: 1.0, density: 4.0, volume: 3.0, gyration: 0.4 };
+    const SHAPE: Shape = Shape { radius: 1.0, mask_radius: 1.0, density: 4.0, volume: 3.0, gyration: 0.4 };
 
     fn rule(form: LoadsForm) -> LoadsRule {
         LoadsRule { form, virtual_mass: 0.5, gravity: [0.0, 0.0, -2.0], density: 1.0, dimensions: 3 }

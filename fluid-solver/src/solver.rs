@@ -7,15 +7,17 @@ mod overlapped;
 
 use crate::attempts::Attempts;
 use crate::build;
-use crate::config::{Choices, FluidSection, Nearness, VirtualMass};
+use crate::config::{Choices, FluidSection, MaskRadius, Nearness, VirtualMass};
 use crate::coupling;
 use crate::culprit::Culprit;
 use crate::field::State;
 use crate::grid::Grid;
 use crate::health::Health;
 use crate::immersed::body::{Motion, laboratory};
+use crate::immersed::brinkman::Brinkman;
 use crate::immersed::carried::Imposed;
 use crate::immersed::mask_model::{Mask, MaskModel};
+use crate::immersed::pores::Pores;
 use crate::immersed::{Immersed, Wrench};
 use crate::loads::{LoadsRule, Measured};
 use crate::plan::Plan;
@@ -64,6 +66,8 @@ struct Advection<const D: usize> {
     masks: [Vec<f64>; D],
     /// Room for the force, all zero.
     spare: [Vec<f64>; D],
+    /// What viscosity does with its change.
+    brinkman: Brinkman<D>,
 }
 
 /// The exchange of a fluid.
@@ -75,6 +79,7 @@ pub struct Solver<const D: usize> {
     immersed: Immersed<D>,
     lambda: [Vec<f64>; D],
     advection: Option<Advection<D>>,
+    pores: Option<Pores<D>>,
     memory: Memory,
     choices: Choices,
     model: MaskModel,
@@ -154,10 +159,16 @@ impl<const D: usize> Solver<D> {
         let motions = build::motions(scene);
         let gyration = shapes.iter().map(|shape| shape.gyration).collect();
         let attempts = (scheme == Scheme::Iterated).then(|| Box::new(Attempts::new(iterations, gyration)));
+        let pores = (choices.mask_radius == MaskRadius::Corrected).then(|| Pores::new(&grid, &shapes));
         let mut solver = Self {
+            pores,
             immersed: Immersed::new(&grid, shapes, keeps),
             lambda: std::array::from_fn(|_| if carried { grid.new_field() } else { Vec::new() }),
-            advection: advected.then(|| Advection { masks: grid.new_vector(), spare: grid.new_vector() }),
+            advection: advected.then(|| Advection {
+                masks: grid.new_vector(),
+                spare: grid.new_vector(),
+                brinkman: Brinkman::new(&grid, choices.viscous_sweeps),
+            }),
             memory: Memory {
                 imposed: motions.clone(),
                 before: motions.clone(),
@@ -191,6 +202,7 @@ impl<const D: usize> Solver<D> {
 
     /// Initial velocity: the scene's, with the grains' own inside them, made divergence-free.
     fn begin(&mut self, scene: &CheckedScene) {
+        self.set_radii();
         let grid = self.stepper.grid().clone();
         build::set_initial(scene, &grid, self.stepper.state_mut());
         let sharp = MaskModel { mask: Mask::Izard2014, ..self.model };
@@ -223,6 +235,7 @@ impl<const D: usize> Solver<D> {
             )));
         }
         self.model.dt = window.dt;
+        self.set_radii();
         let health = match self.scheme {
             Scheme::Explicit => self.window_explicit(window, exchange)?,
             Scheme::SemiImplicit => self.window_semi_implicit(window, exchange)?,
@@ -234,6 +247,13 @@ impl<const D: usize> Solver<D> {
             residual: health.divergence,
             substeps: 0,
         })
+    }
+
+    /// Radii of the masks in a window that begins with the motion known now.
+    fn set_radii(&mut self) {
+        if let Some(pores) = &mut self.pores {
+            self.immersed.set_radii(self.stepper.grid(), &self.model, pores, &self.memory.motions);
+        }
     }
 
     /// yu-shao-2007, yu-shao-fixed-point: predict u*, send the loads, receive the motion, impose it.
@@ -264,6 +284,7 @@ impl<const D: usize> Solver<D> {
         let force = (!self.memory.motions.is_empty()).then_some(&self.lambda);
         self.stepper.step(window.dt, force);
         let health = self.health(window)?;
+        self.respond();
         self.measure_impulse();
         Ok(health)
     }
@@ -271,8 +292,16 @@ impl<const D: usize> Solver<D> {
     /// Takes the force to where the grains will be, if it goes with them.
     fn advect_force(&mut self) {
         let Self { immersed, stepper, lambda, advection, memory, predicted, model, .. } = self;
-        let Some(Advection { masks, spare }) = advection else { return };
+        let Some(Advection { masks, spare, .. }) = advection else { return };
         immersed.advect_force(stepper.grid(), model, [&memory.motions, predicted], [lambda, masks, spare]);
+    }
+
+    /// What viscosity does with the change of the force, if it goes with the grains.
+    fn respond(&mut self) {
+        let Self { immersed, stepper, lambda, advection, predicted, model, .. } = self;
+        let Some(Advection { brinkman, .. }) = advection else { return };
+        let (grid, state) = stepper.parts_mut();
+        brinkman.respond(immersed, grid, model, predicted, [&mut state.velocity, lambda]);
     }
 
     /// The order of Izard et al. (2014): the whole step with the motion known, then loads and motion cross.
@@ -525,8 +554,11 @@ impl<const D: usize> Solver<D> {
         if self.memory.imposed_dt > 0.0 {
             let model = MaskModel { dt: self.memory.imposed_dt, ..self.model };
             let grid = self.stepper.grid();
+            if let Some(pores) = &mut self.pores {
+                self.immersed.set_radii(grid, &model, pores, &self.memory.before);
+            }
             self.immersed.mark_forced(grid, &model, &self.memory.imposed);
-            if let Some(Advection { masks, spare }) = &mut self.advection {
+            if let Some(Advection { masks, spare, .. }) = &mut self.advection {
                 masks.iter_mut().chain(spare).for_each(|field| field.fill(0.0));
                 self.immersed.store_mask(grid, &model, &self.memory.imposed, masks);
             }

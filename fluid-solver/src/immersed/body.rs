@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct Shape {
     /// Radius, m.
     pub radius: f64,
+    /// Radius of its mask, m: see [`super::pores`].
+    pub mask_radius: f64,
     /// Density of the grain, kg/m³.
     pub density: f64,
     /// Volume, m³ (plane: m² per metre of depth).

@@ -54,10 +54,11 @@ impl<const D: usize> GrainsByLayer<D> {
     ) -> bool {
         let Self { nodes, extents, starts, slices, .. } = self;
         if self.caches && self.model == Some(*model) && extents.len() == motions.len() {
-            let stays = |(extent, motion): (&Extent<D>, &Motion)| {
-                extent.at == along_axes::<D>(grid.geometry, motion.centre)
+            let stays = |(extent, (shape, motion)): (&Extent<D>, (&Shape, &Motion))| {
+                extent.radius == shape.mask_radius
+                    && extent.at == along_axes::<D>(grid.geometry, motion.centre)
             };
-            if extents.iter().zip(motions).all(stays) {
+            if extents.iter().zip(shapes.iter().zip(motions)).all(stays) {
                 return true;
             }
         }
@@ -67,7 +68,7 @@ impl<const D: usize> GrainsByLayer<D> {
             shapes
                 .iter()
                 .zip(motions)
-                .map(|(shape, motion)| nodes.extent(grid, model, motion.centre, shape.radius)),
+                .map(|(shape, motion)| nodes.extent(grid, model, motion.centre, shape.mask_radius)),
         );
         let layers = |extent: &Extent<D>| nodes.range(grid, D - 1, extent.at[D - 1], extent.outer);
         let layer = |extent: &Extent<D>, m| nodes.node(grid, D - 1, extent.at[D - 1], m);

@@ -4,6 +4,7 @@
 //! ([`layers`]), and nothing is kept of it but which cells hold force.
 
 pub mod body;
+pub mod brinkman;
 mod by_layer;
 pub mod carried;
 pub mod component;
@@ -16,6 +17,7 @@ pub mod mask_model;
 pub mod nodes;
 mod piece;
 pub mod places;
+pub mod pores;
 #[cfg(test)]
 mod scalar_mask;
 mod transport;
@@ -26,6 +28,7 @@ use carried::{Impose, ImposeAndStoreMask, Imposed, MarkForced, StoreMask};
 use component::{Component, Placed, Point, Workspace};
 use direct::ImposeDirectly;
 use mask_model::MaskModel;
+use pores::Pores;
 use serde::{Deserialize, Serialize};
 use transport::Interpolation;
 
@@ -64,6 +67,11 @@ impl<const D: usize> Immersed<D> {
     /// What never changes about the grains.
     pub fn shapes(&self) -> &[Shape] {
         &self.shapes
+    }
+
+    /// Sets the radius of every mask for grains at `motions`.
+    pub fn set_radii(&mut self, grid: &Grid<D>, model: &MaskModel, pores: &mut Pores<D>, motions: &[Motion]) {
+        pores.set_radii(grid.geometry, model, &mut self.shapes, motions);
     }
 
     /// Declares the cells of `motions` to be those that hold force (after a restore).

@@ -14,7 +14,7 @@ fn grid(boundary: Boundary<3>) -> Grid<3> {
 
 fn sphere(radius: f64, density: f64) -> Shape {
     let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
-    Shape { radius, density, volume, gyration: 0.4 * radius * radius }
+    Shape { radius, mask_radius: radius, density, volume, gyration: 0.4 * radius * radius }
 }
 
 fn at(centre: [f64; 3]) -> Motion {

@@ -7,6 +7,7 @@ mod arrays;
 mod balance;
 mod bounds;
 mod config;
+mod dense;
 mod drift;
 mod many;
 mod newton;

@@ -1,0 +1,479 @@
+//! What viscosity does with a change of the carried force, within the step that changes it (docs/equations-immersed.md,
+//! section 7).
+//!
+//! A grain that moves changes λ in every step by much, and the step that had the old one knows nothing of it: in
+//! a dense bed the fluid slips. With q = χ dt and T = Σ q_i U_i at the predicted place, λ = χ (U − u) and (1 − ½
+//! ν dt ∇²)(u − u*) = dt (λ − λ̂) give for y = u − u*
+//! ```text
+//! (1 + q − ½ ν dt ∇²) y = T − q u* − dt λ̂
+//! ```
+//! It is solved near grains only, component by component, without pressure, by Chebyshev's iteration over
+//! Jacobi's (Golub & Varga 1961): all eigenvalues lie within 1 ± ϱ, ϱ = c/(1 + c), c = ν dt Σ 1/Δx_a². Whatever y
+//! is, force and momentum agree to round-off: with H y = y − ½ ν dt ∇²y
+//! ```text
+//! where q > 0:  λ ← λ̂ + H y/dt,  u* ← u* + y;      elsewhere:  u* ← u* + ½ ν dt ∇²y
+//! ```
+//! At walls the sum lacks what y loses to their friction.
+
+use super::Immersed;
+use super::component::{Placed, Rule};
+use super::layer_sums::words;
+use super::mask_model::MaskModel;
+use crate::grid::Grid;
+use crate::immersed::body::Motion;
+use crate::lanes::{Kernel, Lanes, dispatch};
+use crate::stencil::Stencil;
+use pulp::Simd;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Sweeps at most, and at least where there is anything to do.
+const SWEEPS: [u32; 2] = [2, 12];
+
+/// What is left of an error of the iteration.
+const LEFT: f64 = 0.1;
+
+/// Rows beside those that grains hold in which y may differ from zero.
+const BESIDE: usize = 4;
+
+/// The velocity that a change of the force entails, component by component.
+#[derive(Clone, Debug)]
+pub struct Brinkman<const D: usize> {
+    stencils: [[Stencil; D]; D],
+    /// Largest Σ (lower + upper) of all cells, 1/m².
+    steepest: f64,
+    /// Sweeps asked for; none: as many as ν dt/Δx² needs.
+    asked: Option<u32>,
+    /// Mask ratios q and right sides.
+    given: [Vec<f64>; 2],
+    /// The last two iterates.
+    iterates: [Vec<f64>; 2],
+    /// Groups of eight cells where y may differ from zero, and those beside: a bit each, row by row.
+    near: [Vec<u64>; 2],
+    row: Vec<u64>,
+}
+
+/// Leaves mask ratios and right sides where grains are.
+struct Gather {
+    dt: f64,
+}
+
+impl Rule<4> for Gather {
+    #[inline(always)]
+    fn change(&self, ratio: &Lanes, target: &Lanes, [u, lambda, q, right]: [&mut Lanes; 4]) {
+        for l in 0..8 {
+            q[l] = ratio[l];
+            right[l] = target[l] - ratio[l] * u[l] - self.dt * lambda[l];
+        }
+    }
+}
+
+/// Weights of a row: towards the rows beside it along the axes other than the first.
+#[derive(Clone, Copy)]
+struct Beside {
+    /// Where its neighbours begin in a field, and ½ ν dt times their weights.
+    at: [usize; 4],
+    weights: [f64; 4],
+    /// 1 + ½ ν dt (the weights to all rows beside, and those to none).
+    own: f64,
+}
+
+impl<const D: usize> Brinkman<D> {
+    /// For a grid; `asked`: sweeps, if the scene says how many.
+    pub fn new(grid: &Grid<D>, asked: Option<u32>) -> Self {
+        let stencils: [[Stencil; D]; D] =
+            std::array::from_fn(|d| std::array::from_fn(|a| at_walls(grid, d, a)));
+        let most = |s: &Stencil| s.lower.iter().zip(&s.upper).fold(0.0, |m: f64, (l, u)| m.max(l + u));
+        let steepest =
+            stencils.iter().map(|axes| axes.iter().map(most).sum::<f64>()).fold(0.0, f64::max);
+        let bits = vec![0; grid.stride(D - 1) / grid.stride(1) * grid.cells[D - 1] * words(grid)];
+        Self {
+            stencils,
+            steepest,
+            asked,
+            given: [grid.new_field(), grid.new_field()],
+            iterates: [grid.new_field(), grid.new_field()],
+            row: vec![0; words(grid)],
+            near: [bits.clone(), bits],
+        }
+    }
+
+    /// Changes velocity and force, grains being at `motions`: `model.dt` is the step that led there.
+    pub fn respond(
+        &mut self,
+        immersed: &mut Immersed<D>,
+        grid: &Grid<D>,
+        model: &MaskModel,
+        motions: &[Motion],
+        [velocity, lambda]: [&mut [Vec<f64>; D]; 2],
+    ) {
+        let half = 0.5 * model.viscosity * model.dt;
+        let radius = half * self.steepest / (1.0 + half * self.steepest);
+        let sweeps = self.asked.unwrap_or_else(|| sweeps(radius));
+        if sweeps == 0 || half == 0.0 {
+            return;
+        }
+        let Immersed { shapes, components, workspaces, .. } = immersed;
+        let placed = Placed { grid, model, shapes, motions };
+        for (d, component) in components.iter_mut().enumerate() {
+            let [q, right] = &mut self.given;
+            let rule = Gather { dt: model.dt };
+            let fields = [&mut velocity[d][..], &mut lambda[d][..], &mut q[..], &mut right[..]];
+            component.change(placed, workspaces, fields, &rule);
+            self.find(grid, component.forced());
+            self.solve(grid, d, half, radius, sweeps);
+            self.take(grid, d, half, model.dt, [&mut velocity[d], &mut lambda[d]]);
+            self.clear(grid);
+        }
+    }
+
+    /// Finds the cells near those that grains hold.
+    fn find(&mut self, grid: &Grid<D>, held: &[u64]) {
+        let (words, eights) = (words(grid), grid.cells[0].div_ceil(8));
+        let wraps = grid.periodic(0);
+        let [near, around] = &mut self.near;
+        widen(held, near, &mut self.row, (words, eights, wraps));
+        for axis in 1..D {
+            spread(grid, axis, BESIDE, near, around);
+            std::mem::swap(near, around);
+        }
+        let grown = around;
+        widen(near, grown, &mut self.row, (words, eights, wraps));
+        let mut spare = near.clone();
+        for axis in 1..D {
+            spread(grid, axis, 1, grown, &mut spare);
+            std::mem::swap(grown, &mut spare);
+        }
+    }
+
+    /// The iteration; its result is the first of the iterates.
+    fn solve(&mut self, grid: &Grid<D>, d: usize, half: f64, radius: f64, sweeps: u32) {
+        let mut factor = 1.0;
+        for sweep in 0..sweeps {
+            factor = match sweep {
+                0 => 1.0,
+                1 => 1.0 / (1.0 - 0.5 * radius * radius),
+                _ => 1.0 / (1.0 - 0.25 * radius * radius * factor),
+            };
+            let [now, next] = &mut self.iterates;
+            let sweep = Sweep {
+                rows: Rows { grid, d, half, stencils: &self.stencils[d], near: &self.near[0] },
+                now,
+                given: self.given.each_ref().map(Vec::as_slice),
+                factor,
+            };
+            for_each_layer(grid, [next], |first, [next]| dispatch(SweepLayer { sweep, first, next }));
+            let [now, next] = &mut self.iterates;
+            if grid.periodic(0) {
+                close(grid, next);
+            }
+            std::mem::swap(now, next);
+        }
+    }
+
+    /// Velocity and force with the result.
+    fn take(&self, grid: &Grid<D>, d: usize, half: f64, dt: f64, [velocity, lambda]: [&mut [f64]; 2]) {
+        let take = Take {
+            rows: Rows { grid, d, half, stencils: &self.stencils[d], near: &self.near[1] },
+            now: &self.iterates[0],
+            ratio: &self.given[0],
+            rate: 1.0 / dt,
+        };
+        for_each_layer(grid, [velocity, lambda], |first, fields| {
+            dispatch(TakeLayer { take, first, fields });
+        });
+    }
+
+    /// Forgets what was worked with.
+    fn clear(&mut self, grid: &Grid<D>) {
+        let Self { given, iterates, near, .. } = self;
+        for row in 0..grid.rows() {
+            if near[0][bits_of(grid, row)].iter().all(|bits| *bits == 0) {
+                continue;
+            }
+            let at = grid.row(row);
+            for field in given.iter_mut().chain(&mut *iterates) {
+                field[at - 1..at + grid.stride(1) - 1].fill(0.0);
+            }
+        }
+    }
+}
+
+/// Where the bits of row `row` stand.
+fn bits_of<const D: usize>(grid: &Grid<D>, row: usize) -> Range<usize> {
+    let per_layer = grid.rows() / grid.cells[D - 1];
+    let row = row / per_layer * (grid.stride(D - 1) / grid.stride(1)) + row % per_layer;
+    row * words(grid)..(row + 1) * words(grid)
+}
+
+/// Sweeps after which an error is [`LEFT`] of what it was.
+fn sweeps(radius: f64) -> u32 {
+    let shrinks = radius / (1.0 + (1.0 - radius * radius).sqrt());
+    let wanted = (LEFT.ln() / shrinks.ln()).ceil();
+    (wanted as u32).clamp(SWEEPS[0], SWEEPS[1])
+}
+
+/// The stencil of component `d` along `axis`, with the conditions at walls in its weights: zero beyond a wall.
+fn at_walls<const D: usize>(grid: &Grid<D>, d: usize, axis: usize) -> Stencil {
+    let mut stencil = Stencil::of_component(grid, d, axis);
+    if grid.periodic(axis) || d == axis {
+        return stencil;
+    }
+    let last = grid.cells[axis] - 1;
+    let [low, high] = grid.boundaries[axis].map(|wall| if wall.is_odd() { 2.0 } else { 0.0 });
+    stencil.lower[0] *= low;
+    stencil.upper[last] *= high;
+    stencil
+}
+
+/// `to` ← `from`, and a group of eight more at each end.
+fn widen(from: &[u64], to: &mut [u64], row: &mut [u64], (words, eights, wraps): (usize, usize, bool)) {
+    let has = |row: &[u64], e: usize| row[e / 64] >> (e % 64) & 1;
+    for (from, to) in from.chunks(words).zip(to.chunks_mut(words)) {
+        row.copy_from_slice(from);
+        for word in 0..words {
+            let carry = if word > 0 { from[word - 1] >> 63 } else { 0 };
+            let borrow = if word + 1 < words { from[word + 1] << 63 } else { 0 };
+            row[word] |= from[word] << 1 | carry | from[word] >> 1 | borrow;
+        }
+        if wraps {
+            row[0] |= has(from, eights - 1);
+            row[(eights - 1) / 64] |= has(from, 0) << ((eights - 1) % 64);
+        }
+        // No group beyond the row.
+        if !eights.is_multiple_of(64) {
+            row[words - 1] &= (1 << (eights % 64)) - 1;
+        }
+        to.copy_from_slice(row);
+    }
+}
+
+/// `to` ← `from`, and as much in the `reach` rows beside along `axis`.
+fn spread<const D: usize>(
+    grid: &Grid<D>,
+    axis: usize,
+    reach: usize,
+    from: &[u64],
+    to: &mut [u64],
+) {
+    let n = grid.cells[axis];
+    // Rows beside along the axis are this far apart.
+    let step = if axis == D - 1 { grid.rows() / n } else { 1 };
+    to.copy_from_slice(from);
+    for row in 0..grid.rows() {
+        let bits = &from[bits_of(grid, row)];
+        if bits.iter().all(|bits| *bits == 0) {
+            continue;
+        }
+        let index = row / step % n;
+        let base = row - index * step;
+        for away in 1..=reach.min(n - 1) {
+            let below = if index >= away { Some(index - away) } else { grid.periodic(axis).then(|| index + n - away) };
+            let above = if index + away < n { Some(index + away) } else { grid.periodic(axis).then(|| index + away - n) };
+            for other in [below, above].into_iter().flatten() {
+                let to = &mut to[bits_of(grid, base + other * step)];
+                to.iter_mut().zip(bits).for_each(|(to, bits)| *to |= bits);
+            }
+        }
+    }
+}
+
+/// Halo values of a row across a periodic face.
+fn close<const D: usize>(grid: &Grid<D>, field: &mut [f64]) {
+    let n = grid.cells[0];
+    for row in 0..grid.rows() {
+        let at = grid.row(row);
+        (field[at - 1], field[at + n]) = (field[at + n - 1], field[at]);
+    }
+}
+
+/// Calls `work` with every layer of some fields, side by side where there are threads.
+fn for_each_layer<const D: usize, const N: usize>(
+    grid: &Grid<D>,
+    fields: [&mut [f64]; N],
+    work: impl Fn(usize, [&mut [f64]; N]) + Sync,
+) {
+    let (layers, size) = (grid.cells[D - 1], grid.stride(D - 1));
+    let rows = grid.rows() / layers;
+    let begin = grid.row(0);
+    let mut chunks = fields.map(|field| field[begin..].chunks_mut(size));
+    let parts = (0..layers).map(|k| (k * rows, chunks.each_mut().map(|c| c.next().expect("a layer"))));
+    if rayon::current_num_threads() > 1 {
+        let parts: Vec<_> = parts.collect();
+        parts.into_par_iter().for_each(|(first, fields)| work(first, fields));
+    } else {
+        parts.for_each(|(first, fields)| work(first, fields));
+    }
+}
+
+/// The rows of one component.
+#[derive(Clone, Copy)]
+struct Rows<'a, const D: usize> {
+    grid: &'a Grid<D>,
+    d: usize,
+    half: f64,
+    stencils: &'a [Stencil; D],
+    /// Which groups of eight are worked on.
+    near: &'a [u64],
+}
+
+impl<const D: usize> Rows<'_, D> {
+    /// Rows beside row `row`.
+    #[inline(always)]
+    fn beside(&self, row: usize) -> Beside {
+        let Self { grid, half, stencils, .. } = *self;
+        let mut beside = Beside { at: [grid.row(row); 4], weights: [0.0; 4], own: 1.0 };
+        let per_layer = grid.rows() / grid.cells[D - 1];
+        for axis in 1..D {
+            let (n, step) = (grid.cells[axis], if axis == D - 1 { per_layer } else { 1 });
+            let i = row / step % n;
+            let stencil = &stencils[axis];
+            let (lower, upper) = (half * stencil.lower[i], half * stencil.upper[i]);
+            beside.own += lower + upper + half * stencil.extra[i];
+            let base = row - i * step;
+            let below = if i > 0 { Some(i - 1) } else { grid.periodic(axis).then(|| n - 1) };
+            let above = if i + 1 < n { Some(i + 1) } else { grid.periodic(axis).then_some(0) };
+            for (side, (other, weight)) in [(below, lower), (above, upper)].into_iter().enumerate() {
+                if let Some(other) = other {
+                    let slot = 2 * (axis - 1) + side;
+                    beside.at[slot] = grid.row(base + other * step);
+                    beside.weights[slot] = weight;
+                }
+            }
+        }
+        beside
+    }
+
+    /// Calls `work` with every run of neighbouring groups of `row`: first cell and number of cells.
+    #[inline(always)]
+    fn runs(&self, row: usize, mut work: impl FnMut(usize, usize)) {
+        let bits = &self.near[bits_of(self.grid, row)];
+        let end = self.grid.cells[0];
+        // A wall face is no unknown.
+        let begin = usize::from(self.d == 0 && !self.grid.periodic(0));
+        let eights = end.div_ceil(8);
+        let mut eight = 0;
+        while eight < eights {
+            if bits[eight / 64] >> (eight % 64) & 1 == 0 {
+                eight += 1;
+                continue;
+            }
+            let first = eight;
+            while eight < eights && bits[eight / 64] >> (eight % 64) & 1 == 1 {
+                eight += 1;
+            }
+            let (from, to) = ((8 * first).max(begin), (8 * eight).min(end));
+            if from < to {
+                work(from, to - from);
+            }
+        }
+    }
+}
+
+/// One sweep: `next` ← next + factor ((right + ½ ν dt Σ weights × now)/(1 + q + …) − next).
+#[derive(Clone, Copy)]
+struct Sweep<'a, const D: usize> {
+    rows: Rows<'a, D>,
+    now: &'a [f64],
+    given: [&'a [f64]; 2],
+    factor: f64,
+}
+
+struct SweepLayer<'a, const D: usize> {
+    sweep: Sweep<'a, D>,
+    /// Its first row.
+    first: usize,
+    next: &'a mut [f64],
+}
+
+impl<const D: usize> Kernel for SweepLayer<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Self { sweep: Sweep { rows, now, given: [ratio, right], factor }, first, next } = self;
+        let Rows { grid, half, stencils, .. } = rows;
+        let origin = grid.row(first);
+        let count = grid.rows() / grid.cells[D - 1];
+        for row in first..first + count {
+            let at = grid.row(row);
+            let beside = rows.beside(row);
+            rows.runs(row, |from, n| {
+                let here = at + from;
+                let next = &mut next[here - origin..][..n];
+                let (left, same) = (&now[here - 1..][..n], &now[here + 1..][..n]);
+                let [a, b, c, d] = beside.at.map(|at| &now[at + from..][..n]);
+                let [wa, wb, wc, wd] = beside.weights;
+                let (lower, upper) = (&stencils[0].lower[from..][..n], &stencils[0].upper[from..][..n]);
+                let extra = &stencils[0].extra[from..][..n];
+                let (ratio, right) = (&ratio[here..][..n], &right[here..][..n]);
+                for i in 0..n {
+                    let (l, u) = (half * lower[i], half * upper[i]);
+                    let own = beside.own + l + u + half * extra[i] + ratio[i];
+                    let sum = (l * left[i] + u * same[i]) + (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
+                    next[i] += factor * ((right[i] + sum) / own - next[i]);
+                }
+            });
+        }
+    }
+}
+
+/// Velocity and force with y.
+#[derive(Clone, Copy)]
+struct Take<'a, const D: usize> {
+    rows: Rows<'a, D>,
+    now: &'a [f64],
+    ratio: &'a [f64],
+    /// 1/dt.
+    rate: f64,
+}
+
+struct TakeLayer<'a, const D: usize> {
+    take: Take<'a, D>,
+    first: usize,
+    fields: [&'a mut [f64]; 2],
+}
+
+impl<const D: usize> Kernel for TakeLayer<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Self { take: Take { rows, now, ratio, rate }, first, fields: [velocity, lambda] } = self;
+        let Rows { grid, half, stencils, .. } = rows;
+        let origin = grid.row(first);
+        let count = grid.rows() / grid.cells[D - 1];
+        for row in first..first + count {
+            let at = grid.row(row);
+            let beside = rows.beside(row);
+            rows.runs(row, |from, n| {
+                let here = at + from;
+                let u = &mut velocity[here - origin..][..n];
+                let lambda = &mut lambda[here - origin..][..n];
+                let (left, mid, same) = (&now[here - 1..][..n], &now[here..][..n], &now[here + 1..][..n]);
+                let [a, b, c, d] = beside.at.map(|at| &now[at + from..][..n]);
+                let [wa, wb, wc, wd] = beside.weights;
+                let (lower, upper) = (&stencils[0].lower[from..][..n], &stencils[0].upper[from..][..n]);
+                let extra = &stencils[0].extra[from..][..n];
+                let ratio = &ratio[here..][..n];
+                for i in 0..n {
+                    let (l, v) = (half * lower[i], half * upper[i]);
+                    let own = beside.own + l + v + half * extra[i];
+                    let sum = (l * left[i] + v * same[i]) + (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
+                    let implied = own * mid[i] - sum;
+                    let held = ratio[i] > 0.0;
+                    u[i] += if held { mid[i] } else { mid[i] - implied };
+                    lambda[i] += if held { rate * implied } else { 0.0 };
+                }
+            });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sweeps_follow_the_viscous_number() {
+        // ν dt/Δx² = 0.2, 0.85, 1.7, 8 in space
+        let radius = |number: f64| 3.0 * number / (1.0 + 3.0 * number);
+        assert_eq!([0.2, 0.85, 1.7, 8.0].map(|number| sweeps(radius(number))), [2, 3, 4, 9]);
+    }
+}
