@@ -2,11 +2,14 @@
 
 use crate::axis::AxisSpec;
 use crate::boundary::{Boundary, Profile};
-use crate::config::{Choices, ForceTransport, ProjectionsKey, SchemeKey};
+use crate::config::{Choices, ForceTransport, MaskRadius, ProjectionsKey, SchemeKey};
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
+use crate::immersed::mask_model::Mask;
 use crate::scheme::{Options, Projections, Scheme, Viscous};
+use protocol::facts::{Forcing, LoadsForm};
+use protocol::scheme as coupling;
 use protocol::scene::{
     self, CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind,
 };
@@ -151,17 +154,51 @@ fn stands(scene: &CheckedScene) -> bool {
     scene.grains.iter().all(|grain| grain.motion == scene::Motion::Fixed)
 }
 
-/// Whether the carried force goes with the grains; [`crate::config::FluidSection::read`] has seen that there
-/// is one.
-pub fn goes_along(scene: &CheckedScene, choices: &Choices) -> bool {
-    choices.force_transport == ForceTransport::Advected && !stands(scene)
+/// Whether the carried force goes with the grains, in every step or where it would lag;
+/// [`crate::config::FluidSection::read`] has seen that it can where the scene asks for it. By itself it does
+/// among spheres in space of which two or more move, unless windows are repeated.
+pub fn transport(scene: &CheckedScene, choices: &Choices, coupling: coupling::Scheme) -> Option<Transport> {
+    let can = choices.method == Forcing::Carried
+        && choices.mask == Mask::ParameterFree
+        && coupling.carries(choices.form, true)
+        && choices.form == LoadsForm::YuShaoFixedPoint;
+    let moving = scene.grains.iter().filter(|grain| grain.motion != scene::Motion::Fixed).count();
+    match choices.force_transport {
+        ForceTransport::Advected => (moving > 0).then_some(Transport::Always),
+        ForceTransport::Auto if can && moving > 1 && geometry(scene) == Geometry::Space => {
+            Some(Transport::WhereItLags)
+        }
+        _ => None,
+    }
+}
+
+/// When the carried force goes with the grains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// In every step.
+    Always,
+    /// In steps in which it would lag.
+    WhereItLags,
+}
+
+/// Whether masks have the radius that the flow feels.
+pub fn corrects_radius(scene: &CheckedScene, choices: &Choices) -> bool {
+    match choices.mask_radius {
+        MaskRadius::Nominal => false,
+        MaskRadius::Corrected => true,
+        MaskRadius::Auto => {
+            choices.method == Forcing::Carried
+                && choices.mask == Mask::ParameterFree
+                && geometry(scene) == Geometry::Space
+        }
+    }
 }
 
 /// Whether it is worth keeping what the grains hold of the grid until they move: it is asked for again at the
 /// same place where the force goes with the grains, where their volume on the grid counts, and where none
 /// ever moves.
-pub fn keeps(scene: &CheckedScene, choices: &Choices) -> bool {
-    goes_along(scene, choices) || choices.displaced_mass || stands(scene)
+pub fn keeps(scene: &CheckedScene, choices: &Choices, transport: Option<Transport>) -> bool {
+    transport.is_some() || choices.displaced_mass || stands(scene)
 }
 
 /// Sets the velocity at t = 0.

@@ -91,14 +91,13 @@ pub struct ImmersedSection {
     /// `izard-2014`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<f64>,
-    /// Whether the carried force stays in its cells until the next step or moves with the grains: `eulerian`
-    /// (default) or `advected`.
-    #[serde(skip_serializing_if = "ForceTransport::is_default")]
+    /// Whether the carried force stays in its cells until the next step (`eulerian`), moves with the grains
+    /// (`advected`), or does where the step asks for it (`auto`, default: spheres in space of which two or more
+    /// move).
     pub force_transport: ForceTransport,
-    /// Whether masks have the grains' own radius, or the one with which the flow feels it: `nominal` or
-    /// `corrected`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mask_radius: Option<MaskRadius>,
+    /// Whether masks have the grains' own radius (`nominal`) or the one with which the flow feels it
+    /// (`corrected`); `auto` (default): corrected for spheres in space with the parameter-free mask.
+    pub mask_radius: MaskRadius,
     /// Sweeps of the local solve that lets viscosity feel a change of the advected force in its own step; by
     /// default as many as ν dt/Δx² needs, 0: none.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -106,9 +105,12 @@ pub struct ImmersedSection {
 }
 
 /// Radius of the masks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MaskRadius {
+    /// Corrected where the correction was measured.
+    #[default]
+    Auto,
     /// The grain's.
     Nominal,
     /// Larger by what curved profiles and pores ask for.
@@ -119,17 +121,13 @@ pub enum MaskRadius {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ForceTransport {
-    /// It stays in its cells.
+    /// It moves with the grains in the steps in which it would lag, where it can.
     #[default]
+    Auto,
+    /// It stays in its cells.
     Eulerian,
-    /// It moves with the grains: for dense beds that move.
+    /// It moves with the grains in every step.
     Advected,
-}
-
-impl ForceTransport {
-    fn is_default(&self) -> bool {
-        *self == Self::Eulerian
-    }
 }
 
 /// Virtual mass: one coefficient, or by the gap to walls and neighbours.
@@ -271,7 +269,7 @@ impl FluidSection {
             mask,
             width: self.immersed.width.unwrap_or(if mask == Mask::Izard2014 { 1.0 } else { 0.5 }),
             force_transport: self.immersed.force_transport,
-            mask_radius: self.immersed.mask_radius.unwrap_or(MaskRadius::Nominal),
+            mask_radius: self.immersed.mask_radius,
             viscous_sweeps: self.immersed.viscous_sweeps,
             form,
             virtual_mass: self.loads.virtual_mass.unwrap_or(if none {

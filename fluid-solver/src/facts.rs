@@ -44,9 +44,11 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     crate::lines::of(scene)?;
     let implicit = plan.viscous == Viscous::Implicit;
     let carried = choices.method == Forcing::Carried && !scene.grains.is_empty();
-    let along = build::goes_along(scene, &choices);
-    let held = if build::keeps(scene, &choices) { kept_bytes::<D>(scene, plan.spacing) } else { 0 };
-    let repeated = crate::coupling::read(scene, choices.form)?.0 == Scheme::Iterated;
+    let scheme = crate::coupling::read(scene, choices.form)?.0;
+    let transport = build::transport(scene, &choices, scheme);
+    let along = transport.is_some();
+    let held = if build::keeps(scene, &choices, transport) { kept_bytes::<D>(scene, plan.spacing) } else { 0 };
+    let repeated = scheme == Scheme::Iterated;
     let memory = memory::estimate(&grid, Demand { carried, along, implicit, repeated, held });
     memory::check(scene, memory, protocol::memory::available().as_ref())?;
     let cells = grid.cell_count() as u64;

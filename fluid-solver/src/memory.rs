@@ -31,7 +31,7 @@ pub struct Demand {
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand) -> u64 {
     let Demand { carried, along, implicit, repeated, held } = demand;
     let axes = D as u64;
-    let kept = 2 * axes + 1 + if carried { axes } else { 0 } + if along { 2 * axes } else { 0 };
+    let kept = 2 * axes + 1 + if carried { axes } else { 0 } + if along { 2 * axes + 4 } else { 0 };
     let work = match (D, implicit) {
         (2, false) => 7,
         (2, true) => 17,

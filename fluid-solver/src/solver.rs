@@ -7,14 +7,15 @@ mod overlapped;
 
 use crate::attempts::Attempts;
 use crate::build;
-use crate::config::{Choices, FluidSection, MaskRadius, Nearness, VirtualMass};
+use crate::build::Transport;
+use crate::config::{Choices, FluidSection, Nearness, VirtualMass};
 use crate::coupling;
 use crate::culprit::Culprit;
 use crate::field::State;
 use crate::grid::Grid;
 use crate::health::Health;
 use crate::immersed::body::{Motion, laboratory};
-use crate::immersed::brinkman::Brinkman;
+use crate::immersed::brinkman::{Brinkman, LAG, lag};
 use crate::immersed::carried::Imposed;
 use crate::immersed::mask_model::{Mask, MaskModel};
 use crate::immersed::pores::Pores;
@@ -62,6 +63,8 @@ struct Saved<const D: usize> {
 
 /// What moves the carried force with the grains, instead of leaving it in its cells.
 struct Advection<const D: usize> {
+    /// In which steps.
+    transport: Transport,
     /// Mask b of the grains where the force stands.
     masks: [Vec<f64>; D],
     /// Room for the force, all zero.
@@ -154,17 +157,18 @@ impl<const D: usize> Solver<D> {
             dt: plan.first(),
         };
         let carried = choices.method == Forcing::Carried && grains > 0;
-        let advected = build::goes_along(scene, &choices);
-        let keeps = build::keeps(scene, &choices);
+        let transport = build::transport(scene, &choices, scheme);
+        let keeps = build::keeps(scene, &choices, transport);
         let motions = build::motions(scene);
         let gyration = shapes.iter().map(|shape| shape.gyration).collect();
         let attempts = (scheme == Scheme::Iterated).then(|| Box::new(Attempts::new(iterations, gyration)));
-        let pores = (choices.mask_radius == MaskRadius::Corrected).then(|| Pores::new(&grid, &shapes));
+        let pores = build::corrects_radius(scene, &choices).then(|| Pores::new(&grid, &shapes));
         let mut solver = Self {
             pores,
             immersed: Immersed::new(&grid, shapes, keeps),
             lambda: std::array::from_fn(|_| if carried { grid.new_field() } else { Vec::new() }),
-            advection: advected.then(|| Advection {
+            advection: transport.map(|transport| Advection {
+                transport,
                 masks: grid.new_vector(),
                 spare: grid.new_vector(),
                 brinkman: Brinkman::new(&grid, choices.viscous_sweeps),
@@ -292,14 +296,22 @@ impl<const D: usize> Solver<D> {
     /// Takes the force to where the grains will be, if it goes with them.
     fn advect_force(&mut self) {
         let Self { immersed, stepper, lambda, advection, memory, predicted, model, .. } = self;
-        let Some(Advection { masks, spare, .. }) = advection else { return };
+        let Some(Advection { transport, masks, spare, .. }) = advection else { return };
+        let lag = lag(stepper.grid(), model, immersed.shapes(), &memory.motions);
+        if *transport == Transport::WhereItLags && lag < LAG[0] {
+            return;
+        }
         immersed.advect_force(stepper.grid(), model, [&memory.motions, predicted], [lambda, masks, spare]);
     }
 
     /// What viscosity does with the change of the force, if it goes with the grains.
     fn respond(&mut self) {
-        let Self { immersed, stepper, lambda, advection, predicted, model, .. } = self;
-        let Some(Advection { brinkman, .. }) = advection else { return };
+        let Self { immersed, stepper, lambda, advection, memory, predicted, model, .. } = self;
+        let Some(Advection { transport, brinkman, .. }) = advection else { return };
+        let lag = lag(stepper.grid(), model, immersed.shapes(), &memory.motions);
+        if *transport == Transport::WhereItLags && lag < LAG[1] {
+            return;
+        }
         let (grid, state) = stepper.parts_mut();
         brinkman.respond(immersed, grid, model, predicted, [&mut state.velocity, lambda]);
     }
@@ -368,15 +380,12 @@ impl<const D: usize> Solver<D> {
     /// what they added in the one before; in repeated windows each attempt's own virtual mass cancels.
     fn measure_virtual_mass(&mut self) {
         let Self { by_gap: Some(by_gap), immersed, memory, measured, rule, model, .. } = self else { return };
-        let shapes = immersed.shapes();
-        let (motions, dt) = match self.scheme {
-            Scheme::Iterated => (&memory.motions, model.dt),
-            _ => (&memory.before, memory.before_dt),
-        };
-        let near = by_gap.excess(shapes, rule.density, motions, dt);
-        measured.iter_mut().zip(near).for_each(|(m, near)| m.near_before = *near);
-        let near = by_gap.excess(shapes, rule.density, &memory.motions, model.dt);
-        measured.iter_mut().zip(near).for_each(|(m, near)| m.near = *near);
+        let near = by_gap.excess(immersed.shapes(), rule.density, &memory.motions, model.dt);
+        let repeated = self.scheme == Scheme::Iterated;
+        for (m, near) in measured.iter_mut().zip(near) {
+            m.near_before = if repeated { *near } else { m.near };
+            m.near = *near;
+        }
     }
 
     /// ∫ f dV of every grain where it is.
@@ -549,8 +558,13 @@ impl<const D: usize> Solver<D> {
         self.take_hold();
     }
 
-    /// Finds the cells that hold force.
+    /// Finds the cells that hold force, and the virtual masses of the window before.
     fn take_hold(&mut self) {
+        if let Some(by_gap) = &mut self.by_gap {
+            let Self { immersed, memory, measured, rule, .. } = self;
+            let near = by_gap.excess(immersed.shapes(), rule.density, &memory.before, memory.before_dt);
+            measured.iter_mut().zip(near).for_each(|(m, near)| m.near = *near);
+        }
         if self.memory.imposed_dt > 0.0 {
             let model = MaskModel { dt: self.memory.imposed_dt, ..self.model };
             let grid = self.stepper.grid();

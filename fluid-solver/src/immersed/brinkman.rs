@@ -20,7 +20,7 @@ use super::component::{Placed, Rule};
 use super::layer_sums::words;
 use super::mask_model::MaskModel;
 use crate::grid::Grid;
-use crate::immersed::body::Motion;
+use crate::immersed::body::{Motion, Shape};
 use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::stencil::Stencil;
 use pulp::Simd;
@@ -33,8 +33,29 @@ const SWEEPS: [u32; 2] = [2, 12];
 /// What is left of an error of the iteration.
 const LEFT: f64 = 0.1;
 
-/// Rows beside those that grains hold in which y may differ from zero.
-const BESIDE: usize = 4;
+/// Estimates of [`lag`] from which on the force is taken along, and viscosity is told of its change.
+pub const LAG: [f64; 2] = [0.005, 0.02];
+
+/// Solid fraction of the densest pores that are thought of.
+const DENSE: f64 = 0.6;
+
+/// By how much too easily fluid would flow through a dense bed that moves like the fastest of the grains, if the
+/// force stayed in its cells: 1.3 (U dt/Δx)(ν dt/Δx²)(Δx/r_h), Δx/r_h = 3φ/(1 − φ) Δx/R. Measured on cubic
+/// arrays (docs/equations-immersed.md, section 7).
+pub fn lag<const D: usize>(grid: &Grid<D>, model: &MaskModel, shapes: &[Shape], motions: &[Motion]) -> f64 {
+    let dx = grid.smallest_width();
+    let mut fastest = 0.0_f64;
+    let mut smallest = f64::INFINITY;
+    for (shape, motion) in shapes.iter().zip(motions) {
+        fastest = fastest.max(motion.velocity.iter().map(|v| v * v).sum());
+        smallest = smallest.min(shape.radius);
+    }
+    let pore = 3.0 * DENSE / (1.0 - DENSE) * dx / smallest;
+    1.3 * (fastest.sqrt() * model.dt / dx) * (model.viscosity * model.dt / (dx * dx)) * pore
+}
+
+/// Rows beside those that grains hold in which y may differ from zero, at most.
+const BESIDE: u32 = 4;
 
 /// The velocity that a change of the force entails, component by component.
 #[derive(Clone, Debug)]
@@ -120,7 +141,7 @@ impl<const D: usize> Brinkman<D> {
             let rule = Gather { dt: model.dt };
             let fields = [&mut velocity[d][..], &mut lambda[d][..], &mut q[..], &mut right[..]];
             component.change(placed, workspaces, fields, &rule);
-            self.find(grid, component.forced());
+            self.find(grid, component.forced(), BESIDE.min(sweeps - 1) as usize);
             self.solve(grid, d, half, radius, sweeps);
             self.take(grid, d, half, model.dt, [&mut velocity[d], &mut lambda[d]]);
             self.clear(grid);
@@ -128,13 +149,13 @@ impl<const D: usize> Brinkman<D> {
     }
 
     /// Finds the cells near those that grains hold.
-    fn find(&mut self, grid: &Grid<D>, held: &[u64]) {
+    fn find(&mut self, grid: &Grid<D>, held: &[u64], beside: usize) {
         let (words, eights) = (words(grid), grid.cells[0].div_ceil(8));
         let wraps = grid.periodic(0);
         let [near, around] = &mut self.near;
         widen(held, near, &mut self.row, (words, eights, wraps));
         for axis in 1..D {
-            spread(grid, axis, BESIDE, near, around);
+            spread(grid, axis, beside, near, around);
             std::mem::swap(near, around);
         }
         let grown = around;

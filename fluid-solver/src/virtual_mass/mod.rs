@@ -11,7 +11,7 @@ mod neighbours;
 use crate::boundary::Boundary;
 use crate::grid::{Geometry, Grid};
 use crate::immersed::body::{Motion, Shape, laboratory};
-use images::{alone, at_a_wall, beside};
+use images::{alone, at_a_wall, beside, touching_a_wall};
 use neighbours::Neighbours;
 
 /// Gaps above this many radii, of the smaller grain of a pair, count as infinite: C is within 5 % of that of a
@@ -85,33 +85,40 @@ impl ByGap {
             }
         }
         neighbours.each_pair(shapes, now, then, |i, j, gap| {
-            for (i, j) in [(i, j), (j, i)].into_iter().filter(|(i, _)| free[*i]) {
-                let other = free[j].then(|| &shapes[j]);
-                let here = of_a_pair(dimensions, density, &shapes[i], (&shapes[j], other.is_some()), gap);
-                excess[i] = excess[i].max(here - alone);
+            let here = of_a_pair(dimensions, density, [&shapes[i], &shapes[j]], [free[i], free[j]], gap);
+            for (grain, here) in [i, j].into_iter().zip(here) {
+                excess[grain] = excess[grain].max(here - alone);
             }
         });
         excess
     }
 }
 
-/// C_v of a grain that hits `other` (`moves`: whether it can give way): with it, the grain's own impulse
-/// balance (m + C_v m_f) ΔU = J is that of the pair, whose masses are coupled by M.
+/// C_v of two grains that hit each other, of which some are `free`: with it, a grain's own impulse balance
+/// (m + C_v m_f) ΔU = J is that of the pair, whose masses are coupled by M. A held grain has that of a grain
+/// alone.
 ///
 /// Never less than beside a held grain and never more than at a wall: a grain much larger or much heavier than
 /// its neighbour would be given the inertia of the fluid that the small one pushes.
-fn of_a_pair(dimensions: i32, density: f64, one: &Shape, (other, moves): (&Shape, bool), gap: f64) -> f64 {
-    let here = beside(dimensions, one.radius, other.radius, gap);
-    if !moves {
-        return here.own;
+fn of_a_pair(dimensions: i32, density: f64, pair: [&Shape; 2], free: [bool; 2], gap: f64) -> [f64; 2] {
+    let [one, two] = pair;
+    let alone = alone(dimensions);
+    let here = beside(dimensions, one.radius, two.radius, gap);
+    let there =
+        if one.radius == two.radius { here } else { beside(dimensions, two.radius, one.radius, gap) };
+    if !(free[0] && free[1]) {
+        return [if free[0] { here.own } else { alone }, if free[1] { there.own } else { alone }];
     }
-    let there = beside(dimensions, other.radius, one.radius, gap);
     let mass = |shape: &Shape, own: f64| (shape.density + density * own) * shape.volume;
     let mutual = density * one.volume * here.mutual;
-    let (this, that) = (mass(one, here.own) - mutual, mass(other, there.own) - mutual);
+    let (this, that) = (mass(one, here.own) - mutual, mass(two, there.own) - mutual);
+    let wall = touching_a_wall(dimensions);
     // −ΔU_other/ΔU of equal and opposite impulses.
-    let answer = if that > 0.0 { (this / that).max(0.0) } else { f64::INFINITY };
-    (here.own + here.mutual * answer).min(at_a_wall(dimensions, one.radius, 0.0).max(here.own))
+    let with = |c: images::Coefficients, mine: f64, other: f64| {
+        let answer = if other > 0.0 { (mine / other).max(0.0) } else { f64::INFINITY };
+        (c.own + c.mutual * answer).min(wall.max(c.own))
+    };
+    [with(here, this, that), with(there, that, this)]
 }
 
 #[cfg(test)]

@@ -32,8 +32,7 @@ fn unequal_grains_get_the_speeds_of_the_pair() {
         (sphere(1.0, 8.0), sphere(0.95, 8.0), 0.05),
         (sphere(1.0, 0.1), sphere(1.0, 0.2), 0.0),
     ] {
-        let c_one = of_a_pair(3, density, &one, (&two, true), gap);
-        let c_two = of_a_pair(3, density, &two, (&one, true), gap);
+        let [c_one, c_two] = of_a_pair(3, density, [&one, &two], [true; 2], gap);
         let (a, b) = (beside(3, one.radius, two.radius, gap), beside(3, two.radius, one.radius, gap));
         let matrix = nalgebra::Matrix2::new(
             (one.density + density * a.own) * one.volume,
@@ -43,12 +42,12 @@ fn unequal_grains_get_the_speeds_of_the_pair() {
         );
         let exact = matrix.try_inverse().expect("a mass matrix") * nalgebra::Vector2::new(1.0, -1.0);
         let speed = |shape: &Shape, c: f64| 1.0 / ((shape.density + density * c) * shape.volume);
-        let wall = at_a_wall(3, 1.0, 0.0);
+        let wall = images::touching_a_wall(3);
         if c_one < wall && c_two < wall {
-            assert!((speed(&one, c_one) / exact[0] - 1.0).abs() < 1e-12, "{c_one} {c_two}");
-            assert!((speed(&two, c_two) / -exact[1] - 1.0).abs() < 1e-12, "{c_one} {c_two}");
+            assert!((speed(&one, c_one) / exact[0] - 1.0).abs() < 1e-3, "{c_one} {c_two}");
+            assert!((speed(&two, c_two) / -exact[1] - 1.0).abs() < 1e-3, "{c_one} {c_two}");
         } else {
-            assert!(c_one.max(c_two) <= wall + 1e-12);
+            assert!(c_one.max(c_two) <= wall + 1e-9);
             assert!((speed(&one, c_one) + speed(&two, c_two)) / (exact[0] - exact[1]) < 1.2);
         }
     }
