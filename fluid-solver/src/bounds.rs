@@ -1,6 +1,7 @@
 //! Bounds on the step that this solver knows of itself; the coupler puts the step in and enforces them.
 
-use crate::config::{Choices, ProjectionsKey, SchemeKey};
+use crate::build;
+use crate::config::{Choices, ForceTransport, ProjectionsKey, SchemeKey};
 use crate::plan::Plan;
 use crate::scheme::Viscous;
 use crate::speed;
@@ -31,6 +32,13 @@ pub(crate) fn of(scene: &CheckedScene, medium: &Medium, choices: &Choices, plan:
     if choices.method == Forcing::Direct && !scene.grains.is_empty() {
         bounds.extend(direct_forcing(nu / plan.spacing.powi(2)));
     }
+    let longest = build::longest_local_step(scene, medium);
+    if choices.force_transport == ForceTransport::Advected
+        && choices.viscous_sweeps != Some(0)
+        && longest.is_finite()
+    {
+        bounds.push(local_solve(longest));
+    }
     if plan.viscous == Viscous::Explicit && !scene.scene.domain.cells.is_empty() {
         bounds.extend(explicit_viscosity(scene, nu));
     }
@@ -57,6 +65,17 @@ fn cfl(scene: &CheckedScene, choices: &Choices, plan: &Plan) -> SolverBound {
         "docs/maps/courant-plane.csv",
         "lower the fluid's cfl or dt, or let dt be adaptive",
     )
+}
+
+/// `longest`: the longest step that the free grains bear, s.
+fn local_solve(longest: f64) -> SolverBound {
+    let value = (1.0 / longest, Measure::Window);
+    SolverBound::new("local-viscosity", "dt over the longest that the lightest grain bears", value, Side::AtMost, 1.0)
+        .because(
+            "with the advected force and its local solve the torque is that of the spin at the start of the window:              lighter grains oscillate and grow",
+            "docs/stability.md, Force that goes along",
+            "use fluid.immersed.force_transport = \"auto\", fluid.immersed.viscous_sweeps = 0, or a smaller dt",
+        )
 }
 
 /// `number`: ν/Δx², 1/s.

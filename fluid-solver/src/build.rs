@@ -6,6 +6,7 @@ use crate::config::{Choices, ForceTransport, MaskRadius, ProjectionsKey, SchemeK
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
+use crate::immersed::brinkman::largest_viscous_number;
 use crate::immersed::mask_model::Mask;
 use crate::scheme::{Options, Projections, Scheme, Viscous};
 use protocol::facts::{Forcing, LoadsForm};
@@ -170,6 +171,17 @@ pub fn transport(scene: &CheckedScene, choices: &Choices, coupling: coupling::Sc
         }
         _ => None,
     }
+}
+
+/// Longest step that every free grain bears with the local solve, s.
+pub fn longest_local_step(scene: &CheckedScene, medium: &Medium) -> f64 {
+    let free = scene.grains.iter().filter(|grain| grain.motion == scene::Motion::Free);
+    let longest = |grain: &scene::Grain| {
+        let diameter = 2.0 * grain.radius;
+        largest_viscous_number(grain.density / medium.density) * diameter * diameter
+            / medium.kinematic_viscosity()
+    };
+    free.map(longest).fold(f64::INFINITY, f64::min)
 }
 
 /// When the carried force goes with the grains.

@@ -2,7 +2,7 @@
 
 use crate::coupling;
 use crate::immersed::mask_model::Mask;
-use crate::virtual_mass::images;
+use crate::virtual_mass;
 use protocol::facts::{Forcing, LoadsForm};
 use protocol::scene::{CheckedScene, Motion, Retired, SceneError};
 use schemars::JsonSchema;
@@ -149,12 +149,12 @@ pub enum Nearness {
 }
 
 impl VirtualMass {
-    /// C_v of a grain with nothing near it; `dimensions`: 3 for spheres, 2 for discs.
+    /// C_v of a grain with nothing near it.
     #[must_use]
-    pub fn alone(self, dimensions: i32) -> f64 {
+    pub fn alone(self) -> f64 {
         match self {
             Self::Constant(coefficient) => coefficient,
-            Self::By(Nearness::ByGap) => images::alone(dimensions),
+            Self::By(Nearness::ByGap) => virtual_mass::ALONE,
         }
     }
 }
@@ -167,9 +167,9 @@ pub struct LoadsSection {
     /// default `yu-shao-fixed-point` for `carried`, `izard-2014` for `direct`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<LoadsForm>,
-    /// Virtual mass coefficient C_v: a number, or `by-gap` (default): that of an ideal fluid, from 0.5 for a
-    /// sphere alone to 0.803 where it touches a wall (discs: 1 to 2.29). 0 with `izard-2014`, which has none in
-    /// print.
+    /// Virtual mass coefficient C_v: a number, or `by-gap` (default): 0.5, but near one wall or one grain that of
+    /// an ideal fluid, up to 0.803 where a sphere touches a wall (a disc: 2.29). 0 with `izard-2014`, which has
+    /// none in print.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub virtual_mass: Option<VirtualMass>,
     /// Count the grain's volume on the grid, not its true one, in the mass that yu-shao-2007 and

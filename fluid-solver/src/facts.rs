@@ -81,7 +81,7 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
         cfl_limit: choices.time.scheme.cfl_limit(),
         spacing: plan.spacing,
         loads: choices.form,
-        virtual_mass: choices.virtual_mass.alone(build::grain_dimensions(scene)),
+        virtual_mass: choices.virtual_mass.alone(),
         displaced_mass: choices.displaced_mass,
         forcing: choices.method,
         advected_force: choices.force_transport == ForceTransport::Advected,

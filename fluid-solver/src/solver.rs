@@ -71,6 +71,8 @@ struct Advection<const D: usize> {
     spare: [Vec<f64>; D],
     /// What viscosity does with its change.
     brinkman: Brinkman<D>,
+    /// Longest step in which it may be told by itself, s.
+    bears: f64,
 }
 
 /// The exchange of a fluid.
@@ -143,7 +145,7 @@ impl<const D: usize> Solver<D> {
         let grains = shapes.len();
         let rule = LoadsRule {
             form: choices.form,
-            virtual_mass: choices.virtual_mass.alone(build::grain_dimensions(scene)),
+            virtual_mass: choices.virtual_mass.alone(),
             gravity: scene.scene.gravity,
             density: medium.density,
             dimensions: build::grain_dimensions(scene),
@@ -172,6 +174,7 @@ impl<const D: usize> Solver<D> {
                 masks: grid.new_vector(),
                 spare: grid.new_vector(),
                 brinkman: Brinkman::new(&grid, choices.viscous_sweeps),
+                bears: build::longest_local_step(scene, medium),
             }),
             memory: Memory {
                 imposed: motions.clone(),
@@ -307,9 +310,9 @@ impl<const D: usize> Solver<D> {
     /// What viscosity does with the change of the force, if it goes with the grains.
     fn respond(&mut self) {
         let Self { immersed, stepper, lambda, advection, memory, predicted, model, .. } = self;
-        let Some(Advection { transport, brinkman, .. }) = advection else { return };
+        let Some(Advection { transport, brinkman, bears, .. }) = advection else { return };
         let lag = lag(stepper.grid(), model, immersed.shapes(), &memory.motions);
-        if *transport == Transport::WhereItLags && lag < LAG[1] {
+        if *transport == Transport::WhereItLags && (lag < LAG[1] || model.dt > *bears) {
             return;
         }
         let (grid, state) = stepper.parts_mut();

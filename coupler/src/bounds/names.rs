@@ -11,6 +11,7 @@ pub const NAMES: &[&str] = &[
     "direct-forcing",
     "direct-forcing-accuracy",
     "dense-bed-forcing",
+    "local-viscosity",
     "explicit-viscosity",
     "explicit-viscosity-ab2",
     "contact-steps",

@@ -11,12 +11,18 @@ mod neighbours;
 use crate::boundary::Boundary;
 use crate::grid::{Geometry, Grid};
 use crate::immersed::body::{Motion, Shape, laboratory};
-use images::{alone, at_a_wall, beside, touching_a_wall};
+use images::{at_a_wall, beside, touching_a_wall};
 use neighbours::Neighbours;
+
+/// C_v where nothing is near, and in a crowd. A disc alone has 1, but nothing depends on it.
+pub const ALONE: f64 = 0.5;
 
 /// Gaps above this many radii, of the smaller grain of a pair, count as infinite: C is within 5 % of that of a
 /// sphere alone by then.
 const REACH: f64 = 1.0;
+
+/// Gaps below this many radii count as contacts where it is asked how many a grain has.
+const TOUCH: f64 = 0.1;
 
 /// A face of the box that nothing flows through.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +44,10 @@ pub struct ByGap {
     free: Vec<bool>,
     neighbours: Neighbours,
     then: Vec<Motion>,
+    /// Pairs within reach, and their gaps.
+    pairs: Vec<(usize, usize, f64)>,
+    /// Contacts of each grain.
+    contacts: Vec<u32>,
     excess: Vec<f64>,
 }
 
@@ -63,33 +73,53 @@ impl ByGap {
             free,
             neighbours: Neighbours::new(grid, shapes, REACH),
             then: vec![Motion::default(); shapes.len()],
+            pairs: Vec::new(),
+            contacts: vec![0; shapes.len()],
             excess: vec![0.0; shapes.len()],
         }
     }
 
-    /// C_v of each grain over that of a grain alone, for a window of length `dt` that begins with the motion
-    /// `now`: that of the smaller of the gaps at its start and at its foreseen end, hence constant while grains
-    /// touch.
+    /// C_v of each grain over [`ALONE`], for a window of length `dt` that begins with the motion `now`: that of
+    /// the smaller of the gaps at its start and at its foreseen end, hence constant while grains touch.
+    ///
+    /// Too large a value gives energy in a contact, too small a one takes it. So a grain with two contacts or
+    /// more has none: what moves together drags less fluid along than head-on; and a partner with other contacts
+    /// counts as held.
     pub fn excess(&mut self, shapes: &[Shape], density: f64, now: &[Motion], dt: f64) -> &[f64] {
-        let Self { dimensions, walls, free, neighbours, then, excess } = self;
+        let Self { dimensions, walls, free, neighbours, then, pairs, contacts, excess } = self;
+        let dimensions = *dimensions;
         then.iter_mut().zip(now).for_each(|(then, now)| *then = now.predicted(dt));
-        let (dimensions, alone) = (*dimensions, alone(*dimensions));
         excess.fill(0.0);
-        for ((shape, excess), (now, then)) in shapes.iter().zip(&mut *excess).zip(now.iter().zip(&*then)) {
+        contacts.fill(0);
+        for (grain, shape) in shapes.iter().enumerate() {
             for wall in &*walls {
                 let gap = |m: &Motion| wall.inward * (m.centre[wall.axis] - wall.at) - shape.radius;
-                let gap = gap(now).min(gap(then));
+                let gap = gap(&now[grain]).min(gap(&then[grain]));
                 if gap < REACH * shape.radius {
-                    *excess = excess.max(at_a_wall(dimensions, shape.radius, gap) - alone);
+                    excess[grain] = excess[grain].max(at_a_wall(dimensions, shape.radius, gap) - ALONE);
+                    contacts[grain] += u32::from(gap < TOUCH * shape.radius);
                 }
             }
         }
+        pairs.clear();
         neighbours.each_pair(shapes, now, then, |i, j, gap| {
-            let here = of_a_pair(dimensions, density, [&shapes[i], &shapes[j]], [free[i], free[j]], gap);
-            for (grain, here) in [i, j].into_iter().zip(here) {
-                excess[grain] = excess[grain].max(here - alone);
-            }
+            pairs.push((i, j, gap));
+            let touches = u32::from(gap < TOUCH * shapes[i].radius.min(shapes[j].radius));
+            contacts[i] += touches;
+            contacts[j] += touches;
         });
+        for &(i, j, gap) in &*pairs {
+            let moves = [i, j].map(|grain| free[grain] && contacts[grain] < 2);
+            let here = of_a_pair(dimensions, density, [&shapes[i], &shapes[j]], moves, gap);
+            for (grain, here) in [i, j].into_iter().zip(here) {
+                excess[grain] = excess[grain].max(here - ALONE);
+            }
+        }
+        for (excess, contacts) in excess.iter_mut().zip(contacts) {
+            if *contacts > 1 {
+                *excess = 0.0;
+            }
+        }
         excess
     }
 }
@@ -102,12 +132,11 @@ impl ByGap {
 /// its neighbour would be given the inertia of the fluid that the small one pushes.
 fn of_a_pair(dimensions: i32, density: f64, pair: [&Shape; 2], free: [bool; 2], gap: f64) -> [f64; 2] {
     let [one, two] = pair;
-    let alone = alone(dimensions);
     let here = beside(dimensions, one.radius, two.radius, gap);
     let there =
         if one.radius == two.radius { here } else { beside(dimensions, two.radius, one.radius, gap) };
     if !(free[0] && free[1]) {
-        return [if free[0] { here.own } else { alone }, if free[1] { there.own } else { alone }];
+        return [if free[0] { here.own } else { ALONE }, if free[1] { there.own } else { ALONE }];
     }
     let mass = |shape: &Shape, own: f64| (shape.density + density * own) * shape.volume;
     let mutual = density * one.volume * here.mutual;

@@ -71,6 +71,19 @@ fn walls_neighbours_and_periodic_images_are_found() {
     assert_eq!(&excess[1..], [0.0; 3]);
 }
 
+/// Three in a row: the one in the middle has two contacts and counts as held for the others.
+#[test]
+fn a_crowd_has_the_value_of_grains_alone() {
+    let shapes = [sphere(1.0, 2.0); 3];
+    let motions = [at([3.0, 5.0, 5.0]), at([5.0, 5.0, 5.0]), at([7.05, 5.0, 5.0])];
+    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, vec![true; 3]);
+    let excess = by_gap.excess(&shapes, 1.0, &motions, 0.5);
+    let beside_a_held_one = |gap| beside(3, 1.0, 1.0, gap).own - ALONE;
+    assert!((excess[0] - beside_a_held_one(0.0)).abs() < 1e-12, "{excess:?}");
+    assert_eq!(excess[1], 0.0);
+    assert!((excess[2] - beside_a_held_one(0.05)).abs() < 1e-12, "{excess:?}");
+}
+
 /// The smallest gap of the window counts, so that a grain which overlaps keeps the value of a touching one.
 #[test]
 fn the_value_is_constant_during_a_contact() {

@@ -23,7 +23,8 @@ struct Array {
 impl Array {
     /// Superficial velocity over Zick & Homsy's, less one.
     fn error(&self) -> f64 {
-        let exact = [(0.064, 2.810), (0.125, 4.292), (0.216, 7.442), (0.343, 15.4), (0.45, 28.1), (0.5236, 42.1)];
+        let exact =
+            [(0.064, 2.810), (0.125, 4.292), (0.216, 7.442), (0.343, 15.4), (0.45, 28.1), (0.5236, 42.1)];
         let k = exact.iter().find(|(c, _)| (c - self.fraction).abs() < 1e-6).expect("a value of the table").1;
         let (n, nu) = (self.cells, 1.0);
         let radius = (3.0 * self.fraction / (4.0 * PI)).cbrt().min(0.499_999);
@@ -59,12 +60,13 @@ impl Array {
             time = self.time,
             keys = self.immersed,
         ));
-        // The slowest mode of the pore dies in some R²/ν (1 − c)/K.
-        let end = 0.4f64.min(30.0 * radius * radius / k).max(60.0 * dt);
-        run.until(end);
+        // The flow decays like exp(−6πνRK t/(1 − c)), and the force settles in some 50 steps.
+        let decay = (1.0 - self.fraction) / (6.0 * PI * nu * radius * k);
+        run.until((9.0 * decay).max(150.0 * dt));
         let (mut sum, mut count) = (0.0, 0.0);
-        let steps = if moving { ((1.0 / dx / self.speed.iter().fold(0.0f64, |m, v| m.max(v.abs()))) / n as f64 * 10.0) as usize } else { 1 };
-        for _ in 0..steps.max(1) {
+        // Over ten cells where the array moves.
+        let steps = if moving { 10.0 / self.speed.iter().fold(0.0, |m: f64, v| m.max(v.abs())) } else { 1.0 };
+        for _ in 0..steps as usize {
             run.windows(1);
             let solver = run.fluid.three().expect("space");
             sum += momentum(solver.grid(), 2, &solver.stepper().state().velocity[2]) - velocity[2];
@@ -75,43 +77,47 @@ impl Array {
     }
 }
 
-/// Eight places of a centre in its cell.
-const PLACES: [[f64; 3]; 8] = [
-    [0.0, 0.0, 0.0],
-    [0.5, 0.0, 0.0],
-    [0.5, 0.5, 0.0],
-    [0.5, 0.5, 0.5],
-    [0.25, 0.25, 0.25],
-    [0.25, 0.0, 0.0],
-    [0.25, 0.5, 0.1],
-    [0.1, 0.3, 0.45],
-];
+/// Centre of a cell, and the worst of eight places: the narrowest gaps lie between the nodes of two components.
+const PLACES: [[f64; 3]; 2] = [[0.0; 3], [0.5, 0.5, 0.0]];
 
+/// The mask's radius follows the pores, and viscosity feels the force in the step that changes it
+/// (docs/equations-immersed.md, section 7 and 8).
 #[test]
-#[ignore = "a table"]
-fn table() {
-    let keys = std::env::var("KEYS").unwrap_or_default();
-    let keys: &'static str = Box::leak(keys.into_boxed_str());
-    for (fraction, cells) in [(0.064, 17), (0.125, 14), (0.216, 11), (0.343, 10), (0.45, 9), (0.5236, 8), (0.5236, 9)] {
-        let radius = (3.0 * fraction / (4.0 * PI)).cbrt();
-        let error = |number: f64, speed: [f64; 3], place: [f64; 3]| {
-            let array = Array { fraction, cells, number, speed, place, immersed: keys, time: "" };
-            100.0 * array.error()
+fn dense_arrays_at_rest_and_moving_are_as_permeable_as_they_should() {
+    for (fraction, cells, centre, worst, moving) in [
+        (0.125, 14, 0.01, 0.01, 0.02),
+        (0.343, 10, 0.02, 0.02, 0.05),
+        (0.45, 9, 0.035, 0.09, 0.05),
+        (0.5236, 9, 0.03, 0.13, 0.06),
+    ] {
+        let error = |speed, place| {
+            let immersed = "force_transport = \"advected\"";
+            Array { fraction, cells, number: 1.7, speed, place, immersed, time: "" }.error()
         };
-        let rest = PLACES.map(|place| error(1.7, [0.0; 3], place));
-        if std::env::var("PLACES").is_ok() { println!("{rest:.2?}"); continue; }
-        let fold = |f: fn(f64, f64) -> f64, v: &[f64]| v.iter().copied().reduce(f).unwrap();
-        print!("{fraction} D/dx {:.1}: rest {:.2} .. {:.2}; moving", 2.0 * radius * cells as f64, fold(f64::min, &rest), fold(f64::max, &rest));
-        for (number, speed) in [
-            (1.7, [0.5, 0.14, 0.22]),
-            (1.7, [0.5, 0.0, 0.0]),
-            (1.7, [0.0, 0.0, 0.5]),
-            (0.85, [0.5, 0.14, 0.22]),
-            (0.85, [0.25, 0.07, 0.11]),
-            (0.4, [0.12, 0.03, 0.05]),
-        ] {
-            print!(" {:.2}", error(number, speed, [0.0; 3]));
+        let rest = PLACES.map(|place| error([0.0; 3], place));
+        let found = [rest[0], rest[1], error([0.5, 0.14, 0.22], PLACES[0])];
+        println!("c = {fraction}: flow {found:.4?} too large at rest (two places) and moving");
+        for (found, limit) in found.into_iter().zip([centre, worst, moving]) {
+            assert!(found.abs() < limit, "c = {fraction}: {found} and not {limit}");
         }
-        println!();
     }
+}
+
+/// What both remedies are for.
+#[test]
+fn without_them_dense_arrays_let_through_much_more() {
+    let array = |immersed| Array {
+        fraction: 0.45,
+        cells: 9,
+        number: 1.7,
+        speed: [0.5, 0.14, 0.22],
+        place: PLACES[0],
+        immersed,
+        time: "",
+    };
+    let plain = array("force_transport = \"eulerian\", mask_radius = \"nominal\"").error();
+    let radius = array("force_transport = \"eulerian\"").error();
+    let unfelt = array("force_transport = \"advected\", viscous_sweeps = 0").error();
+    println!("flow too large by {plain:.3}; with the radius {radius:.3}, and advected {unfelt:.3}");
+    assert!(plain > 0.9 && radius > 0.5 && unfelt > 0.1);
 }

@@ -139,7 +139,7 @@ fn the_number_of_threads_changes_no_bit() {
         [fluid]
         time = { scheme = \"ab2\" }
         ";
-    for transport in ["eulerian", "advected"] {
+    for transport in ["eulerian", "advected", "auto"] {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             let text = format!("{TEXT}immersed = {{ force_transport = \"{transport}\" }}\n");
