@@ -23,6 +23,10 @@ pub const WIDTH: &str = "fluid.immersed.width";
 pub const TRANSPORT: &str = "fluid.immersed.force_transport";
 /// It does.
 pub const ADVECTED: &str = "advected";
+/// Radius of the masks.
+pub const MASK_RADIUS: &str = "fluid.immersed.mask_radius";
+/// That with which the flow feels the grain.
+pub const CORRECTED: &str = "corrected";
 /// Form of the loads.
 pub const LOADS: &str = "fluid.loads.form";
 /// The law of contact.
@@ -33,13 +37,14 @@ pub const LUBRICATION: &str = "dem.lubrication";
 pub const CONTACT_STEPS: &str = "dem.steps_per_contact";
 
 /// All of them, with the values that rules name.
-pub const ALL: [(&str, &[&str]); 10] = [
+pub const ALL: [(&str, &[&str]); 11] = [
     (CONVECTION, &[]),
     (TIME_SCHEME, &[AB2]),
     (FLUID_DT, &[]),
     (METHOD, &[DIRECT]),
     (WIDTH, &[]),
     (TRANSPORT, &[ADVECTED]),
+    (MASK_RADIUS, &[CORRECTED]),
     (LOADS, &[]),
     (CONTACT, &[]),
     (LUBRICATION, &[]),

@@ -378,7 +378,8 @@ fn grid_and_memory() {
 
 /// Bounds that our solvers own: the tests of these crates put them below and above their limits
 /// (`fluid-solver/tests/immersed/bounds.rs`, `dem-solver/tests/bounds.rs`).
-const OF_SOLVERS: [&str; 8] = [
+const OF_SOLVERS: [&str; 9] = [
+    "local-viscosity",
     "cfl",
     "direct-forcing",
     "direct-forcing-accuracy",

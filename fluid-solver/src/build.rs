@@ -10,10 +10,10 @@ use crate::immersed::brinkman::largest_viscous_number;
 use crate::immersed::mask_model::Mask;
 use crate::scheme::{Options, Projections, Scheme, Viscous};
 use protocol::facts::{Forcing, LoadsForm};
-use protocol::scheme as coupling;
 use protocol::scene::{
     self, CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind,
 };
+use protocol::scheme as coupling;
 
 /// Geometry of the scene in this crate's words.
 pub fn geometry(scene: &CheckedScene) -> Geometry {
@@ -157,7 +157,8 @@ fn stands(scene: &CheckedScene) -> bool {
 
 /// Whether the carried force goes with the grains, in every step or where it would lag;
 /// [`crate::config::FluidSection::read`] has seen that it can where the scene asks for it. By itself it does
-/// among spheres in space of which two or more move, unless windows are repeated.
+/// among spheres in space of which two or more move, or that fill more than [`FULL`] of their box, unless windows
+/// are repeated.
 pub fn transport(scene: &CheckedScene, choices: &Choices, coupling: coupling::Scheme) -> Option<Transport> {
     let can = choices.method == Forcing::Carried
         && choices.mask == Mask::ParameterFree
@@ -166,7 +167,9 @@ pub fn transport(scene: &CheckedScene, choices: &Choices, coupling: coupling::Sc
     let moving = scene.grains.iter().filter(|grain| grain.motion != scene::Motion::Fixed).count();
     match choices.force_transport {
         ForceTransport::Advected => (moving > 0).then_some(Transport::Always),
-        ForceTransport::Auto if can && moving > 1 && geometry(scene) == Geometry::Space => {
+        ForceTransport::Auto
+            if can && geometry(scene) == Geometry::Space && (moving > 1 || moving > 0 && is_full(scene)) =>
+        {
             Some(Transport::WhereItLags)
         }
         _ => None,
@@ -182,6 +185,15 @@ pub fn longest_local_step(scene: &CheckedScene, medium: &Medium) -> f64 {
             / medium.kinematic_viscosity()
     };
     free.map(longest).fold(f64::INFINITY, f64::min)
+}
+
+/// Solid fraction from which on one moving sphere is a bed with its images.
+const FULL: f64 = 0.05;
+
+fn is_full(scene: &CheckedScene) -> bool {
+    let domain = &scene.scene.domain;
+    let size: f64 = domain.lower.iter().zip(&domain.upper).map(|(lower, upper)| upper - lower).product();
+    scene.grains.iter().map(scene::Grain::volume).sum::<f64>() > FULL * size
 }
 
 /// When the carried force goes with the grains.

@@ -93,13 +93,13 @@ pub struct ImmersedSection {
     pub width: Option<f64>,
     /// Whether the carried force stays in its cells until the next step (`eulerian`), moves with the grains
     /// (`advected`), or does where the step asks for it (`auto`, default: spheres in space of which two or more
-    /// move).
+    /// move, or that fill more than a twentieth of their box).
     pub force_transport: ForceTransport,
     /// Whether masks have the grains' own radius (`nominal`) or the one with which the flow feels it
     /// (`corrected`); `auto` (default): corrected for spheres in space with the parameter-free mask.
     pub mask_radius: MaskRadius,
-    /// Sweeps of the local solve that lets viscosity feel a change of the advected force in its own step; by
-    /// default as many as ν dt/Δx² needs, 0: none.
+    /// Sweeps of the local solve that lets viscosity feel a change of the advected force in its own step, 0: none;
+    /// by default none with `advected` and as many as ν dt/Δx² needs with `auto`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub viscous_sweeps: Option<u32>,
 }
@@ -270,7 +270,10 @@ impl FluidSection {
             width: self.immersed.width.unwrap_or(if mask == Mask::Izard2014 { 1.0 } else { 0.5 }),
             force_transport: self.immersed.force_transport,
             mask_radius: self.immersed.mask_radius,
-            viscous_sweeps: self.immersed.viscous_sweeps,
+            viscous_sweeps: self
+                .immersed
+                .viscous_sweeps
+                .or_else(|| (self.immersed.force_transport == ForceTransport::Advected).then_some(0)),
             form,
             virtual_mass: self.loads.virtual_mass.unwrap_or(if none {
                 VirtualMass::Constant(0.0)

@@ -116,8 +116,7 @@ impl<const D: usize> Brinkman<D> {
         let stencils: [[Stencil; D]; D] =
             std::array::from_fn(|d| std::array::from_fn(|a| at_walls(grid, d, a)));
         let most = |s: &Stencil| s.lower.iter().zip(&s.upper).fold(0.0, |m: f64, (l, u)| m.max(l + u));
-        let steepest =
-            stencils.iter().map(|axes| axes.iter().map(most).sum::<f64>()).fold(0.0, f64::max);
+        let steepest = stencils.iter().map(|axes| axes.iter().map(most).sum::<f64>()).fold(0.0, f64::max);
         let bits = vec![0; grid.stride(D - 1) / grid.stride(1) * grid.cells[D - 1] * words(grid)];
         Self {
             stencils,
@@ -281,13 +280,7 @@ fn widen(from: &[u64], to: &mut [u64], row: &mut [u64], (words, eights, wraps): 
 }
 
 /// `to` ← `from`, and as much in the `reach` rows beside along `axis`.
-fn spread<const D: usize>(
-    grid: &Grid<D>,
-    axis: usize,
-    reach: usize,
-    from: &[u64],
-    to: &mut [u64],
-) {
+fn spread<const D: usize>(grid: &Grid<D>, axis: usize, reach: usize, from: &[u64], to: &mut [u64]) {
     let n = grid.cells[axis];
     // Rows beside along the axis are this far apart.
     let step = if axis == D - 1 { grid.rows() / n } else { 1 };
@@ -300,8 +293,16 @@ fn spread<const D: usize>(
         let index = row / step % n;
         let base = row - index * step;
         for away in 1..=reach.min(n - 1) {
-            let below = if index >= away { Some(index - away) } else { grid.periodic(axis).then(|| index + n - away) };
-            let above = if index + away < n { Some(index + away) } else { grid.periodic(axis).then(|| index + away - n) };
+            let below = if index >= away {
+                Some(index - away)
+            } else {
+                grid.periodic(axis).then(|| index + n - away)
+            };
+            let above = if index + away < n {
+                Some(index + away)
+            } else {
+                grid.periodic(axis).then(|| index + away - n)
+            };
             for other in [below, above].into_iter().flatten() {
                 let to = &mut to[bits_of(grid, base + other * step)];
                 to.iter_mut().zip(bits).for_each(|(to, bits)| *to |= bits);

@@ -7,7 +7,8 @@
 //! δR = (π²/12) w̄² (1/R + 1/r_h) + Δx²/(24 r_h),   w̄ = 0.6 f Δx
 //! ```
 //! φ is the solid fraction about the grain: volumes are shared among coarse cells, [`SIZE`] diameters wide, and
-//! read back with the same weights.
+//! read back with the same weights. The grain's own share counts as far as others, or its own images, do as much:
+//! a grain alone is in no pore.
 
 use super::body::{Motion, Shape, along_axes};
 use super::mask_model::MaskModel;
@@ -28,6 +29,8 @@ const PACKED: f64 = 0.64;
 pub struct Pores<const D: usize> {
     start: [f64; D],
     size: [f64; D],
+    /// Width that they are to have, m.
+    wanted: f64,
     count: [usize; D],
     periodic: [bool; D],
     /// Smallest cell of the grid, m.
@@ -43,11 +46,13 @@ impl<const D: usize> Pores<D> {
     pub fn new(grid: &Grid<D>, shapes: &[Shape]) -> Self {
         let largest = shapes.iter().map(|shape| shape.radius).fold(0.0, f64::max);
         let length = |a: usize| grid.axes[a].length();
-        let count: [usize; D] = std::array::from_fn(|a| ((length(a) / (2.0 * SIZE * largest)) as usize).clamp(1, grid.cells[a]));
+        let count: [usize; D] =
+            std::array::from_fn(|a| ((length(a) / (2.0 * SIZE * largest)) as usize).clamp(1, grid.cells[a]));
         let has_pores = grid.geometry == Geometry::Space;
         Self {
             start: std::array::from_fn(|a| grid.axes[a].faces[0]),
             size: std::array::from_fn(|a| length(a) / count[a] as f64),
+            wanted: 2.0 * SIZE * largest,
             count,
             periodic: std::array::from_fn(|a| grid.periodic(a)),
             spacing: grid.smallest_width(),
@@ -56,7 +61,13 @@ impl<const D: usize> Pores<D> {
     }
 
     /// Sets the radius of every mask for grains at `motions`.
-    pub fn set_radii(&mut self, geometry: Geometry, model: &MaskModel, shapes: &mut [Shape], motions: &[Motion]) {
+    pub fn set_radii(
+        &mut self,
+        geometry: Geometry,
+        model: &MaskModel,
+        shapes: &mut [Shape],
+        motions: &[Motion],
+    ) {
         self.solid.fill(0.0);
         let volume: f64 = self.size.iter().product();
         if !self.solid.is_empty() {
@@ -70,6 +81,8 @@ impl<const D: usize> Pores<D> {
             if !self.solid.is_empty() {
                 let at = self.shares(along_axes(geometry, motion.centre));
                 self.each_cell(&at, |solid, weight| fraction += weight * *solid);
+                let others = (fraction - self.own(&at, shape)).max(0.0);
+                fraction = fraction.min(2.0 * others);
             }
             shape.mask_radius = shape.radius + excess(model.width, self.spacing, shape.radius, fraction);
         }
@@ -81,9 +94,19 @@ impl<const D: usize> Pores<D> {
             let (n, place) = (self.count[a] as isize, (at[a] - self.start[a]) / self.size[a] - 0.5);
             let low = place.floor();
             let part = place - low;
-            let cell = |i: isize| (if self.periodic[a] { i.rem_euclid(n) } else { i.clamp(0, n - 1) }) as usize;
+            let cell =
+                |i: isize| (if self.periodic[a] { i.rem_euclid(n) } else { i.clamp(0, n - 1) }) as usize;
             [(cell(low as isize), 1.0 - part), (cell(low as isize + 1), part)]
         })
+    }
+
+    /// What a grain reads of itself; in a box of one coarse cell as in a wide one, on average.
+    fn own(&self, at: &[Shares; D], shape: &Shape) -> f64 {
+        let share = |a: usize| {
+            let [(_, low), (_, high)] = at[a];
+            if self.count[a] > 1 { (low * low + high * high) / self.size[a] } else { 2.0 / 3.0 / self.wanted }
+        };
+        (0..D).map(share).product::<f64>() * shape.volume
     }
 
     fn each_cell(&mut self, at: &[Shares; D], mut work: impl FnMut(&mut f64, f64)) {

@@ -120,7 +120,8 @@ mod tests {
     #[test]
     fn mutual_mass_is_symmetric() {
         for (a, b, gap) in [(1.0, 0.5, 0.1), (0.2, 1.0, 0.3), (1.0, 0.9, 0.01)] {
-            let (here, there) = (beside(3, a, b, gap).mutual * a.powi(3), beside(3, b, a, gap).mutual * b.powi(3));
+            let (here, there) =
+                (beside(3, a, b, gap).mutual * a.powi(3), beside(3, b, a, gap).mutual * b.powi(3));
             assert!((here / there - 1.0).abs() < 2e-3, "{here} {there}");
         }
     }

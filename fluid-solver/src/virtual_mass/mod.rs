@@ -133,8 +133,7 @@ impl ByGap {
 fn of_a_pair(dimensions: i32, density: f64, pair: [&Shape; 2], free: [bool; 2], gap: f64) -> [f64; 2] {
     let [one, two] = pair;
     let here = beside(dimensions, one.radius, two.radius, gap);
-    let there =
-        if one.radius == two.radius { here } else { beside(dimensions, two.radius, one.radius, gap) };
+    let there = if one.radius == two.radius { here } else { beside(dimensions, two.radius, one.radius, gap) };
     if !(free[0] && free[1]) {
         return [if free[0] { here.own } else { ALONE }, if free[1] { there.own } else { ALONE }];
     }

@@ -112,7 +112,8 @@ fn pairs_are_those_of_a_plain_search() {
     };
     for radius in [0.2, 0.5, 1.1] {
         let shapes: Vec<Shape> = (0..80).map(|_| sphere(radius * (0.5 + 0.5 * random()), 2.0)).collect();
-        let place = |random: &mut dyn FnMut() -> f64| [30.0 * random() - 10.0, 10.0 * random(), 10.0 * random()];
+        let place =
+            |random: &mut dyn FnMut() -> f64| [30.0 * random() - 10.0, 10.0 * random(), 10.0 * random()];
         let motions: Vec<Motion> = shapes.iter().map(|_| at(place(&mut random))).collect();
         let mut found = Vec::new();
         let mut neighbours = Neighbours::new(&grid(Boundary::WALL), &shapes, REACH);

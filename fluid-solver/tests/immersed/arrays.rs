@@ -171,7 +171,7 @@ fn slip(speed: f64, number: f64, transport: &str) -> f64 {
         motion = \"prescribed\"
         [fluid]
         time = {{ dt = {dt} }}
-        immersed = {{ force_transport = \"{transport}\" }}
+        immersed = {{ force_transport = \"{transport}\", viscous_sweeps = 4 }}
         ",
     ));
     run.until(3.0);

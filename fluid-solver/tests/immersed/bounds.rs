@@ -95,3 +95,14 @@ fn explicit_viscosity_ends_where_the_time_schemes_do() {
         assert!(find(&implicit, name).is_none(), "implicit viscosity has no such bound");
     }
 }
+
+#[test]
+fn the_local_solve_wants_steps_that_the_grain_bears() {
+    // 60 n + 5.6 √n = 2 (4 + 1) at n = ν dt/D² = 0.1327.
+    let advected = "immersed = { force_transport = \"advected\", viscous_sweeps = 4 }";
+    let bound = find(&bounds(advected, 0.1), "local-viscosity").expect("advected");
+    assert!(holds(&bound, 13.2) && !holds(&bound, 13.4) && bound.level == Level::Refuse, "{bound:?}");
+    for without in ["", "immersed = { force_transport = \"advected\" }"] {
+        assert!(find(&bounds(without, 0.1), "local-viscosity").is_none(), "{without}");
+    }
+}
