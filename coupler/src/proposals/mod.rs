@@ -118,7 +118,7 @@ pub(crate) fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> 
 
 /// Prepares the changed scene and compares the costs; nothing where it is refused or no cheaper.
 fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<Proposal> {
-    let scene = idea.change.of(&prepared.scene.source.text)?;
+    let scene = idea.change.of(&prepared.scene.source.text_for_any_folder())?;
     let file = Scratch::new(idea.name, &scene)?;
     let changed = Prepared::new(&RunOptions { threads: options.threads, ..RunOptions::of_scene(&file.0) });
     let changed = changed.ok().filter(|changed| changed.refuse_broken().is_ok())?;

@@ -240,7 +240,7 @@ pub enum MetricKind {
         /// A point that it passes through (x, y, z), m.
         through: [f64; 3],
         /// CSV file whose column `x`, `y`, `z` or `r`, as `along` says, holds the coordinate, from the
-        /// folder in which the command runs.
+        /// scene's folder.
         file: std::path::PathBuf,
         /// Its column that holds the velocity.
         column: String,
@@ -248,7 +248,7 @@ pub enum MetricKind {
     /// Largest relative error of Ψ₂(Ψ₁) over the pairs of grains (0, 1), (2, 3), … that have collided,
     /// against a published table. The curve goes to `oblique.csv`.
     ObliqueError {
-        /// CSV file with the columns psi1 and psi2, from the folder in which the command runs.
+        /// CSV file with the columns psi1 and psi2, from the scene's folder.
         file: std::path::PathBuf,
         /// Rows of the file that count: text of a column by its name.
         #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
@@ -399,8 +399,8 @@ pub enum HeapEnd {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeapReference {
-    /// CSV file with the columns x_over_half_length and height_over_half_length, from the folder in
-    /// which the command runs.
+    /// CSV file with the columns x_over_half_length and height_over_half_length, from the
+    /// scene's folder.
     pub file: std::path::PathBuf,
     /// Half-length L₀ of the column, m.
     pub half_length: f64,
