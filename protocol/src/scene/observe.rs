@@ -103,9 +103,15 @@ pub struct Metric {
     /// Published or exact value to compare with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
-    /// Where the reference comes from.
+    /// A value to stand beside it that is no reference, such as another code's: no error is made of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared_with: Option<f64>,
+    /// Where the reference, or the value beside it, comes from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
+    /// What to know about the number, such as why it differs from its reference.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remark: Option<String>,
 }
 
 impl Observe {
