@@ -25,12 +25,13 @@ mod substeps;
 use std::path::PathBuf;
 
 use bedload_program::RunOptions;
-use protocol::scene::{CheckedScene, Geometry, Scene};
+use protocol::scene::Scene;
 
 use crate::failure::Failure;
 use crate::number::Short;
+use crate::number::norm;
 use crate::prepare::Prepared;
-use crate::scheme::norm;
+use crate::speeds::{drive, volume};
 use change::Change;
 
 /// Largest error that is worth proposing.
@@ -153,34 +154,9 @@ fn same(a: f64, b: f64, size: f64) -> bool {
     (a - b).abs() <= 1e-9 * size
 }
 
-/// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity
-/// along periodic axes, m/s².
-fn drive(scene: &Scene) -> [f64; 3] {
-    let Some(medium) = &scene.medium else { return [0.0; 3] };
-    let mut drive = medium.body_force;
-    for (d, gradient) in drive.iter_mut().zip(&medium.pressure_gradient) {
-        *d -= gradient / medium.density;
-    }
-    for axis in (0..scene.domain.dimensions()).filter(|axis| scene.domain.is_periodic(*axis)) {
-        let component = scene.domain.geometry.component(axis);
-        drive[component] += scene.gravity[component];
-    }
-    drive
-}
-
 /// Does a face move or let fluid in, or is a flow rate held?
 fn is_driven_at_faces(scene: &Scene) -> bool {
     let faces = (0..scene.domain.dimensions()).filter_map(|axis| scene.domain.boundary(axis));
     let moves = faces.flat_map(|b| [b.lower, Some(b.upper)]).flatten().any(|f| norm(&f.velocity) > 0.0);
     moves || scene.medium.as_ref().is_some_and(|medium| medium.flow_rate.is_some())
-}
-
-/// Volume of the box; per unit depth in the plane.
-fn volume(scene: &CheckedScene) -> f64 {
-    let domain = &scene.scene.domain;
-    let extent = |axis: usize| domain.upper[axis] - domain.lower[axis];
-    match domain.geometry {
-        Geometry::Axisymmetric => std::f64::consts::PI * domain.upper[0].powi(2) * extent(1),
-        _ => (0..domain.dimensions()).map(extent).product(),
-    }
 }
