@@ -18,7 +18,7 @@ use crate::{check, conformance, study};
 /// Grains in a flow: fluid and DEM solvers coupled.
 ///
 /// Exit codes: 0 done; 1 a run failed or a comparison differs; 2 bad input or a broken bound; 3 a
-/// solver died or timed out; 130 interrupted (checkpoint and log are in order).
+/// solver died or timed out; 4 the run was unstable; 130 interrupted (checkpoint and log are in order).
 #[derive(Debug, Parser)]
 #[command(name = "bedload", version, propagate_version = true)]
 struct Arguments {

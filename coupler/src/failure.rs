@@ -18,6 +18,9 @@ pub enum Failure {
     /// The run failed, or a comparison differs.
     #[error("{0}")]
     Run(String),
+    /// The exchange alternated or grew from window to window.
+    #[error("{0}")]
+    Unstable(String),
     /// A solver died or hangs.
     #[error("{0}")]
     Peer(String),
@@ -37,6 +40,7 @@ impl Failure {
             Self::Run(_) => 1,
             Self::Scene(_) | Self::Bounds(_) | Self::Input(_) => 2,
             Self::Peer(_) => 3,
+            Self::Unstable(_) => 4,
             Self::Interrupted(_) => 130,
             Self::Passed(code) => *code,
         }

@@ -3,10 +3,8 @@
 use protocol::message::{Header, Kinematics, Loads, Record, Status};
 use protocol::participant::Window;
 
+use crate::bounds::MOST_OVERLAP;
 use crate::failure::Failure;
-
-/// Overlap over radius beyond which a soft contact is no contact any more.
-const MOST_OVERLAP: f64 = 0.1;
 
 /// A message must be of a window that was ordered, with one record per grain.
 ///

@@ -96,6 +96,11 @@ pub(crate) fn integer(value: u64) -> String {
     text
 }
 
+/// Length of a vector.
+pub(crate) fn norm(v: &[f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

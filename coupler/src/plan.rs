@@ -8,7 +8,9 @@ use serde::Serialize;
 
 use crate::bounds::{self, Bound, Facts, TimeSteps};
 use crate::config::Coupling;
+use crate::notices;
 use crate::number::Short;
+use crate::speeds::Speeds;
 
 /// Which processes a scene needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -177,13 +179,16 @@ impl Plan {
         usable(scene, "dem", dt_dem_target)?;
         let full = substeps(dt_fluid, dt_dem_target);
         let steps = TimeSteps { dt_fluid, dt_dem: dt_fluid / full as f64, substeps: full, contact_time };
-        let mut facts = Facts { scene, fluid, dem, coupling, scheme, steps, memory };
+        let mut facts =
+            Facts { scene, fluid, dem, coupling, scheme, steps, speeds: Speeds::of(scene), memory };
         let notice = iterate_where_asked(&mut facts);
         let windows = (scene.scene.until / dt_fluid).ceil();
         let of_a_window = fluid.map_or(0.0, |fluid| fluid.step_cost)
             + dem.map_or(0.0, |dem| dem.substep_cost) * full as f64;
         let of_solvers = fluid.map(|fluid| &fluid.notices).into_iter().chain(dem.map(|dem| &dem.notices));
         let attempts = if facts.scheme == Some(Scheme::Iterated) { ITERATIONS } else { 1.0 };
+        let cost = windows * attempts * of_a_window;
+        let more = notices::of(&facts, cost, windows * attempts);
         Ok(Self {
             participants,
             scheme: facts.scheme,
@@ -197,10 +202,10 @@ impl Plan {
             dt_max,
             until: scene.scene.until,
             windows: windows as u64,
-            cost: windows * attempts * of_a_window,
+            cost,
             bounds: bounds::all(&facts),
             forced: coupling.force.clone(),
-            notices: of_solvers.flatten().cloned().chain(notice).collect(),
+            notices: of_solvers.flatten().cloned().chain(notice).chain(more).collect(),
         })
     }
 

@@ -75,7 +75,7 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
         }
         Err(failure) => Err(failure),
     };
-    let failed = matches!(outcome, Err(Failure::Run(_)));
+    let failed = matches!(outcome, Err(Failure::Run(_) | Failure::Unstable(_)));
     let finished = finish(&folder, &mut summary, outcome);
     if let (true, Some(step)) = (failed, done) {
         rewind(options, prepared, &folder, interrupts, step);
@@ -95,6 +95,7 @@ fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Fail
     match &outcome {
         Ok(()) => summary.status = RunStatus::Completed,
         Err(Failure::Interrupted(_)) => summary.status = RunStatus::Interrupted,
+        Err(failure @ Failure::Unstable(_)) => summary.end(RunStatus::Unstable, failure),
         Err(failure) => summary.fail(failure),
     }
     let written = summary.write(&folder.summary());

@@ -13,6 +13,7 @@ use protocol::scheme::Scheme;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Coupling, Substeps};
+use crate::number::norm;
 use crate::plan::Plan;
 
 /// Windows that may be on their way at once where dt is fixed: enough to take the coupler's own
@@ -34,11 +35,6 @@ pub struct QuietRule {
     /// Acceleration that the scene prescribes, by grain, m/s².
     swings: Vec<f64>,
     wall_speed: f64,
-}
-
-/// Length of a vector.
-pub(crate) fn norm(v: &[f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Largest acceleration of a swing: 2π f times its amplitude.

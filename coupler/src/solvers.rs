@@ -22,7 +22,7 @@ pub(crate) enum SolverCommandError {
     Scene(#[from] Box<SceneError>),
     /// The program cannot be started.
     #[error(
-        "cannot start the {role} solver `{command}`: {source}; build it beside bedload (cargo build --release), put it on PATH, or name it in [{role}] command"
+        "cannot start the {role} solver `{command}`: {source}; build it beside bedload (cargo build --release), put it on PATH, or name it in [{role}] command (a path there counts from the scene's folder)"
     )]
     Start {
         /// Which solver.

@@ -23,7 +23,12 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
     let read = checkpoint::read_any::<State>(&folder.join("checkpoint"), "dem");
     let mut state = match read {
         Ok((_, state)) => state,
-        Err(error) => return refuse(error.to_string(), "name the output folder of a finished run"),
+        Err(error) => {
+            return refuse(
+                error.to_string(),
+                "name the output folder of a finished run; paths count from the scene's folder",
+            );
+        }
     };
     let expected = dem.grains.len();
     if state.position.len() != expected {

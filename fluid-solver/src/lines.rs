@@ -44,7 +44,7 @@ pub fn of(scene: &CheckedScene) -> Result<Vec<Line>, SceneError> {
             Axis::R => "r",
         };
         let refuse = |what: String| {
-            let remedy = "give a CSV file with a header, seen from the folder in which the command runs";
+            let remedy = "give a CSV file with a header; paths count from the scene's folder";
             scene.source.error(&format!("metrics[{index}].file"), what, remedy)
         };
         let text = std::fs::read_to_string(file)

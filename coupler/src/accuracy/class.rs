@@ -5,7 +5,7 @@ use protocol::scene::{CheckedScene, Grain, MetricKind, Motion, Shape};
 
 use super::charted::{Charted, Run};
 use crate::keys;
-use crate::scheme::norm;
+use crate::number::norm;
 
 /// A class of scenes whose errors one chart tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -180,10 +180,10 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     };
     bounds.push(ratio_bound(worst, facts.scheme, fluid));
     let widest = judged.iter().map(|one| one.nu_dt_over_d2).fold(0.0, f64::max);
-    bounds.push(Bound::new("density-range", "ν dt/D²", widest, Side::AtMost, COLUMNS[4]).warning().because(
-        "the lowest stable density ratio was measured up to ν dt/D² = 0.8 only",
+    bounds.push(Bound::new("density-range", "ν dt/D²", widest, Side::AtMost, COLUMNS[4]).because(
+        "no exchange of forces with grains that move was measured beyond it: what is stable there is unknown",
         "docs/stability.md",
-        "lower the fluid's dt, or watch the first windows",
+        "lower the fluid's dt",
     ));
     if fluid.loads == LoadsForm::Izard2014 {
         add_izard_form(facts, &judged, bounds);

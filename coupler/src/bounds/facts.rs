@@ -6,6 +6,7 @@ use protocol::scheme::Scheme;
 use serde::Serialize;
 
 use crate::config::Coupling;
+use crate::speeds::Speeds;
 
 /// The time steps of a plan, without which no bound can be judged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -48,6 +49,8 @@ pub struct Facts<'a> {
     pub scheme: Option<Scheme>,
     /// Time steps.
     pub steps: TimeSteps,
+    /// Speeds that follow from the scene.
+    pub(crate) speeds: Speeds,
     /// Memory that the machine can still give, bytes.
     pub memory: Option<u64>,
 }

@@ -11,6 +11,7 @@ mod forcing;
 mod light;
 pub(crate) mod names;
 mod resolution;
+mod speeds;
 mod steps;
 
 pub use bound::Bound;
@@ -19,6 +20,7 @@ pub use density::{Method, Motion, lowest_density_ratio};
 pub use facts::{Facts, TimeSteps};
 pub use names::{DENSITY_RATIO, NAMES, SINGULAR};
 pub use protocol::facts::{Level, Side};
+pub(crate) use speeds::{MOST_OVERLAP, largest_overlap};
 
 /// Every bound that applies to a plan, the coupler's and the solvers', in the order of [`NAMES`].
 #[must_use]
@@ -28,9 +30,11 @@ pub fn all(facts: &Facts<'_>) -> Vec<Bound> {
     forcing::add(facts, &mut bounds);
     steps::add(facts, &mut bounds);
     resolution::add(facts, &mut bounds);
+    speeds::add(facts, &mut bounds);
     let fluid = facts.fluid.into_iter().flat_map(|fluid| &fluid.bounds);
     let dem = facts.dem.into_iter().flat_map(|dem| &dem.bounds);
-    bounds.extend(fluid.chain(dem).filter_map(|bound| Bound::of_solver(bound, &facts.steps)));
+    let own = fluid.chain(dem).map(|bound| speeds::with_speeds(bound, facts));
+    bounds.extend(own.filter_map(|bound| Bound::of_solver(&bound, &facts.steps)));
     // Names of foreign solvers come last, as the solver has them.
     bounds.sort_by_key(|bound| NAMES.iter().position(|name| *name == bound.name).unwrap_or(NAMES.len()));
     bounds

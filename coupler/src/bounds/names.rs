@@ -23,11 +23,18 @@ pub const NAMES: &[&str] = &[
     "resolution",
     "resolution-accuracy",
     "memory",
-    "overlap",
+    OVERLAP,
+    crate::unstable::NAME,
 ];
 
 /// The only bound that cannot be forced: behind it stands a division by zero.
 pub const SINGULAR: &str = "loads-singular";
+
+/// The bound on the step by the flow's speed, which a fluid sends.
+pub(crate) const CFL: &str = "cfl";
+
+/// The bound on how far grains sink into each other, before a run and in it.
+pub(crate) const OVERLAP: &str = "overlap";
 
 /// The bound that decides whether windows are to be repeated.
 pub const DENSITY_RATIO: &str = "density-ratio";

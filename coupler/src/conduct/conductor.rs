@@ -18,6 +18,7 @@ use crate::prepare::Prepared;
 use crate::resume::{CouplerState, Spent};
 use crate::scheme::{AHEAD, Planner, QuietRule};
 use crate::supervise::{Interrupts, Supervisor};
+use crate::unstable::Alternation;
 
 /// How a run ended, besides by failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +64,8 @@ pub(crate) struct Conductor<'a> {
     /// Solver that said so, and its words.
     pub(super) failed: Option<(String, String)>,
     pub(super) largest_radius: f64,
+    /// Whether the motion alternates from window to window.
+    pub(super) alternation: Alternation,
 }
 
 impl<'a> Conductor<'a> {
@@ -119,6 +122,7 @@ impl<'a> Conductor<'a> {
             last: None,
             broken: None,
             failed: None,
+            alternation: Alternation::new(scene),
             largest_radius: scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max),
         })
     }

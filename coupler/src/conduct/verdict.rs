@@ -9,6 +9,7 @@ use crate::failure::Failure;
 use crate::iterate::Verdict;
 use crate::judge;
 use crate::scheme::was_late;
+use crate::unstable;
 
 impl Conductor<'_> {
     /// With the iterated scheme: orders the next attempt, or accepts the window. Says whether it goes on.
@@ -55,8 +56,20 @@ impl Conductor<'_> {
     }
 
     /// The window as it stands.
-    pub(super) fn judge(&mut self, window: &Window, whole: &Whole) -> Result<(), Failure> {
+    pub(super) fn judge(&mut self, window: &Window, slot: usize, whole: &Whole) -> Result<(), Failure> {
         let plan = &self.prepared.plan;
+        if let Some(found) = self.alternation.take(window, &self.slots[slot].motion)
+            && !plan.forced.iter().any(|name| name == unstable::NAME)
+        {
+            return Err(Failure::Unstable(format!(
+                "unstable from window {} on (noticed in window {}, t = {} s): {}; {}",
+                found.window,
+                window.step,
+                window.time,
+                found.text,
+                unstable::REMEDY
+            )));
+        }
         let header = &whole.kinematics;
         judge::overlap(window, header, &whole.dem, self.largest_radius, &plan.forced)?;
         if !plan.adaptive {

@@ -87,7 +87,7 @@ impl Conductor<'_> {
         if self.is_repeated(&window, slot, &whole)? {
             return Ok(());
         }
-        self.judge(&window, &whole)?;
+        self.judge(&window, slot, &whole)?;
         let Collected { force, motion, .. } = &self.slots[slot];
         let sample = Sample {
             window: &window,

@@ -25,12 +25,13 @@ mod substeps;
 use std::path::PathBuf;
 
 use bedload_program::RunOptions;
-use protocol::scene::{CheckedScene, Geometry, Scene};
+use protocol::scene::Scene;
 
 use crate::failure::Failure;
 use crate::number::Short;
+use crate::number::norm;
 use crate::prepare::Prepared;
-use crate::scheme::norm;
+use crate::speeds::{drive, volume};
 use change::Change;
 
 /// Largest error that is worth proposing.
@@ -118,7 +119,7 @@ pub(crate) fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> 
 
 /// Prepares the changed scene and compares the costs; nothing where it is refused or no cheaper.
 fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<Proposal> {
-    let scene = idea.change.of(&prepared.scene.source.text)?;
+    let scene = idea.change.of(&prepared.scene.source.text_for_any_folder())?;
     let file = Scratch::new(idea.name, &scene)?;
     let changed = Prepared::new(&RunOptions { threads: options.threads, ..RunOptions::of_scene(&file.0) });
     let changed = changed.ok().filter(|changed| changed.refuse_broken().is_ok())?;
@@ -153,34 +154,9 @@ fn same(a: f64, b: f64, size: f64) -> bool {
     (a - b).abs() <= 1e-9 * size
 }
 
-/// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity
-/// along periodic axes, m/s².
-fn drive(scene: &Scene) -> [f64; 3] {
-    let Some(medium) = &scene.medium else { return [0.0; 3] };
-    let mut drive = medium.body_force;
-    for (d, gradient) in drive.iter_mut().zip(&medium.pressure_gradient) {
-        *d -= gradient / medium.density;
-    }
-    for axis in (0..scene.domain.dimensions()).filter(|axis| scene.domain.is_periodic(*axis)) {
-        let component = scene.domain.geometry.component(axis);
-        drive[component] += scene.gravity[component];
-    }
-    drive
-}
-
 /// Does a face move or let fluid in, or is a flow rate held?
 fn is_driven_at_faces(scene: &Scene) -> bool {
     let faces = (0..scene.domain.dimensions()).filter_map(|axis| scene.domain.boundary(axis));
     let moves = faces.flat_map(|b| [b.lower, Some(b.upper)]).flatten().any(|f| norm(&f.velocity) > 0.0);
     moves || scene.medium.as_ref().is_some_and(|medium| medium.flow_rate.is_some())
-}
-
-/// Volume of the box; per unit depth in the plane.
-fn volume(scene: &CheckedScene) -> f64 {
-    let domain = &scene.scene.domain;
-    let extent = |axis: usize| domain.upper[axis] - domain.lower[axis];
-    match domain.geometry {
-        Geometry::Axisymmetric => std::f64::consts::PI * domain.upper[0].powi(2) * extent(1),
-        _ => (0..domain.dimensions()).map(extent).product(),
-    }
 }

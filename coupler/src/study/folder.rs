@@ -40,7 +40,7 @@ pub(super) fn cores() -> usize {
 pub(super) fn open(folder: &Path, scene: &CheckedScene) -> Result<Claim, Failure> {
     make(folder)?;
     let claim = Claim::of(folder)?;
-    atomic_write(&folder.join(SCENE), scene.source.text.as_bytes())?;
+    atomic_write(&folder.join(SCENE), scene.source.text_for_any_folder().as_bytes())?;
     Ok(claim)
 }
 

@@ -34,10 +34,10 @@ impl Reuse {
     fn outcome(self, summary: Summary) -> Option<Outcome> {
         match summary.status {
             RunStatus::Completed => Some(Outcome::Done(Box::new(summary))),
-            RunStatus::Failed if self == Self::AlsoFailed => {
+            RunStatus::Failed | RunStatus::Unstable if self == Self::AlsoFailed => {
                 Some(Outcome::Failed(summary.error.unwrap_or_else(|| "the run failed".to_owned())))
             }
-            RunStatus::Failed | RunStatus::Interrupted => None,
+            RunStatus::Failed | RunStatus::Unstable | RunStatus::Interrupted => None,
         }
     }
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::OutputError;
 use crate::file::atomic_write;
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, Geometry};
+use protocol::scene::{CheckedScene, Geometry, Metric};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -20,6 +20,8 @@ pub enum RunStatus {
     Completed,
     /// Stopped by an error.
     Failed,
+    /// Stopped because the exchange alternated or grew from window to window.
+    Unstable,
     /// Stopped by a signal, with a usable checkpoint.
     Interrupted,
 }
@@ -137,6 +139,12 @@ pub struct MetricValue {
     /// Why there is no value, or what to know about it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
+    /// A value that is no reference, of which no error is made.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared_with: Option<f64>,
+    /// What the scene says of the number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remark: Option<String>,
 }
 
 impl MetricValue {
@@ -148,7 +156,20 @@ impl MetricValue {
         }
         let relative_error =
             reference.filter(|reference| *reference != 0.0).map(|r| (value - r).abs() / r.abs());
-        Self { value: Some(value), unit: unit.to_owned(), reference, relative_error, source, note: None }
+        Self {
+            value: Some(value),
+            unit: unit.to_owned(),
+            reference,
+            relative_error,
+            source,
+            ..Self::default()
+        }
+    }
+
+    /// Adds what the scene says beside the number.
+    pub fn remark_as(&mut self, metric: &Metric) {
+        self.compared_with = metric.compared_with;
+        self.remark.clone_from(&metric.remark);
     }
 
     /// A metric that could not be measured, and why.
@@ -187,7 +208,12 @@ impl Summary {
 
     /// Marks the run as failed.
     pub fn fail(&mut self, error: &dyn std::fmt::Display) {
-        self.status = RunStatus::Failed;
+        self.end(RunStatus::Failed, error);
+    }
+
+    /// Says how the run ended, and why.
+    pub fn end(&mut self, status: RunStatus, error: &dyn std::fmt::Display) {
+        self.status = status;
         self.error = Some(error.to_string());
     }
 

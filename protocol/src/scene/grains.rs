@@ -148,7 +148,7 @@ impl Grain {
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GrainFile {
-    /// Path, from the folder in which the command runs.
+    /// Path, from the scene's folder.
     pub file: PathBuf,
     /// How often: a packing can be laid again and again beside itself.
     #[serde(default = "once")]

@@ -22,7 +22,8 @@ pub(super) fn lay_out(
             source.error(
                 &format!("grain_files[{index}].file"),
                 why,
-                "give a CSV file with the header x,y,z,radius,density[,vx,vy,vz][,wx,wy,wz][,motion] and one row per grain",
+                "give a CSV file with the header x,y,z,radius,density[,vx,vy,vz][,wx,wy,wz][,motion] and one row per grain; paths count \
+                 from the scene's folder",
             )
         })?);
     }

@@ -6,6 +6,7 @@
 mod checked;
 mod domain;
 mod error;
+mod files;
 mod grains;
 mod insertions;
 mod layout;

@@ -103,9 +103,15 @@ pub struct Metric {
     /// Published or exact value to compare with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
-    /// Where the reference comes from.
+    /// A value to stand beside it that is no reference, such as another code's: no error is made of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared_with: Option<f64>,
+    /// Where the reference, or the value beside it, comes from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
+    /// What to know about the number, such as why it differs from its reference.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remark: Option<String>,
 }
 
 impl Observe {
@@ -240,7 +246,7 @@ pub enum MetricKind {
         /// A point that it passes through (x, y, z), m.
         through: [f64; 3],
         /// CSV file whose column `x`, `y`, `z` or `r`, as `along` says, holds the coordinate, from the
-        /// folder in which the command runs.
+        /// scene's folder.
         file: std::path::PathBuf,
         /// Its column that holds the velocity.
         column: String,
@@ -248,7 +254,7 @@ pub enum MetricKind {
     /// Largest relative error of Ψ₂(Ψ₁) over the pairs of grains (0, 1), (2, 3), … that have collided,
     /// against a published table. The curve goes to `oblique.csv`.
     ObliqueError {
-        /// CSV file with the columns psi1 and psi2, from the folder in which the command runs.
+        /// CSV file with the columns psi1 and psi2, from the scene's folder.
         file: std::path::PathBuf,
         /// Rows of the file that count: text of a column by its name.
         #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
@@ -399,8 +405,8 @@ pub enum HeapEnd {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeapReference {
-    /// CSV file with the columns x_over_half_length and height_over_half_length, from the folder in
-    /// which the command runs.
+    /// CSV file with the columns x_over_half_length and height_over_half_length, from the
+    /// scene's folder.
     pub file: std::path::PathBuf,
     /// Half-length L₀ of the column, m.
     pub half_length: f64,

@@ -13,7 +13,7 @@ use super::error::SceneError;
 /// A scene file as text, after `--set`.
 #[derive(Clone, Debug)]
 pub struct SceneSource {
-    /// Name for messages.
+    /// Path, for messages, and for the folder from which files are looked up.
     pub file: String,
     /// TOML text.
     pub text: String,
@@ -78,21 +78,29 @@ impl SceneSource {
         if removed.contains(&true) { Cow::Owned(document.to_string()) } else { Cow::Borrowed(&self.text) }
     }
 
-    /// Keys and values in one order, without comments, `until`, `[chart]` and `[stability]`.
+    /// Keys and values in one order, without comments, folders of files, `until`, `[chart]` and `[stability]`.
     #[must_use]
     pub(super) fn without_end(&self) -> Cow<'_, str> {
-        let Ok(mut table) = self.text.parse::<toml::Table>() else { return Cow::Borrowed(&self.text) };
+        let Ok(mut table) = self.text_without_folders().parse::<toml::Table>() else {
+            return Cow::Borrowed(&self.text);
+        };
         table.retain(|name, _| name != "until" && !SWEEPS.contains(&name));
         Cow::Owned(table.to_string())
     }
 
     /// Reads the parts of the scene that `T` knows. `T` is a struct with one field per section;
-    /// sections it does not name are left to their owners.
+    /// sections it does not name are left to their owners. Files have their whole paths.
     ///
     /// # Errors
     /// With the place of a missing or unknown key or a wrong type.
     pub fn section<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
-        toml::from_str(&self.text).map_err(|error| self.convert(&error))
+        let read = |text: &str| toml::from_str(text).map_err(|error| self.convert(&error));
+        // As written first: the places of errors are those of the user's text.
+        let as_written = read(&self.text)?;
+        match self.text_for_any_folder() {
+            Cow::Borrowed(_) => Ok(as_written),
+            Cow::Owned(text) => read(&text),
+        }
     }
 
     /// An error at a key; without a line where no part of the key stands in the text.

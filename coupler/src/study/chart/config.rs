@@ -108,7 +108,7 @@ pub enum Finer {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Curve {
-    /// CSV file with a header, from the folder in which the command runs.
+    /// CSV file with a header, from the scene's folder.
     pub file: PathBuf,
     /// Its column of times, s.
     pub x: String,

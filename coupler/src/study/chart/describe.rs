@@ -90,7 +90,7 @@ pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Compar
             "Error of {}: root mean square of its difference from {} in {} over that of the latter{source}.",
             curve.column,
             curve.y,
-            curve.file.display()
+            curve.file.file_name().unwrap_or_default().display()
         )];
     }
     let known = match known {

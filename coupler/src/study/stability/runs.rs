@@ -62,7 +62,9 @@ fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Findin
         Outcome::Failed(why) => {
             // A run that left no summary was no run: the scene is wrong, or a solver is missing.
             let summary = Summary::read(&task.folder.join("summary.json")).ok();
-            if summary.is_none_or(|summary| summary.status != RunStatus::Failed) {
+            if summary
+                .is_none_or(|summary| !matches!(summary.status, RunStatus::Failed | RunStatus::Unstable))
+            {
                 return Err(Failure::Input(format!("the run {} could not be made: {why}", task.name)));
             }
             let series = if path.is_file() { Series::read(&path)? } else { Series::default() };

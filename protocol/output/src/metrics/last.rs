@@ -53,7 +53,7 @@ impl LastState {
                     scene.source.error(
                         &format!("metrics[{index}].file"),
                         why,
-                        "name a CSV file with the columns psi1 and psi2 and those of `select`",
+                        "name a CSV file with the columns psi1 and psi2 and those of `select`; paths count from the scene's folder",
                     )
                 })?;
                 oblique.push((metric.name.clone(), table));
@@ -63,7 +63,8 @@ impl LastState {
                     scene.source.error(
                         &format!("metrics[{index}].file"),
                         why,
-                        "name a CSV file with the columns x_over_half_length and height_over_half_length",
+                        "name a CSV file with the columns x_over_half_length and height_over_half_length; paths count from the \
+                         scene's folder",
                     )
                 })?;
                 profiles.push((metric.name.clone(), surface));

@@ -77,6 +77,13 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
                 "give every metric a name of its own",
             ));
         }
+        if metric.reference.is_some() && metric.compared_with.is_some() {
+            return Err(source.error(
+                &key("compared_with"),
+                "stands beside a reference: a metric has one of the two",
+                "keep reference for a published or exact value, compared_with for any other",
+            ));
+        }
         match &metric.kind {
             MetricKind::RestitutionAtGap { gap, .. } => positive(source, &key("gap"), *gap)?,
             MetricKind::Mean { from, .. } | MetricKind::Max { from, .. } => {

@@ -1,0 +1,48 @@
+//! What the speeds of a scene, known before it runs, do to the step and to contacts.
+
+use protocol::facts::{Measure, Side, SolverBound};
+
+use super::bound::Bound;
+use super::facts::Facts;
+use super::names::{CFL, OVERLAP};
+use crate::number::Short;
+
+/// Overlap over radius beyond which a soft contact is no contact any more.
+pub(crate) const MOST_OVERLAP: f64 = 0.1;
+
+/// Two equal grains of a linear spring that meet at U overlap by U t_c/π at most, whatever their mass: half a period of
+/// the spring. A dashpot makes it less.
+pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
+    let Some(part) = largest_overlap(facts) else { return };
+    let speed = facts.speeds.approach;
+    let bound = Bound::new(OVERLAP, "U t_c/(π R)", part, Side::AtMost, MOST_OVERLAP).because(
+        format!("grains that meet at U = {} m/s sink so far into each other", Short(speed)),
+        "half a period of a linear spring, without its dashpot",
+        "shorten dem.contact.contact_time, or stiffen the law",
+    );
+    // A coupled run ends at this overlap; a DEM alone goes on.
+    bounds.push(if facts.fluid.is_some() { bound } else { bound.warning() });
+}
+
+/// U t_c/(π R) of the smallest free grain, where anything can touch.
+pub(crate) fn largest_overlap(facts: &Facts<'_>) -> Option<f64> {
+    let free = facts.scene.grains.iter().filter(|grain| grain.motion == protocol::scene::Motion::Free);
+    let radius = free.map(|grain| grain.radius).reduce(f64::min)?;
+    let contact_time = facts.dem.map(|_| facts.steps.contact_time).filter(|time| time.is_finite())?;
+    Some(facts.speeds.approach * contact_time / (std::f64::consts::PI * radius))
+}
+
+/// The solver's own bound on a fixed step knows the speeds that the scene names; those that follow from it
+/// count too.
+pub(super) fn with_speeds(bound: &SolverBound, facts: &Facts<'_>) -> SolverBound {
+    let spacing = facts.fluid.map_or(0.0, |fluid| fluid.spacing);
+    let factor = facts.speeds.largest() / spacing;
+    if bound.name != CFL || bound.measure != Measure::Window || spacing <= 0.0 || factor <= bound.factor {
+        return bound.clone();
+    }
+    let why = format!(
+        "the time scheme of the convection is unstable beyond it; U = {} m/s follows from the scene (settling, drive, fall)",
+        Short(factor * spacing)
+    );
+    SolverBound { factor, why, ..bound.clone() }
+}

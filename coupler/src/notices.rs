@@ -1,0 +1,122 @@
+//! What a scene costs or does, where it breaks no bound but is hardly meant so.
+
+use protocol::facts::DemFacts;
+use protocol::scene::{CheckedScene, Motion, WallKind};
+
+use crate::bounds::{Facts, largest_overlap};
+use crate::number::Short;
+use crate::number::norm;
+use crate::speeds::{drive, volume};
+
+/// Overlap over radius that is hardly felt: a contact time that allows no more is shorter than it need be.
+const LITTLE: f64 = 0.01;
+/// A shorter contact time than needed is worth a word from this estimated cost on, s …
+const COSTLY: f64 = 600.0;
+/// … and from this ratio to the one that would do.
+const MUCH_SHORTER: f64 = 10.0;
+/// Sides of a cell that differ by this part are no cube.
+const CUBE: f64 = 0.01;
+
+/// All of them.
+pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
+    [contact_time(facts, cost, windows), unbalanced_gravity(facts.scene), cells(facts.scene)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+/// A contact time that costs much and does little.
+fn contact_time(facts: &Facts<'_>, cost: f64, windows: f64) -> Option<String> {
+    let dem: &DemFacts = facts.dem?;
+    let part = largest_overlap(facts).filter(|part| *part > 0.0)?;
+    let steps = &facts.steps;
+    let longer = LITTLE / part;
+    let of_contacts = windows * dem.substep_cost * steps.substeps as f64;
+    if longer < MUCH_SHORTER || cost < COSTLY || of_contacts < 0.5 * cost {
+        return None;
+    }
+    Some(format!(
+        "contact_time: t_c = {} s asks for {} sub-steps in a window, {} s of the {} s that the run is estimated to cost if they \
+         are all taken; grains that meet at U = {} m/s overlap by {:.1e} of a radius, U t_c/(π R). t_c = {} s lets them overlap \
+         by {} % and costs {} s",
+        Short(steps.contact_time),
+        steps.substeps,
+        Short(of_contacts),
+        Short(cost),
+        Short(facts.speeds.approach),
+        part,
+        Short(steps.contact_time * longer),
+        Short(100.0 * LITTLE),
+        Short(cost - of_contacts + of_contacts / longer)
+    ))
+}
+
+/// Gravity, or a drive, along an axis along which nothing resists.
+fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
+    let domain = &scene.scene.domain;
+    let periodic = |axis: usize| domain.is_periodic(axis);
+    let along = (0..domain.dimensions()).filter(|axis| periodic(*axis)).find(|axis| {
+        let component = domain.geometry.component(*axis);
+        scene.scene.gravity[component] != 0.0
+    })?;
+    let held = scene.grains.iter().any(|grain| grain.motion != Motion::Free);
+    let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis));
+    let sticks = faces
+        .flat_map(|faces| faces.lower.into_iter().chain([faces.upper]))
+        .any(|face| face.kind == WallKind::NoSlip && (scene.scene.medium.is_some() || face.contact));
+    if held || sticks || !scene.scene.walls.is_empty() {
+        return None;
+    }
+    let name = ["x", "y", "z"][domain.geometry.component(along)];
+    let until = scene.scene.until;
+    let Some(medium) = &scene.scene.medium else {
+        let speed = norm(&scene.scene.gravity) * until;
+        return Some(format!(
+            "gravity acts along {name}, which is periodic, and nothing resists: the grains fall for ever, {} m/s at the end; \
+             give a wall, or gravity = [0, 0, 0]",
+            Short(speed)
+        ));
+    };
+    if medium.flow_rate.is_some() {
+        return None;
+    }
+    // Both phases together: the weight of all that is in the box, and what the scene sets against it.
+    let component = domain.geometry.component(along);
+    let volume = volume(scene);
+    let solid = |weight: &dyn Fn(f64) -> f64| -> f64 {
+        scene.grains.iter().map(|grain| weight(grain.density) * grain.volume()).sum::<f64>() / volume
+    };
+    let excess = solid(&|density| density / medium.density - 1.0) * scene.scene.gravity[component];
+    let whole = drive(&scene.scene)[component] + excess;
+    if whole.abs() <= 1e-6 * scene.scene.gravity[component].abs() {
+        return None;
+    }
+    let balance = medium.body_force[component] - whole;
+    Some(format!(
+        "gravity acts along {name}, which is periodic: no pressure balances it and nothing resists, so fluid and grains \
+         accelerate together for ever, to about {} m/s at the end; medium.body_force = {} along {name} balances both \
+         phases, medium.flow_rate = {{ axis = \"{name}\", mean_velocity = 0.0 }} holds the mean, and walls carry it",
+        Short(whole.abs() * until),
+        Short(balance)
+    ))
+}
+
+/// Cells that are no cubes.
+fn cells(scene: &CheckedScene) -> Option<String> {
+    let domain = &scene.scene.domain;
+    if domain.cells.is_empty() || scene.scene.medium.is_none() || scene.grains.is_empty() {
+        return None;
+    }
+    let sides = || (0..domain.dimensions()).map(|axis| domain.spacing(axis));
+    let (least, most) = (sides().fold(f64::INFINITY, f64::min), sides().fold(0.0, f64::max));
+    if most <= least * (1.0 + CUBE) {
+        return None;
+    }
+    Some(format!(
+        "the cells are no cubes, {} to {} m: the mask is as thick as the cell is wide along the normal of the surface, so a grain \
+         is sharper along one axis than along the other; films and D/Δx count the widest side, time steps the narrowest. \
+         Masks and films were measured with cubes only: domain.cells in the ratio of the sides of the box makes cubes",
+        Short(least),
+        Short(most)
+    ))
+}

@@ -1,0 +1,326 @@
+//! The speeds that follow from a scene before it runs: what it names, and what its forces lead to. Each is
+//! an estimate from above, the least of what resistance, room and time allow.
+
+use protocol::scene::{CheckedScene, Face, Freedom, Geometry, Grain, InitialVelocity, Motion, Scene, Shape};
+
+use crate::number::norm;
+
+/// Solid fraction of grains that came to rest on each other.
+const PACKED: f64 = 0.6;
+
+/// Re up to which Schiller & Naumann (1935) holds; beyond it C_D = 0.44.
+const SCHILLER_NAUMANN: f64 = 1000.0;
+
+/// Speeds of a scene, m/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Speeds {
+    /// Largest of the fluid: faces, flow at the start, drive.
+    pub(crate) flow: f64,
+    /// Largest of a grain: thrown, settling, falling.
+    pub(crate) grain: f64,
+    /// Largest of two grains against each other, or of one against a wall at rest.
+    pub(crate) approach: f64,
+}
+
+impl Speeds {
+    /// Of a scene.
+    #[must_use]
+    pub(crate) fn of(scene: &CheckedScene) -> Self {
+        let flow = flow(scene);
+        let falls = falls(scene).into_iter().fold(0.0, f64::max);
+        let mut thrown: Vec<f64> = scene.grains.iter().map(thrown).collect();
+        thrown.sort_by(|a, b| b.total_cmp(a));
+        let fastest = thrown.first().copied().unwrap_or(0.0);
+        let walls = scene.contact_walls().iter().map(|wall| norm(&wall.velocity)).fold(0.0, f64::max);
+        let meeting = fastest + thrown.get(1).copied().unwrap_or(0.0).max(walls);
+        Self { flow, grain: fastest.max(falls), approach: meeting.max(falls) }
+    }
+
+    /// The largest.
+    #[must_use]
+    pub(crate) fn largest(&self) -> f64 {
+        self.flow.max(self.grain)
+    }
+}
+
+/// Speed that the scene gives a grain.
+fn thrown(grain: &Grain) -> f64 {
+    norm(&grain.velocity) + grain.oscillation.map_or(0.0, |swing| norm(&swing.amplitude))
+}
+
+/// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity
+/// along periodic axes, m/s².
+#[must_use]
+pub(crate) fn drive(scene: &Scene) -> [f64; 3] {
+    let Some(medium) = &scene.medium else { return [0.0; 3] };
+    let mut drive = medium.body_force;
+    for (d, gradient) in drive.iter_mut().zip(&medium.pressure_gradient) {
+        *d -= gradient / medium.density;
+    }
+    for axis in (0..scene.domain.dimensions()).filter(|axis| scene.domain.is_periodic(*axis)) {
+        let component = scene.domain.geometry.component(axis);
+        drive[component] += scene.gravity[component];
+    }
+    drive
+}
+
+/// Largest speed of the fluid.
+fn flow(scene: &CheckedScene) -> f64 {
+    let Some(medium) = &scene.scene.medium else { return 0.0 };
+    let domain = &scene.scene.domain;
+    let start = match &medium.initial {
+        InitialVelocity::Rest => 0.0,
+        InitialVelocity::Uniform { velocity } => norm(velocity),
+        InitialVelocity::TaylorGreen { amplitude } => amplitude.abs(),
+        InitialVelocity::Shear { gradient, rate, origin, .. } => {
+            let axis = domain.geometry.axes().iter().position(|axis| axis == gradient).unwrap_or(0);
+            rate.abs() * (domain.upper[axis] - origin).abs().max((domain.lower[axis] - origin).abs())
+        }
+    };
+    let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis).map(|faces| (axis, faces)));
+    let peak = |axis: usize, face: &Face| domain.peak_over_mean(axis, face) * norm(&face.velocity);
+    let faces = faces.flat_map(|(axis, faces)| {
+        [faces.lower.map_or(0.0, |lower| peak(axis, &lower)), peak(axis, &faces.upper)]
+    });
+    let held = medium.flow_rate.as_ref().map_or(0.0, |flow| flow.mean_velocity.abs());
+    faces.fold(start.max(held), f64::max).max(start + driven(scene))
+}
+
+/// What a drive leads to: until the end without resistance, laminar between walls, or against held grains.
+fn driven(scene: &CheckedScene) -> f64 {
+    let Some(medium) = &scene.scene.medium else { return 0.0 };
+    let drive = drive(&scene.scene);
+    let size = norm(&drive);
+    if size == 0.0 {
+        return 0.0;
+    }
+    let (domain, nu) = (&scene.scene.domain, medium.kinematic_viscosity());
+    let solid: f64 = scene.grains.iter().map(Grain::volume).sum();
+    let mut least = size * scene.scene.until;
+    for axis in 0..domain.dimensions() {
+        let Some(faces) = domain.boundary(axis) else { continue };
+        let extent = domain.upper[axis] - domain.lower[axis];
+        // A bed takes its part of the width.
+        let width = (extent - solid / PACKED / (volume(scene) / extent)).max(0.1 * extent);
+        let walls = faces.lower.iter().chain([&faces.upper]);
+        let still = walls.filter(|face| face.kind == protocol::scene::WallKind::NoSlip).count();
+        let radial = domain.geometry == Geometry::Axisymmetric && axis == 0;
+        let laminar = match (still, radial) {
+            (0, _) => f64::INFINITY,
+            (_, true) => extent * extent / (4.0 * nu),
+            (1, _) => width * width / (2.0 * nu),
+            _ => width * width / (8.0 * nu),
+        };
+        least = least.min(size * laminar);
+    }
+    let held: Vec<&Grain> = scene.grains.iter().filter(|grain| grain.motion != Motion::Free).collect();
+    if let Some(smallest) = held.iter().min_by(|a, b| a.radius.total_cmp(&b.radius)) {
+        // Each bears its part of the drive; alone it would do so at the largest speed.
+        let force = size * volume(scene) / held.len() as f64;
+        least = least.min(speed_under(force, smallest.shape, 2.0 * smallest.radius, nu));
+    }
+    least
+}
+
+/// Volume of the box; per unit depth in the plane.
+#[must_use]
+pub(crate) fn volume(scene: &CheckedScene) -> f64 {
+    let domain = &scene.scene.domain;
+    let extent = |axis: usize| domain.upper[axis] - domain.lower[axis];
+    match domain.geometry {
+        Geometry::Axisymmetric => std::f64::consts::PI * domain.upper[0].powi(2) * extent(1),
+        _ => (0..domain.dimensions()).map(extent).product(),
+    }
+}
+
+/// Speed at which drag balances `force` over the fluid's density, m⁴/s² (plane: m³/s²): of a sphere C_D = 24/Re
+/// (1 + 0.15 Re^0.687), 0.44 from Re = 1000 on (Schiller & Naumann 1935); of a cylinder C_D = 1 + 10 Re^(−2/3)
+/// (White 1991, eq. 3-225).
+pub(crate) fn speed_under(force: f64, shape: Shape, diameter: f64, nu: f64) -> f64 {
+    let drag = |speed: f64| {
+        let re = speed * diameter / nu;
+        let (coefficient, area) = match shape {
+            Shape::Sphere if re > SCHILLER_NAUMANN => {
+                (0.44, 0.25 * std::f64::consts::PI * diameter * diameter)
+            }
+            Shape::Sphere => {
+                (24.0 / re * (1.0 + 0.15 * re.powf(0.687)), 0.25 * std::f64::consts::PI * diameter * diameter)
+            }
+            Shape::Disc => (1.0 + 10.0 * re.powf(-2.0 / 3.0), diameter),
+        };
+        0.5 * coefficient * area * speed * speed
+    };
+    if !(force > 0.0 && force.is_finite()) {
+        return if force > 0.0 { f64::INFINITY } else { 0.0 };
+    }
+    // The logarithm of the speed by bisection: drag grows with it.
+    let (mut low, mut high) = (-100.0_f64, 100.0_f64);
+    while high - low > 1e-9 {
+        let middle = 0.5 * (low + high);
+        if drag(middle.exp()) < force { low = middle } else { high = middle }
+    }
+    high.exp()
+}
+
+/// Speed that gravity gives each free grain: its terminal velocity in a fluid at rest, if there is time and room for
+/// it, or that of its fall.
+fn falls(scene: &CheckedScene) -> Vec<f64> {
+    let until = scene.scene.until;
+    let medium = scene.scene.medium.as_ref();
+    let below = Below::new(scene);
+    let fall = |grain: &Grain| {
+        let speed2: f64 = (0..3)
+            .map(|component| {
+                let weight = weight(scene, grain, component);
+                if weight == 0.0 {
+                    return 0.0;
+                }
+                let inertia = medium.map_or(1.0, |medium| 1.0 + 0.5 * medium.density / grain.density);
+                let room = below.room(grain, component, weight);
+                let start = grain.velocity[component] * weight.signum();
+                let by_time = (start + weight.abs() / inertia * until).max(0.0);
+                let by_room = (start * start + 2.0 * weight.abs() / inertia * room).sqrt();
+                by_time.min(by_room).powi(2)
+            })
+            .sum();
+        let terminal = medium.map_or(f64::INFINITY, |medium| {
+            let pull = norm(&std::array::from_fn(|component| weight(scene, grain, component)));
+            let force = pull * grain.mass() / medium.density;
+            speed_under(force, grain.shape, 2.0 * grain.radius, medium.kinematic_viscosity())
+        });
+        speed2.sqrt().min(terminal)
+    };
+    scene.grains.iter().filter(|grain| grain.motion == Motion::Free).map(fall).collect()
+}
+
+/// Gravity less buoyancy along an axis, over the grain's mass; none where the grain is held.
+fn weight(scene: &CheckedScene, grain: &Grain, component: usize) -> f64 {
+    let freedom = [Freedom::X, Freedom::Y, Freedom::Z][component];
+    if !grain.is_free(freedom, scene.scene.domain.geometry) {
+        return 0.0;
+    }
+    let floats = scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density / grain.density);
+    scene.scene.gravity[component] * (1.0 - floats)
+}
+
+/// What a grain may fall onto.
+struct Below<'a> {
+    scene: &'a CheckedScene,
+    /// Coordinates of free grains along each axis, ascending, with the volume up to each.
+    filled: [Vec<(f64, f64)>; 3],
+}
+
+impl<'a> Below<'a> {
+    fn new(scene: &'a CheckedScene) -> Self {
+        let free = || scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
+        let filled = std::array::from_fn(|component| {
+            let mut places: Vec<(f64, f64)> =
+                free().map(|grain| (grain.position[component], grain.volume())).collect();
+            places.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mut sum = 0.0;
+            places.iter_mut().for_each(|(_, volume)| {
+                sum += *volume;
+                *volume = sum;
+            });
+            places
+        });
+        Self { scene, filled }
+    }
+
+    /// Way down to the next held grain that is in the way.
+    fn held(&self, grain: &Grain, component: usize, down: f64) -> f64 {
+        let way = |held: &Grain| {
+            let reach = grain.radius + held.radius;
+            let aside =
+                (0..3).filter(|c| *c != component).map(|c| (grain.position[c] - held.position[c]).powi(2));
+            let ahead = down * (held.position[component] - grain.position[component]);
+            (ahead > 0.0 && aside.sum::<f64>() < reach * reach).then_some((ahead - reach).max(0.0))
+        };
+        let held = self.scene.grains.iter().filter(|other| other.motion != Motion::Free);
+        held.filter_map(way).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Way down along an axis: to the wall there, less what the grains before it fill at rest.
+    fn room(&self, grain: &Grain, component: usize, weight: f64) -> f64 {
+        let down = weight.signum();
+        let at = grain.position[component];
+        let walls = self.scene.contact_walls();
+        let facing = walls.iter().filter(|wall| wall.normal[component] * down < 0.0 && wall.from == 0.0);
+        let distance = |wall: &protocol::scene::Wall| {
+            let offset: f64 = (0..3).map(|c| wall.normal[c] * (grain.position[c] - wall.point[c])).sum();
+            offset / wall.normal[component].abs() - grain.radius
+        };
+        let floor = facing.map(distance).fold(self.held(grain, component, down), f64::min);
+        let domain = &self.scene.scene.domain;
+        let axis = (0..domain.dimensions()).find(|axis| domain.geometry.component(*axis) == component);
+        let Some(axis) = axis.filter(|_| floor.is_finite()) else { return floor };
+        let area = volume(self.scene) / (domain.upper[axis] - domain.lower[axis]);
+        let places = &self.filled[component];
+        let before = places.partition_point(|(place, _)| *place < at);
+        let upto = |count: usize| if count == 0 { 0.0 } else { places[count - 1].1 };
+        let ahead =
+            if down < 0.0 { upto(before) } else { upto(places.len()) - upto(before) - grain.volume() };
+        (floor - ahead / PACKED / area).max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use protocol::scene::SceneSource;
+
+    fn scene(more: &str) -> CheckedScene {
+        let text = format!(
+            "until = 10.0\ngravity = [0.0, 0.0, -2.0]\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\n\
+             upper = [4, 4, 8]\ncells = [8, 8, 16]\n{more}"
+        );
+        CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect("a scene")
+    }
+
+    const CLOSED: &str = "boundary = { x = \"no-slip\", y = \"no-slip\", z = \"no-slip\" }\n";
+    const GRAIN: &str = "[[grains]]\nposition = [2, 2, 4.5]\nradius = 0.5\ndensity = 3.0\n";
+
+    #[test]
+    fn drag_and_speed_are_those_of_stokes_and_of_schiller_and_naumann() {
+        // Stokes: F/ρ = 3π ν D U.
+        let slow = speed_under(3.0 * std::f64::consts::PI * 1e-6, Shape::Sphere, 1.0, 1.0);
+        assert!((slow / 1e-6 - 1.0).abs() < 1e-4, "{slow}");
+        // Ar = 800: the correlation has Re = 20.32.
+        let nu = (3.0_f64 / 800.0).sqrt();
+        let force = 3.0 * std::f64::consts::PI / 6.0;
+        let re = speed_under(force, Shape::Sphere, 1.0, nu) / nu;
+        assert!((re - 20.32).abs() < 0.01, "{re}");
+        assert_eq!(speed_under(0.0, Shape::Disc, 1.0, 1.0), 0.0);
+    }
+
+    #[test]
+    fn a_dry_grain_falls_as_far_as_there_is_room_and_time() {
+        // 4 m down to the floor less the radius: v² = 2 · 2 · 4.
+        let falls = Speeds::of(&scene(&format!("{CLOSED}{GRAIN}")));
+        assert!((falls.grain - 4.0).abs() < 1e-12, "{falls:?}");
+        // Without a floor it falls to the end: 2 · 10.
+        let open = CLOSED.replace("z = \"no-slip\"", "z = \"free-slip\"");
+        let falls = Speeds::of(&scene(&format!("{open}{GRAIN}")));
+        assert!((falls.grain - 20.0).abs() < 1e-12, "{falls:?}");
+        let thrown = GRAIN.replace("density", "velocity = [30.0, 0, 0]\ndensity");
+        assert_eq!(Speeds::of(&scene(&format!("{open}{thrown}"))).grain, 30.0);
+        // A held grain 3 m below, surface to surface 2 m: v² = 2 · 2 · 2.
+        let onto = format!("{open}{GRAIN}{}motion = \"fixed\"\n", GRAIN.replace("4.5", "1.5"));
+        assert!((Speeds::of(&scene(&onto)).grain - 8.0_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_driven_flow_is_as_fast_as_walls_time_and_held_grains_let_it_be() {
+        let open = "boundary = { x = \"periodic\", y = \"periodic\", z = \"periodic\" }\n";
+        let channel = open.replace("z = \"periodic\"", "z = \"no-slip\"");
+        let medium = "[medium]\ndensity = 1.0\nviscosity = 1.0\nbody_force = [0.5, 0, 0]\n";
+        // Laminar: 0.5 · 8²/(8 · 1).
+        let speed = |text: &str| Speeds::of(&scene(text)).flow;
+        assert!((speed(&format!("{channel}{medium}")) - 4.0).abs() < 1e-12);
+        // Free along z too, gravity drives it as well: |(0.5, 0, −2)| · 10.
+        assert!((speed(&format!("{open}{medium}")) - 10.0 * 4.25_f64.sqrt()).abs() < 1e-9);
+        let held = format!("{channel}{medium}{GRAIN}motion = \"fixed\"\n");
+        let alone = speed_under(0.5 * 128.0, Shape::Sphere, 1.0, 1.0);
+        assert!(speed(&held) <= alone && speed(&held) > 0.0);
+    }
+}

@@ -1,0 +1,154 @@
+//! Files that a scene names: looked up from the scene's folder, wherever the command runs.
+
+use std::borrow::Cow;
+use std::path::{Component, Path, PathBuf};
+
+use toml_edit::{DocumentMut, Item, TableLike, Value};
+
+use super::source::SceneSource;
+
+/// Keys that name a file or a folder; `[]` stands for each entry of a list.
+const FILES: [&str; 4] =
+    ["grain_files[].file", "metrics[].file", "chart.reference.file", "dem.initial_state"];
+
+/// Keys that hold a command: its program if it is a path, and every word that is a file there.
+const COMMANDS: [&str; 2] = ["fluid.command", "dem.command"];
+
+impl SceneSource {
+    /// Folder of the scene, from which the files that it names are looked up.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        Path::new(&self.file).parent().unwrap_or(Path::new(""))
+    }
+
+    /// The text with every file by its whole path, so that it says the same in any folder.
+    #[must_use]
+    pub fn text_for_any_folder(&self) -> Cow<'_, str> {
+        let Ok(mut document) = self.text.parse::<DocumentMut>() else { return Cow::Borrowed(&self.text) };
+        let mut changed = false;
+        for key in FILES {
+            at(document.as_item_mut(), key, &mut |value| {
+                changed |= value.as_str().map(|name| self.whole(name)).is_some_and(|path| set(value, &path));
+            });
+        }
+        for key in COMMANDS {
+            at(document.as_item_mut(), key, &mut |command| {
+                let words = command.as_array_mut().into_iter().flat_map(toml_edit::Array::iter_mut);
+                for (place, word) in words.enumerate() {
+                    let path = word.as_str().and_then(|text| self.word(place, text));
+                    changed |= path.is_some_and(|path| set(word, &path));
+                }
+            });
+        }
+        if changed { Cow::Owned(document.to_string()) } else { Cow::Borrowed(&self.text) }
+    }
+
+    /// The text with every file by its name alone: where it stands says nothing about a run.
+    pub(super) fn text_without_folders(&self) -> String {
+        let Ok(mut document) = self.text.parse::<DocumentMut>() else { return self.text.clone() };
+        for key in FILES {
+            at(document.as_item_mut(), key, &mut |value| {
+                let name = value.as_str().and_then(|text| Path::new(text).file_name()).map(PathBuf::from);
+                if let Some(name) = name {
+                    set(value, &name);
+                }
+            });
+        }
+        document.to_string()
+    }
+
+    /// Whole path of a file that the scene names.
+    fn whole(&self, name: &str) -> PathBuf {
+        let folder = Path::new(".").join(self.folder());
+        // A folder that is not there is named as it would be.
+        let mut path = folder.canonicalize().or_else(|_| std::path::absolute(&folder)).unwrap_or(folder);
+        for part in Path::new(name).components() {
+            match part {
+                Component::ParentDir => drop(path.pop()),
+                part => path.push(part),
+            }
+        }
+        path
+    }
+
+    /// Whole path of a word of a command, where it is one.
+    fn word(&self, place: usize, text: &str) -> Option<PathBuf> {
+        let path = self.whole(text);
+        let is_path = if place == 0 { text.contains('/') } else { !text.is_empty() && path.is_file() };
+        is_path.then_some(path)
+    }
+}
+
+/// Replaces a name by its whole path; says whether that is another one.
+fn set(value: &mut Value, path: &Path) -> bool {
+    let text = path.to_string_lossy();
+    let other = value.as_str() != Some(&text);
+    if other {
+        let decor = value.decor().clone();
+        *value = Value::from(text.into_owned());
+        *value.decor_mut() = decor;
+    }
+    other
+}
+
+/// Visits the values at a key.
+fn at(item: &mut Item, key: &str, visit: &mut dyn FnMut(&mut Value)) {
+    let (part, rest) = key.split_once('.').unwrap_or((key, ""));
+    let (name, list) = part.strip_suffix("[]").map_or((part, false), |name| (name, true));
+    let Some(found) = item.as_table_like_mut().and_then(|table| table.get_mut(name)) else { return };
+    if !list {
+        match found.as_value_mut().filter(|_| rest.is_empty()) {
+            Some(value) => visit(value),
+            None => at(found, rest, visit),
+        }
+        return;
+    }
+    if let Some(tables) = found.as_array_of_tables_mut() {
+        tables.iter_mut().for_each(|table| in_table(table, rest, visit));
+    } else if let Some(array) = found.as_array_mut() {
+        let tables = array.iter_mut().filter_map(Value::as_inline_table_mut);
+        tables.for_each(|table| in_table(table, rest, visit));
+    }
+}
+
+/// Visits the value of a key of an entry of a list.
+fn in_table(table: &mut dyn TableLike, key: &str, visit: &mut dyn FnMut(&mut Value)) {
+    if let Some(value) = table.get_mut(key).and_then(Item::as_value_mut) {
+        visit(value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_is_looked_up_from_the_scene_and_all_else_stays() {
+        let text = "# a bed\nuntil = 1.0\ngrain_files = [{ file = \"a.csv\" }]\n[[metrics]] # one\nname = \"u\"\n\
+                    file = \"../b.csv\" # here\n[[metrics]]\nname = \"n\"\n[chart]\nreference = { file = \"/c.csv\" }\n\
+                    [dem]\ninitial_state = \"runs/d\"\ncommand = [\"bin/dem\", \"-q\", \"no-file\"]\n\
+                    [fluid]\ncommand = [\"fluid\"]\n";
+        let source = SceneSource { file: "/scenes/s.toml (with --set)".into(), text: text.into() };
+        let expected = text
+            .replace("a.csv", "/scenes/a.csv")
+            .replace("../b.csv", "/b.csv")
+            .replace("runs/d", "/scenes/runs/d")
+            .replace("bin/dem", "/scenes/bin/dem");
+        assert_eq!(source.text_for_any_folder(), expected);
+        let again = SceneSource { file: "/other/s.toml".into(), text: expected.clone() };
+        assert_eq!(again.text_for_any_folder(), expected);
+    }
+
+    #[test]
+    fn a_word_of_a_command_is_a_path_if_the_file_is_there() {
+        let folder = std::env::temp_dir().join(format!("bedload-files-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("my-dem.py"), "").unwrap();
+        let text = "[dem]\ncommand = [\"python3\", \"my-dem.py\", \"other.py\"]\n".to_owned();
+        let file = folder.join("s.toml").display().to_string();
+        let found = SceneSource { file, text: text.clone() }.text_for_any_folder().into_owned();
+        std::fs::remove_dir_all(&folder).unwrap();
+        let path = folder.join("my-dem.py").display().to_string();
+        assert_eq!(found, text.replace("my-dem.py", &path));
+    }
+}
