@@ -65,6 +65,8 @@ pub(super) struct Check {
     pub(super) tolerance: Option<f64>,
     pub(super) source: Option<String>,
     pub(super) kind: Kind,
+    /// The error of a miss that is known, as it was measured.
+    pub(super) known_error: Option<f64>,
 }
 
 /// A number, or a formula of the other metrics of the run.
@@ -81,7 +83,9 @@ pub(super) enum Reference {
 pub(super) enum Kind {
     /// It must agree within the tolerance.
     Agrees,
-    /// It is only shown beside the reference.
+    /// It is known to lie outside the tolerance, by `known_error`; it fails when that error changes.
+    Misses,
+    /// It is only shown beside the reference, and has no tolerance.
     Reported,
 }
 

@@ -100,13 +100,30 @@ impl Case {
             let labels: Vec<&str> = self.runs.iter().map(|run| run.label.as_str()).collect();
             return Err(format!("{what} names no run; there are {}", labels.join(", ")));
         }
-        if check.kind == Kind::Agrees {
+        let kind = match check.kind {
+            Kind::Agrees => "agrees",
+            Kind::Misses => "misses",
+            Kind::Reported => "reported",
+        };
+        if check.kind == Kind::Reported {
+            if check.tolerance.is_some() {
+                return Err(format!(
+                    "{what} has a tolerance, so it is judged: kind \"agrees\" or \"misses\""
+                ));
+            }
+        } else {
             if check.reference.is_none() {
-                return Err(format!("{what} has kind \"agrees\" but no reference to agree with"));
+                return Err(format!("{what} has kind \"{kind}\" but no reference to agree with"));
             }
             if !check.tolerance.is_some_and(|tolerance| tolerance > 0.0 && tolerance.is_finite()) {
-                return Err(format!("{what} has kind \"agrees\" and so needs a tolerance above 0"));
+                return Err(format!("{what} has kind \"{kind}\" and so needs a tolerance above 0"));
             }
+        }
+        let beyond = |error: f64| check.tolerance.is_some_and(|tolerance| error.abs() > tolerance);
+        if check.known_error.is_some_and(beyond) != (check.kind == Kind::Misses) {
+            return Err(format!(
+                "{what}: kind \"misses\", and it alone, has a known_error beyond the tolerance, such as -0.045"
+            ));
         }
         if let Some(Reference::Formula(text)) = &check.reference {
             formula::evaluate(text, &|_| Some(1.0)).map_err(|error| format!("{what}: {error}"))?;

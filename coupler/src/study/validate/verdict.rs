@@ -15,6 +15,8 @@ pub(super) enum Verdict {
     Agrees,
     /// Outside.
     Differs,
+    /// Outside by as much as is known.
+    Misses,
     /// There should be a value to judge, and there is none.
     NoValue,
     /// Shown, not judged.
@@ -30,6 +32,7 @@ impl Verdict {
         match self {
             Self::Agrees => "agrees",
             Self::Differs => "**DIFFERS**",
+            Self::Misses => "misses, as known",
             Self::NoValue => "**NO VALUE**",
             Self::Reported => "reported",
         }
@@ -102,12 +105,20 @@ fn reference(check: &Check, summary: &Summary) -> Result<Option<f64>, String> {
     }
 }
 
+/// By how much a known miss may change, of itself.
+const KNOWN: f64 = 0.25;
+
 fn judge(check: &Check, value: Option<f64>, error: Option<f64>) -> Verdict {
     match (check.kind, value, error, check.tolerance) {
-        (_, None, _, _) | (Kind::Agrees, _, None, _) | (Kind::Agrees, _, _, None) => Verdict::NoValue,
-        (Kind::Reported, ..) => Verdict::Reported,
-        (Kind::Agrees, _, Some(error), Some(tolerance)) if error.abs() <= tolerance => Verdict::Agrees,
-        (Kind::Agrees, ..) => Verdict::Differs,
+        (Kind::Reported, Some(_), ..) => Verdict::Reported,
+        (Kind::Agrees, Some(_), Some(error), Some(tolerance)) if error.abs() <= tolerance => Verdict::Agrees,
+        (Kind::Misses, Some(_), Some(error), Some(_)) => {
+            // Whoever mends a miss, or makes it worse, says so in the case.
+            let known = check.known_error.unwrap_or(f64::NAN);
+            if (error - known).abs() <= KNOWN * known.abs() { Verdict::Misses } else { Verdict::Differs }
+        }
+        (Kind::Agrees, Some(_), Some(_), Some(_)) => Verdict::Differs,
+        _ => Verdict::NoValue,
     }
 }
 
@@ -123,6 +134,7 @@ mod tests {
             tolerance: Some(tolerance),
             source: None,
             kind,
+            known_error: None,
         }
     }
 
@@ -149,6 +161,21 @@ mod tests {
         let none = check(Kind::Agrees, Some(0.0), 0.05);
         assert_eq!(verdict(&none, Some(0.04)), Verdict::Agrees);
         assert_eq!(verdict(&none, Some(0.06)), Verdict::Differs);
+    }
+
+    #[test]
+    fn a_known_miss_must_stay_what_it_is() {
+        let known = Check { known_error: Some(-0.04), ..check(Kind::Misses, Some(100.0), 0.03) };
+        for (value, expected) in [
+            (96.0, Verdict::Misses),
+            (95.1, Verdict::Misses),
+            (99.0, Verdict::Differs),
+            (104.0, Verdict::Differs),
+            (90.0, Verdict::Differs),
+        ] {
+            assert_eq!(verdict(&known, Some(value)), expected, "{value}");
+        }
+        assert!(verdict(&known, None).is_failure());
     }
 
     #[test]
