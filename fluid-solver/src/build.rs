@@ -157,7 +157,7 @@ fn stands(scene: &CheckedScene) -> bool {
 
 /// Whether the carried force goes with the grains, in every step or where it would lag;
 /// [`crate::config::FluidSection::read`] has seen that it can where the scene asks for it. By itself it does
-/// among spheres in space of which two or more move, or that fill more than [`FULL`] of their box, unless windows
+/// among spheres in space of which two or more move, or that fill more than a twentieth of their box, unless windows
 /// are repeated.
 pub fn transport(scene: &CheckedScene, choices: &Choices, coupling: coupling::Scheme) -> Option<Transport> {
     let can = choices.method == Forcing::Carried

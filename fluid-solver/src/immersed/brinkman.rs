@@ -357,10 +357,9 @@ impl<const D: usize> Rows<'_, D> {
         let Self { grid, half, stencils, .. } = *self;
         let mut beside = Beside { at: [grid.row(row); 4], weights: [0.0; 4], own: 1.0 };
         let per_layer = grid.rows() / grid.cells[D - 1];
-        for axis in 1..D {
+        for (axis, stencil) in stencils.iter().enumerate().skip(1) {
             let (n, step) = (grid.cells[axis], if axis == D - 1 { per_layer } else { 1 });
             let i = row / step % n;
-            let stencil = &stencils[axis];
             let (lower, upper) = (half * stencil.lower[i], half * stencil.upper[i]);
             beside.own += lower + upper + half * stencil.extra[i];
             let base = row - i * step;

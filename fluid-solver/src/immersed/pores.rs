@@ -6,7 +6,7 @@
 //! ```text
 //! δR = (π²/12) w̄² (1/R + 1/r_h) + Δx²/(24 r_h),   w̄ = 0.6 f Δx
 //! ```
-//! φ is the solid fraction about the grain: volumes are shared among coarse cells, [`SIZE`] diameters wide, and
+//! φ is the solid fraction about the grain: volumes are shared among coarse cells, 1.5 diameters wide, and
 //! read back with the same weights. The grain's own share counts as far as others, or its own images, do as much:
 //! a grain alone is in no pore.
 
