@@ -565,7 +565,9 @@ impl<const D: usize> Solver<D> {
     fn take_hold(&mut self) {
         if let Some(by_gap) = &mut self.by_gap {
             let Self { immersed, memory, measured, rule, .. } = self;
-            let near = by_gap.excess(immersed.shapes(), rule.density, &memory.before, memory.before_dt);
+            // Where both solvers work at once, the loads kept are those of the window to come.
+            let start = if self.scheme == Scheme::Overlapped { &memory.motions } else { &memory.before };
+            let near = by_gap.excess(immersed.shapes(), rule.density, start, memory.before_dt);
             measured.iter_mut().zip(near).for_each(|(m, near)| m.near = *near);
         }
         if self.memory.imposed_dt > 0.0 {

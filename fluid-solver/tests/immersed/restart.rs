@@ -23,7 +23,7 @@ const PLANE: &str = "until = 1.0
     radius = 0.25
     density = 2.0
     [[grains]]
-    position = [0.9, 0.0, 1.5]
+    position = [0.55, 0.0, 1.6] # near the other one: virtual masses by the gap
     radius = 0.25
     density = 1.1
     ";
