@@ -4,8 +4,7 @@ use protocol::facts::DemFacts;
 use protocol::scene::{CheckedScene, Motion, WallKind};
 
 use crate::bounds::{Facts, largest_overlap};
-use crate::number::Short;
-use crate::number::norm;
+use crate::number::{Short, norm};
 use crate::speeds::{drive, volume};
 
 /// Overlap over radius that is hardly felt: a contact time that allows no more is shorter than it need be.

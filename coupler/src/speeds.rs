@@ -133,6 +133,11 @@ pub(crate) fn volume(scene: &CheckedScene) -> f64 {
     }
 }
 
+/// Drag of a sphere over Stokes's (Schiller & Naumann 1935).
+pub(crate) fn over_stokes(reynolds: f64) -> f64 {
+    1.0 + 0.15 * reynolds.powf(0.687)
+}
+
 /// Speed at which drag balances `force` over the fluid's density, m⁴/s² (plane: m³/s²): of a sphere C_D = 24/Re
 /// (1 + 0.15 Re^0.687), 0.44 from Re = 1000 on (Schiller & Naumann 1935); of a cylinder C_D = 1 + 10 Re^(−2/3)
 /// (White 1991, eq. 3-225).
@@ -143,9 +148,7 @@ pub(crate) fn speed_under(force: f64, shape: Shape, diameter: f64, nu: f64) -> f
             Shape::Sphere if re > SCHILLER_NAUMANN => {
                 (0.44, 0.25 * std::f64::consts::PI * diameter * diameter)
             }
-            Shape::Sphere => {
-                (24.0 / re * (1.0 + 0.15 * re.powf(0.687)), 0.25 * std::f64::consts::PI * diameter * diameter)
-            }
+            Shape::Sphere => (24.0 / re * over_stokes(re), 0.25 * std::f64::consts::PI * diameter * diameter),
             Shape::Disc => (1.0 + 10.0 * re.powf(-2.0 / 3.0), diameter),
         };
         0.5 * coefficient * area * speed * speed

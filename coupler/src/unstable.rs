@@ -9,8 +9,7 @@ use protocol::message::Kinematics;
 use protocol::participant::Window;
 use protocol::scene::{CheckedScene, Motion};
 
-use crate::number::Short;
-use crate::number::norm;
+use crate::number::{Short, norm};
 use crate::speeds::Speeds;
 
 /// Name in `coupling.force`.

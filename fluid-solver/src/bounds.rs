@@ -34,7 +34,7 @@ pub(crate) fn of(scene: &CheckedScene, medium: &Medium, choices: &Choices, plan:
     }
     let longest = build::longest_local_step(scene, medium);
     if choices.force_transport == ForceTransport::Advected
-        && choices.viscous_sweeps != Some(0)
+        && build::tells_viscosity(choices)
         && longest.is_finite()
     {
         bounds.push(local_solve(longest));
@@ -72,8 +72,8 @@ fn local_solve(longest: f64) -> SolverBound {
     let value = (1.0 / longest, Measure::Window);
     SolverBound::new("local-viscosity", "dt over the longest that the lightest grain bears", value, Side::AtMost, 1.0)
         .because(
-            "with the advected force and its local solve the torque is that of the spin at the start of the window:              lighter grains oscillate and grow",
-            "docs/stability.md, Force that goes along",
+            "with the advected force and its local solve the torque is that of the spin at the start of the window: lighter grains oscillate and grow",
+            "docs/stability.md, With the force that goes with the grains",
             "use fluid.immersed.force_transport = \"auto\", fluid.immersed.viscous_sweeps = 0, or a smaller dt",
         )
 }

@@ -100,11 +100,6 @@ fn drive(scene: &CheckedScene, medium: &Medium, axis: usize, c: usize) -> f64 {
     medium.body_force[c] + gravity - medium.pressure_gradient[c] / medium.density
 }
 
-/// Number of axes of a grain: 3 for a sphere, 2 for a disc.
-pub fn grain_dimensions(scene: &CheckedScene) -> i32 {
-    if geometry(scene) == Geometry::Plane { 2 } else { 3 }
-}
-
 /// Which grains the fluid moves.
 pub fn free(scene: &CheckedScene) -> Vec<bool> {
     scene.grains.iter().map(|grain| grain.motion == scene::Motion::Free).collect()
@@ -174,6 +169,11 @@ pub fn transport(scene: &CheckedScene, choices: &Choices, coupling: coupling::Sc
         }
         _ => None,
     }
+}
+
+/// Whether viscosity may be told of a change of the advected force in its own step.
+pub fn tells_viscosity(choices: &Choices) -> bool {
+    choices.viscous_sweeps != Some(0)
 }
 
 /// Longest step that every free grain bears with the local solve, s.

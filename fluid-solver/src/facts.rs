@@ -50,7 +50,10 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     let held =
         if build::keeps(scene, &choices, transport) { kept_bytes::<D>(scene, plan.spacing) } else { 0 };
     let repeated = scheme == Scheme::Iterated;
-    let memory = memory::estimate(&grid, Demand { carried, along, implicit, repeated, held });
+    let memory = memory::estimate(
+        &grid,
+        Demand { carried, along, told: along && build::tells_viscosity(&choices), implicit, repeated, held },
+    );
     memory::check(scene, memory, protocol::memory::available().as_ref())?;
     let cells = grid.cell_count() as u64;
     let resolved = toml::Table::try_from(section.resolved()).map_err(|error| {

@@ -10,3 +10,10 @@ pub enum Geometry {
     /// Three axes (x, y, z).
     Space,
 }
+
+impl Geometry {
+    /// Number of axes of a grain: 3 for a sphere, 2 for a disc.
+    pub fn grain_dimensions(self) -> i32 {
+        if self == Self::Plane { 2 } else { 3 }
+    }
+}

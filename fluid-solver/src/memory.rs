@@ -16,6 +16,8 @@ pub struct Demand {
     pub implicit: bool,
     /// Whether it is taken along with the grains.
     pub along: bool,
+    /// Whether viscosity is told of its change in its own step.
+    pub told: bool,
     /// Whether windows are repeated, from a copy of the state at their start.
     pub repeated: bool,
     /// Kept of what the grains hold of the grid, bytes.
@@ -29,9 +31,13 @@ pub struct Demand {
 /// The latter is measured, as resident memory, at 128³ and 1448² cells: 1 field in space, 3 more with
 /// implicit viscosity; on two axes 7, and 10 more for the factors of the viscous solvers.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand) -> u64 {
-    let Demand { carried, along, implicit, repeated, held } = demand;
+    let Demand { carried, along, told, implicit, repeated, held } = demand;
     let axes = D as u64;
-    let kept = 2 * axes + 1 + if carried { axes } else { 0 } + if along { 2 * axes + 4 } else { 0 };
+    let kept = 2 * axes
+        + 1
+        + if carried { axes } else { 0 }
+        + if along { 2 * axes } else { 0 }
+        + if told { 4 } else { 0 };
     let work = match (D, implicit) {
         (2, false) => 7,
         (2, true) => 17,

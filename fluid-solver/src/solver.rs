@@ -69,8 +69,8 @@ struct Advection<const D: usize> {
     masks: [Vec<f64>; D],
     /// Room for the force, all zero.
     spare: [Vec<f64>; D],
-    /// What viscosity does with its change.
-    brinkman: Brinkman<D>,
+    /// What viscosity does with its change, where it is told.
+    brinkman: Option<Brinkman<D>>,
     /// Longest step in which it may be told by itself, s.
     bears: f64,
 }
@@ -148,10 +148,11 @@ impl<const D: usize> Solver<D> {
             virtual_mass: choices.virtual_mass.alone(),
             gravity: scene.scene.gravity,
             density: medium.density,
-            dimensions: build::grain_dimensions(scene),
+            dimensions: grid.geometry.grain_dimensions(),
         };
-        let by_gap = (choices.virtual_mass == VirtualMass::By(Nearness::ByGap))
-            .then(|| ByGap::new(&grid, &shapes, build::free(scene)));
+        let free = build::free(scene);
+        let by_gap = (choices.virtual_mass == VirtualMass::By(Nearness::ByGap) && free.contains(&true))
+            .then(|| ByGap::new(&grid, &shapes, free));
         let model = MaskModel {
             mask: choices.mask,
             width: choices.width,
@@ -173,8 +174,12 @@ impl<const D: usize> Solver<D> {
                 transport,
                 masks: grid.new_vector(),
                 spare: grid.new_vector(),
-                brinkman: Brinkman::new(&grid, choices.viscous_sweeps),
-                bears: build::longest_local_step(scene, medium),
+                brinkman: build::tells_viscosity(&choices)
+                    .then(|| Brinkman::new(&grid, choices.viscous_sweeps)),
+                bears: match transport {
+                    Transport::Always => f64::INFINITY,
+                    Transport::WhereItLags => build::longest_local_step(scene, medium),
+                },
             }),
             memory: Memory {
                 imposed: motions.clone(),
@@ -287,34 +292,42 @@ impl<const D: usize> Solver<D> {
                 predicted.centre = centre;
             }
         }
-        self.advect_force();
+        let lag = self.lag();
+        self.advect_force(lag);
         let force = (!self.memory.motions.is_empty()).then_some(&self.lambda);
         self.stepper.step(window.dt, force);
         let health = self.health(window)?;
-        self.respond();
+        self.respond(lag, window.dt);
         self.measure_impulse();
         Ok(health)
     }
 
-    /// Takes the force to where the grains will be, if it goes with them.
-    fn advect_force(&mut self) {
-        let Self { immersed, stepper, lambda, advection, memory, predicted, model, .. } = self;
-        let Some(Advection { transport, masks, spare, .. }) = advection else { return };
-        let lag = lag(stepper.grid(), model, immersed.shapes(), &memory.motions);
-        if *transport == Transport::WhereItLags && lag < LAG[0] {
-            return;
+    /// By how much the flow between the grains would err if the force stayed in its cells; without bound where it
+    /// never is to.
+    fn lag(&self) -> f64 {
+        match &self.advection {
+            Some(Advection { transport: Transport::Always, .. }) => f64::INFINITY,
+            Some(_) => lag(self.grid(), &self.model, self.immersed.shapes(), &self.memory.motions),
+            None => 0.0,
         }
+    }
+
+    /// Takes the force to where the grains will be, if it goes with them.
+    fn advect_force(&mut self, lag: f64) {
+        let Self { immersed, stepper, lambda, advection, memory, predicted, model, .. } = self;
+        let Some(Advection { masks, spare, .. }) = advection.as_mut().filter(|_| lag >= LAG[0]) else {
+            return;
+        };
         immersed.advect_force(stepper.grid(), model, [&memory.motions, predicted], [lambda, masks, spare]);
     }
 
     /// What viscosity does with the change of the force, if it goes with the grains.
-    fn respond(&mut self) {
-        let Self { immersed, stepper, lambda, advection, memory, predicted, model, .. } = self;
-        let Some(Advection { transport, brinkman, bears, .. }) = advection else { return };
-        let lag = lag(stepper.grid(), model, immersed.shapes(), &memory.motions);
-        if *transport == Transport::WhereItLags && (lag < LAG[1] || model.dt > *bears) {
+    fn respond(&mut self, lag: f64, dt: f64) {
+        let Self { immersed, stepper, lambda, advection, predicted, model, .. } = self;
+        let wanted = |advection: &&mut Advection<D>| lag >= LAG[1] && dt <= advection.bears;
+        let Some(Advection { brinkman: Some(brinkman), .. }) = advection.as_mut().filter(wanted) else {
             return;
-        }
+        };
         let (grid, state) = stepper.parts_mut();
         brinkman.respond(immersed, grid, model, predicted, [&mut state.velocity, lambda]);
     }

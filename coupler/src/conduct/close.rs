@@ -39,6 +39,7 @@ impl Conductor<'_> {
         let spent = self.spent();
         let recorded = self.recorder.take().map_or(Ok(()), |recorder| recorder.finish().map(|_| ()));
         self.observer.finish(summary, self.prepared.plan.steps.contact_time)?;
+        summary.remark(&self.prepared.scene.scene.metrics);
         if self.late > 0 {
             let value = MetricValue::measured(self.late as f64, "windows", None, None);
             summary.metrics.insert("late_contacts".into(), value);

@@ -7,6 +7,7 @@ use super::{Idea, drive, is_driven_at_faces, norm};
 use crate::keys;
 use crate::number::Short;
 use crate::prepare::Prepared;
+use crate::speeds::over_stokes;
 
 /// What a grain loses by the fluid, in parts of its velocity: buoyancy and virtual mass 3/2 ρ/ρ_p, drag over the
 /// run (Stokes, and Schiller & Naumann 1933 above), and in a bounce 1 − exp(−35/St). Twice their sum, because a bounce
@@ -33,7 +34,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
         let fast = norm(&grain.velocity) + gravity * fall;
         let slow = norm(&grain.velocity).max(gravity * fall);
         let reynolds = fast * diameter * medium.density / mu;
-        let drag = 18.0 * mu / (grain.density * diameter * diameter) * (1.0 + 0.15 * reynolds.powf(0.687));
+        let drag = 18.0 * mu / (grain.density * diameter * diameter) * over_stokes(reynolds);
         let stokes = grain.density * slow * diameter / (9.0 * mu);
         2.0 * (1.5 * medium.density / grain.density + drag * until + 1.0 - (-35.0 / stokes).exp())
     };

@@ -19,6 +19,7 @@ use super::Immersed;
 use super::component::{Placed, Rule};
 use super::layer_sums::words;
 use super::mask_model::MaskModel;
+use super::transport::wrap;
 use crate::grid::Grid;
 use crate::immersed::body::{Motion, Shape};
 use crate::lanes::{Kernel, Lanes, dispatch};
@@ -57,7 +58,7 @@ pub fn lag<const D: usize>(grid: &Grid<D>, model: &MaskModel, shapes: &[Shape], 
 /// Largest ν dt/D² at which a free sphere of density ratio `ratio` bears the local solve: the torque of a window is
 /// then taken at the spin that the window began with, so that I_f (60 ν dt/D² + 5.6 (ν dt/D²)^½) ω, that of steady
 /// and of sudden rotation, must stay below 2 (I_p + 2 C_v I_f) ω, C_v = ½. The limits of the map agree:
-/// docs/stability.md, Force that goes along.
+/// docs/stability.md, With the force that goes with the grains.
 pub fn largest_viscous_number(ratio: f64) -> f64 {
     let [steady, sudden] = [60.0, 5.6];
     let bears = 2.0 * (ratio + 1.0);
@@ -82,6 +83,8 @@ pub struct Brinkman<const D: usize> {
     iterates: [Vec<f64>; 2],
     /// Groups of eight cells where y may differ from zero, and those beside: a bit each, row by row.
     near: [Vec<u64>; 2],
+    /// Room for as many, and for a row of them.
+    spare: Vec<u64>,
     row: Vec<u64>,
 }
 
@@ -125,7 +128,8 @@ impl<const D: usize> Brinkman<D> {
             given: [grid.new_field(), grid.new_field()],
             iterates: [grid.new_field(), grid.new_field()],
             row: vec![0; words(grid)],
-            near: [bits.clone(), bits],
+            near: [bits.clone(), bits.clone()],
+            spare: bits,
         }
     }
 
@@ -141,7 +145,7 @@ impl<const D: usize> Brinkman<D> {
         let half = 0.5 * model.viscosity * model.dt;
         let radius = half * self.steepest / (1.0 + half * self.steepest);
         let sweeps = self.asked.unwrap_or_else(|| sweeps(radius));
-        if sweeps == 0 || half == 0.0 {
+        if half == 0.0 {
             return;
         }
         let Immersed { shapes, components, workspaces, .. } = immersed;
@@ -162,19 +166,16 @@ impl<const D: usize> Brinkman<D> {
     fn find(&mut self, grid: &Grid<D>, held: &[u64], beside: usize) {
         let (words, eights) = (words(grid), grid.cells[0].div_ceil(8));
         let wraps = grid.periodic(0);
-        let [near, around] = &mut self.near;
-        widen(held, near, &mut self.row, (words, eights, wraps));
-        for axis in 1..D {
-            spread(grid, axis, beside, near, around);
-            std::mem::swap(near, around);
-        }
-        let grown = around;
-        widen(near, grown, &mut self.row, (words, eights, wraps));
-        let mut spare = near.clone();
-        for axis in 1..D {
-            spread(grid, axis, 1, grown, &mut spare);
-            std::mem::swap(grown, &mut spare);
-        }
+        let Self { near: [near, around], spare, row, .. } = self;
+        let mut grow = |from: &[u64], to: &mut Vec<u64>, reach| {
+            widen(from, to, row, (words, eights, wraps));
+            for axis in 1..D {
+                spread(grid, axis, reach, to, spare);
+                std::mem::swap(to, spare);
+            }
+        };
+        grow(held, near, beside);
+        grow(near, around, 1);
     }
 
     /// The iteration; its result is the first of the iterates.
@@ -292,23 +293,22 @@ fn spread<const D: usize>(grid: &Grid<D>, axis: usize, reach: usize, from: &[u64
         }
         let index = row / step % n;
         let base = row - index * step;
-        for away in 1..=reach.min(n - 1) {
-            let below = if index >= away {
-                Some(index - away)
-            } else {
-                grid.periodic(axis).then(|| index + n - away)
-            };
-            let above = if index + away < n {
-                Some(index + away)
-            } else {
-                grid.periodic(axis).then(|| index + away - n)
-            };
-            for other in [below, above].into_iter().flatten() {
+        for away in 1..=reach.min(n - 1) as isize {
+            for other in [-away, away].into_iter().filter_map(|away| beside(grid, axis, index, away)) {
                 let to = &mut to[bits_of(grid, base + other * step)];
                 to.iter_mut().zip(bits).for_each(|(to, bits)| *to |= bits);
             }
         }
     }
+}
+
+/// The index `away` from `index` along `axis`, if there is one.
+#[inline(always)]
+fn beside<const D: usize>(grid: &Grid<D>, axis: usize, index: usize, away: isize) -> Option<usize> {
+    let n = grid.cells[axis];
+    let other = index as isize + away;
+    let inside = (0..n as isize).contains(&other);
+    (inside || grid.periodic(axis)).then(|| wrap(other, n))
 }
 
 /// Halo values of a row across a periodic face.
@@ -363,10 +363,8 @@ impl<const D: usize> Rows<'_, D> {
             let (lower, upper) = (half * stencil.lower[i], half * stencil.upper[i]);
             beside.own += lower + upper + half * stencil.extra[i];
             let base = row - i * step;
-            let below = if i > 0 { Some(i - 1) } else { grid.periodic(axis).then(|| n - 1) };
-            let above = if i + 1 < n { Some(i + 1) } else { grid.periodic(axis).then_some(0) };
-            for (side, (other, weight)) in [(below, lower), (above, upper)].into_iter().enumerate() {
-                if let Some(other) = other {
+            for (side, (away, weight)) in [(-1, lower), (1, upper)].into_iter().enumerate() {
+                if let Some(other) = self::beside(grid, axis, i, away) {
                     let slot = 2 * (axis - 1) + side;
                     beside.at[slot] = grid.row(base + other * step);
                     beside.weights[slot] = weight;
@@ -376,29 +374,68 @@ impl<const D: usize> Rows<'_, D> {
         beside
     }
 
-    /// Calls `work` with every run of neighbouring groups of `row`: first cell and number of cells.
+    /// The stencil on the `n` cells of row `row` from cell `from` on, in the field `now`.
     #[inline(always)]
-    fn runs(&self, row: usize, mut work: impl FnMut(usize, usize)) {
+    fn stencil<'b>(
+        &'b self,
+        now: &'b [f64],
+        row: usize,
+        beside: &Beside,
+        (from, n): (usize, usize),
+    ) -> Run<'b> {
+        let (here, along) = (self.grid.row(row) + from, &self.stencils[0]);
+        Run {
+            half: self.half,
+            own: beside.own,
+            along: [&along.lower[from..][..n], &along.upper[from..][..n], &along.extra[from..][..n]],
+            ends: [&now[here - 1..][..n], &now[here + 1..][..n]],
+            beside: beside.at.map(|at| &now[at + from..][..n]),
+            weights: beside.weights,
+        }
+    }
+
+    /// The next neighbouring groups of `row` from group `eight` on, which moves behind them: first cell and number
+    /// of cells.
+    #[inline(always)]
+    fn next_run(&self, row: usize, eight: &mut usize) -> Option<(usize, usize)> {
         let bits = &self.near[bits_of(self.grid, row)];
         let end = self.grid.cells[0];
         // A wall face is no unknown.
         let begin = usize::from(self.d == 0 && !self.grid.periodic(0));
         let eights = end.div_ceil(8);
-        let mut eight = 0;
-        while eight < eights {
-            if bits[eight / 64] >> (eight % 64) & 1 == 0 {
-                eight += 1;
-                continue;
-            }
-            let first = eight;
-            while eight < eights && bits[eight / 64] >> (eight % 64) & 1 == 1 {
-                eight += 1;
-            }
-            let (from, to) = ((8 * first).max(begin), (8 * eight).min(end));
-            if from < to {
-                work(from, to - from);
-            }
+        while *eight < eights && bits[*eight / 64] >> (*eight % 64) & 1 == 0 {
+            *eight += 1;
         }
+        let first = *eight;
+        while *eight < eights && bits[*eight / 64] >> (*eight % 64) & 1 == 1 {
+            *eight += 1;
+        }
+        let (from, to) = ((8 * first).max(begin), (8 * *eight).min(end));
+        (from < to).then(|| (from, to - from))
+    }
+}
+
+/// (1 − ½ ν dt ∇²) on neighbouring cells of a row.
+struct Run<'a> {
+    half: f64,
+    own: f64,
+    /// Lower, upper and extra weights along the row.
+    along: [&'a [f64]; 3],
+    /// Values one place to the left and to the right.
+    ends: [&'a [f64]; 2],
+    beside: [&'a [f64]; 4],
+    weights: [f64; 4],
+}
+
+impl Run<'_> {
+    /// Weight of cell `i` itself, and the sum over its neighbours.
+    #[inline(always)]
+    fn at(&self, i: usize) -> [f64; 2] {
+        let [lower, upper, extra] = self.along;
+        let ([left, right], [a, b, c, d], [wa, wb, wc, wd]) = (self.ends, self.beside, self.weights);
+        let (l, u) = (self.half * lower[i], self.half * upper[i]);
+        let own = self.own + l + u + self.half * extra[i];
+        [own, (l * left[i] + u * right[i]) + (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i])]
     }
 }
 
@@ -422,28 +459,19 @@ impl<const D: usize> Kernel for SweepLayer<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
         let Self { sweep: Sweep { rows, now, given: [ratio, right], factor }, first, next } = self;
-        let Rows { grid, half, stencils, .. } = rows;
+        let grid = rows.grid;
         let origin = grid.row(first);
-        let count = grid.rows() / grid.cells[D - 1];
-        for row in first..first + count {
-            let at = grid.row(row);
-            let beside = rows.beside(row);
-            rows.runs(row, |from, n| {
-                let here = at + from;
+        for row in first..first + grid.rows() / grid.cells[D - 1] {
+            let (at, beside, mut eight) = (grid.row(row), rows.beside(row), 0);
+            while let Some((from, n)) = rows.next_run(row, &mut eight) {
+                let (here, run) = (at + from, rows.stencil(now, row, &beside, (from, n)));
                 let next = &mut next[here - origin..][..n];
-                let (left, same) = (&now[here - 1..][..n], &now[here + 1..][..n]);
-                let [a, b, c, d] = beside.at.map(|at| &now[at + from..][..n]);
-                let [wa, wb, wc, wd] = beside.weights;
-                let (lower, upper) = (&stencils[0].lower[from..][..n], &stencils[0].upper[from..][..n]);
-                let extra = &stencils[0].extra[from..][..n];
                 let (ratio, right) = (&ratio[here..][..n], &right[here..][..n]);
                 for i in 0..n {
-                    let (l, u) = (half * lower[i], half * upper[i]);
-                    let own = beside.own + l + u + half * extra[i] + ratio[i];
-                    let sum = (l * left[i] + u * same[i]) + (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
-                    next[i] += factor * ((right[i] + sum) / own - next[i]);
+                    let [own, sum] = run.at(i);
+                    next[i] += factor * ((right[i] + sum) / (own + ratio[i]) - next[i]);
                 }
-            });
+            }
         }
     }
 }
@@ -468,32 +496,23 @@ impl<const D: usize> Kernel for TakeLayer<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
         let Self { take: Take { rows, now, ratio, rate }, first, fields: [velocity, lambda] } = self;
-        let Rows { grid, half, stencils, .. } = rows;
+        let grid = rows.grid;
         let origin = grid.row(first);
-        let count = grid.rows() / grid.cells[D - 1];
-        for row in first..first + count {
-            let at = grid.row(row);
-            let beside = rows.beside(row);
-            rows.runs(row, |from, n| {
-                let here = at + from;
+        for row in first..first + grid.rows() / grid.cells[D - 1] {
+            let (at, beside, mut eight) = (grid.row(row), rows.beside(row), 0);
+            while let Some((from, n)) = rows.next_run(row, &mut eight) {
+                let (here, run) = (at + from, rows.stencil(now, row, &beside, (from, n)));
                 let u = &mut velocity[here - origin..][..n];
                 let lambda = &mut lambda[here - origin..][..n];
-                let (left, mid, same) = (&now[here - 1..][..n], &now[here..][..n], &now[here + 1..][..n]);
-                let [a, b, c, d] = beside.at.map(|at| &now[at + from..][..n]);
-                let [wa, wb, wc, wd] = beside.weights;
-                let (lower, upper) = (&stencils[0].lower[from..][..n], &stencils[0].upper[from..][..n]);
-                let extra = &stencils[0].extra[from..][..n];
-                let ratio = &ratio[here..][..n];
+                let (y, ratio) = (&now[here..][..n], &ratio[here..][..n]);
                 for i in 0..n {
-                    let (l, v) = (half * lower[i], half * upper[i]);
-                    let own = beside.own + l + v + half * extra[i];
-                    let sum = (l * left[i] + v * same[i]) + (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
-                    let implied = own * mid[i] - sum;
+                    let [own, sum] = run.at(i);
+                    let implied = own * y[i] - sum;
                     let held = ratio[i] > 0.0;
-                    u[i] += if held { mid[i] } else { mid[i] - implied };
+                    u[i] += if held { y[i] } else { y[i] - implied };
                     lambda[i] += if held { rate * implied } else { 0.0 };
                 }
-            });
+            }
         }
     }
 }

@@ -34,7 +34,7 @@ pub(super) use interpolation::Interpolation;
 
 /// The cell that stands for `cell` in a box of `cells`. A division only where it is needed.
 #[inline(always)]
-fn wrap(cell: isize, cells: usize) -> usize {
+pub(super) fn wrap(cell: isize, cells: usize) -> usize {
     let inside = (0..cells as isize).contains(&cell);
     (if inside { cell } else { cell.rem_euclid(cells as isize) }) as usize
 }

@@ -68,7 +68,7 @@ impl ByGap {
             }
         }
         Self {
-            dimensions: if grid.geometry == Geometry::Plane { 2 } else { 3 },
+            dimensions: grid.geometry.grain_dimensions(),
             walls,
             free,
             neighbours: Neighbours::new(grid, shapes, REACH),

@@ -166,12 +166,6 @@ impl MetricValue {
         }
     }
 
-    /// Adds what the scene says beside the number.
-    pub fn remark_as(&mut self, metric: &Metric) {
-        self.compared_with = metric.compared_with;
-        self.remark.clone_from(&metric.remark);
-    }
-
     /// A metric that could not be measured, and why.
     #[must_use]
     pub fn missing(
@@ -203,6 +197,16 @@ impl Summary {
             },
             cost: Cost::default(),
             metrics: BTreeMap::new(),
+        }
+    }
+
+    /// Adds what the scene says beside the numbers of its metrics.
+    pub fn remark(&mut self, metrics: &[Metric]) {
+        for metric in metrics {
+            if let Some(value) = self.metrics.get_mut(&metric.name) {
+                value.compared_with = metric.compared_with;
+                value.remark.clone_from(&metric.remark);
+            }
         }
     }
 

@@ -259,17 +259,11 @@ impl<'a, S: Solver> Run<'a, S> {
         let free = self.scene.grains.iter().filter(|grain| grain.motion == Motion::Free).count();
         summary.set_unit_costs(free as u64);
         match outcome {
-            Ok(()) => {
-                summary.metrics.extend(self.solver.finish(self.scene, self.folder)?);
-                for metric in &self.scene.scene.metrics {
-                    if let Some(value) = summary.metrics.get_mut(&metric.name) {
-                        value.remark_as(metric);
-                    }
-                }
-            }
+            Ok(()) => summary.metrics.extend(self.solver.finish(self.scene, self.folder)?),
             Err(ProgramError::Interrupted) => summary.status = RunStatus::Interrupted,
             Err(error) => summary.fail(error),
         }
+        summary.remark(&self.scene.scene.metrics);
         Ok(())
     }
 }

@@ -207,16 +207,14 @@ impl Metrics {
                 MetricKind::MobilisationTime { .. } => "s",
                 _ => self.column_of[index].as_ref().map_or("-", |(_, unit)| unit),
             };
-            let mut value = match self.value(index) {
+            match self.value(index) {
                 Ok((value, note)) => {
                     let mut measured = MetricValue::measured(value, unit, reference, source);
                     measured.note = measured.note.or(note.map(str::to_owned));
                     measured
                 }
                 Err(note) => MetricValue::missing(note, unit, reference, source),
-            };
-            value.remark_as(metric);
-            value
+            }
         };
         (0..self.metrics.len()).map(|index| (self.metrics[index].name.clone(), value(index))).collect()
     }
