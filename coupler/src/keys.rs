@@ -11,8 +11,12 @@ pub const CONVECTION: &str = "fluid.time.convection";
 pub const TIME_SCHEME: &str = "fluid.time.scheme";
 /// Two steps, one stage each.
 pub const AB2: &str = "ab2";
+/// Three stages, the default.
+pub const RK3: &str = "rk3";
 /// Time step of the fluid, s.
 pub const FLUID_DT: &str = "fluid.time.dt";
+/// Courant number of steps that follow the flow.
+pub const CFL: &str = "fluid.time.cfl";
 /// How the motion is imposed.
 pub const METHOD: &str = "fluid.immersed.method";
 /// Anew in each step.
@@ -33,14 +37,27 @@ pub const LOADS: &str = "fluid.loads.form";
 pub const CONTACT: &str = "dem.contact";
 /// Films between grains.
 pub const LUBRICATION: &str = "dem.lubrication";
+/// Their form.
+pub const FILM: &str = "dem.lubrication.form";
+/// What the grid does not resolve.
+pub const COMPLEMENT: &str = "complement";
+/// Height of their roughness over R.
+pub const ROUGHNESS: &str = "dem.lubrication.roughness";
+/// Where a scene with a fluid does not say.
+pub const ROUGHNESS_BY_DEFAULT: f64 = 4e-4;
+/// Springs and dashpots.
+pub const LINEAR: &str = "linear-spring-dashpot";
+/// How the grains' motion is integrated.
+pub const INTEGRATOR: &str = "dem.integrator";
 /// Sub-steps per contact.
 pub const CONTACT_STEPS: &str = "dem.steps_per_contact";
 
 /// All of them, with the values that rules name.
-pub const ALL: [(&str, &[&str]); 11] = [
+pub const ALL: [(&str, &[&str]); 15] = [
     (CONVECTION, &[]),
-    (TIME_SCHEME, &[AB2]),
+    (TIME_SCHEME, &[AB2, RK3]),
     (FLUID_DT, &[]),
+    (CFL, &[]),
     (METHOD, &[DIRECT]),
     (WIDTH, &[]),
     (TRANSPORT, &[ADVECTED]),
@@ -48,6 +65,9 @@ pub const ALL: [(&str, &[&str]); 11] = [
     (LOADS, &[]),
     (CONTACT, &[]),
     (LUBRICATION, &[]),
+    (FILM, &[COMPLEMENT]),
+    (ROUGHNESS, &[]),
+    (INTEGRATOR, &[]),
     (CONTACT_STEPS, &[]),
 ];
 

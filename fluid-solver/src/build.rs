@@ -2,7 +2,7 @@
 
 use crate::axis::AxisSpec;
 use crate::boundary::{Boundary, Profile};
-use crate::config::{Choices, ForceTransport, MaskRadius, ProjectionsKey, SchemeKey};
+use crate::config::{Choices, DisplacedMass, ForceTransport, MaskRadius, ProjectionsKey, SchemeKey};
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
@@ -222,7 +222,7 @@ pub fn corrects_radius(scene: &CheckedScene, choices: &Choices) -> bool {
 /// same place where the force goes with the grains, where their volume on the grid counts, and where none
 /// ever moves.
 pub fn keeps(scene: &CheckedScene, choices: &Choices, transport: Option<Transport>) -> bool {
-    transport.is_some() || choices.displaced_mass || stands(scene)
+    transport.is_some() || choices.displaced_mass != DisplacedMass::Neglected || stands(scene)
 }
 
 /// Sets the velocity at t = 0.

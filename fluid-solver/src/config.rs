@@ -159,6 +159,20 @@ impl VirtualMass {
     }
 }
 
+/// What is done about ρ(∫β dV − V), the mass by which the mask on the grid differs from the grain
+/// (`yu-shao-2007`, `yu-shao-fixed-point`): it acts where the grain accelerates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DisplacedMass {
+    /// Times the acceleration that is known it is taken off the force.
+    #[default]
+    AsForce,
+    /// It goes with the added mass: quiet at very small density ratios, a slower start.
+    AsMass,
+    /// Nothing: the grain is too heavy or too light by it.
+    Neglected,
+}
+
 /// `fluid.loads`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -172,9 +186,10 @@ pub struct LoadsSection {
     /// none in print.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub virtual_mass: Option<VirtualMass>,
-    /// Count the grain's volume on the grid, not its true one, in the mass that yu-shao-2007 and
-    /// yu-shao-fixed-point take off: quiet at very small density ratios, a slower start.
-    pub displaced_mass: bool,
+    /// What is done about the difference of the grain's volume on the grid from its true one (yu-shao-2007,
+    /// yu-shao-fixed-point): `as-force` (default), `as-mass` or `neglected`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displaced_mass: Option<DisplacedMass>,
 }
 
 /// The `[fluid]` section.
@@ -235,8 +250,8 @@ pub struct Choices {
     pub form: LoadsForm,
     /// C_v.
     pub virtual_mass: VirtualMass,
-    /// Whether the grain's volume on the grid counts.
-    pub displaced_mass: bool,
+    /// What is done about the grain's volume on the grid.
+    pub displaced_mass: DisplacedMass,
 }
 
 impl FluidSection {
@@ -280,7 +295,11 @@ impl FluidSection {
             } else {
                 VirtualMass::By(Nearness::ByGap)
             }),
-            displaced_mass: self.loads.displaced_mass,
+            displaced_mass: match self.loads.displaced_mass {
+                Some(choice) => choice,
+                None if form.is_semi_implicit() => DisplacedMass::AsForce,
+                None => DisplacedMass::Neglected,
+            },
         }
     }
 
@@ -293,6 +312,7 @@ impl FluidSection {
         section.immersed.width = Some(choices.width);
         section.loads.form = Some(choices.form);
         section.loads.virtual_mass = Some(choices.virtual_mass);
+        section.loads.displaced_mass = choices.form.is_semi_implicit().then_some(choices.displaced_mass);
         section
     }
 
@@ -368,7 +388,7 @@ impl FluidSection {
                 "take izard-2014, kempe-froehlich-2012 or uhlmann-2005, or set fluid.immersed.method = \"carried\"",
             ));
         }
-        if choices.displaced_mass && !semi {
+        if self.loads.displaced_mass.is_some() && !semi {
             return Err(source.error(
                 "fluid.loads.displaced_mass",
                 format!("has no meaning for {form}"),

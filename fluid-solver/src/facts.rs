@@ -1,6 +1,6 @@
 //! What the fluid says of itself before a run (`bedload-fluid check`).
 
-use crate::config::{FluidSection, ForceTransport, SchemeKey};
+use crate::config::{DisplacedMass, FluidSection, ForceTransport, SchemeKey};
 use crate::grid::Grid;
 use crate::memory::{self, Demand};
 use crate::plan::Plan;
@@ -86,7 +86,7 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
         spacing: plan.spacing,
         loads: choices.form,
         virtual_mass: choices.virtual_mass.alone(),
-        displaced_mass: choices.displaced_mass,
+        displaced_mass: choices.displaced_mass == DisplacedMass::AsMass,
         forcing: choices.method,
         advected_force: choices.force_transport == ForceTransport::Advected,
         bounds: bounds::of(scene, medium, &choices, &plan),

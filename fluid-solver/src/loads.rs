@@ -16,6 +16,11 @@ use crate::immersed::body::Shape;
 use protocol::facts::LoadsForm;
 use protocol::message::Loads;
 
+/// Largest mass, and inertia, that may act through the acceleration of the window before, over those of density ρ_p −
+/// ρ/2, where it is positive and where it is negative: with a third of it discs were seen to fail
+/// (docs/equations-immersed.md, section 4).
+const LATE: [f64; 2] = [1.0 / 16.0, 0.5];
+
 /// What is the same for all grains and steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadsRule {
@@ -29,6 +34,8 @@ pub struct LoadsRule {
     pub density: f64,
     /// Number of axes of a grain: 3 for a sphere, 2 for a disc.
     pub dimensions: i32,
+    /// Whether ρ(∫β dV − V) goes with the added mass, else with the force.
+    pub displaced_mass: bool,
 }
 
 /// What the fluid knows about one grain in one window.
@@ -55,6 +62,8 @@ pub struct Measured {
     pub volume: Option<[f64; 3]>,
     /// Acceleration that the fluid as a whole begins with, m/s²: in the first window only.
     pub drive: [f64; 3],
+    /// Is it the first window of a fluid at rest? Then the grain starts with C_v alone (Izard et al. 2014, eq. 20).
+    pub starts: bool,
 }
 
 impl LoadsRule {
@@ -101,6 +110,11 @@ impl LoadsRule {
         loads
     }
 
+    /// How much more inertia a body has whose volume is `ratio` times as large, less one: it goes with V^(1 + 2/d).
+    fn swollen(&self, ratio: f64) -> f64 {
+        ratio.powf(1.0 + 2.0 / f64::from(self.dimensions)) - 1.0
+    }
+
     /// What is sent for the first window where loads are one window late: of the flow nothing is known but
     /// that it begins to move with `drive`.
     pub fn first(&self, shape: &Shape, drive: [f64; 3]) -> Loads {
@@ -108,25 +122,38 @@ impl LoadsRule {
         self.loads(shape, &Measured { force, drive, ..Measured::default() })
     }
 
-    /// Puts the mass ρ(∫β dV − V) on the grain's side of the equation. A DEM adds added_mass A_prev
-    /// to the force, which belongs to C_v m_f alone, so the rest is taken off here.
+    /// Puts the mass ρ(∫β dV − V), by which the mask differs from the grain, on the grain's side of the equation:
+    /// as force, times the acceleration that is known, as far as the grain is heavy enough to bear a force that comes
+    /// one window late; the rest, where it is positive, as mass. A DEM adds added_mass A_prev to the force, which
+    /// belongs to C_v m_f alone, so that of this mass is taken off here.
     ///
     /// The mass of a message has no direction: it is the mean over the components that the grain
-    /// moves along, and the rest acts through the acceleration that is known.
+    /// moves along, and what differs from it acts through the acceleration that is known.
     fn displace(&self, shape: &Shape, volumes: [f64; 3], measured: &Measured, loads: &mut Loads) {
-        let a = &measured.acceleration;
+        let (a, ahead) = (&measured.acceleration, &measured.ahead);
         let filled = volumes.iter().filter(|v| **v > 0.0).count().max(1);
         let volume = volumes.iter().sum::<f64>() / filled as f64;
         let mass = self.density * (volume - shape.volume);
-        // A body swollen in proportion has inertia ∝ V^{1 + 2/d}.
-        let swollen = (volume / shape.volume).powf(1.0 + 2.0 / f64::from(self.dimensions)) - 1.0;
-        let inertia = self.density * shape.volume * shape.gyration * swollen;
-        loads.added_mass += mass;
-        loads.added_inertia += inertia;
+        let inertia = self.density * shape.volume * shape.gyration * self.swollen(volume / shape.volume);
+        let bears = LATE[usize::from(mass < 0.0)] * (shape.density / self.density - 0.5).max(0.0);
+        // Parts that go with the force and with the mass.
+        let parts = |extra: f64, own: f64| {
+            if self.displaced_mass {
+                return (0.0, 1.0);
+            }
+            let late = (bears * own / extra.abs()).min(1.0);
+            (late, if extra > 0.0 && !measured.starts { 1.0 - late } else { 0.0 })
+        };
+        let (late, now) = parts(mass, self.density * shape.volume);
+        let (late_spin, now_spin) = parts(inertia, self.density * shape.volume * shape.gyration);
+        loads.added_mass += now * mass;
+        loads.added_inertia += now_spin * inertia;
         for (c, here) in volumes.into_iter().enumerate() {
             let uneven = if here > 0.0 { self.density * (here - volume) } else { 0.0 };
-            loads.force[c] -= mass * a.force[c] + uneven * (a.force[c] + measured.drive[c]);
-            loads.torque[c] -= inertia * a.torque[c];
+            let known = a.force[c] + ahead.force[c] + measured.drive[c];
+            loads.force[c] -= now * mass * a.force[c] + (late * mass + (late + now) * uneven) * known;
+            loads.torque[c] -=
+                inertia * (now_spin * a.torque[c] + late_spin * (a.torque[c] + ahead.torque[c]));
         }
     }
 }
@@ -138,7 +165,14 @@ mod tests {
     const SHAPE: Shape = Shape { radius: 1.0, mask_radius: 1.0, density: 4.0, volume: 3.0, gyration: 0.4 };
 
     fn rule(form: LoadsForm) -> LoadsRule {
-        LoadsRule { form, virtual_mass: 0.5, gravity: [0.0, 0.0, -2.0], density: 1.0, dimensions: 3 }
+        LoadsRule {
+            form,
+            virtual_mass: 0.5,
+            gravity: [0.0, 0.0, -2.0],
+            density: 1.0,
+            dimensions: 3,
+            displaced_mass: false,
+        }
     }
 
     #[test]
@@ -214,19 +248,20 @@ mod tests {
     }
 
     /// A DEM solves (m_p + m_a) a = m_p g + F + m_a A_prev. With A_prev = a the message must add
-    /// ρ(∫β dV − V) a, component by component, to the grain's side, and nothing else.
+    /// ρ(∫β dV − V) a, component by component, to the grain's side, and nothing else: as mass or as force.
     #[test]
     fn displaced_mass_stands_on_the_grains_side() {
         let (a, volumes) = (0.25, [3.2, 3.3, 3.3]);
         let acceleration = Wrench { force: [0.0, 0.0, a], torque: [0.0; 3] };
         let plain = Measured { acceleration, ..Measured::default() };
         let filled = Measured { volume: Some(volumes), ..plain };
-        let (p, f) = (
-            rule(LoadsForm::YuShaoFixedPoint).loads(&SHAPE, &plain),
-            rule(LoadsForm::YuShaoFixedPoint).loads(&SHAPE, &filled),
-        );
+        let rule = LoadsRule { displaced_mass: true, ..rule(LoadsForm::YuShaoFixedPoint) };
+        let (p, f) = (rule.loads(&SHAPE, &plain), rule.loads(&SHAPE, &filled));
         let side = |l: &Loads| (12.0 + l.added_mass) * a - l.force[2] - l.added_mass * a;
         assert!((side(&f) - side(&p) - (volumes[2] - SHAPE.volume) * a).abs() < 1e-14);
         assert!(f.added_mass > p.added_mass && f.added_inertia > p.added_inertia);
+        let f = LoadsRule { displaced_mass: false, ..rule }.loads(&SHAPE, &filled);
+        assert!((side(&f) - side(&p) - (volumes[2] - SHAPE.volume) * a).abs() < 1e-14);
+        assert_eq!((f.added_mass, f.added_inertia), (p.added_mass, p.added_inertia));
     }
 }

@@ -8,7 +8,7 @@ mod overlapped;
 use crate::attempts::Attempts;
 use crate::build;
 use crate::build::Transport;
-use crate::config::{Choices, FluidSection, Nearness, VirtualMass};
+use crate::config::{Choices, DisplacedMass, FluidSection, Nearness, VirtualMass};
 use crate::coupling;
 use crate::culprit::Culprit;
 use crate::field::State;
@@ -149,6 +149,7 @@ impl<const D: usize> Solver<D> {
             gravity: scene.scene.gravity,
             density: medium.density,
             dimensions: grid.geometry.grain_dimensions(),
+            displaced_mass: choices.displaced_mass == DisplacedMass::AsMass,
         };
         let free = build::free(scene);
         let by_gap = (choices.virtual_mass == VirtualMass::By(Nearness::ByGap) && free.contains(&true))
@@ -371,7 +372,8 @@ impl<const D: usize> Solver<D> {
         for (m, force) in measured.iter_mut().zip(forces) {
             m.force = *force;
         }
-        if self.choices.displaced_mass {
+        let counts = self.choices.displaced_mass != DisplacedMass::Neglected;
+        if counts {
             immersed.volumes(grid, &self.model, predicted, &mut self.volumes);
         }
         if !by_force && memory.imposed_dt > 0.0 {
@@ -388,7 +390,8 @@ impl<const D: usize> Solver<D> {
         for (grain, m) in measured.iter_mut().enumerate() {
             m.acceleration = memory.acceleration(grain);
             m.drive = memory.first_drive(stepper);
-            m.volume = self.choices.displaced_mass.then(|| self.volumes[grain]);
+            m.starts = memory.before_dt == 0.0 && m.drive == [0.0; 3];
+            m.volume = counts.then(|| self.volumes[grain]);
         }
     }
 

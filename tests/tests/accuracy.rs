@@ -67,17 +67,17 @@ fn keeps_its_word(name: &str, viscosity: f64, chart: &str) {
 
 #[test]
 fn a_sphere_of_other_size_and_weight_settles_as_exactly_as_asked() {
-    keeps_its_word("accuracy-settling", 0.01534, "docs/charts/falling-sphere.csv"); // Ar = 500
+    keeps_its_word("accuracy-settling", 0.01534, "docs/charts/settling-axis.csv"); // Ar = 500
 }
 
 #[test]
 fn a_slow_sphere_settles_as_exactly_as_asked() {
-    keeps_its_word("accuracy-slow", 0.0343, "docs/charts/sphere-array.csv"); // Ar = 100
+    keeps_its_word("accuracy-slow", 0.0343, "docs/charts/settling-axis.csv"); // Ar = 100
 }
 
 #[test]
 fn a_denser_array_has_the_drag_of_zick_and_homsy() {
-    // Solid fraction 0.125 where the chart's is 0.064; K = 4.292 (Zick & Homsy 1982, table 2).
+    // K = 4.292 (Zick & Homsy 1982, table 2); Re = 0.14.
     let folder = Folder::new("accuracy-array");
     let radius = (0.125 * 3.0 / (4.0 * std::f64::consts::PI)).cbrt();
     let force = 6.0 * std::f64::consts::PI * radius;
@@ -101,10 +101,6 @@ position = [0.5, 0.5, 0.5]
 radius = {radius:?}
 density = 1.0
 motion = "fixed"
-[fluid.time]
-scheme = "ab2"
-convection = false
-viscosity = "implicit"
 "#
         ),
     );
@@ -115,28 +111,27 @@ viscosity = "implicit"
     assert!(error.abs() < 0.05, "{error}");
 }
 
-/// A sphere thrown at a wall, St = 34, half as dense as the charted one and in a thinner fluid.
+/// A sphere that falls on a wall, St about 100.
 const BOUNCE: &str = r#"
-until = 0.075
+until = 0.26
 gravity = [0.0, 0.0, -9.81]
 [domain]
 geometry = "axisymmetric"
 lower = [0.0, 0.0]
-upper = [0.03, 0.04]
-cells = [30, 40]
+upper = [0.021, 0.04]
+cells = [36, 64]
 boundary = { r_upper = "free-slip", z_lower = "no-slip", z_upper = "free-slip" }
 [medium]
 density = 1000.0
-viscosity = 0.0165
+viscosity = 0.018
 [[grains]]
-position = [0.0, 0.0, 0.012]
+position = [0.0, 0.0, 0.0275]
 radius = 0.0025
-density = 4000.0
-velocity = [0.0, 0.0, -0.25]
+density = 7000.0
 [dem.contact]
 law = "linear-spring-dashpot"
 restitution = 0.97
-contact_time = 1e-4
+contact_time = 9e-5
 friction = 0.25
 [[metrics]]
 name = "restitution"
@@ -148,18 +143,57 @@ kind = "rebound-height"
 "#;
 
 #[test]
-fn a_lighter_sphere_bounces_as_exactly_as_asked() {
+fn a_bounce_is_as_exact_as_asked() {
     let folder = Folder::new("accuracy-bounce");
     let scene = folder.write("scene.toml", BOUNCE);
-    let fine = ["--set", "domain.cells=[120, 160]", "--set", "fluid.time.cfl=0.5"];
-    run(&scene, &folder.join("fine"), &fine);
+    run(&scene, &folder.join("fine"), &["--set", "domain.cells=[135, 256]"]);
     let out = folder.join("out");
-    let words = run(&scene, &out, &["--accuracy", "12%"]);
-    assert!(words.contains("docs/charts/bouncing-sphere.csv"), "{words}");
+    let words = run(&scene, &out, &["--accuracy", "30%"]);
+    assert!(words.contains("docs/charts/bounce.csv"), "{words}");
     for name in ["restitution", "height"] {
         let (value, exact) = (metric(&out, name), metric(&folder.join("fine"), name));
         println!("{name}: {value:.4} for {exact:.4}\n{words}");
-        assert!((value / exact - 1.0).abs() < 0.12, "{name}: {value} for {exact}");
+        assert!((value / exact - 1.0).abs() < 0.3, "{name}: {value} for {exact}");
+    }
+}
+
+/// Words without the breaks of lines.
+fn plain(words: &str) -> String {
+    words.chars().filter(|c| !c.is_whitespace() && *c != '│').collect()
+}
+
+#[test]
+fn what_lies_outside_of_a_chart_is_refused_by_its_numbers() {
+    let folder = Folder::new("accuracy-outside");
+    let settles = settling(0.01534);
+    let thrown = BOUNCE.replace("density = 7000.0", "density = 7000.0\nvelocity = [0.0, 0.0, -0.25]");
+    let cases = [
+        (settling(0.0004), "Ar = |ρ_p/ρ − 1| g D³/ν² is"),
+        (
+            settles.replace("0.0163", "0.002"),
+            "the distance of the centre from the sides over D is 1, charted from 1.5",
+        ),
+        (settles.replace("density = 2500.0", "density = 20000.0"), "ρ_p/ρ is 20, charted from 1.5 to 8"),
+        (settles.replace("until = 0.14", "until = 0.005"), "the run over"),
+        (settles.replace("until = 0.14", "until = 0.9"), "the room left in front of the sphere over D is"),
+        (
+            format!("{settles}[fluid.immersed]\nwidth = 1.0\n"),
+            "nothing was charted with fluid.immersed.width = 1.0",
+        ),
+        (thrown, "a sphere that is at rest at first was charted"),
+        (BOUNCE.replace("viscosity = 0.018", "viscosity = 0.0018"), "St = (ρ_p + ρ/2) V D/(9 μ)"),
+        (
+            format!("{BOUNCE}[dem.lubrication]\nroughness = 1e-2\n"),
+            "η/R is 0.01, charted from 2.000e-4 to 0.001",
+        ),
+    ];
+    for (text, words) in cases {
+        let scene = folder.write("scene.toml", &text);
+        let output = bedload(&["check", path(&scene), "--accuracy", "50%"]);
+        assert_eq!(output.status.code(), Some(2), "{words}: {}", said(&output));
+        assert!(plain(&said(&output)).contains(&plain(words)), "{words}:\n{}", said(&output));
+        let output = bedload(&["check", path(&scene)]);
+        assert!(!said(&output).contains("cheaper: coarser"), "{words}:\n{}", said(&output));
     }
 }
 
@@ -179,7 +213,11 @@ fn a_bed_is_promised_nothing() {
     let scene = folder.write("scene.toml", &text);
     let output = bedload(&["check", path(&scene), "--accuracy", "5%"]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    assert!(said(&output).contains("has no chart for this kind of scene"), "{}", said(&output));
+    assert!(
+        plain(&said(&output)).contains(&plain("one sphere was charted, the scene has 27")),
+        "{}",
+        said(&output)
+    );
 }
 
 #[test]

@@ -144,9 +144,9 @@ viscosity = "implicit"
 
 #[test]
 fn a_grid_finer_than_two_per_cent_ask_for_is_coarsened() {
-    // Ar = 500, D/Δx = 24.
+    // Ar = 500, D/Δx = 48.
     let scene =
-        settling("axisymmetric", 4.0, 0.0775, -1.0, 2.0, "free-slip").replace("[20, 48]", "[60, 144]");
+        settling("axisymmetric", 4.0, 0.0775, -1.0, 1.8, "free-slip").replace("[20, 48]", "[120, 288]");
     let (error, expected, ratio) = both("coarser", &scene, "coarser", "speed");
     assert!(expected == 0.02 && error < expected, "{error} where {expected} was expected");
     assert!(ratio > 1.0, "{ratio}");

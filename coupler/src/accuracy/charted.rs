@@ -11,8 +11,6 @@ pub(super) struct Charted {
     pub(super) scene: String,
     /// Table of the chart.
     pub(super) table: String,
-    /// Own time of its class, s; none where steps follow contacts.
-    pub(super) time: Option<f64>,
     /// The runs that have an error and a cost.
     pub(super) runs: Vec<Run>,
 }
@@ -28,12 +26,14 @@ pub(super) struct Run {
     pub(super) error: f64,
     /// How fine it is among the runs that share `others`.
     pub(super) fineness: f64,
-    /// Values of what else was varied.
+    /// Values of what else was varied of the method.
     pub(super) others: Vec<String>,
+    /// Numbers of its class: where it stands in the range of the chart.
+    pub(super) numbers: Vec<f64>,
     /// D/Δx.
     pub(super) resolution: Option<f64>,
-    /// Time step of the fluid, s.
-    pub(super) dt: Option<f64>,
+    /// Time step of the fluid in its class's own time.
+    pub(super) step: Option<f64>,
     /// `KEY=VALUE` that make the run of the scene.
     pub(super) set: Vec<String>,
 }
@@ -41,12 +41,5 @@ pub(super) struct Run {
 impl Charted {
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         toml::from_str(text).map_err(|error| error.to_string())
-    }
-}
-
-impl Run {
-    /// What the run sets `key` to.
-    pub(super) fn setting(&self, key: &str) -> Option<&str> {
-        self.set.iter().find_map(|text| text.strip_prefix(key)?.strip_prefix('='))
     }
 }

@@ -1,40 +1,32 @@
-//! Classes of scenes that have a chart.
+//! Classes of scenes that have a chart, and what a scene must be to belong to one.
 
-use protocol::facts::LoadsForm;
-use protocol::scene::{CheckedScene, Grain, MetricKind, Motion, Shape};
+use protocol::scene::{
+    Axis, CheckedScene, Geometry, Grain, InitialVelocity, MetricKind, Motion, Shape, WallKind,
+};
 
-use super::charted::{Charted, Run};
+use super::charted::Charted;
+use super::numbers::{Number, Side};
 use crate::keys;
 use crate::number::norm;
+use crate::speeds::{Speeds, drive};
 
 /// A class of scenes whose errors one chart tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Class {
-    /// Free spheres whose rebound is measured.
+    /// One sphere that settles along the axis of an r–z box.
+    Axis,
+    /// One sphere that settles in space.
+    Space,
+    /// One sphere whose rebound is measured, in r–z.
     Bounce,
-    /// Free spheres in a fluid, at Ar of the order of the charted one.
-    Settling,
-    /// The same where viscosity rules: masks err more there, as fixed spheres in Stokes flow show.
-    SlowSettling,
-    /// Fixed spheres in a driven fluid at low Reynolds number.
-    FixedSpheres,
-    /// Grains without a fluid.
-    Dry,
+    /// One fixed sphere in a periodic cube that a force drives the fluid through.
+    Lattice,
+    /// Collisions of spheres without a fluid.
+    Collision,
 }
 
-/// Ar = |ρ_p/ρ − 1| g D³/ν² below which the chart of the falling sphere (Ar = 800) says too little.
-const SLOW: f64 = 200.0;
-
-/// Free grains from which on they may be a bed, and the part of their bounding box that they fill then. Beds have no
-/// class: what the chart of the inclined bed says of the fluid over a bed at rest does not hold for one that moves.
-const BED: (usize, f64) = (20, 0.2);
-
-/// Density ratio below which `auto` may choose repeated windows, at some ν dt/D² (docs/stability.md).
-const MAY_REPEAT: f64 = 2.0;
-
-/// Longest step taken from the chart of the falling sphere, in units of the class's own time. It charts the speed in the
-/// end: with longer steps the start from rest is 3 % off where that is 1 %.
-const LONGEST: f64 = 0.07;
+/// Why a scene is in no class.
+type Reason = String;
 
 /// Is a rebound measured?
 fn bounces(scene: &CheckedScene) -> bool {
@@ -51,144 +43,339 @@ fn bounces(scene: &CheckedScene) -> bool {
     })
 }
 
-/// Do its free grains lie close together?
-fn is_bed(scene: &CheckedScene) -> bool {
-    let free = || scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
-    let edge = |side: f64, axis: usize| {
-        free().map(|grain| side * grain.position[axis] + grain.radius).fold(f64::NEG_INFINITY, f64::max)
-    };
-    let extent: f64 = (0..3).map(|axis| edge(1.0, axis) + edge(-1.0, axis)).product();
-    free().count() >= BED.0 && free().map(Grain::volume).sum::<f64>() > BED.1 * extent
-}
-
-/// Is its mask thinner than the default?
-fn is_thin(run: &Run) -> bool {
-    run.setting(keys::WIDTH).and_then(|text| text.parse().ok()).is_some_and(|width: f64| width < 0.5)
-}
-
-/// May the carried force go with the grains? It asks for yu-shao-fixed-point, and that no window is repeated.
-fn may_advect_force(scene: &CheckedScene) -> bool {
-    let says = |key: &str| keys::look_up(scene, key)?.as_str();
-    let follows = LoadsForm::YuShaoFixedPoint.to_string();
-    let heavy = scene.scene.medium.as_ref().is_some_and(|medium| {
-        let mut free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
-        free.all(|grain| grain.density >= MAY_REPEAT * medium.density)
-    });
-    heavy
-        && says(keys::METHOD) != Some(keys::DIRECT)
-        && says(keys::LOADS).is_none_or(|form| form == follows)
-        && scene.scene.coupling.get("scheme").and_then(toml::Value::as_str) != Some("iterated")
-}
-
-/// Does its carried force go with the grains?
-fn advects_force(run: &Run) -> bool {
-    run.setting(keys::TRANSPORT).is_some_and(|text| text.contains(keys::ADVECTED))
-}
-
-/// Its time step, s.
-fn step(run: &Run) -> Option<f64> {
-    run.setting(keys::FLUID_DT)?.parse().ok()
-}
-
-/// Least Ar of the free grains; infinite without gravity.
-fn archimedes(scene: &CheckedScene) -> f64 {
+/// Ar = |ρ_p/ρ − 1| g D³/ν² of a grain.
+fn archimedes(scene: &CheckedScene, grain: &Grain) -> f64 {
     let Some(medium) = &scene.scene.medium else { return f64::INFINITY };
-    let gravity = norm(&scene.scene.gravity);
-    let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
-    let of = |grain: &Grain| {
-        let excess = (grain.density / medium.density - 1.0).abs();
-        excess * gravity * (2.0 * grain.radius).powi(3) / medium.kinematic_viscosity().powi(2)
-    };
-    free.map(of).fold(f64::INFINITY, f64::min)
+    let excess = (grain.density / medium.density - 1.0).abs();
+    excess * norm(&scene.scene.gravity) * (2.0 * grain.radius).powi(3) / medium.kinematic_viscosity().powi(2)
+}
+
+/// Number of `[dem.contact]`, `default` where the scene leaves it out.
+fn contact(scene: &CheckedScene, key: &str, default: f64) -> f64 {
+    let value = keys::look_up(scene, keys::CONTACT).and_then(|contact| contact.get(key));
+    value.and_then(|value| value.as_float().or(value.as_integer().map(|n| n as f64))).unwrap_or(default)
+}
+
+/// The dotted keys of a table with their values as typed.
+fn dotted(table: &toml::Table, before: &str, into: &mut Vec<(String, toml::Value)>) {
+    for (key, value) in table {
+        let key = format!("{before}{key}");
+        match value {
+            toml::Value::Table(table) => dotted(table, &format!("{key}."), into),
+            value => into.push((key, value.clone())),
+        }
+    }
 }
 
 impl Class {
-    pub(super) const ALL: [Self; 5] =
-        [Self::Bounce, Self::Settling, Self::SlowSettling, Self::FixedSpheres, Self::Dry];
+    pub(super) const ALL: [Self; 5] = [Self::Axis, Self::Space, Self::Bounce, Self::Lattice, Self::Collision];
 
-    /// The class of a scene, if it has one.
-    pub(super) fn of(scene: &CheckedScene) -> Option<Self> {
-        let spheres = !scene.grains.is_empty() && scene.grains.iter().all(|g| g.shape == Shape::Sphere);
-        match &scene.scene.medium {
-            None => Some(Self::Dry),
-            Some(_) if spheres && scene.has_free_grains() => {
-                if bounces(scene) {
-                    Some(Self::Bounce)
-                } else if is_bed(scene) {
-                    None
-                } else if archimedes(scene) < SLOW {
-                    Some(Self::SlowSettling)
-                } else {
-                    Some(Self::Settling)
-                }
+    /// The class of a scene.
+    ///
+    /// # Errors
+    /// Why it is in none.
+    pub(super) fn of(scene: &CheckedScene) -> Result<Self, Reason> {
+        let free = scene.has_free_grains();
+        let class = match (&scene.scene.medium, scene.scene.domain.geometry) {
+            (None, _) => Self::Collision,
+            (Some(_), Geometry::Plane) => return Err("flows in the plane have no chart".to_owned()),
+            (Some(_), Geometry::Axisymmetric) if free && bounces(scene) => Self::Bounce,
+            (Some(_), Geometry::Axisymmetric) if free => Self::Axis,
+            (Some(_), Geometry::Space) if free && bounces(scene) => {
+                return Err("bounces are charted in r-z alone".to_owned());
             }
-            Some(_) if spheres && scene.grains.iter().all(|g| g.motion == Motion::Fixed) => {
-                Some(Self::FixedSpheres)
+            (Some(_), Geometry::Space) if free => Self::Space,
+            (Some(_), Geometry::Space) => Self::Lattice,
+            (Some(_), Geometry::Axisymmetric) => {
+                return Err("held grains are charted in space alone".to_owned());
             }
-            Some(_) => None,
-        }
+        };
+        class.asks_for(scene).map_or(Ok(class), Err)
     }
 
     pub(super) fn name(self) -> &'static str {
         match self {
-            Self::Bounce => "spheres whose rebound is measured",
-            Self::Settling => "free spheres in a fluid, Ar from 200 on",
-            Self::SlowSettling => "free spheres in a fluid, Ar below 200",
-            Self::FixedSpheres => "fixed spheres in a driven fluid",
-            Self::Dry => "grains without a fluid",
+            Self::Axis => "one sphere that settles in r-z",
+            Self::Space => "one sphere that settles in space",
+            Self::Bounce => "one sphere whose first rebound is measured, in r-z",
+            Self::Lattice => "one fixed sphere in a periodic cube of driven fluid",
+            Self::Collision => "collisions of spheres without a fluid",
+        }
+    }
+
+    /// Name of its chart, of its scene and of its data.
+    pub(super) fn stem(self) -> &'static str {
+        match self {
+            Self::Axis => "settling-axis",
+            Self::Space => "settling-space",
+            Self::Bounce => "bounce",
+            Self::Lattice => "lattice",
+            Self::Collision => "oblique-collision",
         }
     }
 
     /// File of its chart.
-    pub(super) fn chart_file(self) -> &'static str {
-        match self {
-            Self::Bounce => "docs/charts/bouncing-sphere.csv",
-            Self::Settling => "docs/charts/falling-sphere.csv",
-            Self::FixedSpheres | Self::SlowSettling => "docs/charts/sphere-array.csv",
-            Self::Dry => "docs/charts/oblique-collision.csv",
-        }
+    pub(super) fn chart_file(self) -> String {
+        format!("docs/charts/{}.csv", self.stem())
     }
 
     /// Its chart, as data.
     pub(super) fn data(self) -> &'static str {
         match self {
-            Self::Bounce => include_str!("data/bouncing-sphere.toml"),
-            Self::Settling => include_str!("data/falling-sphere.toml"),
-            Self::FixedSpheres | Self::SlowSettling => include_str!("data/sphere-array.toml"),
-            Self::Dry => include_str!("data/oblique-collision.toml"),
+            Self::Axis => include_str!("data/settling-axis.toml"),
+            Self::Space => include_str!("data/settling-space.toml"),
+            Self::Bounce => include_str!("data/bounce.toml"),
+            Self::Lattice => include_str!("data/lattice.toml"),
+            Self::Collision => include_str!("data/oblique-collision.toml"),
         }
     }
 
-    /// Its own time, s, in which time steps are transferred: of settling (D/|ρ_p/ρ − 1| g)^½, of
-    /// viscosity D²/ν. None where steps follow contacts.
+    /// Its chart.
+    pub(super) fn charted(self) -> Result<Charted, String> {
+        Charted::parse(self.data())
+            .map_err(|error| format!("has an unusable chart, {}: {error}", self.chart_file()))
+    }
+
+    /// Its own time, s, in which time steps are transferred: of settling (D/|ρ_p/ρ − 1| g)^½ or of viscosity D²/ν,
+    /// the shorter. None where steps follow a Courant number or contacts.
     pub(super) fn time(self, scene: &CheckedScene) -> Option<f64> {
         let medium = scene.scene.medium.as_ref()?;
-        let gravity = norm(&scene.scene.gravity);
-        let of = |grain: &Grain| {
-            let diameter = 2.0 * grain.radius;
-            let viscous = diameter * diameter / medium.kinematic_viscosity();
-            let buoyant = (grain.density / medium.density - 1.0).abs() * gravity;
-            match self {
-                Self::FixedSpheres | Self::Dry => viscous,
-                _ => (diameter / buoyant).sqrt().min(viscous),
-            }
-        };
-        scene.grains.iter().map(of).reduce(f64::min).filter(|time| *time > 0.0 && time.is_finite())
+        let grain = scene.grains.first()?;
+        let diameter = 2.0 * grain.radius;
+        let viscous = diameter * diameter / medium.kinematic_viscosity();
+        // D/(|ρ_p/ρ − 1| g) = (D²/ν)²/Ar.
+        let settling = viscous / archimedes(scene, grain).sqrt();
+        match self {
+            Self::Axis | Self::Space => Some(settling.min(viscous)),
+            Self::Lattice => Some(viscous),
+            Self::Bounce | Self::Collision => None,
+        }
+        .filter(|time| *time > 0.0 && time.is_finite())
     }
 
-    /// Its chart, without the runs whose method is not for `asking`.
-    pub(super) fn charted(self, asking: &CheckedScene) -> Result<Charted, String> {
-        let at = |error| format!("has an unusable chart, {}: {error}", self.chart_file());
-        let mut chart = Charted::parse(self.data()).map_err(at)?;
-        if !matches!(self, Self::FixedSpheres | Self::Dry) {
-            let may_advect = may_advect_force(asking);
-            let longest = chart.time.filter(|_| self == Self::Settling).map(|time| LONGEST * time);
-            let is_too_long = |run: &Run| step(run).zip(longest).is_some_and(|(dt, longest)| dt > longest);
-            // A thinner mask is the most exact for a sphere that stands, but one that moves feels the grid with it.
-            chart
-                .runs
-                .retain(|run| !(is_thin(run) || is_too_long(run) || (advects_force(run) && !may_advect)));
+    /// What of the scene the chart has none of.
+    fn asks_for(self, scene: &CheckedScene) -> Option<Reason> {
+        let settings = self.other_setting(scene);
+        let reason = match self {
+            Self::Collision => collision(scene),
+            Self::Axis | Self::Space | Self::Bounce => alone(scene).or_else(|| settling(scene, self)),
+            Self::Lattice => alone(scene).or_else(|| lattice(scene)),
+        };
+        reason.or(settings)
+    }
+
+    /// A key of a solver's section with which nothing was charted.
+    fn other_setting(self, scene: &CheckedScene) -> Option<Reason> {
+        let mut given = Vec::new();
+        let sections = [
+            ("fluid.", &scene.scene.fluid),
+            ("dem.", &scene.scene.dem),
+            ("coupling.", &scene.scene.coupling),
+        ];
+        for (name, section) in sections {
+            dotted(section, name, &mut given);
         }
-        Ok(chart)
+        let is = |value: &toml::Value, text: &str| value.as_str() == Some(text);
+        let is_charted = |(key, value): &&(String, toml::Value)| match key.as_str() {
+            keys::CFL => true,
+            keys::FLUID_DT => self != Self::Bounce,
+            keys::TIME_SCHEME => is(value, keys::RK3),
+            keys::INTEGRATOR | keys::CONTACT_STEPS => self == Self::Collision,
+            keys::FILM => is(value, keys::COMPLEMENT),
+            keys::ROUGHNESS => true,
+            "dem.contact.law" => is(value, keys::LINEAR),
+            other => other.starts_with("dem.contact.") || other.starts_with("coupling.deadline"),
+        };
+        let other = given.iter().find(|pair| !is_charted(pair));
+        other.map(|(key, value)| format!("nothing was charted with {key} = {value}"))
+    }
+
+    /// Its numbers: the first is the one between whose charted values a scene's errors are looked up.
+    pub(super) fn numbers(self, scene: &CheckedScene) -> Vec<Number> {
+        let number = |name, value, side| Number { name, value, side };
+        let Some(grain) = scene.grains.first() else { return Vec::new() };
+        let diameter = 2.0 * grain.radius;
+        if self == Self::Collision {
+            return vec![
+                number("restitution", contact(scene, "restitution", 1.0), Side::Between),
+                number("friction", contact(scene, "friction", 0.0), Side::Between),
+            ];
+        }
+        let Some(medium) = &scene.scene.medium else { return Vec::new() };
+        let nu = medium.kinematic_viscosity();
+        let speeds = Speeds::of(scene);
+        let density = grain.density / medium.density;
+        let domain = &scene.scene.domain;
+        let z = domain.geometry.axes().len() - 1;
+        let down = if scene.scene.gravity[2] * (density - 1.0) < 0.0 { -1.0 } else { 1.0 };
+        let to = |edge: f64| (edge - grain.position[2]).abs() / diameter - 0.5;
+        let (below, above) = if down < 0.0 {
+            (to(domain.lower[z]), to(domain.upper[z]))
+        } else {
+            (to(domain.upper[z]), to(domain.lower[z]))
+        };
+        let time = self.time(scene).unwrap_or(f64::NAN);
+        match self {
+            Self::Axis | Self::Space => vec![
+                number("Ar = |ρ_p/ρ − 1| g D³/ν²", archimedes(scene, grain), Side::Between),
+                number("ρ_p/ρ", density, Side::Between),
+                number(
+                    "the distance of the centre from the sides over D",
+                    aside(scene, grain) / diameter,
+                    if self == Self::Axis { Side::Between } else { Side::FromSmallest },
+                ),
+                number(
+                    "the run over (D/|ρ_p/ρ − 1| g)^½ or D²/ν",
+                    scene.scene.until / time,
+                    Side::FromSmallest,
+                ),
+                number(
+                    "the room left in front of the sphere over D",
+                    below - speeds.grain * scene.scene.until / diameter,
+                    Side::FromSmallest,
+                ),
+                number("the room behind the sphere over D", above, Side::FromSmallest),
+            ],
+            Self::Bounce => vec![
+                number(
+                    "St = (ρ_p + ρ/2) V D/(9 μ), V being the speed of Schiller & Naumann or of the fall",
+                    (density + 0.5) * speeds.grain * diameter / (9.0 * nu),
+                    Side::Between,
+                ),
+                number("ρ_p/ρ", density, Side::Between),
+                number(
+                    "η/R",
+                    keys::look_up(scene, keys::ROUGHNESS)
+                        .map_or(Some(keys::ROUGHNESS_BY_DEFAULT), toml::Value::as_float)
+                        .unwrap_or(f64::NAN),
+                    Side::Between,
+                ),
+                number("restitution", contact(scene, "restitution", 1.0), Side::Between),
+                number("the fall over D", below, Side::FromSmallest),
+                number(
+                    "the distance of the centre from the sides over D",
+                    aside(scene, grain) / diameter,
+                    Side::FromSmallest,
+                ),
+                number(
+                    "V t_c/D",
+                    speeds.grain * contact(scene, "contact_time", f64::NAN) / diameter,
+                    Side::UpToLargest,
+                ),
+            ],
+            Self::Lattice => vec![
+                number("the solid fraction", grain.volume() / crate::speeds::volume(scene), Side::Between),
+                number("Re = U D/ν, U being estimated", speeds.flow * diameter / nu, Side::UpToLargest),
+                number("the run over D²/ν", scene.scene.until / time, Side::FromSmallest),
+            ],
+            Self::Collision => Vec::new(),
+        }
+    }
+}
+
+/// Least distance of a grain's centre from what stands beside its way: a wall, or half of the way to its own image.
+fn aside(scene: &CheckedScene, grain: &Grain) -> f64 {
+    let domain = &scene.scene.domain;
+    if domain.geometry == Geometry::Axisymmetric {
+        return domain.upper[0];
+    }
+    let of = |axis: usize| {
+        let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
+        if domain.is_periodic(axis) {
+            0.5 * (upper - lower)
+        } else {
+            (grain.position[axis] - lower).min(upper - grain.position[axis])
+        }
+    };
+    of(0).min(of(1))
+}
+
+/// What all charts of a fluid share: one sphere, a fluid that rests at first between faces that rest.
+fn alone(scene: &CheckedScene) -> Option<Reason> {
+    let Some(medium) = &scene.scene.medium else { return Some("there is no fluid".to_owned()) };
+    let domain = &scene.scene.domain;
+    if scene.grains.len() != 1 || !scene.scene.insertions.is_empty() {
+        return Some(format!("one sphere was charted, the scene has {}", scene.grains.len()));
+    }
+    let grain = &scene.grains[0];
+    let moves = norm(&grain.velocity) + norm(&grain.spin) > 0.0 || grain.oscillation.is_some();
+    let faces = || (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis));
+    let mut faces = faces().flat_map(|both| [both.lower, Some(both.upper)]).flatten();
+    let closed = [WallKind::Periodic, WallKind::NoSlip, WallKind::FreeSlip];
+    if grain.shape != Shape::Sphere {
+        Some("a sphere was charted".to_owned())
+    } else if moves {
+        Some("a sphere that is at rest at first was charted".to_owned())
+    } else if medium.initial != InitialVelocity::Rest || medium.flow_rate.is_some() {
+        Some("a fluid that is at rest at first was charted, and no flow rate is held".to_owned())
+    } else if faces.any(|face| norm(&face.velocity) > 0.0 || !closed.contains(&face.kind)) {
+        Some("closed faces at rest were charted".to_owned())
+    } else if !scene.scene.walls.is_empty() || scene.scene.stop_when.is_some() {
+        Some("nothing was charted with [[walls]] or stop_when".to_owned())
+    } else {
+        None
+    }
+}
+
+/// What settling and bouncing spheres share besides.
+fn settling(scene: &CheckedScene, class: Class) -> Option<Reason> {
+    let grain = &scene.grains[0];
+    let gravity = scene.scene.gravity;
+    let along_z = gravity[2] != 0.0 && gravity[0] == 0.0 && gravity[1] == 0.0;
+    let domain = &scene.scene.domain;
+    let stretched = domain.stretching.map(|stretching| stretching.axis);
+    let floor = domain.boundary(domain.dimensions() - 1);
+    if grain.motion != Motion::Free || !grain.locked.is_empty() {
+        Some("a free sphere was charted".to_owned())
+    } else if !along_z || drive(&scene.scene) != [0.0; 3] {
+        Some("gravity along z, between walls in z, was charted, and nothing drives the fluid".to_owned())
+    } else if stretched.is_some_and(|axis| class == Class::Space || axis != Axis::R) {
+        Some("grids stretched along r were charted".to_owned())
+    } else if class != Class::Bounce {
+        None
+    } else if floor.is_none_or(|floor| floor.lower.is_none_or(|face| face.kind != WallKind::NoSlip))
+        || gravity[2] > 0.0
+    {
+        Some("bounces on a no-slip floor, gravity pointing down, were charted".to_owned())
+    } else {
+        let second = |metric: &protocol::scene::Metric| {
+            matches!(
+                metric.kind,
+                MetricKind::SecondReboundHeight { .. } | MetricKind::ReboundVelocityRatio { .. }
+            )
+        };
+        let named = scene.scene.metrics.iter().find(|metric| second(metric));
+        named.map(|metric| format!("the metric {} was not charted", metric.name))
+    }
+}
+
+fn lattice(scene: &CheckedScene) -> Option<Reason> {
+    let domain = &scene.scene.domain;
+    let side = |axis: usize| domain.upper[axis] - domain.lower[axis];
+    let is_cube = (1..3).all(|axis| (side(axis) / side(0) - 1.0).abs() < 0.02);
+    let driven = drive(&scene.scene).iter().filter(|component| **component != 0.0).count();
+    if scene.grains[0].motion != Motion::Fixed {
+        Some("a fixed sphere was charted".to_owned())
+    } else if !(0..3).all(|axis| domain.is_periodic(axis)) || !is_cube || domain.stretching.is_some() {
+        Some("a periodic cube was charted".to_owned())
+    } else if driven != 1 {
+        Some("a force along one axis was charted".to_owned())
+    } else {
+        None
+    }
+}
+
+/// Grains of the chart of collisions.
+const COLLIDING: usize = 30;
+
+fn collision(scene: &CheckedScene) -> Option<Reason> {
+    let many = scene.grains.len() > COLLIDING || !scene.scene.insertions.is_empty();
+    let plain = scene.scene.walls.is_empty() && scene.scene.stop_when.is_none();
+    if many || scene.grains.iter().any(|grain| grain.shape != Shape::Sphere || grain.motion != Motion::Free) {
+        Some(format!("collisions of {COLLIDING} free spheres were charted"))
+    } else if norm(&scene.scene.gravity) > 0.0 || !plain {
+        Some("collisions without gravity and walls were charted".to_owned())
+    } else {
+        None
     }
 }

@@ -12,7 +12,10 @@ use crate::study::chart::Chart;
 use crate::study::{Sweep, parse_csv};
 
 /// Columns that refine: a run with more of it is finer.
-const REFINE: [&str; 3] = ["resolution", "cells", keys::CONTACT_STEPS];
+const REFINE: [&str; 2] = ["resolution", keys::CONTACT_STEPS];
+
+/// Columns that vary the physics and not the method.
+const CASES: [&str; 2] = ["case", "until"];
 
 /// The rows of a `chart.csv` that have an error and a cost, but for a run that is the reference itself: its
 /// error, 0, says nothing.
@@ -22,18 +25,20 @@ pub(super) fn measured(header: &[String], rows: &[Vec<String>]) -> Result<Vec<Ru
     };
     let (label, cost, error) = (place("label")?, place("cpu_s")?, place("error")?);
     let refining = header.iter().position(|column| REFINE.contains(&column.as_str()));
+    let is_case = |column: usize| CASES.contains(&header[column].as_str());
     let row = |cells: &Vec<String>| {
         let number = |place: usize| cells[place].parse::<f64>().ok().filter(|value| value.is_finite());
         // The varied keys stand before the costs.
-        let others = (0..cost).filter(|column| Some(*column) != refining);
+        let others = (0..cost).filter(|column| Some(*column) != refining && !is_case(*column));
         Some(Run {
             label: cells[label].clone(),
             cost: number(cost)?,
             error: number(error).filter(|error| *error > 0.0)?,
             fineness: refining.and_then(number).unwrap_or(0.0),
             others: others.map(|column| cells[column].clone()).collect(),
+            numbers: Vec::new(),
             resolution: None,
-            dt: None,
+            step: None,
             set: Vec::new(),
         })
     };
@@ -46,18 +51,23 @@ fn made(class: Class, root: &Path, scene: &str) -> Charted {
     let base = CheckedScene::new(source.clone()).unwrap();
     let chart = Chart::read(&base).unwrap();
     let points = Sweep::new(&base, "chart", &chart.set, &chart.vary, &chart.runs).unwrap().points;
-    let table = std::fs::read_to_string(root.join(class.chart_file())).unwrap();
+    let file = class.chart_file();
+    let table = std::fs::read_to_string(root.join(&file)).expect(&file);
     let (header, rows) = parse_csv(&table).unwrap();
     let mut runs = measured(&header, &rows).unwrap();
     for run in &mut runs {
         let point = points.iter().find(|point| point.label == run.label).expect(&run.label);
         let scene = CheckedScene::new(source.clone().with_overrides(&point.set).unwrap()).unwrap();
-        assert_eq!(class.time(&scene), class.time(&base), "{}: its own unit of time", run.label);
+        assert_eq!(Class::of(&scene), Ok(class), "{}", run.label);
+        let numbers = class.numbers(&scene);
+        assert!(numbers.iter().all(|number| number.value.is_finite()), "{}: {numbers:?}", run.label);
+        run.numbers = numbers.iter().map(|number| number.value).collect();
         run.resolution = resolution::of(&scene);
-        run.dt = keys::look_up(&scene, keys::FLUID_DT).and_then(toml::Value::as_float);
+        let dt = keys::look_up(&scene, keys::FLUID_DT).and_then(toml::Value::as_float);
+        run.step = dt.zip(class.time(&scene)).map(|(dt, time)| dt / time);
         run.set.clone_from(&point.set);
     }
-    Charted { scene: scene.to_owned(), table: class.chart_file().to_owned(), time: class.time(&base), runs }
+    Charted { scene: scene.to_owned(), table: file, runs }
 }
 
 /// With `BEDLOAD_MAKE_DATA` set, writes them.
@@ -69,11 +79,10 @@ fn the_data_are_those_of_the_charts() {
         return; // The package alone has no charts to compare with.
     }
     for class in Class::ALL {
-        let scene = match class {
-            Class::Bounce => "scenes/bouncing-sphere.toml",
-            Class::Settling => "scenes/falling-sphere.toml",
-            Class::FixedSpheres | Class::SlowSettling => "scenes/drag/sphere-array.toml",
-            Class::Dry => "scenes/oblique-collision.toml",
+        let stem = class.stem();
+        let scene = &match class {
+            Class::Collision => format!("scenes/{stem}.toml"),
+            _ => format!("scenes/accuracy/{stem}.toml"),
         };
         let made = made(class, &root, scene);
         if std::env::var_os("BEDLOAD_MAKE_DATA").is_some() {

@@ -1,13 +1,16 @@
-//! `accuracy = "2%"`: resolution, step and method from the chart of a class of scenes.
+//! `accuracy = "2%"`: resolution and step from the chart of a class of scenes.
 //!
-//! A chart (docs/charts) says what every setting cost and how far off it was. The cheapest one that is
-//! exact enough is transferred to the scene: D/Δx as it is, time steps in units of the class's own time, keys of
-//! `[fluid]` and `[dem]` as they are. Half of the error asked for is kept for what the scene and the charted one do not
-//! share. What the user says by `--set` still wins.
+//! A chart (docs/charts) says what every setting cost and how far off it was, in several cases of its class. A
+//! scene gets a promise where its numbers (Ar, St, Re, density ratio, distance of walls, solid fraction) lie
+//! within those of the chart, else a refusal that names them. Of the cases beside it the worst counts. The cheapest
+//! setting that is exact enough is transferred to the scene: D/Δx as it is, time steps in units of the class's own
+//! time, keys of `[fluid]` and `[dem]` as they are. Half of the error asked for is kept for what the scene and the
+//! charted ones do not share. What the user says by `--set` still wins.
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `class` | the classes: which scenes, which chart, which unit of time |
+//! | `class` | the classes: which scenes, which chart, which numbers and unit of time |
+//! | `numbers` | a scene's numbers against the charted ones |
 //! | `charted` | what a chart says of each of its runs, as `data/*.toml` |
 //! | `pick` | the cheapest setting of a chart that is exact enough |
 //! | `transfer` | a setting, transferred to another scene |
@@ -16,6 +19,7 @@ mod charted;
 mod class;
 #[cfg(test)]
 mod made;
+mod numbers;
 mod pick;
 mod transfer;
 
@@ -25,7 +29,9 @@ use serde::Deserialize;
 
 use crate::failure::Failure;
 use crate::number::Short;
+use charted::Run;
 use class::Class;
+use numbers::Number;
 
 /// Part of the error asked for that the chart may have.
 const FROM_CHART: f64 = 0.5;
@@ -46,7 +52,7 @@ pub(crate) struct Expected {
     /// Class of the scene.
     pub(crate) class: &'static str,
     /// File of the chart.
-    pub(crate) chart: &'static str,
+    pub(crate) chart: String,
     /// Label of the run in it.
     pub(crate) label: String,
     /// `KEY=VALUE` as applied.
@@ -96,15 +102,30 @@ pub(crate) fn offered(scene: &CheckedScene, target: f64) -> Option<Expected> {
 /// `text`: the target as the user wrote it.
 fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, SceneError> {
     let refuse = |message: String, remedy: &str| scene.source.error("accuracy", message, remedy);
-    let class = Class::of(scene).ok_or_else(|| {
+    let class = Class::of(scene).map_err(|why| {
         let names: Vec<&str> = Class::ALL.iter().map(|class| class.name()).collect();
         refuse(
-            format!("has no chart for this kind of scene; there are charts for {}", names.join(", ")),
+            format!("has no chart for this scene: {why}; there are charts for {}", names.join(", ")),
             "leave accuracy out and set domain.cells, fluid.time and dem.steps_per_contact, or chart a scene of this kind (bedload chart)",
         )
     })?;
-    let chart = class.charted(scene).map_err(|what| refuse(what, "mend the chart"))?;
-    let run = pick::cheapest(&chart.runs, FROM_CHART * target).map_err(|best| {
+    let chart = class.charted().map_err(|what| refuse(what, "mend the chart"))?;
+    let numbers = class.numbers(scene);
+    let charted: Vec<Vec<f64>> = chart.runs.iter().map(|run| run.numbers.clone()).collect();
+    let outside: Vec<String> = numbers::outside(&numbers, &charted).iter().map(ToString::to_string).collect();
+    if !outside.is_empty() {
+        return Err(refuse(
+            format!(
+                "cannot be promised as {}: {} ({})",
+                class.name(),
+                outside.join("; "),
+                class.chart_file()
+            ),
+            "leave accuracy out and refine until the result stays (bedload chart), or bring the scene into the charted range",
+        ));
+    }
+    let beside = beside(&numbers, &chart.runs);
+    let setting = pick::cheapest(&beside, FROM_CHART * target).map_err(|best| {
         refuse(
             format!(
                 "is {text}, but the best of {} is {} %, and half of what is asked for is kept for what differs",
@@ -114,15 +135,22 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
             "ask for less, or refine by hand",
         )
     })?;
-    let set = transfer::transferred(&chart, run, class, scene);
     Ok(Expected {
         target,
-        error: run.error,
+        error: setting.worst.error,
         class: class.name(),
         chart: class.chart_file(),
-        label: run.label.clone(),
-        set,
+        label: setting.worst.label.clone(),
+        set: transfer::transferred(setting.worst, class, scene),
     })
+}
+
+/// The runs of the cases beside a scene: those next to it in the first of its numbers, at any of the others.
+fn beside<'a>(numbers: &[Number], runs: &'a [Run]) -> Vec<&'a Run> {
+    let first = |run: &Run| run.numbers.first().copied();
+    let Some(number) = numbers.first() else { return runs.iter().collect() };
+    let (below, above) = numbers::neighbours(number.value, runs.iter().filter_map(first));
+    runs.iter().filter(|run| first(run).is_some_and(|value| (below..=above).contains(&value))).collect()
 }
 
 /// `2%`, `2 %` or `0.02` as 0.02.

@@ -2,19 +2,59 @@
 
 use super::charted::Run;
 
-/// The cheapest run whose error is at most `target`, and stays so in every finer run of those that differ from it in fineness alone: an error that is small
-/// by chance does not count, nor does a run that no other one stands by. Else the least error of such a run.
-pub(super) fn cheapest(runs: &[Run], target: f64) -> Result<&Run, f64> {
-    let alike = |run: &Run| runs.iter().filter(|other| other.others == run.others).collect::<Vec<_>>();
-    let worst = |run: &Run| {
-        let alike = alike(run);
-        let finer = alike.iter().filter(|other| other.fineness >= run.fineness);
-        let worst = finer.map(|other| other.error).fold(run.error, f64::max);
+/// A setting: what the runs of several cases share.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Setting<'a> {
+    /// The run of it that errs the most.
+    pub(super) worst: &'a Run,
+    /// CPU time of all its runs, s.
+    cost: f64,
+    /// Cases that were run with it.
+    cases: usize,
+}
+
+/// The settings of these runs.
+fn settings<'a>(runs: &[&'a Run]) -> Vec<Setting<'a>> {
+    let mut settings: Vec<Setting<'a>> = Vec::new();
+    for run in runs {
+        let alike = |setting: &&mut Setting<'_>| {
+            setting.worst.fineness == run.fineness && setting.worst.others == run.others
+        };
+        match settings.iter_mut().find(alike) {
+            Some(setting) => {
+                setting.cost += run.cost;
+                setting.cases += 1;
+                if run.error > setting.worst.error {
+                    setting.worst = run;
+                }
+            }
+            None => settings.push(Setting { worst: run, cost: run.cost, cases: 1 }),
+        }
+    }
+    // What failed or was refused in a case has no run there, and promises nothing.
+    let all = settings.iter().map(|setting| setting.cases).max().unwrap_or(0);
+    settings.retain(|setting| setting.cases == all);
+    settings
+}
+
+/// The cheapest setting whose error in each of the cases is at most `target`, and stays so in every finer one that
+/// differs in fineness alone: an error that is small by chance does not count, nor does a setting that no other one
+/// stands by. Else the least error of such a setting.
+pub(super) fn cheapest<'a>(runs: &[&'a Run], target: f64) -> Result<Setting<'a>, f64> {
+    let settings = settings(runs);
+    let alike = |setting: &Setting<'_>| {
+        let others = settings.iter().filter(|other| other.worst.others == setting.worst.others);
+        others.cloned().collect::<Vec<_>>()
+    };
+    let worst = |setting: &Setting<'_>| {
+        let alike = alike(setting);
+        let finer = alike.iter().filter(|other| other.worst.fineness >= setting.worst.fineness);
+        let worst = finer.map(|other| other.worst.error).fold(setting.worst.error, f64::max);
         if alike.len() > 1 { worst } else { f64::INFINITY }
     };
-    let enough = runs.iter().filter(|run| worst(run) <= target);
-    let best = || runs.iter().map(worst).fold(f64::INFINITY, f64::min);
-    enough.min_by(|a, b| a.cost.total_cmp(&b.cost)).ok_or_else(best)
+    let enough = settings.iter().filter(|setting| worst(setting) <= target);
+    let best = || settings.iter().map(worst).fold(f64::INFINITY, f64::min);
+    enough.min_by(|a, b| a.cost.total_cmp(&b.cost)).cloned().ok_or_else(best)
 }
 
 #[cfg(test)]
@@ -39,9 +79,27 @@ mod tests {
         ];
         let rows = measured(&header, &rows.map(line)).unwrap();
         assert_eq!(rows.len(), 7);
-        assert_eq!(cheapest(&rows, 0.05).unwrap().label, "a");
-        assert_eq!(cheapest(&rows, 0.02).unwrap().label, "b");
+        let rows: Vec<&Run> = rows.iter().collect();
+        assert_eq!(cheapest(&rows, 0.05).unwrap().worst.label, "a");
+        assert_eq!(cheapest(&rows, 0.02).unwrap().worst.label, "b");
         assert_eq!(cheapest(&rows, 0.001), Err(0.004));
         assert!(measured(&line("x,error,label"), &[]).unwrap_err().contains("cpu_s"));
+    }
+
+    #[test]
+    fn a_setting_is_as_exact_as_in_its_worst_case_and_must_have_run_in_all() {
+        let line = |text: &str| text.split(',').map(str::to_owned).collect::<Vec<_>>();
+        let rows = [
+            "slow,8,1,0.01,a",
+            "slow,16,8,0.002,b",
+            "fast,8,1,0.05,c",
+            "fast,16,8,0.01,d",
+            "slow,32,60,0.001,e",
+        ];
+        let rows = measured(&line("case,resolution,cpu_s,error,label"), &rows.map(line)).unwrap();
+        let rows: Vec<&Run> = rows.iter().collect();
+        assert_eq!(cheapest(&rows, 0.05).unwrap().worst.label, "c");
+        assert_eq!(cheapest(&rows, 0.02).unwrap().worst.label, "d");
+        assert_eq!(cheapest(&rows, 0.005), Err(0.01));
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use protocol::scene::CheckedScene;
 
-use super::charted::{Charted, Run};
+use super::charted::Run;
 use super::class::Class;
 use crate::keys;
 use crate::resolution;
@@ -12,23 +12,20 @@ use crate::resolution;
 /// Sections whose varied keys are transferred as they are.
 const METHOD: [&str; 3] = ["fluid.", "dem.", "coupling."];
 
-/// What is none the less not: the time step has a unit of its own, and contacts are the material's.
-const NOT_METHOD: [&str; 2] = [keys::FLUID_DT, keys::CONTACT];
+/// What is none the less not: the time step has a unit of its own, contacts and films are the material's.
+const NOT_METHOD: [&str; 3] = [keys::FLUID_DT, keys::CONTACT, keys::LUBRICATION];
 
 /// `KEY=VALUE` that give `scene` the setting of `run`.
-pub(super) fn transferred(chart: &Charted, run: &Run, class: Class, scene: &CheckedScene) -> Vec<String> {
+pub(super) fn transferred(run: &Run, class: Class, scene: &CheckedScene) -> Vec<String> {
     let mut set = Vec::new();
     if let (Some(wanted), Some(_)) = (run.resolution, resolution::of(scene)) {
         set.extend(refined(scene, wanted));
     }
-    if let (Some(dt), Some(unit), Some(time)) = (run.dt, chart.time, class.time(scene)) {
-        set.push(format!("{}={:?}", keys::FLUID_DT, dt * time / unit));
+    if let Some(dt) = run.step.zip(class.time(scene)).map(|(step, time)| step * time) {
+        set.push(format!("{}={dt:?}", keys::FLUID_DT));
     }
-    // Lubrication that the scene leaves to the default is not begun by half.
-    let lubrication = keys::look_up(scene, keys::LUBRICATION).is_some();
     let wanted = |text: &&String| {
-        (lubrication || !is_at(text, keys::LUBRICATION))
-            && METHOD.iter().any(|section| text.starts_with(section))
+        METHOD.iter().any(|section| text.starts_with(section))
             && !NOT_METHOD.iter().any(|key| is_at(text, key))
     };
     set.extend(run.set.iter().filter(wanted).cloned());

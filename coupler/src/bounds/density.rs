@@ -225,7 +225,7 @@ fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bou
         ),
         worst.source,
         "use the fluid's loads yu-shao-fixed-point with the virtual mass ½, a smaller dt, coupling.scheme = \"iterated\", \
-         fluid.loads.displaced_mass = true, or heavier grains",
+         fluid.loads.displaced_mass = \"as-mass\", or heavier grains",
     )
 }
 

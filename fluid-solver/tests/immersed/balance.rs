@@ -27,7 +27,7 @@ const PAIR: &str = "until = 1.0
     density = 1.5
     [fluid]
     time = { dt = 0.01 }
-    loads = { virtual_mass = 0.0 }
+    loads = { virtual_mass = 0.0, displaced_mass = \"neglected\" }
     ";
 
 #[test]

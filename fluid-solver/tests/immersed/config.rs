@@ -73,7 +73,7 @@ fn errors_name_key_and_value() {
         ),
         (
             2.0,
-            "loads = { form = \"uhlmann-2005\", displaced_mass = true }",
+            "loads = { form = \"uhlmann-2005\", displaced_mass = \"as-mass\" }",
             "fluid.loads.displaced_mass",
             "uhlmann-2005",
         ),

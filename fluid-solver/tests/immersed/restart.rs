@@ -40,7 +40,7 @@ const FORMS: [&str; 8] = [
     "immersed = { force_transport = \"advected\" }",
     "[coupling]\nscheme = \"overlapped\"",
     "immersed = { force_transport = \"advected\" }\n[coupling]\nscheme = \"overlapped\"",
-    "loads = { displaced_mass = true }",
+    "loads = { displaced_mass = \"as-mass\" }",
 ];
 
 /// Everything that crosses, as bits.

@@ -277,7 +277,7 @@ fn table() {
     let schemes = [
         ("semi-implicit, C_v = 1/2", String::new()),
         ("semi-implicit, C_v = 2", "[fluid.loads]\nvirtual_mass = 2.0".into()),
-        ("semi-implicit, displaced mass", "[fluid.loads]\ndisplaced_mass = true".into()),
+        ("semi-implicit, displaced mass", "[fluid.loads]\ndisplaced_mass = \"as-mass\"".into()),
         ("overlapped, C_v = 1/2", "[coupling]\nscheme = \"overlapped\"".into()),
         (
             "overlapped, C_v = 2",

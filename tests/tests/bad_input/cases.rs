@@ -161,7 +161,7 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "the seed's loads of a neutral grain": "density = 3.0" => "density = 1.0", "[dem]" => "[fluid.immersed]\nmethod = \"direct\"\n[fluid.loads]\n§form = \"izard-2014\"\n[dem]";
         "fluid.loads.form", "grain 1", "izard-2014";
     "direct forcing, carried loads": "[dem]" => "[fluid.immersed]\nmethod = \"direct\"\n[fluid.loads]\n§form = \"yu-shao-fixed-point\"\n[dem]"; "fluid.loads.form", "direct";
-    "displaced mass without carried loads": "[dem]" => "[fluid.loads]\nform = \"kempe-froehlich-2012\"\n§displaced_mass = true\n[dem]"; "fluid.loads.displaced_mass", "kempe-froehlich-2012";
+    "displaced mass without carried loads": "[dem]" => "[fluid.loads]\nform = \"kempe-froehlich-2012\"\n§displaced_mass = \"as-mass\"\n[dem]"; "fluid.loads.displaced_mass", "kempe-froehlich-2012";
     "command as one word": "[fluid.time]" => "[fluid]\n§command = \"my-solver\"\n[fluid.time]"; "fluid.command", "string", "sequence";
     "contact missing": "[dem]" => "§[dem]", "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 0.02\n" => ""; "dem.contact", "is missing";
     "dem missing": "[dem]\nintegrator = \"symplectic-euler\"\n" => "", "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 0.02\n" => "",

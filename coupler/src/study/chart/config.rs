@@ -92,6 +92,9 @@ pub struct LimitOf {
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
     pub with: toml::Table,
+    /// Varied keys, or names of bundles, each value of which has a limit of its own: cases of the physics.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub each: Vec<String>,
 }
 
 /// Which way a key refines.
@@ -239,11 +242,19 @@ impl Chart {
                         format!("names {key:?}, which is not varied; varied are {}", headers.join(", "));
                     return wrong("chart.reference.richardson", message, "name a key of [[chart.vary]]");
                 }
-                match limit.with.keys().find(|key| !headers.contains(&key.as_str())) {
-                    Some(key) => wrong(
+                let unknown = |key: &&String| !headers.contains(&key.as_str());
+                if let Some(key) = limit.with.keys().find(unknown) {
+                    return wrong(
                         "chart.reference.with",
                         format!("has the key {key:?}, which is not varied"),
                         "name keys of [[chart.vary]], in quotes: { \"fluid.time.dt\" = 0.01 }",
+                    );
+                }
+                match limit.each.iter().find(|each| unknown(each) || *each == key) {
+                    Some(each) => wrong(
+                        "chart.reference.each",
+                        format!("names {each:?}, which is not varied, or is refined"),
+                        "name other keys of [[chart.vary]], such as the name of bundles",
                     ),
                     None => Ok(()),
                 }

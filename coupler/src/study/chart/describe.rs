@@ -116,7 +116,18 @@ pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Compar
             percent(limit.relative_uncertainty()),
         )
     };
-    known.iter().map(line).collect()
+    let mut lines: Vec<String> = known.iter().map(line).collect();
+    // Of cases with a limit each, the one that is known the least tells of all.
+    if known.len() > 2 * chart.metrics().len() {
+        let uncertainty =
+            |known: &Compared| known.limit.as_ref().map_or(0.0, |(l, _)| l.relative_uncertainty());
+        let worst =
+            (0..known.len()).max_by(|a, b| uncertainty(&known[*a]).total_cmp(&uncertainty(&known[*b])));
+        lines = worst.map(|worst| lines.swap_remove(worst)).into_iter().collect();
+        let count = known.len() / chart.metrics().len();
+        lines.insert(0, format!("Each of {count} cases has its own reference; the least certain of them:"));
+    }
+    lines
 }
 
 fn column_of(chart: &Chart, names: &Names) -> Option<usize> {

@@ -19,6 +19,14 @@ pub(super) struct Compared {
     /// How it was extrapolated, if it was: the limit, and from which refinement.
     pub(super) limit: Option<(Limit, Refinement)>,
     pub(super) source: Option<String>,
+    /// Columns and values of the rows that it is for; none where it is for all.
+    pub(super) rows: Vec<(usize, String)>,
+}
+
+impl Compared {
+    fn is_for(&self, row: &Row) -> bool {
+        self.rows.iter().all(|(column, value)| row.values[*column] == *value)
+    }
 }
 
 /// The references of the charted metrics, in their order; none where a curve is charted.
@@ -26,34 +34,74 @@ pub(super) fn values(chart: &Chart, metrics: &[Metric], table: &Table) -> Result
     let of = |(place, name): (usize, &str)| {
         let own = metrics.iter().find(|metric| metric.name == name);
         let source = chart.source.clone();
-        let known = |value, limit, source| Compared { metric: name.to_owned(), value, limit, source };
+        let known = |value, source| Compared {
+            metric: name.to_owned(),
+            value,
+            limit: None,
+            source,
+            rows: Vec::new(),
+        };
         match &chart.reference {
-            Some(Reference::Number(value)) => Ok(known(*value, None, source)),
+            Some(Reference::Number(value)) => Ok(vec![known(*value, source)]),
             Some(Reference::Limit(of)) => {
-                let (limit, refinement) = extrapolated(of, place, table)?;
-                Ok(known(limit.value, Some((limit, refinement)), source))
+                let limit = |rows: Vec<(usize, String)>| {
+                    let (limit, refinement) = extrapolated(of, place, table, &rows)?;
+                    let value = limit.value;
+                    Ok(Compared { limit: Some((limit, refinement)), rows, ..known(value, source.clone()) })
+                };
+                // A case without a limit has rows without errors; where no case has one, none has.
+                let (known, without): (Vec<_>, Vec<_>) =
+                    cases(of, table)?.into_iter().map(limit).partition(Result::is_ok);
+                match (known.is_empty(), without.into_iter().find_map(Result::err)) {
+                    (true, Some(why)) => Err(why),
+                    _ => known.into_iter().collect(),
+                }
             }
             Some(Reference::Curve(_)) | None => {
                 let own = own.ok_or_else(|| format!("the scene has no metric {name}"))?;
                 let value = own.reference.ok_or_else(|| format!("the metric {name} has no reference"))?;
-                Ok(known(value, None, source.or(own.source.clone())))
+                Ok(vec![known(value, source.or(own.source.clone()))])
             }
         }
     };
-    chart.metrics().into_iter().enumerate().map(of).collect()
+    let all: Result<Vec<Vec<Compared>>, String> = chart.metrics().into_iter().enumerate().map(of).collect();
+    Ok(all?.concat())
 }
 
-/// The limit of metric `place` over the refinement that was asked for.
-fn extrapolated(of: &LimitOf, place: usize, table: &Table) -> Result<(Limit, Refinement), String> {
+/// Column of a varied key.
+fn column_of(table: &Table, key: &str) -> Result<usize, String> {
+    table.keys.iter().position(|other| other == key).ok_or_else(|| format!("no key {key} is varied"))
+}
+
+/// The rows that share a limit: columns of `each` with their values.
+fn cases(of: &LimitOf, table: &Table) -> Result<Vec<Vec<(usize, String)>>, String> {
+    let columns: Result<Vec<usize>, String> = of.each.iter().map(|key| column_of(table, key)).collect();
+    let columns = columns?;
+    let mut cases: Vec<Vec<(usize, String)>> = Vec::new();
+    for row in &table.rows {
+        let case = columns.iter().map(|column| (*column, row.values[*column].clone())).collect();
+        if !cases.contains(&case) {
+            cases.push(case);
+        }
+    }
+    Ok(cases)
+}
+
+/// The limit of metric `place` over the refinement that was asked for, among the rows of one case.
+fn extrapolated(
+    of: &LimitOf,
+    place: usize,
+    table: &Table,
+    case: &[(usize, String)],
+) -> Result<(Limit, Refinement), String> {
     let key = &of.richardson;
-    let column = table.keys.iter().position(|other| other == key);
-    let column = column.ok_or_else(|| format!("no key {key} is varied"))?;
+    let column = column_of(table, key)?;
     let finer = of.finer.or(limit::refines(key)).unwrap_or(Finer::Smaller);
     let wanted = |row: &Row| {
-        of.with.iter().all(|(key, value)| {
-            let column = table.keys.iter().position(|other| other == key);
-            column.is_some_and(|column| row.values[column] == text(value))
-        })
+        case.iter().all(|(column, value)| row.values[*column] == *value)
+            && of.with.iter().all(|(key, value)| {
+                column_of(table, key).is_ok_and(|column| row.values[column] == text(value))
+            })
     };
     let measured = |row: &Row| row.measured.get(place).copied().flatten();
     let mut refinements = limit::refinements(table, column, finer);
@@ -75,13 +123,20 @@ pub(super) fn compare(table: &mut Table, known: &Result<Vec<Compared>, String>) 
         match known {
             Err(why) => row.add_note(why),
             Ok(known) => {
+                let known: Vec<&Compared> = known.iter().filter(|known| known.is_for(row)).collect();
                 let off =
-                    |(value, known): (&Option<f64>, &Compared)| Some(error((*value)?, known.value).abs());
-                let errors: Option<Vec<f64>> = row.measured.iter().zip(known).map(off).collect();
+                    |(value, known): (&Option<f64>, &&Compared)| Some(error((*value)?, known.value).abs());
+                if known.len() < row.measured.len() {
+                    row.add_note(
+                        "its case has no three runs of the refinement with a value, so it has no limit",
+                    );
+                    continue;
+                }
+                let errors: Option<Vec<f64>> = row.measured.iter().zip(&known).map(off).collect();
                 row.error = errors.and_then(|errors| errors.into_iter().reduce(f64::max));
                 // Where no order is seen the finest run is the limit, and cannot be compared with itself.
                 let finest =
-                    |known: &Compared| known.limit.as_ref().is_some_and(|(limit, _)| limit.order.is_none());
+                    |known: &&Compared| known.limit.as_ref().is_some_and(|(limit, _)| limit.order.is_none());
                 if row.error == Some(0.0) && known.iter().all(finest) {
                     row.error = None;
                     row.add_note("is itself the reference");
@@ -131,8 +186,13 @@ mod tests {
         let mut table = table(&[(8.0, "a", 1.0, 0.0), (16.0, "a", 2.0, 0.0)]);
         table.rows[0].measured = vec![Some(1.1), Some(-0.02)];
         table.rows[1].measured = vec![Some(1.1), None];
-        let known =
-            |metric: &str, value| Compared { metric: metric.to_owned(), value, limit: None, source: None };
+        let known = |metric: &str, value| Compared {
+            metric: metric.to_owned(),
+            value,
+            limit: None,
+            source: None,
+            rows: Vec::new(),
+        };
         compare(&mut table, &Ok(vec![known("m", 1.0), known("n", 0.0)]));
         assert!((table.rows[0].error.unwrap() - 0.1).abs() < 1e-12);
         assert_eq!(table.rows[1].error, None, "a value is missing");
@@ -159,6 +219,16 @@ mod tests {
         chart.reference =
             toml::from_str::<Chart>("reference = { richardson = \"method\" }").unwrap().reference;
         assert!(of(&chart).unwrap_err().contains("three runs"));
+        chart.reference =
+            toml::from_str::<Chart>("reference = { richardson = \"resolution\", each = [\"method\"] }")
+                .unwrap()
+                .reference;
+        let each = values(&chart, &[], &table).unwrap();
+        let limits: Vec<f64> = each.iter().map(|known| known.value).collect();
+        assert!((limits[0] - 1.0).abs() < 1e-9 && (limits[1] - 2.0).abs() < 1e-9, "{limits:?}");
+        let mut table = table;
+        compare(&mut table, &Ok(each));
+        assert!(table.rows.iter().all(|row| row.error.unwrap() < 0.02), "each against its own limit");
     }
 
     #[test]

@@ -1,0 +1,103 @@
+//! Numbers that say how far a scene is from those that were charted.
+
+use std::fmt;
+
+use crate::number::Short;
+
+/// Part by which a scene's number may lie outside of the charted ones: rounding of what users type.
+const LEEWAY: f64 = 0.02;
+
+/// Which way from the charted numbers a chart still tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    /// Between them.
+    Between,
+    /// From the smallest on: with more of it there is less to resolve.
+    FromSmallest,
+    /// Up to the largest: with less of it there is less to resolve.
+    UpToLargest,
+}
+
+/// One number of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Number {
+    /// Symbol and meaning, for people.
+    pub(super) name: &'static str,
+    pub(super) value: f64,
+    pub(super) side: Side,
+}
+
+/// A number of a scene outside of the charted ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Outside {
+    number: Number,
+    smallest: f64,
+    largest: f64,
+}
+
+impl fmt::Display for Outside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Number { name, value, side } = self.number;
+        let (smallest, largest) = (Short(self.smallest), Short(self.largest));
+        write!(f, "{name} is {}, charted ", Short(value))?;
+        match side {
+            Side::Between if self.smallest == self.largest => write!(f, "at {smallest} alone"),
+            Side::Between => write!(f, "from {smallest} to {largest}"),
+            Side::FromSmallest => write!(f, "from {smallest} on"),
+            Side::UpToLargest => write!(f, "up to {largest}"),
+        }
+    }
+}
+
+/// Those numbers of a scene that lie outside of the charted ones, `charted` being the numbers of each run.
+pub(super) fn outside(numbers: &[Number], charted: &[Vec<f64>]) -> Vec<Outside> {
+    let check = |(place, number): (usize, &Number)| {
+        let values = || charted.iter().filter_map(|run| run.get(place).copied());
+        let (smallest, largest) =
+            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        let Number { value, side, .. } = *number;
+        let low = side != Side::UpToLargest && value < smallest - LEEWAY * smallest.abs();
+        let high = side != Side::FromSmallest && value > largest + LEEWAY * largest.abs();
+        let is_in = value.is_finite() && !low && !high;
+        (!is_in).then_some(Outside { number: *number, smallest, largest })
+    };
+    numbers.iter().enumerate().filter_map(check).collect()
+}
+
+/// The charted values of the first number beside `value`: the largest below or at it and the smallest above or at it.
+/// What lies beyond the last has that one for both.
+pub(super) fn neighbours(value: f64, charted: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let below = charted.clone().filter(|c| *c <= value * (1.0 + LEEWAY)).fold(f64::NEG_INFINITY, f64::max);
+    let above = charted.filter(|c| *c >= value * (1.0 - LEEWAY)).fold(f64::INFINITY, f64::min);
+    (if below.is_finite() { below } else { above }, if above.is_finite() { above } else { below })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_inside_as_its_side_says() {
+        let number = |value, side| [Number { name: "Ar", value, side }];
+        let charted = [vec![10.0], vec![200.0]];
+        let told = |value, side| outside(&number(value, side), &charted).first().map(Outside::to_string);
+        assert_eq!(told(50.0, Side::Between), None);
+        assert_eq!(told(203.0, Side::Between), None, "typed with two digits");
+        assert_eq!(told(210.0, Side::Between).unwrap(), "Ar is 210, charted from 10 to 200");
+        assert_eq!(told(1e9, Side::FromSmallest), None);
+        assert_eq!(told(9.0, Side::FromSmallest).unwrap(), "Ar is 9, charted from 10 on");
+        assert_eq!(told(1e-9, Side::UpToLargest), None);
+        assert_eq!(told(300.0, Side::UpToLargest).unwrap(), "Ar is 300, charted up to 200");
+        assert!(told(f64::NAN, Side::Between).is_some() && told(f64::INFINITY, Side::FromSmallest).is_some());
+    }
+
+    #[test]
+    fn neighbours_stand_on_both_sides() {
+        let charted = [10.0, 50.0, 200.0];
+        let of = |value| neighbours(value, charted.into_iter());
+        assert_eq!(
+            [of(20.0), of(50.0), of(5.0), of(300.0)],
+            [(10.0, 50.0), (50.0, 50.0), (10.0, 10.0), (200.0, 200.0)]
+        );
+    }
+}
