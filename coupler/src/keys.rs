@@ -17,22 +17,10 @@ pub const RK3: &str = "rk3";
 pub const FLUID_DT: &str = "fluid.time.dt";
 /// Courant number of steps that follow the flow.
 pub const CFL: &str = "fluid.time.cfl";
-/// How the motion is imposed.
-pub const METHOD: &str = "fluid.immersed.method";
-/// Anew in each step.
-pub const DIRECT: &str = "direct";
-/// Width of the mask over the spacing.
-pub const WIDTH: &str = "fluid.immersed.width";
-/// Does the carried force move with the grains?
-pub const TRANSPORT: &str = "fluid.immersed.force_transport";
-/// It does.
-pub const ADVECTED: &str = "advected";
 /// Radius of the masks.
 pub const MASK_RADIUS: &str = "fluid.immersed.mask_radius";
 /// That with which the flow feels the grain.
 pub const CORRECTED: &str = "corrected";
-/// Form of the loads.
-pub const LOADS: &str = "fluid.loads.form";
 /// The law of contact.
 pub const CONTACT: &str = "dem.contact";
 /// Films between grains.
@@ -53,16 +41,12 @@ pub const INTEGRATOR: &str = "dem.integrator";
 pub const CONTACT_STEPS: &str = "dem.steps_per_contact";
 
 /// All of them, with the values that rules name.
-pub const ALL: [(&str, &[&str]); 15] = [
+pub const ALL: [(&str, &[&str]); 11] = [
     (CONVECTION, &[]),
     (TIME_SCHEME, &[AB2, RK3]),
     (FLUID_DT, &[]),
     (CFL, &[]),
-    (METHOD, &[DIRECT]),
-    (WIDTH, &[]),
-    (TRANSPORT, &[ADVECTED]),
     (MASK_RADIUS, &[CORRECTED]),
-    (LOADS, &[]),
     (CONTACT, &[]),
     (LUBRICATION, &[]),
     (FILM, &[COMPLEMENT]),

@@ -88,6 +88,19 @@ fn viscosity(ar: f64, rho_r: f64, diameter: f64) -> f64 {
     RHO * ((rho_r - 1.0).abs() * GRAVITY * diameter.powi(3) / ar).sqrt()
 }
 
+/// (D/|ρ_r − 1| g)^½, s.
+fn unit(rho_r: f64, diameter: f64) -> f64 {
+    (diameter / ((rho_r - 1.0).abs() * GRAVITY)).sqrt()
+}
+
+/// Room behind a sphere and length of the column in which it settles for `time`, in D, within ranges of the room behind and of
+/// that left in front.
+fn column(random: &mut Random, ar: f64, rho_r: f64, time: f64, rooms: [(f64, f64); 2]) -> (f64, f64) {
+    let (_, way, _) = fall(ar, rho_r, f64::INFINITY, time);
+    let [behind, front] = rooms.map(|(low, high)| random.between(low, high));
+    (behind, behind + 1.0 + 1.3 * way + front)
+}
+
 fn axis(random: &mut Random, target: f64) -> Drawn {
     let diameter = random.scale(2e-4, 2e-2);
     let ar = random.scale(2.0, 6e4);
@@ -96,16 +109,13 @@ fn axis(random: &mut Random, target: f64) -> Drawn {
     let tube = random.scale(0.9, 25.0);
     let side = random.one_of(&["no-slip", "free-slip"]);
     let time = random.between(1.0, 10.0);
-    let (_, way, _) = fall(ar, rho_r, f64::INFINITY, time);
-    let behind = random.between(1.0, 4.0);
-    let length = behind + 1.0 + 1.3 * way + random.between(1.0, 6.0);
-    let unit = (diameter / ((rho_r - 1.0).abs() * GRAVITY)).sqrt();
+    let (behind, length) = column(random, ar, rho_r, time, [(1.0, 4.0), (1.0, 6.0)]);
     let start = if rho_r > 1.0 { length - behind - 0.5 } else { behind + 0.5 };
     let cells = [(8.0 * tube).ceil(), (8.0 * length).ceil()];
     let text = format!(
         "until = {:?}\ngravity = [0.0, 0.0, {:?}]\n[domain]\ngeometry = \"axisymmetric\"\nlower = [0.0, 0.0]\nupper = [{:?}, {:?}]\n\
          cells = [{}, {}]\nboundary = {{ r_upper = \"{side}\", z = \"no-slip\" }}\n{}",
-        time * unit,
+        time * unit(rho_r, diameter),
         -GRAVITY,
         tube * diameter,
         length * diameter,
@@ -144,16 +154,13 @@ fn space(random: &mut Random, target: f64) -> Drawn {
     let side = random.between(1.6, 5.0);
     let wall = random.one_of(&["no-slip", "periodic", "free-slip"]);
     let time = random.between(1.0, 4.0);
-    let (_, way, _) = fall(ar, rho_r, f64::INFINITY, time);
-    let behind = random.between(1.2, 2.5);
-    let length = behind + 1.0 + 1.3 * way + random.between(2.0, 3.0);
-    let unit = (diameter / ((rho_r - 1.0).abs() * GRAVITY)).sqrt();
+    let (behind, length) = column(random, ar, rho_r, time, [(1.2, 2.5), (2.0, 3.0)]);
     let place = [random.between(0.4, 0.6), random.between(0.4, 0.6)].map(|part| part * side * diameter);
     let cells = [side, side, length].map(|edge| (8.0 * edge).ceil() as u64);
     let text = format!(
         "until = {:?}\ngravity = [0.0, 0.0, {:?}]\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [{:?}, {:?}, {:?}]\n\
          cells = {cells:?}\nboundary = {{ x = \"{wall}\", y = \"{wall}\", z = \"no-slip\" }}\n{}",
-        time * unit,
+        time * unit(rho_r, diameter),
         -GRAVITY,
         side * diameter,
         side * diameter,
@@ -181,7 +188,6 @@ fn bounce(random: &mut Random, target: f64) -> Drawn {
     let ar = random.scale(200.0, 1e6);
     let way = random.between(2.0, 9.0);
     let (speed, _, time) = fall(ar, rho_r, way, 1e3);
-    let unit = (diameter / ((rho_r - 1.0) * GRAVITY)).sqrt();
     let stokes = (rho_r + 0.5) * speed * ar.sqrt() / 9.0;
     let roughness = random.scale(5e-5, 2e-3);
     let restitution = random.between(0.8, 1.0);
@@ -190,7 +196,7 @@ fn bounce(random: &mut Random, target: f64) -> Drawn {
     let text = format!(
         "until = {:?}\ngravity = [0.0, 0.0, {:?}]\n[domain]\ngeometry = \"axisymmetric\"\nlower = [0.0, 0.0]\nupper = [{:?}, {:?}]\n\
          cells = [40, {}]\nboundary = {{ r_upper = \"free-slip\", z = \"no-slip\" }}\n{}[dem.lubrication]\nroughness = {roughness:?}\n",
-        (2.0 * time + 2.0) * unit,
+        (2.0 * time + 2.0) * unit(rho_r, diameter),
         -GRAVITY,
         5.0 * diameter,
         length * diameter,

@@ -155,13 +155,12 @@ impl Class {
 
     /// What of the scene the chart has none of.
     fn asks_for(self, scene: &CheckedScene) -> Option<Reason> {
-        let settings = self.other_setting(scene);
         let reason = match self {
             Self::Collision => collision(scene),
             Self::Axis | Self::Space | Self::Bounce => alone(scene).or_else(|| settling(scene, self)),
             Self::Lattice => alone(scene).or_else(|| lattice(scene)),
         };
-        reason.or(settings)
+        reason.or_else(|| self.other_setting(scene))
     }
 
     /// A key of a solver's section with which nothing was charted.
