@@ -1,9 +1,10 @@
 //! What a scene costs or does, where it breaks no bound but is hardly meant so.
 
 use protocol::facts::DemFacts;
-use protocol::scene::{CheckedScene, Motion, WallKind};
+use protocol::scene::{CheckedScene, Motion, Shape, WallKind};
 
 use crate::bounds::{Facts, largest_overlap};
+use crate::keys;
 use crate::number::{Short, norm};
 use crate::speeds::{drive, volume};
 
@@ -15,13 +16,22 @@ const COSTLY: f64 = 600.0;
 const MUCH_SHORTER: f64 = 10.0;
 /// Sides of a cell that differ by this part are no cube.
 const CUBE: f64 = 0.01;
+/// St of bounces in which roughness was measured to count as it says.
+const ROUGH: [f64; 2] = [28.0, 123.0];
+/// Least St with a bounce at all, and the largest in which roughness is worth a word.
+const BOUNCES: [f64; 2] = [10.0, 200.0];
 
 /// All of them.
 pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
-    [contact_time(facts, cost, windows), unbalanced_gravity(facts.scene), cells(facts.scene)]
-        .into_iter()
-        .flatten()
-        .collect()
+    [
+        contact_time(facts, cost, windows),
+        unbalanced_gravity(facts.scene),
+        cells(facts.scene),
+        roughness(facts),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// A contact time that costs much and does little.
@@ -117,5 +127,42 @@ fn cells(scene: &CheckedScene) -> Option<String> {
          Masks and films were measured with cubes only: domain.cells in the ratio of the sides of the box makes cubes",
         Short(least),
         Short(most)
+    ))
+}
+
+/// What the roughness, which is seldom known, makes of a bounce: with a film of −6πμR²U/(δ + η) on the way in and out
+/// the restitution loses (1 + e) ln(δ₀/η)/St (Davis, Serayssol & Hinch 1986).
+fn roughness(facts: &Facts<'_>) -> Option<String> {
+    let scene = facts.scene;
+    let medium = scene.scene.medium.as_ref()?;
+    let of = |section: &str, key: &str| facts.dem?.resolved.get(section)?.get(key)?.as_float();
+    let rough = of("lubrication", "roughness")?;
+    let dry = of("contact", "restitution").unwrap_or(1.0);
+    let spheres =
+        scene.grains.iter().filter(|grain| grain.motion == Motion::Free && grain.shape == Shape::Sphere);
+    let stokes = spheres.map(|grain| {
+        let mass = grain.density + 0.5 * medium.density;
+        mass * facts.speeds.approach * 2.0 * grain.radius
+            / (9.0 * medium.density * medium.kinematic_viscosity())
+    });
+    let stokes = stokes.fold(0.0, f64::max);
+    if !(BOUNCES[0]..=BOUNCES[1]).contains(&stokes) {
+        return None;
+    }
+    let source = if keys::look_up(scene, keys::ROUGHNESS).is_some() {
+        "stands in the scene"
+    } else {
+        "is the default, which is that of Izard et al. 2014 and need not be that of these grains: give dem.lubrication.roughness"
+    };
+    let range = if (ROUGH[0]..=ROUGH[1]).contains(&stokes) { "" } else { "; not measured at this St" };
+    Some(format!(
+        "roughness: grains that meet at U = {} m/s do so at St = {}, where ten times the roughness raises the restitution by \
+         about {}, (1 + e) ln 10/St (films alone, Davis, Serayssol & Hinch 1986; 0.88 to 0.94 of it were measured at St = {} \
+         to {}{range}); η/R = {rough} {source}",
+        Short(facts.speeds.approach),
+        Short(stokes),
+        Short((1.0 + dry) * std::f64::consts::LN_10 / stokes),
+        ROUGH[0],
+        ROUGH[1],
     ))
 }

@@ -64,6 +64,8 @@ impl Case {
             dt: self.contact_time / 50.0,
             contact_time: self.contact_time,
             substep_cost: 1e-6,
+            resolved: toml::from_str("lubrication = { roughness = 4e-4 }\ncontact = { restitution = 0.97 }")
+                .expect("a table"),
             ..DemFacts::default()
         };
         let coupling = Coupling::read(&scene).expect("good coupling");
@@ -164,4 +166,18 @@ fn cells_that_are_no_cubes_are_said() {
     assert!(!Case::new().notes().contains("no cubes"));
     let notes = Case::new().with("cells = [32, 32, 64]", "cells = [32, 32, 48]").notes();
     assert!(notes.contains("no cubes, 0.125 to 0.1667 m"), "{notes}");
+}
+
+/// A bounce hangs on the roughness of its grains: by how much is said where there is a bounce.
+#[test]
+fn the_roughness_that_a_bounce_hangs_on_is_said() {
+    let notes = |density: &str| Case::new().with("density = 4.0", density).notes();
+    // (ρ_p + ½ρ) U D/(9 μ): 5.2 and 35, where (1 + e) ln 10/St = 0.1295; measured from 28 on.
+    assert!(!notes("density = 2.0").contains("roughness:"));
+    let rough = notes("density = 8.0");
+    assert!(rough.contains("about 0.1295") && rough.contains("is the default"), "{rough}");
+    assert!(!rough.contains("not measured at this St"));
+    assert!(notes("density = 5.0").contains("not measured at this St"));
+    // Nothing bounces where nothing falls.
+    assert!(!Case::new().with("-1.0]", "0.0]").notes().contains("roughness:"));
 }
