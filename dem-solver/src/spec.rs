@@ -168,6 +168,7 @@ impl DemSpec {
             cut_off: settings.cut_off,
             continuous: matches!(self.lubrication, Lubrication::Continuous(_)),
             resolved_length: settings.resolved_length.unwrap_or(f64::INFINITY),
+            tangential: self.lubrication.is_tangential(),
             viscosity: self.viscosity,
         })
     }

@@ -15,6 +15,7 @@ fn model(roughness: f64, shape: GapShape, continuous: bool) -> LubricationModel 
         cut_off: 0.5,
         continuous,
         resolved_length: f64::INFINITY,
+        tangential: false,
         viscosity: 1.0,
     }
 }
@@ -348,4 +349,93 @@ fn short_paths_are_those_of_the_logarithms() {
         }
     }
     assert!(short > 200 && long > 100, "{short} short, {long} long");
+}
+
+/// A sphere beside a wall at constant gap: its velocity and spin decay as with the resistances of Goldman, Cox & Brenner
+/// (1967), force −6πμR(8/15 U − 2/15 ωR)ℓ and torque 8πμR²(1/10 U − 2/5 ωR)ℓ.
+#[test]
+fn a_sphere_beside_a_wall_slides_and_rolls_as_published() {
+    let (gap, length, roughness) = (0.004, 0.1, 1e-3);
+    let mut grain = Grain::new([0.0, 0.0, R + gap], R, 2.0);
+    grain.velocity = [0.3, 0.0, 0.0];
+    grain.free.translation = [true, true, false];
+    let mass = 2.0 * 4.0 / 3.0 * PI * R.powi(3);
+    let mut set_up = spec(vec![grain], law(0.97, 1e-2));
+    set_up.walls.push(floor());
+    set_up.viscosity = 0.2;
+    let settings =
+        LubricationSettings { resolved_length: Some(length), ..LubricationSettings::new(roughness) };
+    set_up.lubrication = Lubrication::Complement(settings);
+    let (time, steps) = (0.5, 4000);
+    let mut solver = dem(&set_up);
+    solver.advance(time, steps, &[]).expect("advances");
+    let log = 0.5 * (0.25 * length / (gap + roughness * R)).powi(2).ln_1p();
+    let c = PI * set_up.viscosity * R * log;
+    // Heun's method, w = ωR.
+    let (mut u, mut w) = (0.3, 0.0);
+    let dt = time / f64::from(steps);
+    let rates = |u: f64, w: f64| (-c * (3.2 * u - 0.8 * w) / mass, c * (0.8 * u - 3.2 * w) / (0.4 * mass));
+    for _ in 0..steps {
+        let (a, b) = rates(u, w);
+        let (a2, b2) = rates(u + dt * a, w + dt * b);
+        (u, w) = (u + 0.5 * dt * (a + a2), w + 0.5 * dt * (b + b2));
+    }
+    let (ours, spin) = (solver.grains.velocity[0].x, solver.grains.spin[0].y * R);
+    println!("velocity {ours} for {u}, spin times radius {spin} for {w}");
+    assert!(u < 0.2 && w > 0.02, "the film acts");
+    assert!((ours / u - 1.0).abs() < 1e-3 && (spin / w - 1.0).abs() < 1e-3);
+    // Without it nothing brakes.
+    let settings = LubricationSettings { tangential: Some(false), ..settings };
+    set_up.lubrication = Lubrication::Complement(settings);
+    let mut solver = dem(&set_up);
+    solver.advance(time, steps, &[]).expect("advances");
+    assert_eq!(solver.grains.velocity[0].x, 0.3);
+}
+
+/// Two spheres that pass and turn: whatever the sub-step, the film keeps momentum and angular momentum, and takes energy.
+#[test]
+fn tangential_films_keep_momentum_and_take_energy() {
+    for viscosity in [1e-3, 1.0, 1e4] {
+        let (a, b) = (R, 0.3);
+        let mut grains = vec![Grain::new([0.0; 3], a, 2.0), Grain::new([0.0, 0.48, 0.65], b, 5.0)];
+        grains[1].position = grains[1].position.map(|x: f64| x * (a + b + 0.003) / 0.65f64.hypot(0.48));
+        (grains[0].velocity, grains[0].spin) = ([0.3, 0.2, -0.1], [1.0, -2.0, 0.5]);
+        (grains[1].velocity, grains[1].spin) = ([-0.2, 0.1, 0.0], [3.0, 1.0, -1.0]);
+        let mut set_up = spec(grains, law(0.97, 1e-2));
+        set_up.viscosity = viscosity;
+        let settings = LubricationSettings { resolved_length: Some(0.1), ..LubricationSettings::new(1e-3) };
+        set_up.lubrication = Lubrication::Complement(settings);
+        let mut solver = dem(&set_up);
+        let mut energy = solver.kinetic_energy();
+        let (momentum, angular) = (solver.momentum(), solver.angular_momentum());
+        for _ in 0..20 {
+            solver.advance(1e-3, 1, &[]).expect("advances");
+            let now = solver.kinetic_energy();
+            assert!(now < energy, "{viscosity}: {now} after {energy}");
+            energy = now;
+        }
+        assert!((solver.momentum() - momentum).norm() < 1e-13 * momentum.norm());
+        // The drift of the centres between two sub-steps takes no part: each moves along its momentum.
+        let off = (solver.angular_momentum() - angular).norm();
+        assert!(off < 1e-13 * angular.norm(), "{viscosity}: {off:e} of {}", angular.norm());
+    }
+}
+
+#[test]
+fn a_tangential_film_is_that_of_the_complement_alone() {
+    let mut set_up = spec(vec![Grain::new([0.0; 3], R, 1.0)], law(0.97, 1e-2));
+    set_up.viscosity = 1.0;
+    let settings = LubricationSettings { tangential: Some(true), ..LubricationSettings::new(1e-3) };
+    for lubrication in [
+        Lubrication::Continuous(settings),
+        Lubrication::Complement(LubricationSettings {
+            resolved_length: Some(0.1),
+            integration: LubricationIntegration::Explicit,
+            ..settings
+        }),
+    ] {
+        set_up.lubrication = lubrication;
+        let error = Dem::new(&set_up).expect_err("is refused").to_string();
+        assert!(error.contains("tangential") && error.contains("complement"), "{error}");
+    }
 }

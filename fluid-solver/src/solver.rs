@@ -374,7 +374,7 @@ impl<const D: usize> Solver<D> {
         }
         let counts = self.choices.displaced_mass != DisplacedMass::Neglected;
         if counts {
-            immersed.volumes(grid, &self.model, predicted, &mut self.volumes);
+            immersed.volumes(grid.geometry, &mut self.volumes);
         }
         if !by_force && memory.imposed_dt > 0.0 {
             let before = MaskModel { dt: memory.imposed_dt, ..self.model };

@@ -59,6 +59,8 @@ pub struct LubricationModel {
     pub continuous: bool,
     /// L of `complement`, m; infinite otherwise.
     pub resolved_length: f64,
+    /// Whether surfaces that slide or roll past each other have a film too.
+    pub tangential: bool,
     /// Viscosity μ, Pa s.
     pub viscosity: f64,
 }

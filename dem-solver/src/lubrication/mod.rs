@@ -3,3 +3,4 @@
 pub mod law;
 pub mod settings;
 pub(crate) mod simultaneous;
+mod sliding;

@@ -32,6 +32,9 @@ pub struct LubricationSettings {
     /// cell, as measured with the default width ½ of the mask. In general (0.43 + 1.14 width) cells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolved_length: Option<f64>,
+    /// Whether surfaces that slide or roll past each other have a film too (`complement`, implicit only); there by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tangential: Option<bool>,
     /// Shape of the gap; by default point for spheres and line for discs.
     #[serde(default)]
     pub film: Option<GapShape>,
@@ -82,6 +85,7 @@ impl LubricationSettings {
             roughness,
             cut_off: default_cut_off(),
             resolved_length: None,
+            tangential: None,
             film: None,
             integration: LubricationIntegration::Implicit,
             sweeps: default_sweeps(),
@@ -101,6 +105,13 @@ impl Lubrication {
         }
     }
 
+    /// Whether surfaces that slide or roll past each other have a film too.
+    #[must_use]
+    pub fn is_tangential(&self) -> bool {
+        let can = |settings: &LubricationSettings| settings.integration == LubricationIntegration::Implicit;
+        matches!(self, Self::Complement(settings) if can(settings) && settings.tangential != Some(false))
+    }
+
     /// Checks ranges.
     pub fn validate(&self) -> Result<(), SpecError> {
         let Some(settings) = self.settings() else { return Ok(()) };
@@ -111,6 +122,13 @@ impl Lubrication {
             return bad("roughness", settings.roughness, "positive (real grains: 1e-6 to 1e-3)");
         }
         SpecError::unless_positive("lubrication", &[("cut_off", settings.cut_off)])?;
+        if settings.tangential == Some(true) && !self.is_tangential() {
+            return bad(
+                "tangential",
+                1.0,
+                "false: only form = \"complement\" with integration = \"implicit\" has that film",
+            );
+        }
         if settings.sweeps == 0 {
             return bad("sweeps", 0.0, "at least 1");
         }

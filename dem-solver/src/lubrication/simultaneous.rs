@@ -16,6 +16,7 @@
 
 use crate::grains::{Grains, Response};
 use crate::lubrication::law::{Expansion, LubricationLaw, LubricationModel};
+use crate::lubrication::sliding;
 use crate::motion::Vec3;
 use crate::search::contact_list::ContactList;
 use crate::surroundings::Surroundings;
@@ -134,6 +135,9 @@ impl LubricationSolver {
             if !gap.wall {
                 force[gap.second as usize] -= push;
             }
+        }
+        if model.tangential {
+            sliding::brake(around, model, grains, response, (pairs, walls), (t, dt), force);
         }
     }
 

@@ -20,11 +20,13 @@ use std::ops::Range;
 /// Cells below which a second thread costs more than it brings.
 const WORTH_A_THREAD: f64 = 16_384.0;
 
-/// ∫ f dV over one grain for one component, and its first moments ∫ f r dV (laboratory axes).
+/// ∫ f dV over one grain for one component, its first moments ∫ f r dV (laboratory axes), and the grain's volume on the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
     /// ∫ f dV.
     pub sum: f64,
+    /// ∫ b dV.
+    pub mask: f64,
     /// ∫ f r dV, r from the grain's centre.
     pub arm: [f64; 3],
 }
@@ -168,6 +170,7 @@ impl<const D: usize> Component<D> {
         for (grain, part) in workspaces.iter().flat_map(|workspace| &workspace.moments) {
             let moments = &mut moments[*grain];
             moments.sum += part.sum;
+            moments.mask += part.mask;
             for c in 0..3 {
                 moments.arm[c] += part.arm[c];
             }
@@ -246,7 +249,7 @@ impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for I
             let fields = self.fields.map(|field| &field[begin..][..grid.stride(D - 1)]);
             for (part, spans, ratio) in layer.parts() {
                 let motion = &motions[part.grain];
-                let mut sums = [ZERO; 3];
+                let mut sums = [ZERO; 4];
                 let mut rest = ratio.as_chunks::<8>().0;
                 for span in spans {
                     let [base, slope] = span.velocity(motion, self.lab, part.arm);
@@ -265,14 +268,15 @@ impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for I
                                 solid: base + slope * x[l],
                             };
                             let value = (self.value)(point) * volume[l] * span.weight;
+                            sums[3][l] += point.mask() * volume[l] * span.weight;
                             sums[0][l] += value;
                             sums[1][l] += value * (x[l] + span.shift);
                             sums[2][l] += value * span.middle;
                         }
                     }
                 }
-                let [sum, along, middle] = sums.map(total);
-                moments.push((part.grain, Moments { sum, arm: [along, middle, sum * part.arm] }));
+                let [sum, along, middle, mask] = sums.map(total);
+                moments.push((part.grain, Moments { sum, mask, arm: [along, middle, sum * part.arm] }));
             }
             layer_sums.clear(layer);
         }

@@ -225,16 +225,14 @@ impl<const D: usize> Immersed<D> {
         self.assemble(grid.geometry)
     }
 
-    /// ∫ b dV of every grain on the nodes of each component (laboratory axes), m³. Zero where the
-    /// grid has no such component, and for the radial one, along which no grain moves.
-    pub fn volumes(&mut self, grid: &Grid<D>, model: &MaskModel, motions: &[Motion], out: &mut [[f64; 3]]) {
-        let placed = Placed { grid, model, shapes: &self.shapes, motions };
+    /// ∫ b dV of every grain on the nodes of each component (laboratory axes), m³, where the last integral found it. Zero
+    /// where the grid has no such component, and for the radial one, along which no grain moves.
+    pub fn volumes(&self, geometry: Geometry, out: &mut [[f64; 3]]) {
         out.fill([0.0; 3]);
-        let first = usize::from(grid.geometry == Geometry::Axisymmetric);
-        for (d, component) in self.components.iter_mut().enumerate().skip(first) {
-            component.integrate(placed, &mut self.workspaces, [], |p: Point<0>| p.mask());
+        let first = usize::from(geometry == Geometry::Axisymmetric);
+        for (d, component) in self.components.iter().enumerate().skip(first) {
             for (volume, moments) in out.iter_mut().zip(&component.moments) {
-                volume[laboratory(grid.geometry, d)] = moments.sum;
+                volume[laboratory(geometry, d)] = moments.mask;
             }
         }
     }

@@ -134,11 +134,23 @@ fn mask_volume_tends_to_the_grains_volume() {
         let mut out = [[0.0; 3]];
         if let Some(solver) = run.fluid.two() {
             let mut immersed = solver.immersed().clone();
-            immersed.volumes(solver.grid(), solver.mask_model(), solver.motions(), &mut out);
+            immersed.contents(
+                solver.grid(),
+                solver.mask_model(),
+                solver.motions(),
+                &solver.stepper().state().velocity,
+            );
+            immersed.volumes(solver.grid().geometry, &mut out);
         }
         if let Some(solver) = run.fluid.three() {
             let mut immersed = solver.immersed().clone();
-            immersed.volumes(solver.grid(), solver.mask_model(), solver.motions(), &mut out);
+            immersed.contents(
+                solver.grid(),
+                solver.mask_model(),
+                solver.motions(),
+                &solver.stepper().state().velocity,
+            );
+            immersed.volumes(solver.grid().geometry, &mut out);
         }
         out[0][2]
     };

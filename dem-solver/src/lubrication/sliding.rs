@@ -1,0 +1,235 @@
+//! The film between spheres that slide or roll past each other: what the flow does not resolve of it.
+//!
+//! Leading terms of lubrication theory, of order ln(R/δ) (Goldman, Cox & Brenner 1967 for a wall; Jeffrey & Onishi 1984 for
+//! two spheres). With n from sphere j (radius b) to i (radius a), β = b/a, w = ω × n, V the tangential velocity of i against
+//! j, u = V − a w_i − b w_j the slip of the two surfaces and p = w_i − w_j, both zero where the pair turns as one, half the
+//! dissipation is ½ πμaℓ (A u² + 2 B u·p + C p²),
+//!
+//! ```text
+//! A = 8β(2 + β + 2β²)/(5(1 + β)³),   B/a = A − 4β(4 + β)/(5(1 + β)²),   C/a² = 16β/(5(1 + β)) − A + 2B/a
+//! ```
+//!
+//! equal spheres: 1, 0, 3/5; a wall: 16/5, 12/5, 24/5. Force and torques follow as its derivatives. It is a sum of two
+//! squares, (u + (B/A) p)² with A and p² with C − B²/A, each of which brakes one velocity.
+//!
+//! Of ℓ = ln(R/δ) the flow resolves all but
+//!
+//! ```text
+//! ℓ = ½ ln(1 + (L_t/(δ + η))²),   L_t = ¼ L at a wall and ⅜ L between two spheres, L one cell
+//! ```
+//!
+//! as was measured with the default mask (docs/decisions/tangential-film.md).
+//!
+//! **Sub-step.** Gaps are visited once, in the order of the list, with the resistance at the gap in which the sub-step
+//! began: J = −K dt s/(1 + K dt W) for the velocity s that is braked and its inverse mass W. No visit turns s round, so the
+//! energy falls whatever K dt W is; opposite impulses at the middle of the gap keep momentum and angular momentum.
+
+use crate::grains::{Grains, Response};
+use crate::lubrication::law::LubricationModel;
+use crate::motion::Vec3;
+use crate::search::contact_list::ContactList;
+use crate::surroundings::Surroundings;
+use std::f64::consts::PI;
+
+/// L_t over the length L that the normal film has, at a wall …
+const TO_WALL: f64 = 0.25;
+/// … and between two spheres, both of which have a mask.
+const TO_SPHERE: f64 = 0.375;
+
+/// Gap over L_t beyond which nothing is left of it: ℓ = 0.03.
+const REACH: f64 = 4.0;
+
+/// The film between two radii.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Film {
+    /// πμaA, N s/m.
+    slip: f64,
+    /// B/A, m.
+    shift: f64,
+    /// πμa(C − B²/A), N m s.
+    roll: f64,
+}
+
+impl Film {
+    /// Of a sphere of radius `a` and one of radius `b`, infinite for a wall.
+    fn new(viscosity: f64, a: f64, b: f64) -> Self {
+        // In powers of s = 1/β, which is zero at a wall.
+        let s = a / b;
+        let sum = 1.0 + s;
+        let slip = 1.6 * (2.0 * s * s + s + 2.0) / sum.powi(3);
+        let cross = slip - 0.8 * (4.0 * s + 1.0) / (sum * sum);
+        let turn = 3.2 / sum - slip + 2.0 * cross;
+        let scale = PI * viscosity * a;
+        Self {
+            slip: scale * slip,
+            shift: a * cross / slip,
+            roll: scale * a * a * (turn - cross * cross / slip),
+        }
+    }
+}
+
+/// Part of the logarithm that the flow does not resolve at a gap, `length` being L_t; none in overlap.
+fn unresolved(gap: f64, roughness: f64, length: f64) -> f64 {
+    if !(0.0..=REACH * length).contains(&gap) {
+        return 0.0;
+    }
+    let ratio = length / (gap + roughness);
+    0.5 * (ratio * ratio).ln_1p()
+}
+
+/// Two partners and what is between them.
+struct Gap {
+    first: usize,
+    /// None: a wall.
+    second: Option<usize>,
+    /// From the second to the first.
+    normal: Vec3,
+    gap: f64,
+    /// Velocity of the wall, m/s.
+    wall: Vec3,
+}
+
+/// Brakes the tangential motion in all gaps over `dt`, in place, and adds the mean force on each grain to `force`.
+pub(super) fn brake(
+    around: &Surroundings,
+    model: &LubricationModel,
+    grains: &mut Grains,
+    response: &Response,
+    (pairs, walls): (&ContactList, &ContactList),
+    (t, dt): (f64, f64),
+    force: &mut [Vec3],
+) {
+    let length = TO_SPHERE * model.resolved_length;
+    for i in 0..grains.len() {
+        let (x, r) = (grains.position[i], grains.radius[i]);
+        for k in pairs.row(i) {
+            let j = pairs.other[k] as usize;
+            let apart = around.periods.nearest(x - grains.position[j]);
+            let reach = r + grains.radius[j] + REACH * length;
+            if apart.norm_squared() > reach * reach {
+                continue;
+            }
+            let distance = apart.norm();
+            let gap = distance - r - grains.radius[j];
+            let left = unresolved(gap, model.law(r, grains.radius[j]).roughness, length);
+            if left > 0.0 {
+                let film = Film::new(left * model.viscosity, r, grains.radius[j]);
+                let normal = apart * (1.0 / distance);
+                let gap = Gap { first: i, second: Some(j), normal, gap, wall: Vec3::zeros() };
+                gap.brake(&film, grains, response, dt, force);
+            }
+        }
+    }
+    let length = TO_WALL * model.resolved_length;
+    for i in 0..grains.len() {
+        for k in walls.row(i) {
+            let wall = &around.walls[walls.other[k] as usize];
+            let radius = grains.radius[i];
+            let gap = if wall.acts(t) { wall.gap(&grains.position[i], radius, t) } else { f64::INFINITY };
+            let left = unresolved(gap, model.law(radius, f64::INFINITY).roughness, length);
+            if left > 0.0 {
+                let film = Film::new(left * model.viscosity, radius, f64::INFINITY);
+                let gap = Gap { first: i, second: None, normal: wall.normal, gap, wall: wall.velocity };
+                gap.brake(&film, grains, response, dt, force);
+            }
+        }
+    }
+}
+
+impl Gap {
+    /// Both squares of a film, one after the other.
+    fn brake(&self, film: &Film, grains: &mut Grains, response: &Response, dt: f64, force: &mut [Vec3]) {
+        // Arms to the middle of the gap: with them two spheres keep their angular momentum.
+        let half = if self.second.is_some() { 0.5 * self.gap } else { 0.0 };
+        let arms = [
+            grains.radius[self.first] + half - film.shift,
+            self.second.map_or(0.0, |j| grains.radius[j] + half + film.shift),
+        ];
+        let slip = self.visit(film.slip * dt, 1.0, arms, grains, response) * (1.0 / dt);
+        force[self.first] += slip;
+        if let Some(j) = self.second {
+            force[j] -= slip;
+        }
+        self.visit(film.roll * dt, 0.0, [-1.0, 1.0], grains, response);
+    }
+
+    /// Brakes s = `moves` V − arm_i w_i − arm_j w_j over a time in which it meets the resistance `strength`/dt; returns the
+    /// impulse on the first partner.
+    fn visit(
+        &self,
+        strength: f64,
+        moves: f64,
+        arms: [f64; 2],
+        grains: &mut Grains,
+        response: &Response,
+    ) -> Vec3 {
+        let Self { first: i, second, normal, wall, .. } = self;
+        let partners = [Some(*i), *second];
+        let mut apart = grains.velocity[*i] - second.map_or(*wall, |j| grains.velocity[j]);
+        apart -= normal * apart.dot(normal);
+        let mut braked = apart * moves;
+        let mut inverse = 0.0;
+        for (partner, arm) in partners.into_iter().zip(arms) {
+            let Some(g) = partner else { continue };
+            braked -= grains.spin[g].cross(normal) * arm;
+            // the largest over directions: with locked ones it brakes a little less
+            inverse += moves * response.inverse_mass[g].max() + arm * arm * response.inverse_inertia[g].max();
+        }
+        let impulse = braked * (-strength / (1.0 + strength * inverse));
+        for ((partner, arm), side) in partners.into_iter().zip(arms).zip([1.0, -1.0]) {
+            let Some(g) = partner else { continue };
+            grains.velocity[g] += response.inverse_mass[g].component_mul(&impulse) * (moves * side);
+            grains.spin[g] -= response.inverse_inertia[g].component_mul(&normal.cross(&impulse)) * arm;
+        }
+        impulse * moves
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Forces and torques of the film are the published ones: of a wall (Goldman, Cox & Brenner 1967) and of equal spheres
+    /// (Jeffrey & Onishi 1984), factors of πμa ln(R/δ), radii 1.
+    #[test]
+    fn the_leading_terms_are_the_published_ones() {
+        // (A, B, C) from the two squares.
+        let of = |s: f64| {
+            let film = Film::new(1.0 / PI, 1.0, 1.0 / s);
+            let (a, b) = (film.slip, film.shift * film.slip);
+            [a, b, film.roll + b * b / a]
+        };
+        let near = |ours: f64, theirs: f64| assert!((ours - theirs).abs() < 1e-14, "{ours}, {theirs}");
+        let [a, b, c] = of(0.0);
+        near(a, 6.0 * 8.0 / 15.0);
+        // Force of a sphere that turns, torque of one that turns: 6 · 2/15 and 8 · 2/5.
+        near(a - b, 6.0 * 2.0 / 15.0);
+        near(a - 2.0 * b + c, 8.0 * 2.0 / 5.0);
+        let [a, b, c] = of(1.0);
+        near(a, 1.0);
+        near(a - b, 1.0);
+        near(a - 2.0 * b + c, 8.0 / 5.0);
+        // Torque on one from the spin of the other, 8 · 1/20.
+        near(a + b - b - c, 2.0 / 5.0);
+    }
+
+    /// Seen from the other sphere the film is the same.
+    #[test]
+    fn a_film_has_no_first_and_second() {
+        let (a, b) = (0.3, 1.1);
+        let (one, two) = (Film::new(1.0, a, b), Film::new(1.0, b, a));
+        // u is the same vector turned round, p too: A and C agree, B changes sign.
+        assert!((one.slip / two.slip - 1.0).abs() < 1e-14);
+        assert!((one.shift + two.shift).abs() < 1e-14);
+        assert!((one.roll / two.roll - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn what_is_left_grows_as_the_logarithm() {
+        let left = |gap: f64| unresolved(gap, 1e-6, 0.05);
+        assert_eq!(left(-1e-9), 0.0);
+        assert_eq!(left(0.2001), 0.0);
+        assert!((left(1e-4) - left(1e-3) - 10.0_f64.ln()).abs() < 0.02);
+        assert!(left(0.19) < 0.04);
+    }
+}
