@@ -16,7 +16,7 @@
 
 use crate::grains::{Grains, Response};
 use crate::lubrication::law::{Expansion, LubricationLaw, LubricationModel};
-use crate::lubrication::sliding;
+use crate::lubrication::sliding::{self, SlidingGap};
 use crate::motion::Vec3;
 use crate::search::contact_list::ContactList;
 use crate::surroundings::Surroundings;
@@ -60,6 +60,8 @@ pub(crate) struct LubricationSolver {
     laws: Vec<WholeLaw>,
     /// Those of the sub-step before, in this window.
     last: Vec<ActiveGap>,
+    /// Gaps so narrow that sliding surfaces feel each other.
+    sliding: Vec<SlidingGap>,
 }
 
 impl LubricationSolver {
@@ -69,6 +71,7 @@ impl LubricationSolver {
             gaps.reserve(count.saturating_sub(gaps.len()));
         }
         self.laws.reserve(count.saturating_sub(self.laws.len()));
+        self.sliding.reserve(count.saturating_sub(self.sliding.len()));
     }
 
     /// A window begins: the next sub-step starts from nothing.
@@ -95,6 +98,8 @@ impl LubricationSolver {
         std::mem::swap(&mut self.active, &mut self.last);
         self.active.clear();
         self.laws.clear();
+        self.sliding.clear();
+        let sliding = 0.0..=sliding::reach(model);
         for i in 0..grains.len() {
             let (x, v, r) = (grains.position[i], grains.velocity[i], grains.radius[i]);
             for k in pairs.row(i) {
@@ -106,6 +111,10 @@ impl LubricationSolver {
                 let normal = apart * (1.0 / distance);
                 let rates = ((v - grains.velocity[j]).dot(&normal), 0.0);
                 let weight = response.inverse_mass[i] + response.inverse_mass[j];
+                if sliding.contains(&gap) {
+                    let (first, second) = (i as u32, pairs.other[k]);
+                    self.sliding.push(SlidingGap { first, second, wall: false, normal, gap });
+                }
                 self.collect((i, pairs.other[k], false), WholeLaw { law, gap }, rates, &normal, &weight, dt);
             }
         }
@@ -116,6 +125,10 @@ impl LubricationSolver {
                     let law = model.law(grains.radius[i], f64::INFINITY);
                     let gap = wall.gap(&grains.position[i], grains.radius[i], t);
                     let wall_rate = wall.velocity.dot(&wall.normal);
+                    if sliding.contains(&gap) {
+                        let (first, second, normal) = (i as u32, walls.other[k], wall.normal);
+                        self.sliding.push(SlidingGap { first, second, wall: true, normal, gap });
+                    }
                     let rates = (grains.velocity[i].dot(&wall.normal) - wall_rate, wall_rate);
                     let (who, weight) = ((i, walls.other[k], true), &response.inverse_mass[i]);
                     self.collect(who, WholeLaw { law, gap }, rates, &wall.normal, weight, dt);
@@ -136,9 +149,7 @@ impl LubricationSolver {
                 force[gap.second as usize] -= push;
             }
         }
-        if model.tangential {
-            sliding::brake(around, model, grains, response, (pairs, walls), (t, dt), force);
-        }
+        sliding::brake(&self.sliding, around, model, grains, response, dt, force);
     }
 
     /// Takes a gap up if it can act within the sub-step and something can move: if the grain could reach it

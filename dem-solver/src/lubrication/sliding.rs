@@ -27,7 +27,6 @@
 use crate::grains::{Grains, Response};
 use crate::lubrication::law::LubricationModel;
 use crate::motion::Vec3;
-use crate::search::contact_list::ContactList;
 use crate::surroundings::Surroundings;
 use std::f64::consts::PI;
 
@@ -77,112 +76,113 @@ fn unresolved(gap: f64, roughness: f64, length: f64) -> f64 {
     0.5 * (ratio * ratio).ln_1p()
 }
 
-/// Two partners and what is between them.
-struct Gap {
-    first: usize,
-    /// None: a wall.
-    second: Option<usize>,
+/// A gap in which something can slide: the partners and what is between them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SlidingGap {
+    pub(super) first: u32,
+    /// Second grain, or the wall's index if `wall`.
+    pub(super) second: u32,
+    pub(super) wall: bool,
     /// From the second to the first.
-    normal: Vec3,
-    gap: f64,
-    /// Velocity of the wall, m/s.
-    wall: Vec3,
+    pub(super) normal: Vec3,
+    /// Its width, m.
+    pub(super) gap: f64,
 }
 
-/// Brakes the tangential motion in all gaps over `dt`, in place, and adds the mean force on each grain to `force`.
+/// Gap beyond which nothing is left to this film.
+pub(super) fn reach(model: &LubricationModel) -> f64 {
+    if model.tangential { REACH * TO_SPHERE * model.resolved_length } else { f64::NEG_INFINITY }
+}
+
+/// Brakes the tangential motion in the gaps over `dt`, in place, and adds the mean force on each grain to `force`.
 pub(super) fn brake(
+    gaps: &[SlidingGap],
     around: &Surroundings,
     model: &LubricationModel,
     grains: &mut Grains,
     response: &Response,
-    (pairs, walls): (&ContactList, &ContactList),
-    (t, dt): (f64, f64),
+    dt: f64,
     force: &mut [Vec3],
 ) {
-    let length = TO_SPHERE * model.resolved_length;
-    for i in 0..grains.len() {
-        let (x, r) = (grains.position[i], grains.radius[i]);
-        for k in pairs.row(i) {
-            let j = pairs.other[k] as usize;
-            let apart = around.periods.nearest(x - grains.position[j]);
-            let reach = r + grains.radius[j] + REACH * length;
-            if apart.norm_squared() > reach * reach {
-                continue;
-            }
-            let distance = apart.norm();
-            let gap = distance - r - grains.radius[j];
-            let left = unresolved(gap, model.law(r, grains.radius[j]).roughness, length);
-            if left > 0.0 {
-                let film = Film::new(left * model.viscosity, r, grains.radius[j]);
-                let normal = apart * (1.0 / distance);
-                let gap = Gap { first: i, second: Some(j), normal, gap, wall: Vec3::zeros() };
-                gap.brake(&film, grains, response, dt, force);
-            }
-        }
-    }
-    let length = TO_WALL * model.resolved_length;
-    for i in 0..grains.len() {
-        for k in walls.row(i) {
-            let wall = &around.walls[walls.other[k] as usize];
-            let radius = grains.radius[i];
-            let gap = if wall.acts(t) { wall.gap(&grains.position[i], radius, t) } else { f64::INFINITY };
-            let left = unresolved(gap, model.law(radius, f64::INFINITY).roughness, length);
-            if left > 0.0 {
-                let film = Film::new(left * model.viscosity, radius, f64::INFINITY);
-                let gap = Gap { first: i, second: None, normal: wall.normal, gap, wall: wall.velocity };
-                gap.brake(&film, grains, response, dt, force);
+    for gap in gaps {
+        let (i, j) = (gap.first as usize, gap.second as usize);
+        let (a, b) = (grains.radius[i], if gap.wall { f64::INFINITY } else { grains.radius[j] });
+        let part = if gap.wall { TO_WALL } else { TO_SPHERE };
+        let left = unresolved(gap.gap, model.law(a, b).roughness, part * model.resolved_length);
+        if left > 0.0 {
+            let film = Film::new(left * model.viscosity, a, b);
+            let push = if gap.wall {
+                gap.brake_at_wall(&film, &around.walls[j].velocity, grains, response, dt)
+            } else {
+                gap.brake_between(&film, grains, response, dt)
+            };
+            force[i] += push;
+            if !gap.wall {
+                force[j] -= push;
             }
         }
     }
 }
 
-impl Gap {
-    /// Both squares of a film, one after the other.
-    fn brake(&self, film: &Film, grains: &mut Grains, response: &Response, dt: f64, force: &mut [Vec3]) {
-        // Arms to the middle of the gap: with them two spheres keep their angular momentum.
-        let half = if self.second.is_some() { 0.5 * self.gap } else { 0.0 };
-        let arms = [
-            grains.radius[self.first] + half - film.shift,
-            self.second.map_or(0.0, |j| grains.radius[j] + half + film.shift),
-        ];
-        let slip = self.visit(film.slip * dt, 1.0, arms, grains, response) * (1.0 / dt);
-        force[self.first] += slip;
-        if let Some(j) = self.second {
-            force[j] -= slip;
-        }
-        self.visit(film.roll * dt, 0.0, [-1.0, 1.0], grains, response);
+impl SlidingGap {
+    /// Both squares of a film between spheres, one after the other; the mean force on the first.
+    fn brake_between(&self, film: &Film, grains: &mut Grains, response: &Response, dt: f64) -> Vec3 {
+        let (i, j, normal) = (self.first as usize, self.second as usize, &self.normal);
+        // Arms to the middle of the gap: with them the angular momentum is kept.
+        let half = 0.5 * self.gap;
+        let arms = [grains.radius[i] + half - film.shift, grains.radius[j] + half + film.shift];
+        let (spin_i, spin_j) = (response.inverse_inertia[i].max(), response.inverse_inertia[j].max());
+        let apart = grains.velocity[i] - grains.velocity[j];
+        let turn = grains.spin[i] * arms[0] + grains.spin[j] * arms[1];
+        let slip = apart - normal * apart.dot(normal) - turn.cross(normal);
+        // The largest over directions: with locked ones it brakes a little less.
+        let inverse = response.inverse_mass[i].max()
+            + response.inverse_mass[j].max()
+            + arms[0] * arms[0] * spin_i
+            + arms[1] * arms[1] * spin_j;
+        let impulse = slip * braking(film.slip * dt, inverse);
+        let moment = normal.cross(&impulse);
+        grains.velocity[i] += response.inverse_mass[i].component_mul(&impulse);
+        grains.velocity[j] -= response.inverse_mass[j].component_mul(&impulse);
+        grains.spin[i] -= response.inverse_inertia[i].component_mul(&moment) * arms[0];
+        grains.spin[j] -= response.inverse_inertia[j].component_mul(&moment) * arms[1];
+        // What rolls: the spins against each other, across the normal.
+        let turn = grains.spin[i] - grains.spin[j];
+        let torque = (turn - normal * turn.dot(normal)) * braking(film.roll * dt, spin_i + spin_j);
+        grains.spin[i] += response.inverse_inertia[i].component_mul(&torque);
+        grains.spin[j] -= response.inverse_inertia[j].component_mul(&torque);
+        impulse * (1.0 / dt)
     }
 
-    /// Brakes s = `moves` V − arm_i w_i − arm_j w_j over a time in which it meets the resistance `strength`/dt; returns the
-    /// impulse on the first partner.
-    fn visit(
+    /// The same at a wall that moves with `velocity`.
+    fn brake_at_wall(
         &self,
-        strength: f64,
-        moves: f64,
-        arms: [f64; 2],
+        film: &Film,
+        velocity: &Vec3,
         grains: &mut Grains,
         response: &Response,
+        dt: f64,
     ) -> Vec3 {
-        let Self { first: i, second, normal, wall, .. } = self;
-        let partners = [Some(*i), *second];
-        let mut apart = grains.velocity[*i] - second.map_or(*wall, |j| grains.velocity[j]);
-        apart -= normal * apart.dot(normal);
-        let mut braked = apart * moves;
-        let mut inverse = 0.0;
-        for (partner, arm) in partners.into_iter().zip(arms) {
-            let Some(g) = partner else { continue };
-            braked -= grains.spin[g].cross(normal) * arm;
-            // the largest over directions: with locked ones it brakes a little less
-            inverse += moves * response.inverse_mass[g].max() + arm * arm * response.inverse_inertia[g].max();
-        }
-        let impulse = braked * (-strength / (1.0 + strength * inverse));
-        for ((partner, arm), side) in partners.into_iter().zip(arms).zip([1.0, -1.0]) {
-            let Some(g) = partner else { continue };
-            grains.velocity[g] += response.inverse_mass[g].component_mul(&impulse) * (moves * side);
-            grains.spin[g] -= response.inverse_inertia[g].component_mul(&normal.cross(&impulse)) * arm;
-        }
-        impulse * moves
+        let (i, normal) = (self.first as usize, &self.normal);
+        let arm = grains.radius[i] - film.shift;
+        let inverse_spin = response.inverse_inertia[i].max();
+        let apart = grains.velocity[i] - velocity;
+        let slip = apart - normal * apart.dot(normal) - grains.spin[i].cross(normal) * arm;
+        let inverse = response.inverse_mass[i].max() + arm * arm * inverse_spin;
+        let impulse = slip * braking(film.slip * dt, inverse);
+        grains.velocity[i] += response.inverse_mass[i].component_mul(&impulse);
+        let moment = normal.cross(&impulse) * arm;
+        grains.spin[i] -= response.inverse_inertia[i].component_mul(&moment);
+        let turn = grains.spin[i] - normal * grains.spin[i].dot(normal);
+        let torque = turn * braking(film.roll * dt, inverse_spin);
+        grains.spin[i] += response.inverse_inertia[i].component_mul(&torque);
+        impulse * (1.0 / dt)
     }
+}
+
+/// Impulse over velocity where a resistance brakes for `strength`/resistance seconds: −K dt/(1 + K dt W).
+fn braking(strength: f64, inverse: f64) -> f64 {
+    -strength / (1.0 + strength * inverse)
 }
 
 #[cfg(test)]
