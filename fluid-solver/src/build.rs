@@ -2,7 +2,7 @@
 
 use crate::axis::AxisSpec;
 use crate::boundary::{Boundary, Profile};
-use crate::config::{Choices, DisplacedMass, ForceTransport, MaskRadius, ProjectionsKey, SchemeKey};
+use crate::config::{Choices, ForceTransport, MaskRadius, ProjectionsKey, SchemeKey};
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
@@ -219,10 +219,9 @@ pub fn corrects_radius(scene: &CheckedScene, choices: &Choices) -> bool {
 }
 
 /// Whether it is worth keeping what the grains hold of the grid until they move: it is asked for again at the
-/// same place where the force goes with the grains, where their volume on the grid counts, and where none
-/// ever moves.
-pub fn keeps(scene: &CheckedScene, choices: &Choices, transport: Option<Transport>) -> bool {
-    transport.is_some() || choices.displaced_mass != DisplacedMass::Neglected || stands(scene)
+/// same place where the force goes with the grains, and where none ever moves.
+pub fn keeps(scene: &CheckedScene, transport: Option<Transport>) -> bool {
+    transport.is_some() || stands(scene)
 }
 
 /// Sets the velocity at t = 0.

@@ -47,8 +47,7 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     let scheme = crate::coupling::read(scene, choices.form)?.0;
     let transport = build::transport(scene, &choices, scheme);
     let along = transport.is_some();
-    let held =
-        if build::keeps(scene, &choices, transport) { kept_bytes::<D>(scene, plan.spacing) } else { 0 };
+    let held = if build::keeps(scene, transport) { kept_bytes::<D>(scene, plan.spacing) } else { 0 };
     let repeated = scheme == Scheme::Iterated;
     let memory = memory::estimate(
         &grid,

@@ -162,7 +162,7 @@ impl<const D: usize> Solver<D> {
         };
         let carried = choices.method == Forcing::Carried && grains > 0;
         let transport = build::transport(scene, &choices, scheme);
-        let keeps = build::keeps(scene, &choices, transport);
+        let keeps = build::keeps(scene, transport);
         let motions = build::motions(scene);
         let gyration = shapes.iter().map(|shape| shape.gyration).collect();
         let attempts = (scheme == Scheme::Iterated).then(|| Box::new(Attempts::new(iterations, gyration)));

@@ -2,6 +2,17 @@
 
 use crate::newton::{Drift, Run};
 use fluid_solver::measure::momentum;
+use fluid_solver::solver::Solver;
+
+/// ∫ b dV of the first grain, on the nodes of z.
+fn filled<const D: usize>(solver: &Solver<D>) -> f64 {
+    let mut immersed = solver.immersed().clone();
+    let velocity = &solver.stepper().state().velocity;
+    immersed.contents(solver.grid(), solver.mask_model(), solver.motions(), velocity);
+    let mut out = [[0.0; 3]];
+    immersed.volumes(solver.grid().geometry, &mut out);
+    out[0][2]
+}
 
 /// Two discs that overlap, moving apart and spinning in a periodic box at rest.
 const PAIR: &str = "until = 1.0
@@ -131,28 +142,7 @@ fn mask_volume_tends_to_the_grains_volume() {
             loads = {{ form = \"uhlmann-2005\" }}
             "
         ));
-        let mut out = [[0.0; 3]];
-        if let Some(solver) = run.fluid.two() {
-            let mut immersed = solver.immersed().clone();
-            immersed.contents(
-                solver.grid(),
-                solver.mask_model(),
-                solver.motions(),
-                &solver.stepper().state().velocity,
-            );
-            immersed.volumes(solver.grid().geometry, &mut out);
-        }
-        if let Some(solver) = run.fluid.three() {
-            let mut immersed = solver.immersed().clone();
-            immersed.contents(
-                solver.grid(),
-                solver.mask_model(),
-                solver.motions(),
-                &solver.stepper().state().velocity,
-            );
-            immersed.volumes(solver.grid().geometry, &mut out);
-        }
-        out[0][2]
+        run.fluid.two().map(filled).or_else(|| run.fluid.three().map(filled)).expect("two or three axes")
     };
     let pi = std::f64::consts::PI;
     for (geometry, exact, n) in [
