@@ -86,5 +86,6 @@ pub mod threads;
 pub mod timings;
 pub mod transform;
 pub mod tridiagonal;
+mod vector;
 pub mod virtual_mass;
 pub mod work;

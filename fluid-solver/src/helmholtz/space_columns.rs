@@ -135,15 +135,7 @@ impl SpaceColumns {
                 }
             }
             LastAxis::Transform(transform, _) => {
-                for (b, column) in columns.chunks_exact_mut(n).enumerate() {
-                    let block = at.start + 8 * b..(at.start + 8 * b + 8).min(at.end);
-                    if block.is_empty() {
-                        break;
-                    }
-                    for (to, plane) in column.iter_mut().zip(&*planes) {
-                        *to = load(&plane[block.clone()]);
-                    }
-                }
+                dispatch(Gather { at: at.clone(), source: &*planes, columns: &mut *columns });
                 for (b, column) in columns.chunks_exact_mut(n).enumerate().take(width.div_ceil(8)) {
                     let lambda = &lambda.as_chunks::<8>().0[b];
                     transform.forward(column, &mut memory.scratch);
@@ -154,15 +146,7 @@ impl SpaceColumns {
                     }
                     transform.inverse(column, &mut memory.scratch);
                 }
-                for (b, column) in columns.chunks_exact(n).enumerate() {
-                    let block = at.start + 8 * b..(at.start + 8 * b + 8).min(at.end);
-                    if block.is_empty() {
-                        break;
-                    }
-                    for (from, plane) in column.iter().zip(&mut *planes) {
-                        store(&mut plane[block.clone()], from, Write::Set);
-                    }
-                }
+                dispatch(Scatter { at, columns, target: planes });
             }
         }
     }
@@ -268,6 +252,45 @@ impl Kernel for Substitute<'_, '_> {
                 let mut whole = [0.0; 8 * SIDE];
                 S::as_mut_simd_f64s(&mut whole).0[..per].copy_from_slice(&carried[..per]);
                 out.copy_from_slice(&whole[..out.len()]);
+            }
+        }
+    }
+}
+
+/// Columns from the planes, block by block; each plane is visited once.
+struct Gather<'a, 'b> {
+    /// Where the group stands in each plane.
+    at: Range<usize>,
+    source: &'a [&'b mut [f64]],
+    columns: &'a mut [Lanes],
+}
+
+impl Kernel for Gather<'_, '_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let n = self.source.len();
+        for (k, plane) in self.source.iter().enumerate() {
+            for (b, block) in plane[self.at.clone()].chunks(8).enumerate() {
+                self.columns[b * n + k] = load(block);
+            }
+        }
+    }
+}
+
+/// Columns to the planes, see [`Gather`].
+struct Scatter<'a, 'b> {
+    at: Range<usize>,
+    columns: &'a [Lanes],
+    target: &'a mut [&'b mut [f64]],
+}
+
+impl Kernel for Scatter<'_, '_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let n = self.target.len();
+        for (k, plane) in self.target.iter_mut().enumerate() {
+            for (b, block) in plane[self.at.clone()].chunks_mut(8).enumerate() {
+                store(block, &self.columns[b * n + k], Write::Set);
             }
         }
     }

@@ -4,7 +4,7 @@
 //! `[unknown][8 modes]`. Tile `b` of a column is eight places of block `b` of the lines.
 
 use super::blocks::store;
-use crate::lanes::{Kernel, Lanes, ZERO, load, transpose};
+use crate::lanes::{Kernel, Lanes, ZERO, lanes_at_mut, load, transpose};
 use crate::transform::Write;
 use crate::tridiagonal::Sweep;
 use pulp::Simd;
@@ -203,15 +203,22 @@ pub(super) struct StoreRows<'a> {
 impl Kernel for StoreRows<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        for (t, from) in self.from.chunks(8).enumerate() {
-            let mut tile = [ZERO; 8];
-            match from.first_chunk::<8>() {
-                Some(from) => tile = *from,
-                None => tile[..from.len()].copy_from_slice(from),
+        let Self { from, field, stride, height, write } = self;
+        let (whole, rest) = from.as_chunks::<8>();
+        for (t, from) in whole.iter().enumerate() {
+            let tile = transpose(simd, *from);
+            for (l, values) in tile.iter().enumerate().take(height) {
+                let row = lanes_at_mut(field, l * stride + 8 * t);
+                for (to, value) in row.iter_mut().zip(values) {
+                    *to = if write == Write::Add { *to + value } else { *value };
+                }
             }
-            for (l, values) in transpose(simd, tile).iter().enumerate().take(self.height) {
-                let row = &mut self.field[l * self.stride + 8 * t..][..from.len()];
-                store(row, values, self.write);
+        }
+        if !rest.is_empty() {
+            let mut tile = [ZERO; 8];
+            tile[..rest.len()].copy_from_slice(rest);
+            for (l, values) in transpose(simd, tile).iter().enumerate().take(height) {
+                store(&mut field[l * stride + 8 * whole.len()..][..rest.len()], values, write);
             }
         }
     }

@@ -4,9 +4,7 @@
 //! old, and is stored for its second use: along y in a row, along z in three planes ([`FluxesAcross`]). After
 //! that nothing old is needed, and the increment can go to the velocity itself.
 
-use super::flux::{
-    Use, Weights, begin_w, between_planes_x, between_planes_y, between_rows, gather, gather_w, u_along_x,
-};
+use super::flux::{self, Use, Weights};
 use super::shape::Shape;
 use crate::lanes::{Aligned, Kernel};
 use pulp::Simd;
@@ -32,8 +30,8 @@ pub(super) struct Factors {
     pub(super) body: [f64; 3],
 }
 
-/// Fluxes through the lower side of a plane, from the plane below: u and v along z, and all of N_w but what
-/// leaves upwards.
+/// What goes through the lower side of a plane, from the plane below: fluxes of u and v along z, and all of
+/// N of w but what leaves upwards. That of v has a row more, which nobody reads.
 #[derive(Debug)]
 pub(super) struct FluxesAcross {
     u: Aligned,
@@ -41,44 +39,39 @@ pub(super) struct FluxesAcross {
     w: Aligned,
 }
 
-/// Fluxes of one row; pairs are those below and above the row.
+/// Fluxes of one row. Pairs: those carried to it, and those that it carries on.
 #[derive(Debug)]
 pub(super) struct Lines {
-    ux: Aligned,
-    uz: Aligned,
-    wx: Aligned,
-    wz: Aligned,
-    uy: [Aligned; 2],
+    /// Along x of u and w.
+    x: [Aligned; 2],
+    /// Along x of v: of this row and of the next.
     vx: [Aligned; 2],
-    vy: [Aligned; 2],
-    vz: [Aligned; 2],
-    wy: [Aligned; 2],
+    carried: [Aligned; 2],
+    own: Aligned,
 }
 
 impl FluxesAcross {
     /// Room for one plane.
     pub(super) fn new(shape: &Shape) -> Self {
-        let plane = || Aligned::zeros(shape.n[1] * shape.row);
-        Self { u: plane(), v: plane(), w: plane() }
+        let rows = |count: usize| Aligned::zeros(count * shape.row);
+        Self { u: rows(shape.n[1]), v: rows(shape.n[1] + 1), w: rows(shape.n[1]) }
     }
 }
 
 impl Lines {
     /// Room for one row.
     pub(super) fn new(shape: &Shape) -> Self {
-        let row = || Aligned::zeros(shape.wide + 8);
-        let pair = || [row(), row()];
-        Self {
-            ux: row(),
-            uz: row(),
-            wx: row(),
-            wz: row(),
-            uy: pair(),
-            vx: pair(),
-            vy: pair(),
-            vz: pair(),
-            wy: pair(),
-        }
+        let wide = |count: usize| Aligned::zeros(count * shape.wide);
+        // A line of x is read one place to the right, too.
+        let x = || Aligned::zeros(shape.wide + 8);
+        Self { x: [x(), x()], vx: [x(), x()], carried: [wide(4), wide(4)], own: wide(2) }
+    }
+
+    /// What was carried on is carried to the next row.
+    #[inline(always)]
+    fn turn(&mut self) {
+        self.vx.swap(0, 1);
+        self.carried.swap(0, 1);
     }
 }
 
@@ -113,23 +106,6 @@ pub(super) struct MomentumPlane<'a> {
     pub(super) lines: &'a mut Lines,
 }
 
-/// Factors of the fluxes from cell `cell` through `face` above it.
-fn weights(shape: &Shape, f: &Factors, cell: usize, face: usize) -> Weights {
-    let (quarter, nu) = (if f.convection { 0.25 } else { 0.0 }, f.explicit);
-    let ([x, y], [low, high]) = (shape.inverse, shape.cell_weights[face]);
-    Weights {
-        quarter,
-        convection: [quarter * x, quarter * y],
-        viscosity: [nu * x * x, nu * y * y],
-        upper: nu * shape.slope[face],
-        cell: nu * shape.cell[cell],
-        mass: [
-            [2.0 * quarter * x * low, 2.0 * quarter * x * high],
-            [2.0 * quarter * y * low, 2.0 * quarter * y * high],
-        ],
-    }
-}
-
 /// Fills `fluxes` with what goes from the plane below to the first plane of a slab.
 pub(super) struct FirstFluxes<'a> {
     pub(super) shape: &'a Shape,
@@ -144,117 +120,135 @@ pub(super) struct FirstFluxes<'a> {
 
 impl Kernel for FirstFluxes<'_> {
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
+    fn run<S: Simd>(self, simd: S) {
         let Self { shape, factors, k, below, first, fluxes, lines } = self;
         let under = if k > 0 { k - 1 } else { shape.n[2] - 1 };
-        let weights = weights(shape, factors, under, k);
-        let n = shape.n[0];
-        vertical_edge(shape, &weights, -1, below, first, lines);
-        for j in 0..shape.n[1] as isize {
-            lines.turn();
-            vertical(shape, &weights, j, below, first, lines);
-            vertical_edge(shape, &weights, j, below, first, lines);
-            let at = j as usize * shape.row;
-            let Lines { uz, wx, wz, vz, wy, .. } = &mut *lines;
-            fluxes.u[at..at + n].copy_from_slice(&uz[..n]);
-            fluxes.v[at..at + n].copy_from_slice(&vz[0][..n]);
-            let part = &mut fluxes.w[at..at + n];
-            begin_w(shape.face[k], wx, &wx[1..], &wy[0], &wy[1], wz, part);
+        let weights = Weights::new(shape, factors, under, k);
+        begin(simd, shape, &weights, [below, first], fluxes, lines);
+        for j in 0..shape.n[1] {
+            row_fluxes(simd, shape, &weights, j, [below, first], fluxes, lines);
+            let across = vectors_mut::<S>(&mut fluxes.w[j * shape.row..][..shape.wide]);
+            flux::share_of_w(simd, beside::<S>(&lines.x[1], shape.wide), across);
         }
     }
 }
 
-impl Lines {
-    /// What was above the last row is below the next.
-    #[inline(always)]
-    fn turn(&mut self) {
-        self.uy.swap(0, 1);
-        self.vx.swap(0, 1);
-        self.vy.swap(0, 1);
-        self.vz.swap(0, 1);
-        self.wy.swap(0, 1);
+/// A row as vectors.
+#[inline(always)]
+fn vectors<S: Simd>(row: &[f64]) -> &[S::f64s] {
+    S::as_simd_f64s(row).0
+}
+
+/// A row as vectors, to be changed.
+#[inline(always)]
+fn vectors_mut<S: Simd>(row: &mut [f64]) -> &mut [S::f64s] {
+    S::as_mut_simd_f64s(row).0
+}
+
+/// A line and its neighbours to the right.
+#[inline(always)]
+fn beside<S: Simd>(line: &[f64], wide: usize) -> [&[S::f64s]; 2] {
+    [vectors::<S>(&line[..wide]), vectors::<S>(&line[1..][..wide])]
+}
+
+/// The rows of a plane and the one above it that are needed for the fluxes of row `j`.
+#[inline(always)]
+fn velocity<'a, S: Simd>(
+    shape: &Shape,
+    j: isize,
+    [here, above]: [[&'a [f64]; 3]; 2],
+) -> flux::Velocity<'a, S> {
+    let (at, up, wide) = (shape.at(j), shape.at(j + 1), shape.wide);
+    let row = |plane: &'a [f64], at: usize| vectors::<S>(&plane[at..][..wide]);
+    flux::Velocity {
+        u: row(here[0], at),
+        // Left of row −1 is another plane; nothing asks for it.
+        u_left: row(here[0], at.saturating_sub(1)),
+        u_next: row(here[0], up),
+        u_above: row(above[0], at),
+        v: row(here[1], at),
+        v_next: row(here[1], up),
+        v_left: row(here[1], up - 1),
+        v_above: row(above[1], up),
+        w: row(here[2], at),
+        w_above: row(above[2], at),
+        w_left: row(above[2], at.saturating_sub(1)),
+        w_next: row(above[2], up),
     }
 }
 
-/// Fluxes between two planes over row `j`.
+/// Where the fluxes of row `j` go; `fluxes.v` are those of the row above it.
 #[inline(always)]
-fn vertical(
+fn out<'a, S: Simd>(
     shape: &Shape,
-    weights: &Weights,
-    j: isize,
-    here: [&[f64]; 3],
-    above: [&[f64]; 3],
-    lines: &mut Lines,
-) {
-    let (at, wide) = (shape.at(j), shape.wide);
-    let Lines { uz, wx, wz, .. } = lines;
-    let (u, u_next) = (&here[0][at..][..wide], &above[0][at..][..wide]);
-    let (w, w_next, w_left) = (&here[2][at..][..wide], &above[2][at..][..wide], &above[2][at - 1..][..wide]);
-    let (uz, wx, wz) = (&mut uz[..wide], &mut wx[..wide], &mut wz[..wide]);
-    between_planes_x(weights, u, u_next, w, w_next, w_left, uz, wx, wz);
+    j: usize,
+    next: usize,
+    fluxes: &'a mut FluxesAcross,
+    lines: &'a mut Lines,
+) -> flux::Out<'a, S> {
+    let (at, wide) = (j * shape.row, shape.wide);
+    let Lines { x: [ux, wx], vx: [_, vx], carried: [below, carried], own } = lines;
+    let x = [&mut ux[..wide], &mut wx[..wide], &mut vx[..wide]];
+    let [ux, wx, vx] = x;
+    flux::Out {
+        x: [vectors_mut::<S>(ux), vectors_mut::<S>(wx), vectors_mut::<S>(vx)],
+        below: vectors::<S>(&below[..4 * wide]).as_chunks().0,
+        carried: vectors_mut::<S>(&mut carried[..4 * wide]).as_chunks_mut().0,
+        own: vectors_mut::<S>(&mut own[..2 * wide]).as_chunks_mut().0,
+        across: [
+            vectors_mut::<S>(&mut fluxes.u[at..][..wide]),
+            vectors_mut::<S>(&mut fluxes.v[next * shape.row..][..wide]),
+            vectors_mut::<S>(&mut fluxes.w[at..][..wide]),
+        ],
+    }
 }
 
-/// Fluxes between two planes over the edge above row `j`.
+/// Fluxes over the edge below row 0.
 #[inline(always)]
-fn vertical_edge(
+fn begin<S: Simd>(
+    simd: S,
     shape: &Shape,
     weights: &Weights,
-    j: isize,
-    here: [&[f64]; 3],
-    above: [&[f64]; 3],
+    planes: [[&[f64]; 3]; 2],
+    fluxes: &mut FluxesAcross,
     lines: &mut Lines,
 ) {
-    let (at, up, n) = (shape.at(j), shape.at(j + 1), shape.n[0]);
-    let Lines { vz, wy, .. } = lines;
-    let (v, v_next) = (&here[1][up..][..n], &above[1][up..][..n]);
-    let (w, w_next) = (&above[2][at..][..n], &above[2][up..][..n]);
-    between_planes_y(weights, v, v_next, w, w_next, &mut vz[1][..n], &mut wy[1][..n]);
+    flux::first_edge(simd, weights, velocity::<S>(shape, -1, planes), out::<S>(shape, 0, 0, fluxes, lines));
 }
 
-/// Fluxes of a plane over the edge above row `j`.
+/// All fluxes of row `j` that are not carried to it.
 #[inline(always)]
-fn edge(shape: &Shape, weights: &Weights, j: isize, here: [&[f64]; 3], lines: &mut Lines) {
-    let (at, up, wide) = (shape.at(j), shape.at(j + 1), shape.wide);
-    let Lines { uy, vx, vy, .. } = lines;
-    let (u, u_next) = (&here[0][at..][..wide], &here[0][up..][..wide]);
-    let (v, v_next, v_left) = (&here[1][at..][..wide], &here[1][up..][..wide], &here[1][up - 1..][..wide]);
-    let (uy, vx, vy) = (&mut uy[1][..wide], &mut vx[1][..wide], &mut vy[1][..wide]);
-    between_rows(weights, u, u_next, v, v_next, v_left, uy, vx, vy);
+fn row_fluxes<S: Simd>(
+    simd: S,
+    shape: &Shape,
+    weights: &Weights,
+    j: usize,
+    planes: [[&[f64]; 3]; 2],
+    fluxes: &mut FluxesAcross,
+    lines: &mut Lines,
+) {
+    lines.turn();
+    let velocity = velocity::<S>(shape, j as isize, planes);
+    flux::row(simd, weights, velocity, out::<S>(shape, j, j + 1, fluxes, lines));
 }
 
 impl Kernel for MomentumPlane<'_> {
     #[inline(always)]
-    fn run<S: Simd>(mut self, _: S) {
-        let weights = weights(self.shape, self.factors, self.k, self.k + 1);
-        let [u, v, w] = &self.here;
-        let here = [&**u, &**v, &**w];
-        edge(self.shape, &weights, -1, here, self.lines);
-        vertical_edge(self.shape, &weights, -1, here, self.above, self.lines);
+    fn run<S: Simd>(mut self, simd: S) {
+        let weights = Weights::new(self.shape, self.factors, self.k, self.k + 1);
+        let Self { shape, here: [u, v, w], above, fluxes, lines, .. } = &mut self;
+        begin(simd, shape, &weights, [[&**u, &**v, &**w], *above], fluxes, lines);
         for j in 0..self.shape.n[1] {
-            self.row_fluxes(&weights, j as isize);
-            for d in 0..3 {
-                self.explicit(d, j);
-                self.gather(d, j);
-                self.forces(d, j);
-            }
+            let Self { shape, here: [u, v, w], above, fluxes, lines, .. } = &mut self;
+            row_fluxes(simd, shape, &weights, j, [[&**u, &**v, &**w], *above], fluxes, lines);
+            (0..3).for_each(|d| self.explicit(d, j));
+            self.gather(simd, j);
+            (0..3).for_each(|d| self.forces(d, j));
         }
     }
 }
 
 impl MomentumPlane<'_> {
-    /// All fluxes of row `j` that are not there yet.
-    #[inline(always)]
-    fn row_fluxes(&mut self, weights: &Weights, j: isize) {
-        let Self { shape, here: [u, v, w], above, lines, .. } = self;
-        let here = [&**u, &**v, &**w];
-        lines.turn();
-        let (at, wide) = (shape.at(j), shape.wide);
-        u_along_x(weights, &here[0][at - 1..][..wide], &here[0][at..][..wide], &mut lines.ux[..wide]);
-        edge(shape, weights, j, here, lines);
-        vertical(shape, weights, j, here, *above, lines);
-        vertical_edge(shape, weights, j, here, *above, lines);
-    }
-
     /// 2 α dt ν ∇²u on row `j` of component `d`, where viscosity is implicit.
     #[inline(always)]
     fn explicit(&mut self, d: usize, j: usize) {
@@ -268,46 +262,42 @@ impl MomentumPlane<'_> {
         laplacian(weights, low, mid, high, at, shape.row, &mut rhs[..n]);
     }
 
-    /// dt (γ N + ζ N_old) + 2 α dt f (uniform) on row `j` of component `d`.
+    /// dt (γ N + ζ N_old) + 2 α dt f (uniform) on row `j`.
     #[inline(always)]
-    fn gather(&mut self, d: usize, j: usize) {
+    fn gather<S: Simd>(&mut self, simd: S, j: usize) {
         match (self.factors.old != 0.0, self.factors.keep) {
-            (false, true) => self.gather_as::<false, true>(d, j),
-            (false, false) => self.gather_as::<false, false>(d, j),
-            (true, true) => self.gather_as::<true, true>(d, j),
-            (true, false) => self.gather_as::<true, false>(d, j),
+            (false, true) => self.gather_as::<S, false, true>(simd, j),
+            (false, false) => self.gather_as::<S, false, false>(simd, j),
+            (true, true) => self.gather_as::<S, true, true>(simd, j),
+            (true, false) => self.gather_as::<S, true, false>(simd, j),
         }
     }
 
     #[inline(always)]
-    fn gather_as<const OLD: bool, const KEEP: bool>(&mut self, d: usize, j: usize) {
-        let Self { shape, factors: f, k, here, target, history, fluxes, lines, .. } = self;
-        let (n, k) = (shape.n[0], *k);
-        let at = shape.at(j as isize);
+    fn gather_as<S: Simd, const OLD: bool, const KEEP: bool>(&mut self, simd: S, j: usize) {
+        let Self { shape, factors: f, here, target, history, fluxes, lines, .. } = self;
+        let (n, wide, at) = (shape.n[0], shape.wide, shape.at(j as isize));
         let out = match target {
-            Target::Velocity => &mut here[d][at..][..n],
-            Target::Increment(rhs) => &mut rhs[d][at..][..n],
+            Target::Velocity => here,
+            Target::Increment(rhs) => rhs,
         };
-        let history = &mut history[d][at..][..n];
-        let usage = Use { now: f.now, old: f.old, body: f.length * f.body[d] };
-        let row = j * shape.row..j * shape.row + n;
-        let Lines { ux, uz, wx, wz, uy, vx, vy, vz, wy } = &mut **lines;
-        let cell = shape.cell[k];
-        match d {
-            0 => {
-                let below = &mut fluxes.u[row];
-                gather::<OLD, KEEP>(cell, usage, ux, &ux[1..], &uy[0], &uy[1], uz, below, out, history);
-            }
-            1 => {
-                let (x, y, below) = (&vx[0], &vy, &mut fluxes.v[row]);
-                gather::<OLD, KEEP>(cell, usage, x, &x[1..], &y[0], &y[1], &vz[0], below, out, history);
-            }
-            _ => {
-                let (here, next) = (shape.face[k], shape.face[k + 1]);
-                let (x, y, part) = (&wx, &wy, &mut fluxes.w[row]);
-                gather_w::<OLD, KEEP>(here, next, usage, x, &x[1..], &y[0], &y[1], wz, part, out, history);
-            }
-        }
+        let body = std::array::from_fn(|d| f.length * f.body[d]);
+        let x = [&lines.x[0], &lines.vx[0], &lines.x[1]].map(|line| beside::<S>(line, wide));
+        let across = vectors_mut::<S>(&mut fluxes.w[j * shape.row..][..wide]);
+        flux::share_of_w(simd, x[2], across);
+        let fluxes = flux::Fluxes {
+            x,
+            below: vectors::<S>(&lines.carried[0][..4 * wide]).as_chunks().0,
+            carried: vectors::<S>(&lines.carried[1][..4 * wide]).as_chunks().0,
+            own: vectors::<S>(&lines.own[..2 * wide]).as_chunks().0,
+        };
+        flux::gather::<S, OLD, KEEP>(
+            simd,
+            Use { now: f.now, old: f.old, body },
+            fluxes,
+            out.each_mut().map(|u| &mut u[at..][..n]),
+            history.each_mut().map(|x| &mut x[at..][..n]),
+        );
     }
 
     /// 2 α dt (f − ∇p) of caller and pressure on row `j` of component `d`.
@@ -360,7 +350,7 @@ fn add_scaled(weight: f64, force: &[f64], u: &mut [f64]) {
 
 /// u −= weight (here − before).
 #[inline(always)]
-pub(super) fn subtract_slope(weight: f64, before: &[f64], here: &[f64], u: &mut [f64]) {
+fn subtract_slope(weight: f64, before: &[f64], here: &[f64], u: &mut [f64]) {
     let n = u.len();
     let (before, here) = (&before[..n], &here[..n]);
     for i in 0..n {

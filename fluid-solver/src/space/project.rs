@@ -1,7 +1,6 @@
 //! The two halves of a projection on one plane: ∇·u*, and u − weight ∇φ.
 
 use super::halo::{fill_ends, fill_sides};
-use super::momentum::subtract_slope;
 use super::shape::Shape;
 use crate::lanes::Kernel;
 use pulp::Simd;
@@ -26,9 +25,16 @@ impl Kernel for CorrectPlane<'_> {
         for j in 0..shape.n[1] as isize {
             let (at, under) = (shape.at(j), shape.at(j - 1));
             let here = &phi[at..][..n];
-            subtract_slope(weight * shape.inverse[0], &phi[at - 1..][..n], here, &mut u[at..][..n]);
-            subtract_slope(weight * shape.inverse[1], &phi[under..][..n], here, &mut v[at..][..n]);
-            subtract_slope(weight * shape.slope[k], &low[at..][..n], here, &mut w[at..][..n]);
+            correct(
+                [weight * shape.inverse[0], weight * shape.inverse[1], weight * shape.slope[k]],
+                here,
+                &phi[at - 1..][..n],
+                &phi[under..][..n],
+                &low[at..][..n],
+                &mut u[at..][..n],
+                &mut v[at..][..n],
+                &mut w[at..][..n],
+            );
             if let Some(p) = &mut pressure {
                 add(here, &mut p[at..][..n]);
             }
@@ -45,6 +51,32 @@ impl Kernel for CorrectPlane<'_> {
         if let Some(p) = pressure {
             fill_sides(shape, 3, p);
         }
+    }
+}
+
+/// Subtracts weight (here − before) along each axis.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "only arguments tell that the result overlaps nothing")]
+fn correct(
+    [x, y, z]: [f64; 3],
+    here: &[f64],
+    left: &[f64],
+    under: &[f64],
+    below: &[f64],
+    u: &mut [f64],
+    v: &mut [f64],
+    w: &mut [f64],
+) {
+    let n = here.len();
+    let (left, under, below) = (&left[..n], &under[..n], &below[..n]);
+    let (u, v, w) = (&mut u[..n], &mut v[..n], &mut w[..n]);
+    for i in 0..n {
+        let next = [
+            u[i] - x * (here[i] - left[i]),
+            v[i] - y * (here[i] - under[i]),
+            w[i] - z * (here[i] - below[i]),
+        ];
+        [u[i], v[i], w[i]] = next;
     }
 }
 

@@ -1,6 +1,6 @@
 //! Fourier transforms of a few places in registers: the heart of each pass.
 
-use super::vector::Complex;
+use crate::vector::Complex;
 use pulp::Simd;
 
 /// Fourier transform of `R` places in registers.

@@ -3,7 +3,7 @@
 use super::ends::{Emit, EmitPairs, Read, ReadPairs};
 use super::line::{Reader, Writer};
 use super::plan::Plan;
-use super::vector::{Complex, Real};
+use crate::vector::{Complex, Real};
 use pulp::Simd;
 
 /// Cosine II (even walls), or sine II (odd walls).

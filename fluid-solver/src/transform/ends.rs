@@ -6,7 +6,7 @@
 
 use super::butterfly::Butterfly;
 use super::fft::{Pair, Pass};
-use super::vector::Complex;
+use crate::vector::Complex;
 use pulp::Simd;
 
 /// Input place by place.

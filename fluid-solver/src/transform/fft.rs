@@ -4,7 +4,7 @@
 //! made for, so that no pass over the data is spent on sorting and packing alone.
 
 use super::butterfly::{Butterfly, Eight, Five, Four, Three, Two};
-use super::vector::Complex;
+use crate::vector::Complex;
 use pulp::Simd;
 use std::f64::consts::PI;
 

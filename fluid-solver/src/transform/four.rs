@@ -3,7 +3,7 @@
 
 use super::ends::{Emit, Read};
 use super::line::{Reader, Writer};
-use super::vector::Complex;
+use crate::vector::Complex;
 use pulp::Simd;
 
 /// Cosine IV (even below, odd above), or sine IV.

@@ -3,7 +3,7 @@
 
 use super::ends::{Emit, EmitPairs, Read, ReadPairs};
 use super::line::{Reader, Writer};
-use super::vector::Complex;
+use crate::vector::Complex;
 use pulp::Simd;
 
 /// Values in, amplitudes out.

@@ -1,7 +1,7 @@
 //! A real line as a complex one of half the length: what all kinds share.
 
 use super::plan::Plan;
-use super::vector::{Complex, Real};
+use crate::vector::{Complex, Real};
 use pulp::Simd;
 
 /// Reads the values, or amplitudes, of eight lines.

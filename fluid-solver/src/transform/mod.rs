@@ -17,7 +17,6 @@ mod plan;
 mod reference;
 mod rows;
 mod sine;
-mod vector;
 
 use crate::lanes::Lanes;
 use fast::Fast;

@@ -3,7 +3,7 @@
 
 use super::ends::{EmitPairs, Read};
 use super::line::{Reader, Writer};
-use super::vector::{Complex, Real};
+use crate::vector::{Complex, Real};
 use pulp::Simd;
 
 /// Sine I.

@@ -1,4 +1,4 @@
-//! Complex arithmetic on SIMD vectors of whatever width the machine has (`pulp`), no fused
+//! Real and complex arithmetic on SIMD vectors of whatever width the machine has (`pulp`), no fused
 //! multiply-add: every instruction set gives the same bits.
 
 use pulp::Simd;
@@ -6,32 +6,44 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 /// A vector of real numbers.
 #[derive(Clone, Copy)]
-pub(super) struct Real<S: Simd> {
+pub(crate) struct Real<S: Simd> {
     simd: S,
     v: S::f64s,
 }
 
 impl<S: Simd> Real<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, v: S::f64s) -> Self {
+    pub(crate) fn new(simd: S, v: S::f64s) -> Self {
         Self { simd, v }
     }
 
     /// Zero, as wide.
     #[inline(always)]
-    pub(super) fn zero(self) -> Self {
+    pub(crate) fn zero(self) -> Self {
         Self::new(self.simd, self.simd.splat_f64s(0.0))
+    }
+
+    /// The same number in every lane, as wide.
+    #[inline(always)]
+    pub(crate) fn splat(self, value: f64) -> Self {
+        Self::new(self.simd, self.simd.splat_f64s(value))
+    }
+
+    /// Another vector of the same machine.
+    #[inline(always)]
+    pub(crate) fn with(self, v: S::f64s) -> Self {
+        Self::new(self.simd, v)
     }
 
     /// Plus a machine's vector.
     #[inline(always)]
-    pub(super) fn plus(self, v: S::f64s) -> S::f64s {
+    pub(crate) fn plus(self, v: S::f64s) -> S::f64s {
         self.simd.add_f64s(v, self.v)
     }
 
     /// The machine's vector.
     #[inline(always)]
-    pub(super) fn get(self) -> S::f64s {
+    pub(crate) fn get(self) -> S::f64s {
         self.v
     }
 }
@@ -69,53 +81,61 @@ impl<S: Simd> Mul<f64> for Real<S> {
     }
 }
 
+impl<S: Simd> Mul for Real<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        Self::new(self.simd, self.simd.mul_f64s(self.v, o.v))
+    }
+}
+
 /// A vector of complex numbers.
 #[derive(Clone, Copy)]
-pub(super) struct Complex<S: Simd> {
-    pub(super) re: Real<S>,
-    pub(super) im: Real<S>,
+pub(crate) struct Complex<S: Simd> {
+    pub(crate) re: Real<S>,
+    pub(crate) im: Real<S>,
 }
 
 impl<S: Simd> Complex<S> {
     #[inline(always)]
-    pub(super) fn new(re: Real<S>, im: Real<S>) -> Self {
+    pub(crate) fn new(re: Real<S>, im: Real<S>) -> Self {
         Self { re, im }
     }
 
     /// From real and imaginary part.
     #[inline(always)]
-    pub(super) fn of(simd: S, [re, im]: [S::f64s; 2]) -> Self {
+    pub(crate) fn of(simd: S, [re, im]: [S::f64s; 2]) -> Self {
         Self::new(Real::new(simd, re), Real::new(simd, im))
     }
 
     /// Real and imaginary part.
     #[inline(always)]
-    pub(super) fn parts(self) -> [S::f64s; 2] {
+    pub(crate) fn parts(self) -> [S::f64s; 2] {
         [self.re.v, self.im.v]
     }
 
     /// Real and imaginary part exchanged: before and after a forward transform it makes the
     /// backward one.
     #[inline(always)]
-    pub(super) fn swap(self) -> Self {
+    pub(crate) fn swap(self) -> Self {
         Self::new(self.im, self.re)
     }
 
     /// Complex conjugate.
     #[inline(always)]
-    pub(super) fn conj(self) -> Self {
+    pub(crate) fn conj(self) -> Self {
         Self::new(self.re, -self.im)
     }
 
     /// Times −i.
     #[inline(always)]
-    pub(super) fn minus_i(self) -> Self {
+    pub(crate) fn minus_i(self) -> Self {
         Self::new(self.im, -self.re)
     }
 
     /// Times a complex constant.
     #[inline(always)]
-    pub(super) fn rotate(self, [c, s]: [f64; 2]) -> Self {
+    pub(crate) fn rotate(self, [c, s]: [f64; 2]) -> Self {
         Self::new(self.re * c - self.im * s, self.re * s + self.im * c)
     }
 }
