@@ -61,6 +61,11 @@ struct Saved<const D: usize> {
     memory: Memory,
 }
 
+/// Part of the smallest cell width within which a grain counts as where it was expected. The mask falls by
+/// about one over a cell, so this changes a cell's share by as much at most; and it never adds up, as every
+/// window expects a grain from where it truly is.
+const AS_EXPECTED: f64 = 1e-4;
+
 /// What moves the carried force with the grains, instead of leaving it in its cells.
 struct Advection<const D: usize> {
     /// In which steps.
@@ -480,22 +485,27 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// Masks and carried force at the motion known now (docs/equations-immersed.md, eqs 6 and 7).
+    /// Masks and carried force at the motion known now (docs/equations-immersed.md, eqs 6 and 7). A grain that
+    /// came back where it was expected is held there, where its mask is known.
     fn impose_carried(&mut self) {
         if self.memory.motions.is_empty() {
             return;
         }
-        let Self { immersed, stepper, lambda, advection, memory, model, .. } = self;
+        let Self { immersed, stepper, lambda, advection, memory, predicted, model, .. } = self;
         let imposed =
             if self.choices.form == LoadsForm::YuShao2007 { Imposed::ByVelocity } else { Imposed::ByForce };
         let (grid, state) = stepper.parts_mut();
+        let near = AS_EXPECTED * grid.smallest_width();
+        for (to, (motion, predicted)) in memory.imposed.iter_mut().zip(memory.motions.iter().zip(predicted)) {
+            let expected = (0..3).all(|c| (motion.centre[c] - predicted.centre[c]).abs() <= near);
+            *to = Motion { centre: if expected { predicted.centre } else { motion.centre }, ..*motion };
+        }
         let velocity = &mut state.velocity;
         if let Some(Advection { masks, .. }) = advection {
-            immersed.impose_and_store_mask(grid, model, &memory.motions, [velocity, lambda, masks]);
+            immersed.impose_and_store_mask(grid, model, &memory.imposed, [velocity, lambda, masks]);
         } else {
-            immersed.impose_carried(grid, model, &memory.motions, imposed, [velocity, lambda]);
+            immersed.impose_carried(grid, model, &memory.imposed, imposed, [velocity, lambda]);
         }
-        memory.imposed.copy_from_slice(&memory.motions);
         memory.imposed_dt = model.dt;
     }
 

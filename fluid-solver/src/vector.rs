@@ -1,8 +1,9 @@
 //! Real and complex arithmetic on SIMD vectors of whatever width the machine has (`pulp`), no fused
 //! multiply-add: every instruction set gives the same bits.
 
+use crate::lanes::Lanes;
 use pulp::Simd;
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A vector of real numbers.
 #[derive(Clone, Copy)]
@@ -15,6 +16,25 @@ impl<S: Simd> Real<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, v: S::f64s) -> Self {
         Self { simd, v }
+    }
+
+    /// Vector `t` of eight values.
+    #[inline(always)]
+    pub(crate) fn of(simd: S, values: &Lanes, t: usize) -> Self {
+        Self::new(simd, S::as_simd_f64s(values).0[t])
+    }
+
+    /// Becomes vector `t` of eight values.
+    #[inline(always)]
+    pub(crate) fn put(self, values: &mut Lanes, t: usize) {
+        S::as_mut_simd_f64s(values).0[t] = self.v;
+    }
+
+    /// One where it is zero or less, else itself: to divide by.
+    #[inline(always)]
+    pub(crate) fn or_one(self) -> Self {
+        let positive = self.simd.greater_than_f64s(self.v, self.simd.splat_f64s(0.0));
+        Self::new(self.simd, self.simd.select_f64s(positive, self.v, self.simd.splat_f64s(1.0)))
     }
 
     /// Zero, as wide.
@@ -78,6 +98,22 @@ impl<S: Simd> Mul<f64> for Real<S> {
     fn mul(self, o: f64) -> Self {
         let o = self.simd.splat_f64s(o);
         Self::new(self.simd, self.simd.mul_f64s(self.v, o))
+    }
+}
+
+impl<S: Simd> Add<f64> for Real<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: f64) -> Self {
+        self + self.splat(o)
+    }
+}
+
+impl<S: Simd> Div for Real<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, o: Self) -> Self {
+        Self::new(self.simd, self.simd.div_f64s(self.v, o.v))
     }
 }
 

@@ -22,8 +22,9 @@ use super::mask_model::MaskModel;
 use super::transport::wrap;
 use crate::grid::Grid;
 use crate::immersed::body::{Motion, Shape};
-use crate::lanes::{Kernel, Lanes, dispatch};
+use crate::lanes::{Kernel, dispatch};
 use crate::stencil::Stencil;
+use crate::vector::Real;
 use pulp::Simd;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -95,11 +96,13 @@ struct Gather {
 
 impl Rule<4> for Gather {
     #[inline(always)]
-    fn change(&self, ratio: &Lanes, target: &Lanes, [u, lambda, q, right]: [&mut Lanes; 4]) {
-        for l in 0..8 {
-            q[l] = ratio[l];
-            right[l] = target[l] - ratio[l] * u[l] - self.dt * lambda[l];
-        }
+    fn change<S: Simd>(
+        &self,
+        ratio: Real<S>,
+        target: Real<S>,
+        [u, lambda, ..]: [Real<S>; 4],
+    ) -> [Real<S>; 4] {
+        [u, lambda, ratio, target - ratio * u - lambda * self.dt]
     }
 }
 

@@ -21,6 +21,9 @@ pub(super) struct Slice {
 pub(crate) struct GrainsByLayer<const D: usize> {
     pub(super) nodes: Nodes<D>,
     pub(super) extents: Vec<Extent<D>>,
+    /// For each grain, the count of placings when it was last moved.
+    stamps: Vec<u64>,
+    placings: u64,
     /// Slices of layer k: `starts[k]..starts[k + 1]`, in the order of the grains.
     starts: Vec<usize>,
     slices: Vec<Slice>,
@@ -37,6 +40,8 @@ impl<const D: usize> GrainsByLayer<D> {
         Self {
             nodes: Nodes::new(grid, d),
             extents: Vec::new(),
+            stamps: Vec::new(),
+            placings: 0,
             starts,
             slices: Vec::new(),
             model: None,
@@ -52,24 +57,32 @@ impl<const D: usize> GrainsByLayer<D> {
         shapes: &[Shape],
         motions: &[Motion],
     ) -> bool {
-        let Self { nodes, extents, starts, slices, .. } = self;
-        if self.caches && self.model == Some(*model) && extents.len() == motions.len() {
-            let stays = |(extent, (shape, motion)): (&Extent<D>, (&Shape, &Motion))| {
-                extent.radius == shape.mask_radius
-                    && extent.at == along_axes::<D>(grid.geometry, motion.centre)
-            };
-            if extents.iter().zip(shapes.iter().zip(motions)).all(stays) {
-                return true;
+        let known = self.caches && self.model == Some(*model) && self.extents.len() == motions.len();
+        let Self { nodes, extents, stamps, placings, starts, slices, .. } = self;
+        if !known {
+            extents.clear();
+            stamps.clear();
+        }
+        *placings += 1;
+        let mut stays = known;
+        for (grain, (shape, motion)) in shapes.iter().zip(motions).enumerate() {
+            let at = along_axes::<D>(grid.geometry, motion.centre);
+            if known && extents[grain].radius == shape.mask_radius && extents[grain].at == at {
+                continue;
+            }
+            stays = false;
+            let extent = nodes.extent(grid, model, motion.centre, shape.mask_radius);
+            if known {
+                (extents[grain], stamps[grain]) = (extent, *placings);
+            } else {
+                extents.push(extent);
+                stamps.push(*placings);
             }
         }
+        if stays {
+            return true;
+        }
         self.model = Some(*model);
-        extents.clear();
-        extents.extend(
-            shapes
-                .iter()
-                .zip(motions)
-                .map(|(shape, motion)| nodes.extent(grid, model, motion.centre, shape.mask_radius)),
-        );
         let layers = |extent: &Extent<D>| nodes.range(grid, D - 1, extent.at[D - 1], extent.outer);
         let layer = |extent: &Extent<D>, m| nodes.node(grid, D - 1, extent.at[D - 1], m);
         starts.fill(0);
@@ -99,6 +112,11 @@ impl<const D: usize> GrainsByLayer<D> {
     /// Slices of layer `k`.
     pub(super) fn of(&self, k: usize) -> &[Slice] {
         &self.slices[self.starts[k]..self.starts[k + 1]]
+    }
+
+    /// When a grain was last moved.
+    pub(super) fn stamp(&self, grain: usize) -> u64 {
+        self.stamps[grain]
     }
 
     /// Cells that the grains hold, about.

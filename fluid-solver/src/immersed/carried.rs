@@ -10,7 +10,8 @@
 //! more, λ' = 0 and the fluid gets its force back.
 
 use super::component::Rule;
-use crate::lanes::Lanes;
+use crate::vector::Real;
+use pulp::Simd;
 
 /// Which velocity the force leaves behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,16 +31,12 @@ pub(super) struct Impose {
 
 impl Rule<2> for Impose {
     #[inline(always)]
-    fn change(&self, ratio: &Lanes, target: &Lanes, [u, lambda]: [&mut Lanes; 2]) {
+    fn change<S: Simd>(&self, ratio: Real<S>, target: Real<S>, [now, before]: [Real<S>; 2]) -> [Real<S>; 2] {
         let rate = 1.0 / self.dt;
-        for l in 0..8 {
-            let (now, before) = (u[l], lambda[l]);
-            let inverse = 1.0 / (1.0 + ratio[l]);
-            let correction = (target[l] - ratio[l] * now) * inverse;
-            let after = ratio[l] * inverse * before + rate * correction;
-            u[l] = if self.by_force { now + self.dt * (after - before) } else { now + correction };
-            lambda[l] = after;
-        }
+        let inverse = ratio.splat(1.0) / (ratio + 1.0);
+        let correction = (target - ratio * now) * inverse;
+        let after = ratio * inverse * before + correction * rate;
+        [if self.by_force { now + (after - before) * self.dt } else { now + correction }, after]
     }
 }
 
@@ -48,9 +45,15 @@ pub(super) struct ImposeAndStoreMask(pub(super) Impose);
 
 impl Rule<3> for ImposeAndStoreMask {
     #[inline(always)]
-    fn change(&self, ratio: &Lanes, target: &Lanes, [u, lambda, mask]: [&mut Lanes; 3]) {
-        self.0.change(ratio, target, [u, lambda]);
-        StoreMask.change(ratio, target, [mask]);
+    fn change<S: Simd>(
+        &self,
+        ratio: Real<S>,
+        target: Real<S>,
+        [u, lambda, mask]: [Real<S>; 3],
+    ) -> [Real<S>; 3] {
+        let [u, lambda] = self.0.change(ratio, target, [u, lambda]);
+        let [mask] = StoreMask.change(ratio, target, [mask]);
+        [u, lambda, mask]
     }
 }
 
@@ -59,10 +62,9 @@ pub(super) struct StoreMask;
 
 impl Rule<1> for StoreMask {
     #[inline(always)]
-    fn change(&self, ratio: &Lanes, _: &Lanes, [mask]: [&mut Lanes; 1]) {
-        for l in 0..8 {
-            mask[l] = ratio[l] / (1.0 + ratio[l]);
-        }
+    fn change<S: Simd>(&self, ratio: Real<S>, _: Real<S>, _: [Real<S>; 1]) -> [Real<S>; 1] {
+        // As in `Impose`, so that both in one take one division.
+        [ratio * (ratio.splat(1.0) / (ratio + 1.0))]
     }
 }
 
@@ -71,5 +73,7 @@ pub(super) struct MarkForced;
 
 impl Rule<0> for MarkForced {
     #[inline(always)]
-    fn change(&self, _: &Lanes, _: &Lanes, []: [&mut Lanes; 0]) {}
+    fn change<S: Simd>(&self, _: Real<S>, _: Real<S>, []: [Real<S>; 0]) -> [Real<S>; 0] {
+        []
+    }
 }

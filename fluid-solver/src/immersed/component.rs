@@ -13,6 +13,7 @@ use super::mask_model::MaskModel;
 use super::transport::rows::Rows;
 use crate::grid::Grid;
 use crate::lanes::{self, Lanes, ZERO, dispatch, lanes_at, lanes_at_mut};
+use crate::vector::Real;
 use pulp::Simd;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -31,32 +32,38 @@ pub struct Moments {
     pub arm: [f64; 3],
 }
 
-/// What an integrand may depend on.
-#[derive(Clone, Copy, Debug)]
-pub struct Point<const N: usize> {
+/// What an integrand may depend on, a vector of cells at a time.
+#[derive(Clone, Copy)]
+pub(crate) struct Point<S: Simd, const N: usize> {
     /// Values of the fields.
-    pub fields: [f64; N],
+    pub(crate) fields: [Real<S>; N],
     /// Mask ratio of this grain.
-    pub ratio: f64,
+    pub(crate) ratio: Real<S>,
     /// Mask ratio of all grains here.
-    pub total: f64,
+    pub(crate) total: Real<S>,
     /// Velocity of this grain here, m/s.
-    pub solid: f64,
+    pub(crate) solid: Real<S>,
 }
 
-impl<const N: usize> Point<N> {
+impl<S: Simd, const N: usize> Point<S, N> {
     /// Mask b of this grain.
     #[inline(always)]
-    pub fn mask(&self) -> f64 {
-        self.ratio / (1.0 + self.total)
+    pub(crate) fn mask(&self) -> Real<S> {
+        self.ratio / (self.total + 1.0)
     }
 }
 
-/// What is done to `N` fields where grains are, eight cells at a time.
-pub trait Rule<const N: usize>: Sync {
-    /// Changes cells with the given sums of mask ratios, and of mask ratios times velocity. Where the sum is
-    /// zero a cell must stay what it is, unless it held force before.
-    fn change(&self, ratio: &Lanes, target: &Lanes, fields: [&mut Lanes; N]);
+/// What is summed over a grain.
+pub(crate) trait Integrand<const N: usize>: Sync {
+    /// Its value at each of some cells.
+    fn value<S: Simd>(&self, point: Point<S, N>) -> Real<S>;
+}
+
+/// What is done to `N` fields where grains are.
+pub(crate) trait Rule<const N: usize>: Sync {
+    /// What becomes of the fields in cells with the given sums of mask ratios, and of mask ratios times
+    /// velocity. Where the sum is zero a cell must stay what it is, unless it held force before.
+    fn change<S: Simd>(&self, ratio: Real<S>, target: Real<S>, fields: [Real<S>; N]) -> [Real<S>; N];
 }
 
 /// What a thread works with: it takes one layer after the other.
@@ -144,13 +151,13 @@ impl<const D: usize> Component<D> {
         (workspaces, layers_each)
     }
 
-    /// `moments` ← ∫ `value` dV over every grain, in the fixed order of cells; it may depend on `fields`.
-    pub fn integrate<const N: usize>(
+    /// `moments` ← ∫ `integrand` dV over every grain, in the fixed order of cells; it may depend on `fields`.
+    pub(crate) fn integrate<const N: usize>(
         &mut self,
         placed: Placed<'_, D>,
         workspaces: &mut Vec<Workspace>,
         fields: [&[f64]; N],
-        value: impl Fn(Point<N>) -> f64 + Sync,
+        integrand: &impl Integrand<N>,
     ) {
         self.place(placed);
         let (workspaces, layers_each) = self.split(placed.grid, workspaces);
@@ -159,7 +166,7 @@ impl<const D: usize> Component<D> {
         let (grains, cache, entries) = layers.shared(placed.grid, layers_each);
         let one = |(t, (workspace, cache)): (usize, (&mut Workspace, &mut [Layer]))| {
             let range = t * layers_each..((t + 1) * layers_each).min(n);
-            dispatch(Integrate { placed, grains, cache, lab: *lab, range, workspace, fields, value: &value });
+            dispatch(Integrate { placed, grains, cache, lab: *lab, range, workspace, fields, integrand });
         };
         if workspaces.len() > 1 {
             workspaces.par_iter_mut().zip(cache.par_chunks_mut(entries)).enumerate().for_each(one);
@@ -178,7 +185,7 @@ impl<const D: usize> Component<D> {
     }
 
     /// Applies `rule` once to every cell of a grain, and to every cell that may have held force before.
-    pub fn change<const N: usize>(
+    pub(crate) fn change<const N: usize>(
         &mut self,
         placed: Placed<'_, D>,
         workspaces: &mut Vec<Workspace>,
@@ -222,7 +229,7 @@ impl<const D: usize> Component<D> {
 }
 
 /// [`Component::integrate`] over some layers.
-struct Integrate<'a, F, const N: usize, const D: usize> {
+struct Integrate<'a, I, const N: usize, const D: usize> {
     placed: Placed<'a, D>,
     grains: &'a GrainsByLayer<D>,
     cache: &'a mut [Layer],
@@ -230,12 +237,13 @@ struct Integrate<'a, F, const N: usize, const D: usize> {
     range: Range<usize>,
     workspace: &'a mut Workspace,
     fields: [&'a [f64]; N],
-    value: &'a F,
+    integrand: &'a I,
 }
 
-impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for Integrate<'_, F, N, D> {
+impl<I: Integrand<N>, const N: usize, const D: usize> lanes::Kernel for Integrate<'_, I, N, D> {
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
+    #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
+    fn run<S: Simd>(self, simd: S) {
         let Placed { grid, model, motions, .. } = self.placed;
         let Workspace { layer_sums, moments, .. } = self.workspace;
         let row = &self.grains.nodes.row;
@@ -243,10 +251,9 @@ impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for I
         moments.clear();
         for k in self.range.clone() {
             let layer = &mut self.cache[(k - self.range.start) % entries];
-            layer.fill(grid, self.grains, model, k, &mut layer_sums.profiles);
+            layer.fill(grid, self.grains, model, k, &mut layer_sums.room);
             layer_sums.gather(layer);
             let begin = first(grid, k);
-            let fields = self.fields.map(|field| &field[begin..][..grid.stride(D - 1)]);
             for (part, spans, ratio) in layer.parts() {
                 let motion = &motions[part.grain];
                 let mut sums = [ZERO; 4];
@@ -259,19 +266,28 @@ impl<F: Fn(Point<N>) -> f64, const N: usize, const D: usize> lanes::Kernel for I
                         let (at, x) = (span.at + 8 * b, span.first + 8 * b);
                         let (x, volume) = (lanes_at(&row.at, x), lanes_at(&row.volume, x));
                         let totals = lanes_at(&layer_sums.totals, at);
-                        let fields = fields.map(|field| lanes_at(field, at));
-                        for l in 0..8 {
+                        for t in 0..8 / S::F64_LANES {
+                            let (x, volume) = (Real::of(simd, x, t), Real::of(simd, volume, t));
+                            let mut fields = [x; N];
+                            for f in 0..N {
+                                fields[f] = Real::of(simd, lanes_at(self.fields[f], begin + at), t);
+                            }
                             let point = Point {
-                                fields: std::array::from_fn(|f| fields[f][l]),
-                                ratio: ratio[l],
-                                total: totals[l],
-                                solid: base + slope * x[l],
+                                fields,
+                                ratio: Real::of(simd, ratio, t),
+                                total: Real::of(simd, totals, t),
+                                solid: x * slope + base,
                             };
-                            let value = (self.value)(point) * volume[l] * span.weight;
-                            sums[3][l] += point.mask() * volume[l] * span.weight;
-                            sums[0][l] += value;
-                            sums[1][l] += value * (x[l] + span.shift);
-                            sums[2][l] += value * span.middle;
+                            let value = self.integrand.value(point) * volume * span.weight;
+                            let parts = [
+                                value,
+                                value * (x + span.shift),
+                                value * span.middle,
+                                point.mask() * volume * span.weight,
+                            ];
+                            for s in 0..4 {
+                                (Real::of(simd, &sums[s], t) + parts[s]).put(&mut sums[s], t);
+                            }
                         }
                     }
                 }
@@ -307,15 +323,16 @@ struct Change<'a, R, const N: usize, const D: usize> {
 
 impl<R: Rule<N>, const N: usize, const D: usize> lanes::Kernel for Change<'_, R, N, D> {
     #[inline(always)]
-    fn run<S: Simd>(mut self, _: S) {
+    #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
+    fn run<S: Simd>(self, simd: S) {
         let Placed { grid, model, motions, .. } = self.placed;
         let (words, stride, size) = (words(grid), grid.stride(1), grid.stride(D - 1));
         let entries = self.cache.len();
         for (k, forced) in self.forced.chunks_mut(self.words_each).enumerate() {
             let (layer_sums, layer) = (&mut *self.layer_sums, &mut self.cache[k % entries]);
-            layer.fill(grid, self.grains, model, self.first + k, &mut layer_sums.profiles);
+            layer.fill(grid, self.grains, model, self.first + k, &mut layer_sums.room);
             layer_sums.mark_covered(grid, layer);
-            layer_sums.gather_velocity(layer, &self.grains.nodes.row.at, self.lab, motions);
+            layer_sums.gather_velocity(simd, layer, &self.grains.nodes.row.at, self.lab, motions);
             for (word, (forced, covered)) in forced.iter_mut().zip(&layer_sums.covered).enumerate() {
                 let mut bits = *forced | covered;
                 *forced = *covered;
@@ -325,8 +342,17 @@ impl<R: Rule<N>, const N: usize, const D: usize> lanes::Kernel for Change<'_, R,
                     bits &= bits - 1;
                     let target = std::mem::replace(lanes_at_mut(&mut layer_sums.targets, at), ZERO);
                     let ratio = std::mem::replace(lanes_at_mut(&mut layer_sums.totals, at), ZERO);
-                    let fields = self.fields.each_mut().map(|field| lanes_at_mut(&mut field[k * size..], at));
-                    self.rule.change(&ratio, &target, fields);
+                    for t in 0..8 / S::F64_LANES {
+                        let ratio = Real::of(simd, &ratio, t);
+                        let mut fields = [ratio; N];
+                        for f in 0..N {
+                            fields[f] = Real::of(simd, lanes_at(self.fields[f], k * size + at), t);
+                        }
+                        fields = self.rule.change(ratio, Real::of(simd, &target, t), fields);
+                        for f in 0..N {
+                            fields[f].put(lanes_at_mut(self.fields[f], k * size + at), t);
+                        }
+                    }
                 }
             }
             layer_sums.covered.fill(0);

@@ -39,6 +39,8 @@ pub(crate) struct Part {
     pub(crate) grain: usize,
     /// Arm along the last axis, m.
     pub(crate) arm: f64,
+    /// When the grain was last moved.
+    stamp: u64,
     /// Number of its spans.
     spans: usize,
 }
@@ -53,8 +55,24 @@ struct Row {
     weight: f64,
 }
 
-/// Room for what all rows of a grain in a layer share.
-pub(super) type Profiles = [Profile; PIECES];
+/// What all rows of a grain in a layer share.
+type Profiles = [Profile; PIECES];
+
+/// Room for filling a layer.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Room {
+    profiles: Profiles,
+    /// What was known of the layer.
+    before: Layer,
+}
+
+impl Part {
+    /// Whether this is of `grain` where it is placed.
+    #[inline(always)]
+    fn is_of<const D: usize>(&self, grains: &GrainsByLayer<D>, grain: usize) -> bool {
+        self.grain == grain && self.stamp == grains.stamp(grain)
+    }
+}
 
 /// The rows of all grains in a layer, and the mask ratios of their cells.
 #[derive(Clone, Debug, Default)]
@@ -62,27 +80,42 @@ pub(crate) struct Layer {
     parts: Vec<Part>,
     spans: Vec<Span>,
     ratios: Vec<f64>,
-    /// Whether this is so for the grains as placed last.
+    /// Whether this has been looked at since the grains were placed last.
     pub(super) fresh: bool,
 }
 
 impl Layer {
-    /// Finds the rows of layer `k` and the mask ratios of their cells, if they are not known yet.
+    /// Finds the rows of layer `k` and the mask ratios of their cells. What is known of grains that have not
+    /// moved is taken over.
     pub(super) fn fill<const D: usize>(
         &mut self,
         grid: &Grid<D>,
         grains: &GrainsByLayer<D>,
         model: &MaskModel,
         k: usize,
-        profiles: &mut Profiles,
+        room: &mut Room,
     ) {
-        if std::mem::replace(&mut self.fresh, grains.caches) {
+        if std::mem::replace(&mut self.fresh, grains.caches) || self.holds(grains, k) {
             return;
+        }
+        let Room { profiles, before } = room;
+        std::mem::swap(self, before);
+        self.fresh = before.fresh;
+        if !grains.caches {
+            // That was another layer.
+            before.parts.clear();
         }
         self.parts.clear();
         self.spans.clear();
         self.ratios.clear();
-        dispatch(Fill { layer: self, grid, grains, model, k, profiles });
+        dispatch(Fill { layer: self, before, grid, grains, model, k, profiles });
+    }
+
+    /// Whether this is what the grains hold of layer `k` as they are placed.
+    fn holds<const D: usize>(&self, grains: &GrainsByLayer<D>, k: usize) -> bool {
+        let slices = grains.of(k);
+        let same = |(part, slice): (&Part, &Slice)| part.is_of(grains, slice.grain);
+        grains.caches && self.parts.len() == slices.len() && self.parts.iter().zip(slices).all(same)
     }
 
     /// All rows, and all mask ratios, one after the other.
@@ -107,6 +140,7 @@ impl Layer {
 /// [`Layer::fill`].
 struct Fill<'a, const D: usize> {
     layer: &'a mut Layer,
+    before: &'a Layer,
     grid: &'a Grid<D>,
     grains: &'a GrainsByLayer<D>,
     model: &'a MaskModel,
@@ -122,7 +156,10 @@ impl<const D: usize> Fill<'_, D> {
         let (nodes, extent) = (&grains.nodes, &grains.extents[slice.grain]);
         let first = self.layer.spans.len();
         let chord = extent.outer * extent.outer - slice.arm * slice.arm;
+        let mut part =
+            Part { grain: slice.grain, arm: slice.arm, stamp: grains.stamp(slice.grain), spans: 0 };
         if chord <= 0.0 {
+            self.layer.parts.push(part);
             return;
         }
         let pieces = Piece::of(grid, nodes, extent.at[0], chord.sqrt());
@@ -150,8 +187,8 @@ impl<const D: usize> Fill<'_, D> {
                 self.row(pieces, chord, &law, sums, Row { index: near.index, arm: near.arm, weight });
             }
         }
-        let spans = self.layer.spans.len() - first;
-        self.layer.parts.push(Part { grain: slice.grain, arm: slice.arm, spans });
+        part.spans = self.layer.spans.len() - first;
+        self.layer.parts.push(part);
     }
 
     /// Adds the places of one row of which the grain holds some, `chord` being its squared half.
@@ -182,8 +219,22 @@ impl<const D: usize> Fill<'_, D> {
 impl<const D: usize> lanes::Kernel for Fill<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(mut self, _: S) {
+        // Both are in the order of the grains.
+        let mut known = self.before.parts();
+        let mut next = known.next();
         for slice in self.grains.of(self.k) {
-            self.part(slice);
+            while next.is_some_and(|(part, ..)| part.grain < slice.grain) {
+                next = known.next();
+            }
+            if let Some((part, spans, ratios)) =
+                next.filter(|(part, ..)| part.is_of(self.grains, slice.grain))
+            {
+                self.layer.parts.push(*part);
+                self.layer.spans.extend_from_slice(spans);
+                self.layer.ratios.extend_from_slice(ratios);
+            } else {
+                self.part(slice);
+            }
         }
     }
 }

@@ -1,16 +1,18 @@
 //! Sums over the grains of one layer of nodes.
 
 use super::body::{Motion, Shape};
-use super::layer::{Layer, Profiles, Span};
+use super::layer::{Layer, Room, Span};
 use super::layers::Layers;
 use super::mask_model::MaskModel;
 use super::nodes::Nodes;
 use crate::grid::Grid;
+use crate::vector::Real;
+use pulp::Simd;
 
 /// A layer being worked on.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LayerSums {
-    pub(super) profiles: Profiles,
+    pub(super) room: Room,
     /// Sums of mask ratios over all grains.
     pub(super) totals: Vec<f64>,
     /// Sums of mask ratios times velocity.
@@ -75,7 +77,14 @@ impl LayerSums {
 
     /// Sums mask ratios, and mask ratios times the velocity of component `c`, over all grains.
     #[inline(always)]
-    pub(super) fn gather_velocity(&mut self, layer: &Layer, along: &[f64], c: usize, motions: &[Motion]) {
+    pub(super) fn gather_velocity<S: Simd>(
+        &mut self,
+        simd: S,
+        layer: &Layer,
+        along: &[f64],
+        c: usize,
+        motions: &[Motion],
+    ) {
         for (part, spans, ratios) in layer.parts() {
             let motion = &motions[part.grain];
             let mut rest = ratios.as_chunks::<8>().0;
@@ -88,9 +97,12 @@ impl LayerSums {
                 let targets = self.targets[range].as_chunks_mut::<8>().0;
                 let along = along[span.first..][..span.count].as_chunks::<8>().0;
                 for (((total, target), ratios), x) in totals.iter_mut().zip(targets).zip(ratios).zip(along) {
-                    for l in 0..8 {
-                        total[l] += ratios[l];
-                        target[l] += ratios[l] * (base + slope * x[l]);
+                    for t in 0..8 / S::F64_LANES {
+                        let (ratio, x) = (Real::of(simd, ratios, t), Real::of(simd, x, t));
+                        let sum = Real::of(simd, total, t) + ratio;
+                        let share = Real::of(simd, target, t) + ratio * (x * slope + base);
+                        sum.put(total, t);
+                        share.put(target, t);
                     }
                 }
             }
@@ -120,7 +132,7 @@ pub(crate) fn for_each_layer<const D: usize>(
     let (mut layer_sums, mut layer) = (LayerSums::default(), Layer::default());
     layer_sums.fit(grid);
     for k in 0..grid.cells[D - 1] {
-        layer.fill(grid, &layers.grains, model, k, &mut layer_sums.profiles);
+        layer.fill(grid, &layers.grains, model, k, &mut layer_sums.room);
         layer_sums.gather(&layer);
         visit(k, &layer_sums, &layer, &layers.grains.nodes);
         layer_sums.clear(&layer);

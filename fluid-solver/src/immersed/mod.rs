@@ -9,6 +9,7 @@ mod by_layer;
 pub mod carried;
 pub mod component;
 pub mod direct;
+mod integrands;
 pub mod layer;
 pub mod layer_sums;
 pub mod layers;
@@ -25,8 +26,9 @@ mod transport;
 use crate::grid::{Geometry, Grid};
 use body::{Motion, Shape, laboratory};
 use carried::{Impose, ImposeAndStoreMask, Imposed, MarkForced, StoreMask};
-use component::{Component, Placed, Point, Workspace};
+use component::{Component, Placed, Workspace};
 use direct::ImposeDirectly;
+use integrands::{CarriedForce, Content, DirectForce, Share};
 use mask_model::MaskModel;
 use pores::Pores;
 use serde::{Deserialize, Serialize};
@@ -177,14 +179,10 @@ impl<const D: usize> Immersed<D> {
         for (d, component) in self.components.iter_mut().enumerate() {
             let u = velocity[d].as_slice();
             if let Some(lambda) = lambda {
-                component.integrate(placed, &mut self.workspaces, [u, &lambda[d]], |p: Point<2>| {
-                    let [u, lambda] = p.fields;
-                    p.mask() * (lambda + rate * (p.solid - u))
-                });
+                let fields = [u, lambda[d].as_slice()];
+                component.integrate(placed, &mut self.workspaces, fields, &CarriedForce { rate });
             } else {
-                component.integrate(placed, &mut self.workspaces, [u], |p: Point<1>| {
-                    p.mask() * rate * (p.solid - p.fields[0])
-                });
+                component.integrate(placed, &mut self.workspaces, [u], &DirectForce { rate });
             }
         }
         self.assemble(grid.geometry)
@@ -200,9 +198,7 @@ impl<const D: usize> Immersed<D> {
     ) -> &[Wrench] {
         let placed = Placed { grid, model, shapes: &self.shapes, motions };
         for (component, u) in self.components.iter_mut().zip(velocity) {
-            component.integrate(placed, &mut self.workspaces, [u.as_slice()], |p: Point<1>| {
-                p.mask() * p.fields[0]
-            });
+            component.integrate(placed, &mut self.workspaces, [u.as_slice()], &Content);
         }
         self.assemble(grid.geometry)
     }
@@ -218,9 +214,7 @@ impl<const D: usize> Immersed<D> {
     ) -> &[Wrench] {
         let placed = Placed { grid, model, shapes: &self.shapes, motions: held };
         for (component, lambda) in self.components.iter_mut().zip(lambda) {
-            component.integrate(placed, &mut self.workspaces, [lambda.as_slice()], |p: Point<1>| {
-                if p.total > 0.0 { p.ratio / p.total * p.fields[0] } else { 0.0 }
-            });
+            component.integrate(placed, &mut self.workspaces, [lambda.as_slice()], &Share);
         }
         self.assemble(grid.geometry)
     }

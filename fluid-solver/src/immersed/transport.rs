@@ -284,7 +284,7 @@ impl<const D: usize> Kernel for Advect<'_, D> {
         let layers = self.to.chunks_mut(grid.stride(D - 1)).zip(self.forced.chunks_mut(self.words_each));
         for (k, (to, forced)) in layers.enumerate() {
             let layer = &mut self.cache[k % entries];
-            layer.fill(grid, self.grains, model, self.first + k, &mut layer_sums.profiles);
+            layer.fill(grid, self.grains, model, self.first + k, &mut layer_sums.room);
             layer_sums.gather(layer);
             layer_sums.mark_covered(grid, layer);
             for part in layer.parts() {

@@ -241,9 +241,13 @@ impl Kernel for MomentumPlane<'_> {
         for j in 0..self.shape.n[1] {
             let Self { shape, here: [u, v, w], above, fluxes, lines, .. } = &mut self;
             row_fluxes(simd, shape, &weights, j, [[&**u, &**v, &**w], *above], fluxes, lines);
-            (0..3).for_each(|d| self.explicit(d, j));
+            for d in 0..3 {
+                self.explicit(d, j);
+            }
             self.gather(simd, j);
-            (0..3).for_each(|d| self.forces(d, j));
+            for d in 0..3 {
+                self.forces(d, j);
+            }
         }
     }
 }
@@ -282,7 +286,8 @@ impl MomentumPlane<'_> {
             Target::Increment(rhs) => rhs,
         };
         let body = std::array::from_fn(|d| f.length * f.body[d]);
-        let x = [&lines.x[0], &lines.vx[0], &lines.x[1]].map(|line| beside::<S>(line, wide));
+        let x =
+            [beside::<S>(&lines.x[0], wide), beside::<S>(&lines.vx[0], wide), beside::<S>(&lines.x[1], wide)];
         let across = vectors_mut::<S>(&mut fluxes.w[j * shape.row..][..wide]);
         flux::share_of_w(simd, x[2], across);
         let fluxes = flux::Fluxes {
