@@ -9,6 +9,7 @@ mod bounds;
 mod config;
 mod dense;
 mod drift;
+mod kept;
 mod many;
 mod newton;
 mod output;
