@@ -4,6 +4,7 @@
 
 use crate::grid::Grid;
 use crate::open::OpenFaces;
+use std::ops::Range;
 
 /// Everything that decides the next time step; copying it saves a run, putting it back restores it.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,21 +41,41 @@ impl<const D: usize> State<D> {
     }
 }
 
-/// Sets the unknowns of component `d` from a function of position (m, one entry per axis).
+/// Sets the unknowns of component `d` from a function of position (m, one entry per axis), on the planes of this
+/// process.
 pub fn set_component<const D: usize>(
     grid: &Grid<D>,
     d: usize,
     u: &mut [f64],
     value: impl Fn([f64; D]) -> f64,
 ) {
-    for_each_unknown(grid, d, |at, index| {
+    for_each_own_unknown(grid, d, |at, index| {
         u[index] = value(std::array::from_fn(|a| grid.nodes(d, a)[at[a]]));
     });
 }
 
 /// Visits every unknown of component `d` in memory order: its indices and its place in the field.
-pub fn for_each_unknown<const D: usize>(grid: &Grid<D>, d: usize, mut visit: impl FnMut([usize; D], usize)) {
-    let ranges = grid.unknowns(d);
+pub fn for_each_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: impl FnMut([usize; D], usize)) {
+    for_each_in(grid, grid.unknowns(d), visit);
+}
+
+/// The same for the unknowns on the planes of this process.
+pub fn for_each_own_unknown<const D: usize>(
+    grid: &Grid<D>,
+    d: usize,
+    visit: impl FnMut([usize; D], usize),
+) {
+    let (mut ranges, own) = (grid.unknowns(d), grid.division.own());
+    ranges[D - 1].start = ranges[D - 1].start.max(own.start);
+    ranges[D - 1].end = own.end;
+    for_each_in(grid, ranges, visit);
+}
+
+fn for_each_in<const D: usize>(
+    grid: &Grid<D>,
+    ranges: [Range<usize>; D],
+    mut visit: impl FnMut([usize; D], usize),
+) {
     let mut at: [usize; D] = std::array::from_fn(|a| ranges[a].start);
     'all: loop {
         visit(at, grid.index(at.map(|i| i as isize)));

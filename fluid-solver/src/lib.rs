@@ -58,6 +58,7 @@ pub mod field;
 mod flow;
 pub mod flow_rate;
 pub mod geometry;
+mod ghosts;
 pub mod grid;
 pub mod grid_error;
 pub mod halo;

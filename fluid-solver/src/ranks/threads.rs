@@ -28,6 +28,23 @@ pub fn ranks(size: usize) -> Vec<Ranks> {
     pairs.map(|(rank, (senders, receivers))| Ranks::linked(Threads { rank, senders, receivers })).collect()
 }
 
+/// Calls `task` with each of `size` ranks on a thread of its own; what each made of it, in their order.
+///
+/// # Panics
+/// If `task` does.
+pub fn together<R: Send>(size: usize, task: impl Fn(Ranks) -> R + Sync) -> Vec<R> {
+    let task = &task;
+    std::thread::scope(|scope| {
+        let threads: Vec<_> =
+            ranks(size).into_iter().map(|ranks| scope.spawn(move || task(ranks))).collect();
+        let join = |thread: std::thread::ScopedJoinHandle<'_, R>| match thread.join() {
+            Ok(result) => result,
+            Err(panic) => std::panic::resume_unwind(panic),
+        };
+        threads.into_iter().map(join).collect()
+    })
+}
+
 impl Link for Threads {
     fn rank(&self) -> usize {
         self.rank
@@ -81,20 +98,12 @@ impl Link for Threads {
 mod tests {
     use super::*;
 
-    /// Calls `task` with each of `size` ranks on a thread of its own.
-    fn with<R: Send>(size: usize, task: impl Fn(Ranks) -> R + Sync) -> Vec<R> {
-        std::thread::scope(|scope| {
-            let threads: Vec<_> = ranks(size).into_iter().map(|ranks| scope.spawn(|| task(ranks))).collect();
-            threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
-        })
-    }
-
     #[test]
     fn a_relay_sums_in_the_order_of_the_ranks() {
         let terms = [0.1, 1e16, -1e16, 0.7];
         let whole = terms.iter().fold(0.0, |sum, term| sum + term);
         for size in [1, 2, 4] {
-            let found = with(size, |ranks| {
+            let found = together(size, |ranks| {
                 let mut sum = [0.0];
                 let own = 4 * ranks.rank() / size..4 * (ranks.rank() + 1) / size;
                 ranks.relay(&mut sum, |sum| terms[own].iter().for_each(|term| sum[0] += term));
@@ -106,7 +115,7 @@ mod tests {
 
     #[test]
     fn everybody_hears_the_first_and_the_first_hears_everybody() {
-        let heard = with(3, |ranks| {
+        let heard = together(3, |ranks| {
             let text = ranks.broadcast(if ranks.is_first() { b"go".to_vec() } else { Vec::new() });
             let parts = ranks.gather(&vec![1.0; ranks.rank()]);
             (text.expect("all live"), parts.iter().map(Vec::len).collect::<Vec<_>>(), ranks.all(true))
@@ -117,7 +126,7 @@ mod tests {
 
     #[test]
     fn a_rank_that_is_gone_is_named() {
-        let told = with(2, |ranks| {
+        let told = together(2, |ranks| {
             if ranks.rank() == 1 {
                 return String::new();
             }
