@@ -4,7 +4,7 @@
 //! stage. [`Stepper`] therefore stops at the first projection whose solution is not finite, and this
 //! file looks at what that projection was given.
 
-use crate::field::for_each_unknown;
+use crate::field::for_each_own_unknown;
 use crate::grid::Grid;
 use crate::immersed::body::laboratory;
 use crate::step::Stepper;
@@ -66,7 +66,7 @@ impl<const D: usize> Culprit<D> {
     ) -> Option<Self> {
         let mut found = None;
         for (d, u) in field.iter().enumerate().filter(|(_, u)| !u.is_empty()) {
-            for_each_unknown(grid, d, |at, index| {
+            for_each_own_unknown(grid, d, |at, index| {
                 if found.is_none() && is_bad(u[index]) {
                     found = Some(Self::new(grid, what, d, at, u[index]));
                 }
@@ -85,7 +85,7 @@ impl<const D: usize> Culprit<D> {
         let of = |what, field: &[Vec<f64>; D]| {
             let mut most: Option<Self> = None;
             for (d, u) in field.iter().enumerate() {
-                for_each_unknown(grid, d, |at, index| {
+                for_each_own_unknown(grid, d, |at, index| {
                     let value = u[index];
                     if value.is_finite() && most.as_ref().is_none_or(|most| value.abs() > most.value.abs()) {
                         most = Some(Self::new(grid, what, d, at, value));

@@ -99,6 +99,12 @@ impl Division {
         if self.ranks.is_alone() { self.own() } else { Self::planes_of(&self.cuts, rank, self.ranks.size()) }
     }
 
+    /// Planes of the rank that has fewest.
+    #[must_use]
+    pub fn least(&self) -> usize {
+        (0..self.ranks.size()).map(|rank| self.of(rank).len()).min().unwrap_or(0)
+    }
+
     /// First plane of each block, and the number of planes; empty where the solve knows no blocks.
     #[must_use]
     pub fn cuts(&self) -> &[usize] {

@@ -41,6 +41,34 @@ impl<const D: usize> State<D> {
     }
 }
 
+impl<const D: usize> State<D> {
+    /// Takes over another state of the same grid, on the planes of this process, without allocating.
+    pub(crate) fn copy_from(&mut self, grid: &Grid<D>, from: &Self) {
+        for d in 0..D {
+            copy_own(grid, &mut self.velocity[d], &from.velocity[d]);
+            copy_own(grid, &mut self.history[d], &from.history[d]);
+        }
+        copy_own(grid, &mut self.pressure, &from.pressure);
+        self.open.copy_from(&from.open);
+        (self.previous_dt, self.time, self.steps) = (from.previous_dt, from.time, from.steps);
+    }
+}
+
+/// Copies the planes of this process, wall faces and halos included, without allocating.
+pub(crate) fn copy_own<const D: usize>(grid: &Grid<D>, to: &mut [f64], from: &[f64]) {
+    if grid.division.ranks().is_alone() || from.is_empty() {
+        return to.copy_from_slice(from);
+    }
+    let place = own_planes(grid);
+    to[place.clone()].copy_from_slice(&from[place]);
+}
+
+/// Where the planes of this process lie in a field; without ranks the whole field.
+pub(crate) fn own_planes<const D: usize>(grid: &Grid<D>) -> Range<usize> {
+    let own = grid.division.own();
+    if grid.division.ranks().is_alone() { 0..grid.len() } else { grid.planes(own.start as isize, own.end as isize) }
+}
+
 /// Sets the unknowns of component `d` from a function of position (m, one entry per axis), on the planes of this
 /// process.
 pub fn set_component<const D: usize>(

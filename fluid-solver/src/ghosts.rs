@@ -44,10 +44,24 @@ impl Ghosts {
         }
     }
 
+    /// The same with `each` numbers for a plane, from the beginning of an array on.
+    pub(crate) fn packed<const D: usize>(grid: &Grid<D>, each: usize) -> Self {
+        Self { first: 0, stride: each, ..Self::new(grid) }
+    }
+
     /// Where `width` planes from plane `k` on stand, counted round the axis.
     fn place(&self, k: usize, width: usize) -> Range<usize> {
         let first = self.first + k % self.planes * self.stride;
         first..first + width * self.stride
+    }
+
+    /// Sets the planes beside the own ones to zero.
+    pub(crate) fn forget(&self, field: &mut [f64]) {
+        if !self.division.ranks().is_alone() {
+            let own = self.division.own();
+            field[self.place(own.start + self.planes - 1, 1)].fill(0.0);
+            field[self.place(own.end, 1)].fill(0.0);
+        }
     }
 
     /// Fetches `width` planes of every field on the sides where it is wanted; no slab has fewer planes.

@@ -102,6 +102,11 @@ impl<const D: usize> Grid<D> {
         Ok(self)
     }
 
+    /// The same grid as one process has it.
+    pub(crate) fn undivided(&self) -> Self {
+        Self { division: Division::whole(self.cells[D - 1]), ..self.clone() }
+    }
+
     /// Length of every field, halo and padding included.
     #[allow(clippy::len_without_is_empty, reason = "a grid is never empty")]
     pub fn len(&self) -> usize {

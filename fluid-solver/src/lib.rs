@@ -57,6 +57,8 @@ pub mod facts;
 pub mod field;
 mod flow;
 pub mod flow_rate;
+pub mod follow;
+mod gather;
 pub mod geometry;
 mod ghosts;
 pub mod grid;

@@ -70,6 +70,13 @@ impl std::fmt::Debug for Ranks {
     }
 }
 
+/// Number of processes that a launcher of MPI started, if one did.
+#[must_use]
+pub fn launched() -> Option<usize> {
+    let names = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS"];
+    names.iter().find_map(|name| std::env::var(name).ok()?.parse().ok())
+}
+
 /// What this process is, if it was started as one of several.
 static PROCESS: OnceLock<Ranks> = OnceLock::new();
 

@@ -13,6 +13,7 @@ mod many;
 mod newton;
 mod output;
 mod planes;
+mod ranks;
 mod restart;
 mod schemes;
 mod settling;

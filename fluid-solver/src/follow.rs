@@ -1,0 +1,173 @@
+//! What the first rank tells the others to do, and the exchange as several ranks see it.
+//!
+//! The first rank is the participant of the run: it takes the orders, exchanges with the DEM and writes. Before it
+//! does anything that needs the others it says so, and they do the same with their planes.
+
+use crate::participant::Fluid;
+use crate::ranks::Ranks;
+use protocol::log::codec;
+use protocol::message::{Header, Kinematics, Loads};
+use protocol::participant::{Exchange, ExchangeError, Participant, SolverError, Window};
+use protocol::scene::{CheckedScene, SceneSource};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// An order of the first rank.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) enum Order {
+    /// Build the fluid of a scene: its file, its text, the folder.
+    Build(String, String, PathBuf),
+    /// Do a window, with so many threads.
+    Advance(Told, usize),
+    /// [`Participant::save`].
+    Save,
+    /// [`Participant::restore`].
+    Restore,
+    /// [`Participant::write_checkpoint`].
+    WriteCheckpoint,
+    /// [`Participant::read_checkpoint`].
+    ReadCheckpoint(PathBuf),
+    /// Bring the fields to the first rank, see [`crate::solver::Solver::show`].
+    Show,
+    /// Let the fluid go.
+    Leave,
+    /// The program ends.
+    Quit,
+}
+
+/// A window: step, attempt, time, dt, sub-steps, output.
+pub(crate) type Told = (u64, u64, f64, f64, u64, bool);
+
+/// A window as it is told.
+pub(crate) fn told(window: &Window) -> Told {
+    (window.step, window.attempt, window.time, window.dt, window.substeps, window.output)
+}
+
+fn heard((step, attempt, time, dt, substeps, output): Told) -> Window {
+    Window { step, attempt, time, dt, substeps, output }
+}
+
+/// Tells the other ranks, if there are any and this is the first.
+///
+/// # Errors
+/// If one of them is gone.
+pub(crate) fn tell(ranks: &Ranks, order: &Order) -> Result<(), SolverError> {
+    if ranks.is_alone() || !ranks.is_first() {
+        return Ok(());
+    }
+    let mut bytes = Vec::new();
+    codec::encode(order, &mut bytes).map_err(|error| SolverError::Failed(error.to_string()))?;
+    ranks.broadcast(bytes).map(drop)
+}
+
+/// The first rank says that the program ends.
+///
+/// # Errors
+/// If a rank is gone.
+pub fn dismiss(ranks: &Ranks) -> Result<(), SolverError> {
+    tell(ranks, &Order::Quit)
+}
+
+/// Does what the first rank says until it says that the program ends.
+///
+/// # Errors
+/// If a rank is gone. What goes wrong in the fluid the first rank tells.
+pub fn follow(ranks: &Ranks) -> Result<(), SolverError> {
+    let failed = |error: codec::CodecError| SolverError::Failed(error.to_string());
+    let mut fluid: Option<Fluid> = None;
+    let mut pool: Option<rayon::ThreadPool> = None;
+    loop {
+        let order: Order = codec::decode(&ranks.broadcast(Vec::new())?).map_err(failed)?;
+        match (order, &mut fluid) {
+            (Order::Quit, _) => return Ok(()),
+            (Order::Leave, _) => fluid = None,
+            (Order::Build(file, text, folder), _) => {
+                let scene = CheckedScene::new(SceneSource { file, text });
+                fluid = scene.and_then(|scene| Fluid::of_rank(&scene, &folder, ranks)).ok();
+            }
+            (Order::Advance(window, threads), Some(fluid)) => {
+                if pool.as_ref().is_none_or(|pool| pool.current_num_threads() != threads) {
+                    let made = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                    pool = Some(made.map_err(|error| {
+                        SolverError::Failed(format!("cannot start {threads} threads: {error}"))
+                    })?);
+                }
+                let window = heard(window);
+                // What went wrong the first rank knows, too.
+                let _ = pool.as_ref().map(|pool| pool.install(|| fluid.advance(&window, &mut Follower(ranks))));
+            }
+            (Order::Save, Some(fluid)) => fluid.save(),
+            (Order::Restore, Some(fluid)) => fluid.restore(),
+            (Order::WriteCheckpoint, Some(fluid)) => {
+                let _ = fluid.write_checkpoint(std::path::Path::new(""));
+            }
+            (Order::ReadCheckpoint(folder), Some(fluid)) => {
+                let _ = fluid.read_checkpoint(&folder);
+            }
+            (Order::Show, Some(fluid)) => fluid.show(),
+            (_, None) => {}
+        }
+        ranks.check()?;
+    }
+}
+
+/// The exchange of the first rank: what it receives the others get from it.
+pub(crate) struct Leader<'a> {
+    pub(crate) inner: &'a mut dyn Exchange<Kinematics, Loads>,
+    pub(crate) ranks: &'a Ranks,
+}
+
+impl Exchange<Kinematics, Loads> for Leader<'_> {
+    fn send(&mut self, header: Header, fill: &mut dyn FnMut(&mut [Loads])) -> Result<(), ExchangeError> {
+        let sent = self.inner.send(header, fill);
+        if sent.is_err() {
+            // The others wait for the motion: there will be none. The error counts, not what they hear.
+            let _ = self.ranks.broadcast(Vec::new());
+        }
+        sent
+    }
+
+    fn receive(
+        &mut self,
+        window: &Window,
+        read: &mut dyn FnMut(&Header, &[Kinematics]),
+    ) -> Result<(), ExchangeError> {
+        let mut bytes = Vec::new();
+        let mut encoded = Ok(());
+        let received = self.inner.receive(window, &mut |header, records| {
+            encoded = codec::encode_slice(header, records, &mut bytes);
+            read(header, records);
+        });
+        if received.is_err() || encoded.is_err() {
+            bytes.clear();
+        }
+        let told = self.ranks.broadcast(bytes);
+        received?;
+        encoded.map_err(|error| ExchangeError::Transport(error.to_string()))?;
+        told.map(drop).map_err(|error| ExchangeError::Transport(error.to_string()))
+    }
+}
+
+/// The exchange of every other rank.
+struct Follower<'a>(&'a Ranks);
+
+impl Exchange<Kinematics, Loads> for Follower<'_> {
+    fn send(&mut self, _: Header, _: &mut dyn FnMut(&mut [Loads])) -> Result<(), ExchangeError> {
+        Ok(())
+    }
+
+    fn receive(
+        &mut self,
+        _: &Window,
+        read: &mut dyn FnMut(&Header, &[Kinematics]),
+    ) -> Result<(), ExchangeError> {
+        let failed = |error: &dyn std::fmt::Display| ExchangeError::Transport(error.to_string());
+        let bytes = self.0.broadcast(Vec::new()).map_err(|error| failed(&error))?;
+        if bytes.is_empty() {
+            return Err(ExchangeError::Stopped);
+        }
+        let (header, records) = codec::decode_slice(&bytes).map_err(|error| failed(&error))?;
+        read(&header, &records);
+        Ok(())
+    }
+}
