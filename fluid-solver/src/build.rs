@@ -95,11 +95,7 @@ pub fn divided<const D: usize>(
 const LOCAL: usize = 5;
 
 /// Refuses what several ranks cannot do yet.
-fn refuse<const D: usize>(
-    scene: &CheckedScene,
-    choices: &Choices,
-    grid: &Grid<D>,
-) -> Result<(), SceneError> {
+fn refuse<const D: usize>(scene: &CheckedScene, choices: &Choices, grid: &Grid<D>) -> Result<(), SceneError> {
     let (scheme, least) = (crate::coupling::read(scene, choices.form)?.0, grid.division.least());
     if scheme == coupling::Scheme::Iterated {
         return Err(scene.source.error(

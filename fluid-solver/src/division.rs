@@ -143,7 +143,10 @@ mod tests {
             for ranks in crate::ranks::threads::ranks(size) {
                 let division = Division::new(44, ranks).expect("44 planes have 8 blocks");
                 assert!(division.cuts().contains(&division.own().start));
-                assert_eq!((division.own().start, division.of(division.ranks().rank())), (next, division.own()));
+                assert_eq!(
+                    (division.own().start, division.of(division.ranks().rank())),
+                    (next, division.own())
+                );
                 next = division.own().end;
             }
             assert_eq!(next, 44);

@@ -66,7 +66,11 @@ pub(crate) fn copy_own<const D: usize>(grid: &Grid<D>, to: &mut [f64], from: &[f
 /// Where the planes of this process lie in a field; without ranks the whole field.
 pub(crate) fn own_planes<const D: usize>(grid: &Grid<D>) -> Range<usize> {
     let own = grid.division.own();
-    if grid.division.ranks().is_alone() { 0..grid.len() } else { grid.planes(own.start as isize, own.end as isize) }
+    if grid.division.ranks().is_alone() {
+        0..grid.len()
+    } else {
+        grid.planes(own.start as isize, own.end as isize)
+    }
 }
 
 /// Sets the unknowns of component `d` from a function of position (m, one entry per axis), on the planes of this
@@ -88,11 +92,7 @@ pub fn for_each_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: impl Fn
 }
 
 /// The same for the unknowns on the planes of this process.
-pub fn for_each_own_unknown<const D: usize>(
-    grid: &Grid<D>,
-    d: usize,
-    visit: impl FnMut([usize; D], usize),
-) {
+pub fn for_each_own_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: impl FnMut([usize; D], usize)) {
     let (mut ranges, own) = (grid.unknowns(d), grid.division.own());
     ranges[D - 1].start = ranges[D - 1].start.max(own.start);
     ranges[D - 1].end = own.end;

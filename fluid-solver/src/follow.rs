@@ -9,6 +9,7 @@ use protocol::log::codec;
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::{Exchange, ExchangeError, Participant, SolverError, Window};
 use protocol::scene::{CheckedScene, SceneSource};
+use pulp::bytemuck;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -94,7 +95,8 @@ pub fn follow(ranks: &Ranks) -> Result<(), SolverError> {
                 }
                 let window = heard(window);
                 // What went wrong the first rank knows, too.
-                let _ = pool.as_ref().map(|pool| pool.install(|| fluid.advance(&window, &mut Follower(ranks))));
+                let _ =
+                    pool.as_ref().map(|pool| pool.install(|| fluid.advance(&window, &mut Follower(ranks))));
             }
             (Order::Save, Some(fluid)) => fluid.save(),
             (Order::Restore, Some(fluid)) => fluid.restore(),
@@ -109,6 +111,18 @@ pub fn follow(ranks: &Ranks) -> Result<(), SolverError> {
         }
         ranks.check()?;
     }
+}
+
+/// Numbers of a motion: all that the fluid reads of it.
+const NUMBERS: usize = 9;
+
+fn numbers(record: &Kinematics) -> [f64; NUMBERS] {
+    let ([x, y, z], [u, v, w], [p, q, r]) = (record.position, record.velocity, record.spin);
+    [x, y, z, u, v, w, p, q, r]
+}
+
+fn record([x, y, z, u, v, w, p, q, r]: &[f64; NUMBERS]) -> Kinematics {
+    Kinematics { position: [*x, *y, *z], velocity: [*u, *v, *w], spin: [*p, *q, *r], ..Kinematics::default() }
 }
 
 /// The exchange of the first rank: what it receives the others get from it.
@@ -132,18 +146,17 @@ impl Exchange<Kinematics, Loads> for Leader<'_> {
         window: &Window,
         read: &mut dyn FnMut(&Header, &[Kinematics]),
     ) -> Result<(), ExchangeError> {
-        let mut bytes = Vec::new();
-        let mut encoded = Ok(());
+        let mut motions: Vec<[f64; NUMBERS]> = Vec::new();
         let received = self.inner.receive(window, &mut |header, records| {
-            encoded = codec::encode_slice(header, records, &mut bytes);
+            motions.push([0.0; NUMBERS]);
+            motions.extend(records.iter().map(numbers));
             read(header, records);
         });
-        if received.is_err() || encoded.is_err() {
-            bytes.clear();
+        if received.is_err() {
+            motions.clear();
         }
-        let told = self.ranks.broadcast(bytes);
+        let told = self.ranks.broadcast(bytemuck::cast_slice(&motions).to_vec());
         received?;
-        encoded.map_err(|error| ExchangeError::Transport(error.to_string()))?;
         told.map(drop).map_err(|error| ExchangeError::Transport(error.to_string()))
     }
 }
@@ -158,16 +171,15 @@ impl Exchange<Kinematics, Loads> for Follower<'_> {
 
     fn receive(
         &mut self,
-        _: &Window,
+        window: &Window,
         read: &mut dyn FnMut(&Header, &[Kinematics]),
     ) -> Result<(), ExchangeError> {
-        let failed = |error: &dyn std::fmt::Display| ExchangeError::Transport(error.to_string());
-        let bytes = self.0.broadcast(Vec::new()).map_err(|error| failed(&error))?;
-        if bytes.is_empty() {
-            return Err(ExchangeError::Stopped);
-        }
-        let (header, records) = codec::decode_slice(&bytes).map_err(|error| failed(&error))?;
-        read(&header, &records);
+        let bytes = self.0.broadcast(Vec::new());
+        let bytes = bytes.map_err(|error| ExchangeError::Transport(error.to_string()))?;
+        let motions: Vec<[f64; NUMBERS]> = bytemuck::pod_collect_to_vec(&bytes);
+        let Some((_, motions)) = motions.split_first() else { return Err(ExchangeError::Stopped) };
+        let records: Vec<Kinematics> = motions.iter().map(record).collect();
+        read(&window.header(), &records);
         Ok(())
     }
 }

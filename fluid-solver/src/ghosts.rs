@@ -94,7 +94,9 @@ impl Ghosts {
         room.extend(above.filter(|_| !down.is_empty()).map(|rank| (rank, &mut from_above[..])));
         room.extend(below.filter(|_| !up.is_empty()).map(|rank| (rank, &mut from_below[..])));
         ranks.exchange(&messages, &mut room);
-        for (from, (rank, (place, not))) in into.iter().zip([below, above].iter().zip(places.iter().zip(sides))) {
+        for (from, (rank, (place, not))) in
+            into.iter().zip([below, above].iter().zip(places.iter().zip(sides)))
+        {
             let wanted = fields.iter_mut().filter(|(_, side)| rank.is_some() && wants(*side, not));
             for ((field, _), from) in wanted.zip(from.chunks(width * self.stride)) {
                 field[place.clone()].copy_from_slice(from);

@@ -61,24 +61,17 @@ impl Fluid {
     }
 
     /// The part of a rank that was told to build one.
-    pub(crate) fn of_rank(
-        scene: &CheckedScene,
-        folder: &Path,
-        ranks: &Ranks,
-    ) -> Result<Self, SceneError> {
-        let built = Self::build(scene, folder, ranks);
-        if ranks.all(built.is_ok()) || built.is_err() {
-            return built;
+    pub(crate) fn of_rank(scene: &CheckedScene, folder: &Path, ranks: &Ranks) -> Result<Self, SceneError> {
+        // What may go wrong on one rank alone, memory and files, comes before the first step together.
+        let ready = crate::facts::facts(scene).and_then(|_| lines::of(scene));
+        if !ranks.all(ready.is_ok()) && ready.is_ok() {
+            return Err(scene.source.error(
+                "fluid",
+                "cannot be built by another rank",
+                "see that all ranks have the memory and the files that `bedload-fluid check` asks for",
+            ));
         }
-        Err(scene.source.error(
-            "fluid",
-            "cannot be built by another rank",
-            "see that all ranks have the memory that `bedload-fluid check` tells",
-        ))
-    }
-
-    fn build(scene: &CheckedScene, folder: &Path, ranks: &Ranks) -> Result<Self, SceneError> {
-        crate::facts::facts(scene)?;
+        let lines = ready?;
         let solver = match scene.scene.domain.dimensions() {
             2 => Any::Two(Box::new(Solver::with_ranks(scene, ranks)?)),
             _ => Any::Three(Box::new(Solver::with_ranks(scene, ranks)?)),
@@ -87,7 +80,6 @@ impl Fluid {
         let axis = |asked: &ObservedPlanes| axes.iter().position(|axis| *axis == asked.axis);
         let planes = scene.scene.observe.planes.clone();
         let planes = planes.and_then(|asked| axis(&asked).map(|axis| (asked, axis)));
-        let lines = lines::of(scene)?;
         let (fields, ranks) = (folder.join("fields"), ranks.clone());
         Ok(Self { solver, scene: scene.state_sha256(), fields, planes, lines, ranks })
     }

@@ -523,7 +523,7 @@ impl<const D: usize> Solver<D> {
             return Ok(health);
         }
         let force = (self.choices.method == Forcing::Carried).then_some(&self.lambda);
-        let culprit = Culprit::find(&self.stepper, force);
+        let culprit = Culprit::find(&self.stepper, force).told(grid.division.ranks());
         let before = match self.rate * window.dt {
             courant if courant > 0.0 => format!(" (dt Σ|u|/Δx was {courant:.2e} before it)"),
             _ => String::new(),

@@ -50,6 +50,32 @@ impl Moments {
         [grain as f64, self.sum, self.mask, x, y, z]
     }
 
+    /// What the first rank is told of `parts`, which are in the order of layers. A grain that `begins` here is summed
+    /// here; of others every layer is told, since the sum of the layers below must come first.
+    fn told<'a>(
+        parts: impl Iterator<Item = &'a (usize, Self)>,
+        begins: impl Fn(usize) -> bool,
+        grains: usize,
+    ) -> Vec<[f64; NUMBERS]> {
+        let mut told: Vec<[f64; NUMBERS]> = Vec::new();
+        let mut places = vec![usize::MAX; grains];
+        for (grain, part) in parts {
+            if places[*grain] < told.len() {
+                let (_, mut sum) = Self::from_numbers(&told[places[*grain]]);
+                sum.add(part);
+                told[places[*grain]] = sum.numbers(*grain);
+                continue;
+            }
+            if begins(*grain) {
+                places[*grain] = told.len();
+            }
+            let mut first = Self::default();
+            first.add(part);
+            told.push(first.numbers(*grain));
+        }
+        told
+    }
+
     fn from_numbers([grain, sum, mask, x, y, z]: &[f64; NUMBERS]) -> (usize, Self) {
         (*grain as usize, Self { sum: *sum, mask: *mask, arm: [*x, *y, *z] })
     }
@@ -199,8 +225,7 @@ impl<const D: usize> Component<D> {
             parts.for_each(|(grain, part)| moments[*grain].add(part));
             return;
         }
-        // Layer after layer, as if there were one rank: sums of each of them would round in another order.
-        let own: Vec<[f64; NUMBERS]> = parts.map(|(grain, part)| part.numbers(*grain)).collect();
+        let own = Moments::told(parts, |grain| grains.lowest(placed.grid, grain) >= own.start, moments.len());
         for numbers in ranks.gather(own.as_flattened()).iter().flat_map(|rank| rank.as_chunks().0) {
             let (grain, part) = Moments::from_numbers(numbers);
             moments[grain].add(&part);

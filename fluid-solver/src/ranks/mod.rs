@@ -134,10 +134,8 @@ impl Ranks {
     #[must_use]
     pub fn traffic(&self) -> Traffic {
         let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
-        let of = |member: &Arc<Member>| Traffic {
-            messages: count(&member.messages),
-            bytes: count(&member.bytes),
-        };
+        let of =
+            |member: &Arc<Member>| Traffic { messages: count(&member.messages), bytes: count(&member.bytes) };
         self.0.as_ref().map_or_else(Traffic::default, of)
     }
 

@@ -11,6 +11,10 @@ use ::mpi::topology::{Communicator, SimpleCommunicator};
 use ::mpi::traits::{Destination, Source};
 use std::time::{Duration, Instant};
 
+/// Polls before a rank begins to sleep between them, and how long.
+const SPINS: u32 = 200;
+const NAP: Duration = Duration::from_micros(20);
+
 /// What this process is: one of the ranks that `mpirun` started.
 struct Mpi {
     rank: usize,
@@ -29,7 +33,9 @@ pub fn start() -> Result<Option<(Universe, Ranks)>, String> {
     let (universe, threading) = ::mpi::initialize_with_threading(Threading::Serialized)
         .ok_or("MPI was started twice in one process")?;
     if threading < Threading::Serialized {
-        return Err(format!("the MPI library gives {threading:?}, and Serialized is needed: take another one"));
+        return Err(format!(
+            "the MPI library gives {threading:?}, and Serialized is needed: take another one"
+        ));
     }
     let world = universe.world();
     let link = Mpi { rank: world.rank() as usize, size: world.size() as usize };
@@ -38,6 +44,7 @@ pub fn start() -> Result<Option<(Universe, Ranks)>, String> {
 
 /// Polls `requests` until all are done. If one is not by `end` the run is over: what MPI was lent cannot be taken back.
 fn poll<'a, D: ?Sized, S: Scope<'a>>(requests: Vec<(usize, Request<'a, D, S>)>, end: Option<Instant>) {
+    let mut polls = 0;
     for (rank, mut request) in requests {
         loop {
             match request.test() {
@@ -45,10 +52,14 @@ fn poll<'a, D: ?Sized, S: Scope<'a>>(requests: Vec<(usize, Request<'a, D, S>)>, 
                 Err(again) => request = again,
             }
             if end.is_some_and(|end| Instant::now() > end) {
-                protocol::say!("bedload-fluid: rank {rank} did not answer in time: it hangs, and the run ends");
+                protocol::say!(
+                    "bedload-fluid: rank {rank} did not answer in time: it hangs, and the run ends"
+                );
                 SimpleCommunicator::world().abort(1);
             }
-            std::thread::yield_now();
+            // Who waits long leaves the core to the rank that it waits for: there may be fewer cores than ranks.
+            polls += 1;
+            if polls < SPINS { std::thread::yield_now() } else { std::thread::sleep(NAP) }
         }
     }
 }

@@ -35,8 +35,7 @@ pub fn ranks(size: usize) -> Vec<Ranks> {
 pub fn together<R: Send>(size: usize, task: impl Fn(Ranks) -> R + Sync) -> Vec<R> {
     let task = &task;
     std::thread::scope(|scope| {
-        let threads: Vec<_> =
-            ranks(size).into_iter().map(|ranks| scope.spawn(move || task(ranks))).collect();
+        let threads: Vec<_> = ranks(size).into_iter().map(|ranks| scope.spawn(move || task(ranks))).collect();
         let join = |thread: std::thread::ScopedJoinHandle<'_, R>| match thread.join() {
             Ok(result) => result,
             Err(panic) => std::panic::resume_unwind(panic),

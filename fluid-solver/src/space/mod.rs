@@ -211,7 +211,8 @@ impl<const D: usize> Engine<D> for SpaceEngine {
 fn is_solved(shape: &Shape, phi: &[f64]) -> bool {
     let middle = (shape.n[2] / 2) as isize;
     let plane = &phi[shape.planes(middle, middle + 1)];
-    !shape.own.contains(&(shape.n[2] / 2)) || plane[shape.at((shape.n[1] / 2) as isize) + shape.n[0] / 2].is_finite()
+    !shape.own.contains(&(shape.n[2] / 2))
+        || plane[shape.at((shape.n[1] / 2) as isize) + shape.n[0] / 2].is_finite()
 }
 
 /// The fields of `state` and `work`; without a gradient in the predictor φ stands in the place of the

@@ -74,7 +74,11 @@ fn ranks_do_not_change_a_bit_of_the_loads() {
         ("no-slip", "free", "time = { scheme = \"ab2\" }\nimmersed = { force_transport = \"advected\" }"),
         ("no-slip", "free", "time = { viscosity = \"implicit\" }\nimmersed = { viscous_sweeps = 6 }"),
         ("no-slip", "free", "immersed = { force_transport = \"eulerian\", mask_radius = \"nominal\" }"),
-        ("no-slip", "free", "immersed = { method = \"direct\" }\nloads = { form = \"kempe-froehlich-2012\" }"),
+        (
+            "no-slip",
+            "free",
+            "immersed = { method = \"direct\" }\nloads = { form = \"kempe-froehlich-2012\" }",
+        ),
         ("periodic", "free", "immersed = { force_transport = \"advected\", viscous_sweeps = 6 }"),
         ("periodic", "free", "loads = { form = \"yu-shao-2007\" }"),
         ("no-slip", "free", "[coupling]\nscheme = \"overlapped\""),
@@ -114,7 +118,8 @@ fn a_checkpoint_is_read_by_any_number_of_ranks() {
         assert_eq!(go_on(&mut Run::new(&text), folder), whole);
         assert_eq!(shared(&text, 3, unused, |run| go_on(run, folder)), whole);
     }
-    let size = |folder: &Path| std::fs::metadata(protocol::checkpoint::path(folder, "fluid")).expect("there").len();
+    let size =
+        |folder: &Path| std::fs::metadata(protocol::checkpoint::path(folder, "fluid")).expect("there").len();
     assert_eq!(size(&one), size(&two));
     for folder in [one, two] {
         std::fs::remove_dir_all(folder).expect("removes");
