@@ -176,7 +176,8 @@ impl Exchange<Kinematics, Loads> for Follower<'_> {
     ) -> Result<(), ExchangeError> {
         let bytes = self.0.broadcast(Vec::new());
         let bytes = bytes.map_err(|error| ExchangeError::Transport(error.to_string()))?;
-        let motions: Vec<[f64; NUMBERS]> = bytemuck::pod_collect_to_vec(&bytes);
+        let mut motions = vec![[0.0; NUMBERS]; bytes.len() / size_of::<[f64; NUMBERS]>()];
+        bytemuck::cast_slice_mut(&mut motions).copy_from_slice(&bytes);
         let Some((_, motions)) = motions.split_first() else { return Err(ExchangeError::Stopped) };
         let records: Vec<Kinematics> = motions.iter().map(record).collect();
         read(&window.header(), &records);
