@@ -73,6 +73,7 @@ pub mod loads;
 pub mod measure;
 pub mod memory;
 pub mod open;
+pub mod orders;
 pub mod output;
 pub mod participant;
 pub mod plan;

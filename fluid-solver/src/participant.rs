@@ -1,9 +1,9 @@
 //! The fluid as a participant: the number of axes is chosen here, once.
 
 use crate::checkpoint;
-use crate::follow::{Leader, Order, tell, told};
 use crate::lines::{self, Line};
 use crate::measure::mean_velocity;
+use crate::orders::{Leader, Order, tell, told};
 use crate::ranks::Ranks;
 use crate::solver::Solver;
 use crate::{output, planes};

@@ -1,10 +1,12 @@
 //! The fluid as a program: facts, schema and what stands in for the DEM when it runs alone.
 
 use crate::config::FluidSection;
-use crate::follow::{dismiss, follow};
+use crate::follow::follow;
+use crate::orders::dismiss;
 use crate::participant::Fluid;
 #[cfg(not(feature = "mpi"))]
 use crate::ranks::Ranks;
+use crate::ranks::Traffic;
 use bedload_output::{MetricValue, OutputFolder};
 use bedload_program::Solver;
 use bedload_program::alone::{self, Answer, Clock};
@@ -26,6 +28,12 @@ pub fn main() -> ExitCode {
             let code = bedload_program::main::<Fluid>();
             // Who is gone needs no order.
             let _ = dismiss(&ranks);
+            let (size, Traffic { messages, bytes }) = (ranks.size(), ranks.traffic());
+            let megabytes = bytes as f64 * 1e-6;
+            protocol::say!(
+                "{}: {size} ranks; the first sent {messages} messages, {megabytes:.1} MB",
+                Fluid::PROGRAM
+            );
             code
         }
         Ok(Some((_universe, ranks))) => match follow(&ranks) {

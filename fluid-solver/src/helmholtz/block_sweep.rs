@@ -12,7 +12,7 @@
 //!
 //! Operations and their order depend on the blocks alone, not on who does which.
 
-use super::space_columns::SIDE;
+use super::blocks::SIDE;
 use crate::lanes::{Kernel, Lanes};
 use crate::tridiagonal::Sweep;
 use pulp::Simd;

@@ -4,16 +4,13 @@
 //! the result of an earlier one from memory, and needs none.
 
 use super::block_columns::{self, BlockColumns, Modes};
-use super::blocks::store;
+use super::blocks::{SIDE, store};
 use super::last_axis::LastAxis;
 use crate::lanes::{Kernel, Lanes, ZERO, aligned, dispatch, load};
 use crate::transform::{Scratch, Write};
 use crate::tridiagonal::Sweep;
 use pulp::Simd;
 use std::ops::Range;
-
-/// Blocks of eight modes side by side: their sweeps do not wait for each other.
-pub(super) const SIDE: usize = 4;
 
 /// All columns of a solve.
 pub(super) struct SpaceColumns {

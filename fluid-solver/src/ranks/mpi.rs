@@ -3,7 +3,7 @@
 //! All messages are sent and received without blocking and then polled, so that a rank that hangs is named. A rank
 //! that dies is noticed by `mpirun`, which names it and ends the others.
 
-use super::{Link, Ranks};
+use super::rank::{Link, Ranks, launched};
 use ::mpi::Threading;
 use ::mpi::environment::Universe;
 use ::mpi::request::{Request, Scope};
@@ -26,7 +26,7 @@ struct Mpi {
 /// # Errors
 /// If the MPI library cannot be called from the threads of a pool.
 pub fn start() -> Result<Option<(Universe, Ranks)>, String> {
-    if super::launched().is_none_or(|size| size < 2) {
+    if launched().is_none_or(|size| size < 2) {
         return Ok(None);
     }
     // One thread at a time calls it, not always the same.

@@ -1,6 +1,6 @@
 //! Ranks that are threads of one process: for tests, and to see a division without MPI.
 
-use super::{Link, Ranks};
+use super::rank::{Link, Ranks};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};

@@ -2,7 +2,8 @@
 
 use crate::newton::{Run, scene};
 use crate::restart::{folder, messages};
-use fluid_solver::follow::{dismiss, follow};
+use fluid_solver::follow::follow;
+use fluid_solver::orders::dismiss;
 use fluid_solver::participant::Fluid;
 use fluid_solver::ranks::{Ranks, threads};
 use protocol::participant::{Participant, Window};
