@@ -120,8 +120,9 @@ pub(crate) fn start(
     arguments: &[OsString],
     words: Words,
 ) -> Result<(), Failure> {
-    supervisor.start(solver.role, &solver.command, arguments, words).map_err(|error| {
-        Failure::Peer(format!("cannot start the {} solver `{}`: {error}", solver.role, solver.line()))
+    let command = solver.run_command();
+    supervisor.start(solver.role, &command, arguments, words).map_err(|error| {
+        Failure::Peer(format!("cannot start the {} solver `{}`: {error}", solver.role, command.join(" ")))
     })
 }
 

@@ -76,6 +76,8 @@ pub(crate) struct Solver {
     pub(crate) role: Role,
     /// Executable and leading arguments.
     pub(crate) command: Vec<String>,
+    /// What starts it as several ranks in a run; empty: nothing, it is one process.
+    pub(crate) launcher: Vec<String>,
     /// Named by the scene, so perhaps not ours.
     pub(crate) foreign: bool,
 }
@@ -90,25 +92,37 @@ impl Solver {
             Role::Fluid => &scene.scene.fluid,
             Role::Dem => &scene.scene.dem,
         };
-        match section.get("command") {
-            None => Ok(Self::ours(role)),
-            Some(value) => {
-                let command = words(value).ok_or_else(|| {
-                    scene.source.error(
-                        &format!("{role}.command"),
-                        format!("is {value}; allowed: a list of strings, the executable first"),
-                        "write command = [\"path/to/solver\", \"first argument\"]",
-                    )
-                })?;
-                Ok(Self { role, command, foreign: true })
-            }
+        let list = |key: &str, remedy: &str| {
+            let read = |value| {
+                words(value).ok_or_else(|| {
+                    let what = format!("is {value}; allowed: a list of strings, the executable first");
+                    scene.source.error(&format!("{role}.{key}"), what, remedy)
+                })
+            };
+            section.get(key).map(read).transpose()
+        };
+        let mut solver = Self::ours(role);
+        if let Some(command) = list("command", "write command = [\"path/to/solver\", \"first argument\"]")? {
+            solver = Self { command, foreign: true, ..solver };
         }
+        if role == Role::Fluid
+            && let Some(launcher) = list("launcher", "write launcher = [\"mpirun\", \"-np\", \"4\"]")?
+        {
+            solver.launcher = launcher;
+        }
+        Ok(solver)
+    }
+
+    /// What starts it in a run: by its launcher, if it has one.
+    #[must_use]
+    pub(crate) fn run_command(&self) -> Vec<String> {
+        [&self.launcher[..], &self.command[..]].concat()
     }
 
     /// Our solver of a role: beside this program, or on PATH.
     #[must_use]
     pub(crate) fn ours(role: Role) -> Self {
-        Self { role, command: vec![sibling(program(role))], foreign: false }
+        Self { role, command: vec![sibling(program(role))], launcher: Vec::new(), foreign: false }
     }
 
     /// The command as one line.

@@ -2,12 +2,14 @@
 
 use crate::axis::AxisSpec;
 use crate::boundary::{Boundary, Profile};
-use crate::config::{Choices, ForceTransport, MaskRadius, ProjectionsKey, SchemeKey};
+use crate::config::{Choices, DivisionKey, ForceTransport, MaskRadius, ProjectionsKey, SchemeKey};
+use crate::division::DivisionError;
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
 use crate::immersed::brinkman::largest_viscous_number;
 use crate::immersed::mask_model::Mask;
+use crate::ranks::Ranks;
 use crate::scheme::{Options, Projections, Scheme, Viscous};
 use protocol::facts::{Forcing, LoadsForm};
 use protocol::scene::{
@@ -50,6 +52,66 @@ pub fn grid<const D: usize>(scene: &CheckedScene) -> Result<Grid<D>, SceneError>
             "change the grid as the message says",
         )
     })
+}
+
+/// The grid of a scene as `ranks` share it.
+///
+/// # Errors
+/// Also what cannot be divided, and what ranks cannot do yet.
+pub fn divided<const D: usize>(
+    scene: &CheckedScene,
+    choices: &Choices,
+    ranks: &Ranks,
+) -> Result<Grid<D>, SceneError> {
+    let grid = grid(scene)?;
+    let several = !ranks.is_alone();
+    match choices.division {
+        None | Some(DivisionKey::Whole) if !several => return Ok(grid),
+        Some(DivisionKey::Whole) => {
+            return Err(scene.source.error(
+                "fluid.division",
+                format!("is \"whole\", which {} ranks cannot share", ranks.size()),
+                "set fluid.division = \"blocks\", or leave it out",
+            ));
+        }
+        _ => {}
+    }
+    let grid = grid.divided(ranks.clone()).map_err(|error| {
+        let key = match error {
+            DivisionError::Open => "domain.boundary",
+            DivisionError::Axes => "domain.geometry",
+            DivisionError::Planes { .. } | DivisionError::Ranks { .. } => "domain.cells",
+        };
+        let remedy = "start as many ranks as are possible, or one with fluid.division = \"whole\"";
+        scene.source.error(key, error.to_string(), remedy)
+    })?;
+    if several {
+        refuse(scene, choices, &grid)?;
+    }
+    Ok(grid)
+}
+
+/// Planes that a rank must have for the local solve of viscosity to fetch what it needs from its neighbours.
+const LOCAL: usize = 5;
+
+/// Refuses what several ranks cannot do yet.
+fn refuse<const D: usize>(scene: &CheckedScene, choices: &Choices, grid: &Grid<D>) -> Result<(), SceneError> {
+    let (scheme, least) = (crate::coupling::read(scene, choices.form)?.0, grid.division.least());
+    if scheme == coupling::Scheme::Iterated {
+        return Err(scene.source.error(
+            "coupling.scheme",
+            "is \"iterated\", which several ranks of the fluid cannot do yet",
+            "take \"semi-implicit\" or \"overlapped\", or start one rank",
+        ));
+    }
+    if transport(scene, choices, scheme).is_some() && tells_viscosity(choices) && least < LOCAL {
+        return Err(scene.source.error(
+            "fluid.immersed.viscous_sweeps",
+            format!("asks for a local solve, for which each rank must have {LOCAL} planes; one has {least}"),
+            "start fewer ranks, or set fluid.immersed.viscous_sweeps = 0",
+        ));
+    }
+    Ok(())
 }
 
 fn boundary<const D: usize>(geometry: Geometry, face: &Face) -> Boundary<D> {

@@ -192,6 +192,17 @@ pub struct LoadsSection {
     pub displaced_mass: Option<DisplacedMass>,
 }
 
+/// How the tridiagonal solve along the last axis is cut in space.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DivisionKey {
+    /// Not at all: the fastest for one process.
+    #[default]
+    Whole,
+    /// In blocks that depend on the grid alone: any number of ranks, one included, finds the same bits.
+    Blocks,
+}
+
 /// The `[fluid]` section.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -199,6 +210,14 @@ pub struct FluidSection {
     /// Command of a foreign fluid solver; the coupler's key, without meaning here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<Vec<String>>,
+    /// What starts the fluid's ranks, such as `["mpirun", "-np", "4"]`, before the solver's own command; the
+    /// coupler's key. Needs a solver built with `--features mpi`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub launcher: Option<Vec<String>>,
+    /// `whole` or `blocks`: how the solve along the last axis is cut (in space). By default `whole` for one
+    /// process, `blocks` for several ranks and with a launcher.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub division: Option<DivisionKey>,
     /// Time integration.
     pub time: TimeSection,
     /// Immersed boundary.
@@ -232,6 +251,8 @@ struct Document {
 /// The section with every choice made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choices {
+    /// Whether the solve along the last axis is in blocks; without an answer as many ranks ask for.
+    pub division: Option<DivisionKey>,
     /// Time integration.
     pub time: TimeSection,
     /// How the motion is imposed.
@@ -279,6 +300,7 @@ impl FluidSection {
         });
         let none = form == LoadsForm::Izard2014;
         Choices {
+            division: self.division.or_else(|| self.launcher.as_ref().map(|_| DivisionKey::Blocks)),
             time: self.time.clone(),
             method,
             mask,
@@ -308,6 +330,7 @@ impl FluidSection {
     pub fn resolved(&self) -> Self {
         let choices = self.choices();
         let mut section = self.clone();
+        section.division = choices.division;
         section.immersed.mask = Some(choices.mask);
         section.immersed.width = Some(choices.width);
         section.loads.form = Some(choices.form);

@@ -4,9 +4,10 @@
 //! stage. [`Stepper`] therefore stops at the first projection whose solution is not finite, and this
 //! file looks at what that projection was given.
 
-use crate::field::for_each_unknown;
+use crate::field::for_each_own_unknown;
 use crate::grid::Grid;
 use crate::immersed::body::laboratory;
+use crate::ranks::Ranks;
 use crate::step::Stepper;
 use std::fmt;
 
@@ -27,6 +28,15 @@ pub struct Culprit<const D: usize> {
     letter: char,
 }
 
+/// What may be wrong, what is told first standing first.
+const WHATS: [&str; 5] = [
+    "the force of the grains on the fluid",
+    "the acceleration by convection",
+    "the velocity",
+    "of what is finite still the largest velocity",
+    "of what is finite still the largest acceleration by convection",
+];
+
 impl<const D: usize> fmt::Display for Culprit<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { what, cell, position, value, letter, .. } = self;
@@ -40,15 +50,26 @@ impl<const D: usize> Culprit<D> {
         let (grid, state) = (stepper.grid(), stepper.state());
         let bad = |x: f64| !x.is_finite();
         let first = |what, field: &[Vec<f64>; D]| Self::first(grid, what, field, bad);
+        let [of_force, of_convection, of_velocity, ..] = WHATS;
         // In the order in which one is made of the other. Where viscosity is implicit its solution
         // spreads what is bad over everything: then the convection term tells, or nothing does.
         force
-            .and_then(|force| first("the force of the grains on the fluid", force))
-            .or_else(|| first("the acceleration by convection", &state.history))
-            .or_else(|| {
-                first("the velocity", &state.velocity).filter(|_| Self::is_local(grid, &state.velocity))
-            })
+            .and_then(|force| first(of_force, force))
+            .or_else(|| first(of_convection, &state.history))
+            .or_else(|| first(of_velocity, &state.velocity).filter(|_| Self::is_local(grid, &state.velocity)))
             .unwrap_or_else(|| Self::largest(grid, &state.velocity, &state.history))
+    }
+
+    /// What the first of `ranks` says: the culprit that is told first of those that they found in their planes.
+    pub(crate) fn told(&self, ranks: &Ranks) -> String {
+        let place = WHATS.iter().position(|what| *what == self.what).unwrap_or(WHATS.len());
+        let mine = (place * ranks.size() + ranks.rank()) as f64;
+        let mut first = [mine];
+        ranks.combine(&mut first, f64::min);
+        let text = if first == [mine] { self.to_string() } else { String::new() };
+        let letters: Vec<f64> = text.chars().map(|letter| f64::from(u32::from(letter))).collect();
+        let all = ranks.gather(&letters).concat();
+        all.iter().filter_map(|letter| char::from_u32(*letter as u32)).collect()
     }
 
     fn new(grid: &Grid<D>, what: &'static str, component: usize, cell: [usize; D], value: f64) -> Self {
@@ -66,7 +87,7 @@ impl<const D: usize> Culprit<D> {
     ) -> Option<Self> {
         let mut found = None;
         for (d, u) in field.iter().enumerate().filter(|(_, u)| !u.is_empty()) {
-            for_each_unknown(grid, d, |at, index| {
+            for_each_own_unknown(grid, d, |at, index| {
                 if found.is_none() && is_bad(u[index]) {
                     found = Some(Self::new(grid, what, d, at, u[index]));
                 }
@@ -85,7 +106,7 @@ impl<const D: usize> Culprit<D> {
         let of = |what, field: &[Vec<f64>; D]| {
             let mut most: Option<Self> = None;
             for (d, u) in field.iter().enumerate() {
-                for_each_unknown(grid, d, |at, index| {
+                for_each_own_unknown(grid, d, |at, index| {
                     let value = u[index];
                     if value.is_finite() && most.as_ref().is_none_or(|most| value.abs() > most.value.abs()) {
                         most = Some(Self::new(grid, what, d, at, value));
@@ -94,8 +115,9 @@ impl<const D: usize> Culprit<D> {
             }
             most
         };
-        of("of what is finite still the largest velocity", velocity)
-            .or_else(|| of("of what is finite still the largest acceleration by convection", history))
-            .unwrap_or_else(|| Self::new(grid, "the velocity", 0, [0; D], f64::NAN))
+        let [.., of_velocity, of_convection] = WHATS;
+        of(of_velocity, velocity)
+            .or_else(|| of(of_convection, history))
+            .unwrap_or_else(|| Self::new(grid, WHATS[2], 0, [0; D], f64::NAN))
     }
 }

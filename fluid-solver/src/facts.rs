@@ -4,6 +4,7 @@ use crate::config::{DisplacedMass, FluidSection, ForceTransport, SchemeKey};
 use crate::grid::Grid;
 use crate::memory::{self, Demand};
 use crate::plan::Plan;
+use crate::ranks::Ranks;
 use crate::scheme::Viscous;
 use crate::transform;
 use crate::{bounds, build};
@@ -38,7 +39,7 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     let section = FluidSection::read(scene)?;
     let choices = section.choices();
     let medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
-    let grid = build::grid::<D>(scene)?;
+    let grid = build::divided::<D>(scene, &choices, &Ranks::alone())?;
     let plan = Plan::new(scene, medium, &choices, &grid)?;
     // A table that cannot be read is told before the run, not after it.
     crate::lines::of(scene)?;

@@ -4,6 +4,7 @@
 
 use crate::grid::Grid;
 use crate::open::OpenFaces;
+use std::ops::Range;
 
 /// Everything that decides the next time step; copying it saves a run, putting it back restores it.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,21 +41,69 @@ impl<const D: usize> State<D> {
     }
 }
 
-/// Sets the unknowns of component `d` from a function of position (m, one entry per axis).
+impl<const D: usize> State<D> {
+    /// Takes over another state of the same grid, on the planes of this process, without allocating.
+    pub(crate) fn copy_from(&mut self, grid: &Grid<D>, from: &Self) {
+        for d in 0..D {
+            copy_own(grid, &mut self.velocity[d], &from.velocity[d]);
+            copy_own(grid, &mut self.history[d], &from.history[d]);
+        }
+        copy_own(grid, &mut self.pressure, &from.pressure);
+        self.open.copy_from(&from.open);
+        (self.previous_dt, self.time, self.steps) = (from.previous_dt, from.time, from.steps);
+    }
+}
+
+/// Copies the planes of this process, wall faces and halos included, without allocating.
+pub(crate) fn copy_own<const D: usize>(grid: &Grid<D>, to: &mut [f64], from: &[f64]) {
+    if grid.division.ranks().is_alone() || from.is_empty() {
+        return to.copy_from_slice(from);
+    }
+    let place = own_planes(grid);
+    to[place.clone()].copy_from_slice(&from[place]);
+}
+
+/// Where the planes of this process lie in a field; without ranks the whole field.
+pub(crate) fn own_planes<const D: usize>(grid: &Grid<D>) -> Range<usize> {
+    let own = grid.division.own();
+    if grid.division.ranks().is_alone() {
+        0..grid.len()
+    } else {
+        grid.planes(own.start as isize, own.end as isize)
+    }
+}
+
+/// Sets the unknowns of component `d` from a function of position (m, one entry per axis), on the planes of this
+/// process.
 pub fn set_component<const D: usize>(
     grid: &Grid<D>,
     d: usize,
     u: &mut [f64],
     value: impl Fn([f64; D]) -> f64,
 ) {
-    for_each_unknown(grid, d, |at, index| {
+    for_each_own_unknown(grid, d, |at, index| {
         u[index] = value(std::array::from_fn(|a| grid.nodes(d, a)[at[a]]));
     });
 }
 
 /// Visits every unknown of component `d` in memory order: its indices and its place in the field.
-pub fn for_each_unknown<const D: usize>(grid: &Grid<D>, d: usize, mut visit: impl FnMut([usize; D], usize)) {
-    let ranges = grid.unknowns(d);
+pub fn for_each_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: impl FnMut([usize; D], usize)) {
+    for_each_in(grid, grid.unknowns(d), visit);
+}
+
+/// The same for the unknowns on the planes of this process.
+pub fn for_each_own_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: impl FnMut([usize; D], usize)) {
+    let (mut ranges, own) = (grid.unknowns(d), grid.division.own());
+    ranges[D - 1].start = ranges[D - 1].start.max(own.start);
+    ranges[D - 1].end = own.end;
+    for_each_in(grid, ranges, visit);
+}
+
+fn for_each_in<const D: usize>(
+    grid: &Grid<D>,
+    ranges: [Range<usize>; D],
+    mut visit: impl FnMut([usize; D], usize),
+) {
     let mut at: [usize; D] = std::array::from_fn(|a| ranges[a].start);
     'all: loop {
         visit(at, grid.index(at.map(|i| i as isize)));

@@ -1,8 +1,9 @@
 //! The flow on its grid: what a step works on.
 
 use crate::field::State;
+use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
-use crate::halo::{fill_velocity, fill_velocity_and_open};
+use crate::halo::{fill_velocity, fill_velocity_across, fill_velocity_and_open};
 use crate::scheme::Options;
 use crate::timings::Timings;
 
@@ -18,6 +19,9 @@ impl<const D: usize> Flow<D> {
     /// Refreshes halo, wall faces and open faces of the velocity.
     pub(crate) fn fill_halos(&mut self) {
         let State { velocity, open, .. } = &mut self.state;
+        if !self.grid.division.ranks().is_alone() {
+            return fill_divided(&self.grid, velocity);
+        }
         for (d, u) in velocity.iter_mut().enumerate() {
             if open.is_empty() {
                 fill_velocity(&self.grid, d, u);
@@ -38,5 +42,17 @@ impl<const D: usize> Flow<D> {
             self.state.open.convect(&self.grid, &self.state.velocity, dt);
             self.fill_halos();
         }
+    }
+}
+
+/// Halos and wall faces of the planes of a rank and of those beside it, which it fetches.
+fn fill_divided<const D: usize>(grid: &Grid<D>, velocity: &mut [Vec<f64>; D]) {
+    for (d, u) in velocity.iter_mut().enumerate() {
+        (0..D - 1).for_each(|axis| fill_velocity_across(grid, d, axis, u));
+    }
+    let mut fields: Vec<_> = velocity.iter_mut().map(|u| (&mut u[..], Side::Both)).collect();
+    Ghosts::new(grid).fetch(1, &mut fields);
+    for (d, u) in velocity.iter_mut().enumerate() {
+        fill_velocity_across(grid, d, D - 1, u);
     }
 }

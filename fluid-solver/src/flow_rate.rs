@@ -60,7 +60,7 @@ impl<const D: usize> FlowRate<D> {
         let u = &mut velocity[self.axis];
         let lacking = self.mean - mean(grid, self.axis, u);
         let Some(solver) = self.solver.as_mut().filter(|_| diffusion > 0.0) else {
-            for row in 0..grid.rows() {
+            for row in grid.own_rows() {
                 u[grid.row(row)..][..grid.cells[0]].iter_mut().for_each(|u| *u += lacking);
             }
             self.impulse += lacking;
@@ -68,13 +68,14 @@ impl<const D: usize> FlowRate<D> {
         };
         let answer = &mut self.answers[k];
         if answer.diffusion != diffusion {
-            self.work.fill(1.0);
+            let own = grid.division.own();
+            self.work[grid.planes(own.start as isize, own.end as isize)].fill(1.0);
             solver.solve(grid, 1.0, diffusion, &mut self.work, &mut answer.field, Write::Set);
             answer.mean = mean(grid, self.axis, &answer.field);
             answer.diffusion = diffusion;
         }
         let impulse = lacking / answer.mean;
-        for row in 0..grid.rows() {
+        for row in grid.own_rows() {
             let at = grid.row(row)..grid.row(row) + grid.cells[0];
             u[at.clone()].iter_mut().zip(&answer.field[at]).for_each(|(u, s)| *u += impulse * s);
         }
@@ -97,17 +98,19 @@ impl<const D: usize> FlowRate<D> {
     }
 }
 
-/// Mean of component `d` over the box. Rows are summed one after the other.
+/// Mean of component `d` over the box. Rows are summed one after the other, by one rank after the other.
 fn mean<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> f64 {
-    let (mut sum, mut volume) = (0.0, 0.0);
+    let mut sums = [0.0, 0.0];
     let first = &grid.volumes(d, 0)[..grid.cells[0]];
     let inner: f64 = first.iter().sum();
-    for row in 0..grid.rows() {
-        let at = [0, row % grid.cells[1], row / grid.cells[1]];
-        let weight = (1..D).fold(1.0, |weight, a| weight * grid.volumes(d, a)[at[a]]);
-        let u = &u[grid.row(row)..][..grid.cells[0]];
-        sum += weight * u.iter().zip(first).map(|(u, v)| u * v).sum::<f64>();
-        volume += weight * inner;
-    }
-    sum / volume
+    grid.division.ranks().relay(&mut sums, |sums| {
+        for row in grid.own_rows() {
+            let at = [0, row % grid.cells[1], row / grid.cells[1]];
+            let weight = (1..D).fold(1.0, |weight, a| weight * grid.volumes(d, a)[at[a]]);
+            let u = &u[grid.row(row)..][..grid.cells[0]];
+            sums[0] += weight * u.iter().zip(first).map(|(u, v)| u * v).sum::<f64>();
+            sums[1] += weight * inner;
+        }
+    });
+    sums[0] / sums[1]
 }

@@ -24,8 +24,10 @@
 
 use crate::axis::{Axis, AxisSpec};
 use crate::boundary::Boundary;
+use crate::division::{Division, DivisionError};
 pub use crate::geometry::Geometry;
 pub use crate::grid_error::GridError;
+use crate::ranks::Ranks;
 use std::ops::Range;
 
 /// Values before the first row, so that its left halo exists and rows start on a cache line: the
@@ -54,6 +56,8 @@ pub struct Grid<const D: usize> {
     pub cells: [usize; D],
     /// Conditions on the lower and upper face of each axis.
     pub boundaries: [[Boundary<D>; 2]; D],
+    /// Who works on which of its planes.
+    pub division: Division,
     strides: [usize; D],
     len: usize,
 }
@@ -79,7 +83,28 @@ impl<const D: usize> Grid<D> {
         let cells = std::array::from_fn(|a| axes[a].cells());
         let (strides, len) = layout(&cells);
         let axes = axes.try_into().expect("one axis was pushed for each of D");
-        Ok(Self { geometry: spec.geometry, axes, cells, boundaries: spec.boundaries, strides, len })
+        let division = Division::whole(cells[D - 1]);
+        Ok(Self { geometry: spec.geometry, axes, cells, boundaries: spec.boundaries, division, strides, len })
+    }
+
+    /// The same grid, its planes in blocks that `ranks` share (see [`crate::division`]).
+    ///
+    /// # Errors
+    /// If it has two axes, too few planes, or faces that fluid passes through while there are several ranks.
+    pub fn divided(mut self, ranks: Ranks) -> Result<Self, DivisionError> {
+        if D < 3 {
+            return Err(DivisionError::Axes);
+        }
+        if self.is_open() && !ranks.is_alone() {
+            return Err(DivisionError::Open);
+        }
+        self.division = Division::new(self.cells[D - 1], ranks)?;
+        Ok(self)
+    }
+
+    /// The same grid as one process has it.
+    pub(crate) fn undivided(&self) -> Self {
+        Self { division: Division::whole(self.cells[D - 1]), ..self.clone() }
     }
 
     /// Length of every field, halo and padding included.
@@ -120,6 +145,19 @@ impl<const D: usize> Grid<D> {
     /// Number of interior rows along axis 0 (cells of all other axes).
     pub fn rows(&self) -> usize {
         self.cells[1..].iter().product()
+    }
+
+    /// The interior rows on the planes that this process works on.
+    pub fn own_rows(&self) -> Range<usize> {
+        let (own, each) = (self.division.own(), self.rows() / self.cells[D - 1]);
+        own.start * each..own.end * each
+    }
+
+    /// Where planes `from..to` of a grid in space lie in a field, from −1 to `n` inclusive; all but the left halo of the
+    /// row −1 of the first, which nothing asks for.
+    pub fn planes(&self, from: isize, to: isize) -> Range<usize> {
+        let at = |k: isize| LEAD + (k + 1) as usize * self.strides[D - 1];
+        at(from)..at(to)
     }
 
     /// Place of the value `i = 0` of interior row `row`, with `row = j + n₁ k`.

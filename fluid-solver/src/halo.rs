@@ -70,7 +70,8 @@ fn ghost<const D: usize>(
     }
 }
 
-/// `u(to) = map(u(from))` over a whole layer across `axis`, halo of the other axes included.
+/// `u(to) = map(u(from))` over a whole layer across `axis`, halo of the other axes included; across axes other than
+/// the last on the planes of this process and those beside them.
 fn copy_layer<const D: usize>(
     grid: &Grid<D>,
     axis: usize,
@@ -85,8 +86,12 @@ fn copy_layer<const D: usize>(
     // The first axis that is not `axis` runs innermost.
     let inner = usize::from(axis == 0);
     let outer = 3 - axis - inner;
-    let layers = if D == 3 { grid.cells[outer] + 2 } else { 1 };
-    for k in 0..layers {
+    let layers = match outer {
+        _ if D < 3 => 0..1,
+        2 => grid.division.own().start..grid.division.own().end + 2,
+        _ => 0..grid.cells[outer] + 2,
+    };
+    for k in layers {
         if D == 3 {
             at[outer] = k as isize - 1;
         }

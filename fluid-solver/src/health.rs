@@ -29,19 +29,22 @@ impl Health {
         }
     }
 
-    /// Looks at every cell. Halos and wall faces must be up to date.
+    /// Looks at every cell, of all ranks. Halos and wall faces must be up to date.
     pub fn of<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> Self {
-        let rows = grid.rows();
+        let rows = grid.own_rows();
         let slab = |first: usize| {
             let mut found = Self::GOOD;
-            dispatch(Slab { grid, velocity, rows: first..rows.min(first + SLAB), found: &mut found });
+            dispatch(Slab { grid, velocity, rows: first..rows.end.min(first + SLAB), found: &mut found });
             found
         };
-        if rayon::current_num_threads() > 1 && grid.cell_count() > 16_384 {
-            (0..rows).into_par_iter().step_by(SLAB).map(slab).reduce(|| Self::GOOD, Self::worse)
+        let found = if rayon::current_num_threads() > 1 && grid.cell_count() > 16_384 {
+            rows.clone().into_par_iter().step_by(SLAB).map(slab).reduce(|| Self::GOOD, Self::worse)
         } else {
-            (0..rows).step_by(SLAB).map(slab).fold(Self::GOOD, Self::worse)
-        }
+            rows.clone().step_by(SLAB).map(slab).fold(Self::GOOD, Self::worse)
+        };
+        let mut all = [found.rate, found.divergence, f64::from(u8::from(!found.finite))];
+        grid.division.ranks().combine(&mut all, f64::max);
+        Self { rate: all[0], divergence: all[1], finite: all[2] == 0.0 }
     }
 }
 

@@ -1,5 +1,5 @@
 //! `bedload-fluid`: the immersed-boundary fluid solver.
 
 fn main() -> std::process::ExitCode {
-    bedload_program::main::<fluid_solver::participant::Fluid>()
+    fluid_solver::program::main()
 }

@@ -20,7 +20,9 @@ pub fn write<const D: usize>(
     window: &Window,
     folder: &Path,
 ) -> Result<(), SolverError> {
-    solver.stepper_mut().fill_halos();
+    if !solver.show() {
+        return Ok(());
+    }
     let data = [velocity(solver), pressure(solver), vorticity(solver), solid(solver)];
     let path = folder.join(format!("fluid_{:08}.vtr", window.step));
     let save = || -> std::io::Result<()> {

@@ -3,6 +3,8 @@
 use crate::checkpoint;
 use crate::lines::{self, Line};
 use crate::measure::mean_velocity;
+use crate::orders::{Leader, Order, tell, told};
+use crate::ranks::Ranks;
 use crate::solver::Solver;
 use crate::{output, planes};
 use bedload_output::{MetricValue, OutputFolder};
@@ -19,6 +21,7 @@ pub struct Fluid {
     fields: PathBuf,
     planes: Option<(ObservedPlanes, usize)>,
     lines: Vec<Line>,
+    ranks: Ranks,
 }
 
 /// Two or three axes. Boxed: the plans of the transforms are large.
@@ -43,17 +46,49 @@ impl Fluid {
     /// # Errors
     /// [`SceneError`] naming the key that this solver cannot follow.
     pub fn new(scene: &CheckedScene, folder: &Path) -> Result<Self, SceneError> {
-        crate::facts::facts(scene)?;
+        Self::with_ranks(scene, folder, &Ranks::of_process())
+    }
+
+    /// The fluid that `ranks` share, of which this is the first: the others must [`follow()`](crate::follow::follow).
+    ///
+    /// # Errors
+    /// As [`Fluid::new`], and if a rank cannot build its part.
+    pub fn with_ranks(scene: &CheckedScene, folder: &Path, ranks: &Ranks) -> Result<Self, SceneError> {
+        let source = &scene.source;
+        let gone = |error: SolverError| source.error("fluid", error.to_string(), "start the run anew");
+        tell(ranks, &Order::Build(source.file.clone(), source.text.clone(), folder.into())).map_err(gone)?;
+        Self::of_rank(scene, folder, ranks)
+    }
+
+    /// The part of a rank that was told to build one.
+    pub(crate) fn of_rank(scene: &CheckedScene, folder: &Path, ranks: &Ranks) -> Result<Self, SceneError> {
+        // What may go wrong on one rank alone, memory and files, comes before the first step together.
+        let ready = crate::facts::facts(scene).and_then(|_| lines::of(scene));
+        if !ranks.all(ready.is_ok()) && ready.is_ok() {
+            return Err(scene.source.error(
+                "fluid",
+                "cannot be built by another rank",
+                "see that all ranks have the memory and the files that `bedload-fluid check` asks for",
+            ));
+        }
+        let lines = ready?;
         let solver = match scene.scene.domain.dimensions() {
-            2 => Any::Two(Box::new(Solver::new(scene)?)),
-            _ => Any::Three(Box::new(Solver::new(scene)?)),
+            2 => Any::Two(Box::new(Solver::with_ranks(scene, ranks)?)),
+            _ => Any::Three(Box::new(Solver::with_ranks(scene, ranks)?)),
         };
         let axes = scene.scene.domain.geometry.axes();
         let axis = |asked: &ObservedPlanes| axes.iter().position(|axis| *axis == asked.axis);
         let planes = scene.scene.observe.planes.clone();
         let planes = planes.and_then(|asked| axis(&asked).map(|axis| (asked, axis)));
-        let lines = lines::of(scene)?;
-        Ok(Self { solver, scene: scene.state_sha256(), fields: folder.join("fields"), planes, lines })
+        let (fields, ranks) = (folder.join("fields"), ranks.clone());
+        Ok(Self { solver, scene: scene.state_sha256(), fields, planes, lines, ranks })
+    }
+
+    /// Brings the fields of all ranks to the first one, for [`Fluid::mean_velocity`] and what else looks at them.
+    pub(crate) fn show(&mut self) {
+        // A rank that is gone is told at the next order.
+        let _ = tell(&self.ranks, &Order::Show);
+        any!(&mut self.solver, solver => solver.show());
     }
 
     /// Metrics of the last state that only the fluid can measure; their tables go to `folder`.
@@ -64,6 +99,9 @@ impl Fluid {
         &mut self,
         folder: &OutputFolder,
     ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
+        if !self.lines.is_empty() {
+            tell(&self.ranks, &Order::Show)?;
+        }
         any!(&mut self.solver, solver => lines::finish(solver, &self.lines, folder))
     }
 
@@ -111,7 +149,13 @@ impl Participant for Fluid {
         window: &Window,
         exchange: &mut dyn Exchange<Kinematics, Loads>,
     ) -> Result<WindowReport, SolverError> {
-        let report = any!(&mut self.solver, solver => solver.advance(window, exchange))?;
+        let report = if self.ranks.is_alone() || !self.ranks.is_first() {
+            any!(&mut self.solver, solver => solver.advance(window, exchange))?
+        } else {
+            tell(&self.ranks, &Order::Advance(told(window), rayon::current_num_threads()))?;
+            let exchange = &mut Leader { inner: exchange, ranks: &self.ranks };
+            any!(&mut self.solver, solver => solver.advance(window, exchange))?
+        };
         if let Some((asked, axis)) = &self.planes
             && asked.due(window.time, window.time + window.dt)
         {
@@ -121,22 +165,38 @@ impl Participant for Fluid {
     }
 
     fn save(&mut self) {
+        // A rank that is gone is told in the next window.
+        let _ = tell(&self.ranks, &Order::Save);
         any!(&mut self.solver, solver => solver.save());
     }
 
     fn restore(&mut self) {
+        let _ = tell(&self.ranks, &Order::Restore);
         any!(&mut self.solver, solver => solver.restore());
     }
 
     fn write_checkpoint(&self, folder: &Path) -> Result<(), SolverError> {
-        any!(&self.solver, solver => checkpoint::write(solver, &self.scene, folder))
+        tell(&self.ranks, &Order::WriteCheckpoint)?;
+        let written = any!(&self.solver, solver => checkpoint::write(solver, &self.scene, folder));
+        if let Err(error) = &written {
+            // The others may stand anywhere among the fields.
+            self.ranks.fail(format!("a checkpoint could not be written: {error}"));
+        }
+        written
     }
 
     fn read_checkpoint(&mut self, folder: &Path) -> Result<(), SolverError> {
-        any!(&mut self.solver, solver => checkpoint::read(solver, &self.scene, folder))
+        tell(&self.ranks, &Order::ReadCheckpoint(folder.into()))?;
+        let read = any!(&mut self.solver, solver => checkpoint::read(solver, &self.scene, folder));
+        if self.ranks.all(read.is_ok()) || read.is_err() {
+            return read;
+        }
+        let what = format!("{}: another rank of the fluid cannot read it", folder.display());
+        Err(SolverError::Failed(what))
     }
 
     fn write_fields(&mut self, window: &Window) -> Result<(), SolverError> {
+        tell(&self.ranks, &Order::Show)?;
         any!(&mut self.solver, solver => output::write(solver, window, &self.fields))
     }
 
@@ -146,5 +206,12 @@ impl Participant for Fluid {
 
     fn pressure_gradient(&self) -> f64 {
         any!(&self.solver, solver => solver.pressure_gradient())
+    }
+}
+
+impl Drop for Fluid {
+    fn drop(&mut self) {
+        // Who is gone has nothing to let go.
+        let _ = tell(&self.ranks, &Order::Leave);
     }
 }

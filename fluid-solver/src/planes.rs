@@ -34,7 +34,9 @@ pub fn write<const D: usize>(
     window: &Window,
     folder: &Path,
 ) -> Result<(), SolverError> {
-    solver.stepper_mut().fill_halos();
+    if !solver.show() {
+        return Ok(());
+    }
     let planes = Planes { time: window.time + window.dt, planes: averages(solver, axis) };
     let path = folder.join(Planes::file_name(window.step));
     let save = || {

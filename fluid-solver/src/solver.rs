@@ -11,8 +11,10 @@ use crate::build::Transport;
 use crate::config::{Choices, DisplacedMass, FluidSection, Nearness, VirtualMass};
 use crate::coupling;
 use crate::culprit::Culprit;
-use crate::field::State;
+use crate::field::{State, copy_own, own_planes};
+use crate::gather;
 use crate::grid::Grid;
+use crate::halo::fill_velocity;
 use crate::health::Health;
 use crate::immersed::body::{Motion, laboratory};
 use crate::immersed::brinkman::{Brinkman, LAG, lag};
@@ -22,6 +24,7 @@ use crate::immersed::pores::Pores;
 use crate::immersed::{Immersed, Wrench};
 use crate::loads::{LoadsRule, Measured};
 use crate::plan::Plan;
+use crate::ranks::Ranks;
 use crate::step::Stepper;
 use crate::virtual_mass::ByGap;
 use crate::work::Work;
@@ -141,10 +144,19 @@ impl<const D: usize> Solver<D> {
     /// # Ok::<(), protocol::scene::SceneError>(())
     /// ```
     pub fn new(scene: &CheckedScene) -> Result<Self, SceneError> {
+        Self::with_ranks(scene, &Ranks::of_process())
+    }
+
+    /// The part of the fluid that one of `ranks` works on. All of them must be asked to do the same things
+    /// in the same order.
+    ///
+    /// # Errors
+    /// As [`Solver::new`], and with the key of whatever several ranks cannot do.
+    pub fn with_ranks(scene: &CheckedScene, ranks: &Ranks) -> Result<Self, SceneError> {
         let choices = FluidSection::read(scene)?.choices();
         let medium: &Medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
         let (scheme, iterations) = coupling::read(scene, choices.form)?;
-        let grid = build::grid::<D>(scene)?;
+        let grid = build::divided::<D>(scene, &choices, ranks)?;
         let plan = Plan::new(scene, medium, &choices, &grid)?;
         let shapes = build::shapes(scene);
         let grains = shapes.len();
@@ -254,12 +266,15 @@ impl<const D: usize> Solver<D> {
         }
         self.model.dt = window.dt;
         self.set_radii();
-        let health = match self.scheme {
-            Scheme::Explicit => self.window_explicit(window, exchange)?,
-            Scheme::SemiImplicit => self.window_semi_implicit(window, exchange)?,
-            Scheme::Overlapped => self.window_overlapped(window, exchange)?,
-            Scheme::Iterated => self.window_iterated(window, exchange)?,
+        let outcome = match self.scheme {
+            Scheme::Explicit => self.window_explicit(window, exchange),
+            Scheme::SemiImplicit => self.window_semi_implicit(window, exchange),
+            Scheme::Overlapped => self.window_overlapped(window, exchange),
+            Scheme::Iterated => self.window_iterated(window, exchange),
         };
+        // A rank that is gone is the cause of whatever else went wrong.
+        self.grid().division.ranks().check()?;
+        let health = outcome?;
         Ok(WindowReport {
             dt_limit: self.plan.next(window.dt, health.rate, &self.memory.motions),
             residual: health.divergence,
@@ -518,7 +533,7 @@ impl<const D: usize> Solver<D> {
             return Ok(health);
         }
         let force = (self.choices.method == Forcing::Carried).then_some(&self.lambda);
-        let culprit = Culprit::find(&self.stepper, force);
+        let culprit = Culprit::find(&self.stepper, force).told(grid.division.ranks());
         let before = match self.rate * window.dt {
             courant if courant > 0.0 => format!(" (dt Σ|u|/Δx was {courant:.2e} before it)"),
             _ => String::new(),
@@ -535,14 +550,21 @@ impl<const D: usize> Solver<D> {
         let Self { stepper, lambda, memory, .. } = self;
         match &mut self.saved {
             Some(saved) => {
-                copy_state(&mut saved.state, stepper.state());
+                saved.state.copy_from(stepper.grid(), stepper.state());
                 for (to, from) in saved.lambda.iter_mut().zip(lambda) {
-                    to.copy_from_slice(from);
+                    copy_own(stepper.grid(), to, from);
                 }
                 saved.memory.clone_from(memory);
             }
             None => {
-                let (state, lambda) = (stepper.state().clone(), lambda.clone());
+                let grid = stepper.grid();
+                let mut state = State::at_rest(grid);
+                state.copy_from(grid, stepper.state());
+                let lambda = std::array::from_fn(|d| {
+                    let mut copy = vec![0.0; lambda[d].len()];
+                    copy_own(grid, &mut copy, &lambda[d]);
+                    copy
+                });
                 self.saved = Some(Box::new(Saved { state, lambda, memory: memory.clone() }));
             }
         }
@@ -554,7 +576,7 @@ impl<const D: usize> Solver<D> {
         let Some(saved) = saved else { return };
         stepper.restore(&saved.state);
         for (to, from) in lambda.iter_mut().zip(&saved.lambda) {
-            to.copy_from_slice(from);
+            copy_own(stepper.grid(), to, from);
         }
         memory.clone_from(&saved.memory);
         self.take_hold();
@@ -573,6 +595,24 @@ impl<const D: usize> Solver<D> {
         let state = self.stepper.state_mut();
         let fields = state.velocity.iter_mut().chain(&mut state.history).chain(&mut self.lambda);
         fields.chain([&mut state.pressure]).chain(state.open.fields_mut()).map(Vec::as_mut_slice).collect()
+    }
+
+    /// Halos of the velocity for whoever looks at the whole field: velocity and pressure of all ranks come to
+    /// the first one, which alone has them then. All ranks must call it; says whether this one is to look.
+    pub fn show(&mut self) -> bool {
+        if self.grid().division.ranks().is_alone() {
+            self.stepper.fill_halos();
+            return true;
+        }
+        let (grid, state) = self.stepper.parts_mut();
+        let shown = gather::to_first(grid, state.velocity.iter_mut().chain([&mut state.pressure]));
+        if shown {
+            let whole = grid.undivided();
+            for (d, u) in state.velocity.iter_mut().enumerate() {
+                fill_velocity(&whole, d, u);
+            }
+        }
+        shown
     }
 
     /// What decides the next window besides the fields.
@@ -604,7 +644,8 @@ impl<const D: usize> Solver<D> {
             }
             self.immersed.mark_forced(grid, &model, &self.memory.imposed);
             if let Some(Advection { masks, spare, .. }) = &mut self.advection {
-                masks.iter_mut().chain(spare).for_each(|field| field.fill(0.0));
+                let own = own_planes(grid);
+                masks.iter_mut().chain(spare).for_each(|field| field[own.clone()].fill(0.0));
                 self.immersed.store_mask(grid, &model, &self.memory.imposed, masks);
             }
         }
@@ -699,15 +740,4 @@ impl Memory {
         let rate = |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| (a[c] - b[c]) / self.before_dt);
         Wrench { force: rate(&now.velocity, &before.velocity), torque: rate(&now.spin, &before.spin) }
     }
-}
-
-/// Copies without allocating.
-fn copy_state<const D: usize>(to: &mut State<D>, from: &State<D>) {
-    for d in 0..D {
-        to.velocity[d].copy_from_slice(&from.velocity[d]);
-        to.history[d].copy_from_slice(&from.history[d]);
-    }
-    to.pressure.copy_from_slice(&from.pressure);
-    to.open.copy_from(&from.open);
-    (to.previous_dt, to.time, to.steps) = (from.previous_dt, from.time, from.steps);
 }

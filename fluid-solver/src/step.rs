@@ -211,7 +211,7 @@ impl<const D: usize> Stepper<D> {
 
     /// Puts a saved state back (same grid); a step that was begun is forgotten.
     pub fn restore(&mut self, state: &State<D>) {
-        self.flow.state.clone_from(state);
+        self.flow.state.copy_from(&self.flow.grid, state);
         (self.left, self.broken) = (None, false);
     }
 

@@ -6,6 +6,7 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -172,6 +173,15 @@ impl Payload {
     /// # Errors
     /// [`SolverError`] if it has another length.
     pub fn fill(&mut self, values: &mut [f64]) -> Result<(), SolverError> {
+        let all = 0..values.len();
+        self.fill_part(values, all)
+    }
+
+    /// The same for `part` of `values` alone; what is read for the rest is passed over.
+    ///
+    /// # Errors
+    /// [`SolverError`] if the list has another length than `values`.
+    pub fn fill_part(&mut self, values: &mut [f64], part: Range<usize>) -> Result<(), SolverError> {
         let (count, wanted) = (self.part::<u64>()?, values.len() as u64);
         if count != wanted || self.left < 8 * wanted {
             return Err(self.refuse(&format!(
@@ -179,15 +189,22 @@ impl Payload {
             )));
         }
         let mut chunk = [0; 4096];
-        for values in values.chunks_mut(chunk.len() / 8) {
+        self.pass_over(part.start)?;
+        let behind = values.len() - part.end;
+        for values in values[part].chunks_mut(chunk.len() / 8) {
             let bytes = &mut chunk[..8 * values.len()];
             self.file.read_exact(bytes).map_err(|error| self.fail(error))?;
             for (value, bytes) in values.iter_mut().zip(bytes.as_chunks::<8>().0) {
                 *value = f64::from_le_bytes(*bytes);
             }
         }
+        self.pass_over(behind)?;
         self.left -= 8 * wanted;
         Ok(())
+    }
+
+    fn pass_over(&mut self, numbers: usize) -> Result<(), SolverError> {
+        self.file.seek_relative(8 * numbers as i64).map_err(|error| self.fail(error))
     }
 
     /// To be called after the last part.

@@ -4,6 +4,9 @@ use crate::lanes::{Lanes, ZERO};
 use crate::transform::Write;
 use std::sync::Mutex;
 
+/// Blocks of eight modes side by side in space: their sweeps do not wait for each other.
+pub(super) const SIDE: usize = 4;
+
 /// Packs values into lanes; lanes beyond the end get −1, a harmless eigenvalue.
 pub(super) fn pack(values: &[f64]) -> Vec<Lanes> {
     let pad = |c: &[f64]| std::array::from_fn(|l| c.get(l).copied().unwrap_or(-1.0));

@@ -7,10 +7,14 @@
 //! The swept axis is the stretched or radial one; otherwise one with walls; a box that is periodic
 //! along its candidate axis is transformed along all.
 
+mod block_columns;
+mod block_sweep;
 mod blocks;
 mod last_axis;
 mod plane;
 mod plane_columns;
+mod reduced;
+mod shared;
 pub(crate) mod space;
 mod space_columns;
 mod tiles;

@@ -11,6 +11,7 @@ use crate::grid::Grid;
 use crate::lanes::{Lanes, ZERO, aligned, dispatch};
 use crate::transform::{Direction, Rows, RowsMut, Scratch, Transform, Write};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Solver for a grid of three axes.
 pub(crate) struct Space {
@@ -47,7 +48,7 @@ impl Space {
             row: grid.stride(1),
             plane: grid.stride(D - 1),
             lead: grid.index(origin),
-            columns: SpaceColumns::new(unknown.across(grid, D - 1), lambda, scale),
+            columns: SpaceColumns::new(unknown.across(grid, D - 1), unknown.blocks(grid), lambda, scale),
             transforms,
             parts: Vec::new(),
             memory: Vec::new(),
@@ -70,8 +71,7 @@ impl Space {
 
     /// See [`super::Helmholtz::solve`].
     pub(super) fn solve(&mut self, operator: [f64; 2], rhs: &mut [f64], out: &mut [f64], write: Write) {
-        let first = self.lead + (self.first[2] + 1) * self.plane;
-        let range = first..first + self.columns.len() * self.plane;
+        let range = self.own_planes();
         self.transform(&mut rhs[range.clone()], Direction::Forward);
         self.solve_columns(operator, rhs);
         self.transform(&mut rhs[range.clone()], Direction::Inverse);
@@ -83,6 +83,13 @@ impl Space {
                 store(&mut out[at..at + nx], &solution[at..at + nx], write);
             }
         }
+    }
+
+    /// Where the planes of the unknowns that this process works on lie in a field.
+    fn own_planes(&self) -> Range<usize> {
+        let own = self.columns.own();
+        let first = self.lead + (self.first[2] + 1) * self.plane;
+        first + own.start * self.plane..first + own.end * self.plane
     }
 
     /// Transforms all planes.
@@ -147,38 +154,66 @@ impl Space {
     /// Each thread takes its share of the lines of every plane.
     pub(crate) fn solve_columns(&mut self, operator: [f64; 2], field: &mut [f64]) {
         let [nx, ny] = self.values();
-        let first = self.lead + (self.first[2] + 1) * self.plane;
-        let planes = &mut field[first..][..self.columns.len() * self.plane];
-        let shares =
-            self.memory.len().min((nx * ny * self.columns.len()).div_ceil(WORTH_A_SHARE)).clamp(1, ny);
+        let (planes, count) = (&mut field[self.own_planes()], self.columns.own().len());
+        let shares = self.memory.len().min((nx * ny * count).div_ceil(WORTH_A_SHARE)).clamp(1, ny);
         let mut parts = recycle(std::mem::take(&mut self.parts));
-        parts.extend((0..shares * self.columns.len()).map(|_| <&mut [f64]>::default()));
+        parts.extend((0..shares * count).map(|_| <&mut [f64]>::default()));
         for (k, plane) in planes.chunks_exact_mut(self.plane).enumerate() {
             let mut rest = &mut plane[self.at(0)..];
             for share in 0..shares {
                 let lines = ny * (share + 1) / shares - ny * share / shares;
                 let length = if share + 1 < shares { lines * self.row } else { rest.len() };
                 let (part, after) = rest.split_at_mut(length);
-                parts[share * self.columns.len() + k] = part;
+                parts[share * count + k] = part;
                 rest = after;
             }
         }
-        let solve = |(share, (planes, memory)): (usize, (&mut [&mut [f64]], &mut Memory))| {
-            let lines = ny * share / shares..ny * (share + 1) / shares;
-            self.columns.solve(Solve { operator, lines, row: self.row, planes, memory: &mut memory.columns });
+        let (columns, split) = (&self.columns, Split { operator, lines: ny, shares, row: self.row });
+        if let Some(blocks) = columns.shared() {
+            let cut = parts.chunks_exact_mut(count).zip(&mut self.memory).enumerate();
+            let mut shares: Vec<_> = cut.map(|(share, part)| split.share(share, part)).collect();
+            columns.solve_shared(blocks, &mut shares, ny);
+            drop(shares);
+            self.parts = recycle(parts);
+            return;
+        }
+        let solve = |(share, part): (usize, (&mut [&mut [f64]], &mut Memory))| {
+            columns.solve(split.share(share, part));
         };
-        let shares = parts.chunks_exact_mut(self.columns.len()).zip(&mut self.memory).enumerate();
+        let shares = parts.chunks_exact_mut(count).zip(&mut self.memory).enumerate();
         if shares.len() > 1 {
             parts
-                .par_chunks_exact_mut(self.columns.len())
+                .par_chunks_exact_mut(count)
                 .zip(&mut self.memory)
                 .enumerate()
                 .with_max_len(1)
-                .for_each(|(share, (planes, memory))| solve((share, (planes, memory))));
+                .for_each(solve);
         } else {
-            shares.for_each(|(share, (planes, memory))| solve((share, (planes, memory))));
+            shares.for_each(solve);
         }
         self.parts = recycle(parts);
+    }
+}
+
+/// How the lines of all columns are shared among threads.
+#[derive(Clone, Copy)]
+struct Split {
+    operator: [f64; 2],
+    lines: usize,
+    shares: usize,
+    row: usize,
+}
+
+impl Split {
+    /// What share `share` is to solve.
+    fn share<'a, 'b>(
+        self,
+        share: usize,
+        (planes, memory): (&'a mut [&'b mut [f64]], &'a mut Memory),
+    ) -> Solve<'a, 'b> {
+        let Self { operator, lines, shares, row } = self;
+        let lines = lines * share / shares..lines * (share + 1) / shares;
+        Solve { operator, lines, row, planes, memory: &mut memory.columns }
     }
 }
 

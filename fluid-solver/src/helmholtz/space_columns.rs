@@ -3,7 +3,8 @@
 //! Pivots and inverse eigenvalues are computed on the way: a division takes no longer than fetching
 //! the result of an earlier one from memory, and needs none.
 
-use super::blocks::store;
+use super::block_columns::{self, BlockColumns, Modes};
+use super::blocks::{SIDE, store};
 use super::last_axis::LastAxis;
 use crate::lanes::{Kernel, Lanes, ZERO, aligned, dispatch, load};
 use crate::transform::{Scratch, Write};
@@ -11,26 +12,27 @@ use crate::tridiagonal::Sweep;
 use pulp::Simd;
 use std::ops::Range;
 
-/// Blocks of eight modes side by side: their sweeps do not wait for each other.
-const SIDE: usize = 4;
-
 /// All columns of a solve.
 pub(super) struct SpaceColumns {
     across: LastAxis,
+    /// Where the last axis is cut into blocks.
+    blocks: Option<BlockColumns>,
     /// Eigenvalues along axis 0, in blocks of eight, padded to whole groups, and along axis 1.
     lambda: [Vec<f64>; 2],
     /// Eigenvalues along the last axis, if it is transformed.
     own: Vec<f64>,
     /// Modes along axis 0.
-    modes: usize,
-    scale: f64,
+    pub(super) modes: usize,
+    pub(super) scale: f64,
 }
 
 /// Working memory of one thread.
+#[derive(Default)]
 pub(super) struct Memory {
     columns: Vec<Lanes>,
     pivots: Vec<Lanes>,
     scratch: Scratch,
+    pub(super) blocks: block_columns::Memory,
 }
 
 /// What is to be solved: lines `lines` of all planes.
@@ -46,7 +48,12 @@ pub(super) struct Solve<'a, 'b> {
 
 impl SpaceColumns {
     /// `lambda` are the eigenvalues of the transformed axes, `scale` normalises their transforms.
-    pub(super) fn new(across: LastAxis, [mut x, y]: [Vec<f64>; 2], scale: f64) -> Self {
+    pub(super) fn new(
+        across: LastAxis,
+        blocks: Option<BlockColumns>,
+        [mut x, y]: [Vec<f64>; 2],
+        scale: f64,
+    ) -> Self {
         let modes = x.len();
         // A harmless eigenvalue.
         x.resize(modes.next_multiple_of(8 * SIDE), -1.0);
@@ -56,7 +63,7 @@ impl SpaceColumns {
             own = (0..transform.values()).map(|k| kind.eigenvalue(k, cells) / width2).collect();
             scale *= kind.scale(cells);
         }
-        Self { across, lambda: [x, y], own, modes, scale }
+        Self { across, blocks, lambda: [x, y], own, modes, scale }
     }
 
     /// Unknowns along a column.
@@ -67,15 +74,26 @@ impl SpaceColumns {
         }
     }
 
+    /// Unknowns along a column that this process works on.
+    pub(super) fn own(&self) -> Range<usize> {
+        self.blocks.as_ref().map_or(0..self.len(), BlockColumns::own_unknowns)
+    }
+
+    /// The blocks, if several ranks share them.
+    pub(super) fn shared(&self) -> Option<&BlockColumns> {
+        self.blocks.as_ref().filter(|blocks| !blocks.ranks().is_alone())
+    }
+
     /// Working memory for one thread.
     pub(super) fn memory(&self) -> Memory {
+        if let Some(blocks) = &self.blocks {
+            return Memory { blocks: blocks.memory(), ..Memory::default() };
+        }
         let columns = || vec![ZERO; SIDE * self.len() + 1];
         match &self.across {
-            LastAxis::Sweep(_) => {
-                Memory { columns: columns(), pivots: columns(), scratch: Scratch::default() }
-            }
+            LastAxis::Sweep(_) => Memory { columns: columns(), pivots: columns(), ..Memory::default() },
             LastAxis::Transform(transform, _) => {
-                Memory { columns: columns(), pivots: Vec::new(), scratch: transform.scratch() }
+                Memory { columns: columns(), scratch: transform.scratch(), ..Memory::default() }
             }
         }
     }
@@ -90,6 +108,15 @@ impl SpaceColumns {
         }
     }
 
+    /// Eigenvalues of the group from mode `[i, j]` on.
+    pub(super) fn lambda(&self, [i, j]: [usize; 2]) -> [f64; 8 * SIDE] {
+        let mut lambda = [0.0; 8 * SIDE];
+        for (to, x) in lambda.iter_mut().zip(&self.lambda[0][i..]) {
+            *to = x + self.lambda[1][j];
+        }
+        lambda
+    }
+
     /// Solves up to [`SIDE`] blocks from mode `[i, j]` on, which stands at `at` + i.
     fn solve_group(
         &self,
@@ -102,11 +129,16 @@ impl SpaceColumns {
         let n = self.len();
         let width = (self.modes - i).min(8 * SIDE);
         let at = at + i..at + i + width;
-        let mut lambda = [0.0; 8 * SIDE];
-        for (to, x) in lambda.iter_mut().zip(&self.lambda[0][i..]) {
-            *to = x + self.lambda[1][j];
-        }
+        let lambda = self.lambda([i, j]);
         let singular = operator[0] == 0.0 && lambda[0] == 0.0;
+        if let Some(blocks) = &self.blocks {
+            let modes = Modes { operator, scale: self.scale, lambda: &lambda, at: at.clone(), singular };
+            blocks.solve(&modes, planes, &mut memory.blocks);
+            if singular {
+                remove_mean(&blocks.sweep, planes, at.start);
+            }
+            return;
+        }
         let columns = &mut aligned(&mut memory.columns)[..SIDE * n];
         match &self.across {
             LastAxis::Sweep(sweep) => {
@@ -154,11 +186,17 @@ impl SpaceColumns {
 
 /// Removes the mean of the first mode, which stands at `at`.
 fn remove_mean(sweep: &Sweep, planes: &mut [&mut [f64]], at: usize) {
-    let total: f64 = sweep.volume.iter().sum();
-    let sum: f64 = planes.iter().zip(&sweep.volume).map(|(x, v)| x[at] * v).sum();
+    let mean = mean(sweep, planes.iter().map(|x| &x[at]));
     for x in planes {
-        x[at] -= sum / total;
+        x[at] -= mean;
     }
+}
+
+/// The mean of one value for each unknown of a column.
+pub(super) fn mean<'a>(sweep: &Sweep, values: impl Iterator<Item = &'a f64>) -> f64 {
+    let total: f64 = sweep.volume.iter().sum();
+    let sum: f64 = values.zip(&sweep.volume).map(|(x, v)| x * v).sum();
+    sum / total
 }
 
 /// Pivots and elimination, straight from the planes: the next ones arrive while this one is divided.

@@ -1,5 +1,6 @@
 //! What a direct solver solves for.
 
+use super::block_columns::BlockColumns;
 use super::last_axis::LastAxis;
 use crate::grid::Grid;
 use crate::stencil::Stencil;
@@ -29,7 +30,8 @@ impl Unknown {
         usize::from(self.kind(grid, axis) == Kind::Fixed)
     }
 
-    /// Tridiagonal operator along `axis`, walls folded in.
+    /// Tridiagonal operator along `axis`, walls folded in; on a periodic axis the first and the last unknown
+    /// are neighbours.
     pub(super) fn sweep<const D: usize>(self, grid: &Grid<D>, axis: usize) -> Sweep {
         let own = self == Self::Component(axis);
         let stencil = if own { Stencil::staggered(grid, axis) } else { Stencil::centred(grid, axis) };
@@ -56,7 +58,8 @@ impl Unknown {
             Kind::OddOdd => (-1.0, -1.0),
             Kind::EvenOdd => (1.0, -1.0),
             Kind::OddEven => (-1.0, 1.0),
-            Kind::Periodic => unreachable!("periodic axes are transformed"),
+            // The neighbour is at the other end of the axis: only a sweep in blocks knows how.
+            Kind::Periodic => return sweep,
         };
         sweep.diagonal[0] += low * sweep.lower[0];
         sweep.diagonal[last] += high * sweep.upper[last];
@@ -67,13 +70,22 @@ impl Unknown {
 
     /// How the last axis of the solve, `axis`, is treated.
     pub(super) fn across<const D: usize>(self, grid: &Grid<D>, axis: usize) -> LastAxis {
-        if grid.periodic(axis) {
+        if grid.periodic(axis) && grid.division.cuts().is_empty() {
             let width = grid.axes[axis].length() / grid.cells[axis] as f64;
             let transform = Transform::new(self.kind(grid, axis), grid.cells[axis]);
             LastAxis::Transform(Box::new(transform), width * width)
         } else {
             LastAxis::Sweep(self.sweep(grid, axis))
         }
+    }
+
+    /// The blocks of the last axis, if the grid has any.
+    pub(super) fn blocks<const D: usize>(self, grid: &Grid<D>) -> Option<BlockColumns> {
+        let (axis, division) = (D - 1, &grid.division);
+        let columns = || {
+            BlockColumns::new(self.sweep(grid, axis), division, self.first(grid, axis), grid.periodic(axis))
+        };
+        (!division.cuts().is_empty()).then(columns)
     }
 
     /// Eigenvalues along a transformed axis, 1/m².

@@ -20,6 +20,7 @@ use super::component::{Placed, Rule};
 use super::layer_sums::words;
 use super::mask_model::MaskModel;
 use super::transport::wrap;
+use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
 use crate::immersed::body::{Motion, Shape};
 use crate::lanes::{Kernel, dispatch};
@@ -76,6 +77,7 @@ pub struct Brinkman<const D: usize> {
     stencils: [[Stencil; D]; D],
     /// Largest Σ (lower + upper) of all cells, 1/m².
     steepest: f64,
+    ghosts: Ghosts,
     /// Sweeps asked for; none: as many as ν dt/Δx² needs.
     asked: Option<u32>,
     /// Mask ratios q and right sides.
@@ -127,6 +129,7 @@ impl<const D: usize> Brinkman<D> {
         Self {
             stencils,
             steepest,
+            ghosts: Ghosts::new(grid),
             asked,
             given: [grid.new_field(), grid.new_field()],
             iterates: [grid.new_field(), grid.new_field()],
@@ -158,7 +161,12 @@ impl<const D: usize> Brinkman<D> {
             let rule = Gather { dt: model.dt };
             let fields = [&mut velocity[d][..], &mut lambda[d][..], &mut q[..], &mut right[..]];
             component.change(placed, workspaces, fields, &rule);
-            self.find(grid, component.forced(), BESIDE.min(sweeps - 1) as usize);
+            let beside = BESIDE.min(sweeps - 1) as usize;
+            let bits = component.forced_mut();
+            let each = bits.len() / grid.cells[D - 1];
+            let bits: &mut [f64] = pulp::bytemuck::cast_slice_mut(bits);
+            Ghosts::packed(grid, each).fetch(beside + 1, &mut [(bits, Side::Both)]);
+            self.find(grid, component.forced(), beside);
             self.solve(grid, d, half, radius, sweeps);
             self.take(grid, d, half, model.dt, [&mut velocity[d], &mut lambda[d]]);
             self.clear(grid);
@@ -202,6 +210,7 @@ impl<const D: usize> Brinkman<D> {
             if grid.periodic(0) {
                 close(grid, next);
             }
+            self.ghosts.fetch(1, &mut [(next, Side::Both)]);
             std::mem::swap(now, next);
         }
     }
@@ -221,8 +230,9 @@ impl<const D: usize> Brinkman<D> {
 
     /// Forgets what was worked with.
     fn clear(&mut self, grid: &Grid<D>) {
-        let Self { given, iterates, near, .. } = self;
-        for row in 0..grid.rows() {
+        let Self { given, iterates, near, ghosts, .. } = self;
+        iterates.iter_mut().for_each(|field| ghosts.forget(field));
+        for row in grid.own_rows() {
             if near[0][bits_of(grid, row)].iter().all(|bits| *bits == 0) {
                 continue;
             }
@@ -317,23 +327,23 @@ fn beside<const D: usize>(grid: &Grid<D>, axis: usize, index: usize, away: isize
 /// Halo values of a row across a periodic face.
 fn close<const D: usize>(grid: &Grid<D>, field: &mut [f64]) {
     let n = grid.cells[0];
-    for row in 0..grid.rows() {
+    for row in grid.own_rows() {
         let at = grid.row(row);
         (field[at - 1], field[at + n]) = (field[at + n - 1], field[at]);
     }
 }
 
-/// Calls `work` with every layer of some fields, side by side where there are threads.
+/// Calls `work` with every layer of this process of some fields, side by side where there are threads.
 fn for_each_layer<const D: usize, const N: usize>(
     grid: &Grid<D>,
     fields: [&mut [f64]; N],
     work: impl Fn(usize, [&mut [f64]; N]) + Sync,
 ) {
-    let (layers, size) = (grid.cells[D - 1], grid.stride(D - 1));
-    let rows = grid.rows() / layers;
-    let begin = grid.row(0);
+    let (layers, size) = (grid.division.own(), grid.stride(D - 1));
+    let rows = grid.rows() / grid.cells[D - 1];
+    let begin = grid.row(layers.start * rows);
     let mut chunks = fields.map(|field| field[begin..].chunks_mut(size));
-    let parts = (0..layers).map(|k| (k * rows, chunks.each_mut().map(|c| c.next().expect("a layer"))));
+    let parts = layers.map(|k| (k * rows, chunks.each_mut().map(|c| c.next().expect("a layer"))));
     if rayon::current_num_threads() > 1 {
         let parts: Vec<_> = parts.collect();
         parts.into_par_iter().for_each(|(first, fields)| work(first, fields));

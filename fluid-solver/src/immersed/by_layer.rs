@@ -119,6 +119,15 @@ impl<const D: usize> GrainsByLayer<D> {
         self.stamps[grain]
     }
 
+    /// The lowest layer that a grain meets.
+    pub(super) fn lowest(&self, grid: &Grid<D>, grain: usize) -> usize {
+        let (extent, n) = (&self.extents[grain], grid.cells[D - 1] as isize);
+        let (low, high) = self.nodes.range(grid, D - 1, extent.at[D - 1], extent.outer);
+        // What goes on over a periodic face meets the first layer.
+        let (from, to) = (low.rem_euclid(n), low.rem_euclid(n) + (high - low));
+        if to > n { 0 } else { from as usize }
+    }
+
     /// Cells that the grains hold, about.
     pub(super) fn cells(&self) -> f64 {
         let size = self.nodes.spacing.iter().map(|s| s[s.len() / 2]).product::<f64>();

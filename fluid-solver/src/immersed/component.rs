@@ -32,6 +32,56 @@ pub struct Moments {
     pub arm: [f64; 3],
 }
 
+/// Numbers of a grain and its integrals.
+const NUMBERS: usize = 6;
+
+impl Moments {
+    /// Adds those of another part of the grain.
+    fn add(&mut self, part: &Self) {
+        self.sum += part.sum;
+        self.mask += part.mask;
+        for c in 0..3 {
+            self.arm[c] += part.arm[c];
+        }
+    }
+
+    /// As another rank is told.
+    fn numbers(&self, grain: usize) -> [f64; NUMBERS] {
+        let [x, y, z] = self.arm;
+        [grain as f64, self.sum, self.mask, x, y, z]
+    }
+
+    /// What the first rank is told of `parts`, which are in the order of layers. A grain that `begins` here is summed
+    /// here; of others every layer is told, since the sum of the layers below must come first.
+    fn told<'a>(
+        parts: impl Iterator<Item = &'a (usize, Self)>,
+        begins: impl Fn(usize) -> bool,
+        grains: usize,
+    ) -> Vec<[f64; NUMBERS]> {
+        let mut told: Vec<[f64; NUMBERS]> = Vec::new();
+        let mut places = vec![usize::MAX; grains];
+        for (grain, part) in parts {
+            if places[*grain] < told.len() {
+                let (_, mut sum) = Self::from_numbers(&told[places[*grain]]);
+                sum.add(part);
+                told[places[*grain]] = sum.numbers(*grain);
+                continue;
+            }
+            if begins(*grain) {
+                places[*grain] = told.len();
+            }
+            let mut first = Self::default();
+            first.add(part);
+            told.push(first.numbers(*grain));
+        }
+        told
+    }
+
+    fn from_numbers([grain, sum, mask, x, y, z]: &[f64; NUMBERS]) -> (usize, Self) {
+        (*grain as usize, Self { sum: *sum, mask: *mask, arm: [*x, *y, *z] })
+    }
+}
+
 /// What an integrand may depend on, a vector of cells at a time.
 #[derive(Clone, Copy)]
 pub(crate) struct Point<S: Simd, const N: usize> {
@@ -132,7 +182,7 @@ impl<const D: usize> Component<D> {
         self.layers.place(placed.grid, placed.model, placed.shapes, placed.motions);
     }
 
-    /// Splits the layers among as many workspaces as there is work for; returns layers per workspace.
+    /// Splits the layers of this process among as many workspaces as there is work for; returns layers per workspace.
     pub(super) fn split<'b>(
         &self,
         grid: &Grid<D>,
@@ -140,7 +190,7 @@ impl<const D: usize> Component<D> {
     ) -> (&'b mut [Workspace], usize) {
         let threads = rayon::current_num_threads();
         let wanted = if threads > 1 && self.layers.grains.cells() > WORTH_A_THREAD { 4 * threads } else { 1 };
-        let layers = grid.cells[D - 1];
+        let layers = grid.division.own().len();
         let layers_each = layers.div_ceil(wanted);
         let count = layers.div_ceil(layers_each);
         if workspaces.len() < count {
@@ -151,7 +201,8 @@ impl<const D: usize> Component<D> {
         (workspaces, layers_each)
     }
 
-    /// `moments` ← ∫ `integrand` dV over every grain, in the fixed order of cells; it may depend on `fields`.
+    /// `moments` ← ∫ `integrand` dV over every grain, in the fixed order of cells; it may depend on `fields`. Of
+    /// several ranks the first alone knows them.
     pub(crate) fn integrate<const N: usize>(
         &mut self,
         placed: Placed<'_, D>,
@@ -161,11 +212,12 @@ impl<const D: usize> Component<D> {
     ) {
         self.place(placed);
         let (workspaces, layers_each) = self.split(placed.grid, workspaces);
-        let n = placed.grid.cells[D - 1];
+        let own = placed.grid.division.own();
         let Self { layers, lab, moments, .. } = self;
         let (grains, cache, entries) = layers.shared(placed.grid, layers_each);
         let one = |(t, (workspace, cache)): (usize, (&mut Workspace, &mut [Layer]))| {
-            let range = t * layers_each..((t + 1) * layers_each).min(n);
+            let first = own.start + t * layers_each;
+            let range = first..(first + layers_each).min(own.end);
             dispatch(Integrate { placed, grains, cache, lab: *lab, range, workspace, fields, integrand });
         };
         if workspaces.len() > 1 {
@@ -174,13 +226,16 @@ impl<const D: usize> Component<D> {
             workspaces.iter_mut().zip(cache.chunks_mut(entries)).enumerate().for_each(one);
         }
         moments.fill(Moments::default());
-        for (grain, part) in workspaces.iter().flat_map(|workspace| &workspace.moments) {
-            let moments = &mut moments[*grain];
-            moments.sum += part.sum;
-            moments.mask += part.mask;
-            for c in 0..3 {
-                moments.arm[c] += part.arm[c];
-            }
+        let parts = workspaces.iter().flat_map(|workspace| &workspace.moments);
+        let ranks = placed.grid.division.ranks();
+        if ranks.is_alone() {
+            parts.for_each(|(grain, part)| moments[*grain].add(part));
+            return;
+        }
+        let own = Moments::told(parts, |grain| grains.lowest(placed.grid, grain) >= own.start, moments.len());
+        for numbers in ranks.gather(own.as_flattened()).iter().flat_map(|rank| rank.as_chunks().0) {
+            let (grain, part) = Moments::from_numbers(numbers);
+            moments[grain].add(&part);
         }
     }
 
@@ -200,9 +255,11 @@ impl<const D: usize> Component<D> {
         let (workspaces, layers_each) = self.split(grid, workspaces);
         let Self { layers, lab, forced, .. } = self;
         let (grains, cache, entries) = layers.shared(grid, layers_each);
-        let n = grid.cells[D - 1];
-        let (begin, size) = (first(grid, 0), grid.stride(D - 1));
-        let words_each = forced.len() / n;
+        let own = grid.division.own();
+        let n = own.len();
+        let (begin, size) = (first(grid, own.start), grid.stride(D - 1));
+        let words_each = forced.len() / grid.cells[D - 1];
+        let forced = &mut forced[own.start * words_each..own.end * words_each];
         let mut fields = fields.map(|field| field[begin..begin + n * size].chunks_mut(layers_each * size));
         let parts = workspaces
             .iter_mut()
@@ -213,7 +270,7 @@ impl<const D: usize> Component<D> {
             grains,
             cache,
             lab: *lab,
-            first: t * layers_each,
+            first: own.start + t * layers_each,
             layer_sums: &mut workspace.layer_sums,
             forced,
             words_each,

@@ -29,9 +29,9 @@ impl<const D: usize> Layers<D> {
     }
 
     /// For groups of `each` layers: the grains, what they hold, and how many entries of that belong to a
-    /// group. Entry `k % entries` is for its `k`th layer.
+    /// group. Entry `k % entries` is for its `k`th layer. Groups begin at the first layer of this process.
     pub(super) fn shared(&mut self, grid: &Grid<D>, each: usize) -> (&GrainsByLayer<D>, &mut [Layer], usize) {
-        let layers = grid.cells[D - 1];
+        let layers = grid.division.own().len();
         let (entries, count) = if self.grains.caches { (each, layers) } else { (1, layers.div_ceil(each)) };
         if self.cache.len() < count {
             self.cache.resize_with(count, Layer::default);

@@ -21,6 +21,7 @@ use super::component::{Component, Placed, Workspace};
 use super::layer::{Layer, Part, Span};
 use super::layer_sums::{first as place_of, words};
 use super::piece::PIECES;
+use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
 use crate::lanes::{Kernel, Lanes, dispatch};
 use interpolation::{POINTS, Weights};
@@ -213,6 +214,7 @@ impl<const D: usize> Component<D> {
         [from, mask, to]: [&mut [f64]; 3],
     ) {
         let grid = placed.grid;
+        fetch(grid, points, [&mut *from, &mut *mask]);
         let path = Path { grid, from: [&*from, &*mask], points };
         self.place(placed);
         let (workspaces, layers_each) = self.split(grid, workspaces);
@@ -220,17 +222,19 @@ impl<const D: usize> Component<D> {
         next.resize(self.forced().len(), 0);
         let words_each = next.len() / grid.cells[D - 1];
         let (grains, cache, entries) = self.layers.shared(grid, layers_each);
-        let (n, size) = (grid.cells[D - 1], grid.stride(D - 1));
-        let begin = place_of(grid, 0);
+        let own = grid.division.own();
+        let (n, size) = (own.len(), grid.stride(D - 1));
+        let begin = place_of(grid, own.start);
         let to = to[begin..begin + n * size].chunks_mut(layers_each * size);
         let parts = workspaces.iter_mut().zip(cache.chunks_mut(entries));
-        let parts = parts.zip(to).zip(next.chunks_mut(layers_each * words_each)).enumerate();
+        let marks = next[own.start * words_each..own.end * words_each].chunks_mut(layers_each * words_each);
+        let parts = parts.zip(to).zip(marks).enumerate();
         let along = parts.map(|(t, (((workspace, cache), to), forced))| Advect {
             path,
             placed,
             grains,
             cache,
-            first: t * layers_each,
+            first: own.start + t * layers_each,
             workspace,
             forced,
             words_each,
@@ -258,6 +262,27 @@ impl<const D: usize> Component<D> {
             }
         }
     }
+}
+
+/// Fetches the planes of other ranks from which a grain may take something along.
+fn fetch<const D: usize>(grid: &Grid<D>, points: &[[Interpolation; D]], [from, mask]: [&mut [f64]; 2]) {
+    let ranks = grid.division.ranks();
+    if ranks.is_alone() {
+        return;
+    }
+    let reach = |point: &[Interpolation; D]| {
+        let low = point[D - 1].low;
+        low.unsigned_abs().max((low + POINTS as isize - 1).unsigned_abs())
+    };
+    let (width, least) = (points.iter().map(reach).max().unwrap_or(0), grid.division.least());
+    if width > least {
+        ranks.fail(format!(
+            "a grain takes its force along over {width} planes in a window, and a rank has {least} planes: take \
+             fewer ranks or a shorter step, or fluid.immersed.force_transport = \"eulerian\""
+        ));
+        return;
+    }
+    Ghosts::new(grid).fetch(width, &mut [(from, Side::Both), (mask, Side::Both)]);
 }
 
 /// [`Component::advect_force`] in some layers.

@@ -25,6 +25,7 @@ mod sweep;
 use crate::engine::Engine;
 use crate::field::State;
 use crate::flow::Flow;
+use crate::ghosts::Side;
 use crate::grid::Grid;
 use crate::halo::{fill_scalar_across, fill_velocity_across};
 use crate::helmholtz::Unknown;
@@ -66,7 +67,8 @@ impl SpaceEngine {
         let pressure = Space::new(grid, Unknown::Pressure);
         let components = if implicit { 0..D } else { 0..0 };
         let viscous: Vec<Space> = components.map(|d| Space::new(grid, Unknown::Component(d))).collect();
-        let most = (shape.n[2] / MIN_PLANES).min(grid.cell_count() / MIN_CELLS);
+        let own = shape.own.len();
+        let most = (own / MIN_PLANES).min(grid.cell_count() / shape.n[2] * own / MIN_CELLS);
         let slabs = rayon::current_num_threads().min(most).max(1);
         let field = |wanted: bool| if wanted { grid.new_field() } else { Vec::new() };
         Self {
@@ -160,7 +162,7 @@ impl<const D: usize> Engine<D> for SpaceEngine {
         let phi = if self.has_gradient { &mut self.work[0] } else { &mut flow.state.pressure };
         self.pressure.solve_columns([0.0, -1.0], phi);
         flow.timings.add_pressure(begin);
-        is_solved(&self.shape, phi)
+        flow.grid.division.ranks().all(is_solved(&self.shape, phi))
     }
 
     fn correct(&mut self, flow: &mut Flow<D>, update: PressureUpdate) {
@@ -172,6 +174,8 @@ impl<const D: usize> Engine<D> for SpaceEngine {
         if flow.is_open() {
             flow.fill_halos();
         } else {
+            let w = &mut flow.state.velocity[D - 1];
+            self.shape.ghosts.fetch(1, &mut [(w, Side::Above)]);
             for (d, u) in flow.state.velocity.iter_mut().enumerate() {
                 fill_velocity_across(&flow.grid, d, D - 1, u);
             }
@@ -203,11 +207,12 @@ impl<const D: usize> Engine<D> for SpaceEngine {
 }
 
 /// Whether φ, transformed along x and y, is finite: every amplitude of a column depends on every cell,
-/// so one in the middle is enough to know.
+/// so one in the middle is enough to know; a rank without that plane has nothing to say against it.
 fn is_solved(shape: &Shape, phi: &[f64]) -> bool {
     let middle = (shape.n[2] / 2) as isize;
     let plane = &phi[shape.planes(middle, middle + 1)];
-    plane[shape.at((shape.n[1] / 2) as isize) + shape.n[0] / 2].is_finite()
+    !shape.own.contains(&(shape.n[2] / 2))
+        || plane[shape.at((shape.n[1] / 2) as isize) + shape.n[0] / 2].is_finite()
 }
 
 /// The fields of `state` and `work`; without a gradient in the predictor φ stands in the place of the

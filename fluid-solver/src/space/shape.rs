@@ -1,13 +1,19 @@
 //! What the step in space knows of a grid: plain numbers.
 
 use crate::boundary::Boundary;
+use crate::ghosts::Ghosts;
 use crate::grid::Grid;
+use std::ops::Range;
 
 /// A grid of three axes, equal cells along the first two. A plane holds the rows −1 to `n[1]`.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     /// Cells along each axis.
     pub(crate) n: [usize; 3],
+    /// Planes that this process works on.
+    pub(crate) own: Range<usize>,
+    /// What brings the planes beside them.
+    pub(crate) ghosts: Ghosts,
     /// Values from row to row.
     pub(crate) row: usize,
     /// Values from plane to plane.
@@ -48,6 +54,8 @@ impl Shape {
         };
         Self {
             n,
+            own: grid.division.own(),
+            ghosts: Ghosts::new(grid),
             row: grid.stride(1),
             plane: grid.stride(D - 1),
             lead: grid.index(origin),
@@ -81,7 +89,7 @@ impl Shape {
     }
 
     /// Where the interior planes `from..to` lie in a field; −1 and `n` are the ghost planes.
-    pub(crate) fn planes(&self, from: isize, to: isize) -> std::ops::Range<usize> {
+    pub(crate) fn planes(&self, from: isize, to: isize) -> Range<usize> {
         let at = |k: isize| self.lead + (k + 1) as usize * self.plane;
         at(from)..at(to)
     }

@@ -67,11 +67,12 @@ impl Fields<'_> {
         Fields { velocity: [u, v, w], history: [a, b, c], work: [x, y, z], pressure }
     }
 
-    /// The interior planes as one slab.
+    /// The planes of this process as one slab.
     pub(super) fn slab<'a>(&'a mut self, shape: &Shape, privates: &'a mut [Private]) -> Slab<'a> {
-        let range = shape.planes(0, shape.n[2] as isize);
+        let own = shape.own.clone();
+        let range = shape.planes(own.start as isize, own.end as isize);
         let cut = self.all().map(|f| if f.is_empty() { f } else { &mut f[range.clone()] });
-        Slab { planes: 0..shape.n[2], fields: Fields::of(cut), privates }
+        Slab { planes: own, fields: Fields::of(cut), privates }
     }
 
     /// Calls `task` for every slab, in parallel where there are several.
@@ -88,7 +89,7 @@ impl Fields<'_> {
 
 /// The planes of slab `slab` of `slabs`.
 pub(super) fn planes(shape: &Shape, slab: usize, slabs: usize) -> Range<usize> {
-    let cut = |s: usize| shape.n[2] * s / slabs;
+    let cut = |s: usize| shape.own.start + shape.own.len() * s / slabs;
     cut(slab)..cut(slab + 1)
 }
 

@@ -5,6 +5,7 @@ use super::momentum::{Factors, FirstFluxes, MomentumPlane, Target};
 use super::project::{AddPlane, CorrectPlane, DivergencePlane};
 use super::shape::Shape;
 use super::slab::{Fields, Private, Slab, planes};
+use crate::ghosts::Side;
 use crate::helmholtz::space::Space;
 use crate::lanes::dispatch;
 use crate::stages::PressureUpdate;
@@ -47,6 +48,7 @@ impl Sweep<'_> {
     fn exchange_phi(&self, fields: &mut Fields<'_>, privates: &mut [Private]) {
         let shape = self.shape;
         fields.each(shape, privates, |slab| self.back(slab, slab.planes.end - 1));
+        shape.ghosts.fetch(1, &mut [(&mut *fields.work[0], Side::Below)]);
         let phi = &*fields.work[0];
         each_private(shape, privates, |range, private| {
             // Above a wall nothing is needed: φ has no slope there.
@@ -114,8 +116,11 @@ impl Sweep<'_> {
     }
 
     /// Copies the planes beside each slab.
-    pub(super) fn exchange_planes(&self, fields: &Fields<'_>, privates: &mut [Private]) {
+    pub(super) fn exchange_planes(&self, fields: &mut Fields<'_>, privates: &mut [Private]) {
         let (shape, has_gradient) = (self.shape, self.has_gradient);
+        let velocity = fields.velocity.iter_mut().map(|u| (&mut **u, Side::Both));
+        let pressure = has_gradient.then_some((&mut *fields.pressure, Side::Below));
+        shape.ghosts.fetch(1, &mut velocity.chain(pressure).collect::<Vec<_>>());
         each_private(shape, privates, |range, private| {
             let n = shape.n[2];
             let plane = |k: usize| shape.planes(k as isize, k as isize + 1);
@@ -217,6 +222,7 @@ impl Sweep<'_> {
     fn close(&self, fields: &mut Fields<'_>, privates: &mut [Private], diverge: Option<Diverge>) {
         let Some(diverge) = diverge else { return };
         let shape = self.shape;
+        shape.ghosts.fetch(1, &mut [(&mut *fields.velocity[2], Side::Above)]);
         let w = &*fields.velocity[2];
         each_private(shape, privates, |range, private| {
             let above = &mut private.above[2];

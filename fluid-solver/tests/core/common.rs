@@ -4,6 +4,7 @@ use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
 use fluid_solver::field::{State, for_each_unknown};
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
+use fluid_solver::ranks::Ranks;
 use fluid_solver::scheme::{Options, Projections, Scheme, Viscous};
 use fluid_solver::step::Stepper;
 
@@ -185,6 +186,14 @@ pub(crate) fn space_grids() -> Vec<Grid<3>> {
         [uniform(1.0, 12), uniform(1.2, 16), stretched],
         [[p, p], [w, w], [w, Boundary::FreeSlip]],
     ));
+    // Blocks along z, of equal and of different numbers of planes.
+    for z in pairs() {
+        for cells in [8_u8, 33] {
+            let axes = [uniform(1.0, 10), uniform(1.2, 9), uniform(0.1 * f64::from(cells), cells.into())];
+            let grid = grid(axes, [[p, p], [w, w], z]);
+            grids.push(grid.divided(Ranks::alone()).expect("enough planes"));
+        }
+    }
     grids
 }
 

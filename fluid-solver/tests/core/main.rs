@@ -9,6 +9,7 @@ mod identities;
 mod open;
 mod order;
 mod radial;
+mod ranks;
 mod repeat;
 mod solve;
 mod terms;

@@ -14,6 +14,7 @@ mod many;
 mod newton;
 mod output;
 mod planes;
+mod ranks;
 mod restart;
 mod schemes;
 mod settling;

@@ -1,6 +1,7 @@
 //! A DEM of a dozen lines: `(m_p + m_a) a = m_p g + F + m_a A_prev`, likewise for the spin.
 
 use fluid_solver::participant::Fluid;
+use fluid_solver::ranks::Ranks;
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::{Exchange, ExchangeError, Participant, SolverError, Window, WindowReport};
 use protocol::scene::{CheckedScene, Freedom, Geometry, Motion, SceneSource, Shape};
@@ -119,8 +120,13 @@ pub(crate) struct Run {
 
 impl Run {
     pub(crate) fn new(text: &str) -> Self {
+        Self::with_ranks(text, &Ranks::alone(), Path::new("unused"))
+    }
+
+    /// With a fluid that `ranks` share, of which this is the first.
+    pub(crate) fn with_ranks(text: &str, ranks: &Ranks, folder: &Path) -> Self {
         let scene = scene(text);
-        let fluid = Fluid::new(&scene, Path::new("unused")).unwrap_or_else(|e| panic!("{e}"));
+        let fluid = Fluid::with_ranks(&scene, folder, ranks).unwrap_or_else(|e| panic!("{e}"));
         let dt = fluid.first_dt();
         Self { fluid, newton: Newton::new(&scene), time: 0.0, step: 0, dt, last: None }
     }

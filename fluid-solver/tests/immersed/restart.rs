@@ -44,7 +44,7 @@ const FORMS: [&str; 8] = [
 ];
 
 /// Everything that crosses, as bits.
-fn messages(run: &mut Run, windows: usize) -> Vec<u64> {
+pub(crate) fn messages(run: &mut Run, windows: usize) -> Vec<u64> {
     let mut words = Vec::new();
     for _ in 0..windows {
         run.windows(1);
@@ -79,7 +79,7 @@ fn a_restored_window_gives_the_same_bits() {
     }
 }
 
-fn folder(name: &str) -> PathBuf {
+pub(crate) fn folder(name: &str) -> PathBuf {
     std::env::temp_dir().join(format!("bedload-fluid-{name}-{}", std::process::id()))
 }
 

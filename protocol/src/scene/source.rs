@@ -85,6 +85,10 @@ impl SceneSource {
             return Cow::Borrowed(&self.text);
         };
         table.retain(|name, _| name != "until" && !SWEEPS.contains(&name));
+        // On how many ranks the fluid goes on changes no bit.
+        if let Some(fluid) = table.get_mut("fluid").and_then(toml::Value::as_table_mut) {
+            fluid.remove("launcher");
+        }
         Cow::Owned(table.to_string())
     }
 

@@ -1,0 +1,187 @@
+//! All columns of a solve whose last axis is cut into blocks: by one process at once, or by several ranks.
+//!
+//! One process takes group after group of modes through elimination, reduced system and substitution.
+//! Ranks eliminate their blocks of all modes, send the edges to those who own the modes (lines are shared among
+//! ranks), solve the reduced systems there, send back what stands beside each block, eliminate again
+//! and substitute: doing it twice costs less than keeping what the first pass leaves.
+
+use super::block_sweep::{Beside, Edge, EliminateBlock, GROUP, Group, Row, SubstituteBlock};
+use super::reduced::{Between, Reduce};
+use crate::division::Division;
+use crate::lanes::dispatch;
+use crate::ranks::Ranks;
+use crate::tridiagonal::Sweep;
+use pulp::bytemuck;
+use std::ops::Range;
+
+/// A last axis in blocks.
+pub(super) struct BlockColumns {
+    pub(super) sweep: Sweep,
+    /// Unknowns of each block.
+    blocks: Vec<Range<usize>>,
+    /// Blocks of each rank.
+    slabs: Vec<Range<usize>>,
+    periodic: bool,
+    ranks: Ranks,
+}
+
+/// Working memory of one thread.
+#[derive(Default)]
+pub(super) struct Memory {
+    rows: Vec<Row>,
+    edges: Vec<Edge>,
+    between: Vec<Between>,
+    beside: Vec<Beside>,
+}
+
+/// A group of modes where it stands.
+pub(super) struct Modes<'a> {
+    pub(super) operator: [f64; 2],
+    pub(super) scale: f64,
+    pub(super) lambda: &'a [f64; GROUP],
+    /// Where they stand in each plane.
+    pub(super) at: Range<usize>,
+    /// Whether the first of them is known up to a constant only.
+    pub(super) singular: bool,
+}
+
+/// An edge, as numbers.
+const EDGE: usize = 6 * GROUP;
+
+/// What stands beside a block, as numbers.
+const BESIDE: usize = 2 * GROUP;
+
+impl BlockColumns {
+    /// `first`: plane of the first unknown.
+    pub(super) fn new(sweep: Sweep, division: &Division, first: usize, periodic: bool) -> Self {
+        let cuts = division.cuts();
+        let unknown = |plane: usize| plane.max(first) - first;
+        let place = |plane: usize| cuts.iter().position(|cut| *cut == plane).expect("slabs are whole blocks");
+        let ranks = division.ranks().clone();
+        Self {
+            sweep,
+            blocks: cuts.windows(2).map(|pair| unknown(pair[0])..unknown(pair[1])).collect(),
+            slabs: (0..ranks.size())
+                .map(|rank| place(division.of(rank).start)..place(division.of(rank).end))
+                .collect(),
+            periodic,
+            ranks,
+        }
+    }
+
+    /// The ranks that share the columns.
+    pub(super) fn ranks(&self) -> &Ranks {
+        &self.ranks
+    }
+
+    /// Blocks of this rank.
+    fn own(&self) -> Range<usize> {
+        self.slabs[self.ranks.rank()].clone()
+    }
+
+    /// Unknowns of this rank.
+    pub(super) fn own_unknowns(&self) -> Range<usize> {
+        let own = self.own();
+        self.blocks[own.start].start..self.blocks[own.end - 1].end
+    }
+
+    /// Working memory for one thread.
+    pub(super) fn memory(&self) -> Memory {
+        let count = self.blocks.len();
+        Memory {
+            rows: vec![[[[0.0; 8]; GROUP / 8]; 3]; self.own_unknowns().len()],
+            edges: vec![[[0.0; GROUP]; 6]; count],
+            between: vec![[[0.0; GROUP]; 6]; count - 1],
+            beside: vec![[[0.0; GROUP]; 2]; count],
+        }
+    }
+
+    /// Eliminates the own blocks of a group; `planes` are the own ones.
+    fn eliminate(&self, modes: &Modes<'_>, planes: &[&mut [f64]], rows: &mut [Row], edges: &mut [Edge]) {
+        let Modes { operator, scale, lambda, .. } = *modes;
+        let start = self.own_unknowns().start;
+        for (block, edge) in self.blocks[self.own()].iter().zip(edges) {
+            let here = block.start - start..block.end - start;
+            dispatch(EliminateBlock {
+                group: Group { sweep: &self.sweep, operator, scale, lambda },
+                block: block.clone(),
+                at: modes.at.clone(),
+                source: &planes[here.clone()],
+                rows: &mut rows[here],
+                edge,
+            });
+        }
+    }
+
+    /// Substitutes in the own blocks of a group.
+    fn substitute(&self, modes: &Modes<'_>, rows: &[Row], beside: &[Beside], planes: &mut [&mut [f64]]) {
+        let start = self.own_unknowns().start;
+        for (block, beside) in self.blocks[self.own()].iter().zip(beside) {
+            let here = block.start - start..block.end - start;
+            let (rows, target) = (&rows[here.clone()], &mut planes[here]);
+            dispatch(SubstituteBlock { rows, beside, at: modes.at.clone(), target });
+        }
+    }
+
+    /// Solves a group of modes where all blocks are this process's.
+    pub(super) fn solve(&self, modes: &Modes<'_>, planes: &mut [&mut [f64]], memory: &mut Memory) {
+        let Memory { rows, edges, between, beside } = memory;
+        self.eliminate(modes, planes, rows, edges);
+        dispatch(Reduce { edges, between, beside, periodic: self.periodic, singular: modes.singular });
+        self.substitute(modes, rows, beside, planes);
+    }
+
+    /// First pass of a rank: the edges of a group.
+    pub(super) fn edges(
+        &self,
+        modes: &Modes<'_>,
+        planes: &[&mut [f64]],
+        memory: &mut Memory,
+        out: &mut [f64],
+    ) {
+        self.eliminate(modes, planes, &mut memory.rows, bytemuck::cast_slice_mut(out));
+    }
+
+    /// Last pass of a rank, with what stands beside its blocks.
+    pub(super) fn close(
+        &self,
+        modes: &Modes<'_>,
+        planes: &mut [&mut [f64]],
+        memory: &mut Memory,
+        beside: &[f64],
+    ) {
+        let count = self.own().len();
+        self.eliminate(modes, planes, &mut memory.rows, &mut memory.edges[..count]);
+        self.substitute(modes, &memory.rows, bytemuck::cast_slice(beside), planes);
+    }
+
+    /// The reduced system of group `group` of those that this rank owns: `edges` and `beside` hold those of all groups,
+    /// rank after rank.
+    pub(super) fn reduce(
+        &self,
+        group: usize,
+        singular: bool,
+        memory: &mut Memory,
+        edges: &[Vec<f64>],
+        beside: &mut [Vec<f64>],
+    ) {
+        let all = &mut memory.edges;
+        for (slab, from) in self.slabs.iter().zip(edges) {
+            let size = EDGE * slab.len();
+            let from = &from[group * size..][..size];
+            all[slab.clone()].as_flattened_mut().as_flattened_mut().copy_from_slice(from);
+        }
+        let Memory { between, beside: found, .. } = memory;
+        dispatch(Reduce { edges: all, between, beside: found, periodic: self.periodic, singular });
+        for (slab, to) in self.slabs.iter().zip(beside) {
+            let size = BESIDE * slab.len();
+            let to = &mut to[group * size..][..size];
+            to.copy_from_slice(found[slab.clone()].as_flattened().as_flattened());
+        }
+    }
+
+    /// Numbers of the edges of one group that rank `rank` sends, and of what it gets for them.
+    pub(super) fn sizes_of(&self, rank: usize) -> [usize; 2] {
+        [EDGE, BESIDE].map(|size| size * self.slabs[rank].len())
+    }
+}

@@ -1,0 +1,157 @@
+//! A solve that ranks share, see [`super::block_columns`].
+
+use super::block_columns::{BlockColumns, Modes};
+use super::block_sweep::GROUP;
+use super::space_columns::{Memory, Solve, SpaceColumns, mean};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// The lines of modes that rank `rank` of `size` owns, of `lines`.
+fn owned(lines: usize, rank: usize, size: usize) -> Range<usize> {
+    lines * rank / size..lines * (rank + 1) / size
+}
+
+/// Calls `task` for every share with its part of `numbers`, which has `each` of them for a line.
+fn for_shares(
+    shares: &mut [Solve<'_, '_>],
+    numbers: &mut [f64],
+    each: usize,
+    task: impl Fn(&mut Solve<'_, '_>, &mut [f64]) + Sync,
+) {
+    let mut rest = numbers;
+    let cut = |share| {
+        let share: &mut Solve<'_, '_> = share;
+        let (part, after) = std::mem::take(&mut rest).split_at_mut(share.lines.len() * each);
+        rest = after;
+        (share, part)
+    };
+    let parts: Vec<_> = shares.iter_mut().map(cut).collect();
+    parts.into_par_iter().with_max_len(1).for_each(|(share, part)| task(share, part));
+}
+
+impl SpaceColumns {
+    /// Groups of a line.
+    fn groups(&self) -> usize {
+        self.modes.div_ceil(GROUP)
+    }
+
+    /// Calls `task` with every group of `share`: its number in the share, and its modes.
+    fn for_groups(
+        &self,
+        share: &mut Solve<'_, '_>,
+        mut task: impl FnMut(usize, &Modes<'_>, &mut Solve<'_, '_>),
+    ) {
+        let (lines, operator, row) = (share.lines.clone(), share.operator, share.row);
+        for (line, j) in lines.enumerate() {
+            for group in 0..self.groups() {
+                let i = group * GROUP;
+                let lambda = self.lambda([i, j]);
+                let modes = Modes {
+                    operator,
+                    scale: self.scale,
+                    lambda: &lambda,
+                    at: line * row + i..line * row + self.modes.min(i + GROUP),
+                    singular: operator[0] == 0.0 && lambda[0] == 0.0,
+                };
+                task(line * self.groups() + group, &modes, share);
+            }
+        }
+    }
+
+    /// First pass: the edges of all modes, line after line.
+    fn edges(&self, blocks: &BlockColumns, shares: &mut [Solve<'_, '_>], lines: usize) -> Vec<f64> {
+        let [size, _] = blocks.sizes_of(blocks.ranks().rank());
+        let mut edges = vec![0.0; lines * self.groups() * size];
+        for_shares(shares, &mut edges, self.groups() * size, |share, out| {
+            self.for_groups(share, |group, modes, share| {
+                let Solve { planes, memory, .. } = share;
+                blocks.edges(modes, planes, &mut memory.blocks, &mut out[group * size..][..size]);
+            });
+        });
+        edges
+    }
+
+    /// The reduced systems of the lines that this rank owns, from the edges of all ranks.
+    fn reduce(
+        &self,
+        blocks: &BlockColumns,
+        operator: [f64; 2],
+        lines: Range<usize>,
+        edges: &[Vec<f64>],
+        memory: &mut Memory,
+    ) -> Vec<Vec<f64>> {
+        let ranks = 0..blocks.ranks().size();
+        let room = |rank| vec![0.0; lines.len() * self.groups() * blocks.sizes_of(rank)[1]];
+        let mut beside: Vec<Vec<f64>> = ranks.map(room).collect();
+        for group in 0..lines.len() * self.groups() {
+            let (j, i) = (lines.start + group / self.groups(), group % self.groups() * GROUP);
+            let singular = operator[0] == 0.0 && self.lambda([i, j])[0] == 0.0;
+            blocks.reduce(group, singular, &mut memory.blocks, edges, &mut beside);
+        }
+        beside
+    }
+
+    /// Edges go to the owners of the modes, and what stands beside the blocks comes back.
+    fn exchange(
+        &self,
+        blocks: &BlockColumns,
+        operator: [f64; 2],
+        lines: usize,
+        edges: &[f64],
+        memory: &mut Memory,
+    ) -> Vec<f64> {
+        let ranks = blocks.ranks();
+        let (me, size) = (ranks.rank(), ranks.size());
+        let mine = owned(lines, me, size);
+        let [edge, beside] = blocks.sizes_of(me).map(|numbers| numbers * self.groups());
+        let part = |rank: usize, each: usize| {
+            let lines = owned(lines, rank, size);
+            lines.start * each..lines.end * each
+        };
+        let others = || (0..size).filter(|rank| *rank != me);
+        let room = |rank| vec![0.0; mine.len() * self.groups() * blocks.sizes_of(rank)[0]];
+        let mut received: Vec<Vec<f64>> = (0..size).map(room).collect();
+        received[me].copy_from_slice(&edges[part(me, edge)]);
+        let out: Vec<_> = others().map(|rank| (rank, &edges[part(rank, edge)])).collect();
+        let into = received.iter_mut().enumerate().filter(|(rank, _)| *rank != me);
+        ranks.exchange(&out, &mut into.map(|(rank, to)| (rank, &mut to[..])).collect::<Vec<_>>());
+        let found = self.reduce(blocks, operator, mine, &received, memory);
+        let mut all = vec![0.0; lines * beside];
+        let mut rest = &mut all[..];
+        let mut into = Vec::new();
+        for rank in 0..size {
+            let (to, after) = std::mem::take(&mut rest).split_at_mut(part(rank, beside).len());
+            rest = after;
+            if rank == me {
+                to.copy_from_slice(&found[me]);
+            } else {
+                into.push((rank, to));
+            }
+        }
+        let out: Vec<_> = others().map(|rank| (rank, &found[rank][..])).collect();
+        ranks.exchange(&out, &mut into);
+        all
+    }
+
+    /// Solves the columns of which each rank has its blocks; `shares` are those of the threads.
+    pub(super) fn solve_shared(&self, blocks: &BlockColumns, shares: &mut [Solve<'_, '_>], lines: usize) {
+        let operator = shares[0].operator;
+        let edges = self.edges(blocks, shares, lines);
+        let mut beside = self.exchange(blocks, operator, lines, &edges, shares[0].memory);
+        let [_, size] = blocks.sizes_of(blocks.ranks().rank());
+        for_shares(shares, &mut beside, self.groups() * size, |share, beside| {
+            self.for_groups(share, |group, modes, share| {
+                let Solve { planes, memory, .. } = share;
+                let beside = &beside[group * size..][..size];
+                blocks.close(modes, planes, &mut memory.blocks, beside);
+            });
+        });
+        if operator[0] == 0.0 && self.lambda([0, 0])[0] == 0.0 {
+            let own: Vec<f64> = shares[0].planes.iter().map(|plane| plane[0]).collect();
+            let all = blocks.ranks().gather(&own).concat();
+            let mut mean = [if all.is_empty() { 0.0 } else { mean(&blocks.sweep, all.iter()) }];
+            blocks.ranks().spread(&mut mean);
+            shares[0].planes.iter_mut().for_each(|plane| plane[0] -= mean[0]);
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! One of the processes that share a fluid, and its link to the others.
+
+use protocol::participant::SolverError;
+use pulp::bytemuck;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::Duration;
+
+/// How long a rank waits for another within a window, s.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// What brings bytes from rank to rank.
+pub trait Link: Send + Sync {
+    /// Number of this rank, from 0.
+    fn rank(&self) -> usize;
+
+    /// Number of ranks.
+    fn size(&self) -> usize;
+
+    /// Sends every message and waits for all that are to come, in any order. Messages between the same two
+    /// ranks arrive in the order in which they were sent. `patience`: how long to wait; without: for ever.
+    ///
+    /// # Errors
+    /// With the rank that is gone or does not answer.
+    fn exchange(
+        &self,
+        messages: &[(usize, &[u8])],
+        into: &mut [(usize, &mut [u8])],
+        patience: Option<Duration>,
+    ) -> Result<(), String>;
+}
+
+/// Messages and bytes that a rank has sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Messages.
+    pub messages: u64,
+    /// Bytes.
+    pub bytes: u64,
+}
+
+/// One of the processes that share a fluid.
+#[derive(Clone, Default)]
+pub struct Ranks(Option<Arc<Member>>);
+
+struct Member {
+    link: Box<dyn Link>,
+    failure: Mutex<Option<String>>,
+    messages: AtomicU64,
+    bytes: AtomicU64,
+}
+
+impl std::fmt::Debug for Ranks {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "rank {} of {}", self.rank(), self.size())
+    }
+}
+
+/// Number of processes that a launcher of MPI started, if one did.
+#[must_use]
+pub fn launched() -> Option<usize> {
+    let names = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS"];
+    names.iter().find_map(|name| std::env::var(name).ok()?.parse().ok())
+}
+
+/// What this process is, if it was started as one of several.
+static PROCESS: OnceLock<Ranks> = OnceLock::new();
+
+impl Ranks {
+    /// There is nobody else.
+    #[must_use]
+    pub fn alone() -> Self {
+        Self::default()
+    }
+
+    /// One of several.
+    #[must_use]
+    pub fn linked(link: impl Link + 'static) -> Self {
+        let (failure, messages, bytes) = Default::default();
+        Self(Some(Arc::new(Member { link: Box::new(link), failure, messages, bytes })))
+    }
+
+    /// What this process is: alone unless [`Ranks::set_process`] said otherwise.
+    #[must_use]
+    pub fn of_process() -> Self {
+        PROCESS.get().cloned().unwrap_or_default()
+    }
+
+    /// Says what this process is, before any solver is built. Only the first call counts.
+    pub fn set_process(self) {
+        // A second call would be a second start of MPI, which there is not.
+        let _ = PROCESS.set(self);
+    }
+
+    /// Number of this rank.
+    #[must_use]
+    pub fn rank(&self) -> usize {
+        self.0.as_ref().map_or(0, |member| member.link.rank())
+    }
+
+    /// Number of ranks.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.0.as_ref().map_or(1, |member| member.link.size())
+    }
+
+    /// Whether there is nobody else.
+    #[must_use]
+    pub fn is_alone(&self) -> bool {
+        self.size() == 1
+    }
+
+    /// Whether this is the rank that speaks for all.
+    #[must_use]
+    pub fn is_first(&self) -> bool {
+        self.rank() == 0
+    }
+
+    /// What this rank has sent so far.
+    #[must_use]
+    pub fn traffic(&self) -> Traffic {
+        let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        let of =
+            |member: &Arc<Member>| Traffic { messages: count(&member.messages), bytes: count(&member.bytes) };
+        self.0.as_ref().map_or_else(Traffic::default, of)
+    }
+
+    /// Whether every exchange so far went well.
+    ///
+    /// # Errors
+    /// The first failure.
+    pub fn check(&self) -> Result<(), SolverError> {
+        let failure = self.0.as_ref().and_then(|member| member.failure().clone());
+        failure.map_or(Ok(()), |failure| Err(SolverError::Failed(failure)))
+    }
+
+    /// Keeps a failure, so that nothing is exchanged any more.
+    pub fn fail(&self, what: String) {
+        if let Some(member) = &self.0 {
+            member.failure().get_or_insert(what);
+        }
+    }
+
+    /// Sends and receives numbers, see [`Link::exchange`].
+    pub fn exchange(&self, messages: &[(usize, &[f64])], into: &mut [(usize, &mut [f64])]) {
+        let messages: Vec<(usize, &[u8])> =
+            messages.iter().map(|(to, values)| (*to, bytemuck::cast_slice(values))).collect();
+        let mut into: Vec<(usize, &mut [u8])> =
+            into.iter_mut().map(|(from, values)| (*from, bytemuck::cast_slice_mut(values))).collect();
+        self.transfer(&messages, &mut into, Some(PATIENCE));
+    }
+
+    fn transfer(
+        &self,
+        messages: &[(usize, &[u8])],
+        into: &mut [(usize, &mut [u8])],
+        patience: Option<Duration>,
+    ) {
+        let Some(member) = &self.0 else { return };
+        if member.failure().is_some() {
+            return;
+        }
+        member.messages.fetch_add(messages.len() as u64, Ordering::Relaxed);
+        let bytes: usize = messages.iter().map(|(_, bytes)| bytes.len()).sum();
+        member.bytes.fetch_add(bytes as u64, Ordering::Relaxed);
+        if let Err(what) = member.link.exchange(messages, into, patience) {
+            member.failure().get_or_insert(what);
+        }
+    }
+
+    /// The bytes of rank 0, on every rank; the others wait for them as long as it takes.
+    ///
+    /// # Errors
+    /// As [`Ranks::check`].
+    pub fn broadcast(&self, bytes: Vec<u8>) -> Result<Vec<u8>, SolverError> {
+        if self.is_alone() {
+            return Ok(bytes);
+        }
+        let (mut bytes, mut length) = (bytes, [0_u8; 8]);
+        if self.is_first() {
+            length = (bytes.len() as u64).to_le_bytes();
+            let all: Vec<(usize, &[u8])> =
+                (1..self.size()).flat_map(|to| [(to, &length[..]), (to, &bytes[..])]).collect();
+            self.transfer(&all, &mut [], None);
+        } else {
+            self.transfer(&[], &mut [(0, &mut length)], None);
+            self.check()?;
+            bytes = vec![0; u64::from_le_bytes(length) as usize];
+            self.transfer(&[], &mut [(0, &mut bytes)], Some(PATIENCE));
+        }
+        self.check().map(|()| bytes)
+    }
+
+    /// `values` becomes that of all ranks, combined in their order; every rank gets the same.
+    pub fn combine(&self, values: &mut [f64], combine: impl Fn(f64, f64) -> f64) {
+        if self.is_alone() {
+            return;
+        }
+        let parts = self.gather_equal(values);
+        if self.is_first() {
+            for part in &parts[1..] {
+                values.iter_mut().zip(part).for_each(|(value, other)| *value = combine(*value, *other));
+            }
+        }
+        self.spread(values);
+    }
+
+    /// `values` goes from rank to rank, each adding its part to what those before it found; every rank
+    /// gets the end of it. A sum so made has the same bits as one over all planes in their order.
+    pub fn relay(&self, values: &mut [f64], own: impl FnOnce(&mut [f64])) {
+        let (rank, last) = (self.rank(), self.size() - 1);
+        if rank > 0 {
+            self.exchange(&[], &mut [(rank - 1, &mut *values)]);
+        }
+        own(values);
+        if rank < last {
+            self.exchange(&[(rank + 1, &*values)], &mut []);
+            self.exchange(&[], &mut [(last, values)]);
+        } else if last > 0 {
+            let all: Vec<(usize, &[f64])> = (0..last).map(|to| (to, &*values)).collect();
+            self.exchange(&all, &mut []);
+        }
+    }
+
+    /// What each rank has, of any length, on rank 0 in the order of the ranks; nothing elsewhere.
+    #[must_use]
+    pub fn gather(&self, own: &[f64]) -> Vec<Vec<f64>> {
+        if !self.is_first() {
+            self.exchange(&[(0, &[own.len() as f64]), (0, own)], &mut []);
+            return Vec::new();
+        }
+        let mut lengths = vec![[0.0]; self.size()];
+        let mut into: Vec<(usize, &mut [f64])> =
+            lengths.iter_mut().enumerate().skip(1).map(|(from, length)| (from, &mut length[..])).collect();
+        self.exchange(&[], &mut into);
+        let mut parts: Vec<Vec<f64>> = lengths.iter().map(|[length]| vec![0.0; *length as usize]).collect();
+        parts[0].extend_from_slice(own);
+        let mut into: Vec<(usize, &mut [f64])> =
+            parts.iter_mut().enumerate().skip(1).map(|(from, part)| (from, &mut part[..])).collect();
+        self.exchange(&[], &mut into);
+        parts
+    }
+
+    /// [`Ranks::gather`] of parts of one length, without their lengths being sent.
+    fn gather_equal(&self, own: &[f64]) -> Vec<Vec<f64>> {
+        if !self.is_first() {
+            self.exchange(&[(0, own)], &mut []);
+            return Vec::new();
+        }
+        let mut parts = vec![own.to_vec(); self.size()];
+        let mut into: Vec<(usize, &mut [f64])> =
+            parts.iter_mut().enumerate().skip(1).map(|(from, part)| (from, &mut part[..])).collect();
+        self.exchange(&[], &mut into);
+        parts
+    }
+
+    /// `values` of rank 0 on every rank.
+    pub fn spread(&self, values: &mut [f64]) {
+        if self.is_first() {
+            let all: Vec<(usize, &[f64])> = (1..self.size()).map(|to| (to, &*values)).collect();
+            self.exchange(&all, &mut []);
+        } else {
+            self.exchange(&[], &mut [(0, values)]);
+        }
+    }
+
+    /// Whether it holds on every rank.
+    #[must_use]
+    pub fn all(&self, here: bool) -> bool {
+        let mut values = [f64::from(u8::from(here))];
+        self.combine(&mut values, f64::min);
+        values[0] == 1.0
+    }
+}
+
+impl Member {
+    fn failure(&self) -> std::sync::MutexGuard<'_, Option<String>> {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
