@@ -16,8 +16,10 @@ use super::topics::{self, transport};
 use super::watch::{LOOK_EVERY, Member};
 use crate::participant::ExchangeError;
 
-/// A nap ends this long before the message is due: what a timer may come too late by.
+/// A nap ends this long before the message is due: what a timer may come too late by,
 const EARLY: Duration = Duration::from_micros(60);
+/// or this part of the wait, by which waits scatter that were even so far.
+const SCATTER: u32 = 24;
 /// A message that is late by more than this and its usual scatter is slept for.
 const LATE: Duration = Duration::from_micros(300);
 /// Shorter naps are not worth the timer.
@@ -34,7 +36,8 @@ pub(crate) struct Rhythm {
 impl Rhythm {
     /// What is left to nap after `waited`, in pieces after which the sender is looked at.
     pub(crate) fn nap(&self, waited: Duration) -> Option<Duration> {
-        let left = self.mean.saturating_sub(2 * self.deviation + EARLY).saturating_sub(waited);
+        let early = 2 * self.deviation + EARLY.max(self.mean / SCATTER);
+        let left = self.mean.saturating_sub(early).saturating_sub(waited);
         (left >= SHORTEST_NAP).then_some(left.min(LOOK_EVERY))
     }
 
@@ -50,7 +53,7 @@ impl Rhythm {
     pub(crate) fn learn(&mut self, waited: Duration, napped: bool) {
         let waited = if napped { waited * 3 / 4 } else { waited };
         let off = waited.abs_diff(self.mean);
-        self.mean = if waited > self.mean { self.mean + off / 8 } else { self.mean - off / 4 };
+        self.mean = if waited > self.mean { self.mean + off / 8 } else { self.mean - off / 3 };
         self.deviation = (self.deviation * 7 + off) / 8;
     }
 }
