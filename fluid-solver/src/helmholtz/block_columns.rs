@@ -32,6 +32,25 @@ pub(super) struct Memory {
     edges: Vec<Edge>,
     between: Vec<Between>,
     beside: Vec<Beside>,
+    /// Edges of the modes that this rank owns, by rank, of the operators solved for last.
+    known: Vec<([f64; 2], Vec<Vec<f64>>)>,
+}
+
+/// Operators of which edges are kept: one for each stage of a scheme.
+const KEPT: usize = 3;
+
+impl Memory {
+    /// The edges that were kept of an operator. Every rank keeps those of the same operators.
+    pub(super) fn recall(&mut self, operator: [f64; 2]) -> Option<Vec<Vec<f64>>> {
+        let place = self.known.iter().position(|(known, _)| *known == operator)?;
+        Some(self.known.remove(place).1)
+    }
+
+    /// Keeps the edges of an operator, and lets go of those that were not needed for longest.
+    pub(super) fn keep(&mut self, operator: [f64; 2], edges: Vec<Vec<f64>>) {
+        self.known.truncate(KEPT - 1);
+        self.known.insert(0, (operator, edges));
+    }
 }
 
 /// A group of modes where it stands.
@@ -93,6 +112,7 @@ impl BlockColumns {
             edges: vec![[[0.0; GROUP]; 6]; count],
             between: vec![[[0.0; GROUP]; 6]; count - 1],
             beside: vec![[[0.0; GROUP]; 2]; count],
+            known: Vec::new(),
         }
     }
 
@@ -125,7 +145,7 @@ impl BlockColumns {
 
     /// Solves a group of modes where all blocks are this process's.
     pub(super) fn solve(&self, modes: &Modes<'_>, planes: &mut [&mut [f64]], memory: &mut Memory) {
-        let Memory { rows, edges, between, beside } = memory;
+        let Memory { rows, edges, between, beside, .. } = memory;
         self.eliminate(modes, planes, rows, edges);
         dispatch(Reduce { edges, between, beside, periodic: self.periodic, singular: modes.singular });
         self.substitute(modes, rows, beside, planes);

@@ -10,6 +10,7 @@
 mod block_columns;
 mod block_sweep;
 mod blocks;
+mod edges;
 mod last_axis;
 mod plane;
 mod plane_columns;

@@ -2,6 +2,7 @@
 
 use super::block_columns::{BlockColumns, Modes};
 use super::block_sweep::GROUP;
+use super::edges::Sent;
 use super::space_columns::{Memory, Solve, SpaceColumns, mean};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -110,12 +111,21 @@ impl SpaceColumns {
         };
         let others = || (0..size).filter(|rank| *rank != me);
         let room = |rank| vec![0.0; mine.len() * self.groups() * blocks.sizes_of(rank)[0]];
-        let mut received: Vec<Vec<f64>> = (0..size).map(room).collect();
+        let known = memory.blocks.recall(operator);
+        let sent = if known.is_some() { Sent::Constants } else { Sent::All };
+        let mut received: Vec<Vec<f64>> = known.unwrap_or_else(|| (0..size).map(room).collect());
         received[me].copy_from_slice(&edges[part(me, edge)]);
-        let out: Vec<_> = others().map(|rank| (rank, &edges[part(rank, edge)])).collect();
-        let into = received.iter_mut().enumerate().filter(|(rank, _)| *rank != me);
-        ranks.exchange(&out, &mut into.map(|(rank, to)| (rank, &mut to[..])).collect::<Vec<_>>());
+        let packed: Vec<_> = others().map(|rank| (rank, sent.pack(&edges[part(rank, edge)]))).collect();
+        let mut coming: Vec<_> =
+            others().map(|rank| (rank, vec![0.0; sent.length(received[rank].len())])).collect();
+        let out: Vec<_> = packed.iter().map(|(rank, numbers)| (*rank, &numbers[..])).collect();
+        let mut into: Vec<_> = coming.iter_mut().map(|(rank, numbers)| (*rank, &mut numbers[..])).collect();
+        ranks.exchange(&out, &mut into);
+        for (rank, numbers) in &coming {
+            sent.unpack(numbers, &mut received[*rank]);
+        }
         let found = self.reduce(blocks, operator, mine, &received, memory);
+        memory.blocks.keep(operator, received);
         let mut all = vec![0.0; lines * beside];
         let mut rest = &mut all[..];
         let mut into = Vec::new();
