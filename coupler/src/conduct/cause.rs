@@ -37,9 +37,27 @@ impl Conductor<'_> {
             }
             std::thread::sleep(Duration::from_millis(5));
         }
+        self.await_dead();
         explain(&error, self.failed.take(), &self.supervisor)
     }
+
+    /// Where a solver says that the other one died, waits for what the system says of that one: the launcher of several
+    /// ranks outlives them by a moment, and knows which of them died first.
+    fn await_dead(&self) {
+        let Some((teller, text)) = &self.failed else { return };
+        let patience = Instant::now();
+        let is_known = || self.supervisor.exits().iter().any(|exit| exit.role.to_string() != *teller);
+        while text.contains(DIED) && !is_known() && patience.elapsed() < LAUNCHER {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
 }
+
+/// How long a launcher may take to end when one of its processes has died.
+const LAUNCHER: Duration = Duration::from_secs(3);
+
+/// What a solver says of the other one that is gone.
+const DIED: &str = " died during window ";
 
 /// Looks after children and interrupts while the coupler waits.
 pub(crate) fn alive(
@@ -78,8 +96,12 @@ pub(crate) fn explain(
     if let Some(exit) = killed {
         return Failure::Peer(with_words(&format!("{exit} ({error})"), supervisor, exit.role));
     }
+    // Who tells of the other's death is not the one that died.
+    let first = exits.iter().find(|exit| {
+        failed.as_ref().is_none_or(|(teller, text)| !text.contains(DIED) || exit.role.to_string() != *teller)
+    });
     let own = failed.filter(|(_, text)| !is_about_a_peer(text));
-    match (own, exits.first()) {
+    match (own, first.or(exits.first())) {
         (Some((peer, text)), _) => Failure::Run(format!("the {peer} solver failed: {text}")),
         (None, Some(exit)) => {
             let text = with_words(&exit.to_string(), supervisor, exit.role);
@@ -98,7 +120,7 @@ pub(crate) fn explain(
 
 /// A solver that failed because the other one went: its words name the consequence, not the cause.
 fn is_about_a_peer(text: &str) -> bool {
-    text.contains(" died during window ") || text.contains(" did not answer within ")
+    text.contains(DIED) || text.contains(" did not answer within ")
 }
 
 fn with_words(what: &str, supervisor: &Supervisor, role: Role) -> String {
