@@ -14,6 +14,7 @@
 //! Threads own slabs of planes ([`slab`]) and meet where one needs what another has done; every
 //! value is computed by the same operations whatever their number.
 
+mod factors;
 mod flux;
 mod halo;
 mod momentum;
@@ -34,7 +35,7 @@ use crate::scheme::{Options, Projections, Scheme, Viscous};
 use crate::stages::{PlannedStage, PressureUpdate};
 use crate::timings::Part;
 use crate::work::Work;
-use momentum::Factors;
+use factors::Factors;
 use shape::Shape;
 use slab::{Fields, Private};
 use sweep::{Before, Diverge, Sweep};

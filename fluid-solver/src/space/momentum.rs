@@ -4,31 +4,11 @@
 //! old, and is stored for its second use: along y in a row, along z in three planes ([`FluxesAcross`]). After
 //! that nothing old is needed, and the increment can go to the velocity itself.
 
+use super::factors::Factors;
 use super::flux::{self, Use, Weights};
 use super::shape::Shape;
 use crate::lanes::{Aligned, Kernel};
 use pulp::Simd;
-
-/// What multiplies each term in one stage.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Factors {
-    /// Viscosity within N, m²/s.
-    pub(super) explicit: f64,
-    /// Viscosity of the increment, times 2 α dt, m².
-    pub(super) implicit: f64,
-    /// Whether there is convection.
-    pub(super) convection: bool,
-    /// dt γ, s.
-    pub(super) now: f64,
-    /// dt ζ, s; zero: N_old is not read.
-    pub(super) old: f64,
-    /// Whether N is kept for a later stage.
-    pub(super) keep: bool,
-    /// 2 α dt, s.
-    pub(super) length: f64,
-    /// Body force, m/s².
-    pub(super) body: [f64; 3],
-}
 
 /// What goes through the lower side of a plane, from the plane below: fluxes of u and v along z, and all of
 /// N of w but what leaves upwards. That of v has a row more, which nobody reads.

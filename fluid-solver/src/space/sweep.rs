@@ -1,7 +1,8 @@
 //! The sweeps over the planes, slab by slab.
 
+use super::factors::Factors;
 use super::halo::{beyond, fill_plane};
-use super::momentum::{Factors, FirstFluxes, MomentumPlane, Target};
+use super::momentum::{FirstFluxes, MomentumPlane, Target};
 use super::project::{AddPlane, CorrectPlane, DivergencePlane};
 use super::shape::Shape;
 use super::slab::{Fields, Private, Slab, planes};
