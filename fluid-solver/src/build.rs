@@ -282,7 +282,10 @@ pub fn corrects_radius(scene: &CheckedScene, choices: &Choices) -> bool {
 
 /// Whether it is worth keeping what the grains hold of the grid until they move: it is asked for again at the
 /// same place where the force goes with the grains, and where none ever moves.
-pub fn keeps(scene: &CheckedScene, transport: Option<Transport>) -> bool {
+pub fn keeps(scene: &CheckedScene, choices: &Choices, transport: Option<Transport>) -> bool {
+    if choices.method == Forcing::FictitiousDomain {
+        return false;
+    }
     transport.is_some() || stands(scene)
 }
 

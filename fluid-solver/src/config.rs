@@ -4,7 +4,8 @@ use crate::coupling;
 use crate::immersed::mask_model::Mask;
 use crate::virtual_mass;
 use protocol::facts::{Forcing, LoadsForm};
-use protocol::scene::{CheckedScene, Motion, Retired, SceneError};
+use protocol::scene::{CheckedScene, Geometry, Motion, Retired, SceneError};
+use protocol::scheme::Scheme;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -82,7 +83,7 @@ impl Default for TimeSection {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ImmersedSection {
-    /// `carried` (default) or `direct` (Izard et al. 2014, eq. 7).
+    /// `carried` (default), `direct` (Izard et al. 2014, eq. 7) or, for discs, `fictitious-domain` (Yu & Shao 2007).
     pub method: Forcing,
     /// `parameter-free` (default of `carried`) or `izard-2014` (default of `direct`).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -318,6 +319,8 @@ impl FluidSection {
                 VirtualMass::By(Nearness::ByGap)
             }),
             displaced_mass: match self.loads.displaced_mass {
+                // Points have the area of their body exactly.
+                _ if method == Forcing::FictitiousDomain => DisplacedMass::Neglected,
                 Some(choice) => choice,
                 None if form.is_semi_implicit() => DisplacedMass::AsForce,
                 None => DisplacedMass::Neglected,
@@ -331,11 +334,13 @@ impl FluidSection {
         let choices = self.choices();
         let mut section = self.clone();
         section.division = choices.division;
-        section.immersed.mask = Some(choices.mask);
-        section.immersed.width = Some(choices.width);
+        let masked = choices.method != Forcing::FictitiousDomain;
+        section.immersed.mask = masked.then_some(choices.mask);
+        section.immersed.width = masked.then_some(choices.width);
         section.loads.form = Some(choices.form);
         section.loads.virtual_mass = Some(choices.virtual_mass);
-        section.loads.displaced_mass = choices.form.is_semi_implicit().then_some(choices.displaced_mass);
+        section.loads.displaced_mass =
+            (masked && choices.form.is_semi_implicit()).then_some(choices.displaced_mass);
         section
     }
 
@@ -397,7 +402,84 @@ impl FluidSection {
                 "give the coefficient C_v, such as 0.5, or leave it out",
             ));
         }
+        if choices.method == Forcing::FictitiousDomain {
+            self.check_fictitious(scene, &choices, scheme)?;
+        }
         self.check_loads(scene, &choices)
+    }
+
+    /// Refuses what the fictitious-domain method cannot do.
+    fn check_fictitious(
+        &self,
+        scene: &CheckedScene,
+        choices: &Choices,
+        scheme: Scheme,
+    ) -> Result<(), SceneError> {
+        let (source, domain) = (&scene.source, &scene.scene.domain);
+        let refuse = |key: &str, what: String, remedy: &str| Err(source.error(key, what, remedy));
+        if domain.geometry != Geometry::Plane {
+            return refuse(
+                "fluid.immersed.method",
+                "is \"fictitious-domain\", which is for discs in the plane".into(),
+                "take method = \"carried\", or domain.geometry = \"plane\"",
+            );
+        }
+        let (x, z) = (domain.spacing(0), domain.spacing(1));
+        if domain.stretching.is_some() || (x / z - 1.0).abs() > 1e-9 {
+            return refuse(
+                "domain.cells",
+                format!(
+                    "makes cells of {x} m by {z} m; the fictitious-domain method needs equal cells, square ones"
+                ),
+                "choose cells so that (upper − lower)/cells is the same along x and z, without domain.stretching",
+            );
+        }
+        for (key, given) in [
+            ("mask", self.immersed.mask.is_some()),
+            ("width", self.immersed.width.is_some()),
+            ("mask_radius", self.immersed.mask_radius != MaskRadius::Auto),
+            ("force_transport", self.immersed.force_transport != ForceTransport::Auto),
+            ("viscous_sweeps", self.immersed.viscous_sweeps.is_some()),
+        ] {
+            if given {
+                return refuse(
+                    &format!("fluid.immersed.{key}"),
+                    "has no meaning with method = \"fictitious-domain\", which has points and no mask".into(),
+                    "remove it, or take method = \"carried\"",
+                );
+            }
+        }
+        if self.loads.displaced_mass.is_some() {
+            return refuse(
+                "fluid.loads.displaced_mass",
+                "has no meaning with method = \"fictitious-domain\", whose points have the area of their body".into(),
+                "remove it, or take method = \"carried\"",
+            );
+        }
+        if choices.form != LoadsForm::YuShaoFixedPoint {
+            return refuse(
+                "fluid.loads.form",
+                format!("is {}; the fictitious-domain method takes yu-shao-fixed-point", choices.form),
+                "remove it, or take method = \"carried\"",
+            );
+        }
+        if !scheme.carries(choices.form, true) {
+            return refuse(
+                "coupling.scheme",
+                format!("is {scheme}, which the fictitious-domain method cannot follow"),
+                "take coupling.scheme = \"semi-implicit\" or \"overlapped\"",
+            );
+        }
+        let spacing = x.min(z);
+        if let Some(grain) = scene.grains.iter().position(|grain| 2.0 * grain.radius < 4.0 * spacing) {
+            let across = 2.0 * scene.grains[grain].radius / spacing;
+            return refuse(
+                "domain.cells",
+                format!("makes grain {grain} {across:.1} cells across; the fictitious-domain method needs 4"),
+                "give more cells",
+            );
+        }
+        Ok(())
     }
 
     /// Refuses forms of the loads that the method or the grains do not allow.

@@ -1,6 +1,7 @@
 //! What the fluid says of itself before a run (`bedload-fluid check`).
 
 use crate::config::{DisplacedMass, FluidSection, ForceTransport, SchemeKey};
+use crate::fictitious;
 use crate::grid::Grid;
 use crate::memory::{self, Demand};
 use crate::plan::Plan;
@@ -44,11 +45,15 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
     // A table that cannot be read is told before the run, not after it.
     crate::lines::of(scene)?;
     let implicit = plan.viscous == Viscous::Implicit;
-    let carried = choices.method == Forcing::Carried && !scene.grains.is_empty();
+    let carried = choices.method.is_carried() && !scene.grains.is_empty();
     let scheme = crate::coupling::read(scene, choices.form)?.0;
     let transport = build::transport(scene, &choices, scheme);
     let along = transport.is_some();
-    let held = if build::keeps(scene, transport) { kept_bytes::<D>(scene, plan.spacing) } else { 0 };
+    let held = match choices.method {
+        Forcing::FictitiousDomain => fictitious::bytes::<D>(scene, plan.spacing),
+        _ if build::keeps(scene, &choices, transport) => kept_bytes::<D>(scene, plan.spacing),
+        _ => 0,
+    };
     let repeated = scheme == Scheme::Iterated;
     let memory = memory::estimate(
         &grid,
@@ -88,7 +93,8 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
         virtual_mass: choices.virtual_mass.alone(),
         displaced_mass: choices.displaced_mass == DisplacedMass::AsMass,
         forcing: choices.method,
-        advected_force: choices.force_transport == ForceTransport::Advected,
+        advected_force: choices.force_transport == ForceTransport::Advected
+            || choices.method == Forcing::FictitiousDomain,
         bounds: bounds::of(scene, medium, &choices, &plan),
         step_cost: cells as f64 * cost::<D>(choices.time.scheme, implicit, cells),
         notices,

@@ -54,6 +54,7 @@ pub mod culprit;
 pub mod division;
 mod engine;
 pub mod facts;
+pub mod fictitious;
 pub mod field;
 mod flow;
 pub mod flow_rate;

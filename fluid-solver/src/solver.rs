@@ -11,6 +11,7 @@ use crate::build::Transport;
 use crate::config::{Choices, DisplacedMass, FluidSection, Nearness, VirtualMass};
 use crate::coupling;
 use crate::culprit::Culprit;
+use crate::fictitious::FictitiousDomain;
 use crate::field::{State, copy_own, own_planes};
 use crate::gather;
 use crate::grid::Grid;
@@ -60,6 +61,8 @@ struct Saved<const D: usize> {
     state: State<D>,
     /// The carried force per unit mass, m/s².
     lambda: [Vec<f64>; D],
+    /// The same at the points of the bodies, with the fictitious-domain method.
+    multipliers: Option<[Vec<f64>; D]>,
     /// The grains.
     memory: Memory,
 }
@@ -90,6 +93,7 @@ pub type FluidExchange<'a> = dyn Exchange<Kinematics, Loads> + 'a;
 pub struct Solver<const D: usize> {
     stepper: Stepper<D>,
     immersed: Immersed<D>,
+    fictitious: Option<Box<FictitiousDomain<D>>>,
     lambda: [Vec<f64>; D],
     advection: Option<Advection<D>>,
     pores: Option<Pores<D>>,
@@ -177,9 +181,11 @@ impl<const D: usize> Solver<D> {
             viscosity: medium.kinematic_viscosity(),
             dt: plan.first(),
         };
-        let carried = choices.method == Forcing::Carried && grains > 0;
+        let carried = choices.method.is_carried() && grains > 0;
+        let fictitious = (choices.method == Forcing::FictitiousDomain && grains > 0)
+            .then(|| Box::new(FictitiousDomain::new(&grid, &shapes)));
         let transport = build::transport(scene, &choices, scheme);
-        let keeps = build::keeps(scene, transport);
+        let keeps = build::keeps(scene, &choices, transport);
         let motions = build::motions(scene);
         let gyration = shapes.iter().map(|shape| shape.gyration).collect();
         let attempts = (scheme == Scheme::Iterated).then(|| Box::new(Attempts::new(iterations, gyration)));
@@ -187,6 +193,7 @@ impl<const D: usize> Solver<D> {
         let mut solver = Self {
             pores,
             immersed: Immersed::new(&grid, shapes, keeps),
+            fictitious,
             lambda: std::array::from_fn(|_| if carried { grid.new_field() } else { Vec::new() }),
             advection: transport.map(|transport| Advection {
                 transport,
@@ -315,6 +322,10 @@ impl<const D: usize> Solver<D> {
         }
         let lag = self.lag();
         self.advect_force(lag);
+        if let Some(fictitious) = &mut self.fictitious {
+            fictitious.place(self.stepper.grid(), &self.predicted);
+            fictitious.spread(self.stepper.grid(), &mut self.lambda);
+        }
         let force = (!self.memory.motions.is_empty()).then_some(&self.lambda);
         self.stepper.step(window.dt, force);
         let health = self.health(window)?;
@@ -381,14 +392,17 @@ impl<const D: usize> Solver<D> {
 
     /// G of every grain at its predicted place, as the force −G/dt (docs/equations-immersed.md, section 4).
     fn measure_impulse(&mut self) {
-        let Self { immersed, stepper, lambda, predicted, measured, memory, .. } = self;
+        let Self { immersed, fictitious, stepper, lambda, predicted, measured, memory, .. } = self;
         if measured.is_empty() {
             return;
         }
         let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
         let by_force = self.choices.form == LoadsForm::YuShaoFixedPoint;
         let carried = by_force.then_some(&*lambda);
-        let forces = immersed.forces(grid, &self.model, predicted, velocity, carried);
+        let forces = match fictitious {
+            Some(fictitious) => fictitious.forces(grid, predicted, self.model.dt, velocity),
+            None => immersed.forces(grid, &self.model, predicted, velocity, carried),
+        };
         for (m, force) in measured.iter_mut().zip(forces) {
             m.force = *force;
         }
@@ -431,7 +445,7 @@ impl<const D: usize> Solver<D> {
     fn measure_force(&mut self) {
         let Self { immersed, stepper, lambda, measured, memory, .. } = self;
         let (grid, velocity) = (stepper.grid(), &stepper.state().velocity);
-        let carried = (self.choices.method == Forcing::Carried).then_some(&*lambda);
+        let carried = self.choices.method.is_carried().then_some(&*lambda);
         let forces = immersed.forces(grid, &self.model, &memory.motions, velocity, carried);
         for (grain, (m, force)) in measured.iter_mut().zip(forces).enumerate() {
             m.force = *force;
@@ -506,10 +520,18 @@ impl<const D: usize> Solver<D> {
         if self.memory.motions.is_empty() {
             return;
         }
-        let Self { immersed, stepper, lambda, advection, memory, predicted, model, .. } = self;
+        let Self { immersed, fictitious, stepper, lambda, advection, memory, predicted, model, .. } = self;
         let imposed =
             if self.choices.form == LoadsForm::YuShao2007 { Imposed::ByVelocity } else { Imposed::ByForce };
         let (grid, state) = stepper.parts_mut();
+        memory.imposed_dt = model.dt;
+        if let Some(fictitious) = fictitious {
+            // The points stay where they were expected; the motion is the one that came back.
+            let numbers = [model.dt, model.viscosity];
+            fictitious.impose(grid, &memory.motions, numbers, [&mut state.velocity, lambda]);
+            memory.imposed.copy_from_slice(&memory.motions);
+            return;
+        }
         let near = AS_EXPECTED * grid.smallest_width();
         for (to, (motion, predicted)) in memory.imposed.iter_mut().zip(memory.motions.iter().zip(predicted)) {
             let expected = (0..3).all(|c| (motion.centre[c] - predicted.centre[c]).abs() <= near);
@@ -521,7 +543,6 @@ impl<const D: usize> Solver<D> {
         } else {
             immersed.impose_carried(grid, model, &memory.imposed, imposed, [velocity, lambda]);
         }
-        memory.imposed_dt = model.dt;
     }
 
     /// Looks at the projected velocity.
@@ -532,7 +553,7 @@ impl<const D: usize> Solver<D> {
             self.rate = health.rate;
             return Ok(health);
         }
-        let force = (self.choices.method == Forcing::Carried).then_some(&self.lambda);
+        let force = self.choices.method.is_carried().then_some(&self.lambda);
         let culprit = Culprit::find(&self.stepper, force).told(grid.division.ranks());
         let before = match self.rate * window.dt {
             courant if courant > 0.0 => format!(" (dt Σ|u|/Δx was {courant:.2e} before it)"),
@@ -548,8 +569,10 @@ impl<const D: usize> Solver<D> {
     /// Keeps everything that decides the next window.
     pub fn save(&mut self) {
         let Self { stepper, lambda, memory, .. } = self;
+        let multipliers = self.fictitious.as_ref().map(|fictitious| fictitious.multipliers());
         match &mut self.saved {
             Some(saved) => {
+                saved.multipliers.clone_from(&multipliers.cloned());
                 saved.state.copy_from(stepper.grid(), stepper.state());
                 for (to, from) in saved.lambda.iter_mut().zip(lambda) {
                     copy_own(stepper.grid(), to, from);
@@ -565,7 +588,12 @@ impl<const D: usize> Solver<D> {
                     copy_own(grid, &mut copy, &lambda[d]);
                     copy
                 });
-                self.saved = Some(Box::new(Saved { state, lambda, memory: memory.clone() }));
+                self.saved = Some(Box::new(Saved {
+                    state,
+                    lambda,
+                    multipliers: multipliers.cloned(),
+                    memory: memory.clone(),
+                }));
             }
         }
     }
@@ -578,23 +606,30 @@ impl<const D: usize> Solver<D> {
         for (to, from) in lambda.iter_mut().zip(&saved.lambda) {
             copy_own(stepper.grid(), to, from);
         }
+        if let (Some(fictitious), Some(multipliers)) = (&mut self.fictitious, &saved.multipliers) {
+            fictitious.multipliers_mut().clone_from(multipliers);
+        }
         memory.clone_from(&saved.memory);
         self.take_hold();
     }
 
-    /// All fields that decide the next window: velocity, history, force (one per axis each), pressure, then
-    /// the velocity on each open face.
+    /// All fields that decide the next window: velocity, history, force (one per axis each), pressure,
+    /// the velocity on each open face, and the force at the points of bodies.
     pub(crate) fn fields(&self) -> Vec<&[f64]> {
         let state = self.stepper.state();
         let fields = state.velocity.iter().chain(&state.history).chain(&self.lambda);
-        fields.chain([&state.pressure]).chain(state.open.fields()).map(Vec::as_slice).collect()
+        let points = self.fictitious.iter().flat_map(|fictitious| fictitious.multipliers());
+        let fields = fields.chain([&state.pressure]).chain(state.open.fields()).chain(points);
+        fields.map(Vec::as_slice).collect()
     }
 
     /// The same, to be set before [`Solver::restart`].
     pub(crate) fn fields_mut(&mut self) -> Vec<&mut [f64]> {
         let state = self.stepper.state_mut();
         let fields = state.velocity.iter_mut().chain(&mut state.history).chain(&mut self.lambda);
-        fields.chain([&mut state.pressure]).chain(state.open.fields_mut()).map(Vec::as_mut_slice).collect()
+        let points = self.fictitious.iter_mut().flat_map(|fictitious| fictitious.multipliers_mut());
+        let fields = fields.chain([&mut state.pressure]).chain(state.open.fields_mut()).chain(points);
+        fields.map(Vec::as_mut_slice).collect()
     }
 
     /// Halos of the velocity for whoever looks at the whole field: velocity and pressure of all ranks come to
@@ -636,7 +671,7 @@ impl<const D: usize> Solver<D> {
             let near = by_gap.excess(immersed.shapes(), rule.density, start, memory.before_dt);
             measured.iter_mut().zip(near).for_each(|(m, near)| m.near = *near);
         }
-        if self.memory.imposed_dt > 0.0 {
+        if self.memory.imposed_dt > 0.0 && self.fictitious.is_none() {
             let model = MaskModel { dt: self.memory.imposed_dt, ..self.model };
             let grid = self.stepper.grid();
             if let Some(pores) = &mut self.pores {

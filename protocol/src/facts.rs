@@ -55,6 +55,16 @@ pub enum Forcing {
     /// λ carried from step to step (docs/equations-immersed.md, section 3).
     #[default]
     Carried,
+    /// λ on points of the bodies (Yu & Shao 2007; docs/equations-immersed.md, section 9).
+    FictitiousDomain,
+}
+
+impl Forcing {
+    /// Is the force carried from step to step?
+    #[must_use]
+    pub fn is_carried(self) -> bool {
+        self != Self::Direct
+    }
 }
 
 /// Facts of the fluid solver.

@@ -13,6 +13,9 @@ use crate::number::Short;
 /// A value this near to a column, relative, is in it: ν dt/D² is a product of rounded numbers.
 const SAME: f64 = 1e-9;
 
+/// Where the limits of discs with the fictitious-domain method were found.
+const FICTITIOUS: &str = "docs/maps/fictitious-domain.csv";
+
 /// How the force on a grain is formed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
@@ -34,7 +37,10 @@ impl Method {
         let loads = fluid.loads;
         let half = fluid.virtual_mass >= 0.5 && loads != LoadsForm::Izard2014;
         Self {
-            forcing: if loads.is_semi_implicit() { Forcing::Carried } else { fluid.forcing },
+            forcing: match fluid.forcing {
+                Forcing::Direct if loads.is_semi_implicit() => Forcing::Carried,
+                forcing => forcing,
+            },
             loads,
             half,
             displaced: loads == LoadsForm::YuShaoFixedPoint && half && fluid.displaced_mass,
@@ -49,10 +55,22 @@ impl Method {
         table.iter().find(is_ours).map(|row| row.4)
     }
 
+    /// Where the limits of grains that touch each other were found.
+    fn source_of_bed(self) -> &'static str {
+        match self.forcing {
+            Forcing::FictitiousDomain => "docs/maps/fictitious-domain-bed.csv",
+            _ => "docs/maps/light-bed.csv",
+        }
+    }
+
     /// Limits at the columns for grains that touch each other, if it was mapped for them.
     fn row_of_bed(&self) -> Option<[f64; 5]> {
         let mapped = self.loads == LoadsForm::YuShaoFixedPoint && self.half;
-        mapped.then_some(if self.displaced { light::BED_DISPLACED } else { light::BED })
+        mapped.then_some(match self.forcing {
+            Forcing::FictitiousDomain => light::BED_FICTITIOUS,
+            _ if self.displaced => light::BED_DISPLACED,
+            _ => light::BED,
+        })
     }
 }
 
@@ -135,6 +153,10 @@ fn limit_of(
     };
     match facts.scheme {
         Some(Scheme::Iterated) => return of(light::ITERATED),
+        Some(Scheme::Overlapped) if fluid.forcing == Forcing::FictitiousDomain => {
+            let limit = lowest_in(light::OVERLAPPED_FICTITIOUS, nu_dt_over_d2);
+            return (if fluid.virtual_mass >= 0.5 { limit } else { f64::INFINITY }, FICTITIOUS);
+        }
         Some(Scheme::Overlapped) if fluid.virtual_mass >= 2.0 => return of(light::OVERLAPPED_HEAVY),
         Some(Scheme::Overlapped) => return of(light::OVERLAPPED),
         _ => {}
@@ -143,7 +165,8 @@ fn limit_of(
     let alone = lowest_density_ratio(method, motion, nu_dt_over_d2);
     let together = method.row_of_bed().map(|row| lowest_in(row, nu_dt_over_d2));
     match together {
-        Some(limit) if in_company && limit > alone => (limit, "docs/maps/light-bed.csv"),
+        Some(limit) if in_company && limit > alone => (limit, method.source_of_bed()),
+        _ if method.forcing == Forcing::FictitiousDomain => (alone, FICTITIOUS),
         _ => (alone, motion.source()),
     }
 }

@@ -1,6 +1,6 @@
 //! The carried forcing in a dense bed against the window (docs/numerics.md).
 
-use protocol::facts::{Forcing, Side};
+use protocol::facts::Side;
 use protocol::scene::CheckedScene;
 
 use super::bound::Bound;
@@ -13,7 +13,7 @@ const FEWEST_OF_A_BED: usize = 8;
 
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let (Some(fluid), Some(nu)) = (facts.fluid, facts.viscosity()) else { return };
-    if fluid.spacing > 0.0 && fluid.forcing == Forcing::Carried && is_dense(facts.scene) {
+    if fluid.spacing > 0.0 && fluid.forcing.is_carried() && is_dense(facts.scene) {
         let number = nu * facts.steps.dt_fluid / fluid.spacing.powi(2);
         let bound = Bound::new("dense-bed-forcing", "ν dt/Δx²", number, Side::AtMost, 2.0).warning();
         bounds.push(bound.because(

@@ -1,7 +1,7 @@
 //! Lowest density ratios of the maps. Each number is the least sampled ρ_p/ρ from which on every sampled
 //! run of that column was stable, as counted by `tests/tests/maps.rs`.
 
-use protocol::facts::Forcing::{self, Carried, Direct};
+use protocol::facts::Forcing::{self, Carried, Direct, FictitiousDomain};
 use protocol::facts::LoadsForm::{
     self, Izard2014, KempeFroehlich2012, Uhlmann2005, YuShao2007, YuShaoFixedPoint,
 };
@@ -45,8 +45,8 @@ pub(super) const SPACE: [Row; 9] = [
     (Carried, YuShaoFixedPoint, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
 ];
 
-/// A disc that falls and turns, D/Δx = 8; methods that were sampled there: docs/maps/light-plane.csv.
-pub(super) const PLANE: [Row; 8] = [
+/// A disc that falls and turns, D/Δx = 8; methods that were sampled there: docs/maps/light-plane.csv, fictitious-domain.csv.
+pub(super) const PLANE: [Row; 10] = [
     (Direct, Izard2014, false, false, [2.0, 2.0, 2.0, 2.0, 2.0]),
     (Direct, KempeFroehlich2012, false, false, [0.8, 0.8, 0.8, 0.8, 1.001]),
     (Direct, KempeFroehlich2012, true, false, [0.01, 0.8, 0.8, 0.8, 1.001]),
@@ -55,6 +55,8 @@ pub(super) const PLANE: [Row; 8] = [
     (Carried, YuShaoFixedPoint, false, false, [0.8, 1.001, 1.5, 2.0, 4.0]),
     (Carried, YuShaoFixedPoint, true, false, [0.01, 0.1, 0.3, 0.8, 1.5]),
     (Carried, YuShaoFixedPoint, true, true, [0.01, 0.01, 0.01, 0.01, 0.01]),
+    (FictitiousDomain, YuShaoFixedPoint, false, false, [0.8, 0.8, 0.8, 0.8, 0.8]),
+    (FictitiousDomain, YuShaoFixedPoint, true, false, [0.1, 0.3, 0.3, 0.8, 0.8]),
 ];
 
 /// Discs that touch in a bed, D/Δx = 9.5, at [`COLUMNS`], yu-shao-fixed-point with C_v = ½: docs/maps/light-bed.csv. What moves together drags
@@ -63,6 +65,12 @@ pub(super) const BED: [f64; 5] = [0.01, 0.1, 0.5, 0.5, 0.8];
 
 /// The same with the displaced mass.
 pub(super) const BED_DISPLACED: [f64; 5] = [0.2, 0.01, 0.01, 0.2, 0.5];
+
+/// The same with the fictitious-domain method: docs/maps/fictitious-domain-bed.csv.
+pub(super) const BED_FICTITIOUS: [f64; 5] = [0.01, 0.01, 0.2, 0.5, 0.8];
+
+/// Discs with the fictitious-domain method, both solvers at once, C_v ≥ ½: docs/maps/fictitious-domain.csv.
+pub(super) const OVERLAPPED_FICTITIOUS: [f64; 5] = [2.0, 2.0, 4.0, 4.0, 8.0];
 
 /// One row for each of [`super::Motion`]: a sphere that does not turn, one that does, a disc.
 pub(super) type ByMotion = [[f64; 5]; 3];

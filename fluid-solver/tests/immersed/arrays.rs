@@ -5,7 +5,7 @@ use fluid_solver::measure::momentum;
 use std::f64::consts::PI;
 
 /// Square array of cylinders in a unit cell, driven along x: ν = ρ = 1, `n` cells per side.
-fn cylinders(fraction: f64, n: usize, number: f64, shift: f64, loads: &str) -> Run {
+pub(crate) fn cylinders(fraction: f64, n: usize, number: f64, shift: f64, loads: &str) -> Run {
     let radius = (fraction / PI).sqrt();
     let dt = number / (n * n) as f64;
     let mut run = Run::new(&format!(
@@ -38,14 +38,14 @@ fn cylinders(fraction: f64, n: usize, number: f64, shift: f64, loads: &str) -> R
 }
 
 /// F/(μU) with F the body force on the cell and U the mean velocity over it.
-fn drag(run: &Run) -> f64 {
+pub(crate) fn drag(run: &Run) -> f64 {
     let solver = run.fluid.two().expect("plane");
     1.0 / momentum(solver.grid(), 0, &solver.stepper().state().velocity[0])
 }
 
 /// Dilute square array (Sangani & Acrivos 1982): within 0.3 % of their table up to c = 0.1, 1.5 %
 /// low at 0.2.
-fn sangani_acrivos(c: f64) -> f64 {
+pub(crate) fn sangani_acrivos(c: f64) -> f64 {
     4.0 * PI / (-0.5 * c.ln() - 0.738 + c - 0.887 * c * c + 2.038 * c.powi(3))
 }
 

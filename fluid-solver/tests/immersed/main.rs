@@ -9,6 +9,7 @@ mod bounds;
 mod config;
 mod dense;
 mod drift;
+mod fictitious;
 mod kept;
 mod many;
 mod newton;

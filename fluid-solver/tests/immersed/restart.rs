@@ -32,7 +32,7 @@ fn fluid(keys: &str) -> String {
     format!("{PLANE}\n[fluid]\n{keys}")
 }
 
-const FORMS: [&str; 8] = [
+const FORMS: [&str; 10] = [
     "time = { scheme = \"ab2\" }",
     "loads = { form = \"yu-shao-2007\" }",
     "loads = { form = \"kempe-froehlich-2012\" }",
@@ -41,6 +41,8 @@ const FORMS: [&str; 8] = [
     "[coupling]\nscheme = \"overlapped\"",
     "immersed = { force_transport = \"advected\" }\n[coupling]\nscheme = \"overlapped\"",
     "loads = { displaced_mass = \"as-mass\" }",
+    "immersed = { method = \"fictitious-domain\" }",
+    "immersed = { method = \"fictitious-domain\" }\n[coupling]\nscheme = \"overlapped\"",
 ];
 
 /// Everything that crosses, as bits.

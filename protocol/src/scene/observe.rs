@@ -236,6 +236,13 @@ pub enum MetricKind {
         #[serde(default)]
         level: f64,
     },
+    /// Largest difference between a column of `series.csv` and a published course, at the table's times.
+    SeriesDifference {
+        /// Column.
+        column: String,
+        /// CSV file with the columns `t` (s) and `value` (in the unit of the column), from the scene's folder.
+        file: std::path::PathBuf,
+    },
     /// Largest difference between the velocity of the fluid along a line at the end of a run without
     /// free grains and a published table; the profile goes to `<name>.csv`.
     VelocityDifference {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::course::Course;
 use super::line::Line;
 use super::trajectory::Crossing;
 use crate::columns::Sample;
@@ -41,6 +42,8 @@ pub enum Accumulator {
     },
     /// Upward passages of a level from an instant on.
     Passages(Passages),
+    /// Difference from a published course.
+    Course(Course),
 }
 
 impl Accumulator {
@@ -87,6 +90,7 @@ impl Accumulator {
                 *largest = Some(largest.map_or(value, |kept| kept.max(value)));
             }
             Self::Passages(passages) => passages.add(sample.time(), value),
+            Self::Course(course) => course.add(sample.time(), value),
             Self::Largest { .. } => {}
             Self::Trajectory | Self::Crossing(_) => {}
         }
@@ -104,6 +108,7 @@ impl Accumulator {
                 value.ok_or_else(|| format!("the run ended before t = {from} s, where its search begins"))
             }
             Self::Passages(passages) => passages.frequency(),
+            Self::Course(course) => course.value(),
             Self::Trajectory | Self::Crossing(_) | Self::Line(_) => Err("is not a single number".into()),
         }
     }

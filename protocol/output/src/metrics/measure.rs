@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::accumulator::Accumulator;
 use super::bounce::Surroundings;
+use super::course::Course;
 use super::haff::haff;
 use super::last::LastState;
 use super::outcome::{Outcome, plain};
@@ -76,7 +77,19 @@ impl Metrics {
             built.column_of.push(column.unwrap_or(None));
             let subject = metric.kind.grain().map(|grain| built.subject(scene, grain));
             built.subject_of.push(subject);
-            built.state.accumulators.push(Accumulator::of(&metric.kind, scene.scene.until));
+            let accumulator = match &metric.kind {
+                MetricKind::SeriesDifference { file, .. } => {
+                    Accumulator::Course(Course::read(file).map_err(|why| {
+                        scene.source.error(
+                            &format!("metrics[{index}].file"),
+                            why,
+                            "name a CSV file with the columns t and value; paths count from the scene's folder",
+                        )
+                    })?)
+                }
+                kind => Accumulator::of(kind, scene.scene.until),
+            };
+            built.state.accumulators.push(accumulator);
         }
         Ok(built)
     }
@@ -226,11 +239,14 @@ impl Metrics {
             MetricKind::Mean { column, .. }
             | MetricKind::Final { column }
             | MetricKind::Max { column, .. }
+            | MetricKind::SeriesDifference { column, .. }
             | MetricKind::Frequency { column, .. } => {
                 if self.column_of[index].is_none() {
                     return Err(format!("this run has no column `{column}`"));
                 }
-                plain(accumulator.value()?)
+                let part = "of the part of the table that the run reached";
+                let whole = !matches!(accumulator, Accumulator::Course(course) if !course.is_whole());
+                Ok((accumulator.value()?, (!whole).then_some(part)))
             }
             MetricKind::HaffTime(_) | MetricKind::HaffMisfit(_) => {
                 haff(&self.metrics[index].kind, accumulator)
@@ -277,7 +293,10 @@ impl Metrics {
 
 fn find_column(kind: &MetricKind, columns: &Columns) -> Result<Option<(usize, String)>, String> {
     match kind {
-        MetricKind::Mean { column, .. } | MetricKind::Final { column } | MetricKind::Max { column, .. } => {
+        MetricKind::Mean { column, .. }
+        | MetricKind::Final { column }
+        | MetricKind::Max { column, .. }
+        | MetricKind::SeriesDifference { column, .. } => {
             let found = columns.find(column).map(|(place, unit)| Some((place, unit.to_owned())));
             found.ok_or_else(|| column.clone())
         }

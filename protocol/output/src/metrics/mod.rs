@@ -6,6 +6,7 @@
 //! | `accumulator`, `line`, `trajectory`, `subject`, `outcome` | what they keep, and what it comes to |
 //! | `last` | metrics of the last state of all grains |
 //! | `bounce` | a sphere that settles and bounces |
+//! | `course` | a published course of a column |
 //! | `deposit`, `touching` | heaps and collapsed columns |
 //! | `haff` | a cooling granular gas |
 //! | `oblique` | oblique collisions |
@@ -13,6 +14,7 @@
 
 mod accumulator;
 mod bounce;
+mod course;
 mod deposit;
 mod haff;
 mod last;
@@ -26,6 +28,7 @@ mod touching;
 mod trajectory;
 
 pub use accumulator::{Accumulator, Passages};
+pub use course::Course;
 pub use line::Line;
 pub use measure::{Metrics, MetricsState};
 pub use trajectory::{Crossing, Trajectory};
