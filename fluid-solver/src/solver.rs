@@ -528,7 +528,7 @@ impl<const D: usize> Solver<D> {
         if let Some(fictitious) = fictitious {
             // The points stay where they were expected; the motion is the one that came back.
             let numbers = [model.dt, model.viscosity];
-            fictitious.impose(grid, &memory.motions, numbers, [&mut state.velocity, lambda]);
+            fictitious.impose(&memory.motions, numbers, &mut state.velocity);
             memory.imposed.copy_from_slice(&memory.motions);
             return;
         }

@@ -14,7 +14,7 @@ use protocol::scene::{CheckedScene, SceneSource};
 
 /// A stable run may be refused only where its margin is above one over this; in maps that are not named here,
 /// nowhere.
-const MARGINS: [(&str, f64); 11] = [
+const MARGINS: [(&str, f64); 12] = [
     // The bound is reckoned, not read off the map: two runs at its edge are stable.
     ("advected-space", 1.3),
     // A disc that turns in its place is judged as one that also moves: 0.1 for 0.01, the next value of the
@@ -25,6 +25,8 @@ const MARGINS: [(&str, f64); 11] = [
     ("light-bed", 50.1),
     // As in `light-bed`: held by each other, discs of 0.01 are stable that alone are not.
     ("fictitious-domain-bed", 30.1),
+    // The volume fraction's limits are those of a disc that falls; the fictitious domain's in a wall's reach.
+    ("light-wall", 10.1),
     // A grain at rest bears what a falling one does not: izard-2014 at 1.05 for 2; and windows of 300 contact
     // times, where 100 is the default that a scene may raise.
     ("resting", 3.01),

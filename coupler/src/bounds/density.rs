@@ -1,7 +1,7 @@
 //! Light grains: where an exchange of forces once per window is stable (docs/stability.md).
 
 use protocol::facts::{FluidFacts, Forcing, LoadsForm, Side};
-use protocol::scene::{Freedom, Geometry, Grain, Shape};
+use protocol::scene::{Freedom, Geometry, Grain, Shape, WallKind};
 use protocol::scheme::Scheme;
 
 use super::bound::Bound;
@@ -12,9 +12,6 @@ use crate::number::Short;
 
 /// A value this near to a column, relative, is in it: ν dt/D² is a product of rounded numbers.
 const SAME: f64 = 1e-9;
-
-/// Where the limits of discs with the fictitious-domain method were found.
-const FICTITIOUS: &str = "docs/maps/fictitious-domain.csv";
 
 /// How the force on a grain is formed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,22 +52,10 @@ impl Method {
         table.iter().find(is_ours).map(|row| row.4)
     }
 
-    /// Where the limits of grains that touch each other were found.
-    fn source_of_bed(self) -> &'static str {
-        match self.forcing {
-            Forcing::FictitiousDomain => "docs/maps/fictitious-domain-bed.csv",
-            _ => "docs/maps/light-bed.csv",
-        }
-    }
-
     /// Limits at the columns for grains that touch each other, if it was mapped for them.
     fn row_of_bed(&self) -> Option<[f64; 5]> {
         let mapped = self.loads == LoadsForm::YuShaoFixedPoint && self.half;
-        mapped.then_some(match self.forcing {
-            Forcing::FictitiousDomain => light::BED_FICTITIOUS,
-            _ if self.displaced => light::BED_DISPLACED,
-            _ => light::BED,
-        })
+        mapped.then_some(if self.displaced { light::BED_DISPLACED } else { light::BED })
     }
 }
 
@@ -151,12 +136,11 @@ fn limit_of(
     let of = |table: light::ByMotion| {
         (lowest_in(table[motion as usize], nu_dt_over_d2), "docs/stability.md, Schemes")
     };
+    if fluid.forcing == Forcing::FictitiousDomain {
+        return limit_of_points(in_company, facts, fluid, nu_dt_over_d2);
+    }
     match facts.scheme {
         Some(Scheme::Iterated) => return of(light::ITERATED),
-        Some(Scheme::Overlapped) if fluid.forcing == Forcing::FictitiousDomain => {
-            let limit = lowest_in(light::OVERLAPPED_FICTITIOUS, nu_dt_over_d2);
-            return (if fluid.virtual_mass >= 0.5 { limit } else { f64::INFINITY }, FICTITIOUS);
-        }
         Some(Scheme::Overlapped) if fluid.virtual_mass >= 2.0 => return of(light::OVERLAPPED_HEAVY),
         Some(Scheme::Overlapped) => return of(light::OVERLAPPED),
         _ => {}
@@ -165,10 +149,44 @@ fn limit_of(
     let alone = lowest_density_ratio(method, motion, nu_dt_over_d2);
     let together = method.row_of_bed().map(|row| lowest_in(row, nu_dt_over_d2));
     match together {
-        Some(limit) if in_company && limit > alone => (limit, method.source_of_bed()),
-        _ if method.forcing == Forcing::FictitiousDomain => (alone, FICTITIOUS),
+        Some(limit) if in_company && limit > alone => (limit, "docs/maps/light-bed.csv"),
         _ => (alone, motion.source()),
     }
+}
+
+/// The same of a disc with the fictitious-domain method: the largest of the limits that were found for one disc, for a bed
+/// and along a wall.
+fn limit_of_points(
+    in_company: bool,
+    facts: &Facts<'_>,
+    fluid: &FluidFacts,
+    nu_dt_over_d2: f64,
+) -> (f64, &'static str) {
+    const ALONE: &str = "docs/maps/fictitious-domain.csv";
+    let domain = &facts.scene.scene.domain;
+    let holds = |axis| {
+        let faces = domain.boundary(axis);
+        faces
+            .is_some_and(|faces| faces.lower.iter().chain([&faces.upper]).any(|f| f.kind == WallKind::NoSlip))
+    };
+    let walls = (0..domain.dimensions()).any(holds);
+    let half = fluid.virtual_mass >= 0.5;
+    if facts.scheme == Some(Scheme::Overlapped) {
+        let limit = lowest_in(light::OVERLAPPED_FICTITIOUS, nu_dt_over_d2);
+        return (if half && !walls { limit } else { f64::INFINITY }, ALONE);
+    }
+    let mut found = (lowest_density_ratio(Method::of(fluid), Motion::Disc, nu_dt_over_d2), ALONE);
+    for (applies, row, source) in [
+        (in_company, light::BED_FICTITIOUS, "docs/maps/fictitious-domain-bed.csv"),
+        (walls, light::WALL_FICTITIOUS, "docs/maps/light-wall.csv"),
+    ] {
+        // These two were made with a virtual mass.
+        let limit = if half { lowest_in(row, nu_dt_over_d2) } else { f64::INFINITY };
+        if applies && limit > found.0 {
+            found = (limit, source);
+        }
+    }
+    found
 }
 
 /// Every grain that can move, with its ratio and limit.

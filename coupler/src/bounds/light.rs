@@ -69,7 +69,10 @@ pub(super) const BED_DISPLACED: [f64; 5] = [0.2, 0.01, 0.01, 0.2, 0.5];
 /// The same with the fictitious-domain method: docs/maps/fictitious-domain-bed.csv.
 pub(super) const BED_FICTITIOUS: [f64; 5] = [0.01, 0.01, 0.2, 0.5, 0.8];
 
-/// Discs with the fictitious-domain method, both solvers at once, C_v ≥ ½: docs/maps/fictitious-domain.csv.
+/// A disc along a wall with the fictitious-domain method, the virtual mass by the gap: docs/maps/light-wall.csv.
+pub(super) const WALL_FICTITIOUS: [f64; 5] = [0.01, 0.3, 0.8, 1.001, 1.5];
+
+/// Discs far from walls with the fictitious-domain method, both solvers at once, C_v ≥ ½: docs/maps/fictitious-domain.csv.
 pub(super) const OVERLAPPED_FICTITIOUS: [f64; 5] = [2.0, 2.0, 4.0, 4.0, 8.0];
 
 /// One row for each of [`super::Motion`]: a sphere that does not turn, one that does, a disc.

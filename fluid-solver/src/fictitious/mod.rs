@@ -8,7 +8,7 @@ mod points;
 mod stencil;
 
 use crate::field::own_planes;
-use crate::grid::Grid;
+use crate::grid::{Geometry, Grid};
 use crate::immersed::Wrench;
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
 use points::Points;
@@ -38,7 +38,10 @@ pub struct FictitiousDomain<const D: usize> {
     stencils: [Vec<Stencil>; D],
     /// Velocity of the fluid at the points, m/s, when it was asked for last.
     velocities: [Vec<f64>; D],
+    /// Area of each body, m², and its second moment about the centre, m⁴.
+    moments: Vec<[f64; 2]>,
     wrenches: Vec<Wrench>,
+    /// Area of a cell, m².
     cell: f64,
 }
 
@@ -55,8 +58,12 @@ impl<const D: usize> FictitiousDomain<D> {
         let spacing = grid.smallest_width();
         let cell = spacing * spacing;
         let (mut arms, mut shares, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
+        let mut moments = Vec::new();
         for shape in shapes {
             let points = Points::disc(shape.radius, spacing, INSET * spacing);
+            let moment =
+                points.arms.iter().zip(&points.areas).map(|([x, z], area)| area * (x * x + z * z)).sum();
+            moments.push([points.areas.iter().sum(), moment]);
             ranges.push(arms.len()..arms.len() + points.arms.len());
             arms.extend(points.arms);
             shares.extend(points.areas.iter().map(|area| area / cell));
@@ -69,6 +76,7 @@ impl<const D: usize> FictitiousDomain<D> {
             multipliers: std::array::from_fn(|_| vec![0.0; count]),
             stencils: std::array::from_fn(|_| vec![Stencil::default(); count]),
             velocities: std::array::from_fn(|_| vec![0.0; count]),
+            moments,
             wrenches: vec![Wrench::default(); shapes.len()],
             cell,
         }
@@ -118,75 +126,60 @@ impl<const D: usize> FictitiousDomain<D> {
             }
         }
         for (grain, motion) in motions.iter().enumerate() {
-            self.wrenches[grain] = self.wrench(grid, grain, motion, dt);
+            let (force, torque) = self.wrench(grain, Plane::of(motion), dt);
+            let wrench = &mut self.wrenches[grain];
+            *wrench = Wrench::default();
+            for (d, force) in force.into_iter().enumerate() {
+                wrench.force[laboratory(grid.geometry, d)] = force;
+            }
+            wrench.torque[1] = torque;
         }
         &self.wrenches
     }
 
-    /// Imposes the motion that came back, `dt` after the last time: λ and the force on the grid, then the velocity.
-    /// `viscosity`: kinematic, m²/s.
-    pub fn impose(
-        &mut self,
-        grid: &Grid<D>,
-        motions: &[Motion],
-        [dt, viscosity]: [f64; 2],
-        [velocity, force]: [&mut [Vec<f64>; D]; 2],
-    ) {
+    /// Imposes the motion that came back, `dt` after the last time: λ, then the velocity. `viscosity`: kinematic, m²/s.
+    pub fn impose(&mut self, motions: &[Motion], [dt, viscosity]: [f64; 2], velocity: &mut [Vec<f64>; D]) {
         let q = viscosity * dt / (SLIP * SLIP * self.cell);
         let keeps = q / (1.0 + q);
         for (grain, motion) in motions.iter().enumerate() {
             // What the whole body asks for: it moves as a whole.
-            let [mean, turn] = self.rigid_part(grid, grain, motion, dt);
-            for i in self.ranges[grain].clone() {
-                let arm = self.arm(grid, i);
-                let rigid = Motion { centre: [0.0; 3], velocity: mean, spin: turn };
-                for d in 0..D {
-                    let c = laboratory(grid.geometry, d);
-                    let held = (motion.velocity_at(c, arm) - self.velocities[d][i]) / dt;
-                    let rigid = rigid.velocity_at(c, arm);
-                    let before = self.multipliers[d][i];
-                    let now = rigid + keeps * (before + held - rigid);
-                    self.multipliers[d][i] = now;
-                    let change = (now - before) * self.shares[i];
-                    let stencil = &self.stencils[d][i];
-                    stencil.spread(change * dt, &mut velocity[d]);
-                    stencil.spread(change, &mut force[d]);
+            let motion = Plane::of(motion);
+            let (force, torque) = self.wrench(grain, motion, dt);
+            let [area, moment] = self.moments[grain];
+            let rigid = Plane { velocity: force.map(|f| f / area), spin: torque / moment };
+            let range = self.ranges[grain].clone();
+            let (arms, shares) = (&self.arms[range.clone()], &self.shares[range.clone()]);
+            for (d, field) in velocity.iter_mut().enumerate() {
+                let multipliers = &mut self.multipliers[d][range.clone()];
+                let (stencils, found) =
+                    (&self.stencils[d][range.clone()], &self.velocities[d][range.clone()]);
+                for (((lambda, arm), share), (stencil, u)) in
+                    multipliers.iter_mut().zip(arms).zip(shares).zip(stencils.iter().zip(found))
+                {
+                    let held = (motion.at(d, *arm) - u) / dt;
+                    let rigid = rigid.at(d, *arm);
+                    let now = rigid + keeps * (*lambda + held - rigid);
+                    stencil.spread((now - *lambda) * share * dt, field);
+                    *lambda = now;
                 }
             }
         }
     }
 
-    /// Mean and rotation of λ + (U − u)/dt over a body's points: m/s², 1/s².
-    fn rigid_part(&self, grid: &Grid<D>, grain: usize, motion: &Motion, dt: f64) -> [[f64; 3]; 2] {
-        let wrench = self.wrench(grid, grain, motion, dt);
-        let (mut area, mut moment) = (0.0, 0.0);
-        for i in self.ranges[grain].clone() {
-            let [x, z] = self.arms[i];
-            area += self.shares[i] * self.cell;
-            moment += self.shares[i] * self.cell * (x * x + z * z);
-        }
-        [wrench.force.map(|f| f / area), wrench.torque.map(|t| t / moment)]
-    }
-
-    /// ∫ (λ + (U − u)/dt) dV of one body.
-    fn wrench(&self, grid: &Grid<D>, grain: usize, motion: &Motion, dt: f64) -> Wrench {
-        let mut wrench = Wrench::default();
-        for i in self.ranges[grain].clone() {
-            let arm = self.arm(grid, i);
-            let volume = self.shares[i] * self.cell;
-            let mut force = [0.0; 3];
-            for d in 0..D {
-                let c = laboratory(grid.geometry, d);
-                let held = motion.velocity_at(c, arm) - self.velocities[d][i];
-                force[c] = volume * (self.multipliers[d][i] + held / dt);
-            }
-            for c in 0..3 {
-                let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-                wrench.force[c] += force[c];
-                wrench.torque[c] += arm[a] * force[b] - arm[b] * force[a];
+    /// ∫ (λ + (U − u)/dt) dV of one body, and its moment about y.
+    fn wrench(&self, grain: usize, motion: Plane<D>, dt: f64) -> ([f64; D], f64) {
+        let range = self.ranges[grain].clone();
+        let (arms, shares) = (&self.arms[range.clone()], &self.shares[range.clone()]);
+        let (mut force, mut torque) = ([0.0; D], 0.0);
+        for (d, sum) in force.iter_mut().enumerate() {
+            let (lambdas, found) = (&self.multipliers[d][range.clone()], &self.velocities[d][range.clone()]);
+            for (((lambda, u), arm), share) in lambdas.iter().zip(found).zip(arms).zip(shares) {
+                let force = self.cell * share * (lambda + (motion.at(d, *arm) - u) / dt);
+                *sum += force;
+                torque += Plane { velocity: [0.0; D], spin: force }.at(d, *arm);
             }
         }
-        wrench
+        (force, torque)
     }
 
     /// λ at the points, by component: with the grid's fields it decides the next window.
@@ -198,13 +191,23 @@ impl<const D: usize> FictitiousDomain<D> {
     pub fn multipliers_mut(&mut self) -> &mut [Vec<f64>; D] {
         &mut self.multipliers
     }
+}
 
-    /// Place of a point from its body's centre, laboratory axes, m.
-    fn arm(&self, grid: &Grid<D>, i: usize) -> [f64; 3] {
-        let mut arm = [0.0; 3];
-        for (a, x) in self.arms[i].iter().enumerate() {
-            arm[laboratory(grid.geometry, a)] = *x;
-        }
-        arm
+/// A motion in the plane: along its axes, and about y.
+#[derive(Clone, Copy)]
+struct Plane<const D: usize> {
+    velocity: [f64; D],
+    spin: f64,
+}
+
+impl<const D: usize> Plane<D> {
+    fn of(motion: &Motion) -> Self {
+        Self { velocity: along_axes(Geometry::Plane, motion.velocity), spin: motion.spin[1] }
+    }
+
+    /// Component `d` at `arm` from the centre: (ω × r)_x = ω r_z, (ω × r)_z = −ω r_x.
+    #[inline(always)]
+    fn at(&self, d: usize, arm: [f64; 2]) -> f64 {
+        self.velocity[d] + if d == 0 { self.spin * arm[1] } else { -self.spin * arm[0] }
     }
 }

@@ -35,11 +35,15 @@ fn along<const D: usize>(grid: &Grid<D>, d: usize, axis: usize, x: f64) -> Along
     let cells = grid.cells[axis] as isize;
     let width = grid.axes[axis].length() / cells as f64;
     let s = (x - grid.nodes(d, axis)[0]) / width;
-    let nearest = s.round();
-    let weights = weights(s - nearest);
+    // No call of a function: `round` is one.
+    let nearest = (s + 8.5) as isize - 8;
+    let weights = weights(s - nearest as f64);
+    if nearest > 1 && nearest < cells - 2 {
+        return Along { places: [nearest - 1, nearest, nearest + 1], weights, wall: 0.0 };
+    }
     let mut found = Along::default();
     for (k, weight) in weights.into_iter().enumerate() {
-        let index = nearest as isize + k as isize - 1;
+        let index = nearest + k as isize - 1;
         if grid.periodic(axis) {
             (found.places[k], found.weights[k]) = (index.rem_euclid(cells), weight);
             continue;
