@@ -25,8 +25,8 @@ const MARGINS: [(&str, f64); 12] = [
     ("light-bed", 50.1),
     // As in `light-bed`: held by each other, discs of 0.01 are stable that alone are not.
     ("fictitious-domain-bed", 30.1),
-    // The volume fraction's limits are those of a disc that falls; the fictitious domain's in a wall's reach.
-    ("light-wall", 10.1),
+    // The volume fraction has the limits of a disc that falls, of which one along a wall fails less.
+    ("light-wall", 30.1),
     // A grain at rest bears what a falling one does not: izard-2014 at 1.05 for 2; and windows of 300 contact
     // times, where 100 is the default that a scene may raise.
     ("resting", 3.01),
