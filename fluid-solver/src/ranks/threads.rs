@@ -73,7 +73,7 @@ impl Link for Threads {
                     let left = end.saturating_duration_since(Instant::now());
                     receiver.recv_timeout(left).map_err(|error| match error {
                         RecvTimeoutError::Timeout => format!(
-                            "rank {from} of the fluid did not answer within {} s",
+                            "rank {from} of the fluid did not answer within {} s: if it is only slow raise coupling.deadline",
                             patience.unwrap_or_default().as_secs_f64()
                         ),
                         RecvTimeoutError::Disconnected => gone(*from),
