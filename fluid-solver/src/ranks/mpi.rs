@@ -83,6 +83,7 @@ impl Link for Mpi {
         messages: &[(usize, &[u8])],
         into: &mut [(usize, &mut [u8])],
         patience: Option<Duration>,
+        meanwhile: &mut dyn FnMut(),
     ) -> Result<(), String> {
         let world = SimpleCommunicator::world();
         let wait = (Instant::now(), patience);
@@ -95,6 +96,7 @@ impl Link for Mpi {
             for (to, bytes) in messages {
                 going.push((*to, world.process_at_rank(*to as i32).immediate_send(scope, *bytes)));
             }
+            meanwhile();
             poll(coming, wait);
             poll(going, wait);
         });

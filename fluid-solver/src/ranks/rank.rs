@@ -20,8 +20,8 @@ pub trait Link: Send + Sync {
     /// Number of ranks.
     fn size(&self) -> usize;
 
-    /// Sends every message and waits for all that are to come, in any order. Messages between the same two
-    /// ranks arrive in the order in which they were sent. `patience`: how long to wait; without: for ever.
+    /// Sends every message, calls `meanwhile`, and waits for all that are to come, in any order. Messages between the
+    /// same two ranks arrive in the order in which they were sent. `patience`: how long to wait; without: for ever.
     ///
     /// # Errors
     /// With the rank that is gone or does not answer.
@@ -30,6 +30,7 @@ pub trait Link: Send + Sync {
         messages: &[(usize, &[u8])],
         into: &mut [(usize, &mut [u8])],
         patience: Option<Duration>,
+        meanwhile: &mut dyn FnMut(),
     ) -> Result<(), String>;
 }
 
@@ -163,11 +164,21 @@ impl Ranks {
 
     /// Sends and receives numbers, see [`Link::exchange`].
     pub fn exchange(&self, messages: &[(usize, &[f64])], into: &mut [(usize, &mut [f64])]) {
+        self.exchange_while(messages, into, &mut || {});
+    }
+
+    /// The same, and `meanwhile` while the numbers are on their way; it is done whatever becomes of them.
+    pub fn exchange_while(
+        &self,
+        messages: &[(usize, &[f64])],
+        into: &mut [(usize, &mut [f64])],
+        meanwhile: &mut dyn FnMut(),
+    ) {
         let messages: Vec<(usize, &[u8])> =
             messages.iter().map(|(to, values)| (*to, bytemuck::cast_slice(values))).collect();
         let mut into: Vec<(usize, &mut [u8])> =
             into.iter_mut().map(|(from, values)| (*from, bytemuck::cast_slice_mut(values))).collect();
-        self.transfer(&messages, &mut into, Some(self.patience()));
+        self.transfer_while(&messages, &mut into, Some(self.patience()), meanwhile);
     }
 
     fn transfer(
@@ -176,16 +187,32 @@ impl Ranks {
         into: &mut [(usize, &mut [u8])],
         patience: Option<Duration>,
     ) {
-        let Some(member) = &self.0 else { return };
-        if member.failure().is_some() {
-            return;
-        }
+        self.transfer_while(messages, into, patience, &mut || {});
+    }
+
+    fn transfer_while(
+        &self,
+        messages: &[(usize, &[u8])],
+        into: &mut [(usize, &mut [u8])],
+        patience: Option<Duration>,
+        meanwhile: &mut dyn FnMut(),
+    ) {
+        let Some(member) = self.0.as_ref().filter(|member| member.failure().is_none()) else {
+            return meanwhile();
+        };
+        let mut done = false;
+        let mut once = || {
+            if !std::mem::replace(&mut done, true) {
+                meanwhile();
+            }
+        };
         member.messages.fetch_add(messages.len() as u64, Ordering::Relaxed);
         let bytes: usize = messages.iter().map(|(_, bytes)| bytes.len()).sum();
         member.bytes.fetch_add(bytes as u64, Ordering::Relaxed);
-        if let Err(what) = member.link.exchange(messages, into, patience) {
+        if let Err(what) = member.link.exchange(messages, into, patience, &mut once) {
             member.failure().get_or_insert(what);
         }
+        once();
     }
 
     /// The bytes of rank 0, on every rank; the others wait for them as long as it takes.

@@ -58,12 +58,14 @@ impl Link for Threads {
         messages: &[(usize, &[u8])],
         into: &mut [(usize, &mut [u8])],
         patience: Option<Duration>,
+        meanwhile: &mut dyn FnMut(),
     ) -> Result<(), String> {
         let gone = |rank: usize| format!("rank {rank} of the fluid is gone");
         for (to, bytes) in messages {
             let sender = self.senders[*to].lock().unwrap_or_else(PoisonError::into_inner);
             sender.send(bytes.to_vec()).map_err(|_| gone(*to))?;
         }
+        meanwhile();
         let end = patience.map(|patience| Instant::now() + patience);
         for (from, out) in into {
             let receiver = self.receivers[*from].lock().unwrap_or_else(PoisonError::into_inner);
