@@ -125,6 +125,25 @@ mod tests {
         assert_eq!(heard[0].1, [0, 1, 2]);
     }
 
+    /// What is done meanwhile is done once, whether the numbers come or not.
+    #[test]
+    fn a_rank_that_does_not_answer_is_named_after_the_time_it_was_given() {
+        let told = together(2, |ranks| {
+            ranks.set_patience(Duration::from_millis(50));
+            let mut done = 0;
+            if ranks.rank() == 0 {
+                ranks.exchange_while(&[], &mut [(1, &mut [0.0])], &mut || done += 1);
+                ranks.exchange_while(&[], &mut [(1, &mut [0.0])], &mut || done += 1);
+            } else {
+                std::thread::sleep(Duration::from_millis(400));
+            }
+            (ranks.check().err().map(|error| error.to_string()), done)
+        });
+        let what = told[0].0.as_deref().unwrap_or_default();
+        assert!(what.contains("rank 1") && what.contains("0.05 s"), "{told:?}");
+        assert_eq!((told[0].1, &told[1].0), (2, &None));
+    }
+
     #[test]
     fn a_rank_that_is_gone_is_named() {
         let told = together(2, |ranks| {
