@@ -50,7 +50,9 @@ fn existing(path: PathBuf) -> Vec<PathBuf> {
 fn fields(folder: &OutputFolder) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder.fields()).into_iter().flatten().flatten();
     let is_field = |path: &PathBuf| {
-        path.extension().and_then(|end| end.to_str()).is_some_and(|end| end.starts_with("vt") || end == "pvd")
+        path.extension()
+            .and_then(|end| end.to_str())
+            .is_some_and(|end| end.starts_with("vt") || ["pvd", "pvtr"].contains(&end))
     };
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_field).collect();
     files.sort();

@@ -3,7 +3,7 @@
 use crate::axis::AxisSpec;
 use crate::boundary::{Boundary, Profile};
 use crate::config::{Choices, DivisionKey, ForceTransport, MaskRadius, ProjectionsKey, SchemeKey};
-use crate::division::DivisionError;
+use crate::division::{Division, DivisionError};
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
@@ -86,7 +86,8 @@ pub fn divided<const D: usize>(
         scene.source.error(key, error.to_string(), remedy)
     })?;
     if several {
-        refuse(scene, choices, &grid)?;
+        let slabs = Division::slabs(grid.cells[D - 1], ranks.size());
+        refuse(scene, choices, slabs.map_or(0, |[least, _]| least))?;
     }
     Ok(grid)
 }
@@ -94,9 +95,12 @@ pub fn divided<const D: usize>(
 /// Planes that a rank must have for the local solve of viscosity to fetch what it needs from its neighbours.
 const LOCAL: usize = 5;
 
-/// Refuses what several ranks cannot do yet.
-fn refuse<const D: usize>(scene: &CheckedScene, choices: &Choices, grid: &Grid<D>) -> Result<(), SceneError> {
-    let (scheme, least) = (crate::coupling::read(scene, choices.form)?.0, grid.division.least());
+/// Refuses what several ranks cannot do yet, of which the one that has fewest has `least` planes.
+///
+/// # Errors
+/// With the key.
+pub fn refuse(scene: &CheckedScene, choices: &Choices, least: usize) -> Result<(), SceneError> {
+    let scheme = crate::coupling::read(scene, choices.form)?.0;
     if scheme == coupling::Scheme::Iterated {
         return Err(scene.source.error(
             "coupling.scheme",

@@ -1,12 +1,16 @@
 //! Checkpoints: everything that decides the next window, bit for bit. The file's frame, with its
 //! checks for other scenes, truncation and damage, is [`protocol::checkpoint`].
 //!
-//! The file is the same for any number of ranks: the first one writes it, plane by plane as the others send theirs,
-//! and each reads from it what is its own.
+//! One process writes one file. Of several ranks each writes the planes that it works on to a file of its own
+//! ([`parts`]); the first one then puts the head in place, which names them, so that a checkpoint is whole from one
+//! moment on. Whoever reads takes the planes it needs, whatever the number of ranks that wrote them.
+
+mod parts;
 
 use crate::field::own_planes;
-use crate::gather::{self, Gathered};
 use crate::solver::{Memory, Solver};
+use parts::Part;
+use protocol::checkpoint::Payload;
 use protocol::participant::SolverError;
 use serde::Serialize;
 use std::path::Path;
@@ -16,26 +20,28 @@ const ROLE: &str = "fluid";
 
 /// What decides the next window, as stored; [`read`] takes the same parts one by one.
 #[derive(Serialize)]
-struct Stored<'a, const D: usize> {
+struct Stored<'a> {
     cells: Vec<u64>,
     time: f64,
     previous_dt: f64,
     steps: u64,
     memory: &'a Memory,
-    /// See [`Solver::fields`].
-    fields: Vec<Gathered<'a, D>>,
+    /// Files that hold the fields, from the lowest planes on.
+    parts: Vec<Part>,
+    /// See [`Solver::fields`]; none where files of their own hold them.
+    fields: Vec<&'a [f64]>,
 }
 
 /// Writes the checkpoint of `solver` to `folder`.
 ///
 /// # Errors
-/// [`SolverError::File`].
+/// [`SolverError::File`], and what kept another rank from writing its part. The checkpoint before stands then.
 pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError> {
-    let (state, grid) = (solver.stepper().state(), solver.grid());
-    let ranks = grid.division.ranks();
+    let (state, ranks) = (solver.stepper().state(), solver.grid().division.ranks());
+    let alone = ranks.is_alone();
+    let parts = if alone { Vec::new() } else { parts::write(solver, scene, folder)? };
     if !ranks.is_first() {
-        gather::send_to_first(grid, solver.fields().into_iter());
-        return ranks.check();
+        return Ok(());
     }
     let stored = Stored {
         cells: cells(solver),
@@ -43,39 +49,50 @@ pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> 
         previous_dt: state.previous_dt,
         steps: state.steps,
         memory: solver.memory(),
-        fields: solver.fields().into_iter().map(|field| Gathered { grid, field }).collect(),
+        parts,
+        fields: if alone { solver.fields() } else { Vec::new() },
     };
-    protocol::checkpoint::write(folder, ROLE, scene, &stored)
+    protocol::checkpoint::write(folder, ROLE, scene, &stored)?;
+    parts::remove_others(folder, stored.steps, stored.parts.len());
+    Ok(())
 }
 
 /// Reads the checkpoint in `folder` into `solver`.
 ///
 /// # Errors
-/// If the file is missing, damaged, or of another scene or version: then `solver` is as it was. If the disk
+/// If a file is missing, damaged, or of another scene, checkpoint or version: then `solver` is as it was. If the disk
 /// fails on the way: then it is of no further use.
 pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError> {
     let mut payload = protocol::checkpoint::open(folder, ROLE, scene)?;
     let grid: Vec<u64> = payload.part()?;
     let (time, previous_dt, steps) = payload.part()?;
     let memory: Memory = payload.part()?;
+    let parts: Vec<Part> = payload.part()?;
     let fields: u64 = payload.part()?;
-    let fits = grid == cells(solver)
-        && fields == solver.fields().len() as u64
-        && memory.grains() == solver.memory().grains();
+    let stored = if parts.is_empty() { solver.fields().len() as u64 } else { 0 };
+    let fits = grid == cells(solver) && fields == stored && memory.grains() == solver.memory().grains();
     if !fits {
-        return Err(SolverError::Failed(format!(
-            "{}: holds another grid, method or number of grains than the scene asks for: start anew",
-            protocol::checkpoint::path(folder, ROLE).display()
-        )));
+        return Err(payload
+            .refuse("holds another grid, method or number of grains than the scene asks for: start anew"));
     }
-    let own = own_planes(solver.grid());
-    let length = solver.grid().len();
-    for field in solver.fields_mut() {
-        let part = if field.len() == length { own.clone() } else { 0..field.len() };
-        payload.fill_part(field, part)?;
+    if parts.is_empty() {
+        fill(solver, &mut payload)?;
+    } else {
+        parts::read(solver, scene, folder, steps, &parts)?;
     }
     payload.end()?;
     solver.restart((time, previous_dt, steps), memory);
+    Ok(())
+}
+
+/// Takes the planes of this process from the fields of one file.
+fn fill<const D: usize>(solver: &mut Solver<D>, payload: &mut Payload) -> Result<(), SolverError> {
+    let (own, whole) = (own_planes(solver.grid()), solver.grid().len());
+    for field in solver.fields_mut() {
+        let count = field.len();
+        let place = if count == whole { own.clone() } else { 0..count };
+        payload.fill(&mut field[place.clone()], count, place.start)?;
+    }
     Ok(())
 }
 

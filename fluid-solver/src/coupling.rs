@@ -1,10 +1,11 @@
-//! What the fluid needs to know of `[coupling]`: the order of the exchange. The coupler owns the section, and
+//! What the fluid needs to know of `[coupling]`: the order of the exchange, and how long one waits. The coupler owns the section, and
 //! refuses a scheme that the form of the loads cannot follow.
 
 use protocol::facts::LoadsForm;
 use protocol::scene::{CheckedScene, SceneError};
 use protocol::scheme::{Iterations, Scheme, SchemeKey};
 use serde::Deserialize;
+use std::time::Duration;
 
 #[derive(Deserialize)]
 struct Document {
@@ -18,6 +19,25 @@ struct Document {
 struct Section {
     scheme: SchemeKey,
     iterations: Iterations,
+    deadline: Option<f64>,
+}
+
+/// `coupling.deadline` where a scene does not say it, s; the coupler's own.
+const DEADLINE: f64 = 10.0;
+
+/// Longest time for a solver to answer within a window, `coupling.deadline`.
+///
+/// # Errors
+/// [`SceneError`] with the place of a wrong type, or of what is no time.
+pub fn deadline(scene: &CheckedScene) -> Result<Duration, SceneError> {
+    let seconds = scene.source.section::<Document>()?.coupling.deadline.unwrap_or(DEADLINE);
+    Duration::try_from_secs_f64(seconds).ok().filter(|deadline| !deadline.is_zero()).ok_or_else(|| {
+        scene.source.error(
+            "coupling.deadline",
+            format!("is {seconds} s"),
+            "give a positive number of seconds",
+        )
+    })
 }
 
 /// The order of the exchange for loads of `form`, and how attempts are relaxed. `auto` that no coupler has
@@ -26,7 +46,7 @@ struct Section {
 /// # Errors
 /// [`SceneError`] with the place of a wrong type.
 pub fn read(scene: &CheckedScene, form: LoadsForm) -> Result<(Scheme, Iterations), SceneError> {
-    let Section { scheme, iterations } = scene.source.section::<Document>()?.coupling;
+    let Section { scheme, iterations, .. } = scene.source.section::<Document>()?.coupling;
     let named = scheme.named().filter(|scheme| scheme.forms().contains(&form));
     Ok((named.unwrap_or(Scheme::of(form)), iterations))
 }

@@ -70,16 +70,31 @@ impl Division {
 
     /// Blocks, shared among ranks.
     pub(crate) fn new(planes: usize, ranks: Ranks) -> Result<Self, DivisionError> {
-        let (count, size) = (blocks(planes), ranks.size());
+        let cuts = Self::cuts_for(planes, ranks.size())?;
+        let own = Self::planes_of(&cuts, ranks.rank(), ranks.size());
+        Ok(Self { cuts, own, ranks })
+    }
+
+    /// The blocks of a grid with so many planes, if so many ranks can share them.
+    fn cuts_for(planes: usize, size: usize) -> Result<Vec<usize>, DivisionError> {
+        let count = blocks(planes);
         if count < 2 {
             return Err(DivisionError::Planes { planes });
         }
         if size > count {
             return Err(DivisionError::Ranks { ranks: size, planes, most: count });
         }
-        let cuts: Vec<usize> = (0..=count).map(|block| planes * block / count).collect();
-        let own = Self::planes_of(&cuts, ranks.rank(), size);
-        Ok(Self { cuts, own, ranks })
+        Ok((0..=count).map(|block| planes * block / count).collect())
+    }
+
+    /// Planes of the rank that has fewest and of the one that has most, if so many ranks share a grid.
+    ///
+    /// # Errors
+    /// If they cannot.
+    pub fn slabs(planes: usize, size: usize) -> Result<[usize; 2], DivisionError> {
+        let cuts = Self::cuts_for(planes, size)?;
+        let planes = || (0..size).map(|rank| Self::planes_of(&cuts, rank, size).len());
+        Ok([planes().min().unwrap_or(0), planes().max().unwrap_or(0)])
     }
 
     fn planes_of(cuts: &[usize], rank: usize, size: usize) -> Range<usize> {

@@ -1,9 +1,11 @@
 //! What the fluid says of itself before a run (`bedload-fluid check`).
 
-use crate::config::{DisplacedMass, FluidSection, ForceTransport, SchemeKey};
+use crate::config::{DisplacedMass, DivisionKey, FluidSection, ForceTransport, SchemeKey};
+use crate::division::{self, Division};
 use crate::fictitious;
 use crate::grid::Grid;
-use crate::memory::{self, Demand};
+use crate::launcher::{self, Launch};
+use crate::memory::{self, Demand, Share};
 use crate::plan::Plan;
 use crate::ranks::Ranks;
 use crate::scheme::Viscous;
@@ -14,15 +16,68 @@ use protocol::scene::{CheckedScene, Grain, SceneError};
 use protocol::scheme::Scheme;
 use std::f64::consts::PI;
 
-/// Facts of the scene's fluid, without laying out its fields.
+/// Facts of the scene's fluid, without laying out its fields: as its launcher would start it, if it has one.
 ///
 /// # Errors
 /// [`SceneError`] naming the key that this solver cannot follow, or more memory than there is.
 pub fn facts(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
+    let ranks = Ranks::of_process();
+    of_ranks(scene, Some(&ranks).filter(|ranks| !ranks.is_alone()))
+}
+
+/// The same for `ranks` that have been started; without, for those that the scene's launcher would start.
+///
+/// # Errors
+/// As [`facts`].
+pub fn of_ranks(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<FluidFacts, SceneError> {
     match scene.scene.domain.dimensions() {
-        2 => of::<2>(scene),
-        _ => of::<3>(scene),
+        2 => of::<2>(scene, ranks),
+        _ => of::<3>(scene, ranks),
     }
+}
+
+/// Whose memory is asked for, and a notice where the launcher does not tell.
+fn share<const D: usize>(
+    scene: &CheckedScene,
+    section: &FluidSection,
+    ranks: Option<&Ranks>,
+    grid: &Grid<D>,
+) -> Result<(Share, Option<String>), SceneError> {
+    let launch = match (ranks, &section.launcher) {
+        (Some(ranks), _) => {
+            let size = ranks.size();
+            Launch { ranks: size, on_each: launcher::on_this_machine().unwrap_or(size) }
+        }
+        (None, None) => return Ok((Share::WHOLE, None)),
+        (None, Some(words)) => match launcher::read(words) {
+            Some(launch) => launch,
+            None => {
+                let notice = "fluid.launcher does not say how many ranks it starts (-np N): the memory is that of one \
+                              process, which has the whole grid";
+                return Ok((Share::WHOLE, Some(notice.into())));
+            }
+        },
+    };
+    if launch.ranks < 2 {
+        return Ok((Share::WHOLE, None));
+    }
+    if section.division == Some(DivisionKey::Whole) {
+        return Err(scene.source.error(
+            "fluid.division",
+            format!("is \"whole\", which the {} ranks of fluid.launcher cannot share", launch.ranks),
+            "set fluid.division = \"blocks\", or leave it out",
+        ));
+    }
+    let [least, most] = Division::slabs(grid.cells[D - 1], launch.ranks).map_err(|error| {
+        scene.source.error("fluid.launcher", error.to_string(), "start as many ranks as are possible")
+    })?;
+    build::refuse(scene, &section.choices(), least)?;
+    let notice = (launch.on_each < launch.ranks).then(|| {
+        let Launch { ranks, on_each } = launch;
+        format!("the memory is that of {on_each} of {ranks} ranks, as many as are on one machine")
+    });
+    let blocks = division::blocks(grid.cells[D - 1]).div_ceil(launch.ranks);
+    Ok((Share { ranks: launch.on_each, planes: most, blocks }, notice))
 }
 
 /// Bytes that are kept of what the grains hold of the grid: the mask ratio of all cells of each component.
@@ -36,11 +91,11 @@ fn kept_bytes<const D: usize>(scene: &CheckedScene, spacing: f64) -> u64 {
     (8 * D) as u64 * scene.grains.iter().map(cells).sum::<f64>() as u64
 }
 
-fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
+fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<FluidFacts, SceneError> {
     let section = FluidSection::read(scene)?;
     let choices = section.choices();
     let medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
-    let grid = build::divided::<D>(scene, &choices, &Ranks::alone())?;
+    let grid = build::divided::<D>(scene, &choices, ranks.unwrap_or(&Ranks::alone()))?;
     let plan = Plan::new(scene, medium, &choices, &grid)?;
     // A table that cannot be read is told before the run, not after it.
     crate::lines::of(scene)?;
@@ -55,9 +110,11 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
         _ => 0,
     };
     let repeated = scheme == Scheme::Iterated;
+    let (share, shared) = share(scene, &section, ranks, &grid)?;
     let memory = memory::estimate(
         &grid,
         Demand { carried, along, told: along && build::tells_viscosity(&choices), implicit, repeated, held },
+        share,
     );
     memory::check(scene, memory, protocol::memory::available().as_ref())?;
     let cells = grid.cell_count() as u64;
@@ -65,6 +122,7 @@ fn of<const D: usize>(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
         scene.source.error("fluid", format!("cannot be written out: {error}"), "report this as a fault")
     })?;
     let mut notices = slow_axes(scene, &grid);
+    notices.extend(shared);
     let number = medium.kinematic_viscosity() * plan.first() / (plan.spacing * plan.spacing);
     if !scene.grains.is_empty() && number > 2.0 {
         notices.push(format!(

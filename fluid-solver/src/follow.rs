@@ -40,11 +40,17 @@ pub fn follow(ranks: &Ranks) -> Result<(), SolverError> {
             }
             (Order::Save, Some(fluid)) => fluid.save(),
             (Order::Restore, Some(fluid)) => fluid.restore(),
-            (Order::WriteCheckpoint, Some(fluid)) => {
-                let _ = fluid.write_checkpoint(std::path::Path::new(""));
+            (Order::WriteCheckpoint(folder), Some(fluid)) => {
+                let _ = fluid.write_checkpoint(&folder);
             }
             (Order::ReadCheckpoint(folder), Some(fluid)) => {
                 let _ = fluid.read_checkpoint(&folder);
+            }
+            (Order::WriteFields(window), Some(fluid)) => {
+                let _ = fluid.write_fields(&heard(window));
+            }
+            (Order::MeanVelocity(axis), Some(fluid)) => {
+                fluid.mean_velocity(axis);
             }
             (Order::Show, Some(fluid)) => fluid.show(),
             (_, None) => {}

@@ -66,24 +66,29 @@ impl Ghosts {
 
     /// Fetches `width` planes of every field on the sides where it is wanted; no slab has fewer planes.
     pub(crate) fn fetch(&self, width: usize, fields: &mut [Wanted<'_>]) {
-        let (ranks, own) = (self.division.ranks(), self.division.own());
-        if ranks.is_alone() {
-            return;
+        if let Some(sent) = self.pack(width, fields) {
+            let received = self.exchange(sent, &mut || {});
+            self.unpack(width, &received, fields);
         }
-        let places = [
-            self.place(own.start + self.planes - width, width),
-            self.place(own.end, width),
-            self.place(own.end - width, width),
-            self.place(own.start, width),
-        ];
-        let sides = [Side::Above, Side::Below];
-        let wants = |side: Side, not: Side| side != not;
+    }
+
+    /// The planes that the neighbours want, to go up and down; nothing without ranks.
+    pub(crate) fn pack(&self, width: usize, fields: &[Wanted<'_>]) -> Option<[Vec<f64>; 2]> {
+        let own = self.division.own();
+        if self.division.ranks().is_alone() {
+            return None;
+        }
         // What goes up is wanted below the rank above.
-        let pack = |place: &Range<usize>, not: Side| -> Vec<f64> {
-            let wanted = fields.iter().filter(|(_, side)| wants(*side, not));
+        let pack = |place: Range<usize>, not: Side| -> Vec<f64> {
+            let wanted = fields.iter().filter(|(_, side)| *side != not);
             wanted.flat_map(|(field, _)| &field[place.clone()]).copied().collect()
         };
-        let [up, down] = [pack(&places[2], sides[0]), pack(&places[3], sides[1])];
+        let [below, above] = [self.place(own.end - width, width), self.place(own.start, width)];
+        Some([pack(below, Side::Above), pack(above, Side::Below)])
+    }
+
+    /// Sends what was packed; what comes from below and from above. `meanwhile` is done while it is on its way.
+    pub(crate) fn exchange(&self, [up, down]: [Vec<f64>; 2], meanwhile: &mut dyn FnMut()) -> [Vec<f64>; 2] {
         let mut into = [vec![0.0; up.len()], vec![0.0; down.len()]];
         let [below, above] = self.division.neighbours(self.periodic);
         let mut messages = Vec::new();
@@ -93,11 +98,17 @@ impl Ghosts {
         let mut room = Vec::new();
         room.extend(above.filter(|_| !down.is_empty()).map(|rank| (rank, &mut from_above[..])));
         room.extend(below.filter(|_| !up.is_empty()).map(|rank| (rank, &mut from_below[..])));
-        ranks.exchange(&messages, &mut room);
-        for (from, (rank, (place, not))) in
-            into.iter().zip([below, above].iter().zip(places.iter().zip(sides)))
-        {
-            let wanted = fields.iter_mut().filter(|(_, side)| rank.is_some() && wants(*side, not));
+        self.division.ranks().exchange_while(&messages, &mut room, meanwhile);
+        into
+    }
+
+    /// Puts what came where it stands in the fields.
+    pub(crate) fn unpack(&self, width: usize, received: &[Vec<f64>; 2], fields: &mut [Wanted<'_>]) {
+        let own = self.division.own();
+        let places = [self.place(own.start + self.planes - width, width), self.place(own.end, width)];
+        let beside = self.division.neighbours(self.periodic).into_iter().zip(places);
+        for ((rank, place), (from, not)) in beside.zip(received.iter().zip([Side::Above, Side::Below])) {
+            let wanted = fields.iter_mut().filter(|(_, side)| rank.is_some() && *side != not);
             for ((field, _), from) in wanted.zip(from.chunks(width * self.stride)) {
                 field[place.clone()].copy_from_slice(from);
             }

@@ -69,6 +69,7 @@ pub mod health;
 pub mod helmholtz;
 pub mod immersed;
 pub mod lanes;
+pub mod launcher;
 pub mod lines;
 pub mod loads;
 pub mod measure;

@@ -1,6 +1,6 @@
 //! Numbers and fields derived from the velocity.
 
-use crate::field::for_each_unknown;
+use crate::field::{for_each_own_unknown, for_each_unknown};
 use crate::grid::Grid;
 
 /// ½ ∫ u² dV over the unknowns, m⁵/s² per unit density (plane: per metre of depth).
@@ -22,11 +22,19 @@ pub fn momentum<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> f64 {
 }
 
 /// Mean of component `d` over the box, grains included, m/s: along a periodic axis the superficial
-/// velocity, which is the same through every cross-section.
+/// velocity, which is the same through every cross-section. One rank adds its planes after the other.
 pub fn mean_velocity<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> f64 {
-    let mut volume = 0.0;
-    for_each_unknown(grid, d, |at, _| volume += grid.control_volume(d, at));
-    momentum(grid, d, u) / volume
+    let mut sums = [0.0, 0.0];
+    grid.division.ranks().relay(&mut sums, |sums| {
+        let (mut flow, mut volume) = (sums[0], sums[1]);
+        for_each_own_unknown(grid, d, |at, index| {
+            let control = grid.control_volume(d, at);
+            flow += u[index] * control;
+            volume += control;
+        });
+        sums.copy_from_slice(&[flow, volume]);
+    });
+    sums[0] / sums[1]
 }
 
 /// Out-of-plane vorticity on two axes, ω = ∂u₀/∂x₁ − ∂u₁/∂x₀, 1/s: stored at the corner of the

@@ -7,6 +7,32 @@ use protocol::scene::{CheckedScene, SceneError};
 /// Program, grains, lines and planes of working memory, bytes: measured, at most 12 MiB below 10⁶ cells.
 const BASE: u64 = 12 << 20;
 
+/// The MPI library and more of the program, for each of several ranks, bytes: measured with Open MPI 4.1.
+const RANK: u64 = 20 << 20;
+
+/// Planes of each field that a rank touches beside its own: those of its neighbours, beyond walls, what is sent.
+const BESIDE: usize = 6;
+
+/// Planes of numbers that a rank keeps for the edges of each of its blocks with implicit viscosity. These are upper bounds of
+/// the resident memory measured at 128³ and 192³ on 2, 4 and 8 ranks.
+const EDGES: usize = 40;
+
+/// Which ranks the memory of a machine must do for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// Ranks on the machine.
+    pub ranks: usize,
+    /// Planes of the one that has most; zero: there is one process, which has all.
+    pub planes: usize,
+    /// Blocks of the one that has most.
+    pub blocks: usize,
+}
+
+impl Share {
+    /// One process has all.
+    pub const WHOLE: Self = Self { ranks: 1, planes: 0, blocks: 0 };
+}
+
 /// What decides the number of fields.
 #[derive(Clone, Copy, Debug)]
 pub struct Demand {
@@ -24,13 +50,14 @@ pub struct Demand {
     pub held: u64,
 }
 
-/// Bytes that a run takes.
+/// Bytes that a run takes on a machine.
 ///
 /// In fields of the grid, each with its pads: velocity, history, pressure and the carried force, once
 /// more where windows are repeated, and the working memory of the step.
 /// The latter is measured, as resident memory, at 128³ and 1448² cells: 1 field in space, 3 more with
-/// implicit viscosity; on two axes 7, and 10 more for the factors of the viscous solvers.
-pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand) -> u64 {
+/// implicit viscosity; on two axes 7, and 10 more for the factors of the viscous solvers. A rank has its planes
+/// and some beside them; what is kept of the grains is counted whole for each.
+pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) -> u64 {
     let Demand { carried, along, told, implicit, repeated, held } = demand;
     let axes = D as u64;
     let kept = 2 * axes
@@ -44,7 +71,13 @@ pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand) -> u64 {
         (_, false) => 1,
         (_, true) => 4,
     };
-    BASE + held + 8 * grid.len() as u64 * ((1 + u64::from(repeated)) * kept + work)
+    let fields = (1 + u64::from(repeated)) * kept + work;
+    if share.planes == 0 {
+        return BASE + held + 8 * grid.len() as u64 * fields;
+    }
+    let edges = if implicit { EDGES * share.blocks } else { 0 } as u64;
+    let planes = (share.planes + BESIDE) as u64 * fields + edges;
+    share.ranks as u64 * (BASE + RANK + held + 8 * planes * grid.stride(D - 1) as u64)
 }
 
 /// Refuses what does not fit, where the system tells what there is.

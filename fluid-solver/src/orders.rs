@@ -23,9 +23,13 @@ pub(crate) enum Order {
     /// [`Participant::restore`].
     Restore,
     /// [`Participant::write_checkpoint`].
-    WriteCheckpoint,
+    WriteCheckpoint(PathBuf),
     /// [`Participant::read_checkpoint`].
     ReadCheckpoint(PathBuf),
+    /// [`Participant::write_fields`].
+    WriteFields(Told),
+    /// [`Fluid::mean_velocity`](crate::participant::Fluid::mean_velocity).
+    MeanVelocity(usize),
     /// Bring the fields to the first rank, see [`crate::solver::Solver::show`].
     Show,
     /// Let the fluid go.

@@ -1,4 +1,5 @@
-//! Field files for ParaView: VTK rectilinear grids (`.vtr`).
+//! Field files for ParaView: VTK rectilinear grids (`.vtr`). Of several ranks each writes its planes to a file of its
+//! own, and the first one the list of them (`.pvtr`), which opens as one grid.
 //!
 //! Cell data: velocity at the centres, pressure without its hydrostatic part and mean gradient,
 //! vorticity, solid fraction. A plane or (r, z) grid lies in the plane y = 0, r along x.
@@ -7,42 +8,71 @@ use crate::grid::{Geometry, Grid};
 use crate::immersed::body::laboratory;
 use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::solver::Solver;
-use bedload_output::vtk::{Array, rectilinear};
+use bedload_output::atomic_write;
+use bedload_output::vtk::{Array, Part, parts, rectilinear_part};
 use protocol::participant::{SolverError, Window};
 use std::path::Path;
 
-/// Writes the fields after `window` to `folder`/`fluid_<step>.vtr`.
+/// Writes the fields after `window` to `folder`/`fluid_<step>.vtr`, or `.pvtr` and `-<rank>-of-<ranks>.vtr`.
 ///
 /// # Errors
-/// [`SolverError::File`].
+/// [`SolverError::File`], and what kept another rank from writing its file.
 pub fn write<const D: usize>(
     solver: &mut Solver<D>,
     window: &Window,
     folder: &Path,
 ) -> Result<(), SolverError> {
-    if !solver.show() {
-        return Ok(());
-    }
+    solver.stepper_mut().fill_halos();
     let data = [velocity(solver), pressure(solver), vorticity(solver), solid(solver)];
-    let path = folder.join(format!("fluid_{:08}.vtr", window.step));
+    let grid = solver.grid();
+    let (division, own) = (&grid.division, grid.division.own());
+    let (ranks, stem) = (division.ranks(), format!("fluid_{:08}", window.step));
+    let part = |rank: usize| {
+        let layers = division.of(rank);
+        let file = format!("{stem}-{rank}-of-{}.vtr", ranks.size());
+        Part { file, layers: [layers.start, layers.end] }
+    };
+    let name = if ranks.is_alone() { format!("{stem}.vtr") } else { part(ranks.rank()).file };
+    let path = folder.join(name);
+    let first = if D == 3 { own.start } else { 0 };
     let save = || -> std::io::Result<()> {
         std::fs::create_dir_all(folder)?;
-        std::fs::write(&path, rectilinear(window.time + window.dt, &faces(solver.grid()), &data))
+        std::fs::write(&path, rectilinear_part(window.time + window.dt, &faces(grid), first, &data))
     };
-    save().map_err(|source| SolverError::File { path: path.display().to_string(), source })
+    let saved = save().map_err(|source| SolverError::File { path: path.display().to_string(), source });
+    ranks.report(saved.map(|()| Vec::new()))?;
+    if ranks.is_alone() || !ranks.is_first() {
+        return Ok(());
+    }
+    let all: Vec<Part> = (0..ranks.size()).map(part).collect();
+    let text = parts([grid.cells[0], grid.cells[1]], &data, &all);
+    atomic_write(&folder.join(format!("{stem}.pvtr")), text.as_bytes())
+        .map_err(|error| SolverError::Failed(error.to_string()))
 }
 
-/// Faces along x, y and z, m; 0 alone along an axis that the grid has not.
+/// Faces along x, y and z of the planes of this process, m; 0 alone along an axis that the grid has not.
 fn faces<const D: usize>(grid: &Grid<D>) -> [Vec<f64>; 3] {
+    let own = grid.division.own();
     std::array::from_fn(|c| {
         let axis = (0..D).find(|a| laboratory(grid.geometry, *a) == c);
-        axis.map_or_else(|| vec![0.0], |a| grid.axes[a].faces.clone())
+        axis.map_or_else(
+            || vec![0.0],
+            |a| {
+                let faces = &grid.axes[a].faces;
+                if a == D - 1 { faces[own.start..=own.end].to_vec() } else { faces.clone() }
+            },
+        )
     })
 }
 
-/// Visits every cell in VTK's order (x fastest): its indices and its place in a field.
+/// Cells of this process.
+fn own_cells<const D: usize>(grid: &Grid<D>) -> usize {
+    grid.own_rows().len() * grid.cells[0]
+}
+
+/// Visits every cell of this process in VTK's order (x fastest): its indices and its place in a field.
 fn for_each_cell<const D: usize>(grid: &Grid<D>, mut visit: impl FnMut([usize; D], usize)) {
-    for row in 0..grid.rows() {
+    for row in grid.own_rows() {
         let start = grid.row(row);
         let rest = [0, row % grid.cells[1], row / grid.cells[1]];
         for i in 0..grid.cells[0] {
@@ -53,7 +83,7 @@ fn for_each_cell<const D: usize>(grid: &Grid<D>, mut visit: impl FnMut([usize; D
 
 fn velocity<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
-    let mut values = Vec::with_capacity(3 * grid.cell_count());
+    let mut values = Vec::with_capacity(3 * own_cells(grid));
     for_each_cell(grid, |_, index| {
         let mut v = [0.0; 3];
         for (a, u) in solver.stepper().state().velocity.iter().enumerate() {
@@ -66,7 +96,7 @@ fn velocity<const D: usize>(solver: &Solver<D>) -> Array {
 
 fn pressure<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
-    let mut values = Vec::with_capacity(grid.cell_count());
+    let mut values = Vec::with_capacity(own_cells(grid));
     let p = &solver.stepper().state().pressure;
     for_each_cell(grid, |_, index| values.push(solver.density() * p[index]));
     Array::scalar("pressure", values)
@@ -76,7 +106,7 @@ fn pressure<const D: usize>(solver: &Solver<D>) -> Array {
 fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
     let velocity = &solver.stepper().state().velocity;
-    let mut values = Vec::with_capacity(3 * grid.cell_count());
+    let mut values = Vec::with_capacity(3 * own_cells(grid));
     // ∂u_d/∂x_a at a centre, a ≠ d.
     let slope = |at: [usize; D], index: usize, d: usize, a: usize| {
         let u = &velocity[d];
@@ -110,6 +140,7 @@ fn solid<const D: usize>(solver: &Solver<D>) -> Array {
     let mut ratio = grid.new_field();
     for_each_layer(
         grid,
+        grid.division.own(),
         solver.mask_model(),
         solver.immersed().shapes(),
         solver.motions(),
@@ -118,7 +149,7 @@ fn solid<const D: usize>(solver: &Solver<D>) -> Array {
             layer.iter_mut().zip(layer_sums.totals()).for_each(|(sum, total)| *sum += total);
         },
     );
-    let mut values = Vec::with_capacity(grid.cell_count());
+    let mut values = Vec::with_capacity(own_cells(grid));
     for_each_cell(grid, |_, index| values.push(ratio[index] / (1.0 + ratio[index])));
     Array::scalar("solid", values)
 }

@@ -1,6 +1,7 @@
 //! The fluid as a participant: the number of axes is chosen here, once.
 
 use crate::checkpoint;
+use crate::coupling;
 use crate::lines::{self, Line};
 use crate::measure::mean_velocity;
 use crate::orders::{Leader, Order, tell, told};
@@ -13,6 +14,10 @@ use protocol::participant::{Exchange, Participant, Role, SolverError, Window, Wi
 use protocol::scene::{CheckedScene, ObservedPlanes, SceneError};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// How long a rank waits for another one, of `coupling.deadline`: less than the coupler waits for the fluid, so that it
+/// is told which rank does not answer.
+const EARLIER: f64 = 0.8;
 
 /// A fluid solver for any geometry.
 pub struct Fluid {
@@ -63,7 +68,11 @@ impl Fluid {
     /// The part of a rank that was told to build one.
     pub(crate) fn of_rank(scene: &CheckedScene, folder: &Path, ranks: &Ranks) -> Result<Self, SceneError> {
         // What may go wrong on one rank alone, memory and files, comes before the first step together.
-        let ready = crate::facts::facts(scene).and_then(|_| lines::of(scene));
+        let deadline = coupling::deadline(scene);
+        let ready = deadline.and_then(|deadline| {
+            crate::facts::of_ranks(scene, Some(ranks))?;
+            Ok((lines::of(scene)?, deadline))
+        });
         if !ranks.all(ready.is_ok()) && ready.is_ok() {
             return Err(scene.source.error(
                 "fluid",
@@ -71,7 +80,7 @@ impl Fluid {
                 "see that all ranks have the memory and the files that `bedload-fluid check` asks for",
             ));
         }
-        let lines = ready?;
+        let (lines, deadline) = ready?;
         let solver = match scene.scene.domain.dimensions() {
             2 => Any::Two(Box::new(Solver::with_ranks(scene, ranks)?)),
             _ => Any::Three(Box::new(Solver::with_ranks(scene, ranks)?)),
@@ -80,11 +89,12 @@ impl Fluid {
         let axis = |asked: &ObservedPlanes| axes.iter().position(|axis| *axis == asked.axis);
         let planes = scene.scene.observe.planes.clone();
         let planes = planes.and_then(|asked| axis(&asked).map(|axis| (asked, axis)));
+        ranks.set_patience(deadline.mul_f64(EARLIER));
         let (fields, ranks) = (folder.join("fields"), ranks.clone());
         Ok(Self { solver, scene: scene.state_sha256(), fields, planes, lines, ranks })
     }
 
-    /// Brings the fields of all ranks to the first one, for [`Fluid::mean_velocity`] and what else looks at them.
+    /// Brings the fields of all ranks to the first one, for what looks at them.
     pub(crate) fn show(&mut self) {
         // A rank that is gone is told at the next order.
         let _ = tell(&self.ranks, &Order::Show);
@@ -121,8 +131,10 @@ impl Fluid {
         }
     }
 
-    /// Mean velocity along grid axis `axis`, m/s.
+    /// Mean velocity along grid axis `axis`, m/s; the other ranks add theirs.
     pub fn mean_velocity(&self, axis: usize) -> f64 {
+        // A rank that is gone is told at the next order.
+        let _ = tell(&self.ranks, &Order::MeanVelocity(axis));
         any!(&self.solver, solver => {
             let velocity = &solver.stepper().state().velocity;
             velocity.get(axis).map_or(0.0, |u| mean_velocity(solver.grid(), axis, u))
@@ -176,27 +188,18 @@ impl Participant for Fluid {
     }
 
     fn write_checkpoint(&self, folder: &Path) -> Result<(), SolverError> {
-        tell(&self.ranks, &Order::WriteCheckpoint)?;
-        let written = any!(&self.solver, solver => checkpoint::write(solver, &self.scene, folder));
-        if let Err(error) = &written {
-            // The others may stand anywhere among the fields.
-            self.ranks.fail(format!("a checkpoint could not be written: {error}"));
-        }
-        written
+        tell(&self.ranks, &Order::WriteCheckpoint(folder.into()))?;
+        any!(&self.solver, solver => checkpoint::write(solver, &self.scene, folder))
     }
 
     fn read_checkpoint(&mut self, folder: &Path) -> Result<(), SolverError> {
         tell(&self.ranks, &Order::ReadCheckpoint(folder.into()))?;
         let read = any!(&mut self.solver, solver => checkpoint::read(solver, &self.scene, folder));
-        if self.ranks.all(read.is_ok()) || read.is_err() {
-            return read;
-        }
-        let what = format!("{}: another rank of the fluid cannot read it", folder.display());
-        Err(SolverError::Failed(what))
+        self.ranks.report(read.map(|()| Vec::new())).map(drop)
     }
 
     fn write_fields(&mut self, window: &Window) -> Result<(), SolverError> {
-        tell(&self.ranks, &Order::Show)?;
+        tell(&self.ranks, &Order::WriteFields(told(window)))?;
         any!(&mut self.solver, solver => output::write(solver, window, &self.fields))
     }
 

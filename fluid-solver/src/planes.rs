@@ -75,6 +75,7 @@ fn add_grains<const D: usize>(solver: &Solver<D>, axis: usize, sums: &mut [Sums]
     let mut ratios = grid.new_field();
     for_each_layer(
         grid,
+        0..grid.cells[D - 1],
         &model,
         solver.immersed().shapes(),
         solver.motions(),

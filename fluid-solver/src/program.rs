@@ -97,7 +97,6 @@ impl Solver for Fluid {
         scene: &CheckedScene,
         folder: &OutputFolder,
     ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
-        self.show();
         let domain = &scene.scene.domain;
         let along = |axis: usize| {
             let letter = format!("{:?}", domain.geometry.axes()[axis]).to_lowercase();

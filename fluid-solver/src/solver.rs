@@ -189,7 +189,8 @@ impl<const D: usize> Solver<D> {
         let motions = build::motions(scene);
         let gyration = shapes.iter().map(|shape| shape.gyration).collect();
         let attempts = (scheme == Scheme::Iterated).then(|| Box::new(Attempts::new(iterations, gyration)));
-        let pores = build::corrects_radius(scene, &choices).then(|| Pores::new(&grid, &shapes));
+        let corrects = grains > 0 && build::corrects_radius(scene, &choices);
+        let pores = corrects.then(|| Pores::new(&grid, &shapes));
         let mut solver = Self {
             pores,
             immersed: Immersed::new(&grid, shapes, keeps),

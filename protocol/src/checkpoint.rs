@@ -6,22 +6,24 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use sha2::{Digest, Sha256};
+use sha2::{Digest as _, Sha256};
 
 use crate::log::codec;
 use crate::participant::SolverError;
 
 const MAGIC: [u8; 8] = *b"BEDLOAD\n";
-const VERSION: u64 = 3;
+const VERSION: u64 = 4;
 const HEAD: usize = 8 + 8 + 8 + 32;
 
 /// Bytes that are read or written at once.
 const CHUNK: usize = 1 << 16;
+
+/// SHA-256 of a payload: tells a file that belongs to another from one that only has its name.
+pub type Digest = [u8; 32];
 
 /// File of `role` in `folder`.
 #[must_use]
@@ -35,18 +37,32 @@ pub fn path(folder: &Path, role: &str) -> PathBuf {
 /// # Errors
 /// [`SolverError::File`] if the disk refuses.
 pub fn write<T: Serialize>(folder: &Path, role: &str, identity: &str, state: &T) -> Result<(), SolverError> {
+    write_part(folder, role, identity, state).map(drop)
+}
+
+/// [`write()`], and the digest by which another file can name this one.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_part<T: Serialize>(
+    folder: &Path,
+    role: &str,
+    identity: &str,
+    state: &T,
+) -> Result<Digest, SolverError> {
     let target = path(folder, role);
     let fail = |path: &Path, source| SolverError::File { path: path.display().to_string(), source };
     std::fs::create_dir_all(folder).map_err(|error| fail(folder, error))?;
     let beside = target.with_extension("partial");
-    File::create(&beside)
+    let digest = File::create(&beside)
         .and_then(|file| frame(file, &(identity, state)))
         .map_err(|error| fail(&beside, error))?;
-    std::fs::rename(&beside, &target).map_err(|error| fail(&target, error))
+    std::fs::rename(&beside, &target).map_err(|error| fail(&target, error))?;
+    Ok(digest)
 }
 
 /// Head and payload. Length and digest, which stand before the payload, are known after it.
-fn frame(mut file: File, payload: &impl Serialize) -> io::Result<()> {
+fn frame(mut file: File, payload: &impl Serialize) -> io::Result<Digest> {
     file.write_all(&[0; HEAD])?;
     let mut out = BufWriter::with_capacity(CHUNK, Digested::new(file));
     // an error of the file is kept: what the codec makes of it is a text
@@ -56,9 +72,11 @@ fn frame(mut file: File, payload: &impl Serialize) -> io::Result<()> {
     let Digested { to: mut file, digest, length } =
         out.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.seek(SeekFrom::Start(0))?;
-    let head = [&MAGIC[..], &VERSION.to_le_bytes(), &length.to_le_bytes(), &digest.finalize()].concat();
+    let digest: Digest = digest.finalize().into();
+    let head = [&MAGIC[..], &VERSION.to_le_bytes(), &length.to_le_bytes(), &digest].concat();
     file.write_all(&head)?;
-    file.sync_data()
+    file.sync_data()?;
+    Ok(digest)
 }
 
 /// Digests what is written through it.
@@ -129,6 +147,7 @@ pub struct Payload {
     path: PathBuf,
     file: BufReader<File>,
     left: u64,
+    digest: Digest,
 }
 
 impl Payload {
@@ -136,7 +155,8 @@ impl Payload {
     fn open(path: PathBuf) -> Result<Self, SolverError> {
         let file = File::open(&path);
         let file = file.map_err(|source| SolverError::File { path: path.display().to_string(), source })?;
-        let mut payload = Self { path, file: BufReader::with_capacity(CHUNK, file), left: 0 };
+        let mut payload =
+            Self { path, file: BufReader::with_capacity(CHUNK, file), left: 0, digest: [0; 32] };
         let mut head = [0; HEAD];
         if payload.file.read_exact(&mut head).is_err() || head[..8] != MAGIC {
             return Err(
@@ -151,7 +171,8 @@ impl Payload {
         let whole = io::copy(&mut payload.file, &mut digested);
         whole.and_then(|_| payload.file.seek(SeekFrom::Start(HEAD as u64))).map_err(|e| payload.fail(e))?;
         payload.left = word(16);
-        if digested.length != payload.left || digested.digest.finalize()[..] != head[24..] {
+        payload.digest = digested.digest.finalize().into();
+        if digested.length != payload.left || payload.digest[..] != head[24..] {
             return Err(payload.refuse("is truncated or damaged: start anew without --resume"));
         }
         Ok(payload)
@@ -168,30 +189,24 @@ impl Payload {
         part.map_err(|error| self.refuse(&error.to_string()))
     }
 
-    /// The next part, a list of numbers, into `values`.
+    /// The next part, a list of `count` numbers: those from number `from` on go to `values`, the others are passed
+    /// over.
     ///
     /// # Errors
-    /// [`SolverError`] if it has another length.
-    pub fn fill(&mut self, values: &mut [f64]) -> Result<(), SolverError> {
-        let all = 0..values.len();
-        self.fill_part(values, all)
-    }
-
-    /// The same for `part` of `values` alone; what is read for the rest is passed over.
-    ///
-    /// # Errors
-    /// [`SolverError`] if the list has another length than `values`.
-    pub fn fill_part(&mut self, values: &mut [f64], part: Range<usize>) -> Result<(), SolverError> {
-        let (count, wanted) = (self.part::<u64>()?, values.len() as u64);
-        if count != wanted || self.left < 8 * wanted {
+    /// [`SolverError`] if the list has another length, or ends before `values` does.
+    pub fn fill(&mut self, values: &mut [f64], count: usize, from: usize) -> Result<(), SolverError> {
+        let (stored, wanted) = (self.part::<u64>()?, count as u64);
+        let Some(behind) = count.checked_sub(from + values.len()).filter(|_| stored == wanted) else {
             return Err(self.refuse(&format!(
-                "holds a field of {count} numbers where {wanted} are asked for: start anew"
+                "holds a field of {stored} numbers where {wanted} are asked for: start anew"
             )));
+        };
+        if self.left / 8 < wanted {
+            return Err(self.refuse(&format!("ends within a field of {wanted} numbers: start anew")));
         }
         let mut chunk = [0; 4096];
-        self.pass_over(part.start)?;
-        let behind = values.len() - part.end;
-        for values in values[part].chunks_mut(chunk.len() / 8) {
+        self.pass_over(from)?;
+        for values in values.chunks_mut(chunk.len() / 8) {
             let bytes = &mut chunk[..8 * values.len()];
             self.file.read_exact(bytes).map_err(|error| self.fail(error))?;
             for (value, bytes) in values.iter_mut().zip(bytes.as_chunks::<8>().0) {
@@ -218,11 +233,19 @@ impl Payload {
         }
     }
 
+    /// Digest of the payload.
+    #[must_use]
+    pub fn digest(&self) -> &Digest {
+        &self.digest
+    }
+
     fn fail(&self, source: io::Error) -> SolverError {
         SolverError::File { path: self.path.display().to_string(), source }
     }
 
-    fn refuse(&self, why: &str) -> SolverError {
+    /// The error that this file is no good, and why.
+    #[must_use]
+    pub fn refuse(&self, why: &str) -> SolverError {
         SolverError::Failed(format!("{}: {why}", self.path.display()))
     }
 }

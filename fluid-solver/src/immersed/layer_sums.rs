@@ -8,6 +8,7 @@ use super::nodes::Nodes;
 use crate::grid::Grid;
 use crate::vector::Real;
 use pulp::Simd;
+use std::ops::Range;
 
 /// A layer being worked on.
 #[derive(Clone, Debug, Default)]
@@ -119,9 +120,10 @@ impl LayerSums {
     }
 }
 
-/// Calls `visit` with every layer of the cell centres in turn, the mask ratios of all grains summed.
+/// Calls `visit` with each of the `wanted` layers of the cell centres in turn, the mask ratios of all grains summed.
 pub(crate) fn for_each_layer<const D: usize>(
     grid: &Grid<D>,
+    wanted: Range<usize>,
     model: &MaskModel,
     shapes: &[Shape],
     motions: &[Motion],
@@ -131,7 +133,7 @@ pub(crate) fn for_each_layer<const D: usize>(
     layers.place(grid, model, shapes, motions);
     let (mut layer_sums, mut layer) = (LayerSums::default(), Layer::default());
     layer_sums.fit(grid);
-    for k in 0..grid.cells[D - 1] {
+    for k in wanted {
         layer.fill(grid, &layers.grains, model, k, &mut layer_sums.room);
         layer_sums.gather(&layer);
         visit(k, &layer_sums, &layer, &layers.grains.nodes);

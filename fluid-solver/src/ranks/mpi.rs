@@ -42,8 +42,11 @@ pub fn start() -> Result<Option<(Universe, Ranks)>, String> {
     Ok(Some((universe, Ranks::linked(link))))
 }
 
-/// Polls `requests` until all are done. If one is not by `end` the run is over: what MPI was lent cannot be taken back.
-fn poll<'a, D: ?Sized, S: Scope<'a>>(requests: Vec<(usize, Request<'a, D, S>)>, end: Option<Instant>) {
+/// Polls `requests` until all are done. If one is not in time the run is over: what MPI was lent cannot be taken back.
+fn poll<'a, D: ?Sized, S: Scope<'a>>(
+    requests: Vec<(usize, Request<'a, D, S>)>,
+    (begin, patience): (Instant, Option<Duration>),
+) {
     let mut polls = 0;
     for (rank, mut request) in requests {
         loop {
@@ -51,9 +54,11 @@ fn poll<'a, D: ?Sized, S: Scope<'a>>(requests: Vec<(usize, Request<'a, D, S>)>, 
                 Ok(_) => break,
                 Err(again) => request = again,
             }
-            if end.is_some_and(|end| Instant::now() > end) {
+            if let Some(patience) = patience.filter(|patience| begin.elapsed() > *patience) {
                 protocol::say!(
-                    "bedload-fluid: rank {rank} did not answer in time: it hangs, and the run ends"
+                    "bedload-fluid: rank {rank} did not answer within {} s: it hangs, and the run ends; if it is only \
+                     slow raise coupling.deadline",
+                    patience.as_secs_f64()
                 );
                 SimpleCommunicator::world().abort(1);
             }
@@ -78,9 +83,10 @@ impl Link for Mpi {
         messages: &[(usize, &[u8])],
         into: &mut [(usize, &mut [u8])],
         patience: Option<Duration>,
+        meanwhile: &mut dyn FnMut(),
     ) -> Result<(), String> {
         let world = SimpleCommunicator::world();
-        let end = patience.map(|patience| Instant::now() + patience);
+        let wait = (Instant::now(), patience);
         ::mpi::request::scope(|scope| {
             let (mut coming, mut going) = (Vec::new(), Vec::new());
             for (from, bytes) in into {
@@ -90,8 +96,9 @@ impl Link for Mpi {
             for (to, bytes) in messages {
                 going.push((*to, world.process_at_rank(*to as i32).immediate_send(scope, *bytes)));
             }
-            poll(coming, end);
-            poll(going, end);
+            meanwhile();
+            poll(coming, wait);
+            poll(going, wait);
         });
         Ok(())
     }

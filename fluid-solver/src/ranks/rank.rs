@@ -6,8 +6,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
-/// How long a rank waits for another within a window, s.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// How long a rank waits for another until it is told, s: while the fluid is built.
+const AT_FIRST: Duration = Duration::from_secs(60);
+
+/// How many times as long where the others write or read files; as the coupler waits for a solver.
+const FILES_TAKE: u32 = 6;
 
 /// What brings bytes from rank to rank.
 pub trait Link: Send + Sync {
@@ -17,8 +20,8 @@ pub trait Link: Send + Sync {
     /// Number of ranks.
     fn size(&self) -> usize;
 
-    /// Sends every message and waits for all that are to come, in any order. Messages between the same two
-    /// ranks arrive in the order in which they were sent. `patience`: how long to wait; without: for ever.
+    /// Sends every message, calls `meanwhile`, and waits for all that are to come, in any order. Messages between the
+    /// same two ranks arrive in the order in which they were sent. `patience`: how long to wait; without: for ever.
     ///
     /// # Errors
     /// With the rank that is gone or does not answer.
@@ -27,6 +30,7 @@ pub trait Link: Send + Sync {
         messages: &[(usize, &[u8])],
         into: &mut [(usize, &mut [u8])],
         patience: Option<Duration>,
+        meanwhile: &mut dyn FnMut(),
     ) -> Result<(), String>;
 }
 
@@ -48,6 +52,8 @@ struct Member {
     failure: Mutex<Option<String>>,
     messages: AtomicU64,
     bytes: AtomicU64,
+    /// How long to wait for another rank, ms.
+    patience: AtomicU64,
 }
 
 impl std::fmt::Debug for Ranks {
@@ -77,7 +83,8 @@ impl Ranks {
     #[must_use]
     pub fn linked(link: impl Link + 'static) -> Self {
         let (failure, messages, bytes) = Default::default();
-        Self(Some(Arc::new(Member { link: Box::new(link), failure, messages, bytes })))
+        let patience = AtomicU64::new(AT_FIRST.as_millis() as u64);
+        Self(Some(Arc::new(Member { link: Box::new(link), failure, messages, bytes, patience })))
     }
 
     /// What this process is: alone unless [`Ranks::set_process`] said otherwise.
@@ -116,6 +123,20 @@ impl Ranks {
         self.rank() == 0
     }
 
+    /// Says how long to wait for another rank within a window from now on.
+    pub fn set_patience(&self, patience: Duration) {
+        if let Some(member) = &self.0 {
+            let milliseconds = u64::try_from(patience.as_millis()).unwrap_or(u64::MAX);
+            member.patience.store(milliseconds.max(1), Ordering::Relaxed);
+        }
+    }
+
+    /// How long to wait for another rank within a window.
+    fn patience(&self) -> Duration {
+        let told = |member: &Arc<Member>| Duration::from_millis(member.patience.load(Ordering::Relaxed));
+        self.0.as_ref().map_or(AT_FIRST, told)
+    }
+
     /// What this rank has sent so far.
     #[must_use]
     pub fn traffic(&self) -> Traffic {
@@ -143,11 +164,21 @@ impl Ranks {
 
     /// Sends and receives numbers, see [`Link::exchange`].
     pub fn exchange(&self, messages: &[(usize, &[f64])], into: &mut [(usize, &mut [f64])]) {
+        self.exchange_while(messages, into, &mut || {});
+    }
+
+    /// The same, and `meanwhile` while the numbers are on their way; it is done whatever becomes of them.
+    pub fn exchange_while(
+        &self,
+        messages: &[(usize, &[f64])],
+        into: &mut [(usize, &mut [f64])],
+        meanwhile: &mut dyn FnMut(),
+    ) {
         let messages: Vec<(usize, &[u8])> =
             messages.iter().map(|(to, values)| (*to, bytemuck::cast_slice(values))).collect();
         let mut into: Vec<(usize, &mut [u8])> =
             into.iter_mut().map(|(from, values)| (*from, bytemuck::cast_slice_mut(values))).collect();
-        self.transfer(&messages, &mut into, Some(PATIENCE));
+        self.transfer_while(&messages, &mut into, Some(self.patience()), meanwhile);
     }
 
     fn transfer(
@@ -156,16 +187,32 @@ impl Ranks {
         into: &mut [(usize, &mut [u8])],
         patience: Option<Duration>,
     ) {
-        let Some(member) = &self.0 else { return };
-        if member.failure().is_some() {
-            return;
-        }
+        self.transfer_while(messages, into, patience, &mut || {});
+    }
+
+    fn transfer_while(
+        &self,
+        messages: &[(usize, &[u8])],
+        into: &mut [(usize, &mut [u8])],
+        patience: Option<Duration>,
+        meanwhile: &mut dyn FnMut(),
+    ) {
+        let Some(member) = self.0.as_ref().filter(|member| member.failure().is_none()) else {
+            return meanwhile();
+        };
+        let mut done = false;
+        let mut once = || {
+            if !std::mem::replace(&mut done, true) {
+                meanwhile();
+            }
+        };
         member.messages.fetch_add(messages.len() as u64, Ordering::Relaxed);
         let bytes: usize = messages.iter().map(|(_, bytes)| bytes.len()).sum();
         member.bytes.fetch_add(bytes as u64, Ordering::Relaxed);
-        if let Err(what) = member.link.exchange(messages, into, patience) {
+        if let Err(what) = member.link.exchange(messages, into, patience, &mut once) {
             member.failure().get_or_insert(what);
         }
+        once();
     }
 
     /// The bytes of rank 0, on every rank; the others wait for them as long as it takes.
@@ -186,7 +233,7 @@ impl Ranks {
             self.transfer(&[], &mut [(0, &mut length)], None);
             self.check()?;
             bytes = vec![0; u64::from_le_bytes(length) as usize];
-            self.transfer(&[], &mut [(0, &mut bytes)], Some(PATIENCE));
+            self.transfer(&[], &mut [(0, &mut bytes)], Some(self.patience()));
         }
         self.check().map(|()| bytes)
     }
@@ -239,6 +286,46 @@ impl Ranks {
             parts.iter_mut().enumerate().skip(1).map(|(from, part)| (from, &mut part[..])).collect();
         self.exchange(&[], &mut into);
         parts
+    }
+
+    /// What each rank did with its files: on rank 0 what all of them say, in their order; nothing elsewhere. Files
+    /// take long, so it is waited for longer than within a window.
+    ///
+    /// # Errors
+    /// The first rank's failure, or there that of another one with its number.
+    pub(crate) fn report(&self, own: Result<Vec<u8>, SolverError>) -> Result<Vec<Vec<u8>>, SolverError> {
+        if self.is_alone() {
+            return own.map(|own| vec![own]);
+        }
+        let told = match &own {
+            Ok(bytes) => [&[1], &bytes[..]].concat(),
+            Err(error) => [&[0], error.to_string().as_bytes()].concat(),
+        };
+        let patience = Some(self.patience().saturating_mul(FILES_TAKE));
+        if !self.is_first() {
+            self.transfer(&[(0, &(told.len() as u64).to_le_bytes()), (0, &told)], &mut [], patience);
+            return own.map(|_| Vec::new());
+        }
+        let mut lengths = vec![[0; 8]; self.size()];
+        let mut into: Vec<(usize, &mut [u8])> =
+            lengths.iter_mut().enumerate().skip(1).map(|(from, length)| (from, &mut length[..])).collect();
+        self.transfer(&[], &mut into, patience);
+        self.check()?;
+        let mut parts: Vec<Vec<u8>> =
+            lengths.iter().map(|length| vec![0; u64::from_le_bytes(*length) as usize]).collect();
+        let mut into: Vec<(usize, &mut [u8])> =
+            parts.iter_mut().enumerate().skip(1).map(|(from, part)| (from, &mut part[..])).collect();
+        self.transfer(&[], &mut into, patience);
+        self.check()?;
+        parts[0] = [&[1], &own?[..]].concat();
+        let heard = |(rank, part): (usize, Vec<u8>)| match part.split_first() {
+            Some((1, bytes)) => Ok(bytes.to_vec()),
+            _ => {
+                let what = String::from_utf8_lossy(part.get(1..).unwrap_or_default());
+                Err(SolverError::Failed(format!("rank {rank} of the fluid: {what}")))
+            }
+        };
+        parts.into_iter().enumerate().map(heard).collect()
     }
 
     /// [`Ranks::gather`] of parts of one length, without their lengths being sent.

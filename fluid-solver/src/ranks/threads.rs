@@ -58,12 +58,14 @@ impl Link for Threads {
         messages: &[(usize, &[u8])],
         into: &mut [(usize, &mut [u8])],
         patience: Option<Duration>,
+        meanwhile: &mut dyn FnMut(),
     ) -> Result<(), String> {
         let gone = |rank: usize| format!("rank {rank} of the fluid is gone");
         for (to, bytes) in messages {
             let sender = self.senders[*to].lock().unwrap_or_else(PoisonError::into_inner);
             sender.send(bytes.to_vec()).map_err(|_| gone(*to))?;
         }
+        meanwhile();
         let end = patience.map(|patience| Instant::now() + patience);
         for (from, out) in into {
             let receiver = self.receivers[*from].lock().unwrap_or_else(PoisonError::into_inner);
@@ -73,7 +75,7 @@ impl Link for Threads {
                     let left = end.saturating_duration_since(Instant::now());
                     receiver.recv_timeout(left).map_err(|error| match error {
                         RecvTimeoutError::Timeout => format!(
-                            "rank {from} of the fluid did not answer within {} s",
+                            "rank {from} of the fluid did not answer within {} s: if it is only slow raise coupling.deadline",
                             patience.unwrap_or_default().as_secs_f64()
                         ),
                         RecvTimeoutError::Disconnected => gone(*from),
@@ -121,6 +123,25 @@ mod tests {
         });
         assert!(heard.iter().all(|(text, _, all)| text == b"go" && *all));
         assert_eq!(heard[0].1, [0, 1, 2]);
+    }
+
+    /// What is done meanwhile is done once, whether the numbers come or not.
+    #[test]
+    fn a_rank_that_does_not_answer_is_named_after_the_time_it_was_given() {
+        let told = together(2, |ranks| {
+            ranks.set_patience(Duration::from_millis(50));
+            let mut done = 0;
+            if ranks.rank() == 0 {
+                ranks.exchange_while(&[], &mut [(1, &mut [0.0])], &mut || done += 1);
+                ranks.exchange_while(&[], &mut [(1, &mut [0.0])], &mut || done += 1);
+            } else {
+                std::thread::sleep(Duration::from_millis(400));
+            }
+            (ranks.check().err().map(|error| error.to_string()), done)
+        });
+        let what = told[0].0.as_deref().unwrap_or_default();
+        assert!(what.contains("rank 1") && what.contains("0.05 s"), "{told:?}");
+        assert_eq!((told[0].1, &told[1].0), (2, &None));
     }
 
     #[test]

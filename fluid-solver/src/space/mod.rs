@@ -129,7 +129,7 @@ impl<const D: usize> Engine<D> for SpaceEngine {
         let diverge = divergence_of(stage).filter(|_| !implicit);
         self.sweep(&mut flow.state, |sweep, fields, privates| {
             sweep.prepare_ends(fields, privates, before);
-            sweep.exchange_planes(fields, privates);
+            sweep.exchange_planes(fields, privates, before);
             sweep.momentum(fields, privates, &factors, force, before, diverge);
         });
         flow.timings.add(Part::Momentum, begin);

@@ -6,7 +6,7 @@ use super::momentum::{FirstFluxes, MomentumPlane, Target};
 use super::project::{AddPlane, CorrectPlane, DivergencePlane};
 use super::shape::Shape;
 use super::slab::{Fields, Private, Slab, planes};
-use crate::ghosts::Side;
+use crate::ghosts::{Side, Wanted};
 use crate::helmholtz::space::Space;
 use crate::lanes::dispatch;
 use crate::stages::PressureUpdate;
@@ -116,12 +116,25 @@ impl Sweep<'_> {
         }
     }
 
-    /// Copies the planes beside each slab.
-    pub(super) fn exchange_planes(&self, fields: &mut Fields<'_>, privates: &mut [Private]) {
+    /// Copies the planes beside each slab. While those of other ranks are on their way the second plane of each slab is
+    /// prepared, which the momentum of the first one asks for.
+    pub(super) fn exchange_planes(&self, fields: &mut Fields<'_>, privates: &mut [Private], before: Before) {
         let (shape, has_gradient) = (self.shape, self.has_gradient);
-        let velocity = fields.velocity.iter_mut().map(|u| (&mut **u, Side::Both));
-        let pressure = has_gradient.then_some((&mut *fields.pressure, Side::Below));
-        shape.ghosts.fetch(1, &mut velocity.chain(pressure).collect::<Vec<_>>());
+        let packed = shape.ghosts.pack(1, &wanted(fields, has_gradient));
+        let mut second = || {
+            fields.each(shape, privates, |slab| {
+                if slab.planes.start + 2 < slab.planes.end {
+                    self.prepare(slab, slab.planes.start + 1, before);
+                }
+            });
+        };
+        match packed {
+            None => second(),
+            Some(packed) => {
+                let received = shape.ghosts.exchange(packed, &mut second);
+                shape.ghosts.unpack(1, &received, &mut wanted(fields, has_gradient));
+            }
+        }
         each_private(shape, privates, |range, private| {
             let n = shape.n[2];
             let plane = |k: usize| shape.planes(k as isize, k as isize + 1);
@@ -153,7 +166,8 @@ impl Sweep<'_> {
         });
     }
 
-    /// Momentum, with what is due before it ([`Sweep::prepare_ends`] did it at the ends), and the divergence.
+    /// Momentum, with what is due before it ([`Sweep::prepare_ends`] did it at the ends, [`Sweep::exchange_planes`] on the
+    /// second plane), and the divergence.
     pub(super) fn momentum(
         &self,
         fields: &mut Fields<'_>,
@@ -167,7 +181,7 @@ impl Sweep<'_> {
             let range = slab.planes.clone();
             self.first_fluxes(slab, factors);
             for k in range.clone() {
-                if k + 2 < range.end {
+                if k > range.start && k + 2 < range.end {
                     self.prepare(slab, k + 1, before);
                 }
                 self.plane(slab, k, factors, force);
@@ -365,6 +379,13 @@ impl Sweep<'_> {
         });
         self.pressure.transform_plane(Direction::Forward, out, transforms);
     }
+}
+
+/// What momentum needs of the ranks beside this one.
+fn wanted<'a>(fields: &'a mut Fields<'_>, has_gradient: bool) -> Vec<Wanted<'a>> {
+    let velocity = fields.velocity.iter_mut().map(|u| (&mut **u, Side::Both));
+    let pressure = has_gradient.then_some((&mut *fields.pressure, Side::Below));
+    velocity.chain(pressure).collect()
 }
 
 /// Copies a plane into private memory, which may be a little longer.

@@ -104,3 +104,35 @@ fn more_memory_than_there_is_is_refused() {
     assert_eq!(error.key, "domain.cells");
     assert!(error.message.contains("GiB"), "{}", error.message);
 }
+
+/// By a launcher a machine needs the memory of the ranks that are on it; what cannot be read is counted whole.
+#[test]
+fn memory_follows_the_launcher() {
+    let told = |words: &str| {
+        let scene = try_scene(&text(2.0, "[160, 160, 160]", words)).expect("the shared part is right");
+        let facts = facts(&scene).expect(words);
+        let notices = facts.notices.iter().filter(|notice| notice.contains("memory"));
+        (facts.memory as f64, notices.cloned().collect::<Vec<_>>())
+    };
+    let (whole, said) = told("");
+    assert!(said.is_empty(), "{said:?}");
+    let (here, said) = told("launcher = [\"mpirun\", \"-np\", \"4\"]");
+    assert!(here > whole && here < 1.5 * whole && said.is_empty(), "{here} of {whole}, {said:?}");
+    let (each, said) = told("launcher = [\"mpirun\", \"-np\", \"4\", \"--host\", \"a,b,c,d\"]");
+    assert!((4.0 * each / here - 1.0).abs() < 1e-12 && said[0].contains("1 of 4 ranks"), "{each}, {said:?}");
+    let (unread, said) = told("launcher = [\"mpirun\"]");
+    assert!(unread == whole && said[0].contains("-np"), "{said:?}");
+}
+
+#[test]
+fn a_launcher_is_refused_what_ranks_cannot_do() {
+    let (key, what) = refusal(2.0, "launcher = [\"mpirun\", \"-np\", \"9\"]");
+    assert!(key == "fluid.launcher" && what.contains("1 to 8"), "{key}: {what}");
+    let (key, _) = refusal(2.0, "launcher = [\"mpirun\", \"-np\", \"2\"]\ndivision = \"whole\"");
+    assert_eq!(key, "fluid.division");
+    let (key, _) = refusal(
+        2.0,
+        "launcher = [\"mpirun\", \"-np\", \"8\"]\nimmersed = { force_transport = \"advected\", viscous_sweeps = 6 }",
+    );
+    assert_eq!(key, "fluid.immersed.viscous_sweeps");
+}

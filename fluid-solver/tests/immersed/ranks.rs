@@ -2,6 +2,7 @@
 
 use crate::newton::{Run, scene};
 use crate::restart::{folder, messages};
+use bedload_output::vtk;
 use fluid_solver::follow::follow;
 use fluid_solver::orders::dismiss;
 use fluid_solver::participant::Fluid;
@@ -95,43 +96,103 @@ fn ranks_do_not_change_a_bit_of_the_loads() {
     }
 }
 
-/// Written by 2 ranks, read by 3 and by one process: a run goes on with the same bits, and the file is as long.
+/// Does a run of three windows and writes its checkpoint; the messages of the three windows after it.
+fn write_and_go_on(run: &mut Run, folder: &Path) -> Vec<u64> {
+    run.windows(3);
+    run.fluid.write_checkpoint(folder).expect("writes");
+    messages(run, 3)
+}
+
+/// The same windows from the checkpoint: the grains' side does the first ones again.
+fn read_and_go_on(run: &mut Run, folder: &Path) -> Vec<u64> {
+    run.windows(3);
+    run.fluid.read_checkpoint(folder).expect("reads");
+    messages(run, 3)
+}
+
+/// Names of the files in a folder.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("there").flatten();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// Written by 1, 2 and 4 ranks, read by 1, 3 and one process without ranks: a run goes on with the same bits.
 #[test]
 fn a_checkpoint_is_read_by_any_number_of_ranks() {
-    let text = text("no-slip", "free", "time = { scheme = \"ab2\" }");
-    let [one, two] = ["ranks-1", "ranks-2"].map(folder);
     let unused = Path::new("unused");
-    let first = |run: &mut Run, folder: &Path| {
-        run.windows(3);
-        run.fluid.write_checkpoint(folder).expect("writes");
-        (messages(run, 3), run.step)
-    };
-    let (whole, _) = first(&mut Run::new(&text), &one);
-    let (several, _) = shared(&text, 2, unused, |run| first(run, &two));
-    assert_eq!(whole, several);
-    let go_on = |run: &mut Run, folder: &Path| {
-        // The grains' side does the first windows again, the fluid takes its own from the file.
-        run.windows(3);
-        run.fluid.read_checkpoint(folder).expect("reads");
-        messages(run, 3)
-    };
-    for folder in [&one, &two] {
-        assert_eq!(go_on(&mut Run::new(&text), folder), whole);
-        assert_eq!(shared(&text, 3, unused, |run| go_on(run, folder)), whole);
-    }
-    let size =
-        |folder: &Path| std::fs::metadata(protocol::checkpoint::path(folder, "fluid")).expect("there").len();
-    assert_eq!(size(&one), size(&two));
-    for folder in [one, two] {
-        std::fs::remove_dir_all(folder).expect("removes");
+    for keys in [
+        "time = { scheme = \"ab2\" }",
+        "immersed = { method = \"direct\" }\nloads = { form = \"izard-2014\" }",
+    ] {
+        let text = text("no-slip", "free", keys);
+        let whole = folder("ranks-whole");
+        let expected = write_and_go_on(&mut Run::new(&text), &whole);
+        assert_eq!(names(&whole), ["fluid.checkpoint"]);
+        let mut folders = vec![whole];
+        for size in [2, 4] {
+            let folder = folder(&format!("ranks-{size}"));
+            let found = shared(&text, size, unused, |run| write_and_go_on(run, &folder));
+            assert_eq!(found, expected, "{size} ranks, {keys}");
+            assert_eq!(names(&folder).len(), size + 1, "{:?}", names(&folder));
+            folders.push(folder);
+        }
+        for folder in &folders {
+            assert_eq!(read_and_go_on(&mut Run::new(&text), folder), expected, "{folder:?}");
+            for size in [2, 3] {
+                let found = shared(&text, size, unused, |run| read_and_go_on(run, folder));
+                assert_eq!(found, expected, "{folder:?} by {size} ranks");
+            }
+        }
+        folders.iter().for_each(|folder| std::fs::remove_dir_all(folder).expect("removes"));
     }
 }
 
-/// A window that is done again, and the files of the first rank.
+/// A later checkpoint takes the place of the parts of an earlier one, and one process that of both. A part that is
+/// gone or from elsewhere is refused with its name, whoever needed it.
+#[test]
+fn parts_belong_to_their_head() {
+    let text = text("periodic", "fixed", "");
+    let (folder, unused) = (folder("ranks-parts"), Path::new("unused"));
+    let write = |run: &mut Run| {
+        for _ in 0..2 {
+            run.windows(1);
+            run.fluid.write_checkpoint(&folder).expect("writes");
+        }
+    };
+    shared(&text, 2, unused, write);
+    let [first, second] = ["fluid-2-0-of-2.checkpoint", "fluid-2-1-of-2.checkpoint"];
+    assert_eq!(names(&folder), [first, second, "fluid.checkpoint"]);
+
+    let refused = |size: usize| {
+        let read = |run: &mut Run| run.fluid.read_checkpoint(&folder).expect_err("is refused").to_string();
+        shared(&text, size, unused, read)
+    };
+    let kept = std::fs::read(folder.join(second)).expect("there");
+    std::fs::copy(folder.join(first), folder.join(second)).expect("copies");
+    for size in [2, 3] {
+        let what = refused(size);
+        assert!(what.contains(second) && what.contains("another checkpoint"), "{what}");
+    }
+    std::fs::remove_file(folder.join(second)).expect("removes");
+    for size in [2, 3] {
+        let what = refused(size);
+        assert!(what.contains(second), "{what}");
+    }
+    std::fs::write(folder.join(second), &kept[..kept.len() - 1]).expect("writes");
+    assert!(refused(2).contains("truncated"));
+    std::fs::write(folder.join(second), kept).expect("writes");
+    write(&mut Run::new(&text));
+    assert_eq!(names(&folder), ["fluid.checkpoint"]);
+    std::fs::remove_dir_all(folder).expect("removes");
+}
+
+/// A window that is done again, and the field files of the ranks, which are one grid.
 #[test]
 fn ranks_go_back_and_write_as_one() {
-    let text = text("periodic", "fixed", "");
-    let task = |run: &mut Run, folder: &Path| {
+    let task = |run: &mut Run| {
         run.windows(2);
         run.fluid.save();
         let (time, step, dt) = (run.time, run.step, run.dt);
@@ -141,13 +202,21 @@ fn ranks_go_back_and_write_as_one() {
         assert_eq!(messages(run, 2), first);
         let window = Window { step: 4, attempt: 0, time, dt, substeps: 1, output: true };
         run.fluid.write_fields(&window).expect("writes");
-        std::fs::read(folder.join("fields/fluid_00000004.vtr")).expect("there")
     };
     let folder = folder("ranks-fields");
-    let one = task(&mut Run::with_ranks(&text, &Ranks::alone(), &folder), &folder);
-    let several = shared(&text, 4, &folder, |run| task(run, &folder));
-    std::fs::remove_dir_all(&folder).expect("removes");
-    assert!(one == several, "the field files differ");
+    let read =
+        |ending: &str| vtk::read(&folder.join(format!("fields/fluid_00000004.{ending}"))).expect("reads");
+    for ends in ["periodic", "no-slip"] {
+        let text = text(ends, "fixed", "");
+        task(&mut Run::with_ranks(&text, &Ranks::alone(), &folder));
+        let one = read("vtr");
+        assert_eq!((one.counts(), one.arrays.len()), ([32, 32, 48], 4));
+        for size in [2, 4] {
+            shared(&text, size, &folder, task);
+            assert!(read("pvtr") == one, "the fields of {size} ranks differ, {ends}");
+        }
+        std::fs::remove_dir_all(&folder).expect("removes");
+    }
 }
 
 /// What several ranks cannot do is refused with the key, on all of them alike.

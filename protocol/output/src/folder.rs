@@ -30,7 +30,7 @@ const FILES: [&str; 11] = [
 ];
 
 /// What a run writes in its sub-folders: by extension in `fields/`, by first word in `checkpoint/`.
-const FIELD_EXTENSIONS: [&str; 7] = ["vtr", "vtu", "vtp", "vti", "pvd", "csv", "tmp"];
+const FIELD_EXTENSIONS: [&str; 8] = ["vtr", "pvtr", "vtu", "vtp", "vti", "pvd", "csv", "tmp"];
 const CHECKPOINT_NAMES: [&str; 4] = ["fluid", "dem", "coupler", "loop"];
 
 /// The folder of one run.

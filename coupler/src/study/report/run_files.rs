@@ -90,7 +90,7 @@ impl RunFiles {
         let scales = scene.as_ref().map_or(Scales::SI, |scene| Scales::of(scene, grain));
         let name = std::fs::canonicalize(dir).unwrap_or_else(|_| dir.to_owned());
         let name = name.file_name().unwrap_or(dir.as_os_str()).to_string_lossy().into_owned();
-        let (fields, log) = (files(&dir.join("fields"), "", ".vtr"), log_info(&dir.join("exchange.mcap")));
+        let (fields, log) = (field_files(&dir.join("fields")), log_info(&dir.join("exchange.mcap")));
         let grain_files = files(&dir.join("fields"), "grains_", ".vtp");
         Ok(Self { name, summary, scene, series, plan, fields, grain_files, log, remarks, scales })
     }
@@ -122,6 +122,15 @@ impl RunFiles {
         };
         (0..self.series.len()).find(|row| touches(*row)).map(|row| self.series.time()[row])
     }
+}
+
+/// Field files of the fluid, the parts of several ranks as one.
+fn field_files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = files(folder, "", ".vtr");
+    found.retain(|path| !path.file_stem().is_some_and(|stem| stem.to_string_lossy().contains("-of-")));
+    found.extend(files(folder, "", ".pvtr"));
+    found.sort();
+    found
 }
 
 /// Numbers of the grains that the series has columns of, in order of appearance.

@@ -1,6 +1,6 @@
 //! The panel of vorticity pictures around a grain, after Izard et al. (2014), figure 6.
 
-use bedload_output::vtk::Vtr;
+use bedload_output::vtk::{self, Vtr};
 use protocol::scene::Geometry;
 use serde::Serialize;
 
@@ -52,7 +52,7 @@ pub(super) fn panel(run: &RunFiles) -> Result<Option<Vorticity>, Failure> {
     let mut faults = Vec::new();
     let files = &run.fields;
     let step = files.len().div_ceil(MOST_PICTURES).max(1);
-    let read = files.iter().step_by(step).filter_map(|path| match Vtr::read(path) {
+    let read = files.iter().step_by(step).filter_map(|path| match vtk::read(path) {
         Ok(vtr) => picture(run, &vtr),
         Err(error) => {
             faults.push(error);

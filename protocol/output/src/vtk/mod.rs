@@ -1,6 +1,6 @@
 //! Files for ParaView and other viewers of VTK, appended raw binary, 64-bit floats: points with data
-//! (`.vtp`), cell data on a uniform (`.vti`) or a rectilinear grid (`.vtr`), and the list of files over time
-//! (`.pvd`). What is written here is read here: [`points`] by [`Appended`], [`rectilinear`] by [`Vtr`].
+//! (`.vtp`), cell data on a uniform (`.vti`) or a rectilinear grid (`.vtr`, in several files `.pvtr`), and the list of
+//! files over time (`.pvd`). What is written here is read here: [`points`] by [`Appended`], [`rectilinear`] by [`Vtr`].
 //!
 //! ```
 //! use bedload_output::vtk::{Appended, Array, points};
@@ -12,9 +12,11 @@
 //! ```
 
 mod grid;
+mod parts;
 mod read;
 mod write;
 
 pub use grid::Vtr;
+pub use parts::{Part, parts, read};
 pub use read::{Appended, Entry};
-pub use write::{Array, Values, image, list, points, rectilinear};
+pub use write::{Array, Values, image, list, points, rectilinear, rectilinear_part};

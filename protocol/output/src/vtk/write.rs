@@ -173,7 +173,14 @@ pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], 
 /// grid has not), `.vtr`; x fastest.
 #[must_use]
 pub fn rectilinear(time: f64, faces: &[Vec<f64>; 3], data: &[Array]) -> Vec<u8> {
-    let extent = extent(faces.each_ref().map(|faces| faces.len() - 1));
+    rectilinear_part(time, faces, 0, data)
+}
+
+/// The same for the part of a grid that begins at layer `first` of cells along z, see [`super::parts()`].
+#[must_use]
+pub fn rectilinear_part(time: f64, faces: &[Vec<f64>; 3], first: usize, data: &[Array]) -> Vec<u8> {
+    let [nx, ny, nz] = faces.each_ref().map(|faces| faces.len() - 1);
+    let extent = format!("0 {nx} 0 {ny} {first} {}", first + nz);
     let [x, y, z] = faces.each_ref().map(Clone::clone);
     let faces = [Array::scalar("x", x), Array::scalar("y", y), Array::scalar("z", z)];
     let mut writer = Writer::new("RectilinearGrid");
