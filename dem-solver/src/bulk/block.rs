@@ -2,16 +2,17 @@
 //! contacts, and one sub-step of them.
 
 use crate::bulk::integrate::{self, BodyForce};
-use crate::bulk::kernel::{Kernel, dispatch};
-use crate::bulk::lane_pair::LanePair;
-use crate::bulk::lanes::Lanes8;
 use crate::bulk::law::LawLanes;
 use crate::bulk::observed::Observed;
-use crate::bulk::pair::{Images, pair_forces};
+use crate::bulk::pair::pair_forces;
 use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord, History};
 use crate::bulk::wall::{Wall, wall_forces};
 use crate::laws::coefficients::LinearPair;
 use crate::motion::Motion;
+use crate::vector::images::Images;
+use crate::vector::kernel::{Kernel, dispatch};
+use crate::vector::lane_pair::LanePair;
+use crate::vector::lanes::Lanes8;
 
 /// What is the same for all blocks.
 #[derive(Clone, Debug)]

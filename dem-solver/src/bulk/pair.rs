@@ -1,38 +1,12 @@
 //! Contacts between grains, sixteen at a time.
 
-use crate::bulk::lane_pair::LanePair;
-use crate::bulk::lanes::{Lanes, Lanes8, Mask};
-use crate::bulk::law::{Contact, LawLanes, Vec3Lanes};
+use crate::bulk::law::{Contact, LawLanes};
 use crate::bulk::observed::Observed;
 use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord};
-
-/// Nearest images along periodic axes: d − L round(d/L), the rounding by adding and taking away
-/// 1.5 × 2⁵², so that d and −d give the same.
-#[derive(Clone, Copy)]
-pub(super) struct Images<L> {
-    length: [L; 3],
-    inverse: [L; 3],
-    shift: L,
-}
-
-impl<L: Lanes> Images<L> {
-    /// Lengths of the periods, 0 where there is none.
-    #[inline(always)]
-    pub(super) fn new(token: L::Token, length: [f64; 3]) -> Self {
-        let inverse = |l: f64| if l > 0.0 { 1.0 / l } else { 0.0 };
-        let splat = |v: f64| L::splat(token, v);
-        Self {
-            length: [splat(length[0]), splat(length[1]), splat(length[2])],
-            inverse: [splat(inverse(length[0])), splat(inverse(length[1])), splat(inverse(length[2]))],
-            shift: splat(6_755_399_441_055_744.0),
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn nearest(&self, axis: usize, d: L) -> L {
-        d - self.length[axis] * ((d * self.inverse[axis] + self.shift) - self.shift)
-    }
-}
+use crate::vector::images::Images;
+use crate::vector::lane_pair::LanePair;
+use crate::vector::lanes::{Lanes, Lanes8, Mask};
+use crate::vector::vec3::Vec3Lanes;
 
 /// Records of first partners, or with `SPINS` their spins and radii twice, plus those of second ones with
 /// `signs`, as columns. The signs are 1 or −1: one rounding, that of the sum.

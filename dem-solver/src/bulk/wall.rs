@@ -1,12 +1,13 @@
 //! Contacts with walls: the law of pairs with the plane's normal, eight grains at one wall at a time.
 
-use crate::bulk::lanes::Lanes8;
-use crate::bulk::law::{Contact, LawLanes, Vec3Lanes};
+use crate::bulk::law::{Contact, LawLanes};
 use crate::bulk::observed::Observed;
 use crate::bulk::pair::add;
 use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord};
 use crate::laws::coefficients::LinearPair;
 use crate::laws::walls::Plane;
+use crate::vector::lanes::Lanes8;
+use crate::vector::vec3::Vec3Lanes;
 
 /// A wall as the kernel sees it, at the start of a sub-step.
 #[derive(Clone, Copy, Debug)]
