@@ -4,8 +4,9 @@
 //! What a lane gives never depends on the other lanes: where some lanes take another branch, both are
 //! computed and each lane selects its own.
 
+use crate::bulk::materials::LawSet;
 use crate::laws::coefficients::LinearPair;
-use crate::vector::lanes::{Lanes, Mask};
+use crate::vector::lanes::{Lanes, Lanes8, Mask};
 use crate::vector::vec3::Vec3Lanes;
 
 /// Change of δ² in one turn of the spring above which its length is restored with a root: below, what
@@ -31,6 +32,16 @@ pub(super) struct LawLanes<L> {
     pub(super) zero: L,
     pub(super) half: L,
     pub(super) one: L,
+}
+
+/// Coefficients of eight laws, as columns.
+#[inline(always)]
+pub(super) fn coefficients<L: Lanes8>(token: L::Token, laws: &LawSet, numbers: &[u8; 8]) -> [L; 8] {
+    let mut rows = [L::splat(token, 0.0); 8];
+    for (row, number) in rows.iter_mut().zip(numbers) {
+        *row = L::load(token, &laws.rows[usize::from(*number)]);
+    }
+    L::transpose(rows)
 }
 
 /// Contacts in their frames.
@@ -94,6 +105,20 @@ impl<L: Lanes> LawLanes<L> {
             zero: splat(token, 0.0),
             half: splat(token, 0.5),
             one: splat(token, 1.0),
+        }
+    }
+
+    /// Other coefficients: k_n, γ_n, k_t, γ_t over m*, μ, 1/(k_t/m*), and two of no meaning.
+    #[inline(always)]
+    pub(super) fn with(&self, [stiffness, damping, k_t, gamma_t, friction, compliance, ..]: [L; 8]) -> Self {
+        Self {
+            stiffness,
+            damping,
+            tangential_stiffness: k_t,
+            tangential_damping: gamma_t,
+            friction,
+            compliance,
+            ..*self
         }
     }
 

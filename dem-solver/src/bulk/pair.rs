@@ -1,6 +1,7 @@
 //! Contacts between grains, sixteen at a time.
 
-use crate::bulk::law::{Contact, LawLanes};
+use crate::bulk::law::{Contact, LawLanes, coefficients};
+use crate::bulk::materials::LawSet;
 use crate::bulk::observed::Observed;
 use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord};
 use crate::vector::images::Images;
@@ -36,11 +37,11 @@ fn side_by_side<L: Copy>(a: [L; 8], b: [L; 8]) -> [LanePair<L>; 8] {
 }
 
 /// Adds the forces of all packs, whose number is even, to `push`. With `CROSS`, second partners are rows
-/// of `others` and get nothing; else they are rows of `own`.
+/// of `others` and get nothing; else they are rows of `own`. With `MANY`, each lane has its law of the set.
 #[inline(always)]
-pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
+pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool, const MANY: bool>(
     token: L::Token,
-    law: &LawLanes<LanePair<L>>,
+    (law, laws): (&LawLanes<LanePair<L>>, &LawSet),
     images: &Images<LanePair<L>>,
     packs: &mut [ContactPack],
     own: &[GrainRecord],
@@ -104,7 +105,12 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
             inverse_length2: one * (distance * inverse_mass),
             length2,
         };
-        let answer = law.resolve(token, &contact, &mut spring);
+        let answer = if MANY {
+            let (a, b) = (coefficients::<L>(token, laws, &p.law), coefficients::<L>(token, laws, &q.law));
+            law.with(side_by_side(a, b)).resolve(token, &contact, &mut spring)
+        } else {
+            law.resolve(token, &contact, &mut spring)
+        };
         Vec3Lanes(spring.0.0, spring.1.0, spring.2.0).store(&mut p.spring);
         Vec3Lanes(spring.0.1, spring.1.1, spring.2.1).store(&mut q.spring);
         let touching = answer.touching;
