@@ -34,6 +34,7 @@
 //! | [`motion`], [`grain`], [`periods`], [`error`], [`report`], [`grains`] | vectors, grains, periodic directions, errors, loads and reports |
 //! | [`laws`] | contact: linear, Hertz–Mindlin, tangential, rolling, Wan–Turek, walls; the table of all pairs of materials |
 //! | `search` | cells, near pairs, half lists with contact history |
+//! | `vector` | several numbers at once, in registers where there are any |
 //! | [`lubrication`] | the law of one gap (eq. 19), and the simultaneous solution of many |
 //! | [`spec`], [`state`], `surroundings` | data of a run, of a checkpoint, and what does not change |
 //! | `general` | the engine for all laws, lubrication and integrators: one sub-step from top to bottom |
@@ -76,6 +77,7 @@ pub mod spec;
 pub mod state;
 mod surroundings;
 mod validate;
+mod vector;
 
 pub use error::{AdvanceError, RestoreError, SpecError};
 pub use grain::{Grain, Shape};

@@ -2,16 +2,17 @@
 //! contacts, and one sub-step of them.
 
 use crate::bulk::integrate::{self, BodyForce};
-use crate::bulk::kernel::{Kernel, dispatch};
-use crate::bulk::lane_pair::LanePair;
-use crate::bulk::lanes::Lanes8;
 use crate::bulk::law::LawLanes;
+use crate::bulk::materials::Materials;
 use crate::bulk::observed::Observed;
-use crate::bulk::pair::{Images, pair_forces};
+use crate::bulk::pair::pair_forces;
 use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord, History};
 use crate::bulk::wall::{Wall, wall_forces};
-use crate::laws::coefficients::LinearPair;
 use crate::motion::Motion;
+use crate::vector::images::Images;
+use crate::vector::kernel::{Kernel, dispatch};
+use crate::vector::lane_pair::LanePair;
+use crate::vector::lanes::Lanes8;
 
 /// What is the same for all blocks.
 #[derive(Clone, Debug)]
@@ -20,8 +21,8 @@ pub(super) struct Common {
     pub(super) walls: Vec<Wall>,
     /// Lengths of the periods, m; 0 where there is none.
     pub(super) length: [f64; 3],
-    /// Law between grains.
-    pub(super) law: LinearPair,
+    /// Laws between grains.
+    pub(super) materials: Materials,
     /// Leave the widest vectors unused (tests).
     pub(super) plain: bool,
 }
@@ -171,17 +172,21 @@ impl Kernel for Step<'_> {
     #[inline(always)]
     fn run<L: Lanes8>(self, token: L::Token) -> integrate::Fastest {
         let Self { block, common, t, dt, old, new, scratch } = self;
-        let law = LawLanes::<LanePair<L>>::new(token, &common.law, dt);
+        let laws = &common.materials.laws;
+        let law = (&LawLanes::<LanePair<L>>::new(token, &laws.first, dt), laws);
         let images = Images::<LanePair<L>>::new(token, common.length);
         let (push, halo, observed) = (&mut scratch.push[..], &scratch.halo[..], &mut block.observed);
         let [pairs, cross, walls] = &mut block.packs;
-        if L::ONE_REGISTER && common.length == [0.0; 3] {
-            pair_forces::<L, false, false>(token, &law, &images, pairs, old, old, push, observed);
-            pair_forces::<L, false, true>(token, &law, &images, cross, old, halo, push, observed);
+        if !laws.is_one() {
+            pair_forces::<L, true, false, true>(token, law, &images, pairs, old, old, push, observed);
+            pair_forces::<L, true, true, true>(token, law, &images, cross, old, halo, push, observed);
+        } else if L::ONE_REGISTER && common.length == [0.0; 3] {
+            pair_forces::<L, false, false, false>(token, law, &images, pairs, old, old, push, observed);
+            pair_forces::<L, false, true, false>(token, law, &images, cross, old, halo, push, observed);
         } else {
             // where there is no period, nearest images are where they were, and one kernel less is compiled
-            pair_forces::<L, true, false>(token, &law, &images, pairs, old, old, push, observed);
-            pair_forces::<L, true, true>(token, &law, &images, cross, old, halo, push, observed);
+            pair_forces::<L, true, false, false>(token, law, &images, pairs, old, old, push, observed);
+            pair_forces::<L, true, true, false>(token, law, &images, cross, old, halo, push, observed);
         }
         wall_forces::<L>(token, &common.walls, (t, dt), walls, old, push, observed);
         for (sum, ForceTorque(p)) in observed.force.iter_mut().zip(&*push) {

@@ -5,6 +5,7 @@
 
 use crate::bulk::block::Block;
 use crate::bulk::block_search::Scratch;
+use crate::bulk::materials::Materials;
 use crate::bulk::records::{ContactPack, GrainRecord, History, SavedSpring};
 use crate::bulk::skins::{Listed, Skin};
 use crate::bulk::wall::Wall;
@@ -43,9 +44,9 @@ impl<'a> PackWriter<'a> {
         }
     }
 
-    /// Appends contact (i, j), which is `key` in the history; returns whether it touches.
+    /// Appends contact (i, j), which has law `law` and is `key` in the history; returns whether it touches.
     #[inline]
-    fn put(&mut self, i: u16, j: u32, wall: u16, key: (u32, u32)) -> bool {
+    fn put(&mut self, (i, j): (u16, u32), wall: u16, law: u8, key: (u32, u32)) -> bool {
         if self.lane == 8 {
             // not twice the room: packs are a good part of all memory
             if self.packs.len() == self.packs.capacity() {
@@ -58,7 +59,7 @@ impl<'a> PackWriter<'a> {
         let lane = self.lane;
         self.lane += 1;
         let Some(pack) = self.packs.last_mut() else { return false };
-        (pack.i[lane], pack.j[lane]) = (i, j);
+        (pack.i[lane], pack.j[lane], pack.law[lane]) = (i, j, law);
         let Some(kept) = self.history.next_if(|kept| (kept.i, kept.j) == key) else { return false };
         for axis in 0..3 {
             pack.spring[axis][lane] = kept.spring[axis];
@@ -169,11 +170,12 @@ impl ListBuild<'_> {
     fn pairs(&self, packs: &mut Vec<ContactPack>, history: &[SavedSpring], listed: &mut Listed) {
         let (n, rows) = (self.block.len(), self.rows);
         let mut writer = PackWriter::new(packs, (n as u16, n as u32), history);
+        let law = |i: u16, other: u32| self.reach.materials.pair(self.block.first + u32::from(i), other);
         for &(i, j) in &self.block.candidates.pairs {
             if self.reach.is_near(self.skin, &rows[usize::from(i)], &rows[usize::from(j)]) {
                 let key = (u32::from(i), self.block.first + u32::from(j));
                 listed.pairs += 2;
-                listed.touching += 2 * usize::from(writer.put(i, u32::from(j), 0, key));
+                listed.touching += 2 * usize::from(writer.put((i, u32::from(j)), 0, law(i, key.1), key));
             }
         }
         writer.end();
@@ -189,12 +191,13 @@ impl ListBuild<'_> {
     ) {
         let block = self.block;
         let mut writer = PackWriter::new(packs, (block.len() as u16, block.halo.len() as u32), history);
+        let law = |i: u16, other: u32| self.reach.materials.pair(block.first + u32::from(i), other);
         for &(i, slot) in &block.candidates.cross {
             let skin = 0.5 * self.skin + halves[slot as usize];
             if self.reach.is_near(skin, &self.rows[usize::from(i)], &halo[slot as usize]) {
                 let key = (u32::from(i), block.halo_number(slot, self.reach.size));
                 listed.pairs += 1;
-                listed.touching += usize::from(writer.put(i, slot, 0, key));
+                listed.touching += usize::from(writer.put((i, slot), 0, law(i, key.1), key));
             }
         }
         writer.end();
@@ -215,7 +218,8 @@ impl ListBuild<'_> {
             }
             let near = self.rows[usize::from(i)].gap(plane, self.reach.t) < self.skin;
             if plane.stands(self.reach.t) && near {
-                writer.put(i, 0, w, (u32::from(i), u32::from(w)));
+                let material = self.reach.materials.at(self.block.first + u32::from(i));
+                writer.put((i, 0), w, material, (u32::from(i), u32::from(w)));
             }
         }
     }
@@ -233,6 +237,8 @@ pub(super) struct ListReach<'a> {
     pub(super) size: u32,
     /// Walls.
     pub(super) walls: &'a [Wall],
+    /// Materials of the grains.
+    pub(super) materials: &'a Materials,
 }
 
 impl ListReach<'_> {

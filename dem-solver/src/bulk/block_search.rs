@@ -2,12 +2,12 @@
 //! lists are taken from them with a narrower skin many times.
 
 use crate::bulk::block::{Block, Candidates, Segment};
-use crate::bulk::kernel::{Kernel, dispatch};
-use crate::bulk::lanes::Lanes8;
-use crate::bulk::pair::Images;
 use crate::bulk::records::GrainRecord;
 use crate::bulk::wall::Wall;
 use crate::search::cells::{Cells, IMMOBILE};
+use crate::vector::images::Images;
+use crate::vector::kernel::{Kernel, dispatch};
+use crate::vector::lanes::Lanes8;
 
 /// Memory for searching.
 #[derive(Clone, Debug, Default)]

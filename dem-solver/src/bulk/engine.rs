@@ -4,6 +4,7 @@ use crate::bulk::batch::Blocks;
 use crate::bulk::block::{Common, StepScratch};
 use crate::bulk::block_list::ListScratch;
 use crate::bulk::candidates::CandidateStatus;
+use crate::bulk::materials::{self, Materials};
 use crate::bulk::records::SIZE;
 use crate::bulk::skins::Lists;
 use crate::bulk::wall::Wall;
@@ -60,11 +61,12 @@ impl Bulk {
         let n = spec.grains.len();
         let moving = spec.grains.iter().filter(|grain| grain.motion != Motion::Fixed).count();
         let laws = spec.laws();
-        let material = spec.grains.first()?.material;
-        let law = laws.linear(material, material)?;
+        let used = materials::used(&spec.grains);
         let planes = spec.walls.iter().map(|wall| (Plane::from(wall), wall.material));
-        let walls = planes.map(|(plane, of)| Some(Wall { plane, law: laws.linear(material, of)? }));
+        let walls =
+            planes.map(|(plane, of)| Some(Wall { plane, laws: materials::at_wall(&used, of, &laws)? }));
         let walls: Vec<Wall> = walls.collect::<Option<_>>()?;
+        let materials = Materials::new(used, &laws)?;
         let periods = Periods::new(spec.periods);
         let length = std::array::from_fn(|axis| periods.of(axis).1);
         let settings = spec.bulk;
@@ -74,7 +76,7 @@ impl Bulk {
         let wall_speed = wall_speeds.fold(0.0, f64::max);
         Some(Self {
             settings,
-            common: Common { walls, length, law, plain: settings.plain },
+            common: Common { walls, length, materials, plain: settings.plain },
             periods,
             n,
             moving,

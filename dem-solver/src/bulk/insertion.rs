@@ -16,7 +16,8 @@ impl Bulk {
         // a block of fixed grains may be inactive: it does not take any that move
         let last = self.order.chunks(SIZE).last();
         let all_fixed = last.is_some_and(|last| last.iter().all(|&i| grains.is_fixed(i as usize)));
-        if all_fixed || !(from..n).all(plain) {
+        // of several materials, or another than there was: laws are those of the start
+        if all_fixed || !self.common.materials.laws.is_one() || !(from..n).all(plain) {
             return false;
         }
         self.n = n;

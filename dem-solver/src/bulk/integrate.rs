@@ -1,8 +1,8 @@
 //! Kick and drift of a block (symplectic Euler): v ← v + dt (a + W F), x ← x + dt v, likewise the spin.
 
-use crate::bulk::lanes::Lanes8;
 use crate::bulk::records::{ForceTorque, GrainRecord};
 use crate::motion::{Motion, Vec3, rotate};
+use crate::vector::lanes::Lanes8;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// What besides contacts acts on a grain over a window. The fourth numbers are zero.

@@ -4,85 +4,16 @@
 //! What a lane gives never depends on the other lanes: where some lanes take another branch, both are
 //! computed and each lane selects its own.
 
-use crate::bulk::lanes::{Lanes, Lanes8, Mask};
+use crate::bulk::materials::LawSet;
 use crate::laws::coefficients::LinearPair;
+use crate::vector::lanes::{Lanes, Lanes8, Mask};
+use crate::vector::vec3::Vec3Lanes;
 
 /// Change of δ² in one turn of the spring above which its length is restored with a root: below, what
 /// the series leaves out is 0.32 ε³, less than a rounding.
 const SERIES: f64 = 5e-6;
 /// Square of a spring below which its length is not restored, m²: 1e-75 m is no length.
 const NOTHING: f64 = 1e-150;
-
-/// Three components in several lanes.
-#[derive(Clone, Copy)]
-pub(super) struct Vec3Lanes<L>(pub(super) L, pub(super) L, pub(super) L);
-
-impl<L: Lanes> Vec3Lanes<L> {
-    #[inline(always)]
-    pub(super) fn dot(self, o: Self) -> L {
-        self.2.times_plus(o.2, self.1.times_plus(o.1, self.0 * o.0))
-    }
-
-    #[inline(always)]
-    pub(super) fn cross(self, o: Self) -> Self {
-        Self(
-            self.1.times_minus(o.2, self.2 * o.1),
-            self.2.times_minus(o.0, self.0 * o.2),
-            self.0.times_minus(o.1, self.1 * o.0),
-        )
-    }
-
-    #[inline(always)]
-    pub(super) fn scale(self, s: L) -> Self {
-        Self(self.0 * s, self.1 * s, self.2 * s)
-    }
-
-    /// self × s + o.
-    #[inline(always)]
-    pub(super) fn scale_plus(self, s: L, o: Self) -> Self {
-        Self(self.0.times_plus(s, o.0), self.1.times_plus(s, o.1), self.2.times_plus(s, o.2))
-    }
-
-    /// o − self × s.
-    #[inline(always)]
-    pub(super) fn scale_from(self, s: L, o: Self) -> Self {
-        Self(self.0.times_from(s, o.0), self.1.times_from(s, o.1), self.2.times_from(s, o.2))
-    }
-
-    #[inline(always)]
-    pub(super) fn plus(self, o: Self) -> Self {
-        Self(self.0 + o.0, self.1 + o.1, self.2 + o.2)
-    }
-
-    #[inline(always)]
-    pub(super) fn minus(self, o: Self) -> Self {
-        Self(self.0 - o.0, self.1 - o.1, self.2 - o.2)
-    }
-
-    #[inline(always)]
-    pub(super) fn select(self, mask: L::Mask, o: Self) -> Self {
-        Self(self.0.select(mask, o.0), self.1.select(mask, o.1), self.2.select(mask, o.2))
-    }
-
-    #[inline(always)]
-    pub(super) fn splat(token: L::Token, v: [f64; 3]) -> Self {
-        Self(L::splat(token, v[0]), L::splat(token, v[1]), L::splat(token, v[2]))
-    }
-}
-
-impl<L: Lanes8> Vec3Lanes<L> {
-    #[inline(always)]
-    pub(super) fn load(token: L::Token, from: &[[f64; 8]; 3]) -> Self {
-        Self(L::load(token, &from[0]), L::load(token, &from[1]), L::load(token, &from[2]))
-    }
-
-    #[inline(always)]
-    pub(super) fn store(self, to: &mut [[f64; 8]; 3]) {
-        self.0.store(&mut to[0]);
-        self.1.store(&mut to[1]);
-        self.2.store(&mut to[2]);
-    }
-}
 
 /// Coefficients of one pair of materials in all lanes, per unit m*.
 #[derive(Clone, Copy)]
@@ -101,6 +32,16 @@ pub(super) struct LawLanes<L> {
     pub(super) zero: L,
     pub(super) half: L,
     pub(super) one: L,
+}
+
+/// Coefficients of eight laws, as columns.
+#[inline(always)]
+pub(super) fn coefficients<L: Lanes8>(token: L::Token, laws: &LawSet, numbers: &[u8; 8]) -> [L; 8] {
+    let mut rows = [L::splat(token, 0.0); 8];
+    for (row, number) in rows.iter_mut().zip(numbers) {
+        *row = L::load(token, &laws.rows[usize::from(*number)]);
+    }
+    L::transpose(rows)
 }
 
 /// Contacts in their frames.
@@ -164,6 +105,20 @@ impl<L: Lanes> LawLanes<L> {
             zero: splat(token, 0.0),
             half: splat(token, 0.5),
             one: splat(token, 1.0),
+        }
+    }
+
+    /// Other coefficients: k_n, γ_n, k_t, γ_t over m*, μ, 1/(k_t/m*), and two of no meaning.
+    #[inline(always)]
+    pub(super) fn with(&self, [stiffness, damping, k_t, gamma_t, friction, compliance, ..]: [L; 8]) -> Self {
+        Self {
+            stiffness,
+            damping,
+            tangential_stiffness: k_t,
+            tangential_damping: gamma_t,
+            friction,
+            compliance,
+            ..*self
         }
     }
 

@@ -4,8 +4,7 @@
 //! |---|---|
 //! | `requirements` | which scenes it takes, and which engine `auto` takes |
 //! | `records` | a grain is a record of 12 numbers, eight contacts are a pack |
-//! | `lanes`, `avx512`, `lane_pair`, `kernel` | several numbers at once, in registers where there are any |
-//! | `law`, `pair`, `wall` | the contact law, contacts of grains and with walls, many at once |
+//! | `law`, `materials`, `pair`, `wall` | the contact law, whose coefficients hang on the materials, contacts of grains and with walls, many at once |
 //! | `integrate`, `block` | kick and drift; one sub-step of a block |
 //! | `spatial_order` | the order of the grains |
 //! | `block_search`, `candidates`, `candidate_search` | pairs within a wide skin, and how long they are good |
@@ -22,8 +21,6 @@
 //! Fixed grains come first in it: their blocks are inactive unless the forces on them are asked for, and a
 //! contact with one of them then stands in the other block alone.
 
-#[cfg(target_arch = "x86_64")]
-mod avx512;
 mod batch;
 mod block;
 mod block_list;
@@ -34,11 +31,9 @@ pub(crate) mod engine;
 mod history;
 mod insertion;
 mod integrate;
-mod kernel;
-mod lane_pair;
-mod lanes;
 mod law;
 mod list_build;
+mod materials;
 mod observed;
 mod pair;
 mod records;

@@ -1,38 +1,13 @@
 //! Contacts between grains, sixteen at a time.
 
-use crate::bulk::lane_pair::LanePair;
-use crate::bulk::lanes::{Lanes, Lanes8, Mask};
-use crate::bulk::law::{Contact, LawLanes, Vec3Lanes};
+use crate::bulk::law::{Contact, LawLanes, coefficients};
+use crate::bulk::materials::LawSet;
 use crate::bulk::observed::Observed;
 use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord};
-
-/// Nearest images along periodic axes: d − L round(d/L), the rounding by adding and taking away
-/// 1.5 × 2⁵², so that d and −d give the same.
-#[derive(Clone, Copy)]
-pub(super) struct Images<L> {
-    length: [L; 3],
-    inverse: [L; 3],
-    shift: L,
-}
-
-impl<L: Lanes> Images<L> {
-    /// Lengths of the periods, 0 where there is none.
-    #[inline(always)]
-    pub(super) fn new(token: L::Token, length: [f64; 3]) -> Self {
-        let inverse = |l: f64| if l > 0.0 { 1.0 / l } else { 0.0 };
-        let splat = |v: f64| L::splat(token, v);
-        Self {
-            length: [splat(length[0]), splat(length[1]), splat(length[2])],
-            inverse: [splat(inverse(length[0])), splat(inverse(length[1])), splat(inverse(length[2]))],
-            shift: splat(6_755_399_441_055_744.0),
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn nearest(&self, axis: usize, d: L) -> L {
-        d - self.length[axis] * ((d * self.inverse[axis] + self.shift) - self.shift)
-    }
-}
+use crate::vector::images::Images;
+use crate::vector::lane_pair::LanePair;
+use crate::vector::lanes::{Lanes, Lanes8, Mask};
+use crate::vector::vec3::Vec3Lanes;
 
 /// Records of first partners, or with `SPINS` their spins and radii twice, plus those of second ones with
 /// `signs`, as columns. The signs are 1 or −1: one rounding, that of the sum.
@@ -62,11 +37,11 @@ fn side_by_side<L: Copy>(a: [L; 8], b: [L; 8]) -> [LanePair<L>; 8] {
 }
 
 /// Adds the forces of all packs, whose number is even, to `push`. With `CROSS`, second partners are rows
-/// of `others` and get nothing; else they are rows of `own`.
+/// of `others` and get nothing; else they are rows of `own`. With `MANY`, each lane has its law of the set.
 #[inline(always)]
-pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
+pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool, const MANY: bool>(
     token: L::Token,
-    law: &LawLanes<LanePair<L>>,
+    (law, laws): (&LawLanes<LanePair<L>>, &LawSet),
     images: &Images<LanePair<L>>,
     packs: &mut [ContactPack],
     own: &[GrainRecord],
@@ -130,7 +105,12 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
             inverse_length2: one * (distance * inverse_mass),
             length2,
         };
-        let answer = law.resolve(token, &contact, &mut spring);
+        let answer = if MANY {
+            let (a, b) = (coefficients::<L>(token, laws, &p.law), coefficients::<L>(token, laws, &q.law));
+            law.with(side_by_side(a, b)).resolve(token, &contact, &mut spring)
+        } else {
+            law.resolve(token, &contact, &mut spring)
+        };
         Vec3Lanes(spring.0.0, spring.1.0, spring.2.0).store(&mut p.spring);
         Vec3Lanes(spring.0.1, spring.1.1, spring.2.1).store(&mut q.spring);
         let touching = answer.touching;

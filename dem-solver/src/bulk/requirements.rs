@@ -1,5 +1,6 @@
 //! Which scenes the engine takes, and which engine `auto` takes.
 
+use crate::bulk::materials;
 use crate::grain::Grain;
 use crate::motion::Motion;
 use crate::spec::{DemSpec, Engine, Integrator};
@@ -30,7 +31,9 @@ pub(crate) fn choice(spec: &DemSpec) -> Choice {
 
 /// What keeps the engine from a checked spec; none if nothing does.
 pub(crate) fn prevents(spec: &DemSpec) -> Option<String> {
-    let Some(first) = spec.grains.first() else { return Some("there are no grains".to_owned()) };
+    if spec.grains.is_empty() {
+        return Some("there are no grains".to_owned());
+    }
     if spec.integrator != Integrator::SymplecticEuler {
         return Some("the integrator is not symplectic-euler".to_owned());
     }
@@ -41,18 +44,27 @@ pub(crate) fn prevents(spec: &DemSpec) -> Option<String> {
         return Some("an account of energy is asked for".to_owned());
     }
     let laws = spec.laws();
-    let material = first.material;
-    if let Some(i) = spec.grains.iter().position(|grain| grain.material != material) {
-        return Some(format!("grain {i} has another material than grain 0"));
+    let used = materials::used(&spec.grains);
+    if used.len() > materials::MOST {
+        return Some(format!("grains have {} materials, more than {}", used.len(), materials::MOST));
     }
     if laws.any_rolling() {
         return Some("there is a resistance to rolling".to_owned());
     }
-    if laws.linear(material, material).is_none() {
+    let linear = |a: &usize, b: usize| laws.linear(*a, b).is_some();
+    if !used.iter().all(|a| used.iter().all(|b| linear(a, *b))) {
         return Some("the contact law is not linear-spring-dashpot with a contact time".to_owned());
     }
-    if let Some(w) = spec.walls.iter().position(|wall| laws.linear(material, wall.material).is_none()) {
+    if materials::between(&used, &laws).is_none() {
+        return Some("contact laws differ in sliding or in the lever arm".to_owned());
+    }
+    if let Some(w) = spec.walls.iter().position(|wall| !used.iter().all(|a| linear(a, wall.material))) {
         return Some(format!("the contact law of wall {w} is not linear-spring-dashpot with a contact time"));
+    }
+    if let Some(w) =
+        spec.walls.iter().position(|wall| materials::at_wall(&used, wall.material, &laws).is_none())
+    {
+        return Some(format!("contact laws of wall {w} differ in sliding or in the lever arm"));
     }
     if spec.walls.len() > usize::from(u16::MAX) {
         return Some(format!("there are {} walls", spec.walls.len()));

@@ -1,19 +1,20 @@
 //! Contacts with walls: the law of pairs with the plane's normal, eight grains at one wall at a time.
 
-use crate::bulk::lanes::Lanes8;
-use crate::bulk::law::{Contact, LawLanes, Vec3Lanes};
+use crate::bulk::law::{Contact, LawLanes, coefficients};
+use crate::bulk::materials::LawSet;
 use crate::bulk::observed::Observed;
 use crate::bulk::pair::add;
 use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord};
-use crate::laws::coefficients::LinearPair;
 use crate::laws::walls::Plane;
+use crate::vector::lanes::Lanes8;
+use crate::vector::vec3::Vec3Lanes;
 
 /// A wall as the kernel sees it, at the start of a sub-step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Wall {
     pub(super) plane: Plane,
-    /// Its law against the grains.
-    pub(super) law: LinearPair,
+    /// Its laws against the materials of the grains.
+    pub(super) laws: LawSet,
 }
 
 /// Adds the forces of all wall contacts to `push` at time `t`.
@@ -29,12 +30,15 @@ pub(super) fn wall_forces<L: Lanes8>(
 ) {
     let Some(first) = packs.first() else { return };
     let mut at = first.wall;
-    let mut law = LawLanes::<L>::new(token, &walls[at as usize].law, dt);
+    let mut law = LawLanes::<L>::new(token, &walls[at as usize].laws.first, dt);
     for pack in packs {
-        let Wall { plane, law: coefficients } = &walls[pack.wall as usize];
+        let Wall { plane, laws } = &walls[pack.wall as usize];
         if pack.wall != at {
             at = pack.wall;
-            law = LawLanes::new(token, coefficients, dt);
+            law = LawLanes::new(token, &laws.first, dt);
+        }
+        if !laws.is_one() {
+            law = law.with(coefficients(token, laws, &pack.law));
         }
         if !plane.acts(t) {
             pack.touching = 0;

@@ -4,6 +4,7 @@ use crate::general::contact::{Kinematics, SpringStep};
 use crate::general::energy::Account;
 use crate::general::forces::{Forces, Scene, contact_forces};
 use crate::general::integrate::{Speed, kick};
+use crate::general::pair_lanes::PairLanes;
 use crate::grains::{Grains, Response};
 use crate::lubrication::law::LubricationModel;
 use crate::lubrication::settings::LubricationIntegration;
@@ -30,6 +31,7 @@ pub(crate) struct Evaluation {
     pub(crate) account: Option<Box<Account>>,
     model: Option<(LubricationModel, LubricationIntegration, u32)>,
     lubrication: LubricationSolver,
+    lanes: PairLanes,
     /// Grains whose velocity is a function of time.
     pub(super) prescribed: Vec<u32>,
     wall_speed: f64,
@@ -48,7 +50,8 @@ impl Evaluation {
                 .lubrication_model()
                 .zip(settings)
                 .map(|(model, settings)| (model, settings.integration, settings.sweeps)),
-            lubrication: LubricationSolver::default(),
+            lubrication: LubricationSolver::new(spec.bulk.plain),
+            lanes: PairLanes::new(spec.bulk.plain),
             prescribed: (0u32..).zip(&grains.motion).filter(oscillates).map(|(i, _)| i).collect(),
             wall_speed: speed.fold(0.0, f64::max),
         }
@@ -80,7 +83,7 @@ impl Evaluation {
         let lists = (&mut self.lists.pairs, &mut self.lists.walls);
         let account = self.account.as_deref_mut();
         let scene = Scene { around, grains, response, kinematics };
-        contact_forces(&scene, lists, &mut self.forces, observed, account);
+        contact_forces(&scene, lists, &mut self.lanes, &mut self.forces, observed, account);
         if let Some((model, LubricationIntegration::Explicit, _)) = &self.model {
             let lists = (&self.lists.pairs, &self.lists.walls);
             let force = &mut self.forces.lubrication;
@@ -111,8 +114,12 @@ impl Evaluation {
     pub(super) fn refresh(&mut self, speed: &Speed, grains: &Grains, around: &Surroundings, t: f64, dt: f64) {
         if speed.finite {
             let step = 1.5 * dt * speed.largest2.sqrt().max(self.wall_speed);
-            if self.lists.refresh(step, grains, &around.walls, &around.periods, t) && self.model.is_some() {
-                self.lubrication.reserve(self.lists.pairs.len() + self.lists.walls.len());
+            let built = self.lists.refresh(step, grains, &around.walls, &around.periods, t);
+            if built {
+                self.lanes.reserve(self.lists.pairs.len());
+            }
+            if let (true, Some((model, LubricationIntegration::Implicit, _))) = (built, &self.model) {
+                self.lubrication.take(around, model, grains, (&self.lists.pairs, &self.lists.walls));
             }
         }
     }
@@ -121,9 +128,8 @@ impl Evaluation {
     pub(super) fn lubricate(&mut self, window: &mut Window<'_>, t: f64, dt: f64) {
         if let Some((model, LubricationIntegration::Implicit, sweeps)) = self.model {
             let Window { grains, around, response, observed } = window;
-            let lists = (&self.lists.pairs, &self.lists.walls);
             let force = &mut self.forces.lubrication;
-            self.lubrication.apply(around, &model, sweeps, grains, response, lists, (t, dt), force);
+            self.lubrication.apply(around, (&model, sweeps), grains, response, (t, dt), force);
             for (mean, force) in observed.mean_lubrication.iter_mut().zip(force) {
                 *mean += *force;
             }

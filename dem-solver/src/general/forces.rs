@@ -1,9 +1,10 @@
 //! Contact forces and torques on all grains (Izard et al. 2014, eqs 11–16): the loops over pairs and walls.
 
 use crate::general::contact::{
-    Coefficients, Frame, Kinematics, Near, Partners, path_of, resolve, roll_torque,
+    Coefficients, Frame, Kinematics, Near, Partners, SpringStep, path_of, resolve, roll_torque,
 };
 use crate::general::energy::{Account, Entry};
+use crate::general::pair_lanes::{PairLanes, PairPass, Sums};
 use crate::grains::{Grains, Response};
 use crate::laws::rolling::Roll;
 use crate::laws::table::PairLaw;
@@ -11,6 +12,7 @@ use crate::motion::Vec3;
 use crate::report::Observations;
 use crate::search::contact_list::ContactList;
 use crate::surroundings::Surroundings;
+use crate::vector::kernel::dispatch;
 
 /// Forces and torques on the grains.
 #[derive(Clone, Debug, Default)]
@@ -48,6 +50,7 @@ pub(crate) struct Scene<'a> {
 pub(crate) fn contact_forces(
     scene: &Scene<'_>,
     (pairs, walls): (&mut ContactList, &mut ContactList),
+    lanes: &mut PairLanes,
     forces: &mut Forces,
     observed: &mut Observations,
     mut account: Option<&mut Account>,
@@ -58,7 +61,17 @@ pub(crate) fn contact_forces(
     forces.contact.fill(Vec3::zeros());
     forces.torque.fill(Vec3::zeros());
     forces.contacts = 0;
-    pair_forces(scene, pairs, forces, observed, account.as_deref_mut());
+    let Scene { around, grains, response, kinematics } = *scene;
+    let linear = account.is_none() && kinematics.spring == SpringStep::Before && around.laws.all_linear();
+    if linear && lanes.load(grains, response, kinematics) {
+        let plain = lanes.is_plain();
+        let Forces { contact, torque, overlap, .. } = forces;
+        let sums = Sums { contact, torque, observed, contacts: 0, overlap: *overlap };
+        let pass = PairPass { around, grains, kinematics, lanes, list: pairs, sums };
+        (forces.contacts, forces.overlap) = dispatch(pass, plain);
+    } else {
+        pair_forces(scene, pairs, forces, observed, account.as_deref_mut());
+    }
     wall_forces(scene, walls, forces, observed, account);
 }
 

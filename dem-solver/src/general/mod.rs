@@ -6,4 +6,6 @@ pub(crate) mod engine;
 pub(crate) mod evaluation;
 pub(crate) mod forces;
 mod integrate;
+pub(crate) mod pair_lanes;
+mod pair_law;
 mod rk3;

@@ -186,6 +186,18 @@ impl LawTable {
         }
     }
 
+    /// Number of materials.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Whether all pairs of materials have a linear law with one contact time, and none resists rolling.
+    #[must_use]
+    pub fn all_linear(&self) -> bool {
+        !self.any_rolling() && self.law.iter().all(|law| matches!(law, PairLaw::Linear(_)))
+    }
+
     /// Law between materials `a` and `b`.
     #[inline(always)]
     #[must_use]

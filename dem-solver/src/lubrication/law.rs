@@ -140,10 +140,10 @@ impl Default for Expansion {
 impl Expansion {
     /// Largest |y|. The terms left out are 1e-12 of the path for two spheres, and 1e-10 where the flow
     /// resolves most of it.
-    const FAR: f64 = 1.0 / 512.0;
+    pub(super) const FAR: f64 = 1.0 / 512.0;
 
     /// s differs from y by less than this part at [`Expansion::FAR`].
-    const BEND: f64 = 0.01;
+    pub(super) const BEND: f64 = 0.01;
 
     /// [`LubricationLaw::impulse`] at the gap that it was made for, if the path is short enough.
     #[inline(always)]

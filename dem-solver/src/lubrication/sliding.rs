@@ -20,14 +20,11 @@
 //!
 //! as was measured with the default mask (docs/decisions/tangential-film.md).
 //!
-//! **Sub-step.** Gaps are visited once, in the order of the list, with the resistance at the gap in which the sub-step
+//! **Sub-step.** Gaps are visited once, pack by pack, with the resistance at the gap in which the sub-step
 //! began: J = −K dt s/(1 + K dt W) for the velocity s that is braked and its inverse mass W. No visit turns s round, so the
 //! energy falls whatever K dt W is; opposite impulses at the middle of the gap keep momentum and angular momentum.
 
-use crate::grains::{Grains, Response};
 use crate::lubrication::law::LubricationModel;
-use crate::motion::Vec3;
-use crate::surroundings::Surroundings;
 use std::f64::consts::PI;
 
 /// L_t over the length L that the normal film has, at a wall …
@@ -40,7 +37,7 @@ const REACH: f64 = 4.0;
 
 /// The film between two radii.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Film {
+pub(super) struct Film {
     /// πμaA, N s/m.
     slip: f64,
     /// B/A, m.
@@ -51,7 +48,7 @@ struct Film {
 
 impl Film {
     /// Of a sphere of radius `a` and one of radius `b`, infinite for a wall.
-    fn new(viscosity: f64, a: f64, b: f64) -> Self {
+    pub(super) fn new(viscosity: f64, a: f64, b: f64) -> Self {
         // In powers of s = 1/β, which is zero at a wall.
         let s = a / b;
         let sum = 1.0 + s;
@@ -65,10 +62,15 @@ impl Film {
             roll: scale * a * a * (turn - cross * cross / slip),
         }
     }
+
+    /// As a row with `length`, L_t.
+    pub(super) fn row(&self, length: f64) -> [f64; 4] {
+        [self.slip, self.shift, self.roll, length]
+    }
 }
 
 /// Part of the logarithm that the flow does not resolve at a gap, `length` being L_t; none in overlap.
-fn unresolved(gap: f64, roughness: f64, length: f64) -> f64 {
+pub(super) fn unresolved(gap: f64, roughness: f64, length: f64) -> f64 {
     if !(0.0..=REACH * length).contains(&gap) {
         return 0.0;
     }
@@ -76,113 +78,9 @@ fn unresolved(gap: f64, roughness: f64, length: f64) -> f64 {
     0.5 * (ratio * ratio).ln_1p()
 }
 
-/// A gap in which something can slide: the partners and what is between them.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SlidingGap {
-    pub(super) first: u32,
-    /// Second grain, or the wall's index if `wall`.
-    pub(super) second: u32,
-    pub(super) wall: bool,
-    /// From the second to the first.
-    pub(super) normal: Vec3,
-    /// Its width, m.
-    pub(super) gap: f64,
-}
-
-/// Gap beyond which nothing is left to this film.
-pub(super) fn reach(model: &LubricationModel) -> f64 {
-    if model.tangential { REACH * TO_SPHERE * model.resolved_length } else { f64::NEG_INFINITY }
-}
-
-/// Brakes the tangential motion in the gaps over `dt`, in place, and adds the mean force on each grain to `force`.
-pub(super) fn brake(
-    gaps: &[SlidingGap],
-    around: &Surroundings,
-    model: &LubricationModel,
-    grains: &mut Grains,
-    response: &Response,
-    dt: f64,
-    force: &mut [Vec3],
-) {
-    for gap in gaps {
-        let (i, j) = (gap.first as usize, gap.second as usize);
-        let (a, b) = (grains.radius[i], if gap.wall { f64::INFINITY } else { grains.radius[j] });
-        let part = if gap.wall { TO_WALL } else { TO_SPHERE };
-        let left = unresolved(gap.gap, model.law(a, b).roughness, part * model.resolved_length);
-        if left > 0.0 {
-            let film = Film::new(left * model.viscosity, a, b);
-            let push = if gap.wall {
-                gap.brake_at_wall(&film, &around.walls[j].velocity, grains, response, dt)
-            } else {
-                gap.brake_between(&film, grains, response, dt)
-            };
-            force[i] += push;
-            if !gap.wall {
-                force[j] -= push;
-            }
-        }
-    }
-}
-
-impl SlidingGap {
-    /// Both squares of a film between spheres, one after the other; the mean force on the first.
-    fn brake_between(&self, film: &Film, grains: &mut Grains, response: &Response, dt: f64) -> Vec3 {
-        let (i, j, normal) = (self.first as usize, self.second as usize, &self.normal);
-        // Arms to the middle of the gap: with them the angular momentum is kept.
-        let half = 0.5 * self.gap;
-        let arms = [grains.radius[i] + half - film.shift, grains.radius[j] + half + film.shift];
-        let (spin_i, spin_j) = (response.inverse_inertia[i].max(), response.inverse_inertia[j].max());
-        let apart = grains.velocity[i] - grains.velocity[j];
-        let turn = grains.spin[i] * arms[0] + grains.spin[j] * arms[1];
-        let slip = apart - normal * apart.dot(normal) - turn.cross(normal);
-        // The largest over directions: with locked ones it brakes a little less.
-        let inverse = response.inverse_mass[i].max()
-            + response.inverse_mass[j].max()
-            + arms[0] * arms[0] * spin_i
-            + arms[1] * arms[1] * spin_j;
-        let impulse = slip * braking(film.slip * dt, inverse);
-        let moment = normal.cross(&impulse);
-        grains.velocity[i] += response.inverse_mass[i].component_mul(&impulse);
-        grains.velocity[j] -= response.inverse_mass[j].component_mul(&impulse);
-        grains.spin[i] -= response.inverse_inertia[i].component_mul(&moment) * arms[0];
-        grains.spin[j] -= response.inverse_inertia[j].component_mul(&moment) * arms[1];
-        // What rolls: the spins against each other, across the normal.
-        let turn = grains.spin[i] - grains.spin[j];
-        let torque = (turn - normal * turn.dot(normal)) * braking(film.roll * dt, spin_i + spin_j);
-        grains.spin[i] += response.inverse_inertia[i].component_mul(&torque);
-        grains.spin[j] -= response.inverse_inertia[j].component_mul(&torque);
-        impulse * (1.0 / dt)
-    }
-
-    /// The same at a wall that moves with `velocity`.
-    fn brake_at_wall(
-        &self,
-        film: &Film,
-        velocity: &Vec3,
-        grains: &mut Grains,
-        response: &Response,
-        dt: f64,
-    ) -> Vec3 {
-        let (i, normal) = (self.first as usize, &self.normal);
-        let arm = grains.radius[i] - film.shift;
-        let inverse_spin = response.inverse_inertia[i].max();
-        let apart = grains.velocity[i] - velocity;
-        let slip = apart - normal * apart.dot(normal) - grains.spin[i].cross(normal) * arm;
-        let inverse = response.inverse_mass[i].max() + arm * arm * inverse_spin;
-        let impulse = slip * braking(film.slip * dt, inverse);
-        grains.velocity[i] += response.inverse_mass[i].component_mul(&impulse);
-        let moment = normal.cross(&impulse) * arm;
-        grains.spin[i] -= response.inverse_inertia[i].component_mul(&moment);
-        let turn = grains.spin[i] - normal * grains.spin[i].dot(normal);
-        let torque = turn * braking(film.roll * dt, inverse_spin);
-        grains.spin[i] += response.inverse_inertia[i].component_mul(&torque);
-        impulse * (1.0 / dt)
-    }
-}
-
-/// Impulse over velocity where a resistance brakes for `strength`/resistance seconds: −K dt/(1 + K dt W).
-fn braking(strength: f64, inverse: f64) -> f64 {
-    -strength / (1.0 + strength * inverse)
+/// L_t of `model`, m.
+pub(super) fn reach_at(model: &LubricationModel, at_wall: bool) -> f64 {
+    (if at_wall { TO_WALL } else { TO_SPHERE }) * model.resolved_length
 }
 
 #[cfg(test)]

@@ -7,6 +7,8 @@ use crate::state::SavedContact;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactList {
     start: Vec<u32>,
+    /// First partners.
+    pub(crate) first: Vec<u32>,
     /// Second partners: grains j > i, or walls.
     pub(crate) other: Vec<u32>,
     /// Tangential springs δ_t, m; zero where nothing touches.
@@ -45,6 +47,7 @@ impl ContactList {
     pub(crate) fn clear(&mut self) {
         self.start.clear();
         self.start.push(0);
+        self.first.clear();
         self.other.clear();
         self.spring.clear();
         self.rolling.clear();
@@ -53,6 +56,7 @@ impl ContactList {
 
     /// Appends an entry to the open row.
     pub(crate) fn push(&mut self, other: u32, spring: Vec3, rolling: Vec3, touching: bool) {
+        self.first.push(self.start.len() as u32 - 1);
         self.other.push(other);
         self.spring.push(spring);
         self.rolling.push(rolling);

@@ -1,12 +1,12 @@
 //! Eight lanes in a register of 512 bits.
 
-use crate::bulk::lanes::{Lanes, Lanes8};
+use crate::vector::lanes::{Lanes, Lanes8};
 use pulp::{b8, cast, f64x8, x86::V4};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Lanes in a register of 512 bits.
 #[derive(Clone, Copy)]
-pub(super) struct Avx512 {
+pub(crate) struct Avx512 {
     simd: V4,
     lanes: f64x8,
 }
@@ -115,6 +115,11 @@ impl Lanes8 for Avx512 {
     #[inline(always)]
     fn store(self, values: &mut [f64; 8]) {
         *values = cast(self.lanes);
+    }
+
+    #[inline(always)]
+    fn store_low(self, values: &mut [f64; 4]) {
+        *values = cast(self.simd.avx512f._mm512_extractf64x4_pd::<0>(cast(self.lanes)));
     }
 
     #[inline(always)]

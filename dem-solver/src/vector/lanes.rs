@@ -6,7 +6,7 @@
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
 /// One bit per lane.
-pub(super) trait Mask:
+pub(crate) trait Mask:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
     /// Whether any lane is set.
@@ -21,7 +21,7 @@ impl Mask for u8 {
 }
 
 /// Lanes that can be reckoned with.
-pub(super) trait Lanes:
+pub(crate) trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
     /// Proof that the machine has what the lanes need.
@@ -47,7 +47,7 @@ pub(super) trait Lanes:
 }
 
 /// Eight lanes, which can be read, written and turned from rows into columns.
-pub(super) trait Lanes8: Lanes<Mask = u8> {
+pub(crate) trait Lanes8: Lanes<Mask = u8> {
     /// Whether they are one register: what costs more in several may be worth a kernel of its own there.
     const ONE_REGISTER: bool;
     /// Eight values.
@@ -58,6 +58,8 @@ pub(super) trait Lanes8: Lanes<Mask = u8> {
     fn load_twice(token: Self::Token, values: &[f64; 4]) -> Self;
     /// Writes the lanes.
     fn store(self, values: &mut [f64; 8]);
+    /// Writes lanes 0 to 3.
+    fn store_low(self, values: &mut [f64; 4]);
     /// Writes lanes 4 to 7.
     fn store_high(self, values: &mut [f64; 4]);
     /// Lanes 0 to 3 of both.
@@ -72,7 +74,7 @@ pub(super) trait Lanes8: Lanes<Mask = u8> {
 
 /// Lanes for any machine.
 #[derive(Clone, Copy)]
-pub(super) struct Portable8([f64; 8]);
+pub(crate) struct Portable8([f64; 8]);
 
 macro_rules! plain {
     ($name:ident, $fn:ident, $op:tt) => {
@@ -176,6 +178,11 @@ impl Lanes8 for Portable8 {
     #[inline(always)]
     fn store(self, values: &mut [f64; 8]) {
         *values = self.0;
+    }
+
+    #[inline(always)]
+    fn store_low(self, values: &mut [f64; 4]) {
+        values.copy_from_slice(&self.0[..4]);
     }
 
     #[inline(always)]

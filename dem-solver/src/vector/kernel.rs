@@ -1,10 +1,10 @@
 //! Work on eight lanes, compiled for every vector width that a machine may have.
 
-use crate::bulk::lanes::{Lanes8, Portable8};
+use crate::vector::lanes::{Lanes8, Portable8};
 use pulp::{Simd, WithSimd};
 
 /// Work on eight lanes.
-pub(super) trait Kernel {
+pub(crate) trait Kernel {
     type Output;
 
     /// Does it; must be `inline(always)`, else it is compiled for the narrowest vectors.
@@ -12,7 +12,7 @@ pub(super) trait Kernel {
 }
 
 /// Does the work in the widest vectors of the machine; with `plain` the widest of all are left unused.
-pub(super) fn dispatch<K: Kernel>(kernel: K, plain: bool) -> K::Output {
+pub(crate) fn dispatch<K: Kernel>(kernel: K, plain: bool) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     {
         if let Some(simd) = pulp::x86::V4::try_new().filter(|_| !plain) {
@@ -39,7 +39,7 @@ impl<K: Kernel> WithSimd for OnAvx512<K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> K::Output {
-        self.0.run::<crate::bulk::avx512::Avx512>(self.1)
+        self.0.run::<crate::vector::avx512::Avx512>(self.1)
     }
 }
 

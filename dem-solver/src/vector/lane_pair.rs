@@ -1,11 +1,11 @@
 //! Two sets of lanes side by side: while one waits for a root or a quotient, the other goes on.
 
-use crate::bulk::lanes::{Lanes, Mask};
+use crate::vector::lanes::{Lanes, Mask};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
 /// Two sets of lanes, or of bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct LanePair<T>(pub(super) T, pub(super) T);
+pub(crate) struct LanePair<T>(pub(crate) T, pub(crate) T);
 
 macro_rules! both {
     ($name:ident, $fn:ident) => {
