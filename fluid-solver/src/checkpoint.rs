@@ -2,7 +2,7 @@
 //! checks for other scenes, truncation and damage, is [`protocol::checkpoint`].
 //!
 //! One process writes one file. Of several ranks each writes the planes that it works on to a file of its own
-//! ([`parts`]); the first one then puts the head in place, which names them, so that a checkpoint is whole from one
+//! (`checkpoint/parts.rs`); the first one then puts the head in place, which names them, so that a checkpoint is whole from one
 //! moment on. Whoever reads takes the planes it needs, whatever the number of ranks that wrote them.
 
 mod parts;
