@@ -30,13 +30,20 @@ fn weights(s: f64) -> [f64; WIDTH] {
     [0.5 * (beside - s), middle, 0.5 * (beside + s)]
 }
 
+/// The whole number nearest to `s`, without the call of a function that `round` is.
+#[inline(always)]
+fn nearest(s: f64) -> isize {
+    let s = s + 0.5;
+    let towards_zero = s as isize;
+    towards_zero - isize::from(s < towards_zero as f64)
+}
+
 /// Places, weights and what the walls add, along `axis` of component `d`, for a point at `x`, m.
 fn along<const D: usize>(grid: &Grid<D>, d: usize, axis: usize, x: f64) -> Along {
     let cells = grid.cells[axis] as isize;
     let width = grid.axes[axis].length() / cells as f64;
     let s = (x - grid.nodes(d, axis)[0]) / width;
-    // No call of a function: `round` is one.
-    let nearest = (s + 8.5) as isize - 8;
+    let nearest = nearest(s);
     let weights = weights(s - nearest as f64);
     if nearest > 1 && nearest < cells - 2 {
         return Along { places: [nearest - 1, nearest, nearest + 1], weights, wall: 0.0 };
@@ -135,6 +142,14 @@ mod tests {
             assert!((squares - 0.5).abs() < 1e-14, "{s}: {squares}");
         }
         assert!(weights(-0.5)[2].abs() < 1e-14 && weights(0.5)[0].abs() < 1e-14);
+    }
+
+    #[test]
+    fn nearest_is_nearest_on_both_sides_of_zero() {
+        for k in -3000..3000 {
+            let s = f64::from(k) * 0.01 + 0.003;
+            assert_eq!(nearest(s), s.round() as isize, "{s}");
+        }
     }
 
     /// What a point reads of a shear between walls that move is the shear, up to the walls.

@@ -127,6 +127,24 @@ fn a_neutral_disc_turns_with_the_shear_and_stays_in_its_middle() {
     assert!((motion.spin[1] - 0.5).abs() < 0.04, "{:?}", motion.spin);
 }
 
+/// Positions are not wrapped: a disc that has gone around is where it began.
+#[test]
+fn a_disc_several_periods_away_is_the_same_disc() {
+    let loads = |x: &str| {
+        let text = pair(1.5, "").replace("position = [0.1, 0.0", &format!("position = [{x}, 0.0"));
+        let mut run = Run::new(&text);
+        run.windows(5);
+        run.newton.loads[0].force
+    };
+    let (here, left, right) = (loads("0.09375"), loads("-5.90625"), loads("8.09375"));
+    for c in 0..3 {
+        assert!(
+            (left[c] - here[c]).abs() < 1e-12 && (right[c] - here[c]).abs() < 1e-12,
+            "{here:?} {left:?} {right:?}"
+        );
+    }
+}
+
 #[test]
 fn what_it_cannot_do_is_refused_by_key() {
     let refusal = |change: [&str; 2]| {
