@@ -573,7 +573,9 @@ impl<const D: usize> Solver<D> {
         let multipliers = self.fictitious.as_ref().map(|fictitious| fictitious.multipliers());
         match &mut self.saved {
             Some(saved) => {
-                saved.multipliers.clone_from(&multipliers.cloned());
+                if let (Some(to), Some(from)) = (&mut saved.multipliers, multipliers) {
+                    to.clone_from(from);
+                }
                 saved.state.copy_from(stepper.grid(), stepper.state());
                 for (to, from) in saved.lambda.iter_mut().zip(lambda) {
                     copy_own(stepper.grid(), to, from);

@@ -1,7 +1,7 @@
 //! Light grains: where an exchange of forces once per window is stable (docs/stability.md).
 
 use protocol::facts::{FluidFacts, Forcing, LoadsForm, Side};
-use protocol::scene::{Freedom, Geometry, Grain, Shape, WallKind};
+use protocol::scene::{Freedom, Geometry, Grain, Shape};
 use protocol::scheme::Scheme;
 
 use super::bound::Bound;
@@ -164,12 +164,7 @@ fn limit_of_points(
 ) -> (f64, &'static str) {
     const ALONE: &str = "docs/maps/fictitious-domain.csv";
     let domain = &facts.scene.scene.domain;
-    let holds = |axis| {
-        let faces = domain.boundary(axis);
-        faces
-            .is_some_and(|faces| faces.lower.iter().chain([&faces.upper]).any(|f| f.kind == WallKind::NoSlip))
-    };
-    let walls = (0..domain.dimensions()).any(holds);
+    let walls = (0..domain.dimensions()).any(|axis| domain.has_wall(axis));
     let half = fluid.virtual_mass >= 0.5;
     if facts.scheme == Some(Scheme::Overlapped) {
         let limit = lowest_in(light::OVERLAPPED_FICTITIOUS, nu_dt_over_d2);

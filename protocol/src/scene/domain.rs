@@ -272,6 +272,13 @@ impl Domain {
         self.boundary(axis).is_some_and(|faces| faces.upper.kind == WallKind::Periodic)
     }
 
+    /// Does a face of grid axis `axis` hold the fluid?
+    #[must_use]
+    pub fn has_wall(&self, axis: usize) -> bool {
+        let faces = self.boundary(axis);
+        faces.is_some_and(|b| b.lower.iter().chain([&b.upper]).any(|f| f.kind == WallKind::NoSlip))
+    }
+
     /// Largest over mean velocity of the inflow through a face of grid axis `axis`: 1 if uniform, 3/2
     /// for each pair of walls (or wall and free side) across, 2 in a tube.
     #[must_use]
@@ -279,11 +286,7 @@ impl Domain {
         if face.kind != WallKind::Inflow || face.profile.is_uniform() {
             return 1.0;
         }
-        let walled = |a: &usize| {
-            let sides = self.boundary(*a);
-            sides.is_some_and(|b| b.lower.iter().chain([&b.upper]).any(|f| f.kind == WallKind::NoSlip))
-        };
-        let across = (0..self.dimensions()).filter(|a| *a != axis).filter(walled);
+        let across = (0..self.dimensions()).filter(|a| *a != axis && self.has_wall(*a));
         across.map(|a| if self.geometry.axes()[a] == Axis::R { 2.0 } else { 1.5 }).product()
     }
 
