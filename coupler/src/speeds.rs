@@ -139,8 +139,8 @@ pub(crate) fn over_stokes(reynolds: f64) -> f64 {
 }
 
 /// Speed at which drag balances `force` over the fluid's density, m⁴/s² (plane: m³/s²): of a sphere C_D = 24/Re
-/// (1 + 0.15 Re^0.687), 0.44 from Re = 1000 on (Schiller & Naumann 1935); of a cylinder C_D = 1 + 10 Re^(−2/3)
-/// (White 1991, eq. 3-225).
+/// (1 + 0.15 Re^0.687), 0.44 from Re = 1000 on (Schiller & Naumann 1935); of a body of the plane, as of a cylinder that
+/// surrounds it, C_D = 1 + 10 Re^(−2/3) (White 1991, eq. 3-225).
 pub(crate) fn speed_under(force: f64, shape: Shape, diameter: f64, nu: f64) -> f64 {
     let drag = |speed: f64| {
         let re = speed * diameter / nu;
@@ -149,7 +149,7 @@ pub(crate) fn speed_under(force: f64, shape: Shape, diameter: f64, nu: f64) -> f
                 (0.44, 0.25 * std::f64::consts::PI * diameter * diameter)
             }
             Shape::Sphere => (24.0 / re * over_stokes(re), 0.25 * std::f64::consts::PI * diameter * diameter),
-            Shape::Disc => (1.0 + 10.0 * re.powf(-2.0 / 3.0), diameter),
+            _ => (1.0 + 10.0 * re.powf(-2.0 / 3.0), diameter),
         };
         0.5 * coefficient * area * speed * speed
     };

@@ -178,10 +178,7 @@ pub fn shapes(scene: &CheckedScene) -> Vec<Shape> {
         mask_radius: grain.radius,
         density: grain.density,
         volume: grain.volume(),
-        gyration: match grain.shape {
-            scene::Shape::Sphere => 0.4 * grain.radius * grain.radius,
-            scene::Shape::Disc => 0.5 * grain.radius * grain.radius,
-        },
+        gyration: grain.gyration(),
     };
     scene.grains.iter().map(shape).collect()
 }

@@ -74,9 +74,9 @@ impl Motion {
     fn of(grain: &Grain, geometry: Geometry) -> Self {
         use Freedom::{SpinX, SpinY, SpinZ};
         match grain.shape {
-            Shape::Disc => Self::Disc,
-            _ if is_any(grain, geometry, [SpinX, SpinY, SpinZ]) => Self::TurningSphere,
-            _ => Self::Sphere,
+            Shape::Sphere if is_any(grain, geometry, [SpinX, SpinY, SpinZ]) => Self::TurningSphere,
+            Shape::Sphere => Self::Sphere,
+            _ => Self::Disc,
         }
     }
 

@@ -42,10 +42,10 @@ fn stokes_speed(scene: &CheckedScene, grain: &protocol::scene::Grain, nu: f64) -
     let swing = grain.oscillation.map_or(0.0, |swing| norm(&swing.amplitude));
     let spin = grain.radius * norm(&grain.spin);
     let mut speed = norm(&grain.velocity) + swing + spin;
-    // A disc has no Stokes drag of its own: walls and neighbours decide, of the order of its viscous time.
+    // A body of the plane has no Stokes drag of its own: walls and neighbours decide, of the order of its viscous time.
     let drag = match grain.shape {
         Shape::Sphere => 6.0 * PI * nu * grain.radius,
-        Shape::Disc => 4.0 * PI * nu,
+        _ => 4.0 * PI * nu,
     };
     if grain.motion == Motion::Free {
         let excess = (grain.density / medium_density - 1.0).abs();

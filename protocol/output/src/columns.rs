@@ -2,7 +2,7 @@
 
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, Geometry, Grain, Motion, Shape};
+use protocol::scene::{CheckedScene, Geometry, Grain, Motion};
 
 /// Grains with columns of their own where the scene does not say.
 const GRAINS_BY_DEFAULT: usize = 16;
@@ -209,11 +209,7 @@ struct FreeGrain {
 impl FreeGrain {
     fn new(index: usize, grain: &Grain) -> Self {
         let mass = grain.mass();
-        let shape = match grain.shape {
-            Shape::Sphere => 0.4,
-            Shape::Disc => 0.5,
-        };
-        Self { index, radius: grain.radius, mass, inertia: shape * mass * grain.radius.powi(2) }
+        Self { index, radius: grain.radius, mass, inertia: grain.gyration() * mass }
     }
 }
 

@@ -1,6 +1,7 @@
 //! A scene that passed every check.
 
 use super::error::SceneError;
+use super::form;
 use super::grains::{Grain, Motion};
 use super::insertions::Inserted;
 use super::layout;
@@ -57,7 +58,8 @@ impl CheckedScene {
     /// [`SceneError`] at the first fault.
     pub fn new(source: SceneSource) -> Result<Self, SceneError> {
         source.refuse_retired(&RETIRED)?;
-        let scene: Scene = source.section()?;
+        let mut scene: Scene = source.section()?;
+        form::settle(&mut scene, &source)?;
         validate::shared(&scene, &source)?;
         let (grains, inserted) = layout::lay_out(&scene, &source)?;
         validate::grains(&scene, &grains, grains.len() - inserted.len(), &source)?;

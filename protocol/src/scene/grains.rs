@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::domain::Geometry;
+use super::outline::Outline;
 use super::walls::forever;
 
 /// Form of a grain.
@@ -17,6 +18,20 @@ pub enum Shape {
     Sphere,
     /// Disc (plane), mass per unit depth.
     Disc,
+    /// Rectangle of two `sides` (plane).
+    Rectangle,
+    /// Ellipse of two `semi_axes` (plane).
+    Ellipse,
+    /// Convex polygon of `vertices` (plane).
+    Polygon,
+}
+
+impl Shape {
+    /// Whether it is a sphere or a disc.
+    #[must_use]
+    pub fn is_round(self) -> bool {
+        matches!(self, Self::Sphere | Self::Disc)
+    }
 }
 
 /// Velocity that swings in place of a constant one: amplitude·sin(2π frequency t + phase).
@@ -62,9 +77,19 @@ pub enum Freedom {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grain {
-    /// `sphere`, or `disc` in the plane (the default there).
+    /// `sphere`, or `disc` in the plane (the default there); in the plane also `rectangle`, `ellipse` or `polygon`.
     #[serde(default)]
     pub shape: Shape,
+    /// Sides of a rectangle along x and z in the frame of the body, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sides: Option<[f64; 2]>,
+    /// Semi-axes of an ellipse along x and z in the frame of the body, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub semi_axes: Option<[f64; 2]>,
+    /// Vertices (x, z) of a convex polygon in the frame of the body, one after the other, m. `position` is where its
+    /// centre of mass stands, wherever the vertices' own origin lies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub vertices: Vec<[f64; 2]>,
     /// Centre (x, y, z), m. Plane: y = 0; axisymmetric: x = y = 0.
     pub position: [f64; 3],
     /// Velocity at t = 0, m/s.
@@ -76,7 +101,9 @@ pub struct Grain {
     /// Orientation at t = 0, unit quaternion (w, x, y, z).
     #[serde(default = "upright")]
     pub orientation: [f64; 4],
-    /// Radius, m.
+    /// Radius, m. Of a body that is not round it is not given: it becomes the largest distance of its surface from its
+    /// centre.
+    #[serde(default = "not_given")]
     pub radius: f64,
     /// Density, kg/m³.
     pub density: f64,
@@ -95,12 +122,19 @@ fn upright() -> [f64; 4] {
     [1.0, 0.0, 0.0, 0.0]
 }
 
+fn not_given() -> f64 {
+    f64::NAN
+}
+
 impl Grain {
     /// A free sphere at rest.
     #[must_use]
     pub fn at(position: [f64; 3], radius: f64, density: f64) -> Self {
         Self {
             shape: Shape::Sphere,
+            sides: None,
+            semi_axes: None,
+            vertices: Vec::new(),
             position,
             velocity: [0.0; 3],
             spin: [0.0; 3],
@@ -120,7 +154,56 @@ impl Grain {
         match self.shape {
             Shape::Sphere => 4.0 / 3.0 * PI * self.radius.powi(3),
             Shape::Disc => PI * self.radius.powi(2),
+            Shape::Rectangle | Shape::Ellipse | Shape::Polygon => {
+                self.outline().map_or(0.0, |outline| outline.area())
+            }
         }
+    }
+
+    /// Moment of inertia over mass, m²: 2R²/5 for a sphere, R²/2 for a disc.
+    #[must_use]
+    pub fn gyration(&self) -> f64 {
+        match self.shape {
+            Shape::Sphere => 0.4 * self.radius * self.radius,
+            Shape::Disc => 0.5 * self.radius * self.radius,
+            Shape::Rectangle | Shape::Ellipse | Shape::Polygon => {
+                self.outline().map_or(0.0, |outline| outline.gyration())
+            }
+        }
+    }
+
+    /// Outline of a body that is not round; of a scene that was checked every such body has one.
+    #[must_use]
+    pub fn outline(&self) -> Option<Outline> {
+        match self.shape {
+            Shape::Sphere | Shape::Disc => None,
+            Shape::Rectangle => self.sides.map(Outline::rectangle),
+            Shape::Ellipse => self.semi_axes.map(|semi_axes| Outline::Ellipse { semi_axes }),
+            Shape::Polygon => Outline::polygon(&self.vertices).ok(),
+        }
+    }
+
+    /// Angle by which the body is turned about y, from z to x, rad.
+    #[must_use]
+    pub fn angle(&self) -> f64 {
+        2.0 * self.orientation[2].atan2(self.orientation[0])
+    }
+
+    /// How far the surface reaches from the centre along `direction`, a unit vector of the laboratory, m.
+    #[must_use]
+    pub fn reach_along(&self, direction: [f64; 3]) -> f64 {
+        let Some(outline) = self.outline() else { return self.radius };
+        let (sine, cosine) = self.angle().sin_cos();
+        let [x, _, z] = direction;
+        let own = [cosine * x - sine * z, sine * x + cosine * z];
+        let farthest = outline.support(own);
+        farthest[0] * own[0] + farthest[1] * own[1]
+    }
+
+    /// Least width of the body, m.
+    #[must_use]
+    pub fn thickness(&self) -> f64 {
+        self.outline().map_or(2.0 * self.radius, |outline| outline.thickness())
     }
 
     /// Mass (plane: per unit depth).

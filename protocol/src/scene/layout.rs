@@ -46,7 +46,7 @@ pub(super) fn lay_out(
 }
 
 fn with_shape(mut grain: Grain, geometry: Geometry) -> Grain {
-    if geometry == Geometry::Plane {
+    if geometry == Geometry::Plane && grain.shape == Shape::Sphere {
         grain.shape = Shape::Disc;
     }
     grain

@@ -7,11 +7,13 @@ mod checked;
 mod domain;
 mod error;
 mod files;
+mod form;
 mod grains;
 mod insertions;
 mod layout;
 mod observe;
 mod open;
+mod outline;
 mod random;
 mod rest;
 mod retired;
@@ -33,6 +35,7 @@ pub use insertions::{Inserted, Insertion};
 pub use observe::{
     Column, HeapEnd, HeapReference, HeapSlope, Metric, MetricKind, Observe, ObservedPlanes, Profile, Span,
 };
+pub use outline::{Outline, OutlineFault};
 pub use rest::Rest;
 pub use retired::Retired;
 pub use rough_walls::{Arrangement, RoughWall};

@@ -110,7 +110,7 @@ impl SceneSource {
     /// An error at a key; without a line where no part of the key stands in the text.
     #[must_use]
     pub fn error(&self, key: &str, message: impl Into<String>, remedy: &str) -> SceneError {
-        let span = self.tree().ok().map_or(0..0, |tree| find(&tree, &key_path(key)));
+        let span = self.tree().ok().map_or(0..0, |tree| find(&tree, &key_path(key)).0);
         if span.is_empty() {
             return self.error_without_place(key, message.into(), remedy);
         }
@@ -119,6 +119,12 @@ impl SceneSource {
 
     fn error_without_place(&self, key: &str, message: String, remedy: &str) -> SceneError {
         SceneError { key: key.to_owned(), ..SceneError::of_file(&self.file, message, remedy) }
+    }
+
+    /// Whether `key` stands in the text.
+    pub(super) fn has(&self, key: &str) -> bool {
+        let path = key_path(key);
+        self.tree().is_ok_and(|tree| find(&tree, &path).1 == path.len())
     }
 
     pub(super) fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
@@ -198,9 +204,10 @@ fn quoted_after(message: &str, prefix: &str) -> Option<String> {
     Some(rest.split_once('`')?.0.to_owned())
 }
 
-/// Span of the deepest part of `path` that stands in the text; of the key where a part is missing.
-fn find(tree: &Spanned<DeTable<'_>>, path: &[String]) -> Range<usize> {
-    let mut span = 0..0;
+/// Span of the deepest part of `path` that stands in the text, and how many of its parts do; of the key where a part is
+/// missing.
+fn find(tree: &Spanned<DeTable<'_>>, path: &[String]) -> (Range<usize>, usize) {
+    let (mut span, mut parts) = (0..0, 0);
     let mut table = Some(tree.get_ref());
     let mut value: Option<&Spanned<DeValue<'_>>> = None;
     for part in path {
@@ -221,9 +228,10 @@ fn find(tree: &Spanned<DeTable<'_>>, path: &[String]) -> Range<usize> {
         } else {
             break;
         }
+        parts += 1;
         table = value.and_then(|value| value.get_ref().as_table());
     }
-    span
+    (span, parts)
 }
 
 /// Span of the first key `name` from the start of `within` on (the span of a table is its header).

@@ -2,7 +2,8 @@
 
 use super::check::{Check, finite, positive};
 use crate::scene::domain::{Axis, Geometry};
-use crate::scene::grains::{Grain, Motion, Shape};
+use crate::scene::grains::{Grain, Motion};
+use crate::scene::outline::Outline;
 use crate::scene::shared::Scene;
 use crate::scene::source::SceneSource;
 
@@ -86,13 +87,6 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
             "set y = 0",
         ));
     }
-    if geometry != Geometry::Plane && grain.shape == Shape::Disc {
-        return Err(source.error(
-            &key("shape"),
-            "is a disc".to_owned(),
-            "discs live in geometry = \"plane\"",
-        ));
-    }
     inside(scene, index, grain, source)?;
     resolved(scene, index, grain, source)
 }
@@ -122,7 +116,7 @@ fn inside(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> C
     for wall in &planes {
         let length: f64 = wall.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
         let gap = (0..3).map(|a| (grain.position[a] - wall.point[a]) * wall.normal[a]).sum::<f64>() / length
-            - grain.radius;
+            - grain.reach_along(wall.normal.map(|n| -n / length));
         if gap < -0.01 * grain.radius && grain.motion == Motion::Free {
             let message = format!(
                 "{:?} puts grain {index} (radius {}) {} into the wall at {:?}; allowed: 1 % of R",
@@ -143,19 +137,20 @@ fn resolved(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) ->
     if scene.medium.is_none() {
         return Ok(());
     }
+    let width = grain.thickness();
     for axis in 0..domain.dimensions() {
         let spacing = domain.spacing(axis);
-        if 2.0 * grain.radius < 2.0 * spacing {
+        if width < 2.0 * spacing {
+            let what = if grain.shape.is_round() { "diameter" } else { "least width" };
             let message = format!(
-                "grain {index} of diameter {} has fewer than 2 cells of {spacing} along {:?}",
-                2.0 * grain.radius,
+                "grain {index} of {what} {width} has fewer than 2 cells of {spacing} along {:?}",
                 domain.geometry.axes()[axis]
             );
-            return Err(source.error(
-                "domain.cells",
-                message,
-                "the grid does not hold the grain: refine it (8 cells per diameter and more)",
-            ));
+            let remedy = format!(
+                "the grid does not hold the grain: refine it (cells of {} and less; 8 per {what} and more for its drag)",
+                0.5 * width
+            );
+            return Err(source.error("domain.cells", message, &remedy));
         }
         if domain.is_periodic(axis) && 2.0 * grain.radius > domain.upper[axis] - domain.lower[axis] {
             let message = format!(
@@ -205,7 +200,10 @@ fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
                 break;
             }
             let distance2: f64 = (0..3).map(|axis| (here[axis] - there[axis]).powi(2)).sum();
-            let overlap = a.radius + b.radius - distance2.sqrt();
+            let mut overlap = a.radius + b.radius - distance2.sqrt();
+            if overlap > 0.0 && !(a.shape.is_round() && b.shape.is_round()) {
+                overlap = penetration(a, b, [there[0] - here[0], there[2] - here[2]]);
+            }
             let both_held = a.motion != Motion::Free && b.motion != Motion::Free;
             if i != j && overlap > 0.01 * a.radius.min(b.radius) && !both_held {
                 let (first, second) = (*i.min(j), *i.max(j));
@@ -217,6 +215,38 @@ fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
         }
     }
     Ok(())
+}
+
+/// Directions in which smooth bodies are looked at.
+const DIRECTIONS: u32 = 720;
+
+/// How far two bodies of the plane overlap, `apart` from the first centre to the second; negative if they do not. The
+/// least sum of their reaches over all directions, edges' normals among them (separating axes).
+fn penetration(a: &Grain, b: &Grain, apart: [f64; 2]) -> f64 {
+    let edges = [a, b].into_iter().filter_map(|grain| Some((grain, grain.outline()?))).flat_map(
+        |(grain, outline)| {
+            let (sine, cosine) = grain.angle().sin_cos();
+            let vertices = match outline {
+                Outline::Polygon { vertices } => vertices,
+                Outline::Ellipse { .. } => Vec::new(),
+            };
+            (0..vertices.len()).flat_map(move |k| {
+                let (p, q) = (vertices[k], vertices[(k + 1) % vertices.len()]);
+                let (x, z) = (q[1] - p[1], p[0] - q[0]);
+                let size = x.hypot(z);
+                let normal = [(cosine * x + sine * z) / size, (cosine * z - sine * x) / size];
+                [normal, normal.map(|n| -n)]
+            })
+        },
+    );
+    let around = (0..DIRECTIONS).map(|k| {
+        let angle = std::f64::consts::TAU * f64::from(k) / f64::from(DIRECTIONS);
+        [angle.cos(), angle.sin()]
+    });
+    let overlap = |[x, z]: [f64; 2]| {
+        a.reach_along([x, 0.0, z]) + b.reach_along([-x, 0.0, -z]) - (apart[0] * x + apart[1] * z)
+    };
+    edges.chain(around).map(overlap).fold(f64::INFINITY, f64::min)
 }
 
 /// Centre and index of every grain, and of the images beyond the upper periodic faces of those that

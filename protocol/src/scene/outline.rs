@@ -1,0 +1,361 @@
+//! Outlines of bodies of the plane that are not round: ellipses and convex polygons.
+//!
+//! Frame of the body: axes (x, z) that lie along those of the laboratory at orientation (1, 0, 0, 0), the origin in the
+//! centre of mass.
+
+use std::f64::consts::PI;
+
+/// Outline of a body about its centre of mass.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outline {
+    /// Ellipse with its semi-axes along x and z, m.
+    Ellipse {
+        /// Semi-axes, m.
+        semi_axes: [f64; 2],
+    },
+    /// Convex polygon, its vertices (x, z) turning from x to z, m.
+    Polygon {
+        /// Vertices, m.
+        vertices: Vec<[f64; 2]>,
+    },
+}
+
+/// Why vertices make no body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OutlineFault {
+    /// Fewer than three vertices.
+    Few(usize),
+    /// More than [`Outline::MOST_VERTICES`].
+    Many(usize),
+    /// A vertex is not finite.
+    NotFinite(usize),
+    /// Two neighbours coincide: an edge has no length.
+    Doubled(usize),
+    /// The area is zero, or next to nothing.
+    Flat,
+    /// The outline turns the other way at a vertex: it is not convex.
+    NotConvex(usize),
+    /// Edges cross: the outline turns around more than once.
+    Crossing,
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn length(a: [f64; 2]) -> f64 {
+    a[0].hypot(a[1])
+}
+
+impl Outline {
+    /// Most vertices of a polygon.
+    pub const MOST_VERTICES: usize = 64;
+
+    /// A rectangle with `sides` along x and z, m.
+    #[must_use]
+    pub fn rectangle([along_x, along_z]: [f64; 2]) -> Self {
+        let (a, b) = (0.5 * along_x, 0.5 * along_z);
+        Self::Polygon { vertices: vec![[-a, -b], [a, -b], [a, b], [-a, b]] }
+    }
+
+    /// A convex polygon, moved so that its centre of mass is the origin. Vertices may turn either way.
+    ///
+    /// # Errors
+    /// [`OutlineFault`] if they make no convex body.
+    pub fn polygon(vertices: &[[f64; 2]]) -> Result<Self, OutlineFault> {
+        let count = vertices.len();
+        if count < 3 {
+            return Err(OutlineFault::Few(count));
+        }
+        if count > Self::MOST_VERTICES {
+            return Err(OutlineFault::Many(count));
+        }
+        if let Some(index) = vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
+            return Err(OutlineFault::NotFinite(index));
+        }
+        let mut vertices = vertices.to_vec();
+        let size = vertices.iter().map(|v| length(minus(*v, vertices[0]))).fold(0.0, f64::max);
+        let edge = |vertices: &[[f64; 2]], k: usize| minus(vertices[(k + 1) % count], vertices[k % count]);
+        if let Some(index) = (0..count).find(|k| length(edge(&vertices, *k)) <= 1e-9 * size) {
+            return Err(OutlineFault::Doubled(index));
+        }
+        let (area, _) = area_and_centre(&vertices);
+        if area.abs() <= 1e-9 * size * size {
+            let turns = (0..count)
+                .any(|k| cross(edge(&vertices, k), edge(&vertices, k + 1)).abs() > 1e-9 * size * size);
+            return Err(if turns { OutlineFault::Crossing } else { OutlineFault::Flat });
+        }
+        if area < 0.0 {
+            vertices.reverse();
+        }
+        let mut turned = 0.0;
+        for k in 0..count {
+            let (one, next) = (edge(&vertices, k), edge(&vertices, k + 1));
+            let turn = cross(one, next).atan2(dot(one, next));
+            if turn <= 0.0 {
+                return Err(OutlineFault::NotConvex((k + 1) % count));
+            }
+            turned += turn;
+        }
+        if turned > 3.0 * PI {
+            return Err(OutlineFault::Crossing);
+        }
+        let (_, centre) = area_and_centre(&vertices);
+        vertices.iter_mut().for_each(|v| *v = minus(*v, centre));
+        Ok(Self::Polygon { vertices })
+    }
+
+    /// Area, m².
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        match self {
+            Self::Ellipse { semi_axes: [a, b] } => PI * a * b,
+            Self::Polygon { vertices } => area_and_centre(vertices).0,
+        }
+    }
+
+    /// Moment of inertia about the centre of mass over mass, m².
+    #[must_use]
+    pub fn gyration(&self) -> f64 {
+        match self {
+            Self::Ellipse { semi_axes: [a, b] } => 0.25 * (a * a + b * b),
+            Self::Polygon { vertices } => {
+                let second: f64 = pairs(vertices)
+                    .map(|(p, q)| cross(p, q) * (dot(p, p) + dot(p, q) + dot(q, q)) / 12.0)
+                    .sum();
+                second / self.area()
+            }
+        }
+    }
+
+    /// Largest distance of the surface from the centre of mass, m.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        match self {
+            Self::Ellipse { semi_axes: [a, b] } => a.max(*b),
+            Self::Polygon { vertices } => vertices.iter().map(|v| length(*v)).fold(0.0, f64::max),
+        }
+    }
+
+    /// Least width between two parallel lines, m.
+    #[must_use]
+    pub fn thickness(&self) -> f64 {
+        match self {
+            Self::Ellipse { semi_axes: [a, b] } => 2.0 * a.min(*b),
+            Self::Polygon { vertices } => {
+                let width = |(p, q): ([f64; 2], [f64; 2])| {
+                    let along = minus(q, p);
+                    let far = vertices.iter().map(|v| cross(along, minus(*v, p))).fold(0.0, f64::max);
+                    far / length(along)
+                };
+                pairs(vertices).map(width).fold(f64::INFINITY, f64::min)
+            }
+        }
+    }
+
+    /// The point of the surface farthest along `direction`.
+    #[must_use]
+    pub fn support(&self, direction: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Ellipse { semi_axes: [a, b] } => {
+                let scaled = [a * direction[0], b * direction[1]];
+                let size = length(scaled);
+                if size == 0.0 { [*a, 0.0] } else { [a * scaled[0] / size, b * scaled[1] / size] }
+            }
+            Self::Polygon { vertices } => {
+                let first = vertices[0];
+                vertices
+                    .iter()
+                    .fold(first, |best, v| if dot(*v, direction) > dot(best, direction) { *v } else { best })
+            }
+        }
+    }
+
+    /// Distance of `point` from the surface, negative inside, and the outward unit normal there, m and 1.
+    #[must_use]
+    pub fn distance(&self, point: [f64; 2]) -> (f64, [f64; 2]) {
+        match self {
+            Self::Ellipse { semi_axes } => from_ellipse(*semi_axes, point),
+            Self::Polygon { vertices } => from_polygon(vertices, point),
+        }
+    }
+}
+
+/// Edges: their first and last points.
+fn pairs(vertices: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> + '_ {
+    vertices.iter().zip(vertices.iter().cycle().skip(1)).map(|(p, q)| (*p, *q))
+}
+
+/// Area, positive if the vertices turn from x to z, and centre of mass.
+fn area_and_centre(vertices: &[[f64; 2]]) -> (f64, [f64; 2]) {
+    // About the first vertex, so that a polygon far from the origin loses no digits.
+    let origin = vertices[0];
+    let (mut area, mut centre) = (0.0, [0.0; 2]);
+    for (p, q) in pairs(vertices) {
+        let (p, q) = (minus(p, origin), minus(q, origin));
+        let part = 0.5 * cross(p, q);
+        area += part;
+        (0..2).for_each(|a| centre[a] += part * (p[a] + q[a]) / 3.0);
+    }
+    (area, [origin[0] + centre[0] / area, origin[1] + centre[1] / area])
+}
+
+fn from_polygon(vertices: &[[f64; 2]], point: [f64; 2]) -> (f64, [f64; 2]) {
+    let mut inside = (f64::NEG_INFINITY, [1.0, 0.0]);
+    let mut outside = (f64::INFINITY, [1.0, 0.0]);
+    for (p, q) in pairs(vertices) {
+        let (along, from) = (minus(q, p), minus(point, p));
+        let size = length(along);
+        let normal = [along[1] / size, -along[0] / size];
+        let above = dot(from, normal);
+        if above > inside.0 {
+            inside = (above, normal);
+        }
+        let part = (dot(from, along) / (size * size)).clamp(0.0, 1.0);
+        let away = [from[0] - part * along[0], from[1] - part * along[1]];
+        let distance = length(away);
+        if distance < outside.0 {
+            let corner = part <= 0.0 || part >= 1.0;
+            let direction = if corner && distance > 0.0 { away.map(|a| a / distance) } else { normal };
+            outside = (distance, direction);
+        }
+    }
+    if inside.0 <= 0.0 { inside } else { outside }
+}
+
+/// By bisection on the parameter of the nearest point, which lies in the point's own quadrant (Eberly 2013, "Distance
+/// from a point to an ellipse").
+fn from_ellipse(semi_axes: [f64; 2], point: [f64; 2]) -> (f64, [f64; 2]) {
+    let sign = point.map(|x| 1f64.copysign(x));
+    // Long axis first.
+    let turned = semi_axes[0] < semi_axes[1];
+    let order = |v: [f64; 2]| if turned { [v[1], v[0]] } else { v };
+    let ([a, b], [x, y]) = (order(semi_axes), order(point.map(f64::abs)));
+    let within = (x / a).powi(2) + (y / b).powi(2) <= 1.0;
+    let near = if a - b <= 1e-12 * a {
+        let size = length([x, y]);
+        if size == 0.0 { [0.0, b] } else { [a * x / size, a * y / size] }
+    } else if y > 1e-14 * b {
+        let (z, r) = ([x / a, y / b], (a / b).powi(2));
+        let of = |s: f64| (r * z[0] / (s + r)).powi(2) + (z[1] / (s + 1.0)).powi(2) - 1.0;
+        let (mut low, mut high) = (z[1] - 1.0, if within { 0.0 } else { length([r * z[0], z[1]]) - 1.0 });
+        for _ in 0..80 {
+            let s = 0.5 * (low + high);
+            if of(s) > 0.0 { low = s } else { high = s }
+        }
+        let s = 0.5 * (low + high);
+        [r * x / (s + r), y / (s + 1.0)]
+    } else {
+        let (part, whole) = (a * x, a * a - b * b);
+        if part < whole {
+            let at = part / whole;
+            [a * at, b * (1.0 - at * at).max(0.0).sqrt()]
+        } else {
+            [a, 0.0]
+        }
+    };
+    let distance = length([x - near[0], y - near[1]]);
+    let normal = [near[0] / (a * a), near[1] / (b * b)];
+    let size = length(normal);
+    let normal = order(normal.map(|n| n / size));
+    (if within { -distance } else { distance }, [sign[0] * normal[0], sign[1] * normal[1]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shapes() -> Vec<Outline> {
+        let five = [[0.3, -0.4], [0.9, 0.1], [0.5, 0.8], [-0.2, 0.7], [-0.5, 0.0]];
+        vec![
+            Outline::rectangle([1.0, 0.4]),
+            Outline::polygon(&five).unwrap(),
+            Outline::Ellipse { semi_axes: [0.5, 0.2] },
+            Outline::Ellipse { semi_axes: [0.3, 0.6] },
+        ]
+    }
+
+    #[test]
+    fn area_centre_and_inertia_are_those_of_a_sum_over_small_squares() {
+        for outline in shapes() {
+            let (h, mut area, mut first, mut second) = (2e-3, 0.0, [0.0; 2], 0.0);
+            for i in -500..500 {
+                for j in -500..500 {
+                    let p = [(f64::from(i) + 0.5) * h, (f64::from(j) + 0.5) * h];
+                    if outline.distance(p).0 < 0.0 {
+                        area += h * h;
+                        first = [first[0] + p[0] * h * h, first[1] + p[1] * h * h];
+                        second += dot(p, p) * h * h;
+                    }
+                }
+            }
+            assert!((outline.area() / area - 1.0).abs() < 5e-3, "{outline:?}");
+            assert!(length(first) < 1e-3 * area, "{outline:?}: {first:?}");
+            assert!((outline.gyration() / (second / area) - 1.0).abs() < 5e-3, "{outline:?}");
+        }
+        assert!((Outline::rectangle([2.0, 1.0]).gyration() - 5.0 / 12.0).abs() < 1e-15);
+        assert!((Outline::rectangle([2.0, 1.0]).thickness() - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_distance_is_that_of_the_nearest_of_many_points() {
+        for outline in shapes() {
+            let surface: Vec<[f64; 2]> = match &outline {
+                Outline::Ellipse { semi_axes: [a, b] } => {
+                    (0..20_000).map(|k| f64::from(k) * PI / 1e4).map(|t| [a * t.cos(), b * t.sin()]).collect()
+                }
+                Outline::Polygon { vertices } => pairs(vertices)
+                    .flat_map(|(p, q)| {
+                        (0..4_000).map(move |k| {
+                            let part = f64::from(k) / 4e3;
+                            [p[0] + part * (q[0] - p[0]), p[1] + part * (q[1] - p[1])]
+                        })
+                    })
+                    .collect(),
+            };
+            for i in -12..=12 {
+                for j in -12..=12 {
+                    let p = [0.09 * f64::from(i), 0.07 * f64::from(j)];
+                    let nearest = surface.iter().map(|q| length(minus(p, *q))).fold(f64::INFINITY, f64::min);
+                    let (distance, normal) = outline.distance(p);
+                    assert!(
+                        (distance.abs() - nearest).abs() < 3e-4,
+                        "{outline:?} {p:?}: {distance}, {nearest}"
+                    );
+                    assert!((length(normal) - 1.0).abs() < 1e-12);
+                    // Along the normal it grows.
+                    let e = 1e-4;
+                    let further = outline.distance([p[0] + e * normal[0], p[1] + e * normal[1]]).0;
+                    assert!(((further - distance) / e - 1.0).abs() < 2e-2, "{outline:?} {p:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn vertices_that_make_no_body_are_told() {
+        let of = |v: &[[f64; 2]]| Outline::polygon(v).unwrap_err();
+        assert_eq!(of(&[[0.0, 0.0], [1.0, 0.0]]), OutlineFault::Few(2));
+        assert_eq!(of(&[[0.0, 0.0], [1.0, 0.0], [f64::NAN, 1.0]]), OutlineFault::NotFinite(2));
+        assert_eq!(of(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]), OutlineFault::Flat);
+        assert_eq!(of(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), OutlineFault::Doubled(1));
+        assert_eq!(of(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), OutlineFault::Crossing);
+        assert!(matches!(of(&[[0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.0, 2.0]]), OutlineFault::NotConvex(_)));
+        // A star of five points turns twice.
+        let star: Vec<[f64; 2]> =
+            (0..5).map(|k| 4.0 * PI * f64::from(k) / 5.0).map(|a| [a.cos(), a.sin()]).collect();
+        assert_eq!(of(&star), OutlineFault::Crossing);
+        // Either way of turning is the same body.
+        let one = Outline::polygon(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]).unwrap();
+        let other = Outline::polygon(&[[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]]).unwrap();
+        assert!((one.area() - other.area()).abs() < 1e-15 && (one.area() - 0.5).abs() < 1e-15);
+    }
+}
