@@ -16,6 +16,7 @@ use protocol::scene::{
     self, CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind,
 };
 use protocol::scheme as coupling;
+use std::sync::Arc;
 
 /// Geometry of the scene in this crate's words.
 pub fn geometry(scene: &CheckedScene) -> Geometry {
@@ -176,6 +177,7 @@ pub fn shapes(scene: &CheckedScene) -> Vec<Shape> {
     let shape = |grain: &scene::Grain| Shape {
         radius: grain.radius,
         mask_radius: grain.radius,
+        outline: grain.outline().map(Arc::new),
         density: grain.density,
         volume: grain.volume(),
         gyration: grain.gyration(),
@@ -197,11 +199,12 @@ pub fn motions(scene: &CheckedScene) -> Vec<Motion> {
             position: grain.position,
             velocity,
             spin: grain.spin,
+            orientation: grain.orientation,
             ..Default::default()
         };
         let motion = Motion::received(geometry, &from);
         match grain.motion {
-            scene::Motion::Fixed => Motion { centre: motion.centre, ..Motion::default() },
+            scene::Motion::Fixed => Motion { velocity: [0.0; 3], spin: [0.0; 3], ..motion },
             _ => motion,
         }
     };

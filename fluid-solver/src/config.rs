@@ -1,11 +1,12 @@
 //! The `[fluid]` section: as typed ([`FluidSection`]) and as meant ([`Choices`]).
 
+mod fictitious;
+
 use crate::coupling;
 use crate::immersed::mask_model::Mask;
 use crate::virtual_mass;
 use protocol::facts::{Forcing, LoadsForm};
-use protocol::scene::{CheckedScene, Geometry, Motion, Retired, SceneError};
-use protocol::scheme::Scheme;
+use protocol::scene::{CheckedScene, Motion, Retired, SceneError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -406,80 +407,6 @@ impl FluidSection {
             self.check_fictitious(scene, &choices, scheme)?;
         }
         self.check_loads(scene, &choices)
-    }
-
-    /// Refuses what the fictitious-domain method cannot do.
-    fn check_fictitious(
-        &self,
-        scene: &CheckedScene,
-        choices: &Choices,
-        scheme: Scheme,
-    ) -> Result<(), SceneError> {
-        let (source, domain) = (&scene.source, &scene.scene.domain);
-        let refuse = |key: &str, what: String, remedy: &str| Err(source.error(key, what, remedy));
-        if domain.geometry != Geometry::Plane {
-            return refuse(
-                "fluid.immersed.method",
-                "is \"fictitious-domain\", which is for discs in the plane".into(),
-                "take method = \"carried\", or domain.geometry = \"plane\"",
-            );
-        }
-        let (x, z) = (domain.spacing(0), domain.spacing(1));
-        if domain.stretching.is_some() || (x / z - 1.0).abs() > 1e-9 {
-            return refuse(
-                "domain.cells",
-                format!(
-                    "makes cells of {x} m by {z} m; the fictitious-domain method needs equal cells, square ones"
-                ),
-                "choose cells so that (upper − lower)/cells is the same along x and z, without domain.stretching",
-            );
-        }
-        for (key, given) in [
-            ("mask", self.immersed.mask.is_some()),
-            ("width", self.immersed.width.is_some()),
-            ("mask_radius", self.immersed.mask_radius != MaskRadius::Auto),
-            ("force_transport", self.immersed.force_transport != ForceTransport::Auto),
-            ("viscous_sweeps", self.immersed.viscous_sweeps.is_some()),
-        ] {
-            if given {
-                return refuse(
-                    &format!("fluid.immersed.{key}"),
-                    "has no meaning with method = \"fictitious-domain\", which has points and no mask".into(),
-                    "remove it, or take method = \"carried\"",
-                );
-            }
-        }
-        if self.loads.displaced_mass.is_some() {
-            return refuse(
-                "fluid.loads.displaced_mass",
-                "has no meaning with method = \"fictitious-domain\", whose points have the area of their body".into(),
-                "remove it, or take method = \"carried\"",
-            );
-        }
-        if choices.form != LoadsForm::YuShaoFixedPoint {
-            return refuse(
-                "fluid.loads.form",
-                format!("is {}; the fictitious-domain method takes yu-shao-fixed-point", choices.form),
-                "remove it, or take method = \"carried\"",
-            );
-        }
-        if !scheme.carries(choices.form, true) {
-            return refuse(
-                "coupling.scheme",
-                format!("is {scheme}, which the fictitious-domain method cannot follow"),
-                "take coupling.scheme = \"semi-implicit\" or \"overlapped\"",
-            );
-        }
-        let spacing = x.min(z);
-        if let Some(grain) = scene.grains.iter().position(|grain| 2.0 * grain.radius < 4.0 * spacing) {
-            let across = 2.0 * scene.grains[grain].radius / spacing;
-            return refuse(
-                "domain.cells",
-                format!("makes grain {grain} {across:.1} cells across; the fictitious-domain method needs 4"),
-                "give more cells",
-            );
-        }
-        Ok(())
     }
 
     /// Refuses forms of the loads that the method or the grains do not allow.

@@ -131,10 +131,10 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
         ));
     }
     for (grain, g) in scene.grains.iter().enumerate() {
-        if 2.0 * g.radius < 5.0 * plan.spacing {
+        if g.thickness() < 5.0 * plan.spacing {
             notices.push(format!(
                 "grain {grain} is {:.1} cells across: its drag is resolved from about 8 cells on",
-                2.0 * g.radius / plan.spacing
+                g.thickness() / plan.spacing
             ));
             break;
         }

@@ -162,7 +162,8 @@ impl LoadsRule {
 mod tests {
     use super::*;
 
-    const SHAPE: Shape = Shape { radius: 1.0, mask_radius: 1.0, density: 4.0, volume: 3.0, gyration: 0.4 };
+    const SHAPE: Shape =
+        Shape { radius: 1.0, mask_radius: 1.0, outline: None, density: 4.0, volume: 3.0, gyration: 0.4 };
 
     fn rule(form: LoadsForm) -> LoadsRule {
         LoadsRule {

@@ -536,7 +536,8 @@ impl<const D: usize> Solver<D> {
         let near = AS_EXPECTED * grid.smallest_width();
         for (to, (motion, predicted)) in memory.imposed.iter_mut().zip(memory.motions.iter().zip(predicted)) {
             let expected = (0..3).all(|c| (motion.centre[c] - predicted.centre[c]).abs() <= near);
-            *to = Motion { centre: if expected { predicted.centre } else { motion.centre }, ..*motion };
+            let place = if expected { predicted } else { motion };
+            *to = Motion { centre: place.centre, angle: place.angle, ..*motion };
         }
         let velocity = &mut state.velocity;
         if let Some(Advection { masks, .. }) = advection {

@@ -194,7 +194,7 @@ fn judge(facts: &Facts<'_>) -> Vec<Judged> {
     let free = || facts.scene.grains.iter().filter(|grain| can_move(grain, geometry));
     let in_company = free().nth(1).is_some();
     let judged = free().map(|grain| {
-        let nu_dt_over_d2 = nu * facts.steps.dt_fluid / (2.0 * grain.radius).powi(2);
+        let nu_dt_over_d2 = nu * facts.steps.dt_fluid / grain.equivalent_diameter().powi(2);
         let motion = Motion::of(grain, geometry);
         let (limit, source) = limit_of(motion, in_company, facts, fluid, nu_dt_over_d2);
         Judged { ratio: grain.density / medium.density, limit, nu_dt_over_d2, source }

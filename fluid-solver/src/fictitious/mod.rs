@@ -4,6 +4,7 @@
 //! It shares loads, windows and messages with the method of [`crate::immersed`]; what it has of its own is where the
 //! force lives: on points that move with the bodies, not on the grid.
 
+mod outlines;
 mod points;
 mod stencil;
 
@@ -30,6 +31,8 @@ pub struct FictitiousDomain<const D: usize> {
     ranges: Vec<Range<usize>>,
     /// Places from the bodies' centres, m.
     arms: Vec<[f64; 2]>,
+    /// The same in the frame of the body, for bodies that are not round.
+    own_arms: Vec<Vec<[f64; 2]>>,
     /// Area of each point over that of a cell.
     shares: Vec<f64>,
     /// λ at the points, m/s², by component.
@@ -58,9 +61,14 @@ impl<const D: usize> FictitiousDomain<D> {
         let spacing = grid.smallest_width();
         let cell = spacing * spacing;
         let (mut arms, mut shares, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
-        let mut moments = Vec::new();
+        let (mut moments, mut own_arms) = (Vec::new(), Vec::new());
         for shape in shapes {
-            let points = Points::disc(shape.radius, spacing, INSET * spacing);
+            let inset = INSET * spacing;
+            let points = match &shape.outline {
+                None => Points::disc(shape.radius, spacing, inset),
+                Some(outline) => Points::of(outline, spacing, inset),
+            };
+            own_arms.push(if shape.outline.is_some() { points.arms.clone() } else { Vec::new() });
             let moment =
                 points.arms.iter().zip(&points.areas).map(|([x, z], area)| area * (x * x + z * z)).sum();
             moments.push([points.areas.iter().sum(), moment]);
@@ -72,6 +80,7 @@ impl<const D: usize> FictitiousDomain<D> {
         Self {
             ranges,
             arms,
+            own_arms,
             shares,
             multipliers: std::array::from_fn(|_| vec![0.0; count]),
             stencils: std::array::from_fn(|_| vec![Stencil::default(); count]),
@@ -87,8 +96,13 @@ impl<const D: usize> FictitiousDomain<D> {
 
     /// Puts the points where the bodies are at `motions`.
     pub fn place(&mut self, grid: &Grid<D>, motions: &[Motion]) {
-        let Self { ranges, arms, stencils, .. } = self;
-        for (range, motion) in ranges.iter().zip(motions) {
+        let Self { ranges, arms, own_arms, stencils, .. } = self;
+        for ((range, own_arms), motion) in ranges.iter().zip(own_arms).zip(motions) {
+            // Rings of a disc need not turn with it.
+            let (sine, cosine) = motion.angle.sin_cos();
+            for (arm, [x, z]) in arms[range.clone()].iter_mut().zip(own_arms) {
+                *arm = [cosine * *x + sine * *z, cosine * *z - sine * *x];
+            }
             let centre: [f64; D] = along_axes(grid.geometry, motion.centre);
             for i in range.clone() {
                 let at = [centre[0] + arms[i][0], centre[1] + arms[i][1]];

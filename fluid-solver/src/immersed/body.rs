@@ -1,14 +1,18 @@
-//! A grain as the fluid sees it: a rigid sphere or disc with a given motion.
+//! A grain as the fluid sees it: a rigid body with a given motion.
 
 use crate::grid::Geometry;
 use protocol::message::Kinematics;
+use protocol::scene::Outline;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// What never changes about a grain.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
-    /// Radius, m.
+    /// Radius, m; of a body that is not round, the largest distance of its surface from its centre.
     pub radius: f64,
+    /// Outline of a body that is not round.
+    pub outline: Option<Arc<Outline>>,
     /// Radius of its mask, m: see [`super::pores`].
     pub mask_radius: f64,
     /// Density of the grain, kg/m³.
@@ -28,18 +32,47 @@ pub struct Motion {
     pub velocity: [f64; 3],
     /// Angular velocity, rad/s.
     pub spin: [f64; 3],
+    /// Angle about y by which a body of the plane is turned, from z to x, rad.
+    pub angle: f64,
+}
+
+/// An outline as a body holds it.
+#[derive(Clone, Debug)]
+pub struct Turned {
+    outline: Arc<Outline>,
+    /// Angle about y, rad.
+    pub angle: f64,
+    sine: f64,
+    cosine: f64,
+}
+
+impl Turned {
+    /// `outline`, turned by `angle`, rad.
+    pub fn new(outline: &Arc<Outline>, angle: f64) -> Self {
+        let (sine, cosine) = angle.sin_cos();
+        Self { outline: Arc::clone(outline), angle, sine, cosine }
+    }
+
+    /// Distance of a point at `arm` (x, z) from the centre to the surface, negative inside, and the outward normal
+    /// there, m and 1.
+    pub fn distance(&self, [x, z]: [f64; 2]) -> (f64, [f64; 2]) {
+        let Self { outline, sine, cosine, .. } = self;
+        let (distance, [n, m]) = outline.distance([cosine * x - sine * z, sine * x + cosine * z]);
+        (distance, [cosine * n + sine * m, cosine * m - sine * n])
+    }
 }
 
 impl Motion {
     /// The coupling part of a message. What the geometry has no room for is dropped: motion off the
     /// plane, and all but the motion along the axis in an axisymmetric run.
     pub fn received(geometry: Geometry, from: &Kinematics) -> Self {
-        let mut motion = Self { centre: from.position, velocity: from.velocity, spin: from.spin };
+        let mut motion = Self { centre: from.position, velocity: from.velocity, spin: from.spin, angle: 0.0 };
         match geometry {
             Geometry::Space => {}
             Geometry::Plane => {
                 (motion.centre[1], motion.velocity[1]) = (0.0, 0.0);
                 (motion.spin[0], motion.spin[2]) = (0.0, 0.0);
+                motion.angle = 2.0 * from.orientation[2].atan2(from.orientation[0]);
             }
             Geometry::Axisymmetric => {
                 for c in 0..2 {
@@ -54,12 +87,13 @@ impl Motion {
     /// Where the motion leads within `dt` at constant velocity.
     pub fn predicted(&self, dt: f64) -> Self {
         let centre = std::array::from_fn(|c| self.centre[c] + dt * self.velocity[c]);
-        Self { centre, ..*self }
+        Self { centre, angle: self.angle + dt * self.spin[1], ..*self }
     }
 
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         [self.centre, self.velocity, self.spin].as_flattened().iter().all(|x| x.is_finite())
+            && self.angle.is_finite()
     }
 
     /// Component `c` of the velocity at the arm `arm` from the centre: U + ω × r.
@@ -102,7 +136,8 @@ mod tests {
 
     #[test]
     fn rigid_velocity_is_the_cross_product() {
-        let motion = Motion { centre: [0.0; 3], velocity: [1.0, 2.0, 3.0], spin: [0.5, -0.25, 2.0] };
+        let motion =
+            Motion { centre: [0.0; 3], velocity: [1.0, 2.0, 3.0], spin: [0.5, -0.25, 2.0], angle: 0.0 };
         let arm = [0.1, 0.2, -0.3];
         let cross = nalgebra::Vector3::from(motion.spin).cross(&nalgebra::Vector3::from(arm));
         for c in 0..3 {

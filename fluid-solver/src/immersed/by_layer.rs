@@ -3,7 +3,7 @@
 //! All work of the grains on the grid goes layer by layer: what grains share, they share within a layer,
 //! so that sums over grains need the memory of one layer only, and threads take layers.
 
-use super::body::{Motion, Shape, along_axes};
+use super::body::{Motion, Shape, Turned, along_axes};
 use super::mask_model::MaskModel;
 use super::nodes::{Extent, Nodes};
 use crate::grid::Grid;
@@ -21,6 +21,8 @@ pub(super) struct Slice {
 pub(crate) struct GrainsByLayer<const D: usize> {
     pub(super) nodes: Nodes<D>,
     pub(super) extents: Vec<Extent<D>>,
+    /// Outlines of the bodies that are not round, as they are turned.
+    turned: Vec<Option<Turned>>,
     /// For each grain, the count of placings when it was last moved.
     stamps: Vec<u64>,
     placings: u64,
@@ -40,6 +42,7 @@ impl<const D: usize> GrainsByLayer<D> {
         Self {
             nodes: Nodes::new(grid, d),
             extents: Vec::new(),
+            turned: Vec::new(),
             stamps: Vec::new(),
             placings: 0,
             starts,
@@ -58,18 +61,21 @@ impl<const D: usize> GrainsByLayer<D> {
         motions: &[Motion],
     ) -> bool {
         let known = self.caches && self.model == Some(*model) && self.extents.len() == motions.len();
-        let Self { nodes, extents, stamps, placings, starts, slices, .. } = self;
+        let Self { nodes, extents, turned, stamps, placings, starts, slices, .. } = self;
         if !known {
             extents.clear();
             stamps.clear();
         }
+        turned.resize(shapes.len(), None);
         *placings += 1;
         let mut stays = known;
         for (grain, (shape, motion)) in shapes.iter().zip(motions).enumerate() {
             let at = along_axes::<D>(grid.geometry, motion.centre);
-            if known && extents[grain].radius == shape.mask_radius && extents[grain].at == at {
+            let same_angle = turned[grain].as_ref().is_none_or(|turned| turned.angle == motion.angle);
+            if known && same_angle && extents[grain].radius == shape.mask_radius && extents[grain].at == at {
                 continue;
             }
+            turned[grain] = shape.outline.as_ref().map(|outline| Turned::new(outline, motion.angle));
             stays = false;
             let extent = nodes.extent(grid, model, motion.centre, shape.mask_radius);
             if known {
@@ -112,6 +118,11 @@ impl<const D: usize> GrainsByLayer<D> {
     /// Slices of layer `k`.
     pub(super) fn of(&self, k: usize) -> &[Slice] {
         &self.slices[self.starts[k]..self.starts[k + 1]]
+    }
+
+    /// Outline of a grain that is not round.
+    pub(super) fn outline(&self, grain: usize) -> Option<&Turned> {
+        self.turned[grain].as_ref()
     }
 
     /// When a grain was last moved.

@@ -3,11 +3,12 @@
 //! Rows are taken in whole vectors of eight places: those that a grain does not hold have no mask ratios, and
 //! nothing that is done with them changes anything.
 
-use super::body::Motion;
+use super::body::{Motion, Turned};
 use super::by_layer::{GrainsByLayer, Slice};
 use super::mask::{Law, Profile, Sums};
 use super::mask_model::MaskModel;
 use super::piece::{PIECES, Piece};
+use super::point_mask;
 use crate::grid::Grid;
 use crate::lanes::{self, dispatch};
 use pulp::Simd;
@@ -171,7 +172,9 @@ impl<const D: usize> Fill<'_, D> {
         sums.add(slice.arm, nodes.spacing[D - 1][k]);
         let law = Law::new(model, extent.radius, extent.inner, nodes.even);
         let weight = grid.turn() * grid.volumes(nodes.component(), D - 1)[k];
-        if D == 2 {
+        if let Some(outline) = grains.outline(slice.grain) {
+            self.outlined_row(pieces, chord, outline, slice.arm, weight);
+        } else if D == 2 {
             self.row(pieces, chord, &law, sums, Row { index: 0, arm: 0.0, weight });
         } else {
             let (low, high) = nodes.range(grid, 1, extent.at[1], chord.sqrt());
@@ -212,6 +215,32 @@ impl<const D: usize> Fill<'_, D> {
                 middle: row.arm,
             });
             law.row(profile, window, &sums, &mut self.layer.ratios);
+        }
+    }
+}
+
+impl<const D: usize> Fill<'_, D> {
+    /// The same for a body of the plane that is not round, cell by cell.
+    fn outlined_row(&mut self, pieces: &[Piece], chord: f64, outline: &Turned, arm: f64, weight: f64) {
+        let nodes = &self.grains.nodes;
+        let across = nodes.spacing[D - 1][self.k];
+        for (index, piece) in pieces.iter().enumerate() {
+            let window = piece.window(chord.sqrt());
+            if window.is_empty() {
+                continue;
+            }
+            let first = piece.first + window.start;
+            let (at, count) = (first, window.len());
+            let span =
+                Span { at, first, count, row: 0, piece: index, weight, shift: piece.shift, middle: 0.0 };
+            self.layer.spans.push(span);
+            self.layer.ratios.extend((first..first + count).map(|place| {
+                if !(piece.begin..piece.end).contains(&place) {
+                    return 0.0;
+                }
+                let (distance, normal) = outline.distance([nodes.row.at[place] + piece.shift, arm]);
+                point_mask::ratio(self.model, distance, &normal, &[nodes.row.spacing[place], across])
+            }));
         }
     }
 }

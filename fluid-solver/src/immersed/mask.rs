@@ -181,7 +181,7 @@ fn exp(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::immersed::scalar_mask;
+    use crate::immersed::point_mask;
 
     #[test]
     fn exp_is_that_of_the_library() {
@@ -221,7 +221,7 @@ mod tests {
                     let r = [x + 0.01, y, z];
                     let distance = r.iter().map(|r| r * r).sum::<f64>().sqrt();
                     let n = r.map(|r| r / distance);
-                    let ratio = scalar_mask::ratio(&model, distance - radius, &n, &[*width, across, over]);
+                    let ratio = point_mask::ratio(&model, distance - radius, &n, &[*width, across, over]);
                     let ratio = if distance < inner { SOLID } else { ratio };
                     expected.push(if (piece.begin..piece.end).contains(&k) { ratio } else { 0.0 });
                 }
@@ -246,11 +246,11 @@ mod tests {
     #[test]
     fn parameter_free_mask_is_the_printed_formula() {
         let (n, s) = ([0.6, 0.8], 0.03);
-        let w = scalar_mask::thickness(0.5, &n, &[0.1; 2]);
+        let w = point_mask::thickness(0.5, &n, &[0.1; 2]);
         let fourth = n[0].powi(4) + n[1].powi(4);
         let tau = w * w / (4.0 * 1e-2) * (2.0 * 0.5772156649_f64 - 0.0566 * fourth * 0.01 / (w * w)).exp();
         let beta = 1.0 / (1.0 + tau / 0.5 * (2.0 * s / w).exp());
-        let ours = scalar_mask::fraction(at_distance(&MODEL, s, n, 0.1));
+        let ours = point_mask::fraction(at_distance(&MODEL, s, n, 0.1));
         assert!((ours - beta).abs() < 1e-9, "{ours} against {beta}");
     }
 

@@ -18,9 +18,8 @@ pub mod mask_model;
 pub mod nodes;
 mod piece;
 pub mod places;
+mod point_mask;
 pub mod pores;
-#[cfg(test)]
-mod scalar_mask;
 mod transport;
 
 use crate::grid::{Geometry, Grid};

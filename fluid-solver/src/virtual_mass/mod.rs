@@ -91,7 +91,8 @@ impl ByGap {
         then.iter_mut().zip(now).for_each(|(then, now)| *then = now.predicted(dt));
         excess.fill(0.0);
         contacts.fill(0);
-        for (grain, shape) in shapes.iter().enumerate() {
+        // The gaps are those of round bodies; others are as if alone.
+        for (grain, shape) in shapes.iter().enumerate().filter(|(_, shape)| shape.outline.is_none()) {
             for wall in &*walls {
                 let gap = |m: &Motion| wall.inward * (m.centre[wall.axis] - wall.at) - shape.radius;
                 let gap = gap(&now[grain]).min(gap(&then[grain]));
@@ -103,6 +104,9 @@ impl ByGap {
         }
         pairs.clear();
         neighbours.each_pair(shapes, now, then, |i, j, gap| {
+            if shapes[i].outline.is_some() || shapes[j].outline.is_some() {
+                return;
+            }
             pairs.push((i, j, gap));
             let touches = u32::from(gap < TOUCH * shapes[i].radius.min(shapes[j].radius));
             contacts[i] += touches;

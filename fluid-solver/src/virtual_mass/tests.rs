@@ -14,7 +14,7 @@ fn grid(boundary: Boundary<3>) -> Grid<3> {
 
 fn sphere(radius: f64, density: f64) -> Shape {
     let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
-    Shape { radius, mask_radius: radius, density, volume, gyration: 0.4 * radius * radius }
+    Shape { radius, mask_radius: radius, outline: None, density, volume, gyration: 0.4 * radius * radius }
 }
 
 fn at(centre: [f64; 3]) -> Motion {
@@ -74,7 +74,7 @@ fn walls_neighbours_and_periodic_images_are_found() {
 /// Three in a row: the one in the middle has two contacts and counts as held for the others.
 #[test]
 fn a_crowd_has_the_value_of_grains_alone() {
-    let shapes = [sphere(1.0, 2.0); 3];
+    let shapes = [(); 3].map(|()| sphere(1.0, 2.0));
     let motions = [at([3.0, 5.0, 5.0]), at([5.0, 5.0, 5.0]), at([7.05, 5.0, 5.0])];
     let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, vec![true; 3]);
     let excess = by_gap.excess(&shapes, 1.0, &motions, 0.5);

@@ -18,7 +18,7 @@ fn grid() -> Grid<3> {
 }
 
 fn motion(centre: [f64; 3]) -> Motion {
-    Motion { centre, velocity: [0.3, -0.2, 0.1], spin: [1.0, 2.0, 3.0] }
+    Motion { centre, velocity: [0.3, -0.2, 0.1], spin: [1.0, 2.0, 3.0], angle: 0.0 }
 }
 
 /// Forces on grains at each of `places` in turn.
@@ -26,8 +26,14 @@ fn forces(caches: bool, places: &[[[f64; 3]; 4]]) -> Vec<Vec<Wrench>> {
     let grid = grid();
     let model = MaskModel { mask: Mask::ParameterFree, width: 1.0, viscosity: 0.01, dt: 0.01 };
     let volume = 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
-    let shape =
-        Shape { radius: RADIUS, mask_radius: RADIUS, density: 2.0, volume, gyration: 0.4 * RADIUS * RADIUS };
+    let shape = Shape {
+        radius: RADIUS,
+        mask_radius: RADIUS,
+        outline: None,
+        density: 2.0,
+        volume,
+        gyration: 0.4 * RADIUS * RADIUS,
+    };
     let mut velocity = grid.new_vector();
     for (d, u) in velocity.iter_mut().enumerate() {
         set_component(&grid, d, u, |x| (5.0 * x[0] + d as f64).sin() * (3.0 * x[1]).cos() + x[2]);

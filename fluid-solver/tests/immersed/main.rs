@@ -5,6 +5,7 @@
 
 mod arrays;
 mod balance;
+mod bodies;
 mod bounds;
 mod config;
 mod dense;

@@ -4,7 +4,7 @@ use fluid_solver::participant::Fluid;
 use fluid_solver::ranks::Ranks;
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::{Exchange, ExchangeError, Participant, SolverError, Window, WindowReport};
-use protocol::scene::{CheckedScene, Freedom, Geometry, Motion, SceneSource, Shape};
+use protocol::scene::{CheckedScene, Freedom, Geometry, Motion, SceneSource};
 use std::path::Path;
 
 /// Checks a scene written as text.
@@ -20,6 +20,8 @@ pub(crate) fn try_scene(text: &str) -> Result<CheckedScene, protocol::scene::Sce
 struct Body {
     mass: f64,
     inertia: f64,
+    /// Whether its orientation is followed: that of a body of the plane that is not round.
+    turns: bool,
     free: [bool; 6],
 }
 
@@ -46,13 +48,11 @@ impl Newton {
     pub(crate) fn new(scene: &CheckedScene) -> Self {
         let freedoms = [Freedom::X, Freedom::Y, Freedom::Z, Freedom::SpinX, Freedom::SpinY, Freedom::SpinZ];
         let geometry: Geometry = scene.scene.domain.geometry;
-        let bodies = scene.grains.iter().map(|grain| {
-            let gyration = if grain.shape == Shape::Sphere { 0.4 } else { 0.5 };
-            Body {
-                mass: grain.mass(),
-                inertia: gyration * grain.mass() * grain.radius.powi(2),
-                free: freedoms.map(|f| grain.is_free(f, geometry)),
-            }
+        let bodies = scene.grains.iter().map(|grain| Body {
+            mass: grain.mass(),
+            inertia: grain.gyration() * grain.mass(),
+            turns: !grain.shape.is_round(),
+            free: freedoms.map(|f| grain.is_free(f, geometry)),
         });
         let motions = scene.grains.iter().map(|grain| Kinematics {
             position: grain.position,
@@ -74,7 +74,7 @@ impl Newton {
     fn step(&mut self, dt: f64) {
         let grains = self.bodies.iter().zip(&mut self.motions).zip(&self.loads).zip(&mut self.accelerations);
         for (((body, motion), loads), before) in grains {
-            let old = motion.velocity;
+            let (old, spin) = (motion.velocity, motion.spin[1]);
             for c in 0..3 {
                 let (ma, ia) = (loads.added_mass, loads.added_inertia);
                 let push = body.mass * self.gravity[c] + loads.force[c] + ma * before[c];
@@ -86,6 +86,11 @@ impl Newton {
                 (before[c], before[c + 3]) = (linear, angular);
                 let new = if self.drift == Drift::Old { old[c] } else { motion.velocity[c] };
                 motion.position[c] += 0.5 * dt * (old[c] + new);
+            }
+            if body.turns {
+                let turned = 0.5 * dt * (spin + motion.spin[1]);
+                let half = motion.orientation[2].atan2(motion.orientation[0]) + 0.5 * turned;
+                motion.orientation = [half.cos(), 0.0, half.sin(), 0.0];
             }
         }
     }

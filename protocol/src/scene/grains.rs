@@ -200,6 +200,16 @@ impl Grain {
         farthest[0] * own[0] + farthest[1] * own[1]
     }
 
+    /// Diameter of the round body of the same volume, m.
+    #[must_use]
+    pub fn equivalent_diameter(&self) -> f64 {
+        if self.shape.is_round() {
+            2.0 * self.radius
+        } else {
+            2.0 * (self.volume() / std::f64::consts::PI).sqrt()
+        }
+    }
+
     /// Least width of the body, m.
     #[must_use]
     pub fn thickness(&self) -> f64 {

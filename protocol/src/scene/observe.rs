@@ -211,6 +211,14 @@ pub enum MetricKind {
         #[serde(default)]
         from: f64,
     },
+    /// Standard deviation of a column of `series.csv` over time, from an instant on.
+    Deviation {
+        /// Column.
+        column: String,
+        /// Start, s.
+        #[serde(default)]
+        from: f64,
+    },
     /// Last value of a column of `series.csv`.
     Final {
         /// Column.

@@ -27,6 +27,17 @@ pub enum Accumulator {
         /// Integral over that time.
         integral: f64,
     },
+    /// Standard deviation over time from an instant on.
+    Deviation {
+        /// Start, s.
+        from: f64,
+        /// Time so far, s.
+        time: f64,
+        /// Mean over that time.
+        mean: f64,
+        /// Integral of the squared distance from it.
+        square: f64,
+    },
     /// Straight line over time.
     Line(Line),
     /// Speeds at a gap.
@@ -60,6 +71,9 @@ impl Accumulator {
             | MetricKind::MobilisationTime { .. } => Accumulator::First(None),
             MetricKind::RestitutionAtGap { .. } => Accumulator::Crossing(Crossing::default()),
             MetricKind::Mean { from, .. } => mean(*from),
+            MetricKind::Deviation { from, .. } => {
+                Accumulator::Deviation { from: *from, time: 0.0, mean: 0.0, square: 0.0 }
+            }
             MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {
                 Accumulator::Line(Line::new(span.from, span.to))
             }
@@ -84,6 +98,12 @@ impl Accumulator {
                     *integral += weight * value;
                 }
             }
+            Self::Deviation { from, time, mean, square } => {
+                let weight = (sample.time() - *from).clamp(0.0, sample.window.dt);
+                if weight > 0.0 {
+                    deviate((time, mean, square), weight, value);
+                }
+            }
             Self::Line(line) => line.add(sample.time(), sample.window.dt, value),
             Self::Last(last) => *last = Some(value),
             Self::Largest { from, value: largest } if sample.time() > *from => {
@@ -103,6 +123,10 @@ impl Accumulator {
                 Err(format!("the run ended before t = {from} s, where its mean begins"))
             }
             Self::Mean { time, integral, .. } => Ok(integral / time),
+            Self::Deviation { from, time, .. } if *time <= 0.0 => {
+                Err(format!("the run ended before t = {from} s, where its deviation begins"))
+            }
+            Self::Deviation { time, square, .. } => Ok((square / time).sqrt()),
             Self::First(value) | Self::Last(value) => value.ok_or_else(|| "no window was done".into()),
             Self::Largest { from, value } => {
                 value.ok_or_else(|| format!("the run ended before t = {from} s, where its search begins"))
@@ -112,6 +136,14 @@ impl Accumulator {
             Self::Trajectory | Self::Crossing(_) | Self::Line(_) => Err("is not a single number".into()),
         }
     }
+}
+
+/// Adds a value of a certain weight to a mean and the squares about it (West 1979, Commun. ACM 22, 532).
+fn deviate((time, mean, square): (&mut f64, &mut f64, &mut f64), weight: f64, value: f64) {
+    *time += weight;
+    let away = value - *mean;
+    *mean += away * weight / *time;
+    *square += weight * away * (value - *mean);
 }
 
 /// Upward passages of a level: the times of the first and the last, to second order in the window.
@@ -154,6 +186,17 @@ impl Passages {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_deviation_of_a_sine_about_a_large_mean_is_its_amplitude_over_the_root_of_two() {
+        let (mut time, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for k in 0..1000 {
+            let value = 1e6 + 0.3 * (std::f64::consts::TAU * f64::from(k) / 1000.0).sin();
+            deviate((&mut time, &mut mean, &mut square), 0.011, value);
+        }
+        assert!(((square / time).sqrt() / (0.3 / 2f64.sqrt()) - 1.0).abs() < 1e-6);
+        assert!((mean / 1e6 - 1.0).abs() < 1e-12);
+    }
 
     /// sin(2π 3 t) + 0.2 in windows of 0.011 s: 3 Hz, to the square of 3 Hz × 0.011 s.
     #[test]

@@ -237,6 +237,7 @@ impl Metrics {
         let accumulator = &self.state.accumulators[index];
         match &self.metrics[index].kind {
             MetricKind::Mean { column, .. }
+            | MetricKind::Deviation { column, .. }
             | MetricKind::Final { column }
             | MetricKind::Max { column, .. }
             | MetricKind::SeriesDifference { column, .. }
@@ -294,6 +295,7 @@ impl Metrics {
 fn find_column(kind: &MetricKind, columns: &Columns) -> Result<Option<(usize, String)>, String> {
     match kind {
         MetricKind::Mean { column, .. }
+        | MetricKind::Deviation { column, .. }
         | MetricKind::Final { column }
         | MetricKind::Max { column, .. }
         | MetricKind::SeriesDifference { column, .. } => {

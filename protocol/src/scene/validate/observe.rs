@@ -86,7 +86,9 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
         }
         match &metric.kind {
             MetricKind::RestitutionAtGap { gap, .. } => positive(source, &key("gap"), *gap)?,
-            MetricKind::Mean { from, .. } | MetricKind::Max { from, .. } => {
+            MetricKind::Mean { from, .. }
+            | MetricKind::Deviation { from, .. }
+            | MetricKind::Max { from, .. } => {
                 not_negative(source, &key("from"), *from)?;
             }
             MetricKind::Frequency { from, level, .. } => {

@@ -1,6 +1,6 @@
-//! The mask of one point as its formulas are printed, for tests of the rows.
+//! The mask of one point as its formulas are printed: of bodies that are not round, and for tests of the rows of round ones.
 
-use super::mask_model::{LAMBDA_SIGMA, LOG_EDGE, Mask, MaskModel, SIGMA, SIGMA_SLOPE, SOLID};
+use super::mask_model::{LOG_EDGE, Mask, MaskModel, SIGMA, SIGMA_SLOPE, SOLID};
 
 /// Thickness w of the transition, m, for the outward unit normal `n` (eqs 9–10).
 ///
@@ -23,6 +23,7 @@ pub(super) fn log_ratio(s: f64, w: f64) -> f64 {
 }
 
 /// Solid volume fraction α from the mask ratios.
+#[cfg(test)]
 pub(super) fn fraction(ratio: f64) -> f64 {
     ratio / (1.0 + ratio)
 }
@@ -46,7 +47,9 @@ pub(super) fn ratio<const D: usize>(model: &MaskModel, s: f64, n: &[f64; D], spa
     }
 }
 
+#[cfg(test)]
 mod tests {
+    use super::super::mask_model::LAMBDA_SIGMA;
     use super::*;
 
     /// α of eq. 8 by the printed formula.
