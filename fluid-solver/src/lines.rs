@@ -1,4 +1,4 @@
-//! Velocity along lines, beside published tables: metrics of kind `velocity-difference`.
+//! Velocity along lines: beside published tables (`velocity-difference`), and behind grains (`wake-length`).
 
 use crate::grid::Grid;
 use crate::immersed::body::along_axes;
@@ -9,20 +9,42 @@ use protocol::scene::{Axis, CheckedScene, MetricKind, SceneError};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// A line with the table that it is compared with.
+/// A metric that the velocity on a line decides.
 #[derive(Clone, Debug)]
 pub struct Line {
     /// Name of the metric, and of the table that the run leaves.
     name: String,
+    kind: Kind,
+    reference: Option<f64>,
+    source: Option<String>,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Table(Table),
+    Wake(Wake),
+}
+
+/// A line with the table that it is compared with.
+#[derive(Clone, Debug)]
+struct Table {
     component: usize,
     along: usize,
     /// Name of the coordinate.
     letter: &'static str,
     through: [f64; 3],
     /// Coordinate and published velocity.
-    table: Vec<(f64, f64)>,
-    reference: Option<f64>,
-    source: Option<String>,
+    rows: Vec<(f64, f64)>,
+}
+
+/// The line behind a grain.
+#[derive(Clone, Debug)]
+struct Wake {
+    along: usize,
+    /// Centre of the grain, m.
+    centre: [f64; 3],
+    /// How far its surface is from there downstream, m, and upstream.
+    reach: [f64; 2],
 }
 
 /// The lines of a scene, their tables read.
@@ -34,6 +56,19 @@ pub fn of(scene: &CheckedScene) -> Result<Vec<Line>, SceneError> {
     let place = |axis: Axis| axes.iter().position(|known| *known == axis).unwrap_or(0);
     let mut lines = Vec::new();
     for (index, metric) in scene.scene.metrics.iter().enumerate() {
+        let line = |kind| Line {
+            name: metric.name.clone(),
+            kind,
+            reference: metric.reference,
+            source: metric.source.clone(),
+        };
+        if let MetricKind::WakeLength { grain, along } = &metric.kind {
+            let (grain, along) = (&scene.grains[*grain], place(*along));
+            let mut direction = [0.0; 3];
+            direction[scene.scene.domain.geometry.component(along)] = 1.0;
+            let reach = [grain.reach_along(direction), grain.reach_along(direction.map(|d| -d))];
+            lines.push(line(Kind::Wake(Wake { along, centre: grain.position, reach })));
+        }
         let MetricKind::VelocityDifference { component, along, through, file, column } = &metric.kind else {
             continue;
         };
@@ -49,18 +84,10 @@ pub fn of(scene: &CheckedScene) -> Result<Vec<Line>, SceneError> {
         };
         let text = std::fs::read_to_string(file)
             .map_err(|error| refuse(format!("is {}, which cannot be read: {error}", file.display())))?;
-        let table = points(&text, letter, column)
+        let rows = points(&text, letter, column)
             .map_err(|what| refuse(format!("is {}, which {what}", file.display())))?;
-        lines.push(Line {
-            name: metric.name.clone(),
-            component: place(*component),
-            along: place(*along),
-            letter,
-            through: *through,
-            table,
-            reference: metric.reference,
-            source: metric.source.clone(),
-        });
+        let (component, along, through) = (place(*component), place(*along), *through);
+        lines.push(line(Kind::Table(Table { component, along, letter, through, rows })));
     }
     Ok(lines)
 }
@@ -81,24 +108,65 @@ pub fn finish<const D: usize>(
     if !solver.show() {
         return Ok(values);
     }
-    let grid = solver.grid();
     for line in lines {
-        let u = &solver.stepper().state().velocity[line.component];
-        let mut text = format!("{},velocity,reference\n", line.letter);
-        let mut largest = 0.0_f64;
-        for (at, published) in &line.table {
-            let mut x: [f64; D] = along_axes(grid.geometry, line.through);
-            x[line.along] = *at;
-            let value = interpolate(grid, line.component, u, x);
-            let _ = writeln!(text, "{at},{value},{published}");
-            largest = largest.max((value - published).abs());
-        }
-        let path = folder.root().join(format!("{}.csv", line.name));
-        atomic_write(&path, text.as_bytes()).map_err(|error| SolverError::Failed(error.to_string()))?;
-        let value = MetricValue::measured(largest, "m/s", line.reference, line.source.clone());
+        let (value, unit) = match &line.kind {
+            Kind::Table(table) => {
+                let (text, largest) = table.compare(solver);
+                let path = folder.root().join(format!("{}.csv", line.name));
+                atomic_write(&path, text.as_bytes())
+                    .map_err(|error| SolverError::Failed(error.to_string()))?;
+                (largest, "m/s")
+            }
+            Kind::Wake(wake) => (wake.length(solver), "-"),
+        };
+        let value = MetricValue::measured(value, unit, line.reference, line.source.clone());
         values.insert(line.name.clone(), value);
     }
     Ok(values)
+}
+
+impl Table {
+    /// The profile beside the table, and their largest difference, m/s.
+    fn compare<const D: usize>(&self, solver: &Solver<D>) -> (String, f64) {
+        let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[self.component]);
+        let mut text = format!("{},velocity,reference\n", self.letter);
+        let mut largest = 0.0_f64;
+        for (at, published) in &self.rows {
+            let mut x: [f64; D] = along_axes(grid.geometry, self.through);
+            x[self.along] = *at;
+            let value = interpolate(grid, self.component, u, x);
+            let _ = writeln!(text, "{at},{value},{published}");
+            largest = largest.max((value - published).abs());
+        }
+        (text, largest)
+    }
+}
+
+impl Wake {
+    /// From the surface to the last place of backward flow, over the width of the grain. Zero if there is none.
+    fn length<const D: usize>(&self, solver: &Solver<D>) -> f64 {
+        let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[self.along]);
+        let mut x: [f64; D] = along_axes(grid.geometry, self.centre);
+        let surface = x[self.along] + self.reach[0];
+        let mut at = |place: f64| {
+            x[self.along] = place;
+            interpolate(grid, self.along, u, x)
+        };
+        let faces = grid.axes[self.along].faces.iter().copied().filter(|face| *face > surface);
+        let mut end = surface;
+        let mut before: Option<(f64, f64)> = None;
+        for face in faces {
+            let value = at(face);
+            if let Some((place, backward)) = before.filter(|(_, value)| *value < 0.0)
+                && value >= 0.0
+            {
+                end = place + (face - place) * backward / (backward - value);
+                break;
+            }
+            before = Some((face, value));
+        }
+        (end - surface) / (self.reach[0] + self.reach[1])
+    }
 }
 
 /// Component `d` at `x`, linear between nodes along each axis; halos are filled, so walls count.

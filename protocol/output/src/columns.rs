@@ -112,6 +112,8 @@ enum Quantity {
     Position,
     Velocity,
     Spin,
+    /// Of bodies that are not round.
+    Angle,
     HydrodynamicForce,
     HydrodynamicTorque,
     ContactForce,
@@ -120,10 +122,11 @@ enum Quantity {
 }
 
 impl Quantity {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Position,
         Self::Velocity,
         Self::Spin,
+        Self::Angle,
         Self::HydrodynamicForce,
         Self::HydrodynamicTorque,
         Self::ContactForce,
@@ -136,6 +139,7 @@ impl Quantity {
             Self::Position => ("position", "m"),
             Self::Velocity => ("velocity", "m/s"),
             Self::Spin => ("spin", "rad/s"),
+            Self::Angle => ("angle", "rad"),
             Self::HydrodynamicForce => ("hydrodynamic_force", "N"),
             Self::HydrodynamicTorque => ("hydrodynamic_torque", "N m"),
             Self::ContactForce => ("contact_force", "N"),
@@ -146,7 +150,7 @@ impl Quantity {
 
     fn is_seen(self, sides: Sides) -> bool {
         match self {
-            Self::Position | Self::Velocity | Self::Spin => sides.motion,
+            Self::Position | Self::Velocity | Self::Spin | Self::Angle => sides.motion,
             Self::HydrodynamicForce | Self::HydrodynamicTorque => sides.loads,
             Self::ContactForce | Self::LubricationForce | Self::Gap => sides.contact,
         }
@@ -154,7 +158,7 @@ impl Quantity {
 
     /// Components that the geometry leaves free: axial ones on an axis, turning about y in a plane.
     fn components(self, geometry: Geometry) -> &'static [usize] {
-        let turns = matches!(self, Self::Spin | Self::HydrodynamicTorque);
+        let turns = matches!(self, Self::Spin | Self::Angle | Self::HydrodynamicTorque);
         match (self, geometry) {
             (Self::Gap, _) => &[0],
             (_, Geometry::Space) => &[0, 1, 2],
@@ -172,6 +176,7 @@ impl Quantity {
             Self::Position => motion?.position[axis],
             Self::Velocity => motion?.velocity[axis],
             Self::Spin => motion?.spin[axis],
+            Self::Angle => about_y(motion?.orientation),
             Self::HydrodynamicForce => loads?.force[axis],
             Self::HydrodynamicTorque => loads?.torque[axis],
             Self::ContactForce => motion?.contact_force[axis],
@@ -179,6 +184,13 @@ impl Quantity {
             Self::Gap => motion?.gap,
         })
     }
+}
+
+/// Angle about y, from z to x, above −π and up to π, of a body of the plane.
+fn about_y([w, _, y, _]: [f64; 4]) -> f64 {
+    let angle = 2.0 * y.atan2(w);
+    let turn = std::f64::consts::TAU;
+    angle - turn * (angle / turn - 0.5).ceil()
 }
 
 /// The columns of a run and its present row. Nothing is allocated per window.
@@ -252,9 +264,8 @@ impl Columns {
         more.extend(sides.loads.then(|| flow_rate_column(scene)).flatten());
         let extras = [extras, &more].concat();
         columns.add_scalars(scene.scene.domain.geometry, sides, &extras);
-        let geometry = scene.scene.domain.geometry;
         for grain in observed_grains(scene) {
-            columns.add_grain(grain, geometry, sides);
+            columns.add_grain(grain, scene, sides);
         }
         columns.row = vec![0.0; columns.names.len()];
         columns
@@ -287,8 +298,11 @@ impl Columns {
         }
     }
 
-    fn add_grain(&mut self, grain: usize, geometry: Geometry, sides: Sides) {
-        for quantity in Quantity::ALL.into_iter().filter(|quantity| quantity.is_seen(sides)) {
+    fn add_grain(&mut self, grain: usize, scene: &CheckedScene, sides: Sides) {
+        let geometry = scene.scene.domain.geometry;
+        let round = scene.grains.get(grain).is_none_or(|grain| grain.shape.is_round());
+        let seen = |quantity: &Quantity| quantity.is_seen(sides) && !(round && *quantity == Quantity::Angle);
+        for quantity in Quantity::ALL.into_iter().filter(seen) {
             let (name, unit) = quantity.name_and_unit();
             for axis in quantity.components(geometry) {
                 let name = match quantity {

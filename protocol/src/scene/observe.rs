@@ -266,6 +266,15 @@ pub enum MetricKind {
         /// Its column that holds the velocity.
         column: String,
     },
+    /// Length of the backward flow behind a grain over its width along the same axis, on the line through its centre, at
+    /// the end of a run without free grains.
+    WakeLength {
+        /// Grain.
+        #[serde(default)]
+        grain: usize,
+        /// Axis of the stream, which runs towards larger coordinates.
+        along: Axis,
+    },
     /// Largest relative error of Ψ₂(Ψ₁) over the pairs of grains (0, 1), (2, 3), … that have collided,
     /// against a published table. The curve goes to `oblique.csv`.
     ObliqueError {
@@ -447,6 +456,7 @@ impl MetricKind {
     pub fn grain(&self) -> Option<usize> {
         match self {
             Self::TerminalReynolds { grain }
+            | Self::WakeLength { grain, .. }
             | Self::InitialAcceleration { grain }
             | Self::ImpactVelocityRatio { grain }
             | Self::ReboundVelocityRatio { grain }

@@ -268,7 +268,7 @@ impl Metrics {
             | MetricKind::PlateauPressure { .. } => {
                 Err("is measured by bedload-dem at the end of a dry run with [observe.profile]".into())
             }
-            MetricKind::VelocityDifference { .. } => {
+            MetricKind::VelocityDifference { .. } | MetricKind::WakeLength { .. } => {
                 Err("is measured by bedload-fluid at the end of a run without free grains".into())
             }
             kind @ (MetricKind::MeanFluidVelocity { .. }

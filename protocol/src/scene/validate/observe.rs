@@ -106,6 +106,16 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
                 }
                 finite(source, &key("through"), through)?;
             }
+            MetricKind::WakeLength { along, .. } => {
+                let axes = scene.domain.geometry.axes();
+                if scene.medium.is_none() || !axes.contains(along) {
+                    return Err(source.error(
+                        &key("along"),
+                        format!("is {along:?} of a fluid; the axes are {axes:?}"),
+                        "name an axis of this geometry, in a scene with [medium]",
+                    ));
+                }
+            }
             MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {
                 not_negative(source, &key("from"), span.from)?;
                 positive(source, &key("to"), span.to.min(f64::MAX))?;
