@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use protocol::facts::DemFacts;
+use protocol::facts::{DemFacts, Forcing};
 use protocol::scene::{
     CheckedScene, Freedom as LockedFreedom, Geometry, Motion as SceneMotion, Retired, SceneError,
 };
@@ -15,6 +15,7 @@ use crate::grain::{Grain, Shape};
 use crate::laws::linear::LinearSpringDashpot;
 use crate::laws::table::ContactLaw;
 use crate::laws::walls::Wall;
+use crate::lubrication::law::LineResolution;
 use crate::lubrication::settings::{Lubrication, LubricationSettings};
 use crate::motion::{Freedom, Motion};
 use crate::spec::{BulkSettings, DemSpec, Engine, Integrator};
@@ -33,7 +34,7 @@ pub struct DemSection {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactLaw>,
     /// Lubrication between near surfaces, η/R = 4e-4. Default: none in a dry scene; with a fluid `complement`
-    /// up to four cells (at most 0.8 R) for spheres, `continuous` up to two cells (at most R/2) for discs.
+    /// up to four cells (at most 0.8 R) for spheres, up to two cells (at most R/2) for discs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
     /// Time integration.
@@ -188,6 +189,10 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         contact,
         pairs: Vec::new(),
         lubrication,
+        line_resolution: match Forcing::of(&scene.source)? {
+            Forcing::FictitiousDomain => LineResolution::POINTS,
+            Forcing::Carried | Forcing::Direct => LineResolution::MASK,
+        },
         viscosity: shared.medium.as_ref().map_or(0.0, |medium| medium.viscosity),
         integrator: dem.integrator,
         skin: dem.skin,
@@ -207,11 +212,9 @@ fn default_lubrication(scene: &CheckedScene) -> Lubrication {
     }
     let cells = |count: f64, most: f64| (count * coarsest_spacing(scene) / largest).min(most);
     let settings = LubricationSettings::new(ROUGHNESS);
-    if scene.scene.domain.geometry == Geometry::Plane {
-        Lubrication::Continuous(LubricationSettings { cut_off: cells(2.0, 0.5), ..settings })
-    } else {
-        Lubrication::Complement(LubricationSettings { cut_off: cells(4.0, 0.8), ..settings })
-    }
+    let plane = scene.scene.domain.geometry == Geometry::Plane;
+    let cut_off = if plane { cells(2.0, 0.5) } else { cells(4.0, 0.8) };
+    Lubrication::Complement(LubricationSettings { cut_off, ..settings })
 }
 
 /// Widest cell near the grains, m.

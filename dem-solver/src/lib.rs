@@ -85,7 +85,7 @@ pub use laws::hertz_mindlin::HertzMindlin;
 pub use laws::linear::LinearSpringDashpot;
 pub use laws::table::ContactLaw;
 pub use laws::walls::Wall;
-pub use lubrication::law::LubricationModel;
+pub use lubrication::law::{LineResolution, LubricationModel};
 pub use lubrication::settings::Lubrication;
 pub use motion::{Freedom, Motion, Vec3};
 pub use report::{Dissipated, GrainLoad, WindowReport};

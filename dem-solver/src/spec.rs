@@ -3,7 +3,7 @@
 use crate::grain::{Grain, Shape};
 use crate::laws::table::{ContactLaw, LawTable};
 use crate::laws::walls::Wall;
-use crate::lubrication::law::LubricationModel;
+use crate::lubrication::law::{LineResolution, LubricationModel};
 use crate::lubrication::settings::{GapShape, Lubrication};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -78,6 +78,8 @@ pub struct DemSpec {
     pub pairs: Vec<MaterialPair>,
     /// Model of lubrication.
     pub lubrication: Lubrication,
+    /// What the flow resolves of the films of discs.
+    pub line_resolution: LineResolution,
     /// Viscosity μ of the fluid, Pa s; used by lubrication only.
     pub viscosity: f64,
     /// Time integration.
@@ -111,6 +113,7 @@ impl DemSpec {
             contact,
             pairs: Vec::new(),
             lubrication: Lubrication::None,
+            line_resolution: LineResolution::MASK,
             viscosity: 0.0,
             integrator: Integrator::default(),
             skin: None,
@@ -168,6 +171,7 @@ impl DemSpec {
             cut_off: settings.cut_off,
             continuous: matches!(self.lubrication, Lubrication::Continuous(_)),
             resolved_length: settings.resolved_length.unwrap_or(f64::INFINITY),
+            line: self.line_resolution,
             tangential: self.lubrication.is_tangential(),
             viscosity: self.viscosity,
         })

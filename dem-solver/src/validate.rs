@@ -5,7 +5,7 @@ use crate::error::SpecError;
 use crate::general::energy;
 use crate::grain::Shape;
 use crate::laws::table::ContactLaw;
-use crate::lubrication::settings::{GapShape, Lubrication, LubricationIntegration};
+use crate::lubrication::settings::LubricationIntegration;
 use crate::motion::Motion;
 use crate::spec::{DemSpec, Engine, Integrator};
 
@@ -55,12 +55,6 @@ impl DemSpec {
         if self.integrator == Integrator::Rk3 && implicit {
             return Err(SpecError::Combination(
                 "integrator rk3 takes no implicit lubrication; choose symplectic-euler, or integration = \"explicit\" with its bound on the sub-step",
-            ));
-        }
-        let line = self.lubrication_model().is_some_and(|model| model.shape == GapShape::Line);
-        if line && matches!(self.lubrication, Lubrication::Complement(_)) {
-            return Err(SpecError::Combination(
-                "lubrication form \"complement\" is measured for spheres (point films) only; take \"continuous\" for discs",
             ));
         }
         if let Some(reason) = energy::prevents(self).filter(|_| self.energy) {

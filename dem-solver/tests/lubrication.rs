@@ -15,6 +15,7 @@ fn model(roughness: f64, shape: GapShape, continuous: bool) -> LubricationModel 
         cut_off: 0.5,
         continuous,
         resolved_length: f64::INFINITY,
+        line: dem_solver::LineResolution::MASK,
         tangential: false,
         viscosity: 1.0,
     }
@@ -166,6 +167,8 @@ fn implicit_rate_solves_its_equation() {
         (GapShape::Line, true, f64::INFINITY),
         (GapShape::Point, false, 0.1),
         (GapShape::Point, false, 1e-3),
+        (GapShape::Line, false, 0.1),
+        (GapShape::Line, false, 1e-3),
     ];
     for (shape, continuous, resolved_length) in laws {
         {
@@ -326,6 +329,7 @@ fn short_paths_are_those_of_the_logarithms() {
         (GapShape::Point, true, f64::INFINITY),
         (GapShape::Point, false, 0.1),
         (GapShape::Line, true, f64::INFINITY),
+        (GapShape::Line, false, 0.1),
     ] {
         let law = LubricationModel { resolved_length, ..model(4e-4, shape, continuous) }.law(R, R);
         for gap in [0.0, 1e-4, 1e-3, 0.01, 0.1, 0.2] {

@@ -1,18 +1,19 @@
 //! The tangential film of sliding surfaces ([`crate::lubrication::sliding`]) in a sub-step, eight gaps at a time.
 
 use crate::lubrication::film_list::FilmList;
+use crate::lubrication::law::LubricationModel;
 use crate::lubrication::packs::FilmPack;
 use crate::lubrication::sliding::unresolved;
 use crate::vector::lanes::Lanes8;
 use crate::vector::rows::{Row, both, columns, write};
 use crate::vector::vec3::Vec3Lanes;
 
-/// ℓ of the films of a pack; zero where there is none.
-pub(super) fn left(list: &FilmList, pack: &FilmPack) -> [f64; 8] {
-    let mut left = [0.0; 8];
+/// What the flow does not resolve of the films of a pack; zero where there is none.
+pub(super) fn left(model: &LubricationModel, list: &FilmList, pack: &FilmPack) -> [[f64; 8]; 2] {
+    let mut left = [[0.0; 8]; 2];
     for k in (0..8).filter(|k| pack.filled >> k & 1 == 1) {
         let at = pack.entry[k] as usize;
-        left[k] = unresolved(pack.gap[k], list.roughness(at), list.film[at][3]);
+        [left[0][k], left[1][k]] = unresolved(model, pack.gap[k], list.roughness(at), list.film[at][3]);
     }
     left
 }
@@ -34,14 +35,14 @@ impl Spins<'_> {
         token: L::Token,
         list: &FilmList,
         pack: &FilmPack,
-        left: &[f64; 8],
+        left: &[[f64; 8]; 2],
         motion: &mut [Row],
         dt: f64,
     ) -> Vec3Lanes<L> {
         let [slip, shift, roll, _, ri, rj, part, _] =
             both::<L>(token, (&list.film, &pack.entry), (&list.body, &pack.entry));
         let n = Vec3Lanes::load(token, &pack.normal);
-        let strength = L::load(token, left) * L::splat(token, dt);
+        let [slid, rolled] = left.each_ref().map(|left| L::load(token, left) * L::splat(token, dt));
         let [ax, ay, az, mass_i, bx, by, bz, mass_j] = columns::<L>(token, motion, &pack.i, &pack.j);
         let (vi, vj) = (Vec3Lanes(ax, ay, az), Vec3Lanes(bx, by, bz));
         let [ax, ay, az, spin_i, bx, by, bz, spin_j] = columns::<L>(token, self.turning, &pack.i, &pack.j);
@@ -54,7 +55,7 @@ impl Spins<'_> {
         let slipped = n.scale_from(apart.dot(n), apart).minus(turn.cross(n));
         // the largest over directions: with locked ones it brakes a little less
         let inverse = mass_i + mass_j + arm_i * arm_i * spin_i + arm_j * arm_j * spin_j;
-        let impulse = slipped.scale(braking(token, slip * strength, inverse));
+        let impulse = slipped.scale(braking(token, slip * slid, inverse));
         let moment = n.cross(impulse);
         let [pi, pj] = along::<L, LOCKED>(token, self.free, pack, impulse);
         let (vi, vj) = (pi.scale_plus(mass_i, vi), pj.scale_from(mass_j, vj));
@@ -64,7 +65,7 @@ impl Spins<'_> {
         // what rolls: the spins against each other, across the normal
         let turn = wi.minus(wj);
         let across = n.scale_from(turn.dot(n), turn);
-        let torque = across.scale(braking(token, roll * strength, spin_i + spin_j));
+        let torque = across.scale(braking(token, roll * rolled, spin_i + spin_j));
         let [ti, tj] = along::<L, LOCKED>(token, self.turns, pack, torque);
         let (wi, wj) = (ti.scale_plus(spin_i, wi), tj.scale_from(spin_j, wj));
         write([wi.0, wi.1, wi.2, spin_i, wj.0, wj.1, wj.2, spin_j], self.turning, &pack.i, &pack.j);

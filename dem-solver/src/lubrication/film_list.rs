@@ -81,7 +81,7 @@ impl FilmList {
         self.second.push(second);
         self.cut_off.push(law.cut_off);
         self.law.push([law.coefficient, law.roughness, law.cut_off, law.shift]);
-        self.film.push(Film::new(model.viscosity, a, b).row(reach_at(model, at_wall)));
+        self.film.push(Film::new(model.shape, model.viscosity, a, b).row(reach_at(model, at_wall)));
         self.body.push(if at_wall { [a, 0.0, 0.0, 0.0] } else { [a, b, 0.5, 0.0] });
     }
 
@@ -119,7 +119,7 @@ impl FilmList {
     /// The law of entry `at`.
     pub(super) fn law(&self, model: &LubricationModel, at: usize) -> LubricationLaw {
         let [coefficient, roughness, cut_off, shift] = self.law[at];
-        let (shape, resolved_length) = (model.shape, model.resolved_length);
+        let (shape, resolved_length) = (model.shape, model.length());
         LubricationLaw { shape, coefficient, roughness, cut_off, resolved_length, shift }
     }
 

@@ -14,8 +14,12 @@
 //!   κ(δ) = 6πμ R_eff²/(δ + η) · 1/(1 + 2x + 2x²),
 //!   ∫κ dδ = 6πμ R_eff² [ln x − ½ ln(1 + 2x + 2x²) − arctan(1 + 2x)].
 //!
-//! Resolved and modelled force together are Brenner's (1961) within 1 % at every gap with the default
-//! mask: `scenes/validation/wall-approach.toml`.
+//! and for discs, λL being a part of L that was measured,
+//!
+//!   κ(δ) = 3√2 πμ R_eff^{3/2} [(δ + η)^{−3/2} − (δ + η + λL)^{−3/2}], less its value at the cut-off.
+//!
+//! For spheres resolved and modelled force together are Brenner's (1961) within 1 % at every gap with the default
+//! mask: `scenes/validation/wall-approach.toml`; for discs: `scenes/validation/disc-film.toml`.
 //!
 //! **Implicit sub-step.** Explicit integration is stable only for dt < 2(η + δ)m/(6πμR²), and an
 //! implicit velocity with a frozen gap tunnels through the gap. Instead the impulse of lubrication is taken
@@ -30,6 +34,29 @@
 
 use crate::lubrication::settings::GapShape;
 use std::f64::consts::PI;
+
+/// How much of the film of a line the flow resolves: as if its gap were longer by a part of L, as measured with each way
+/// to impose the motion of discs (docs/decisions/line-film.md).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineResolution {
+    /// λ: that part in the approach.
+    pub(super) normal: f64,
+    /// That part for surfaces that slide: c and f of c/(1 + f x²), x = (δ + η)/L.
+    pub(super) slip: [f64; 2],
+    /// The same for surfaces that roll.
+    pub(super) roll: [f64; 2],
+}
+
+impl LineResolution {
+    /// With a mask (`carried`, `direct`).
+    pub const MASK: Self = Self { normal: 0.34, slip: [0.33, 20.0], roll: [0.22, 4.0] };
+
+    /// With points (`fictitious-domain`).
+    pub const POINTS: Self = Self { normal: 0.47, slip: [0.145, 4.0], roll: [0.175, 1.0] };
+}
+
+/// 2 (1 − (1 + s)^{−1/2}) in powers of s.
+pub(super) const LINE_SERIES: [f64; 4] = [1.0, -0.75, 0.625, -0.546_875];
 
 /// The model with everything resolved that is common to all gaps of a run.
 ///
@@ -59,6 +86,8 @@ pub struct LubricationModel {
     pub continuous: bool,
     /// L of `complement`, m; infinite otherwise.
     pub resolved_length: f64,
+    /// What the flow resolves of the films of discs.
+    pub line: LineResolution,
     /// Whether surfaces that slide or roll past each other have a film too.
     pub tangential: bool,
     /// Viscosity μ, Pa s.
@@ -66,6 +95,14 @@ pub struct LubricationModel {
 }
 
 impl LubricationModel {
+    /// [`LubricationLaw::resolved_length`].
+    pub(super) fn length(&self) -> f64 {
+        match self.shape {
+            GapShape::Point => self.resolved_length,
+            GapShape::Line => self.line.normal * self.resolved_length,
+        }
+    }
+
     /// Coefficients of the gap between radii `a` and `b` (infinite for a wall).
     #[inline(always)]
     #[must_use]
@@ -77,7 +114,7 @@ impl LubricationModel {
             GapShape::Point => 6.0 * PI * self.viscosity * reduced * reduced,
             GapShape::Line => 3.0 * std::f64::consts::SQRT_2 * PI * self.viscosity * reduced * reduced.sqrt(),
         };
-        let resolved_length = self.resolved_length;
+        let resolved_length = self.length();
         let mut law = LubricationLaw {
             shape: self.shape,
             coefficient,
@@ -86,7 +123,8 @@ impl LubricationModel {
             resolved_length,
             shift: 0.0,
         };
-        if self.continuous {
+        // What the flow lacks at a line fades slowly: so that it ends at the cut-off.
+        if self.continuous || (self.shape == GapShape::Line && resolved_length.is_finite()) {
             law.shift = law.resistance(cut_off);
         }
         law
@@ -94,7 +132,7 @@ impl LubricationModel {
 }
 
 /// One gap for 0 ≤ δ ≤ δ_c: κ(δ) = c/(δ + η)/(1 + 2x + 2x²) − shift with x = (δ + η)/L, or
-/// c/(δ + η)^{3/2} − shift.
+/// c/(δ + η)^{3/2} − c/(δ + η + λL)^{3/2} − shift.
 #[derive(Clone, Copy, Debug)]
 pub struct LubricationLaw {
     /// Shape.
@@ -105,9 +143,9 @@ pub struct LubricationLaw {
     pub roughness: f64,
     /// δ_c, m.
     pub cut_off: f64,
-    /// L, m; infinite if the form is not `complement`.
+    /// L (line: λL), m; infinite if the form is not `complement`.
     pub resolved_length: f64,
-    /// κ(δ_c) if continuous, else zero, N s/m.
+    /// κ(δ_c) if continuous or if discs have what the flow does not resolve, else zero, N s/m.
     pub shift: f64,
 }
 
@@ -166,7 +204,10 @@ impl LubricationLaw {
                 let x = a / self.resolved_length;
                 self.coefficient / (a * (1.0 + 2.0 * x * (1.0 + x))) - self.shift
             }
-            GapShape::Line => self.coefficient / (a * a.sqrt()) - self.shift,
+            GapShape::Line => {
+                let b = a + self.resolved_length;
+                self.coefficient * (1.0 / (a * a.sqrt()) - 1.0 / (b * b.sqrt())) - self.shift
+            }
         }
     }
 
@@ -175,10 +216,14 @@ impl LubricationLaw {
     fn path(&self, a: f64, s: f64) -> f64 {
         let spent = match self.shape {
             GapShape::Point => self.coefficient * (s.ln_1p() - self.resolved(a, s)),
-            // 1 − (1+s)^{−1/2} without cancellation
             GapShape::Line => {
-                let root = (1.0 + s).sqrt();
-                2.0 * self.coefficient / a.sqrt() * (s / (root * (1.0 + root)))
+                // 1 − (1+s)^{−1/2} without cancellation
+                let of = |a: f64, s: f64| {
+                    let root = (1.0 + s).sqrt();
+                    2.0 * self.coefficient / a.sqrt() * (s / (root * (1.0 + root)))
+                };
+                let b = a + self.resolved_length;
+                of(a, s) - of(b, s * (a / b))
             }
         };
         spent - self.shift * a * s
@@ -205,22 +250,27 @@ impl LubricationLaw {
             return Expansion::default();
         }
         let a = gap + self.roughness;
-        // path = c ∫ dσ/Q(σ) − shift a s with Q = (1 + σ)(1 + 2x(1 + σ) + 2x²(1 + σ)²), or (1 + σ)^{3/2}
-        let (c, [q0, q1, q2, q3]) = match self.shape {
+        let [k1, k2, k3, k4] = match self.shape {
             GapShape::Point => {
+                // path = c ∫ dσ/Q(σ) with Q = (1 + σ)(1 + 2x(1 + σ) + 2x²(1 + σ)²)
                 let x = a * (1.0 / self.resolved_length);
                 let x2 = x * x;
-                let q = [1.0 + 2.0 * x + 2.0 * x2, 1.0 + 4.0 * x + 6.0 * x2, 4.0 * x + 12.0 * x2, 12.0 * x2];
-                (self.coefficient, q)
+                let p = 1.0 / (1.0 + 2.0 * x + 2.0 * x2);
+                let q = [1.0 + 4.0 * x + 6.0 * x2, 4.0 * x + 12.0 * x2, 12.0 * x2];
+                let (c, [r, second, third]) = (self.coefficient * p, q.map(|q| q * p));
+                let k3 = c / 6.0 * (2.0 * r * r - second);
+                [c, -0.5 * c * r, k3, c / 24.0 * (6.0 * r * (second - r * r) - third)]
             }
-            GapShape::Line => (self.coefficient / a.sqrt(), [1.0, 1.5, 0.75, -0.375]),
+            GapShape::Line => {
+                // 2c (1 − (1 + s)^{−1/2})/a^½, and as much less of a + λL
+                let b = a + self.resolved_length;
+                let (c, d, t) = (self.coefficient / a.sqrt(), self.coefficient / b.sqrt(), a / b);
+                let t2 = t * t;
+                let [p1, p2, p3, p4] = LINE_SERIES;
+                [(c - d * t) * p1, (c - d * t2) * p2, (c - d * (t2 * t)) * p3, (c - d * (t2 * t2)) * p4]
+            }
         };
-        let p = 1.0 / q0;
-        let (c, r, second, third) = (c * p, q1 * p, q2 * p, q3 * p);
-        let k1 = c - self.shift * a;
-        let k2 = -0.5 * c * r;
-        let k3 = c / 6.0 * (2.0 * r * r - second);
-        let k4 = c / 24.0 * (6.0 * r * (second - r * r) - third);
+        let k1 = k1 - self.shift * a;
         let inertia = a * (1.0 / dt);
         let inverse = 1.0 / (inertia + inverse_mass * k1);
         let (free, braked) = (inertia * inverse, inverse_mass * inverse * k2);

@@ -15,7 +15,7 @@ pub enum Lubrication {
     AsPrinted(LubricationSettings),
     /// Eq. 19 less its value at the cut-off.
     Continuous(LubricationSettings),
-    /// What the grid of the flow does not resolve (spheres only).
+    /// What the grid of the flow does not resolve.
     Complement(LubricationSettings),
 }
 

@@ -1,6 +1,6 @@
-//! The film between spheres that slide or roll past each other: what the flow does not resolve of it.
+//! The film between grains that slide or roll past each other: what the flow does not resolve of it.
 //!
-//! Leading terms of lubrication theory, of order ln(R/δ) (Goldman, Cox & Brenner 1967 for a wall; Jeffrey & Onishi 1984 for
+//! **Spheres.** Leading terms of lubrication theory, of order ln(R/δ) (Goldman, Cox & Brenner 1967 for a wall; Jeffrey & Onishi 1984 for
 //! two spheres). With n from sphere j (radius b) to i (radius a), β = b/a, w = ω × n, V the tangential velocity of i against
 //! j, u = V − a w_i − b w_j the slip of the two surfaces and p = w_i − w_j, both zero where the pair turns as one, half the
 //! dissipation is ½ πμaℓ (A u² + 2 B u·p + C p²),
@@ -20,11 +20,25 @@
 //!
 //! as was measured with the default mask (docs/decisions/tangential-film.md).
 //!
+//! **Discs.** Between two cylinders each surface is braked by its own speed in the frame of the line of centres:
+//! half the dissipation is ½ k (u_i² + u_j²)/(δ + η)^½ with k = 2√2 πμ R*^½, R* = ab/(a + b) (Reynolds' equation; a cylinder beside a
+//! wall: Jeffrey & Onishi 1981), which in the two squares above is
+//!
+//! ```text
+//! A = k(a² + b²)/(a + b)²,   B/A = ab(b − a)/(a² + b²),   C − B²/A = k a²b²/(a² + b²)
+//! ```
+//!
+//! at a wall: k, a, k a². Of 1/(δ + η)^½ the flow resolves all but 1/(δ + η)^½ − 1/(δ + η + λ_t L)^½, λ_t = c/(1 + f x²), x = (δ + η)/L, with c and f of
+//! either square
+//! (docs/decisions/line-film.md). It acts on touching discs, too, with δ = 0: a cylinder rolls on the fluid between the
+//! asperities, and without it the speed would be the grid's.
+//!
 //! **Sub-step.** Gaps are visited once, pack by pack, with the resistance at the gap in which the sub-step
 //! began: J = −K dt s/(1 + K dt W) for the velocity s that is braked and its inverse mass W. No visit turns s round, so the
 //! energy falls whatever K dt W is; opposite impulses at the middle of the gap keep momentum and angular momentum.
 
 use crate::lubrication::law::LubricationModel;
+use crate::lubrication::settings::GapShape;
 use std::f64::consts::PI;
 
 /// L_t over the length L that the normal film has, at a wall …
@@ -38,17 +52,35 @@ const REACH: f64 = 4.0;
 /// The film between two radii.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Film {
-    /// πμaA, N s/m.
+    /// Factor of u², N s/m (discs: N s/m^{1/2}).
     slip: f64,
     /// B/A, m.
     shift: f64,
-    /// πμa(C − B²/A), N m s.
+    /// Factor of p², N m s.
     roll: f64,
 }
 
 impl Film {
-    /// Of a sphere of radius `a` and one of radius `b`, infinite for a wall.
-    pub(super) fn new(viscosity: f64, a: f64, b: f64) -> Self {
+    /// Of a grain of radius `a` and one of radius `b`, infinite for a wall.
+    pub(super) fn new(shape: GapShape, viscosity: f64, a: f64, b: f64) -> Self {
+        match shape {
+            GapShape::Point => Self::of_spheres(viscosity, a, b),
+            GapShape::Line => Self::of_discs(viscosity, a, b),
+        }
+    }
+
+    fn of_discs(viscosity: f64, a: f64, b: f64) -> Self {
+        let s = a / b;
+        let (sum, squares) = (1.0 + s, 1.0 + s * s);
+        let scale = 2.0 * std::f64::consts::SQRT_2 * PI * viscosity * (a / sum).sqrt();
+        Self {
+            slip: scale * squares / (sum * sum),
+            shift: a * (1.0 - s) / squares,
+            roll: scale * a * a / squares,
+        }
+    }
+
+    fn of_spheres(viscosity: f64, a: f64, b: f64) -> Self {
         // In powers of s = 1/β, which is zero at a wall.
         let s = a / b;
         let sum = 1.0 + s;
@@ -69,23 +101,40 @@ impl Film {
     }
 }
 
-/// Part of the logarithm that the flow does not resolve at a gap, `length` being L_t; none in overlap.
-pub(super) fn unresolved(gap: f64, roughness: f64, length: f64) -> f64 {
-    if !(0.0..=REACH * length).contains(&gap) {
-        return 0.0;
+/// What the flow does not resolve at a gap, of the film that slides and of that which rolls: part of the logarithm with `length` L_t, none in
+/// overlap; for discs part of (δ + η)^{−1/2}.
+pub(super) fn unresolved(model: &LubricationModel, gap: f64, roughness: f64, length: f64) -> [f64; 2] {
+    match model.shape {
+        GapShape::Point if !(0.0..=REACH * length).contains(&gap) => [0.0; 2],
+        GapShape::Point => {
+            let ratio = length / (gap + roughness);
+            [0.5 * (ratio * ratio).ln_1p(); 2]
+        }
+        GapShape::Line => {
+            let a = gap.max(0.0) + roughness;
+            let cells = a / length;
+            let left = |[part, fade]: [f64; 2]| {
+                1.0 / a.sqrt() - 1.0 / (a + part * length / (1.0 + fade * cells * cells)).sqrt()
+            };
+            [left(model.line.slip), left(model.line.roll)]
+        }
     }
-    let ratio = length / (gap + roughness);
-    0.5 * (ratio * ratio).ln_1p()
 }
 
-/// L_t of `model`, m.
+/// L_t of `model`, m; L itself for discs.
 pub(super) fn reach_at(model: &LubricationModel, at_wall: bool) -> f64 {
-    (if at_wall { TO_WALL } else { TO_SPHERE }) * model.resolved_length
+    let part = match model.shape {
+        GapShape::Point if at_wall => TO_WALL,
+        GapShape::Point => TO_SPHERE,
+        GapShape::Line => 1.0,
+    };
+    part * model.resolved_length
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lubrication::law::LineResolution;
 
     /// Forces and torques of the film are the published ones: of a wall (Goldman, Cox & Brenner 1967) and of equal spheres
     /// (Jeffrey & Onishi 1984), factors of πμa ln(R/δ), radii 1.
@@ -93,7 +142,7 @@ mod tests {
     fn the_leading_terms_are_the_published_ones() {
         // (A, B, C) from the two squares.
         let of = |s: f64| {
-            let film = Film::new(1.0 / PI, 1.0, 1.0 / s);
+            let film = Film::of_spheres(1.0 / PI, 1.0, 1.0 / s);
             let (a, b) = (film.slip, film.shift * film.slip);
             [a, b, film.roll + b * b / a]
         };
@@ -115,16 +164,46 @@ mod tests {
     #[test]
     fn a_film_has_no_first_and_second() {
         let (a, b) = (0.3, 1.1);
-        let (one, two) = (Film::new(1.0, a, b), Film::new(1.0, b, a));
-        // u is the same vector turned round, p too: A and C agree, B changes sign.
-        assert!((one.slip / two.slip - 1.0).abs() < 1e-14);
-        assert!((one.shift + two.shift).abs() < 1e-14);
-        assert!((one.roll / two.roll - 1.0).abs() < 1e-13);
+        for shape in [GapShape::Point, GapShape::Line] {
+            let (one, two) = (Film::new(shape, 1.0, a, b), Film::new(shape, 1.0, b, a));
+            // u is the same vector turned round, p too: A and C agree, B changes sign.
+            assert!((one.slip / two.slip - 1.0).abs() < 1e-14);
+            assert!((one.shift + two.shift).abs() < 1e-14);
+            assert!((one.roll / two.roll - 1.0).abs() < 1e-13);
+        }
+    }
+
+    /// Of a cylinder beside a wall: force 2√2 πμ U (R/δ)^½ and no torque, torque 2√2 πμ Ω R² (R/δ)^½ and no force (Jeffrey & Onishi
+    /// 1981). Two equal ones that turn the same way are braked by twice that of one for half the reduced radius.
+    #[test]
+    fn the_film_of_a_cylinder_is_the_published_one() {
+        let unit = 2.0 * std::f64::consts::SQRT_2 * PI;
+        let near = |ours: f64, theirs: f64| assert!((ours - theirs).abs() < 1e-13, "{ours}, {theirs}");
+        let wall = Film::of_discs(1.0, 2.0, f64::INFINITY);
+        near(wall.slip, unit * 2f64.sqrt());
+        // The lever arm of the slip is nothing: the force on one that turns, the torque on one that moves.
+        near(2.0 - wall.shift, 0.0);
+        near(wall.roll, unit * 2f64.sqrt() * 4.0);
+        let pair = Film::of_discs(1.0, 1.0, 1.0);
+        // Both turn with 1: u = −2, p = 0; ½ A u² = 2 · ½ k.
+        near(2.0 * pair.slip, unit * 0.5f64.sqrt());
+        // One turns with 1, the other against it: u = 0, p = 2; the same dissipation.
+        near(2.0 * pair.roll, unit * 0.5f64.sqrt());
     }
 
     #[test]
     fn what_is_left_grows_as_the_logarithm() {
-        let left = |gap: f64| unresolved(gap, 1e-6, 0.05);
+        let model = LubricationModel {
+            shape: GapShape::Point,
+            roughness: 0.0,
+            cut_off: 1.0,
+            continuous: false,
+            resolved_length: 0.2,
+            line: LineResolution::MASK,
+            tangential: true,
+            viscosity: 1.0,
+        };
+        let left = |gap: f64| unresolved(&model, gap, 1e-6, 0.05)[0];
         assert_eq!(left(-1e-9), 0.0);
         assert_eq!(left(0.2001), 0.0);
         assert!((left(1e-4) - left(1e-3) - 10.0_f64.ln()).abs() < 0.02);

@@ -2,7 +2,7 @@
 
 use crate::lubrication::brake::{Spins, left};
 use crate::lubrication::film_list::FilmList;
-use crate::lubrication::law::{Expansion, LubricationLaw, LubricationModel};
+use crate::lubrication::law::{Expansion, LINE_SERIES, LubricationLaw, LubricationModel};
 use crate::lubrication::packs::FilmPack;
 use crate::lubrication::rows::Rows;
 use crate::lubrication::settings::GapShape;
@@ -59,8 +59,8 @@ impl Pass<'_> {
             let normal = Vec3Lanes::<L>::load(token, &pack.normal);
             let mut push = normal.scale(L::load(token, &pack.impulse) * L::splat(token, rate));
             if model.tangential {
-                let left = left(list, pack);
-                if left != [0.0; 8] {
+                let left = left(model, list, pack);
+                if left != [[0.0; 8]; 2] {
                     let spins = Spins { turning: &mut rows.turning, free: &rows.free, turns: &rows.turns };
                     let slid = spins.brake::<L, LOCKED>(token, list, pack, &left, &mut rows.motion, dt);
                     push = slid.scale_plus(L::splat(token, rate), push);
@@ -173,21 +173,26 @@ fn expand<L: Lanes8>(
     let k = |value: f64| L::splat(token, value);
     let (zero, one, two) = (k(0.0), k(1.0), k(2.0));
     let a = gap + roughness;
-    let (c, [q0, q1, q2, q3]) = match model.shape {
+    let [k1, k2, k3, k4] = match model.shape {
         GapShape::Point => {
             let x = a * k(1.0 / model.resolved_length);
             let x2 = x * x;
             let (x4, x12) = (k(4.0) * x, k(12.0) * x2);
-            (coefficient, [one + two * x + two * x2, one + x4 + k(6.0) * x2, x4 + x12, x12])
+            let p = one / (one + two * x + two * x2);
+            let (c, r) = (coefficient * p, (one + x4 + k(6.0) * x2) * p);
+            let (second, third) = ((x4 + x12) * p, x12 * p);
+            let k3 = c * k(1.0 / 6.0) * (two * r * r - second);
+            [c, k(-0.5) * c * r, k3, c * k(1.0 / 24.0) * (k(6.0) * r * (second - r * r) - third)]
         }
-        GapShape::Line => (coefficient / a.sqrt(), [one, k(1.5), k(0.75), k(-0.375)]),
+        GapShape::Line => {
+            let b = a + k(model.length());
+            let (c, d, t) = (coefficient / a.sqrt(), coefficient / b.sqrt(), a / b);
+            let t2 = t * t;
+            let [p1, p2, p3, p4] = LINE_SERIES.map(k);
+            [(c - d * t) * p1, (c - d * t2) * p2, (c - d * (t2 * t)) * p3, (c - d * (t2 * t2)) * p4]
+        }
     };
-    let p = one / q0;
-    let (c, r, second, third) = (c * p, q1 * p, q2 * p, q3 * p);
-    let k1 = c - shift * a;
-    let k2 = k(-0.5) * c * r;
-    let k3 = c * k(1.0 / 6.0) * (two * r * r - second);
-    let k4 = c * k(1.0 / 24.0) * (k(6.0) * r * (second - r * r) - third);
+    let k1 = k1 - shift * a;
     let inertia = a * k(1.0 / dt);
     let inverse = one / inverse_mass.times_plus(k1, inertia);
     let (free, braked) = (inertia * inverse, inverse_mass * inverse * k2);

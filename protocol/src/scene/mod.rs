@@ -7,6 +7,7 @@ mod checked;
 mod domain;
 mod error;
 mod files;
+mod forcing;
 mod form;
 mod grains;
 mod insertions;
