@@ -33,7 +33,8 @@ pub struct DemSection {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactLaw>,
     /// Lubrication between near surfaces, η/R = 4e-4. Default: none in a dry scene; with a fluid `complement`
-    /// up to four cells (at most 0.8 R) for spheres, `continuous` up to two cells (at most R/2) for discs.
+    /// up to four cells (at most 0.8 R) for spheres, `continuous` up to two cells (at most R/2) for discs; none where a
+    /// body is not round.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
     /// Time integration.
@@ -144,6 +145,7 @@ fn refusal(scene: &CheckedScene, fault: &SpecError) -> SceneError {
         }
         SpecError::Missing { quantity, .. } => (format!("dem.contact.{quantity}"), "add one of the two keys"),
         SpecError::Law(_) => ("dem.contact.law".to_owned(), "choose another law, or geometry = \"space\""),
+        SpecError::Body { key, remedy, .. } => ((*key).to_owned(), *remedy),
         SpecError::Engine(_) => ("dem.engine".to_owned(), "leave the key out, or mend what is named"),
         SpecError::Material { .. } => ("dem".to_owned(), "mend the index of the material"),
     };
@@ -172,7 +174,15 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         settings.resolved_length.get_or_insert(coarsest_spacing(scene));
     }
     let lubrication = *lubrication;
-    let grains = scene.grains.iter().map(|grain| self::grain(grain, shared.domain.geometry)).collect();
+    let mut outlines = Vec::new();
+    let grains = scene.grains.iter().map(|grain| {
+        let outline = grain.outline().map(|outline| {
+            outlines.push(outline);
+            outlines.len() as u32 - 1
+        });
+        Grain { outline, ..self::grain(grain, shared.domain.geometry) }
+    });
+    let grains = grains.collect();
     let mut periods = [None; 3];
     for axis in (0..shared.domain.dimensions()).filter(|axis| shared.domain.is_periodic(*axis)) {
         let lower = shared.domain.lower[axis];
@@ -181,6 +191,7 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
     Ok(DemSpec {
         grains,
         shape: if shared.domain.geometry == Geometry::Plane { Shape::Disc } else { Shape::Sphere },
+        outlines,
         walls,
         periods,
         gravity: shared.gravity,
@@ -202,7 +213,8 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
 /// The lubrication that the fluid does not resolve.
 fn default_lubrication(scene: &CheckedScene) -> Lubrication {
     let largest = scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
-    if scene.scene.medium.is_none() || largest == 0.0 {
+    let round = scene.grains.iter().all(|grain| grain.shape.is_round());
+    if scene.scene.medium.is_none() || largest == 0.0 || !round {
         return Lubrication::None;
     }
     let cells = |count: f64, most: f64| (count * coarsest_spacing(scene) / largest).min(most);

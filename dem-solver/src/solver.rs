@@ -48,7 +48,7 @@ impl Dem {
     /// [`SpecError`]: the first fault of `spec`.
     pub fn new(spec: &DemSpec) -> Result<Self, SpecError> {
         spec.validate()?;
-        let mut grains = Grains::new(&spec.grains, spec.shape);
+        let mut grains = Grains::new(&spec.grains, spec.shape, &spec.outlines);
         let around = Surroundings {
             walls: spec.walls.iter().map(Plane::from).collect(),
             periods: Periods::new(spec.periods),
@@ -141,7 +141,7 @@ impl Dem {
     pub(crate) fn insert(&mut self, more: &[Grain], places: &[Vec3]) -> bool {
         let Running::Bulk(bulk) = &mut self.engine else { return false };
         let before = self.grains.len();
-        let mut new = Grains::new(more, self.shape);
+        let mut new = Grains::new(more, self.shape, &[]);
         new.position.copy_from_slice(places);
         self.grains.append(new);
         let inserted = bulk.insert(&self.grains);
