@@ -141,7 +141,11 @@ impl DemSpec {
             }
             let turns = [body.free.rotation[0], body.free.rotation[2], body.free.translation[1]];
             if body.motion == Motion::Free && turns.contains(&true) {
-                return bad("its freedom across the plane", 1.0, "none: x, z and the spin about y are free at most");
+                return bad(
+                    "its freedom across the plane",
+                    1.0,
+                    "none: x, z and the spin about y are free at most",
+                );
             }
         }
         let across = self.walls.iter().position(|wall| wall.normal[1] != 0.0);

@@ -1,7 +1,9 @@
 //! Bodies of the plane that are not round: impacts, energy, rest, toppling, limits of discs, turned set-ups, restore.
 mod common;
 use common::{dem, exact, floor, law, repeats, spec};
-use dem_solver::{ContactLaw, Dem, DemSpec, Freedom, Grain, Integrator, LinearSpringDashpot, Shape, Vec3, Wall};
+use dem_solver::{
+    ContactLaw, Dem, DemSpec, Freedom, Grain, Integrator, LinearSpringDashpot, Shape, Vec3, Wall,
+};
 use protocol::scene::Outline;
 use std::f64::consts::PI;
 
@@ -121,8 +123,17 @@ fn an_elastic_collision_keeps_energy_and_momenta() {
                 })
             };
             let [coarse, middle, fine] = [25, 50, 100].map(worst);
-            println!("{integrator:?}: {:.2e} {:.2e} {:.2e}, momenta {:.1e}", coarse[0], middle[0], fine[0], fine[3]);
-            assert!(middle[0] < 1e-3 && fine[0] < 0.4 * coarse[0], "{pair:?}: {} {} {}", coarse[0], middle[0], fine[0]);
+            println!(
+                "{integrator:?}: {:.2e} {:.2e} {:.2e}, momenta {:.1e}",
+                coarse[0], middle[0], fine[0], fine[3]
+            );
+            assert!(
+                middle[0] < 1e-3 && fine[0] < 0.4 * coarse[0],
+                "{pair:?}: {} {} {}",
+                coarse[0],
+                middle[0],
+                fine[0]
+            );
             assert!(fine[1..].iter().all(|change| *change < 2e-12), "{fine:?}");
         }
     }
@@ -151,7 +162,9 @@ fn a_square_slides_above_the_angle_of_friction_only() {
         solver.advance(0.5, 12_500, &[]).expect("advances");
         let (x, v) = (solver.grains.position[0].x - before, solver.grains.velocity[0].x - speed);
         let expected = 0.5 * 9.81 * (slope.sin() - friction * slope.cos());
-        println!("slope {slope:.4}: moved {x:.3e} m and won {v:.3e} m/s in half a second, expected {expected:.4e}");
+        println!(
+            "slope {slope:.4}: moved {x:.3e} m and won {v:.3e} m/s in half a second, expected {expected:.4e}"
+        );
         if slides {
             assert!((v / expected - 1.0).abs() < 1e-3, "{v} beside {expected}");
         } else {
@@ -191,7 +204,8 @@ fn bounce(outline: Option<Outline>, t_c: f64) -> [f64; 3] {
             &mut set_up.grains[0]
         }
     };
-    (grain.position, grain.velocity, grain.spin) = ([0.0, 0.0, 0.5 + 0.5 * t_c], [0.3, 0.0, -1.0], [0.0, 2.0, 0.0]);
+    (grain.position, grain.velocity, grain.spin) =
+        ([0.0, 0.0, 0.5 + 0.5 * t_c], [0.3, 0.0, -1.0], [0.0, 2.0, 0.0]);
     let mut solver = dem(&set_up);
     solver.advance(3.0 * t_c, 3000, &[]).expect("advances");
     [solver.grains.velocity[0].x, solver.grains.velocity[0].z, solver.grains.spin[0].y]
@@ -290,16 +304,20 @@ fn a_turned_set_up_moves_alike() {
     let (s, c) = angle.sin_cos();
     let (mut straight, mut tilted) = (dem(&heap(0.0)), dem(&heap(angle)));
     let mut touched = 0;
-    for window in 0..80 {
+    for window in 0..420 {
         for solver in [&mut straight, &mut tilted] {
-            touched += solver.advance(0.01, 200, &[]).expect("advances").contacts;
+            touched += solver.advance(1e-3, 20, &[]).expect("advances").contacts;
         }
         for i in 0..straight.grains.len() {
             let (x, y) = (straight.grains.position[i], tilted.grains.position[i]);
             let x = Vec3::new(x.x * c + x.z * s, 0.0, x.z * c - x.x * s);
             let spins = straight.grains.spin[i].y - tilted.grains.spin[i].y;
             // Round-off grows from one collision to the next.
-            assert!((x - y).norm() < 1e-8 && spins.abs() < 1e-5, "window {window}, body {i}: {:e} {spins:e}", (x - y).norm());
+            assert!(
+                (x - y).norm() < 1e-8 && spins.abs() < 1e-5,
+                "window {window}, body {i}: {:e} {spins:e}",
+                (x - y).norm()
+            );
         }
     }
     assert!(touched > 20, "{touched}");
@@ -319,7 +337,8 @@ fn restored_in_the_middle_of_contacts_it_repeats_bit_for_bit() {
             solver.advance(2e-3, 40, &[]).expect("advances");
             windows += 1;
         }
-        let saved = repeats("heap", &set_up, &mut solver, |solver| solver.advance(2e-3, 40, &[]).expect("advances"));
+        let saved =
+            repeats("heap", &set_up, &mut solver, |solver| solver.advance(2e-3, 40, &[]).expect("advances"));
         assert!(saved.body_contacts.len() >= 3 && saved.body_wall_contacts.len() >= 2, "{saved:?}");
         assert!(saved.body_contacts.iter().any(|point| point.spring != 0.0), "springs are part of it");
     }
@@ -368,17 +387,14 @@ fn a_stack_of_five_squares_stands() {
         set_up.add_body(Outline::rectangle([0.1, 0.1]), [x, 0.0, 0.05 + 0.1 * f64::from(k)], 1000.0);
     }
     let mut solver = dem(&set_up);
-    for _ in 0..10 {
-    solver.advance(2.0, 50_000, &[]).expect("advances");
-    println!("{:?} {:?}", solver.grains.velocity[4], solver.save().body_contacts);
-    }
+    // Its slowest swaying dies down with 1.2 s.
+    solver.advance(15.0, 375_000, &[]).expect("advances");
     let before = solver.grains.position.clone();
     solver.advance(5.0, 125_000, &[]).expect("advances");
     for (k, x) in before.iter().enumerate() {
         let moved = (solver.grains.position[k] - x).norm();
         let speed = solver.grains.velocity[k].norm();
-        let spin = solver.grains.spin[k].y;
-        println!("spin {spin:e}");
+
         println!("square {k}: at {x:?}, moved {moved:.2e} in five seconds, {speed:.2e} m/s");
         assert!(moved < 1e-7 && speed < 1e-8, "square {k}: {moved} {speed}");
     }
@@ -407,7 +423,10 @@ fn what_bodies_do_not_allow_is_refused() {
     let good = heap(0.0);
     good.validate().expect("as it is");
     let refused = |set_up: &DemSpec| set_up.validate().expect_err("refused").to_string();
-    let with = |contact: LinearSpringDashpot| DemSpec { contact: ContactLaw::LinearSpringDashpot(contact), ..heap(0.0) };
+    let with = |contact: LinearSpringDashpot| DemSpec {
+        contact: ContactLaw::LinearSpringDashpot(contact),
+        ..heap(0.0)
+    };
     assert!(refused(&DemSpec { integrator: Integrator::Rk3, ..heap(0.0) }).contains("rk3"));
     assert!(refused(&DemSpec { energy: true, ..heap(0.0) }).contains("energy"));
     assert!(refused(&DemSpec { shape: Shape::Sphere, ..heap(0.0) }).contains("plane"));
@@ -416,8 +435,9 @@ fn what_bodies_do_not_allow_is_refused() {
     assert!(refused(&with(LinearSpringDashpot { lever_arm, ..law(0.5, 1e-3) })).contains("contact-point"));
     let mut film = heap(0.0);
     film.viscosity = 1e-3;
-    film.lubrication =
-        dem_solver::Lubrication::Continuous(dem_solver::lubrication::settings::LubricationSettings::new(1e-3));
+    film.lubrication = dem_solver::Lubrication::Continuous(
+        dem_solver::lubrication::settings::LubricationSettings::new(1e-3),
+    );
     assert!(refused(&film).contains("not modelled"));
     let mut leaning = heap(0.0);
     leaning.grains[0].orientation = [0.8, 0.6, 0.0, 0.0];

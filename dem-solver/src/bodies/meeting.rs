@@ -4,8 +4,8 @@
 //! with the support functions h: the distance where they are apart, the least way out where they overlap. Two polygons
 //! touch in up to two points, each a vertex of one at an edge of the other; all other pairs in one.
 
-use crate::bodies::plane::{Vec2, across, along, dot, minus, plus, unit};
 use crate::bodies::placed::{Edges, Form};
+use crate::bodies::plane::{Vec2, across, along, dot, minus, plus, unit};
 
 /// Features of vertices of the second body count from here; 0 to here those of the first.
 pub(crate) const SECOND: u32 = 1 << 16;
@@ -94,7 +94,8 @@ pub(crate) fn distance(first: &Form<'_>, second: &Form<'_>, apart: Vec2) -> f64 
         return gap;
     }
     let of_one = one.vertices.iter().map(|v| outline_other.distance(turn_other.into_body(plus(*v, apart))).0);
-    let of_other = other.vertices.iter().map(|v| outline_one.distance(turn_one.into_body(minus(*v, apart))).0);
+    let of_other =
+        other.vertices.iter().map(|v| outline_one.distance(turn_one.into_body(minus(*v, apart))).0);
     of_one.chain(of_other).fold(f64::INFINITY, f64::min)
 }
 

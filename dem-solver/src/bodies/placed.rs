@@ -65,7 +65,8 @@ impl Form<'_> {
             }
             Self::Polygon { edges, .. } => {
                 let first = edges.vertices[0];
-                let farther = |best: Vec2, v: &Vec2| if dot(*v, direction) > dot(best, direction) { *v } else { best };
+                let farther =
+                    |best: Vec2, v: &Vec2| if dot(*v, direction) > dot(best, direction) { *v } else { best };
                 edges.vertices.iter().fold(first, farther)
             }
         }
@@ -94,7 +95,9 @@ impl Placed {
         for outline in &grains.outline {
             placed.start.push(placed.own.len());
             placed.turns.push(Turn(1.0, 0.0));
-            let Some(Outline::Polygon { vertices }) = outline.map(|place| &outlines[place as usize]) else { continue };
+            let Some(Outline::Polygon { vertices }) = outline.map(|place| &outlines[place as usize]) else {
+                continue;
+            };
             for (k, p) in vertices.iter().enumerate() {
                 let along = minus(vertices[(k + 1) % vertices.len()], *p);
                 let size = along[0].hypot(along[1]);
@@ -133,7 +136,8 @@ impl Placed {
             Outline::Polygon { .. } => {
                 let range = self.start[i]..self.start[i + 1];
                 let vertices = &self.vertices[range.clone()];
-                let edges = Edges { vertices, normals: &self.normals[range.clone()], heights: &self.heights[range] };
+                let edges =
+                    Edges { vertices, normals: &self.normals[range.clone()], heights: &self.heights[range] };
                 Form::Polygon { edges, outline, turn }
             }
         }

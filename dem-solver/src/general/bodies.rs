@@ -76,7 +76,8 @@ impl BodyContacts {
             Met::Point(Acting { place, force, rate, bears }) => {
                 forces.contacts += usize::from(bears.1);
                 if bears.0 != bears.1 {
-                    let speeds = if bears.1 { &mut observed.impact_speed } else { &mut observed.rebound_speed };
+                    let speeds =
+                        if bears.1 { &mut observed.impact_speed } else { &mut observed.rebound_speed };
                     let speed = if bears.1 { -rate } else { *rate }.max(0.0);
                     for grain in [Some(place.first), place.second].into_iter().flatten() {
                         speeds[grain] = speed;
@@ -94,7 +95,12 @@ impl BodyContacts {
     }
 
     /// Every point that bears a force at the present state; nothing changes but the memory of this copy.
-    pub(crate) fn bearing(&mut self, scene: &Scene<'_>, lists: &Neighbours, mut each: impl FnMut(&Place, Vec2)) {
+    pub(crate) fn bearing(
+        &mut self,
+        scene: &Scene<'_>,
+        lists: &Neighbours,
+        mut each: impl FnMut(&Place, Vec2),
+    ) {
         self.visit(scene, lists, |met| {
             if let Met::Point(acting) = met
                 && acting.bears.1

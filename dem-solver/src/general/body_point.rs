@@ -83,7 +83,8 @@ impl Place {
             return ([0.0; 2], now.gap);
         }
         *spring += path.slip * slipped;
-        let (k_t, drag) = (law.tangential_stiffness * mass, law.tangential_damping * mass * now.slip * dashpot);
+        let (k_t, drag) =
+            (law.tangential_stiffness * mass, law.tangential_damping * mass * now.slip * dashpot);
         let limit = law.friction * push;
         let mut across_force = -(*spring * k_t + drag);
         if across_force.abs() > limit {
