@@ -20,7 +20,8 @@ fn pairs(outlines: Option<[Outline; 2]>) -> DemSpec {
     spec.shape = Shape::Disc;
     for k in 0..PAIRS {
         for (side, at) in [(0, -1.0), (1, 1.0)] {
-            let height = outlines.as_ref().map_or(0.5, |outlines| outlines[side].support([0.0, -at])[1].abs());
+            let height =
+                outlines.as_ref().map_or(0.5, |outlines| outlines[side].support([0.0, -at])[1].abs());
             let position = [5.0 * k as f64, 0.0, at * (height - 5e-5)];
             match &outlines {
                 Some(outlines) => {

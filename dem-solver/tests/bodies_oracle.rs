@@ -35,9 +35,8 @@ impl Form {
                 // Points of an ellipse: convex whatever they are.
                 let count = between(3.0, 12.0) as usize;
                 let (a, b) = (between(0.3, 0.7), between(0.3, 0.7));
-                let angles = (0..count).map(|k| {
-                    2.0 * std::f64::consts::PI * (k as f64 + between(-0.3, 0.3)) / count as f64
-                });
+                let angles = (0..count)
+                    .map(|k| 2.0 * std::f64::consts::PI * (k as f64 + between(-0.3, 0.3)) / count as f64);
                 let vertices: Vec<[f64; 2]> = angles.map(|t| [a * t.cos(), b * t.sin()]).collect();
                 Self::Body(Outline::polygon(&vertices).expect("convex"))
             }
@@ -59,7 +58,7 @@ impl Form {
 #[test]
 fn gaps_are_those_of_gjk_and_epa() {
     let mut random = Random(7);
-    let (mut apart, mut overlapping, mut worst) = (0, 0, 0.0f64);
+    let (mut apart, mut overlapping, mut worst) = (0, 0, [0.0f64; 2]);
     for _ in 0..4000 {
         let forms = [Form::any(&mut random), Form::any(&mut random)];
         if forms.iter().all(|form| matches!(form, Form::Disc(_))) {
@@ -71,7 +70,7 @@ fn gaps_are_those_of_gjk_and_epa() {
         let (one, other) = (forms[0].of_parry(), forms[1].of_parry());
         let found = contact_support_map_support_map(&poses[0].inv_mul(&poses[1]), &*one, &*other, 10.0);
         let expected = found.expect("within reach").dist;
-        // Contacts are shallow: below a twentieth of the thinnest body.
+        // Contacts are shallow.
         if expected < -0.01 {
             continue;
         }
@@ -93,10 +92,19 @@ fn gaps_are_those_of_gjk_and_epa() {
         let mut solver = dem(&set_up);
         solver.advance(1e-9, 1, &[]).expect("advances");
         let gap = solver.observations().gap_end[0];
-        worst = worst.max((gap - expected).abs());
-        assert!((gap - expected).abs() < 1e-6, "{gap} beside {expected}: {places:?} {angles:?}");
+        // EPA goes along smooth surfaces by chords, along polygons exactly.
+        let smooth = !forms.iter().all(|form| matches!(form, Form::Body(Outline::Polygon { .. })));
+        let worst = &mut worst[usize::from(smooth)];
+        *worst = worst.max((gap - expected).abs());
+        assert!(
+            (gap - expected).abs() < if smooth { 1e-7 } else { 1e-12 },
+            "{gap} beside {expected}: {places:?} {angles:?}"
+        );
         if expected < 0.0 { overlapping += 1 } else { apart += 1 }
     }
-    println!("{apart} pairs apart, {overlapping} overlapping, largest difference {worst:.1e}");
+    println!(
+        "{apart} pairs apart, {overlapping} overlapping, largest difference of two polygons {:.1e}, of others {:.1e}",
+        worst[0], worst[1]
+    );
     assert!(apart > 500 && overlapping > 30, "{apart} {overlapping}");
 }

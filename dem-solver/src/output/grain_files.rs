@@ -44,8 +44,11 @@ const ALONG_ELLIPSE: u32 = 64;
 pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Outline]) -> Option<Vec<u8>> {
     let (mut position, mut ends, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..grains.len() {
-        let Some(outline) = grains.outline[i].and_then(|place| outlines.get(place as usize)) else { continue };
-        let angles = (0..ALONG_ELLIPSE).map(|k| std::f64::consts::TAU * f64::from(k) / f64::from(ALONG_ELLIPSE));
+        let Some(outline) = grains.outline[i].and_then(|place| outlines.get(place as usize)) else {
+            continue;
+        };
+        let angles =
+            (0..ALONG_ELLIPSE).map(|k| std::f64::consts::TAU * f64::from(k) / f64::from(ALONG_ELLIPSE));
         let own: Vec<[f64; 2]> = match outline {
             Outline::Ellipse { semi_axes: [a, b] } => angles.map(|t| [a * t.cos(), b * t.sin()]).collect(),
             Outline::Polygon { vertices } => vertices.clone(),

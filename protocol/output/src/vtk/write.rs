@@ -156,8 +156,7 @@ pub fn points(time: f64, position: Vec<f64>, data: &[Array]) -> Vec<u8> {
 pub fn polygons(time: f64, position: Vec<f64>, ends: Vec<i64>, data: &[Array]) -> Vec<u8> {
     let (points, count) = (position.len() / 3, ends.len());
     let position = [Array::real("position", 3, position)];
-    let cells =
-        [Array::whole("connectivity", (0..points as i64).collect()), Array::whole("offsets", ends)];
+    let cells = [Array::whole("connectivity", (0..points as i64).collect()), Array::whole("offsets", ends)];
     let mut writer = Writer::new("PolyData");
     writer.text += "<PolyData>\n";
     writer.time(time);
