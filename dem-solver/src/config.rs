@@ -105,12 +105,25 @@ impl Config {
         if let Err(fault) = spec.validate() {
             return Err(refusal(scene, &fault));
         }
+        if scene.scene.observe.profile.is_some() {
+            refuse_averages(scene, "observe.profile")?;
+        }
         let resolved = toml::Table::try_from(&dem).unwrap_or_default();
         let step =
             StepChoice { dt: dem.dt, steps_per_contact: dem.steps_per_contact, coarse: dem.allow_coarse_dt };
         let facts = facts(scene, &spec, &step, resolved)?;
         Ok(Self { spec, facts, initial_state: dem.initial_state })
     }
+}
+
+/// Averages over grains spread each of them over its circle: a body that is not round has none.
+pub(crate) fn refuse_averages(scene: &CheckedScene, key: &str) -> Result<(), SceneError> {
+    let odd = scene.grains.iter().position(|grain| !grain.shape.is_round());
+    odd.map_or(Ok(()), |i| {
+        let fault =
+            format!("averages over round grains, and grain {i} is not round; allowed: spheres and discs");
+        Err(scene.source.error(key, fault, "leave it out, or average the outlines of bodies_*.vtp"))
+    })
 }
 
 /// The fault at the key it is about.

@@ -3,6 +3,7 @@
 use crate::bulk::engine::Bulk;
 use crate::bulk::requirements;
 use crate::error::SpecError;
+use crate::general::bodies::BodyContacts;
 use crate::general::engine::General;
 use crate::grain::{Grain, Shape};
 use crate::grains::{Grains, Response};
@@ -119,6 +120,13 @@ impl Dem {
                 (lists.pairs.bearing().collect(), lists.walls.bearing().collect())
             }
         }
+    }
+
+    /// The bodies that are not round as they stand; none where all are round.
+    pub(crate) fn bodies_now(&self) -> Option<Box<BodyContacts>> {
+        let mut bodies = self.general()?.evaluation.bodies.clone()?;
+        bodies.place(&self.grains);
+        Some(bodies)
     }
 
     fn bulk(&self) -> Option<&Bulk> {

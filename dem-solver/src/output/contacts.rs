@@ -8,7 +8,7 @@ use crate::motion::{Motion, Vec3};
 use crate::report::GrainLoad;
 use crate::search::contact_list::ContactList;
 use crate::search::lists::Neighbours;
-use crate::solver::{Dem, Running};
+use crate::solver::Dem;
 
 /// One contact that bears a force, seen from a free grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,8 +45,7 @@ impl Dem {
 
     /// The points of contact of bodies that are not round.
     fn of_bodies(&self, lists: &Neighbours, response: &Response, all: &mut Vec<Contact>) {
-        let Running::General(general) = &self.engine else { return };
-        let Some(mut bodies) = general.evaluation.bodies.clone() else { return };
+        let Some(mut bodies) = self.bodies_now() else { return };
         let (g, around) = (&self.grains, &self.around);
         let (velocity, spin) = (&g.velocity, &g.spin);
         let (dt, t, step) = (0.0, self.time, SpringStep::Before);

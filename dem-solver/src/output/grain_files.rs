@@ -82,6 +82,14 @@ pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Out
 #[must_use]
 pub fn table(time: f64, grains: &Grains, spec: &DemSpec) -> String {
     let mut text = format!("# grains: {}\n# t = {time} s\n", grains.len());
+    let odd = (0..grains.len()).filter(|&i| !grains.is_round(i)).count();
+    if odd > 0 {
+        let _ = writeln!(
+            text,
+            "# {odd} are not round: their radius is the largest distance of the surface from the centre, and a scene that reads \
+             this table takes them for round"
+        );
+    }
     text += "id,x,y,z,radius,density,vx,vy,vz,wx,wy,wz,motion\n";
     for i in 0..grains.len() {
         let (x, v, w) = (grains.position[i], grains.velocity[i], grains.spin[i]);
