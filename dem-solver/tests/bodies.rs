@@ -139,6 +139,37 @@ fn an_elastic_collision_keeps_energy_and_momenta() {
     }
 }
 
+/// Two rectangles that meet off centre with friction and loss, at any place and in any period along x.
+fn rub(shift: f64, period: Option<(f64, f64)>) -> Dem {
+    let mut law = law(0.7, 1e-2);
+    law.friction = 0.5;
+    let mut set_up = empty(law);
+    set_up.periods[0] = period;
+    let body = set_up.add_body(Outline::rectangle([2.0, 1.0]), [-1.6 + shift, 0.0, 0.1], 1.0);
+    (body.velocity, body.spin, body.orientation) = ([1.0, 0.0, 0.3], [0.0, 0.4, 0.0], turned(0.35));
+    let body = set_up.add_body(Outline::Ellipse { semi_axes: [0.6, 0.9] }, [1.4 + shift, 0.0, -0.2], 2.0);
+    (body.velocity, body.spin, body.orientation) = ([-0.8, 0.0, 0.1], [0.0, -0.5, 0.0], turned(-0.5));
+    dem(&set_up)
+}
+
+#[test]
+fn friction_keeps_the_momenta_and_images_meet_like_neighbours() {
+    let mut open = rub(0.0, None);
+    let mut periodic = rub(4.0, Some((-4.0, 8.0)));
+    let before = motion(&open);
+    for _ in 0..200 {
+        let report = open.advance(1e-2, 50, &[]).expect("advances");
+        assert_eq!(periodic.advance(1e-2, 50, &[]).expect("advances").contacts, report.contacts);
+    }
+    let after = motion(&open);
+    assert!(after[0] < 0.95 * before[0], "they met: {before:?} {after:?}");
+    (1..4).for_each(|k| assert!((after[k] - before[k]).abs() < 2e-12, "{before:?} {after:?}"));
+    for i in 0..2 {
+        let apart = (open.grains.velocity[i] - periodic.grains.velocity[i]).norm();
+        assert!(apart < 1e-10 && (open.grains.spin[i] - periodic.grains.spin[i]).norm() < 1e-10, "{apart}");
+    }
+}
+
 /// A floor that falls towards +x by `slope` radians: as gravity that is turned.
 fn incline(outline: Outline, slope: f64, friction: f64) -> Dem {
     let mut law = law(0.5, 2e-3);
