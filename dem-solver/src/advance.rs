@@ -3,6 +3,7 @@
 use crate::bulk::engine::Bulk;
 use crate::bulk::window::Wanted;
 use crate::error::AdvanceError;
+use crate::general::bodies::BodyContacts;
 use crate::general::engine::General;
 use crate::general::evaluation::Window;
 use crate::grains::Grains;
@@ -47,7 +48,7 @@ impl Dem {
                 response.set(grains, gravity, loads);
                 let mut window = Window { grains, around, response, observed };
                 let done = advance_general(general, &mut window, time, dt_window, n_sub);
-                gaps_to_walls(grains, around, observed, self.time);
+                gaps_to_walls(grains, around, general.evaluation.bodies.as_deref(), observed, self.time);
                 done
             }
             Running::Bulk(bulk) => {
@@ -64,7 +65,7 @@ impl Dem {
                     bulk.observe(observed, (self.time, dt));
                     let each = 1.0 / f64::from(n_sub);
                     observed.mean_contact.iter_mut().for_each(|mean| *mean *= each);
-                    gaps_to_walls(grains, around, observed, self.time);
+                    gaps_to_walls(grains, around, None, observed, self.time);
                 }
                 done
             }
@@ -150,10 +151,20 @@ fn check(grains: usize, dt: f64, n_sub: u32, loads: &[GrainLoad]) -> Result<(), 
 }
 
 /// Gaps to walls at the end of a window, and with them the smallest.
-fn gaps_to_walls(grains: &Grains, around: &Surroundings, observed: &mut Observations, time: f64) {
+fn gaps_to_walls(
+    grains: &Grains,
+    around: &Surroundings,
+    bodies: Option<&BodyContacts>,
+    observed: &mut Observations,
+    time: f64,
+) {
     for (i, nearest) in observed.gap_end.iter_mut().enumerate() {
         for wall in around.walls.iter().filter(|wall| wall.acts(time)) {
-            *nearest = nearest.min(wall.gap(&grains.position[i], grains.radius[i], time));
+            let gap = match bodies.filter(|_| !grains.is_round(i)) {
+                Some(bodies) => bodies.gap_to_wall(grains, i, wall, time),
+                None => wall.gap(&grains.position[i], grains.radius[i], time),
+            };
+            *nearest = nearest.min(gap);
         }
         observed.smallest_gap[i] = observed.smallest_gap[i].min(*nearest);
     }

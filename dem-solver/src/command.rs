@@ -11,6 +11,7 @@ use nalgebra::Matrix3;
 use protocol::checkpoint;
 use protocol::scene::{Axis, CheckedScene, Profile as Asked};
 
+use crate::config::refuse_averages;
 use crate::grain::Shape;
 use crate::output::coarse_grain::{Cell, coarse_grain};
 use crate::output::partition::{Grid, Partition};
@@ -75,6 +76,7 @@ pub fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<PathBuf, ProgramError> {
     // The scene as the run resolved it has another identity than the one that its checkpoint bears.
     let scene = RunOptions::of_scene(&arguments.folder.join("scene.toml")).read_scene()?;
+    refuse_averages(&scene, "grains")?;
     let mut participant = DemParticipant::new(&scene, &arguments.folder)?;
     let (_, state) = checkpoint::read_any::<State>(&arguments.folder.join("checkpoint"), "dem")?;
     participant.adopt(&state)?;

@@ -34,7 +34,7 @@ pub struct DemSection {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactLaw>,
     /// Lubrication between near surfaces, η/R = 4e-4. Default: none in a dry scene; with a fluid `complement`
-    /// up to four cells (at most 0.8 R) for spheres, up to two cells (at most R/2) for discs.
+    /// up to four cells (at most 0.8 R) for spheres, up to two cells (at most R/2) for discs; none where a body is not round.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
     /// Time integration.
@@ -105,12 +105,25 @@ impl Config {
         if let Err(fault) = spec.validate() {
             return Err(refusal(scene, &fault));
         }
+        if scene.scene.observe.profile.is_some() {
+            refuse_averages(scene, "observe.profile")?;
+        }
         let resolved = toml::Table::try_from(&dem).unwrap_or_default();
         let step =
             StepChoice { dt: dem.dt, steps_per_contact: dem.steps_per_contact, coarse: dem.allow_coarse_dt };
         let facts = facts(scene, &spec, &step, resolved)?;
         Ok(Self { spec, facts, initial_state: dem.initial_state })
     }
+}
+
+/// Averages over grains spread each of them over its circle: a body that is not round has none.
+pub(crate) fn refuse_averages(scene: &CheckedScene, key: &str) -> Result<(), SceneError> {
+    let odd = scene.grains.iter().position(|grain| !grain.shape.is_round());
+    odd.map_or(Ok(()), |i| {
+        let fault =
+            format!("averages over round grains, and grain {i} is not round; allowed: spheres and discs");
+        Err(scene.source.error(key, fault, "leave it out, or average the outlines of bodies_*.vtp"))
+    })
 }
 
 /// The fault at the key it is about.
@@ -145,6 +158,7 @@ fn refusal(scene: &CheckedScene, fault: &SpecError) -> SceneError {
         }
         SpecError::Missing { quantity, .. } => (format!("dem.contact.{quantity}"), "add one of the two keys"),
         SpecError::Law(_) => ("dem.contact.law".to_owned(), "choose another law, or geometry = \"space\""),
+        SpecError::Body { key, remedy, .. } => ((*key).to_owned(), *remedy),
         SpecError::Engine(_) => ("dem.engine".to_owned(), "leave the key out, or mend what is named"),
         SpecError::Material { .. } => ("dem".to_owned(), "mend the index of the material"),
     };
@@ -173,7 +187,15 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         settings.resolved_length.get_or_insert(coarsest_spacing(scene));
     }
     let lubrication = *lubrication;
-    let grains = scene.grains.iter().map(|grain| self::grain(grain, shared.domain.geometry)).collect();
+    let mut outlines = Vec::new();
+    let grains = scene.grains.iter().map(|grain| {
+        let outline = grain.outline().map(|outline| {
+            outlines.push(outline);
+            outlines.len() as u32 - 1
+        });
+        Grain { outline, ..self::grain(grain, shared.domain.geometry) }
+    });
+    let grains = grains.collect();
     let mut periods = [None; 3];
     for axis in (0..shared.domain.dimensions()).filter(|axis| shared.domain.is_periodic(*axis)) {
         let lower = shared.domain.lower[axis];
@@ -182,6 +204,7 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
     Ok(DemSpec {
         grains,
         shape: if shared.domain.geometry == Geometry::Plane { Shape::Disc } else { Shape::Sphere },
+        outlines,
         walls,
         periods,
         gravity: shared.gravity,
@@ -207,7 +230,8 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
 /// The lubrication that the fluid does not resolve.
 fn default_lubrication(scene: &CheckedScene) -> Lubrication {
     let largest = scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
-    if scene.scene.medium.is_none() || largest == 0.0 {
+    let round = scene.grains.iter().all(|grain| grain.shape.is_round());
+    if scene.scene.medium.is_none() || largest == 0.0 || !round {
         return Lubrication::None;
     }
     let cells = |count: f64, most: f64| (count * coarsest_spacing(scene) / largest).min(most);

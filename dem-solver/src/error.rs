@@ -83,6 +83,16 @@ pub enum SpecError {
     /// A contact law that does not fit the grains.
     #[error("{0}")]
     Law(&'static str),
+    /// A choice that bodies that are not round do not allow.
+    #[error("{why}")]
+    Body {
+        /// Key of the scene that it is about.
+        key: &'static str,
+        /// What is wrong, and what is allowed.
+        why: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// The bulk engine was asked for where it cannot do the work.
     #[error("engine \"bulk\" cannot run this: {0}; write engine = \"auto\" or \"general\"")]
     Engine(String),

@@ -102,9 +102,16 @@ fn free(spec: &DemSpec) -> impl Iterator<Item = &Grain> {
     spec.grains.iter().filter(|grain| grain.motion == Motion::Free)
 }
 
-/// Mass of the lightest grain that is free, kg.
+/// Least mass that a point of contact of a grain can have, kg: a body that is not round turns away, 1/m* = 1/m + R²/I.
+fn contact_mass(spec: &DemSpec, grain: &Grain) -> f64 {
+    let (mass, inertia) = grain.mass_and_inertia(spec.shape, &spec.outlines);
+    let turns = grain.outline.is_some() && grain.free.rotation[1];
+    if turns { 1.0 / (1.0 / mass + grain.radius * grain.radius / inertia) } else { mass }
+}
+
+/// Least mass at a point of contact of the grains that are free, kg.
 fn least_mass(spec: &DemSpec) -> Option<f64> {
-    free(spec).map(|grain| spec.shape.mass(grain.radius, grain.density)).min_by(f64::total_cmp)
+    free(spec).map(|grain| contact_mass(spec, grain)).min_by(f64::total_cmp)
 }
 
 /// Shortest contact of all that can happen: between the two lightest grains and between the two

@@ -2,6 +2,7 @@
 
 use crate::error::SpecError;
 use crate::motion::{Freedom, Motion};
+use protocol::scene::Outline;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -48,8 +49,10 @@ pub struct Grain {
     pub spin: [f64; 3],
     /// Orientation, unit quaternion (w, x, y, z), body to laboratory.
     pub orientation: [f64; 4],
-    /// Radius, m.
+    /// Radius, m; of a body that is not round the largest distance of its surface from its centre.
     pub radius: f64,
+    /// Outline of a body that is not round: its place in [`crate::DemSpec::outlines`].
+    pub outline: Option<u32>,
     /// Density, kg/m³.
     pub density: f64,
     /// Material.
@@ -70,10 +73,26 @@ impl Grain {
             spin: [0.0; 3],
             orientation: [1.0, 0.0, 0.0, 0.0],
             radius,
+            outline: None,
             density,
             material: 0,
             motion: Motion::Free,
             free: Freedom::SPACE,
+        }
+    }
+
+    /// Mass and moment of inertia about the centre; the outline of a body that is not round is one of `outlines`.
+    #[must_use]
+    pub fn mass_and_inertia(&self, shape: Shape, outlines: &[Outline]) -> (f64, f64) {
+        match self.outline.and_then(|place| outlines.get(place as usize)) {
+            Some(outline) => {
+                let mass = outline.area() * self.density;
+                (mass, mass * outline.gyration())
+            }
+            None => {
+                let mass = shape.mass(self.radius, self.density);
+                (mass, shape.inertia(mass, self.radius))
+            }
         }
     }
 

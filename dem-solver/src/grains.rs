@@ -5,6 +5,7 @@ use crate::motion::{Motion, Vec3};
 use crate::periods::Periods;
 use crate::report::GrainLoad;
 use nalgebra::{Quaternion, UnitQuaternion};
+use protocol::scene::Outline;
 
 /// All grains; index = grain. Laboratory frame.
 #[derive(Clone, Debug, Default)]
@@ -24,8 +25,10 @@ pub struct Grains {
     pub acceleration: Vec<Vec3>,
     /// Mean angular acceleration over the last window, rad/s².
     pub spin_acceleration: Vec<Vec3>,
-    /// Radii, m.
+    /// Radii, m; of bodies that are not round the largest distance of the surface from the centre.
     pub radius: Vec<f64>,
+    /// Outlines of bodies that are not round, by their places in [`crate::DemSpec::outlines`].
+    pub outline: Vec<Option<u32>>,
     /// Masses, kg (per unit length for discs).
     pub mass: Vec<f64>,
     /// Moments of inertia, kg m².
@@ -44,7 +47,7 @@ pub struct Grains {
 macro_rules! for_each_array {
     ($a:ident, $b:ident, |$x:ident, $y:ident| $what:expr) => {
         for_each_array!($a, $b, |$x, $y| $what; position image velocity orientation spin acceleration
-            spin_acceleration radius mass inertia material motion translation rotation)
+            spin_acceleration radius outline mass inertia material motion translation rotation)
     };
     ($a:ident, $b:ident, |$x:ident, $y:ident| $what:expr; $($field:ident)*) => {
         $({ let ($x, $y) = (&mut $a.$field, &mut $b.$field); $what; })*
@@ -54,7 +57,7 @@ macro_rules! for_each_array {
 impl Grains {
     /// Fills the arrays; locked components of the initial motion become zero.
     #[must_use]
-    pub fn new(list: &[Grain], shape: Shape) -> Self {
+    pub fn new(list: &[Grain], shape: Shape, outlines: &[Outline]) -> Self {
         let mut grains = Self::default();
         for grain in list {
             let (translation, rotation) = match grain.motion {
@@ -69,14 +72,15 @@ impl Grains {
                 other => other.velocity_at(0.0),
             };
             let [w, x, y, z] = grain.orientation;
-            let mass = shape.mass(grain.radius, grain.density);
+            let (mass, inertia) = grain.mass_and_inertia(shape, outlines);
             grains.position.push(grain.position.into());
             grains.velocity.push(velocity);
             grains.orientation.push(UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)));
             grains.spin.push(spin);
             grains.radius.push(grain.radius);
+            grains.outline.push(grain.outline);
             grains.mass.push(mass);
-            grains.inertia.push(shape.inertia(mass, grain.radius));
+            grains.inertia.push(inertia);
             grains.material.push(grain.material);
             grains.motion.push(grain.motion);
             grains.translation.push(translation);
@@ -115,6 +119,13 @@ impl Grains {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
+    }
+
+    /// Whether grain `i` is a sphere or a disc.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_round(&self, i: usize) -> bool {
+        self.outline[i].is_none()
     }
 
     /// Whether grain `i` never moves.

@@ -40,6 +40,7 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
     (state.time, state.substeps, state.windows) = (0.0, 0, 0);
     state.rolling.truncate(state.contacts.len());
     state.wall_contacts.clear();
+    state.body_wall_contacts.clear();
     if let Err(fault) = dem.restore(&state) {
         return refuse(fault.to_string(), "start from a run with the same grains and contact law");
     }
@@ -60,11 +61,16 @@ fn misplaced(dem: &Dem, scene: &CheckedScene) -> Option<String> {
             }
         }
     }
-    let (pairs, g, periods) = (dem.lists_now().pairs, &dem.grains, &dem.around.periods);
+    let (lists, g, periods) = (dem.lists_now(), &dem.grains, &dem.around.periods);
+    let bodies = dem.bodies_now();
     let overlap = |i: usize, j: usize| {
+        if let Some(bodies) = bodies.as_deref().filter(|_| !(g.is_round(i) && g.is_round(j))) {
+            return -bodies.distance(g, periods, i, j);
+        }
         g.radius[i] + g.radius[j] - periods.nearest(g.position[i] - g.position[j]).norm()
     };
-    let mut near = pairs.entries().map(|(i, k)| (i, pairs.other[k] as usize));
+    let round = lists.pairs.entries().map(|(i, k)| (i, lists.pairs.other[k] as usize));
+    let mut near = round.chain(lists.body_pairs.iter().map(|[i, j]| (*i as usize, *j as usize)));
     let (i, j) = near.find(|&(i, j)| overlap(i, j) > DEEPEST * g.radius[i].min(g.radius[j]))?;
     Some(format!(
         "lets grains {i} and {j} overlap by {} m; allowed: 1 % of the smaller radius",

@@ -34,6 +34,7 @@
 //! | [`motion`], [`grain`], [`periods`], [`error`], [`report`], [`grains`] | vectors, grains, periodic directions, errors, loads and reports |
 //! | [`laws`] | contact: linear, Hertz–Mindlin, tangential, rolling, Wan–Turek, walls; the table of all pairs of materials |
 //! | `search` | cells, near pairs, half lists with contact history |
+//! | `bodies` | bodies of the plane that are not round: how they stand, where they touch |
 //! | `vector` | several numbers at once, in registers where there are any |
 //! | [`lubrication`] | the law of one gap (eq. 19), and the simultaneous solution of many |
 //! | [`spec`], [`state`], `surroundings` | data of a run, of a checkpoint, and what does not change |
@@ -51,6 +52,7 @@
 //! when the neighbour list was built, and save/restore/repeat gives identical bits.
 
 mod advance;
+mod bodies;
 mod bounds;
 mod bulk;
 pub mod command;

@@ -282,6 +282,12 @@ impl Participant for DemParticipant {
         };
         write(self.fields.join(&name), &grain_files::vtp(time, &self.dem.grains, self.dem.observations()))?;
         bedload_output::vtk::list(&self.fields.join("grains.pvd"), time, &name).map_err(failed)?;
+        let (grains, seen) = (&self.dem.grains, self.dem.observations());
+        if let Some(bytes) = grain_files::outlines(time, grains, seen, &self.spec.outlines) {
+            let name = format!("bodies_{:08}.vtp", window.step);
+            write(self.fields.join(&name), &bytes)?;
+            bedload_output::vtk::list(&self.fields.join("bodies.pvd"), time, &name).map_err(failed)?;
+        }
         if let Some(profile) = self.profile() {
             let name = format!("profile_{:08}.csv", window.step);
             write(self.fields.join(name), profile.table(&[]).as_bytes())?;

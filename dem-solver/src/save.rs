@@ -3,7 +3,7 @@
 use crate::error::RestoreError;
 use crate::motion::Vec3;
 use crate::solver::{Dem, Running};
-use crate::state::{SavedContact, State};
+use crate::state::{SavedContact, SavedPoint, State};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 impl Dem {
@@ -33,10 +33,16 @@ impl Dem {
         state.orientation.extend(grains.orientation.iter().map(|q| [q.w, q.i, q.j, q.k]));
         state.dissipated = self.dissipated().unwrap_or_default();
         state.rolling.clear();
-        let lists = match &self.engine {
+        state.body_contacts.clear();
+        state.body_wall_contacts.clear();
+        let (lists, bodies) = match &self.engine {
             Running::Bulk(bulk) => return bulk.save_into(state),
-            Running::General(general) => &general.evaluation.lists,
+            Running::General(general) => (&general.evaluation.lists, &general.evaluation.bodies),
         };
+        if let Some(bodies) = bodies {
+            state.body_contacts.extend_from_slice(&bodies.pairs.now);
+            state.body_wall_contacts.extend_from_slice(&bodies.walls.now);
+        }
         state.order.clear();
         state.order_travel = 0.0;
         state.contacts.clear();
@@ -79,6 +85,10 @@ impl Dem {
                 let evaluation = &mut general.evaluation;
                 if let Some(account) = &mut evaluation.account {
                     account.lost = state.dissipated;
+                }
+                if let Some(bodies) = &mut evaluation.bodies {
+                    bodies.pairs.now.clone_from(&state.body_contacts);
+                    bodies.walls.now.clone_from(&state.body_wall_contacts);
                 }
                 let (lists, n) = (&mut evaluation.lists, grains.len());
                 lists.restart(n);
@@ -139,6 +149,15 @@ impl Dem {
         })?;
         check_list(&state.wall_contacts, needed, |contact| {
             (contact.second as usize) < self.around.walls.len()
+        })?;
+        let is_round = |i: u32| self.grains.is_round(i as usize);
+        check_points(&state.body_contacts, needed, |point| {
+            point.second > point.first
+                && (point.second as usize) < needed
+                && !(is_round(point.first) && is_round(point.second))
+        })?;
+        check_points(&state.body_wall_contacts, needed, |point| {
+            (point.second as usize) < self.around.walls.len() && !is_round(point.first)
         })
     }
 }
@@ -154,6 +173,22 @@ fn check_list(
         let finite = contact.spring.iter().all(|c| c.is_finite());
         if !ordered || !finite || contact.first as usize >= grains || !fits(contact) {
             return Err(RestoreError::Contact { index, first: contact.first, second: contact.second });
+        }
+    }
+    Ok(())
+}
+
+fn check_points(
+    saved: &[SavedPoint],
+    grains: usize,
+    fits: impl Fn(&SavedPoint) -> bool,
+) -> Result<(), RestoreError> {
+    for (index, point) in saved.iter().enumerate() {
+        let ordered =
+            index == 0 || (saved[index - 1].first, saved[index - 1].second) <= (point.first, point.second);
+        let sound = point.spring.is_finite() && point.mass > 0.0 && point.mass.is_finite();
+        if !ordered || !sound || point.first as usize >= grains || !fits(point) {
+            return Err(RestoreError::Contact { index, first: point.first, second: point.second });
         }
     }
     Ok(())

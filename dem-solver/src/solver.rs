@@ -3,6 +3,7 @@
 use crate::bulk::engine::Bulk;
 use crate::bulk::requirements;
 use crate::error::SpecError;
+use crate::general::bodies::BodyContacts;
 use crate::general::engine::General;
 use crate::grain::{Grain, Shape};
 use crate::grains::{Grains, Response};
@@ -48,7 +49,7 @@ impl Dem {
     /// [`SpecError`]: the first fault of `spec`.
     pub fn new(spec: &DemSpec) -> Result<Self, SpecError> {
         spec.validate()?;
-        let mut grains = Grains::new(&spec.grains, spec.shape);
+        let mut grains = Grains::new(&spec.grains, spec.shape, &spec.outlines);
         let around = Surroundings {
             walls: spec.walls.iter().map(Plane::from).collect(),
             periods: Periods::new(spec.periods),
@@ -121,6 +122,13 @@ impl Dem {
         }
     }
 
+    /// The bodies that are not round as they stand; none where all are round.
+    pub(crate) fn bodies_now(&self) -> Option<Box<BodyContacts>> {
+        let mut bodies = self.general()?.evaluation.bodies.clone()?;
+        bodies.place(&self.grains);
+        Some(bodies)
+    }
+
     fn bulk(&self) -> Option<&Bulk> {
         if let Running::Bulk(bulk) = &self.engine { Some(bulk) } else { None }
     }
@@ -141,7 +149,7 @@ impl Dem {
     pub(crate) fn insert(&mut self, more: &[Grain], places: &[Vec3]) -> bool {
         let Running::Bulk(bulk) = &mut self.engine else { return false };
         let before = self.grains.len();
-        let mut new = Grains::new(more, self.shape);
+        let mut new = Grains::new(more, self.shape, &[]);
         new.position.copy_from_slice(places);
         self.grains.append(new);
         let inserted = bulk.insert(&self.grains);

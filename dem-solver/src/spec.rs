@@ -5,6 +5,8 @@ use crate::laws::table::{ContactLaw, LawTable};
 use crate::laws::walls::Wall;
 use crate::lubrication::law::{LineResolution, LubricationModel};
 use crate::lubrication::settings::{GapShape, Lubrication};
+use crate::motion::Freedom;
+use protocol::scene::Outline;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -62,8 +64,10 @@ pub struct MaterialPair {
 pub struct DemSpec {
     /// Grains.
     pub grains: Vec<Grain>,
-    /// Shape of all grains.
+    /// Shape of all grains that have no outline of their own.
     pub shape: Shape,
+    /// Outlines of the bodies that are not round ([`Grain::outline`]).
+    pub outlines: Vec<Outline>,
     /// Walls.
     pub walls: Vec<Wall>,
     /// Lower end and length of the period per axis, m; none where the axis is not periodic.
@@ -106,6 +110,7 @@ impl DemSpec {
         Self {
             grains,
             shape: Shape::Sphere,
+            outlines: Vec::new(),
             walls: Vec::new(),
             periods: [None; 3],
             gravity: [0.0; 3],
@@ -123,6 +128,23 @@ impl DemSpec {
             orientation: true,
             energy: false,
         }
+    }
+
+    /// Adds a free body of the plane that is not round, at rest, and returns it.
+    pub fn add_body(&mut self, outline: Outline, position: [f64; 3], density: f64) -> &mut Grain {
+        self.shape = Shape::Disc;
+        let place = self.outlines.len() as u32;
+        let grain = Grain::new(position, outline.reach(), density);
+        self.outlines.push(outline);
+        self.grains.push(Grain { outline: Some(place), free: Freedom::PLANE, ..grain });
+        let last = self.grains.len() - 1;
+        &mut self.grains[last]
+    }
+
+    /// Whether any body is not round.
+    #[must_use]
+    pub fn has_bodies(&self) -> bool {
+        self.grains.iter().any(|grain| grain.outline.is_some())
     }
 
     /// Radius of the largest grain, m.

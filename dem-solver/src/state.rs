@@ -17,6 +17,21 @@ pub struct SavedContact {
     pub spring: [f64; 3],
 }
 
+/// A point of contact of a body that is not round, with its history.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SavedPoint {
+    /// Grain.
+    pub first: u32,
+    /// Other grain, or wall.
+    pub second: u32,
+    /// Which point of the two it is.
+    pub feature: u32,
+    /// Tangential spring along the tangent (−n_z, n_x), m.
+    pub spring: f64,
+    /// Effective mass of the point at the first touch, kg.
+    pub mass: f64,
+}
+
 /// State of a run between two windows: restoring it and repeating gives identical bits.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
@@ -52,4 +67,8 @@ pub struct State {
     pub order_travel: f64,
     /// Energy that contacts have taken; zero where no account is kept.
     pub dissipated: Dissipated,
+    /// Points of contact between grains of which one is not round, ascending by the two grains.
+    pub body_contacts: Vec<SavedPoint>,
+    /// Points of contact of bodies that are not round with walls, ascending by both.
+    pub body_wall_contacts: Vec<SavedPoint>,
 }

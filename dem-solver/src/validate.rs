@@ -4,6 +4,7 @@ use crate::bulk::requirements as bulk;
 use crate::error::SpecError;
 use crate::general::energy;
 use crate::grain::Shape;
+use crate::laws::linear::LeverArm;
 use crate::laws::table::ContactLaw;
 use crate::lubrication::settings::LubricationIntegration;
 use crate::motion::Motion;
@@ -60,12 +61,93 @@ impl DemSpec {
         if let Some(reason) = energy::prevents(self).filter(|_| self.energy) {
             return Err(SpecError::Combination(reason));
         }
+        if self.has_bodies() {
+            self.check_bodies()?;
+        }
         if self.engine == Engine::Bulk
             && let Some(reason) = bulk::prevents(self)
         {
             return Err(SpecError::Engine(reason));
         }
         self.check_periods()
+    }
+
+    /// What holds for bodies that are not round.
+    fn check_bodies(&self) -> Result<(), SpecError> {
+        let refuse = |key, why, remedy| Err(SpecError::Body { key, why, remedy });
+        if self.shape != Shape::Disc {
+            let why = "bodies that are not round are bodies of the plane; spheres do not stand among them";
+            return refuse("domain.geometry", why, "write geometry = \"plane\"");
+        }
+        for law in self.pairs.iter().map(|pair| &pair.contact).chain([&self.contact]) {
+            let ContactLaw::LinearSpringDashpot(law) = law else {
+                return refuse(
+                    "dem.contact.law",
+                    "bodies that are not round touch by springs: wan-turek is made for discs; allowed: linear-spring-dashpot",
+                    "write law = \"linear-spring-dashpot\"",
+                );
+            };
+            if law.rolling.is_some() {
+                return refuse(
+                    "dem.contact.rolling",
+                    "resists the rolling of round grains; bodies that are not round have corners for that",
+                    "leave the table out",
+                );
+            }
+            if law.lever_arm == LeverArm::Radius {
+                return refuse(
+                    "dem.contact.lever_arm",
+                    "is radius, which a body that is not round has not; allowed: contact-point",
+                    "write lever_arm = \"contact-point\", or leave the key out",
+                );
+            }
+        }
+        if self.lubrication.settings().is_some() {
+            return refuse(
+                "dem.lubrication.form",
+                "films between bodies that are not round are not modelled; the grid resolves what it can. Allowed: none",
+                "write form = \"none\", or leave [dem.lubrication] out",
+            );
+        }
+        if self.integrator == Integrator::Rk3 {
+            return refuse(
+                "dem.integrator",
+                "is rk3, which does not know bodies that are not round; allowed: symplectic-euler, velocity-verlet",
+                "choose one of the two",
+            );
+        }
+        for (grain, body) in self.grains.iter().enumerate() {
+            let Some(place) = body.outline else { continue };
+            let bad = |quantity, value, allowed| Err(SpecError::Grain { grain, quantity, value, allowed });
+            let Some(outline) = self.outlines.get(place as usize) else {
+                return bad("the place of its outline", f64::from(place), "below the number of outlines");
+            };
+            let sizes = [outline.area(), outline.gyration(), outline.reach()];
+            if let Some(&value) = sizes.iter().find(|size| !(**size > 0.0 && size.is_finite())) {
+                return bad("a size of its outline", value, "positive and finite");
+            }
+            if (body.radius - outline.reach()).abs() > 1e-9 * body.radius {
+                return bad("radius", body.radius, "the largest distance of its surface from its centre");
+            }
+            let [_, x, _, z] = body.orientation;
+            if let Some(&value) = [x, z].iter().find(|value| value.abs() > 1e-9) {
+                return bad("orientation about x or z", value, "zero: a body of the plane turns about y");
+            }
+            let turns = [body.free.rotation[0], body.free.rotation[2], body.free.translation[1]];
+            if body.motion == Motion::Free && turns.contains(&true) {
+                return bad(
+                    "its freedom across the plane",
+                    1.0,
+                    "none: x, z and the spin about y are free at most",
+                );
+            }
+        }
+        let across = self.walls.iter().position(|wall| wall.normal[1] != 0.0);
+        across.map_or(Ok(()), |wall| {
+            let (quantity, value) = ("component of the normal along y", self.walls[wall].normal[1]);
+            let allowed = "zero beside bodies of the plane that are not round";
+            Err(SpecError::Wall { wall, quantity, value, allowed })
+        })
     }
 
     fn check_material(&self, owner: &'static str, index: usize, material: usize) -> Result<(), SpecError> {

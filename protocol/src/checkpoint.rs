@@ -16,7 +16,7 @@ use crate::log::codec;
 use crate::participant::SolverError;
 
 const MAGIC: [u8; 8] = *b"BEDLOAD\n";
-const VERSION: u64 = 4;
+const VERSION: u64 = 5;
 const HEAD: usize = 8 + 8 + 8 + 32;
 
 /// Bytes that are read or written at once.

@@ -34,6 +34,9 @@ pub(crate) fn prevents(spec: &DemSpec) -> Option<String> {
     if spec.grains.is_empty() {
         return Some("there are no grains".to_owned());
     }
+    if let Some(i) = spec.grains.iter().position(|grain| grain.outline.is_some()) {
+        return Some(format!("grain {i} is not round"));
+    }
     if spec.integrator != Integrator::SymplecticEuler {
         return Some("the integrator is not symplectic-euler".to_owned());
     }

@@ -35,6 +35,9 @@ pub(crate) fn prevents(spec: &DemSpec) -> Option<&'static str> {
             "an account of energy knows linear-spring-dashpot, capped and without rolling, only; leave observe.energy out",
         );
     }
+    if spec.has_bodies() {
+        return Some("an account of energy knows discs and spheres only; leave observe.energy out");
+    }
     if spec.integrator == Integrator::Rk3 {
         return Some(
             "an account of energy needs symplectic-euler or velocity-verlet; leave observe.energy out",

@@ -19,6 +19,7 @@ use crate::general::rk3::Rk3;
 use crate::grains::Grains;
 use crate::motion::Vec3;
 use crate::report::Outcome;
+use crate::search::lists::Neighbours;
 use crate::spec::{DemSpec, Integrator};
 use crate::surroundings::Surroundings;
 
@@ -148,12 +149,23 @@ impl General {
     }
 
     /// Gaps between grains at the end of a window.
-    pub(crate) fn observe_gaps(&self, window: &mut Window<'_>) {
+    pub(crate) fn observe_gaps(&mut self, window: &mut Window<'_>) {
         let Window { grains, around, observed, .. } = window;
+        if let Some(bodies) = &mut self.evaluation.bodies {
+            bodies.place(grains);
+        }
+        let bodies = self.evaluation.bodies.as_deref();
         let range = if grains.len() <= EXACT_GAPS { f64::INFINITY } else { around.range };
         let mut observe = |i: usize, j: usize| {
             let apart = around.periods.nearest(grains.position[i] - grains.position[j]);
-            let gap = apart.norm() - grains.radius[i] - grains.radius[j];
+            let mut gap = apart.norm() - grains.radius[i] - grains.radius[j];
+            if let Some(bodies) = bodies.filter(|_| !(grains.is_round(i) && grains.is_round(j))) {
+                // The circles about them are as near as they can be.
+                if gap >= observed.gap_end[i].max(observed.gap_end[j]) {
+                    return;
+                }
+                gap = bodies.distance(grains, &around.periods, i, j);
+            }
             if gap <= range {
                 observed.gap_end[i] = observed.gap_end[i].min(gap);
                 observed.gap_end[j] = observed.gap_end[j].min(gap);
@@ -162,8 +174,9 @@ impl General {
         if range.is_infinite() {
             (0..grains.len()).for_each(|i| (i + 1..grains.len()).for_each(|j| observe(i, j)));
         } else {
-            let pairs = &self.evaluation.lists.pairs;
+            let Neighbours { pairs, body_pairs, .. } = &self.evaluation.lists;
             pairs.entries().for_each(|(i, k)| observe(i, pairs.other[k] as usize));
+            body_pairs.iter().for_each(|[i, j]| observe(*i as usize, *j as usize));
         }
     }
 }

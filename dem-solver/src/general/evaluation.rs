@@ -1,5 +1,6 @@
 //! Forces at one state, and the kick that follows from them.
 
+use crate::general::bodies::BodyContacts;
 use crate::general::contact::{Kinematics, SpringStep};
 use crate::general::energy::Account;
 use crate::general::forces::{Forces, Scene, contact_forces};
@@ -28,6 +29,8 @@ pub(crate) struct Window<'a> {
 pub(crate) struct Evaluation {
     pub(crate) lists: Neighbours,
     pub(crate) forces: Forces,
+    /// Contacts of bodies that are not round; none where all are.
+    pub(crate) bodies: Option<Box<BodyContacts>>,
     pub(crate) account: Option<Box<Account>>,
     model: Option<(LubricationModel, LubricationIntegration, u32)>,
     lubrication: LubricationSolver,
@@ -45,6 +48,7 @@ impl Evaluation {
         Self {
             lists: Neighbours::new(around.range, spec.skin(), grains.len()),
             forces: Forces::new(grains.len()),
+            bodies: BodyContacts::new(grains, &spec.outlines),
             account: spec.energy.then(Box::default),
             model: spec
                 .lubrication_model()
@@ -84,6 +88,9 @@ impl Evaluation {
         let account = self.account.as_deref_mut();
         let scene = Scene { around, grains, response, kinematics };
         contact_forces(&scene, lists, &mut self.lanes, &mut self.forces, observed, account);
+        if let Some(bodies) = &mut self.bodies {
+            bodies.add_forces(&scene, &self.lists, &mut self.forces, observed);
+        }
         if let Some((model, LubricationIntegration::Explicit, _)) = &self.model {
             let lists = (&self.lists.pairs, &self.lists.walls);
             let force = &mut self.forces.lubrication;

@@ -1,5 +1,7 @@
 //! The general engine: all laws, lubrication and integrators.
 
+pub(crate) mod bodies;
+mod body_point;
 pub(crate) mod contact;
 pub(crate) mod energy;
 pub(crate) mod engine;

@@ -1,11 +1,13 @@
 //! Every contact of a state with its force: what averages over grains are made of.
 
 use crate::general::contact::{Coefficients, Frame, Kinematics, Near, SpringStep, resolve};
+use crate::general::forces::Scene;
 use crate::grains::{Grains, Response};
 use crate::laws::table::PairLaw;
 use crate::motion::{Motion, Vec3};
 use crate::report::GrainLoad;
 use crate::search::contact_list::ContactList;
+use crate::search::lists::Neighbours;
 use crate::solver::Dem;
 
 /// One contact that bears a force, seen from a free grain.
@@ -35,7 +37,38 @@ impl Dem {
         let pairs =
             lists.pairs.entries().filter_map(|(i, k)| self.between_grains(i, k, &lists.pairs, &response));
         let walls = lists.walls.entries().filter(|&(i, _)| is_free(g, i));
-        pairs.chain(walls.filter_map(|(i, k)| self.at_wall(i, k, &lists.walls, &response))).collect()
+        let mut all: Vec<Contact> =
+            pairs.chain(walls.filter_map(|(i, k)| self.at_wall(i, k, &lists.walls, &response))).collect();
+        self.of_bodies(&lists, &response, &mut all);
+        all
+    }
+
+    /// The points of contact of bodies that are not round.
+    fn of_bodies(&self, lists: &Neighbours, response: &Response, all: &mut Vec<Contact>) {
+        let Some(mut bodies) = self.bodies_now() else { return };
+        let (g, around) = (&self.grains, &self.around);
+        let (velocity, spin) = (&g.velocity, &g.spin);
+        let (dt, t, step) = (0.0, self.time, SpringStep::Before);
+        let kinematics = Kinematics { velocity, spin, path: None, dt, spring: step, t };
+        let scene = Scene { around, grains: g, response, kinematics: &kinematics };
+        let space = |[x, z]: [f64; 2]| Vec3::new(x, 0.0, z);
+        bodies.bearing(&scene, lists, |place, force| {
+            let (i, force, end) = (place.first, space(force), g.position[place.first]);
+            let (arm, far) = (space(place.arms.0), space(place.arms.1));
+            let point = end + arm;
+            let contact = Contact { grain: i, force, end, start: point, point, held: true };
+            match place.second.map(|j| (j, is_free(g, j))) {
+                Some((_, true)) if is_free(g, i) => {
+                    all.push(Contact { start: point - far, held: false, ..contact });
+                }
+                Some((j, true)) => {
+                    let (end, point) = (g.position[j], g.position[j] + far);
+                    all.push(Contact { grain: j, force: -force, end, start: point, point, held: true });
+                }
+                _ if is_free(g, i) => all.push(contact),
+                _ => {}
+            }
+        });
     }
 
     /// Force on the first partner, N, if there is one; `spring` is what the contact remembers.

@@ -3,13 +3,19 @@
 use std::fmt::Write;
 
 use crate::grains::Grains;
-use crate::motion::Motion;
+use crate::motion::{Motion, Vec3};
 use crate::report::Observations;
 use crate::spec::DemSpec;
-use bedload_output::vtk::{Array, points};
+use bedload_output::vtk::{Array, points, polygons};
+use protocol::scene::Outline;
 
-fn flat(vectors: &[crate::motion::Vec3]) -> Vec<f64> {
+fn flat(vectors: &[Vec3]) -> Vec<f64> {
     vectors.iter().flat_map(|v| [v.x, v.y, v.z]).collect()
+}
+
+/// 1 for a grain that forces do not move.
+fn held(motion: &Motion) -> i64 {
+    i64::from(*motion != Motion::Free)
 }
 
 /// Points with radius, velocity, spin, mean contact force of the last window, number and motion
@@ -17,7 +23,6 @@ fn flat(vectors: &[crate::motion::Vec3]) -> Vec<f64> {
 #[must_use]
 pub fn vtp(time: f64, grains: &Grains, seen: &Observations) -> Vec<u8> {
     let speed = grains.velocity.iter().map(|v| v.norm()).collect();
-    let held = |motion: &Motion| i64::from(*motion != Motion::Free);
     let data = [
         Array::scalar("radius", grains.radius.clone()),
         Array::real("velocity", 3, flat(&grains.velocity)),
@@ -30,10 +35,60 @@ pub fn vtp(time: f64, grains: &Grains, seen: &Observations) -> Vec<u8> {
     points(time, flat(&grains.position), &data)
 }
 
+/// Points along an ellipse.
+const ALONG_ELLIPSE: u32 = 64;
+
+/// Polygons of the bodies that are not round, with velocity, spin, mean contact force of the last window, number and motion;
+/// none where all are round.
+#[must_use]
+pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Outline]) -> Option<Vec<u8>> {
+    let (mut position, mut ends, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
+    for i in 0..grains.len() {
+        let Some(outline) = grains.outline[i].and_then(|place| outlines.get(place as usize)) else {
+            continue;
+        };
+        let angles =
+            (0..ALONG_ELLIPSE).map(|k| std::f64::consts::TAU * f64::from(k) / f64::from(ALONG_ELLIPSE));
+        let own: Vec<[f64; 2]> = match outline {
+            Outline::Ellipse { semi_axes: [a, b] } => angles.map(|t| [a * t.cos(), b * t.sin()]).collect(),
+            Outline::Polygon { vertices } => vertices.clone(),
+        };
+        for [x, z] in own {
+            let place = grains.position[i] + grains.orientation[i] * Vec3::new(x, 0.0, z);
+            position.extend([place.x, place.y, place.z]);
+        }
+        ends.push((position.len() / 3) as i64);
+        bodies.push(i);
+    }
+    if bodies.is_empty() {
+        return None;
+    }
+    let of = |vectors: &[Vec3]| {
+        let known = |i: &usize| vectors.get(*i).copied().unwrap_or_default();
+        flat(&bodies.iter().map(known).collect::<Vec<_>>())
+    };
+    let data = [
+        Array::real("velocity", 3, of(&grains.velocity)),
+        Array::scalar("speed", bodies.iter().map(|i| grains.velocity[*i].norm()).collect()),
+        Array::real("spin", 3, of(&grains.spin)),
+        Array::real("contact_force", 3, of(&seen.mean_contact)),
+        Array::whole("id", bodies.iter().map(|i| *i as i64).collect()),
+        Array::whole("held", bodies.iter().map(|i| held(&grains.motion[*i])).collect()),
+    ];
+    Some(polygons(time, position, ends, &data))
+}
+
 /// CSV that `[[grain_files]]` reads back to the same bits. Springs of contacts are not in it.
 #[must_use]
 pub fn table(time: f64, grains: &Grains, spec: &DemSpec) -> String {
     let mut text = format!("# grains: {}\n# t = {time} s\n", grains.len());
+    let odd = (0..grains.len()).filter(|&i| !grains.is_round(i)).count();
+    if odd > 0 {
+        let _ = writeln!(
+            text,
+            "# not round: {odd} (their radius is the largest distance of the surface from the centre; a scene cannot read this table)"
+        );
+    }
     text += "id,x,y,z,radius,density,vx,vy,vz,wx,wy,wz,motion\n";
     for i in 0..grains.len() {
         let (x, v, w) = (grains.position[i], grains.velocity[i], grains.spin[i]);

@@ -17,6 +17,10 @@ pub(crate) struct Neighbours {
     pub(crate) pairs: ContactList,
     /// Grains near walls.
     pub(crate) walls: ContactList,
+    /// Pairs of which one is not round, ascending, and bodies that are not round near walls: their history is kept where
+    /// their contacts are.
+    pub(crate) body_pairs: Vec<[u32; 2]>,
+    pub(crate) body_walls: Vec<[u32; 2]>,
     spare: ContactList,
     search: PairSearch,
     found: Vec<u32>,
@@ -45,6 +49,8 @@ impl Neighbours {
             list.clear();
             (0..grains).for_each(|_| list.close_row());
         }
+        self.body_pairs.clear();
+        self.body_walls.clear();
         self.valid = false;
     }
 
@@ -68,13 +74,16 @@ impl Neighbours {
         self.valid = true;
         self.builds += 1;
         let reach = self.range + self.built;
-        let Self { pairs, walls, spare, search, found, .. } = self;
+        let Self { pairs, walls, body_pairs, body_walls, spare, search, found, .. } = self;
+        body_pairs.clear();
+        body_walls.clear();
         search.prepare(&grains.position, &grains.radius, reach, periods);
         rebuild(pairs, spare, found, grains.len(), |i, found| {
             search.partners(i, &grains.position, &grains.radius, reach, periods, found);
             if !grains.responds(i) {
                 found.retain(|&j| grains.responds(j as usize));
             }
+            take(found, i, body_pairs, |j| grains.is_round(i) && grains.is_round(j as usize));
         });
         rebuild(walls, spare, found, grains.len(), |i, found| {
             let near = |plane: &Plane| {
@@ -82,9 +91,21 @@ impl Neighbours {
             };
             let planes = (0u32..).zip(planes).filter(|(_, plane)| grains.responds(i) && near(plane));
             found.extend(planes.map(|(w, _)| w));
+            take(found, i, body_walls, |_| grains.is_round(i));
         });
         true
     }
+}
+
+/// Moves the partners of `i` that do not `stay` from `found` to `others`.
+fn take(found: &mut Vec<u32>, i: usize, others: &mut Vec<[u32; 2]>, stay: impl Fn(u32) -> bool) {
+    found.retain(|&other| {
+        let stays = stay(other);
+        if !stays {
+            others.push([i as u32, other]);
+        }
+        stays
+    });
 }
 
 /// Fills `list` by rows of partners, ascending, that `find` names; histories stay.

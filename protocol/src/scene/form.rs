@@ -49,11 +49,6 @@ impl Form<'_> {
                 ));
             }
         }
-        if !grain.shape.is_round() && !grain.radius.is_nan() {
-            let message = format!("is {}, but a {} has no radius", grain.radius, name_of(grain.shape));
-            let remedy = format!("remove the key; its size follows from {}", size_key(grain.shape));
-            return Err(self.error("radius", message, &remedy));
-        }
         Ok(())
     }
 
@@ -115,7 +110,14 @@ impl Form<'_> {
                 "turn it about y alone: (cos ½θ, 0, sin ½θ, 0)",
             ));
         }
-        grain.radius = grain.outline().map_or(f64::NAN, |outline| outline.reach());
+        let reach = grain.outline().map_or(f64::NAN, |outline| outline.reach());
+        // A scene that was written out with every value has it.
+        if (grain.radius - reach).abs() > 1e-9 * reach {
+            let message = format!("is {}, but a {} has no radius", grain.radius, name_of(grain.shape));
+            let remedy = format!("remove the key; its size follows from {}", size_key(grain.shape));
+            return Err(self.error("radius", message, &remedy));
+        }
+        grain.radius = reach;
         Ok(())
     }
 

@@ -43,6 +43,13 @@ fn read_once(path: &Path) -> Result<Vec<Grain>, String> {
         columns.grain(row, &table).map_err(|what| format!("{}:{line}: {what}", path.display()))
     });
     let grains = grains.collect::<Result<Vec<_>, _>>()?;
+    if let Some(odd) = text.lines().find_map(|line| line.strip_prefix("# not round: ")) {
+        let count = odd.split_whitespace().next().unwrap_or("some");
+        return Err(told(format!(
+            "holds {count} bodies that are not round, whose shapes are not in the table: write them out as [[grains]], or go on \
+             from that run with dem.initial_state"
+        )));
+    }
     // A file that says how many grains it holds is checked for its end.
     let count = text.lines().find_map(|line| line.strip_prefix("# grains: ")).map(str::trim);
     match count.filter(|count| count.parse() != Ok(grains.len())) {

@@ -19,4 +19,4 @@ mod write;
 pub use grid::Vtr;
 pub use parts::{Part, parts, read};
 pub use read::{Appended, Entry};
-pub use write::{Array, Values, image, list, points, rectilinear, rectilinear_part};
+pub use write::{Array, Values, image, list, points, polygons, rectilinear, rectilinear_part};

@@ -151,6 +151,26 @@ pub fn points(time: f64, position: Vec<f64>, data: &[Array]) -> Vec<u8> {
     writer.finish("</Piece>\n</PolyData>\n")
 }
 
+/// Polygons with data, `.vtp`: polygon k ends before the point number `ends[k]` and begins where the one before ends.
+#[must_use]
+pub fn polygons(time: f64, position: Vec<f64>, ends: Vec<i64>, data: &[Array]) -> Vec<u8> {
+    let (points, count) = (position.len() / 3, ends.len());
+    let position = [Array::real("position", 3, position)];
+    let cells = [Array::whole("connectivity", (0..points as i64).collect()), Array::whole("offsets", ends)];
+    let mut writer = Writer::new("PolyData");
+    writer.text += "<PolyData>\n";
+    writer.time(time);
+    let _ = writeln!(
+        writer.text,
+        "<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" \
+         NumberOfPolys=\"{count}\">"
+    );
+    writer.section("CellData", data);
+    writer.section("Points", &position);
+    writer.section("Polys", &cells);
+    writer.finish("</Piece>\n</PolyData>\n")
+}
+
 /// Cell data on a uniform grid, `.vti`; x fastest.
 #[must_use]
 pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], data: &[Array]) -> Vec<u8> {
