@@ -184,6 +184,29 @@ fn limit_of_points(
     found
 }
 
+/// The limit that a body that is not round has beyond that of a disc; infinite where nothing was measured.
+fn limit_of_body(
+    grain: &Grain,
+    facts: &Facts<'_>,
+    fluid: &FluidFacts,
+    nu_dt_over_d2: f64,
+) -> Option<(f64, &'static str)> {
+    const SOURCE: &str = "docs/maps/bodies.csv";
+    if grain.shape.is_round() {
+        return None;
+    }
+    if 2.0 * grain.radius > light::BODIES_SLENDER * grain.thickness() {
+        return Some((f64::INFINITY, SOURCE));
+    }
+    if fluid.forcing != Forcing::FictitiousDomain {
+        return None;
+    }
+    let overlapped = facts.scheme == Some(Scheme::Overlapped);
+    let row = if overlapped { light::BODIES_OVERLAPPED } else { light::BODIES_FICTITIOUS };
+    let limit = if fluid.virtual_mass >= 0.5 { lowest_in(row, nu_dt_over_d2) } else { f64::INFINITY };
+    Some((limit, SOURCE))
+}
+
 /// Every grain that can move, with its ratio and limit.
 fn judge(facts: &Facts<'_>) -> Vec<Judged> {
     let (Some(fluid), Some(medium), Some(nu)) = (facts.fluid, &facts.scene.scene.medium, facts.viscosity())
@@ -196,7 +219,9 @@ fn judge(facts: &Facts<'_>) -> Vec<Judged> {
     let judged = free().map(|grain| {
         let nu_dt_over_d2 = nu * facts.steps.dt_fluid / grain.equivalent_diameter().powi(2);
         let motion = Motion::of(grain, geometry);
-        let (limit, source) = limit_of(motion, in_company, facts, fluid, nu_dt_over_d2);
+        let round = limit_of(motion, in_company, facts, fluid, nu_dt_over_d2);
+        let body = limit_of_body(grain, facts, fluid, nu_dt_over_d2);
+        let (limit, source) = body.filter(|(limit, _)| *limit > round.0).unwrap_or(round);
         Judged { ratio: grain.density / medium.density, limit, nu_dt_over_d2, source }
     });
     judged.collect()
@@ -256,7 +281,12 @@ fn ratio_bound(worst: Judged, scheme: Option<Scheme>, fluid: &FluidFacts) -> Bou
     let form = format!("{} with C_v = {}{order}", fluid.loads, fluid.virtual_mass);
     Bound::new(DENSITY_RATIO, "ρ_p/ρ", worst.ratio, Side::AtLeast, worst.limit).because(
         format!(
-            "loads of form {form} were found unstable for lighter grains at ν dt/D² = {:.3}",
+            "loads of form {form} were {} at ν dt/D² = {:.3}",
+            if worst.limit.is_finite() {
+                "found unstable for lighter grains"
+            } else {
+                "not found stable for any density of such grains"
+            },
             Short(worst.nu_dt_over_d2)
         ),
         worst.source,

@@ -75,6 +75,16 @@ pub(super) const WALL_FICTITIOUS: [f64; 5] = [0.01, 0.3, 0.8, 1.001, 1.5];
 /// Discs far from walls with the fictitious-domain method, both solvers at once, C_v ≥ ½: docs/maps/fictitious-domain.csv.
 pub(super) const OVERLAPPED_FICTITIOUS: [f64; 5] = [2.0, 2.0, 4.0, 4.0, 8.0];
 
+/// A rectangle of 2:1 and 4:1 with the fictitious-domain method, C_v ≥ ½, D that of the disc of its area:
+/// docs/maps/bodies.csv. With a mask it has the limits of a disc.
+pub(super) const BODIES_FICTITIOUS: [f64; 5] = [0.8; 5];
+
+/// The same with both solvers at once.
+pub(super) const BODIES_OVERLAPPED: [f64; 5] = [4.0, 4.0, 8.0, 8.0, 8.0];
+
+/// Longest of them: length over least width, the diagonal counted.
+pub(super) const BODIES_SLENDER: f64 = 4.2;
+
 /// One row for each of [`super::Motion`]: a sphere that does not turn, one that does, a disc.
 pub(super) type ByMotion = [[f64; 5]; 3];
 
