@@ -231,7 +231,7 @@ fn from_polygon(vertices: &[[f64; 2]], point: [f64; 2]) -> (f64, [f64; 2]) {
     if inside.0 <= 0.0 { inside } else { outside }
 }
 
-/// By bisection on the parameter of the nearest point, which lies in the point's own quadrant (Eberly 2013, "Distance
+/// By Newton's method on the parameter of the nearest point, which lies in the point's own quadrant (Eberly 2013, "Distance
 /// from a point to an ellipse").
 fn from_ellipse(semi_axes: [f64; 2], point: [f64; 2]) -> (f64, [f64; 2]) {
     let sign = point.map(|x| 1f64.copysign(x));
@@ -246,12 +246,18 @@ fn from_ellipse(semi_axes: [f64; 2], point: [f64; 2]) -> (f64, [f64; 2]) {
     } else if y > 1e-14 * b {
         let (z, r) = ([x / a, y / b], (a / b).powi(2));
         let of = |s: f64| (r * z[0] / (s + r)).powi(2) + (z[1] / (s + 1.0)).powi(2) - 1.0;
-        let (mut low, mut high) = (z[1] - 1.0, if within { 0.0 } else { length([r * z[0], z[1]]) - 1.0 });
-        for _ in 0..80 {
-            let s = 0.5 * (low + high);
-            if of(s) > 0.0 { low = s } else { high = s }
+        // Convex and falling: Newton's steps from the left end never pass the root.
+        let slope = |s: f64| {
+            -2.0 * ((r * z[0]).powi(2) / (s + r).powi(3) + z[1].powi(2) / (s + 1.0).powi(3))
+        };
+        let mut s = z[1] - 1.0;
+        for _ in 0..100 {
+            let step = of(s) / slope(s);
+            s -= step;
+            if step.abs() <= 1e-15 * r {
+                break;
+            }
         }
-        let s = 0.5 * (low + high);
         [r * x / (s + r), y / (s + 1.0)]
     } else {
         let (part, whole) = (a * x, a * a - b * b);
