@@ -224,6 +224,7 @@ impl Format {
 /// The whole program.
 #[must_use]
 pub fn main() -> ExitCode {
+    bedload_program::end_at_closed_pipe();
     match dispatch(Arguments::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

@@ -118,6 +118,7 @@ impl Supervisor {
         };
         let mut command = Command::new(executable);
         command.args(leading).args(arguments).process_group(0);
+        command.env(bedload_program::PARENT, std::process::id().to_string());
         if words != Words::Own {
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         }
@@ -235,7 +236,7 @@ fn keep_words(role: Role, stderr: impl BufRead, kept: &Mutex<VecDeque<String>>, 
     }
 }
 
-/// Ctrl-C and SIGTERM as a count: the first ends the run in order, the second kills the solvers, the
+/// Ctrl-C, SIGTERM and SIGHUP (a terminal that closes) as a count: the first ends the run in order, the second kills the solvers, the
 /// third the coupler itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Interrupts(Arc<AtomicUsize>);
@@ -246,9 +247,9 @@ impl Interrupts {
     /// # Errors
     /// The system's, if a handler cannot be set.
     pub(crate) fn listen() -> std::io::Result<Self> {
-        use signal_hook::consts::{SIGINT, SIGTERM};
+        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
         let count = Arc::new(AtomicUsize::new(0));
-        let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+        let mut signals = signal_hook::iterator::Signals::new([SIGHUP, SIGINT, SIGTERM])?;
         let theirs = count.clone();
         std::thread::spawn(move || {
             for _ in signals.forever() {

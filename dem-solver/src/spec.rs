@@ -194,7 +194,9 @@ impl DemSpec {
             continuous: matches!(self.lubrication, Lubrication::Continuous(_)),
             resolved_length: settings.resolved_length.unwrap_or(f64::INFINITY),
             line: self.line_resolution,
-            tangential: self.lubrication.is_tangential(),
+            // Beds of discs tremble with it at steps that they bear without (docs/decisions/line-film.md).
+            tangential: self.lubrication.is_tangential()
+                && (self.shape == Shape::Sphere || settings.tangential == Some(true)),
             viscosity: self.viscosity,
         })
     }

@@ -443,3 +443,22 @@ fn a_tangential_film_is_that_of_the_complement_alone() {
         assert!(error.contains("tangential") && error.contains("complement"), "{error}");
     }
 }
+
+/// Discs that overlap by more than their roughness: no film, and no root of a negative number.
+#[test]
+fn discs_that_overlap_further_than_their_roughness_stay_finite() {
+    let settings = LubricationSettings::new(1e-4);
+    let complement = LubricationSettings { resolved_length: Some(0.1), ..settings };
+    for film in [Lubrication::Continuous(settings), Lubrication::Complement(complement)] {
+        let mut grains = vec![Grain::new([0.0; 3], 0.5, 2.0), Grain::new([0.999, 0.0, 0.0], 0.5, 2.0)];
+        grains.iter_mut().for_each(|grain| grain.free = dem_solver::Freedom::PLANE);
+        let mut set_up = spec(grains, law(0.9, 1e-2));
+        (set_up.shape, set_up.lubrication, set_up.viscosity) = (dem_solver::Shape::Disc, film, 0.01);
+        let mut solver = dem(&set_up);
+        for _ in 0..20 {
+            let report = solver.advance(1e-3, 4, &[]).expect("advances");
+            assert_eq!(report.first_non_finite, None, "{film:?}");
+        }
+        assert!(solver.grains.velocity[1].x > 0.0, "{film:?}: they push each other apart");
+    }
+}

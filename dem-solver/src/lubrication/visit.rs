@@ -172,7 +172,8 @@ fn expand<L: Lanes8>(
 ) {
     let k = |value: f64| L::splat(token, value);
     let (zero, one, two) = (k(0.0), k(1.0), k(2.0));
-    let a = gap + roughness;
+    // In overlap there is no film, and no root of what would be left of a.
+    let a = gap.max(zero) + roughness;
     let [k1, k2, k3, k4] = match model.shape {
         GapShape::Point => {
             let x = a * k(1.0 / model.resolved_length);

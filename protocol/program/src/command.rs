@@ -3,18 +3,20 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use protocol::channel::Wire;
 use protocol::log::Logged;
 use protocol::participant::SolverError;
 
 use crate::error::{ProgramError, explain};
 use crate::options::RunOptions;
+use crate::orphan::end_with_parent;
+use crate::pipe::end_at_closed_pipe;
 use crate::solver::Solver;
 use crate::{alone_run, coupled};
 
 #[derive(Parser)]
-#[command(version, about, propagate_version = true)]
+#[command(propagate_version = true)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -75,13 +77,21 @@ where
     S::Incoming: Wire + Logged,
     S::Outgoing: Wire + Logged,
 {
-    match dispatch::<S>(Arguments::parse().command) {
+    end_at_closed_pipe();
+    match dispatch::<S>(arguments(S::PROGRAM, S::ABOUT).command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             explain(S::PROGRAM, &error);
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// What was typed, in the name of the program: all of them are of one build and have its version.
+fn arguments(program: &'static str, about: &'static str) -> Arguments {
+    let command = Arguments::command().name(program).version(env!("CARGO_PKG_VERSION")).about(about);
+    let found = Arguments::from_arg_matches(&command.get_matches());
+    found.unwrap_or_else(|error| error.exit())
 }
 
 fn dispatch<S>(command: Command) -> Result<(), ProgramError>
@@ -96,7 +106,10 @@ where
             println!("{:#}", S::schema());
             Ok(())
         }
-        Command::Run { options } => alone_run::run::<S>(&options),
+        Command::Run { options } => {
+            end_with_parent().map_err(SolverError::Failed)?;
+            alone_run::run::<S>(&options)
+        }
         Command::Serve { options, connect, checkpoint } => {
             coupled::serve::<S>(&options, connect.as_deref(), checkpoint.as_deref())
         }

@@ -15,6 +15,8 @@ use crate::alone::{Answer, Clock};
 pub trait Solver: Participant + Send + Sized {
     /// Name of the executable.
     const PROGRAM: &'static str;
+    /// What it is, for `--help`.
+    const ABOUT: &'static str;
     /// What it tells the coupler before a run.
     type Facts: serde::Serialize;
 

@@ -247,9 +247,7 @@ fn from_ellipse(semi_axes: [f64; 2], point: [f64; 2]) -> (f64, [f64; 2]) {
         let (z, r) = ([x / a, y / b], (a / b).powi(2));
         let of = |s: f64| (r * z[0] / (s + r)).powi(2) + (z[1] / (s + 1.0)).powi(2) - 1.0;
         // Convex and falling: Newton's steps from the left end never pass the root.
-        let slope = |s: f64| {
-            -2.0 * ((r * z[0]).powi(2) / (s + r).powi(3) + z[1].powi(2) / (s + 1.0).powi(3))
-        };
+        let slope = |s: f64| -2.0 * ((r * z[0]).powi(2) / (s + r).powi(3) + z[1].powi(2) / (s + 1.0).powi(3));
         let mut s = z[1] - 1.0;
         for _ in 0..100 {
             let step = of(s) / slope(s);

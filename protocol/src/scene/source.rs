@@ -59,6 +59,9 @@ impl SceneSource {
                 )
             };
             let (key, value) = text.split_once('=').ok_or_else(|| refuse("has no `=`".into()))?;
+            if key_path(key.trim()).is_empty() {
+                return Err(refuse("names no key before the `=`".into()));
+            }
             let value = value.trim().parse::<toml_edit::Value>().unwrap_or_else(|_| value.trim().into());
             set(document.as_item_mut(), &key_path(key.trim()), value).map_err(refuse)?;
         }
