@@ -1,0 +1,95 @@
+//! What a solver that runs alone does when its `bedload` is gone, and programs at a closed pipe.
+
+use std::process::{Command, Stdio};
+
+use tests::harness::{Folder, bedload, is_alive, program, said, signal, start, wait_until};
+
+/// A grain that flies to and fro for hours.
+const LONG: &str = r#"
+until = 1e6
+gravity = [0.0, 0.0, 0.0]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [1.0, 1.0, 1.0]
+boundary = { x = "periodic", y = "free-slip", z = "free-slip" }
+[[grains]]
+position = [0.5, 0.5, 0.5]
+velocity = [0.25, 0.0, 0.0]
+radius = 0.05
+density = 2.0
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.5
+contact_time = 0.01
+[observe]
+every = 10.0
+"#;
+
+/// Children of a process.
+fn children(pid: u32) -> Vec<u32> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
+    text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect()
+}
+
+/// Kill -9, and the end of the terminal: the solver of a dry run is gone a second later.
+#[test]
+fn the_solver_of_a_dry_run_ends_with_its_bedload() {
+    for how in ["KILL", "HUP"] {
+        let folder = Folder::new(&format!("orphan-{how}"));
+        let (scene, out) = (folder.write("long.toml", LONG), folder.join("out"));
+        let mut run = start(&["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
+        let mut found = Vec::new();
+        let begun = || std::fs::metadata(out.join("series.csv")).is_ok_and(|data| data.len() > 0);
+        wait_until(20.0, || {
+            found = children(run.id());
+            !found.is_empty() && begun()
+        })
+        .expect("the solver runs");
+        signal(run.id(), how);
+        for pid in &found {
+            wait_until(4.0, || !is_alive(*pid)).unwrap_or_else(|why| panic!("{how}: {why}"));
+        }
+        let _ = run.wait();
+        if how == "HUP" {
+            assert!(out.join("summary.json").exists(), "as at SIGTERM");
+        }
+    }
+}
+
+/// A reader that goes away is no fault.
+#[test]
+fn a_closed_pipe_is_no_error() {
+    for (name, arguments) in
+        [("bedload", ["schema"]), ("bedload-fluid", ["schema"]), ("bedload-dem", ["schema"])]
+    {
+        let mut child = Command::new(program(name))
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("ends");
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.stderr.is_empty(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn programs_have_their_own_names() {
+    for name in ["bedload", "bedload-fluid", "bedload-dem"] {
+        let output = Command::new(program(name)).arg("--version").output().expect("runs");
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(text.starts_with(&format!("{name} ")), "{name}: {text}");
+    }
+}
+
+#[test]
+fn an_override_without_a_key_is_refused() {
+    let folder = Folder::new("no-key");
+    let scene = folder.write("long.toml", LONG);
+    let output = bedload(&["check", scene.to_str().expect("UTF-8"), "--set", "=1"]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("names no key"), "{}", said(&output));
+}
