@@ -81,7 +81,8 @@ impl Form<'_> {
     fn size(&self, grain: &mut Grain) -> Check {
         match grain.shape {
             Shape::Sphere | Shape::Disc => {
-                if grain.radius.is_nan() {
+                // A NaN that was written is a value, and refused as one.
+                if grain.radius.is_nan() && !self.source.has(&(self.key)("radius")) {
                     return Err(self.error("radius", "missing field `radius`", "add the key, m"));
                 }
                 return Ok(());
