@@ -141,6 +141,24 @@ enum Command {
         #[arg(required = true)]
         dirs: Vec<PathBuf>,
     },
+    /// Draw a plane of a run's fields, with the grains in it, frame by frame: film/*.png and film.gif
+    Film {
+        /// Output folder of a run with fields (observe.fields_every)
+        dir: PathBuf,
+        /// What is coloured: speed, velocity-x, -y, -z, vorticity, vorticity-x, -z, pressure, solid, or grains (by their
+        /// speed). By default speed, or grains in a run without fluid
+        #[arg(long, value_name = "F")]
+        field: Option<String>,
+        /// Plane, such as y=0.5 (m); by default y in the middle of the box
+        #[arg(long, value_name = "AXIS=POSITION")]
+        slice: Option<String>,
+        /// Width of a frame, pixels
+        #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = clap::value_parser!(u16).range(64..=4096))]
+        width: u16,
+        /// Frames per second of the film
+        #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=50))]
+        rate: u16,
+    },
     /// Print the JSON Schema of a whole scene
     Schema,
     /// Name a run's files for viewers and tables
@@ -282,6 +300,11 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             for page in study::report::report(&dirs)? {
                 println!("{}", page.display());
             }
+            Ok(())
+        }
+        Command::Film { dir, field, slice, width, rate } => {
+            let film = study::film::Film { dir, field, slice, width, rate };
+            println!("{}", study::film::film(&film)?.display());
             Ok(())
         }
         Command::Schema => {

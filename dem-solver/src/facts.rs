@@ -5,7 +5,7 @@ use protocol::scene::{CheckedScene, SceneError};
 
 use crate::bounds::{self, LARGEST_DASHPOT};
 use crate::bulk::requirements::{Choice, FROM, choice};
-use crate::grain::Grain;
+use crate::grain::{Grain, Shape};
 use crate::lubrication::settings::LubricationIntegration;
 use crate::motion::Motion;
 use crate::spec::{DemSpec, Engine};
@@ -65,7 +65,7 @@ pub(crate) fn facts(
         interaction_range: spec.range(),
         bounds: bounds::of(scene, spec, &limits),
         substep_cost: 2e-7 * grains as f64,
-        notices: engine_notice(scene, spec).into_iter().collect(),
+        notices: engine_notice(scene, spec).into_iter().chain(sliding_notice(spec)).collect(),
         resolved,
     };
     let number = bounds::packing_rate(tangential_rate, grains).map(|rate| rate * dt);
@@ -96,6 +96,14 @@ fn engine_notice(scene: &CheckedScene, spec: &DemSpec) -> Option<String> {
         _ => ("general", ""),
     };
     Some(format!("dem.engine = \"auto\" takes the {name} engine: {why}{later}"))
+}
+
+/// Films of discs that slide past each other: no map says where they are stable.
+fn sliding_notice(spec: &DemSpec) -> Option<String> {
+    let films = spec.lubrication_model().is_some_and(|model| model.tangential);
+    (films && spec.shape == Shape::Disc && free(spec).count() > 1).then(|| {
+        "dem.lubrication.tangential = true between discs: where it is stable was not measured (one of 32 beds trembled)".into()
+    })
 }
 
 fn free(spec: &DemSpec) -> impl Iterator<Item = &Grain> {

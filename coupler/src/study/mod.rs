@@ -7,6 +7,7 @@
 //! | [`stability`] | `bedload stability`: where each method fails, beside the bound |
 //! | [`validate`] | `bedload validate`: published cases and their references |
 //! | [`report`] | `bedload report`: the HTML page of a run |
+//! | `film` | `bedload film`: a plane of the flow with its grains, frame by frame |
 //! | `vary`, `sweep` | varied keys as the scene writes them, and all their combinations as runs with `--set` |
 //! | `resolution` | the grid of a scene with another D/Δx |
 //! | `folder` | what a study is asked for, and its output folder |
@@ -17,6 +18,7 @@
 //! | `snapshot`, `grain_pictures` | grains at an instant, and their pictures coloured by speed |
 
 pub mod chart;
+pub(crate) mod film;
 mod folder;
 mod grain_pictures;
 mod page;

@@ -1,0 +1,75 @@
+//! `bedload film`: frames and a film of a run, on any machine.
+
+use tests::harness::{Folder, bedload, said};
+
+/// A disc that falls in a box, with fields at five instants.
+const SCENE: &str = r#"
+until = 0.4
+gravity = [0.0, 0.0, -1.0]
+[domain]
+geometry = "plane"
+lower = [0.0, 0.0]
+upper = [4.0, 6.0]
+cells = [32, 48]
+boundary = { x = "periodic", z = "no-slip" }
+[medium]
+density = 1.0
+viscosity = 0.1
+[[grains]]
+position = [0.2, 0.0, 4.0]
+radius = 0.5
+density = 2.0
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.9
+contact_time = 0.02
+[observe]
+fields_every = 0.1
+"#;
+
+/// Width and height in the header of a PNG or a GIF.
+fn size(bytes: &[u8]) -> (u32, u32) {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => {
+            let word = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+            (word(16), word(20))
+        }
+        _ => {
+            assert!(bytes.starts_with(b"GIF89a"));
+            let word = |at: usize| u32::from(u16::from_le_bytes([bytes[at], bytes[at + 1]]));
+            (word(6), word(8))
+        }
+    }
+}
+
+#[test]
+fn a_film_has_a_frame_for_every_instant_and_says_what_it_cannot_show() {
+    let folder = Folder::new("film");
+    let (scene, out) = (folder.write("falls.toml", SCENE), folder.join("out"));
+    let out = out.to_str().expect("UTF-8");
+    let run = bedload(&["run", scene.to_str().expect("UTF-8"), "--out", out]);
+    assert!(run.status.success(), "{}", said(&run));
+    let instants = std::fs::read_dir(folder.join("out/fields")).expect("fields").flatten();
+    let instants = instants.filter(|entry| entry.file_name().to_string_lossy().ends_with(".vtr")).count();
+    assert!(instants >= 4, "{instants}");
+    for field in ["speed", "vorticity", "pressure", "grains"] {
+        let film = bedload(&["film", out, "--field", field, "--width", "200"]);
+        assert!(film.status.success(), "{}", said(&film));
+        let frames = std::fs::read_dir(folder.join("out/film")).expect("frames").flatten().count();
+        assert_eq!(frames, instants);
+        let first = std::fs::read(folder.join("out/film/frame_00000.png")).expect("a frame");
+        let film = std::fs::read(folder.join("out/film.gif")).expect("a film");
+        assert_eq!(size(&first), (200, 340), "six over four, and the strip");
+        assert_eq!(size(&film), size(&first));
+    }
+    for (bad, word) in [
+        (["--field", "colour"], "vorticity"),
+        (["--slice", "y=0"], "no extent along y"),
+        (["--slice", "w"], "not a plane"),
+        (["--width", "10"], "64"),
+    ] {
+        let film = bedload(&["film", out, bad[0], bad[1]]);
+        assert_eq!(film.status.code(), Some(2), "{bad:?}: {}", said(&film));
+        assert!(said(&film).contains(word), "{bad:?}: {}", said(&film));
+    }
+}
