@@ -18,7 +18,7 @@ use crate::{check, conformance, study};
 /// Grains in a flow: fluid and DEM solvers coupled.
 ///
 /// Exit codes: 0 done; 1 a run failed or a comparison differs; 2 bad input or a broken bound; 3 a
-/// solver died or timed out; 4 the run was unstable; 130 interrupted (checkpoint and log are in order).
+/// solver died or timed out; 4 the run was unstable; 5 no room on the disk; 130 interrupted (checkpoint and log are in order).
 #[derive(Debug, Parser)]
 #[command(name = "bedload", version, propagate_version = true)]
 struct Arguments {
@@ -243,6 +243,7 @@ impl Format {
 #[must_use]
 pub fn main() -> ExitCode {
     bedload_program::end_at_closed_pipe();
+    bedload_program::fail_at_file_limit();
     match dispatch(Arguments::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

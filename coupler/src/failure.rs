@@ -24,6 +24,9 @@ pub enum Failure {
     /// A solver died or hangs.
     #[error("{0}")]
     Peer(String),
+    /// No room for a file: a full disk, a quota, a limit.
+    #[error("{0}; make room, and go on with --resume")]
+    Full(String),
     /// Ctrl-C or SIGTERM; checkpoint and log are in order.
     #[error("interrupted: {0}")]
     Interrupted(String),
@@ -41,6 +44,7 @@ impl Failure {
             Self::Scene(_) | Self::Bounds(_) | Self::Input(_) => 2,
             Self::Peer(_) => 3,
             Self::Unstable(_) => 4,
+            Self::Full(_) => 5,
             Self::Interrupted(_) => 130,
             Self::Passed(code) => *code,
         }
@@ -67,10 +71,16 @@ impl From<bedload_output::OutputError> for Failure {
         use bedload_output::OutputError;
         match error {
             OutputError::Scene(error) => Self::Scene(error),
-            OutputError::Foreign { .. } | OutputError::InUse(_) | OutputError::NothingToResume(_) => {
-                Self::Input(error.to_string())
+            OutputError::Foreign { .. }
+            | OutputError::InUse(_)
+            | OutputError::Finished(_)
+            | OutputError::Link(_)
+            | OutputError::NoRun(_)
+            | OutputError::NothingToResume(_) => Self::Input(error.to_string()),
+            _ if error.is_full() => Self::Full(error.to_string()),
+            OutputError::File { .. } | OutputError::Content { .. } | OutputError::Gone(_) => {
+                Self::Run(error.to_string())
             }
-            OutputError::File { .. } | OutputError::Content { .. } => Self::Run(error.to_string()),
         }
     }
 }

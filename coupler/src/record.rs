@@ -4,13 +4,17 @@ use std::path::{Path, PathBuf};
 
 use bedload_output::OutputFolder;
 use protocol::log::{LogError, Manifest, Recorder, RecorderOptions};
+use protocol::new_file::is_full;
 
 use crate::failure::Failure;
 use crate::prepare::Prepared;
 
 impl From<LogError> for Failure {
     fn from(error: LogError) -> Self {
-        Self::Run(error.to_string())
+        match &error {
+            LogError::File { source, .. } if is_full(source) => Self::Full(error.to_string()),
+            _ => Self::Run(error.to_string()),
+        }
     }
 }
 

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use bedload_output::{ObserverState, OutputFolder};
 use protocol::checkpoint;
+use protocol::new_file::is_full;
+use protocol::participant::SolverError;
 use protocol::serve::checkpoint_folder;
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +62,10 @@ pub(crate) fn complete(
     state: &CouplerState,
 ) -> Result<(), Failure> {
     let here = checkpoint_folder(folder.root(), step);
-    checkpoint::write(&here, ROLE, identity, state).map_err(|error| Failure::Run(error.to_string()))?;
+    checkpoint::write(&here, ROLE, identity, state).map_err(|error| match &error {
+        SolverError::File { source, .. } if is_full(source) => Failure::Full(error.to_string()),
+        _ => Failure::Run(error.to_string()),
+    })?;
     for (_, older) in folders(folder).into_iter().filter(|(_, path)| *path != here) {
         // A leftover costs room on the disk, nothing else: the newest whole one counts.
         let _ = std::fs::remove_dir_all(older);

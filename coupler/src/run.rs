@@ -58,6 +58,13 @@ pub fn run(options: &RunOptions) -> Result<(), Failure> {
 fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) -> Result<(), Failure> {
     let begin = Instant::now();
     let folder = options.folder(&prepared.scene)?;
+    if options.resume && folder.is_finished_to(prepared.scene.scene.until) {
+        // A run of another scene is refused before it is called finished.
+        resume::latest(&folder, &prepared.scene.state_sha256())?;
+        let root = folder.root().display();
+        protocol::say!("bedload: {root} is finished: nothing to do; --until with a later time goes on");
+        return Ok(());
+    }
     let resumed = open_folder(options, prepared, &folder)?;
     let mut summary = Summary::new(&prepared.scene, VERSION);
     let job = Job { options, prepared, folder: &folder, begin, last: None };
@@ -115,6 +122,7 @@ pub(crate) fn open_folder(
     let resumed = if options.resume {
         let (path, state) = resume::latest(folder, &prepared.scene.state_sha256())?;
         prepared.scene.goes_on_from(state.observer.tally.simulated).map_err(Box::new)?;
+        folder.remove_summary()?;
         Some((path, state))
     } else {
         resume::remove_all(folder);
@@ -196,6 +204,9 @@ fn alone_arguments(options: &RunOptions) -> Vec<OsString> {
     }
     if options.resume {
         arguments.push("--resume".into());
+    }
+    if options.overwrite {
+        arguments.push("--overwrite".into());
     }
     if options.no_record {
         arguments.push("--no-record".into());

@@ -170,6 +170,14 @@ impl Supervisor {
         true
     }
 
+    /// Waits at most `limit` until a child has exited.
+    pub(crate) fn wait_any(&self, limit: Duration) {
+        let start = Instant::now();
+        while !self.any_exit() && start.elapsed() < limit {
+            std::thread::sleep(LOOK_EVERY);
+        }
+    }
+
     /// Sends `signal` to every child that lives.
     pub(crate) fn signal(&self, signal: Signal) {
         for watched in &self.children {

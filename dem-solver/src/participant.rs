@@ -11,6 +11,7 @@ use cpu_time::ProcessTime;
 use protocol::checkpoint;
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Kinematics, Loads};
+use protocol::new_file::write_new;
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
 use protocol::scene::{CheckedScene, SceneError};
 
@@ -277,7 +278,7 @@ impl Participant for DemParticipant {
         let name = format!("grains_{:08}.vtp", window.step);
         let write = |path: PathBuf, bytes: &[u8]| {
             std::fs::create_dir_all(&self.fields)
-                .and_then(|()| std::fs::write(&path, bytes))
+                .and_then(|()| write_new(&path, bytes))
                 .map_err(|source| SolverError::File { path: path.display().to_string(), source })
         };
         write(self.fields.join(&name), &grain_files::vtp(time, &self.dem.grains, self.dem.observations()))?;

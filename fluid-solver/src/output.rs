@@ -10,6 +10,7 @@ use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::solver::Solver;
 use bedload_output::atomic_write;
 use bedload_output::vtk::{Array, Part, parts, rectilinear_part};
+use protocol::new_file::write_new;
 use protocol::participant::{SolverError, Window};
 use std::path::Path;
 
@@ -37,7 +38,7 @@ pub fn write<const D: usize>(
     let first = if D == 3 { own.start } else { 0 };
     let save = || -> std::io::Result<()> {
         std::fs::create_dir_all(folder)?;
-        std::fs::write(&path, rectilinear_part(window.time + window.dt, &faces(grid), first, &data))
+        write_new(&path, &rectilinear_part(window.time + window.dt, &faces(grid), first, &data))
     };
     let saved = save().map_err(|source| SolverError::File { path: path.display().to_string(), source });
     ranks.report(saved.map(|()| Vec::new()))?;

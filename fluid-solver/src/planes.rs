@@ -13,6 +13,7 @@ use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::immersed::mask_model::{Mask, MaskModel};
 use crate::solver::Solver;
 use bedload_output::planes::{Plane, Planes};
+use protocol::new_file::write_new;
 use protocol::participant::{SolverError, Window};
 use std::path::Path;
 
@@ -41,7 +42,7 @@ pub fn write<const D: usize>(
     let path = folder.join(Planes::file_name(window.step));
     let save = || {
         std::fs::create_dir_all(folder)?;
-        std::fs::write(&path, planes.to_string())
+        write_new(&path, planes.to_string().as_bytes())
     };
     save().map_err(|source| SolverError::File { path: path.display().to_string(), source })
 }

@@ -13,10 +13,11 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest as _, Sha256};
 
 use crate::log::codec;
+use crate::new_file::new_file;
 use crate::participant::SolverError;
 
 const MAGIC: [u8; 8] = *b"BEDLOAD\n";
-const VERSION: u64 = 5;
+const VERSION: u64 = 6;
 const HEAD: usize = 8 + 8 + 8 + 32;
 
 /// Bytes that are read or written at once.
@@ -52,13 +53,21 @@ pub fn write_part<T: Serialize>(
 ) -> Result<Digest, SolverError> {
     let target = path(folder, role);
     let fail = |path: &Path, source| SolverError::File { path: path.display().to_string(), source };
-    std::fs::create_dir_all(folder).map_err(|error| fail(folder, error))?;
+    // Its parent is the run's: where that is gone, the run is.
+    match std::fs::create_dir(folder) {
+        Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(fail(folder, error)),
+        _ => {}
+    }
     let beside = target.with_extension("partial");
-    let digest = File::create(&beside)
+    let written = new_file(&beside)
         .and_then(|file| frame(file, &(identity, state)))
-        .map_err(|error| fail(&beside, error))?;
-    std::fs::rename(&beside, &target).map_err(|error| fail(&target, error))?;
-    Ok(digest)
+        .and_then(|digest| std::fs::rename(&beside, &target).map(|()| digest))
+        .and_then(|digest| File::open(folder)?.sync_all().map(|()| digest));
+    written.map_err(|error| {
+        // Half a file keeps a full disk full.
+        let _ = std::fs::remove_file(&beside);
+        fail(&target, error)
+    })
 }
 
 /// Head and payload. Length and digest, which stand before the payload, are known after it.

@@ -23,6 +23,7 @@ pub mod facts;
 pub mod log;
 pub mod memory;
 pub mod message;
+pub mod new_file;
 pub mod participant;
 #[cfg(feature = "scene")]
 pub mod scene;

@@ -38,6 +38,10 @@ impl Conductor<'_> {
             std::thread::sleep(Duration::from_millis(5));
         }
         self.await_dead();
+        if self.failed.is_some() {
+            // Its exit code says what kind of failure it was.
+            self.supervisor.wait_any(Duration::from_millis(200));
+        }
         explain(&error, self.failed.take(), &self.supervisor)
     }
 
@@ -55,6 +59,9 @@ impl Conductor<'_> {
 
 /// How long a launcher may take to end when one of its processes has died.
 const LAUNCHER: Duration = Duration::from_secs(3);
+
+/// With which code a solver ends that found no room for a file.
+const NO_ROOM: i32 = 5;
 
 /// What a solver says of the other one that is gone.
 const DIED: &str = " died during window ";
@@ -102,12 +109,17 @@ pub(crate) fn explain(
     });
     let own = failed.filter(|(_, text)| !is_about_a_peer(text));
     match (own, first.or(exits.first())) {
-        (Some((peer, text)), _) => Failure::Run(format!("the {peer} solver failed: {text}")),
+        (Some((peer, text)), _) => {
+            let words = format!("the {peer} solver failed: {text}");
+            let full = |exit: &Exit| exit.role.to_string() == peer && exit.code() == Some(NO_ROOM);
+            if exits.iter().any(full) { Failure::Full(words) } else { Failure::Run(words) }
+        }
         (None, Some(exit)) => {
             let text = with_words(&exit.to_string(), supervisor, exit.role);
             match exit.code() {
                 Some(1) => Failure::Run(text),
                 Some(2) => Failure::Input(text),
+                Some(NO_ROOM) => Failure::Full(text),
                 _ => Failure::Peer(text),
             }
         }

@@ -189,9 +189,8 @@ impl Task {
             command.arg("--set").arg(value);
         }
         command.arg("--threads").arg(self.threads.to_string()).arg("--out").arg(&self.folder);
-        if resume {
-            command.arg("--resume");
-        }
+        // What is kept was looked at before: a folder of a study is the study's.
+        command.arg(if resume { "--resume" } else { "--overwrite" });
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
         command.status().map_err(cannot("start", program))
     }

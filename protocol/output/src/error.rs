@@ -31,6 +31,21 @@ pub enum OutputError {
     #[error("{} is in use by another process of Bedload: nothing was changed; wait until it ends, or name another \
              folder with --out", .0.display())]
     InUse(PathBuf),
+    /// A finished run lies there.
+    #[error("{} holds a finished run: nothing was changed; name another folder with --out, or replace the run with \
+             --overwrite", .0.display())]
+    Finished(PathBuf),
+    /// A link stands where a folder should.
+    #[error("{} is a symbolic link, which is not followed: nothing was changed; remove it, or name another folder with \
+             --out", .0.display())]
+    Link(PathBuf),
+    /// A file went away under the run.
+    #[error("{} was removed, or another put in its place, while the run wrote it: start the run again, and leave its \
+             folder alone", .0.display())]
+    Gone(PathBuf),
+    /// The folder is no run's.
+    #[error("{} is no output folder of a run: name one", .0.display())]
+    NoRun(PathBuf),
     /// There is nothing to resume.
     #[error("{} holds no run to resume: leave out --resume, or name the folder of the run with --out", .0.display())]
     NothingToResume(PathBuf),
@@ -48,6 +63,12 @@ pub enum OutputError {
 }
 
 impl OutputError {
+    /// Was there no room for what was to be written?
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        matches!(self, Self::File { source, .. } if protocol::new_file::is_full(source))
+    }
+
     /// Wraps an error of the system.
     pub(crate) fn file(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();

@@ -4,6 +4,8 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 
+use protocol::new_file::new_file;
+
 use crate::error::OutputError;
 
 /// Writes a file whole or not at all: a neighbour with the ending `.tmp`, synced, then renamed.
@@ -15,10 +17,14 @@ pub fn atomic_write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     name.push(".tmp");
     let temporary = path.with_file_name(name);
     let write = || -> std::io::Result<()> {
-        let mut file = fs::File::create(&temporary)?;
+        let mut file = new_file(&temporary)?;
         file.write_all(bytes)?;
         file.sync_all()?;
         fs::rename(&temporary, path)
     };
-    write().map_err(OutputError::file("write", path))
+    write().map_err(|error| {
+        // Half a file keeps a full disk full.
+        let _ = fs::remove_file(&temporary);
+        OutputError::file("write", path)(error)
+    })
 }

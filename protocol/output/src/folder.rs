@@ -45,15 +45,19 @@ impl OutputFolder {
     /// Makes the folder, or empties it of an earlier run, and puts the scene in.
     ///
     /// An earlier run is replaced only in a folder that Bedload wrote, and only its own files:
-    /// whatever else lies there stays.
+    /// whatever else lies there stays. A finished one is replaced only where that is asked for.
     ///
     /// # Errors
-    /// [`OutputError::InUse`], [`OutputError::Foreign`] if the folder holds other things, [`OutputError::File`].
-    pub fn create(root: &Path, scene: &CheckedScene) -> Result<Self, OutputError> {
+    /// [`OutputError::InUse`], [`OutputError::Foreign`] if the folder holds other things, [`OutputError::Finished`],
+    /// [`OutputError::Link`], [`OutputError::File`].
+    pub fn create(root: &Path, scene: &CheckedScene, overwrite: bool) -> Result<Self, OutputError> {
         fs::create_dir_all(root).map_err(OutputError::file("make the output folder", root))?;
         let folder = Self::claimed(root)?;
         if !folder.is_empty()? {
             folder.require_marker()?;
+            if !overwrite && folder.is_finished() {
+                return Err(OutputError::Finished(root.to_owned()));
+            }
             folder.remove_run()?;
         }
         for path in [folder.fields(), folder.checkpoint()] {
@@ -66,10 +70,10 @@ impl OutputFolder {
     /// Opens the folder of an earlier run, to read it or to add to it.
     ///
     /// # Errors
-    /// [`OutputError::NothingToResume`] if there is none.
+    /// [`OutputError::NoRun`] if there is none.
     pub fn open(root: &Path) -> Result<Self, OutputError> {
         let folder = Self { root: root.to_owned(), _claim: None };
-        folder.require_marker().map_err(|_| OutputError::NothingToResume(root.to_owned()))?;
+        folder.require_marker().map_err(|_| OutputError::NoRun(root.to_owned()))?;
         for path in [folder.fields(), folder.checkpoint()] {
             fs::create_dir_all(&path).map_err(OutputError::file("make the folder", &path))?;
         }
@@ -81,7 +85,10 @@ impl OutputFolder {
     /// # Errors
     /// [`OutputError::NothingToResume`], [`OutputError::InUse`].
     pub fn resume(root: &Path) -> Result<Self, OutputError> {
-        Self::open(root)?;
+        Self::open(root).map_err(|error| match error {
+            OutputError::NoRun(root) => OutputError::NothingToResume(root),
+            other => other,
+        })?;
         Self::claimed(root)
     }
 
@@ -113,6 +120,37 @@ impl OutputFolder {
         atomic_write(&path, text.as_bytes())
     }
 
+    /// Did the run in the folder come to its end?
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        // Of whatever version wrote it: only its status counts.
+        let text = fs::read_to_string(self.summary()).unwrap_or_default();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        summary["status"] == "completed"
+    }
+
+    /// Did it come to its end, and does the scene ask for no later one?
+    #[must_use]
+    pub fn is_finished_to(&self, until: f64) -> bool {
+        let text = fs::read_to_string(self.scene()).unwrap_or_default();
+        let old: toml::Table = toml::from_str(&text).unwrap_or_default();
+        let end = old.get("until").and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+        self.is_finished() && end.is_some_and(|end| until <= end)
+    }
+
+    /// Removes the summary of the run that now goes on: it speaks of what has been, not of what will be.
+    ///
+    /// # Errors
+    /// [`OutputError::File`].
+    pub fn remove_summary(&self) -> Result<(), OutputError> {
+        match fs::remove_file(self.summary()) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(OutputError::file("replace", &self.summary())(error))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn is_empty(&self) -> Result<bool, OutputError> {
         let mut entries =
             fs::read_dir(&self.root).map_err(OutputError::file("read the folder", &self.root))?;
@@ -129,6 +167,11 @@ impl OutputFolder {
 
     /// Removes the files of the last run, `scene.toml` (which marks the folder as ours) last.
     fn remove_run(&self) -> Result<(), OutputError> {
+        for path in [self.fields(), self.checkpoint()] {
+            if fs::symlink_metadata(&path).is_ok_and(|data| data.is_symlink()) {
+                return Err(OutputError::Link(path));
+            }
+        }
         remove_files(&self.fields(), |path| {
             path.extension().is_some_and(|end| FIELD_EXTENSIONS.iter().any(|known| end == *known))
         })?;

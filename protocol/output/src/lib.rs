@@ -32,5 +32,5 @@ pub use folder::{OutputFolder, resolved_scene};
 pub use metrics::{Metrics, MetricsState};
 pub use observer::{Observer, ObserverState};
 pub use points::points;
-pub use series::{Series, SeriesWriter};
+pub use series::{Series, SeriesMark, SeriesWriter};
 pub use summary::{Cost, MetricValue, PeakRss, RunStatus, Size, SubstepRange, Summary, Tally, Time};

@@ -8,7 +8,7 @@ use crate::file::atomic_write;
 use crate::folder::OutputFolder;
 use crate::metrics::{Metrics, MetricsState};
 use crate::planes::Record;
-use crate::series::SeriesWriter;
+use crate::series::{SeriesMark, SeriesWriter};
 use crate::summary::{Summary, Tally};
 use protocol::scene::{CheckedScene, ObservedPlanes, SceneError};
 
@@ -32,6 +32,8 @@ pub struct ObserverState {
     pub metrics: MetricsState,
     /// Counts.
     pub tally: Tally,
+    /// How far `series.csv` goes.
+    pub series: SeriesMark,
 }
 
 impl Observer {
@@ -76,7 +78,7 @@ impl Observer {
             .restore(state.metrics)
             .map_err(|what| OutputError::Content { path: folder.checkpoint(), what })?;
         let every = scene.scene.observe.every;
-        let series = SeriesWriter::resume(&folder.series(), columns.names(), every, state.tally.simulated)?;
+        let series = SeriesWriter::resume(&folder.series(), columns.names(), every, &state.series)?;
         Ok(Self::over(folder, scene, sides, columns, series, metrics, state.tally))
     }
 
@@ -105,13 +107,13 @@ impl Observer {
         Ok(())
     }
 
-    /// The state for a checkpoint, after every row has been handed to the system.
+    /// The state for a checkpoint, after every row has been put on the disk.
     ///
     /// # Errors
     /// [`OutputError::File`].
     pub fn state(&mut self) -> Result<ObserverState, OutputError> {
-        self.series.flush()?;
-        Ok(ObserverState { metrics: self.metrics.state().clone(), tally: self.tally })
+        let series = self.series.mark()?;
+        Ok(ObserverState { metrics: self.metrics.state().clone(), tally: self.tally, series })
     }
 
     /// Value of a column after the last window.

@@ -3,9 +3,13 @@
 //! Numbers have the fewest digits that read back to the same bits.
 
 use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
+use std::io::{BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+
+use protocol::new_file::new_file;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use crate::error::OutputError;
 
@@ -15,11 +19,24 @@ const FLUSH_PERIOD: Duration = Duration::from_secs(1);
 /// An instant within this part of the period of an instant to be recorded counts as it.
 const EARLY: f64 = 1e-9;
 
+/// How far `series.csv` was written at a checkpoint: by which a file that was cut or altered since is known.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SeriesMark {
+    /// Bytes, header included.
+    pub bytes: u64,
+    /// Rows.
+    pub rows: u64,
+    /// SHA-256 of these bytes.
+    pub digest: [u8; 32],
+    /// Number of the period of the last row.
+    last: i64,
+}
+
 /// Writes `series.csv` row by row.
 #[derive(Debug)]
 pub struct SeriesWriter {
     path: PathBuf,
-    file: BufWriter<File>,
+    file: BufWriter<Counted>,
     /// Time between rows, s; 0: every row.
     every: f64,
     /// Number of the period of the last row.
@@ -33,8 +50,8 @@ impl SeriesWriter {
     /// # Errors
     /// [`OutputError::File`].
     pub fn create(path: &Path, names: &[String], every: f64) -> Result<Self, OutputError> {
-        let file = File::create(path).map_err(OutputError::file("write", path))?;
-        let mut writer = Self::over(path, file, every, 0);
+        let file = new_file(path).map_err(OutputError::file("write", path))?;
+        let mut writer = Self::over(path, Counted::new(file), every, 0);
         header(names)
             .and_then(|line| writer.file.write_all(&line))
             .map_err(OutputError::file("write", path))?;
@@ -42,36 +59,43 @@ impl SeriesWriter {
         Ok(writer)
     }
 
-    /// Goes on with an existing file at `time`: rows after it, of windows that the checkpoint does
-    /// not know, and a torn last row are cut off.
+    /// Goes on with an existing file from the mark of a checkpoint: what was written after it is cut off.
     ///
     /// # Errors
-    /// [`OutputError::Content`] if the file has other columns; [`OutputError::File`].
-    pub fn resume(path: &Path, names: &[String], every: f64, time: f64) -> Result<Self, OutputError> {
+    /// [`OutputError::Content`] if the file has other columns, or does not begin with what stood there at the mark;
+    /// [`OutputError::File`].
+    pub fn resume(path: &Path, names: &[String], every: f64, mark: &SeriesMark) -> Result<Self, OutputError> {
         let mut file = OpenOptions::new()
             .read(true)
             .write(true)
             .open(path)
             .map_err(OutputError::file("resume", path))?;
-        let (length, last) = kept(&file, names, time).map_err(OutputError::file("read", path))?;
-        let Some(length) = length else {
-            return Err(OutputError::Content {
-                path: path.to_owned(),
-                what: "its columns are not those of this run: leave [observe] as it was, or start anew \
-                       without --resume"
-                    .into(),
-            });
-        };
+        let wrong = |what: String| OutputError::Content { path: path.to_owned(), what };
+        let first = header(names).map_err(OutputError::file("read", path))?;
+        let mut counted = Counted::new(file.try_clone().map_err(OutputError::file("resume", path))?);
+        let begins = counted.take_over(&mut file, mark.bytes, &first).map_err(OutputError::file("read", path))?;
+        if !begins {
+            let remedy = "leave [observe] as it was, or start anew without --resume";
+            return Err(wrong(format!("its columns are not those of this run: {remedy}")));
+        }
+        if counted.bytes < mark.bytes || counted.digest() != mark.digest {
+            let found = if counted.bytes < mark.bytes { "is shorter" } else { "has another text" };
+            return Err(wrong(format!(
+                "{found} than at the checkpoint, where it had {} rows in {} bytes: somebody altered it; put back the file as \
+                 the run left it, or start anew without --resume",
+                mark.rows, mark.bytes
+            )));
+        }
+        counted.rows = mark.rows;
         let cut = |file: &mut File| {
-            file.set_len(length)?;
-            file.seek(SeekFrom::Start(length))
+            file.set_len(mark.bytes)?;
+            file.seek(SeekFrom::Start(mark.bytes))
         };
         cut(&mut file).map_err(OutputError::file("resume", path))?;
-        let last = last.map_or(0, |time| period(time, every));
-        Ok(Self::over(path, file, every, last))
+        Ok(Self::over(path, counted, every, mark.last))
     }
 
-    fn over(path: &Path, file: File, every: f64, last: i64) -> Self {
+    fn over(path: &Path, file: Counted, every: f64, last: i64) -> Self {
         Self { path: path.to_owned(), file: BufWriter::new(file), every, last, flushed: Instant::now() }
     }
 
@@ -88,6 +112,7 @@ impl SeriesWriter {
             self.last = now;
         }
         self.write_row(row).map_err(OutputError::file("write", &self.path))?;
+        self.file.get_mut().rows += 1;
         if self.flushed.elapsed() >= FLUSH_PERIOD {
             self.flush()?;
         }
@@ -104,13 +129,26 @@ impl SeriesWriter {
         self.file.write_all(b"\n")
     }
 
-    /// Hands every row to the system: before a checkpoint and at the end.
+    /// Hands every row to the system.
     ///
     /// # Errors
-    /// [`OutputError::File`].
+    /// [`OutputError::File`]; [`OutputError::Gone`] if the file is not where it was.
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.flushed = Instant::now();
-        self.file.flush().map_err(OutputError::file("write", &self.path))
+        self.file.flush().map_err(OutputError::file("write", &self.path))?;
+        if self.file.get_ref().is_at(&self.path) { Ok(()) } else { Err(OutputError::Gone(self.path.clone())) }
+    }
+
+    /// Puts every row on the disk, before a checkpoint, and says how far the file goes.
+    ///
+    /// # Errors
+    /// As [`SeriesWriter::flush`].
+    pub fn mark(&mut self) -> Result<SeriesMark, OutputError> {
+        self.flush()?;
+        let counted = self.file.get_ref();
+        counted.file.sync_data().map_err(OutputError::file("write", &self.path))?;
+        let (bytes, rows, digest) = (counted.bytes, counted.rows, counted.digest());
+        Ok(SeriesMark { bytes, rows, digest, last: self.last })
     }
 }
 
@@ -137,28 +175,67 @@ fn header(names: &[String]) -> std::io::Result<Vec<u8>> {
     writer.into_inner().map_err(|error| error.into_error())
 }
 
-/// Bytes that hold the header and the whole rows up to `time`, and the time of the last of these;
-/// no length if the header is another.
-fn kept(file: &File, names: &[String], time: f64) -> std::io::Result<(Option<u64>, Option<f64>)> {
-    let mut reader = BufReader::new(file);
-    let mut line = Vec::new();
-    reader.read_until(b'\n', &mut line)?;
-    if line != header(names)? {
-        return Ok((None, None));
+/// The file, with the count and digest of what went into it.
+#[derive(Debug)]
+struct Counted {
+    file: File,
+    bytes: u64,
+    rows: u64,
+    digest: Sha256,
+}
+
+impl Counted {
+    fn new(file: File) -> Self {
+        Self { file, bytes: 0, rows: 0, digest: Sha256::new() }
     }
-    let (mut length, mut last) = (line.len() as u64, None);
-    loop {
-        line.clear();
-        reader.read_until(b'\n', &mut line)?;
-        let whole = line.strip_suffix(b"\n").and_then(|row| std::str::from_utf8(row).ok());
-        let Some(t) = whole.and_then(|row| row.split(',').next()?.parse::<f64>().ok()) else { break };
-        if t > time * (1.0 + EARLY) {
-            break;
+
+    fn digest(&self) -> [u8; 32] {
+        self.digest.clone().finalize().into()
+    }
+
+    /// Reads the first `bytes` of `from` as if it had written them; says whether they begin with `first`.
+    fn take_over(&mut self, from: &mut File, bytes: u64, first: &[u8]) -> std::io::Result<bool> {
+        let mut reader = BufReader::new(from).take(bytes);
+        let mut begin = vec![0; first.len()];
+        if reader.read_exact(&mut begin).is_err() || begin != first {
+            return Ok(false);
         }
-        length += line.len() as u64;
-        last = Some(t);
+        self.digest.update(&begin);
+        self.bytes = begin.len() as u64;
+        loop {
+            let chunk = reader.fill_buf()?;
+            let length = chunk.len();
+            if length == 0 {
+                return Ok(true);
+            }
+            self.digest.update(chunk);
+            self.bytes += length as u64;
+            reader.consume(length);
+        }
     }
-    Ok((Some(length), last))
+
+    /// Is the file still the one at that path?
+    fn is_at(&self, path: &Path) -> bool {
+        use std::os::unix::fs::MetadataExt;
+        let identity = |data: std::fs::Metadata| (data.dev(), data.ino());
+        match (std::fs::metadata(path), self.file.metadata()) {
+            (Ok(there), Ok(ours)) => identity(there) == identity(ours),
+            _ => false,
+        }
+    }
+}
+
+impl Write for Counted {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let count = self.file.write(bytes)?;
+        self.digest.update(&bytes[..count]);
+        self.bytes += count as u64;
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
 }
 
 /// A `series.csv` read back, column by column.

@@ -36,17 +36,25 @@ pub(crate) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
     let facts = S::facts(&scene)?;
     let answer = S::stand_in(&scene)?;
     let folder = options.folder(&scene)?;
-    let (fluid, dem) = S::facts_by_role(&facts);
-    let solver = S::build(&scene, folder.root())?;
-    let clock = S::clock(&scene, &facts);
+    if options.resume && goes_nowhere::<S>(&folder, &scene)? {
+        return Ok(());
+    }
     let mut summary = Summary::new(&scene, env!("CARGO_PKG_VERSION"));
-    let contact_time = dem.map_or(f64::INFINITY, |facts| facts.contact_time);
+    let begun = begin::<S>(options, &folder, &scene, &facts, answer);
+    let mut run = begun.inspect_err(|error| {
+        summary.fail(error);
+        // The first failure counts, and is told.
+        let _ = summary.write(&folder.summary());
+    })?;
     let begin = Instant::now();
-    let mut run = Run::new(&folder, &scene, solver, clock, options.resume, contact_time, answer)?;
-    folder.write_scene(&scene, fluid, dem, None)?;
     let outcome = with_threads(options.threads(), || run.advance_to_end())?;
-    run.summarise(&mut summary, begin, &outcome)?;
-    summary.write(&folder.summary())?;
+    let summarised = run.summarise(&mut summary, begin, &outcome);
+    let written = summary.write(&folder.summary());
+    // What failed first is the cause: a full disk fails everything after it.
+    if outcome.is_ok() {
+        summarised?;
+        written?;
+    }
     if let Err(ProgramError::Solver(SolverError::Failed(_))) = &outcome {
         // The failure counts; without this checkpoint the last regular one stands.
         match with_threads(options.threads(), || run.rewind())? {
@@ -57,6 +65,39 @@ pub(crate) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
         }
     }
     outcome
+}
+
+/// Says of a finished run that goes on to no later time that there is nothing to do.
+fn goes_nowhere<S: Solver>(folder: &OutputFolder, scene: &CheckedScene) -> Result<bool, ProgramError> {
+    let nowhere = folder.is_finished_to(scene.scene.until);
+    if nowhere {
+        // A run of another scene is refused before it is called finished.
+        let _: Position = checkpoint::read(&folder.checkpoint(), "loop", &scene.state_sha256())?;
+        let root = folder.root().display();
+        protocol::say!(
+            "{}: {root} is finished: nothing to do; --until with a later time goes on",
+            S::PROGRAM
+        );
+    }
+    Ok(nowhere)
+}
+
+/// Builds the solver, and brings it to where the run begins.
+fn begin<'a, S: Solver>(
+    options: &RunOptions,
+    folder: &'a OutputFolder,
+    scene: &'a CheckedScene,
+    facts: &S::Facts,
+    answer: alone::Answer<S::Incoming>,
+) -> Result<Run<'a, S>, ProgramError> {
+    let (fluid, dem) = S::facts_by_role(facts);
+    let solver = S::build(scene, folder.root())?;
+    let clock = S::clock(scene, facts);
+    let contact_time = dem.map_or(f64::INFINITY, |facts| facts.contact_time);
+    let run = Run::new(folder, scene, solver, clock, options.resume, contact_time, answer)?;
+    folder.remove_summary()?;
+    folder.write_scene(scene, fluid, dem, None)?;
+    Ok(run)
 }
 
 /// A run of a solver alone under way.

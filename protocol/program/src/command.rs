@@ -8,6 +8,7 @@ use protocol::channel::Wire;
 use protocol::log::Logged;
 use protocol::participant::SolverError;
 
+use crate::disk::fail_at_file_limit;
 use crate::error::{ProgramError, explain};
 use crate::options::RunOptions;
 use crate::orphan::end_with_parent;
@@ -78,6 +79,7 @@ where
     S::Outgoing: Wire + Logged,
 {
     end_at_closed_pipe();
+    fail_at_file_limit();
     match dispatch::<S>(arguments(S::PROGRAM, S::ABOUT).command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

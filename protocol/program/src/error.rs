@@ -1,5 +1,6 @@
 //! How a program ends, besides well, and how it says so.
 
+use bedload_output::OutputError;
 use protocol::participant::{ExchangeError, SolverError};
 use protocol::scene::SceneError;
 
@@ -9,7 +10,7 @@ pub enum ProgramError {
     /// Bad input: exit 2.
     #[error(transparent)]
     Scene(#[from] Box<SceneError>),
-    /// The folder cannot be used: exit 2.
+    /// The folder cannot be used: exit 2; a file of it could not be written: exit 1, or 5 where the disk is full.
     #[error(transparent)]
     Folder(#[from] bedload_output::OutputError),
     /// The solver failed: exit 1; or its peer did: exit 3.
@@ -30,11 +31,14 @@ impl From<SceneError> for ProgramError {
 }
 
 impl ProgramError {
-    /// Exit code of `docs/conventions.md`: 1 failed or different, 2 bad input, 3 peer lost,
+    /// Exit code of `docs/conventions.md`: 1 failed or different, 2 bad input, 3 peer lost, 5 no room on the disk,
     /// 130 interrupted.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
+            Self::Folder(error) if error.is_full() => 5,
+            Self::Solver(SolverError::File { source, .. }) if protocol::new_file::is_full(source) => 5,
+            Self::Folder(OutputError::File { .. } | OutputError::Gone(_)) => 1,
             Self::Scene(_) | Self::Folder(_) => 2,
             Self::Solver(SolverError::Exchange(
                 ExchangeError::PeerDied { .. } | ExchangeError::Deadline { .. },

@@ -13,6 +13,7 @@ pub mod alone;
 mod alone_run;
 mod command;
 mod coupled;
+mod disk;
 mod error;
 mod options;
 mod orphan;
@@ -22,6 +23,7 @@ mod solver;
 mod threads;
 
 pub use command::main;
+pub use disk::fail_at_file_limit;
 pub use error::{ProgramError, explain};
 pub use options::RunOptions;
 pub use orphan::PARENT;

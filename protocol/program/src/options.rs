@@ -26,6 +26,9 @@ pub struct RunOptions {
     /// Go on from the checkpoint in the output folder
     #[arg(long)]
     pub resume: bool,
+    /// Replace a finished run in the output folder
+    #[arg(long, conflicts_with = "resume")]
+    pub overwrite: bool,
     /// Do not record the exchange (no exchange.mcap)
     #[arg(long)]
     pub no_record: bool,
@@ -42,6 +45,7 @@ impl RunOptions {
             overrides: Vec::new(),
             threads: None,
             resume: false,
+            overwrite: false,
             no_record: false,
         }
     }
@@ -74,12 +78,12 @@ impl RunOptions {
     /// The output folder: opened with `--resume`, else new or emptied of the last run.
     ///
     /// # Errors
-    /// [`OutputError`] if it cannot be made, is in use, holds foreign files, or nothing to resume.
+    /// [`OutputError`] if it cannot be made, is in use, holds foreign files, a finished run, or nothing to resume.
     pub fn folder(&self, scene: &CheckedScene) -> Result<OutputFolder, OutputError> {
         if self.resume {
             return OutputFolder::resume(&self.out_path());
         }
-        OutputFolder::create(&self.out_path(), scene)
+        OutputFolder::create(&self.out_path(), scene, self.overwrite)
     }
 
     /// Number of threads: `--threads`, or as many as the machine offers.

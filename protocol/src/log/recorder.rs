@@ -108,7 +108,7 @@ impl Recorder {
     /// [`LogError::File`] if the file cannot be created or written.
     pub fn create(path: &Path, manifest: &Manifest, options: RecorderOptions) -> Result<Self, LogError> {
         let name = path.display().to_string();
-        let file = std::fs::File::create(path).map_err(|error| LogError::io(&name, "create", error))?;
+        let file = crate::new_file::new_file(path).map_err(|error| LogError::io(&name, "create", error))?;
         Self::to_writer(file, &name, manifest, options)
     }
 

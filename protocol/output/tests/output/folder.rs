@@ -15,7 +15,7 @@ use crate::stage::{falling, fresh, scene, sphere, window};
 fn the_resolved_scene_is_a_scene_and_the_same_one() {
     let root = fresh("resolved").join("run");
     let scene_read = sphere("locked = []\n");
-    let folder = OutputFolder::create(&root, &scene_read).expect("creates");
+    let folder = OutputFolder::create(&root, &scene_read, false).expect("creates");
     let resolved = |text: &str| text.parse::<toml::Table>().expect("a table");
     let fluid = FluidFacts { resolved: resolved("cfl = 0.5"), ..FluidFacts::default() };
     let dem = DemFacts { resolved: resolved("contact_time = 1e-3"), ..DemFacts::default() };
@@ -33,7 +33,7 @@ fn the_resolved_scene_is_a_scene_and_the_same_one() {
 #[test]
 fn a_run_is_replaced_and_foreign_files_stay() {
     let root = fresh("replace");
-    let folder = OutputFolder::create(&root, &sphere("")).expect("creates");
+    let folder = OutputFolder::create(&root, &sphere(""), false).expect("creates");
     let ours = [
         folder.summary(),
         folder.series(),
@@ -47,15 +47,46 @@ fn a_run_is_replaced_and_foreign_files_stay() {
     for path in ours.iter().chain(&foreign) {
         fs::write(path, "x").expect("writes");
     }
-    let error = OutputFolder::create(&root, &sphere("")).expect_err("in use");
+    let error = OutputFolder::create(&root, &sphere(""), false).expect_err("in use");
     assert!(matches!(error, OutputError::InUse(_)), "{error}");
     assert!(matches!(OutputFolder::resume(&root), Err(OutputError::InUse(_))));
     assert!(ours.iter().all(|path| path.exists()), "who may not write removes nothing");
     drop(folder);
-    let folder = OutputFolder::create(&root, &sphere("")).expect("replaces");
+    let folder = OutputFolder::create(&root, &sphere(""), false).expect("replaces");
     assert!(ours.iter().all(|path| !path.exists()));
     assert!(foreign.iter().all(|path| path.exists()));
     assert!(folder.scene().exists());
+}
+
+#[test]
+fn a_finished_run_is_replaced_only_where_that_is_asked_for() {
+    let root = fresh("finished");
+    let create = |overwrite: bool| OutputFolder::create(&root, &sphere(""), overwrite);
+    let summary = create(false).expect("creates").summary();
+    fs::write(&summary, "{\"status\": \"interrupted\"}").expect("writes");
+    drop(create(false).expect("an unfinished one is replaced"));
+    let finished = "{\"status\": \"completed\"}";
+    fs::write(&summary, finished).expect("writes");
+    let error = create(false).expect_err("finished").to_string();
+    assert!(error.contains("--overwrite") && error.contains("--out"), "{error}");
+    assert_eq!(fs::read_to_string(&summary).expect("unharmed"), finished);
+    drop(create(true).expect("replaces"));
+    assert!(!summary.exists());
+}
+
+#[test]
+fn links_are_not_followed() {
+    let (root, other) = (fresh("links"), fresh("links-aim"));
+    drop(OutputFolder::create(&root, &sphere(""), false).expect("creates"));
+    let dear = other.join("dear.vtp");
+    fs::write(&dear, "dear").expect("writes");
+    fs::remove_dir(root.join("fields")).expect("empty");
+    std::os::unix::fs::symlink(&other, root.join("fields")).expect("links");
+    let error = OutputFolder::create(&root, &sphere(""), false).expect_err("a link");
+    assert!(matches!(error, OutputError::Link(_)), "{error}");
+    std::os::unix::fs::symlink(&dear, root.join("summary.json.tmp")).expect("links");
+    atomic_write(&root.join("summary.json"), b"{}").expect("writes");
+    assert_eq!(fs::read(&dear).expect("there"), b"dear");
 }
 
 #[test]
@@ -64,10 +95,11 @@ fn a_foreign_folder_is_refused_and_untouched() {
     for (name, text) in [("summary.json", "{}"), ("scene.toml", "until = 1.0\n"), ("thesis.tex", "x")] {
         fs::write(root.join(name), text).expect("writes");
     }
-    let error = OutputFolder::create(&root, &sphere("")).expect_err("refuses");
+    let error = OutputFolder::create(&root, &sphere(""), false).expect_err("refuses");
     assert!(matches!(error, OutputError::Foreign { .. }), "{error}");
     assert_eq!(fs::read_dir(&root).expect("folder").count(), 3);
-    assert!(matches!(OutputFolder::open(&root), Err(OutputError::NothingToResume(_))));
+    assert!(matches!(OutputFolder::open(&root), Err(OutputError::NoRun(_))));
+    assert!(matches!(OutputFolder::resume(&root), Err(OutputError::NothingToResume(_))));
 }
 
 #[test]
@@ -94,7 +126,7 @@ fn watch(observer: &mut Observer, steps: std::ops::Range<u64>) {
 }
 
 fn run(root: &std::path::Path, scene: &CheckedScene, cut: Option<u64>) -> (Vec<u8>, Summary) {
-    let mut folder = OutputFolder::create(root, scene).expect("creates");
+    let mut folder = OutputFolder::create(root, scene, false).expect("creates");
     let mut observer = Observer::create(&folder, scene, Sides::coupled(), &[]).expect("observes");
     if let Some(cut) = cut {
         watch(&mut observer, 0..cut);

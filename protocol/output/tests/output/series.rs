@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bedload_output::{Columns, Series, SeriesWriter, Sides};
+use bedload_output::{Columns, OutputError, Series, SeriesMark, SeriesWriter, Sides};
 use protocol::message::{Header, Kinematics, Loads};
 
 use crate::stage::{Watch, discs, fresh, sphere};
@@ -77,32 +77,70 @@ fn rows_come_once_a_period() {
     assert!(times.iter().enumerate().all(|(i, t)| (t - 0.3 * (i + 1) as f64).abs() < 1e-9), "{times:?}");
 }
 
+/// The file of six rows, and the mark after each number of rows.
+fn marked(path: &std::path::Path) -> (Vec<[f64; 2]>, Vec<SeriesMark>) {
+    let rows: Vec<[f64; 2]> = (1..=6).map(|i| [0.5 * f64::from(i), f64::from(i)]).collect();
+    let mut writer = SeriesWriter::create(path, &names(&["t", "x"]), 0.5).expect("creates");
+    let mut marks = vec![writer.mark().expect("marks")];
+    for row in &rows {
+        assert!(writer.record(row).expect("writes"));
+        marks.push(writer.mark().expect("marks"));
+    }
+    (rows, marks)
+}
+
 #[test]
 fn resuming_cuts_rows_after_the_checkpoint_and_a_torn_one() {
     let path = fresh("resume").join("series.csv");
-    let rows: Vec<[f64; 2]> = (1..=6).map(|i| [0.5 * f64::from(i), f64::from(i)]).collect();
-    write(&path, 0.5, &rows);
+    let (rows, marks) = marked(&path);
     let whole = std::fs::read(&path).expect("whole");
     let mut torn = whole.clone();
     torn.extend(b"3.5,7.");
-    for (killed, time) in [(torn.clone(), 3.0), (torn, 1.5), (whole.clone(), 0.0)] {
+    for (killed, done) in [(torn.clone(), 6), (torn, 3), (whole.clone(), 0)] {
         std::fs::write(&path, killed).expect("as killed");
-        let mut writer = SeriesWriter::resume(&path, &names(&["t", "x"]), 0.5, time).expect("resumes");
-        for row in rows.iter().filter(|row| row[0] > time) {
+        let mut writer = SeriesWriter::resume(&path, &names(&["t", "x"]), 0.5, &marks[done]).expect("resumes");
+        for row in &rows[done..] {
             assert!(writer.record(row).expect("writes"), "row at {}", row[0]);
         }
-        writer.flush().expect("flushes");
+        assert_eq!(&writer.mark().expect("marks"), &marks[6], "as without a resume");
         assert_eq!(std::fs::read(&path).expect("resumed"), whole);
+    }
+}
+
+#[test]
+fn resuming_a_file_that_was_altered_or_cut_is_refused() {
+    let path = fresh("altered").join("series.csv");
+    let (_, marks) = marked(&path);
+    let whole = std::fs::read_to_string(&path).expect("whole");
+    let first = &whole[..whole.len() / 2];
+    for (altered, word) in
+        [(whole.replace("1.5,3", "1.5,4"), "another text"), (first.to_owned(), "shorter"), (String::new(), "columns")]
+    {
+        std::fs::write(&path, &altered).expect("altered");
+        let error = SeriesWriter::resume(&path, &names(&["t", "x"]), 0.5, &marks[5]).expect_err("altered");
+        assert!(error.to_string().contains(word), "{word}: {error}");
+        assert_eq!(std::fs::read_to_string(&path).expect("unharmed"), altered);
     }
 }
 
 #[test]
 fn resuming_other_columns_is_refused() {
     let path = fresh("other").join("series.csv");
-    write(&path, 0.0, &[[1.0, 2.0]]);
-    let error = SeriesWriter::resume(&path, &names(&["t", "y"]), 0.0, 1.0).expect_err("other columns");
+    let (_, marks) = marked(&path);
+    let error = SeriesWriter::resume(&path, &names(&["t", "y"]), 0.0, &marks[2]).expect_err("other columns");
     assert!(error.to_string().contains("columns"), "{error}");
-    assert_eq!(Series::read(&path).expect("unharmed").len(), 1);
+    assert_eq!(Series::read(&path).expect("unharmed").len(), 6);
+}
+
+#[test]
+fn a_file_that_is_removed_under_the_writer_is_missed() {
+    let path = fresh("removed").join("series.csv");
+    let mut writer = SeriesWriter::create(&path, &names(&["t"]), 0.0).expect("creates");
+    writer.record(&[1.0]).expect("writes");
+    std::fs::remove_file(&path).expect("removed");
+    assert!(matches!(writer.flush(), Err(OutputError::Gone(_))));
+    std::fs::write(&path, "t\n").expect("another");
+    assert!(matches!(writer.mark(), Err(OutputError::Gone(_))));
 }
 
 #[test]
