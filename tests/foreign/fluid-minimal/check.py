@@ -4,7 +4,7 @@
     check.py facts DT < FACTS.json        the facts of the fluid: no cells, this dt
     check.py settles SCHEME DIR DIR...    runs of settling-stokes.toml, the next with half the dt of the one before
     check.py same DIR DIR                 two runs: the same series, the same states of the solvers at their end
-    check.py near DIR DIR                 prints the largest difference of the velocities of two runs, over v_inf
+    check.py history                      prints the velocity over v_inf with the history force (Basset 1888), too
 """
 
 import csv
@@ -100,12 +100,21 @@ def same(a, b):
     return not differ
 
 
-def near(a, b):
-    pairs = zip(velocities(a), velocities(b))
-    print(f"  {max(abs(x - y) for (_, x), (_, y) in pairs) / V_INF:.4f}")
+def history():
+    """dv/dt = 1 - v - beta integral of v'(s) (t - s)^-1/2 ds, in tau and v_inf, v linear within each step of tau/256."""
+    a, nu, steps_per_tau = 0.5, 8.0, 256  # settling-stokes.toml
+    beta, h = a / math.sqrt(math.pi * nu * TAU), 1 / steps_per_tau
+    root = [2 * math.sqrt(k * h) for k in range(20 * steps_per_tau + 1)]
+    v, slopes = 0.0, []
+    for n in range(20 * steps_per_tau):
+        past = sum(slope * (root[n + 1 - k] - root[n - k]) for k, slope in enumerate(slopes))
+        slopes.append((1 - v - beta * past) / (1 + h + beta * root[1]))
+        v += h * slopes[-1]
+        if (n + 1) * h in (0.125, 0.25, 1, 5, 20):
+            print(f"  t/tau {(n + 1) * h:<5g}  v/v_inf {v:.4f}")
     return True
 
 
 if __name__ == "__main__":
-    verb = {"facts": facts, "settles": settles, "same": same, "near": near}[sys.argv[1]]
+    verb = {"facts": facts, "settles": settles, "same": same, "history": history}[sys.argv[1]]
     sys.exit(0 if verb(*sys.argv[2:]) else 1)

@@ -4,6 +4,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <ftw.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -158,6 +159,7 @@ static void moment(Wait *w, const char *from)
 
 void join_run(const char *token, size_t count)
 {
+    signal(SIGPIPE, SIG_IGN); /* stderr is a pipe of the coupler, and last words to a dead one must not end this */
     char layout[32], protocol[32], run[48], file[300], grains[32];
     text_of(token, "layout", layout, sizeof layout);
     snprintf(protocol, sizeof protocol, "%lu", strtoul(value_of(token, "protocol"), NULL, 10));

@@ -39,11 +39,30 @@ resumes() { # SCHEME: to the half and on, beside the whole
     run "$1-cut" --set "coupling.scheme=\"$1\"" --resume &&
     python3 "$here/check.py" same "$work/$1-8" "$work/$1-cut"
 }
+orphaned() { # the coupler is killed: the fluid leaves, and no segment of the run stays behind
+  local coupler child='' prefix left=1 n
+  "$bedload" run "$scene" --set "fluid.command=[\"$fluid\"]" --until 3906.25 --out "$work/orphaned" > "$work/log" 2>&1 &
+  coupler=$!
+  for n in $(seq 100); do
+    sleep 0.05
+    child=$(pgrep -P "$coupler" -x fluid-minimal) && [ -n "$(find "$work/orphaned" -name exchange.mcap -size +64k)" ] && break
+  done
+  prefix=$(tr '\0' '\n' < "/proc/$child/cmdline" | sed -n 's/.*"prefix":"\([^"]*\)".*/\1/p')
+  kill -9 "$coupler"
+  wait "$coupler" 2> /dev/null || true
+  for n in $(seq 100); do
+    left=$(find /dev/shm -maxdepth 1 -name "$prefix*" | wc -l)
+    [ "$left" = 0 ] && break
+    sleep 0.05
+  done
+  echo "  $left segments of run $prefix are left"
+  [ -n "$prefix" ] && [ "$left" = 0 ]
+}
 facts() { "$fluid" check "$scene" --json | python3 "$here/check.py" facts 0.0078125; }
 damaged() { # half of a checkpoint is refused
   run damaged --until 0.15625 || return 1
   truncate -s 50 "$work"/damaged/checkpoint/*/fluid.checkpoint
-  refuses 3 'fluid.checkpoint is no checkpoint of 1 grains' \
+  refuses 2 'fluid.checkpoint is no checkpoint of 1 grains' \
     "$bedload" run "$scene" --set "fluid.command=[\"$fluid\"]" --out "$work/damaged" --resume
 }
 
@@ -54,6 +73,8 @@ for scheme in semi-implicit overlapped iterated; do
   check "settling, $scheme" settles "$scheme"
   check "resume, $scheme" resumes "$scheme"
 done
+check "the DEM does the same again from the log" "$bedload" replay "$work/semi-implicit-8/exchange.mcap" --drive dem --verify
+check "the coupler is killed" orphaned
 check "a step that is too long is refused" refuses 2 explicit-drag \
   "$bedload" check "$scene" --set "fluid.command=[\"$fluid\"]" --set fluid.time.dt=0.046875
 check "a flow is refused" refuses 2 medium.body_force \
