@@ -101,7 +101,10 @@ def same(a, b):
 
 
 def history():
-    """dv/dt = 1 - v - beta integral of v'(s) (t - s)^-1/2 ds, in tau and v_inf, v linear within each step of tau/256."""
+    """dv/dt = 1 - v - beta integral of v'(s) (t - s)^-1/2 ds, in tau and v_inf.
+
+    v is linear within each step of tau/256.
+    """
     a, nu, steps_per_tau = 0.5, 8.0, 256  # settling-stokes.toml
     beta, h = a / math.sqrt(math.pi * nu * TAU), 1 / steps_per_tau
     root = [2 * math.sqrt(k * h) for k in range(20 * steps_per_tau + 1)]

@@ -1,5 +1,8 @@
 //! iceoryx2 for a C program: one node and its ports (door.h). It knows nothing of Bedload.
 
+// What each function takes stands in door.h.
+#![allow(clippy::missing_safety_doc)]
+
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::fmt::Debug;
@@ -7,12 +10,12 @@ use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
 use std::time::Duration;
 
+use iceoryx2::node::NodeView;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
-use iceoryx2::node::NodeView;
 use iceoryx2::prelude::*;
 use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
@@ -174,7 +177,8 @@ pub unsafe extern "C" fn door_attribute(
     room: usize,
 ) -> c_int {
     let copy = || unsafe {
-        let found = CString::new(attribute(&of(door).node, text(service)?, text(key)?)?).map_err(why("value"))?;
+        let found =
+            CString::new(attribute(&of(door).node, text(service)?, text(key)?)?).map_err(why("value"))?;
         let bytes = found.as_bytes_with_nul();
         if bytes.len() > room {
             return Err(format!("{found:?} does not fit into {room} bytes"));
@@ -250,7 +254,8 @@ pub unsafe extern "C" fn door_publishers(door: *mut Door, subscriber: c_int) -> 
 pub unsafe extern "C" fn door_connect(door: *mut Door) -> c_int {
     let door = unsafe { of(door) };
     let publishers = door.publishers.iter().try_for_each(|out| out.port.update_connections());
-    let all = publishers.and_then(|()| door.subscribers.iter().try_for_each(|from| from.port.update_connections()));
+    let all =
+        publishers.and_then(|()| door.subscribers.iter().try_for_each(|from| from.port.update_connections()));
     tell(-1, all.map(|()| 0).map_err(why("cannot connect")))
 }
 
@@ -311,10 +316,7 @@ pub unsafe extern "C" fn door_receive(
 
 /// # Safety
 /// `service` is a C string.
-unsafe fn bell(
-    node: &Node<ipc::Service>,
-    service: *const c_char,
-) -> Done<event::PortFactory<ipc::Service>> {
+unsafe fn bell(node: &Node<ipc::Service>, service: *const c_char) -> Done<event::PortFactory<ipc::Service>> {
     let service = unsafe { text(service) }?;
     let name = ServiceName::new(service).map_err(why(service))?;
     node.service_builder(&name).event().open().map_err(why(service))
