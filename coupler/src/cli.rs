@@ -44,6 +44,9 @@ enum Command {
         /// Print the plan as JSON
         #[arg(long)]
         json: bool,
+        /// Start the solvers that the scene names with `command`, to ask them; without it only those of this build
+        #[arg(long)]
+        allow_commands: bool,
         /// Print the scene of one of the cheaper models that are proposed
         #[arg(long, value_name = "NAME", conflicts_with = "json")]
         cheaper: Option<String>,
@@ -275,8 +278,9 @@ fn log(word: &LogWord) -> Result<(), LogCommandError> {
 
 fn dispatch(command: Command) -> Result<(), Failure> {
     match command {
-        Command::Check { scene, overrides, until, json, cheaper, accuracy } => {
-            let options = RunOptions { overrides, until, ..RunOptions::of_scene(&scene) };
+        Command::Check { scene, overrides, until, json, cheaper, accuracy, allow_commands } => {
+            let options =
+                RunOptions { overrides, until, no_commands: !allow_commands, ..RunOptions::of_scene(&scene) };
             let options = with_accuracy(options, accuracy);
             cheaper.map_or_else(|| check::check(&options, json), |name| check::cheaper(&options, &name))
         }

@@ -2,9 +2,13 @@
 
 use protocol::message::{Header, Kinematics, Loads, Record, Status};
 use protocol::participant::Window;
+use protocol::scene::{CheckedScene, Motion};
 
 use crate::bounds::MOST_OVERLAP;
 use crate::failure::Failure;
+
+/// How far the length of a quaternion may be from one: what renormalising once in a while leaves.
+const UNIT: f64 = 1e-3;
 
 /// A message must be of a window that was ordered, with one record per grain.
 ///
@@ -47,6 +51,117 @@ pub(crate) fn loads(window: &Window, loads: &[Loads]) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Headers must be of the window's time, and what they report must be numbers.
+///
+/// # Errors
+/// [`Failure::Run`] naming solver, field, value and window.
+pub(crate) fn headers(window: &Window, loads: &Header, motion: &Header) -> Result<(), Failure> {
+    for (solver, message, header) in [("fluid", "Loads", loads), ("dem", "Kinematics", motion)] {
+        let refuse = |field: &str, value: f64, wanted: String| {
+            Err(Failure::Run(format!(
+                "the {solver} solver sent {message} with {field} = {value} in the header of window {} (t = {} s), {wanted}",
+                window.step, window.time
+            )))
+        };
+        for (field, value, wanted) in [("time", header.time, window.time), ("dt", header.dt, window.dt)] {
+            // A solver may compute them anew, and round.
+            if (value - wanted).abs() > 1e-9 * (window.time.abs() + window.dt) || value.is_nan() {
+                return refuse(
+                    field,
+                    value,
+                    format!("where {wanted} was ordered: it does not keep the coupler's time"),
+                );
+            }
+        }
+        if header.smallest_gap.is_nan() {
+            return refuse(
+                "smallest_gap",
+                header.smallest_gap,
+                "which is no number (infinite: nothing near)".into(),
+            );
+        }
+        if !(header.largest_overlap >= 0.0 && header.largest_overlap.is_finite()) {
+            return refuse("largest_overlap", header.largest_overlap, "allowed: a finite number ≥ 0".into());
+        }
+    }
+    Ok(())
+}
+
+/// What the solvers report of a window must be numbers.
+///
+/// # Errors
+/// [`Failure::Run`] naming solver, field, value and window.
+pub(crate) fn reports(window: &Window, fluid: &Status, dem: &Status) -> Result<(), Failure> {
+    for (solver, status) in [("fluid", fluid), ("dem", dem)] {
+        let counted = |value: f64| value >= 0.0 && value.is_finite();
+        for (field, value, good, allowed) in [
+            (
+                "dt_limit",
+                status.dt_limit,
+                status.dt_limit > 0.0,
+                "a positive number, infinite where it does not care",
+            ),
+            ("solver_s", status.solver_s, counted(status.solver_s), "a finite number ≥ 0"),
+            ("exchange_s", status.exchange_s, counted(status.exchange_s), "a finite number ≥ 0"),
+            ("residual", status.residual, counted(status.residual), "a finite number ≥ 0"),
+            (
+                "pressure_gradient",
+                status.pressure_gradient,
+                status.pressure_gradient.is_finite(),
+                "a finite number",
+            ),
+        ] {
+            if !good {
+                return Err(Failure::Run(format!(
+                    "the {solver} solver reports {field} = {value} after window {} (t = {} s); allowed: {allowed}",
+                    window.step, window.time
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Directions must be of length one, grains in the box and held ones where they are held.
+///
+/// # Errors
+/// [`Failure::Run`] naming grain, field, value and window.
+pub(crate) fn places(window: &Window, motion: &[Kinematics], scene: &CheckedScene) -> Result<(), Failure> {
+    let domain = &scene.scene.domain;
+    let refuse = |grain: usize, what: String| {
+        Err(Failure::Run(format!(
+            "the dem solver sent {what} of grain {grain} in window {} (t = {} s)",
+            window.step, window.time
+        )))
+    };
+    for (number, (now, grain)) in motion.iter().zip(&scene.grains).enumerate() {
+        let length = now.orientation.iter().map(|part| part * part).sum::<f64>().sqrt();
+        if (length - 1.0).abs() > UNIT {
+            return refuse(
+                number,
+                format!("orientation = {:?}, of length {length}; allowed: 1", now.orientation),
+            );
+        }
+        for axis in (0..domain.dimensions()).filter(|axis| !domain.is_periodic(*axis)) {
+            let component = domain.geometry.component(axis);
+            let (low, high) = (domain.lower[axis] - grain.radius, domain.upper[axis] + grain.radius);
+            let place = now.position[component];
+            if !(low..=high).contains(&place) {
+                let what = format!(
+                    "position[{component}] = {place}, outside the box, {low} to {high} with its radius,"
+                );
+                return refuse(number, what);
+            }
+        }
+        let strayed = (0..3).find(|c| (now.position[*c] - grain.position[*c]).abs() > 1e-9 * grain.radius);
+        if let Some(c) = strayed.filter(|_| grain.motion == Motion::Fixed) {
+            let (is, was) = (now.position[c], grain.position[c]);
+            return refuse(number, format!("position[{c}] = {is}, where the scene holds it at {was},"));
+        }
+    }
+    Ok(())
+}
+
 /// The motion must be numbers, after as many sub-steps as were ordered.
 ///
 /// # Errors
@@ -59,12 +174,22 @@ pub(crate) fn motion(window: &Window, header: &Header, motion: &[Kinematics]) ->
         )));
     }
     for (grain, kinematics) in motion.iter().enumerate() {
-        // Observations (gap, …) may be infinite.
+        // The gap may be infinite, and is looked at below.
         let values = (kinematics.position.iter())
             .chain(&kinematics.orientation)
             .chain(&kinematics.velocity)
-            .chain(&kinematics.spin);
+            .chain(&kinematics.spin)
+            .chain(&kinematics.contact_force)
+            .chain(&kinematics.lubrication_force)
+            .chain([&kinematics.impact_speed, &kinematics.rebound_speed]);
         finite("dem", window, grain, kinematics, values)?;
+        if kinematics.gap.is_nan() {
+            return Err(Failure::Run(format!(
+                "the dem solver sent gap = NaN of grain {grain} in window {} (t = {} s); allowed: a number, infinite where \
+                 nothing is near",
+                window.step, window.time
+            )));
+        }
     }
     Ok(())
 }

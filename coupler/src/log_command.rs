@@ -35,7 +35,9 @@ impl From<LogCommandError> for Failure {
                 LogError::File { .. } | LogError::NotALog { .. } | LogError::Layout { .. },
             ) => Self::Input(error.to_string()),
             // A reader that has seen enough is no fault.
-            LogCommandError::Print(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Self::Passed(0),
+            LogCommandError::Print(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
+                Self::Passed(0)
+            }
             LogCommandError::Log(_) | LogCommandError::Print(_) => Self::Run(error.to_string()),
         }
     }

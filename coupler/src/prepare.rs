@@ -10,7 +10,7 @@ use protocol::scene::CheckedScene;
 use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::plan::{Participants, Plan};
-use crate::solvers::{Solver, dem_facts, fluid_facts};
+use crate::solvers::{Ask, Solver, dem_facts, fluid_facts};
 
 /// A solver that takes part, and what it says of itself.
 #[derive(Clone, Debug)]
@@ -46,17 +46,18 @@ impl Prepared {
         let coupling = Coupling::read(&scene)?;
         let participants = Participants::of(&scene);
         let limit = Duration::from_secs_f64(coupling.startup_deadline);
+        let ask = Ask { limit, commands: !options.no_commands };
         let (path, overrides) = (&options.scene, options.all_overrides());
         let solver = |role| Solver::of(role, &scene);
         let (mut fluid, mut dem) = (None, None);
         if participants.has_fluid() {
             let solver = solver(Role::Fluid)?;
-            let facts = fluid_facts(&solver, &scene, path, &overrides, limit)?;
+            let facts = fluid_facts(&solver, &scene, path, &overrides, ask)?;
             fluid = Some(Participant { solver, facts });
         }
         if participants.has_dem() {
             let solver = solver(Role::Dem)?;
-            let facts = dem_facts(&solver, &scene, path, &overrides, limit)?;
+            let facts = dem_facts(&solver, &scene, path, &overrides, ask)?;
             dem = Some(Participant { solver, facts });
         }
         let memory = protocol::memory::available().map(|available| available.bytes);

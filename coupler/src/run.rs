@@ -59,8 +59,9 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
     let begin = Instant::now();
     let folder = options.folder(&prepared.scene)?;
     if options.resume && folder.is_finished_to(prepared.scene.scene.until) {
-        // A run of another scene is refused before it is called finished.
-        resume::latest(&folder, &prepared.scene.state_sha256())?;
+        // A run of another scene, or of one that ends earlier, is refused before it is called finished.
+        let (_, state) = resume::latest(&folder, &prepared.scene.state_sha256())?;
+        prepared.scene.goes_on_from(state.observer.tally.simulated).map_err(Box::new)?;
         let root = folder.root().display();
         protocol::say!("bedload: {root} is finished: nothing to do; --until with a later time goes on");
         return Ok(());

@@ -125,6 +125,16 @@ impl Solver {
         Self { role, command: vec![sibling(program(role))], launcher: Vec::new(), foreign: false }
     }
 
+    /// Is it the solver of this build, by whatever path the scene names it?
+    #[must_use]
+    pub(crate) fn is_ours(&self) -> bool {
+        let real = |command: &String| std::fs::canonicalize(command).ok();
+        let ours = Self::ours(self.role);
+        !self.foreign
+            || matches!((&self.command[..], &ours.command[..]), ([command], [own]) if real(command).is_some()
+                && real(command) == real(own))
+    }
+
     /// The command as one line.
     #[must_use]
     pub(crate) fn line(&self) -> String {
@@ -185,8 +195,17 @@ fn patience(limit: Duration, scene: &CheckedScene) -> Duration {
     limit + Duration::from_millis(scene.grains.len() as u64)
 }
 
-/// What the fluid solver says of the scene; a foreign one that does not know `check` is described
-/// from the scene, with a notice.
+/// How solvers are asked.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ask {
+    /// Longest time for an answer, that for reading a large scene apart.
+    pub(crate) limit: Duration,
+    /// May commands that the scene names be started?
+    pub(crate) commands: bool,
+}
+
+/// What the fluid solver says of the scene; a foreign one that does not know `check`, or that is not to be
+/// asked, is described from the scene, with a notice.
 ///
 /// # Errors
 /// [`SolverCommandError`].
@@ -195,66 +214,136 @@ pub(crate) fn fluid_facts(
     scene: &CheckedScene,
     path: &Path,
     overrides: &[String],
-    limit: Duration,
+    ask: Ask,
 ) -> Result<FluidFacts, SolverCommandError> {
-    if let Some(facts) = solver.facts(path, overrides, patience(limit, scene))? {
-        return Ok(facts);
+    let foreign = !solver.is_ours();
+    let asked = ask.commands || !foreign;
+    let known = if asked { solver.facts(path, overrides, patience(ask.limit, scene))? } else { None };
+    let mut facts: FluidFacts = match known {
+        Some(facts) => facts,
+        None => {
+            let domain = &scene.scene.domain;
+            let spacing =
+                (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(f64::INFINITY, f64::min);
+            FluidFacts {
+                cells: domain.cell_count() as u64,
+                dt: match section_number(scene, "fluid", &scene.scene.fluid, "dt")? {
+                    Some(dt) => dt,
+                    None if asked => return Err(needs_dt(scene).into()),
+                    None => scene.scene.until,
+                },
+                spacing,
+                notices: vec![unknown(solver, asked)],
+                ..FluidFacts::default()
+            }
+        }
+    };
+    facts.foreign = foreign;
+    if foreign {
+        facts.notices.push(format!(
+            "the fluid solver `{}` is not ours: density-ratio, density-range and resolution were measured with ours and are not \
+             judged; with which grains it is stable is not known",
+            solver.line()
+        ));
     }
-    let domain = &scene.scene.domain;
-    let spacing = (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(f64::INFINITY, f64::min);
-    Ok(FluidFacts {
-        cells: domain.cell_count() as u64,
-        dt: section_dt(scene, Role::Fluid, &scene.scene.fluid)?,
-        spacing,
-        notices: vec![unknown(solver)],
-        ..FluidFacts::default()
-    })
+    Ok(facts)
 }
 
-/// As [`fluid_facts`], of the DEM.
+/// As [`fluid_facts`], of the DEM. Where it gives no contact time, that of the scene counts.
 ///
 /// # Errors
-/// [`SolverCommandError`].
+/// [`SolverCommandError`], also where neither gives one although grains can touch.
 pub(crate) fn dem_facts(
     solver: &Solver,
     scene: &CheckedScene,
     path: &Path,
     overrides: &[String],
-    limit: Duration,
+    ask: Ask,
 ) -> Result<DemFacts, SolverCommandError> {
-    if let Some(facts) = solver.facts(path, overrides, patience(limit, scene))? {
+    let asked = ask.commands || solver.is_ours();
+    let known = if asked { solver.facts(path, overrides, patience(ask.limit, scene))? } else { None };
+    if solver.is_ours()
+        && let Some(facts) = known
+    {
         return Ok(facts);
     }
-    Ok(DemFacts {
+    let section = &scene.scene.dem;
+    let number = |key: &str| section_number(scene, "dem", section, key);
+    let mut facts = known.unwrap_or(DemFacts {
         grains: scene.grains.len() as u64,
-        dt: section_dt(scene, Role::Dem, &scene.scene.dem)?,
+        dt: number("dt")?.unwrap_or(f64::INFINITY),
         contact_time: f64::INFINITY,
         // It does not say from what gap it acts: nothing is far enough for a single sub-step.
-        interaction_range: f64::INFINITY,
-        notices: vec![unknown(solver)],
+        interaction_range: number("interaction_range")?.unwrap_or(f64::INFINITY),
+        notices: vec![unknown(solver, asked)],
         ..DemFacts::default()
-    })
+    });
+    // The scene's own word binds whoever reads it.
+    let of_scene = match section.get("contact") {
+        Some(toml::Value::Table(contact)) => section_number(scene, "dem.contact", contact, "contact_time")?,
+        _ => None,
+    };
+    let own = Some(facts.contact_time).filter(|own| *own > 0.0).unwrap_or(f64::INFINITY);
+    facts.contact_time = own.min(of_scene.unwrap_or(f64::INFINITY));
+    let can_touch = scene.grains.len() > 1 || !scene.contact_walls().is_empty();
+    if facts.contact_time.is_finite() || !can_touch {
+        return Ok(facts);
+    }
+    let key = "dem.contact.contact_time";
+    if asked {
+        let what = format!(
+            "is missing, and the dem solver `{}` does not say how long a contact lasts: without it nothing holds its sub-steps \
+             far below it",
+            solver.line()
+        );
+        let remedy = "add [dem.contact] contact_time = …, the shortest duration of a contact in seconds, or let the solver answer \
+                      `check SCENE --json`";
+        return Err(Box::new(scene.source.error(key, what, remedy)).into());
+    }
+    if !facts.dt.is_finite() {
+        facts.dt = scene.scene.until;
+    }
+    facts.notices.push(format!("t_c, and every bound with it, is not known: {key} is not in the scene"));
+    Ok(facts)
 }
 
-fn unknown(solver: &Solver) -> String {
+fn unknown(solver: &Solver, asked: bool) -> String {
+    let (role, line) = (solver.role, solver.line());
+    let why = if asked {
+        "does not answer `check SCENE --json`"
+    } else {
+        "was not started (`check --allow-commands` asks it)"
+    };
     format!(
-        "the {} solver `{}` does not answer `check SCENE --json`: it is planned from the scene alone, and bounds that need its facts are not checked",
-        solver.role,
-        solver.line()
+        "the {role} solver `{line}` {why}: it is planned from the scene alone, and bounds that need its facts are not checked"
     )
 }
 
-/// The `dt` that a section names for a solver that says nothing of itself.
-fn section_dt(scene: &CheckedScene, role: Role, section: &toml::Table) -> Result<f64, Box<SceneError>> {
-    let dt =
-        section.get("dt").and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
-    dt.filter(|dt| *dt > 0.0).ok_or_else(|| {
-        Box::new(scene.source.error(
-            &role.to_string(),
-            "its solver does not say what step it needs, and the section has no dt".to_owned(),
-            "add dt = …, a positive number of seconds",
-        ))
-    })
+fn needs_dt(scene: &CheckedScene) -> Box<SceneError> {
+    Box::new(scene.source.error(
+        "fluid",
+        "its solver does not say what step it needs, and the section has no dt".to_owned(),
+        "add dt = …, a positive number of seconds",
+    ))
+}
+
+/// A positive number that a section holds for a solver that says nothing of itself.
+fn section_number(
+    scene: &CheckedScene,
+    section: &str,
+    table: &toml::Table,
+    key: &str,
+) -> Result<Option<f64>, Box<SceneError>> {
+    let Some(value) = table.get(key) else { return Ok(None) };
+    let number = value.as_float().or(value.as_integer().map(|whole| whole as f64));
+    match number.filter(|number| *number > 0.0 && number.is_finite()) {
+        Some(number) => Ok(Some(number)),
+        None => Err(Box::new(scene.source.error(
+            &format!("{section}.{key}"),
+            format!("is {value}; allowed: a finite number > 0"),
+            "give a positive number",
+        ))),
+    }
 }
 
 /// A program beside this one, or its bare name, which the system looks for on PATH.

@@ -153,6 +153,7 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
         forcing: choices.method,
         advected_force: choices.force_transport == ForceTransport::Advected
             || choices.method == Forcing::FictitiousDomain,
+        foreign: false,
         bounds: bounds::of(scene, medium, &choices, &plan),
         step_cost: cells as f64 * cost::<D>(choices.time.scheme, implicit, cells),
         notices,

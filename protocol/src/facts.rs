@@ -95,6 +95,9 @@ pub struct FluidFacts {
     pub forcing: Forcing,
     /// Does the carried force move with the grains? Such windows cannot be repeated.
     pub advected_force: bool,
+    /// Is it another's solver? What our maps say of a form of loads is not known of it.
+    #[serde(skip)]
+    pub foreign: bool,
     /// Its own bounds.
     pub bounds: Vec<SolverBound>,
     /// Estimated cost of a step, s.

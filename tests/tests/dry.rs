@@ -36,7 +36,7 @@ fn a_grain_that_leaves_the_box_is_named_when_it_leaves_and_counted_at_the_end() 
     for engine in ["general", "bulk"] {
         let engine = format!("dem.engine={engine}");
         let (scene, out) = (scene.to_str().expect("UTF-8"), out.to_str().expect("UTF-8"));
-        let output = bedload(&["run", scene, "--out", out, "--set", &engine]);
+        let output = bedload(&["run", scene, "--out", out, "--overwrite", "--set", &engine]);
         let text = said(&output);
         assert_eq!(output.status.code(), Some(0), "{text}");
         // Its centre passes x = 1 at t = 0.8 s.

@@ -51,7 +51,7 @@ fn neutral_and_light_spheres_start_as_their_virtual_mass_says_and_stay_bounded()
     let folder = Folder::new("light");
     for density in [1.0, 0.5, 0.1] {
         let scene = folder.write("light.toml", &release(density, ""));
-        let out = folder.join("out");
+        let out = folder.join(&format!("density-{density}"));
         let arguments =
             ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8"), "--no-record"];
         let output = bedload(&arguments);

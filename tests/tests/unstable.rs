@@ -39,6 +39,7 @@ fn fired(name: &str, first: usize, step: usize) -> ([(usize, usize); 2], Vec<Str
             words(&scene),
             "--out".into(),
             words(&out),
+            "--overwrite".into(),
             "--threads".into(),
             "1".into(),
         ];

@@ -209,8 +209,9 @@ fn limit_of_body(
 
 /// Every grain that can move, with its ratio and limit.
 fn judge(facts: &Facts<'_>) -> Vec<Judged> {
-    let (Some(fluid), Some(medium), Some(nu)) = (facts.fluid, &facts.scene.scene.medium, facts.viscosity())
-    else {
+    // The maps are of our fluid.
+    let fluid = facts.fluid.filter(|fluid| !fluid.foreign);
+    let (Some(fluid), Some(medium), Some(nu)) = (fluid, &facts.scene.scene.medium, facts.viscosity()) else {
         return Vec::new();
     };
     let geometry = facts.scene.scene.domain.geometry;
@@ -234,7 +235,7 @@ pub(crate) fn lightest(facts: &Facts<'_>) -> Option<(f64, f64)> {
 }
 
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
-    let (Some(fluid), Some(_)) = (facts.fluid, facts.dem) else { return };
+    let (Some(fluid), Some(_)) = (facts.fluid.filter(|fluid| !fluid.foreign), facts.dem) else { return };
     let judged = judge(facts);
     let Some(worst) = judged.iter().copied().min_by(|a, b| a.margin().total_cmp(&b.margin())) else {
         return;

@@ -12,7 +12,9 @@ const DENSE: f64 = 0.3;
 const FEWEST_OF_A_BED: usize = 8;
 
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
-    let (Some(fluid), Some(nu)) = (facts.fluid, facts.viscosity()) else { return };
+    let (Some(fluid), Some(nu)) = (facts.fluid.filter(|fluid| !fluid.foreign), facts.viscosity()) else {
+        return;
+    };
     if fluid.spacing > 0.0 && fluid.forcing.is_carried() && is_dense(facts.scene) {
         let number = nu * facts.steps.dt_fluid / fluid.spacing.powi(2);
         let bound = Bound::new("dense-bed-forcing", "ν dt/Δx²", number, Side::AtMost, 2.0).warning();

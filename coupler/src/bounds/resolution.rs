@@ -6,7 +6,8 @@ use super::bound::Bound;
 use super::facts::Facts;
 
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
-    if facts.fluid.is_some() {
+    // What a cell does to a grain was measured with our fluid; another one may have none.
+    if facts.fluid.is_some_and(|fluid| !fluid.foreign) {
         add_resolution(facts, bounds);
     }
     add_memory(facts, bounds);

@@ -12,6 +12,7 @@ use protocol::participant::{ExchangeError, Window};
 use protocol::scheme::Scheme;
 
 use super::collected::Collected;
+use super::witness::Witness;
 use crate::failure::Failure;
 use crate::iterate::{Tally, Watch};
 use crate::prepare::Prepared;
@@ -64,6 +65,8 @@ pub(crate) struct Conductor<'a> {
     /// Solver that said so, and its words.
     pub(super) failed: Option<(String, String)>,
     pub(super) largest_radius: f64,
+    /// Holds a foreign DEM to what it says.
+    pub(super) witness: Option<Witness>,
     /// Whether the motion alternates from window to window.
     pub(super) alternation: Alternation,
 }
@@ -86,6 +89,7 @@ impl<'a> Conductor<'a> {
     ) -> Result<Self, Failure> {
         let (scene, plan) = (&prepared.scene, &prepared.plan);
         let mut planner = Planner::new(plan, &prepared.coupling, &scene.scene.observe);
+        let is_resumed = resumed.is_some();
         let (mut before, mut late, mut attempts) = (Spent::default(), 0, Tally::default());
         let observer = match resumed {
             None => Observer::create(folder, scene, Sides::coupled(), &[])?,
@@ -95,6 +99,8 @@ impl<'a> Conductor<'a> {
                 Observer::resume(folder, scene, Sides::coupled(), &[], state.observer)?
             }
         };
+        let foreign = prepared.dem.as_ref().is_some_and(|dem| !dem.solver.is_ours());
+        let witness = foreign.then(|| Witness::new(scene, is_resumed));
         let range = prepared.dem.as_ref().map_or(f64::INFINITY, |dem| dem.facts.interaction_range);
         Ok(Self {
             supervisor,
@@ -123,6 +129,7 @@ impl<'a> Conductor<'a> {
             broken: None,
             failed: None,
             alternation: Alternation::new(scene),
+            witness,
             largest_radius: scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max),
         })
     }

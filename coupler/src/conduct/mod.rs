@@ -10,6 +10,7 @@
 //! | `windows` | the loop: which window is ordered when, checkpoints, the stop |
 //! | `collect`, `collected` | what the solvers send, put where it belongs |
 //! | `verdict` | a window that is done: accepted, repeated, or the end of the run |
+//! | `witness` | what a foreign DEM says, against what the coupler sees |
 //! | `cause` | why a run ends early |
 //! | `close` | costs, summary, children gone |
 
@@ -20,6 +21,7 @@ mod collected;
 mod conductor;
 mod verdict;
 mod windows;
+mod witness;
 
 pub(crate) use cause::{alive, explain};
 pub(crate) use conductor::{Conductor, End};

@@ -51,8 +51,11 @@ impl Conductor<'_> {
     /// Every attempt: what crossed must be numbers, after the sub-steps ordered.
     pub(super) fn judge_messages(&self, window: &Window, slot: usize, whole: &Whole) -> Result<(), Failure> {
         let Collected { force, motion, .. } = &self.slots[slot];
+        judge::headers(window, &whole.loads, &whole.kinematics)?;
+        judge::reports(window, &whole.fluid, &whole.dem)?;
         judge::loads(window, force)?;
-        judge::motion(window, &whole.kinematics, motion)
+        judge::motion(window, &whole.kinematics, motion)?;
+        judge::places(window, motion, &self.prepared.scene)
     }
 
     /// The window as it stands.
@@ -72,6 +75,10 @@ impl Conductor<'_> {
         }
         let header = &whole.kinematics;
         judge::overlap(window, header, &whole.dem, self.largest_radius, &plan.forced)?;
+        let Collected { force, motion, .. } = &self.slots[slot];
+        if let Some(witness) = &mut self.witness {
+            witness.judge(window, force, motion, &plan.forced)?;
+        }
         if !plan.adaptive {
             let passed = judge::step_limit(window, whole.fluid.dt_limit, plan.cfl_reserve, &plan.forced)?;
             if passed && !self.told_of_limit {

@@ -121,7 +121,11 @@ pub(crate) fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> 
 fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<Proposal> {
     let scene = idea.change.of(&prepared.scene.source.text_for_any_folder())?;
     let file = Scratch::new(idea.name, &scene)?;
-    let changed = Prepared::new(&RunOptions { threads: options.threads, ..RunOptions::of_scene(&file.0) });
+    let changed = Prepared::new(&RunOptions {
+        threads: options.threads,
+        no_commands: options.no_commands,
+        ..RunOptions::of_scene(&file.0)
+    });
     let changed = changed.ok().filter(|changed| changed.refuse_broken().is_ok())?;
     let by_plans = (changed.plan.cost > 0.0).then(|| prepared.plan.cost / changed.plan.cost);
     let Idea { name, what, error, why, saving, .. } = idea;

@@ -286,6 +286,7 @@ dt = 0.01
 {}
 [dem]
 dt = 0.003
+contact = {{ contact_time = 0.06 }}
 {}
 [coupling]
 deadline = 2.0

@@ -134,7 +134,9 @@ impl OutputFolder {
     pub fn is_finished_to(&self, until: f64) -> bool {
         let text = fs::read_to_string(self.scene()).unwrap_or_default();
         let old: toml::Table = toml::from_str(&text).unwrap_or_default();
-        let end = old.get("until").and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+        let end = old
+            .get("until")
+            .and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
         self.is_finished() && end.is_some_and(|end| until <= end)
     }
 

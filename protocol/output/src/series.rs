@@ -73,7 +73,8 @@ impl SeriesWriter {
         let wrong = |what: String| OutputError::Content { path: path.to_owned(), what };
         let first = header(names).map_err(OutputError::file("read", path))?;
         let mut counted = Counted::new(file.try_clone().map_err(OutputError::file("resume", path))?);
-        let begins = counted.take_over(&mut file, mark.bytes, &first).map_err(OutputError::file("read", path))?;
+        let begins =
+            counted.take_over(&mut file, mark.bytes, &first).map_err(OutputError::file("read", path))?;
         if !begins {
             let remedy = "leave [observe] as it was, or start anew without --resume";
             return Err(wrong(format!("its columns are not those of this run: {remedy}")));

@@ -71,8 +71,9 @@ pub(crate) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
 fn goes_nowhere<S: Solver>(folder: &OutputFolder, scene: &CheckedScene) -> Result<bool, ProgramError> {
     let nowhere = folder.is_finished_to(scene.scene.until);
     if nowhere {
-        // A run of another scene is refused before it is called finished.
-        let _: Position = checkpoint::read(&folder.checkpoint(), "loop", &scene.state_sha256())?;
+        // A run of another scene, or of one that ends earlier, is refused before it is called finished.
+        let at: Position = checkpoint::read(&folder.checkpoint(), "loop", &scene.state_sha256())?;
+        scene.goes_on_from(at.time)?;
         let root = folder.root().display();
         protocol::say!(
             "{}: {root} is finished: nothing to do; --until with a later time goes on",

@@ -32,6 +32,9 @@ pub struct RunOptions {
     /// Do not record the exchange (no exchange.mcap)
     #[arg(long)]
     pub no_record: bool,
+    /// Are commands that the scene names left alone? Those who only look at a scene start nothing.
+    #[arg(skip)]
+    pub no_commands: bool,
 }
 
 impl RunOptions {
@@ -47,6 +50,7 @@ impl RunOptions {
             resume: false,
             overwrite: false,
             no_record: false,
+            no_commands: false,
         }
     }
 

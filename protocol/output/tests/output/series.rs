@@ -98,7 +98,8 @@ fn resuming_cuts_rows_after_the_checkpoint_and_a_torn_one() {
     torn.extend(b"3.5,7.");
     for (killed, done) in [(torn.clone(), 6), (torn, 3), (whole.clone(), 0)] {
         std::fs::write(&path, killed).expect("as killed");
-        let mut writer = SeriesWriter::resume(&path, &names(&["t", "x"]), 0.5, &marks[done]).expect("resumes");
+        let mut writer =
+            SeriesWriter::resume(&path, &names(&["t", "x"]), 0.5, &marks[done]).expect("resumes");
         for row in &rows[done..] {
             assert!(writer.record(row).expect("writes"), "row at {}", row[0]);
         }
@@ -113,9 +114,11 @@ fn resuming_a_file_that_was_altered_or_cut_is_refused() {
     let (_, marks) = marked(&path);
     let whole = std::fs::read_to_string(&path).expect("whole");
     let first = &whole[..whole.len() / 2];
-    for (altered, word) in
-        [(whole.replace("1.5,3", "1.5,4"), "another text"), (first.to_owned(), "shorter"), (String::new(), "columns")]
-    {
+    for (altered, word) in [
+        (whole.replace("1.5,3", "1.5,4"), "another text"),
+        (first.to_owned(), "shorter"),
+        (String::new(), "columns"),
+    ] {
         std::fs::write(&path, &altered).expect("altered");
         let error = SeriesWriter::resume(&path, &names(&["t", "x"]), 0.5, &marks[5]).expect_err("altered");
         assert!(error.to_string().contains(word), "{word}: {error}");
