@@ -76,8 +76,8 @@ done
 check "the DEM does the same again from the log" "$bedload" replay "$work/semi-implicit-8/exchange.mcap" --drive dem --verify
 check "the coupler is killed" orphaned
 check "a step that is too long is refused" refuses 2 explicit-drag \
-  "$bedload" check "$scene" --set "fluid.command=[\"$fluid\"]" --set fluid.time.dt=0.046875
+  "$bedload" check "$scene" --allow-commands --set "fluid.command=[\"$fluid\"]" --set fluid.time.dt=0.046875
 check "a flow is refused" refuses 2 medium.body_force \
-  "$bedload" check "$scene" --set "fluid.command=[\"$fluid\"]" --set 'medium.body_force=[1.0, 0.0, 0.0]'
+  "$bedload" check "$scene" --allow-commands --set "fluid.command=[\"$fluid\"]" --set 'medium.body_force=[1.0, 0.0, 0.0]'
 check "a damaged checkpoint is refused" damaged
 exit $failed
