@@ -1,0 +1,104 @@
+"""A DEM in Python: spheres with soft contacts and friction, without a film. How it takes part in a run: bedload_link.py."""
+import copy, json, math, os, sys
+import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python"))
+from bedload_link import Leave, start
+
+
+class Spheres:
+    def __init__(self, scene):
+        grains, domain, dem, zero = scene.get("grains", []), scene["domain"], scene.get("dem", {}), [0.0] * 3
+        self.law = law = dem.get("contact", {})
+        known = grains and all((g.get("shape", "sphere"), g.get("motion", "free")) == ("sphere", "free") for g in grains)
+        if not (known and law.get("law") == "linear-spring-dashpot" and "contact_time" in law and "groups" not in scene
+                and dem.get("lubrication") == {"form": "none"} and "periodic" not in str(domain.get("boundary"))):
+            raise Leave(2, "not for this DEM; remedy: free spheres in [[grains]], a box without periodic sides, [dem.contact] "
+                           "linear-spring-dashpot with contact_time, [dem] lubrication = { form = \"none\" }")
+        column = lambda key, default: np.array([g.get(key, default) for g in grains], float)
+        self.grains, self.r, self.g, sides = len(grains), column("radius", 0), np.array(scene["gravity"]), domain.get("boundary", {})
+        self.m, axes = column("density", 0) * 4 / 3 * math.pi * self.r**3, "xyz" if domain["geometry"] == "space" else "xz"
+        self.walls = [("xyz".index(axis), sign, place) for end, sign in (("lower", 1), ("upper", -1))
+                      for axis, place in zip(axes, domain[end]) if sides.get(f"{axis}_{end}", {}).get("contact")]
+        log_e, self.t_c = math.log(law["restitution"]), law["contact_time"]
+        self.k, self.c = (math.pi**2 + log_e**2) / self.t_c**2, -2 * log_e / self.t_c  # over m*: Izard et al. 2014, eqs 17, 18
+        self.dt = dem.get("dt", self.t_c / dem.get("steps_per_contact", 50))
+        self.state = {"x": column("position", zero), "q": column("orientation", [1.0, 0, 0, 0]), "v": column("velocity", zero),
+                      "w": column("spin", zero), "a": column("none", zero), "alpha": column("none", zero), "springs": {}}
+
+    def gaps(self, below):
+        """(grains, name, normal of the first, gap) of pairs, and of grains at walls, whose gap is below a limit."""
+        x, r = self.state["x"], self.r
+        for axis, sign, place in self.walls:
+            for i in np.flatnonzero(sign * (x[:, axis] - place) - r < below):
+                yield [i], f"{i} {axis} {sign}", sign * np.eye(3)[axis], sign * (x[i, axis] - place) - r[i]
+        for i, j in np.argwhere(np.triu(np.linalg.norm(x[:, None] - x, axis=2) - r[:, None] - r < below, 1)):
+            yield [i, j], f"{i} {j}", (x[i] - x[j]) / math.dist(x[i], x[j]), math.dist(x[i], x[j]) - r[i] - r[j]
+
+    def window(self, of, loads):
+        """The sub-steps of a window under its loads; returns the kinematics and the smallest gap."""
+        s, h, signs = self.state, of.dt / of.substeps, (1, -1)
+        light, turns = 1 / (self.m + loads[:, 6]), 1 / (0.4 * self.m * self.r**2 + loads[:, 7])  # with the virtual mass
+        pull = self.m[:, None] * self.g + loads[:, :3] + loads[:, 6:7] * s["a"]
+        twist, x, v, w = loads[:, 3:6] + loads[:, 7:] * s["alpha"], s["x"], s["v"], s["w"]
+        start, seen, least = (v.copy(), w.copy()), np.zeros((len(x), 9)), math.inf  # seen: Kinematics from byte 104 on
+        for _ in range(of.substeps):
+            force, torque, touching = pull.copy(), twist.copy(), {}
+            for who, name, n, gap in self.gaps(0.0):
+                mass, arms = 1 / light[who].sum(), self.r[who] + gap / 2
+                u = sum(sign * v[k] for sign, k in zip(signs, who)) - np.cross(arms @ w[who], n)
+                un, slide, part, dash = u @ n, u - (u @ n) * n, 1.0, 1.0
+                if name not in s["springs"]:  # it touches for a part of its first sub-step
+                    part, seen[who, 7] = min(1.0, gap / (un * h)) if un < 0 else 1.0, -un
+                    dash = part + 0.5
+                k, c, mu = mass * self.k, mass * dash * self.c, self.law.get("friction", 0.0)
+                normal, kt, ct = max(0.0, -k * gap - c * un), k * self.law.get("stiffness_ratio", 0.2), c * self.law.get("damping_ratio", 1.0)
+                spring = np.array(s["springs"].get(name, [[0.0] * 3])[0])
+                spring += slide * h * part - (spring @ n) * n
+                drag = -kt * spring - ct * slide
+                if (size := math.hypot(*drag)) > mu * normal:
+                    drag *= mu * normal / size
+                    spring = -(drag + ct * slide) / kt
+                push, least, touching[name] = normal * n + drag, min(least, gap), [spring.tolist(), un, [int(k) for k in who]]
+                for sign, arm, k in zip(signs, arms, who):
+                    force[k] += sign * push
+                    torque[k] -= arm * np.cross(n, push)
+                    seen[k, :3] += sign * push / of.substeps
+            for name in s["springs"].keys() - touching.keys():
+                seen[s["springs"][name][2], 8] = s["springs"][name][1]
+            s["springs"] = touching
+            v += h * light[:, None] * force
+            w += h * turns[:, None] * torque
+            x += h * v
+            for q, turn in zip(s["q"], h * w):
+                q[:] = [q[0] - turn @ q[1:] / 2, *(q[1:] + (q[0] * turn + np.cross(turn, q[1:])) / 2)]
+                q /= math.hypot(*q)
+        s["a"], s["alpha"], seen[:, 6] = (v - start[0]) / of.dt, (w - start[1]) / of.dt, math.inf
+        for who, _, _, gap in self.gaps(math.inf):
+            seen[who, 6] = np.minimum(seen[who, 6], gap)
+        return np.hstack([x, s["q"], v, w, seen]), min(least, seen[:, 6].min())
+
+    def facts(self):
+        return {"grains": self.grains, "dt": self.dt, "contact_time": self.t_c, "interaction_range": 0.0}
+
+    def keep(self):
+        self.kept = copy.deepcopy(self.state)
+
+    def back(self):
+        self.state = copy.deepcopy(self.kept)
+
+    def save(self, folder):
+        state = {key: value if key == "springs" else value.tolist() for key, value in self.state.items()}
+        with open(f"{folder}/dem.checkpoint.partial", "w") as file:
+            json.dump(state, file), file.flush(), os.fsync(file.fileno())
+        os.rename(file.name, f"{folder}/dem.checkpoint")
+
+    def load(self, folder):
+        try:
+            with open(f"{folder}/dem.checkpoint") as file:
+                self.state = {key: value if key == "springs" else np.array(value) for key, value in json.load(file).items()}
+        except (OSError, ValueError) as error:
+            raise Leave(2, f"{folder}/dem.checkpoint: {error}; remedy: resume from another checkpoint") from error
+
+
+start(Spheres)
