@@ -47,6 +47,7 @@ mod resume;
 mod rewind;
 pub mod run;
 pub mod scheme;
+mod scratch;
 mod session;
 mod solvers;
 mod speeds;

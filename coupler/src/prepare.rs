@@ -66,6 +66,14 @@ impl Prepared {
         Ok(Self { scene, coupling, fluid, dem, plan })
     }
 
+    /// Does a solver that is not ours take part?
+    #[must_use]
+    pub fn has_others(&self) -> bool {
+        let fluid = self.fluid.as_ref().map(|fluid| &fluid.solver);
+        let dem = self.dem.as_ref().map(|dem| &dem.solver);
+        fluid.into_iter().chain(dem).any(|solver| !solver.is_ours())
+    }
+
     /// Refuses a plan that breaks a bound.
     ///
     /// # Errors

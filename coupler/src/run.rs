@@ -138,6 +138,9 @@ pub(crate) fn open_folder(
     let fluid = prepared.fluid.as_ref().map(|fluid| &fluid.facts).filter(|facts| !facts.resolved.is_empty());
     let dem = prepared.dem.as_ref().map(|dem| &dem.facts).filter(|facts| !facts.resolved.is_empty());
     folder.write_scene(&prepared.scene, fluid, dem, Some(&coupling))?;
+    if prepared.has_others() {
+        folder.write_scene_in_full(&prepared.scene, fluid, dem, Some(&coupling))?;
+    }
     let plan =
         serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;
     bedload_output::atomic_write(&folder.plan(), plan.as_bytes())?;

@@ -88,7 +88,8 @@ fn start_solvers(
     let solvers =
         [prepared.fluid.as_ref().map(|fluid| &fluid.solver), prepared.dem.as_ref().map(|dem| &dem.solver)];
     for solver in solvers.into_iter().flatten() {
-        let arguments = serve_arguments(folder, link.rendezvous(), options.threads, checkpoint);
+        let scene = if solver.is_ours() { folder.scene() } else { folder.scene_in_full() };
+        let arguments = serve_arguments(&scene, folder, link.rendezvous(), options.threads, checkpoint);
         start(supervisor, solver, &arguments, Words::Kept)?;
     }
     Ok(())
@@ -96,12 +97,13 @@ fn start_solvers(
 
 /// Arguments of a solver that takes part in a run (interface: `serve`).
 pub(crate) fn serve_arguments(
+    scene: &Path,
     folder: &OutputFolder,
     rendezvous: &Rendezvous,
     threads: Option<NonZeroUsize>,
     checkpoint: Option<&Path>,
 ) -> Vec<OsString> {
-    let mut arguments: Vec<OsString> = vec!["serve".into(), folder.scene().into()];
+    let mut arguments: Vec<OsString> = vec!["serve".into(), scene.into()];
     arguments.extend(["--connect".into(), rendezvous.token().into()]);
     arguments.extend(["--out".into(), folder.root().into()]);
     if let Some(threads) = threads {

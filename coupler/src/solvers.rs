@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use bedload_output::{in_full, resolved_scene};
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::participant::Role;
 use protocol::scene::{CheckedScene, SceneError};
 use serde::de::DeserializeOwned;
 
 use crate::failure::Failure;
+use crate::scratch::Scratch;
 use crate::supervise::program;
 
 /// Why a solver could not be asked.
@@ -42,6 +44,9 @@ pub(crate) enum SolverCommandError {
         /// What it wrote to stderr.
         words: String,
     },
+    /// The scene that it is to be asked about cannot be written down for it.
+    #[error("{0}; free some room there, or name another folder in TMPDIR")]
+    Scratch(String),
     /// What it printed are no facts.
     #[error(
         "`{command} check --json` of the {role} solver printed no facts: {what}; rebuild it with this version of bedload"
@@ -62,9 +67,9 @@ impl From<SolverCommandError> for Failure {
             SolverCommandError::Scene(error) => Self::Scene(error),
             SolverCommandError::Start { .. } => Self::Peer(error.to_string()),
             SolverCommandError::Refused { code: 2, .. } => Self::Input(error.to_string()),
-            SolverCommandError::Refused { .. } | SolverCommandError::Facts { .. } => {
-                Self::Run(error.to_string())
-            }
+            SolverCommandError::Refused { .. }
+            | SolverCommandError::Facts { .. }
+            | SolverCommandError::Scratch(_) => Self::Run(error.to_string()),
         }
     }
 }
@@ -153,6 +158,27 @@ impl Solver {
     /// What the solver says of a scene; `None` from a foreign solver that does not know `check`.
     fn facts<F: DeserializeOwned>(
         &self,
+        scene: &CheckedScene,
+        path: &Path,
+        overrides: &[String],
+        limit: Duration,
+    ) -> Result<Option<F>, SolverCommandError> {
+        if self.is_ours() {
+            return self.facts_of(path, overrides, limit);
+        }
+        let folder = Scratch::new().map_err(SolverCommandError::Scratch)?;
+        let path = folder.path().join("scene.toml");
+        resolved_scene(&in_full(scene), None, None, None)
+            .map_err(|error| error.to_string())
+            .and_then(|text| std::fs::write(&path, text).map_err(|error| error.to_string()))
+            .map_err(|error| {
+                SolverCommandError::Scratch(format!("cannot write {}: {error}", path.display()))
+            })?;
+        self.facts_of(&path, &[], limit)
+    }
+
+    fn facts_of<F: DeserializeOwned>(
+        &self,
         scene: &Path,
         overrides: &[String],
         limit: Duration,
@@ -218,7 +244,7 @@ pub(crate) fn fluid_facts(
 ) -> Result<FluidFacts, SolverCommandError> {
     let foreign = !solver.is_ours();
     let asked = ask.commands || !foreign;
-    let known = if asked { solver.facts(path, overrides, patience(ask.limit, scene))? } else { None };
+    let known = if asked { solver.facts(scene, path, overrides, patience(ask.limit, scene))? } else { None };
     let mut facts: FluidFacts = match known {
         Some(facts) => facts,
         None => {
@@ -261,7 +287,7 @@ pub(crate) fn dem_facts(
     ask: Ask,
 ) -> Result<DemFacts, SolverCommandError> {
     let asked = ask.commands || solver.is_ours();
-    let known = if asked { solver.facts(path, overrides, patience(ask.limit, scene))? } else { None };
+    let known = if asked { solver.facts(scene, path, overrides, patience(ask.limit, scene))? } else { None };
     if solver.is_ours()
         && let Some(facts) = known
     {

@@ -24,6 +24,7 @@ use serde::Serialize;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::run::open_folder;
+use crate::scratch::Scratch;
 use cases::CASES;
 use stage::Stand;
 
@@ -92,7 +93,7 @@ pub(crate) fn conformance(options: &Options) -> Result<(), Failure> {
     if let Err(error) = remove_stale_runs() {
         protocol::say!("bedload: warning: cannot remove what dead runs left: {error}");
     }
-    let folder = Folder::new()?;
+    let folder = Scratch::new().map_err(Failure::Run)?;
     // a scene that is at fault by itself is no fault of the solver
     if let Some(scene) = &options.scene {
         RunOptions { overrides: options.overrides.clone(), ..RunOptions::of_scene(scene) }.read_scene()?;
@@ -100,7 +101,7 @@ pub(crate) fn conformance(options: &Options) -> Result<(), Failure> {
     let roles = options.role.map_or_else(|| vec![Role::Fluid, Role::Dem], |role| vec![role]);
     let mut reports = Vec::new();
     for role in roles {
-        reports.push(try_role(options, role, &folder.0)?);
+        reports.push(try_role(options, role, folder.path())?);
     }
     if options.json {
         println!(
@@ -159,7 +160,9 @@ fn stand(options: &Options, role: Role, folder: &Path) -> Result<Stand, Failure>
     let built_in = folder.join("scene.toml");
     std::fs::write(&built_in, SCENE)
         .map_err(|error| Failure::Run(format!("cannot write {}: {error}", built_in.display())))?;
-    let command = serde_json::to_string(&options.command).map_err(|error| Failure::Run(error.to_string()))?;
+    let command: Vec<String> =
+        options.command.iter().enumerate().map(|(place, word)| from_here(place, word)).collect();
+    let command = serde_json::to_string(&command).map_err(|error| Failure::Run(error.to_string()))?;
     let mut overrides = options.overrides.clone();
     overrides.push(format!("{role}.command={command}"));
     let run = RunOptions {
@@ -185,6 +188,13 @@ fn stand(options: &Options, role: Role, folder: &Path) -> Result<Stand, Failure>
     })
 }
 
+/// A word of the command line that names a file counts from here, not from the folder of the scene that it goes into.
+fn from_here(place: usize, word: &str) -> String {
+    let is_path = if place == 0 { word.contains('/') } else { Path::new(word).is_file() };
+    let whole = if is_path { std::path::absolute(word).ok() } else { None };
+    whole.map_or_else(|| word.to_owned(), |path| path.display().to_string())
+}
+
 /// Counts, and fails where something needed is missing.
 fn verdict(reports: &[Report]) -> Result<(), Failure> {
     let count = |outcome| {
@@ -200,23 +210,5 @@ fn verdict(reports: &[Report]) -> Result<(), Failure> {
     match failed {
         0 => Ok(()),
         _ => Err(Failure::Run(format!("{failed} of the cases that a solver must pass failed"))),
-    }
-}
-
-/// A folder that goes when the test ends.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new() -> Result<Self, Failure> {
-        let path = std::env::temp_dir().join(format!("bedload-conformance-{}", std::process::id()));
-        std::fs::create_dir_all(&path)
-            .map_err(|error| Failure::Run(format!("cannot make {}: {error}", path.display())))?;
-        Ok(Self(path))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }

@@ -114,7 +114,13 @@ impl Stand {
         rendezvous: &Rendezvous,
         checkpoint: Option<&Path>,
     ) -> Result<Supervisor, String> {
-        let arguments = serve_arguments(&self.folder, rendezvous, Some(NonZeroUsize::MIN), checkpoint);
+        let arguments = serve_arguments(
+            &self.folder.scene_in_full(),
+            &self.folder,
+            rendezvous,
+            Some(NonZeroUsize::MIN),
+            checkpoint,
+        );
         let mut supervisor = Supervisor::default();
         supervisor
             .start(self.role, &self.command, &arguments, Words::Quiet)

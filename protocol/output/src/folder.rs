@@ -15,7 +15,7 @@ use protocol::scene::CheckedScene;
 const MARKER: &str = "# Bedload output:";
 
 /// Files that a run writes in the folder itself.
-const FILES: [&str; 11] = [
+const FILES: [&str; 12] = [
     "summary.json",
     "series.csv",
     "exchange.mcap",
@@ -26,6 +26,7 @@ const FILES: [&str; 11] = [
     "planes.csv",
     "oblique.csv",
     "deposit.csv",
+    "scene-in-full.toml",
     "scene.toml",
 ];
 
@@ -120,6 +121,24 @@ impl OutputFolder {
         atomic_write(&path, text.as_bytes())
     }
 
+    /// Writes `scene-in-full.toml`: `scene.toml` with every grain written out as `[[grains]]`, insertions aside, so that a
+    /// solver of another need not know how grains are laid out.
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn write_scene_in_full(
+        &self,
+        scene: &CheckedScene,
+        fluid: Option<&FluidFacts>,
+        dem: Option<&DemFacts>,
+        coupling: Option<&toml::Table>,
+    ) -> Result<(), OutputError> {
+        let path = self.scene_in_full();
+        let body = resolved_scene(&in_full(scene), fluid, dem, coupling)
+            .map_err(|error| OutputError::Content { path: path.clone(), what: error.to_string() })?;
+        atomic_write(&path, body.as_bytes())
+    }
+
     /// Did the run in the folder come to its end?
     #[must_use]
     pub fn is_finished(&self) -> bool {
@@ -205,6 +224,12 @@ impl OutputFolder {
         self.root.join("scene.toml")
     }
 
+    /// The scene as a solver of another is given it: `scene-in-full.toml`.
+    #[must_use]
+    pub fn scene_in_full(&self) -> PathBuf {
+        self.root.join("scene-in-full.toml")
+    }
+
     /// `summary.json`.
     #[must_use]
     pub fn summary(&self) -> PathBuf {
@@ -276,6 +301,17 @@ fn remove_files(folder: &Path, ours: impl Fn(&Path) -> bool) -> Result<(), Outpu
         }
     }
     Ok(())
+}
+
+/// The scene with every grain that is there from the start as one of `grains`.
+#[must_use]
+pub fn in_full(scene: &CheckedScene) -> CheckedScene {
+    let mut full = scene.clone();
+    full.scene.grains = scene.grains[..scene.grains.len() - scene.inserted.len()].to_vec();
+    full.scene.grain_files.clear();
+    full.scene.rough_walls.clear();
+    full.scene.groups.clear();
+    full
 }
 
 /// The scene as TOML with every default written out: the shared part from its types, the sections

@@ -1,27 +1,32 @@
-"""A DEM in Python: spheres with soft contacts and friction, without a film. How it takes part in a run: bedload_link.py."""
+"""A DEM in Python: spheres with soft contacts, friction and a film. How it takes part in a run: bedload_link.py."""
 import copy, json, math, os, sys
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python"))
-from bedload_link import Leave, start
+from bedload_link import Leave, is_wall, start
 
 
 class Spheres:
     def __init__(self, scene):
         grains, domain, dem, zero = scene.get("grains", []), scene["domain"], scene.get("dem", {}), [0.0] * 3
-        self.law = law = dem.get("contact", {})
+        self.law, self.film = law, film = dem.get("contact", {}), dem.get("lubrication", {})
         known = grains and all((g.get("shape", "sphere"), g.get("motion", "free")) == ("sphere", "free") for g in grains)
         if not (known and law.get("law") == "linear-spring-dashpot" and "contact_time" in law and "groups" not in scene
-                and dem.get("lubrication") == {"form": "none"} and "periodic" not in str(domain.get("boundary"))):
+                and film.get("form") in ("none", "as-printed", "continuous", "complement") and "periodic" not in str(domain)
+                and (film["form"] != "complement" or not film.get("tangential", domain["geometry"] != "axisymmetric"))):
             raise Leave(2, "not for this DEM; remedy: free spheres in [[grains]], a box without periodic sides, [dem.contact] "
-                           "linear-spring-dashpot with contact_time, [dem] lubrication = { form = \"none\" }")
+                           "linear-spring-dashpot with contact_time, a form of dem.lubrication, and if that is complement, "
+                           "outside axisymmetric scenes, dem.lubrication.tangential = false")
         column = lambda key, default: np.array([g.get(key, default) for g in grains], float)
-        self.grains, self.r, self.g, sides = len(grains), column("radius", 0), np.array(scene["gravity"]), domain.get("boundary", {})
+        self.grains, self.r, self.g = len(grains), column("radius", 0), np.array(scene["gravity"])
         self.m, axes = column("density", 0) * 4 / 3 * math.pi * self.r**3, "xyz" if domain["geometry"] == "space" else "xz"
         self.walls = [("xyz".index(axis), sign, place) for end, sign in (("lower", 1), ("upper", -1))
-                      for axis, place in zip(axes, domain[end]) if sides.get(f"{axis}_{end}", {}).get("contact")]
+                      for axis, place in zip(axes, domain[end]) if is_wall(domain, axis, end)]
         log_e, self.t_c = math.log(law["restitution"]), law["contact_time"]
         self.k, self.c = (math.pi**2 + log_e**2) / self.t_c**2, -2 * log_e / self.t_c  # over m*: Izard et al. 2014, eqs 17, 18
+        self.reach = film.get("cut_off", 0.5) if film["form"] != "none" else 0.0  # of the film, over the radius
+        self.length = film.get("resolved_length", (domain["upper"][-1] - domain["lower"][-1]) / domain["cells"][-1])
+        self.viscous = 6 * math.pi * scene["medium"]["viscosity"] if self.reach else 0.0
         self.dt = dem.get("dt", self.t_c / dem.get("steps_per_contact", 50))
         self.state = {"x": column("position", zero), "q": column("orientation", [1.0, 0, 0, 0]), "v": column("velocity", zero),
                       "w": column("spin", zero), "a": column("none", zero), "alpha": column("none", zero), "springs": {}}
@@ -35,6 +40,20 @@ class Spheres:
         for i, j in np.argwhere(np.triu(np.linalg.norm(x[:, None] - x, axis=2) - r[:, None] - r < below, 1)):
             yield [i, j], f"{i} {j}", (x[i] - x[j]) / math.dist(x[i], x[j]), math.dist(x[i], x[j]) - r[i] - r[j]
 
+    def squeezed(self, u, gap, rate, h, radius):
+        """u after h in the film: u' + rate (P(gap + h u') − P(gap)) = u, P the integral of its law over 0 ≤ gap ≤ reach."""
+        rough, reach, form = self.film["roughness"] * radius, self.reach * radius, self.film["form"]
+        def law(gap):
+            gap = min(max(gap, 0.0), reach)
+            x = (gap + rough) / self.length
+            rest = {"as-printed": 0.0, "continuous": gap / (reach + rough), "complement": math.log(1 + 2 * x + 2 * x * x) / 2 + math.atan(1 + 2 * x)}
+            return math.log(x) - rest[form]
+        low, high = min(u, 0.0), max(u, 0.0)
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if middle + rate * (law(gap + h * middle) - law(gap)) < u else (low, middle)
+        return high
+
     def window(self, of, loads):
         """The sub-steps of a window under its loads; returns the kinematics and the smallest gap."""
         s, h, signs = self.state, of.dt / of.substeps, (1, -1)
@@ -44,8 +63,13 @@ class Spheres:
         start, seen, least = (v.copy(), w.copy()), np.zeros((len(x), 9)), math.inf  # seen: Kinematics from byte 104 on
         for _ in range(of.substeps):
             force, torque, touching = pull.copy(), twist.copy(), {}
-            for who, name, n, gap in self.gaps(0.0):
-                mass, arms = 1 / light[who].sum(), self.r[who] + gap / 2
+            films = []
+            for who, name, n, gap in self.gaps(max(self.reach * self.r.max(), 1e-300)):
+                mass, arms, radius = 1 / light[who].sum(), self.r[who] + gap / 2, 1 / (1 / self.r[who]).sum()
+                if self.viscous:
+                    films.append((who, n, gap, mass, radius))
+                if gap >= 0:
+                    continue
                 u = sum(sign * v[k] for sign, k in zip(signs, who)) - np.cross(arms @ w[who], n)
                 un, slide, part, dash = u @ n, u - (u @ n) * n, 1.0, 1.0
                 if name not in s["springs"]:  # it touches for a part of its first sub-step
@@ -59,17 +83,25 @@ class Spheres:
                 if (size := math.hypot(*drag)) > mu * normal:
                     drag *= mu * normal / size
                     spring = -(drag + ct * slide) / kt
-                push, least, touching[name] = normal * n + drag, min(least, gap), [spring.tolist(), un, [int(k) for k in who]]
+                push, least, touching[name] = normal * n + drag, min(least, gap), [spring.tolist(), n.tolist(), [int(k) for k in who]]
                 for sign, arm, k in zip(signs, arms, who):
                     force[k] += sign * push
                     torque[k] -= arm * np.cross(n, push)
                     seen[k, :3] += sign * push / of.substeps
             for name in s["springs"].keys() - touching.keys():
-                seen[s["springs"][name][2], 8] = s["springs"][name][1]
+                _, n, who = s["springs"][name]
+                seen[who, 8] = sum(sign * v[k] for sign, k in zip(signs, who)) @ n
             s["springs"] = touching
+            x += (v if not touching and not films else 0.0) * h / 2  # a flight is exact under a constant force
             v += h * light[:, None] * force
+            for who, n, gap, mass, radius in films:
+                u = sum(sign * v[k] for sign, k in zip(signs, who)) @ n
+                push = mass * (self.squeezed(u, gap, self.viscous * radius**2 / mass, h, radius * len(who)) - u) * n
+                for sign, k in zip(signs, who):
+                    v[k] += sign * light[k] * push
+                    seen[k, 3:6] += sign * push / of.dt
             w += h * turns[:, None] * torque
-            x += h * v
+            x += h * v / (1 if touching or films else 2)
             for q, turn in zip(s["q"], h * w):
                 q[:] = [q[0] - turn @ q[1:] / 2, *(q[1:] + (q[0] * turn + np.cross(turn, q[1:])) / 2)]
                 q /= math.hypot(*q)
@@ -79,7 +111,7 @@ class Spheres:
         return np.hstack([x, s["q"], v, w, seen]), min(least, seen[:, 6].min())
 
     def facts(self):
-        return {"grains": self.grains, "dt": self.dt, "contact_time": self.t_c, "interaction_range": 0.0}
+        return {"grains": self.grains, "dt": self.dt, "contact_time": self.t_c, "interaction_range": self.reach * self.r.max()}
 
     def keep(self):
         self.kept = copy.deepcopy(self.state)

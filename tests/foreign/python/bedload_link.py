@@ -154,6 +154,14 @@ class Run:
                 raise Leave(1, f"order {of.order} is not known")
 
 
+# ---- What a DEM reads of a scene ----
+def is_wall(domain, axis, end):
+    """Do grains touch this side of the box? As `serve` is given a scene, each side says so: `x`, or `x_lower` and `x_upper`."""
+    sides = domain.get("boundary", {})
+    side = sides.get(f"{axis}_{end}", sides.get(axis))
+    return isinstance(side, dict) and side.get("contact", False)
+
+
 # ---- The commands `check` and `serve` ----
 def main(dem_of, what, path, *words):
     after = lambda name: [value for key, value in zip(words, words[1:]) if key == name]
@@ -174,8 +182,8 @@ def main(dem_of, what, path, *words):
     run = Run(json.loads((after("--connect") or [os.environ["BEDLOAD_CONNECT"]])[0]), dem.grains)
     try:
         run.serve(dem, after("--out")[0])
-    except Leave as leave:
-        code, text = leave.args
+    except Exception as error:
+        code, text = error.args if isinstance(error, Leave) else (1, f"{type(error).__name__}: {error}")
         run.say(FAILED if code else STOPPED, run.backlog[-1] if run.backlog else Command(), text)
         raise
     finally:

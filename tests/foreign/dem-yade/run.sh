@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Checks YADE with Bedload's coupler and fluid, and compares it with Bedload's DEM; exit 1 if a check fails.
+#   cargo build --release
+#   tests/foreign/dem-yade/run.sh [BINARIES]
+# Installs Debian's yade where it is missing and can be; else it says so and ends with 0.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+if ! command -v yade > /dev/null; then
+  if ! command -v apt-get > /dev/null || [ "$(id -u)" != 0 ] ||
+    ! { apt-get update -qq && apt-get install -y -qq --no-install-recommends yade; } > /dev/null 2>&1; then
+    echo "YADE: left out, it is missing and cannot be installed here (Debian's package yade)"
+    exit 0
+  fi
+fi
+. "$here/../python/checks.sh"
+# For the interpreter that YADE was built with, not for ours.
+export BEDLOAD_YADE_PYTHON=${CARGO_TARGET_DIR:-$root/target}/foreign/yade
+[ -d "$BEDLOAD_YADE_PYTHON/iceoryx2" ] ||
+  "$python" -m pip install --quiet --disable-pip-version-check --target "$BEDLOAD_YADE_PYTHON" --only-binary=:all: \
+    --python-version "$(/usr/bin/python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])')" iceoryx2==0.10.0 'numpy<2'
+
+bounce() {
+  both bounce "$root/scenes/bouncing-sphere.toml" --until 0.45 --no-record --set 'dem.lubrication={ form = "none" }' &&
+    compared bounce impact_velocity_ratio=1e-3 rebound_velocity_ratio=1e-3 rebound_height_over_diameter=1e-2
+}
+settling() { # allowed: about three times how far our own runs differ when density or end change a little
+  both settling "$here/../settling-200.toml" --until 8 --no-record &&
+    compared settling kinetic_energy@4=2e-3 kinetic_energy@8=1e-2
+}
+
+check "conformance" "$bedload" conformance --role dem --set 'dem.lubrication={ form = "none" }' --set 'grains[1].density=3.0' -- "${command[@]}"
+check "bounce, no film" bounce
+check "200 spheres settle" settling
+check "resume from YADE's own file" resumes "$here/../settling-200.toml" 4 --set 'fluid.time={ scheme = "ab2", dt = 0.0625 }'
+exit $failed
