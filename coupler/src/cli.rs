@@ -131,6 +131,9 @@ enum Command {
         /// Override any key of the scene; may be repeated
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
+        /// Hold a DEM also against what is exact: fall, bounce, rest, collision, spin
+        #[arg(long)]
+        physics: bool,
         /// Print the results as JSON
         #[arg(long)]
         json: bool,
@@ -296,9 +299,9 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         Command::Stability { scene, out, jobs } => {
             study::stability::stability(&study::Options { scene, out, jobs })
         }
-        Command::Conformance { role, scene, overrides, json, command } => {
+        Command::Conformance { role, scene, overrides, physics, json, command } => {
             let role = role.map(Role::from);
-            conformance::conformance(&conformance::Options { command, role, scene, overrides, json })
+            conformance::conformance(&conformance::Options { command, role, scene, overrides, json, physics })
         }
         Command::Report { dirs } => {
             let dirs: Vec<&Path> = dirs.iter().map(PathBuf::as_path).collect();

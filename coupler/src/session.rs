@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use bedload_output::{OutputFolder, Summary};
 use bedload_program::RunOptions;
 use protocol::channel::{ConductorLink, Rendezvous, Waiting};
+use protocol::participant::ExchangeError;
 use protocol::scheme::Scheme;
 
 use crate::conduct::{Conductor, End, alive, explain};
@@ -38,7 +39,10 @@ pub(crate) fn conduct(
     done: &mut Option<u64>,
 ) -> Result<End, Failure> {
     let Job { options, prepared, folder, begin, last } = *job;
-    let exchange = |error: protocol::participant::ExchangeError| Failure::Run(error.to_string());
+    let exchange = |error: ExchangeError| match error {
+        ExchangeError::NoRoom(text) => Failure::Full(text),
+        other => Failure::Run(other.to_string()),
+    };
     let rendezvous = rendezvous(prepared).map_err(exchange)?;
     let mut link = ConductorLink::create(&rendezvous).map_err(exchange)?;
     let mut supervisor = Supervisor::default();
@@ -65,7 +69,7 @@ pub(crate) fn conduct(
     Ok(end)
 }
 
-fn rendezvous(prepared: &Prepared) -> Result<Rendezvous, protocol::participant::ExchangeError> {
+fn rendezvous(prepared: &Prepared) -> Result<Rendezvous, ExchangeError> {
     let coupling = &prepared.coupling;
     let mut rendezvous = Rendezvous::new(prepared.scene.grains.len())?;
     rendezvous.ahead = crate::scheme::AHEAD;

@@ -114,14 +114,31 @@ fn the_plan_as_json_has_steps_and_bounds() {
     }
 }
 
+fn heap(keys: &str) -> String {
+    format!("[[metrics]]\nname = \"heap\"\nkind = \"deposit-run-out\"\nhalf_length = 1.0\n{keys}\n")
+}
+
 #[test]
 fn bad_input_is_exit_2_with_place_and_remedy() {
     let room = Room::new("bad");
+    std::fs::write(room.0.join("grains.csv"), "x,y,z,radius,density\n3.5,3.5,3.5,0.1,2.0\n").expect("a file");
     let good = scene("good", "good", "");
     for (text, words) in [
         (good.replace("radius = 0.5", "radius = -0.5"), vec!["grains[0].radius", "-0.5", "positive"]),
         (good.replace("deadline = 2.0", "deadlin = 2.0"), vec!["deadlin", "unknown field"]),
         (good.replace("until = 0.2", "until = "), vec!["not valid TOML"]),
+        (
+            good.replace("gravity = [0.0, 0.0, -1.0]", "gravity = [0.0, 0.0, -1.0, 5.0]"),
+            vec!["gravity", "4 entries", "too many"],
+        ),
+        (format!("{good}\n[chart]\nmetrik = \"peak\"\n"), vec!["metrik", "unknown field"]),
+        (format!("{good}\n[stability]\nsignel = \"peak\"\n"), vec!["signel", "unknown field"]),
+        (format!("{good}\n{}", heap("centre = 1e30")), vec!["metrics[0].centre", "1e30", "in the box"]),
+        (format!("{good}\n{}", heap("centre = 0.5\nbin = 1e-300")), vec!["metrics[0].bin", "1e5 bins"]),
+        (
+            format!("{good}\n[[grain_files]]\nfile = \"grains.csv\"\ncopies = 99999999999\n"),
+            vec!["grain_files[0].copies", "fewer times"],
+        ),
         (
             good.replace("contact = { contact_time = 0.06 }", ""),
             vec!["dem.contact.contact_time", "how long a contact lasts", "check SCENE --json"],

@@ -142,6 +142,9 @@ pub enum ExchangeError {
         /// Its last words.
         text: String,
     },
+    /// There is no room for the shared memory.
+    #[error("{0}")]
+    NoRoom(String),
     /// The run is being stopped.
     #[error("the run was stopped")]
     Stopped,

@@ -27,6 +27,31 @@ fn the_dem_keeps_the_protocol() {
     keeps_it("bedload-dem", 1, &[]);
 }
 
+/// Each case of `--physics`, and whether it passed.
+fn physics(solver: &str, more: &[&str]) -> Vec<(String, bool)> {
+    let solver = program(solver);
+    let fixed = ["conformance", "--json", "--physics", "--role", "dem"];
+    let output = bedload(&[&fixed, more, &["--", solver.to_str().expect("UTF-8")]].concat());
+    let reports: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let cases = reports[0]["cases"].as_array().expect("cases");
+    let read = |case: &serde_json::Value| {
+        (case["name"].as_str().expect("a name").to_owned(), case["outcome"] == "pass")
+    };
+    cases[14..].iter().map(read).collect()
+}
+
+#[test]
+fn the_physics_part_passes_our_dem_and_catches_what_the_minimal_one_lacks() {
+    let of = |fails: &[&str]| {
+        ["fall", "bounce", "rest", "collision", "spin"]
+            .map(|name| (name.to_owned(), !fails.contains(&name)))
+            .to_vec()
+    };
+    assert_eq!(physics("bedload-dem", &[]), of(&[]));
+    // It has neither contacts between grains nor spins.
+    assert_eq!(physics(MINIMAL, &["--set", "dem.dt=1e-3"]), of(&["collision", "spin"]));
+}
+
 /// `protocol/examples/minimal_dem.rs`, which knows the contract and nothing else.
 const MINIMAL: &str = "examples/minimal_dem";
 

@@ -125,6 +125,7 @@ pub(crate) fn explain(
         }
         (None, None) => match error {
             ExchangeError::PeerDied { .. } | ExchangeError::Failed { .. } => Failure::Peer(error.to_string()),
+            ExchangeError::NoRoom(text) => Failure::Full(text.clone()),
             _ => Failure::Run(error.to_string()),
         },
     }

@@ -97,7 +97,7 @@ fn ahead(stand: &Stand) -> Result<String, String> {
 }
 
 /// Header, records and report of a window.
-fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
+pub(super) fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
     let Turn { header, records, done } = turn;
     let step = command.step;
     let (ordered, sent) = match records {

@@ -6,11 +6,13 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `cases` | what a solver has to do |
+//! | `physics` | what a DEM does with grains, on scenes of their own |
 //! | `stage` | a run with one solver under test |
 //! | `actor` | the other side |
 
 mod actor;
 mod cases;
+mod physics;
 mod stage;
 
 use std::path::{Path, PathBuf};
@@ -26,6 +28,7 @@ use crate::prepare::Prepared;
 use crate::run::open_folder;
 use crate::scratch::Scratch;
 use cases::CASES;
+use physics::TRIALS;
 use stage::Stand;
 
 /// The scene that a solver is given where no other is named.
@@ -44,6 +47,8 @@ pub(crate) struct Options {
     pub(crate) overrides: Vec<String>,
     /// Print JSON.
     pub(crate) json: bool,
+    /// Whether a DEM is also held against what is exact.
+    pub(crate) physics: bool,
 }
 
 /// How a case ended.
@@ -101,7 +106,11 @@ pub(crate) fn conformance(options: &Options) -> Result<(), Failure> {
     let roles = options.role.map_or_else(|| vec![Role::Fluid, Role::Dem], |role| vec![role]);
     let mut reports = Vec::new();
     for role in roles {
-        reports.push(try_role(options, role, folder.path())?);
+        let mut report = try_role(options, role, folder.path())?;
+        if options.physics && role == Role::Dem && report.passed_over.is_none() {
+            try_physics(options, &mut report, folder.path());
+        }
+        reports.push(report);
     }
     if options.json {
         println!(
@@ -114,7 +123,10 @@ pub(crate) fn conformance(options: &Options) -> Result<(), Failure> {
 
 fn try_role(options: &Options, role: Role, folder: &Path) -> Result<Report, Failure> {
     let mut report = Report { role, passed_over: None, cases: Vec::new() };
-    let stand = match stand(options, role, folder) {
+    let built_in = folder.join("scene.toml");
+    put(&built_in, SCENE)?;
+    let scene = options.scene.as_deref().unwrap_or(&built_in);
+    let stand = match stand(options, role, scene, &folder.join(role.to_string())) {
         Ok(stand) => stand,
         Err(failure) if options.role.is_some() => return Err(failure),
         Err(failure) => {
@@ -133,19 +145,54 @@ fn try_role(options: &Options, role: Role, folder: &Path) -> Result<Report, Fail
             Err(wrong) => (if case.needed { Outcome::Fail } else { Outcome::Lacks }, wrong),
         };
         let seconds = begin.elapsed().as_secs_f64();
-        if !options.json {
-            println!("{role:5}  {:5}  {:14}  {seen}", outcome.word(), case.name);
-            if outcome != Outcome::Pass {
-                println!("{:30}wanted: {}", "", case.about);
-            }
-        }
-        report.cases.push(Played { name: case.name, about: case.about, outcome, seen, seconds });
+        report.add(options, Played { name: case.name, about: case.about, outcome, seen, seconds });
         // One that cannot join fails all cases for the same reason.
         if number == 0 && outcome == Outcome::Fail {
             break;
         }
     }
     Ok(report)
+}
+
+/// Holds a DEM against what is exact. One that refuses a scene lacks what is in it.
+fn try_physics(options: &Options, report: &mut Report, folder: &Path) {
+    // What was said of the grains of another scene is not meant for these.
+    let kept = |text: &&String| text.starts_with("dem.") || text.starts_with("coupling.");
+    let overrides = options.overrides.iter().filter(kept).cloned().collect();
+    let options = &Options { overrides, ..options.clone() };
+    for trial in &TRIALS {
+        let begin = Instant::now();
+        let path = folder.join(format!("{}.toml", trial.name));
+        let stand = put(&path, &trial.scene())
+            .and_then(|()| stand(options, Role::Dem, &path, &folder.join(trial.name)));
+        let (outcome, seen) = match stand {
+            Err(failure) => (Outcome::Lacks, failure.to_string()),
+            Ok(stand) => match trial.play(&stand) {
+                Ok(seen) => (Outcome::Pass, seen),
+                Err(wrong) => (Outcome::Fail, wrong),
+            },
+        };
+        let seconds = begin.elapsed().as_secs_f64();
+        report.add(options, Played { name: trial.name, about: trial.about, outcome, seen, seconds });
+    }
+}
+
+impl Report {
+    /// Takes a case, and prints it.
+    fn add(&mut self, options: &Options, case: Played) {
+        if !options.json {
+            println!("{:5}  {:5}  {:14}  {}", self.role, case.outcome.word(), case.name, case.seen);
+            if case.outcome != Outcome::Pass {
+                println!("{:30}wanted: {}", "", case.about);
+            }
+        }
+        self.cases.push(case);
+    }
+}
+
+fn put(path: &Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(path, text)
+        .map_err(|error| Failure::Run(format!("cannot write {}: {error}", path.display())))
 }
 
 fn pass_over(options: &Options, report: &mut Report, why: &str) {
@@ -156,20 +203,13 @@ fn pass_over(options: &Options, report: &mut Report, why: &str) {
 }
 
 /// Reads and resolves the scene with the command as the solver of `role`.
-fn stand(options: &Options, role: Role, folder: &Path) -> Result<Stand, Failure> {
-    let built_in = folder.join("scene.toml");
-    std::fs::write(&built_in, SCENE)
-        .map_err(|error| Failure::Run(format!("cannot write {}: {error}", built_in.display())))?;
+fn stand(options: &Options, role: Role, scene: &Path, out: &Path) -> Result<Stand, Failure> {
     let command: Vec<String> =
         options.command.iter().enumerate().map(|(place, word)| from_here(place, word)).collect();
     let command = serde_json::to_string(&command).map_err(|error| Failure::Run(error.to_string()))?;
     let mut overrides = options.overrides.clone();
     overrides.push(format!("{role}.command={command}"));
-    let run = RunOptions {
-        overrides,
-        out: Some(folder.join(role.to_string())),
-        ..RunOptions::of_scene(options.scene.as_ref().unwrap_or(&built_in))
-    };
+    let run = RunOptions { overrides, out: Some(out.to_owned()), ..RunOptions::of_scene(scene) };
     let prepared = Prepared::new(&run)?;
     if prepared.fluid.is_none() || prepared.dem.is_none() {
         return Err(Failure::Input(
@@ -185,6 +225,7 @@ fn stand(options: &Options, role: Role, folder: &Path) -> Result<Stand, Failure>
         prepared,
         folder: output,
         plain: options.scene.is_none(),
+        probing: options.role.is_none(),
     })
 }
 

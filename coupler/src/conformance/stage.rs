@@ -12,6 +12,7 @@ use bedload_output::OutputFolder;
 use protocol::channel::{ConductorLink, Event, Rendezvous};
 use protocol::message::{Command, Header, Kinematics, Loads, Order, Record, State, Status};
 use protocol::participant::{ExchangeError, Role};
+use protocol::scene::Grain;
 
 use super::actor::{self, Lines, Part};
 use crate::prepare::Prepared;
@@ -21,12 +22,17 @@ use crate::supervise::{Exit, Supervisor, Words};
 /// Longest time for a solver to leave once it has to.
 pub(super) const LEAVE: Duration = Duration::from_secs(10);
 
+/// Longest time to join in a role that nobody said the command takes, s.
+const PROBE: f64 = 5.0;
+
 /// Who is tested, and on what.
 pub(super) struct Stand {
     pub(super) role: Role,
     pub(super) command: Vec<String>,
     pub(super) prepared: Prepared,
     pub(super) folder: OutputFolder,
+    /// Whether the role was not named, and has to be found out.
+    pub(super) probing: bool,
     /// Whether the scene is the built-in one, of which more is known.
     pub(super) plain: bool,
 }
@@ -39,6 +45,8 @@ pub(super) struct Setting<'a> {
     /// Longest time for an answer, s; by default that of the scene.
     pub(super) deadline: Option<f64>,
     pub(super) checkpoint: Option<&'a Path>,
+    /// What the fluid sends, in place of half the weights.
+    pub(super) loads: Option<&'a [Loads]>,
 }
 
 /// What a solver sent in one window, and what it said after it.
@@ -85,17 +93,20 @@ impl Stand {
                     .collect(),
             ),
             Role::Fluid => Lines::Kinematics(
-                scene
-                    .grains
-                    .iter()
-                    .map(|grain| Kinematics {
-                        position: grain.position,
-                        orientation: grain.orientation,
-                        ..Kinematics::default()
-                    })
-                    .collect(),
+                self.at_start().into_iter().map(|grain| Kinematics { velocity: [0.0; 3], ..grain }).collect(),
             ),
         }
+    }
+
+    /// The grains as they begin.
+    pub(super) fn at_start(&self) -> Vec<Kinematics> {
+        let begin = |grain: &Grain| Kinematics {
+            position: grain.position,
+            orientation: grain.orientation,
+            velocity: grain.velocity,
+            ..Kinematics::default()
+        };
+        self.prepared.scene.grains.iter().map(begin).collect()
     }
 
     /// A run of the scene's grains with the scene's limits.
@@ -103,7 +114,8 @@ impl Stand {
         let coupling = &self.prepared.coupling;
         let mut rendezvous = Rendezvous::new(self.prepared.scene.grains.len()).map_err(text)?;
         rendezvous.repeatable = setting.repeatable;
-        rendezvous.join_s = coupling.startup_deadline;
+        rendezvous.join_s =
+            if self.probing { coupling.startup_deadline.min(PROBE) } else { coupling.startup_deadline };
         rendezvous.deadline_s = setting.deadline.unwrap_or(coupling.deadline);
         Ok(rendezvous)
     }
@@ -114,13 +126,10 @@ impl Stand {
         rendezvous: &Rendezvous,
         checkpoint: Option<&Path>,
     ) -> Result<Supervisor, String> {
-        let arguments = serve_arguments(
-            &self.folder.scene_in_full(),
-            &self.folder,
-            rendezvous,
-            Some(NonZeroUsize::MIN),
-            checkpoint,
-        );
+        let others = self.prepared.has_others();
+        let scene = if others { self.folder.scene_in_full() } else { self.folder.scene() };
+        let arguments =
+            serve_arguments(&scene, &self.folder, rendezvous, Some(NonZeroUsize::MIN), checkpoint);
         let mut supervisor = Supervisor::default();
         supervisor
             .start(self.role, &self.command, &arguments, Words::Quiet)
@@ -164,7 +173,8 @@ impl<'a> Stage<'a> {
         let link = ConductorLink::create(&rendezvous).map_err(text)?;
         let over = Arc::new(AtomicBool::new(false));
         let supervisor = stand.start(&rendezvous, setting.checkpoint)?;
-        let actor = actor::enter(&rendezvous, stand.lines(), setting.part, &over, stand.folder.root());
+        let lines = setting.loads.map_or_else(|| stand.lines(), |loads| Lines::Loads(loads.to_vec()));
+        let actor = actor::enter(&rendezvous, lines, setting.part, &over, stand.folder.root());
         let mut stage = Self {
             stand,
             link: Some(link),

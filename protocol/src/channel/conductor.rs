@@ -8,6 +8,7 @@ use super::folder::Membership;
 use super::observer::{Event, Observer};
 use super::outbox::{Outbox, Receivers};
 use super::rendezvous::Rendezvous;
+use super::space;
 use super::topics;
 use super::wake::{Pace, Rhythm, Wake};
 use super::watch::{Member, Watch};
@@ -37,6 +38,7 @@ impl ConductorLink {
     /// # Errors
     /// [`ExchangeError::Transport`] if a folder, segment or service cannot be made.
     pub fn create(rendezvous: &Rendezvous) -> Result<Self, ExchangeError> {
+        space::ask(rendezvous)?;
         let membership = Membership::found(rendezvous)?;
         let own = Member::Coupler;
         let node = topics::node(rendezvous, own)?;
@@ -47,6 +49,7 @@ impl ConductorLink {
             &commands,
             Receivers { members: solvers.collect(), watch: watch.clone(), limit: rendezvous.deadline() },
         )?;
+        space::take(rendezvous)?;
         Ok(Self {
             commands,
             observer: Observer::open(&node, rendezvous)?,
@@ -91,6 +94,7 @@ impl ConductorLink {
         }
         self.commands.connect()?;
         self.observer.connect()?;
+        space::take(&self.rendezvous)?;
         self.watch.everyone_joined();
         Ok(ready)
     }

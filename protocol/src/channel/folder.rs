@@ -6,12 +6,13 @@
 
 use std::fs::{self, DirBuilder, File, TryLockError};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::names::{SHARED_MEMORY, failed, prefix_of, user, user_folder};
+use super::names::{failed, is_private, prefix_of, user, user_folders};
 use super::rendezvous::Rendezvous;
+use super::space::segments;
 use crate::participant::ExchangeError;
 
 const RUN_LOCK: &str = "run.lock";
@@ -81,7 +82,7 @@ fn make_private(folder: &Path) -> Result<(), ExchangeError> {
         Err(error) => return Err(failed("cannot make", folder, &error)),
     }
     match fs::symlink_metadata(folder) {
-        Ok(data) if data.is_dir() && data.uid() == user()? && data.mode() & 0o022 == 0 => Ok(()),
+        Ok(data) if is_private(&data, user()?) => Ok(()),
         Ok(_) => Err(ExchangeError::Transport(format!(
             "{} is not a private folder of this user: remove it",
             folder.display()
@@ -92,7 +93,7 @@ fn make_private(folder: &Path) -> Result<(), ExchangeError> {
 }
 
 fn open_lock(path: &Path) -> io::Result<File> {
-    File::options().read(true).write(true).create(true).truncate(false).open(path)
+    File::options().read(true).write(true).create(true).truncate(false).mode(0o600).open(path)
 }
 
 /// Whether `path` still names the opened file.
@@ -181,13 +182,8 @@ fn remove_run(root: &Path, prefix: &str) -> bool {
     if super::watch::anyone_alive(root, prefix) {
         return false;
     }
-    if let Ok(entries) = fs::read_dir(SHARED_MEMORY) {
-        for entry in entries.flatten() {
-            let ours = entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix));
-            if ours {
-                let _ = fs::remove_file(entry.path());
-            }
-        }
+    for segment in segments(prefix) {
+        let _ = fs::remove_file(segment);
     }
     fs::remove_dir_all(root).is_ok()
 }
@@ -199,12 +195,12 @@ fn remove_run(root: &Path, prefix: &str) -> bool {
 /// # Errors
 /// [`ExchangeError::Transport`] if the user's folder cannot be read or locked.
 pub fn remove_stale_runs() -> Result<usize, ExchangeError> {
-    let folder = user_folder()?;
-    if !folder.exists() {
-        return Ok(0);
-    }
-    let user = UserLock::take(&folder)?;
-    let entries = fs::read_dir(&folder).map_err(|error| failed("cannot read", &folder, &error))?;
+    user_folders()?.iter().map(|folder| remove_stale_runs_in(folder)).sum()
+}
+
+fn remove_stale_runs_in(folder: &Path) -> Result<usize, ExchangeError> {
+    let user = UserLock::take(folder)?;
+    let entries = fs::read_dir(folder).map_err(|error| failed("cannot read", folder, &error))?;
     let mut removed = 0;
     for entry in entries.flatten() {
         let root = entry.path();

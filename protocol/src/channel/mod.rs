@@ -61,6 +61,7 @@ mod observer;
 mod outbox;
 mod rendezvous;
 mod solver;
+mod space;
 mod topics;
 mod wake;
 mod watch;

@@ -44,7 +44,66 @@ pub(crate) fn user() -> Result<u32, ExchangeError> {
     fs::metadata(own).map(|data| data.uid()).map_err(|error| failed("cannot tell the user from", own, &error))
 }
 
-/// The folder that holds the runs of this user, mode 0700.
+/// Is it a folder of `user` into which nobody else can write?
+pub(crate) fn is_private(data: &fs::Metadata, user: u32) -> bool {
+    data.is_dir() && data.uid() == user && data.mode() & 0o022 == 0
+}
+
+/// The folders that hold runs of this user.
+pub(crate) fn user_folders() -> Result<Vec<PathBuf>, ExchangeError> {
+    private_folders(&base(), user()?)
+}
+
+/// The folder for the next run of this user, mode 0700, which need not be there yet.
 pub(crate) fn user_folder() -> Result<PathBuf, ExchangeError> {
-    Ok(base().join(format!("bedload-{}", user()?)))
+    folder_for(&base(), user()?)
+}
+
+fn private_folders(base: &Path, user: u32) -> Result<Vec<PathBuf>, ExchangeError> {
+    let plain = format!("bedload-{user}");
+    let entries = fs::read_dir(base).map_err(|error| failed("cannot read", base, &error))?;
+    let is_one =
+        |name: &str| name.strip_prefix(&plain).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'));
+    let mut found: Vec<PathBuf> = entries
+        .flatten()
+        .filter(|entry| entry.file_name().to_str().is_some_and(is_one))
+        .filter(|entry| entry.metadata().is_ok_and(|data| is_private(&data, user)))
+        .map(|entry| entry.path())
+        .collect();
+    found.sort();
+    Ok(found)
+}
+
+/// One that is there, else the plain name; where that is somebody else's, who took it first, one that nobody can foresee.
+fn folder_for(base: &Path, user: u32) -> Result<PathBuf, ExchangeError> {
+    if let Some(first) = private_folders(base, user)?.into_iter().next() {
+        return Ok(first);
+    }
+    let plain = base.join(format!("bedload-{user}"));
+    if fs::symlink_metadata(&plain).is_err() {
+        return Ok(plain);
+    }
+    Ok(base.join(format!("bedload-{user}-{}", &fresh_run_name()[..4])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_somebody_else_took_first_blocks_nobody() {
+        let base = std::env::temp_dir().join(format!("bedload-names-{}", std::process::id()));
+        fs::create_dir_all(&base).expect("a folder");
+        let user = user().expect("a user");
+        let plain = base.join(format!("bedload-{user}"));
+        assert_eq!(folder_for(&base, user).expect("a name"), plain);
+        // A file, a link or a folder that others may write to is not ours.
+        fs::write(&plain, "").expect("a file");
+        let other = folder_for(&base, user).expect("a name");
+        assert!(other != plain && other.parent() == Some(&base), "{}", other.display());
+        fs::create_dir(&other).expect("a folder");
+        assert_eq!(folder_for(&base, user).expect("a name"), other, "found again");
+        assert_eq!(private_folders(&base, user).expect("a list"), [other]);
+        fs::remove_dir_all(&base).expect("removed");
+    }
 }

@@ -27,6 +27,9 @@ pub(crate) type Single<R> = publish_subscribe::PortFactory<ipc::Service, R, ()>;
 /// Shared memory that the buffers of one topic of data may fill, bytes.
 const BUFFER_BYTES: usize = 8 << 20;
 
+/// Messages of loads or kinematics that a subscriber may read at once.
+const BORROWED: usize = 2;
+
 /// Turns an iceoryx2 error into ours, saying what failed.
 pub(crate) fn transport<E: Debug>(what: &str) -> impl Fn(E) -> ExchangeError {
     move |error| ExchangeError::Transport(format!("{what}: {error:?}"))
@@ -35,6 +38,12 @@ pub(crate) fn transport<E: Debug>(what: &str) -> impl Fn(E) -> ExchangeError {
 /// Messages that a subscriber of loads or kinematics may lag behind: 16 for small runs, 2 for large.
 pub(crate) fn depth<R: Wire>(grains: usize) -> usize {
     (BUFFER_BYTES / (grains.max(1) * size_of::<R>())).clamp(2, 16)
+}
+
+/// Messages of a topic of data that may be lent out at once: two subscribers, each with what waits and what it reads, and
+/// the publisher's own.
+pub(crate) fn most_lent(depth: usize) -> usize {
+    2 * (depth + BORROWED) + 1
 }
 
 pub(crate) fn takes_part(rendezvous: &Rendezvous, member: Member) -> bool {
@@ -121,7 +130,7 @@ pub(crate) fn records<R: Wire>(
         .max_subscribers(2)
         .max_nodes(3)
         .subscriber_max_buffer_size(depth::<R>(rendezvous.grains))
-        .subscriber_max_borrowed_samples(2)
+        .subscriber_max_borrowed_samples(BORROWED)
         .create_with_attributes(&specifier(rendezvous)?)
         .map_err(transport(&name))
 }

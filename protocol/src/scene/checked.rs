@@ -59,6 +59,7 @@ impl CheckedScene {
     pub fn new(source: SceneSource) -> Result<Self, SceneError> {
         source.refuse_retired(&RETIRED)?;
         let mut scene: Scene = source.section()?;
+        source.refuse_longer_lists(&scene)?;
         form::settle(&mut scene, &source)?;
         validate::shared(&scene, &source)?;
         let (grains, inserted) = layout::lay_out(&scene, &source)?;

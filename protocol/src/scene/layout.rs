@@ -9,6 +9,9 @@ use super::shared::Scene;
 use super::source::SceneSource;
 use super::table;
 
+/// More grains than this are refused before anything is made for them: their messages alone would fill 2 GB.
+pub(super) const MOST_GRAINS: usize = 10_000_000;
+
 /// Every grain of the scene in message order: `grains`, `grain_files`, `rough_walls`, `groups`, and, in
 /// order of their times, `insertions`.
 pub(super) fn lay_out(
@@ -18,14 +21,27 @@ pub(super) fn lay_out(
     let geometry = scene.domain.geometry;
     let mut grains = scene.grains.clone();
     for (index, from) in scene.grain_files.iter().enumerate() {
-        grains.extend(table::read(from).map_err(|why| {
+        let once = table::read(from).map_err(|why| {
             source.error(
                 &format!("grain_files[{index}].file"),
                 why,
                 "give a CSV file with the header x,y,z,radius,density[,vx,vy,vz][,wx,wy,wz][,motion] and one row per grain; paths count \
                  from the scene's folder",
             )
-        })?);
+        })?;
+        let count = once.len().checked_mul(from.copies).and_then(|count| count.checked_add(grains.len()));
+        if count.is_none_or(|count| count > MOST_GRAINS) {
+            return Err(source.error(
+                &format!("grain_files[{index}].copies"),
+                format!(
+                    "is {}: with {} grains in the file more than {MOST_GRAINS} in all",
+                    from.copies,
+                    once.len()
+                ),
+                "lay it fewer times",
+            ));
+        }
+        grains.extend(table::copies(from, &once));
     }
     for wall in &scene.rough_walls {
         wall.lay(geometry, &mut grains);

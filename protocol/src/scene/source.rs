@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -107,6 +108,23 @@ impl SceneSource {
         match self.text_for_any_folder() {
             Cow::Borrowed(_) => Ok(as_written),
             Cow::Owned(text) => read(&text),
+        }
+    }
+
+    /// Refuses a list with more numbers than what was read of it: a vector of four.
+    ///
+    /// # Errors
+    /// At the key.
+    pub(super) fn refuse_longer_lists<T: Serialize>(&self, read: &T) -> Result<(), SceneError> {
+        let Ok(read) = toml::Value::try_from(read) else { return Ok(()) };
+        let written: toml::Value = toml::from_str(&self.text).map_err(|error| self.convert(&error))?;
+        match longer_list(&written, &read, String::new()) {
+            None => Ok(()),
+            Some((key, has, takes)) => Err(self.error(
+                &key,
+                format!("has {has} entries; allowed: {takes}"),
+                "remove those that are too many",
+            )),
         }
     }
 
@@ -388,6 +406,24 @@ fn set(item: &mut toml_edit::Item, path: &[String], value: toml_edit::Value) -> 
             table.insert(part, inner);
             Ok(())
         }
+    }
+}
+
+/// The first list that is longer as written than as read: its key and both lengths.
+fn longer_list(written: &toml::Value, read: &toml::Value, key: String) -> Option<(String, usize, usize)> {
+    use toml::Value::{Array, Table};
+    match (written, read) {
+        (Table(written), Table(read)) => written.iter().find_map(|(name, value)| {
+            let inner = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+            longer_list(value, read.get(name)?, inner)
+        }),
+        (Array(written), Array(read)) if written.len() > read.len() => Some((key, written.len(), read.len())),
+        (Array(written), Array(read)) => written
+            .iter()
+            .zip(read)
+            .enumerate()
+            .find_map(|(index, (written, read))| longer_list(written, read, format!("{key}[{index}]"))),
+        _ => None,
     }
 }
 

@@ -1,14 +1,11 @@
 //! Grains from a CSV file: written by hand, by other programs, or as the last state of another run.
 
-use std::path::Path;
-
 use super::grains::{Grain, GrainFile, Motion};
 use crate::table::{Table, number};
 
-/// Reads the file, with its copies.
-pub(super) fn read(from: &GrainFile) -> Result<Vec<Grain>, String> {
-    let once = read_once(&from.file)?;
-    let moved = |copy: usize| {
+/// The grains of the file again and again, as far as they lie low enough.
+pub(super) fn copies<'a>(from: &'a GrainFile, once: &'a [Grain]) -> impl Iterator<Item = Grain> + 'a {
+    let moved = move |copy: usize| {
         once.iter().map(move |grain| {
             let mut grain = grain.clone();
             for (x, shift) in grain.position.iter_mut().zip(from.shift) {
@@ -18,10 +15,12 @@ pub(super) fn read(from: &GrainFile) -> Result<Vec<Grain>, String> {
         })
     };
     let below = |grain: &Grain| grain.position[2] + grain.radius <= from.below;
-    Ok((0..from.copies).flat_map(moved).filter(below).collect())
+    (0..from.copies).flat_map(moved).filter(below)
 }
 
-fn read_once(path: &Path) -> Result<Vec<Grain>, String> {
+/// Reads the file.
+pub(super) fn read(from: &GrainFile) -> Result<Vec<Grain>, String> {
+    let path = from.file.as_path();
     let bytes = std::fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let text = String::from_utf8(bytes)
         .map_err(|_| format!("{} is not text: a CSV file is needed", path.display()))?;

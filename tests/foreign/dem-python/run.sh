@@ -11,7 +11,7 @@ bounce() { # FILM: velocity of impact and of rebound, over the largest; rebound 
     compared "$1" impact_velocity_ratio=1e-3 rebound_velocity_ratio=1e-3 rebound_height_over_diameter=1e-3
 }
 
-check "conformance" "$bedload" conformance --role dem --set 'dem.lubrication={ form = "none" }' -- "${command[@]}"
+check "conformance" "$bedload" conformance --role dem --physics --set 'dem.lubrication={ form = "none" }' -- "${command[@]}"
 check "bounce, no film" bounce none '{ form = "none" }'
 check "bounce, film as printed" bounce printed '{ form = "as-printed", roughness = 4e-4, cut_off = 0.5 }'
 check "bounce, continuous film" bounce continuous '{ form = "continuous", roughness = 4e-4, cut_off = 0.4 }'

@@ -28,7 +28,7 @@ settling() { # allowed: about three times how far our own runs differ when densi
     compared settling kinetic_energy@4=2e-3 kinetic_energy@8=1e-2
 }
 
-check "conformance" "$bedload" conformance --role dem --set 'dem.lubrication={ form = "none" }' --set 'grains[1].density=3.0' -- "${command[@]}"
+check "conformance" "$bedload" conformance --role dem --physics --set 'dem.lubrication={ form = "none" }' --set 'grains[1].density=3.0' -- "${command[@]}"
 check "bounce, no film" bounce
 check "200 spheres settle" settling
 check "resume from YADE's own file" resumes "$here/../settling-200.toml" 4 --set 'fluid.time={ scheme = "ab2", dt = 0.0625 }'

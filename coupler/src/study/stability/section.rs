@@ -97,13 +97,7 @@ impl MapPlan {
     /// [`SceneError`] at the key that is missing, unknown or out of range.
     pub fn read(scene: &CheckedScene) -> Result<Self, SceneError> {
         let source = &scene.source;
-        let section = source.section::<Document>()?.stability.ok_or_else(|| {
-            source.error(
-                "stability",
-                "is missing: the scene says nothing about a sweep",
-                "add [stability] with signal, x, y and [[stability.vary]] (docs/scene.md), or take a scene of scenes/stability",
-            )
-        })?;
+        let section = Stability::of_text(source)?;
         section.check(scene)?;
         let sweep = Sweep::new(scene, "stability", &section.set, &section.vary, &section.runs)?;
         let x = axis(&sweep.columns, &section.x, "stability.x", source)?;
@@ -120,6 +114,20 @@ impl MapPlan {
 }
 
 impl Stability {
+    /// Reads the section alone.
+    ///
+    /// # Errors
+    /// [`SceneError`] if it is not there, or at a key that is unknown or of the wrong type.
+    pub fn of_text(source: &SceneSource) -> Result<Self, SceneError> {
+        source.section::<Document>()?.stability.ok_or_else(|| {
+            source.error(
+                "stability",
+                "is missing: the scene says nothing about a sweep",
+                "add [stability] with signal, x, y and [[stability.vary]] (docs/scene.md), or take a scene of scenes/stability",
+            )
+        })
+    }
+
     fn check(&self, scene: &CheckedScene) -> Result<(), SceneError> {
         let wrong = |key: &str, message: &str, remedy: &str| Err(scene.source.error(key, message, remedy));
         if self.vary.is_empty() && self.runs.is_empty() {

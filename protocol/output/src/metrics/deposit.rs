@@ -5,6 +5,9 @@ use std::fmt::Write;
 
 use super::line::Line;
 
+/// Most bins on either side: what has flown further off lies in the outermost one.
+const MOST_BINS: f64 = 1e6;
+
 /// Profile of a heap over bins along x.
 #[derive(Clone, Debug)]
 pub(super) struct Heap {
@@ -21,7 +24,7 @@ impl Heap {
     /// Of grains given by x from the middle, z above the floor, and radius.
     pub(super) fn new(grains: &[[f64; 3]], bin: f64) -> Self {
         let farthest = grains.iter().map(|[x, ..]| x.abs()).filter(|x| x.is_finite()).fold(0.0, f64::max);
-        let left = (farthest / bin).floor() as usize + 1;
+        let left = (farthest / bin).floor().min(MOST_BINS) as usize + 1;
         let mut heap = Self { bin, left, top: vec![0.0; 2 * left], reach: vec![0.0; 2 * left] };
         for [x, z, radius] in grains.iter().filter(|grain| grain.iter().all(|value| value.is_finite())) {
             let place = ((x / bin).floor() + left as f64) as usize;

@@ -2,11 +2,9 @@
 
 use super::check::{Check, finite, not_negative, positive};
 use crate::scene::domain::Geometry;
+use crate::scene::layout::MOST_GRAINS;
 use crate::scene::shared::Scene;
 use crate::scene::source::SceneSource;
-
-/// More grains than this do not fit the exchange.
-const MOST_GRAINS: usize = 1 << 26;
 
 pub(super) fn groups(scene: &Scene, source: &SceneSource) -> Check {
     let geometry = scene.domain.geometry;

@@ -136,13 +136,13 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
                 positive(source, &key("speed"), *speed)?;
                 positive(source, &key("share"), *share)?;
             }
-            MetricKind::HeapAngle(slope) => not_negative(source, &key("bin"), slope.bin)?,
+            MetricKind::HeapAngle(slope) => heap(scene, source, &key, slope.centre, slope.bin)?,
             _ => {}
         }
         if let Some(column) = metric.kind.column() {
             positive(source, &key("half_length"), column.half_length)?;
             not_negative(source, &key("release"), column.release)?;
-            not_negative(source, &key("bin"), column.bin)?;
+            heap(scene, source, &key, column.centre, column.bin)?;
         }
         if let Some(grain) = metric.kind.grain().filter(|grain| *grain >= count) {
             return Err(source.error(
@@ -160,4 +160,28 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
         ));
     }
     Ok(())
+}
+
+/// Most bins that a profile of a heap may have over the length of the box.
+const MOST_BINS: f64 = 1e5;
+
+/// A profile of a heap: its middle in the box, and a number of bins that can be kept.
+fn heap(scene: &Scene, source: &SceneSource, key: &dyn Fn(&str) -> String, centre: f64, bin: f64) -> Check {
+    let (low, high) = (scene.domain.lower[0], scene.domain.upper[0]);
+    if !(low..=high).contains(&centre) {
+        return Err(source.error(
+            &key("centre"),
+            format!("is {centre}; allowed: a place in the box along x, {low} to {high}"),
+            "give the middle of the heap",
+        ));
+    }
+    let least = (high - low) / MOST_BINS;
+    if bin == 0.0 || (bin >= least && bin.is_finite()) {
+        return Ok(());
+    }
+    Err(source.error(
+        &key("bin"),
+        format!("is {bin}; allowed: 0 (three mean radii), or {least:e} and more: {MOST_BINS:e} bins over the length of the box"),
+        "give a width of a few radii",
+    ))
 }
