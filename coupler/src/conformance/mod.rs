@@ -6,12 +6,10 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `cases` | what a solver has to do |
-//! | `stage` | a run with one solver under test |
-//! | `actor` | the other side |
+//! | `bench` | the solver under test, and its windows |
 
-mod actor;
+mod bench;
 mod cases;
-mod stage;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -25,8 +23,9 @@ use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::run::open_folder;
 use crate::scratch::Scratch;
+use crate::stage::Stand;
+use bench::Bench;
 use cases::CASES;
-use stage::Stand;
 
 /// The scene that a solver is given where no other is named.
 const SCENE: &str = include_str!("scene.toml");
@@ -114,8 +113,8 @@ pub(crate) fn conformance(options: &Options) -> Result<(), Failure> {
 
 fn try_role(options: &Options, role: Role, folder: &Path) -> Result<Report, Failure> {
     let mut report = Report { role, passed_over: None, cases: Vec::new() };
-    let stand = match stand(options, role, folder) {
-        Ok(stand) => stand,
+    let bench = match bench(options, role, folder) {
+        Ok(bench) => bench,
         Err(failure) if options.role.is_some() => return Err(failure),
         Err(failure) => {
             pass_over(options, &mut report, &failure.to_string());
@@ -124,7 +123,7 @@ fn try_role(options: &Options, role: Role, folder: &Path) -> Result<Report, Fail
     };
     for (number, case) in CASES.iter().enumerate() {
         let begin = Instant::now();
-        let (outcome, seen) = match (case.play)(&stand) {
+        let (outcome, seen) = match (case.play)(&bench) {
             Ok(seen) => (Outcome::Pass, seen),
             Err(wrong) if number == 0 && options.role.is_none() => {
                 pass_over(options, &mut report, &wrong);
@@ -156,7 +155,7 @@ fn pass_over(options: &Options, report: &mut Report, why: &str) {
 }
 
 /// Reads and resolves the scene with the command as the solver of `role`.
-fn stand(options: &Options, role: Role, folder: &Path) -> Result<Stand, Failure> {
+fn bench(options: &Options, role: Role, folder: &Path) -> Result<Bench, Failure> {
     let built_in = folder.join("scene.toml");
     std::fs::write(&built_in, SCENE)
         .map_err(|error| Failure::Run(format!("cannot write {}: {error}", built_in.display())))?;
@@ -179,12 +178,17 @@ fn stand(options: &Options, role: Role, folder: &Path) -> Result<Stand, Failure>
     }
     let output = run.folder(&prepared.scene)?;
     open_folder(&run, &prepared, &output)?;
-    Ok(Stand {
-        role,
-        command: options.command.clone(),
-        prepared,
-        folder: output,
+    Ok(Bench {
+        dt: prepared.plan.steps.dt_fluid,
         plain: options.scene.is_none(),
+        stand: Stand {
+            role,
+            command: options.command.clone(),
+            scene: prepared.scene,
+            coupling: prepared.coupling,
+            file: output.scene_in_full(),
+            folder: output,
+        },
     })
 }
 
