@@ -236,6 +236,11 @@ impl<'a> Stage<'a> {
         self.report(step)
     }
 
+    /// Has the solver said that it failed?
+    pub(crate) fn has_failed(&self) -> bool {
+        self.said.iter().any(|status| status.state == State::Failed as u64)
+    }
+
     /// Orders a window and waits for all that belongs to it.
     pub(crate) fn play(&mut self, command: Command) -> Result<Turn, String> {
         self.order(command)?;
