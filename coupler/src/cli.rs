@@ -18,7 +18,8 @@ use crate::{check, conformance, study};
 /// Grains in a flow: fluid and DEM solvers coupled.
 ///
 /// Exit codes: 0 done; 1 a run failed or a comparison differs; 2 bad input or a broken bound; 3 a
-/// solver died or timed out; 4 the run was unstable; 5 no room on the disk; 130 interrupted (checkpoint and log are in order).
+/// solver died or timed out; 4 the run was unstable; 5 no room on the disk; 6 the log
+/// of a replay breaks off; 130 interrupted (checkpoint and log are in order).
 #[derive(Debug, Parser)]
 #[command(name = "bedload", version, propagate_version = true)]
 struct Arguments {
@@ -59,16 +60,25 @@ enum Command {
         #[arg(long, value_name = "PART")]
         accuracy: Option<String>,
     },
-    /// Drive one solver from a log, at full speed
+    /// Drive one solver from a log, at full speed; with other values of the scene, or another solver
     Replay {
-        /// Log of a coupled run (MCAP)
+        /// Log of a run (MCAP)
         log: PathBuf,
         /// Solver to drive
         #[arg(long)]
         drive: Side,
-        /// Compare every message bit for bit; exit 1 at the first difference
+        /// Compare every message bit for bit; exit 1 at the first difference, 6 if the log breaks off
         #[arg(long)]
         verify: bool,
+        /// Change any key of the log's scene before the solver reads it, and say what differs then; may be repeated
+        #[arg(long = "set", value_name = "KEY=VALUE", conflicts_with = "verify")]
+        overrides: Vec<String>,
+        /// Say how far each quantity is from the logged one: table; with --out also divergence.csv and .svg
+        #[arg(long, conflicts_with = "verify")]
+        compare: bool,
+        /// Start the solver that --set names with `command`; one that the log names is never started
+        #[arg(long)]
+        allow_commands: bool,
         /// Checkpoint that the log of a resumed run begins at
         #[arg(long, value_name = "DIR")]
         checkpoint: Option<PathBuf>,
@@ -288,8 +298,18 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             cheaper.map_or_else(|| check::check(&options, json), |name| check::cheaper(&options, &name))
         }
         Command::Run { options, accuracy } => crate::run::run(&with_accuracy(options, accuracy)),
-        Command::Replay { log, drive, verify, checkpoint, out } => {
-            replay::replay(&Replay { log, drive: drive.into(), verify, checkpoint, out })
+        Command::Replay { log, drive, verify, overrides, compare, allow_commands, checkpoint, out } => {
+            let drive = drive.into();
+            replay::replay(&Replay {
+                log,
+                drive,
+                verify,
+                compare,
+                overrides,
+                allow_commands,
+                checkpoint,
+                out,
+            })
         }
         Command::Log { command } => Ok(log(&command)?),
         Command::Chart { scene, out, jobs } => study::chart::chart(&study::Options { scene, out, jobs }),

@@ -27,6 +27,9 @@ pub enum Failure {
     /// No room for a file: a full disk, a quota, a limit.
     #[error("{0}; make room, and go on with --resume")]
     Full(String),
+    /// The log of a replay breaks off; all that is there was replayed.
+    #[error("{0}")]
+    BreaksOff(String),
     /// Ctrl-C or SIGTERM; checkpoint and log are in order.
     #[error("interrupted: {0}")]
     Interrupted(String),
@@ -45,6 +48,7 @@ impl Failure {
             Self::Peer(_) => 3,
             Self::Unstable(_) => 4,
             Self::Full(_) => 5,
+            Self::BreaksOff(_) => 6,
             Self::Interrupted(_) => 130,
             Self::Passed(code) => *code,
         }

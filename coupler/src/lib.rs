@@ -21,6 +21,7 @@
 //! | `supervise`, `solvers`, `session` | solvers as commands and child processes |
 //! | `record`, `resume`, `rewind`, `replay` | log, checkpoints, a log driving a solver |
 //! | `log_command`, `export`, `conformance` | logs read; files for viewers; any solver against the protocol |
+//! | `stage` | the coupler and the other solver, played to one solver |
 
 mod accuracy;
 pub mod bounds;
@@ -51,6 +52,7 @@ mod scratch;
 mod session;
 mod solvers;
 mod speeds;
+mod stage;
 pub mod study;
 mod supervise;
 mod unstable;

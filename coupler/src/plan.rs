@@ -275,7 +275,7 @@ fn cfl_reserve(fluid: &FluidFacts) -> f64 {
 }
 
 /// The DEM's sub-step; in a coupled run at most t_c/`steps_per_contact`.
-fn substep_target(participants: Participants, coupling: &Coupling, dem: Option<&DemFacts>) -> f64 {
+pub(crate) fn substep_target(participants: Participants, coupling: &Coupling, dem: Option<&DemFacts>) -> f64 {
     let Some(dem) = dem else { return f64::INFINITY };
     match participants {
         Participants::Coupled => dem.dt.min(dem.contact_time / coupling.steps_per_contact),

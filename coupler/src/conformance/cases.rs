@@ -8,8 +8,8 @@ use protocol::participant::Role;
 use protocol::scene::Motion;
 use protocol::serve::checkpoint_folder;
 
-use super::actor::{Deed, Lines, Part};
-use super::stage::{LEAVE, Setting, Stage, Stand, Turn, how, text};
+use super::bench::Bench;
+use crate::stage::{Deed, LEAVE, Lines, Part, Setting, Stage, Turn, how, text};
 
 /// A case: what to do, and what it is for.
 pub(super) struct Case {
@@ -18,16 +18,16 @@ pub(super) struct Case {
     pub(super) needed: bool,
     pub(super) about: &'static str,
     /// What was seen, or what was wrong.
-    pub(super) play: fn(&Stand) -> Result<String, String>,
+    pub(super) play: fn(&Bench) -> Result<String, String>,
 }
 
 /// A case that a solver must pass.
-const fn must(name: &'static str, play: fn(&Stand) -> Result<String, String>, about: &'static str) -> Case {
+const fn must(name: &'static str, play: fn(&Bench) -> Result<String, String>, about: &'static str) -> Case {
     Case { name, needed: true, about, play }
 }
 
 /// A case that a solver may do without.
-const fn may(name: &'static str, play: fn(&Stand) -> Result<String, String>, about: &'static str) -> Case {
+const fn may(name: &'static str, play: fn(&Bench) -> Result<String, String>, about: &'static str) -> Case {
     Case { needed: false, ..must(name, play, about) }
 }
 
@@ -54,21 +54,21 @@ pub(super) const CASES: [Case; 14] = [
 /// Windows before something happens.
 const BEFORE: usize = 3;
 
-fn ready(stand: &Stand) -> Result<String, String> {
-    let mut stage = Stage::open(stand, Setting::default())?;
+fn ready(bench: &Bench) -> Result<String, String> {
+    let mut stage = bench.open(Setting::default())?;
     let (joined, ready) = (stage.joined, stage.ready);
     stage.stop()?;
     Ok(format!("ready after {:.2} s, knows {} grains", joined.as_secs_f64(), ready.grains))
 }
 
-fn windows(stand: &Stand) -> Result<String, String> {
-    let mut stage = Stage::open(stand, Setting::default())?;
-    let commands = stand.windows(6);
+fn windows(bench: &Bench) -> Result<String, String> {
+    let mut stage = bench.open(Setting::default())?;
+    let commands = bench.windows(6);
     let mut substeps = 0;
     for command in &commands {
         let turn = stage.play(*command)?;
         judge(command, &turn)?;
-        if stand.role == Role::Dem {
+        if bench.stand.role == Role::Dem {
             substeps += command.substeps;
             if turn.done.substeps != substeps {
                 return Err(format!(
@@ -82,9 +82,9 @@ fn windows(stand: &Stand) -> Result<String, String> {
     Ok(format!("{} windows", commands.len()))
 }
 
-fn ahead(stand: &Stand) -> Result<String, String> {
-    let mut stage = Stage::open(stand, Setting::default())?;
-    let commands = stand.windows(4);
+fn ahead(bench: &Bench) -> Result<String, String> {
+    let mut stage = bench.open(Setting::default())?;
+    let commands = bench.windows(4);
     for command in &commands {
         stage.order(*command)?;
     }
@@ -170,20 +170,20 @@ pub(super) fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
     Ok(())
 }
 
-fn units(stand: &Stand) -> Result<String, String> {
-    let mut stage = Stage::open(stand, Setting::default())?;
-    let command = stand.window(0, 0.0, 1.0, 20);
+fn units(bench: &Bench) -> Result<String, String> {
+    let mut stage = bench.open(Setting::default())?;
+    let command = bench.window(0, 0.0, 1.0, 20);
     let turn = stage.play(command)?;
     stage.stop()?;
     match &turn.records {
-        Lines::Kinematics(records) => falls(stand, &command, records),
-        Lines::Loads(records) => floats(stand, records),
+        Lines::Kinematics(records) => falls(bench, &command, records),
+        Lines::Loads(records) => floats(bench, records),
     }
 }
 
 /// Free grains at rest that nothing touches gain g dt/2.
-fn falls(stand: &Stand, command: &Command, records: &[Kinematics]) -> Result<String, String> {
-    let scene = &stand.prepared.scene;
+fn falls(bench: &Bench, command: &Command, records: &[Kinematics]) -> Result<String, String> {
+    let scene = &bench.stand.scene;
     let gravity = scene.scene.gravity;
     let mut seen = 0;
     for (number, (grain, now)) in scene.grains.iter().zip(records).enumerate() {
@@ -215,10 +215,10 @@ fn falls(stand: &Stand, command: &Command, records: &[Kinematics]) -> Result<Str
 }
 
 /// Grains at rest in a fluid at rest between walls feel −m_f g.
-fn floats(stand: &Stand, records: &[Loads]) -> Result<String, String> {
-    let scene = &stand.prepared.scene;
+fn floats(bench: &Bench, records: &[Loads]) -> Result<String, String> {
+    let scene = &bench.stand.scene;
     let density = scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);
-    if !stand.plain {
+    if !bench.plain {
         return Ok("not looked at: it needs a fluid at rest between walls, as in the built-in scene".into());
     }
     let mut worst = 0.0f64;
@@ -240,10 +240,10 @@ fn norm(v: [f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-fn checkpoint(stand: &Stand) -> Result<String, String> {
-    let commands = stand.windows(BEFORE + 3);
+fn checkpoint(bench: &Bench) -> Result<String, String> {
+    let commands = bench.windows(BEFORE + 3);
     let (first, rest) = commands.split_at(BEFORE);
-    let mut stage = Stage::open(stand, Setting::default())?;
+    let mut stage = bench.open(Setting::default())?;
     for command in first {
         stage.play(*command)?;
     }
@@ -255,8 +255,8 @@ fn checkpoint(stand: &Stand) -> Result<String, String> {
     let whole = rest.iter().map(|command| stage.play(*command)).collect::<Result<Vec<_>, _>>()?;
     stage.stop()?;
     drop(stage);
-    let folder = checkpoint_folder(stand.folder.root(), step);
-    let mut stage = Stage::open(stand, Setting { checkpoint: Some(&folder), ..Setting::default() })?;
+    let folder = checkpoint_folder(bench.stand.folder.root(), step);
+    let mut stage = bench.open(Setting { checkpoint: Some(&folder), ..Setting::default() })?;
     for (command, whole) in rest.iter().zip(&whole) {
         let turn = stage.play(*command)?;
         same(command.step, whole, &turn)?;
@@ -265,9 +265,9 @@ fn checkpoint(stand: &Stand) -> Result<String, String> {
     Ok(format!("{} windows after it are the same, bit for bit", rest.len()))
 }
 
-fn repeat(stand: &Stand) -> Result<String, String> {
-    let mut stage = Stage::open(stand, Setting { repeatable: true, ..Setting::default() })?;
-    for command in stand.windows(BEFORE) {
+fn repeat(bench: &Bench) -> Result<String, String> {
+    let mut stage = bench.open(Setting { repeatable: true, ..Setting::default() })?;
+    for command in bench.windows(BEFORE) {
         let first = stage.play(command)?;
         let shorter = Command { order: Order::Repeat as u64, attempt: 1, dt: 0.5 * command.dt, ..command };
         judge(&shorter, &stage.play(shorter)?)?;
@@ -297,10 +297,10 @@ fn same(step: u64, first: &Turn, second: &Turn) -> Result<(), String> {
 }
 
 /// Plays some windows, the actor doing `deed` from the last on, which is ordered and not waited for.
-fn until<'a>(stand: &'a Stand, deed: Deed, setting: Setting<'_>) -> Result<Stage<'a>, String> {
+fn until<'a>(bench: &'a Bench, deed: Deed, setting: Setting<'_>) -> Result<Stage<'a>, String> {
     let part = Part { deed, from: BEFORE as u64 };
-    let mut stage = Stage::open(stand, Setting { part, ..setting })?;
-    let commands = stand.windows(BEFORE + 1);
+    let mut stage = bench.open(Setting { part, ..setting })?;
+    let commands = bench.windows(BEFORE + 1);
     for command in &commands[..BEFORE] {
         stage.play(*command)?;
     }
@@ -319,8 +319,8 @@ fn gives_up(stage: &Stage<'_>, limit: Duration) -> Result<String, String> {
     }
 }
 
-fn stop_waiting(stand: &Stand) -> Result<String, String> {
-    let mut stage = until(stand, Deed::Silent, Setting::default())?;
+fn stop_waiting(bench: &Bench) -> Result<String, String> {
+    let mut stage = until(bench, Deed::Silent, Setting::default())?;
     std::thread::sleep(Duration::from_millis(100));
     let begin = Instant::now();
     // What it had sent before it waited is part of no finished window.
@@ -328,20 +328,20 @@ fn stop_waiting(stand: &Stand) -> Result<String, String> {
     Ok(format!("left with 0 after {:.2} s", begin.elapsed().as_secs_f64()))
 }
 
-fn peer_silent(stand: &Stand) -> Result<String, String> {
+fn peer_silent(bench: &Bench) -> Result<String, String> {
     let deadline = 1.5;
-    let stage = until(stand, Deed::Silent, Setting { deadline: Some(deadline), ..Setting::default() })?;
+    let stage = until(bench, Deed::Silent, Setting { deadline: Some(deadline), ..Setting::default() })?;
     gives_up(&stage, Duration::from_secs_f64(deadline) + LEAVE)
 }
 
-fn peer_leaves(stand: &Stand) -> Result<String, String> {
-    let stage = until(stand, Deed::Leave, Setting::default())?;
+fn peer_leaves(bench: &Bench) -> Result<String, String> {
+    let stage = until(bench, Deed::Leave, Setting::default())?;
     gives_up(&stage, LEAVE)
 }
 
-fn coupler_leaves(stand: &Stand) -> Result<String, String> {
-    let mut stage = Stage::open(stand, Setting::default())?;
-    for command in stand.windows(BEFORE) {
+fn coupler_leaves(bench: &Bench) -> Result<String, String> {
+    let mut stage = bench.open(Setting::default())?;
+    for command in bench.windows(BEFORE) {
         stage.play(command)?;
     }
     stage.abandon();
@@ -362,38 +362,38 @@ fn fails(stage: &mut Stage<'_>, step: u64) -> Result<String, String> {
     Ok(said.map_or_else(|| left.clone(), |said| format!("{left}, saying: {said}")))
 }
 
-fn unknown_order(stand: &Stand) -> Result<String, String> {
-    let mut stage = Stage::open(stand, Setting::default())?;
+fn unknown_order(bench: &Bench) -> Result<String, String> {
+    let mut stage = bench.open(Setting::default())?;
     stage.order(Command { order: 99, ..Command::default() })?;
     fails(&mut stage, 0)
 }
 
-fn not_finite(stand: &Stand) -> Result<String, String> {
-    let mut stage = until(stand, Deed::NotFinite, Setting::default())?;
+fn not_finite(bench: &Bench) -> Result<String, String> {
+    let mut stage = until(bench, Deed::NotFinite, Setting::default())?;
     // it may be the window after in which it sees what it was sent
-    let next = stand.windows(BEFORE + 2)[BEFORE + 1];
+    let next = bench.windows(BEFORE + 2)[BEFORE + 1];
     match fails(&mut stage, BEFORE as u64) {
         Err(_) if stage.order(next).is_ok() => fails(&mut stage, next.step),
         seen => seen,
     }
 }
 
-fn other_layout(stand: &Stand) -> Result<String, String> {
-    let rendezvous = stand.rendezvous(Setting::default())?;
+fn other_layout(bench: &Bench) -> Result<String, String> {
+    let rendezvous = bench.stand.rendezvous(Setting::default())?;
     let other = Rendezvous { layout: "0123456789abcdef".into(), ..rendezvous };
-    refuses(stand, &other)
+    refuses(bench, &other)
 }
 
-fn other_grains(stand: &Stand) -> Result<String, String> {
-    let rendezvous = stand.rendezvous(Setting::default())?;
-    refuses(stand, &Rendezvous { grains: rendezvous.grains + 1, ..rendezvous })
+fn other_grains(bench: &Bench) -> Result<String, String> {
+    let rendezvous = bench.stand.rendezvous(Setting::default())?;
+    refuses(bench, &Rendezvous { grains: rendezvous.grains + 1, ..rendezvous })
 }
 
 /// The solver leaves a run of this token, not with 0, without having waited for anybody.
-fn refuses(stand: &Stand, rendezvous: &Rendezvous) -> Result<String, String> {
+fn refuses(bench: &Bench, rendezvous: &Rendezvous) -> Result<String, String> {
     let link = ConductorLink::create(rendezvous).map_err(text)?;
-    let supervisor = stand.start(rendezvous, None)?;
-    let exit = stand.leaves(&supervisor, LEAVE);
+    let supervisor = bench.stand.start(rendezvous, None)?;
+    let exit = bench.stand.leaves(&supervisor, LEAVE);
     supervisor.end(Duration::from_millis(300));
     drop(link);
     match exit?.code() {

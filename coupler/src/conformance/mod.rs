@@ -7,13 +7,11 @@
 //! |---|---|
 //! | `cases` | what a solver has to do |
 //! | `physics` | what a DEM does with grains, on scenes of their own |
-//! | `stage` | a run with one solver under test |
-//! | `actor` | the other side |
+//! | `bench` | the solver under test, and its windows |
 
-mod actor;
+mod bench;
 mod cases;
 mod physics;
-mod stage;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -27,9 +25,13 @@ use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::run::open_folder;
 use crate::scratch::Scratch;
+use crate::stage::Stand;
+use bench::Bench;
 use cases::CASES;
 use physics::TRIALS;
-use stage::Stand;
+
+/// Longest time to join in a role that nobody said the command takes, s.
+const PROBE: f64 = 5.0;
 
 /// The scene that a solver is given where no other is named.
 const SCENE: &str = include_str!("scene.toml");
@@ -126,8 +128,8 @@ fn try_role(options: &Options, role: Role, folder: &Path) -> Result<Report, Fail
     let built_in = folder.join("scene.toml");
     put(&built_in, SCENE)?;
     let scene = options.scene.as_deref().unwrap_or(&built_in);
-    let stand = match stand(options, role, scene, &folder.join(role.to_string())) {
-        Ok(stand) => stand,
+    let bench = match bench(options, role, scene, &folder.join(role.to_string())) {
+        Ok(bench) => bench,
         Err(failure) if options.role.is_some() => return Err(failure),
         Err(failure) => {
             pass_over(options, &mut report, &failure.to_string());
@@ -136,7 +138,7 @@ fn try_role(options: &Options, role: Role, folder: &Path) -> Result<Report, Fail
     };
     for (number, case) in CASES.iter().enumerate() {
         let begin = Instant::now();
-        let (outcome, seen) = match (case.play)(&stand) {
+        let (outcome, seen) = match (case.play)(&bench) {
             Ok(seen) => (Outcome::Pass, seen),
             Err(wrong) if number == 0 && options.role.is_none() => {
                 pass_over(options, &mut report, &wrong);
@@ -163,11 +165,11 @@ fn try_physics(options: &Options, report: &mut Report, folder: &Path) {
     for trial in &TRIALS {
         let begin = Instant::now();
         let path = folder.join(format!("{}.toml", trial.name));
-        let stand = put(&path, &trial.scene())
-            .and_then(|()| stand(options, Role::Dem, &path, &folder.join(trial.name)));
-        let (outcome, seen) = match stand {
+        let bench = put(&path, &trial.scene())
+            .and_then(|()| bench(options, Role::Dem, &path, &folder.join(trial.name)));
+        let (outcome, seen) = match bench {
             Err(failure) => (Outcome::Lacks, failure.to_string()),
-            Ok(stand) => match trial.play(&stand) {
+            Ok(bench) => match trial.play(&bench) {
                 Ok(seen) => (Outcome::Pass, seen),
                 Err(wrong) => (Outcome::Fail, wrong),
             },
@@ -203,7 +205,7 @@ fn pass_over(options: &Options, report: &mut Report, why: &str) {
 }
 
 /// Reads and resolves the scene with the command as the solver of `role`.
-fn stand(options: &Options, role: Role, scene: &Path, out: &Path) -> Result<Stand, Failure> {
+fn bench(options: &Options, role: Role, scene: &Path, out: &Path) -> Result<Bench, Failure> {
     let command: Vec<String> =
         options.command.iter().enumerate().map(|(place, word)| from_here(place, word)).collect();
     let command = serde_json::to_string(&command).map_err(|error| Failure::Run(error.to_string()))?;
@@ -219,13 +221,21 @@ fn stand(options: &Options, role: Role, scene: &Path, out: &Path) -> Result<Stan
     }
     let output = run.folder(&prepared.scene)?;
     open_folder(&run, &prepared, &output)?;
-    Ok(Stand {
-        role,
-        command: options.command.clone(),
-        prepared,
-        folder: output,
+    let file = if prepared.has_others() { output.scene_in_full() } else { output.scene() };
+    let patience = prepared.coupling.startup_deadline;
+    let join_s = if options.role.is_none() { patience.min(PROBE) } else { patience };
+    Ok(Bench {
+        dt: prepared.plan.steps.dt_fluid,
         plain: options.scene.is_none(),
-        probing: options.role.is_none(),
+        stand: Stand {
+            role,
+            command: options.command.clone(),
+            scene: prepared.scene,
+            coupling: prepared.coupling,
+            file,
+            join_s,
+            folder: output,
+        },
     })
 }
 

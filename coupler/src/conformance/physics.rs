@@ -3,9 +3,9 @@
 
 use protocol::message::{Kinematics, Loads};
 
-use super::actor::Lines;
+use super::bench::Bench;
 use super::cases::judge;
-use super::stage::{Setting, Stage, Stand};
+use crate::stage::{Lines, Setting, Stage};
 
 /// A case with its scene.
 pub(super) struct Trial {
@@ -99,15 +99,15 @@ scheme = "semi-implicit"
         )
     }
 
-    /// Plays it on a stand that was made of its scene.
-    pub(super) fn play(&self, stand: &Stand) -> Result<String, String> {
-        let count = stand.prepared.scene.grains.len();
+    /// Plays it on a bench that was made of its scene.
+    pub(super) fn play(&self, bench: &Bench) -> Result<String, String> {
+        let count = bench.stand.scene.grains.len();
         let loads = vec![Loads { torque: [0.0, 0.0, self.torque], ..Loads::default() }; count];
-        let mut stage = Stage::open(stand, Setting { loads: Some(&loads), ..Setting::default() })?;
-        let mut course = Course { times: vec![0.0], motion: vec![stand.at_start()] };
+        let mut stage = Stage::open(&bench.stand, Lines::Loads(loads), Setting::default())?;
+        let mut course = Course { times: vec![0.0], motion: vec![bench.at_start()] };
         let mut time = 0.0;
         for step in 0..self.windows as u64 {
-            let command = stand.window(step, time, 1.0, SUBSTEPS);
+            let command = bench.window(step, time, 1.0, SUBSTEPS);
             time += command.dt;
             let turn = stage.play(command)?;
             judge(&command, &turn)?;
@@ -145,11 +145,11 @@ fn near(what: &str, value: f64, expected: f64, within: f64) -> Result<(), String
 fn fall(course: &Course) -> Result<String, String> {
     let (from, to, t) = (&course.first()[0], &course.last()[0], course.time());
     let g = [0.0, 0.0, -1.0];
-    for c in 0..3 {
-        let v = from.velocity[c] + g[c] * t;
+    for (c, g) in g.into_iter().enumerate() {
+        let v = from.velocity[c] + g * t;
         near(&format!("velocity[{c}] after {t} s"), to.velocity[c], v, 1e-9)?;
-        let way = from.velocity[c] * t + 0.5 * g[c] * t * t;
-        let scale = from.velocity[c].abs() * t + 0.5 * g[c].abs() * t * t;
+        let way = from.velocity[c] * t + 0.5 * g * t * t;
+        let scale = from.velocity[c].abs() * t + 0.5 * f64::abs(g) * t * t;
         near(
             &format!("the way along axis {c} after {t} s"),
             to.position[c] - from.position[c],

@@ -13,11 +13,13 @@
 //! | `folder` | what a study is asked for, and its output folder |
 //! | `runs` | runs as child processes, several at a time, resumable |
 //! | `table` | `chart.csv`, `stability.csv`: a row per run |
+//! | `divergence` | the figure of `bedload replay --compare` |
 //! | `plot` | plots: lines, points, axes, legends |
 //! | `page` | HTML, SVG and text from templates |
 //! | `snapshot`, `grain_pictures` | grains at an instant, and their pictures coloured by speed |
 
 pub mod chart;
+pub(crate) mod divergence;
 pub(crate) mod film;
 mod folder;
 mod grain_pictures;

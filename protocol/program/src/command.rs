@@ -55,7 +55,7 @@ enum Command {
     Replay {
         /// Log of a coupled run (MCAP)
         log: PathBuf,
-        /// Compare every message bit for bit; exit 1 at the first difference
+        /// Compare every message bit for bit; exit 1 at the first difference, 6 if the log breaks off
         #[arg(long)]
         verify: bool,
         /// Checkpoint folder to start from, for the log of a resumed run

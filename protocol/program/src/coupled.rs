@@ -7,7 +7,7 @@ use crate::options::RunOptions;
 use crate::solver::Solver;
 use crate::threads::with_threads;
 use protocol::channel::{Rendezvous, SharedMemory, Wire};
-use protocol::log::{LogReader, Logged, ReplayOptions};
+use protocol::log::{LogError, LogReader, Logged, ReplayOptions, ReplayReport};
 use protocol::participant::{ExchangeError, SolverError};
 use protocol::scene::{CheckedScene, SceneSource};
 
@@ -75,16 +75,28 @@ where
         report.wall_s,
         report.compared
     );
-    if let Some(cut) = &report.truncated {
-        println!("the log breaks off: {cut}");
-    }
     for (field, difference) in &report.fields {
         println!("  {field}: {difference:?}");
     }
-    match report.first_difference.filter(|_| verify) {
-        Some(difference) => Err(ProgramError::Different(format!("first difference: {difference}"))),
+    if let Some(difference) = report.first_difference.as_ref().filter(|_| verify) {
+        return Err(ProgramError::Different(format!("first difference: {difference}")));
+    }
+    match &report.truncated {
+        Some(cut) => Err(ProgramError::BreaksOff(breaks_off(&report, cut, verify))),
         None => Ok(()),
     }
+}
+
+/// Up to where a log that breaks off holds.
+fn breaks_off(report: &ReplayReport, cut: &LogError, verify: bool) -> String {
+    let outcome = if verify { "is the same" } else { "was done again" };
+    let whole = match report.last {
+        Some(step) => format!("all up to window {step}, t = {} s, {outcome}", report.time),
+        None => "no whole window is there".to_owned(),
+    };
+    let cut_short =
+        report.unfinished.map_or_else(String::new, |(step, _)| format!(", window {step} is cut short"));
+    format!("{cut}: {whole}{cut_short}")
 }
 
 fn failed(error: impl std::fmt::Display) -> ProgramError {

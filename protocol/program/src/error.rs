@@ -19,6 +19,9 @@ pub enum ProgramError {
     /// A comparison differs: exit 1.
     #[error("{0}")]
     Different(String),
+    /// The log of a replay breaks off, and all that is there is well: exit 6.
+    #[error("{0}")]
+    BreaksOff(String),
     /// Interrupted, with a usable checkpoint: exit 130.
     #[error("interrupted")]
     Interrupted,
@@ -32,7 +35,7 @@ impl From<SceneError> for ProgramError {
 
 impl ProgramError {
     /// Exit code of `docs/conventions.md`: 1 failed or different, 2 bad input, 3 peer lost, 5 no room on the disk,
-    /// 130 interrupted.
+    /// 6 the log of a replay breaks off, 130 interrupted.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -44,6 +47,7 @@ impl ProgramError {
                 ExchangeError::PeerDied { .. } | ExchangeError::Deadline { .. },
             )) => 3,
             Self::Solver(_) | Self::Different(_) => 1,
+            Self::BreaksOff(_) => 6,
             Self::Interrupted => 130,
         }
     }

@@ -36,6 +36,8 @@ pub struct ReplayReport {
     pub first_difference: Option<Difference>,
     /// How far each field is off (without `verify`).
     pub fields: BTreeMap<String, FieldDifference>,
+    /// Last window done, if any was.
+    pub last: Option<u64>,
     /// Simulated time reached, s.
     pub time: f64,
     /// Wall time, s.
@@ -134,6 +136,7 @@ fn empty() -> ReplayReport {
         compared: 0,
         first_difference: None,
         fields: BTreeMap::new(),
+        last: None,
         time: 0.0,
         wall_s: 0.0,
         truncated: None,
@@ -144,6 +147,7 @@ fn empty() -> ReplayReport {
 fn count(report: &mut ReplayReport, window: &Window) {
     report.windows += 1;
     report.repeats += u64::from(window.attempt > 0);
+    report.last = Some(window.step);
     report.time = window.time + window.dt;
 }
 

@@ -1,36 +1,36 @@
 //! `bedload replay`: one solver driven by a log.
+//!
+//! As it was run, our own solver reads the log itself. With other values, with another solver, or to say how far the
+//! messages are apart, this process plays the coupler and the other side.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `request` | what was asked |
+//! | `changed` | the scene with other values, and the solver that reads it |
+//! | `substeps` | what a DEM with another sub-step is ordered |
+//! | `drive` | the solver driven window by window |
+//! | `divergence` | how far its messages are from the logged ones |
+
+mod changed;
+mod divergence;
+mod drive;
+mod request;
+mod substeps;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
 use std::time::Duration;
 
 use protocol::log::LogReader;
-use protocol::participant::Role;
 use rustix::process::Signal;
+
+pub(crate) use request::Replay;
 
 use crate::failure::Failure;
 use crate::session::start;
 use crate::solvers::Solver;
 use crate::supervise::{Interrupts, Supervisor, Words};
 
-/// What `bedload replay` was asked.
-#[derive(Clone, Debug)]
-pub(crate) struct Replay {
-    /// The log.
-    pub(crate) log: PathBuf,
-    /// Which solver to drive.
-    pub(crate) drive: Role,
-    /// Compare bit for bit.
-    pub(crate) verify: bool,
-    /// Checkpoint that the log begins at, where it is not the start of the run.
-    pub(crate) checkpoint: Option<PathBuf>,
-    /// Output folder.
-    pub(crate) out: Option<PathBuf>,
-}
-
-/// Starts the solver on the log and passes its verdict on: 0 the same, 1 different.
-///
-/// Our own solver is started whatever command the log names: a log is data, and may come from anyone.
+/// Replays a log. Our own solver is started whatever command the log names: a log is data, and may come from anyone.
 ///
 /// # Errors
 /// [`Failure`].
@@ -51,9 +51,17 @@ pub(crate) fn replay(replay: &Replay) -> Result<(), Failure> {
             manifest.first_step
         )));
     }
-    let solver = Solver::ours(replay.drive);
     let interrupts =
         Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
+    if replay.compare || !replay.overrides.is_empty() {
+        return drive::compare(replay, reader, &interrupts);
+    }
+    by_itself(replay, &interrupts)
+}
+
+/// Starts the solver on the log and passes its verdict on: 0 the same, 1 different, 6 the log breaks off.
+fn by_itself(replay: &Replay, interrupts: &Interrupts) -> Result<(), Failure> {
+    let solver = Solver::ours(replay.drive);
     let mut supervisor = Supervisor::default();
     start(&mut supervisor, &solver, &arguments(replay), Words::Own)?;
     while !supervisor.wait_all(Duration::from_millis(20)) {

@@ -1,8 +1,9 @@
-//! The other side of a solver under test: a solver in this process that does as the case wants.
+//! The other side of a solver: one in this process that sends what it is told, and does as the case wants.
 
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -13,7 +14,7 @@ use protocol::serve::serve;
 
 /// What it does in a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Deed {
+pub(crate) enum Deed {
     /// Exchanges as it should.
     #[default]
     Play,
@@ -27,47 +28,49 @@ pub(super) enum Deed {
 
 /// What it does from which window on; before, it plays.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Part {
-    pub(super) deed: Deed,
-    pub(super) from: u64,
+pub(crate) struct Part {
+    pub(crate) deed: Deed,
+    pub(crate) from: u64,
 }
 
 /// What it sends, whatever it receives.
 #[derive(Clone, Debug)]
-pub(super) enum Lines {
+pub(crate) enum Lines {
     /// It is the fluid.
     Loads(Vec<Loads>),
     /// It is the DEM.
     Kinematics(Vec<Kinematics>),
 }
 
-/// Lets the actor join in a thread of its own. `over` ends its silence.
-pub(super) fn enter(
-    rendezvous: &Rendezvous,
-    lines: Lines,
-    part: Part,
-    over: &Arc<AtomicBool>,
-    out: &Path,
-) -> JoinHandle<()> {
-    let (rendezvous, over, out) = (rendezvous.clone(), over.clone(), out.to_owned());
+/// All that the actor is told.
+pub(super) struct Script {
+    /// What it sends at first.
+    pub(super) lines: Lines,
+    /// What it sends instead, at most one for each window that is ordered.
+    pub(super) prompted: Receiver<Lines>,
+    /// What it does.
+    pub(super) part: Part,
+    /// Ends its silence.
+    pub(super) over: Arc<AtomicBool>,
+}
+
+/// Lets the actor join in a thread of its own.
+pub(super) fn enter(rendezvous: &Rendezvous, script: Script, out: &Path) -> JoinHandle<()> {
+    let (rendezvous, out) = (rendezvous.clone(), out.to_owned());
     // How it fares shows in the run, which is observed.
     std::thread::spawn(move || {
-        let _ = match lines {
-            Lines::Loads(sends) => act::<AsFluid>(&rendezvous, sends, part, over, &out),
-            Lines::Kinematics(sends) => act::<AsDem>(&rendezvous, sends, part, over, &out),
+        let _ = match script.lines {
+            Lines::Loads(_) => act::<AsFluid>(&rendezvous, script, &out),
+            Lines::Kinematics(_) => act::<AsDem>(&rendezvous, script, &out),
         };
     })
 }
 
-fn act<S: Side>(
-    rendezvous: &Rendezvous,
-    sends: Vec<S::Out>,
-    part: Part,
-    over: Arc<AtomicBool>,
-    out: &Path,
-) -> Result<(), SolverError> {
+fn act<S: Side>(rendezvous: &Rendezvous, script: Script, out: &Path) -> Result<(), SolverError> {
+    let Script { lines, prompted, part, over } = script;
+    let sends = S::of(lines);
     let mut link = SharedMemory::<S::In, S::Out>::join(rendezvous, S::ROLE, sends.len())?;
-    serve(&mut Actor::<S> { sends, part, over }, &mut link, out)
+    serve(&mut Actor::<S> { sends, prompted, part, over }, &mut link, out)
 }
 
 /// A side of the exchange.
@@ -75,6 +78,8 @@ trait Side {
     type In: Wire;
     type Out: Wire;
     const ROLE: Role;
+    /// The lines of this side; none of the other's.
+    fn of(lines: Lines) -> Vec<Self::Out>;
     fn spoil(record: &mut Self::Out);
 }
 
@@ -84,6 +89,9 @@ impl Side for AsFluid {
     type In = Kinematics;
     type Out = Loads;
     const ROLE: Role = Role::Fluid;
+    fn of(lines: Lines) -> Vec<Loads> {
+        if let Lines::Loads(loads) = lines { loads } else { Vec::new() }
+    }
     fn spoil(record: &mut Loads) {
         record.force[2] = f64::NAN;
     }
@@ -95,6 +103,9 @@ impl Side for AsDem {
     type In = Loads;
     type Out = Kinematics;
     const ROLE: Role = Role::Dem;
+    fn of(lines: Lines) -> Vec<Kinematics> {
+        if let Lines::Kinematics(kinematics) = lines { kinematics } else { Vec::new() }
+    }
     fn spoil(record: &mut Kinematics) {
         record.velocity[2] = f64::NAN;
     }
@@ -102,6 +113,7 @@ impl Side for AsDem {
 
 struct Actor<S: Side> {
     sends: Vec<S::Out>,
+    prompted: Receiver<Lines>,
     part: Part,
     over: Arc<AtomicBool>,
 }
@@ -114,7 +126,9 @@ impl<S: Side> Actor<S> {
         exchange: &mut dyn Exchange<S::In, S::Out>,
     ) -> Result<(), ExchangeError> {
         exchange.send(header, &mut |out| {
-            out.copy_from_slice(&self.sends);
+            for (out, line) in out.iter_mut().zip(&self.sends) {
+                *out = *line;
+            }
             if deed == Deed::NotFinite {
                 out.iter_mut().take(1).for_each(S::spoil);
             }
@@ -136,6 +150,9 @@ impl<S: Side> Participant for Actor<S> {
         window: &Window,
         exchange: &mut dyn Exchange<S::In, S::Out>,
     ) -> Result<WindowReport, SolverError> {
+        if let Ok(lines) = self.prompted.try_recv() {
+            self.sends = S::of(lines);
+        }
         let deed = if window.step >= self.part.from { self.part.deed } else { Deed::Play };
         match deed {
             Deed::Leave => return Err(SolverError::Failed("leaves, as the case wants it".into())),

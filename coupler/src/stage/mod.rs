@@ -1,10 +1,15 @@
-//! A run with one solver under test: this process is the coupler and the other solver.
+//! A run with one solver at work: this process is the coupler and the other solver.
+//!
+//! `bedload conformance` tests a solver so, `bedload replay` drives one from a log.
+
+mod actor;
 
 use std::collections::VecDeque;
 use std::num::NonZeroUsize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -12,124 +17,69 @@ use bedload_output::OutputFolder;
 use protocol::channel::{ConductorLink, Event, Rendezvous};
 use protocol::message::{Command, Header, Kinematics, Loads, Order, Record, State, Status};
 use protocol::participant::{ExchangeError, Role};
-use protocol::scene::Grain;
+use protocol::scene::CheckedScene;
 
-use super::actor::{self, Lines, Part};
-use crate::prepare::Prepared;
+use crate::config::Coupling;
 use crate::session::serve_arguments;
 use crate::supervise::{Exit, Supervisor, Words};
 
+use actor::Script;
+pub(crate) use actor::{Deed, Lines, Part};
+
 /// Longest time for a solver to leave once it has to.
-pub(super) const LEAVE: Duration = Duration::from_secs(10);
+pub(crate) const LEAVE: Duration = Duration::from_secs(10);
 
-/// Longest time to join in a role that nobody said the command takes, s.
-const PROBE: f64 = 5.0;
-
-/// Who is tested, and on what.
-pub(super) struct Stand {
-    pub(super) role: Role,
-    pub(super) command: Vec<String>,
-    pub(super) prepared: Prepared,
-    pub(super) folder: OutputFolder,
-    /// Whether the role was not named, and has to be found out.
-    pub(super) probing: bool,
-    /// Whether the scene is the built-in one, of which more is known.
-    pub(super) plain: bool,
+/// Who is at work, and on what.
+pub(crate) struct Stand {
+    pub(crate) role: Role,
+    /// Executable and leading arguments.
+    pub(crate) command: Vec<String>,
+    pub(crate) scene: CheckedScene,
+    pub(crate) coupling: Coupling,
+    /// Where it writes.
+    pub(crate) folder: OutputFolder,
+    /// The scene's file in there that it is given.
+    pub(crate) file: PathBuf,
+    /// Longest time for it to join, s.
+    pub(crate) join_s: f64,
 }
 
 /// What is special about a run.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Setting<'a> {
-    pub(super) part: Part,
-    pub(super) repeatable: bool,
+pub(crate) struct Setting<'a> {
+    pub(crate) part: Part,
+    pub(crate) repeatable: bool,
     /// Longest time for an answer, s; by default that of the scene.
-    pub(super) deadline: Option<f64>,
-    pub(super) checkpoint: Option<&'a Path>,
-    /// What the fluid sends, in place of half the weights.
-    pub(super) loads: Option<&'a [Loads]>,
+    pub(crate) deadline: Option<f64>,
+    pub(crate) checkpoint: Option<&'a Path>,
 }
 
 /// What a solver sent in one window, and what it said after it.
 #[derive(Clone, Debug)]
-pub(super) struct Turn {
-    pub(super) header: Header,
-    pub(super) records: Lines,
-    pub(super) done: Status,
+pub(crate) struct Turn {
+    pub(crate) header: Header,
+    pub(crate) records: Lines,
+    pub(crate) done: Status,
 }
 
 impl Stand {
-    /// Window `step` at its place in time, of the planned length times `share`.
-    pub(super) fn window(&self, step: u64, time: f64, share: f64, substeps: u64) -> Command {
-        let dt = share * self.prepared.plan.steps.dt_fluid;
-        Command { order: Order::Advance as u64, step, time, dt, substeps, ..Command::default() }
-    }
-
-    /// The first windows: of unequal lengths, with one sub-step, with many.
-    pub(super) fn windows(&self, count: usize) -> Vec<Command> {
-        const SHAPES: [(f64, u64); 6] = [(1.0, 8), (1.0, 8), (0.5, 1), (0.25, 3), (0.7, 20), (1.0, 7)];
-        let mut time = 0.0;
-        (0u64..)
-            .zip(SHAPES.into_iter().cycle().take(count))
-            .map(|(step, (share, substeps))| {
-                let command = self.window(step, time, share, substeps);
-                time += command.dt;
-                command
-            })
-            .collect()
-    }
-
-    /// What the other side sends: loads of half the weight, upwards; or grains at rest where they began.
-    fn lines(&self) -> Lines {
-        let scene = &self.prepared.scene;
-        match self.role {
-            Role::Dem => Lines::Loads(
-                scene
-                    .grains
-                    .iter()
-                    .map(|grain| Loads {
-                        force: scene.scene.gravity.map(|g| -0.5 * g * grain.mass()),
-                        ..Loads::default()
-                    })
-                    .collect(),
-            ),
-            Role::Fluid => Lines::Kinematics(
-                self.at_start().into_iter().map(|grain| Kinematics { velocity: [0.0; 3], ..grain }).collect(),
-            ),
-        }
-    }
-
-    /// The grains as they begin.
-    pub(super) fn at_start(&self) -> Vec<Kinematics> {
-        let begin = |grain: &Grain| Kinematics {
-            position: grain.position,
-            orientation: grain.orientation,
-            velocity: grain.velocity,
-            ..Kinematics::default()
-        };
-        self.prepared.scene.grains.iter().map(begin).collect()
-    }
-
     /// A run of the scene's grains with the scene's limits.
-    pub(super) fn rendezvous(&self, setting: Setting<'_>) -> Result<Rendezvous, String> {
-        let coupling = &self.prepared.coupling;
-        let mut rendezvous = Rendezvous::new(self.prepared.scene.grains.len()).map_err(text)?;
+    pub(crate) fn rendezvous(&self, setting: Setting<'_>) -> Result<Rendezvous, String> {
+        let mut rendezvous = Rendezvous::new(self.scene.grains.len()).map_err(text)?;
         rendezvous.repeatable = setting.repeatable;
-        rendezvous.join_s =
-            if self.probing { coupling.startup_deadline.min(PROBE) } else { coupling.startup_deadline };
-        rendezvous.deadline_s = setting.deadline.unwrap_or(coupling.deadline);
+        rendezvous.join_s = self.join_s;
+        rendezvous.deadline_s = setting.deadline.unwrap_or(self.coupling.deadline);
         Ok(rendezvous)
     }
 
-    /// Starts the solver under test as `bedload run` would.
-    pub(super) fn start(
+    /// Starts the solver as `bedload run` would.
+    pub(crate) fn start(
         &self,
         rendezvous: &Rendezvous,
         checkpoint: Option<&Path>,
     ) -> Result<Supervisor, String> {
-        let others = self.prepared.has_others();
-        let scene = if others { self.folder.scene_in_full() } else { self.folder.scene() };
         let arguments =
-            serve_arguments(&scene, &self.folder, rendezvous, Some(NonZeroUsize::MIN), checkpoint);
+            serve_arguments(&self.file, &self.folder, rendezvous, Some(NonZeroUsize::MIN), checkpoint);
         let mut supervisor = Supervisor::default();
         supervisor
             .start(self.role, &self.command, &arguments, Words::Quiet)
@@ -138,7 +88,7 @@ impl Stand {
     }
 
     /// Waits until the solver has left, at most `limit`.
-    pub(super) fn leaves(&self, supervisor: &Supervisor, limit: Duration) -> Result<Exit, String> {
+    pub(crate) fn leaves(&self, supervisor: &Supervisor, limit: Duration) -> Result<Exit, String> {
         if !supervisor.wait_all(limit) {
             return Err(format!("was still there after {:.1} s", limit.as_secs_f64()));
         }
@@ -147,12 +97,13 @@ impl Stand {
 }
 
 /// A run under way.
-pub(super) struct Stage<'a> {
+pub(crate) struct Stage<'a> {
     stand: &'a Stand,
     /// None once the coupler has left.
     link: Option<ConductorLink>,
     supervisor: Supervisor,
     actor: Option<JoinHandle<()>>,
+    prompts: Sender<Lines>,
     over: Arc<AtomicBool>,
     limit: Duration,
     /// Messages and reports of the solver that no window has claimed yet, and reports of the actor.
@@ -160,26 +111,29 @@ pub(super) struct Stage<'a> {
     said: VecDeque<Status>,
     others: u64,
     /// What the solver said when it was ready.
-    pub(super) ready: Status,
+    pub(crate) ready: Status,
     /// Time that it took to join.
-    pub(super) joined: Duration,
+    pub(crate) joined: Duration,
 }
 
 impl<'a> Stage<'a> {
-    /// Founds a run, starts the solver and waits until it is ready.
-    pub(super) fn open(stand: &'a Stand, setting: Setting<'_>) -> Result<Self, String> {
+    /// Founds a run, starts the solver and waits until it is ready. The other side sends `lines` until
+    /// [`Stage::prompt`] gives it others.
+    pub(crate) fn open(stand: &'a Stand, lines: Lines, setting: Setting<'_>) -> Result<Self, String> {
         let begin = Instant::now();
         let rendezvous = stand.rendezvous(setting)?;
         let link = ConductorLink::create(&rendezvous).map_err(text)?;
         let over = Arc::new(AtomicBool::new(false));
         let supervisor = stand.start(&rendezvous, setting.checkpoint)?;
-        let lines = setting.loads.map_or_else(|| stand.lines(), |loads| Lines::Loads(loads.to_vec()));
-        let actor = actor::enter(&rendezvous, lines, setting.part, &over, stand.folder.root());
+        let (prompts, prompted) = channel();
+        let script = Script { lines, prompted, part: setting.part, over: over.clone() };
+        let actor = actor::enter(&rendezvous, script, stand.folder.root());
         let mut stage = Self {
             stand,
             link: Some(link),
             supervisor,
             actor: Some(actor),
+            prompts,
             over,
             limit: Duration::from_secs_f64(rendezvous.deadline_s),
             sent: VecDeque::new(),
@@ -214,8 +168,14 @@ impl<'a> Stage<'a> {
         }
     }
 
+    /// Gives the other side what it sends from the window on that is ordered next.
+    pub(crate) fn prompt(&self, lines: Lines) {
+        // An actor that has left shows as its silence.
+        let _ = self.prompts.send(lines);
+    }
+
     /// Gives an order.
-    pub(super) fn order(&mut self, command: Command) -> Result<(), String> {
+    pub(crate) fn order(&mut self, command: Command) -> Result<(), String> {
         let link = self.link.as_mut().ok_or("the coupler has left")?;
         link.order(command).map_err(text)
     }
@@ -241,7 +201,7 @@ impl<'a> Stage<'a> {
     }
 
     /// The next report of the solver under test.
-    pub(super) fn report(&mut self, step: u64) -> Result<Status, String> {
+    pub(crate) fn report(&mut self, step: u64) -> Result<Status, String> {
         loop {
             match self.said.pop_front() {
                 Some(status) => return Ok(status),
@@ -251,7 +211,7 @@ impl<'a> Stage<'a> {
     }
 
     /// What the solver sends and says of the window that `command` ordered, which is the first one without an answer.
-    pub(super) fn turn(&mut self, command: &Command) -> Result<Turn, String> {
+    pub(crate) fn turn(&mut self, command: &Command) -> Result<Turn, String> {
         loop {
             if let Some(failed) = self.said.iter().find(|status| status.state == State::Failed as u64) {
                 return Err(format!("failed in window {}: {}", command.step, failed.text()));
@@ -268,7 +228,7 @@ impl<'a> Stage<'a> {
     }
 
     /// `Checkpoint` before window `step`; returns what the solver answers.
-    pub(super) fn save(&mut self, step: u64) -> Result<Status, String> {
+    pub(crate) fn save(&mut self, step: u64) -> Result<Status, String> {
         self.order(Command { order: Order::Checkpoint as u64, step, ..Command::default() })?;
         while self.others == 0 {
             self.listen(step)?;
@@ -277,14 +237,19 @@ impl<'a> Stage<'a> {
         self.report(step)
     }
 
+    /// Has the solver said that it failed?
+    pub(crate) fn has_failed(&self) -> bool {
+        self.said.iter().any(|status| status.state == State::Failed as u64)
+    }
+
     /// Orders a window and waits for all that belongs to it.
-    pub(super) fn play(&mut self, command: Command) -> Result<Turn, String> {
+    pub(crate) fn play(&mut self, command: Command) -> Result<Turn, String> {
         self.order(command)?;
         self.turn(&command)
     }
 
     /// `Stop` between windows: the solver must say `Stopped` and leave with 0.
-    pub(super) fn stop(&mut self) -> Result<(), String> {
+    pub(crate) fn stop(&mut self) -> Result<(), String> {
         if self.sent.is_empty() {
             self.stop_unfinished()
         } else {
@@ -293,7 +258,7 @@ impl<'a> Stage<'a> {
     }
 
     /// `Stop` at any time.
-    pub(super) fn stop_unfinished(&mut self) -> Result<(), String> {
+    pub(crate) fn stop_unfinished(&mut self) -> Result<(), String> {
         self.order(Command { order: Order::Stop as u64, ..Command::default() })?;
         self.over.store(true, Ordering::SeqCst);
         let said = self.report(0)?;
@@ -309,12 +274,12 @@ impl<'a> Stage<'a> {
     }
 
     /// The coupler leaves without a word.
-    pub(super) fn abandon(&mut self) {
+    pub(crate) fn abandon(&mut self) {
         self.link = None;
     }
 
     /// Waits until the solver has left.
-    pub(super) fn leaves(&self, limit: Duration) -> Result<Exit, String> {
+    pub(crate) fn leaves(&self, limit: Duration) -> Result<Exit, String> {
         self.stand.leaves(&self.supervisor, limit)
     }
 }
@@ -332,7 +297,7 @@ impl Drop for Stage<'_> {
 }
 
 /// How it left.
-pub(super) fn how(exit: &Exit) -> String {
+pub(crate) fn how(exit: &Exit) -> String {
     match exit.status {
         Some(status) => status.to_string(),
         None => "gone".into(),
@@ -347,7 +312,7 @@ fn there(supervisor: &Supervisor, role: Role, step: u64) -> Result<(), ExchangeE
 
 impl Turn {
     /// The records as words, to compare bit by bit.
-    pub(super) fn words(&self) -> Vec<Vec<u64>> {
+    pub(crate) fn words(&self) -> Vec<Vec<u64>> {
         match &self.records {
             Lines::Loads(records) => records.iter().map(Record::words).collect(),
             Lines::Kinematics(records) => records.iter().map(Record::words).collect(),
@@ -355,7 +320,7 @@ impl Turn {
     }
 
     /// Name of the word `index` of a record.
-    pub(super) fn field(&self, index: usize) -> String {
+    pub(crate) fn field(&self, index: usize) -> String {
         match &self.records {
             Lines::Loads(_) => Loads::field_of_word(index),
             Lines::Kinematics(_) => Kinematics::field_of_word(index),
@@ -363,6 +328,6 @@ impl Turn {
     }
 }
 
-pub(super) fn text(error: impl std::fmt::Display) -> String {
+pub(crate) fn text(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
