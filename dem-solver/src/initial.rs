@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::motion::Vec3;
 use crate::solver::Dem;
 use crate::state::State;
 use protocol::checkpoint;
@@ -11,16 +12,11 @@ use protocol::scene::{CheckedScene, SceneError};
 const DEEPEST: f64 = 0.01;
 
 /// Brings `dem` to the state in the output folder `folder`, at time zero. Contacts with walls start
-/// anew: the other scene's walls may be others.
+/// anew: the other scene's walls may be others. With a fluid the scene must have the grains where that run left
+/// them, since the fluid starts with them there; the state then adds the springs between them.
 pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result<(), SceneError> {
     let refuse = |why: String, remedy: &str| Err(scene.source.error("dem.initial_state", why, remedy));
-    if scene.scene.medium.is_some() {
-        return refuse(
-            "moves the grains, but the fluid starts with them where the scene has them".into(),
-            "use [[grain_files]] with the other run's grains.csv",
-        );
-    }
-    let read = checkpoint::read_any::<State>(&folder.join("checkpoint"), "dem");
+    let read = checkpoint::read_any::<State>(&checkpoint::newest(folder, "dem"), "dem");
     let mut state = match read {
         Ok((_, state)) => state,
         Err(error) => {
@@ -35,6 +31,14 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
         return refuse(
             format!("holds {} grains, this scene {expected}", state.position.len()),
             "start from a run of the same grains, or use [[grain_files]] with its grains.csv",
+        );
+    }
+    if scene.scene.medium.is_some()
+        && let Some(i) = (0..expected).find(|&i| Vec3::from(state.position[i]) != dem.grains.position[i])
+    {
+        return refuse(
+            format!("has grain {i} at another place than this scene, where the fluid starts with it"),
+            "take the grains from that run: [[grain_files]] with its grains.csv",
         );
     }
     (state.time, state.substeps, state.windows) = (0.0, 0, 0);

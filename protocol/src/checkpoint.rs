@@ -32,6 +32,20 @@ pub fn path(folder: &Path, role: &str) -> PathBuf {
     folder.join(format!("{role}.checkpoint"))
 }
 
+/// Folder of the newest whole checkpoint in the output folder `out`: `checkpoint/` itself of a run of one solver,
+/// `checkpoint/<step>/` of a coupled one. Where there is none, `checkpoint/`, so that what is missing is named.
+#[must_use]
+pub fn newest(out: &Path, role: &str) -> PathBuf {
+    let folder = out.join("checkpoint");
+    if path(&folder, role).is_file() {
+        return folder;
+    }
+    let whole = |path: &PathBuf| self::path(path, "coupler").is_file() && self::path(path, role).is_file();
+    let steps = std::fs::read_dir(&folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    // Steps have ten digits: the last name is the newest.
+    steps.filter(whole).max().unwrap_or(folder)
+}
+
 /// Writes `state` of `role` whole or not at all: to a file beside, then renamed. It goes to the file as it is
 /// encoded, so that a state may borrow what is large and no second copy of it is made.
 ///

@@ -3,9 +3,11 @@
 use std::path::Path;
 use std::time::Duration;
 
-use bedload_output::{MetricValue, Summary};
+use bedload_output::{GrainRow, MetricValue, Summary, atomic_write, grains_table};
 use protocol::log::Recorder;
 use protocol::memory::peak_rss_bytes;
+use protocol::message::Kinematics;
+use protocol::scene::{Grain, Motion};
 
 use super::conductor::Conductor;
 use crate::failure::Failure;
@@ -26,6 +28,23 @@ impl Conductor<'_> {
         }
     }
 
+    /// `grains.csv`: the grains after the last window, whoever moved them.
+    fn write_grains(&self) -> Result<(), Failure> {
+        let Some((slot, time)) = self.latest else { return Ok(()) };
+        let row = |(grain, now): (&Grain, &Kinematics)| GrainRow {
+            position: now.position,
+            radius: grain.radius,
+            density: grain.density,
+            velocity: now.velocity,
+            spin: now.spin,
+            free: grain.motion == Motion::Free,
+            round: grain.shape.is_round(),
+        };
+        let rows: Vec<GrainRow> =
+            self.prepared.scene.grains.iter().zip(&self.slots[slot].motion).map(row).collect();
+        Ok(atomic_write(&self.folder.grains(), grains_table(time, &rows).as_bytes())?)
+    }
+
     /// Ends the children, finishes log and series, and fills the summary.
     ///
     /// # Errors
@@ -39,6 +58,9 @@ impl Conductor<'_> {
         let spent = self.spent();
         let recorded = self.recorder.take().map_or(Ok(()), |recorder| recorder.finish().map(|_| ()));
         self.observer.finish(summary, self.prepared.plan.steps.contact_time)?;
+        if in_order {
+            self.write_grains()?;
+        }
         summary.remark(&self.prepared.scene.scene.metrics);
         if self.late > 0 {
             let value = MetricValue::measured(self.late as f64, "windows", None, None);

@@ -65,6 +65,8 @@ pub(crate) struct Conductor<'a> {
     /// Solver that said so, and its words.
     pub(super) failed: Option<(String, String)>,
     pub(super) largest_radius: f64,
+    /// Where the grains after the last window are, and its end in time.
+    pub(super) latest: Option<(usize, f64)>,
     /// Holds a foreign DEM to what it says.
     pub(super) witness: Option<Witness>,
     /// Whether the motion alternates from window to window.
@@ -130,6 +132,7 @@ impl<'a> Conductor<'a> {
             failed: None,
             alternation: Alternation::new(scene),
             witness,
+            latest: None,
             largest_radius: scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max),
         })
     }

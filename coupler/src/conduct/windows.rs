@@ -97,6 +97,7 @@ impl Conductor<'_> {
             extras: &[whole.fluid.pressure_gradient],
         };
         self.observer.record(&sample)?;
+        self.latest = Some((slot, sample.time()));
         let quiet_until = sample.time() + self.rule.quiet_for(force, motion);
         self.planner.learn(quiet_until, whole.fluid.dt_limit.min(whole.dem.dt_limit));
         let (time, until) = (window.time + window.dt, self.prepared.plan.until);

@@ -1,12 +1,11 @@
 //! The grains as files: points for ParaView (`.vtp`) and a table from which another scene can start.
 
-use std::fmt::Write;
-
 use crate::grains::Grains;
 use crate::motion::{Motion, Vec3};
 use crate::report::Observations;
 use crate::spec::DemSpec;
 use bedload_output::vtk::{Array, points, polygons};
+use bedload_output::{GrainRow, grains_table};
 use protocol::scene::Outline;
 
 fn flat(vectors: &[Vec3]) -> Vec<f64> {
@@ -78,26 +77,17 @@ pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Out
     Some(polygons(time, position, ends, &data))
 }
 
-/// CSV that `[[grain_files]]` reads back to the same bits. Springs of contacts are not in it.
+/// `grains.csv`.
 #[must_use]
 pub fn table(time: f64, grains: &Grains, spec: &DemSpec) -> String {
-    let mut text = format!("# grains: {}\n# t = {time} s\n", grains.len());
-    let odd = (0..grains.len()).filter(|&i| !grains.is_round(i)).count();
-    if odd > 0 {
-        let _ = writeln!(
-            text,
-            "# not round: {odd} (their radius is the largest distance of the surface from the centre; a scene cannot read this table)"
-        );
-    }
-    text += "id,x,y,z,radius,density,vx,vy,vz,wx,wy,wz,motion\n";
-    for i in 0..grains.len() {
-        let (x, v, w) = (grains.position[i], grains.velocity[i], grains.spin[i]);
-        let motion = if grains.motion[i] == Motion::Free { "free" } else { "fixed" };
-        let _ = writeln!(
-            text,
-            "{i},{:?},{:?},{:?},{:?},{:?},{:?},{:?},{:?},{:?},{:?},{:?},{motion}",
-            x.x, x.y, x.z, grains.radius[i], spec.grains[i].density, v.x, v.y, v.z, w.x, w.y, w.z
-        );
-    }
-    text
+    let row = |i: usize| GrainRow {
+        position: grains.position[i].into(),
+        radius: grains.radius[i],
+        density: spec.grains[i].density,
+        velocity: grains.velocity[i].into(),
+        spin: grains.spin[i].into(),
+        free: grains.motion[i] == Motion::Free,
+        round: grains.is_round(i),
+    };
+    grains_table(time, &(0..grains.len()).map(row).collect::<Vec<_>>())
 }
