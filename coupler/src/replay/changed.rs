@@ -58,7 +58,7 @@ fn without_commands(text: &str) -> String {
     let Ok(mut scene) = text.parse::<toml::Table>() else { return text.to_owned() };
     for section in [Role::Fluid, Role::Dem] {
         if let Some(section) = scene.get_mut(&section.to_string()).and_then(toml::Value::as_table_mut) {
-            section.retain(|key, _| !STARTS.contains(&&key[..]));
+            section.retain(|key, _| !STARTS.contains(&key));
         }
     }
     scene.to_string()

@@ -49,7 +49,8 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
     let outcome = drive.run(reader, interrupts);
     let seconds = begin.elapsed().as_secs_f64();
     println!(
-        "{} windows of {} given to the {} solver `{}` in {} s; what it sent changed nothing in what it was given",
+        "{} windows of {} compared, given to the {} solver `{}` in {} s; what it sends changes nothing in what it is \
+         given",
         drive.divergence.windows(),
         request.log.display(),
         stand.role,
@@ -72,7 +73,12 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Stan
     let aim = |solver: &Solver, scene: &CheckedScene, coupling: &Coupling, name: &str| {
         let path = scratch.join(name);
         atomic_write(&path, scene.source.text.as_bytes())?;
-        aimed_at(solver, scene, coupling, &path)
+        // The solver names the file that it was given, which is of this question alone.
+        let said = |text: String| text.replace(&*path.to_string_lossy(), &scene.source.file);
+        aimed_at(solver, scene, coupling, &path).map_err(|failure| match failure {
+            Failure::Input(text) => Failure::Input(said(text)),
+            other => other,
+        })
     };
     let substeps = match request.overrides.is_empty() {
         true => Substeps::default(),
