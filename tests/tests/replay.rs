@@ -74,6 +74,9 @@ fn other_values_are_compared_window_by_window() {
     ends(&replay(&log, "dem", &["--set", "dem.dt=1e-5"]), 0, &["window 0, t = 0.01 s", "position"]);
     let fluid = replay(&log, "fluid", &["--set", "medium.viscosity=0.06"]);
     ends(&fluid, 0, &["first difference", "grain 0, force"]);
+    // The folder of a run keeps what it holds.
+    let run = folder.join("run");
+    ends(&replay(&log, "dem", &["--compare", "--out", path(&run)]), 2, &["holds a run", "--out"]);
     // What does not fit is named.
     ends(
         &replay(&log, "dem", &["--set", "dem.contact.friction=-1"]),

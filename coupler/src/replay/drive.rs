@@ -1,6 +1,6 @@
 //! A solver driven window by window from a log: this process is the coupler and the other side.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use bedload_output::{OutputFolder, atomic_write};
@@ -48,6 +48,11 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
     let begin = Instant::now();
     let outcome = drive.run(reader, interrupts);
     let seconds = begin.elapsed().as_secs_f64();
+    // Before anything is printed: a pipe may be closed.
+    let written = match &request.out {
+        Some(out) => write(&drive.divergence, &title, &request.overrides, out)?,
+        None => Vec::new(),
+    };
     println!(
         "{} windows of {} compared, given to the {} solver `{}` in {} s; what it sends changes nothing in what it is \
          given",
@@ -58,8 +63,8 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
         Short(seconds)
     );
     print!("{}", drive.divergence.summary());
-    if let Some(out) = &request.out {
-        write(&drive.divergence, &title, &request.overrides, out)?;
+    for path in written {
+        println!("{}", path.display());
     }
     outcome
 }
@@ -92,6 +97,7 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Stan
         },
     };
     let root = request.out.clone().unwrap_or_else(|| scratch.join("out"));
+    refuse_run(&root)?;
     let folder = OutputFolder::create(&root, &now.scene, false)?;
     if !now.solver.is_ours() {
         folder.write_scene_in_full(&now.scene, None, None, None)?;
@@ -99,6 +105,18 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Stan
     let file = if now.solver.is_ours() { folder.scene() } else { folder.scene_in_full() };
     let (role, command) = (request.drive, now.solver.run_command());
     Ok((Stand { role, command, scene: now.scene, coupling, folder, file }, substeps))
+}
+
+/// A folder with a run in it would be emptied, perhaps of the log itself.
+fn refuse_run(folder: &Path) -> Result<(), Failure> {
+    let of_run =
+        ["exchange.mcap", "series.csv", "summary.json"].into_iter().find(|name| folder.join(name).exists());
+    of_run.map_or(Ok(()), |name| {
+        let folder = folder.display();
+        Err(Failure::Input(format!(
+            "{folder} holds a run ({name}): name a new folder for the replay with --out"
+        )))
+    })
 }
 
 /// A replay under way.
@@ -234,7 +252,13 @@ fn peer(driven: Role, scene: &CheckedScene, grains: usize) -> Peer {
 }
 
 /// Writes `divergence.csv` and `divergence.svg`.
-fn write(divergence: &Divergence, title: &str, overrides: &[String], out: &Path) -> Result<(), Failure> {
+fn write(
+    divergence: &Divergence,
+    title: &str,
+    overrides: &[String],
+    out: &Path,
+) -> Result<Vec<PathBuf>, Failure> {
+    let mut written = Vec::new();
     let name = if title.is_empty() { "Replay" } else { title };
     let title = match overrides {
         [] => format!("{name}: replay against log"),
@@ -246,7 +270,7 @@ fn write(divergence: &Divergence, title: &str, overrides: &[String], out: &Path)
     {
         let path = out.join(file);
         atomic_write(&path, text.as_bytes())?;
-        println!("{}", path.display());
+        written.push(path);
     }
-    Ok(())
+    Ok(written)
 }

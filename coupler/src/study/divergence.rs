@@ -40,13 +40,23 @@ pub(crate) fn figure(title: &str, curves: Vec<(String, Vec<Point>)>) -> String {
             label: "largest difference / largest logged so far".into(),
             log: false,
             range: Some([FLOOR, 2.0 * (0.5 * top).ceil()]),
-            format: Some(|power| number(10.0_f64.powf(power))),
+            format: Some(tick),
         },
         series,
         legend: Some(LEGEND),
         ..Plot::default()
     };
     plot.draw().svg
+}
+
+/// A whole power of ten; nothing between.
+fn tick(power: f64) -> String {
+    let whole = (power - power.round()).abs() < 1e-6;
+    if whole {
+        number(10.0_f64.powf(power.round())).trim_start_matches("1·").to_owned()
+    } else {
+        String::new()
+    }
 }
 
 /// Logarithm of the largest of as many neighbours as it takes, none below the floor or beyond the ceiling.
@@ -68,6 +78,7 @@ mod tests {
             (0..5000).map(|k| (f64::from(k), if k == 2718 { 0.5 } else { 0.0 })).collect();
         let thin = thinned(&points);
         assert!(thin.len() <= POINTS && thin.contains(&(2718.0, 0.5_f64.log10())));
+        assert_eq!([-10.0, -2.5, 0.0].map(tick), ["10⁻¹⁰", "", "1"]);
         let svg = figure("Replay", vec![("velocity".into(), points)]);
         assert!(svg.starts_with("<svg") && svg.contains("velocity"), "{svg}");
     }
