@@ -29,10 +29,7 @@ pub(crate) fn export(folder: &Path, viewer: Viewer) -> Result<(), Failure> {
             (fields(&folder), "ask for them with [observe] fields_at or fields_every, and run again")
         }
         Viewer::Csv => (existing(folder.series()), "the run was killed before its first row"),
-        Viewer::Foxglove => (
-            existing(folder.log()),
-            "run again without --no-record (a run of one solver has no exchange to log)",
-        ),
+        Viewer::Foxglove => (existing(folder.log()), "run again without --no-record"),
     };
     if files.is_empty() {
         return Err(Failure::Input(format!("{} holds no such files: {remedy}", folder.root().display())));

@@ -22,7 +22,7 @@ use crate::rewind::rewind;
 use crate::session::{Job, conduct, start};
 use crate::solvers::Solver;
 use crate::supervise::{Interrupts, Supervisor, Words};
-use crate::{accuracy, record, supervise};
+use crate::{accuracy, supervise};
 
 /// Version in `summary.json`.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -127,7 +127,6 @@ pub(crate) fn open_folder(
         Some((path, state))
     } else {
         resume::remove_all(folder);
-        record::remove_parts(folder.root());
         None
     };
     // The solvers read the scheme that the plan chose.

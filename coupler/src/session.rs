@@ -145,7 +145,7 @@ fn open_log(
     let mut part = 1;
     if let Some(state) = state {
         planner.resume(state.planner.clone());
-        part = record::next_part(folder);
+        part = folder.next_log_part();
     }
     record::open(prepared, folder, part, planner.step(), planner.time()).map(Some)
 }

@@ -1,6 +1,6 @@
 //! A solver driven window by window from a log: this process is the coupler and the other side.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use bedload_output::{OutputFolder, atomic_write};
@@ -48,8 +48,14 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
     let begin = Instant::now();
     let outcome = drive.run(reader, interrupts);
     let seconds = begin.elapsed().as_secs_f64();
+    // Before anything is printed: a pipe may be closed.
+    let written = match &request.out {
+        Some(out) => write(&drive.divergence, &title, &request.overrides, out)?,
+        None => Vec::new(),
+    };
     println!(
-        "{} windows of {} given to the {} solver `{}` in {} s; what it sent changed nothing in what it was given",
+        "{} windows of {} compared, given to the {} solver `{}` in {} s; what it sends changes nothing in what it is \
+         given",
         drive.divergence.windows(),
         request.log.display(),
         stand.role,
@@ -57,8 +63,8 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
         Short(seconds)
     );
     print!("{}", drive.divergence.summary());
-    if let Some(out) = &request.out {
-        write(&drive.divergence, &title, &request.overrides, out)?;
+    for path in written {
+        println!("{}", path.display());
     }
     outcome
 }
@@ -72,7 +78,12 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Stan
     let aim = |solver: &Solver, scene: &CheckedScene, coupling: &Coupling, name: &str| {
         let path = scratch.join(name);
         atomic_write(&path, scene.source.text.as_bytes())?;
-        aimed_at(solver, scene, coupling, &path)
+        // The solver names the file that it was given, which is of this question alone.
+        let said = |text: String| text.replace(&*path.to_string_lossy(), &scene.source.file);
+        aimed_at(solver, scene, coupling, &path).map_err(|failure| match failure {
+            Failure::Input(text) => Failure::Input(said(text)),
+            other => other,
+        })
     };
     let substeps = match request.overrides.is_empty() {
         true => Substeps::default(),
@@ -86,6 +97,7 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Stan
         },
     };
     let root = request.out.clone().unwrap_or_else(|| scratch.join("out"));
+    refuse_run(&root)?;
     let folder = OutputFolder::create(&root, &now.scene, false)?;
     if !now.solver.is_ours() {
         folder.write_scene_in_full(&now.scene, None, None, None)?;
@@ -94,6 +106,18 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Stan
     let (role, command) = (request.drive, now.solver.run_command());
     let join_s = coupling.startup_deadline;
     Ok((Stand { role, command, scene: now.scene, coupling, folder, file, join_s }, substeps))
+}
+
+/// A folder with a run in it would be emptied, perhaps of the log itself.
+fn refuse_run(folder: &Path) -> Result<(), Failure> {
+    let of_run =
+        ["exchange.mcap", "series.csv", "summary.json"].into_iter().find(|name| folder.join(name).exists());
+    of_run.map_or(Ok(()), |name| {
+        let folder = folder.display();
+        Err(Failure::Input(format!(
+            "{folder} holds a run ({name}): name a new folder for the replay with --out"
+        )))
+    })
 }
 
 /// A replay under way.
@@ -229,7 +253,13 @@ fn peer(driven: Role, scene: &CheckedScene, grains: usize) -> Peer {
 }
 
 /// Writes `divergence.csv` and `divergence.svg`.
-fn write(divergence: &Divergence, title: &str, overrides: &[String], out: &Path) -> Result<(), Failure> {
+fn write(
+    divergence: &Divergence,
+    title: &str,
+    overrides: &[String],
+    out: &Path,
+) -> Result<Vec<PathBuf>, Failure> {
+    let mut written = Vec::new();
     let name = if title.is_empty() { "Replay" } else { title };
     let title = match overrides {
         [] => format!("{name}: replay against log"),
@@ -241,7 +271,7 @@ fn write(divergence: &Divergence, title: &str, overrides: &[String], out: &Path)
     {
         let path = out.join(file);
         atomic_write(&path, text.as_bytes())?;
-        println!("{}", path.display());
+        written.push(path);
     }
-    Ok(())
+    Ok(written)
 }

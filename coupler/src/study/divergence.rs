@@ -1,6 +1,7 @@
 //! The figure of a replay beside its log: relative difference of each quantity against time.
 
 use super::plot::{Axis, Look, Plot, Point, Series, colour};
+use crate::number::number;
 
 /// Width and height.
 const SIZE: (f64, f64) = (900.0, 440.0);
@@ -8,8 +9,11 @@ const SIZE: (f64, f64) = (900.0, 440.0);
 /// Width of the legend.
 const LEGEND: f64 = 170.0;
 
-/// A difference of 0 is drawn here, at the lower edge.
-const FLOOR: f64 = 1e-17;
+/// Decimal logarithm at which a difference of 0 is drawn: the lower edge, the rounding of a number.
+const FLOOR: f64 = -16.0;
+
+/// That of what is no number, or where nothing was logged so far but 0.
+const CEILING: f64 = 1.0;
 
 /// Points of a curve, at most: of more windows each is the largest of several.
 const POINTS: usize = 1000;
@@ -26,16 +30,17 @@ pub(crate) fn figure(title: &str, curves: Vec<(String, Vec<Point>)>) -> String {
             look: Look::Line { width: 1.8, dashed: false },
         })
         .collect();
-    let top = series.iter().flat_map(|series| &series.points).fold(1e-12_f64, |top, (_, y)| top.max(*y));
+    let top = series.iter().flat_map(|series| &series.points).fold(-10.0_f64, |top, (_, y)| top.max(*y));
     let plot = Plot {
         size: SIZE,
         title: title.to_owned(),
         x: Axis { label: "t / s".into(), ..Axis::default() },
+        // The logarithm itself is drawn: kuva's logarithmic axis ends at 1e-10.
         y: Axis {
             label: "largest difference / largest logged so far".into(),
-            log: true,
-            range: Some([FLOOR, 10.0_f64.powf(top.log10().floor() + 1.0)]),
-            format: None,
+            log: false,
+            range: Some([FLOOR, 2.0 * (0.5 * top).ceil()]),
+            format: Some(tick),
         },
         series,
         legend: Some(LEGEND),
@@ -44,10 +49,20 @@ pub(crate) fn figure(title: &str, curves: Vec<(String, Vec<Point>)>) -> String {
     plot.draw().svg
 }
 
-/// The largest of as many neighbours as it takes, none below the floor or beyond what can be drawn.
+/// A whole power of ten; nothing between.
+fn tick(power: f64) -> String {
+    let whole = (power - power.round()).abs() < 1e-6;
+    if whole {
+        number(10.0_f64.powf(power.round())).trim_start_matches("1·").to_owned()
+    } else {
+        String::new()
+    }
+}
+
+/// Logarithm of the largest of as many neighbours as it takes, none below the floor or beyond the ceiling.
 fn thinned(points: &[Point]) -> Vec<Point> {
     let largest = |some: &[Point]| {
-        let drawn = |y: f64| if y.is_finite() { y.max(FLOOR) } else { 1e3 };
+        let drawn = |y: f64| y.log10().clamp(FLOOR, CEILING);
         some.iter().map(|(x, y)| (*x, drawn(*y))).max_by(|a, b| a.1.total_cmp(&b.1))
     };
     points.chunks(points.len().div_ceil(POINTS).max(1)).filter_map(largest).collect()
@@ -62,7 +77,8 @@ mod tests {
         let points: Vec<Point> =
             (0..5000).map(|k| (f64::from(k), if k == 2718 { 0.5 } else { 0.0 })).collect();
         let thin = thinned(&points);
-        assert!(thin.len() <= POINTS && thin.contains(&(2718.0, 0.5)));
+        assert!(thin.len() <= POINTS && thin.contains(&(2718.0, 0.5_f64.log10())));
+        assert_eq!([-10.0, -2.5, 0.0].map(tick), ["10⁻¹⁰", "", "1"]);
         let svg = figure("Replay", vec![("velocity".into(), points)]);
         assert!(svg.starts_with("<svg") && svg.contains("velocity"), "{svg}");
     }

@@ -15,10 +15,12 @@ use protocol::scene::CheckedScene;
 const MARKER: &str = "# Bedload output:";
 
 /// Files that a run writes in the folder itself.
-const FILES: [&str; 12] = [
+const FILES: [&str; 14] = [
     "summary.json",
     "series.csv",
     "exchange.mcap",
+    "divergence.csv",
+    "divergence.svg",
     "report.html",
     "plan.json",
     "grains.csv",
@@ -200,6 +202,7 @@ impl OutputFolder {
             let name = path.file_stem().and_then(|name| name.to_str()).unwrap_or("");
             CHECKPOINT_NAMES.iter().any(|known| name.split(['.', '-', '_']).next() == Some(known))
         })?;
+        self.remove_log_parts();
         for name in FILES {
             let path = self.root.join(name);
             match fs::remove_file(&path) {
@@ -264,6 +267,34 @@ impl OutputFolder {
     #[must_use]
     pub fn log(&self) -> PathBuf {
         self.root.join("exchange.mcap")
+    }
+
+    /// Path of part `part` of the log, counted from 1: a resume begins a new one.
+    #[must_use]
+    pub fn log_part(&self, part: u32) -> PathBuf {
+        match part {
+            1 => self.log(),
+            _ => self.root.join(format!("exchange.{part}.mcap")),
+        }
+    }
+
+    /// The first part of the log that is not there yet.
+    #[must_use]
+    pub fn next_log_part(&self) -> u32 {
+        (1..u32::MAX).find(|part| !self.log_part(*part).exists()).unwrap_or(u32::MAX)
+    }
+
+    /// Removes the parts that resumes of an earlier run left.
+    fn remove_log_parts(&self) {
+        let Ok(entries) = fs::read_dir(&self.root) else { return };
+        for path in entries.flatten().map(|entry| entry.path()) {
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
+            let middle = name.strip_prefix("exchange.").and_then(|rest| rest.strip_suffix(".mcap"));
+            if middle.is_some_and(|part| part.parse::<u32>().is_ok()) {
+                // One that cannot be removed is overwritten or left: it harms no new run.
+                let _ = fs::remove_file(&path);
+            }
+        }
     }
 
     /// The plan that the coupler checked, `plan.json`.

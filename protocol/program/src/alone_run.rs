@@ -7,6 +7,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use crate::alone::{self, Clock, StandIn};
+use crate::alone_log::AloneLog;
 use crate::error::ProgramError;
 use crate::options::RunOptions;
 use crate::progress::Progress;
@@ -48,6 +49,9 @@ pub(crate) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
     })?;
     let begin = Instant::now();
     let outcome = with_threads(options.threads(), || run.advance_to_end())?;
+    // What failed first is the cause.
+    let logged = run.log.take().map_or(Ok(()), AloneLog::finish);
+    let outcome = outcome.and_then(|()| Ok(logged?));
     let summarised = run.summarise(&mut summary, begin, &outcome);
     let written = summary.write(&folder.summary());
     // What failed first is the cause: a full disk fails everything after it.
@@ -95,9 +99,15 @@ fn begin<'a, S: Solver>(
     let solver = S::build(scene, folder.root())?;
     let clock = S::clock(scene, facts);
     let contact_time = dem.map_or(f64::INFINITY, |facts| facts.contact_time);
-    let run = Run::new(folder, scene, solver, clock, options.resume, contact_time, answer)?;
+    let mut run = Run::new(folder, scene, solver, clock, options.resume, contact_time, answer)?;
     folder.remove_summary()?;
     folder.write_scene(scene, fluid, dem, None)?;
+    // The section is the coupler's; of it only this key means something to a solver alone.
+    let wanted = scene.scene.coupling.get("record").and_then(|value| value.as_bool()) != Some(false);
+    if wanted && !options.no_record {
+        let at = (run.position.step, run.position.time);
+        run.log = AloneLog::begin(S::PROGRAM, S::ROLE, scene, folder, clock.window, at)?;
+    }
     Ok(run)
 }
 
@@ -115,6 +125,7 @@ struct Run<'a, S: Solver> {
     contact_time: f64,
     rest: Option<Rest>,
     stop: Arc<AtomicBool>,
+    log: Option<AloneLog>,
 }
 
 impl<'a, S: Solver> Run<'a, S> {
@@ -165,6 +176,7 @@ impl<'a, S: Solver> Run<'a, S> {
             contact_time,
             rest,
             stop,
+            log: None,
         })
     }
 
@@ -230,6 +242,9 @@ impl<'a, S: Solver> Run<'a, S> {
         let sample =
             bedload_output::Sample { window, loads, header, kinematics, extras: &self.solver.scalars() };
         self.observer.record(&sample)?;
+        if let Some(log) = &self.log {
+            log.record(window, header, loads, kinematics)?;
+        }
         self.position.step += 1;
         self.position.time = window.time + window.dt;
         self.position.limit = report.dt_limit;

@@ -7,8 +7,8 @@ use crate::options::RunOptions;
 use crate::solver::Solver;
 use crate::threads::with_threads;
 use protocol::channel::{Rendezvous, SharedMemory, Wire};
-use protocol::log::{LogError, LogReader, Logged, ReplayOptions, ReplayReport};
-use protocol::participant::{ExchangeError, SolverError};
+use protocol::log::{LogError, LogReader, Logged, ReplayOptions, ReplayReport, StandIn, replay_beside};
+use protocol::participant::{ExchangeError, Role, SolverError};
 use protocol::scene::{CheckedScene, SceneSource};
 
 /// Joins a coupled run and obeys until the coupler says stop.
@@ -64,9 +64,13 @@ where
     let folder = out.map_or_else(|| PathBuf::from("out/replay"), Path::to_owned);
     let mut solver = S::build(&scene, &folder)?;
     let options = ReplayOptions { verify, checkpoint: checkpoint.map(Path::to_owned), fields: out.is_some() };
-    let report =
-        with_threads(threads, || protocol::log::replay(&mut solver, reader, &options, &mut |_, _| {}))?
-            .map_err(failed)?;
+    let alone = !(reader.manifest().has(Role::Fluid) && reader.manifest().has(Role::Dem));
+    let peer = if alone { Some(S::stand_in(&scene)?) } else { None };
+    let report = with_threads(threads, move || {
+        let peer = peer.as_ref().map(|peer| peer as &StandIn<S::Incoming>);
+        replay_beside(&mut solver, reader, &options, peer, &mut |_, _| {})
+    })?
+    .map_err(failed)?;
     println!(
         "{}: {} windows to t = {} s in {:.3} s, {} messages compared",
         S::PROGRAM,

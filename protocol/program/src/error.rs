@@ -1,6 +1,7 @@
 //! How a program ends, besides well, and how it says so.
 
 use bedload_output::OutputError;
+use protocol::log::LogError;
 use protocol::participant::{ExchangeError, SolverError};
 use protocol::scene::SceneError;
 
@@ -16,6 +17,9 @@ pub enum ProgramError {
     /// The solver failed: exit 1; or its peer did: exit 3.
     #[error(transparent)]
     Solver(#[from] SolverError),
+    /// The log could not be written: exit 1, or 5 where the disk is full.
+    #[error(transparent)]
+    Log(#[from] LogError),
     /// A comparison differs: exit 1.
     #[error("{0}")]
     Different(String),
@@ -41,12 +45,13 @@ impl ProgramError {
         match self {
             Self::Folder(error) if error.is_full() => 5,
             Self::Solver(SolverError::File { source, .. }) if protocol::new_file::is_full(source) => 5,
+            Self::Log(LogError::File { source, .. }) if protocol::new_file::is_full(source) => 5,
             Self::Folder(OutputError::File { .. } | OutputError::Gone(_)) => 1,
             Self::Scene(_) | Self::Folder(_) => 2,
             Self::Solver(SolverError::Exchange(
                 ExchangeError::PeerDied { .. } | ExchangeError::Deadline { .. },
             )) => 3,
-            Self::Solver(_) | Self::Different(_) => 1,
+            Self::Solver(_) | Self::Log(_) | Self::Different(_) => 1,
             Self::BreaksOff(_) => 6,
             Self::Interrupted => 130,
         }

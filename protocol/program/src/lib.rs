@@ -10,6 +10,7 @@
 //! | `replay LOG [--verify] [--out DIR]` | does again what the log says it did |
 
 pub mod alone;
+mod alone_log;
 mod alone_run;
 mod command;
 mod coupled;

@@ -14,6 +14,9 @@ pub trait Logged: Record + Serialize {
 
     /// The message of this kind in a window.
     fn of(window: &LoggedWindow) -> Option<&(Header, Vec<Self>)>;
+
+    /// Gives a window a message of this kind.
+    fn put(window: &mut LoggedWindow, message: (Header, Vec<Self>));
 }
 
 impl Logged for Loads {
@@ -21,12 +24,18 @@ impl Logged for Loads {
     fn of(window: &LoggedWindow) -> Option<&(Header, Vec<Self>)> {
         window.loads.as_ref()
     }
+    fn put(window: &mut LoggedWindow, message: (Header, Vec<Self>)) {
+        window.loads = Some(message);
+    }
 }
 
 impl Logged for Kinematics {
     const MESSAGES: &'static str = "kinematics";
     fn of(window: &LoggedWindow) -> Option<&(Header, Vec<Self>)> {
         window.kinematics.as_ref()
+    }
+    fn put(window: &mut LoggedWindow, message: (Header, Vec<Self>)) {
+        window.kinematics = Some(message);
     }
 }
 

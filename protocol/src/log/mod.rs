@@ -32,7 +32,7 @@ pub use raw::{Channel, RawItem, RawMessage, RawReader, Schema, Sizes};
 pub use reader::{Entry, LogReader, Message};
 pub use recorder::{Recorder, RecorderOptions, RecorderStatistics};
 pub use repair::{Repaired, flip_bit, repair};
-pub use replay::{OnWindow, ReplayError, ReplayOptions, ReplayReport, replay};
+pub use replay::{OnWindow, ReplayError, ReplayOptions, ReplayReport, StandIn, replay, replay_beside};
 pub use sequence::{Sequence, nanoseconds};
 pub use topic::{DATA_ENCODING, DATA_SCHEMA_ENCODING, Topic};
 pub use viewer::{Decimation, FRAMES, MOST_PLOTTED, MOST_SPHERES, OPEN_RUN};

@@ -80,6 +80,9 @@ pub enum ReplayError {
 /// Called after each window.
 pub type OnWindow<'a> = dyn FnMut(&Window, &WindowReport) + 'a;
 
+/// What an absent peer says in a window: for the log of a solver that ran alone.
+pub type StandIn<R> = dyn Fn(&Window, &mut [R]);
+
 /// Drives `participant` through the windows of `log`.
 ///
 /// # Errors
@@ -96,6 +99,25 @@ where
     P::Incoming: Logged,
     P::Outgoing: Logged,
 {
+    replay_beside(participant, log, options, None, on_window)
+}
+
+/// As [`replay`]; where the log has no message of the other solver, `stand_in` says it.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_beside<P>(
+    participant: &mut P,
+    log: LogReader,
+    options: &ReplayOptions,
+    stand_in: Option<&StandIn<P::Incoming>>,
+    on_window: &mut OnWindow<'_>,
+) -> Result<ReplayReport, ReplayError>
+where
+    P: Participant,
+    P::Incoming: Logged,
+    P::Outgoing: Logged,
+{
     let begin = Instant::now();
     check(participant, log.name(), log.manifest(), options)?;
     if let Some(folder) = &options.checkpoint {
@@ -105,13 +127,18 @@ where
     let mut windows = log.windows();
     let mut report = empty();
     while let Some(window) = windows.next() {
-        let window = match window {
+        let mut window = match window {
             Err(error) if error.is_truncation() => {
                 report.truncated = Some(error);
                 break;
             }
             other => other?,
         };
+        if let (Some(stand_in), None) = (stand_in, P::Incoming::of(&window)) {
+            let (at, mut said) = (window.window(), vec![P::Incoming::default(); participant.grains()]);
+            stand_in(&at, &mut said);
+            P::Incoming::put(&mut window, (at.header(), said));
+        }
         let next_repeats = windows.peek().is_some_and(LoggedWindow::is_repeat);
         let go_on = step(participant, &mut exchange, window, next_repeats, options, on_window)?;
         match go_on {

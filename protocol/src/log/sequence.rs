@@ -1,8 +1,8 @@
 //! The order of messages that a log must have, checked while recording and again while reading.
 //!
 //! Windows count up by one from the manifest's first step; a `Repeat` counts the attempt up. Every
-//! window but the last has its loads (if a fluid takes part) and its kinematics (if a DEM does),
-//! once each. A gap means that something was lost, so it is an error, never a warning.
+//! window but the last has its loads and its kinematics once each where both solvers take part; a solver
+//! that ran alone has its message, once at most, in the windows that were observed. A gap means that something was lost, so it is an error, never a warning.
 
 use super::error::SequenceError;
 use super::manifest::Manifest;
@@ -62,10 +62,11 @@ impl Sequence {
     }
 
     fn missing(&self) -> Option<(Open, &'static str)> {
-        let open = self.open?;
-        match (self.fluid && !open.loads, self.dem && !open.kinematics) {
-            (true, _) => Some((open, "loads")),
-            (_, true) => Some((open, "kinematics")),
+        // Alone, a solver is not observed in every window.
+        let open = self.open.filter(|_| self.fluid && self.dem)?;
+        match (open.loads, open.kinematics) {
+            (false, _) => Some((open, "loads")),
+            (_, false) => Some((open, "kinematics")),
             _ => None,
         }
     }
@@ -251,6 +252,19 @@ mod tests {
             s.command(&order(Order::Advance, 2, 0)),
             Err(SequenceError::Missing { step: 1, what: "kinematics", .. })
         ));
+    }
+
+    #[test]
+    fn a_solver_alone_is_not_observed_in_every_window() {
+        let mut manifest = Manifest::new("", "", vec![1.0], 0.1, 1.0);
+        manifest.fluid_command.clear();
+        let mut s = Sequence::new(&manifest);
+        s.command(&order(Order::Advance, 0, 0)).unwrap();
+        assert!(s.is_complete());
+        s.command(&order(Order::Advance, 1, 0)).unwrap();
+        let header = Header { step: 1, ..Header::default() };
+        s.kinematics(&header, 1).unwrap();
+        assert!(matches!(s.kinematics(&header, 1), Err(SequenceError::Stray { .. })));
     }
 
     #[test]

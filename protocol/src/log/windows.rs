@@ -10,9 +10,9 @@ use crate::participant::Window;
 pub struct LoggedWindow {
     /// The `Advance` or `Repeat`.
     pub command: Command,
-    /// Fluid → DEM; none only where no fluid takes part.
+    /// Fluid → DEM; none where no fluid takes part, or where a fluid alone was not observed.
     pub loads: Option<(Header, Vec<Loads>)>,
-    /// DEM → fluid; none only where no DEM takes part.
+    /// DEM → fluid; none where no DEM takes part, or where a DEM alone was not observed.
     pub kinematics: Option<(Header, Vec<Kinematics>)>,
     /// Whether an `Accept` was logged for it.
     pub accepted: bool,
