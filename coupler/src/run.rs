@@ -126,7 +126,6 @@ pub(crate) fn open_folder(
         folder.remove_summary()?;
         Some((path, state))
     } else {
-        resume::remove_all(folder);
         record::remove_parts(folder.root());
         None
     };

@@ -20,7 +20,7 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
             "use [[grain_files]] with the other run's grains.csv",
         );
     }
-    let read = checkpoint::read_any::<State>(&folder.join("checkpoint"), "dem");
+    let read = checkpoint::read_any::<State>(&crate::state::newest(folder), "dem");
     let mut state = match read {
         Ok((_, state)) => state,
         Err(error) => {

@@ -3,8 +3,18 @@
 //! Neighbour lists are not part of it: sums run in an order that does not depend on them. The bulk engine's
 //! order of the grains is, since its sums follow it.
 
+use std::path::{Path, PathBuf};
+
 use crate::report::Dissipated;
+use protocol::checkpoints;
 use serde::{Deserialize, Serialize};
+
+/// Folder of the newest whole checkpoint that a DEM alone left in its output folder `out`; where it left none, the
+/// folder in which it would lie.
+pub(crate) fn newest(out: &Path) -> PathBuf {
+    let parent = out.join("checkpoint");
+    checkpoints::newest(&parent, "loop").unwrap_or(parent)
+}
 
 /// A contact that bears a force, with its history.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

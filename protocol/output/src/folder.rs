@@ -200,6 +200,7 @@ impl OutputFolder {
             let name = path.file_stem().and_then(|name| name.to_str()).unwrap_or("");
             CHECKPOINT_NAMES.iter().any(|known| name.split(['.', '-', '_']).next() == Some(known))
         })?;
+        protocol::checkpoints::remove_others(&self.checkpoint(), None);
         for name in FILES {
             let path = self.root.join(name);
             match fs::remove_file(&path) {
