@@ -1,6 +1,7 @@
 //! A storm of kills: runs of small scenes lose a random process at a random time. What is promised of that is
 //! checked: nothing stays, every log can be read, and `--resume` ends with the bits of a run that was left alone.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -172,7 +173,8 @@ pub fn storm(plan: &Plan, tell: &mut dyn FnMut(&Report)) -> Report {
 struct Reference {
     kind: &'static Kind,
     out: PathBuf,
-    takes: f64,
+    /// Wall time of a whole run, s. It follows the load of the machine, so that kills fall within runs.
+    takes: Cell<f64>,
 }
 
 impl Reference {
@@ -182,7 +184,12 @@ impl Reference {
         let begin = Instant::now();
         let output = bedload(&arguments(&scene, &out, false));
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-        Self { kind, out, takes: begin.elapsed().as_secs_f64() }
+        Self { kind, out, takes: Cell::new(begin.elapsed().as_secs_f64()) }
+    }
+
+    /// A kill came too late, or not.
+    fn learn(&self, late: bool) {
+        self.takes.set(self.takes.get() * if late { 0.9 } else { 1.02 });
     }
 }
 
@@ -226,9 +233,11 @@ impl<'a> Run<'a> {
     fn strikes(&mut self, random: &mut Random, report: &mut Report, most: usize) {
         let before = report.broken.len();
         loop {
-            let strike = Strike::draw(random, self.reference.kind, self.reference.takes);
+            let strike = Strike::draw(random, self.reference.kind, self.reference.takes.get());
             let again = random.unit() < 0.3;
-            if !self.strike(&strike, report) {
+            let hit = self.strike(&strike, report);
+            self.reference.learn(!hit);
+            if !hit {
                 report.late += 1;
                 break;
             }

@@ -28,11 +28,16 @@ const MORE: u64 = 1 << 30;
 /// What takes longer hangs, s.
 const HANGS: u64 = 300;
 
+/// Variable with the factor by which more cases are tried than in a quick test.
+const FACTOR: &str = "BEDLOAD_MUTATIONS";
+
 /// Checks `property` with `cases` lists of edits in a thread that has a limit of time, in a process that has one of memory.
 fn holds(cases: u32, property: impl Fn(&[Edit]) -> Result<(), TestCaseError> + Send + 'static) {
     limit_memory();
     let (tell, told) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
+        let factor = std::env::var(FACTOR).ok().and_then(|text| text.parse::<u32>().ok()).unwrap_or(1);
+        let cases = cases * factor;
         // A failure is told with its edits; files of failures in the tree would be of one machine.
         let config = Config { cases, failure_persistence: None, max_shrink_iters: 200, ..Config::default() };
         let run = || TestRunner::new(config).run(&edits(), |edits| property(&edits));
