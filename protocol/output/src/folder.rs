@@ -15,7 +15,7 @@ use protocol::scene::CheckedScene;
 const MARKER: &str = "# Bedload output:";
 
 /// Files that a run writes in the folder itself.
-const FILES: [&str; 12] = [
+const FILES: [&str; 11] = [
     "summary.json",
     "series.csv",
     "exchange.mcap",
@@ -27,8 +27,10 @@ const FILES: [&str; 12] = [
     "oblique.csv",
     "deposit.csv",
     "scene-in-full.toml",
-    "scene.toml",
 ];
+
+/// What a start leaves that was killed before `scene.toml` stood: the file that was to take its place.
+const BEGUN: &str = "scene.toml.tmp";
 
 /// What a run writes in its sub-folders: by extension in `fields/`, by first word in `checkpoint/`.
 const FIELD_EXTENSIONS: [&str; 8] = ["vtr", "pvtr", "vtu", "vtp", "vti", "pvd", "csv", "tmp"];
@@ -61,10 +63,11 @@ impl OutputFolder {
             }
             folder.remove_run()?;
         }
+        // First, so that the folder is known for ours whenever this ends.
+        folder.write_scene(scene, None, None, None)?;
         for path in [folder.fields(), folder.checkpoint()] {
             fs::create_dir_all(&path).map_err(OutputError::file("make the folder", &path))?;
         }
-        folder.write_scene(scene, None, None, None)?;
         Ok(folder)
     }
 
@@ -175,7 +178,7 @@ impl OutputFolder {
     fn is_empty(&self) -> Result<bool, OutputError> {
         let mut entries =
             fs::read_dir(&self.root).map_err(OutputError::file("read the folder", &self.root))?;
-        Ok(entries.next().is_none())
+        Ok(entries.all(|entry| entry.is_ok_and(|entry| entry.file_name() == BEGUN)))
     }
 
     fn require_marker(&self) -> Result<(), OutputError> {
@@ -186,7 +189,7 @@ impl OutputFolder {
         Err(OutputError::Foreign { path: self.root.clone(), marker: MARKER })
     }
 
-    /// Removes the files of the last run, `scene.toml` (which marks the folder as ours) last.
+    /// Removes the files of the last run, but for `scene.toml`, which marks the folder as ours and is replaced.
     fn remove_run(&self) -> Result<(), OutputError> {
         for path in [self.fields(), self.checkpoint()] {
             if fs::symlink_metadata(&path).is_ok_and(|data| data.is_symlink()) {

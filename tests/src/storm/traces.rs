@@ -20,7 +20,8 @@ fn command_line(pid: u32) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// The solver of a role that `parent` has started.
+/// The solver of a role that `parent` has started for its run; one that only checks the scene has gone before a signal
+/// reaches it.
 pub(super) fn child_of(parent: u32, role: &str) -> Option<u32> {
     let threads = std::fs::read_dir(format!("/proc/{parent}/task")).into_iter().flatten().flatten();
     let texts =
@@ -32,7 +33,9 @@ pub(super) fn child_of(parent: u32, role: &str) -> Option<u32> {
     let is_solver = |pid: &u32| {
         let line = command_line(*pid);
         let mut words = line.split('\0');
-        words.next().is_some_and(|word| word.ends_with(&program)) && is_alive(*pid)
+        words.next().is_some_and(|word| word.ends_with(&program))
+            && words.next().is_some_and(|word| word != "check")
+            && is_alive(*pid)
     };
     pids.into_iter().find(is_solver)
 }
