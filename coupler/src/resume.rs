@@ -3,10 +3,11 @@
 //! A checkpoint is a folder `checkpoint/<step>`: one file of each solver and, written last, one of the
 //! coupler. A folder without the coupler's file was cut short and is never resumed from.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use bedload_output::{ObserverState, OutputFolder};
 use protocol::checkpoint;
+use protocol::checkpoints;
 use protocol::new_file::is_full;
 use protocol::participant::SolverError;
 use protocol::serve::checkpoint_folder;
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::failure::Failure;
 use crate::iterate::Tally;
 use crate::scheme::PlannerState;
+use crate::unstable::Seen;
 
 const ROLE: &str = "coupler";
 
@@ -48,6 +50,8 @@ pub(crate) struct CouplerState {
     pub(crate) late: u64,
     /// Attempts at windows, where they are repeated.
     pub(crate) attempts: Tally,
+    /// Whether the motion alternates.
+    pub(crate) seen: Seen,
 }
 
 /// Writes the coupler's file: the checkpoint of window `step` is whole from then on, and older ones
@@ -66,10 +70,7 @@ pub(crate) fn complete(
         SolverError::File { source, .. } if is_full(source) => Failure::Full(error.to_string()),
         _ => Failure::Run(error.to_string()),
     })?;
-    for (_, older) in folders(folder).into_iter().filter(|(_, path)| *path != here) {
-        // A leftover costs room on the disk, nothing else: the newest whole one counts.
-        let _ = std::fs::remove_dir_all(older);
-    }
+    checkpoints::remove_others(&folder.checkpoint(), Some(&here));
     Ok(())
 }
 
@@ -78,10 +79,7 @@ pub(crate) fn complete(
 /// # Errors
 /// [`Failure::Input`] if there is none, or it is of another scene.
 pub(crate) fn latest(folder: &OutputFolder, identity: &str) -> Result<(PathBuf, CouplerState), Failure> {
-    let mut found = folders(folder);
-    found.retain(|(_, path)| checkpoint::path(path, ROLE).is_file());
-    found.sort();
-    let Some((_, path)) = found.pop() else {
+    let Some(path) = checkpoints::newest(&folder.checkpoint(), ROLE) else {
         return Err(Failure::Input(format!(
             "{} holds no whole checkpoint to resume from: start anew without --resume",
             folder.checkpoint().display()
@@ -93,21 +91,4 @@ pub(crate) fn latest(folder: &OutputFolder, identity: &str) -> Result<(PathBuf, 
         ))
     })?;
     Ok((path, state))
-}
-
-/// Removes every checkpoint of an earlier run.
-pub(crate) fn remove_all(folder: &OutputFolder) {
-    for (_, path) in folders(folder) {
-        let _ = std::fs::remove_dir_all(path);
-    }
-}
-
-/// Folders named by a step.
-fn folders(folder: &OutputFolder) -> Vec<(u64, PathBuf)> {
-    let Ok(entries) = std::fs::read_dir(folder.checkpoint()) else { return Vec::new() };
-    let step_of = |path: &Path| -> Option<u64> {
-        let name = path.file_name()?.to_str()?;
-        (name.len() == 10 && path.is_dir()).then(|| name.parse().ok())?
-    };
-    entries.flatten().filter_map(|entry| step_of(&entry.path()).map(|step| (step, entry.path()))).collect()
 }

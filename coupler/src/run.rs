@@ -126,7 +126,6 @@ pub(crate) fn open_folder(
         folder.remove_summary()?;
         Some((path, state))
     } else {
-        resume::remove_all(folder);
         None
     };
     // The solvers read the scheme that the plan chose.

@@ -8,6 +8,7 @@
 use protocol::message::Kinematics;
 use protocol::participant::Window;
 use protocol::scene::{CheckedScene, Motion};
+use serde::{Deserialize, Serialize};
 
 use crate::number::{Short, norm};
 use crate::speeds::Speeds;
@@ -29,7 +30,7 @@ const DECAYED: f64 = 0.3679;
 const BEYOND: f64 = 20.0;
 
 /// One component of a velocity, or of a spin times the radius.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Channel {
     last: [f64; 2],
     difference: f64,
@@ -48,14 +49,21 @@ pub(crate) struct Found {
     pub(crate) window: u64,
 }
 
-/// Watches the motion of free grains, window by window.
-#[derive(Clone, Debug)]
-pub(crate) struct Alternation {
-    free: Vec<(usize, f64)>,
+/// What was seen so far: part of a checkpoint. A run that is resumed when its grains rest would else take the last
+/// digits of their speeds for the largest speed so far, and their alternation for one that counts.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Seen {
     channels: Vec<[Channel; 6]>,
     windows: u64,
     /// Largest smooth speed so far.
     scale: f64,
+}
+
+/// Watches the motion of free grains, window by window.
+#[derive(Clone, Debug)]
+pub(crate) struct Alternation {
+    free: Vec<(usize, f64)>,
+    seen: Seen,
     /// Beyond it no speed is physical.
     limit: f64,
 }
@@ -68,20 +76,29 @@ impl Alternation {
         let speeds = Speeds::of(scene);
         let expected = speeds.flow + speeds.grain;
         Self {
-            channels: vec![[Channel::default(); 6]; free.len()],
+            seen: Seen { channels: vec![[Channel::default(); 6]; free.len()], windows: 0, scale: 0.0 },
             free,
-            windows: 0,
-            scale: 0.0,
             // A scene in which nothing is expected to move has no such limit.
             limit: if expected > 0.0 { BEYOND * expected } else { f64::INFINITY },
         }
     }
 
+    /// What was seen so far.
+    pub(crate) fn seen(&self) -> &Seen {
+        &self.seen
+    }
+
+    /// Goes on from what was seen before a checkpoint of the same scene.
+    pub(crate) fn resume(&mut self, seen: Seen) {
+        self.seen = seen;
+    }
+
     /// Takes the motion at the end of a window; says what is wrong.
     pub(crate) fn take(&mut self, window: &Window, motion: &[Kinematics]) -> Option<Found> {
-        self.windows += 1;
-        let (mut smooth, mut found) = (self.scale, None);
-        for ((grain, radius), channels) in self.free.iter().zip(&mut self.channels) {
+        let Seen { channels, windows, scale } = &mut self.seen;
+        *windows += 1;
+        let (mut smooth, mut found) = (*scale, None);
+        for ((grain, radius), channels) in self.free.iter().zip(channels) {
             let Kinematics { velocity, spin, .. } = motion[*grain];
             let speed = norm(&velocity);
             if speed > self.limit && found.is_none() {
@@ -97,13 +114,13 @@ impl Alternation {
             }
             let values = velocity.into_iter().chain(spin.map(|spin| radius * spin));
             for (place, (channel, value)) in channels.iter_mut().zip(values).enumerate() {
-                smooth = smooth.max(channel.take(value, self.windows));
-                if channel.is_unstable(self.scale) && found.is_none() {
-                    found = Some(channel.found(*grain, place, window, self.scale));
+                smooth = smooth.max(channel.take(value, *windows));
+                if channel.is_unstable(*scale) && found.is_none() {
+                    found = Some(channel.found(*grain, place, window, *scale));
                 }
             }
         }
-        self.scale = smooth;
+        *scale = smooth;
         found
     }
 }
@@ -165,6 +182,11 @@ mod tests {
 
     /// The window that ends a signal of the velocity along z.
     fn ends(signal: impl Fn(u64) -> f64) -> Option<u64> {
+        ends_resumed(signal, u64::MAX)
+    }
+
+    /// The same for a run that goes on from a checkpoint before window `resumed`.
+    fn ends_resumed(signal: impl Fn(u64) -> f64, resumed: u64) -> Option<u64> {
         let text = "until = 1e9\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [4, 4, 4]\n\
                     boundary = { x = \"periodic\", y = \"periodic\", z = \"periodic\" }\n\
                     grains = [{ position = [2, 2, 2], radius = 0.5, density = 1.0, velocity = [0, 0, 1.0] }]\n";
@@ -173,6 +195,11 @@ mod tests {
         let scene = CheckedScene::new(SceneSource { file: "s.toml".into(), text }).unwrap();
         let mut watch = Alternation::new(&scene);
         (0..2000).find(|step| {
+            if *step == resumed {
+                let seen = watch.seen().clone();
+                watch = Alternation::new(&scene);
+                watch.resume(seen);
+            }
             let window =
                 Window { step: *step, attempt: 0, time: *step as f64, dt: 1.0, substeps: 1, output: false };
             let moved = Kinematics { velocity: [0.0, 0.0, signal(*step)], ..Kinematics::default() };
@@ -192,6 +219,15 @@ mod tests {
         assert!(ends(|n| falls(n) + 0.05 * sign(n)).is_some_and(|at| at < 80));
         // Faster than anything: 20 times the unit speed that the grain is given.
         assert_eq!(ends(|n| 1.1_f64.powf(n as f64)), Some(32));
+    }
+
+    #[test]
+    fn a_grain_at_rest_stays_at_rest_after_a_resume() {
+        let at_rest = |n: u64| 1e-14 * 1.2_f64.powi((n % 40) as i32) * sign(n);
+        let moved = |n: u64| if n < 100 { -1.0 } else { at_rest(n) };
+        assert!(ends(moved).is_none());
+        assert!(ends(at_rest).is_some(), "without the largest speed so far it would count");
+        assert_eq!(ends_resumed(moved, 200), None);
     }
 
     #[test]

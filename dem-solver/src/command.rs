@@ -78,7 +78,7 @@ fn run(arguments: &Arguments) -> Result<PathBuf, ProgramError> {
     let scene = RunOptions::of_scene(&arguments.folder.join("scene.toml")).read_scene()?;
     refuse_averages(&scene, "grains")?;
     let mut participant = DemParticipant::new(&scene, &arguments.folder)?;
-    let (_, state) = checkpoint::read_any::<State>(&checkpoint::newest(&arguments.folder, "dem"), "dem")?;
+    let (_, state) = checkpoint::read_any::<State>(&crate::state::newest(&arguments.folder), "dem")?;
     participant.adopt(&state)?;
     let (lower, upper) = region(arguments, &scene);
     let (name, bytes) = if let Some(slabs) = arguments.slabs {

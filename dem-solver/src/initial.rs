@@ -16,7 +16,7 @@ const DEEPEST: f64 = 0.01;
 /// them, since the fluid starts with them there; the state then adds the springs between them.
 pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result<(), SceneError> {
     let refuse = |why: String, remedy: &str| Err(scene.source.error("dem.initial_state", why, remedy));
-    let read = checkpoint::read_any::<State>(&checkpoint::newest(folder, "dem"), "dem");
+    let read = checkpoint::read_any::<State>(&crate::state::newest(folder), "dem");
     let mut state = match read {
         Ok((_, state)) => state,
         Err(error) => {

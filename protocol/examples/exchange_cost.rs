@@ -1,7 +1,8 @@
-//! What the coupling itself costs: three processes, idle solvers, µs per window.
+//! What the coupling itself costs: three processes, idle solvers, µs per window: percentiles of the wall time from one
+//! window's end to the next, which with one window ahead is the time of an exchange, and the CPU time of all three.
 //!
 //! ```text
-//! cargo run --release -p bedload-protocol --example exchange_cost -- [--windows N] [--grains N,N,…]
+//! cargo run --release -p bedload-protocol --example exchange_cost -- [--windows N] [--grains N,N,…] [--ahead N,N]
 //! ```
 //!
 //! One window is `Advance` → loads → kinematics → `Done` of both solvers, each record written and
@@ -32,23 +33,24 @@ fn main() -> Outcome<()> {
     let windows: u64 = value("--windows", "5000").parse()?;
     let grains: Vec<usize> =
         value("--grains", "1,200,10000").split(',').map(str::parse).collect::<Result<_, _>>()?;
+    let aheads: Vec<usize> = value("--ahead", "1,4").split(',').map(str::parse).collect::<Result<_, _>>()?;
     let cores = std::thread::available_parallelism()?;
     println!("{cores} cores, 3 processes, {windows} windows, idle solvers");
-    println!("grains  waiting       ahead  us/window  exchange us/window (fluid, dem)");
+    println!(
+        "| grains | waiting | ahead | mean | p50 | p99 | p99.9 | CPU: coupler, fluid, DEM | sending and receiving: fluid, DEM |"
+    );
+    println!("|---:|---|---|---:|---:|---:|---:|---|---|");
     for grains in grains {
         for (name, waiting, spin_us) in
             [("event", Waiting::Event, 0), ("yield+event", Waiting::Event, 50), ("spin", Waiting::Spin, 50)]
         {
-            for ahead in [1, 4] {
+            for ahead in aheads.iter().copied() {
                 let mut rendezvous = Rendezvous::new(grains)?;
                 rendezvous.waiting = waiting;
                 rendezvous.spin_us = spin_us;
                 rendezvous.ahead = ahead;
-                let (wall, exchange) = measure(&rendezvous, windows)?;
-                println!(
-                    "{grains:6}  {name:12}  {ahead:5}  {wall:9.1}  {:.1}, {:.1}",
-                    exchange[0], exchange[1]
-                );
+                let cost = measure(&rendezvous, windows)?;
+                println!("| {grains} | {name} | {ahead} | {cost} |");
             }
         }
     }
@@ -78,41 +80,66 @@ fn notice_a_kill() -> Outcome<f64> {
     }
 }
 
-/// Runs `windows` windows; µs per window: wall, and each solver's own exchange time.
-fn measure(rendezvous: &Rendezvous, windows: u64) -> Outcome<(f64, [f64; 2])> {
+/// What a window costs, µs.
+struct Cost {
+    /// Wall time of each window, sorted.
+    windows: Vec<f64>,
+    /// CPU time of coupler, fluid and DEM.
+    cpu: [f64; 3],
+    /// Each solver's own sending and receiving.
+    exchange: [f64; 2],
+}
+
+impl std::fmt::Display for Cost {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let share = |part: f64| {
+            self.windows[((part * self.windows.len() as f64) as usize).min(self.windows.len() - 1)]
+        };
+        let mean = self.windows.iter().sum::<f64>() / self.windows.len() as f64;
+        let ([coupler, fluid, dem], [sent, got]) = (self.cpu, self.exchange);
+        write!(f, "{mean:.1} | {:.1} | {:.1} | {:.1} | ", share(0.5), share(0.99), share(0.999))?;
+        write!(f, "{coupler:.1}, {fluid:.1}, {dem:.1} | {sent:.1}, {got:.1}")
+    }
+}
+
+/// CPU time of all threads of a process so far, µs.
+fn cpu_time(pid: u32) -> Outcome<f64> {
+    let mut sum = 0.0;
+    for thread in std::fs::read_dir(format!("/proc/{pid}/task"))? {
+        let text = std::fs::read_to_string(thread?.path().join("schedstat"))?;
+        sum += text.split_whitespace().next().unwrap_or("0").parse::<f64>()? * 1e-3;
+    }
+    Ok(sum)
+}
+
+/// Runs `windows` windows.
+fn measure(rendezvous: &Rendezvous, windows: u64) -> Outcome<Cost> {
     let mut link = ConductorLink::create(rendezvous)?;
     let mut children = Vec::new();
     for role in &rendezvous.roles {
         children.push(start(rendezvous, *role)?);
     }
     link.wait_ready(&mut || Ok(()))?;
-    let limit = Duration::from_secs(10);
-    let (mut given, mut done, mut seen, mut sum) = (0, [0u64; 2], 0u64, 0.0);
-    let mut exchange = [0.0; 2];
-    let start = Instant::now();
-    while done[0].min(done[1]) < windows {
+    let pids = [std::process::id(), children[0].id(), children[1].id()];
+    let before = pids.map(|pid| cpu_time(pid).unwrap_or(f64::NAN));
+    let mut count = Count::default();
+    let mut times = Vec::with_capacity(windows as usize);
+    let mut last = Instant::now();
+    let mut given = 0;
+    while (times.len() as u64) < windows {
         while given < windows && link.unanswered() < rendezvous.ahead as u64 {
             link.order(command(Order::Advance, given))?;
             given += 1;
         }
-        match link.next(limit, &mut || Ok(()))? {
-            Event::Loads(lent) => {
-                seen += 1;
-                sum += lent.records().iter().map(|load| load.force[2]).sum::<f64>();
-            }
-            Event::Kinematics(lent) => {
-                seen += 1;
-                sum += lent.records().iter().map(|grain| grain.position[2]).sum::<f64>();
-            }
-            Event::Status(role, status) if status.state == State::Done as u64 => {
-                let solver = usize::from(role == Role::Dem);
-                done[solver] += 1;
-                exchange[solver] = status.exchange_s;
-            }
-            Event::Status(role, status) => return Err(format!("{role}: {}", status.text()).into()),
+        count.hear(&mut link)?;
+        if count.done[0].min(count.done[1]) > times.len() as u64 {
+            times.push(last.elapsed().as_secs_f64() * 1e6);
+            last = Instant::now();
         }
     }
-    let wall = start.elapsed().as_secs_f64();
+    let per_window = 1.0 / windows as f64;
+    let after = pids.map(|pid| cpu_time(pid).unwrap_or(f64::NAN));
+    let cpu = std::array::from_fn(|of| (after[of] - before[of]) * per_window);
     link.order(command(Order::Stop, windows))?;
     for mut child in children {
         if !child.wait()?.success() {
@@ -120,11 +147,43 @@ fn measure(rendezvous: &Rendezvous, windows: u64) -> Outcome<(f64, [f64; 2])> {
         }
     }
     let expected = 2 * windows;
-    if seen != expected || !sum.is_finite() {
-        return Err(format!("observed {seen} of {expected} messages, sum {sum}").into());
+    if count.seen != expected || !count.sum.is_finite() {
+        return Err(format!("observed {} of {expected} messages, sum {}", count.seen, count.sum).into());
     }
-    let per_window = 1e6 / windows as f64;
-    Ok((wall * per_window, exchange.map(|seconds| seconds * per_window)))
+    times.sort_by(f64::total_cmp);
+    Ok(Cost { windows: times, cpu, exchange: count.exchange.map(|seconds| seconds * 1e6 * per_window) })
+}
+
+/// What the coupler has heard.
+#[derive(Default)]
+struct Count {
+    done: [u64; 2],
+    seen: u64,
+    sum: f64,
+    exchange: [f64; 2],
+}
+
+impl Count {
+    /// Takes the next message.
+    fn hear(&mut self, link: &mut ConductorLink) -> Outcome<()> {
+        match link.next(Duration::from_secs(10), &mut || Ok(()))? {
+            Event::Loads(lent) => {
+                self.seen += 1;
+                self.sum += lent.records().iter().map(|load| load.force[2]).sum::<f64>();
+            }
+            Event::Kinematics(lent) => {
+                self.seen += 1;
+                self.sum += lent.records().iter().map(|grain| grain.position[2]).sum::<f64>();
+            }
+            Event::Status(role, status) if status.state == State::Done as u64 => {
+                let solver = usize::from(role == Role::Dem);
+                self.done[solver] += 1;
+                self.exchange[solver] = status.exchange_s;
+            }
+            Event::Status(role, status) => return Err(format!("{role}: {}", status.text()).into()),
+        }
+        Ok(())
+    }
 }
 
 fn command(order: Order, step: u64) -> Command {

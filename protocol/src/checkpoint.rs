@@ -17,11 +17,14 @@ use crate::new_file::new_file;
 use crate::participant::SolverError;
 
 const MAGIC: [u8; 8] = *b"BEDLOAD\n";
-const VERSION: u64 = 6;
+const VERSION: u64 = 7;
 const HEAD: usize = 8 + 8 + 8 + 32;
 
 /// Bytes that are read or written at once.
 const CHUNK: usize = 1 << 16;
+
+/// Most bytes of the identity of a scene, which is a digest as text.
+const MOST_IDENTITY: u64 = 1 << 10;
 
 /// SHA-256 of a payload: tells a file that belongs to another from one that only has its name.
 pub type Digest = [u8; 32];
@@ -30,20 +33,6 @@ pub type Digest = [u8; 32];
 #[must_use]
 pub fn path(folder: &Path, role: &str) -> PathBuf {
     folder.join(format!("{role}.checkpoint"))
-}
-
-/// Folder of the newest whole checkpoint in the output folder `out`: `checkpoint/` itself of a run of one solver,
-/// `checkpoint/<step>/` of a coupled one. Where there is none, `checkpoint/`, so that what is missing is named.
-#[must_use]
-pub fn newest(out: &Path, role: &str) -> PathBuf {
-    let folder = out.join("checkpoint");
-    if path(&folder, role).is_file() {
-        return folder;
-    }
-    let whole = |path: &PathBuf| self::path(path, "coupler").is_file() && self::path(path, role).is_file();
-    let steps = std::fs::read_dir(&folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    // Steps have ten digits: the last name is the newest.
-    steps.filter(whole).max().unwrap_or(folder)
 }
 
 /// Writes `state` of `role` whole or not at all: to a file beside, then renamed. It goes to the file as it is
@@ -145,7 +134,7 @@ pub fn read<T: DeserializeOwned>(folder: &Path, role: &str, identity: &str) -> R
 /// [`SolverError`] if the file is missing, truncated, damaged or of another version.
 pub fn read_any<T: DeserializeOwned>(folder: &Path, role: &str) -> Result<(String, T), SolverError> {
     let mut payload = Payload::open(path(folder, role))?;
-    let whole = payload.part()?;
+    let whole = (payload.identity()?, payload.part()?);
     payload.end()?;
     Ok(whole)
 }
@@ -156,7 +145,7 @@ pub fn read_any<T: DeserializeOwned>(folder: &Path, role: &str) -> Result<(Strin
 /// As [`read`].
 pub fn open(folder: &Path, role: &str, identity: &str) -> Result<Payload, SolverError> {
     let mut payload = Payload::open(path(folder, role))?;
-    if payload.part::<String>()? != identity {
+    if payload.identity()? != identity {
         return Err(payload
             .refuse("was written by another scene: resume with the scene that wrote it, or start anew"));
     }
@@ -199,6 +188,20 @@ impl Payload {
             return Err(payload.refuse("is truncated or damaged: start anew without --resume"));
         }
         Ok(payload)
+    }
+
+    /// The first part. A text is as long as it says, so that is looked at before memory is asked for.
+    fn identity(&mut self) -> Result<String, SolverError> {
+        let length: u64 = self.part()?;
+        if length > MOST_IDENTITY.min(self.left) {
+            return Err(
+                self.refuse(&format!("names its scene in {length} bytes: start anew without --resume"))
+            );
+        }
+        let mut bytes = vec![0; length as usize];
+        self.file.read_exact(&mut bytes).map_err(|error| self.fail(error))?;
+        self.left -= length;
+        String::from_utf8(bytes).map_err(|error| self.refuse(&error.to_string()))
     }
 
     /// The next part.

@@ -3,6 +3,8 @@
 
 use std::f64::consts::PI;
 
+use crate::random::Random;
+
 /// A scene, what is measured in it and what is asked for.
 #[derive(Clone, Debug)]
 pub struct Drawn {
@@ -18,32 +20,6 @@ pub struct Drawn {
     pub target: f64,
     /// How many times finer the grids are that it is compared with.
     pub finer: Vec<f64>,
-}
-
-/// Sebastiano Vigna's SplitMix64 (2015).
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    /// Uniform in the logarithm.
-    fn scale(&mut self, low: f64, high: f64) -> f64 {
-        low * (high / low).powf(self.unit())
-    }
-
-    fn one_of<T: Copy>(&mut self, of: &[T]) -> T {
-        of[((self.unit() * of.len() as f64) as usize).min(of.len() - 1)]
-    }
 }
 
 /// Fluid of the drawn scenes: water's density, m/s².
@@ -73,7 +49,7 @@ fn fall(ar: f64, rho_r: f64, way: f64, until: f64) -> (f64, f64, f64) {
 /// The scene of a seed.
 #[must_use]
 pub fn scene(seed: u64) -> Drawn {
-    let mut random = Random(seed.wrapping_mul(0x2545_f491_4f6c_dd1d));
+    let mut random = Random::new(seed.wrapping_mul(0x2545_f491_4f6c_dd1d));
     let target = random.one_of(&[0.02, 0.05, 0.1]);
     match random.one_of(&["axis", "axis", "space", "bounce", "lattice"]) {
         "axis" => axis(&mut random, target),

@@ -5,17 +5,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// A program of the workspace, as `cargo test` built it beside the tests.
+/// A program of the workspace, as cargo built it beside this one.
 ///
 /// # Panics
-/// If it is not there: `cargo test --workspace` builds it.
+/// If it is not there: `cargo build --release` and `cargo test --workspace` build it.
 #[must_use]
 pub fn program(name: &str) -> PathBuf {
-    let test = std::env::current_exe().expect("the test has a path");
-    let folder = test.parent().and_then(Path::parent).expect("target/<profile>/deps");
-    let path = folder.join(name);
-    assert!(path.exists(), "{} is missing: run `cargo test --workspace`, which builds it", path.display());
-    path
+    let own = std::env::current_exe().expect("this program has a path");
+    // A test lies in target/<profile>/deps, a command in target/<profile>.
+    let mut places = own.ancestors().skip(1).take(2).map(|folder| folder.join(name));
+    let missing = "is missing: `cargo build --release` or `cargo test --workspace` builds it";
+    places.find(|path| path.is_file()).unwrap_or_else(|| panic!("{name} {missing}"))
 }
 
 /// A folder that goes when the test ends well.

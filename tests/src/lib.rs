@@ -2,3 +2,5 @@
 
 pub mod drawn;
 pub mod harness;
+pub mod random;
+pub mod storm;

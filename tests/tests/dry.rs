@@ -75,3 +75,31 @@ fn a_finished_run_goes_on_past_its_end() {
     assert!(text.contains("until") && text.contains("t = 1 s"), "{text}");
     assert!(series(&parts) == series(&whole), "what is refused changes nothing");
 }
+
+/// A kill between the solver's file of a checkpoint and the one that makes it whole.
+#[test]
+fn a_checkpoint_that_was_cut_short_is_passed_over() {
+    let folder = Folder::new("dry-cut-short");
+    let scene = folder.write("leaves.toml", TWO_GRAINS);
+    let run = |name: &str, until: &str, more: &[&str]| {
+        let out = folder.join(name);
+        let paths = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        let output = bedload(
+            &[&paths, &["--set", "dem.contact.contact_time=0.0078125", "--until", until], more].concat(),
+        );
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        out
+    };
+    let whole = run("whole", "1.0", &[]);
+    let parts = run("parts", "0.5", &[]);
+    let newest =
+        protocol::checkpoints::newest(&whole.join("checkpoint"), "loop").expect("a whole checkpoint");
+    let cut = parts.join("checkpoint").join(newest.file_name().expect("a step"));
+    std::fs::create_dir(&cut).expect("a folder");
+    std::fs::copy(newest.join("dem.checkpoint"), cut.join("dem.checkpoint")).expect("a copy");
+    run("parts", "1.0", &["--resume"]);
+    for file in ["series.csv", "grains.csv"] {
+        let read = |out: &std::path::Path| std::fs::read(out.join(file)).expect("a file");
+        assert!(read(&parts) == read(&whole), "{file} differs");
+    }
+}

@@ -93,11 +93,13 @@ impl<'a> Conductor<'a> {
         let mut planner = Planner::new(plan, &prepared.coupling, &scene.scene.observe);
         let is_resumed = resumed.is_some();
         let (mut before, mut late, mut attempts) = (Spent::default(), 0, Tally::default());
+        let mut alternation = Alternation::new(scene);
         let observer = match resumed {
             None => Observer::create(folder, scene, Sides::coupled(), &[])?,
             Some(state) => {
                 planner.resume(state.planner);
                 (before, late, attempts) = (state.spent, state.late, state.attempts);
+                alternation.resume(state.seen);
                 Observer::resume(folder, scene, Sides::coupled(), &[], state.observer)?
             }
         };
@@ -130,7 +132,7 @@ impl<'a> Conductor<'a> {
             last: None,
             broken: None,
             failed: None,
-            alternation: Alternation::new(scene),
+            alternation,
             witness,
             latest: None,
             largest_radius: scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max),

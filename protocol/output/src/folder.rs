@@ -15,7 +15,7 @@ use protocol::scene::CheckedScene;
 const MARKER: &str = "# Bedload output:";
 
 /// Files that a run writes in the folder itself.
-const FILES: [&str; 14] = [
+const FILES: [&str; 13] = [
     "summary.json",
     "series.csv",
     "exchange.mcap",
@@ -29,8 +29,10 @@ const FILES: [&str; 14] = [
     "oblique.csv",
     "deposit.csv",
     "scene-in-full.toml",
-    "scene.toml",
 ];
+
+/// What a start leaves that was killed before `scene.toml` stood: the file that was to take its place.
+const BEGUN: &str = "scene.toml.tmp";
 
 /// What a run writes in its sub-folders: by extension in `fields/`, by first word in `checkpoint/`.
 const FIELD_EXTENSIONS: [&str; 8] = ["vtr", "pvtr", "vtu", "vtp", "vti", "pvd", "csv", "tmp"];
@@ -63,10 +65,11 @@ impl OutputFolder {
             }
             folder.remove_run()?;
         }
+        // First, so that the folder is known for ours whenever this ends.
+        folder.write_scene(scene, None, None, None)?;
         for path in [folder.fields(), folder.checkpoint()] {
             fs::create_dir_all(&path).map_err(OutputError::file("make the folder", &path))?;
         }
-        folder.write_scene(scene, None, None, None)?;
         Ok(folder)
     }
 
@@ -177,7 +180,7 @@ impl OutputFolder {
     fn is_empty(&self) -> Result<bool, OutputError> {
         let mut entries =
             fs::read_dir(&self.root).map_err(OutputError::file("read the folder", &self.root))?;
-        Ok(entries.next().is_none())
+        Ok(entries.all(|entry| entry.is_ok_and(|entry| entry.file_name() == BEGUN)))
     }
 
     fn require_marker(&self) -> Result<(), OutputError> {
@@ -188,7 +191,7 @@ impl OutputFolder {
         Err(OutputError::Foreign { path: self.root.clone(), marker: MARKER })
     }
 
-    /// Removes the files of the last run, `scene.toml` (which marks the folder as ours) last.
+    /// Removes the files of the last run, but for `scene.toml`, which marks the folder as ours and is replaced.
     fn remove_run(&self) -> Result<(), OutputError> {
         for path in [self.fields(), self.checkpoint()] {
             if fs::symlink_metadata(&path).is_ok_and(|data| data.is_symlink()) {
@@ -203,6 +206,7 @@ impl OutputFolder {
             CHECKPOINT_NAMES.iter().any(|known| name.split(['.', '-', '_']).next() == Some(known))
         })?;
         self.remove_log_parts();
+        protocol::checkpoints::remove_others(&self.checkpoint(), None);
         for name in FILES {
             let path = self.root.join(name);
             match fs::remove_file(&path) {

@@ -1,5 +1,6 @@
 //! `run`: a solver alone, with the options and the output folder of a coupled run.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -15,9 +16,11 @@ use crate::solver::Solver;
 use crate::threads::with_threads;
 use bedload_output::{Observer, OutputFolder, RunStatus, Sides, Summary};
 use protocol::checkpoint;
+use protocol::checkpoints;
 use protocol::message::Header;
 use protocol::participant::{Role, SolverError, Window};
 use protocol::scene::{CheckedScene, Motion, Rest};
+use protocol::serve::checkpoint_folder;
 
 /// Where the plain loop stands; part of its checkpoint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -28,8 +31,27 @@ struct Position {
     observed: bedload_output::ObserverState,
 }
 
-/// Seconds between checkpoints.
+/// Role of the file of a checkpoint that is written last, and makes it whole.
+const LAST: &str = "loop";
+
+/// Folder of the newest whole checkpoint. Where there is none, the folder in which it would lie: a reader says so.
+fn newest(folder: &OutputFolder) -> PathBuf {
+    checkpoints::newest(&folder.checkpoint(), LAST).unwrap_or_else(|| folder.checkpoint())
+}
+
+/// Seconds between checkpoints where `coupling.checkpoint_every` says nothing.
 const CHECKPOINT_EVERY: f64 = 60.0;
+
+/// Seconds between checkpoints; infinite: only at the end and on interruption.
+fn checkpoint_every(scene: &CheckedScene) -> f64 {
+    let value = scene.scene.coupling.get("checkpoint_every");
+    let seconds = value.and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+    match seconds {
+        None => CHECKPOINT_EVERY,
+        Some(seconds) if seconds > 0.0 => seconds,
+        Some(_) => f64::INFINITY,
+    }
+}
 
 /// Runs a solver alone, from the scene's start or from a checkpoint, to the scene's end.
 pub(crate) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
@@ -76,7 +98,7 @@ fn goes_nowhere<S: Solver>(folder: &OutputFolder, scene: &CheckedScene) -> Resul
     let nowhere = folder.is_finished_to(scene.scene.until);
     if nowhere {
         // A run of another scene, or of one that ends earlier, is refused before it is called finished.
-        let at: Position = checkpoint::read(&folder.checkpoint(), "loop", &scene.state_sha256())?;
+        let at: Position = checkpoint::read(&newest(folder), LAST, &scene.state_sha256())?;
         scene.goes_on_from(at.time)?;
         let root = folder.root().display();
         protocol::say!(
@@ -151,9 +173,10 @@ impl<'a, S: Solver> Run<'a, S> {
                 .map_err(|error| SolverError::Failed(format!("cannot handle signals: {error}")))?;
         }
         let (position, observer) = if resume {
-            let position: Position = checkpoint::read(&folder.checkpoint(), "loop", &scene.state_sha256())?;
+            let from = newest(folder);
+            let position: Position = checkpoint::read(&from, LAST, &scene.state_sha256())?;
             scene.goes_on_from(position.time)?;
-            solver.read_checkpoint(&folder.checkpoint())?;
+            solver.read_checkpoint(&from)?;
             let observer = Observer::resume(folder, scene, sides, &[], position.observed.clone())?;
             (position, observer)
         } else {
@@ -189,7 +212,7 @@ impl<'a, S: Solver> Run<'a, S> {
     }
 
     fn advance(&mut self, until: f64, progress: &mut Progress) -> Result<(), ProgramError> {
-        let mut saved = Instant::now();
+        let (mut saved, every) = (Instant::now(), checkpoint_every(self.scene));
         while self.position.time < until && !self.rests() {
             if self.stop.load(Ordering::Relaxed) {
                 self.checkpoint()?;
@@ -200,7 +223,7 @@ impl<'a, S: Solver> Run<'a, S> {
             window.output = self.scene.scene.observe.fields_due(window.time, window.time + window.dt);
             self.window(&window)?;
             progress.tell(self.position.time, || self.standing(&window));
-            if saved.elapsed().as_secs_f64() > CHECKPOINT_EVERY {
+            if saved.elapsed().as_secs_f64() > every {
                 self.checkpoint()?;
                 saved = Instant::now();
             }
@@ -253,9 +276,10 @@ impl<'a, S: Solver> Run<'a, S> {
 
     fn checkpoint(&mut self) -> Result<(), ProgramError> {
         self.position.observed = self.observer.state()?;
-        let folder = self.folder.checkpoint();
-        self.solver.write_checkpoint(&folder)?;
-        checkpoint::write(&folder, "loop", &self.scene.state_sha256(), &self.position)?;
+        let here = checkpoint_folder(self.folder.root(), self.position.step);
+        self.solver.write_checkpoint(&here)?;
+        checkpoint::write(&here, LAST, &self.scene.state_sha256(), &self.position)?;
+        checkpoints::remove_others(&self.folder.checkpoint(), Some(&here));
         self.saved = Some(self.position.step);
         Ok(())
     }
@@ -275,8 +299,9 @@ impl<'a, S: Solver> Run<'a, S> {
         self.solver = S::build(self.scene, self.folder.root())?;
         let (mut step, mut time, mut limit) = (0, 0.0, f64::INFINITY);
         if self.saved.is_some() {
-            let from: Position = checkpoint::read(&folder, "loop", &identity)?;
-            self.solver.read_checkpoint(&folder)?;
+            let newest = newest(self.folder);
+            let from: Position = checkpoint::read(&newest, LAST, &identity)?;
+            self.solver.read_checkpoint(&newest)?;
             (step, time, limit) = (from.step, from.time, from.limit);
         }
         protocol::say!(

@@ -27,9 +27,9 @@ use crate::participant::Role;
 /// How a log is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecorderOptions {
-    /// Bytes of messages after which a chunk is written.
+    /// Bytes of messages after which a chunk is written, as the log begins ([`Pace`]).
     pub chunk_bytes: usize,
-    /// Time after which a chunk is written, however small: what a kill loses at most.
+    /// Time after which a chunk is written, however small, as the log begins: what a kill loses at most.
     pub flush_period: Duration,
     /// Room of the queue, bytes; 0: 64 MiB, or four windows where a window is larger than that.
     pub queue_bytes: usize,
@@ -47,6 +47,39 @@ impl Default for RecorderOptions {
             queue_bytes: 0,
             viewer: Decimation::Auto,
             finish_deadline: Duration::from_secs(30),
+        }
+    }
+}
+
+/// Chunks of a log after which chunks and flush period double for the first time.
+const CHUNKS: u64 = 4096;
+/// Times that they double at most: chunks of 2 MiB, a flush after 3.2 s.
+const DOUBLINGS: u32 = 5;
+
+/// How large chunks are by now. The index that closes a log stays in memory until then, some 300 bytes for each
+/// chunk. Chunks that grow with the log bound it: a kill loses 100 ms, or 1/2000 of the time recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Pace {
+    chunk_bytes: usize,
+    flush_period: Duration,
+    /// Chunks written, and number of them at which the next doubling comes.
+    chunks: u64,
+    next: u64,
+}
+
+impl Pace {
+    fn new(options: RecorderOptions) -> Self {
+        let RecorderOptions { chunk_bytes, flush_period, .. } = options;
+        Self { chunk_bytes, flush_period, chunks: 0, next: CHUNKS }
+    }
+
+    /// One more chunk is written.
+    fn count(&mut self) {
+        self.chunks += 1;
+        if self.chunks == self.next && self.next < CHUNKS * u64::from(DOUBLINGS + 1) {
+            self.next += CHUNKS;
+            self.chunk_bytes *= 2;
+            self.flush_period *= 2;
         }
     }
 }
@@ -80,6 +113,7 @@ struct State {
     error: Option<LogError>,
     closing: bool,
     done: bool,
+    pace: Pace,
     statistics: RecorderStatistics,
 }
 
@@ -124,8 +158,7 @@ impl Recorder {
     ) -> Result<Self, LogError> {
         let viewer = Viewer::new(options.viewer, manifest);
         let bytes = Arc::new(AtomicU64::new(0));
-        let chunk = options.chunk_bytes as u64;
-        let sink = Sink::create(inner, name, manifest, viewer.is_on(), chunk, bytes.clone())?;
+        let sink = Sink::create(inner, name, manifest, viewer.is_on(), bytes.clone())?;
         let shared = Arc::new(Shared {
             state: Mutex::new(State {
                 filling: Batch::default(),
@@ -133,6 +166,7 @@ impl Recorder {
                 error: None,
                 closing: false,
                 done: false,
+                pace: Pace::new(options),
                 statistics: RecorderStatistics::default(),
             }),
             work: Condvar::new(),
@@ -143,7 +177,7 @@ impl Recorder {
         let start = Instant::now();
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
-            .spawn(move || Thread { shared: theirs, viewer, options, start }.run(sink))
+            .spawn(move || Thread { shared: theirs, viewer, start }.run(sink))
             .map_err(|error| LogError::io(name, "start a thread for", error))?;
         Ok(Self {
             shared,
@@ -275,7 +309,7 @@ impl Recorder {
         // Checked by the sequence: a step that does not fit never gets here.
         let sequence = u32::try_from(step).unwrap_or(u32::MAX);
         state.filling.close(topic, sequence, state.sequence.clock(), now);
-        let chunk = self.options.chunk_bytes;
+        let chunk = state.pace.chunk_bytes;
         if before < chunk && state.filling.bytes.len() >= chunk {
             self.shared.work.notify_one();
         }
@@ -325,7 +359,6 @@ fn room(options: RecorderOptions, manifest: &Manifest) -> usize {
 struct Thread {
     shared: Arc<Shared>,
     viewer: Viewer,
-    options: RecorderOptions,
     start: Instant,
 }
 
@@ -352,10 +385,13 @@ impl Thread {
     fn record<W: Write>(&mut self, mut sink: Sink<W>) -> Result<(), LogError> {
         let mut batch = Batch::default();
         loop {
-            let closing = self.next(&mut batch);
+            let (closing, chunk_bytes) = self.next(&mut batch);
             let begin = Instant::now();
             for (frame, payload) in batch.iter() {
                 self.write(&mut sink, frame, payload)?;
+                if sink.open() >= chunk_bytes {
+                    self.end_chunk(&mut sink)?;
+                }
             }
             batch.clear();
             if closing {
@@ -364,26 +400,35 @@ impl Thread {
                 self.count(begin);
                 return Ok(());
             }
-            sink.flush()?;
+            self.end_chunk(&mut sink)?;
             self.count(begin);
         }
+    }
+
+    fn end_chunk<W: Write>(&self, sink: &mut Sink<W>) -> Result<(), LogError> {
+        if sink.flush()? {
+            self.shared.lock().pace.count();
+        }
+        Ok(())
     }
 
     fn count(&self, begin: Instant) {
         self.shared.lock().statistics.write_s += begin.elapsed().as_secs_f64();
     }
 
-    /// Waits for a chunk's worth, the flush period or the end, and takes what is there.
-    fn next(&self, batch: &mut Batch) -> bool {
-        let chunk = self.options.chunk_bytes;
-        let wait = |state: &mut State| !state.closing && state.filling.bytes.len() < chunk;
+    /// Waits for a chunk's worth, the flush period or the end, and takes what is there. Is it the end, and how long is
+    /// a chunk?
+    fn next(&self, batch: &mut Batch) -> (bool, usize) {
+        let state = self.shared.lock();
+        let Pace { chunk_bytes, flush_period, .. } = state.pace;
+        let wait = |state: &mut State| !state.closing && state.filling.bytes.len() < chunk_bytes;
         let (mut state, _) = self
             .shared
             .work
-            .wait_timeout_while(self.shared.lock(), self.options.flush_period, wait)
+            .wait_timeout_while(state, flush_period, wait)
             .unwrap_or_else(PoisonError::into_inner);
         std::mem::swap(&mut state.filling, batch);
-        state.closing
+        (state.closing, chunk_bytes)
     }
 
     fn write<W: Write>(
@@ -410,5 +455,30 @@ impl Thread {
             let time = time.min(latest).max(sink.clock());
             sink.write(topic, sequence, time, now, bytes)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A day of flushes and ten million windows of 1.7 kB stay below 50,000 entries of the index, 15 MB.
+    #[test]
+    fn the_index_of_a_long_log_is_bounded() {
+        let mut pace = Pace::new(RecorderOptions::default());
+        let mut bytes = 0;
+        while bytes < 17_000_000_000_usize {
+            bytes += pace.chunk_bytes;
+            pace.count();
+        }
+        assert!(pace.chunks < 50_000, "{pace:?}");
+        let mut pace = Pace::new(RecorderOptions::default());
+        let mut time = Duration::ZERO;
+        while time < Duration::from_secs(86_400) {
+            assert!(pace.flush_period <= Duration::from_millis(100).max(time / 2047));
+            time += pace.flush_period;
+            pace.count();
+        }
+        assert!(pace.chunks < 50_000, "{pace:?}");
     }
 }

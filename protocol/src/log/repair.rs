@@ -107,7 +107,7 @@ fn copy(
     let name = to.display().to_string();
     let file = File::create(to).map_err(|error| LogError::io(&name, "create", error))?;
     let fail = |error| LogError::write(&name, error);
-    let mut writer = write_options(64 << 10).create(NoSeek::new(BufWriter::new(file))).map_err(fail)?;
+    let mut writer = write_options(Some(64 << 10)).create(NoSeek::new(BufWriter::new(file))).map_err(fail)?;
     let mut report = Repaired::default();
     let mut something = false;
     for item in reader {

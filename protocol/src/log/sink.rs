@@ -16,9 +16,9 @@ use super::topic::{DATA_ENCODING, DATA_SCHEMA_ENCODING, Topic};
 /// Level 1: logs are written while solvers run on the same cores.
 const ZSTD_LEVEL: u32 = 1;
 
-/// Options of every log: chunks of about `chunk_bytes`, whole in memory before they are written,
-/// so the file holds a whole number of chunks unless the write itself was cut.
-pub(crate) fn write_options(chunk_bytes: u64) -> WriteOptions {
+/// Options of every log: chunks of about `chunk_bytes`, or as long as whoever writes wants them, whole in memory
+/// before they are written, so the file holds a whole number of chunks unless the write itself was cut.
+pub(crate) fn write_options(chunk_bytes: Option<u64>) -> WriteOptions {
     WriteOptions::new()
         .profile("bedload")
         .library(concat!("bedload ", env!("CARGO_PKG_VERSION")))
@@ -26,7 +26,7 @@ pub(crate) fn write_options(chunk_bytes: u64) -> WriteOptions {
         .compression_level(ZSTD_LEVEL)
         // Compress in the calling thread: no pool of workers beside the solvers.
         .compression_threads(0)
-        .chunk_size(Some(chunk_bytes))
+        .chunk_size(chunk_bytes)
         .disable_seeking(true)
 }
 
@@ -54,8 +54,8 @@ pub(crate) struct Sink<W: Write> {
     writer: Writer<NoSeek<BufWriter<Counted<W>>>>,
     /// Channel of each topic, by its place in [`Topic::ALL`].
     channels: [u16; Topic::ALL.len()],
-    /// Nothing since the last flush.
-    clean: bool,
+    /// Bytes of messages since the last flush.
+    open: usize,
     /// Time of the last message, ns.
     clock: u64,
 }
@@ -67,18 +67,17 @@ impl<W: Write> Sink<W> {
         file: &str,
         manifest: &Manifest,
         viewer: bool,
-        chunk_bytes: u64,
         bytes: Arc<AtomicU64>,
     ) -> Result<Self, LogError> {
         let fail = |error| LogError::write(file, error);
         let out = NoSeek::new(BufWriter::new(Counted { inner, bytes }));
-        let mut writer = write_options(chunk_bytes).create(out).map_err(fail)?;
+        let mut writer = write_options(None).create(out).map_err(fail)?;
         let metadata = Metadata { name: METADATA.to_owned(), metadata: manifest.to_metadata() };
         writer.write_metadata(&metadata).map_err(fail)?;
         writer.attach(&scene(manifest)).map_err(fail)?;
         let channels = add_channels(&mut writer, viewer).map_err(fail)?;
         writer.flush().map_err(fail)?;
-        Ok(Self { file: file.to_owned(), writer, channels, clean: true, clock: 0 })
+        Ok(Self { file: file.to_owned(), writer, channels, open: 0, clock: 0 })
     }
 
     /// Puts one message into the chunk under way.
@@ -92,7 +91,7 @@ impl<W: Write> Sink<W> {
     ) -> Result<(), LogError> {
         let channel_id = self.channels[topic as usize];
         let header = MessageHeader { channel_id, sequence, log_time, publish_time };
-        self.clean = false;
+        self.open += data.len();
         self.clock = log_time;
         self.writer.write_to_known_channel(&header, data).map_err(|error| LogError::write(&self.file, error))
     }
@@ -102,12 +101,18 @@ impl<W: Write> Sink<W> {
         self.clock
     }
 
-    /// Ends the chunk under way and hands it to the operating system.
-    pub(crate) fn flush(&mut self) -> Result<(), LogError> {
-        if std::mem::replace(&mut self.clean, true) {
-            return Ok(());
+    /// Bytes of the messages in the chunk under way.
+    pub(crate) fn open(&self) -> usize {
+        self.open
+    }
+
+    /// Ends the chunk under way and hands it to the operating system; false: there was none.
+    pub(crate) fn flush(&mut self) -> Result<bool, LogError> {
+        if std::mem::take(&mut self.open) == 0 {
+            return Ok(false);
         }
-        self.writer.flush().map_err(|error| LogError::write(&self.file, error))
+        self.writer.flush().map_err(|error| LogError::write(&self.file, error))?;
+        Ok(true)
     }
 
     /// Writes index and end mark.

@@ -59,6 +59,21 @@ fn a_run_is_replaced_and_foreign_files_stay() {
 }
 
 #[test]
+fn a_start_that_was_killed_is_no_obstacle() {
+    let root = fresh("killed-start");
+    fs::create_dir_all(&root).expect("creates");
+    fs::write(root.join("scene.toml.tmp"), "# Bedlo").expect("writes");
+    let folder = OutputFolder::create(&root, &sphere(""), false).expect("begins");
+    // Killed before its sub-folders were there.
+    for path in [folder.fields(), folder.checkpoint()] {
+        fs::remove_dir(path).expect("removes");
+    }
+    drop(folder);
+    let folder = OutputFolder::create(&root, &sphere(""), false).expect("begins again");
+    assert!(folder.fields().is_dir() && folder.checkpoint().is_dir());
+}
+
+#[test]
 fn a_finished_run_is_replaced_only_where_that_is_asked_for() {
     let root = fresh("finished");
     let create = |overwrite: bool| OutputFolder::create(&root, &sphere(""), overwrite);
