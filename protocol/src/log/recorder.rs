@@ -27,7 +27,7 @@ use crate::participant::Role;
 /// How a log is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecorderOptions {
-    /// Bytes of messages after which a chunk is written, as the log begins ([`Pace`]).
+    /// Bytes of messages after which a chunk is written, as the log begins; later more, so that the index stays small.
     pub chunk_bytes: usize,
     /// Time after which a chunk is written, however small, as the log begins: what a kill loses at most.
     pub flush_period: Duration,

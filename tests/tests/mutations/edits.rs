@@ -77,7 +77,7 @@ const NUMBERS: [&str; 20] = [
 
 /// The file with all edits.
 pub(crate) fn apply(bytes: &[u8], edits: &[Edit]) -> Vec<u8> {
-    edits.iter().fold(bytes.to_vec(), |bytes, edit| one(bytes, edit))
+    edits.iter().fold(bytes.to_vec(), one)
 }
 
 fn one(mut bytes: Vec<u8>, edit: &Edit) -> Vec<u8> {

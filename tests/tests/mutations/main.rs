@@ -25,8 +25,8 @@ use edits::{Edit, apply, edits};
 
 /// Address space that reading may take beyond what the test has at its start, bytes.
 const MORE: u64 = 1 << 30;
-/// What takes longer hangs, s.
-const HANGS: u64 = 300;
+/// What takes longer hangs.
+const HANGS: Duration = Duration::from_secs(300);
 
 /// Variable with the factor by which more cases are tried than in a quick test.
 const FACTOR: &str = "BEDLOAD_MUTATIONS";
@@ -34,9 +34,9 @@ const FACTOR: &str = "BEDLOAD_MUTATIONS";
 /// Checks `property` with `cases` lists of edits in a thread that has a limit of time, in a process that has one of memory.
 fn holds(cases: u32, property: impl Fn(&[Edit]) -> Result<(), TestCaseError> + Send + 'static) {
     limit_memory();
+    let factor = std::env::var(FACTOR).ok().and_then(|text| text.parse::<u32>().ok()).unwrap_or(1);
     let (tell, told) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
-        let factor = std::env::var(FACTOR).ok().and_then(|text| text.parse::<u32>().ok()).unwrap_or(1);
         let cases = cases * factor;
         // A failure is told with its edits; files of failures in the tree would be of one machine.
         let config = Config { cases, failure_persistence: None, max_shrink_iters: 200, ..Config::default() };
@@ -44,7 +44,7 @@ fn holds(cases: u32, property: impl Fn(&[Edit]) -> Result<(), TestCaseError> + S
         let outcome = std::panic::catch_unwind(AssertUnwindSafe(run));
         let _ = tell.send(outcome.map_err(|_| "a panic outside of a case".to_owned()));
     });
-    match told.recv_timeout(Duration::from_secs(HANGS)).expect("no case hangs").expect("runs") {
+    match told.recv_timeout(HANGS * factor).expect("no case hangs").expect("runs") {
         Ok(()) => {}
         Err(failure) => panic!("{failure}"),
     }
