@@ -178,6 +178,8 @@ fn bench(options: &Options, role: Role, folder: &Path) -> Result<Bench, Failure>
     }
     let output = run.folder(&prepared.scene)?;
     open_folder(&run, &prepared, &output)?;
+    // As in a run: our own solver, by whatever path it was named, reads the scene as it is.
+    let file = if prepared.has_others() { output.scene_in_full() } else { output.scene() };
     Ok(Bench {
         dt: prepared.plan.steps.dt_fluid,
         plain: options.scene.is_none(),
@@ -186,7 +188,7 @@ fn bench(options: &Options, role: Role, folder: &Path) -> Result<Bench, Failure>
             command: options.command.clone(),
             scene: prepared.scene,
             coupling: prepared.coupling,
-            file: output.scene_in_full(),
+            file,
             folder: output,
         },
     })
