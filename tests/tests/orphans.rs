@@ -2,7 +2,7 @@
 
 use std::process::{Command, Stdio};
 
-use tests::harness::{Folder, bedload, is_alive, program, said, signal, start, wait_until};
+use tests::harness::{Folder, SMALL_BOUNCE, bedload, is_alive, program, said, signal, solvers, start, summary, wait_until};
 
 /// A grain that flies to and fro for hours.
 const LONG: &str = r#"
@@ -92,4 +92,40 @@ fn an_override_without_a_key_is_refused() {
     let output = bedload(&["check", scene.to_str().expect("UTF-8"), "--set", "=1"]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
     assert!(said(&output).contains("names no key"), "{}", said(&output));
+}
+
+/// A coupled run that goes on for long, its solvers up and exchanging.
+fn long_coupled(folder: &Folder) -> (std::process::Child, std::path::PathBuf) {
+    let (scene, out) = (folder.write("bounce.toml", SMALL_BOUNCE), folder.join("out"));
+    let keys = ["until=1e4", "coupling.deadline=0.5", "coupling.startup_deadline=1.0", "coupling.checkpoint_every=0.2"];
+    let mut arguments = vec!["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+    arguments.extend(keys.iter().flat_map(|key| ["--set", key]));
+    let run = start(&arguments);
+    wait_until(20.0, || out.join("series.csv").exists() && solvers(run.id()).len() == 2).expect("both solvers run");
+    (run, out)
+}
+
+/// A coupler that is stopped is as good as gone: its solvers leave by their limit, 2 (1 s + 2 · 0.5 s + 1 s).
+#[test]
+fn the_solvers_of_a_stopped_coupler_leave_by_their_limit() {
+    let folder = Folder::new("stopped-coupler");
+    let (mut run, out) = long_coupled(&folder);
+    let found = solvers(run.id());
+    signal(run.id(), "STOP");
+    wait_until(15.0, || found.iter().all(|solver| !is_alive(solver.pid))).expect("they leave");
+    signal(run.id(), "CONT");
+    let code = run.wait().expect("it ends").code();
+    assert_eq!((code, &summary(&out)["status"]), (Some(3), &"failed".into()));
+}
+
+/// The output folder is removed while the run goes on: that is told, with a code, at the next write.
+#[test]
+fn a_removed_output_folder_is_noticed() {
+    let folder = Folder::new("removed");
+    let (run, out) = long_coupled(&folder);
+    std::fs::remove_dir_all(&out).expect("removed");
+    let output = run.wait_with_output().expect("ends");
+    let text = said(&output);
+    assert!(matches!(output.status.code(), Some(1 | 5)), "{:?}: {text}", output.status);
+    assert!(text.contains("out") && !text.contains("panicked"), "{text}");
 }

