@@ -2,7 +2,9 @@
 
 use std::process::{Command, Stdio};
 
-use tests::harness::{Folder, SMALL_BOUNCE, bedload, is_alive, program, said, signal, solvers, start, summary, wait_until};
+use tests::harness::{
+    Folder, SMALL_BOUNCE, bedload, is_alive, program, said, signal, solvers, start, summary, wait_until,
+};
 
 /// A grain that flies to and fro for hours.
 const LONG: &str = r#"
@@ -97,11 +99,17 @@ fn an_override_without_a_key_is_refused() {
 /// A coupled run that goes on for long, its solvers up and exchanging.
 fn long_coupled(folder: &Folder) -> (std::process::Child, std::path::PathBuf) {
     let (scene, out) = (folder.write("bounce.toml", SMALL_BOUNCE), folder.join("out"));
-    let keys = ["until=1e4", "coupling.deadline=0.5", "coupling.startup_deadline=1.0", "coupling.checkpoint_every=0.2"];
+    let keys = [
+        "until=1e4",
+        "coupling.deadline=0.5",
+        "coupling.startup_deadline=1.0",
+        "coupling.checkpoint_every=0.2",
+    ];
     let mut arguments = vec!["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
     arguments.extend(keys.iter().flat_map(|key| ["--set", key]));
     let run = start(&arguments);
-    wait_until(20.0, || out.join("series.csv").exists() && solvers(run.id()).len() == 2).expect("both solvers run");
+    wait_until(20.0, || out.join("series.csv").exists() && solvers(run.id()).len() == 2)
+        .expect("both solvers run");
     (run, out)
 }
 

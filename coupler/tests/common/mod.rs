@@ -21,7 +21,18 @@ fn misbehaviour(role: Role) -> (String, u64) {
 
 /// What a solver itself spoils of what it sends or reports.
 const SPOILT: [&str; 13] = [
-    "nan", "miscount", "late", "quaternion", "outside", "jump", "overlap", "gap", "smallest-gap", "largest-overlap", "time", "dt-limit",
+    "nan",
+    "miscount",
+    "late",
+    "quaternion",
+    "outside",
+    "jump",
+    "overlap",
+    "gap",
+    "smallest-gap",
+    "largest-overlap",
+    "time",
+    "dt-limit",
     "residual",
 ];
 
