@@ -25,7 +25,7 @@ pub enum Failure {
     #[error("{0}")]
     Peer(String),
     /// No room for a file: a full disk, a quota, a limit.
-    #[error("{0}; make room, and go on with --resume")]
+    #[error("{0}; make room: --resume then goes on from the last checkpoint, where there is one")]
     Full(String),
     /// The log of a replay breaks off; all that is there was replayed.
     #[error("{0}")]

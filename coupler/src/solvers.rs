@@ -304,6 +304,12 @@ pub(crate) fn dem_facts(
         notices: vec![unknown(solver, asked)],
         ..DemFacts::default()
     });
+    if scene.scene.observe.substeps.is_some() {
+        let line = solver.line();
+        facts
+            .notices
+            .push(format!("observe.substeps: bedload-dem writes it, the dem solver `{line}` need not"));
+    }
     // The scene's own word binds whoever reads it.
     let of_scene = match section.get("contact") {
         Some(toml::Value::Table(contact)) => section_number(scene, "dem.contact", contact, "contact_time")?,

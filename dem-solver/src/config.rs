@@ -224,6 +224,7 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         observations: true,
         orientation: true,
         energy: shared.observe.energy,
+        split: shared.observe.substeps.is_some(),
     })
 }
 

@@ -76,6 +76,7 @@ mod save;
 mod search;
 pub mod solver;
 pub mod spec;
+pub mod split;
 pub mod state;
 mod surroundings;
 mod validate;

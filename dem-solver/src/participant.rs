@@ -20,6 +20,7 @@ use crate::initial;
 use crate::insertion::Insertions;
 use crate::output::contacts::Contact;
 use crate::output::profile::Profile;
+use crate::output::substeps::Substeps;
 use crate::output::{finish, grain_files};
 use crate::outside::Outside;
 use crate::report::GrainLoad;
@@ -36,6 +37,7 @@ pub struct DemParticipant {
     insertions: Insertions,
     outside: Outside,
     profile: Option<protocol::scene::Profile>,
+    substeps: Option<Substeps>,
     fields: PathBuf,
     /// Whether forces on grains are read after every window, or only when fields are written.
     read: bool,
@@ -71,6 +73,10 @@ impl DemParticipant {
             insertions: Insertions::new(scene),
             outside: Outside::new(scene),
             profile: scene.scene.observe.profile.clone(),
+            substeps: observe
+                .substeps
+                .as_ref()
+                .map(|asked| Substeps::new(asked, scene.scene.domain.geometry)),
             fields: out.join("fields"),
             read,
             loads: vec![GrainLoad::default(); scene.grains.len()],
@@ -149,6 +155,20 @@ impl DemParticipant {
         &self.loads[..self.dem.grains.len()]
     }
 
+    /// What acted in the sub-steps of window `step`; a window that is done again is written again.
+    fn write_substeps(&self, step: u64) -> Result<(), SolverError> {
+        let Some(substeps) = &self.substeps else { return Ok(()) };
+        let table = substeps.table(&self.dem, self.spec.gravity, &self.loads);
+        self.write_field(&format!("substeps_{step:08}.csv"), table.as_bytes())
+    }
+
+    fn write_field(&self, name: &str, bytes: &[u8]) -> Result<(), SolverError> {
+        let path = self.fields.join(name);
+        std::fs::create_dir_all(&self.fields)
+            .and_then(|()| write_new(&path, bytes))
+            .map_err(|source| SolverError::File { path: path.display().to_string(), source })
+    }
+
     /// The contacts now.
     pub(crate) fn contacts(&self) -> Vec<Contact> {
         self.dem.contact_list(self.present_loads())
@@ -220,8 +240,13 @@ impl Participant for DemParticipant {
         let there = self.dem.grains.len();
         self.dem.set_threads(rayon::current_num_threads());
         self.dem.set_observations(self.read || window.output);
+        let end = window.time + window.dt;
+        let split = self.substeps.as_mut().is_some_and(|asked| asked.begin(&mut self.dem, window.time, end));
         let report = self.dem.advance(window.dt, substeps, &self.loads[..there]).map_err(failed)?;
         self.work += start.elapsed();
+        if split {
+            self.write_substeps(window.step)?;
+        }
         if let Some(fault) = report.first_non_finite {
             return Err(SolverError::Failed(format!(
                 "{fault} in window {} (t = {} s): reduce [dem] dt, or see whether the loads are finite",
@@ -276,22 +301,17 @@ impl Participant for DemParticipant {
     fn write_fields(&mut self, window: &Window) -> Result<(), SolverError> {
         let time = window.time + window.dt;
         let name = format!("grains_{:08}.vtp", window.step);
-        let write = |path: PathBuf, bytes: &[u8]| {
-            std::fs::create_dir_all(&self.fields)
-                .and_then(|()| write_new(&path, bytes))
-                .map_err(|source| SolverError::File { path: path.display().to_string(), source })
-        };
-        write(self.fields.join(&name), &grain_files::vtp(time, &self.dem.grains, self.dem.observations()))?;
+        self.write_field(&name, &grain_files::vtp(time, &self.dem.grains, self.dem.observations()))?;
         bedload_output::vtk::list(&self.fields.join("grains.pvd"), time, &name).map_err(failed)?;
         let (grains, seen) = (&self.dem.grains, self.dem.observations());
         if let Some(bytes) = grain_files::outlines(time, grains, seen, &self.spec.outlines) {
             let name = format!("bodies_{:08}.vtp", window.step);
-            write(self.fields.join(&name), &bytes)?;
+            self.write_field(&name, &bytes)?;
             bedload_output::vtk::list(&self.fields.join("bodies.pvd"), time, &name).map_err(failed)?;
         }
         if let Some(profile) = self.profile() {
             let name = format!("profile_{:08}.csv", window.step);
-            write(self.fields.join(name), profile.table(&[]).as_bytes())?;
+            self.write_field(&name, profile.table(&[]).as_bytes())?;
         }
         Ok(())
     }

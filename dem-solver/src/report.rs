@@ -1,6 +1,7 @@
 //! What goes into a window and what comes out of it.
 
 use crate::motion::Vec3;
+use crate::split::Split;
 use serde::{Deserialize, Serialize};
 
 /// What the fluid does to one grain over a window: constant over its sub-steps.
@@ -98,6 +99,8 @@ pub struct Observations {
     pub impact_speed: Vec<f64>,
     /// Separation speed at the last end of a contact within the window, m/s; 0 if none.
     pub rebound_speed: Vec<f64>,
+    /// What acted on chosen grains in each sub-step; the bulk engine notes none.
+    pub split: Split,
 }
 
 impl Observations {
@@ -111,6 +114,7 @@ impl Observations {
             gap_end: vec![f64::INFINITY; n],
             impact_speed: vec![0.0; n],
             rebound_speed: vec![0.0; n],
+            split: Split::default(),
         }
     }
 

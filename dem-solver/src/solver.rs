@@ -173,6 +173,11 @@ impl Dem {
         }
     }
 
+    /// Notes in each sub-step of the next windows what acts on `grains`, for [`Observations::split`]; the bulk engine does not.
+    pub fn split(&mut self, grains: &[usize]) {
+        self.observed.split.choose(grains);
+    }
+
     /// Whether the bulk engine does the work.
     #[must_use]
     pub fn is_bulk(&self) -> bool {

@@ -46,6 +46,9 @@ pub(crate) fn prevents(spec: &DemSpec) -> Option<String> {
     if spec.energy {
         return Some("an account of energy is asked for".to_owned());
     }
+    if spec.split {
+        return Some("forces are asked for in each sub-step (observe.substeps)".to_owned());
+    }
     let laws = spec.laws();
     let used = materials::used(&spec.grains);
     if used.len() > materials::MOST {

@@ -137,9 +137,10 @@ impl Evaluation {
             let Window { grains, around, response, observed } = window;
             let force = &mut self.forces.lubrication;
             self.lubrication.apply(around, (&model, sweeps), grains, response, (t, dt), force);
-            for (mean, force) in observed.mean_lubrication.iter_mut().zip(force) {
+            for (mean, force) in observed.mean_lubrication.iter_mut().zip(&*force) {
                 *mean += *force;
             }
+            observed.split.add_lubrication(force, 1.0);
         }
     }
 
@@ -151,8 +152,10 @@ impl Evaluation {
             }
         };
         add(&mut observed.mean_contact, &self.forces.contact);
+        observed.split.add_contact(&self.forces.contact, weight);
         if self.is_explicit() {
             add(&mut observed.mean_lubrication, &self.forces.lubrication);
+            observed.split.add_lubrication(&self.forces.lubrication, weight);
         }
     }
 

@@ -7,4 +7,5 @@ pub mod grain_files;
 pub mod janssen;
 pub mod partition;
 pub mod profile;
+pub(crate) mod substeps;
 pub mod sums;

@@ -34,7 +34,8 @@ pub use error::SceneError;
 pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape};
 pub use insertions::{Inserted, Insertion};
 pub use observe::{
-    Column, HeapEnd, HeapReference, HeapSlope, Metric, MetricKind, Observe, ObservedPlanes, Profile, Span,
+    Column, HeapEnd, HeapReference, HeapSlope, Metric, MetricKind, Observe, ObservedPlanes, ObservedSubsteps,
+    Profile, Span,
 };
 pub use outline::{Outline, OutlineFault};
 pub use rest::Rest;

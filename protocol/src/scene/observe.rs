@@ -25,6 +25,31 @@ pub struct Observe {
     pub planes: Option<ObservedPlanes>,
     /// Columns of elastic, gravitational and dissipated energy in `series.csv` (dry scenes).
     pub energy: bool,
+    /// Forces on chosen grains in each sub-step of chosen windows, from `bedload-dem`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub substeps: Option<ObservedSubsteps>,
+}
+
+/// Whose forces are written down sub-step by sub-step, and when.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObservedSubsteps {
+    /// Grains, by number.
+    pub grains: Vec<usize>,
+    /// Start of the windows, s.
+    #[serde(default)]
+    pub from: f64,
+    /// Their end, s.
+    #[serde(default = "super::walls::forever")]
+    pub to: f64,
+}
+
+impl ObservedSubsteps {
+    /// Is the window from `start` to `end`, s, one of them?
+    #[must_use]
+    pub fn has(&self, start: f64, end: f64) -> bool {
+        start < self.to && end > self.from
+    }
 }
 
 /// Slabs over which the grains are averaged (Goldhirsch 2010).

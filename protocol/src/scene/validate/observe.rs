@@ -18,6 +18,7 @@ pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
         ));
     }
     observed_planes(scene, source)?;
+    observed_substeps(scene, source)?;
     let Some(profile) = &scene.observe.profile else { return Ok(()) };
     finite(source, "observe.profile.lower", &profile.lower)?;
     finite(source, "observe.profile.upper", &profile.upper)?;
@@ -36,18 +37,36 @@ pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
     Ok(())
 }
 
+/// Times of which the first is before the last.
+fn span(source: &SceneSource, key: &str, from: f64, to: f64) -> Check {
+    if from < to {
+        return Ok(());
+    }
+    Err(source.error(key, format!("is {to}, from {from}"), "give times from < to, or leave them out"))
+}
+
+fn observed_substeps(scene: &Scene, source: &SceneSource) -> Check {
+    let Some(asked) = &scene.observe.substeps else { return Ok(()) };
+    not_negative(source, "observe.substeps.from", asked.from)?;
+    span(source, "observe.substeps.to", asked.from, asked.to)?;
+    let repeated = asked.grains.iter().enumerate().find(|(i, grain)| asked.grains[..*i].contains(grain));
+    if let Some((_, grain)) = repeated {
+        let what = format!("holds {grain} twice");
+        return Err(source.error("observe.substeps.grains", what, "name every grain once"));
+    }
+    if asked.grains.is_empty() {
+        let what = "is empty: no grain is chosen";
+        return Err(source.error("observe.substeps.grains", what, "name one grain at least, from 0"));
+    }
+    Ok(())
+}
+
 fn observed_planes(scene: &Scene, source: &SceneSource) -> Check {
     let Some(planes) = &scene.observe.planes else { return Ok(()) };
     positive(source, "observe.planes.every", planes.every)?;
     not_negative(source, "observe.planes.from", planes.from)?;
     finite(source, "observe.planes.at", &planes.at)?;
-    if planes.to.is_nan() || planes.to <= planes.from {
-        return Err(source.error(
-            "observe.planes.to",
-            format!("is {}, from {}", planes.to, planes.from),
-            "give times from < to of the mean, or leave them out",
-        ));
-    }
+    span(source, "observe.planes.to", planes.from, planes.to)?;
     if scene.medium.is_none() {
         return Err(source.error(
             "observe.planes",
@@ -152,12 +171,14 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
             ));
         }
     }
-    if let Some(grain) = scene.observe.grains.iter().flatten().find(|grain| **grain >= count) {
-        return Err(source.error(
-            "observe.grains",
-            format!("holds {grain}, but the scene has {count} grains"),
-            "count grains from 0",
-        ));
+    let chosen = scene.observe.substeps.as_ref().map(|asked| &asked.grains);
+    for (key, grains) in
+        [("observe.grains", scene.observe.grains.as_ref()), ("observe.substeps.grains", chosen)]
+    {
+        if let Some(grain) = grains.into_iter().flatten().find(|grain| **grain >= count) {
+            let what = format!("holds {grain}, but the scene has {count} grains");
+            return Err(source.error(key, what, "count grains from 0"));
+        }
     }
     Ok(())
 }
