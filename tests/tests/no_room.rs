@@ -27,7 +27,7 @@ contact_time = 0.01
 [observe]
 every = 0.5
 [coupling]
-checkpoint_every = 0.1
+checkpoint_every = 0.001
 "#;
 
 const FLUID: &str = r#"
@@ -45,7 +45,7 @@ body_force = [0.1, 0.0, 0.0]
 [fluid.time]
 dt = 0.01
 [coupling]
-checkpoint_every = 0.1
+checkpoint_every = 0.001
 "#;
 
 /// Runs `bedload run` where no file may grow beyond `blocks` of 512 bytes.
@@ -81,9 +81,7 @@ fn ends_and_goes_on(name: &str, scene: &str, blocks: u32, file: &str) {
     assert_eq!(ended.status.code(), Some(5), "{name}: {words}");
     assert!(words.contains(file), "{name}: {file} is named: {words}");
     assert_eq!(half_files(&out), Vec::<String>::new(), "{name}");
-    if out.join("summary.json").exists() {
-        assert_ne!(summary(&out)["status"], "completed", "{name}");
-    }
+    assert_eq!(summary(&out)["status"], "failed", "{name}");
     let resumed = bedload(&["run", scene, "--out", out_name, "--resume"]);
     assert_eq!(resumed.status.code(), Some(0), "{name}: {}", said(&resumed));
     let straight = bedload(&["run", scene, "--out", whole.to_str().expect("UTF-8")]);
@@ -95,18 +93,18 @@ fn ends_and_goes_on(name: &str, scene: &str, blocks: u32, file: &str) {
 
 #[test]
 fn a_dry_run_without_room_goes_on_later() {
-    ends_and_goes_on("no-room-dry", DRY, 512, "series.csv");
+    ends_and_goes_on("no-room-dry", DRY, 200, "series.csv");
 }
 
 #[test]
 fn a_fluid_without_room_goes_on_later() {
-    ends_and_goes_on("no-room-fluid", FLUID, 512, "series.csv");
+    ends_and_goes_on("no-room-fluid", FLUID, 160, "series.csv");
 }
 
 #[test]
 fn a_coupled_run_without_room_goes_on_later() {
-    let scene = format!("{SMALL_BOUNCE}\n[coupling]\ncheckpoint_every = 0.1\n");
-    ends_and_goes_on("no-room-coupled", &scene, 512, "exchange.mcap");
+    let scene = format!("{SMALL_BOUNCE}\n[coupling]\ncheckpoint_every = 0.001\n");
+    ends_and_goes_on("no-room-coupled", &scene, 160, "exchange.mcap");
 }
 
 /// Shared memory, too, is asked for before it is used.

@@ -74,13 +74,16 @@ pub(crate) fn run<S: Solver>(options: &RunOptions) -> Result<(), ProgramError> {
     // What failed first is the cause.
     let logged = run.log.take().map_or(Ok(()), AloneLog::finish);
     let outcome = outcome.and_then(|()| Ok(logged?));
-    let summarised = run.summarise(&mut summary, begin, &outcome);
-    let written = summary.write(&folder.summary());
-    // What failed first is the cause: a full disk fails everything after it.
-    if outcome.is_ok() {
-        summarised?;
-        written?;
+    let summarised = run.summarise(&mut summary, begin, outcome.is_ok());
+    // A full disk fails everything after it.
+    let outcome = outcome.and(summarised);
+    match &outcome {
+        Ok(()) => {}
+        Err(ProgramError::Interrupted) => summary.status = RunStatus::Interrupted,
+        Err(error) => summary.fail(error),
     }
+    let written = summary.write(&folder.summary());
+    let outcome = outcome.and_then(|()| Ok(written?));
     if let Err(ProgramError::Solver(SolverError::Failed(_))) = &outcome {
         // The failure counts; without this checkpoint the last regular one stands.
         match with_threads(options.threads(), || run.rewind())? {
@@ -324,7 +327,7 @@ impl<'a, S: Solver> Run<'a, S> {
         &mut self,
         summary: &mut Summary,
         begin: Instant,
-        outcome: &Result<(), ProgramError>,
+        in_order: bool,
     ) -> Result<(), ProgramError> {
         self.observer.finish(summary, self.contact_time)?;
         summary.cost.wall_s = begin.elapsed().as_secs_f64();
@@ -341,10 +344,8 @@ impl<'a, S: Solver> Run<'a, S> {
         }
         let free = self.scene.grains.iter().filter(|grain| grain.motion == Motion::Free).count();
         summary.set_unit_costs(free as u64);
-        match outcome {
-            Ok(()) => summary.metrics.extend(self.solver.finish(self.scene, self.folder)?),
-            Err(ProgramError::Interrupted) => summary.status = RunStatus::Interrupted,
-            Err(error) => summary.fail(error),
+        if in_order {
+            summary.metrics.extend(self.solver.finish(self.scene, self.folder)?);
         }
         summary.remark(&self.scene.scene.metrics);
         Ok(())
