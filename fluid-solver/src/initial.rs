@@ -71,7 +71,7 @@ pub fn read<const D: usize>(
     let refuse = |why: String, remedy: &str| {
         scene.source.error(KEY, format!("is {:?}, which {why}", folder.display().to_string()), remedy)
     };
-    let (run, identity) = scene_of(folder).map_err(|why| refuse(why, NAME))?;
+    let (run, identities) = scene_of(folder).map_err(|why| refuse(why, NAME))?;
     let [mine, theirs] = [scene, &run].map(|scene| scene.scene.domain.geometry);
     if mine != theirs {
         return Err(refuse(
@@ -89,9 +89,12 @@ pub fn read<const D: usize>(
         let why = format!("holds no state of a fluid that can be read: {error}");
         refuse(why, "name the output folder of a run that wrote its last state, or make that run anew")
     })?;
-    if written_by != identity {
+    if !identities.contains(&written_by) {
         return Err(refuse(
-            format!("has a checkpoint of another scene than its scene.toml ({written_by}, {identity})"),
+            format!(
+                "has a checkpoint of another scene than its scene.toml ({written_by}, {})",
+                identities[0]
+            ),
             "make that run anew, so that both are of one scene",
         ));
     }
@@ -104,8 +107,9 @@ pub fn read<const D: usize>(
     Ok(Some(start))
 }
 
-/// The scene of the run in `folder`, without its grains, and the identity that its checkpoint bears.
-fn scene_of(folder: &Path) -> Result<(CheckedScene, String), String> {
+/// The scene of the run in `folder`, without its grains, and the identities that its checkpoint may bear: in a coupled
+/// run the fluid is given that `scene.toml`, alone it has read the scene from which that was written.
+fn scene_of(folder: &Path) -> Result<(CheckedScene, Vec<String>), String> {
     if !folder.is_dir() {
         return Err("is no folder; allowed: the output folder of a run".into());
     }
@@ -113,21 +117,19 @@ fn scene_of(folder: &Path) -> Result<(CheckedScene, String), String> {
     let text = std::fs::read_to_string(&path)
         .map_err(|error| format!("holds no scene.toml that can be read ({error})"))?;
     let unread = |error: &dyn std::fmt::Display| format!("has a scene.toml that cannot be read: {error}");
-    let identity = bedload_output::state_of(&text)
-        .ok_or(
-            "has a scene.toml that does not say of which scene its checkpoint is: of no run of this version",
-        )?
-        .to_owned();
     let mut table: toml::Table = toml::from_str(&text).map_err(|error| unread(&error))?;
-    table.retain(|name, _| NEEDED.iter().any(|needed| *needed == name));
+    table.retain(|name, _| NEEDED.contains(&name));
     match table.get_mut("medium").and_then(toml::Value::as_table_mut) {
         None => return Err("is a dry run, which has no fluid".into()),
         // How that run began says nothing of its end.
         Some(medium) => medium.remove("initial"),
     };
-    let source = SceneSource { file: path.display().to_string(), text: table.to_string() };
+    let file = path.display().to_string();
+    let source = SceneSource { file: file.clone(), text: table.to_string() };
     let scene = CheckedScene::new(source).map_err(|error| unread(&error))?;
-    Ok((scene, identity))
+    let alone = bedload_output::state_of(&text).map(str::to_owned);
+    let coupled = CheckedScene { source: SceneSource { file, text }, ..scene.clone() }.state_sha256();
+    Ok((scene, [coupled].into_iter().chain(alone).collect()))
 }
 
 /// Why the box of the scene is not in that of `source`, if it is not.

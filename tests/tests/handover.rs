@@ -31,6 +31,8 @@ law = "linear-spring-dashpot"
 restitution = 0.8
 contact_time = 8e-3
 friction = 0.3
+[dem.lubrication]
+form = "none"
 "#;
 
 const GRAINS: &str = r#"
@@ -39,7 +41,7 @@ position = [1.0, 0.0, 3.0]
 radius = 0.5
 density = 2.5
 [[grains]]
-position = [1.4, 0.0, 3.93]
+position = [1.4, 0.0, 3.917]
 radius = 0.5
 density = 6.0
 [[grains]]
@@ -102,8 +104,10 @@ fn on_the_same_grid_the_run_goes_on_bit_for_bit() {
     run(&first, &a, &["--until", "0.5"]);
     run(&second, &b, &["--until", "0.5"]);
     assert_eq!(summary(&b)["time"]["simulated"], 0.5);
+    let touches: f64 = column(&a, "largest_overlap").last().expect("a row").parse().expect("a number");
+    assert!(touches > 0.0, "no spring is handed over");
     assert_eq!(grains(&b), grains(&whole));
-    for name in ["grain0_z", "grain1_vz", "grain1_fluid_fz", "grain2_vx"] {
+    for name in ["position_z[0]", "velocity_z[1]", "hydrodynamic_force_z[1]", "velocity_x[2]"] {
         let [whole, b] = [&whole, &b].map(|out| column(out, name));
         assert!(whole.len() == 2 * b.len() && whole.ends_with(&b), "{name}: {whole:?} {b:?}");
     }
@@ -133,11 +137,11 @@ fn start(path: &Path, overrides: &[&str]) -> (Solver<2>, f64, [f64; 2]) {
     let scene = SceneSource::read(path, &overrides).and_then(CheckedScene::new).expect("a scene");
     let solver = Solver::<2>::new(&scene).expect("a fluid");
     let (mut energy, mut mean) = (0.0, [0.0; 2]);
-    for d in 0..2 {
+    for (d, mean) in mean.iter_mut().enumerate() {
         let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[d]);
         for_each_unknown(grid, d, |at, index| {
             energy += 0.5 * grid.control_volume(d, at) * u[index].powi(2);
-            mean[d] += grid.control_volume(d, at) * u[index] / 24.0;
+            *mean += grid.control_volume(d, at) * u[index] / 24.0;
         });
     }
     (solver, energy, mean)
@@ -152,10 +156,13 @@ fn a_grid_twice_as_fine_starts_with_the_same_flow_and_goes_on() {
     let (coarse, energy, mean) = start(&second, &[]);
     let (fine, finer_energy, finer_mean) = start(&second, &finer);
     println!("kinetic energy {energy:.6} → {finer_energy:.6}, mean velocity {mean:?} → {finer_mean:?}");
-    assert!(energy > 0.01 && (finer_energy / energy - 1.0).abs() < 0.03, "{energy} → {finer_energy}");
+    assert!(energy > 0.01 && (finer_energy / energy - 1.0).abs() < 0.01, "{energy} → {finer_energy}");
     let speed = (energy / 12.0).sqrt();
     assert!((0..2).all(|d| (finer_mean[d] - mean[d]).abs() < 0.02 * speed), "{mean:?} → {finer_mean:?}");
-    assert_eq!(fine.motions(), coarse.motions());
+    let numbers = |solver: &Solver<2>| -> Vec<[[f64; 3]; 3]> {
+        solver.motions().iter().map(|m| [m.centre, m.velocity, m.spin]).collect()
+    };
+    assert_eq!(numbers(&fine), numbers(&coarse));
     let rows: Vec<String> = grains(&folder.join("a"));
     assert_eq!(rows.len(), 1 + fine.motions().len());
     // The fluid in a grain has its velocity.
@@ -170,12 +177,13 @@ fn a_grid_twice_as_fine_starts_with_the_same_flow_and_goes_on() {
     let cells = ["--set", "domain.cells=[64, 96]", "--set", "fluid.time.dt=0.00390625", "--until", "0.125"];
     run(&second, &out, &cells);
     assert_eq!(summary(&out)["status"], "completed");
-    let falls: Vec<f64> = column(&out, "grain1_vz").iter().map(|v| v.parse().expect("a number")).collect();
+    let falls: Vec<f64> =
+        column(&out, "velocity_z[1]").iter().map(|v| v.parse().expect("a number")).collect();
     let before: Vec<f64> =
-        column(&folder.join("a"), "grain1_vz").iter().map(|v| v.parse().expect("a number")).collect();
+        column(&folder.join("a"), "velocity_z[1]").iter().map(|v| v.parse().expect("a number")).collect();
     let [last, next] = [before[before.len() - 1], falls[0]];
     println!("grain 1 falls with {last:.5}, then {:.5?}", &falls[..4]);
-    assert!((next / last - 1.0).abs() < 0.05, "{last} then {next}");
+    assert!((next / last - 1.0).abs() < 0.02, "{last} then {next}");
 }
 
 #[test]

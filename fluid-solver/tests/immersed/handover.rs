@@ -134,7 +134,7 @@ fn on_the_same_grid_a_run_goes_on_with_the_same_bits() {
     ] {
         for (motion, placed) in [("free", &two[..]), ("fixed", &two[..1]), ("fixed", &[])] {
             if placed.is_empty() && keys.contains("kempe") {
-                continue; // has no sense without grains
+                continue; // the explicit order asks for a force that no grain holds
             }
             let [whole, parts] = both(PLANE, cells, motion, placed, &keys, &folder.0);
             assert_eq!(whole, parts, "{keys}, {} {motion} grains", placed.len());
@@ -196,17 +196,16 @@ fn ranks_do_not_change_a_bit_of_it() {
     let mut found = Vec::new();
     for size in [1, 2] {
         let checkpoint = output(&folder.0, &first);
-        let (expected, motions) = shared(&first, size, unused, |run: &mut Run| {
+        let expected = shared(&first, size, unused, |run: &mut Run| {
             run.windows(3);
             run.fluid.write_checkpoint(&checkpoint).expect("writes");
-            (messages(run, 2), run.newton.motions.clone())
+            messages(run, 2)
         });
         let mut run = Run::new(&first);
         run.windows(3);
-        let motions_then = run.newton.motions.clone();
-        drop(motions);
-        let same = space("[16, 16, 16]", &from(&folder.0), &motions_then);
-        let other = space("[20, 20, 24]", &from(&folder.0), &motions_then);
+        let motions = &run.newton.motions;
+        let same = space("[16, 16, 16]", &from(&folder.0), motions);
+        let other = space("[20, 20, 24]", &from(&folder.0), motions);
         for readers in [1, 2, 3] {
             let go_on = |next: &mut Run| {
                 next.newton.take_over(&run.newton);
@@ -240,10 +239,10 @@ fn difference<const D: usize>(from_text: &str, target: &str, folder: &Path, flow
     let divergence = Health::of(grid, found).divergence;
     assert!(divergence < 1e-11, "{divergence}");
     let (mut sum, mut volume) = (0.0, 0.0);
-    for d in 0..D {
+    for (d, (found, exact)) in found.iter().zip(&exact.state().velocity).enumerate() {
         for_each_unknown(grid, d, |at, index| {
             let v = grid.control_volume(d, at);
-            sum += v * (found[d][index] - exact.state().velocity[d][index]).powi(2);
+            sum += v * (found[index] - exact[index]).powi(2);
             volume += v;
         });
     }
@@ -332,7 +331,8 @@ fn the_interpolation_is_of_fourth_order_in_every_geometry() {
     assert!(found.iter().all(|order| *order > 3.5), "{found:?}");
 }
 
-/// A grain that was held keeps its force on a grid twice as fine: it feels no less than half of it in the first window.
+/// A grain that was held keeps its force on a grid twice as fine, within 12 % from the first window on. Without the force
+/// carried over it would feel 41 % less there.
 #[test]
 fn the_carried_force_comes_to_the_other_grid() {
     let folder = Folder::new("force");
@@ -352,8 +352,7 @@ fn the_carried_force_comes_to_the_other_grid() {
         })
         .collect();
     println!("force {force:.5} on the first grid, then {forces:.5?}");
-    assert!((forces[0] / force - 1.0).abs() < 0.5, "{force}, {forces:?}");
-    assert!((forces[19] / force - 1.0).abs() < 0.1, "{force}, {forces:?}");
+    assert!(forces.iter().all(|now| (now / force - 1.0).abs() < 0.12), "{force}, {forces:?}");
 }
 
 /// Message of the refusal of a scene that starts from `folder`.
@@ -381,7 +380,7 @@ fn what_cannot_be_taken_is_refused_with_its_reason() {
     std::fs::create_dir_all(&folder.0).expect("a folder");
     says(&["no scene.toml"], &here);
     std::fs::write(folder.0.join("scene.toml"), "until = 1.0\n").expect("writes");
-    says(&["of which scene its checkpoint is"], &here);
+    says(&["dry run"], &here);
     std::fs::remove_file(folder.0.join("scene.toml")).expect("there");
 
     let first = text(PLANE, "[32, 48]", UNIFORM, "", "");
@@ -395,7 +394,10 @@ fn what_cannot_be_taken_is_refused_with_its_reason() {
     let mut run = Run::new(&first);
     run.windows(1);
     leave(&run, &first, &folder.0);
-    facts(&here).expect("is right");
+    // Its velocity, history and pressure are counted.
+    let rest = try_scene(&text(PLANE, "[32, 48]", "", "", "")).expect("right");
+    let [memory, less] = [&here, &rest].map(|scene| facts(scene).expect("is right").memory);
+    assert_eq!(memory - less, 8 * 5 * run.fluid.two().expect("a plane").grid().len() as u64);
 
     // Along x it is wrapped, along z it must lie inside.
     facts(&from_run(&PLANE.replace("[0.0, 0.0]", "[-1.0, 0.5]"), "[32, 48]")).expect("is wrapped");

@@ -14,8 +14,8 @@ use protocol::scene::CheckedScene;
 /// First words of the `scene.toml` of an output folder: how Bedload knows its own.
 const MARKER: &str = "# Bedload output:";
 
-/// What stands before the digest of the state in that file, a line of its own: of which scene the checkpoint is.
-const STATE: &str = "# sha256 of what its checkpoint is of: ";
+/// What stands before [`CheckedScene::state_sha256`] in that file, on a line of its own.
+const STATE: &str = "# sha256 of what it says, its end aside: ";
 
 /// Files that a run writes in the folder itself.
 const FILES: [&str; 13] = [
@@ -330,8 +330,8 @@ impl OutputFolder {
     }
 }
 
-/// The identity that the checkpoint of a run bears, from the text of the `scene.toml` in its output folder; none if that
-/// is of another program or of a version that did not write it.
+/// [`CheckedScene::state_sha256`] of the scene from which a run was made, which the checkpoint of a solver alone and of the
+/// coupler bear, from the text of the `scene.toml` in its output folder; none if another program or an earlier version wrote that.
 #[must_use]
 pub fn state_of(scene: &str) -> Option<&str> {
     let mut head = scene.lines().take_while(|line| line.starts_with('#'));
