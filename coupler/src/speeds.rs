@@ -69,7 +69,8 @@ fn flow(scene: &CheckedScene) -> f64 {
     let Some(medium) = &scene.scene.medium else { return 0.0 };
     let domain = &scene.scene.domain;
     let start = match &medium.initial {
-        InitialVelocity::Rest => 0.0,
+        // Only the fluid can look into another run; its first step and its bound `cfl` are of that speed.
+        InitialVelocity::Rest | InitialVelocity::Run { .. } => 0.0,
         InitialVelocity::Uniform { velocity } => norm(velocity),
         InitialVelocity::TaylorGreen { amplitude } => amplitude.abs(),
         InitialVelocity::Shear { gradient, rate, origin, .. } => {

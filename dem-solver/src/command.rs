@@ -8,8 +8,8 @@ use bedload_output::vtk::{Array, image};
 use bedload_program::{ProgramError, RunOptions, explain};
 use clap::Parser;
 use nalgebra::Matrix3;
-use protocol::checkpoint;
 use protocol::scene::{Axis, CheckedScene, Profile as Asked};
+use protocol::{checkpoint, checkpoints};
 
 use crate::config::refuse_averages;
 use crate::grain::Shape;
@@ -78,7 +78,7 @@ fn run(arguments: &Arguments) -> Result<PathBuf, ProgramError> {
     let scene = RunOptions::of_scene(&arguments.folder.join("scene.toml")).read_scene()?;
     refuse_averages(&scene, "grains")?;
     let mut participant = DemParticipant::new(&scene, &arguments.folder)?;
-    let (_, state) = checkpoint::read_any::<State>(&crate::state::newest(&arguments.folder), "dem")?;
+    let (_, state) = checkpoint::read_any::<State>(&checkpoints::newest_of_run(&arguments.folder), "dem")?;
     participant.adopt(&state)?;
     let (lower, upper) = region(arguments, &scene);
     let (name, bytes) = if let Some(slabs) = arguments.slabs {

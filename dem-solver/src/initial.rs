@@ -6,6 +6,7 @@ use crate::motion::Vec3;
 use crate::solver::Dem;
 use crate::state::State;
 use protocol::checkpoint;
+use protocol::checkpoints;
 use protocol::scene::{CheckedScene, SceneError};
 
 /// Deepest overlap, over the smaller radius.
@@ -16,7 +17,7 @@ const DEEPEST: f64 = 0.01;
 /// them, since the fluid starts with them there; the state then adds the springs between them.
 pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result<(), SceneError> {
     let refuse = |why: String, remedy: &str| Err(scene.source.error("dem.initial_state", why, remedy));
-    let read = checkpoint::read_any::<State>(&crate::state::newest(folder), "dem");
+    let read = checkpoint::read_any::<State>(&checkpoints::newest_of_run(folder), "dem");
     let mut state = match read {
         Ok((_, state)) => state,
         Err(error) => {

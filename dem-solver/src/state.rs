@@ -3,19 +3,8 @@
 //! Neighbour lists are not part of it: sums run in an order that does not depend on them. The bulk engine's
 //! order of the grains is, since its sums follow it.
 
-use std::path::{Path, PathBuf};
-
 use crate::report::Dissipated;
-use protocol::checkpoints;
 use serde::{Deserialize, Serialize};
-
-/// Folder of the newest whole checkpoint of a run, alone or coupled, in its output folder `out`; where it left none, the
-/// folder in which it would lie.
-pub(crate) fn newest(out: &Path) -> PathBuf {
-    let parent = out.join("checkpoint");
-    let whole = |last| checkpoints::newest(&parent, last);
-    whole("loop").or_else(|| whole("coupler")).unwrap_or(parent)
-}
 
 /// A contact that bears a force, with its history.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

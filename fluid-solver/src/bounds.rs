@@ -58,7 +58,7 @@ fn cfl(scene: &CheckedScene, choices: &Choices, plan: &Plan) -> SolverBound {
     };
     let value = match adaptive {
         true => (choices.time.cfl, Measure::One),
-        false => (speed::named(scene) / plan.spacing, Measure::Window),
+        false => (speed::named(scene).max(plan.start) / plan.spacing, Measure::Window),
     };
     SolverBound::new("cfl", "u dt/Δx", value, Side::AtMost, limit).because(
         "the time scheme of the convection is unstable beyond it; with a fixed dt only the speeds that the scene names are known yet",

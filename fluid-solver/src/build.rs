@@ -298,7 +298,8 @@ pub fn set_initial<const D: usize>(scene: &CheckedScene, grid: &Grid<D>, state: 
     let Some(medium) = &scene.scene.medium else { return };
     let axes = scene.scene.domain.geometry.axes();
     match medium.initial {
-        InitialVelocity::Rest => {}
+        // A run gives it as a whole: see `crate::initial`.
+        InitialVelocity::Rest | InitialVelocity::Run { .. } => {}
         InitialVelocity::Uniform { velocity } => {
             for d in 0..D {
                 let value = velocity[laboratory(grid.geometry, d)];

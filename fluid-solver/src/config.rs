@@ -289,6 +289,14 @@ impl FluidSection {
         Ok(section)
     }
 
+    /// Reads the section of a run that was made, of whose grains nothing is known.
+    ///
+    /// # Errors
+    /// With the place of an unknown key or a wrong type.
+    pub(crate) fn of_run(scene: &CheckedScene) -> Result<Self, SceneError> {
+        Ok(scene.source.section::<Document>()?.fluid)
+    }
+
     /// Every choice made, defaults filled in.
     #[must_use]
     pub fn choices(&self) -> Choices {

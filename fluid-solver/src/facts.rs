@@ -4,6 +4,7 @@ use crate::config::{DisplacedMass, DivisionKey, FluidSection, ForceTransport, Sc
 use crate::division::{self, Division};
 use crate::fictitious;
 use crate::grid::Grid;
+use crate::initial;
 use crate::launcher::{self, Launch};
 use crate::memory::{self, Demand, Share};
 use crate::plan::Plan;
@@ -96,7 +97,9 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
     let choices = section.choices();
     let medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
     let grid = build::divided::<D>(scene, &choices, ranks.unwrap_or(&Ranks::alone()))?;
-    let plan = Plan::new(scene, medium, &choices, &grid)?;
+    let start = initial::read(scene, &choices, &grid)?;
+    let plan = Plan::new(scene, medium, &choices, &grid, start.as_ref())?;
+    let start = start.map_or(0, |start| start.bytes());
     // A table that cannot be read is told before the run, not after it.
     crate::lines::of(scene)?;
     let implicit = plan.viscous == Viscous::Implicit;
@@ -113,7 +116,15 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
     let (share, shared) = share(scene, &section, ranks, &grid)?;
     let memory = memory::estimate(
         &grid,
-        Demand { carried, along, told: along && build::tells_viscosity(&choices), implicit, repeated, held },
+        Demand {
+            carried,
+            along,
+            told: along && build::tells_viscosity(&choices),
+            implicit,
+            repeated,
+            held,
+            start,
+        },
         share,
     );
     memory::check(scene, memory, protocol::memory::available().as_ref())?;

@@ -68,6 +68,8 @@ pub mod halo;
 pub mod health;
 pub mod helmholtz;
 pub mod immersed;
+pub mod initial;
+pub mod interpolate;
 pub mod lanes;
 pub mod launcher;
 pub mod lines;

@@ -48,6 +48,8 @@ pub struct Demand {
     pub repeated: bool,
     /// Kept of what the grains hold of the grid, bytes.
     pub held: u64,
+    /// Fields of the run that this one starts from, which every rank reads whole, bytes.
+    pub start: u64,
 }
 
 /// Bytes that a run takes on a machine.
@@ -56,9 +58,10 @@ pub struct Demand {
 /// more where windows are repeated, and the working memory of the step.
 /// The latter is measured, as resident memory, at 128³ and 1448² cells: 1 field in space, 3 more with
 /// implicit viscosity; on two axes 7, and 10 more for the factors of the viscous solvers. A rank has its planes
-/// and some beside them; what is kept of the grains is counted whole for each.
+/// and some beside them; what is kept of the grains is counted whole for each, as are the fields of a run that this one
+/// starts from, though they go before the first window.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) -> u64 {
-    let Demand { carried, along, told, implicit, repeated, held } = demand;
+    let Demand { carried, along, told, implicit, repeated, held, start } = demand;
     let axes = D as u64;
     let kept = 2 * axes
         + 1
@@ -73,11 +76,11 @@ pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) ->
     };
     let fields = (1 + u64::from(repeated)) * kept + work;
     if share.planes == 0 {
-        return BASE + held + 8 * grid.len() as u64 * fields;
+        return BASE + held + start + 8 * grid.len() as u64 * fields;
     }
     let edges = if implicit { EDGES * share.blocks } else { 0 } as u64;
     let planes = (share.planes + BESIDE) as u64 * fields + edges;
-    share.ranks as u64 * (BASE + RANK + held + 8 * planes * grid.stride(D - 1) as u64)
+    share.ranks as u64 * (BASE + RANK + held + start + 8 * planes * grid.stride(D - 1) as u64)
 }
 
 /// Refuses what does not fit, where the system tells what there is.

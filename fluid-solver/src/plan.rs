@@ -3,6 +3,7 @@
 use crate::config::{Choices, ViscosityKey};
 use crate::grid::Grid;
 use crate::immersed::body::Motion;
+use crate::initial::Start;
 use crate::scheme::Viscous;
 use crate::speed;
 use protocol::scene::{CheckedScene, Medium, SceneError};
@@ -26,10 +27,14 @@ pub struct Plan {
     pub viscous: Viscous,
     /// Smallest cell, m.
     pub spacing: f64,
+    /// Largest speed of the run that this one starts from, m/s; zero: there is none.
+    pub start: f64,
+    /// First step of a run that goes on with another, s, where it is not fixed.
+    pub goes_on: Option<f64>,
 }
 
 impl Plan {
-    /// Decides the treatment of viscosity and the bounds.
+    /// Decides the treatment of viscosity and the bounds, `start` being the run that this one starts from.
     ///
     /// # Errors
     /// If explicit viscosity is asked for with a dt that it does not bear.
@@ -38,6 +43,7 @@ impl Plan {
         medium: &Medium,
         choices: &Choices,
         grid: &Grid<D>,
+        start: Option<&Start<D>>,
     ) -> Result<Self, SceneError> {
         let nu = medium.kinematic_viscosity();
         let time = &choices.time;
@@ -47,7 +53,8 @@ impl Plan {
         let spacing = grid.smallest_width();
         let force =
             if scene.grains.is_empty() { f64::INFINITY } else { FORCE_NUMBER * spacing * spacing / nu };
-        let speed = speed::expected(scene, medium);
+        let fastest = start.map_or(0.0, Start::fastest);
+        let speed = speed::expected(scene, medium).max(fastest);
         let by_speed = time.cfl * spacing / speed;
         let wanted = time.dt.unwrap_or(by_speed.min(force));
         let viscous = match time.viscosity {
@@ -67,19 +74,23 @@ impl Plan {
             }
             ceiling = ceiling.min(explicit);
         }
-        Ok(Self {
+        let mut plan = Self {
             fixed: time.dt,
             cfl: time.cfl,
             dt_levels_per_octave: time.dt_levels_per_octave,
             ceiling,
             viscous,
             spacing,
-        })
+            start: fastest,
+            goes_on: None,
+        };
+        plan.goes_on = start.and_then(Start::last).map(|(dt, rate, motions)| plan.next(dt, rate, motions));
+        Ok(plan)
     }
 
     /// Step proposed before anything moves, s.
     pub fn first(&self) -> f64 {
-        self.fixed.unwrap_or_else(|| self.level(self.ceiling))
+        self.fixed.or(self.goes_on).unwrap_or_else(|| self.level(self.ceiling))
     }
 
     /// Step proposed after one of length `previous`, with `rate` the largest Σ|u|/Δx.
@@ -124,6 +135,8 @@ mod tests {
         ceiling: 1.0,
         viscous: Viscous::Implicit,
         spacing: 0.1,
+        start: 0.0,
+        goes_on: None,
     };
 
     #[test]

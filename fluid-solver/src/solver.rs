@@ -21,8 +21,10 @@ use crate::immersed::body::{Motion, laboratory};
 use crate::immersed::brinkman::{Brinkman, LAG, lag};
 use crate::immersed::carried::Imposed;
 use crate::immersed::mask_model::{Mask, MaskModel};
+use crate::immersed::places::Places;
 use crate::immersed::pores::Pores;
 use crate::immersed::{Immersed, Wrench};
+use crate::initial::{self, Start};
 use crate::loads::{LoadsRule, Measured};
 use crate::plan::Plan;
 use crate::ranks::Ranks;
@@ -161,7 +163,17 @@ impl<const D: usize> Solver<D> {
         let medium: &Medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
         let (scheme, iterations) = coupling::read(scene, choices.form)?;
         let grid = build::divided::<D>(scene, &choices, ranks)?;
-        let plan = Plan::new(scene, medium, &choices, &grid)?;
+        let start = initial::read(scene, &choices, &grid);
+        // Whoever cannot read it must not leave the others to wait.
+        if !ranks.all(start.is_ok()) && start.is_ok() {
+            return Err(scene.source.error(
+                "medium.initial.folder",
+                "cannot be read by another rank",
+                "see that all ranks find the folder",
+            ));
+        }
+        let start = start?;
+        let plan = Plan::new(scene, medium, &choices, &grid, start.as_ref())?;
         let shapes = build::shapes(scene);
         let grains = shapes.len();
         let rule = LoadsRule {
@@ -234,26 +246,62 @@ impl<const D: usize> Solver<D> {
             let axis = axes.iter().position(|axis| *axis == flow.axis).expect("the scene's axis was checked");
             solver.stepper.prescribe_flow_rate(axis, flow.mean_velocity);
         }
-        solver.begin(scene);
+        solver.begin(scene, start.as_ref());
         Ok(solver)
     }
 
-    /// Initial velocity: the scene's, with the grains' own inside them, made divergence-free.
-    fn begin(&mut self, scene: &CheckedScene) {
+    /// Initial velocity: the scene's, or the last of the run `start`, with the grains' own inside them, made
+    /// divergence-free. Where that run goes on, its state as it is.
+    fn begin(&mut self, scene: &CheckedScene, start: Option<&Start<D>>) {
         self.set_radii();
         let grid = self.stepper.grid().clone();
-        build::set_initial(scene, &grid, self.stepper.state_mut());
+        if let Some((previous_dt, memory)) = start.and_then(|start| start.take(&grid, self.fields_mut())) {
+            return self.restart((0.0, previous_dt, 0), memory);
+        }
+        match start {
+            Some(start) => start.interpolate(&grid, self.stepper.state_mut()),
+            None => build::set_initial(scene, &grid, self.stepper.state_mut()),
+        }
         let sharp = MaskModel { mask: Mask::Izard2014, ..self.model };
         let velocity = &mut self.stepper.state_mut().velocity;
         self.immersed.impose_direct(&grid, &sharp, &self.memory.motions, velocity);
         self.stepper.project_velocity();
+        if let Some(start) = start {
+            self.carry_over(start);
+        }
         if self.choices.form == LoadsForm::KempeFroehlich2012 {
             let velocity = &self.stepper.state().velocity;
             let contents = self.immersed.contents(&grid, &self.model, &self.memory.motions, velocity);
             self.memory.contents.copy_from_slice(contents);
         }
-        if self.scheme == Scheme::Overlapped {
+        if self.scheme == Scheme::Overlapped && self.memory.kept.is_empty() {
             self.keep_first();
+        }
+    }
+
+    /// From another grid: the force where the grains hold it, their last acceleration and the loads under way.
+    fn carry_over(&mut self, start: &Start<D>) {
+        if let Some(memory) = start.memory() {
+            self.memory.before.clone_from(&memory.before);
+            self.memory.before_dt = memory.before_dt;
+            if self.scheme == Scheme::Overlapped {
+                self.memory.kept.clone_from(&memory.kept);
+            }
+        }
+        let Self { stepper, lambda, .. } = self;
+        if start.interpolate_force(stepper.grid(), lambda) {
+            self.memory.imposed_dt = self.model.dt;
+        }
+        self.take_hold();
+        if self.memory.imposed_dt > 0.0 {
+            // What lies outside of their cells nobody would take back.
+            let Self { immersed, stepper, lambda, .. } = self;
+            let (mut places, mut values) = (Places::default(), std::array::from_fn(|_| Vec::new()));
+            places.add(stepper.grid(), immersed);
+            places.gather(lambda, &mut values);
+            let own = own_planes(stepper.grid());
+            lambda.iter_mut().for_each(|lambda| lambda[own.clone()].fill(0.0));
+            places.scatter(&values, lambda);
         }
     }
 

@@ -27,7 +27,8 @@ pub(crate) fn named(scene: &CheckedScene) -> f64 {
             let reach = (domain.upper[axis] - origin).abs().max((domain.lower[axis] - origin).abs());
             rate.abs() * reach
         }
-        Some(InitialVelocity::Rest) | None => 0.0,
+        // A run that was made is measured, not named: see `Plan::start`.
+        Some(InitialVelocity::Rest | InitialVelocity::Run { .. }) | None => 0.0,
     };
     grains.chain(faces).fold(start, f64::max)
 }
@@ -39,7 +40,7 @@ pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
     let domain = &scene.scene.domain;
     let extent = |a: usize| domain.upper[a] - domain.lower[a];
     let mut speed = match &medium.initial {
-        InitialVelocity::Rest => 0.0,
+        InitialVelocity::Rest | InitialVelocity::Run { .. } => 0.0,
         InitialVelocity::Uniform { velocity } => length(velocity),
         InitialVelocity::Shear { rate, .. } => {
             rate.abs() * (0..domain.dimensions()).map(extent).fold(0.0, f64::max)

@@ -144,12 +144,21 @@ pub fn read_any<T: DeserializeOwned>(folder: &Path, role: &str) -> Result<(Strin
 /// # Errors
 /// As [`read`].
 pub fn open(folder: &Path, role: &str, identity: &str) -> Result<Payload, SolverError> {
-    let mut payload = Payload::open(path(folder, role))?;
-    if payload.identity()? != identity {
+    let (written_by, payload) = open_any(folder, role)?;
+    if written_by != identity {
         return Err(payload
             .refuse("was written by another scene: resume with the scene that wrote it, or start anew"));
     }
     Ok(payload)
+}
+
+/// Opens what [`write()`] wrote for the same role, with the identity of its scene, whichever that is.
+///
+/// # Errors
+/// As [`read_any`].
+pub fn open_any(folder: &Path, role: &str) -> Result<(String, Payload), SolverError> {
+    let mut payload = Payload::open(path(folder, role))?;
+    Ok((payload.identity()?, payload))
 }
 
 /// The payload of a checkpoint, read from its file part by part: the fields of a struct are parts, as are the number
@@ -230,8 +239,31 @@ impl Payload {
         if self.left / 8 < wanted {
             return Err(self.refuse(&format!("ends within a field of {wanted} numbers: start anew")));
         }
-        let mut chunk = [0; 4096];
         self.pass_over(from)?;
+        self.numbers(values)?;
+        self.pass_over(behind)?;
+        self.left -= 8 * wanted;
+        Ok(())
+    }
+
+    /// The next part, a list of numbers, however many.
+    ///
+    /// # Errors
+    /// [`SolverError`] if the payload ends before the list does.
+    pub fn list(&mut self) -> Result<Vec<f64>, SolverError> {
+        let count: u64 = self.part()?;
+        if self.left / 8 < count {
+            return Err(self.refuse(&format!("ends within a field of {count} numbers: start anew")));
+        }
+        let mut values = vec![0.0; count as usize];
+        self.numbers(&mut values)?;
+        self.left -= 8 * count;
+        Ok(values)
+    }
+
+    /// Reads as many numbers as there is room for.
+    fn numbers(&mut self, values: &mut [f64]) -> Result<(), SolverError> {
+        let mut chunk = [0; 4096];
         for values in values.chunks_mut(chunk.len() / 8) {
             let bytes = &mut chunk[..8 * values.len()];
             self.file.read_exact(bytes).map_err(|error| self.fail(error))?;
@@ -239,8 +271,6 @@ impl Payload {
                 *value = f64::from_le_bytes(*bytes);
             }
         }
-        self.pass_over(behind)?;
-        self.left -= 8 * wanted;
         Ok(())
     }
 

@@ -14,6 +14,15 @@ pub fn newest(parent: &Path, last: &str) -> Option<PathBuf> {
     found.pop().map(|(_, path)| path)
 }
 
+/// Folder of the newest whole checkpoint of a run, alone or coupled, in its output folder `out`; where it left none, the
+/// folder in which it would lie.
+#[must_use]
+pub fn newest_of_run(out: &Path) -> PathBuf {
+    let parent = out.join("checkpoint");
+    let whole = |last| newest(&parent, last);
+    whole("loop").or_else(|| whole("coupler")).unwrap_or(parent)
+}
+
 /// Removes the checkpoints in `parent` but for `kept`. A leftover costs room on the disk, nothing else: the newest
 /// whole one counts.
 pub fn remove_others(parent: &Path, kept: Option<&Path>) {

@@ -21,7 +21,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
         InitialVelocity::Rest => true,
         InitialVelocity::Uniform { velocity } => flat(velocity),
         InitialVelocity::Shear { direction, gradient, .. } => *direction != Axis::Y && *gradient != Axis::Y,
-        InitialVelocity::TaylorGreen { .. } => false,
+        InitialVelocity::TaylorGreen { .. } | InitialVelocity::Run { .. } => false,
     };
     let drives_are_flat = flat(&medium.body_force)
         && flat(&medium.pressure_gradient)

@@ -99,6 +99,45 @@ pub(super) fn read<const D: usize>(
     opened.iter().try_for_each(|(payload, ..)| payload.end())
 }
 
+/// All planes of every field, from the files of all ranks.
+pub(super) fn read_whole<const D: usize>(
+    grid: &Grid<D>,
+    scene: &str,
+    folder: &Path,
+    steps: u64,
+    parts: &[Part],
+) -> Result<Vec<Vec<f64>>, SolverError> {
+    let mut whole: Vec<Vec<f64>> = Vec::new();
+    for (rank, part) in parts.iter().enumerate() {
+        let mut payload = protocol::checkpoint::open(folder, &role(steps, rank, parts.len()), scene)?;
+        let ([from, to], count): ([u64; 2], u64) = payload.part()?;
+        let fits = *payload.digest() == part.digest
+            && from < to
+            && to <= grid.cells[D - 1] as u64
+            && count > 3 * D as u64
+            && (rank == 0 || count == whole.len() as u64);
+        if !fits {
+            return Err(payload.refuse("belongs to another checkpoint than the fluid.checkpoint beside it"));
+        }
+        let place = place(grid, [from, to]);
+        whole.resize_with(count as usize, Vec::new);
+        for (at, field) in whole.iter_mut().enumerate() {
+            let values = payload.list()?;
+            if at > 3 * D || values.is_empty() {
+                *field = values;
+                continue;
+            }
+            if values.len() != place.len() {
+                return Err(payload.refuse("holds fields of another length than the grid of its run"));
+            }
+            field.resize(grid.len(), 0.0);
+            field[place.clone()].copy_from_slice(&values);
+        }
+        payload.end()?;
+    }
+    Ok(whole)
+}
+
 /// Removes the files of other checkpoints than that of `steps` and `size` files; what cannot be removed costs room on
 /// the disk, nothing else.
 pub(super) fn remove_others(folder: &Path, steps: u64, size: usize) {

@@ -11,6 +11,7 @@ mod config;
 mod dense;
 mod drift;
 mod fictitious;
+mod handover;
 mod kept;
 mod many;
 mod newton;

@@ -51,7 +51,12 @@ fn text(ends: &str, motion: &str, keys: &str) -> String {
 }
 
 /// What `task` makes of a run whose fluid `size` ranks share.
-fn shared<R: Send>(text: &str, size: usize, folder: &Path, task: impl Fn(&mut Run) -> R + Sync) -> R {
+pub(crate) fn shared<R: Send>(
+    text: &str,
+    size: usize,
+    folder: &Path,
+    task: impl Fn(&mut Run) -> R + Sync,
+) -> R {
     let found = threads::together(size, |ranks| {
         if !ranks.is_first() {
             follow(&ranks).expect("the first rank says when it ends");

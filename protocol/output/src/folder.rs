@@ -14,6 +14,9 @@ use protocol::scene::CheckedScene;
 /// First words of the `scene.toml` of an output folder: how Bedload knows its own.
 const MARKER: &str = "# Bedload output:";
 
+/// What stands before [`CheckedScene::state_sha256`] in that file, on a line of its own.
+const STATE: &str = "# sha256 of what it says, its end aside: ";
+
 /// Files that a run writes in the folder itself.
 const FILES: [&str; 13] = [
     "summary.json",
@@ -120,8 +123,9 @@ impl OutputFolder {
         // A name with a line break would end the comment.
         let name = scene.source.file.replace(['\n', '\r'], " ");
         let text = format!(
-            "{MARKER} {name} with every default written out\n# sha256 of the scene as read: {}\n\n{body}",
-            scene.sha256()
+            "{MARKER} {name} with every default written out\n# sha256 of the scene as read: {}\n{STATE}{}\n\n{body}",
+            scene.sha256(),
+            scene.state_sha256()
         );
         atomic_write(&path, text.as_bytes())
     }
@@ -324,6 +328,15 @@ impl OutputFolder {
     pub fn report(&self) -> PathBuf {
         self.root.join("report.html")
     }
+}
+
+/// [`CheckedScene::state_sha256`] of the scene from which a run was made, which the checkpoint of a solver alone and of the
+/// coupler bear, from the text of the `scene.toml` in its output folder; none if another program or an earlier version wrote that.
+#[must_use]
+pub fn state_of(scene: &str) -> Option<&str> {
+    let mut head = scene.lines().take_while(|line| line.starts_with('#'));
+    head.next().filter(|line| line.starts_with(MARKER))?;
+    head.find_map(|line| line.strip_prefix(STATE)).map(str::trim)
 }
 
 /// Removes the plain files of `folder` that `ours` knows; links and folders stay.

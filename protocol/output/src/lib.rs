@@ -29,7 +29,7 @@ pub use claim::Claim;
 pub use columns::{Columns, Extra, Sample, Sides, energy_columns};
 pub use error::OutputError;
 pub use file::atomic_write;
-pub use folder::{OutputFolder, in_full, resolved_scene};
+pub use folder::{OutputFolder, in_full, resolved_scene, state_of};
 pub use grains_table::{GrainRow, grains_table};
 pub use metrics::{Metrics, MetricsState};
 pub use observer::{Observer, ObserverState};

@@ -1,5 +1,7 @@
 //! The box: geometry, grid, boundaries, and the fluid that fills it.
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -358,6 +360,11 @@ pub enum InitialVelocity {
     TaylorGreen {
         /// Amplitude A, m/s.
         amplitude: f64,
+    },
+    /// The last state of another run, interpolated where its grid is another one.
+    Run {
+        /// Output folder of that run; a scene's own is looked up from its folder.
+        folder: PathBuf,
     },
 }
 

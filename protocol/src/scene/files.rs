@@ -8,8 +8,13 @@ use toml_edit::{DocumentMut, Item, TableLike, Value};
 use super::source::SceneSource;
 
 /// Keys that name a file or a folder; `[]` stands for each entry of a list.
-const FILES: [&str; 4] =
-    ["grain_files[].file", "metrics[].file", "chart.reference.file", "dem.initial_state"];
+const FILES: [&str; 5] = [
+    "grain_files[].file",
+    "metrics[].file",
+    "chart.reference.file",
+    "dem.initial_state",
+    "medium.initial.folder",
+];
 
 /// Keys that hold a command: its program if it is a path, and every word that is a file there.
 const COMMANDS: [&str; 2] = ["fluid.command", "dem.command"];
@@ -127,12 +132,14 @@ mod tests {
         let text = "# a bed\nuntil = 1.0\ngrain_files = [{ file = \"a.csv\" }]\n[[metrics]] # one\nname = \"u\"\n\
                     file = \"../b.csv\" # here\n[[metrics]]\nname = \"n\"\n[chart]\nreference = { file = \"/c.csv\" }\n\
                     [dem]\ninitial_state = \"runs/d\"\ncommand = [\"bin/dem\", \"-q\", \"no-file\"]\n\
-                    [fluid]\ncommand = [\"fluid\"]\n";
+                    [fluid]\ncommand = [\"fluid\"]\n\
+                    [medium]\ninitial = { type = \"run\", folder = \"runs/f\" }\n";
         let source = SceneSource { file: "/scenes/s.toml (with --set)".into(), text: text.into() };
         let expected = text
             .replace("a.csv", "/scenes/a.csv")
             .replace("../b.csv", "/b.csv")
             .replace("runs/d", "/scenes/runs/d")
+            .replace("runs/f", "/scenes/runs/f")
             .replace("bin/dem", "/scenes/bin/dem");
         assert_eq!(source.text_for_any_folder(), expected);
         let again = SceneSource { file: "/other/s.toml".into(), text: expected.clone() };

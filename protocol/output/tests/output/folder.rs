@@ -22,7 +22,10 @@ fn the_resolved_scene_is_a_scene_and_the_same_one() {
     folder
         .write_scene(&scene_read, Some(&fluid), Some(&dem), Some(&resolved("scheme = \"explicit\"")))
         .expect("writes");
-    let again = scene(&fs::read_to_string(folder.scene()).expect("text"));
+    let text = fs::read_to_string(folder.scene()).expect("text");
+    assert_eq!(bedload_output::state_of(&text), Some(scene_read.state_sha256().as_str()));
+    assert_eq!(bedload_output::state_of(text.split_once('\n').expect("lines").1), None, "without the marker");
+    let again = scene(&text);
     assert_eq!(again.grains, scene_read.grains);
     assert_eq!(again.scene.observe.grains, Some(vec![0]));
     assert_eq!(again.scene.fluid["cfl"].as_float(), Some(0.5));

@@ -55,7 +55,8 @@ fn medium(scene: &Scene, source: &SceneSource) -> Check {
     }
     open::flow_rate(scene, source)?;
     match &medium.initial {
-        InitialVelocity::Rest => Ok(()),
+        // The fluid looks into the folder of a run.
+        InitialVelocity::Rest | InitialVelocity::Run { .. } => Ok(()),
         InitialVelocity::Uniform { velocity } => finite(source, "medium.initial.velocity", velocity),
         InitialVelocity::Shear { direction, gradient, rate, origin } => {
             finite(source, "medium.initial", &[*rate, *origin])?;

@@ -1,0 +1,209 @@
+//! A coupled run handed over to another scene, grains, springs and fluid, with the real programs: on the same grid it
+//! goes on with the same bits, on another one it starts from the same flow.
+
+use std::path::Path;
+
+use fluid_solver::field::for_each_unknown;
+use fluid_solver::solver::Solver;
+use protocol::scene::{CheckedScene, SceneSource};
+use tests::harness::{Folder, bedload, said, summary};
+
+/// Discs that fall, two of them in touch from early on; none reaches the wall. Windows and ends are binary numbers.
+const FALLING: &str = r#"
+until = 1.0
+gravity = [0.0, 0.0, -1.0]
+[domain]
+geometry = "plane"
+lower = [0.0, 0.0]
+upper = [4.0, 6.0]
+cells = [32, 48]
+boundary = { x = "periodic", z = "no-slip" }
+[medium]
+density = 1.0
+viscosity = 0.05
+GRAINS
+[fluid.time]
+dt = 0.0078125
+[dem]
+STATE
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.8
+contact_time = 8e-3
+friction = 0.3
+[dem.lubrication]
+form = "none"
+"#;
+
+const GRAINS: &str = r#"
+[[grains]]
+position = [1.0, 0.0, 3.0]
+radius = 0.5
+density = 2.5
+[[grains]]
+position = [1.4, 0.0, 3.917]
+radius = 0.5
+density = 6.0
+[[grains]]
+position = [2.9, 0.0, 3.2]
+radius = 0.5
+density = 2.0
+"#;
+
+/// The scene with grains of its own.
+fn first() -> String {
+    FALLING.replace("GRAINS", GRAINS).replace("STATE", "")
+}
+
+/// The scene that takes everything from the run in `a`, beside it.
+fn second() -> String {
+    FALLING
+        .replace(
+            "GRAINS",
+            "initial = { type = \"run\", folder = \"a\" }\n[[grain_files]]\nfile = \"a/grains.csv\"\n",
+        )
+        .replace("STATE", "initial_state = \"a\"")
+}
+
+fn run(scene: &Path, out: &Path, more: &[&str]) {
+    let mut arguments = vec!["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+    arguments.extend(more);
+    let output = bedload(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+}
+
+/// The grains at the end, without the comment that tells the time.
+fn grains(out: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(out.join("grains.csv")).expect("grains.csv");
+    text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect()
+}
+
+/// What the newest checkpoint of a role holds behind the first `head` bytes of its payload.
+fn state(out: &Path, role: &str, head: usize) -> Vec<u8> {
+    let folder = protocol::checkpoints::newest_of_run(out);
+    let bytes = std::fs::read(protocol::checkpoint::path(&folder, role)).expect("a checkpoint");
+    // The frame, and the identity with its length.
+    bytes[56 + 72 + head..].to_vec()
+}
+
+/// Numbers of a column of `series.csv`.
+fn column(out: &Path, name: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(out.join("series.csv")).expect("series.csv");
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let place = lines.next().and_then(|head| head.split(',').position(|column| column == name));
+    let place = place.unwrap_or_else(|| panic!("no column {name} in {text:.300}"));
+    lines.map(|line| line.split(',').nth(place).expect("a cell").to_owned()).collect()
+}
+
+#[test]
+fn on_the_same_grid_the_run_goes_on_bit_for_bit() {
+    let folder = Folder::new("handover-same");
+    let (first, second) = (folder.write("first.toml", &first()), folder.write("second.toml", &second()));
+    let (whole, a, b) = (folder.join("whole"), folder.join("a"), folder.join("b"));
+    run(&first, &whole, &[]);
+    run(&first, &a, &["--until", "0.5"]);
+    run(&second, &b, &["--until", "0.5"]);
+    assert_eq!(summary(&b)["time"]["simulated"], 0.5);
+    let touches: f64 = column(&a, "largest_overlap").last().expect("a row").parse().expect("a number");
+    assert!(touches > 0.0, "no spring is handed over");
+    assert_eq!(grains(&b), grains(&whole));
+    for name in ["position_z[0]", "velocity_z[1]", "hydrodynamic_force_z[1]", "velocity_x[2]"] {
+        let [whole, b] = [&whole, &b].map(|out| column(out, name));
+        assert!(whole.len() == 2 * b.len() && whole.ends_with(&b), "{name}: {whole:?} {b:?}");
+    }
+    // Cells, then time, step and number of steps, which begin anew; the last step is the same.
+    let [whole_fluid, fluid] = [&whole, &b].map(|out| state(out, "fluid", 24 + 24));
+    assert!(whole_fluid == fluid, "the fluid differs");
+    // Without its fluid the same scene goes another way.
+    let still = folder.write("still.toml", &second_without_fluid());
+    let c = folder.join("c");
+    run(&still, &c, &["--until", "0.5"]);
+    assert_ne!(grains(&c), grains(&whole));
+    // The log has the whole path.
+    let log = b.join("exchange.mcap");
+    for side in ["dem", "fluid"] {
+        let output = bedload(&["replay", log.to_str().expect("UTF-8"), "--drive", side, "--verify"]);
+        assert_eq!(output.status.code(), Some(0), "{side}: {}", said(&output));
+    }
+}
+
+fn second_without_fluid() -> String {
+    second().replace("initial = { type = \"run\", folder = \"a\" }", "")
+}
+
+/// Kinetic energy over density and mean velocity along both axes of the fluid with which a scene starts.
+fn start(path: &Path, overrides: &[&str]) -> (Solver<2>, f64, [f64; 2]) {
+    let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+    let scene = SceneSource::read(path, &overrides).and_then(CheckedScene::new).expect("a scene");
+    let solver = Solver::<2>::new(&scene).expect("a fluid");
+    let (mut energy, mut mean) = (0.0, [0.0; 2]);
+    for (d, mean) in mean.iter_mut().enumerate() {
+        let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[d]);
+        for_each_unknown(grid, d, |at, index| {
+            energy += 0.5 * grid.control_volume(d, at) * u[index].powi(2);
+            *mean += grid.control_volume(d, at) * u[index] / 24.0;
+        });
+    }
+    (solver, energy, mean)
+}
+
+#[test]
+fn a_grid_twice_as_fine_starts_with_the_same_flow_and_goes_on() {
+    let folder = Folder::new("handover-finer");
+    let (first, second) = (folder.write("first.toml", &first()), folder.write("second.toml", &second()));
+    run(&first, &folder.join("a"), &["--until", "0.5"]);
+    let finer = ["domain.cells=[64, 96]"];
+    let (coarse, energy, mean) = start(&second, &[]);
+    let (fine, finer_energy, finer_mean) = start(&second, &finer);
+    println!("kinetic energy {energy:.6} → {finer_energy:.6}, mean velocity {mean:?} → {finer_mean:?}");
+    assert!(energy > 0.01 && (finer_energy / energy - 1.0).abs() < 0.01, "{energy} → {finer_energy}");
+    let speed = (energy / 12.0).sqrt();
+    assert!((0..2).all(|d| (finer_mean[d] - mean[d]).abs() < 0.02 * speed), "{mean:?} → {finer_mean:?}");
+    let numbers = |solver: &Solver<2>| -> Vec<[[f64; 3]; 3]> {
+        solver.motions().iter().map(|m| [m.centre, m.velocity, m.spin]).collect()
+    };
+    assert_eq!(numbers(&fine), numbers(&coarse));
+    let rows: Vec<String> = grains(&folder.join("a"));
+    assert_eq!(rows.len(), 1 + fine.motions().len());
+    // The fluid in a grain has its velocity.
+    for motion in fine.motions() {
+        let (grid, u) = (fine.grid(), &fine.stepper().state().velocity[1]);
+        let at = [motion.centre[0] / 0.0625, motion.centre[2] / 0.0625].map(|cell| cell as isize);
+        let inside = u[grid.index(at)];
+        let fall = motion.velocity[2];
+        assert!((inside / fall - 1.0).abs() < 0.1, "{inside} in a grain that moves with {fall}");
+    }
+    let out = folder.join("c");
+    let cells = ["--set", "domain.cells=[64, 96]", "--set", "fluid.time.dt=0.00390625", "--until", "0.125"];
+    run(&second, &out, &cells);
+    assert_eq!(summary(&out)["status"], "completed");
+    let falls: Vec<f64> =
+        column(&out, "velocity_z[1]").iter().map(|v| v.parse().expect("a number")).collect();
+    let before: Vec<f64> =
+        column(&folder.join("a"), "velocity_z[1]").iter().map(|v| v.parse().expect("a number")).collect();
+    let [last, next] = [before[before.len() - 1], falls[0]];
+    println!("grain 1 falls with {last:.5}, then {:.5?}", &falls[..4]);
+    assert!((next / last - 1.0).abs() < 0.02, "{last} then {next}");
+}
+
+#[test]
+fn check_names_the_folder_and_what_is_wrong_with_it() {
+    let folder = Folder::new("handover-check");
+    // Springs are the DEM's to look for.
+    let text = second_without_fluid().replace("[[grain_files]]\nfile = \"a/grains.csv\"\n", "");
+    let text = text
+        .replace("initial_state = \"a\"", "")
+        .replace("viscosity = 0.05\n", "viscosity = 0.05\ninitial = { type = \"run\", folder = \"a\" }\n");
+    let scene = folder.write("scene.toml", &format!("{text}\n{GRAINS}"));
+    let check = |words: &[&str]| {
+        let output = bedload(&["check", scene.to_str().expect("UTF-8")]);
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        let said: String = said(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+        for word in ["medium.initial.folder", "scene.toml"].iter().chain(words) {
+            assert!(said.contains(word), "no {word:?} in {said}");
+        }
+    };
+    check(&["is no folder"]);
+    std::fs::create_dir(folder.join("a")).expect("a folder");
+    check(&["holds no scene.toml"]);
+}
