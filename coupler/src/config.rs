@@ -138,7 +138,7 @@ impl Coupling {
     }
 
     fn check_iterations(&self, source: &SceneSource) -> Result<(), SceneError> {
-        let Iterations { tolerance, max_iterations, depth, .. } = self.iterations;
+        let Iterations { tolerance, max_iterations, depth, repeat_above, .. } = self.iterations;
         if !(tolerance > 0.0 && tolerance < 1.0) {
             let message = format!("is {tolerance}; allowed: 0 < tolerance < 1");
             let help = "give the relative change of the motion to stop at, such as 1e-4";
@@ -152,6 +152,11 @@ impl Coupling {
         if !(1..=20).contains(&depth) {
             let message = format!("is {depth}; allowed: 1 to 20 attempts");
             return Err(source.error("coupling.iterations.depth", message, "give 3 to 8, or leave it out"));
+        }
+        if !(0.0..1.0).contains(&repeat_above) {
+            let message = format!("is {repeat_above}; allowed: 0 ≤ repeat_above < 1");
+            let help = "give 0 to repeat every window, or such as 1e-3 to repeat those that go otherwise than expected";
+            return Err(source.error("coupling.iterations.repeat_above", message, help));
         }
         Ok(())
     }

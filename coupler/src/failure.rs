@@ -79,6 +79,7 @@ impl From<bedload_output::OutputError> for Failure {
             | OutputError::InUse(_)
             | OutputError::Finished(_)
             | OutputError::Link(_)
+            | OutputError::Needed { .. }
             | OutputError::NoRun(_)
             | OutputError::NothingToResume(_) => Self::Input(error.to_string()),
             _ if error.is_full() => Self::Full(error.to_string()),

@@ -39,8 +39,26 @@ pub(crate) struct Watch {
     gravity: f64,
     radii: Vec<f64>,
     /// Motion after the last attempt at this window; empty before the first.
-    last: Vec<Kinematics>,
+    last: Vec<Moving>,
+    expected: Vec<Moving>,
+    state: WatchState,
+}
+
+/// Velocity and spin of a grain, m/s and rad/s.
+type Moving = [[f64; 3]; 2];
+
+fn moving(motion: &Kinematics) -> Moving {
+    [motion.velocity, motion.spin]
+}
+
+/// What of the windows before decides the next one; part of a checkpoint.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct WatchState {
     tally: Tally,
+    /// Motion at the start of the last window and at its end, where the next one is compared with it.
+    past: [Vec<Moving>; 2],
+    /// Its length, s.
+    dt: f64,
 }
 
 fn norm(v: impl Iterator<Item = f64>) -> f64 {
@@ -50,30 +68,40 @@ fn norm(v: impl Iterator<Item = f64>) -> f64 {
 impl Watch {
     /// For the grains of a scene.
     #[must_use]
-    pub(crate) fn new(scene: &CheckedScene, rule: Iterations, tally: Tally) -> Self {
+    pub(crate) fn new(scene: &CheckedScene, rule: Iterations, state: WatchState) -> Self {
         Self {
             rule,
             gravity: norm(scene.scene.gravity.into_iter()),
             radii: scene.grains.iter().map(|grain| grain.radius).collect(),
             last: Vec::new(),
-            tally,
+            expected: Vec::new(),
+            state,
         }
+    }
+
+    /// What a checkpoint keeps.
+    #[must_use]
+    pub(crate) fn state(&self) -> &WatchState {
+        &self.state
     }
 
     /// Counts so far.
     #[must_use]
     pub(crate) fn tally(&self) -> Tally {
-        self.tally
+        self.state.tally
     }
 
-    /// Largest change of a velocity, or of radius times spin, since the last attempt, over the largest speed
-    /// and a share of what gravity gives in a window. Grains at rest without gravity change by nothing.
-    fn change(&self, dt: f64, motion: &[Kinematics]) -> f64 {
+    /// Largest difference of a velocity, or of radius times spin, from `other`, over the largest speed and a share of
+    /// what gravity gives in a window; infinite where there is no other. Grains at rest without gravity differ by nothing.
+    fn change(&self, dt: f64, motion: &[Kinematics], other: &[Moving]) -> f64 {
+        if other.is_empty() {
+            return f64::INFINITY;
+        }
         let (mut change, mut speed) = (0.0f64, 0.0f64);
-        for ((now, before), radius) in motion.iter().zip(&self.last).zip(&self.radii) {
+        for ((now, other), radius) in motion.iter().zip(other).zip(&self.radii) {
             let differ = |a: [f64; 3], b: [f64; 3]| norm((0..3).map(|c| a[c] - b[c]));
-            change = change.max(differ(now.velocity, before.velocity));
-            change = change.max(radius * differ(now.spin, before.spin));
+            change = change.max(differ(now.velocity, other[0]));
+            change = change.max(radius * differ(now.spin, other[1]));
             speed = speed.max(norm(now.velocity.into_iter())).max(radius * norm(now.spin.into_iter()));
         }
         if change == 0.0 { 0.0 } else { change / (speed + OF_WEIGHT * self.gravity * dt) }
@@ -85,8 +113,8 @@ impl Watch {
         if window.attempt == 0 {
             self.last.clear();
         }
-        let change = if self.last.is_empty() { f64::INFINITY } else { self.change(window.dt, motion) };
-        let verdict = if change <= self.rule.tolerance && !wrong {
+        let change = self.change(window.dt, motion, &self.last);
+        let verdict = if !wrong && (change <= self.rule.tolerance || self.is_expected(window, motion)) {
             Verdict::Converged
         } else if window.attempt + 1 >= self.rule.max_iterations {
             if change <= self.rule.tolerance { Verdict::Converged } else { Verdict::Unconverged(change) }
@@ -94,11 +122,31 @@ impl Watch {
             Verdict::Repeat
         };
         self.last.clear();
-        self.last.extend_from_slice(motion);
-        self.tally.attempts += 1;
-        self.tally.windows += u64::from(verdict != Verdict::Repeat);
-        self.tally.unconverged += u64::from(matches!(verdict, Verdict::Unconverged(_)));
+        self.last.extend(motion.iter().map(moving));
+        let tally = &mut self.state.tally;
+        tally.attempts += 1;
+        tally.windows += u64::from(verdict != Verdict::Repeat);
+        tally.unconverged += u64::from(matches!(verdict, Verdict::Unconverged(_)));
+        if verdict != Verdict::Repeat && self.rule.repeat_above > 0.0 {
+            self.state.past.swap(0, 1);
+            self.state.past[1].clone_from(&self.last);
+            self.state.dt = window.dt;
+        }
         verdict
+    }
+
+    /// Whether a first attempt leads to where velocities and spins go on to change as in the window before.
+    fn is_expected(&mut self, window: &Window, motion: &[Kinematics]) -> bool {
+        if window.attempt > 0 || self.rule.repeat_above == 0.0 {
+            return false;
+        }
+        let WatchState { past: [from, to], dt, .. } = &self.state;
+        let later = 1.0 + window.dt / dt;
+        self.expected.clear();
+        self.expected.extend(from.iter().zip(to).map(|(from, to)| {
+            std::array::from_fn(|k| std::array::from_fn(|c| from[k][c] + later * (to[k][c] - from[k][c])))
+        }));
+        self.change(window.dt, motion, &self.expected) <= self.rule.repeat_above
     }
 }
 
@@ -128,7 +176,7 @@ density = 4.0
     fn watch(max_iterations: u64) -> Watch {
         let scene = CheckedScene::new(SceneSource { file: "test.toml".into(), text: SCENE.into() });
         let rule = Iterations { tolerance: 1e-3, max_iterations, ..Iterations::default() };
-        Watch::new(&scene.expect("a good scene"), rule, Tally::default())
+        Watch::new(&scene.expect("a good scene"), rule, WatchState::default())
     }
 
     fn window(attempt: u64) -> Window {
@@ -155,6 +203,37 @@ density = 4.0
         assert_eq!(watch.judge(&window(0), &moving(1.0, 0.0), false), Verdict::Repeat);
         assert_eq!(watch.judge(&window(1), &moving(1.0, 0.0), true), Verdict::Repeat);
         assert_eq!(watch.judge(&window(2), &moving(1.0, 0.0), false), Verdict::Converged);
+    }
+
+    #[test]
+    fn a_window_that_goes_as_expected_stands_at_once() {
+        let mut watch = watch(5);
+        watch.rule.repeat_above = 0.01;
+        let mut go = |step: u64, dt: f64, speed: f64, wrong: bool| {
+            let mut attempts = 0;
+            loop {
+                let window = Window { step, attempt: attempts, time: 0.0, dt, substeps: 1, output: false };
+                attempts += 1;
+                if watch.judge(&window, &moving(speed, 0.0), wrong && attempts == 1) != Verdict::Repeat {
+                    return (attempts, watch.state().clone());
+                }
+            }
+        };
+        // Nothing is expected of the first two.
+        assert_eq!(go(0, 0.5, 1.0, false).0, 2);
+        assert_eq!(go(1, 0.5, 2.0, false).0, 2);
+        // 3 is expected, over 3 + 0.3 |g| dt; then, in twice the time, 5.
+        assert_eq!(go(2, 0.5, 3.03, false).0, 1);
+        assert_eq!(go(3, 1.0, 5.1, false).0, 1);
+        // A bounce, and the window after it, are not.
+        assert_eq!(go(4, 0.5, -3.0, false).0, 2);
+        assert_eq!(go(5, 0.5, -3.0, false).0, 2);
+        assert_eq!(go(6, 0.5, -3.0, false).0, 1);
+        // What is wrong does not stand.
+        let (attempts, state) = go(7, 0.5, -3.0, true);
+        assert_eq!(attempts, 2);
+        assert_eq!(state.tally, Tally { windows: 8, attempts: 13, unconverged: 0 });
+        assert_eq!(state.past[1], [[[0.0, -3.0, 0.0], [0.0; 3]]]);
     }
 
     #[test]

@@ -186,7 +186,10 @@ impl Plan {
         let of_a_window = fluid.map_or(0.0, |fluid| fluid.step_cost)
             + dem.map_or(0.0, |dem| dem.substep_cost) * full as f64;
         let of_solvers = fluid.map(|fluid| &fluid.notices).into_iter().chain(dem.map(|dem| &dem.notices));
-        let attempts = if facts.scheme == Some(Scheme::Iterated) { ITERATIONS } else { 1.0 };
+        let attempts = match facts.scheme {
+            Some(Scheme::Iterated) if coupling.iterations.repeat_above == 0.0 => ITERATIONS,
+            _ => 1.0,
+        };
         let cost = windows * attempts * of_a_window;
         let more = notices::of(&facts, cost, windows * attempts);
         Ok(Self {

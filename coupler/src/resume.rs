@@ -14,7 +14,7 @@ use protocol::serve::checkpoint_folder;
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
-use crate::iterate::Tally;
+use crate::iterate::WatchState;
 use crate::scheme::PlannerState;
 use crate::unstable::Seen;
 
@@ -49,7 +49,7 @@ pub(crate) struct CouplerState {
     /// Windows in which something began to touch against the sub-step rule.
     pub(crate) late: u64,
     /// Attempts at windows, where they are repeated.
-    pub(crate) attempts: Tally,
+    pub(crate) watch: WatchState,
     /// Whether the motion alternates.
     pub(crate) seen: Seen,
 }

@@ -428,7 +428,8 @@ impl<const D: usize> Solver<D> {
             self.immersed.impose_direct(grid, &self.model, &self.memory.motions, &mut state.velocity);
             self.stepper.project();
         } else {
-            self.stepper.step(dt, Some(&self.lambda));
+            let force = (!self.memory.motions.is_empty()).then_some(&self.lambda);
+            self.stepper.step(dt, force);
             self.measure_force();
             self.impose_carried();
         }

@@ -137,10 +137,19 @@ pub struct Iterations {
     pub relaxation: Relaxation,
     /// Earlier attempts that `anderson` mixes with the last.
     pub depth: usize,
+    /// Repeats only windows whose first attempt departs by more than this from the motion that the windows before let
+    /// expect, measured as for `tolerance`; 0: every window.
+    pub repeat_above: f64,
 }
 
 impl Default for Iterations {
     fn default() -> Self {
-        Self { tolerance: 1e-4, max_iterations: 20, relaxation: Relaxation::default(), depth: 5 }
+        Self {
+            tolerance: 1e-4,
+            max_iterations: 20,
+            relaxation: Relaxation::default(),
+            depth: 5,
+            repeat_above: 0.0,
+        }
     }
 }

@@ -186,6 +186,23 @@ fn a_grid_twice_as_fine_starts_with_the_same_flow_and_goes_on() {
     assert!((next / last - 1.0).abs() < 0.02, "{last} then {next}");
 }
 
+/// A run that is to go on elsewhere is not emptied for it, not even with `--overwrite`.
+#[test]
+fn a_run_is_not_replaced_by_one_that_starts_from_it() {
+    let folder = Folder::new("handover-onto");
+    let (first, second) = (folder.write("first.toml", &first()), folder.write("second.toml", &second()));
+    let a = folder.join("a");
+    run(&first, &a, &["--until", "0.125"]);
+    let before = grains(&a);
+    let onto = ["run", second.to_str().expect("UTF-8"), "--out", a.to_str().expect("UTF-8"), "--overwrite"];
+    let output = bedload(&onto);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    let words = said(&output);
+    assert!(words.contains("nothing was changed") && words.contains("a/grains.csv"), "{words}");
+    assert_eq!(grains(&a), before);
+    assert_eq!(summary(&a)["status"], "completed");
+}
+
 #[test]
 fn check_names_the_folder_and_what_is_wrong_with_it() {
     let folder = Folder::new("handover-check");

@@ -8,6 +8,12 @@ use tests::harness::{Folder, SMALL_BOUNCE, bedload, metric, said, signal, start,
 
 const ITERATED: &str = "coupling.scheme=\"iterated\"";
 const OVERLAPPED: &str = "coupling.scheme=\"overlapped\"";
+/// Repeats touches and what follows them.
+const SELECTIVE: [&str; 2] = [ITERATED, "coupling.iterations.repeat_above=1e-3"];
+
+/// The schemes that are not the plain one.
+const OTHERS: [(&str, &[&str]); 3] =
+    [("iterated", &[ITERATED]), ("selective", &SELECTIVE), ("overlapped", &[OVERLAPPED])];
 
 fn text(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
@@ -62,10 +68,10 @@ fn attempts_count_up_and_the_last_is_accepted() {
 
 #[test]
 fn iterated_and_overlapped_runs_replay_bit_for_bit() {
-    for (name, key) in [("iterated", ITERATED), ("overlapped", OVERLAPPED)] {
+    for (name, keys) in OTHERS {
         let folder = Folder::new(&format!("replay-{name}"));
         let (scene, out) = (bounce(&folder), folder.join("out"));
-        run(&scene, &out, &[key], &[]);
+        run(&scene, &out, keys, &[]);
         for side in ["dem", "fluid"] {
             let log = out.join("exchange.mcap");
             let output = bedload(&["replay", path(&log), "--drive", side, "--verify"]);
@@ -78,12 +84,12 @@ fn iterated_and_overlapped_runs_replay_bit_for_bit() {
 fn the_same_bits_for_any_number_of_threads() {
     let folder = Folder::new("scheme-threads");
     let scene = bounce(&folder);
-    for (name, key) in [("iterated", ITERATED), ("overlapped", OVERLAPPED)] {
+    for (name, keys) in OTHERS {
         let series: Vec<String> = ["1", "2"]
             .into_iter()
             .map(|threads| {
                 let out = folder.join(&format!("{name}-{threads}"));
-                run(&scene, &out, &[key], &["--threads", threads, "--no-record"]);
+                run(&scene, &out, keys, &["--threads", threads, "--no-record"]);
                 text(&out.join("series.csv"))
             })
             .collect();
@@ -94,14 +100,16 @@ fn the_same_bits_for_any_number_of_threads() {
 
 #[test]
 fn the_same_bits_after_an_interrupt_and_resume() {
-    for (name, key) in [("iterated", ITERATED), ("overlapped", OVERLAPPED)] {
+    for (name, keys) in OTHERS {
         let folder = Folder::new(&format!("scheme-resume-{name}"));
         let scene = bounce(&folder);
         let (whole, parts) = (folder.join("whole"), folder.join("parts"));
         // So many windows that the interrupt comes before the last, also where the machine is busy.
-        let keys = [key, "fluid.time.dt=0.001"];
+        let keys = [keys, &["fluid.time.dt=0.001"]].concat();
         run(&scene, &whole, &keys, &[]);
-        let child = start(&["run", path(&scene), "--out", path(&parts), "--set", keys[0], "--set", keys[1]]);
+        let mut arguments = vec!["run", path(&scene), "--out", path(&parts)];
+        keys.iter().for_each(|key| arguments.extend(["--set", key]));
+        let child = start(&arguments);
         let begun = || std::fs::metadata(parts.join("exchange.mcap")).is_ok_and(|data| data.len() > 20_000);
         wait_until(30.0, begun).expect("the run begins");
         signal(child.id(), "INT");
@@ -113,6 +121,30 @@ fn the_same_bits_after_an_interrupt_and_resume() {
         assert_eq!(text(&parts.join("series.csv")), text(&whole.join("series.csv")), "{name}");
         assert_eq!(summary(&parts)["metrics"], summary(&whole)["metrics"], "{name}");
     }
+}
+
+/// First apex over D, mean over where in its window the sphere touches: windows of five contact times move it by 15 % from
+/// where windows of half a contact time have it, and by less than half of that where touches are repeated.
+#[test]
+fn repeated_touches_bring_the_bounce_nearer_to_that_of_short_windows() {
+    let folder = Folder::new("scheme-touches");
+    let scene = folder.write("bounce.toml", &SMALL_BOUNCE.replace("until = 3.0", "until = 2.4"));
+    let apex = |name: &str, keys: &[&str]| {
+        let heights = [0.0, 0.003, 0.006, 0.009, 0.012].map(|higher| {
+            let out = folder.join(&format!("{name}-{higher}"));
+            let place = format!("grains[0].position=[0.0, 0.0, {}]", 1.6 + higher);
+            run(&scene, &out, &[keys, &[place.as_str()]].concat(), &["--no-record"]);
+            metric(&out, "rebound_height_over_diameter")
+        });
+        heights.iter().sum::<f64>() / heights.len() as f64
+    };
+    let short = apex("short", &["fluid.time.dt=0.001"]);
+    let [plain, selective] =
+        [apex("plain", &[]), apex("selective", &SELECTIVE)].map(|apex| apex / short - 1.0);
+    println!("short windows {short:.4} D, long ones {plain:+.3}, with touches repeated {selective:+.3}");
+    assert!(plain > 0.1 && selective.abs() < 0.5 * plain, "{plain} and {selective} of {short} D");
+    let attempts = metric(&folder.join("selective-0"), "attempts_per_window");
+    assert!((1.0..2.0).contains(&attempts), "{attempts}: some stand at once, some are repeated");
 }
 
 #[test]

@@ -140,7 +140,10 @@ fn limit_of(
         return limit_of_points(in_company, facts, fluid, nu_dt_over_d2);
     }
     match facts.scheme {
-        Some(Scheme::Iterated) => return of(light::ITERATED),
+        // Where most windows are not repeated the limit is that of such windows.
+        Some(Scheme::Iterated) if facts.coupling.iterations.repeat_above == 0.0 => {
+            return of(light::ITERATED);
+        }
         Some(Scheme::Overlapped) if fluid.virtual_mass >= 2.0 => return of(light::OVERLAPPED_HEAVY),
         Some(Scheme::Overlapped) => return of(light::OVERLAPPED),
         _ => {}

@@ -14,7 +14,7 @@ use protocol::scheme::Scheme;
 use super::collected::Collected;
 use super::witness::Witness;
 use crate::failure::Failure;
-use crate::iterate::{Tally, Watch};
+use crate::iterate::{Watch, WatchState};
 use crate::prepare::Prepared;
 use crate::resume::{CouplerState, Spent};
 use crate::scheme::{AHEAD, Planner, QuietRule};
@@ -92,13 +92,13 @@ impl<'a> Conductor<'a> {
         let (scene, plan) = (&prepared.scene, &prepared.plan);
         let mut planner = Planner::new(plan, &prepared.coupling, &scene.scene.observe);
         let is_resumed = resumed.is_some();
-        let (mut before, mut late, mut attempts) = (Spent::default(), 0, Tally::default());
+        let (mut before, mut late, mut watch) = (Spent::default(), 0, WatchState::default());
         let mut alternation = Alternation::new(scene);
         let observer = match resumed {
             None => Observer::create(folder, scene, Sides::coupled(), &[])?,
             Some(state) => {
                 planner.resume(state.planner);
-                (before, late, attempts) = (state.spent, state.late, state.attempts);
+                (before, late, watch) = (state.spent, state.late, state.watch);
                 alternation.resume(state.seen);
                 Observer::resume(folder, scene, Sides::coupled(), &[], state.observer)?
             }
@@ -126,7 +126,7 @@ impl<'a> Conductor<'a> {
             saved: Instant::now(),
             late,
             watch: (plan.scheme == Some(Scheme::Iterated))
-                .then(|| Watch::new(scene, prepared.coupling.iterations, attempts)),
+                .then(|| Watch::new(scene, prepared.coupling.iterations, watch)),
             told_of_limit: false,
             stopping: false,
             last: None,

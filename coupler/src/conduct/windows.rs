@@ -127,7 +127,7 @@ impl Conductor<'_> {
             observer: self.observer.state()?,
             spent: self.spent(),
             late: self.late,
-            attempts: self.watch.as_ref().map(Watch::tally).unwrap_or_default(),
+            watch: self.watch.as_ref().map(Watch::state).cloned().unwrap_or_default(),
             seen: self.alternation.seen().clone(),
         };
         resume::complete(self.folder, self.planner.step(), &self.prepared.scene.state_sha256(), &state)?;

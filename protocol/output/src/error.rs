@@ -35,6 +35,16 @@ pub enum OutputError {
     #[error("{} holds a finished run: nothing was changed; name another folder with --out, or replace the run with \
              --overwrite", .0.display())]
     Finished(PathBuf),
+    /// The scene needs what lies there.
+    #[error("{} holds what the scene reads ({key} = {:?}): nothing was changed; name another folder with --out", path.display(), needed.display().to_string())]
+    Needed {
+        /// The folder.
+        path: PathBuf,
+        /// Key of the scene.
+        key: &'static str,
+        /// The file or folder that it names.
+        needed: PathBuf,
+    },
     /// A link stands where a folder should.
     #[error("{} is a symbolic link, which is not followed: nothing was changed; remove it, or name another folder with \
              --out", .0.display())]

@@ -66,6 +66,7 @@ impl OutputFolder {
             if !overwrite && folder.is_finished() {
                 return Err(OutputError::Finished(root.to_owned()));
             }
+            folder.refuse_needed(scene)?;
             folder.remove_run()?;
         }
         // First, so that the folder is known for ours whenever this ends.
@@ -74,6 +75,16 @@ impl OutputFolder {
             fs::create_dir_all(&path).map_err(OutputError::file("make the folder", &path))?;
         }
         Ok(folder)
+    }
+
+    /// A run that the scene starts from, or a table that it reads, would be emptied with the folder.
+    fn refuse_needed(&self, scene: &CheckedScene) -> Result<(), OutputError> {
+        let Ok(root) = self.root.canonicalize() else { return Ok(()) };
+        let inside = |path: &Path| path.canonicalize().is_ok_and(|path| path.starts_with(&root));
+        match scene.source.files().into_iter().find(|(_, path)| inside(path)) {
+            None => Ok(()),
+            Some((key, needed)) => Err(OutputError::Needed { path: self.root.clone(), key, needed }),
+        }
     }
 
     /// Opens the folder of an earlier run, to read it or to add to it.

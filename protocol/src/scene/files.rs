@@ -48,6 +48,19 @@ impl SceneSource {
         if changed { Cow::Owned(document.to_string()) } else { Cow::Borrowed(&self.text) }
     }
 
+    /// Whole paths of the files and folders that the scene names, with their keys.
+    #[must_use]
+    pub fn files(&self) -> Vec<(&'static str, PathBuf)> {
+        let Ok(mut document) = self.text.parse::<DocumentMut>() else { return Vec::new() };
+        let mut files = Vec::new();
+        for key in FILES {
+            at(document.as_item_mut(), key, &mut |value| {
+                files.extend(value.as_str().map(|name| (key, self.whole(name))));
+            });
+        }
+        files
+    }
+
     /// The text with every file by its name alone: where it stands says nothing about a run.
     pub(super) fn text_without_folders(&self) -> String {
         let Ok(mut document) = self.text.parse::<DocumentMut>() else { return self.text.clone() };
@@ -142,6 +155,9 @@ mod tests {
             .replace("runs/f", "/scenes/runs/f")
             .replace("bin/dem", "/scenes/bin/dem");
         assert_eq!(source.text_for_any_folder(), expected);
+        let files = source.files();
+        assert_eq!(files.len(), 5);
+        assert!(files.contains(&("dem.initial_state", PathBuf::from("/scenes/runs/d"))), "{files:?}");
         let again = SceneSource { file: "/other/s.toml".into(), text: expected.clone() };
         assert_eq!(again.text_for_any_folder(), expected);
     }
