@@ -60,11 +60,15 @@ where
 {
     let reader = LogReader::open(log).map_err(failed)?;
     let name = format!("{} (its scene)", log.display());
-    let scene = CheckedScene::new(SceneSource { file: name, text: reader.manifest().scene.clone() })?;
+    let mut scene = CheckedScene::new(SceneSource { file: name, text: reader.manifest().scene.clone() })?;
+    let alone = !(reader.manifest().has(Role::Fluid) && reader.manifest().has(Role::Dem));
+    if alone {
+        // Its checkpoints are of the scene as it was read, which the log has written out.
+        scene.written_from = bedload_output::state_of(&reader.manifest().scene).map(str::to_owned);
+    }
     let folder = out.map_or_else(|| PathBuf::from("out/replay"), Path::to_owned);
     let mut solver = S::build(&scene, &folder)?;
     let options = ReplayOptions { verify, checkpoint: checkpoint.map(Path::to_owned), fields: out.is_some() };
-    let alone = !(reader.manifest().has(Role::Fluid) && reader.manifest().has(Role::Dem));
     let peer = if alone { Some(S::stand_in(&scene)?) } else { None };
     let report = with_threads(threads, move || {
         let peer = peer.as_ref().map(|peer| peer as &StandIn<S::Incoming>);

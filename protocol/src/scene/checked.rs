@@ -49,6 +49,8 @@ pub struct CheckedScene {
     pub inserted: Vec<Inserted>,
     /// The text, for errors of the sections.
     pub source: SceneSource,
+    /// [`CheckedScene::state_sha256`] of the scene from which this one was written out; none where its text says it.
+    pub written_from: Option<String>,
 }
 
 impl CheckedScene {
@@ -65,7 +67,7 @@ impl CheckedScene {
         let (grains, inserted) = layout::lay_out(&scene, &source)?;
         validate::grains(&scene, &grains, grains.len() - inserted.len(), &source)?;
         validate::metrics(&scene, grains.len(), &source)?;
-        Ok(Self { scene, grains, inserted, source })
+        Ok(Self { scene, grains, inserted, source, written_from: None })
     }
 
     /// Number of grains that are there from the start.
@@ -99,7 +101,7 @@ impl CheckedScene {
     /// the end that it had, and with other comments.
     #[must_use]
     pub fn state_sha256(&self) -> String {
-        hexadecimal(&self.source.without_end())
+        self.written_from.clone().unwrap_or_else(|| hexadecimal(&self.source.without_end()))
     }
 
     /// Refuses to go on from `time`, s, if that is past the end.
