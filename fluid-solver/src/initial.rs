@@ -82,7 +82,7 @@ pub fn read<const D: usize>(
     let unread = |error: SceneError| refuse(format!("has a scene.toml that says {error}"), NAME);
     let source = build::grid::<D>(&run).map_err(unread)?;
     outside(scene, &source, grid).map_err(|why| {
-        refuse(why, "make domain.lower and domain.upper lie inside, or start from a run in a larger box")
+        refuse(why, "change domain.lower and domain.upper, or start from a run in another box")
     })?;
     let at = checkpoints::newest_of_run(folder);
     let (written_by, whole) = checkpoint::read_whole(&source, &at).map_err(|error| {
@@ -134,12 +134,21 @@ fn scene_of(folder: &Path) -> Result<(CheckedScene, Vec<String>), String> {
 
 /// Why the box of the scene is not in that of `source`, if it is not.
 fn outside<const D: usize>(scene: &CheckedScene, source: &Grid<D>, grid: &Grid<D>) -> Result<(), String> {
-    for axis in (0..D).filter(|axis| !source.periodic(*axis)) {
+    for axis in 0..D {
         let ends = |grid: &Grid<D>| [grid.axes[axis].faces[0], grid.axes[axis].faces[grid.cells[axis]]];
         let ([low, high], [from, to]) = (ends(source), ends(grid));
         let slack = ROUNDING * (high - low);
-        if from < low - slack || to > high + slack {
-            let letter = format!("{:?}", scene.scene.domain.geometry.axes()[axis]).to_lowercase();
+        let letter = format!("{:?}", scene.scene.domain.geometry.axes()[axis]).to_lowercase();
+        if source.periodic(axis) {
+            let times = (to - from) / (high - low);
+            if grid.periodic(axis) && (times - times.round()).abs() > ROUNDING {
+                return Err(format!(
+                    "comes again after {} m along {letter}; this scene's box is {} m long there, no whole multiple",
+                    high - low,
+                    to - from
+                ));
+            }
+        } else if from < low - slack || to > high + slack {
             return Err(format!(
                 "has its fluid at {low} to {high} m along {letter} only; this scene's reaches from {from} to {to} m"
             ));

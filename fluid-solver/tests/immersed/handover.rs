@@ -397,7 +397,10 @@ fn what_cannot_be_taken_is_refused_with_its_reason() {
     assert_eq!(memory - less, 8 * 5 * run.fluid.two().expect("a plane").grid().len() as u64);
 
     // Along x it is wrapped, along z it must lie inside.
-    facts(&from_run(&PLANE.replace("[0.0, 0.0]", "[-1.0, 0.5]"), "[32, 48]")).expect("is wrapped");
+    let wrapped = PLANE.replace("[0.0, 0.0]", "[-1.0, 0.5]").replace("[2.0, 3.0]", "[3.0, 3.0]");
+    facts(&from_run(&wrapped, "[64, 48]")).expect("is wrapped");
+    let seam = from_run(&wrapped.replace("[3.0, 3.0]", "[2.5, 3.0]"), "[64, 48]");
+    says(&["comes again after 2 m along x", "3.5 m long"], &seam);
     let tall = from_run(&PLANE.replace("[2.0, 3.0]", "[2.0, 3.5]"), "[32, 56]");
     says(&["0 to 3 m along z", "from 0 to 3.5 m"], &tall);
     says(&["Plane", "Space"], &from_run(SPACE, "[16, 16, 16]"));
