@@ -1,6 +1,5 @@
 //! What acted on chosen grains, sub-step by sub-step.
 
-use crate::grains::Grains;
 use crate::motion::Vec3;
 
 /// One grain over one sub-step. Forces are means over it, as the integrator weighs them.
@@ -55,12 +54,11 @@ impl Split {
         &self.rows
     }
 
-    /// A window begins.
-    pub(crate) fn begin(&mut self, grains: &Grains) {
+    /// A window begins, in which grains move with `velocity`, m/s.
+    pub(crate) fn begin(&mut self, velocity: &[Vec3]) {
         self.rows.clear();
         for chosen in &mut self.chosen {
-            *chosen =
-                Chosen { grain: chosen.grain, start: grains.velocity[chosen.grain], ..Chosen::default() };
+            *chosen = Chosen { grain: chosen.grain, start: velocity[chosen.grain], ..Chosen::default() };
         }
     }
 
@@ -74,11 +72,11 @@ impl Split {
         self.chosen.iter_mut().for_each(|chosen| chosen.lubrication += forces[chosen.grain] * weight);
     }
 
-    /// The sub-step of length `dt` that ends at `time` is done.
-    pub(crate) fn end_substep(&mut self, grains: &Grains, substep: u32, time: f64, dt: f64) {
+    /// The sub-step of length `dt` that ends at `time` is done; `now` are all positions and velocities.
+    pub(crate) fn end_substep(&mut self, now: (&[Vec3], &[Vec3]), substep: u32, time: f64, dt: f64) {
         for chosen in &mut self.chosen {
             let Chosen { grain, start, contact, lubrication } = *chosen;
-            let (position, velocity) = (grains.position[grain], grains.velocity[grain]);
+            let (position, velocity) = (now.0[grain], now.1[grain]);
             let acceleration = (velocity - start) / dt;
             self.rows.push(SplitRow {
                 substep,

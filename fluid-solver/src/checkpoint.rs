@@ -5,19 +5,19 @@
 //! (`checkpoint/parts.rs`); the first one then puts the head in place, which names them, so that a checkpoint is whole from one
 //! moment on. Whoever reads takes the planes it needs, whatever the number of ranks that wrote them.
 
+mod part;
 mod parts;
+pub(crate) mod whole;
 
 use crate::field::own_planes;
-use crate::grid::Grid;
-use crate::solver::{Memory, Solver};
-use parts::Part;
+use crate::grain_memory::Memory;
+use crate::solver::Solver;
+use part::{Part, ROLE};
 use protocol::checkpoint::Payload;
 use protocol::participant::SolverError;
 use serde::Serialize;
 use std::path::Path;
-
-/// Role in the file's name: `fluid.checkpoint`.
-const ROLE: &str = "fluid";
+use whole::cells_of;
 
 /// What decides the next window, as stored; [`read`] takes the same parts one by one.
 #[derive(Serialize)]
@@ -86,53 +86,6 @@ pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) 
     Ok(())
 }
 
-/// A checkpoint with whole fields, whoever wrote it.
-pub(crate) struct Whole {
-    /// Length of the last step, s; zero: there was none.
-    pub(crate) previous_dt: f64,
-    /// The grains.
-    pub(crate) memory: Memory,
-    /// See [`Solver::fields`]: velocity, history, force, pressure, open faces, points.
-    pub(crate) fields: Vec<Vec<f64>>,
-}
-
-/// Reads the checkpoint in `folder` of a run on `grid`, with the identity of its scene, without a solver.
-///
-/// # Errors
-/// If a file is missing, damaged, or of another grid or version.
-pub(crate) fn read_whole<const D: usize>(
-    grid: &Grid<D>,
-    folder: &Path,
-) -> Result<(String, Whole), SolverError> {
-    let (scene, mut payload) = protocol::checkpoint::open_any(folder, ROLE)?;
-    let cells: Vec<u64> = payload.part()?;
-    let (_, previous_dt, steps): (f64, f64, u64) = payload.part()?;
-    let memory: Memory = payload.part()?;
-    let parts: Vec<Part> = payload.part()?;
-    let count: u64 = payload.part()?;
-    let known = 3 * D as u64 + 1;
-    let fits = if parts.is_empty() { count >= known } else { count == 0 };
-    if !fits || cells != cells_of(grid) || memory.grains().is_none() {
-        return Err(
-            payload.refuse("holds another grid, or other fields, than the scene.toml of its run says")
-        );
-    }
-    let fields = if parts.is_empty() {
-        (0..count).map(|_| payload.list()).collect::<Result<_, _>>()?
-    } else {
-        parts::read_whole(grid, &scene, folder, steps, &parts)?
-    };
-    payload.end()?;
-    let whole = |at: usize, field: &Vec<f64>| {
-        let empty = (2 * D..3 * D).contains(&at) && field.is_empty();
-        empty || field.len() == grid.len()
-    };
-    if !fields.iter().enumerate().take(3 * D + 1).all(|(at, field)| whole(at, field)) {
-        return Err(payload.refuse("holds fields of another length than the grid of its run"));
-    }
-    Ok((scene, Whole { previous_dt, memory, fields }))
-}
-
 /// Takes the planes of this process from the fields of one file.
 fn fill<const D: usize>(solver: &mut Solver<D>, payload: &mut Payload) -> Result<(), SolverError> {
     let (own, whole) = (own_planes(solver.grid()), solver.grid().len());
@@ -146,8 +99,4 @@ fn fill<const D: usize>(solver: &mut Solver<D>, payload: &mut Payload) -> Result
 
 fn cells<const D: usize>(solver: &Solver<D>) -> Vec<u64> {
     cells_of(solver.grid())
-}
-
-fn cells_of<const D: usize>(grid: &Grid<D>) -> Vec<u64> {
-    grid.cells.iter().map(|n| *n as u64).collect()
 }

@@ -6,18 +6,18 @@
 //! the start of any run.
 
 use crate::build;
-use crate::checkpoint::{self, Whole};
+use crate::checkpoint::whole::{Whole, read_whole};
 use crate::config::{Choices, FluidSection, SchemeKey, ViscosityKey};
 use crate::coupling;
 use crate::field::{State, own_planes};
 use crate::flow_rate::mean;
+use crate::grain_memory::Memory;
 use crate::grid::Grid;
 use crate::halo::{fill_scalar, fill_velocity, fill_velocity_and_open};
 use crate::health::Health;
 use crate::immersed::body::Motion;
 use crate::interpolate::{Kind, interpolate};
 use crate::open::OpenFaces;
-use crate::solver::Memory;
 use protocol::checkpoints;
 use protocol::facts::Forcing;
 use protocol::scene::{CheckedScene, InitialVelocity, SceneError, SceneSource};
@@ -85,7 +85,7 @@ pub fn read<const D: usize>(
         refuse(why, "change domain.lower and domain.upper, or start from a run in another box")
     })?;
     let at = checkpoints::newest_of_run(folder);
-    let (written_by, whole) = checkpoint::read_whole(&source, &at).map_err(|error| {
+    let (written_by, whole) = read_whole(&source, &at).map_err(|error| {
         let why = format!("holds no state of a fluid that can be read: {error}");
         refuse(why, "name the output folder of a run that wrote its last state, or make that run anew")
     })?;

@@ -62,6 +62,7 @@ pub mod follow;
 mod gather;
 pub mod geometry;
 mod ghosts;
+pub mod grain_memory;
 pub mod grid;
 pub mod grid_error;
 pub mod halo;

@@ -57,7 +57,7 @@ impl General {
         self.start.0.copy_from_slice(&window.grains.velocity);
         self.start.1.copy_from_slice(&window.grains.spin);
         window.observed.clear();
-        window.observed.split.begin(window.grains);
+        window.observed.split.begin(&window.grains.velocity);
         self.evaluation.begin();
         let speed = Speed::of(window.grains);
         // the first evaluation comes before the first kick: the lists must be good here
@@ -73,7 +73,8 @@ impl General {
                 self.centre_flights(window.grains, dt);
             }
             let end = time + f64::from(outcome.done + 1) * dt;
-            window.observed.split.end_substep(window.grains, outcome.done, end, dt);
+            let now = (&window.grains.position[..], &window.grains.velocity[..]);
+            window.observed.split.end_substep(now, outcome.done, end, dt);
             outcome.speed2 = outcome.speed2.max(speed.largest2);
             outcome.finite = speed.finite;
             outcome.done += 1;

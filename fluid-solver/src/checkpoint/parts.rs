@@ -2,32 +2,13 @@
 //!
 //! The head of the checkpoint has the digest of each, so that a file of the same name from elsewhere is refused.
 
+use super::part::{Part, place, role};
 use crate::field::own_planes;
-use crate::grid::Grid;
 use crate::solver::Solver;
 use protocol::checkpoint::{Digest, Payload};
 use protocol::participant::SolverError;
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::Path;
-
-/// What the head says of the file of a rank.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Part {
-    /// First plane, and the one after the last.
-    planes: [u64; 2],
-    digest: Digest,
-}
-
-/// Such a file's role, which is its name up to the ending.
-fn role(steps: u64, rank: usize, size: usize) -> String {
-    format!("fluid-{steps}-{rank}-of-{size}")
-}
-
-/// Where planes lie in a field.
-fn place<const D: usize>(grid: &Grid<D>, [from, to]: [u64; 2]) -> Range<usize> {
-    grid.planes(from as isize, to as isize)
-}
 
 /// Every rank writes its file; the first one gets what the head says of them.
 pub(super) fn write<const D: usize>(
@@ -97,45 +78,6 @@ pub(super) fn read<const D: usize>(
         }
     }
     opened.iter().try_for_each(|(payload, ..)| payload.end())
-}
-
-/// All planes of every field, from the files of all ranks.
-pub(super) fn read_whole<const D: usize>(
-    grid: &Grid<D>,
-    scene: &str,
-    folder: &Path,
-    steps: u64,
-    parts: &[Part],
-) -> Result<Vec<Vec<f64>>, SolverError> {
-    let mut whole: Vec<Vec<f64>> = Vec::new();
-    for (rank, part) in parts.iter().enumerate() {
-        let mut payload = protocol::checkpoint::open(folder, &role(steps, rank, parts.len()), scene)?;
-        let ([from, to], count): ([u64; 2], u64) = payload.part()?;
-        let fits = *payload.digest() == part.digest
-            && from < to
-            && to <= grid.cells[D - 1] as u64
-            && count > 3 * D as u64
-            && (rank == 0 || count == whole.len() as u64);
-        if !fits {
-            return Err(payload.refuse("belongs to another checkpoint than the fluid.checkpoint beside it"));
-        }
-        let place = place(grid, [from, to]);
-        whole.resize_with(count as usize, Vec::new);
-        for (at, field) in whole.iter_mut().enumerate() {
-            let values = payload.list()?;
-            if at > 3 * D || values.is_empty() {
-                *field = values;
-                continue;
-            }
-            if values.len() != place.len() {
-                return Err(payload.refuse("holds fields of another length than the grid of its run"));
-            }
-            field.resize(grid.len(), 0.0);
-            field[place.clone()].copy_from_slice(&values);
-        }
-        payload.end()?;
-    }
-    Ok(whole)
 }
 
 /// Removes the files of other checkpoints than that of `steps` and `size` files; what cannot be removed costs room on
