@@ -45,7 +45,7 @@ pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> 
         return Ok(());
     }
     let stored = Stored {
-        cells: cells(solver),
+        cells: cells_of(solver.grid()),
         time: state.time,
         previous_dt: state.previous_dt,
         steps: state.steps,
@@ -71,7 +71,8 @@ pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) 
     let parts: Vec<Part> = payload.part()?;
     let fields: u64 = payload.part()?;
     let stored = if parts.is_empty() { solver.fields().len() as u64 } else { 0 };
-    let fits = grid == cells(solver) && fields == stored && memory.grains() == solver.memory().grains();
+    let fits =
+        grid == cells_of(solver.grid()) && fields == stored && memory.grains() == solver.memory().grains();
     if !fits {
         return Err(payload
             .refuse("holds another grid, method or number of grains than the scene asks for: start anew"));
@@ -95,8 +96,4 @@ fn fill<const D: usize>(solver: &mut Solver<D>, payload: &mut Payload) -> Result
         payload.fill(&mut field[place.clone()], count, place.start)?;
     }
     Ok(())
-}
-
-fn cells<const D: usize>(solver: &Solver<D>) -> Vec<u64> {
-    cells_of(solver.grid())
 }

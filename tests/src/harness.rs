@@ -244,3 +244,25 @@ kind = "impact-velocity-ratio"
 name = "rebound_height_over_diameter"
 kind = "rebound-height"
 "#;
+
+/// A grain that flies to and fro for hours.
+pub const LONG_FLIGHT: &str = r#"
+until = 1e6
+gravity = [0.0, 0.0, 0.0]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [1.0, 1.0, 1.0]
+boundary = { x = "periodic", y = "free-slip", z = "free-slip" }
+[[grains]]
+position = [0.5, 0.5, 0.5]
+velocity = [0.25, 0.0, 0.0]
+radius = 0.05
+density = 2.0
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.5
+contact_time = 0.01
+[observe]
+every = 10.0
+"#;

@@ -3,30 +3,9 @@
 use std::process::{Command, Stdio};
 
 use tests::harness::{
-    Folder, SMALL_BOUNCE, bedload, is_alive, program, said, signal, solvers, start, summary, wait_until,
+    Folder, LONG_FLIGHT, SMALL_BOUNCE, bedload, is_alive, program, said, signal, solvers, start, summary,
+    wait_until,
 };
-
-/// A grain that flies to and fro for hours.
-const LONG: &str = r#"
-until = 1e6
-gravity = [0.0, 0.0, 0.0]
-[domain]
-geometry = "space"
-lower = [0.0, 0.0, 0.0]
-upper = [1.0, 1.0, 1.0]
-boundary = { x = "periodic", y = "free-slip", z = "free-slip" }
-[[grains]]
-position = [0.5, 0.5, 0.5]
-velocity = [0.25, 0.0, 0.0]
-radius = 0.05
-density = 2.0
-[dem.contact]
-law = "linear-spring-dashpot"
-restitution = 0.5
-contact_time = 0.01
-[observe]
-every = 10.0
-"#;
 
 /// Children of a process.
 fn children(pid: u32) -> Vec<u32> {
@@ -39,7 +18,7 @@ fn children(pid: u32) -> Vec<u32> {
 fn the_solver_of_a_dry_run_ends_with_its_bedload() {
     for how in ["KILL", "HUP"] {
         let folder = Folder::new(&format!("orphan-{how}"));
-        let (scene, out) = (folder.write("long.toml", LONG), folder.join("out"));
+        let (scene, out) = (folder.write("long.toml", LONG_FLIGHT), folder.join("out"));
         let mut run = start(&["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
         let mut found = Vec::new();
         let begun = || std::fs::metadata(out.join("series.csv")).is_ok_and(|data| data.len() > 0);
@@ -90,7 +69,7 @@ fn programs_have_their_own_names() {
 #[test]
 fn an_override_without_a_key_is_refused() {
     let folder = Folder::new("no-key");
-    let scene = folder.write("long.toml", LONG);
+    let scene = folder.write("long.toml", LONG_FLIGHT);
     let output = bedload(&["check", scene.to_str().expect("UTF-8"), "--set", "=1"]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
     assert!(said(&output).contains("names no key"), "{}", said(&output));
