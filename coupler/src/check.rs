@@ -86,7 +86,7 @@ fn row(bound: &Bound, forced: &[String]) -> String {
 /// [`Failure::Run`] if the schema cannot be made.
 pub(crate) fn schema() -> Result<Value, Failure> {
     let failed = |error: serde_json::Error| Failure::Run(error.to_string());
-    let mut whole = serde_json::to_value(schemars::schema_for!(protocol::scene::Scene)).map_err(failed)?;
+    let mut whole = serde_json::to_value(schemars::schema_for!(bedload_scene::Scene)).map_err(failed)?;
     let coupling = serde_json::to_value(schemars::schema_for!(Coupling)).map_err(failed)?;
     graft(&mut whole, "coupling", coupling);
     let chart = serde_json::to_value(schemars::schema_for!(crate::study::chart::Chart)).map_err(failed)?;
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn every_reference_of_the_merged_schema_has_its_definition() {
-        let mut whole = serde_json::to_value(schemars::schema_for!(protocol::scene::Scene)).unwrap();
+        let mut whole = serde_json::to_value(schemars::schema_for!(bedload_scene::Scene)).unwrap();
         graft(&mut whole, "coupling", serde_json::to_value(schemars::schema_for!(Coupling)).unwrap());
         graft(
             &mut whole,

@@ -1,7 +1,7 @@
 //! The `[coupling]` section of the scene.
 
+use bedload_scene::{CheckedScene, Retired, SceneError, SceneSource};
 use protocol::facts::LoadsForm;
-use protocol::scene::{CheckedScene, Retired, SceneError, SceneSource};
 use protocol::scheme::{Iterations, Scheme, SchemeKey};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! How a command ends, besides well: one type, one exit code each. What a part fails with becomes a
 //! [`Failure`] in the file of that part.
 
-use protocol::scene::SceneError;
+use bedload_scene::SceneError;
 
 /// Why a command did not do what it was asked.
 #[derive(Debug, thiserror::Error)]

@@ -1,8 +1,8 @@
 //! When a window of the iterated scheme stands: the motion that an attempt led to is that of the one before.
 
+use bedload_scene::CheckedScene;
 use protocol::message::Kinematics;
 use protocol::participant::Window;
-use protocol::scene::CheckedScene;
 use protocol::scheme::Iterations;
 use serde::{Deserialize, Serialize};
 
@@ -153,7 +153,7 @@ impl Watch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use protocol::scene::SceneSource;
+    use bedload_scene::SceneSource;
 
     const SCENE: &str = r#"
 until = 1.0

@@ -1,8 +1,8 @@
 //! Judges a window: everything that crossed is finite, counts are kept, bounds are kept.
 
+use bedload_scene::{CheckedScene, Motion};
 use protocol::message::{Header, Kinematics, Loads, Record, Status};
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, Motion};
 
 use crate::bounds::MOST_OVERLAP;
 use crate::failure::Failure;

@@ -2,7 +2,7 @@
 //! charts. No other rule names one, and `tests/tests/keys.rs` asks that each is in the solvers' configuration,
 //! with these values: a key that is renamed there makes a test fail, not a rule.
 
-use protocol::scene::CheckedScene;
+use bedload_scene::CheckedScene;
 use toml::Value;
 
 /// Is momentum convected? By default it is.

@@ -1,7 +1,7 @@
 //! What a scene costs or does, where it breaks no bound but is hardly meant so.
 
+use bedload_scene::{CheckedScene, Motion, Shape, WallKind};
 use protocol::facts::DemFacts;
-use protocol::scene::{CheckedScene, Motion, Shape, WallKind};
 
 use crate::bounds::{Facts, largest_overlap};
 use crate::keys;

@@ -1,8 +1,8 @@
 //! The plan of a run: who takes part, every time step, every bound, and what it will cost.
 
 use bedload_output::{Observer, Sides};
+use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
-use protocol::scene::{CheckedScene, SceneError};
 use protocol::scheme::{Scheme, SchemeKey};
 use serde::Serialize;
 
@@ -131,7 +131,8 @@ impl Plan {
     ///
     /// ```
     /// # use coupler::{config::Coupling, plan::Plan};
-    /// # use protocol::{facts::DemFacts, scene::{CheckedScene, SceneSource}};
+    /// # use protocol::facts::DemFacts;
+    /// # use bedload_scene::{CheckedScene, SceneSource};
     /// let text = r#"
     /// until = 0.1
     /// grains = [{ position = [0.5, 0.5, 0.5], radius = 0.1, density = 2.0 }]
@@ -145,7 +146,7 @@ impl Plan {
     /// let dem = DemFacts { dt: 1e-3, contact_time: 2e-2, ..DemFacts::default() };
     /// let plan = Plan::new(&scene, &Coupling::read(&scene)?, None, Some(&dem), None)?;
     /// assert_eq!((plan.windows, plan.refusals().count()), (100, 0));
-    /// # Ok::<(), protocol::scene::SceneError>(())
+    /// # Ok::<(), bedload_scene::SceneError>(())
     /// ```
     ///
     /// # Errors

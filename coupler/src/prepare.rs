@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use bedload_program::RunOptions;
+use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::participant::Role;
-use protocol::scene::{CheckedScene, SceneError};
 
 use crate::config::Coupling;
 use crate::failure::Failure;

@@ -1,6 +1,6 @@
 //! D/Δx of a scene.
 
-use protocol::scene::CheckedScene;
+use bedload_scene::CheckedScene;
 
 /// Cells over the diameter (least width) of the thinnest grain, where they are widest; none without a grid or
 /// without grains.

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use bedload_output::{OutputFolder, RunStatus, Summary};
 use bedload_program::RunOptions;
+use bedload_scene::Motion;
 use protocol::channel::remove_stale_runs;
 use protocol::participant::Role;
-use protocol::scene::Motion;
 use protocol::scheme::SchemeKey;
 use rustix::process::Signal;
 

@@ -6,9 +6,9 @@
 
 use std::collections::VecDeque;
 
+use bedload_scene::{CheckedScene, Motion, Observe, Oscillation, Wall};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, Motion, Observe, Oscillation, Wall};
 use protocol::scheme::Scheme;
 use serde::{Deserialize, Serialize};
 

@@ -7,9 +7,9 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use bedload_output::{in_full, resolved_scene};
+use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::participant::Role;
-use protocol::scene::{CheckedScene, SceneError};
 use serde::de::DeserializeOwned;
 
 use crate::failure::Failure;

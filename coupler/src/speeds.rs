@@ -1,7 +1,7 @@
 //! The speeds that follow from a scene before it runs: what it names, and what its forces lead to. Each is
 //! an estimate from above, the least of what resistance, room and time allow.
 
-use protocol::scene::{CheckedScene, Face, Freedom, Geometry, Grain, InitialVelocity, Motion, Scene, Shape};
+use bedload_scene::{CheckedScene, Face, Freedom, Geometry, Grain, InitialVelocity, Motion, Scene, Shape};
 
 use crate::number::norm;
 
@@ -104,7 +104,7 @@ fn driven(scene: &CheckedScene) -> f64 {
         // A bed takes its part of the width.
         let width = (extent - solid / PACKED / (volume(scene) / extent)).max(0.1 * extent);
         let walls = faces.lower.iter().chain([&faces.upper]);
-        let still = walls.filter(|face| face.kind == protocol::scene::WallKind::NoSlip).count();
+        let still = walls.filter(|face| face.kind == bedload_scene::WallKind::NoSlip).count();
         let radial = domain.geometry == Geometry::Axisymmetric && axis == 0;
         let laminar = match (still, radial) {
             (0, _) => f64::INFINITY,
@@ -250,7 +250,7 @@ impl<'a> Below<'a> {
         let at = grain.position[component];
         let walls = self.scene.contact_walls();
         let facing = walls.iter().filter(|wall| wall.normal[component] * down < 0.0 && wall.from == 0.0);
-        let distance = |wall: &protocol::scene::Wall| {
+        let distance = |wall: &bedload_scene::Wall| {
             let offset: f64 = (0..3).map(|c| wall.normal[c] * (grain.position[c] - wall.point[c])).sum();
             offset / wall.normal[component].abs() - grain.radius
         };
@@ -271,7 +271,7 @@ impl<'a> Below<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use protocol::scene::SceneSource;
+    use bedload_scene::SceneSource;
 
     fn scene(more: &str) -> CheckedScene {
         let text = format!(

@@ -5,9 +5,9 @@
 //! vortex lasts many windows, and one that a window is too long for is over in a few. Only what was exchanged is looked at, so
 //! that this holds for any solver. The same difference judges a map ([`crate::study::stability::verdict`]) when a run is over.
 
+use bedload_scene::{CheckedScene, Motion};
 use protocol::message::Kinematics;
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, Motion};
 use serde::{Deserialize, Serialize};
 
 use crate::number::{Short, norm};
@@ -178,7 +178,7 @@ pub(crate) const REMEDY: &str = "lower the fluid's dt, use loads yu-shao-fixed-p
 #[cfg(test)]
 mod tests {
     use super::*;
-    use protocol::scene::SceneSource;
+    use bedload_scene::SceneSource;
 
     /// The window that ends a signal of the velocity along z.
     fn ends(signal: impl Fn(u64) -> f64) -> Option<u64> {

@@ -1,10 +1,10 @@
 //! Every bound of the plan with a case below and one above its limit, and the ladder of steps.
 
+use bedload_scene::{CheckedScene, SceneSource};
 use coupler::bounds::{Bound, Method, Motion, NAMES, SINGULAR, lowest_density_ratio};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan, substeps};
 use protocol::facts::{DemFacts, FluidFacts, Forcing, Level, LoadsForm, Measure, Side, SolverBound};
-use protocol::scene::{CheckedScene, SceneSource};
 use protocol::scheme::Scheme;
 
 /// A sphere of diameter 1 over a floor, 16 cells per diameter, ν = 0.01, ρ = 1.

@@ -1,10 +1,10 @@
 //! Speeds that follow from a scene, in the bounds and notes of its plan.
 
+use bedload_scene::{CheckedScene, SceneSource};
 use coupler::bounds::{Bound, Level};
 use coupler::config::Coupling;
 use coupler::plan::Plan;
 use protocol::facts::{DemFacts, FluidFacts, Measure, Side, SolverBound};
-use protocol::scene::{CheckedScene, SceneSource};
 
 /// A sphere 1.5 D over a floor; Ar = 800, so that Re = 20.3 and U = 1.244 by Schiller & Naumann (1935).
 const SCENE: &str = r#"

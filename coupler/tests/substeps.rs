@@ -1,12 +1,12 @@
 //! The sub-step rule against exact motion on a line: whenever it says that nothing can touch, nothing
 //! touches; and the planner's windows.
 
+use bedload_scene::{CheckedScene, Observe, SceneSource};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
 use coupler::scheme::{AHEAD, Planner, QuietRule};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, Observe, SceneSource};
 
 /// SplitMix64 (Vigna 2015), so that every run tests the same cases.
 struct Random(u64);

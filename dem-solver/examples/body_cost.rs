@@ -3,11 +3,11 @@
 //! Pairs of bodies that lie on each other, each pair far from the others, in windows of 1,000 sub-steps; beside it one
 //! query of contact of the same two bodies by parry2d.
 
+use bedload_scene::Outline;
 use dem_solver::{ContactLaw, Dem, DemSpec, Freedom, Grain, LinearSpringDashpot, Shape, SpecError};
 use parry2d_f64::math::{Pose, Vector};
 use parry2d_f64::query::details::contact_support_map_support_map;
 use parry2d_f64::shape::{ConvexPolygon, SupportMap};
-use protocol::scene::Outline;
 use std::hint::black_box;
 use std::time::Instant;
 

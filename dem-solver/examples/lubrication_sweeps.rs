@@ -8,9 +8,9 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
+use bedload_scene::{CheckedScene, SceneSource};
 use dem_solver::config::Config;
 use dem_solver::{Dem, DemSpec};
-use protocol::scene::{CheckedScene, SceneSource};
 
 const WINDOW: f64 = 0.0195;
 const SUBSTEPS: u32 = 87;

@@ -1,8 +1,8 @@
 //! Bounds on the sub-step and on windows that this solver knows of itself; the coupler puts the steps in and
 //! enforces them.
 
+use bedload_scene::{CheckedScene, Motion};
 use protocol::facts::{Measure, Side, SolverBound};
-use protocol::scene::{CheckedScene, Motion};
 
 use crate::spec::DemSpec;
 

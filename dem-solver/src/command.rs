@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use bedload_output::atomic_write;
 use bedload_output::vtk::{Array, image};
 use bedload_program::{ProgramError, RunOptions, explain};
+use bedload_scene::{Axis, CheckedScene, Profile as Asked};
 use clap::Parser;
 use nalgebra::Matrix3;
-use protocol::scene::{Axis, CheckedScene, Profile as Asked};
 use protocol::{checkpoint, checkpoints};
 
 use crate::config::refuse_averages;

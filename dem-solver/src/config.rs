@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use protocol::facts::{DemFacts, Forcing};
-use protocol::scene::{
+use bedload_scene::{
     CheckedScene, Freedom as LockedFreedom, Geometry, Motion as SceneMotion, Retired, SceneError,
 };
+use protocol::facts::{DemFacts, Forcing};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -212,7 +212,7 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         contact,
         pairs: Vec::new(),
         lubrication,
-        line_resolution: match Forcing::of(&scene.source)? {
+        line_resolution: match bedload_scene::forcing(&scene.source)? {
             Forcing::FictitiousDomain => LineResolution::POINTS,
             Forcing::Carried | Forcing::Direct => LineResolution::MASK,
         },
@@ -248,7 +248,7 @@ fn coarsest_spacing(scene: &CheckedScene) -> f64 {
     (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(0.0, f64::max)
 }
 
-fn wall(wall: &protocol::scene::Wall) -> Wall {
+fn wall(wall: &bedload_scene::Wall) -> Wall {
     Wall {
         velocity: wall.velocity,
         from: wall.from,
@@ -257,7 +257,7 @@ fn wall(wall: &protocol::scene::Wall) -> Wall {
     }
 }
 
-fn grain(grain: &protocol::scene::Grain, geometry: Geometry) -> Grain {
+fn grain(grain: &bedload_scene::Grain, geometry: Geometry) -> Grain {
     use LockedFreedom::{SpinX, SpinY, SpinZ, X, Y, Z};
     let is_free = |freedom| grain.is_free(freedom, geometry);
     let motion = match (grain.motion, grain.oscillation) {

@@ -1,7 +1,7 @@
 //! What the coupler is told of a scene's grains: sub-step, bounds, engine.
 
+use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::DemFacts;
-use protocol::scene::{CheckedScene, SceneError};
 
 use crate::bounds::{self, LARGEST_DASHPOT};
 use crate::bulk::requirements::{Choice, FROM, choice};

@@ -4,8 +4,8 @@ use crate::grain::{Grain, Shape};
 use crate::motion::{Motion, Vec3};
 use crate::periods::Periods;
 use crate::report::GrainLoad;
+use bedload_scene::Outline;
 use nalgebra::{Quaternion, UnitQuaternion};
-use protocol::scene::Outline;
 
 /// All grains; index = grain. Laboratory frame.
 #[derive(Clone, Debug, Default)]

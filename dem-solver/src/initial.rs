@@ -5,9 +5,9 @@ use std::path::Path;
 use crate::motion::Vec3;
 use crate::solver::Dem;
 use crate::state::State;
+use bedload_scene::{CheckedScene, SceneError};
 use protocol::checkpoint;
 use protocol::checkpoints;
-use protocol::scene::{CheckedScene, SceneError};
 
 /// Deepest overlap, over the smaller radius.
 const DEEPEST: f64 = 0.01;

@@ -9,7 +9,7 @@ use crate::grain::Grain;
 use crate::grains::Grains;
 use crate::motion::Vec3;
 use crate::periods::Periods;
-use protocol::scene::{CheckedScene, Geometry, Inserted, Insertion};
+use bedload_scene::{CheckedScene, Geometry, Inserted, Insertion};
 
 /// Tries for a place, per grain and window.
 const TRIES: u64 = 100;

@@ -1,6 +1,6 @@
 //! Grains that leave the box through a face that is no wall: told when it happens, and at the end.
 
-use protocol::scene::CheckedScene;
+use bedload_scene::CheckedScene;
 
 use crate::grains::Grains;
 use crate::motion::Vec3;

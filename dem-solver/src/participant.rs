@@ -7,13 +7,13 @@ use std::time::Duration;
 use bedload_output::{MetricValue, OutputFolder};
 use bedload_program::Solver;
 use bedload_program::alone::{self, Answer, Clock};
+use bedload_scene::{CheckedScene, SceneError};
 use cpu_time::ProcessTime;
 use protocol::checkpoint;
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Kinematics, Loads};
 use protocol::new_file::write_new;
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
-use protocol::scene::{CheckedScene, SceneError};
 
 use crate::config::{Config, DemSection};
 use crate::initial;
@@ -36,7 +36,7 @@ pub struct DemParticipant {
     spec: DemSpec,
     insertions: Insertions,
     outside: Outside,
-    profile: Option<protocol::scene::Profile>,
+    profile: Option<bedload_scene::Profile>,
     substeps: Option<Substeps>,
     fields: PathBuf,
     /// Whether forces on grains are read after every window, or only when fields are written.

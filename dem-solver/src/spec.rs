@@ -6,7 +6,7 @@ use crate::laws::walls::Wall;
 use crate::lubrication::law::{LineResolution, LubricationModel};
 use crate::lubrication::settings::{GapShape, Lubrication};
 use crate::motion::Freedom;
-use protocol::scene::Outline;
+use bedload_scene::Outline;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

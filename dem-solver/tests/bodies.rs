@@ -1,10 +1,10 @@
 //! Bodies of the plane that are not round: impacts, energy, rest, toppling, limits of discs, turned set-ups, restore.
 mod common;
+use bedload_scene::Outline;
 use common::{dem, exact, floor, law, repeats, spec};
 use dem_solver::{
     ContactLaw, Dem, DemSpec, Freedom, Grain, Integrator, LinearSpringDashpot, Shape, Vec3, Wall,
 };
-use protocol::scene::Outline;
 use std::f64::consts::PI;
 
 /// Quaternion of a turn by `angle` about y.

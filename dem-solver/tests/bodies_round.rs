@@ -1,8 +1,8 @@
 //! Limits in which bodies that are not round are discs: ellipses of equal semi-axes, polygons of many vertices.
 mod common;
+use bedload_scene::Outline;
 use common::{dem, floor, law, spec};
 use dem_solver::{Freedom, Grain, Shape};
-use protocol::scene::Outline;
 use std::f64::consts::PI;
 
 /// Quaternion of a turn by `angle` about y.

@@ -1,12 +1,12 @@
 //! Bodies that are not round, from the scene's text through the participant.
 mod common;
 use bedload_program::alone::{StandIn, advance};
+use bedload_scene::{CheckedScene, SceneSource};
 use dem_solver::config::Config;
 use dem_solver::participant::DemParticipant;
 use dem_solver::{Lubrication, State};
 use protocol::checkpoint;
 use protocol::participant::{Participant, Window};
-use protocol::scene::{CheckedScene, SceneSource};
 
 const BODIES: &str = "until = 1.0\ngravity = [0.0, 0.0, -9.81]\n\
     [domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [0.4, 0.6]\nboundary = { x = \"no-slip\", z = \"no-slip\" }\n\

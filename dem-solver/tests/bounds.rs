@@ -1,8 +1,8 @@
 //! The solver's own bounds, each below and above its limit.
 
+use bedload_scene::{CheckedScene, SceneSource};
 use dem_solver::config::Config;
 use protocol::facts::{Level, Measure, Side, SolverBound};
-use protocol::scene::{CheckedScene, SceneSource};
 
 /// Grains in a row in a box of a fluid of density 1, by density, with `[dem]`.
 fn bounds(densities: &[f64], dem: &str) -> Vec<SolverBound> {

@@ -1,10 +1,10 @@
 //! Insertions, rough walls, copies and hand-over from run to run, through the participant.
 mod common;
 use bedload_program::alone::{StandIn, advance};
+use bedload_scene::{CheckedScene, Motion, Rest, SceneError, SceneSource};
 use dem_solver::participant::DemParticipant;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Participant, Window};
-use protocol::scene::{CheckedScene, Motion, Rest, SceneError, SceneSource};
 use std::path::{Path, PathBuf};
 
 const BOX: &str = "until = 10.0\ngravity = [0.0, 0.0, -9.81]\n\

@@ -87,7 +87,7 @@ fn schema_carries_the_documentation() {
 }
 
 /// A dry scene of two grains with the given lines in `[dem]`.
-fn dry(dem: &str) -> Result<protocol::facts::DemFacts, protocol::scene::SceneError> {
+fn dry(dem: &str) -> Result<protocol::facts::DemFacts, bedload_scene::SceneError> {
     let text = format!(
         "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [1.0, 1.0, 1.0]\n\
          boundary = {{ x = \"no-slip\", y = \"no-slip\", z = \"no-slip\" }}\n\
@@ -95,8 +95,8 @@ fn dry(dem: &str) -> Result<protocol::facts::DemFacts, protocol::scene::SceneErr
          [[grains]]\nposition = [0.5, 0.5, 0.6]\nradius = 0.05\ndensity = 2500.0\n\
          [dem]\n{dem}\n"
     );
-    let source = protocol::scene::SceneSource { file: "s.toml".into(), text };
-    let scene = protocol::scene::CheckedScene::new(source)?;
+    let source = bedload_scene::SceneSource { file: "s.toml".into(), text };
+    let scene = bedload_scene::CheckedScene::new(source)?;
     Ok(dem_solver::config::Config::new(&scene)?.facts)
 }
 

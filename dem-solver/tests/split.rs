@@ -1,5 +1,6 @@
 //! Forces sub-step by sub-step: they add up to m dv/dt, their means are those of the window, and noting them changes no bit.
 mod common;
+use bedload_scene::{CheckedScene, SceneSource};
 use common::{dem, floor, law, spec};
 use dem_solver::lubrication::settings::{LubricationIntegration, LubricationSettings};
 use dem_solver::participant::DemParticipant;
@@ -7,7 +8,6 @@ use dem_solver::report::GrainLoad;
 use dem_solver::{DemSpec, Grain, Integrator, Lubrication, Vec3};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::{Exchange, ExchangeError, Participant, Window};
-use protocol::scene::{CheckedScene, SceneSource};
 use std::f64::consts::PI;
 
 const G: f64 = 9.81;

@@ -5,8 +5,8 @@ use crate::config::{Choices, ForceTransport, ProjectionsKey, SchemeKey};
 use crate::plan::Plan;
 use crate::scheme::Viscous;
 use crate::speed;
+use bedload_scene::{CheckedScene, Medium};
 use protocol::facts::{Forcing, Measure, Side, SolverBound};
-use protocol::scene::{CheckedScene, Medium};
 
 /// Largest ν dt/Δx² at which a sphere with direct forcing settled no faster than 1.2 times Stokes' speed.
 /// docs/maps/direct-forcing.csv

@@ -11,19 +11,17 @@ use crate::immersed::brinkman::largest_viscous_number;
 use crate::immersed::mask_model::Mask;
 use crate::ranks::Ranks;
 use crate::scheme::{Options, Projections, Scheme, Viscous};
+use bedload_scene::{CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind};
 use protocol::facts::{Forcing, LoadsForm};
-use protocol::scene::{
-    self, CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind,
-};
 use protocol::scheme as coupling;
 use std::sync::Arc;
 
 /// Geometry of the scene in this crate's words.
 pub fn geometry(scene: &CheckedScene) -> Geometry {
     match scene.scene.domain.geometry {
-        scene::Geometry::Plane => Geometry::Plane,
-        scene::Geometry::Axisymmetric => Geometry::Axisymmetric,
-        scene::Geometry::Space => Geometry::Space,
+        bedload_scene::Geometry::Plane => Geometry::Plane,
+        bedload_scene::Geometry::Axisymmetric => Geometry::Axisymmetric,
+        bedload_scene::Geometry::Space => Geometry::Space,
     }
 }
 
@@ -169,12 +167,12 @@ fn drive(scene: &CheckedScene, medium: &Medium, axis: usize, c: usize) -> f64 {
 
 /// Which grains the fluid moves.
 pub fn free(scene: &CheckedScene) -> Vec<bool> {
-    scene.grains.iter().map(|grain| grain.motion == scene::Motion::Free).collect()
+    scene.grains.iter().map(|grain| grain.motion == bedload_scene::Motion::Free).collect()
 }
 
 /// Shapes of the grains, in message order.
 pub fn shapes(scene: &CheckedScene) -> Vec<Shape> {
-    let shape = |grain: &scene::Grain| Shape {
+    let shape = |grain: &bedload_scene::Grain| Shape {
         radius: grain.radius,
         mask_radius: grain.radius,
         outline: grain.outline().map(Arc::new),
@@ -188,7 +186,7 @@ pub fn shapes(scene: &CheckedScene) -> Vec<Shape> {
 /// Motion of the grains at t = 0.
 pub fn motions(scene: &CheckedScene) -> Vec<Motion> {
     let geometry = geometry(scene);
-    let motion = |grain: &scene::Grain| {
+    let motion = |grain: &bedload_scene::Grain| {
         let mut velocity = grain.velocity;
         if let Some(swing) = &grain.oscillation {
             for (v, amplitude) in velocity.iter_mut().zip(swing.amplitude) {
@@ -204,7 +202,7 @@ pub fn motions(scene: &CheckedScene) -> Vec<Motion> {
         };
         let motion = Motion::received(geometry, &from);
         match grain.motion {
-            scene::Motion::Fixed => Motion { velocity: [0.0; 3], spin: [0.0; 3], ..motion },
+            bedload_scene::Motion::Fixed => Motion { velocity: [0.0; 3], spin: [0.0; 3], ..motion },
             _ => motion,
         }
     };
@@ -213,7 +211,7 @@ pub fn motions(scene: &CheckedScene) -> Vec<Motion> {
 
 /// Whether no grain ever moves.
 fn stands(scene: &CheckedScene) -> bool {
-    scene.grains.iter().all(|grain| grain.motion == scene::Motion::Fixed)
+    scene.grains.iter().all(|grain| grain.motion == bedload_scene::Motion::Fixed)
 }
 
 /// Whether the carried force goes with the grains, in every step or where it would lag;
@@ -225,7 +223,7 @@ pub fn transport(scene: &CheckedScene, choices: &Choices, coupling: coupling::Sc
         && choices.mask == Mask::ParameterFree
         && coupling.carries(choices.form, true)
         && choices.form == LoadsForm::YuShaoFixedPoint;
-    let moving = scene.grains.iter().filter(|grain| grain.motion != scene::Motion::Fixed).count();
+    let moving = scene.grains.iter().filter(|grain| grain.motion != bedload_scene::Motion::Fixed).count();
     match choices.force_transport {
         ForceTransport::Advected => (moving > 0).then_some(Transport::Always),
         ForceTransport::Auto
@@ -244,8 +242,8 @@ pub fn tells_viscosity(choices: &Choices) -> bool {
 
 /// Longest step that every free grain bears with the local solve, s.
 pub fn longest_local_step(scene: &CheckedScene, medium: &Medium) -> f64 {
-    let free = scene.grains.iter().filter(|grain| grain.motion == scene::Motion::Free);
-    let longest = |grain: &scene::Grain| {
+    let free = scene.grains.iter().filter(|grain| grain.motion == bedload_scene::Motion::Free);
+    let longest = |grain: &bedload_scene::Grain| {
         let diameter = 2.0 * grain.radius;
         largest_viscous_number(grain.density / medium.density) * diameter * diameter
             / medium.kinematic_viscosity()
@@ -259,7 +257,7 @@ const FULL: f64 = 0.05;
 fn is_full(scene: &CheckedScene) -> bool {
     let domain = &scene.scene.domain;
     let size: f64 = domain.lower.iter().zip(&domain.upper).map(|(lower, upper)| upper - lower).product();
-    scene.grains.iter().map(scene::Grain::volume).sum::<f64>() > FULL * size
+    scene.grains.iter().map(bedload_scene::Grain::volume).sum::<f64>() > FULL * size
 }
 
 /// When the carried force goes with the grains.

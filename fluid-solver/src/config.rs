@@ -5,8 +5,8 @@ mod fictitious;
 use crate::coupling;
 use crate::immersed::mask_model::Mask;
 use crate::virtual_mass;
+use bedload_scene::{CheckedScene, Motion, Retired, SceneError};
 use protocol::facts::{Forcing, LoadsForm};
-use protocol::scene::{CheckedScene, Motion, Retired, SceneError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

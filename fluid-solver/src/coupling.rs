@@ -1,8 +1,8 @@
 //! What the fluid needs to know of `[coupling]`: the order of the exchange, and how long one waits. The coupler owns the section, and
 //! refuses a scheme that the form of the loads cannot follow.
 
+use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::LoadsForm;
-use protocol::scene::{CheckedScene, SceneError};
 use protocol::scheme::{Iterations, Scheme, SchemeKey};
 use serde::Deserialize;
 use std::time::Duration;

@@ -12,8 +12,8 @@ use crate::ranks::Ranks;
 use crate::scheme::Viscous;
 use crate::transform;
 use crate::{bounds, build};
+use bedload_scene::{CheckedScene, Grain, SceneError};
 use protocol::facts::{FluidFacts, Forcing};
-use protocol::scene::{CheckedScene, Grain, SceneError};
 use protocol::scheme::Scheme;
 use std::f64::consts::PI;
 

@@ -3,10 +3,10 @@
 use crate::orders::{NUMBERS, Order, heard, record};
 use crate::participant::Fluid;
 use crate::ranks::Ranks;
+use bedload_scene::{CheckedScene, SceneSource};
 use protocol::log::codec;
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::{Exchange, ExchangeError, Participant, SolverError, Window};
-use protocol::scene::{CheckedScene, SceneSource};
 use pulp::bytemuck;
 
 /// Does what the first rank says until it says that the program ends.

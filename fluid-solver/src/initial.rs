@@ -18,9 +18,9 @@ use crate::health::Health;
 use crate::immersed::body::Motion;
 use crate::interpolate::{Kind, interpolate};
 use crate::open::OpenFaces;
+use bedload_scene::{CheckedScene, InitialVelocity, SceneError, SceneSource};
 use protocol::checkpoints;
 use protocol::facts::Forcing;
-use protocol::scene::{CheckedScene, InitialVelocity, SceneError, SceneSource};
 use std::path::Path;
 
 /// The key at which all of it is refused.
@@ -199,7 +199,7 @@ impl<const D: usize> Start<D> {
         let same_form = mine.method == theirs.method && mine.form == theirs.form && mine.mask == theirs.mask;
         let same_order = coupling::read(scene, mine.form)?.0 == coupling::read(run, theirs.form)?.0;
         let viscosity = |scene: &CheckedScene| {
-            scene.scene.medium.as_ref().map(protocol::scene::Medium::kinematic_viscosity)
+            scene.scene.medium.as_ref().map(bedload_scene::Medium::kinematic_viscosity)
         };
         // Whether viscosity is part of what was kept must be certain.
         let certain = mine.time.dt.is_some() || mine.time.viscosity != ViscosityKey::Auto;

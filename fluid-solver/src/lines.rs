@@ -4,8 +4,8 @@ use crate::grid::Grid;
 use crate::immersed::body::along_axes;
 use crate::solver::Solver;
 use bedload_output::{MetricValue, OutputFolder, atomic_write, points};
+use bedload_scene::{Axis, CheckedScene, MetricKind, SceneError};
 use protocol::participant::SolverError;
-use protocol::scene::{Axis, CheckedScene, MetricKind, SceneError};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 

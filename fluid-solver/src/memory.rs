@@ -1,8 +1,8 @@
 //! Memory of a run, estimated before anything is laid out.
 
 use crate::grid::Grid;
+use bedload_scene::{CheckedScene, SceneError};
 use protocol::memory::Available;
-use protocol::scene::{CheckedScene, SceneError};
 
 /// Program, grains, lines and planes of working memory, bytes: measured, at most 12 MiB below 10⁶ cells.
 const BASE: u64 = 12 << 20;

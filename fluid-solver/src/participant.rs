@@ -9,9 +9,9 @@ use crate::ranks::Ranks;
 use crate::solver::Solver;
 use crate::{output, planes};
 use bedload_output::{MetricValue, OutputFolder};
+use bedload_scene::{CheckedScene, ObservedPlanes, SceneError};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
-use protocol::scene::{CheckedScene, ObservedPlanes, SceneError};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -6,7 +6,7 @@ use crate::immersed::body::Motion;
 use crate::initial::Start;
 use crate::scheme::Viscous;
 use crate::speed;
-use protocol::scene::{CheckedScene, Medium, SceneError};
+use bedload_scene::{CheckedScene, Medium, SceneError};
 
 /// ν dt/Δx² up to which the carried force converges in few steps in dense beds.
 /// docs/numerics.md, Forcing and viscosity

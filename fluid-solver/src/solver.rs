@@ -32,10 +32,10 @@ use crate::ranks::Ranks;
 use crate::step::Stepper;
 use crate::virtual_mass::ByGap;
 use crate::work::Work;
+use bedload_scene::{CheckedScene, Medium, SceneError};
 use protocol::facts::{Forcing, LoadsForm};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, SolverError, Window, WindowReport};
-use protocol::scene::{CheckedScene, Medium, SceneError};
 use protocol::scheme::Scheme;
 
 /// Everything that decides the next window.
@@ -106,7 +106,7 @@ impl<const D: usize> Solver<D> {
     ///
     /// ```
     /// use fluid_solver::solver::Solver;
-    /// use protocol::scene::{CheckedScene, SceneSource};
+    /// use bedload_scene::{CheckedScene, SceneSource};
     ///
     /// let text = r#"
     /// until = 1.0
@@ -128,7 +128,7 @@ impl<const D: usize> Solver<D> {
     /// let solver = Solver::<2>::new(&scene)?;
     /// assert_eq!(solver.grid().cell_count(), 512);
     /// assert_eq!(solver.motions().len(), 1);
-    /// # Ok::<(), protocol::scene::SceneError>(())
+    /// # Ok::<(), bedload_scene::SceneError>(())
     /// ```
     pub fn new(scene: &CheckedScene) -> Result<Self, SceneError> {
         Self::with_ranks(scene, &Ranks::of_process())

@@ -3,7 +3,7 @@
 //! They differ on purpose. The bound `cfl` may refuse a run only for a speed that is certain
 //! ([`named`]); the first step must bear the speed that the run may reach ([`expected`]).
 
-use protocol::scene::{CheckedScene, Face, InitialVelocity, Medium, Motion};
+use bedload_scene::{CheckedScene, Face, InitialVelocity, Medium, Motion};
 
 fn length(v: &[f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// How the loads are formed from the immersed-boundary forcing (docs/numerics.md, Forms of the loads).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[cfg_attr(feature = "scene", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum LoadsForm {
     /// −ρρ_p/(ρ_p−ρ) ∫f dV (Izard et al. 2014, eqs 5–6): singular at ρ_p = ρ.
     #[serde(rename = "izard-2014")]
@@ -47,7 +47,7 @@ impl std::fmt::Display for LoadsForm {
 
 /// How the immersed boundary imposes the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[cfg_attr(feature = "scene", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Forcing {
     /// f = α(U − u)/Δt anew each step (Izard et al. 2014, eq. 7).

@@ -10,12 +10,10 @@
 //! | stop and go on | [`checkpoint::write()`], [`checkpoint::read()`] |
 //! | read a recorded run | [`log::LogReader`] |
 //! | tell the coupler about a solver before a run | [`facts::FluidFacts`], [`facts::DemFacts`] |
-//! | read the scene with all its checks (feature `scene`) | `scene::CheckedScene` |
-//! | read a table in CSV (feature `scene`) | `table::Table` |
 //!
-//! Without default features there is no scene: a solver of its own reads the few keys that it needs.
-//! `examples/minimal_dem.rs` is a whole DEM that does so. Output folder, series, metrics and VTK files are in
-//! the package `bedload-output`, the command line of a solver in `bedload-program`.
+//! The scene with all its checks is in the package `bedload-scene`; a solver of its own may read the few keys
+//! that it needs instead, as `examples/minimal_dem.rs` does. Output folder, series, metrics and VTK files are
+//! in the package `bedload-output`, the command line of a solver in `bedload-program`.
 
 pub mod channel;
 pub mod checkpoint;
@@ -26,12 +24,8 @@ pub mod memory;
 pub mod message;
 pub mod new_file;
 pub mod participant;
-#[cfg(feature = "scene")]
-pub mod scene;
 pub mod scheme;
 pub mod serve;
-#[cfg(feature = "scene")]
-pub mod table;
 
 /// `eprintln!` that does not panic where nobody reads any more: a process whose reader has died still
 /// has to leave in order, with its own exit code.

@@ -13,7 +13,7 @@ use crate::facts::LoadsForm;
 
 /// Order of the exchange within a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[cfg_attr(feature = "scene", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// The fluid takes its whole step with the grains' last motion and sends the loads of it (Izard
@@ -69,7 +69,7 @@ impl std::fmt::Display for Scheme {
 
 /// `coupling.scheme` as typed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[cfg_attr(feature = "scene", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SchemeKey {
     /// What the form of the loads stands for; with yu-shao-fixed-point `iterated` where `density-ratio` asks for it.
@@ -112,7 +112,7 @@ impl From<Scheme> for SchemeKey {
 
 /// How the fluid finds the force and the motion with which an attempt begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[cfg_attr(feature = "scene", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Relaxation {
     /// Aitken's dynamic factor (Küttler & Wall 2008, eq. 44), over force and motion at once.
@@ -125,7 +125,7 @@ pub enum Relaxation {
 
 /// `coupling.iterations`: how windows are repeated with `scheme = "iterated"`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-#[cfg_attr(feature = "scene", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Iterations {
     /// Largest change of a grain's velocity, or of radius times spin, from one attempt to the next, over

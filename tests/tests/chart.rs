@@ -6,9 +6,9 @@ use std::process::Command;
 use std::time::SystemTime;
 
 use bedload_output::Claim;
+use bedload_scene::{CheckedScene, SceneSource};
 use coupler::study::Sweep;
 use coupler::study::chart::Chart;
-use protocol::scene::{CheckedScene, SceneSource};
 use tests::harness::{Folder, bedload, said};
 
 /// A grain that flies against a wall; its speed afterwards is that of the law, eqs 17 and 18 clipped:

@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
+use bedload_scene::{CheckedScene, SceneSource};
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::solver::Solver;
-use protocol::scene::{CheckedScene, SceneSource};
 use tests::harness::{Folder, bedload, said, summary};
 
 /// Discs that fall, two of them in touch from early on; none reaches the wall. Windows and ends are binary numbers.

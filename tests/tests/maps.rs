@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bedload_scene::{CheckedScene, SceneSource};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
 use coupler::study::stability::runs::{imposed, judged};
@@ -10,7 +11,6 @@ use coupler::study::stability::section::MapPlan;
 use coupler::study::stability::table::{Counts, Row, read_table};
 use coupler::study::stability::verdict::Verdict;
 use dem_solver::config::Config;
-use protocol::scene::{CheckedScene, SceneSource};
 
 /// A stable run may be refused only where its margin is above one over this; in maps that are not named here,
 /// nowhere.

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use bedload_output::{Columns, Metrics, Sides};
+use bedload_scene::{CheckedScene, Scene, SceneSource};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
 use coupler::study::chart::Chart;
 use coupler::study::stability::section::Stability;
 use dem_solver::config::{Config, DemSection};
 use fluid_solver::config::FluidSection;
-use protocol::scene::{CheckedScene, Scene, SceneSource};
 use serde_json::Value;
 
 fn page() -> String {

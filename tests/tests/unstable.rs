@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use bedload_output::{RunStatus, Summary};
+use bedload_scene::{CheckedScene, SceneSource};
 use coupler::study::stability::runs::imposed;
 use coupler::study::stability::section::MapPlan;
 use coupler::study::stability::table::read_table;
 use coupler::study::stability::verdict::Verdict;
-use protocol::scene::{CheckedScene, SceneSource};
 use tests::harness::{Folder, bedload, said};
 
 fn root() -> PathBuf {

@@ -1,6 +1,6 @@
 //! Classes of scenes that have a chart, and what a scene must be to belong to one.
 
-use protocol::scene::{
+use bedload_scene::{
     Axis, CheckedScene, Geometry, Grain, InitialVelocity, MetricKind, Motion, Shape, WallKind,
 };
 
@@ -337,7 +337,7 @@ fn settling(scene: &CheckedScene, class: Class) -> Option<Reason> {
     {
         Some("bounces on a no-slip floor, gravity pointing down, were charted".to_owned())
     } else {
-        let second = |metric: &protocol::scene::Metric| {
+        let second = |metric: &bedload_scene::Metric| {
             matches!(
                 metric.kind,
                 MetricKind::SecondReboundHeight { .. } | MetricKind::ReboundVelocityRatio { .. }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::scene::{CheckedScene, SceneSource};
+use bedload_scene::{CheckedScene, SceneSource};
 
 use super::charted::{Charted, Run};
 use super::class::Class;

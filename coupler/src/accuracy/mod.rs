@@ -24,7 +24,7 @@ mod pick;
 mod transfer;
 
 use bedload_program::RunOptions;
-use protocol::scene::{CheckedScene, SceneError, SceneSource};
+use bedload_scene::{CheckedScene, SceneError, SceneSource};
 use serde::Deserialize;
 
 use crate::failure::Failure;

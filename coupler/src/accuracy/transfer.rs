@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use protocol::scene::CheckedScene;
+use bedload_scene::CheckedScene;
 
 use super::charted::Run;
 use super::class::Class;
@@ -74,7 +74,7 @@ fn fast(least: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use protocol::scene::SceneSource;
+    use bedload_scene::SceneSource;
 
     use super::*;
 

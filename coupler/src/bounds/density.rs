@@ -1,7 +1,7 @@
 //! Light grains: where an exchange of forces once per window is stable (docs/stability.md).
 
+use bedload_scene::{Freedom, Geometry, Grain, Shape};
 use protocol::facts::{FluidFacts, Forcing, LoadsForm, Side};
-use protocol::scene::{Freedom, Geometry, Grain, Shape};
 use protocol::scheme::Scheme;
 
 use super::bound::Bound;

@@ -1,7 +1,7 @@
 //! What the bounds are judged on.
 
+use bedload_scene::CheckedScene;
 use protocol::facts::{DemFacts, FluidFacts, Measure};
-use protocol::scene::CheckedScene;
 use protocol::scheme::Scheme;
 use serde::Serialize;
 
@@ -58,6 +58,6 @@ pub struct Facts<'a> {
 impl Facts<'_> {
     /// Kinematic viscosity ν, m²/s.
     pub(super) fn viscosity(&self) -> Option<f64> {
-        self.scene.scene.medium.as_ref().map(protocol::scene::Medium::kinematic_viscosity)
+        self.scene.scene.medium.as_ref().map(bedload_scene::Medium::kinematic_viscosity)
     }
 }

@@ -1,7 +1,7 @@
 //! The carried forcing in a dense bed against the window (docs/numerics.md).
 
+use bedload_scene::CheckedScene;
 use protocol::facts::Side;
-use protocol::scene::CheckedScene;
 
 use super::bound::Bound;
 use super::facts::Facts;
@@ -39,5 +39,5 @@ fn is_dense(scene: &CheckedScene) -> bool {
         upper.fold(f64::NEG_INFINITY, f64::max) - lower.fold(f64::INFINITY, f64::min)
     };
     let room: f64 = (0..domain.dimensions()).map(extent).product();
-    scene.grains.iter().map(protocol::scene::Grain::volume).sum::<f64>() > DENSE * room
+    scene.grains.iter().map(bedload_scene::Grain::volume).sum::<f64>() > DENSE * room
 }

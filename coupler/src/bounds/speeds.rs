@@ -26,7 +26,7 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
 
 /// U t_c/(π R) of the smallest free grain, where anything can touch.
 pub(crate) fn largest_overlap(facts: &Facts<'_>) -> Option<f64> {
-    let free = facts.scene.grains.iter().filter(|grain| grain.motion == protocol::scene::Motion::Free);
+    let free = facts.scene.grains.iter().filter(|grain| grain.motion == bedload_scene::Motion::Free);
     let radius = free.map(|grain| grain.radius).reduce(f64::min)?;
     let contact_time = facts.dem.map(|_| facts.steps.contact_time).filter(|time| time.is_finite())?;
     Some(facts.speeds.approach * contact_time / (std::f64::consts::PI * radius))

@@ -4,10 +4,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use bedload_output::{GrainRow, MetricValue, Summary, atomic_write, grains_table};
+use bedload_scene::{Grain, Motion};
 use protocol::log::Recorder;
 use protocol::memory::peak_rss_bytes;
 use protocol::message::Kinematics;
-use protocol::scene::{Grain, Motion};
 
 use super::conductor::Conductor;
 use crate::failure::Failure;

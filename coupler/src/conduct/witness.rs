@@ -4,9 +4,9 @@
 
 use std::collections::HashMap;
 
+use bedload_scene::{CheckedScene, Motion, Wall};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, Motion, Wall};
 
 use crate::bounds::MOST_OVERLAP;
 use crate::failure::Failure;
@@ -41,7 +41,7 @@ impl Witness {
         }
         Self {
             radii: grains.iter().map(|grain| grain.radius).collect(),
-            masses: grains.iter().map(protocol::scene::Grain::mass).collect(),
+            masses: grains.iter().map(bedload_scene::Grain::mass).collect(),
             free: grains.iter().map(|grain| grain.motion == Motion::Free).collect(),
             round: grains.iter().map(|grain| grain.shape.is_round()).collect(),
             walls: scene.contact_walls(),
@@ -176,7 +176,7 @@ fn norm(v: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use protocol::scene::SceneSource;
+    use bedload_scene::SceneSource;
 
     fn witness() -> Witness {
         let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [8, 4, 4]\n\

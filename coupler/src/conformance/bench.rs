@@ -1,8 +1,8 @@
 //! A solver under test, and what it is asked for.
 
+use bedload_scene::Grain;
 use protocol::message::{Command, Kinematics, Loads, Order};
 use protocol::participant::Role;
-use protocol::scene::Grain;
 
 use crate::stage::{Lines, Setting, Stage, Stand};
 

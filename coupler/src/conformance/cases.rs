@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
+use bedload_scene::Motion;
 use protocol::channel::{ConductorLink, Rendezvous};
 use protocol::message::{Command, Kinematics, Loads, Order, State};
 use protocol::participant::Role;
-use protocol::scene::Motion;
 use protocol::serve::checkpoint_folder;
 
 use super::bench::Bench;

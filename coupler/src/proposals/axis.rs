@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use protocol::scene::{Geometry, InitialVelocity, Shape, WallKind};
+use bedload_scene::{Geometry, InitialVelocity, Shape, WallKind};
 use toml::{Table, Value};
 
 use super::change::Change;

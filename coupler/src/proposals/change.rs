@@ -1,6 +1,6 @@
 //! A change of a scene's text.
 
-use protocol::scene::SceneSource;
+use bedload_scene::SceneSource;
 use toml::{Table, Value};
 
 /// Keys to set and keys to leave out, dotted.

@@ -1,6 +1,6 @@
 //! No fluid, where the grains' inertia rules.
 
-use protocol::scene::Motion;
+use bedload_scene::Motion;
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, norm};
@@ -15,7 +15,7 @@ use crate::speeds::over_stokes;
 pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let scene = &prepared.scene;
     let medium = scene.scene.medium.as_ref()?;
-    let at_rest = medium.initial == protocol::scene::InitialVelocity::Rest;
+    let at_rest = medium.initial == bedload_scene::InitialVelocity::Rest;
     let driven = norm(&medium.body_force) + norm(&medium.pressure_gradient) > 0.0;
     if !scene.has_free_grains() || !at_rest || driven || is_driven_at_faces(&scene.scene) {
         return None;
@@ -29,7 +29,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let tallest = (0..domain.dimensions()).map(|axis| domain.upper[axis] - domain.lower[axis]);
     let fall = until.min((2.0 * tallest.fold(0.0, f64::max) / gravity).sqrt());
     let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
-    let loss = |grain: &protocol::scene::Grain| {
+    let loss = |grain: &bedload_scene::Grain| {
         let (diameter, mu) = (2.0 * grain.radius, medium.viscosity);
         let fast = norm(&grain.velocity) + gravity * fall;
         let slow = norm(&grain.velocity).max(gravity * fall);

@@ -25,7 +25,7 @@ mod substeps;
 use std::path::PathBuf;
 
 use bedload_program::RunOptions;
-use protocol::scene::Scene;
+use bedload_scene::Scene;
 
 use crate::failure::Failure;
 use crate::number::Short;

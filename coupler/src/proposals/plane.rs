@@ -1,6 +1,6 @@
 //! The plane in place of space.
 
-use protocol::scene::{Axis, Geometry, InitialVelocity, WallKind};
+use bedload_scene::{Axis, Geometry, InitialVelocity, WallKind};
 use toml::Value;
 
 use super::Idea;

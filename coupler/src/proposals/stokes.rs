@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use protocol::scene::{CheckedScene, Motion, Shape};
+use bedload_scene::{CheckedScene, Motion, Shape};
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, norm, volume};
@@ -16,7 +16,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let scene = &prepared.scene;
     let medium = scene.scene.medium.as_ref()?;
     let on = keys::look_up(scene, keys::CONVECTION).is_none_or(|on| on.as_bool() == Some(true));
-    let at_rest = medium.initial == protocol::scene::InitialVelocity::Rest;
+    let at_rest = medium.initial == bedload_scene::InitialVelocity::Rest;
     if !on || !at_rest || is_driven_at_faces(&scene.scene) || scene.grains.is_empty() {
         return None;
     }
@@ -37,7 +37,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
 
 /// A bound on the speed between grain and fluid, m/s: what is prescribed, the speed of settling and that
 /// of a driven flow, each with Stokes's drag, which is the least there is.
-fn stokes_speed(scene: &CheckedScene, grain: &protocol::scene::Grain, nu: f64) -> f64 {
+fn stokes_speed(scene: &CheckedScene, grain: &bedload_scene::Grain, nu: f64) -> f64 {
     let medium_density = scene.scene.medium.as_ref().map_or(1.0, |medium| medium.density);
     let swing = grain.oscillation.map_or(0.0, |swing| norm(&swing.amplitude));
     let spin = grain.radius * norm(&grain.spin);

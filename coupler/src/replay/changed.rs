@@ -1,8 +1,8 @@
 //! The scene of a log with other values in it, and the solver that is to read it.
 
+use bedload_scene::{CheckedScene, SceneSource};
 use protocol::log::Manifest;
 use protocol::participant::Role;
-use protocol::scene::{CheckedScene, SceneSource};
 
 use super::request::Replay;
 use crate::failure::Failure;

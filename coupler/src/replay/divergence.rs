@@ -1,8 +1,8 @@
 //! How far the messages of a replay are from the logged ones, window by window.
 
+use bedload_scene::CheckedScene;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Role, Window};
-use protocol::scene::CheckedScene;
 
 use crate::number::Short;
 use crate::stage::Lines;
@@ -221,7 +221,7 @@ fn periods(scene: &CheckedScene) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use protocol::scene::SceneSource;
+    use bedload_scene::SceneSource;
 
     fn two_grains() -> CheckedScene {
         let grain = "[[grains]]\nposition = [1.0, 1.0, 1.0]\nradius = 0.25\ndensity = 1.0\n";

@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use bedload_output::{OutputFolder, atomic_write};
 use bedload_program::alone::{buoyancy, prescribed_motion};
+use bedload_scene::CheckedScene;
 use protocol::channel::remove_stale_runs;
 use protocol::log::{LogReader, LoggedWindow, Windows};
 use protocol::message::{Command, Kinematics, Loads, Order};
 use protocol::participant::{Role, Window};
-use protocol::scene::CheckedScene;
 use protocol::scheme::Scheme;
 
 use super::changed::{changed, logged};

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::Duration;
 
+use bedload_scene::CheckedScene;
 use protocol::message::Command;
 use protocol::participant::Role;
-use protocol::scene::CheckedScene;
 
 use crate::config::Coupling;
 use crate::failure::Failure;

@@ -14,10 +14,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use bedload_output::OutputFolder;
+use bedload_scene::CheckedScene;
 use protocol::channel::{ConductorLink, Event, Rendezvous};
 use protocol::message::{Command, Header, Kinematics, Loads, Order, Record, State, Status};
 use protocol::participant::{ExchangeError, Role};
-use protocol::scene::CheckedScene;
 
 use crate::config::Coupling;
 use crate::session::serve_arguments;

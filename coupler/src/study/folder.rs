@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use bedload_output::{Claim, atomic_write, points};
-use protocol::scene::CheckedScene;
+use bedload_scene::CheckedScene;
 
 use crate::failure::Failure;
 

@@ -1,6 +1,6 @@
 //! The grid of a scene with another D/Δx.
 
-use protocol::scene::CheckedScene;
+use bedload_scene::CheckedScene;
 
 use crate::resolution::of;
 
@@ -43,7 +43,7 @@ pub(super) fn scaled(scene: &CheckedScene, wanted: f64) -> Result<Vec<String>, S
 
 #[cfg(test)]
 mod tests {
-    use protocol::scene::SceneSource;
+    use bedload_scene::SceneSource;
 
     use super::*;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use protocol::scene::{CheckedScene, SceneError, SceneSource};
+use bedload_scene::{CheckedScene, SceneError, SceneSource};
 
 use super::resolution::scaled;
 use super::runs::Task;

@@ -107,7 +107,7 @@ fn write(lines: impl Iterator<Item = Vec<String>>) -> String {
 /// # Errors
 /// What is wrong with the text: no header, or a row with another number of cells.
 pub(crate) fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), String> {
-    let table = protocol::table::Table::parse(text)?;
+    let table = bedload_scene::table::Table::parse(text)?;
     if table.columns.is_empty() {
         return Err("holds no table".to_owned());
     }

@@ -1,7 +1,7 @@
 //! Varied keys as the scene writes them: `[[chart.vary]]`, `[[chart.runs]]`, and the same under
 //! `[stability]`.
 
-use protocol::scene::{SceneError, SceneSource};
+use bedload_scene::{SceneError, SceneSource};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

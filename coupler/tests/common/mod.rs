@@ -7,10 +7,10 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use bedload_scene::{CheckedScene, SceneSource};
 use protocol::channel::{Rendezvous, SharedMemory};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
-use protocol::scene::{CheckedScene, SceneSource};
 
 /// How a fake misbehaves, and in which window: `die:3`.
 fn misbehaviour(role: Role) -> (String, u64) {

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use bedload_output::{Observer, OutputFolder, Sample, Sides, Summary};
+use bedload_scene::{CheckedScene, SceneSource};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, SceneSource};
 
 use crate::fields;
 

@@ -19,7 +19,7 @@ use crate::periods::Periods;
 use crate::report::Observations;
 use crate::search::lists::Neighbours;
 use crate::state::SavedPoint;
-use protocol::scene::Outline;
+use bedload_scene::Outline;
 
 /// A point of contact that was evaluated.
 pub(crate) struct Acting {

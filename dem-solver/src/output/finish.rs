@@ -10,8 +10,8 @@ use crate::outside::Outside;
 use crate::solver::Dem;
 use crate::spec::DemSpec;
 use bedload_output::{MetricValue, OutputFolder, atomic_write};
+use bedload_scene::{CheckedScene, MetricKind};
 use protocol::participant::SolverError;
-use protocol::scene::{CheckedScene, MetricKind};
 
 /// What a run has at its end.
 pub(crate) struct Finished<'a> {

@@ -6,7 +6,7 @@ use crate::report::Observations;
 use crate::spec::DemSpec;
 use bedload_output::vtk::{Array, points, polygons};
 use bedload_output::{GrainRow, grains_table};
-use protocol::scene::Outline;
+use bedload_scene::Outline;
 
 fn flat(vectors: &[Vec3]) -> Vec<f64> {
     vectors.iter().flat_map(|v| [v.x, v.y, v.z]).collect()

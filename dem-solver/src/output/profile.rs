@@ -9,7 +9,6 @@ use crate::output::coarse_grain::{Cell, coarse_grain};
 use crate::output::contacts::Contact;
 use crate::output::partition::{Partition, Slabs};
 use crate::spec::DemSpec;
-use protocol::scene;
 
 /// Averages over slabs.
 #[derive(Clone, Debug)]
@@ -40,7 +39,12 @@ fn lateral(axis: usize) -> [usize; 2] {
 impl Profile {
     /// Averages over the region of `asked`.
     #[must_use]
-    pub fn new(asked: &scene::Profile, spec: &DemSpec, grains: &Grains, contacts: &[Contact]) -> Self {
+    pub fn new(
+        asked: &bedload_scene::Profile,
+        spec: &DemSpec,
+        grains: &Grains,
+        contacts: &[Contact],
+    ) -> Self {
         let axis = asked.axis();
         let disc = spec.shape == Shape::Disc;
         let sides: Vec<usize> = lateral(axis).into_iter().filter(|c| !(disc && *c == 1)).collect();
@@ -124,7 +128,7 @@ impl Profile {
 }
 
 /// Part of a boundary force along the inward normal of the nearest side of the region, N.
-fn inward_part(contact: &Contact, asked: &scene::Profile, sides: &[usize]) -> f64 {
+fn inward_part(contact: &Contact, asked: &bedload_scene::Profile, sides: &[usize]) -> f64 {
     let faces = sides.iter().flat_map(|&c| {
         let x = contact.point[c];
         [((x - asked.lower[c]).abs(), c, 1.0), ((asked.upper[c] - x).abs(), c, -1.0)]

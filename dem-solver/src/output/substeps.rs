@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use protocol::scene::{Geometry, ObservedSubsteps};
+use bedload_scene::{Geometry, ObservedSubsteps};
 
 use crate::grains::Grains;
 use crate::motion::Vec3;

@@ -1,8 +1,8 @@
 //! What the fictitious-domain method asks of a scene.
 
 use super::{Choices, FluidSection, ForceTransport, MaskRadius};
+use bedload_scene::{CheckedScene, Geometry, SceneError};
 use protocol::facts::LoadsForm;
-use protocol::scene::{CheckedScene, Geometry, SceneError};
 use protocol::scheme::Scheme;
 
 impl FluidSection {

@@ -12,8 +12,8 @@ use crate::field::own_planes;
 use crate::grid::{Geometry, Grid};
 use crate::immersed::Wrench;
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
+use bedload_scene::CheckedScene;
 use points::Points;
-use protocol::scene::CheckedScene;
 use std::ops::Range;
 use stencil::Stencil;
 

@@ -1,8 +1,8 @@
 //! Collocation points of bodies that are not round: along parallels of the outline, one cell apart.
 
 use super::points::Points;
+use bedload_scene::Outline;
 use nalgebra::{Matrix4, Vector4};
-use protocol::scene::Outline;
 use std::f64::consts::TAU;
 
 /// Sides of the polygon that stands for an ellipse.

@@ -1,8 +1,8 @@
 //! A grain as the fluid sees it: a rigid body with a given motion.
 
 use crate::grid::Geometry;
+use bedload_scene::Outline;
 use protocol::message::Kinematics;
-use protocol::scene::Outline;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

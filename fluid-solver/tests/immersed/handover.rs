@@ -5,6 +5,7 @@ use crate::newton::{Run, scene, try_scene};
 use crate::ranks::shared;
 use crate::restart::messages;
 use bedload_output::OutputFolder;
+use bedload_scene::CheckedScene;
 use fluid_solver::checkpoint;
 use fluid_solver::facts::facts;
 use fluid_solver::field::{for_each_unknown, set_component};
@@ -13,7 +14,6 @@ use fluid_solver::solver::Solver;
 use fluid_solver::step::Stepper;
 use protocol::message::Kinematics;
 use protocol::participant::Participant;
-use protocol::scene::CheckedScene;
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 

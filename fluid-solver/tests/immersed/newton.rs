@@ -1,10 +1,10 @@
 //! A DEM of a dozen lines: `(m_p + m_a) a = m_p g + F + m_a A_prev`, likewise for the spin.
 
+use bedload_scene::{CheckedScene, Freedom, Geometry, Motion, SceneSource};
 use fluid_solver::participant::Fluid;
 use fluid_solver::ranks::Ranks;
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::{Exchange, ExchangeError, Participant, SolverError, Window, WindowReport};
-use protocol::scene::{CheckedScene, Freedom, Geometry, Motion, SceneSource};
 use std::path::Path;
 
 /// Checks a scene written as text.
@@ -13,7 +13,7 @@ pub(crate) fn scene(text: &str) -> CheckedScene {
 }
 
 /// The same, as a result.
-pub(crate) fn try_scene(text: &str) -> Result<CheckedScene, protocol::scene::SceneError> {
+pub(crate) fn try_scene(text: &str) -> Result<CheckedScene, bedload_scene::SceneError> {
     CheckedScene::new(SceneSource { file: "test.toml".into(), text: text.into() })
 }
 

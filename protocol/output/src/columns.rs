@@ -1,8 +1,8 @@
 //! The columns of `series.csv`: which there are, and their values after a window.
 
+use bedload_scene::{CheckedScene, Geometry, Grain, Motion};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, Geometry, Grain, Motion};
 
 /// Grains with columns of their own where the scene does not say.
 const GRAINS_BY_DEFAULT: usize = 16;

@@ -61,7 +61,7 @@ pub enum OutputError {
     NothingToResume(PathBuf),
     /// The scene asks for something that the run cannot observe.
     #[error(transparent)]
-    Scene(#[from] Box<protocol::scene::SceneError>),
+    Scene(#[from] Box<bedload_scene::SceneError>),
     /// A file does not hold what it should.
     #[error("{}: {what}", path.display())]
     Content {

@@ -8,8 +8,8 @@ use crate::claim::Claim;
 use crate::columns::observed_grains;
 use crate::error::OutputError;
 use crate::file::atomic_write;
+use bedload_scene::CheckedScene;
 use protocol::facts::{DemFacts, FluidFacts};
-use protocol::scene::CheckedScene;
 
 /// First words of the `scene.toml` of an output folder: how Bedload knows its own.
 const MARKER: &str = "# Bedload output:";

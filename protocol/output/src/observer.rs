@@ -10,7 +10,7 @@ use crate::metrics::{Metrics, MetricsState};
 use crate::planes::Record;
 use crate::series::{SeriesMark, SeriesWriter};
 use crate::summary::{Summary, Tally};
-use protocol::scene::{CheckedScene, ObservedPlanes, SceneError};
+use bedload_scene::{CheckedScene, ObservedPlanes, SceneError};
 
 /// Series, metrics and counts of a run.
 #[derive(Debug)]

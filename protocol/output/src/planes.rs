@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::error::OutputError;
-use protocol::scene::{MetricKind, ObservedPlanes};
-use protocol::table::{Table, line};
+use bedload_scene::table::{Table, line};
+use bedload_scene::{MetricKind, ObservedPlanes};
 
 /// Columns of a file, after `# t`.
 const HEADER: &str = "at,width,solid_fraction,fluid_velocity_x,fluid_velocity_y,fluid_velocity_z,grain_velocity_x,\

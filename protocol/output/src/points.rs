@@ -1,6 +1,6 @@
 //! Two columns of a table in CSV.
 
-use protocol::table::{Table, line, number};
+use bedload_scene::table::{Table, line, number};
 
 /// The pairs of two columns of a CSV text with a header; lines that begin with `#` are remarks.
 ///

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::OutputError;
 use crate::file::atomic_write;
+use bedload_scene::{CheckedScene, Geometry, Metric};
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, Geometry, Metric};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]

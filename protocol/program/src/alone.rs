@@ -3,9 +3,9 @@
 //! A fluid alone is given the motion that the scene prescribes; a DEM alone is given no load but, where
 //! the scene has a fluid, the buoyancy.
 
+use bedload_scene::{CheckedScene, Grain, Motion, Oscillation};
 use protocol::message::{Header, Kinematics, Loads, Record};
 use protocol::participant::{Exchange, ExchangeError, Participant, SolverError, Window, WindowReport};
-use protocol::scene::{CheckedScene, Grain, Motion, Oscillation};
 
 /// What the absent peer would say in a window.
 pub type Answer<R> = Box<dyn Fn(&Window, &mut [R]) + Send>;

@@ -1,10 +1,10 @@
 //! The log of a solver that runs alone: the order of every window, and what the solver sent at each observation.
 
 use bedload_output::OutputFolder;
+use bedload_scene::CheckedScene;
 use protocol::log::{LogError, Manifest, Recorder, RecorderOptions};
 use protocol::message::{Command, Header, Kinematics, Loads, Order};
 use protocol::participant::{Role, Window};
-use protocol::scene::CheckedScene;
 
 use crate::error::ProgramError;
 

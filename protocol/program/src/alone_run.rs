@@ -15,11 +15,11 @@ use crate::progress::Progress;
 use crate::solver::Solver;
 use crate::threads::with_threads;
 use bedload_output::{Observer, OutputFolder, RunStatus, Sides, Summary};
+use bedload_scene::{CheckedScene, Motion, Rest};
 use protocol::checkpoint;
 use protocol::checkpoints;
 use protocol::message::Header;
 use protocol::participant::{Role, SolverError, Window};
-use protocol::scene::{CheckedScene, Motion, Rest};
 use protocol::serve::checkpoint_folder;
 
 /// Where the plain loop stands; part of its checkpoint.

@@ -6,10 +6,10 @@ use crate::error::ProgramError;
 use crate::options::RunOptions;
 use crate::solver::Solver;
 use crate::threads::with_threads;
+use bedload_scene::{CheckedScene, SceneSource};
 use protocol::channel::{Rendezvous, SharedMemory, Wire};
 use protocol::log::{LogError, LogReader, Logged, ReplayOptions, ReplayReport, StandIn, replay_beside};
 use protocol::participant::{ExchangeError, Role, SolverError};
-use protocol::scene::{CheckedScene, SceneSource};
 
 /// Joins a coupled run and obeys until the coupler says stop.
 pub(crate) fn serve<S>(

@@ -1,9 +1,9 @@
 //! How a program ends, besides well, and how it says so.
 
 use bedload_output::OutputError;
+use bedload_scene::SceneError;
 use protocol::log::LogError;
 use protocol::participant::{ExchangeError, SolverError};
-use protocol::scene::SceneError;
 
 /// How a program ends, besides well.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use bedload_output::{OutputError, OutputFolder};
-use protocol::scene::{CheckedScene, SceneError, SceneSource};
+use bedload_scene::{CheckedScene, SceneError, SceneSource};
 
 /// `run SCENE [--out DIR] [--until T] [--set KEY=VALUE]… [--threads N] [--resume] [--no-record]`.
 #[derive(Clone, Debug, PartialEq, clap::Args)]

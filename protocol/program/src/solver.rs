@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use bedload_output::{MetricValue, OutputFolder};
+use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Participant, SolverError};
-use protocol::scene::{CheckedScene, SceneError};
 
 use crate::alone::{Answer, Clock};
 

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use bedload_program::RunOptions;
+use bedload_scene::{CheckedScene, SceneError, SceneSource};
 use coupler::failure::Failure;
-use protocol::scene::{CheckedScene, SceneError, SceneSource};
 
 use crate::bases::SPACE;
 

@@ -6,10 +6,10 @@ mod elsewhere;
 mod programs;
 
 use bases::{AXIS, PLANE, SPACE};
+use bedload_scene::{CheckedScene, SceneError, SceneSource};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
 use dem_solver::config::Config;
-use protocol::scene::{CheckedScene, SceneError, SceneSource};
 
 /// Marks the place in a replacement on whose line the error must stand.
 const MARK: char = '§';

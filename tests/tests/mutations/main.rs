@@ -11,6 +11,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use bedload_program::{RunOptions, Solver};
+use bedload_scene::CheckedScene;
 use dem_solver::participant::DemParticipant;
 use fluid_solver::participant::Fluid;
 use proptest::prelude::*;
@@ -18,7 +19,6 @@ use proptest::test_runner::{Config, TestRunner};
 use protocol::checkpoint;
 use protocol::log::{LogReader, Topic, flip_bit, repair};
 use protocol::participant::Participant;
-use protocol::scene::CheckedScene;
 use tests::harness::Folder;
 
 use edits::{Edit, apply, edits};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use protocol::scene::{CheckedScene, Retired, SceneError, SceneSource};
+use bedload_scene::{CheckedScene, Retired, SceneError, SceneSource};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

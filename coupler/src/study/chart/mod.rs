@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 
 use bedload_output::atomic_write;
 use bedload_program::RunOptions;
-use protocol::scene::{Metric, SceneSource};
+use bedload_scene::{Metric, SceneSource};
 use serde::Deserialize;
 
 use crate::failure::Failure;

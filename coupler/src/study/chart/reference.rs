@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bedload_output::{Series, points};
-use protocol::scene::Metric;
+use bedload_scene::Metric;
 
 use super::config::{Chart, Curve, Finer, LimitOf, Reference};
 use super::limit::{self, Limit, Refinement};

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bedload_output::{Summary, atomic_write};
-use protocol::scene::{CheckedScene, SceneError};
+use bedload_scene::{CheckedScene, SceneError};
 
 use super::config::{Chart, Curve, Reference};
 use super::reference;

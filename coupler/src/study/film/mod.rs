@@ -13,7 +13,7 @@ mod source;
 use std::path::{Path, PathBuf};
 
 use bedload_output::{OutputFolder, Summary, atomic_write};
-use protocol::scene::{CheckedScene, Geometry, SceneSource};
+use bedload_scene::{CheckedScene, Geometry, SceneSource};
 
 use self::raster::{COLOURS, Raster, Tone};
 use self::source::{Field, Instant, Quantity, Shape, Slice, instants};

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bedload_output::{Series, Summary};
-use protocol::scene::{CheckedScene, SceneSource};
+use bedload_scene::{CheckedScene, SceneSource};
 use serde_json::Value;
 
 use crate::failure::Failure;

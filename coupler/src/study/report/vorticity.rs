@@ -1,7 +1,7 @@
 //! The panel of vorticity pictures around a grain, after Izard et al. (2014), figure 6.
 
 use bedload_output::vtk::{self, Vtr};
-use protocol::scene::Geometry;
+use bedload_scene::Geometry;
 use serde::Serialize;
 
 use super::contour::{Field, Segment};

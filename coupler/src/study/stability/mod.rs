@@ -24,7 +24,7 @@ pub mod verdict;
 use std::path::{Path, PathBuf};
 
 use bedload_output::atomic_write;
-use protocol::scene::{CheckedScene, SceneSource};
+use bedload_scene::{CheckedScene, SceneSource};
 
 use crate::failure::Failure;
 use crate::study::folder::{self, Options, SCENE, content, cores};

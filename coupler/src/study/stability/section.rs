@@ -1,7 +1,7 @@
 //! The `[stability]` section of a scene.
 
 use bedload_output::Columns;
-use protocol::scene::{CheckedScene, SceneError, SceneSource};
+use bedload_scene::{CheckedScene, SceneError, SceneSource};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -171,7 +171,7 @@ mod tests {
     use std::path::Path;
 
     use bedload_output::{MetricValue, RunStatus, Size, Summary};
-    use protocol::scene::Geometry;
+    use bedload_scene::Geometry;
 
     use super::super::verdict;
     use super::*;

@@ -6,7 +6,7 @@ use super::course::Course;
 use super::line::Line;
 use super::trajectory::Crossing;
 use crate::columns::Sample;
-use protocol::scene::MetricKind;
+use bedload_scene::MetricKind;
 
 /// Part of the run, at its end, over which "terminal" and "resting" are averaged.
 const TAIL: f64 = 0.1;

@@ -1,6 +1,6 @@
 //! A sphere that settles and bounces: what its trajectory comes to.
 
-use protocol::scene::MetricKind;
+use bedload_scene::MetricKind;
 
 use super::accumulator::Accumulator;
 use super::outcome::{Outcome, plain, require};

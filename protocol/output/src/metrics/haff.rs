@@ -1,6 +1,6 @@
 //! Haff's law of a cooling granular gas (Haff 1983): the kinetic energy falls as (1 + t/τ)⁻².
 
-use protocol::scene::MetricKind;
+use bedload_scene::MetricKind;
 
 use super::accumulator::Accumulator;
 use super::outcome::{Outcome, plain, require};

@@ -5,10 +5,10 @@ use super::oblique::Oblique;
 use super::touching::{Ball, largest_cluster};
 use crate::columns::Sample;
 use crate::points::points;
-use protocol::message::Kinematics;
-use protocol::scene::{
+use bedload_scene::{
     CheckedScene, Column, Grain, HeapEnd, HeapReference, HeapSlope, Metric, MetricKind, Motion, SceneError,
 };
+use protocol::message::Kinematics;
 
 /// The grains at t = 0 and after the last window.
 #[derive(Clone, Debug)]

@@ -16,7 +16,7 @@ use super::trajectory::Trajectory;
 use crate::columns::{Columns, Sample, Sides};
 use crate::planes::{Bed, Record};
 use crate::summary::MetricValue;
-use protocol::scene::{CheckedScene, Metric, MetricKind, Motion, SceneError};
+use bedload_scene::{CheckedScene, Metric, MetricKind, Motion, SceneError};
 
 /// Everything that the metrics have kept: belongs into a checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]

@@ -9,9 +9,9 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
+use bedload_scene::Grain;
+use bedload_scene::table::{Table, line, number};
 use protocol::message::Kinematics;
-use protocol::scene::Grain;
-use protocol::table::{Table, line, number};
 
 /// Reference Ψ₂(Ψ₁), ascending.
 #[derive(Clone, Debug)]

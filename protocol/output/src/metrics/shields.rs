@@ -1,6 +1,6 @@
 //! What the Shields number of a bed needs.
 
-use protocol::scene::{CheckedScene, Motion};
+use bedload_scene::{CheckedScene, Motion};
 
 use super::subject::norm;
 use crate::planes::Bed;

@@ -3,7 +3,7 @@
 use super::accumulator::Accumulator;
 use super::trajectory::{Passage, Trajectory};
 use crate::columns::Sample;
-use protocol::scene::{CheckedScene, MetricKind};
+use bedload_scene::{CheckedScene, MetricKind};
 
 /// What the metrics need to know of a grain.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,9 +5,9 @@ use std::fs;
 use bedload_output::{
     Observer, OutputError, OutputFolder, RunStatus, Sample, Series, Sides, Summary, atomic_write,
 };
+use bedload_scene::CheckedScene;
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Header, Loads};
-use protocol::scene::CheckedScene;
 
 use crate::stage::{falling, fresh, scene, sphere, window};
 

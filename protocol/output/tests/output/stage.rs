@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use bedload_output::{Columns, Extra, Metrics, Sample, Sides};
+use bedload_scene::{CheckedScene, SceneSource};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
-use protocol::scene::{CheckedScene, SceneSource};
 
 /// One sphere of radius 1 and density 3 above the bottom of an axisymmetric box, in a fluid of density 1
 /// and viscosity 0.5 under gravity 10; `more` follows.

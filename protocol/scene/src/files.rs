@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
-use super::source::SceneSource;
+use crate::source::SceneSource;
 
 /// Keys that name a file or a folder; `[]` stands for each entry of a list.
 const FILES: [&str; 5] = [
@@ -62,7 +62,7 @@ impl SceneSource {
     }
 
     /// The text with every file by its name alone: where it stands says nothing about a run.
-    pub(super) fn text_without_folders(&self) -> String {
+    pub(crate) fn text_without_folders(&self) -> String {
         let Ok(mut document) = self.text.parse::<DocumentMut>() else { return self.text.clone() };
         for key in FILES {
             at(document.as_item_mut(), key, &mut |value| {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::domain::Axis;
+use crate::domain::Axis;
 
 /// What is written to `series.csv` and `fields/`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
@@ -40,7 +40,7 @@ pub struct ObservedSubsteps {
     #[serde(default)]
     pub from: f64,
     /// Their end, s.
-    #[serde(default = "super::walls::forever")]
+    #[serde(default = "crate::walls::forever")]
     pub to: f64,
 }
 
@@ -80,7 +80,7 @@ pub struct ObservedPlanes {
     #[serde(default)]
     pub from: f64,
     /// End of the mean over time, s.
-    #[serde(default = "super::walls::forever")]
+    #[serde(default = "crate::walls::forever")]
     pub to: f64,
     /// Times whose nearest samples are kept under their own names, s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -390,7 +390,7 @@ pub struct Span {
     #[serde(default)]
     pub from: f64,
     /// End, s.
-    #[serde(default = "super::walls::forever")]
+    #[serde(default = "crate::walls::forever")]
     pub to: f64,
 }
 

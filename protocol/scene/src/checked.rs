@@ -1,15 +1,15 @@
 //! A scene that passed every check.
 
-use super::error::SceneError;
-use super::form;
-use super::grains::{Grain, Motion};
-use super::insertions::Inserted;
-use super::layout;
-use super::retired::Retired;
-use super::shared::Scene;
-use super::source::SceneSource;
-use super::validate;
-use super::walls::Wall;
+use crate::error::SceneError;
+use crate::form;
+use crate::grains::{Grain, Motion};
+use crate::insertions::Inserted;
+use crate::layout;
+use crate::retired::Retired;
+use crate::shared::Scene;
+use crate::source::SceneSource;
+use crate::validate;
+use crate::walls::Wall;
 
 /// Keys of the shared part that have another name now.
 const RETIRED: [Retired; 2] =
@@ -18,7 +18,7 @@ const RETIRED: [Retired; 2] =
 /// A scene that passed every check, with its grains laid out.
 ///
 /// ```
-/// use protocol::scene::{CheckedScene, SceneSource};
+/// use bedload_scene::{CheckedScene, SceneSource};
 ///
 /// let text = r#"
 ///     until = 1.0
@@ -37,7 +37,7 @@ const RETIRED: [Retired; 2] =
 ///
 /// let wrong = SceneSource { file: "disc.toml".into(), text: text.replace("0.5", "-0.5") };
 /// assert_eq!(CheckedScene::new(wrong).unwrap_err().key, "grains[0].radius");
-/// # Ok::<(), protocol::scene::SceneError>(())
+/// # Ok::<(), bedload_scene::SceneError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct CheckedScene {

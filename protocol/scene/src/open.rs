@@ -1,14 +1,14 @@
 //! Checks of the faces that fluid passes through, and of a flow that is held along a periodic axis.
 
-use super::domain::{Axis, Face, Geometry, WallKind};
-use super::error::SceneError;
-use super::shared::Scene;
-use super::source::SceneSource;
+use crate::domain::{Axis, Face, Geometry, WallKind};
+use crate::error::SceneError;
+use crate::shared::Scene;
+use crate::source::SceneSource;
 
 type Check = Result<(), SceneError>;
 
 /// One face of grid axis `axis` by itself; `key` is where it is written, `upper` which it is.
-pub(super) fn face(
+pub(crate) fn face(
     scene: &Scene,
     axis: usize,
     upper: bool,
@@ -95,7 +95,7 @@ fn inflow(scene: &Scene, axis: usize, upper: bool, face: &Face, key: &str, sourc
 }
 
 /// What enters must leave.
-pub(super) fn through(scene: &Scene, source: &SceneSource) -> Check {
+pub(crate) fn through(scene: &Scene, source: &SceneSource) -> Check {
     let domain = &scene.domain;
     let has = |kind: WallKind| {
         (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis)).find_map(|faces| {
@@ -133,7 +133,7 @@ fn written(scene: &Scene, kind: WallKind) -> String {
 }
 
 /// `medium.flow_rate`: only where no face and no other drive decides it already.
-pub(super) fn flow_rate(scene: &Scene, source: &SceneSource) -> Check {
+pub(crate) fn flow_rate(scene: &Scene, source: &SceneSource) -> Check {
     let Some(medium) = &scene.medium else { return Ok(()) };
     let Some(flow) = &medium.flow_rate else { return Ok(()) };
     let domain = &scene.domain;

@@ -1,9 +1,9 @@
 //! When the grains have come to rest.
 
-use super::checked::CheckedScene;
-use super::grains::Motion;
-use super::shared::StopWhen;
-use crate::message::Kinematics;
+use crate::checked::CheckedScene;
+use crate::grains::Motion;
+use crate::shared::StopWhen;
+use protocol::message::Kinematics;
 
 /// Watches for rest.
 #[derive(Clone, Debug)]

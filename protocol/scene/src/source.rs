@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::SceneError;
+use crate::error::SceneError;
 
 /// A scene file as text, after `--set`.
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ impl SceneSource {
 
     /// Keys and values in one order, without comments, folders of files, `until`, `[chart]` and `[stability]`.
     #[must_use]
-    pub(super) fn without_end(&self) -> Cow<'_, str> {
+    pub(crate) fn without_end(&self) -> Cow<'_, str> {
         let Ok(mut table) = self.text_without_folders().parse::<toml::Table>() else {
             return Cow::Borrowed(&self.text);
         };
@@ -115,7 +115,7 @@ impl SceneSource {
     ///
     /// # Errors
     /// At the key.
-    pub(super) fn refuse_longer_lists<T: Serialize>(&self, read: &T) -> Result<(), SceneError> {
+    pub(crate) fn refuse_longer_lists<T: Serialize>(&self, read: &T) -> Result<(), SceneError> {
         let Ok(read) = toml::Value::try_from(read) else { return Ok(()) };
         let written: toml::Value = toml::from_str(&self.text).map_err(|error| self.convert(&error))?;
         match longer_list(&written, &read, String::new()) {
@@ -143,12 +143,12 @@ impl SceneSource {
     }
 
     /// Whether `key` stands in the text.
-    pub(super) fn has(&self, key: &str) -> bool {
+    pub(crate) fn has(&self, key: &str) -> bool {
         let path = key_path(key);
         self.tree().is_ok_and(|tree| find(&tree, &path).1 == path.len())
     }
 
-    pub(super) fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
+    pub(crate) fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
         DeTable::parse(&self.text).map_err(|error| {
             self.error_at(
                 error.span().unwrap_or(0..0),

@@ -9,6 +9,7 @@ mod error;
 mod files;
 mod forcing;
 mod form;
+mod grain_table;
 mod grains;
 mod insertions;
 mod layout;
@@ -21,7 +22,7 @@ mod retired;
 mod rough_walls;
 mod shared;
 mod source;
-mod table;
+pub mod table;
 mod validate;
 mod walls;
 
@@ -31,6 +32,7 @@ pub use domain::{
     Stretching, WallKind,
 };
 pub use error::SceneError;
+pub use forcing::forcing;
 pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape};
 pub use insertions::{Inserted, Insertion};
 pub use observe::{

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::domain::Geometry;
-use super::grains::Grain;
-use super::random::SplitMix64;
+use crate::domain::Geometry;
+use crate::grains::Grain;
+use crate::random::SplitMix64;
 
 /// Grains that appear one after the other at random places of a region, where there is room.
 ///
@@ -85,7 +85,7 @@ impl Insertion {
 }
 
 /// All inserted grains in order of their times.
-pub(super) fn lay_out(insertions: &[Insertion], geometry: Geometry) -> (Vec<Grain>, Vec<Inserted>) {
+pub(crate) fn lay_out(insertions: &[Insertion], geometry: Geometry) -> (Vec<Grain>, Vec<Inserted>) {
     let mut all: Vec<(Inserted, Grain)> = Vec::new();
     for (index, insertion) in insertions.iter().enumerate() {
         let time = |number: usize| insertion.start + number as f64 / insertion.rate;

@@ -3,12 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::domain::{Domain, Medium};
-use super::grains::{Grain, GrainFile, Group};
-use super::insertions::Insertion;
-use super::observe::{Metric, Observe};
-use super::rough_walls::RoughWall;
-use super::walls::Wall;
+use crate::domain::{Domain, Medium};
+use crate::grains::{Grain, GrainFile, Group};
+use crate::insertions::Insertion;
+use crate::observe::{Metric, Observe};
+use crate::rough_walls::RoughWall;
+use crate::walls::Wall;
 
 /// End of a dry run before `until`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]

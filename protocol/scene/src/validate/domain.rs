@@ -1,10 +1,10 @@
 //! Box, grid and faces.
 
 use super::check::{Check, finite, positive};
-use crate::scene::domain::{Axis, Geometry, WallKind};
-use crate::scene::open;
-use crate::scene::shared::Scene;
-use crate::scene::source::SceneSource;
+use crate::domain::{Axis, Geometry, WallKind};
+use crate::open;
+use crate::shared::Scene;
+use crate::source::SceneSource;
 
 /// More cells than this need more memory than any one machine here is asked to have.
 const MOST_CELLS: usize = 1 << 33;

@@ -1,16 +1,16 @@
 //! The form of every grain that is written out: what its shape needs is there and makes a body.
 
-use super::domain::Geometry;
-use super::error::SceneError;
-use super::grains::{Grain, Shape};
-use super::outline::{Outline, OutlineFault};
-use super::shared::Scene;
-use super::source::SceneSource;
+use crate::domain::Geometry;
+use crate::error::SceneError;
+use crate::grains::{Grain, Shape};
+use crate::outline::{Outline, OutlineFault};
+use crate::shared::Scene;
+use crate::source::SceneSource;
 
 type Check = Result<(), SceneError>;
 
 /// Gives every written grain its shape in this geometry and its radius.
-pub(super) fn settle(scene: &mut Scene, source: &SceneSource) -> Check {
+pub(crate) fn settle(scene: &mut Scene, source: &SceneSource) -> Check {
     let geometry = scene.domain.geometry;
     for (index, grain) in scene.grains.iter_mut().enumerate() {
         let form = Form { key: &|name| format!("grains[{index}].{name}"), source };

@@ -2,9 +2,9 @@
 
 use serde::Deserialize;
 
-use super::error::SceneError;
-use super::source::SceneSource;
-use crate::facts::Forcing;
+use crate::error::SceneError;
+use crate::source::SceneSource;
+use protocol::facts::Forcing;
 
 /// The only key of the fluid's section that others read.
 #[derive(Deserialize, Default)]
@@ -25,12 +25,10 @@ struct Immersed {
     method: Forcing,
 }
 
-impl Forcing {
-    /// `fluid.immersed.method` of a scene.
-    ///
-    /// # Errors
-    /// [`SceneError`] if it names no method.
-    pub fn of(source: &SceneSource) -> Result<Self, SceneError> {
-        Ok(source.section::<Sections>()?.fluid.immersed.method)
-    }
+/// `fluid.immersed.method` of a scene.
+///
+/// # Errors
+/// [`SceneError`] if it names no method.
+pub fn forcing(source: &SceneSource) -> Result<Forcing, SceneError> {
+    Ok(source.section::<Sections>()?.fluid.immersed.method)
 }

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::domain::Geometry;
-use super::grains::{Grain, Motion};
-use super::random::SplitMix64;
+use crate::domain::Geometry;
+use crate::grains::{Grain, Motion};
+use crate::random::SplitMix64;
 
 /// Arrangement of the centres of a layer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -78,14 +78,14 @@ impl RoughWall {
     }
 
     /// Number of grains it may have at most.
-    pub(super) fn count(&self, geometry: Geometry) -> f64 {
+    pub(crate) fn count(&self, geometry: Geometry) -> f64 {
         let Some((first, second)) = self.axes(geometry) else { return 0.0 };
         let sites = |axis: usize| ((self.upper[axis] - self.lower[axis]) / self.spacing()).floor() + 1.0;
         sites(first) * second.map_or(1.0, |second| 1.2 * sites(second) + 1.0)
     }
 
     /// Appends the grains.
-    pub(super) fn lay(&self, geometry: Geometry, grains: &mut Vec<Grain>) {
+    pub(crate) fn lay(&self, geometry: Geometry, grains: &mut Vec<Grain>) {
         let Some((first, second)) = self.axes(geometry) else { return };
         let mut random = SplitMix64(self.seed);
         let step = self.spacing();

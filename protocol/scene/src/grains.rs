@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::domain::Geometry;
-use super::outline::Outline;
-use super::walls::forever;
+use crate::domain::Geometry;
+use crate::outline::Outline;
+use crate::walls::forever;
 
 /// Form of a grain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]

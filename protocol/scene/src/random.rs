@@ -1,13 +1,13 @@
 //! Sebastiano Vigna's SplitMix64 (2015): small, seedable, the same on every machine.
 
-use super::domain::Geometry;
+use crate::domain::Geometry;
 
 /// The stream.
-pub(super) struct SplitMix64(pub(super) u64);
+pub(crate) struct SplitMix64(pub(crate) u64);
 
 impl SplitMix64 {
     /// Next 64 bits.
-    pub(super) fn next(&mut self) -> u64 {
+    pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -16,17 +16,17 @@ impl SplitMix64 {
     }
 
     /// Uniform in [0, 1).
-    pub(super) fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform about `mean`, relative half-width `spread`.
-    pub(super) fn about(&mut self, mean: f64, spread: f64) -> f64 {
+    pub(crate) fn about(&mut self, mean: f64, spread: f64) -> f64 {
         mean * (1.0 + spread * (2.0 * self.unit() - 1.0))
     }
 
     /// Place that is uniform in a box which holds a grain of `radius` whole; y = 0 in the plane.
-    pub(super) fn place(
+    pub(crate) fn place(
         &mut self,
         geometry: Geometry,
         lower: &[f64; 3],

@@ -1,10 +1,10 @@
 //! Grains that are made: groups, rough walls, insertions.
 
 use super::check::{Check, finite, not_negative, positive};
-use crate::scene::domain::Geometry;
-use crate::scene::layout::MOST_GRAINS;
-use crate::scene::shared::Scene;
-use crate::scene::source::SceneSource;
+use crate::domain::Geometry;
+use crate::layout::MOST_GRAINS;
+use crate::shared::Scene;
+use crate::source::SceneSource;
 
 pub(super) fn groups(scene: &Scene, source: &SceneSource) -> Check {
     let geometry = scene.domain.geometry;

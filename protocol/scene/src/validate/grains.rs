@@ -1,11 +1,11 @@
 //! Grains as they begin: alone, in the grid, and from each other.
 
 use super::check::{Check, finite, positive};
-use crate::scene::domain::{Axis, Geometry};
-use crate::scene::grains::{Grain, Motion};
-use crate::scene::outline::Outline;
-use crate::scene::shared::Scene;
-use crate::scene::source::SceneSource;
+use crate::domain::{Axis, Geometry};
+use crate::grains::{Grain, Motion};
+use crate::outline::Outline;
+use crate::shared::Scene;
+use crate::source::SceneSource;
 
 /// Key of grain `index` where it is written out, of its file, layer, group or insertion where it is not.
 fn grain_key(scene: &Scene, index: usize, name: &str) -> String {

@@ -1,10 +1,10 @@
 //! What is written down and measured.
 
 use super::check::{Check, finite, not_negative, positive};
-use crate::scene::domain::Geometry;
-use crate::scene::observe::MetricKind;
-use crate::scene::shared::Scene;
-use crate::scene::source::SceneSource;
+use crate::domain::Geometry;
+use crate::observe::MetricKind;
+use crate::shared::Scene;
+use crate::source::SceneSource;
 
 pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
     not_negative(source, "observe.every", scene.observe.every)?;

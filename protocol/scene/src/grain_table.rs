@@ -1,10 +1,10 @@
 //! Grains from a CSV file: written by hand, by other programs, or as the last state of another run.
 
-use super::grains::{Grain, GrainFile, Motion};
+use crate::grains::{Grain, GrainFile, Motion};
 use crate::table::{Table, number};
 
 /// The grains of the file again and again, as far as they lie low enough.
-pub(super) fn copies<'a>(from: &'a GrainFile, once: &'a [Grain]) -> impl Iterator<Item = Grain> + 'a {
+pub(crate) fn copies<'a>(from: &'a GrainFile, once: &'a [Grain]) -> impl Iterator<Item = Grain> + 'a {
     let moved = move |copy: usize| {
         once.iter().map(move |grain| {
             let mut grain = grain.clone();
@@ -19,7 +19,7 @@ pub(super) fn copies<'a>(from: &'a GrainFile, once: &'a [Grain]) -> impl Iterato
 }
 
 /// Reads the file.
-pub(super) fn read(from: &GrainFile) -> Result<Vec<Grain>, String> {
+pub(crate) fn read(from: &GrainFile) -> Result<Vec<Grain>, String> {
     let path = from.file.as_path();
     let bytes = std::fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let text = String::from_utf8(bytes)

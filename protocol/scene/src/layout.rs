@@ -1,27 +1,27 @@
 //! Grains laid out one by one.
 
-use super::domain::Geometry;
-use super::error::SceneError;
-use super::grains::{Freedom, Grain, Group, Shape};
-use super::insertions::{self, Inserted};
-use super::random::SplitMix64;
-use super::shared::Scene;
-use super::source::SceneSource;
-use super::table;
+use crate::domain::Geometry;
+use crate::error::SceneError;
+use crate::grain_table;
+use crate::grains::{Freedom, Grain, Group, Shape};
+use crate::insertions::{self, Inserted};
+use crate::random::SplitMix64;
+use crate::shared::Scene;
+use crate::source::SceneSource;
 
 /// More grains than this are refused before anything is made for them: their messages alone would fill 2 GB.
-pub(super) const MOST_GRAINS: usize = 10_000_000;
+pub(crate) const MOST_GRAINS: usize = 10_000_000;
 
 /// Every grain of the scene in message order: `grains`, `grain_files`, `rough_walls`, `groups`, and, in
 /// order of their times, `insertions`.
-pub(super) fn lay_out(
+pub(crate) fn lay_out(
     scene: &Scene,
     source: &SceneSource,
 ) -> Result<(Vec<Grain>, Vec<Inserted>), SceneError> {
     let geometry = scene.domain.geometry;
     let mut grains = scene.grains.clone();
     for (index, from) in scene.grain_files.iter().enumerate() {
-        let once = table::read(from).map_err(|why| {
+        let once = grain_table::read(from).map_err(|why| {
             source.error(
                 &format!("grain_files[{index}].file"),
                 why,
@@ -41,7 +41,7 @@ pub(super) fn lay_out(
                 "lay it fewer times",
             ));
         }
-        grains.extend(table::copies(from, &once));
+        grains.extend(grain_table::copies(from, &once));
     }
     for wall in &scene.rough_walls {
         wall.lay(geometry, &mut grains);

@@ -5,8 +5,8 @@
 
 use toml::de::DeValue;
 
-use super::error::SceneError;
-use super::source::SceneSource;
+use crate::error::SceneError;
+use crate::source::SceneSource;
 
 /// A key, or one value of a key, under the name that it had before.
 #[derive(Clone, Copy, Debug)]

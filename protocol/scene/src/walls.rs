@@ -22,7 +22,7 @@ pub struct Wall {
     pub until: f64,
 }
 
-pub(super) fn forever() -> f64 {
+pub(crate) fn forever() -> f64 {
     f64::INFINITY
 }
 

@@ -1,7 +1,7 @@
 //! Checks of single numbers.
 
-use crate::scene::error::SceneError;
-use crate::scene::source::SceneSource;
+use crate::error::SceneError;
+use crate::source::SceneSource;
 
 pub(super) type Check = Result<(), SceneError>;
 
