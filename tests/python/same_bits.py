@@ -29,6 +29,7 @@ EXTRA = {
     "spheres-200": ("scenes/bench/spheres-200.toml", []),
     "packing-8000": ("scenes/bench/packing-8000.toml", []),
     "collapse-2d": ("scenes/collapse-2d.toml", ["until=1.7", "groups[0].count=300"]),
+    "couette-erosion": ("scenes/couette-erosion.toml", ["until=5.0"]),
 }
 
 
