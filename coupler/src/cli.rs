@@ -9,7 +9,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use protocol::participant::Role;
 
 use crate::export::Viewer;
-use crate::failure::Failure;
+use crate::failure::{Failure, explain};
 use crate::log_command::{self, CatOptions, LogCommandError};
 use crate::replay::{self, Replay};
 use crate::study::validate::Validate;
@@ -264,7 +264,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             let code = failure.exit_code();
-            failure.explain();
+            explain(failure);
             ExitCode::from(code)
         }
     }

@@ -17,9 +17,9 @@
 //! | inside | what it holds |
 //! |---|---|
 //! | `check`, `proposals`, `accuracy` | what `bedload check` prints; cheaper models; settings from the charts |
-//! | `conduct`, `judge`, `iterate` | a run window by window, and its attempts |
-//! | `supervise`, `solvers`, `session` | solvers as commands and child processes |
-//! | `record`, `resume`, `rewind`, `replay` | log, checkpoints, a log driving a solver |
+//! | `coupled`, `message_checks`, `iterate` | the solvers of a coupled run, its windows, and their attempts |
+//! | `supervise`, `solvers` | solvers as commands and child processes |
+//! | `replay` | a log driving a solver |
 //! | `log_command`, `export`, `conformance` | logs read; files for viewers; any solver against the protocol |
 //! | `stage` | the coupler and the other solver, played to one solver |
 
@@ -27,29 +27,25 @@ mod accuracy;
 pub mod bounds;
 mod check;
 pub mod cli;
-mod conduct;
 pub mod config;
 mod conformance;
+mod coupled;
 mod export;
 pub mod failure;
 mod iterate;
-mod judge;
 pub mod keys;
 mod log_command;
+mod message_checks;
 mod notices;
 mod number;
 pub mod plan;
 pub mod prepare;
 mod proposals;
-mod record;
 mod replay;
 mod resolution;
-mod resume;
-mod rewind;
 pub mod run;
 pub mod scheme;
 mod scratch;
-mod session;
 mod solvers;
 mod speeds;
 mod stage;

@@ -7,6 +7,7 @@ use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::participant::Role;
 
+use crate::bounds::Bound;
 use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::plan::{Participants, Plan};
@@ -93,8 +94,8 @@ impl Prepared {
     /// # Errors
     /// [`Failure::Bounds`].
     pub fn refuse_broken(&self) -> Result<(), Failure> {
-        let broken: Vec<_> = self.plan.refusals().cloned().collect();
-        if broken.is_empty() { Ok(()) } else { Err(broken.into()) }
+        let broken: Vec<_> = self.plan.refusals().collect();
+        if broken.is_empty() { Ok(()) } else { Err(Bound::broken(&broken)) }
     }
 
     /// What the user should know before the run, line by line.

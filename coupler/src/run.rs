@@ -4,28 +4,19 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use bedload_output::{OutputFolder, RunStatus, Summary};
-use bedload_program::RunOptions;
-use bedload_scene::Motion;
+use bedload_output::{OutputFolder, Sides, Summary};
+use bedload_program::{Interrupts, Job, LogKind, RunOptions, VERSION, summarise};
 use protocol::channel::remove_stale_runs;
 use protocol::participant::Role;
-use protocol::scheme::SchemeKey;
 use rustix::process::Signal;
 
-use crate::conduct::End;
-use crate::config::Coupling;
+use crate::coupled::{Coupled, start};
 use crate::failure::Failure;
 use crate::plan::Participants;
 use crate::prepare::Prepared;
-use crate::resume::{self, CouplerState};
-use crate::rewind::rewind;
-use crate::session::{Job, conduct, start};
 use crate::solvers::Solver;
-use crate::supervise::{Interrupts, Supervisor, Words};
+use crate::supervise::{Supervisor, Words};
 use crate::{accuracy, supervise};
-
-/// Version in `summary.json`.
-const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Runs a scene.
 ///
@@ -46,8 +37,8 @@ pub fn run(options: &RunOptions) -> Result<(), Failure> {
         protocol::say!("bedload: {line}");
     }
     prepared.refuse_broken()?;
-    let interrupts =
-        Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
+    // The first signal ends the run in order, the second kills the solvers, the third the coupler itself.
+    let interrupts = Interrupts::listen(3)?;
     match (prepared.plan.participants, &prepared.fluid, &prepared.dem) {
         (Participants::Fluid, Some(fluid), _) => alone(options, &prepared, &fluid.solver, &interrupts),
         (Participants::Dem, _, Some(dem)) => alone(options, &prepared, &dem.solver, &interrupts),
@@ -58,91 +49,36 @@ pub fn run(options: &RunOptions) -> Result<(), Failure> {
 fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) -> Result<(), Failure> {
     let begin = Instant::now();
     let folder = options.folder(&prepared.scene)?;
-    if options.resume && folder.is_finished_to(prepared.scene.scene.until) {
-        // A run of another scene, or of one that ends earlier, is refused before it is called finished.
-        let (_, state) = resume::latest(&folder, &prepared.scene.state_sha256())?;
-        prepared.scene.goes_on_from(state.observer.tally.simulated).map_err(Box::new)?;
-        let root = folder.root().display();
-        protocol::say!("bedload: {root} is finished: nothing to do; --until with a later time goes on");
-        return Ok(());
-    }
-    let resumed = open_folder(options, prepared, &folder)?;
-    let mut summary = Summary::new(&prepared.scene, VERSION);
-    let job = Job { options, prepared, folder: &folder, begin, last: None };
-    let mut done = None;
-    let outcome = conduct(&job, interrupts.clone(), resumed, &mut summary, &mut done);
-    if summary.cost.wall_s == 0.0 {
-        summary.cost.wall_s = begin.elapsed().as_secs_f64();
-    }
-    let free = prepared.scene.grains.iter().filter(|grain| grain.motion == Motion::Free).count();
-    summary.set_unit_costs(free as u64);
-    let outcome = match outcome {
-        Ok(End::Reached) => Ok(()),
-        Ok(End::Interrupted) => {
-            Err(Failure::Interrupted(format!("go on with --resume --out {}", folder.root().display())))
-        }
-        Err(failure) => Err(failure),
+    let (coupling, plan) = (&prepared.coupling, &prepared.plan);
+    let command = |solver: Option<&Solver>| solver.map_or_else(Vec::new, |solver| solver.command.clone());
+    let log = LogKind::Coupled {
+        fluid: command(prepared.fluid.as_ref().map(|fluid| &fluid.solver)),
+        dem: command(prepared.dem.as_ref().map(|dem| &dem.solver)),
     };
-    let failed = matches!(outcome, Err(Failure::Run(_) | Failure::Unstable(_)));
-    let finished = finish(&folder, &mut summary, outcome);
-    if let (true, Some(step)) = (failed, done) {
-        rewind(options, prepared, &folder, interrupts, step);
-    }
-    finished
-}
-
-/// Draws the report; a failure to draw costs no result.
-fn draw(folder: &Path) {
-    if let Err(error) = crate::study::report::page::write(folder) {
-        protocol::say!("bedload: warning: no report.html: {error}");
-    }
-}
-
-/// Writes the summary and the report.
-fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Failure>) -> Result<(), Failure> {
-    match &outcome {
-        Ok(()) => summary.status = RunStatus::Completed,
-        Err(Failure::Interrupted(_)) => summary.status = RunStatus::Interrupted,
-        Err(failure @ Failure::Unstable(_)) => summary.end(RunStatus::Unstable, failure),
-        Err(failure) => summary.fail(failure),
-    }
-    let written = summary.write(&folder.summary());
-    draw(folder.root());
-    outcome?;
-    written?;
+    let job = Job {
+        program: "bedload",
+        scene: &prepared.scene,
+        folder: &folder,
+        resume: options.resume,
+        interrupts: &interrupts,
+        sides: Sides::coupled(),
+        dt: plan.steps.dt_fluid,
+        contact_time: plan.steps.contact_time,
+        checkpoint_every: coupling.checkpoint_every,
+        log: (coupling.record && !options.no_record).then_some(log),
+        begin,
+    };
+    let setup = Coupled { options, prepared, folder: &folder, interrupts: interrupts.clone() };
+    bedload_program::run(&job, &setup)?;
     protocol::say!("bedload: done, see {}", folder.root().display());
     Ok(())
 }
 
-/// Finds the checkpoint to go on from, and prepares the output folder.
-pub(crate) fn open_folder(
-    options: &RunOptions,
-    prepared: &Prepared,
-    folder: &OutputFolder,
-) -> Result<Option<(std::path::PathBuf, CouplerState)>, Failure> {
-    let resumed = if options.resume {
-        let (path, state) = resume::latest(folder, &prepared.scene.state_sha256())?;
-        prepared.scene.goes_on_from(state.observer.tally.simulated).map_err(Box::new)?;
-        folder.remove_summary()?;
-        Some((path, state))
-    } else {
-        None
-    };
-    // The solvers read the scheme that the plan chose.
-    let scheme = prepared.plan.scheme.map_or(prepared.coupling.scheme, SchemeKey::from);
-    let coupling = Coupling { scheme, ..prepared.coupling.clone() };
-    let coupling = toml::Table::try_from(&coupling).map_err(|error| Failure::Run(error.to_string()))?;
-    // What a solver did not resolve stays as the user wrote it.
-    let fluid = prepared.fluid.as_ref().map(|fluid| &fluid.facts).filter(|facts| !facts.resolved.is_empty());
-    let dem = prepared.dem.as_ref().map(|dem| &dem.facts).filter(|facts| !facts.resolved.is_empty());
-    folder.write_scene(&prepared.scene, fluid, dem, Some(&coupling))?;
-    if prepared.has_others() {
-        folder.write_scene_in_full(&prepared.scene, fluid, dem, Some(&coupling))?;
+/// Draws the report; a failure to draw costs no result.
+pub(crate) fn draw(folder: &Path) {
+    if let Err(error) = crate::study::report::page::write(folder) {
+        protocol::say!("bedload: warning: no report.html: {error}");
     }
-    let plan =
-        serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;
-    bedload_output::atomic_write(&folder.plan(), plan.as_bytes())?;
-    Ok(resumed)
 }
 
 /// A scene that needs one solver only: its own `run` does everything.
@@ -175,7 +111,7 @@ fn alone(
     }
 }
 
-/// The solver was killed and could not sum up: do it here.
+/// The solver was killed and wrote no summary: it is written here.
 fn lost(
     options: &RunOptions,
     prepared: &Prepared,
@@ -190,7 +126,9 @@ fn lost(
     };
     if let Ok(folder) = OutputFolder::open(&options.out_path()) {
         let mut summary = Summary::new(&prepared.scene, VERSION);
-        return finish(&folder, &mut summary, Err(failure));
+        let failed = summarise(&folder, &mut summary, Err(failure));
+        draw(folder.root());
+        return failed;
     }
     Err(failure)
 }

@@ -10,7 +10,6 @@ use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -241,38 +240,6 @@ fn keep_words(role: Role, stderr: impl BufRead, kept: &Mutex<VecDeque<String>>, 
             kept.pop_front();
         }
         kept.push_back(line);
-    }
-}
-
-/// Ctrl-C, SIGTERM and SIGHUP (a terminal that closes) as a count: the first ends the run in order, the second kills the solvers, the
-/// third the coupler itself.
-#[derive(Clone, Debug)]
-pub(crate) struct Interrupts(Arc<AtomicUsize>);
-
-impl Interrupts {
-    /// Starts listening.
-    ///
-    /// # Errors
-    /// The system's, if a handler cannot be set.
-    pub(crate) fn listen() -> std::io::Result<Self> {
-        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-        let count = Arc::new(AtomicUsize::new(0));
-        let mut signals = signal_hook::iterator::Signals::new([SIGHUP, SIGINT, SIGTERM])?;
-        let theirs = count.clone();
-        std::thread::spawn(move || {
-            for _ in signals.forever() {
-                if theirs.fetch_add(1, Ordering::SeqCst) >= 2 {
-                    std::process::exit(130);
-                }
-            }
-        });
-        Ok(Self(count))
-    }
-
-    /// Signals so far.
-    #[must_use]
-    pub(crate) fn count(&self) -> usize {
-        self.0.load(Ordering::SeqCst)
     }
 }
 

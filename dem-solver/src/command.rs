@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use bedload_output::atomic_write;
 use bedload_output::vtk::{Array, image};
-use bedload_program::{ProgramError, RunOptions, explain};
+use bedload_program::{Failure, RunOptions};
 use bedload_scene::{Axis, CheckedScene, Profile as Asked};
 use clap::Parser;
 use nalgebra::Matrix3;
@@ -67,13 +67,13 @@ pub fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(error) => {
-            explain("bedload-dem", &error);
+            error.explain("bedload-dem");
             ExitCode::from(error.exit_code())
         }
     }
 }
 
-fn run(arguments: &Arguments) -> Result<PathBuf, ProgramError> {
+fn run(arguments: &Arguments) -> Result<PathBuf, Failure> {
     // The scene as the run resolved it has another identity than the one that its checkpoint bears.
     let scene = RunOptions::of_scene(&arguments.folder.join("scene.toml")).read_scene()?;
     refuse_averages(&scene, "grains")?;

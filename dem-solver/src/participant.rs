@@ -365,10 +365,6 @@ impl Solver for DemParticipant {
         Clock { window, substep: facts.dt, adaptive: false }
     }
 
-    fn sides<'a>(incoming: &'a [Loads], outgoing: &'a [Kinematics]) -> (&'a [Loads], &'a [Kinematics]) {
-        (incoming, outgoing)
-    }
-
     fn scalars(&self) -> Vec<f64> {
         let Some(lost) = self.dem.dissipated() else { return Vec::new() };
         let (elastic, potential) = (self.dem.elastic_energy(), self.dem.potential_energy());

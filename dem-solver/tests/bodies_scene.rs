@@ -1,6 +1,6 @@
 //! Bodies that are not round, from the scene's text through the participant.
 mod common;
-use bedload_program::alone::{StandIn, advance};
+use bedload_program::alone::StandIn;
 use bedload_scene::{CheckedScene, SceneSource};
 use dem_solver::config::Config;
 use dem_solver::participant::DemParticipant;
@@ -41,7 +41,8 @@ fn a_heap_of_a_scene_runs_writes_its_outlines_and_goes_on_from_a_checkpoint() {
     };
     let mut go = |solver: &mut DemParticipant, steps: std::ops::Range<u64>| {
         for step in steps {
-            advance(solver, &window(step), &mut exchange).expect("advances");
+            solver.advance(&window(step), &mut exchange).expect("advances");
+            solver.write_fields(&window(step)).expect("writes");
         }
     };
     let busy = |state: &State| !state.body_contacts.is_empty() && !state.body_wall_contacts.is_empty();

@@ -1,6 +1,6 @@
 //! Insertions, rough walls, copies and hand-over from run to run, through the participant.
 mod common;
-use bedload_program::alone::{StandIn, advance};
+use bedload_program::alone::StandIn;
 use bedload_scene::{CheckedScene, Motion, Rest, SceneError, SceneSource};
 use dem_solver::participant::DemParticipant;
 use protocol::message::{Kinematics, Loads};
@@ -41,7 +41,7 @@ impl Run {
         for _ in 0..windows {
             let time = 0.01 * self.step as f64;
             let window = Window { step: self.step, attempt: 0, time, dt: 0.01, substeps: 100, output: false };
-            advance(&mut self.solver, &window, &mut self.exchange).expect("advances");
+            self.solver.advance(&window, &mut self.exchange).expect("advances");
             self.step += 1;
         }
     }

@@ -12,7 +12,7 @@ use bedload_program::Solver;
 use bedload_program::alone::{self, Answer, Clock};
 use bedload_scene::{CheckedScene, Motion, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
-use protocol::message::{Kinematics, Loads};
+use protocol::message::Kinematics;
 use protocol::participant::{Participant, SolverError};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -112,10 +112,6 @@ impl Solver for Fluid {
 
     fn clock(_: &CheckedScene, facts: &FluidFacts) -> Clock {
         Clock { window: facts.dt, substep: f64::INFINITY, adaptive: facts.adaptive }
-    }
-
-    fn sides<'a>(incoming: &'a [Kinematics], outgoing: &'a [Loads]) -> (&'a [Loads], &'a [Kinematics]) {
-        (outgoing, incoming)
     }
 
     fn scalars(&self) -> Vec<f64> {

@@ -5,11 +5,14 @@ use std::path::{Path, PathBuf};
 
 use crate::checkpoint;
 
-/// Newest whole checkpoint in `parent`, the folder `checkpoint` of a run; `last`: role of the file that makes it whole.
+/// Role of the file of a checkpoint that is written last, and makes it whole: that of the run loop.
+pub const LAST: &str = "loop";
+
+/// Newest whole checkpoint in `parent`, the folder `checkpoint` of a run.
 #[must_use]
-pub fn newest(parent: &Path, last: &str) -> Option<PathBuf> {
+pub fn newest(parent: &Path) -> Option<PathBuf> {
     let mut found = folders(parent);
-    found.retain(|(_, path)| checkpoint::path(path, last).is_file());
+    found.retain(|(_, path)| checkpoint::path(path, LAST).is_file());
     found.sort();
     found.pop().map(|(_, path)| path)
 }
@@ -19,8 +22,7 @@ pub fn newest(parent: &Path, last: &str) -> Option<PathBuf> {
 #[must_use]
 pub fn newest_of_run(out: &Path) -> PathBuf {
     let parent = out.join("checkpoint");
-    let whole = |last| newest(&parent, last);
-    whole("loop").or_else(|| whole("coupler")).unwrap_or(parent)
+    newest(&parent).unwrap_or(parent)
 }
 
 /// Removes the checkpoints in `parent` but for `kept`. A leftover costs room on the disk, nothing else: the newest

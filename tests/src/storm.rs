@@ -328,9 +328,7 @@ impl<'a> Run<'a> {
     }
 
     fn has_checkpoint(&self) -> bool {
-        let folder = self.out.join("checkpoint");
-        let last = if self.reference.kind.logs { "coupler" } else { "loop" };
-        protocol::checkpoints::newest(&folder, last).is_some()
+        protocol::checkpoints::newest(&self.out.join("checkpoint")).is_some()
     }
 
     /// Nothing of the last kill is left in shared memory once a run has started since.

@@ -92,8 +92,7 @@ fn a_checkpoint_that_was_cut_short_is_passed_over() {
     };
     let whole = run("whole", "1.0", &[]);
     let parts = run("parts", "0.5", &[]);
-    let newest =
-        protocol::checkpoints::newest(&whole.join("checkpoint"), "loop").expect("a whole checkpoint");
+    let newest = protocol::checkpoints::newest(&whole.join("checkpoint")).expect("a whole checkpoint");
     let cut = parts.join("checkpoint").join(newest.file_name().expect("a step"));
     std::fs::create_dir(&cut).expect("a folder");
     std::fs::copy(newest.join("dem.checkpoint"), cut.join("dem.checkpoint")).expect("a copy");

@@ -108,11 +108,11 @@ impl Bound {
     }
 }
 
-/// The bounds that a plan breaks, each with its remedy.
-impl From<Vec<Bound>> for Failure {
-    fn from(bounds: Vec<Bound>) -> Self {
+impl Bound {
+    /// The bounds that a plan breaks, each with its remedy.
+    pub(crate) fn broken(bounds: &[&Self]) -> Failure {
         let mut text = String::from("the plan breaks a stability bound");
-        for bound in &bounds {
+        for bound in bounds {
             text += &format!(
                 "\n  {}: {}\n    why: {} ({})\n    remedy: {}",
                 bound.name,
@@ -130,6 +130,6 @@ impl From<Vec<Bound>> for Failure {
         if !names.is_empty() {
             text += &format!("\n  to run all the same: --set 'coupling.force=[{}]'", names.join(", "));
         }
-        Self::Bounds(text)
+        Failure::Bounds(text)
     }
 }

@@ -1,10 +1,11 @@
 //! A solver under test, and what it is asked for.
 
 use bedload_scene::Grain;
+use protocol::log::Records;
 use protocol::message::{Command, Kinematics, Loads, Order};
 use protocol::participant::Role;
 
-use crate::stage::{Lines, Setting, Stage, Stand};
+use crate::stage::{Setting, Stage, Stand};
 
 /// Who is tested, and on what.
 pub(super) struct Bench {
@@ -42,10 +43,10 @@ impl Bench {
     }
 
     /// What the other side sends: loads of half the weight, upwards; or grains at rest where they began.
-    fn lines(&self) -> Lines {
+    fn lines(&self) -> Records {
         let scene = &self.stand.scene;
         match self.stand.role {
-            Role::Dem => Lines::Loads(
+            Role::Dem => Records::Loads(
                 scene
                     .grains
                     .iter()
@@ -55,7 +56,7 @@ impl Bench {
                     })
                     .collect(),
             ),
-            Role::Fluid => Lines::Kinematics(
+            Role::Fluid => Records::Kinematics(
                 self.at_start().into_iter().map(|grain| Kinematics { velocity: [0.0; 3], ..grain }).collect(),
             ),
         }

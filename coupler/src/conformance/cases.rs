@@ -4,12 +4,13 @@ use std::time::{Duration, Instant};
 
 use bedload_scene::Motion;
 use protocol::channel::{ConductorLink, Rendezvous};
+use protocol::log::Records;
 use protocol::message::{Command, Kinematics, Loads, Order, State};
 use protocol::participant::Role;
 use protocol::serve::checkpoint_folder;
 
 use super::bench::Bench;
-use crate::stage::{Deed, LEAVE, Lines, Part, Setting, Stage, Turn, how, text};
+use crate::stage::{Deed, LEAVE, Part, Setting, Stage, Turn, how, text};
 
 /// A case: what to do, and what it is for.
 pub(super) struct Case {
@@ -101,8 +102,8 @@ pub(super) fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
     let Turn { header, records, done } = turn;
     let step = command.step;
     let (ordered, sent) = match records {
-        Lines::Loads(_) => (0, 0),
-        Lines::Kinematics(_) => (command.substeps, header.substeps),
+        Records::Loads(_) => (0, 0),
+        Records::Kinematics(_) => (command.substeps, header.substeps),
     };
     for (what, ours, theirs) in [
         ("step", step, header.step),
@@ -127,7 +128,7 @@ pub(super) fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
         Err(format!("window {step}: {} of grain {grain} is {value}", turn.field(word)))
     };
     // Position, orientation, velocity and spin are the coupling; observations may be infinite (a gap to nothing).
-    let coupling = if matches!(records, Lines::Kinematics(_)) { 13 } else { usize::MAX };
+    let coupling = if matches!(records, Records::Kinematics(_)) { 13 } else { usize::MAX };
     for (grain, words) in turn.words().iter().enumerate() {
         for (word, value) in words.iter().map(|word| f64::from_bits(*word)).enumerate() {
             if value.is_nan() || (word < coupling && value.is_infinite()) {
@@ -136,14 +137,14 @@ pub(super) fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
         }
     }
     match records {
-        Lines::Loads(records) => {
+        Records::Loads(records) => {
             for (grain, loads) in records.iter().enumerate() {
                 if loads.added_mass < 0.0 {
                     return bad(grain, 6, loads.added_mass);
                 }
             }
         }
-        Lines::Kinematics(records) => {
+        Records::Kinematics(records) => {
             for (grain, kinematics) in records.iter().enumerate() {
                 let norm = kinematics.orientation.iter().map(|q| q * q).sum::<f64>();
                 if (norm - 1.0).abs() > 1e-6 {
@@ -176,8 +177,8 @@ fn units(bench: &Bench) -> Result<String, String> {
     let turn = stage.play(command)?;
     stage.stop()?;
     match &turn.records {
-        Lines::Kinematics(records) => falls(bench, &command, records),
-        Lines::Loads(records) => floats(bench, records),
+        Records::Kinematics(records) => falls(bench, &command, records),
+        Records::Loads(records) => floats(bench, records),
     }
 }
 

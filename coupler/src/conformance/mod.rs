@@ -21,9 +21,9 @@ use protocol::channel::remove_stale_runs;
 use protocol::participant::Role;
 use serde::Serialize;
 
+use crate::coupled::write_scene;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
-use crate::run::open_folder;
 use crate::scratch::Scratch;
 use crate::stage::Stand;
 use bench::Bench;
@@ -220,7 +220,7 @@ fn bench(options: &Options, role: Role, scene: &Path, out: &Path) -> Result<Benc
         ));
     }
     let output = run.folder(&prepared.scene)?;
-    open_folder(&run, &prepared, &output)?;
+    write_scene(&prepared, &output)?;
     let file = if prepared.has_others() { output.scene_in_full() } else { output.scene() };
     let patience = prepared.coupling.startup_deadline;
     let join_s = if options.role.is_none() { patience.min(PROBE) } else { patience };

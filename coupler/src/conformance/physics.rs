@@ -1,11 +1,12 @@
 //! What a DEM does with grains, beside what is exact: fall, bounce, rest, collision, spin. Each on a scene of its own, without
 //! a film, with the loads that the case wants.
 
+use protocol::log::Records;
 use protocol::message::{Kinematics, Loads};
 
 use super::bench::Bench;
 use super::cases::judge;
-use crate::stage::{Lines, Setting, Stage};
+use crate::stage::{Setting, Stage};
 
 /// A case with its scene.
 pub(super) struct Trial {
@@ -103,7 +104,7 @@ scheme = "semi-implicit"
     pub(super) fn play(&self, bench: &Bench) -> Result<String, String> {
         let count = bench.stand.scene.grains.len();
         let loads = vec![Loads { torque: [0.0, 0.0, self.torque], ..Loads::default() }; count];
-        let mut stage = Stage::open(&bench.stand, Lines::Loads(loads), Setting::default())?;
+        let mut stage = Stage::open(&bench.stand, Records::Loads(loads), Setting::default())?;
         let mut course = Course { times: vec![0.0], motion: vec![bench.at_start()] };
         let mut time = 0.0;
         for step in 0..self.windows as u64 {
@@ -111,7 +112,7 @@ scheme = "semi-implicit"
             time += command.dt;
             let turn = stage.play(command)?;
             judge(&command, &turn)?;
-            let Lines::Kinematics(records) = turn.records else { return Err("sent no kinematics".into()) };
+            let Records::Kinematics(records) = turn.records else { return Err("sent no kinematics".into()) };
             course.times.push(time);
             course.motion.push(records);
         }

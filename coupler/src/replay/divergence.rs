@@ -1,11 +1,13 @@
 //! How far the messages of a replay are from the logged ones, window by window.
 
+use bedload_program::Messages;
+use bedload_program::replay::Compare;
 use bedload_scene::CheckedScene;
+use protocol::log::LoggedWindow;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Role, Window};
 
 use crate::number::Short;
-use crate::stage::Lines;
 
 /// Below this part of the largest logged value a difference is one of rounding.
 const ROUNDING: f64 = 1e-12;
@@ -65,14 +67,15 @@ impl Divergence {
         Self { scales: vec![0.0; quantities.len()], quantities, periods: periods(scene), rows: Vec::new() }
     }
 
-    /// Compares the messages of a window.
-    pub(super) fn take(&mut self, window: &Window, logged: &Lines, sent: &Lines) {
-        let cells = match (logged, sent) {
-            (Lines::Loads(logged), Lines::Loads(sent)) => self.cells(&LOADS, logged, sent),
-            (Lines::Kinematics(logged), Lines::Kinematics(sent)) => self.cells(&MOTION, logged, sent),
-            // A solver sends what its role has.
-            _ => Vec::new(),
-        };
+    /// Compares the loads of a window.
+    fn loads(&mut self, window: &Window, logged: &[Loads], sent: &[Loads]) {
+        let cells = self.cells(&LOADS, logged, sent);
+        self.rows.push(Row { step: window.step, time: window.time + window.dt, cells });
+    }
+
+    /// Compares the kinematics of a window.
+    fn kinematics(&mut self, window: &Window, logged: &[Kinematics], sent: &[Kinematics]) {
+        let cells = self.cells(&MOTION, logged, sent);
         self.rows.push(Row { step: window.step, time: window.time + window.dt, cells });
     }
 
@@ -190,6 +193,20 @@ impl Divergence {
     }
 }
 
+impl Compare for Divergence {
+    /// Compares what was accepted; there is nothing to compare where the solver took no part in the logged run.
+    fn take(&mut self, logged: &LoggedWindow, sent: &Messages<'_>, is_last: bool) -> bool {
+        let window = logged.window();
+        match (sent.loads_header, &logged.loads, &logged.kinematics) {
+            _ if !is_last => {}
+            (Some(_), Some((_, loads)), _) => self.loads(&window, loads, sent.loads),
+            (None, _, Some((_, kinematics))) => self.kinematics(&window, kinematics, sent.kinematics),
+            _ => {}
+        }
+        true
+    }
+}
+
 /// A line of the table.
 fn line([name, difference, unit, relative, time, step, grain]: [String; 7]) -> String {
     format!("  {name:22} {difference:>10} {unit:6} {relative:>10} {time:>10} {step:>8} {grain:>7}\n")
@@ -244,15 +261,15 @@ mod tests {
     #[test]
     fn the_first_and_the_largest_difference_are_named() {
         let mut divergence = Divergence::new(Role::Dem, &two_grains());
-        let logged = Lines::Kinematics(vec![at([1.0; 3], 0.0), at([3.9, 0.0, 0.0], 2.0)]);
-        divergence.take(&window(0), &logged, &logged);
+        let logged = vec![at([1.0; 3], 0.0), at([3.9, 0.0, 0.0], 2.0)];
+        divergence.kinematics(&window(0), &logged, &logged);
         // Beyond the period, the same place up to rounding.
-        let turned = Lines::Kinematics(vec![at([1.0; 3], 0.0), at([-0.1, 0.0, 0.0], 2.0)]);
-        divergence.take(&window(1), &logged, &turned);
-        let other = Lines::Kinematics(vec![at([1.0; 3], 0.0), at([3.9, 0.0, 0.0], 2.5)]);
-        divergence.take(&window(2), &logged, &other);
-        let nothing = Lines::Kinematics(vec![at([f64::NAN; 3], 0.0), at([3.9, 0.0, 0.0], 2.0)]);
-        divergence.take(&window(3), &logged, &nothing);
+        let turned = vec![at([1.0; 3], 0.0), at([-0.1, 0.0, 0.0], 2.0)];
+        divergence.kinematics(&window(1), &logged, &turned);
+        let other = vec![at([1.0; 3], 0.0), at([3.9, 0.0, 0.0], 2.5)];
+        divergence.kinematics(&window(2), &logged, &other);
+        let nothing = vec![at([f64::NAN; 3], 0.0), at([3.9, 0.0, 0.0], 2.0)];
+        divergence.kinematics(&window(3), &logged, &nothing);
         let said = divergence.summary();
         assert!(said.contains("window 2, t = 3 s, grain 1, contact_force: 0.5 N, 0.25 of it"), "{said}");
         let csv = divergence.csv();
@@ -266,9 +283,9 @@ mod tests {
     #[test]
     fn rounding_is_no_difference() {
         let mut divergence = Divergence::new(Role::Dem, &two_grains());
-        let logged = Lines::Kinematics(vec![at([1.0; 3], 0.0); 2]);
-        let sent = Lines::Kinematics(vec![at([1.0 + f64::EPSILON, 1.0, 1.0], 0.0); 2]);
-        divergence.take(&window(0), &logged, &sent);
+        let logged = vec![at([1.0; 3], 0.0); 2];
+        let sent = vec![at([1.0 + f64::EPSILON, 1.0, 1.0], 0.0); 2];
+        divergence.kinematics(&window(0), &logged, &sent);
         assert!(divergence.summary().starts_with("no difference beyond"), "{}", divergence.summary());
         assert!(divergence.csv().contains("2.220446049250313e-16"));
     }

@@ -5,10 +5,12 @@ use std::time::Instant;
 
 use bedload_output::{OutputFolder, atomic_write};
 use bedload_program::alone::{buoyancy, prescribed_motion};
+use bedload_program::replay::{self, LogOptions, LogSchedule};
+use bedload_program::{Interrupts, Link, Messages, Ordered};
 use bedload_scene::CheckedScene;
 use protocol::channel::remove_stale_runs;
-use protocol::log::{LogReader, LoggedWindow, Windows};
-use protocol::message::{Command, Kinematics, Loads, Order};
+use protocol::log::{LogReader, Records};
+use protocol::message::{Command, Kinematics, Loads};
 use protocol::participant::{Role, Window};
 use protocol::scheme::Scheme;
 
@@ -21,9 +23,8 @@ use crate::failure::Failure;
 use crate::number::Short;
 use crate::scratch::Scratch;
 use crate::solvers::Solver;
-use crate::stage::{Lines, Setting, Stage, Stand};
+use crate::stage::{Setting, Stage, Stand, Turn};
 use crate::study::divergence::figure;
-use crate::supervise::Interrupts;
 
 /// Drives the solver through the log, prints what differs, and writes `divergence.csv` and `.svg` where an output
 /// folder is named. Differences are the result, and no failure.
@@ -43,26 +44,26 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
     }
     let scratch = Scratch::new().map_err(Failure::Run)?;
     let (stand, substeps) = prepare(request, &reader, scratch.path())?;
-    let mut drive = Drive::new(request, &stand, substeps, &reader);
+    let divergence = Divergence::new(stand.role, &stand.scene);
     let title = reader.manifest().title.clone();
     let begin = Instant::now();
-    let outcome = drive.run(reader, interrupts);
+    let (divergence, outcome) = run(request, &stand, &substeps, reader, interrupts, divergence);
     let seconds = begin.elapsed().as_secs_f64();
     // Before anything is printed: a pipe may be closed.
     let written = match &request.out {
-        Some(out) => write(&drive.divergence, &title, &request.overrides, out)?,
+        Some(out) => write(&divergence, &title, &request.overrides, out)?,
         None => Vec::new(),
     };
     println!(
         "{} windows of {} compared, given to the {} solver `{}` in {} s; what it sends changes nothing in what it is \
          given",
-        drive.divergence.windows(),
+        divergence.windows(),
         request.log.display(),
         stand.role,
         stand.command.join(" "),
         Short(seconds)
     );
-    print!("{}", drive.divergence.summary());
+    print!("{}", divergence.summary());
     for path in written {
         println!("{}", path.display());
     }
@@ -120,114 +121,112 @@ fn refuse_run(folder: &Path) -> Result<(), Failure> {
     })
 }
 
-/// A replay under way.
-struct Drive<'a> {
-    request: &'a Replay,
-    stand: &'a Stand,
-    substeps: Substeps,
+/// What the other side sends in a window that the log has no message of it for: it took no part.
+type Peer = Box<dyn Fn(&Window) -> Records>;
+
+/// The solver as a process, given the messages of the log.
+struct Driven<'a> {
+    stage: Stage<'a>,
+    role: Role,
     peer: Peer,
-    divergence: Divergence,
+    ordered: Option<Command>,
+    sent: Option<Turn>,
 }
 
-/// What the other side says in a window that the log has no message of it for: it took no part.
-type Peer = Box<dyn Fn(&Window) -> Lines>;
+impl Driven<'_> {
+    /// A failure in a window.
+    fn failed(&self, step: u64, error: &str) -> Failure {
+        let what = format!("the {} solver: window {step}: {error}", self.role);
+        if self.stage.has_failed() { Failure::Run(what) } else { Failure::Peer(what) }
+    }
+}
 
-impl<'a> Drive<'a> {
-    fn new(request: &'a Replay, stand: &'a Stand, substeps: Substeps, reader: &LogReader) -> Self {
-        let grains = reader.manifest().grains();
-        let divergence = Divergence::new(stand.role, &stand.scene);
-        Self { request, stand, substeps, peer: peer(stand.role, &stand.scene, grains), divergence }
+impl Link for Driven<'_> {
+    fn order(&mut self, Ordered { command, given, .. }: Ordered) {
+        self.stage.prompt(given.map_or_else(|| (self.peer)(&command.into()), |(_, records)| records));
+        self.ordered = Some(command);
     }
 
-    fn run(&mut self, reader: LogReader, interrupts: &Interrupts) -> Result<(), Failure> {
-        let coupling = &self.stand.coupling;
-        let repeats = coupling.scheme.named() == Some(Scheme::Iterated) && self.stand.role == Role::Fluid;
-        let writes = self.request.out.is_some();
-        let setting = Setting {
-            repeatable: repeats,
-            // Files take their time.
-            deadline: writes.then_some(6.0 * coupling.deadline),
-            checkpoint: self.request.checkpoint.as_deref(),
-            ..Setting::default()
-        };
-        let first = Window { step: 0, attempt: 0, time: 0.0, dt: 0.0, substeps: 1, output: false };
-        let stage = Stage::open(self.stand, (self.peer)(&first), setting);
-        let mut stage = stage.map_err(|error| {
-            Failure::Peer(format!("the {} solver does not join: {error}", self.stand.role))
-        })?;
-        let mut windows = reader.windows();
-        let cut = self.windows(&mut windows, &mut stage, repeats, interrupts)?;
-        stage.stop().map_err(|error| Failure::Peer(format!("the {} solver {error}", self.stand.role)))?;
-        if let Some((step, _)) = windows.unfinished() {
-            protocol::say!("bedload: window {step} was not finished, and is not compared");
-        }
-        cut.map_or(Ok(()), |cut| {
-            Err(Failure::BreaksOff(format!("{cut}; all windows up to there were given")))
-        })
+    fn await_window(&mut self) -> Result<Option<Command>, Failure> {
+        let Some(command) = self.ordered.take() else { return Ok(None) };
+        let sent = self.stage.play(command);
+        self.sent = Some(sent.map_err(|error| self.failed(command.step, &error))?);
+        Ok(Some(command))
     }
 
-    /// Every window of the log; returns where it breaks off, if it does.
-    fn windows(
-        &mut self,
-        windows: &mut Windows,
-        stage: &mut Stage<'_>,
-        repeats: bool,
-        interrupts: &Interrupts,
-    ) -> Result<Option<String>, Failure> {
-        while let Some(window) = windows.next() {
-            let window = match window {
-                Err(error) if error.is_truncation() => return Ok(Some(error.to_string())),
-                other => other?,
-            };
-            if interrupts.count() > 0 {
-                return Err(Failure::Interrupted("the replay was not finished".into()));
+    fn messages(&self) -> Messages<'_> {
+        match &self.sent {
+            Some(Turn { header, records: Records::Loads(loads), .. }) => {
+                Messages { loads, loads_header: Some(header), ..Messages::default() }
             }
-            let last = !windows.peek().is_some_and(LoggedWindow::is_repeat);
-            // A DEM goes back to the start of the window each time: only what was accepted matters to it.
-            if last || repeats {
-                self.window(stage, window, repeats, last)?;
+            Some(Turn { header, records: Records::Kinematics(kinematics), .. }) => {
+                Messages { kinematics, kinematics_header: Some(header), ..Messages::default() }
             }
+            None => Messages::default(),
         }
-        Ok(None)
     }
 
-    fn window(
-        &mut self,
-        stage: &mut Stage<'_>,
-        logged: LoggedWindow,
-        repeats: bool,
-        last: bool,
-    ) -> Result<(), Failure> {
-        let window = logged.window();
-        let mut command = self.substeps.order(logged.command);
-        if !repeats {
-            (command.order, command.attempt) = (Order::Advance as u64, 0);
-        }
-        command.output &= u64::from(self.request.out.is_some());
-        let (loads, kinematics) = (
-            logged.loads.map(|(_, loads)| Lines::Loads(loads)),
-            logged.kinematics.map(|(_, k)| Lines::Kinematics(k)),
-        );
-        let (given, wanted) = match self.stand.role {
-            Role::Fluid => (kinematics, loads),
-            Role::Dem => (loads, kinematics),
-        };
-        stage.prompt(given.unwrap_or_else(|| (self.peer)(&window)));
-        let turn = stage.play(command).map_err(|error| {
-            let what = format!("the {} solver: window {}: {error}", self.stand.role, window.step);
-            if stage.has_failed() { Failure::Run(what) } else { Failure::Peer(what) }
-        })?;
-        if last {
-            if let Some(wanted) = &wanted {
-                self.divergence.take(&window, wanted, &turn.records);
-            }
-            if repeats {
-                let accept = Command { order: Order::Accept as u64, ..command };
-                stage.order(accept).map_err(Failure::Peer)?;
-            }
-        }
+    fn accept(&mut self, command: Command) -> Result<(), Failure> {
+        self.stage.order(command).map_err(Failure::Peer)
+    }
+
+    /// Nothing is kept of a replay.
+    fn checkpoint(&mut self, _: u64, _: f64) -> Result<(), Failure> {
         Ok(())
     }
+
+    fn stop(&mut self, _: u64, _: f64) -> Result<(), Failure> {
+        self.stage.stop().map_err(|error| Failure::Peer(format!("the {} solver {error}", self.role)))
+    }
+}
+
+/// Starts the solver and drives it through the log.
+fn run(
+    request: &Replay,
+    stand: &Stand,
+    substeps: &Substeps,
+    reader: LogReader,
+    interrupts: &Interrupts,
+    divergence: Divergence,
+) -> (Divergence, Result<(), Failure>) {
+    let coupling = &stand.coupling;
+    // A DEM goes back to the start of the window each time: only what was accepted matters to it.
+    let repeats = coupling.scheme.named() == Some(Scheme::Iterated) && stand.role == Role::Fluid;
+    let writes = request.out.is_some();
+    let setting = Setting {
+        repeatable: repeats,
+        // Files take their time.
+        deadline: writes.then_some(6.0 * coupling.deadline),
+        checkpoint: request.checkpoint.as_deref(),
+        ..Setting::default()
+    };
+    let peer = peer(stand.role, &stand.scene, reader.manifest().grains());
+    let first = Window { step: 0, attempt: 0, time: 0.0, dt: 0.0, substeps: 1, output: false };
+    let stage = match Stage::open(stand, peer(&first), setting) {
+        Ok(stage) => stage,
+        Err(error) => {
+            let what = format!("the {} solver does not join: {error}", stand.role);
+            return (divergence, Err(Failure::Peer(what)));
+        }
+    };
+    let substeps = |command: &Command| substeps.order(*command).substeps;
+    let options = LogOptions {
+        drive: stand.role,
+        attempts: repeats,
+        accepts: repeats,
+        fields: writes,
+        substeps: Some(&substeps),
+    };
+    let link = Driven { stage, role: stand.role, peer, ordered: None, sent: None };
+    let driven = replay::drive(link, LogSchedule::new(reader, divergence, options), interrupts);
+    let outcome = driven.outcome.and_then(|()| {
+        if let Some((step, _)) = driven.unfinished {
+            protocol::say!("bedload: window {step} was not finished, and is not compared");
+        }
+        let cut = |cut| Err(Failure::BreaksOff(format!("{cut}; all windows up to there were given")));
+        driven.cut.map_or(Ok(()), cut)
+    });
+    (driven.compare, outcome)
 }
 
 /// What the plain loop of a solver alone says in place of the absent one.
@@ -238,7 +237,7 @@ fn peer(driven: Role, scene: &CheckedScene, grains: usize) -> Peer {
             Box::new(move |window| {
                 let mut loads = vec![Loads::default(); grains];
                 answer(window, &mut loads);
-                Lines::Loads(loads)
+                Records::Loads(loads)
             })
         }
         Role::Fluid => {
@@ -246,7 +245,7 @@ fn peer(driven: Role, scene: &CheckedScene, grains: usize) -> Peer {
             Box::new(move |window| {
                 let mut motion = vec![Kinematics::default(); grains];
                 answer(window, &mut motion);
-                Lines::Kinematics(motion)
+                Records::Kinematics(motion)
             })
         }
     }

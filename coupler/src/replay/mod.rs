@@ -20,15 +20,16 @@ mod substeps;
 use std::ffi::OsString;
 use std::time::Duration;
 
+use bedload_program::Interrupts;
 use protocol::log::LogReader;
 use rustix::process::Signal;
 
 pub(crate) use request::Replay;
 
+use crate::coupled::start;
 use crate::failure::Failure;
-use crate::session::start;
 use crate::solvers::Solver;
-use crate::supervise::{Interrupts, Supervisor, Words};
+use crate::supervise::{Supervisor, Words};
 
 /// Replays a log. Our own solver is started whatever command the log names: a log is data, and may come from anyone.
 ///
@@ -51,15 +52,14 @@ pub(crate) fn replay(replay: &Replay) -> Result<(), Failure> {
             manifest.first_step
         )));
     }
-    let interrupts =
-        Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
+    let interrupts = Interrupts::listen(3)?;
     if replay.compare || !replay.overrides.is_empty() {
         return drive::compare(replay, reader, &interrupts);
     }
     by_itself(replay, &interrupts)
 }
 
-/// Starts the solver on the log and passes its verdict on: 0 the same, 1 different, 6 the log breaks off.
+/// Starts the solver on the log and passes its exit code on: 0 the same, 1 different, 6 the log breaks off.
 fn by_itself(replay: &Replay, interrupts: &Interrupts) -> Result<(), Failure> {
     let solver = Solver::ours(replay.drive);
     let mut supervisor = Supervisor::default();

@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use protocol::channel::{Rendezvous, SharedMemory, Wire};
+use protocol::log::{Logged, Records};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::{Exchange, ExchangeError, Participant, Role, SolverError, Window, WindowReport};
 use protocol::serve::serve;
@@ -33,21 +34,12 @@ pub(crate) struct Part {
     pub(crate) from: u64,
 }
 
-/// What it sends, whatever it receives.
-#[derive(Clone, Debug)]
-pub(crate) enum Lines {
-    /// It is the fluid.
-    Loads(Vec<Loads>),
-    /// It is the DEM.
-    Kinematics(Vec<Kinematics>),
-}
-
 /// All that the actor is told.
 pub(super) struct Script {
     /// What it sends at first.
-    pub(super) lines: Lines,
+    pub(super) lines: Records,
     /// What it sends instead, at most one for each window that is ordered.
-    pub(super) prompted: Receiver<Lines>,
+    pub(super) prompted: Receiver<Records>,
     /// What it does.
     pub(super) part: Part,
     /// Ends its silence.
@@ -60,15 +52,15 @@ pub(super) fn enter(rendezvous: &Rendezvous, script: Script, out: &Path) -> Join
     // How it fares shows in the run, which is observed.
     std::thread::spawn(move || {
         let _ = match script.lines {
-            Lines::Loads(_) => act::<AsFluid>(&rendezvous, script, &out),
-            Lines::Kinematics(_) => act::<AsDem>(&rendezvous, script, &out),
+            Records::Loads(_) => act::<AsFluid>(&rendezvous, script, &out),
+            Records::Kinematics(_) => act::<AsDem>(&rendezvous, script, &out),
         };
     })
 }
 
 fn act<S: Side>(rendezvous: &Rendezvous, script: Script, out: &Path) -> Result<(), SolverError> {
     let Script { lines, prompted, part, over } = script;
-    let sends = S::of(lines);
+    let sends = S::Out::of(lines);
     let mut link = SharedMemory::<S::In, S::Out>::join(rendezvous, S::ROLE, sends.len())?;
     serve(&mut Actor::<S> { sends, prompted, part, over }, &mut link, out)
 }
@@ -76,10 +68,8 @@ fn act<S: Side>(rendezvous: &Rendezvous, script: Script, out: &Path) -> Result<(
 /// A side of the exchange.
 trait Side {
     type In: Wire;
-    type Out: Wire;
+    type Out: Wire + Logged;
     const ROLE: Role;
-    /// The lines of this side; none of the other's.
-    fn of(lines: Lines) -> Vec<Self::Out>;
     fn spoil(record: &mut Self::Out);
 }
 
@@ -89,9 +79,6 @@ impl Side for AsFluid {
     type In = Kinematics;
     type Out = Loads;
     const ROLE: Role = Role::Fluid;
-    fn of(lines: Lines) -> Vec<Loads> {
-        if let Lines::Loads(loads) = lines { loads } else { Vec::new() }
-    }
     fn spoil(record: &mut Loads) {
         record.force[2] = f64::NAN;
     }
@@ -103,9 +90,6 @@ impl Side for AsDem {
     type In = Loads;
     type Out = Kinematics;
     const ROLE: Role = Role::Dem;
-    fn of(lines: Lines) -> Vec<Kinematics> {
-        if let Lines::Kinematics(kinematics) = lines { kinematics } else { Vec::new() }
-    }
     fn spoil(record: &mut Kinematics) {
         record.velocity[2] = f64::NAN;
     }
@@ -113,7 +97,7 @@ impl Side for AsDem {
 
 struct Actor<S: Side> {
     sends: Vec<S::Out>,
-    prompted: Receiver<Lines>,
+    prompted: Receiver<Records>,
     part: Part,
     over: Arc<AtomicBool>,
 }
@@ -151,7 +135,7 @@ impl<S: Side> Participant for Actor<S> {
         exchange: &mut dyn Exchange<S::In, S::Out>,
     ) -> Result<WindowReport, SolverError> {
         if let Ok(lines) = self.prompted.try_recv() {
-            self.sends = S::of(lines);
+            self.sends = S::Out::of(lines);
         }
         let deed = if window.step >= self.part.from { self.part.deed } else { Deed::Play };
         match deed {

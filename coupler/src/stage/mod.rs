@@ -16,15 +16,16 @@ use std::time::{Duration, Instant};
 use bedload_output::OutputFolder;
 use bedload_scene::CheckedScene;
 use protocol::channel::{ConductorLink, Event, Rendezvous};
+use protocol::log::Records;
 use protocol::message::{Command, Header, Kinematics, Loads, Order, Record, State, Status};
 use protocol::participant::{ExchangeError, Role};
 
 use crate::config::Coupling;
-use crate::session::serve_arguments;
+use crate::coupled::serve_arguments;
 use crate::supervise::{Exit, Supervisor, Words};
 
 use actor::Script;
-pub(crate) use actor::{Deed, Lines, Part};
+pub(crate) use actor::{Deed, Part};
 
 /// Longest time for a solver to leave once it has to.
 pub(crate) const LEAVE: Duration = Duration::from_secs(10);
@@ -58,7 +59,7 @@ pub(crate) struct Setting<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Turn {
     pub(crate) header: Header,
-    pub(crate) records: Lines,
+    pub(crate) records: Records,
     pub(crate) done: Status,
 }
 
@@ -103,11 +104,11 @@ pub(crate) struct Stage<'a> {
     link: Option<ConductorLink>,
     supervisor: Supervisor,
     actor: Option<JoinHandle<()>>,
-    prompts: Sender<Lines>,
+    prompts: Sender<Records>,
     over: Arc<AtomicBool>,
     limit: Duration,
     /// Messages and reports of the solver that no window has claimed yet, and reports of the actor.
-    sent: VecDeque<(Header, Lines)>,
+    sent: VecDeque<(Header, Records)>,
     said: VecDeque<Status>,
     others: u64,
     /// What the solver said when it was ready.
@@ -119,7 +120,7 @@ pub(crate) struct Stage<'a> {
 impl<'a> Stage<'a> {
     /// Founds a run, starts the solver and waits until it is ready. The other side sends `lines` until
     /// [`Stage::prompt`] gives it others.
-    pub(crate) fn open(stand: &'a Stand, lines: Lines, setting: Setting<'_>) -> Result<Self, String> {
+    pub(crate) fn open(stand: &'a Stand, lines: Records, setting: Setting<'_>) -> Result<Self, String> {
         let begin = Instant::now();
         let rendezvous = stand.rendezvous(setting)?;
         let link = ConductorLink::create(&rendezvous).map_err(text)?;
@@ -169,7 +170,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Gives the other side what it sends from the window on that is ordered next.
-    pub(crate) fn prompt(&self, lines: Lines) {
+    pub(crate) fn prompt(&self, lines: Records) {
         // An actor that has left shows as its silence.
         let _ = self.prompts.send(lines);
     }
@@ -188,10 +189,10 @@ impl<'a> Stage<'a> {
         let event = link.next(*limit, &mut || there(supervisor, stand.role, step));
         match event.map_err(|error| self.why(&error))? {
             Event::Loads(lent) if self.stand.role == Role::Fluid => {
-                self.sent.push_back((*lent.header(), Lines::Loads(lent.records().to_vec())));
+                self.sent.push_back((*lent.header(), Records::Loads(lent.records().to_vec())));
             }
             Event::Kinematics(lent) if self.stand.role == Role::Dem => {
-                self.sent.push_back((*lent.header(), Lines::Kinematics(lent.records().to_vec())));
+                self.sent.push_back((*lent.header(), Records::Kinematics(lent.records().to_vec())));
             }
             Event::Status(role, status) if role == self.stand.role => self.said.push_back(status),
             Event::Status(..) => self.others += 1,
@@ -314,16 +315,16 @@ impl Turn {
     /// The records as words, to compare bit by bit.
     pub(crate) fn words(&self) -> Vec<Vec<u64>> {
         match &self.records {
-            Lines::Loads(records) => records.iter().map(Record::words).collect(),
-            Lines::Kinematics(records) => records.iter().map(Record::words).collect(),
+            Records::Loads(records) => records.iter().map(Record::words).collect(),
+            Records::Kinematics(records) => records.iter().map(Record::words).collect(),
         }
     }
 
     /// Name of the word `index` of a record.
     pub(crate) fn field(&self, index: usize) -> String {
         match &self.records {
-            Lines::Loads(_) => Loads::field_of_word(index),
-            Lines::Kinematics(_) => Kinematics::field_of_word(index),
+            Records::Loads(_) => Loads::field_of_word(index),
+            Records::Kinematics(_) => Kinematics::field_of_word(index),
         }
     }
 }

@@ -1,65 +1,28 @@
-//! The plain loop: a solver that runs alone, with a stand-in for its absent peer.
+//! `run`: a solver alone, with the options and the output folder of a coupled run.
 //!
 //! A fluid alone is given the motion that the scene prescribes; a DEM alone is given no load but, where
 //! the scene has a fluid, the buoyancy.
 
-use bedload_scene::{CheckedScene, Grain, Motion, Oscillation};
-use protocol::message::{Header, Kinematics, Loads, Record};
-use protocol::participant::{Exchange, ExchangeError, Participant, SolverError, Window, WindowReport};
+use std::path::PathBuf;
+use std::time::Instant;
 
-/// What the absent peer would say in a window.
-pub type Answer<R> = Box<dyn Fn(&Window, &mut [R]) + Send>;
+use bedload_output::{Observer, OutputFolder, Sides};
+use bedload_scene::{CheckedScene, Grain, Motion, Observe, Oscillation, Rest};
+use protocol::message::{Kinematics, Loads};
+use protocol::participant::{Role, Window};
+use serde::{Deserialize, Serialize};
 
-/// The exchange of a solver alone.
-pub struct StandIn<In: Record, Out: Record> {
-    answer: Answer<In>,
-    incoming: Vec<In>,
-    outgoing: Vec<Out>,
-    header: Header,
-}
+use crate::failure::Failure;
+use crate::in_process::InProcess;
+use crate::interrupts::Interrupts;
+use crate::link::{Messages, Ordered, Schedule};
+use crate::log::LogKind;
+use crate::options::RunOptions;
+use crate::run::{self, Job, Setup};
+use crate::solver::Solver;
+use crate::threads::with_threads;
 
-impl<In: Record, Out: Record> StandIn<In, Out> {
-    /// For `grains` grains, with `answer` in place of the peer.
-    #[must_use]
-    pub fn new(grains: usize, answer: Answer<In>) -> Self {
-        Self {
-            answer,
-            incoming: vec![In::default(); grains],
-            outgoing: vec![Out::default(); grains],
-            header: Header::default(),
-        }
-    }
-
-    /// What the solver was given in the last window.
-    #[must_use]
-    pub fn incoming(&self) -> &[In] {
-        &self.incoming
-    }
-
-    /// What the solver sent in the last window.
-    #[must_use]
-    pub fn outgoing(&self) -> (&Header, &[Out]) {
-        (&self.header, &self.outgoing)
-    }
-}
-
-impl<In: Record, Out: Record> Exchange<In, Out> for StandIn<In, Out> {
-    fn send(&mut self, header: Header, fill: &mut dyn FnMut(&mut [Out])) -> Result<(), ExchangeError> {
-        self.header = header;
-        fill(&mut self.outgoing);
-        Ok(())
-    }
-
-    fn receive(
-        &mut self,
-        window: &Window,
-        read: &mut dyn FnMut(&Header, &[In]),
-    ) -> Result<(), ExchangeError> {
-        (self.answer)(window, &mut self.incoming);
-        read(&window.header(), &self.incoming);
-        Ok(())
-    }
-}
+pub use crate::in_process::{Answer, StandIn};
 
 /// The motion that the scene prescribes, at the end of each window.
 #[must_use]
@@ -144,20 +107,151 @@ impl Clock {
     }
 }
 
-/// One window of a solver alone.
-///
-/// # Errors
-/// As [`Participant::advance`].
-pub fn advance<P: Participant>(
-    solver: &mut P,
-    window: &Window,
-    exchange: &mut StandIn<P::Incoming, P::Outgoing>,
-) -> Result<WindowReport, SolverError> {
-    let report = solver.advance(window, exchange)?;
-    if window.output {
-        solver.write_fields(window)?;
+/// Everything that decides the next window of a solver alone.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct AloneState {
+    step: u64,
+    time: f64,
+    /// Largest step that the solver would accept, s.
+    limit: f64,
+    /// Do the grains rest, where the scene ends there?
+    rests: bool,
+}
+
+/// The windows of a solver alone: as long as its clock says, until the scene's end or until the grains rest.
+pub(crate) struct AloneSchedule {
+    clock: Clock,
+    until: f64,
+    observe: Observe,
+    rest: Option<Rest>,
+    /// Is a window on its way?
+    under_way: bool,
+    state: AloneState,
+}
+
+impl AloneSchedule {
+    pub(crate) fn new(scene: &CheckedScene, clock: Clock, from: Option<AloneState>) -> Self {
+        let start = AloneState { step: 0, time: 0.0, limit: f64::INFINITY, rests: false };
+        let (until, observe) = (scene.scene.until, scene.scene.observe.clone());
+        Self { clock, until, observe, rest: Rest::new(scene), under_way: false, state: from.unwrap_or(start) }
     }
-    Ok(report)
+}
+
+impl Schedule for AloneSchedule {
+    type State = AloneState;
+
+    fn state(&self) -> AloneState {
+        self.state.clone()
+    }
+
+    fn step(&self) -> u64 {
+        self.state.step
+    }
+
+    fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    fn is_over(&self) -> bool {
+        self.state.time >= self.until || self.state.rests
+    }
+
+    fn next_window(&mut self) -> Result<Option<Ordered>, Failure> {
+        if std::mem::replace(&mut self.under_way, true) {
+            return Ok(None);
+        }
+        let AloneState { step, time, limit, .. } = self.state;
+        let mut window = self.clock.next(step, time, self.until, limit, false);
+        window.output = self.observe.fields_due(window.time, window.time + window.dt);
+        Ok(Some(window.into()))
+    }
+
+    fn accept(&mut self, window: &Window, messages: &Messages<'_>) -> Result<(), Failure> {
+        let time = window.time + window.dt;
+        let rests = self.rest.as_ref().is_some_and(|rest| rest.reached(time, messages.kinematics));
+        self.state = AloneState { step: window.step + 1, time, limit: messages.dt_limit, rests };
+        self.under_way = false;
+        Ok(())
+    }
+
+    /// How far, how much work, how lively.
+    fn progress(&self, window: &Window, messages: &Messages<'_>, observer: &Observer) -> String {
+        let steps = match observer.tally().substeps {
+            0 => format!("step {}", window.step + 1),
+            substeps => format!("{substeps} sub-steps"),
+        };
+        let energy = observer.latest("kinetic_energy");
+        let energy = energy.map_or(String::new(), |energy| format!(", kinetic energy {energy:.3e} J"));
+        let share = self.rest.as_ref().and_then(|rest| rest.energy(messages.kinematics));
+        let share = share.map_or(String::new(), |share| format!(" = {share:.1e} m g R"));
+        format!("t = {:.6} of {} s, {steps}{energy}{share}", self.state.time, self.until)
+    }
+}
+
+/// A solver that runs alone.
+struct Alone<'a, S: Solver> {
+    scene: &'a CheckedScene,
+    folder: &'a OutputFolder,
+    facts: &'a S::Facts,
+    clock: Clock,
+}
+
+impl<S: Solver> Setup for Alone<'_, S> {
+    type Link = InProcess<S>;
+    type Schedule = AloneSchedule;
+
+    fn write_scene(&self) -> Result<(), Failure> {
+        let (fluid, dem) = S::facts_by_role(self.facts);
+        Ok(self.folder.write_scene(self.scene, fluid, dem, None)?)
+    }
+
+    fn start(&self, from: Option<(PathBuf, AloneState)>) -> Result<(InProcess<S>, AloneSchedule), Failure> {
+        let mut solver = S::build(self.scene, self.folder.root())?;
+        let mut state = None;
+        if let Some((folder, position)) = from {
+            solver.read_checkpoint(&folder)?;
+            state = Some(position);
+        }
+        let link = InProcess::alone(solver, S::stand_in(self.scene)?, self.folder.root());
+        Ok((link, AloneSchedule::new(self.scene, self.clock, state)))
+    }
+}
+
+/// Seconds between checkpoints where `coupling.checkpoint_every` says nothing.
+const CHECKPOINT_EVERY: f64 = 60.0;
+
+/// Runs a solver alone, from the scene's start or from a checkpoint, to the scene's end.
+pub(crate) fn run<S: Solver>(options: &RunOptions) -> Result<(), Failure> {
+    let begin = Instant::now();
+    let scene = options.read_scene()?;
+    let facts = S::facts(&scene)?;
+    // Refuses a scene that needs the other solver.
+    let _ = S::stand_in(&scene)?;
+    let folder = options.folder(&scene)?;
+    // The section is the coupler's; of it only these keys mean something to a solver alone.
+    let key = |name: &str| scene.scene.coupling.get(name);
+    let every = key("checkpoint_every")
+        .and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+    let recorded = !options.no_record && key("record").and_then(|value| value.as_bool()) != Some(false);
+    let clock = S::clock(&scene, &facts);
+    let job = Job {
+        program: S::PROGRAM,
+        scene: &scene,
+        folder: &folder,
+        resume: options.resume,
+        interrupts: &Interrupts::listen(2)?,
+        sides: match S::ROLE {
+            Role::Fluid => Sides::fluid_alone(!scene.grains.is_empty()),
+            Role::Dem => Sides::dry(),
+        },
+        dt: clock.window,
+        contact_time: S::facts_by_role(&facts).1.map_or(f64::INFINITY, |facts| facts.contact_time),
+        checkpoint_every: every.unwrap_or(CHECKPOINT_EVERY),
+        log: recorded.then_some(LogKind::Alone(S::ROLE)),
+        begin,
+    };
+    let setup = Alone::<S> { scene: &scene, folder: &folder, facts: &facts, clock };
+    with_threads(options.threads(), || run::run(&job, &setup))?
 }
 
 #[cfg(test)]

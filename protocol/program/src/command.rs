@@ -5,16 +5,14 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use protocol::channel::Wire;
-use protocol::log::Logged;
-use protocol::participant::SolverError;
 
 use crate::disk::fail_at_file_limit;
-use crate::error::{ProgramError, explain};
+use crate::failure::Failure;
 use crate::options::RunOptions;
 use crate::orphan::end_with_parent;
 use crate::pipe::end_at_closed_pipe;
 use crate::solver::Solver;
-use crate::{alone_run, coupled};
+use crate::{alone, replay, serve};
 
 #[derive(Parser)]
 #[command(propagate_version = true)]
@@ -75,15 +73,15 @@ enum Command {
 pub fn main<S>() -> ExitCode
 where
     S: Solver,
-    S::Incoming: Wire + Logged,
-    S::Outgoing: Wire + Logged,
+    S::Incoming: Wire,
+    S::Outgoing: Wire,
 {
     end_at_closed_pipe();
     fail_at_file_limit();
     match dispatch::<S>(arguments(S::PROGRAM, S::ABOUT).command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            explain(S::PROGRAM, &error);
+            error.explain(S::PROGRAM);
             ExitCode::from(error.exit_code())
         }
     }
@@ -96,11 +94,11 @@ fn arguments(program: &'static str, about: &'static str) -> Arguments {
     found.unwrap_or_else(|error| error.exit())
 }
 
-fn dispatch<S>(command: Command) -> Result<(), ProgramError>
+fn dispatch<S>(command: Command) -> Result<(), Failure>
 where
     S: Solver,
-    S::Incoming: Wire + Logged,
-    S::Outgoing: Wire + Logged,
+    S::Incoming: Wire,
+    S::Outgoing: Wire,
 {
     match command {
         Command::Check { options, json } => check::<S>(&options, json),
@@ -109,26 +107,27 @@ where
             Ok(())
         }
         Command::Run { options } => {
-            end_with_parent().map_err(SolverError::Failed)?;
-            alone_run::run::<S>(&options)
+            end_with_parent()?;
+            alone::run::<S>(&options)
         }
         Command::Serve { options, connect, checkpoint } => {
-            coupled::serve::<S>(&options, connect.as_deref(), checkpoint.as_deref())
+            serve::serve::<S>(&options, connect.as_deref(), checkpoint.as_deref())
         }
         Command::Replay { log, verify, checkpoint, threads, out } => {
-            coupled::replay::<S>(&log, verify, checkpoint.as_deref(), out.as_deref(), threads)
+            end_with_parent()?;
+            replay::command::<S>(&log, verify, checkpoint.as_deref(), out.as_deref(), threads)
         }
     }
 }
 
-fn check<S: Solver>(options: &RunOptions, json: bool) -> Result<(), ProgramError> {
+fn check<S: Solver>(options: &RunOptions, json: bool) -> Result<(), Failure> {
     let scene = options.read_scene()?;
     let facts = S::facts(&scene)?;
     if json {
-        let text = serde_json::to_string(&facts).map_err(|error| SolverError::Failed(error.to_string()))?;
+        let text = serde_json::to_string(&facts).map_err(|error| Failure::Run(error.to_string()))?;
         println!("{text}");
     } else {
-        let table = toml::Table::try_from(&facts).map_err(|error| SolverError::Failed(error.to_string()))?;
+        let table = toml::Table::try_from(&facts).map_err(|error| Failure::Run(error.to_string()))?;
         print!("{table}");
     }
     Ok(())

@@ -1,5 +1,9 @@
-//! The command line that both solvers share: `check`, `schema`, `run` (alone), `serve` (in a coupled
-//! run) and `replay` (driven by a log).
+//! How solvers are run: one loop over windows, and the command line that both solvers share.
+//!
+//! The loop ([`run()`], [`replay::drive`]) is the same for a coupled run, a solver alone, a replay, and the way back
+//! after a failure. A [`Link`] says where the solvers are (other processes over shared memory, or this process), a
+//! [`Schedule`] which windows there are and whether one stands. Log, checkpoints, series, progress, signals and
+//! summary stand here once.
 //!
 //! | command | does |
 //! |---|---|
@@ -10,24 +14,33 @@
 //! | `replay LOG [--verify] [--out DIR]` | does again what the log says it did |
 
 pub mod alone;
-mod alone_log;
-mod alone_run;
+mod checkpoint;
 mod command;
-mod coupled;
 mod disk;
-mod error;
+mod failure;
+mod in_process;
+mod interrupts;
+mod link;
+mod log;
 mod options;
 mod orphan;
 mod pipe;
 mod progress;
+pub mod replay;
+mod run;
+mod run_loop;
+mod serve;
 mod solver;
 mod threads;
 
 pub use command::main;
 pub use disk::fail_at_file_limit;
-pub use error::{ProgramError, explain};
+pub use failure::Failure;
+pub use interrupts::Interrupts;
+pub use link::{Attempt, End, Link, Messages, Ordered, Schedule};
+pub use log::LogKind;
 pub use options::RunOptions;
 pub use orphan::PARENT;
 pub use pipe::end_at_closed_pipe;
-pub use progress::Progress;
+pub use run::{Job, Setup, VERSION, run, summarise};
 pub use solver::Solver;

@@ -1,6 +1,8 @@
-//! A solver that runs alone for `bedload` ends with it, whatever ends that.
+//! A solver that runs alone, or a replay, for `bedload` ends when `bedload` ends, for whatever reason.
 
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
+
+use crate::failure::Failure;
 
 /// Variable in which `bedload` names itself to a solver that it starts.
 pub const PARENT: &str = "BEDLOAD_PARENT";
@@ -10,7 +12,7 @@ pub const PARENT: &str = "BEDLOAD_PARENT";
 ///
 /// # Errors
 /// If the parent has died already.
-pub(crate) fn end_with_parent() -> Result<(), String> {
+pub(crate) fn end_with_parent() -> Result<(), Failure> {
     let named = std::env::var(PARENT).ok().and_then(|text| text.parse::<i32>().ok()).and_then(Pid::from_raw);
     let Some(named) = named else { return Ok(()) };
     let alive = || getppid() == Some(named);
@@ -20,5 +22,8 @@ pub(crate) fn end_with_parent() -> Result<(), String> {
     // Where the system cannot do it the solver goes on, as before.
     let _ = set_parent_process_death_signal(Some(Signal::TERM));
     // It may have died in between.
-    if alive() { Ok(()) } else { Err("the `bedload` that started this solver has died".into()) }
+    if alive() {
+        return Ok(());
+    }
+    Err(Failure::Run("the `bedload` that started this solver has died".into()))
 }

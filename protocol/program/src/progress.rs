@@ -12,7 +12,7 @@ const TICKS: f64 = 10_000.0;
 
 /// Progress of a run.
 #[derive(Debug)]
-pub struct Progress {
+pub(crate) struct Progress {
     program: &'static str,
     bar: Option<ProgressBar>,
     from: f64,
@@ -20,14 +20,14 @@ pub struct Progress {
     /// Before the time left.
     most: &'static str,
     begin: Instant,
-    told: Instant,
+    shown_at: Instant,
 }
 
 impl Progress {
     /// Of a run of `program` from time `from` to `until`, s. One that `may_end_sooner` is promised at
     /// most the time left.
     #[must_use]
-    pub fn new(program: &'static str, from: f64, until: f64, may_end_sooner: bool) -> Self {
+    pub(crate) fn new(program: &'static str, from: f64, until: f64, may_end_sooner: bool) -> Self {
         let most = if may_end_sooner { "at most " } else { "" };
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar =
@@ -39,15 +39,15 @@ impl Progress {
             bar
         });
         let now = Instant::now();
-        Self { program, bar, from, until, most, begin: now, told: now }
+        Self { program, bar, from, until, most, begin: now, shown_at: now }
     }
 
     /// The run is at `time`, s; `text` says more, and is asked for only where it is shown.
-    pub fn tell(&mut self, time: f64, text: impl FnOnce() -> String) {
-        if self.told.elapsed() < if self.bar.is_some() { BAR_EVERY } else { PLAIN_EVERY } {
+    pub(crate) fn tell(&mut self, time: f64, text: impl FnOnce() -> String) {
+        if self.shown_at.elapsed() < if self.bar.is_some() { BAR_EVERY } else { PLAIN_EVERY } {
             return;
         }
-        self.told = Instant::now();
+        self.shown_at = Instant::now();
         match &self.bar {
             Some(bar) => {
                 bar.set_position((time / self.until * TICKS) as u64);
@@ -62,7 +62,7 @@ impl Progress {
     }
 
     /// Leaves the terminal in order.
-    pub fn finish(&self) {
+    pub(crate) fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }

@@ -6,19 +6,19 @@ use std::path::Path;
 use bedload_output::{MetricValue, OutputFolder};
 use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
-use protocol::message::{Kinematics, Loads};
+use protocol::log::Logged;
 use protocol::participant::{Participant, SolverError};
 
 use crate::alone::{Answer, Clock};
 
 /// What a solver adds to [`Participant`] to become a program.
-pub trait Solver: Participant + Send + Sized {
+pub trait Solver: Participant<Incoming: Logged, Outgoing: Logged> + Send + Sized {
     /// Name of the executable.
     const PROGRAM: &'static str;
     /// What it is, for `--help`.
     const ABOUT: &'static str;
     /// What it tells the coupler before a run.
-    type Facts: serde::Serialize;
+    type Facts: serde::Serialize + Sync;
 
     /// Facts of a scene, without building the solver.
     ///
@@ -43,12 +43,6 @@ pub trait Solver: Participant + Send + Sized {
 
     /// Windows and sub-steps when it runs alone.
     fn clock(scene: &CheckedScene, facts: &Self::Facts) -> Clock;
-
-    /// Splits what came and what went into loads and kinematics, for observers.
-    fn sides<'a>(
-        incoming: &'a [Self::Incoming],
-        outgoing: &'a [Self::Outgoing],
-    ) -> (&'a [Loads], &'a [Kinematics]);
 
     /// What it writes and measures at the end of a run alone that went well: files into `folder`,
     /// values of the metrics that only it can measure.

@@ -1,17 +1,12 @@
 //! Work in a pool of threads.
 
-use protocol::participant::SolverError;
-
-use crate::error::ProgramError;
+use crate::failure::Failure;
 
 /// Runs `work` in a pool of as many threads as asked.
-pub(crate) fn with_threads<T: Send>(
-    threads: usize,
-    work: impl FnOnce() -> T + Send,
-) -> Result<T, ProgramError> {
+pub(crate) fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
-        .map_err(|error| SolverError::Failed(format!("cannot start {threads} threads: {error}")))?;
+        .map_err(|error| Failure::Run(format!("cannot start {threads} threads: {error}")))?;
     Ok(pool.install(work))
 }

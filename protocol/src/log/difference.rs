@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::codec;
-use crate::message::Record;
+use crate::message::{Header, Record};
 
 /// The first word that differs.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,50 +63,73 @@ pub struct FieldDifference {
     pub rms: f64,
 }
 
-/// Compares records and keeps the tally.
+/// Compares what a solver sends with what was logged, and keeps the tally.
 #[derive(Debug, Default)]
-pub(crate) struct Comparison {
+pub struct Comparison {
+    /// Ends at the first difference; else all are counted.
+    verify: bool,
     first: Option<Difference>,
     /// Sums of squares stand in `rms` until [`Comparison::fields`].
     fields: BTreeMap<String, FieldDifference>,
-    windows: u64,
+    messages: u64,
     logged: Vec<u8>,
     sent: Vec<u8>,
 }
 
 /// Which record of which window.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct At {
-    pub(crate) step: u64,
-    pub(crate) attempt: u64,
-    pub(crate) grain: Option<usize>,
+struct At {
+    step: u64,
+    attempt: u64,
+    grain: Option<usize>,
 }
 
 impl Comparison {
+    /// With `verify` it ends at the first difference; without, all differences are counted.
+    #[must_use]
+    pub fn new(verify: bool) -> Self {
+        Self { verify, ..Self::default() }
+    }
+
     /// First difference met.
-    pub(crate) fn first(&self) -> Option<&Difference> {
+    #[must_use]
+    pub fn first(&self) -> Option<&Difference> {
         self.first.as_ref()
     }
 
-    /// One more message was compared.
-    pub(crate) fn count_window(&mut self) {
-        self.windows += 1;
+    /// Is there nothing more to compare? Only with `verify`.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.verify && self.first.is_some()
     }
 
     /// Messages compared.
-    pub(crate) fn windows(&self) -> u64 {
-        self.windows
+    #[must_use]
+    pub fn messages(&self) -> u64 {
+        self.messages
     }
 
-    /// Compares two records; `tally` also counts how far they are apart.
-    pub(crate) fn compare<R: Record + Serialize>(&mut self, at: At, logged: &R, sent: &R, tally: bool) {
+    /// Compares a message: header and records, one per grain.
+    pub fn message<R: Record + Serialize>(&mut self, logged: (&Header, &[R]), sent: (&Header, &[R])) {
+        self.messages += 1;
+        let Header { step, attempt, .. } = *logged.0;
+        self.record(At { step, attempt, grain: None }, logged.0, sent.0);
+        for (grain, (theirs, ours)) in logged.1.iter().zip(sent.1).enumerate() {
+            if self.is_over() {
+                return;
+            }
+            self.record(At { step, attempt, grain: Some(grain) }, theirs, ours);
+        }
+    }
+
+    fn record<R: Record + Serialize>(&mut self, at: At, logged: &R, sent: &R) {
         let (mut theirs, mut ours) = (std::mem::take(&mut self.logged), std::mem::take(&mut self.sent));
         words(logged, &mut theirs);
         words(sent, &mut ours);
         if theirs != ours {
             self.first.get_or_insert_with(|| first_difference::<R>(at, &theirs, &ours));
         }
-        if tally {
+        if !self.verify {
             self.tally::<R>(at, &theirs, &ours);
         }
         (self.logged, self.sent) = (theirs, ours);
@@ -126,8 +149,9 @@ impl Comparison {
         }
     }
 
-    /// The tally by field.
-    pub(crate) fn fields(&self) -> BTreeMap<String, FieldDifference> {
+    /// How far each field is off, over all messages; empty with `verify`.
+    #[must_use]
+    pub fn fields(&self) -> BTreeMap<String, FieldDifference> {
         let mut fields = self.fields.clone();
         for field in fields.values_mut() {
             field.rms = (field.rms / field.words.max(1) as f64).sqrt();
@@ -206,10 +230,10 @@ mod tests {
         let logged = Kinematics { velocity: [0.0, 1.0, f64::NAN], ..Kinematics::default() };
         let mut sent = logged;
         let mut comparison = Comparison::default();
-        comparison.compare(AT, &logged, &sent, true);
+        comparison.record(AT, &logged, &sent);
         assert_eq!(comparison.first(), None);
         sent.velocity[0] = -0.0;
-        comparison.compare(AT, &logged, &sent, true);
+        comparison.record(AT, &logged, &sent);
         let first = comparison.first().unwrap();
         assert_eq!((first.step, first.grain, first.field.as_str()), (3, Some(7), "velocity[0]"));
         let velocity = comparison.fields()["velocity"];
@@ -221,7 +245,7 @@ mod tests {
         let logged = Header { substeps: 10, ..Header::default() };
         let sent = Header { substeps: 12, ..Header::default() };
         let mut comparison = Comparison::default();
-        comparison.compare(At { grain: None, ..AT }, &logged, &sent, true);
+        comparison.record(At { grain: None, ..AT }, &logged, &sent);
         let text = comparison.first().unwrap().to_string();
         assert_eq!(text, "step 3, header, field header.substeps: logged 10, sent 12");
         assert_eq!(comparison.fields()["header.substeps"].largest, 2.0);

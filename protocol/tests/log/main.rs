@@ -2,6 +2,5 @@
 
 mod damage;
 mod recording;
-mod replaying;
 mod round_trip;
 mod support;

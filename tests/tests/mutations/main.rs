@@ -167,7 +167,7 @@ fn a_checkpoint_of_any_payload_is_taken_or_refused_though_its_digest_is_right() 
 fn checkpoints(name: &str, cases: u32, mend: fn(Vec<u8>) -> Vec<u8>) {
     let folder = Folder::new(name);
     let out = files::run(&folder);
-    let from = protocol::checkpoints::newest(&out.join("checkpoint"), "coupler").expect("a checkpoint");
+    let from = protocol::checkpoints::newest(&out.join("checkpoint")).expect("a checkpoint");
     let whole = ["fluid", "dem"].map(|role| std::fs::read(checkpoint::path(&from, role)).expect("a file"));
     let mutated = folder.join("mutated");
     std::fs::create_dir_all(&mutated).expect("a folder");

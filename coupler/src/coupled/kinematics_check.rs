@@ -1,6 +1,6 @@
-//! What the coupler itself sees of a foreign DEM: its places, speeds and overlaps, against its word.
+//! Positions, speeds and overlaps of a foreign DEM, computed by the coupler from the kinematics that the DEM sends.
 //!
-//! Our own DEM is held to the same by its tests; another one may say what it likes of its sub-steps.
+//! Tests hold our own DEM to the same limits; a foreign one may report any number of sub-steps.
 
 use std::collections::HashMap;
 
@@ -17,8 +17,8 @@ const PUSH: f64 = MOST_OVERLAP;
 /// Reserve on the way that the speeds at both ends of a window stand for: a contact within it may be faster.
 const RESERVE: f64 = 2.0;
 
-/// Watches a foreign DEM from window to window.
-pub(super) struct Witness {
+/// Checks the kinematics of a foreign DEM from window to window.
+pub(super) struct KinematicsCheck {
     radii: Vec<f64>,
     masses: Vec<f64>,
     free: Vec<bool>,
@@ -31,7 +31,7 @@ pub(super) struct Witness {
     last: Vec<([f64; 3], [f64; 3])>,
 }
 
-impl Witness {
+impl KinematicsCheck {
     /// Of a run from its start, or from a checkpoint: then the first window shows where the grains are.
     pub(super) fn new(scene: &CheckedScene, resumed: bool) -> Self {
         let (domain, grains) = (&scene.scene.domain, &scene.grains);
@@ -55,11 +55,11 @@ impl Witness {
         }
     }
 
-    /// Judges a window: no grain further than its speeds let it come, none in another.
+    /// Checks a window: no grain further than its speeds let it come, none in another.
     ///
     /// # Errors
     /// [`Failure::Run`] naming grain, window and both numbers.
-    pub(super) fn judge(
+    pub(super) fn window(
         &mut self,
         window: &Window,
         loads: &[Loads],
@@ -178,14 +178,14 @@ mod tests {
     use super::*;
     use bedload_scene::SceneSource;
 
-    fn witness() -> Witness {
+    fn check() -> KinematicsCheck {
         let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [8, 4, 4]\n\
                     boundary = { x = \"periodic\", y = \"periodic\", z = \"no-slip\" }\n\
                     [[grains]]\nposition = [1, 2, 2]\nradius = 0.5\ndensity = 2.0\n\
                     [[grains]]\nposition = [7, 2, 2]\nradius = 0.5\ndensity = 2.0\n";
         let scene =
             CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() }).expect("a scene");
-        Witness::new(&scene, false)
+        KinematicsCheck::new(&scene, false)
     }
 
     fn at(first: [f64; 3], speed: f64, second: [f64; 3]) -> [Kinematics; 2] {
@@ -193,27 +193,27 @@ mod tests {
         [grain(first), grain(second)]
     }
 
-    fn judged(motion: &[Kinematics; 2]) -> Result<(), String> {
+    fn checked(motion: &[Kinematics; 2]) -> Result<(), String> {
         let window = Window { step: 3, attempt: 0, time: 0.3, dt: 0.1, substeps: 10, output: false };
-        witness().judge(&window, &[Loads::default(); 2], motion, &[]).map_err(|failure| failure.to_string())
+        check().window(&window, &[Loads::default(); 2], motion, &[]).map_err(|failure| failure.to_string())
     }
 
     #[test]
     fn a_grain_moves_no_further_than_its_speed() {
-        judged(&at([1.1, 2.0, 2.0], 1.0, [7.0, 2.0, 2.0])).expect("as fast as it says");
-        let text = judged(&at([2.0, 2.0, 2.0], 1.0, [7.0, 2.0, 2.0])).expect_err("ten times as far");
+        checked(&at([1.1, 2.0, 2.0], 1.0, [7.0, 2.0, 2.0])).expect("as fast as it says");
+        let text = checked(&at([2.0, 2.0, 2.0], 1.0, [7.0, 2.0, 2.0])).expect_err("ten times as far");
         assert!(text.contains("grain 0") && text.contains("window 3"), "{text}");
         // Round the period: from 7 to 0.05 is a short way.
-        judged(&at([1.0, 2.0, 2.0], 5.0, [7.95, 2.0, 2.0])).expect("0.95 at 5 m/s, twice");
+        checked(&at([1.0, 2.0, 2.0], 5.0, [7.95, 2.0, 2.0])).expect("0.95 at 5 m/s, twice");
     }
 
     #[test]
     fn overlaps_are_found_among_grains_and_with_walls() {
-        let text = judged(&at([1.0, 2.0, 0.4], 10.0, [7.0, 2.0, 2.0])).expect_err("in the floor");
+        let text = checked(&at([1.0, 2.0, 0.4], 10.0, [7.0, 2.0, 2.0])).expect_err("in the floor");
         assert!(text.contains("bound overlap") && text.contains("wall"), "{text}");
         // Across the period: centres 0.9 apart.
-        let text = judged(&at([0.1, 2.0, 2.0], 10.0, [7.2, 2.0, 2.0])).expect_err("in each other");
+        let text = checked(&at([0.1, 2.0, 2.0], 10.0, [7.2, 2.0, 2.0])).expect_err("in each other");
         assert!(text.contains("grain 1"), "{text}");
-        judged(&at([0.1, 2.0, 2.0], 10.0, [7.13, 2.0, 2.0])).expect("6 % of a radius");
+        checked(&at([0.1, 2.0, 2.0], 10.0, [7.13, 2.0, 2.0])).expect("6 % of a radius");
     }
 }

@@ -2,35 +2,34 @@
 
 use std::path::Path;
 
-use protocol::log::{
-    LogExchange, LogReader, ReplayError, ReplayOptions, ReplayReport, Topic, flip_bit, replay,
-};
-use protocol::message::{Header, Kinematics, Loads};
-use protocol::participant::{Exchange, ExchangeError};
+use bedload_program::replay::{ReplayOptions, ReplayReport, replay};
+use bedload_program::{Failure, Interrupts};
+use protocol::log::{LogReader, Logged, Topic, flip_bit};
+use protocol::participant::Participant;
 
 use crate::support::{ToyDem, ToyFluid, coupled_log, coupled_log_with, manifest, path, window};
 
 const VERIFY: ReplayOptions = ReplayOptions { verify: true, checkpoint: None, fields: false };
 
-fn replay_dem(file: &Path, options: &ReplayOptions) -> ReplayReport {
+fn replayed<P>(solver: P, file: &Path, options: &ReplayOptions) -> Result<ReplayReport, Failure>
+where
+    P: Participant<Incoming: Logged, Outgoing: Logged>,
+{
     let log = LogReader::open(file).unwrap();
-    replay(&mut ToyDem::new(), log, options, &mut |_, _| {}).unwrap()
+    replay(solver, log, options, None, &Interrupts::never())
+}
+
+fn replay_dem(file: &Path, options: &ReplayOptions) -> ReplayReport {
+    replayed(ToyDem::new(), file, options).unwrap()
 }
 
 #[test]
 fn both_roles_repeat_their_log_bit_for_bit() {
     let file = path("replay.mcap");
     coupled_log(&file, 30, &[0, 4, 29]);
-    let mut steps = Vec::new();
-    let log = LogReader::open(&file).unwrap();
-    let report = replay(&mut ToyFluid::new(), log, &VERIFY, &mut |window, report| {
-        steps.push((window.step, window.attempt));
-        assert_eq!(report.substeps, 0);
-    })
-    .unwrap();
+    let report = replayed(ToyFluid::new(), &file, &VERIFY).unwrap();
     assert_eq!(report.first_difference, None);
     assert_eq!((report.windows, report.repeats, report.compared), (33, 3, 33));
-    assert_eq!(steps[..2], [(0, 0), (0, 1)]);
     let report = replay_dem(&file, &VERIFY);
     assert_eq!(report.first_difference, None);
     assert_eq!((report.windows, report.compared), (33, 33));
@@ -115,32 +114,11 @@ fn a_resumed_log_needs_its_checkpoint() {
         crate::support::run_window(&mut fluid, &mut dem, &window(step, 0), &recorder);
     }
     recorder.finish().unwrap();
-    let open = || LogReader::open(&file).unwrap();
-    let error = replay(&mut ToyDem::new(), open(), &VERIFY, &mut |_, _| {}).unwrap_err();
-    assert!(matches!(&error, ReplayError::Mismatch { what, .. } if what.contains("step 3")));
+    let error = replayed(ToyDem::new(), &file, &VERIFY).unwrap_err();
+    assert!(error.to_string().contains("begins at step 3"), "{error}");
     let options = ReplayOptions { checkpoint: Some(std::env::temp_dir()), ..VERIFY };
-    let report = replay(&mut ToyDem::new(), open(), &options, &mut |_, _| {}).unwrap();
+    let report = replayed(ToyDem::new(), &file, &options).unwrap();
     assert_eq!((report.windows, report.first_difference), (3, None));
     let fresh = protocol::log::Recorder::create(&file, &resumed, Default::default()).unwrap();
     assert!(fresh.record_command(&order(0)).is_err());
-}
-
-#[test]
-fn an_exchange_out_of_turn_is_refused() {
-    let mut exchange = LogExchange::<Kinematics>::new(3, true);
-    let receive = |exchange: &mut LogExchange<Kinematics>, step| {
-        Exchange::<Loads, Kinematics>::receive(exchange, &window(step, 0), &mut |_, _| {})
-    };
-    assert!(matches!(receive(&mut exchange, 0), Err(ExchangeError::Order { .. })));
-    let file = path("turns.mcap");
-    coupled_log(&file, 2, &[]);
-    let first = LogReader::open(&file).unwrap().windows().next().unwrap().unwrap();
-    exchange.load(first.clone());
-    assert!(receive(&mut exchange, 1).is_err(), "another window");
-    exchange.load(first);
-    assert!(receive(&mut exchange, 0).is_ok());
-    assert!(receive(&mut exchange, 0).is_err(), "twice");
-    assert!(!exchange.is_done());
-    let sent = Exchange::<Loads, Kinematics>::send(&mut exchange, Header::default(), &mut |_| {});
-    assert!(matches!(sent, Err(ExchangeError::Stopped)), "an empty message differs");
 }

@@ -6,10 +6,10 @@ use protocol::channel::Event;
 use protocol::message::{State, Status};
 use protocol::participant::{ExchangeError, Role, Window};
 
-use super::cause::alive;
-use super::conductor::{Conductor, slot_of};
+use super::diagnosis::alive;
+use super::link::{CoupledLink, slot_of};
 use crate::failure::Failure;
-use crate::judge;
+use crate::message_checks;
 
 /// Writing files may take longer than a window.
 const FILES_TAKE: u32 = 6;
@@ -17,7 +17,7 @@ const FILES_TAKE: u32 = 6;
 /// Longest time for the last report of a window that the other solver has done, after a failure.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-impl Conductor<'_> {
+impl CoupledLink<'_> {
     /// The next event. After a failure those that belong to windows that were done, so that these
     /// count, then the failure.
     pub(super) fn next(&mut self) -> Result<Event, Failure> {
@@ -25,7 +25,7 @@ impl Conductor<'_> {
             let event = if self.broken.is_none() { self.wait() } else { self.await_rest() };
             match event {
                 Ok(Some(Event::Status(role, status))) if status.state == State::Failed as u64 => {
-                    self.hear_failure(role, &status);
+                    self.note_failure(role, &status);
                 }
                 Ok(Some(event)) => return Ok(event),
                 result => match (self.broken.take(), result) {
@@ -57,8 +57,7 @@ impl Conductor<'_> {
     /// Waits for an event; children and interrupts are looked at meanwhile.
     fn wait(&mut self) -> Result<Option<Event>, ExchangeError> {
         let slow = self.ordered.iter().any(|(_, window)| window.output) || self.ordered.is_empty();
-        let deadline = Duration::from_secs_f64(self.prepared.coupling.deadline);
-        let limit = if slow { deadline * FILES_TAKE } else { deadline };
+        let limit = if slow { self.deadline * FILES_TAKE } else { self.deadline };
         let Self { link, supervisor, interrupts, stopping, .. } = self;
         let step = self.ordered.front().map_or(0, |(_, window)| window.step);
         link.next(limit, &mut || alive(supervisor, interrupts, *stopping, step)).map(Some)
@@ -66,17 +65,27 @@ impl Conductor<'_> {
 
     /// Puts a message where it belongs: the window under way, or one ordered ahead.
     pub(super) fn take(&mut self, event: Event) -> Result<(), Failure> {
-        let grains = self.prepared.scene.grains.len();
+        let grains = self.scene.grains.len();
         match event {
             Event::Loads(lent) => {
-                judge::belongs(self.window_of(lent.header().step), lent.header(), lent.records(), grains)?;
+                message_checks::belongs(
+                    self.window_of(lent.header().step),
+                    lent.header(),
+                    lent.records(),
+                    grains,
+                )?;
                 let slot = &mut self.slots[slot_of(lent.header().step)];
                 slot.loads = Some(*lent.header());
                 slot.force.clear();
                 slot.force.extend_from_slice(lent.records());
             }
             Event::Kinematics(lent) => {
-                judge::belongs(self.window_of(lent.header().step), lent.header(), lent.records(), grains)?;
+                message_checks::belongs(
+                    self.window_of(lent.header().step),
+                    lent.header(),
+                    lent.records(),
+                    grains,
+                )?;
                 let slot = &mut self.slots[slot_of(lent.header().step)];
                 slot.kinematics = Some(*lent.header());
                 slot.motion.clear();

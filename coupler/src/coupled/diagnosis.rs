@@ -1,4 +1,4 @@
-//! Why a run ends early: who went first, and its words.
+//! Why a run ends early: which process failed first, and its error text.
 
 use std::time::{Duration, Instant};
 
@@ -6,13 +6,13 @@ use protocol::channel::Event;
 use protocol::message::{State, Status};
 use protocol::participant::{ExchangeError, Role};
 
-use super::conductor::Conductor;
-use crate::failure::Failure;
-use crate::supervise::{Exit, Interrupts, Supervisor};
+use super::link::CoupledLink;
+use crate::supervise::{Exit, Supervisor};
+use bedload_program::{Failure, Interrupts};
 
-impl Conductor<'_> {
-    /// Keeps the words of the cause: the other solver fails too, because its peer is gone.
-    pub(super) fn hear_failure(&mut self, role: Role, status: &Status) {
+impl CoupledLink<'_> {
+    /// Keeps the error of the solver that failed first: the other one fails too, because its peer is gone.
+    pub(super) fn note_failure(&mut self, role: Role, status: &Status) {
         let (peer, text) = (role.to_string(), status.text());
         self.broken.get_or_insert_with(|| ExchangeError::Failed { peer: peer.clone(), text: text.clone() });
         if self.failed.as_ref().is_none_or(|(_, text)| is_about_a_peer(text)) {
@@ -20,7 +20,7 @@ impl Conductor<'_> {
         }
     }
 
-    /// What really happened behind an error of the exchange.
+    /// Finds the failure that led to an error of the exchange.
     pub(super) fn diagnose(&mut self, error: ExchangeError) -> Failure {
         let patience = Instant::now();
         // A dead peer makes the others give up too: the first to go is the cause.
@@ -29,7 +29,7 @@ impl Conductor<'_> {
                 if let Event::Status(role, status) = event
                     && status.state == State::Failed as u64
                 {
-                    self.hear_failure(role, &status);
+                    self.note_failure(role, &status);
                 }
             }
             if self.supervisor.any_exit() || matches!(error, ExchangeError::Deadline { .. }) {
@@ -48,9 +48,9 @@ impl Conductor<'_> {
     /// Where a solver says that the other one died, waits for what the system says of that one: the launcher of several
     /// ranks outlives them by a moment, and knows which of them died first.
     fn await_dead(&self) {
-        let Some((teller, text)) = &self.failed else { return };
+        let Some((reporter, text)) = &self.failed else { return };
         let patience = Instant::now();
-        let is_known = || self.supervisor.exits().iter().any(|exit| exit.role.to_string() != *teller);
+        let is_known = || self.supervisor.exits().iter().any(|exit| exit.role.to_string() != *reporter);
         while text.contains(DIED) && !is_known() && patience.elapsed() < LAUNCHER {
             std::thread::sleep(Duration::from_millis(5));
         }
@@ -67,7 +67,7 @@ const NO_ROOM: i32 = 5;
 const DIED: &str = " died during window ";
 
 /// Looks after children and interrupts while the coupler waits.
-pub(crate) fn alive(
+pub(super) fn alive(
     supervisor: &Supervisor,
     interrupts: &Interrupts,
     stopping: bool,
@@ -87,7 +87,7 @@ pub(crate) fn alive(
 }
 
 /// The cause as the user should read it, with the exit code that it stands for.
-pub(crate) fn explain(
+pub(super) fn explain(
     error: &ExchangeError,
     failed: Option<(String, String)>,
     supervisor: &Supervisor,
@@ -105,7 +105,9 @@ pub(crate) fn explain(
     }
     // Who tells of the other's death is not the one that died.
     let first = exits.iter().find(|exit| {
-        failed.as_ref().is_none_or(|(teller, text)| !text.contains(DIED) || exit.role.to_string() != *teller)
+        failed
+            .as_ref()
+            .is_none_or(|(reporter, text)| !text.contains(DIED) || exit.role.to_string() != *reporter)
     });
     let own = failed.filter(|(_, text)| !is_about_a_peer(text));
     match (own, first.or(exits.first())) {

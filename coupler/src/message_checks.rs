@@ -1,4 +1,4 @@
-//! Judges a window: everything that crossed is finite, counts are kept, bounds are kept.
+//! Checks of the messages of a window: all values finite, counts and bounds kept.
 
 use bedload_scene::{CheckedScene, Motion};
 use protocol::message::{Header, Kinematics, Loads, Record, Status};

@@ -1,0 +1,201 @@
+//! The solvers of a coupled run, behind shared memory.
+
+use std::collections::VecDeque;
+use std::path::Path;
+use std::time::Duration;
+
+use bedload_output::{Cost, GrainRow, OutputFolder, Summary, atomic_write, grains_table};
+use bedload_program::{End, Failure, Interrupts, Link, Messages, Ordered};
+use bedload_scene::{CheckedScene, Grain, Motion};
+use protocol::channel::ConductorLink;
+use protocol::memory::peak_rss_bytes;
+use protocol::message::{Command, Kinematics, Order, State, Status};
+use protocol::participant::{ExchangeError, Window};
+
+use super::collected::{Collected, Whole};
+use crate::scheme::AHEAD;
+use crate::supervise::Supervisor;
+
+/// Both solvers as processes.
+pub(crate) struct CoupledLink<'a> {
+    // Children go before the link, so that the coupler is the last to leave the run and removes it.
+    pub(super) supervisor: Supervisor,
+    pub(super) link: ConductorLink,
+    pub(super) scene: &'a CheckedScene,
+    /// Longest time for an answer within a window.
+    pub(super) deadline: Duration,
+    pub(super) interrupts: Interrupts,
+    pub(super) ordered: VecDeque<(Command, Window)>,
+    /// One slot for each window on its way; a window has the slot of its number modulo their count.
+    pub(super) slots: Vec<Collected>,
+    /// The window that was done last: its slot, what came of it, its end in time.
+    latest: Option<(usize, Whole, f64)>,
+    /// Last reports.
+    pub(super) fluid: Status,
+    pub(super) dem: Status,
+    pub(super) stopping: bool,
+    /// What ends the run, once everything sent before it has been read.
+    pub(super) broken: Option<ExchangeError>,
+    /// Solver that reported its failure, and the text.
+    pub(super) failed: Option<(String, String)>,
+    extras: [f64; 1],
+}
+
+impl<'a> CoupledLink<'a> {
+    /// Takes over solvers that have said `Ready`.
+    pub(super) fn new(
+        supervisor: Supervisor,
+        link: ConductorLink,
+        scene: &'a CheckedScene,
+        deadline: Duration,
+        interrupts: Interrupts,
+    ) -> Self {
+        Self {
+            supervisor,
+            link,
+            scene,
+            deadline,
+            interrupts,
+            ordered: VecDeque::new(),
+            slots: (0..AHEAD).map(|_| Collected::default()).collect(),
+            latest: None,
+            fluid: Status::default(),
+            dem: Status::default(),
+            stopping: false,
+            broken: None,
+            failed: None,
+            extras: [0.0],
+        }
+    }
+
+    fn command(&mut self, command: Command) -> Result<(), Failure> {
+        self.link.order(command).map_err(|error| self.diagnose(error))
+    }
+
+    /// Gives an order between windows, and waits for the answer of both solvers.
+    fn order_between(&mut self, order: Order, step: u64, time: f64, answer: State) -> Result<(), Failure> {
+        self.command(Command { order: order as u64, step, time, ..Command::default() })?;
+        self.collect(answer)
+    }
+
+    /// `grains.csv`: the grains after the last window, whoever moved them.
+    fn write_grains(&self, folder: &OutputFolder) -> Result<(), Failure> {
+        let Some((slot, _, time)) = &self.latest else { return Ok(()) };
+        let row = |(grain, now): (&Grain, &Kinematics)| GrainRow {
+            position: now.position,
+            radius: grain.radius,
+            density: grain.density,
+            velocity: now.velocity,
+            spin: now.spin,
+            free: grain.motion == Motion::Free,
+            round: grain.shape.is_round(),
+        };
+        let rows: Vec<GrainRow> = self.scene.grains.iter().zip(&self.slots[*slot].motion).map(row).collect();
+        Ok(atomic_write(&folder.grains(), grains_table(*time, &rows).as_bytes())?)
+    }
+}
+
+impl Link for CoupledLink<'_> {
+    fn order(&mut self, Ordered { command, .. }: Ordered) {
+        self.slots[slot_of(command.step)].begin();
+        self.ordered.push_back((command, command.into()));
+        self.broken = self.link.order(command).err();
+    }
+
+    fn takes_orders(&self) -> bool {
+        self.broken.is_none()
+    }
+
+    fn await_window(&mut self) -> Result<Option<Command>, Failure> {
+        if let Some(error) = self.broken.take_if(|_| self.ordered.is_empty()) {
+            return Err(self.diagnose(error));
+        }
+        let Some((command, window)) = self.ordered.front().copied() else { return Ok(None) };
+        let slot = slot_of(command.step);
+        let whole = loop {
+            if let Some(whole) = self.slots[slot].whole() {
+                break whole;
+            }
+            let event = self.next()?;
+            self.take(event)?;
+        };
+        self.ordered.pop_front();
+        self.extras = [whole.fluid.pressure_gradient];
+        self.latest = Some((slot, whole, window.time + window.dt));
+        Ok(Some(command))
+    }
+
+    fn messages(&self) -> Messages<'_> {
+        let Some((slot, whole, _)) = &self.latest else { return Messages::default() };
+        let Collected { force, motion, .. } = &self.slots[*slot];
+        Messages {
+            loads: force,
+            kinematics: motion,
+            loads_header: Some(&whole.loads),
+            kinematics_header: Some(&whole.kinematics),
+            reports: Some([&whole.fluid, &whole.dem]),
+            dt_limit: whole.fluid.dt_limit.min(whole.dem.dt_limit),
+            extras: &self.extras,
+        }
+    }
+
+    fn accept(&mut self, command: Command) -> Result<(), Failure> {
+        self.command(command)
+    }
+
+    fn checkpoint(&mut self, step: u64, time: f64) -> Result<(), Failure> {
+        self.order_between(Order::Checkpoint, step, time, State::Saved)
+    }
+
+    fn stop(&mut self, step: u64, time: f64) -> Result<(), Failure> {
+        self.stopping = true;
+        self.order_between(Order::Stop, step, time, State::Stopped)
+    }
+
+    fn leave(&mut self, in_order: bool) {
+        let grace = Duration::from_millis(if in_order { 2000 } else { 300 });
+        if !(in_order && self.supervisor.wait_all(grace)) {
+            self.supervisor.end(grace);
+        }
+    }
+
+    fn cost(&self) -> Cost {
+        let mut cost = Cost {
+            fluid_cpu_s: self.fluid.solver_s,
+            dem_cpu_s: self.dem.solver_s,
+            coupler_cpu_s: own_cpu_seconds(),
+            exchange_s: self.fluid.exchange_s + self.dem.exchange_s,
+            ..Cost::default()
+        };
+        cost.peak_rss_bytes.fluid = Some(self.fluid.peak_rss);
+        cost.peak_rss_bytes.dem = Some(self.dem.peak_rss);
+        cost.peak_rss_bytes.coupler = Some(peak_rss_bytes());
+        cost
+    }
+
+    fn finish(
+        &mut self,
+        _: &CheckedScene,
+        folder: &OutputFolder,
+        _: &mut Summary,
+        end: Option<End>,
+    ) -> Result<(), Failure> {
+        if end.is_some() { self.write_grains(folder) } else { Ok(()) }
+    }
+}
+
+/// Slot of a window among those on their way.
+pub(super) fn slot_of(step: u64) -> usize {
+    (step % AHEAD as u64) as usize
+}
+
+/// CPU time of this process, user and system, s; 0 where the system does not tell.
+fn own_cpu_seconds() -> f64 {
+    let Ok(text) = std::fs::read_to_string(Path::new("/proc/self/stat")) else { return 0.0 };
+    // Fields 14 and 15, counted from 1, after the name in brackets, which may hold spaces.
+    let after = text.rsplit_once(')').map_or("", |(_, rest)| rest);
+    let ticks: f64 =
+        after.split_whitespace().skip(11).take(2).filter_map(|field| field.parse::<f64>().ok()).sum();
+    // USER_HZ is 100 on every Linux that runs Rust.
+    ticks / 100.0
+}

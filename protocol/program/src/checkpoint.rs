@@ -1,0 +1,63 @@
+//! The loop's part of a checkpoint, and which checkpoint is whole.
+//!
+//! A checkpoint is a folder `checkpoint/<step>`: one file of each solver and, written last, `loop.checkpoint`. A
+//! folder without that file was cut short and is never resumed from.
+
+use std::path::PathBuf;
+
+use bedload_output::{Cost, ObserverState, OutputFolder};
+use protocol::serve::checkpoint_folder;
+use protocol::{checkpoint, checkpoints};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+
+/// Everything besides the solvers that decides, or counts, what comes next.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct LoopState<S> {
+    /// Series, metrics and counts.
+    pub(crate) observer: ObserverState,
+    /// Costs up to here.
+    pub(crate) cost: Cost,
+    /// Of the schedule.
+    pub(crate) schedule: S,
+}
+
+/// Writes the loop's file: the checkpoint of window `step` is whole from then on, and older ones go.
+///
+/// # Errors
+/// [`Failure`] if the disk refuses.
+pub(crate) fn complete(
+    folder: &OutputFolder,
+    step: u64,
+    identity: &str,
+    state: &impl Serialize,
+) -> Result<(), Failure> {
+    let here = checkpoint_folder(folder.root(), step);
+    checkpoint::write(&here, checkpoints::LAST, identity, state)?;
+    checkpoints::remove_others(&folder.checkpoint(), Some(&here));
+    Ok(())
+}
+
+/// Newest whole checkpoint: its folder and the state of the loop.
+///
+/// # Errors
+/// [`Failure::Input`] if there is none, or it is of another scene.
+pub(crate) fn latest<S: DeserializeOwned>(
+    folder: &OutputFolder,
+    identity: &str,
+) -> Result<(PathBuf, LoopState<S>), Failure> {
+    let Some(path) = checkpoints::newest(&folder.checkpoint()) else {
+        return Err(Failure::Input(format!(
+            "{} holds no whole checkpoint to resume from: start anew without --resume",
+            folder.checkpoint().display()
+        )));
+    };
+    let state = checkpoint::read(&path, checkpoints::LAST, identity).map_err(|error| {
+        Failure::Input(format!(
+            "{error}; --resume needs the scene and --set as they were, --until alone may be later"
+        ))
+    })?;
+    Ok((path, state))
+}

@@ -1,0 +1,44 @@
+//! Signals that end a run in order.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::failure::Failure;
+
+/// Ctrl-C, SIGTERM and SIGHUP (a terminal that closes) as a count. The first ends the run in order.
+#[derive(Clone, Debug)]
+pub struct Interrupts(Arc<AtomicUsize>);
+
+impl Interrupts {
+    /// Listens from now on. Signal number `last` ends the process at once, with code 130.
+    ///
+    /// # Errors
+    /// [`Failure::Run`] if a handler cannot be set.
+    pub fn listen(last: usize) -> Result<Self, Failure> {
+        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+        let count = Arc::new(AtomicUsize::new(0));
+        let mut signals = signal_hook::iterator::Signals::new([SIGHUP, SIGINT, SIGTERM])
+            .map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
+        let shared = count.clone();
+        std::thread::spawn(move || {
+            for _ in signals.forever() {
+                if shared.fetch_add(1, Ordering::SeqCst) + 1 >= last {
+                    std::process::exit(130);
+                }
+            }
+        });
+        Ok(Self(count))
+    }
+
+    /// Listens to nothing: for a run inside another program.
+    #[must_use]
+    pub fn never() -> Self {
+        Self(Arc::default())
+    }
+
+    /// Signals so far.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.0.load(Ordering::SeqCst)
+    }
+}

@@ -1,0 +1,169 @@
+//! The log of a run, in parts: `exchange.mcap`, and `exchange.<n>.mcap` for each resume.
+
+use bedload_output::OutputError;
+use protocol::log::{LogError, Manifest, Recorder, RecorderOptions};
+use protocol::message::{Command, Kinematics, Loads};
+use protocol::participant::{Role, Window};
+
+use crate::failure::Failure;
+use crate::link::Messages;
+use crate::run::Job;
+
+/// Bytes of messages in the log of a solver alone, about, before compression: a run that would have more is
+/// recorded less often.
+const MOST_BYTES: f64 = 256e6;
+
+/// Bytes of one message of a solver alone; beyond that nothing is recorded.
+const MOST_MESSAGE: usize = 16 << 20;
+
+/// What is logged of a run.
+#[derive(Clone, Debug)]
+pub enum LogKind {
+    /// Every message of a coupled run.
+    Coupled {
+        /// Command of the fluid; empty where none takes part.
+        fluid: Vec<String>,
+        /// Command of the DEM, likewise.
+        dem: Vec<String>,
+    },
+    /// The order of every window, and what the solver of a role sent at each observation.
+    Alone(Role),
+}
+
+/// The log of a run under way.
+pub(crate) struct Log {
+    recorder: Recorder,
+    /// Which windows have messages, where not all have.
+    due: Option<Due>,
+}
+
+/// Which windows have a message: a function of the window alone, so that a log does not depend on the machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Due {
+    /// Time between messages, s; 0: every window.
+    period: f64,
+    /// End of the run, s.
+    until: f64,
+}
+
+impl Due {
+    /// At each observation of `every` seconds, or so many of them apart that all messages of `bytes` bytes have room.
+    fn new(every: f64, until: f64, bytes: usize) -> Self {
+        let apart = until * bytes as f64 / MOST_BYTES;
+        let period = match every > 0.0 {
+            true if apart.is_finite() => every * (apart / every).ceil().max(1.0),
+            true => every,
+            false => apart,
+        };
+        Self { period: if period.is_finite() { period } else { 0.0 }, until }
+    }
+
+    fn is_due(&self, window: &Window) -> bool {
+        let end = window.time + window.dt;
+        let passed = |time: f64| (time / self.period * (1.0 + 1e-12)).floor();
+        self.period <= 0.0 || end >= self.until || passed(end) > passed(window.time)
+    }
+}
+
+impl Log {
+    /// Begins the next part of the log of a run whose scene stands in its folder, with window `step` at `time`. None
+    /// where no grain has a message, or where one would be too large, which is said.
+    pub(crate) fn begin(
+        kind: &LogKind,
+        job: &Job<'_>,
+        step: u64,
+        time: f64,
+    ) -> Result<Option<Self>, Failure> {
+        let (scene, folder) = (job.scene, job.folder);
+        let path = folder.scene();
+        let text = std::fs::read_to_string(&path)
+            .map_err(OutputError::file("read the scene for the log,", &path))?;
+        let radii: Vec<f64> = scene.grains.iter().map(|grain| grain.radius).collect();
+        let (grains, until) = (radii.len(), scene.scene.until);
+        let mut manifest = Manifest::new(&scene.scene.title, &text, radii, job.dt, until);
+        (manifest.first_step, manifest.first_time) = (step, time);
+        let mut due = None;
+        match kind {
+            LogKind::Coupled { fluid, dem } => {
+                manifest.fluid_command.clone_from(fluid);
+                manifest.dem_command.clone_from(dem);
+            }
+            LogKind::Alone(role) => {
+                let (record, absent) = match role {
+                    Role::Fluid => (size_of::<Loads>(), &mut manifest.dem_command),
+                    Role::Dem => (size_of::<Kinematics>(), &mut manifest.fluid_command),
+                };
+                absent.clear();
+                let bytes = record * grains;
+                if bytes > MOST_MESSAGE {
+                    protocol::say!(
+                        "{}: note: no exchange.mcap: a message of {grains} grains is beyond 16 MiB",
+                        job.program
+                    );
+                }
+                if bytes == 0 || bytes > MOST_MESSAGE {
+                    return Ok(None);
+                }
+                due = Some(Due::new(scene.scene.observe.every, until, bytes));
+            }
+        }
+        let file = folder.log_part(folder.next_log_part());
+        Ok(Some(Self { recorder: Recorder::create(&file, &manifest, RecorderOptions::default())?, due }))
+    }
+
+    /// Takes an attempt at a window.
+    pub(crate) fn record(&self, command: &Command, messages: &Messages<'_>) -> Result<(), LogError> {
+        self.recorder.record_command(command)?;
+        if self.due.is_some_and(|due| !due.is_due(&Window::from(*command))) {
+            return Ok(());
+        }
+        if let Some(header) = messages.loads_header {
+            self.recorder.record_loads(header, messages.loads)?;
+        }
+        if let Some(header) = messages.kinematics_header {
+            self.recorder.record_kinematics(header, messages.kinematics)?;
+        }
+        if let Some([fluid, dem]) = messages.reports {
+            self.recorder.record_status(Role::Fluid, fluid)?;
+            self.recorder.record_status(Role::Dem, dem)?;
+        }
+        Ok(())
+    }
+
+    /// Takes an order that no message follows.
+    pub(crate) fn record_command(&self, command: &Command) -> Result<(), LogError> {
+        self.recorder.record_command(command)
+    }
+
+    /// Wall time of recording so far, s.
+    pub(crate) fn seconds(&self) -> f64 {
+        let spent = self.recorder.statistics();
+        spent.call_s + spent.write_s
+    }
+
+    /// Writes what is queued, and the end mark.
+    pub(crate) fn finish(self) -> Result<(), LogError> {
+        self.recorder.finish().map(drop)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn count(due: Due, dt: f64, windows: u64) -> usize {
+        let window =
+            |step: u64| Window { step, attempt: 0, time: step as f64 * dt, dt, substeps: 1, output: false };
+        (0..windows).filter(|step| due.is_due(&window(*step))).count()
+    }
+
+    #[test]
+    fn observations_are_recorded_as_long_as_they_have_room() {
+        assert_eq!(count(Due::new(0.5, 100.0, 1000), 0.125, 800), 200);
+        assert_eq!(count(Due::new(0.0, 100.0, 1000), 0.125, 800), 800);
+        // 25.6 MB each: ten of them, whatever is observed; the last window is one of them.
+        assert_eq!(count(Due::new(0.5, 100.0, 25_600_000), 0.125, 800), 10);
+        assert_eq!(count(Due::new(0.0, 100.0, 25_600_000), 0.125, 800), 10);
+        assert_eq!(Due::new(0.0, f64::INFINITY, 10).period, 0.0);
+    }
+}
