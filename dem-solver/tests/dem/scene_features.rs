@@ -1,5 +1,4 @@
 //! Insertions, rough walls, copies and hand-over from run to run, through the participant.
-mod common;
 use bedload_program::alone::{StandIn, advance};
 use bedload_scene::{CheckedScene, Motion, Rest, SceneError, SceneSource};
 use dem_solver::participant::DemParticipant;
@@ -332,25 +331,6 @@ fn a_run_starts_from_the_state_of_another_with_its_springs() {
     std::fs::write(&file, b"not a checkpoint at all, of whatever length it may be, 64 bytes..")
         .expect("writes");
     assert!(from(&again, &out).expect("foreign").message.contains("not a Bedload checkpoint"));
-}
-
-#[test]
-fn auto_says_which_engine_it_took_and_why() {
-    let notices = |dem: &str, insertion: &str| {
-        let text = format!("{BOX}stop = 1\n").replace("stop = 1\n", &format!("{insertion}{dem}"));
-        dem_solver::config::Config::new(&read(&text).expect("reads")).expect("configures").facts.notices
-    };
-    let many = INSERTION.replace("count = 60", "count = 300");
-    let film = "[dem]\nintegrator = \"velocity-verlet\"\n";
-    for (dem, insertion, words) in [
-        ("", INSERTION, ["general engine", "60, is below 256"]),
-        ("", &many, ["bulk engine", "300 grains in linear contact, once 256 of them are inserted"]),
-        (film, &many, ["general engine", "the integrator is not symplectic-euler"]),
-    ] {
-        let said = notices(dem, insertion).join(" ");
-        assert!(said.contains("dem.engine") && words.iter().all(|word| said.contains(word)), "{said}");
-    }
-    assert!(notices("[dem]\nengine = \"general\"\n", INSERTION).is_empty(), "the scene has said it");
 }
 
 #[test]

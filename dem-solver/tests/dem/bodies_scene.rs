@@ -1,5 +1,4 @@
 //! Bodies that are not round, from the scene's text through the participant.
-mod common;
 use bedload_program::alone::{StandIn, advance};
 use bedload_scene::{CheckedScene, SceneSource};
 use dem_solver::config::Config;
@@ -77,9 +76,7 @@ fn what_a_scene_with_bodies_may_not_ask_for_is_told_at_its_key() {
         assert!(fault.contains(&format!("{key}: ")), "{key}: {fault}");
     };
     refused("dem.contact.rolling", &format!("{whole}rolling = {{ friction = 0.1 }}\n"));
-    refused("dem.contact.lever_arm", &format!("{whole}lever_arm = \"radius\"\n"));
     refused("dem.integrator", &format!("{BODIES}[dem]\nintegrator = \"rk3\"\n{CONTACT}"));
-    refused("dem.engine", &format!("{BODIES}[dem]\nengine = \"bulk\"\n{CONTACT}"));
     refused("observe.energy", &format!("{whole}[observe]\nenergy = true\n"));
     let law = "[dem]\ndt = 1e-4\n[dem.contact]\nlaw = \"wan-turek\"\nsoftness = 1e-5\nwall_softness = 1e-5\nrange = 0.002\n";
     refused("dem.contact.law", &format!("{BODIES}{law}"));
@@ -92,6 +89,6 @@ fn what_a_scene_with_bodies_may_not_ask_for_is_told_at_its_key() {
     assert_eq!(spec.lubrication, Lubrication::None, "films between them are not modelled");
     refused(
         "dem.lubrication.form",
-        &format!("{wet}[dem.lubrication]\nform = \"continuous\"\nroughness = 1e-3\n"),
+        &format!("{wet}[dem.lubrication]\nform = \"as-printed\"\nroughness = 1e-3\n"),
     );
 }

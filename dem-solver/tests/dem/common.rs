@@ -1,30 +1,29 @@
 //! Set-ups shared by the tests of this folder.
-#![allow(dead_code, unreachable_pub)] // each test binary uses its own part
 
 use dem_solver::{ContactLaw, Dem, DemSpec, Grain, State, Wall};
 use dem_solver::{LinearSpringDashpot, laws::linear::RestitutionForm};
 
 /// A frictionless law with restitution `e` and contact time `t_c`.
-pub fn law(e: f64, t_c: f64) -> LinearSpringDashpot {
+pub(crate) fn law(e: f64, t_c: f64) -> LinearSpringDashpot {
     LinearSpringDashpot::new(e, t_c, 0.0)
 }
 
-pub fn exact(mut law: LinearSpringDashpot) -> LinearSpringDashpot {
+pub(crate) fn exact(mut law: LinearSpringDashpot) -> LinearSpringDashpot {
     law.form = RestitutionForm::ExactRestitution;
     law
 }
 
-pub fn spec(grains: Vec<Grain>, law: LinearSpringDashpot) -> DemSpec {
+pub(crate) fn spec(grains: Vec<Grain>, law: LinearSpringDashpot) -> DemSpec {
     DemSpec::new(grains, ContactLaw::LinearSpringDashpot(law))
 }
 
-pub fn dem(spec: &DemSpec) -> Dem {
+pub(crate) fn dem(spec: &DemSpec) -> Dem {
     Dem::new(spec).expect("valid spec")
 }
 
 /// From where it stands, 20 windows of `solver`, once more in it after a restore, and in a fresh one of `set_up` from
 /// the saved bytes: all in the same bits. Returns the state that they started from.
-pub fn repeats<R: PartialEq + std::fmt::Debug>(
+pub(crate) fn repeats<R: PartialEq + std::fmt::Debug>(
     what: &str,
     set_up: &DemSpec,
     solver: &mut Dem,
@@ -52,22 +51,22 @@ pub fn repeats<R: PartialEq + std::fmt::Debug>(
 }
 
 /// Text of a file of the repository; `path` from its root.
-pub fn repository_file(path: &str) -> String {
+pub(crate) fn repository_file(path: &str) -> String {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
     std::fs::read_to_string(&path)
         .unwrap_or_else(|error| panic!("{}: {error}; run in a checkout", path.display()))
 }
 
 /// Floor z = 0.
-pub fn floor() -> Wall {
+pub(crate) fn floor() -> Wall {
     Wall::new([0.0; 3], [0.0, 0.0, 1.0])
 }
 
 /// A deterministic stream of numbers in [0, 1) (SplitMix64).
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -75,13 +74,13 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    pub fn vector(&mut self, low: f64, high: f64) -> [f64; 3] {
+    pub(crate) fn vector(&mut self, low: f64, high: f64) -> [f64; 3] {
         std::array::from_fn(|_| low + (high - low) * self.next())
     }
 }
 
 /// `n` grains of radius about 0.5 on a jittered cubic lattice, some in slight overlap, in random motion.
-pub fn cloud(n: usize, seed: u64) -> Vec<Grain> {
+pub(crate) fn cloud(n: usize, seed: u64) -> Vec<Grain> {
     let mut random = Random(seed);
     let side = (1..).find(|side: &usize| side.pow(3) >= n).expect("a cube");
     (0..n)

@@ -1,6 +1,5 @@
 //! Stacks at rest stay at rest for a million sub-steps: no drift, no heating.
-mod common;
-use common::{dem, floor, law, spec};
+use crate::common::{dem, floor, law, spec};
 use dem_solver::{DemSpec, Engine, Freedom, Grain, Integrator, Motion, Shape, Vec3};
 
 const T_C: f64 = 0.02;

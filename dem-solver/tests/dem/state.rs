@@ -1,6 +1,5 @@
 //! Save, restore, repeat gives identical bits; results do not depend on the neighbour list.
-mod common;
-use common::{cloud, dem, floor, law, repeats, spec};
+use crate::common::{cloud, dem, floor, law, repeats, spec};
 use dem_solver::lubrication::settings::LubricationSettings;
 use dem_solver::{DemSpec, GrainLoad, Integrator, Lubrication, RestoreError, Vec3, Wall};
 
@@ -19,7 +18,7 @@ fn busy(integrator: Integrator, n: usize) -> DemSpec {
     if integrator != Integrator::Rk3 {
         set_up.viscosity = 0.01;
         set_up.lubrication =
-            Lubrication::Continuous(LubricationSettings { cut_off: 0.2, ..LubricationSettings::new(1e-3) });
+            Lubrication::AsPrinted(LubricationSettings { cut_off: 0.2, ..LubricationSettings::new(1e-3) });
     }
     set_up
 }

@@ -1,8 +1,7 @@
 //! The account of energy closes: kinetic, elastic, gravitational and dissipated energy add up to what there
 //! was, to an error that falls with the sub-step.
-mod common;
-use common::{cloud, dem, floor, law, spec};
-use dem_solver::laws::tangential::Sliding;
+use crate::common::{cloud, dem, floor, law, spec};
+use dem_solver::laws::rolling::Rolling;
 use dem_solver::{ContactLaw, Dem, DemSpec, Dissipated, Engine, Integrator, SpecError};
 
 /// Grains apart in a periodic box, friction, dashpots both ways; t_c = 0.05, speeds of order 1.
@@ -110,7 +109,7 @@ fn laws_without_an_account_are_refused() {
     assert!(!refused(&gas()));
     assert!(refused(&DemSpec { integrator: Integrator::Rk3, ..gas() }));
     let ContactLaw::LinearSpringDashpot(mut law) = gas().contact else { unreachable!() };
-    law.sliding = Sliding::Uncapped;
+    law.rolling = Some(Rolling { friction: 0.1, damping: 0.3 });
     assert!(refused(&DemSpec { contact: ContactLaw::LinearSpringDashpot(law), ..gas() }));
     assert!(DemSpec { engine: Engine::Bulk, ..gas() }.validate().is_err());
 }

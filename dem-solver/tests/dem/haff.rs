@@ -8,8 +8,7 @@
 //! Soft spheres cannot collapse (no infinitely many collisions in finite time), but multiple contacts
 //! dissipate less once the mean time between collisions comes down to t_c; here ω t_c = 0.007
 //! at first. Each contact also takes t_c in which a sphere meets no other: at ω t_c = 0.018 τ is 2.6 % longer.
-mod common;
-use common::{Random, dem, exact, law, spec};
+use crate::common::{Random, dem, exact, law, spec};
 use dem_solver::{Engine, Grain};
 use std::f64::consts::PI;
 

@@ -25,7 +25,7 @@ fn models_read_with_their_defaults() {
     let section = read(
         "integrator = \"velocity-verlet\"\n\
          [contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.97\ncontact_time = 1e-4\nfriction = 0.25\n\
-         [lubrication]\nform = \"continuous\"\nroughness = 1e-4\n\
+         [lubrication]\nform = \"as-printed\"\nroughness = 1e-4\n\
          [motion]\nkind = \"oscillating\"\namplitude = [0.0, 0.0, 0.1]\nfrequency = 3.0\n\
          [[walls]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 2.0]\nuntil = 1.5\n",
     )
@@ -44,16 +44,12 @@ fn all_forms_have_their_names() {
     for (text, ok) in [
         ("[contact]\nlaw = \"wan-turek\"\nsoftness = 1e-6\nwall_softness = 5e-7\nrange = 0.1\n", true),
         (
-            "[contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1.0\nform = \"exact-restitution\"\nsliding = \"uncapped\"\nlever_arm = \"radius\"\n",
+            "[contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1.0\nform = \"exact-restitution\"\nrolling = { friction = 0.1 }\n",
             true,
         ),
         (
             "[contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1.0\nfrction = 0.3\n",
             false,
-        ),
-        (
-            "[contact]\nlaw = \"hertz-mindlin\"\nyoung_modulus = 7e10\npoisson_ratio = 0.25\nrestitution = 0.9\nimpact_speed = 1.0\nrolling = { friction = 0.1 }\n",
-            true,
         ),
         ("[contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\nstiffness = 1e4\n", true),
         ("[contact]\nlaw = \"hertz\"\n", false),
@@ -67,10 +63,8 @@ fn all_forms_have_their_names() {
     }
     for (text, ok) in [
         ("form = \"none\"", true),
-        (
-            "form = \"as-printed\"\nroughness = 1e-3\nintegration = \"explicit\"\nfilm = \"line\"\ncut_off = 0.2",
-            true,
-        ),
+        ("form = \"as-printed\"\nroughness = 1e-3\ncut_off = 0.2", true),
+        ("form = \"as-printed\"\nroughness = 1e-3\nsweeps = 4", false),
         ("form = \"as-printed\"", false),
         ("form = \"as-printed\"\nroughness = 1e-3\nrougness = 1e-3", false),
     ] {
@@ -83,7 +77,7 @@ fn schema_carries_the_documentation() {
     let schema = serde_json::to_string(&schemars::schema_for!(ContactLaw)).expect("writes");
     assert!(schema.contains("Coefficient of normal restitution") && schema.contains("wan-turek"));
     let schema = serde_json::to_string(&schemars::schema_for!(Lubrication)).expect("writes");
-    assert!(schema.contains("continuous") && schema.contains("cut_off"));
+    assert!(schema.contains("complement") && schema.contains("cut_off"));
 }
 
 /// A dry scene of two grains with the given lines in `[dem]`.
@@ -142,4 +136,26 @@ fn contact_time_follows_from_a_stiffness_and_the_smallest_pair() {
     let mass = 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3) * 2500.0;
     let expected = std::f64::consts::PI * (0.5 * mass / 1e5).sqrt();
     assert!((facts.contact_time / expected - 1.0).abs() < 1e-12, "{} {expected}", facts.contact_time);
+}
+
+/// Choices that a scene had before are refused where they stand, with what to do.
+#[test]
+fn retired_keys_and_values_are_refused_with_a_remedy() {
+    let law = "law = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1e-3";
+    let film = "[dem.lubrication]\nroughness = 1e-3";
+    for (lines, key, remedy) in [
+        ("skin = 0.1".to_owned(), "dem.skin", "leave it out"),
+        ("engine = \"bulk\"".to_owned(), "dem.engine", "leave it out"),
+        (format!("[dem.contact]\n{law}\nsliding = \"uncapped\""), "dem.contact.sliding", "leave it out"),
+        (format!("[dem.contact]\n{law}\nlever_arm = \"radius\""), "dem.contact.lever_arm", "leave it out"),
+        ("[dem.contact]\nlaw = \"hertz-mindlin\"".to_owned(), "dem.contact.law", "linear-spring-dashpot"),
+        (format!("{film}\nform = \"continuous\""), "dem.lubrication.form", "complement"),
+        (format!("{film}\nform = \"as-printed\"\nfilm = \"line\""), "dem.lubrication.film", "leave it out"),
+        (format!("{film}\nintegration = \"explicit\""), "dem.lubrication.integration", "implicit"),
+        (format!("{film}\nsweeps = 3"), "dem.lubrication.sweeps", "leave it out"),
+    ] {
+        let error = dry(&lines).expect_err(&lines);
+        assert!(error.key == key && error.message.contains("retired"), "{error}");
+        assert!(error.remedy.contains(remedy), "{}", error.remedy);
+    }
 }

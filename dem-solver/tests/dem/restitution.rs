@@ -1,6 +1,5 @@
 //! Normal collisions: the clipped linear law gives back exp(−r(π − 2 atan r)), r = −ln(e_n)/π.
-mod common;
-use common::{dem, exact, floor, law, spec};
+use crate::common::{dem, exact, floor, law, spec};
 use dem_solver::LinearSpringDashpot;
 use dem_solver::{Grain, Integrator};
 

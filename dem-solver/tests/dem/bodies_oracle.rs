@@ -1,8 +1,7 @@
 //! Gaps between bodies of the plane against those of another library (parry2d: GJK where they are apart, EPA where they
 //! overlap), which goes another way to them.
-mod common;
+use crate::common::{Random, dem, law, spec};
 use bedload_scene::Outline;
-use common::{Random, dem, law, spec};
 use parry2d_f64::math::{Pose, Vector};
 use parry2d_f64::query::details::contact_support_map_support_map;
 use parry2d_f64::shape::{Ball, ConvexPolygon, SupportMap};

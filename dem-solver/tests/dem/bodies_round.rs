@@ -1,7 +1,6 @@
 //! Limits in which bodies that are not round are discs: ellipses of equal semi-axes, polygons of many vertices.
-mod common;
+use crate::common::{dem, floor, law, spec};
 use bedload_scene::Outline;
-use common::{dem, floor, law, spec};
 use dem_solver::{Freedom, Grain, Shape};
 use std::f64::consts::PI;
 

@@ -1,7 +1,6 @@
 //! Bodies of the plane that are not round: impacts, energy, rest, toppling, limits of discs, turned set-ups, restore.
-mod common;
+use crate::common::{dem, exact, floor, law, repeats, spec};
 use bedload_scene::Outline;
-use common::{dem, exact, floor, law, repeats, spec};
 use dem_solver::{
     ContactLaw, Dem, DemSpec, Freedom, Grain, Integrator, LinearSpringDashpot, Shape, Vec3, Wall,
 };
@@ -387,13 +386,12 @@ fn what_bodies_do_not_allow_is_refused() {
     assert!(refused(&DemSpec { energy: true, ..heap(0.0) }).contains("energy"));
     assert!(refused(&DemSpec { shape: Shape::Sphere, ..heap(0.0) }).contains("plane"));
     assert!(refused(&DemSpec { engine: dem_solver::Engine::Bulk, ..heap(0.0) }).contains("not round"));
-    let lever_arm = dem_solver::laws::linear::LeverArm::Radius;
-    assert!(refused(&with(LinearSpringDashpot { lever_arm, ..law(0.5, 1e-3) })).contains("contact-point"));
+    let rolling = Some(dem_solver::laws::rolling::Rolling { friction: 0.1, damping: 0.3 });
+    assert!(refused(&with(LinearSpringDashpot { rolling, ..law(0.5, 1e-3) })).contains("corners"));
     let mut film = heap(0.0);
     film.viscosity = 1e-3;
-    film.lubrication = dem_solver::Lubrication::Continuous(
-        dem_solver::lubrication::settings::LubricationSettings::new(1e-3),
-    );
+    film.lubrication =
+        dem_solver::Lubrication::AsPrinted(dem_solver::lubrication::settings::LubricationSettings::new(1e-3));
     assert!(refused(&film).contains("not modelled"));
     let mut leaning = heap(0.0);
     leaning.grains[0].orientation = [0.8, 0.6, 0.0, 0.0];

@@ -1,6 +1,5 @@
 //! Observed order of the integrators, and energy.
-mod common;
-use common::{dem, floor, law, spec};
+use crate::common::{dem, floor, law, spec};
 use dem_solver::{Grain, Integrator};
 
 const ALL: [Integrator; 3] = [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk3];

@@ -1,6 +1,5 @@
 //! Resistance to rolling against exact solutions of a sphere on a plane.
-mod common;
-use common::{dem, floor, spec};
+use crate::common::{dem, floor, spec};
 use dem_solver::LinearSpringDashpot;
 use dem_solver::laws::rolling::Rolling;
 use dem_solver::{Dem, Grain, Integrator};
@@ -65,7 +64,7 @@ fn a_slope_below_the_rolling_friction_holds_and_above_it_does_not() {
 
 #[test]
 fn momenta_stay_and_a_restart_has_the_same_bits() {
-    let grains = common::cloud(64, 7);
+    let grains = crate::common::cloud(64, 7);
     let mut law = LinearSpringDashpot::new(0.7, 0.02, 0.5);
     law.rolling = Some(Rolling { friction: 0.2, damping: 0.3 });
     let set_up = spec(grains, law);

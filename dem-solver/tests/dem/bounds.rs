@@ -65,21 +65,3 @@ fn light_grains_in_contact_want_a_tangential_dashpot() {
         assert!(find(&bounds(&densities, &law(keys)), "tangential-dashpot").is_none(), "{keys}");
     }
 }
-
-#[test]
-fn explicit_lubrication_is_bound_and_implicit_is_not() {
-    let film = |integration: &str| {
-        let form = "form = \"continuous\", roughness = 1e-3, cut_off = 0.5";
-        let dem = format!(
-            "{}\nintegrator = \"velocity-verlet\"\nlubrication = {{ {form}, integration = \"{integration}\" }}",
-            law("friction = 0.0")
-        );
-        find(&bounds(&[4.0], &dem), "explicit-lubrication")
-    };
-    // 2 η R m/(6πμR²), η = 1e-3, m = 4/3 π R³ ρ_p: 2e-3 · 4/3 · R² · 4/(6 · 0.01).
-    let expected = 2e-3 * 4.0 / 3.0 * 0.04 * 0.04 * 4.0 / (6.0 * 0.01);
-    let bound = film("explicit").expect("explicit");
-    assert!((bound.limit / expected - 1.0).abs() < 1e-12, "{} {expected}", bound.limit);
-    assert_eq!((bound.factor, bound.measure, bound.side), (1.0, Measure::Substep, Side::AtMost));
-    assert!(film("implicit").is_none());
-}

@@ -1,6 +1,5 @@
 //! Loads of a fluid: virtual mass, buoyancy, rest.
-mod common;
-use common::{dem, floor, law, spec};
+use crate::common::{dem, floor, law, spec};
 use dem_solver::{Grain, GrainLoad, Vec3};
 use std::f64::consts::PI;
 
@@ -120,7 +119,7 @@ fn mean_forces_close_the_momentum_balance() {
         set_up.walls.push(floor());
         set_up.gravity = [0.0, 0.0, -1.0];
         set_up.viscosity = 0.02;
-        set_up.lubrication = Lubrication::Continuous(LubricationSettings::new(1e-3));
+        set_up.lubrication = Lubrication::AsPrinted(LubricationSettings::new(1e-3));
         set_up.integrator = integrator;
         let mut solver = dem(&set_up);
         let load = GrainLoad { added_mass: 0.0, ..buoyancy() };

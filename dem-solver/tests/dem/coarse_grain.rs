@@ -1,6 +1,5 @@
 //! Coarse-graining against the identities it must keep: the virial, and the weight above.
-mod common;
-use common::{cloud, dem, floor, law, spec};
+use crate::common::{cloud, dem, floor, law, spec};
 use dem_solver::LinearSpringDashpot;
 use dem_solver::output::coarse_grain::coarse_grain;
 use dem_solver::output::contacts::Contact;
