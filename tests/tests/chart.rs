@@ -7,8 +7,8 @@ use std::time::SystemTime;
 
 use bedload_output::Claim;
 use bedload_scene::{CheckedScene, SceneSource};
-use coupler::study::Sweep;
-use coupler::study::chart::Chart;
+use study::Sweep;
+use study::chart::Chart;
 use tests::harness::{Folder, bedload, said};
 
 /// A grain that flies against a wall; its speed afterwards is that of the law, eqs 17 and 18 clipped:

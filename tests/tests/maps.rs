@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use bedload_scene::{CheckedScene, SceneSource};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
-use coupler::study::stability::runs::{imposed, judged};
-use coupler::study::stability::section::MapPlan;
-use coupler::study::stability::table::{Counts, Row, read_table};
-use coupler::study::stability::verdict::Verdict;
 use dem_solver::config::Config;
+use study::stability::runs::{imposed, judged};
+use study::stability::section::MapPlan;
+use study::stability::table::{Counts, Row, read_table};
+use study::stability::verdict::Verdict;
 
 /// A stable run may be refused only where its margin is above one over this; in maps that are not named here,
 /// nowhere.
@@ -94,7 +94,7 @@ fn judged_now(name: &str) -> Vec<Row> {
         labels, points,
         "docs/maps/{name}.csv has not the runs of scenes/stability/{name}.toml: make it anew"
     );
-    let now = |(row, point): (&Row, &coupler::study::Point)| {
+    let now = |(row, point): (&Row, &study::Point)| {
         let set: Vec<String> = point.set.iter().cloned().chain(imposed()).collect();
         let source = source.clone().with_overrides(&set).unwrap_or_else(|error| panic!("{error}"));
         let (margin, refused) = judged(&plan(source).bounds, &map.section.bound);

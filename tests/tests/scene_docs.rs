@@ -7,11 +7,11 @@ use bedload_output::{Columns, Metrics, Sides};
 use bedload_scene::{CheckedScene, Scene, SceneSource};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
-use coupler::study::chart::Chart;
-use coupler::study::stability::section::Stability;
 use dem_solver::config::{Config, DemSection};
 use fluid_solver::config::FluidSection;
 use serde_json::Value;
+use study::chart::Chart;
+use study::stability::section::Stability;
 
 fn page() -> String {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/scene.md");

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use coupler::study::stability::table::{Counts, read_table};
-use coupler::study::stability::verdict::Verdict;
+use study::stability::table::{Counts, read_table};
+use study::stability::verdict::Verdict;
 use tests::harness::{Folder, bedload, said};
 
 /// A light and a heavy sphere with the paper's force and with the default: only the paper's fails, and

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use bedload_output::{RunStatus, Summary};
 use bedload_scene::{CheckedScene, SceneSource};
-use coupler::study::stability::runs::imposed;
-use coupler::study::stability::section::MapPlan;
-use coupler::study::stability::table::read_table;
-use coupler::study::stability::verdict::Verdict;
+use study::stability::runs::imposed;
+use study::stability::section::MapPlan;
+use study::stability::table::read_table;
+use study::stability::verdict::Verdict;
 use tests::harness::{Folder, bedload, said};
 
 fn root() -> PathBuf {
