@@ -13,7 +13,7 @@ use coupler::failure::Failure;
 use coupler::log_command::{self, CatOptions, LogCommandError};
 use coupler::replay::{self, Replay};
 use coupler::{check, conformance};
-use study::validate::Validate;
+use study::commands;
 
 /// Grains in a flow: fluid and DEM solvers coupled.
 ///
@@ -276,6 +276,11 @@ fn with_accuracy(mut options: RunOptions, accuracy: Option<String>) -> RunOption
     options
 }
 
+/// How a study is made: `--out`, `--jobs`, and the commit of this build.
+fn studied(out: Option<PathBuf>, jobs: Option<NonZeroUsize>) -> commands::Options {
+    commands::Options { out, jobs, commit: env!("BEDLOAD_COMMIT") }
+}
+
 fn log(word: &LogWord) -> Result<(), LogCommandError> {
     let mut out = std::io::stdout().lock();
     match word {
@@ -317,13 +322,11 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             })
         }
         Command::Log { command } => Ok(log(&command)?),
-        Command::Chart { scene, out, jobs } => study::chart::chart(&study::Options { scene, out, jobs }),
+        Command::Chart { scene, out, jobs } => commands::chart(&scene, &studied(out, jobs)),
         Command::Validate { cases, quick, jobs, out } => {
-            study::validate::validate(&Validate { cases, quick, jobs, out })
+            commands::validate(&cases, quick, &studied(Some(out), jobs))
         }
-        Command::Stability { scene, out, jobs } => {
-            study::stability::stability(&study::Options { scene, out, jobs })
-        }
+        Command::Stability { scene, out, jobs } => commands::stability(&scene, &studied(out, jobs)),
         Command::Conformance { role, scene, overrides, physics, json, command } => {
             let role = role.map(Role::from);
             conformance::conformance(&conformance::Options { command, role, scene, overrides, json, physics })

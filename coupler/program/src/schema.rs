@@ -5,8 +5,8 @@ use coupler::config::Coupling;
 use coupler::failure::Failure;
 use protocol::participant::Role;
 use serde_json::{Map, Value};
-use study::chart::Chart;
-use study::stability::section::Stability;
+use study::kind::Kind;
+use study::section::Section;
 
 /// The JSON Schema of a whole scene: the shared part, and each section from who owns it.
 ///
@@ -17,10 +17,9 @@ pub(crate) fn schema() -> Result<Value, Failure> {
     let mut whole = serde_json::to_value(schemars::schema_for!(bedload_scene::Scene)).map_err(failed)?;
     let coupling = serde_json::to_value(schemars::schema_for!(Coupling)).map_err(failed)?;
     graft(&mut whole, "coupling", coupling);
-    let chart = serde_json::to_value(schemars::schema_for!(Chart)).map_err(failed)?;
-    graft(&mut whole, "chart", chart);
-    let stability = serde_json::to_value(schemars::schema_for!(Stability));
-    graft(&mut whole, "stability", stability.map_err(failed)?);
+    for kind in [Kind::Chart, Kind::Stability] {
+        graft(&mut whole, kind.name(), Section::schema(kind));
+    }
     for role in [Role::Fluid, Role::Dem] {
         match section_schema(role) {
             Some(section) => graft(&mut whole, &role.to_string(), section),
@@ -91,7 +90,7 @@ mod tests {
     fn every_reference_of_the_merged_schema_has_its_definition() {
         let mut whole = serde_json::to_value(schemars::schema_for!(bedload_scene::Scene)).unwrap();
         graft(&mut whole, "coupling", serde_json::to_value(schemars::schema_for!(Coupling)).unwrap());
-        graft(&mut whole, "chart", serde_json::to_value(schemars::schema_for!(Chart)).unwrap());
+        graft(&mut whole, "chart", Section::schema(Kind::Chart));
         let mut found = Vec::new();
         references(&whole, &mut found);
         assert!(found.iter().any(|target| target.contains("coupling.Substeps")), "{found:?}");

@@ -1,35 +1,15 @@
-//! What a study is asked for, and the files of its output folder.
+//! The files of a study's folder.
 
 use std::io;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use bedload_output::{Claim, atomic_write, points};
-use bedload_scene::CheckedScene;
+use bedload_scene::SceneSource;
 
 use coupler::failure::Failure;
 
-/// The scene as it was studied, beside the table.
+/// The file of the study, beside the table.
 pub(super) const SCENE: &str = "scene.toml";
-
-/// What to study, and how.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Scene with a section of the study.
-    pub scene: PathBuf,
-    /// Folder of runs, table, figure and page; by default out/SCENE-STUDY.
-    pub out: Option<PathBuf>,
-    /// Runs at a time; by default one for a chart, so that costs are timings, else as many as there are cores.
-    pub jobs: Option<NonZeroUsize>,
-}
-
-impl Options {
-    /// `--out`, or `out/<name of the scene>-<study>`.
-    pub(super) fn folder(&self, study: &str) -> PathBuf {
-        let name = self.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
-        self.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}-{study}")))
-    }
-}
 
 /// Cores of this machine.
 pub(super) fn cores() -> usize {
@@ -37,10 +17,10 @@ pub(super) fn cores() -> usize {
 }
 
 /// Makes and claims the folder, and leaves the scene in it.
-pub(super) fn open(folder: &Path, scene: &CheckedScene) -> Result<Claim, Failure> {
+pub(super) fn open(folder: &Path, scene: &SceneSource) -> Result<Claim, Failure> {
     make(folder)?;
     let claim = Claim::of(folder)?;
-    atomic_write(&folder.join(SCENE), scene.source.text_for_any_folder().as_bytes())?;
+    atomic_write(&folder.join(SCENE), scene.text_for_any_folder().as_bytes())?;
     Ok(claim)
 }
 

@@ -8,15 +8,15 @@ use bedload_scene::{CheckedScene, SceneSource};
 use coupler::accuracy::{Charted, Class, measured};
 use coupler::{keys, resolution};
 
-use crate::chart::Chart;
-use crate::{Sweep, parse_csv};
+use crate::kind::Kind;
+use crate::study::Study;
+use crate::table::parse_csv;
 
 /// The data of a class, anew.
 fn made(class: Class, root: &Path, scene: &str) -> Charted {
     let source = SceneSource::read(&root.join(scene), &[]).unwrap();
     let base = CheckedScene::new(source.clone()).unwrap();
-    let chart = Chart::read(&base).unwrap();
-    let points = Sweep::new(&base, "chart", &chart.set, &chart.vary, &chart.runs).unwrap().points;
+    let points = Study::of_scene(&base, &root.join(scene), Kind::Chart).unwrap().points;
     let file = class.chart_file();
     let table = std::fs::read_to_string(root.join(&file)).expect(&file);
     let (header, rows) = parse_csv(&table).unwrap();

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use bedload_output::{RunStatus, Summary};
+use bedload_output::{RunStatus, Summary, atomic_write};
 use bedload_program::RunOptions;
+use serde::{Deserialize, Serialize};
 
 use super::folder::{cannot, make};
 use coupler::failure::Failure;
@@ -57,16 +58,41 @@ pub(crate) struct Task {
     pub(crate) threads: usize,
 }
 
+/// Where a run was made: left beside its folder, for later studies that do not repeat it.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub(crate) struct Origin {
+    /// Commit of the build.
+    pub(crate) commit: String,
+    /// Model of the processor.
+    pub(crate) machine: String,
+    /// Other runs that shared the machine, at most.
+    pub(crate) beside: usize,
+}
+
+/// Model of this machine's processor.
+fn machine() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    model.map_or(std::env::consts::ARCH, |(_, model)| model.trim()).to_owned()
+}
+
 /// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks.
 ///
 /// # Errors
 /// [`Failure::Input`] if this program or the folders cannot be had. A run that fails is an outcome.
-pub(crate) fn run_all(tasks: &[Task], jobs: usize, reuse: Reuse) -> Result<Vec<Outcome>, Failure> {
+pub(crate) fn run_all(
+    tasks: &[Task],
+    jobs: usize,
+    reuse: Reuse,
+    commit: &str,
+) -> Result<Vec<Outcome>, Failure> {
     let program = std::env::current_exe().map_err(cannot("find", Path::new("bedload")))?;
     for folder in tasks.iter().filter_map(|task| task.folder.parent()) {
         make(folder)?;
     }
-    let outcomes = at_a_time(jobs, tasks, |task| task.outcome(&program, reuse));
+    let origin =
+        Origin { commit: commit.to_owned(), machine: machine(), beside: jobs.min(tasks.len()).max(1) - 1 };
+    let outcomes = at_a_time(jobs, tasks, |task| task.outcome(&program, reuse, &origin));
     let missing = || Outcome::Failed("the run was not made".to_owned());
     Ok(outcomes.into_iter().map(|outcome| outcome.unwrap_or_else(missing)).collect())
 }
@@ -124,7 +150,7 @@ impl Task {
         Ok(summary.filter(|left| left.scene_sha256 == sha256 && left.version == env!("CARGO_PKG_VERSION")))
     }
 
-    fn outcome(&self, program: &Path, reuse: Reuse) -> Outcome {
+    fn outcome(&self, program: &Path, reuse: Reuse, origin: &Origin) -> Outcome {
         let left = match self.summary() {
             Ok(left) => left,
             Err(error) => return Outcome::Failed(error),
@@ -135,14 +161,18 @@ impl Task {
                 protocol::say!("bedload: {}: finished before", self.name);
                 outcome
             }
-            None => self.make(program, reuse, resume),
+            None => self.make(program, reuse, resume, origin),
         }
     }
 
-    fn make(&self, program: &Path, reuse: Reuse, resume: bool) -> Outcome {
+    fn make(&self, program: &Path, reuse: Reuse, resume: bool, origin: &Origin) -> Outcome {
         let name = &self.name;
         protocol::say!("bedload: {name}: {}", if resume { "goes on" } else { "runs" });
-        let said = self.log_file();
+        let said = self.beside("log");
+        let note = toml::to_string(origin).unwrap_or_default();
+        if let Err(error) = atomic_write(&self.beside("origin"), note.as_bytes()) {
+            return Outcome::Failed(error.to_string());
+        }
         let status = match self.start(program, &said, resume) {
             Ok(status) => status,
             Err(error) => return Outcome::Failed(error.to_string()),
@@ -174,11 +204,18 @@ impl Task {
         Some(words.replace(&self.scene.display().to_string(), &name))
     }
 
-    /// `FOLDER.log`: what the run said.
-    fn log_file(&self) -> PathBuf {
+    /// A file beside the folder: `FOLDER.log`, what the run said; `FOLDER.origin`, where it was made.
+    fn beside(&self, what: &str) -> PathBuf {
         let mut path = OsString::from(&self.folder);
-        path.push(".log");
+        path.push(".");
+        path.push(what);
         path.into()
+    }
+
+    /// Where it was made; nothing is known of a run of an older build.
+    pub(super) fn origin(&self) -> Origin {
+        let text = std::fs::read_to_string(self.beside("origin"));
+        text.ok().and_then(|text| toml::from_str(&text).ok()).unwrap_or_default()
     }
 
     fn start(&self, program: &Path, said: &Path, resume: bool) -> Result<ExitStatus, Failure> {

@@ -1,7 +1,7 @@
 //! All combinations of varied keys, and single runs, as runs with `--set`.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use bedload_scene::{CheckedScene, SceneError, SceneSource};
 
@@ -37,14 +37,18 @@ pub struct Point {
     pub set: Vec<String>,
     /// Threads of each solver, where they vary.
     pub threads: Option<usize>,
+    /// Its scene.
+    pub scene: PathBuf,
+    /// Its abscissa in a figure whose x is no metric.
+    pub at: Option<f64>,
 }
 
 impl Point {
-    /// The run of a scene, in a folder of its own below `folder`.
-    pub(super) fn task(&self, scene: &Path, folder: &Path, threads: usize) -> Task {
+    /// The run, in a folder of its own below `folder`.
+    pub(super) fn task(&self, folder: &Path, threads: usize) -> Task {
         Task {
             name: self.label.clone(),
-            scene: scene.to_owned(),
+            scene: self.scene.clone(),
             set: self.set.clone(),
             folder: folder.join(&self.label),
             threads: self.threads.unwrap_or(threads),
@@ -64,6 +68,10 @@ pub struct Sweep {
 /// Builds the points of one scene.
 struct Builder<'a> {
     scene: &'a CheckedScene,
+    /// Path of the scene.
+    path: &'a Path,
+    /// The file that asks for the runs.
+    source: &'a SceneSource,
     section: &'a str,
     /// Set in every run.
     base: Vec<Setting>,
@@ -77,18 +85,19 @@ struct Builder<'a> {
 impl Sweep {
     /// All combinations of `vary`, then `runs`; `section` is where they stand, `chart`. `base` is set in
     /// every run, before its own keys. Each scene that comes out is read and checked as far as the
-    /// shared part goes.
+    /// shared part goes. `path` and `source`: where the scene is, and the file that asks for the runs.
     ///
     /// # Errors
     /// [`SceneError`] at the entry that is wrong.
     pub fn new(
-        scene: &CheckedScene,
+        (scene, path): (&CheckedScene, &Path),
+        source: &SceneSource,
         section: &str,
         base: &toml::Table,
         vary: &[Vary],
         runs: &[SingleRun],
     ) -> Result<Self, SceneError> {
-        let mut builder = Builder::new(scene, section, vary, runs)?;
+        let mut builder = Builder::new((scene, path), source, section, vary, runs)?;
         builder.base = settings(base, &format!("{section}.set"));
         let mut points = Vec::new();
         let many = builder.choices.iter().map(Vec::len).try_fold(1, usize::checked_mul);
@@ -96,14 +105,14 @@ impl Sweep {
         match many.and_then(|many| many.checked_add(runs.len())) {
             Some(1..=MOST_RUNS) => {}
             Some(0) => {
-                return Err(scene.source.error(
+                return Err(source.error(
                     section,
                     "names no run: it has neither `vary` nor `runs`",
                     &format!("add [[{section}.vary]] with `key` and `values`; docs/scene.md shows one"),
                 ));
             }
             _ => {
-                return Err(scene.source.error(
+                return Err(source.error(
                     &format!("{section}.vary"),
                     format!("combines to more than {MOST_RUNS} runs"),
                     "list fewer values, or single runs",
@@ -122,13 +131,14 @@ impl Sweep {
 
 impl<'a> Builder<'a> {
     fn new(
-        scene: &'a CheckedScene,
+        (scene, path): (&'a CheckedScene, &'a Path),
+        source: &'a SceneSource,
         section: &'a str,
         vary: &'a [Vary],
         runs: &[SingleRun],
     ) -> Result<Self, SceneError> {
         let place = |index: usize| format!("{section}.vary[{index}]");
-        let choices = |(index, vary): (usize, &Vary)| vary.choices(&place(index), &scene.source);
+        let choices = |(index, vary): (usize, &Vary)| vary.choices(&place(index), source);
         let choices: Vec<Vec<Choice>> = vary.iter().enumerate().map(choices).collect::<Result<_, _>>()?;
         let bundled: BTreeSet<&str> = choices
             .iter()
@@ -139,7 +149,7 @@ impl<'a> Builder<'a> {
         let mut columns: Vec<Column> = Vec::new();
         for (index, vary) in vary.iter().enumerate() {
             if columns.iter().any(|column| column.key == vary.header()) {
-                return Err(scene.source.error(
+                return Err(source.error(
                     &place(index),
                     format!("varies {} a second time", vary.header()),
                     "put all its values into one list",
@@ -147,12 +157,22 @@ impl<'a> Builder<'a> {
             }
             columns.push(Column { key: vary.header().to_owned(), name: super::table::cell(vary.title()) });
         }
-        for key in runs.iter().flat_map(|run| settings(&run.set, "")).map(|setting| setting.key) {
+        for key in runs.iter().flat_map(|run| run.set.settings("")).map(|setting| setting.key) {
             if !columns.iter().any(|column| column.key == key) && !bundled.contains(key.as_str()) {
                 columns.push(Column { name: super::table::cell(&key), key });
             }
         }
-        Ok(Self { scene, section, base: Vec::new(), vary, choices, columns, labels: BTreeSet::new() })
+        Ok(Self {
+            scene,
+            path,
+            source,
+            section,
+            base: Vec::new(),
+            vary,
+            choices,
+            columns,
+            labels: BTreeSet::new(),
+        })
     }
 
     fn combination(&mut self, number: usize) -> Result<Point, SceneError> {
@@ -188,21 +208,22 @@ impl<'a> Builder<'a> {
         let place = format!("{}.runs[{index}]", self.section);
         let label = &run.label;
         if *label != plain(label) || label.is_empty() || label.starts_with(['.', '-']) {
-            return Err(self.scene.source.error(
+            return Err(self.source.error(
                 &format!("{place}.label"),
                 format!("is {label:?}, which becomes a folder; allowed: letters, digits, '-', '_' and '.'"),
                 "give the run a plain name",
             ));
         }
         if !self.labels.insert(label.clone()) {
-            return Err(self.scene.source.error(
+            return Err(self.source.error(
                 &format!("{place}.label"),
                 format!("is {label:?}, which another run has already"),
                 "give each run its own name",
             ));
         }
-        let settings = settings(&run.set, &format!("{place}.set"));
-        self.point(label.clone(), &settings, &place, &vec![None; self.vary.len()])
+        let settings = run.set.settings(&format!("{place}.set"));
+        let point = self.point(label.clone(), &settings, &place, &vec![None; self.vary.len()])?;
+        Ok(Point { at: run.at, ..point })
     }
 
     /// A run of these settings. `known` has the texts of the columns that were chosen from a list.
@@ -213,13 +234,13 @@ impl<'a> Builder<'a> {
         place: &str,
         known: &[Option<String>],
     ) -> Result<Point, SceneError> {
-        let source = &self.scene.source;
+        let source = self.source;
         let settings: Vec<Setting> = self.base.iter().chain(settings).cloned().collect();
         let settings = settings.as_slice();
         let mut set: Vec<String> = settings
             .iter()
             .filter(|setting| ![RESOLUTION, THREADS].contains(&setting.key.as_str()))
-            .map(|setting| format!("{}={}", setting.key, setting.value))
+            .map(ToString::to_string)
             .collect();
         let mut made = self.checked(&set, settings, &label, place)?;
         if let Some(wanted) = last(settings, RESOLUTION) {
@@ -243,7 +264,7 @@ impl<'a> Builder<'a> {
                 None => self.value(column, &made, &written, threads),
             })
             .collect();
-        Ok(Point { label, values, set, threads })
+        Ok(Point { label, values, set, threads, scene: self.path.to_owned(), at: None })
     }
 
     /// The scene with these overrides; an error stands at the entry that made it.
@@ -263,7 +284,7 @@ impl<'a> Builder<'a> {
             });
             let place = guilty.map_or(place, |setting| setting.place.as_str());
             let key = if error.key.is_empty() { String::new() } else { format!("{} ", error.key) };
-            source.error(
+            self.source.error(
                 place,
                 format!("makes the run {label}, in which {key}{}", error.message),
                 &error.remedy,
@@ -374,7 +395,14 @@ dt = 0.02
         let source = SceneSource { file: "s.toml".into(), text: format!("{SCENE}{section}") };
         let scene = CheckedScene::new(source)?;
         let chart = scene.source.section::<Document>()?.chart;
-        Sweep::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs)
+        Sweep::new(
+            (&scene, Path::new("s.toml")),
+            &scene.source,
+            "chart",
+            &chart.set,
+            &chart.vary,
+            &chart.runs,
+        )
     }
 
     /// Line and key of what is refused, and the message.

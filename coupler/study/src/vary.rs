@@ -1,6 +1,9 @@
 //! Varied keys as the scene writes them: `[[chart.vary]]`, `[[chart.runs]]`, and the same under
 //! `[stability]`.
 
+use std::fmt;
+use std::path::PathBuf;
+
 use bedload_scene::{SceneError, SceneSource};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -34,10 +37,54 @@ pub struct Vary {
 pub struct SingleRun {
     /// Name, also of its folder.
     pub label: String,
-    /// Dotted keys with their values.
+    /// What the run sets: dotted keys with their values, or texts KEY=VALUE as `--set` takes them.
     #[serde(default)]
-    #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
-    pub set: toml::Table,
+    pub set: Set,
+    /// Of a case: its scene, seen from the file, where it is not the one of all runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<PathBuf>,
+    /// Of a case: is it made with `--quick`, too?
+    #[serde(default)]
+    pub quick: bool,
+    /// Of a case: its abscissa in a figure whose x is no metric.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<f64>,
+}
+
+/// What a run sets.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a table of keys, or a list of KEY=VALUE")]
+pub enum Set {
+    /// Dotted keys with their values.
+    Keys(#[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")] toml::Table),
+    /// `KEY=VALUE`, as `--set` takes them: a table there replaces the whole table.
+    Texts(Vec<String>),
+}
+
+impl Default for Set {
+    fn default() -> Self {
+        Self::Texts(Vec::new())
+    }
+}
+
+impl Set {
+    /// Its entries; `place` is where it stands.
+    pub(super) fn settings(&self, place: &str) -> Vec<Setting> {
+        match self {
+            Self::Keys(table) => settings(table, place),
+            Self::Texts(texts) => texts.iter().map(|text| written(text, place)).collect(),
+        }
+    }
+}
+
+/// A setting from `KEY=VALUE`; a value that is no TOML is a string.
+fn written(text: &str, place: &str) -> Setting {
+    let (key, value) = text.split_once('=').unwrap_or((text, ""));
+    let (key, value) = (key.trim().to_owned(), value.trim());
+    let read = toml::from_str::<toml::Table>(&format!("value = {value}")).ok();
+    let read = read.filter(|table| table.len() == 1).and_then(|mut table| table.remove("value"));
+    let value = read.unwrap_or_else(|| value.into());
+    Setting { key, value, place: place.to_owned() }
 }
 
 /// A key with its value, and where in the scene that stands.
@@ -46,6 +93,13 @@ pub(super) struct Setting {
     pub(super) key: String,
     pub(super) value: toml::Value,
     pub(super) place: String,
+}
+
+impl fmt::Display for Setting {
+    /// `KEY=VALUE`, as `--set` takes it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.key, self.value)
+    }
 }
 
 /// One value of a [`Vary`].

@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 
-use super::config::{Chart, Finer, Reference};
 use super::limit;
 use super::reference::Compared;
-use super::table::{Row, Table};
-use crate::Vary;
+use crate::section::{Finer, Reference, Section};
+use crate::table::{Row, Table};
+use crate::vary::Vary;
 use coupler::number::{Short, number, percent};
 
 /// Errors that users ask for.
@@ -23,7 +23,7 @@ pub(super) struct Names {
 }
 
 impl Names {
-    pub(super) fn new(chart: &Chart, table: &Table) -> Self {
+    pub(super) fn new(chart: &Section, table: &Table) -> Self {
         let varied = |key: &String| chart.vary.iter().find(|vary| vary.header() == key);
         let name = |key: &String| varied(key).map_or(key.as_str(), Vary::title).to_owned();
         Self {
@@ -83,7 +83,11 @@ fn short(value: &str) -> String {
 }
 
 /// The reference of each metric, in words.
-pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Compared>, String>) -> Vec<String> {
+pub(super) fn references(
+    chart: &Section,
+    names: &Names,
+    known: &Result<Vec<Compared>, String>,
+) -> Vec<String> {
     if let Some(Reference::Curve(curve)) = &chart.reference {
         let source = chart.source.as_ref().map_or(String::new(), |source| format!(" ({source})"));
         return vec![format!(
@@ -130,7 +134,7 @@ pub(super) fn references(chart: &Chart, names: &Names, known: &Result<Vec<Compar
     lines
 }
 
-fn column_of(chart: &Chart, names: &Names) -> Option<usize> {
+fn column_of(chart: &Section, names: &Names) -> Option<usize> {
     let Some(Reference::Limit(of)) = &chart.reference else { return None };
     let vary = chart.vary.iter().find(|vary| vary.header() == of.richardson)?;
     names.all().iter().position(|name| name == vary.title())
@@ -162,7 +166,7 @@ pub(super) struct Order {
 }
 
 /// The observed order along every key that refines, for each refinement of three runs and more.
-pub(super) fn orders(chart: &Chart, table: &Table, names: &Names) -> Vec<Order> {
+pub(super) fn orders(chart: &Section, table: &Table, names: &Names) -> Vec<Order> {
     let mut orders = Vec::new();
     let asked = match &chart.reference {
         Some(Reference::Limit(of)) => Some((of.richardson.as_str(), of.finer)),
@@ -214,7 +218,7 @@ pub(super) struct Cheapest {
 }
 
 /// For each of the tolerances.
-pub(super) fn cheapest(chart: &Chart, table: &Table, names: &Names) -> Vec<Cheapest> {
+pub(super) fn cheapest(chart: &Section, table: &Table, names: &Names) -> Vec<Cheapest> {
     let named = |label: &String| table.rows.iter().find(|row| row.label == *label);
     let baseline = chart.baseline.as_ref().and_then(named).and_then(|row| row.cpu).map(|cpu| cpu.median);
     let of = |tolerance: f64| {
@@ -229,15 +233,15 @@ pub(super) fn cheapest(chart: &Chart, table: &Table, names: &Names) -> Vec<Cheap
 
 #[cfg(test)]
 mod tests {
-    use super::super::table::tests::table;
     use super::*;
+    use crate::table::tests::chart as table;
 
     const METHODS: &str = "[[vary]]\nname = \"method\"\nvalues = []\n";
 
     #[test]
     fn the_cheapest_is_told_over_the_papers_own_cost() {
         let table = table(&[(8.0, "a", 1.0, 0.04), (16.0, "a", 4.0, 0.015), (8.0, "paper", 8.0, 0.06)]);
-        let chart = Chart { baseline: Some("paper-8".to_owned()), ..Chart::default() };
+        let chart = Section { baseline: Some("paper-8".to_owned()), ..Section::default() };
         let found = cheapest(&chart, &table, &Names::new(&chart, &table));
         let found: Vec<_> = found.iter().map(|c| (c.error, c.over_baseline)).collect();
         assert_eq!(found, [(Some(0.04), Some(0.125)), (Some(0.015), Some(0.5)), (None, None)]);
@@ -246,13 +250,13 @@ mod tests {
     #[test]
     fn runs_are_named_by_their_keys() {
         let table = table(&[(8.0, "carried", 1.0, 0.04)]);
-        let chart: Chart = toml::from_str(&format!(
+        let chart: Section = toml::from_str(&format!(
             "[[vary]]\nkey = \"resolution\"\nname = \"D/Δx\"\nvalues = [8]\n{METHODS}"
         ))
         .unwrap();
         let names = Names::new(&chart, &table);
         assert_eq!(names.of(&table.rows[0]), "D/Δx 8, carried");
-        let single: Chart = toml::from_str("[[vary]]\nkey = \"resolution\"\nvalues = [8]\n").unwrap();
+        let single: Section = toml::from_str("[[vary]]\nkey = \"resolution\"\nvalues = [8]\n").unwrap();
         assert_eq!(Names::new(&single, &table).of(&table.rows[0]), "resolution 8");
         assert_eq!(names.lines(&table.rows[0]), ["D/Δx = 8", "method = carried"]);
         assert_eq!(names.value(0, ""), "D/Δx by default");
@@ -267,7 +271,7 @@ mod tests {
         let family = |name, p: f64| [8.0, 16.0, 32.0].map(|n: f64| (n, name, 1.0, n.powf(-p)));
         let points: Vec<_> = family("a", 1.0).into_iter().chain(family("b", 2.0)).collect();
         let table = table(&points);
-        let chart: Chart = toml::from_str(METHODS).unwrap();
+        let chart: Section = toml::from_str(METHODS).unwrap();
         let orders = orders(&chart, &table, &Names::new(&chart, &table));
         assert_eq!(orders.len(), 2);
         for (order, (with, p)) in orders.iter().zip([("a", 1.0), ("b", 2.0)]) {

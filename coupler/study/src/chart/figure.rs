@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 
-use super::config::Published;
 use super::describe::Names;
-use super::table::{FLOOR, Row, Table};
 use crate::page::render;
 use crate::plot::{Axis, GREY, Look, Plot, Point, Rule, Series, Shape, colour, shape};
+use crate::section::Published;
+use crate::table::{FLOOR, Row, Table};
 use coupler::failure::Failure;
 use coupler::number::{number, percent};
 

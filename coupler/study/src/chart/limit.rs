@@ -1,7 +1,7 @@
 //! Orders and limits of a refinement: Richardson's extrapolation, with Roache's uncertainty.
 
-use super::config::Finer;
-use super::table::Table;
+use crate::section::Finer;
+use crate::table::Table;
 use crate::table::grouped;
 
 /// Safety factor of a grid convergence index from three grids (Roache 1994).
@@ -121,8 +121,8 @@ pub(super) fn refinements(table: &Table, column: usize, finer: Finer) -> Vec<Ref
 
 #[cfg(test)]
 mod tests {
-    use super::super::table::tests::table;
     use super::*;
+    use crate::table::tests::chart as table;
 
     #[test]
     fn the_order_and_limit_of_a_known_series_are_found() {

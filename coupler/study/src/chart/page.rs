@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 
-use super::config::{Chart, Published};
 use super::describe::{self, Cheapest, Names, Order};
 use super::reference::Compared;
-use super::table::{Row, Table};
 use crate::page::render;
+use crate::section::{Published, Section};
+use crate::table::{Row, Table};
 use coupler::failure::Failure;
 
 /// What `templates/chart.html` and `chart.txt` show.
@@ -34,7 +34,7 @@ pub(super) struct Page<'a> {
 
 impl<'a> Page<'a> {
     pub(super) fn new(
-        chart: &'a Chart,
+        chart: &'a Section,
         table: &'a Table,
         names: &'a Names,
         known: &Result<Vec<Compared>, String>,
@@ -75,7 +75,7 @@ impl<'a> Page<'a> {
 }
 
 /// How the costs were taken.
-fn timings(chart: &Chart, table: &Table) -> String {
+fn timings(chart: &Section, table: &Table) -> String {
     let repeats = table.rows.iter().map(|row| row.repeats).max().unwrap_or(1);
     let threads = chart.threads;
     let mut text = match repeats {

@@ -5,9 +5,9 @@ use std::path::Path;
 use bedload_output::{Series, points};
 use bedload_scene::Metric;
 
-use super::config::{Chart, Curve, Finer, LimitOf, Reference};
 use super::limit::{self, Limit, Refinement};
-use super::table::{Row, Table};
+use crate::section::{Curve, Finer, LimitOf, Reference, Section};
+use crate::table::{Row, Table};
 use crate::table::{error, interpolated};
 use crate::vary::text;
 
@@ -30,7 +30,7 @@ impl Compared {
 }
 
 /// The references of the charted metrics, in their order; none where a curve is charted.
-pub(super) fn values(chart: &Chart, metrics: &[Metric], table: &Table) -> Result<Vec<Compared>, String> {
+pub(super) fn values(chart: &Section, metrics: &[Metric], table: &Table) -> Result<Vec<Compared>, String> {
     let of = |(place, name): (usize, &str)| {
         let own = metrics.iter().find(|metric| metric.name == name);
         let source = chart.source.clone();
@@ -178,8 +178,8 @@ pub(super) fn misfit(curve: &Curve, text: &str, run: &Path) -> Result<f64, Strin
 
 #[cfg(test)]
 mod tests {
-    use super::super::table::tests::table;
     use super::*;
+    use crate::table::tests::chart as table;
 
     #[test]
     fn several_metrics_give_their_largest_error() {
@@ -208,19 +208,19 @@ mod tests {
             points.map(|(family, n)| (n, family, 1.0, value(n, if family == "a" { 0.0 } else { 1.0 })));
         let table = table(&points); // values are 1 + these
         let text = "metric = \"m\"\nreference = { richardson = \"resolution\", with = { method = \"b\" } }\n";
-        let mut chart: Chart = toml::from_str(text).unwrap();
-        let of = |chart: &Chart| values(chart, &[], &table).map(|known| known[0].clone());
+        let mut chart: Section = toml::from_str(text).unwrap();
+        let of = |chart: &Section| values(chart, &[], &table).map(|known| known[0].clone());
         let second = of(&chart).unwrap();
         assert!((second.value - 2.0).abs() < 1e-9, "{second:?}");
         assert_eq!(second.limit.unwrap().1.with, ["b"]);
         chart.reference =
-            toml::from_str::<Chart>("reference = { richardson = \"resolution\" }").unwrap().reference;
+            toml::from_str::<Section>("reference = { richardson = \"resolution\" }").unwrap().reference;
         assert!((of(&chart).unwrap().value - 1.0).abs() < 1e-9, "the first refinement");
         chart.reference =
-            toml::from_str::<Chart>("reference = { richardson = \"method\" }").unwrap().reference;
+            toml::from_str::<Section>("reference = { richardson = \"method\" }").unwrap().reference;
         assert!(of(&chart).unwrap_err().contains("three runs"));
         chart.reference =
-            toml::from_str::<Chart>("reference = { richardson = \"resolution\", each = [\"method\"] }")
+            toml::from_str::<Section>("reference = { richardson = \"resolution\", each = [\"method\"] }")
                 .unwrap()
                 .reference;
         let each = values(&chart, &[], &table).unwrap();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::page;
-use crate::{chart, stability};
+use crate::commands::redraw;
 use coupler::failure::Failure;
 
 /// Makes `report.html` in each of `dirs`, the output folders of runs, `chart.html` in those of charts and
@@ -22,11 +22,5 @@ pub fn report(dirs: &[&Path]) -> Result<Vec<PathBuf>, Failure> {
 }
 
 fn report_one(dir: &Path) -> Result<PathBuf, Failure> {
-    if dir.join(chart::TABLE).exists() {
-        chart::redraw(dir)
-    } else if dir.join(stability::TABLE).exists() {
-        stability::redraw(dir)
-    } else {
-        page::write(dir)
-    }
+    redraw(dir).unwrap_or_else(|| page::write(dir))
 }

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::table::{Row, Table};
-use super::verdict::Verdict;
+use super::classify::Class;
 use crate::table::grouped;
+use crate::table::{Row, Table};
 
 /// The end of a method at one x.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -26,7 +26,7 @@ pub(super) fn of(table: &Table, x: usize, y: usize) -> Vec<End> {
     let ends = grouped(&table.rows, at).into_iter().filter_map(|((panel, x), rows)| {
         let heights: Option<Vec<(f64, bool)>> = rows
             .iter()
-            .map(|row| Some((row.values[y].parse().ok()?, row.verdict == Verdict::Stable)))
+            .map(|row| Some((row.values[y].parse().ok()?, row.class == Some(Class::Stable))))
             .collect();
         let heights = heights?;
         let last_bad = heights.iter().filter(|(_, good)| !good).map(|(height, _)| *height).reduce(f64::max);
@@ -43,22 +43,19 @@ mod tests {
 
     #[test]
     fn stability_begins_above_the_last_that_fails() {
-        let row = |y: &str, verdict| Row {
+        let row = |y: &str, class| Row {
             values: ["kempe-froehlich-2012", "0.1", y].map(str::to_owned).to_vec(),
-            verdict,
-            growth: 0.0,
-            margin: 1.0,
-            label: String::new(),
-            note: String::new(),
-            refused: false,
+            class: Some(class),
+            ..Row::default()
         };
         let rows = vec![
-            row("4", Verdict::Stable),
-            row("1", Verdict::Stable),
-            row("2", Verdict::Oscillating),
-            row("0.5", Verdict::Failed),
+            row("4", Class::Stable),
+            row("1", Class::Stable),
+            row("2", Class::Oscillating),
+            row("0.5", Class::Failed),
         ];
-        let table = Table { keys: ["form", "x", "y"].map(str::to_owned).to_vec(), columns: Vec::new(), rows };
+        let keys = ["form", "x", "y"].map(str::to_owned).to_vec();
+        let table = Table { kind: crate::kind::Kind::Stability, keys, metrics: Vec::new(), rows };
         let end = of(&table, 1, 2);
         assert_eq!(end.len(), 1);
         assert_eq!((end[0].last_bad, end[0].first_good), (Some(2.0), Some(4.0)));

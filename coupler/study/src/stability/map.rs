@@ -6,12 +6,12 @@
 use serde::Serialize;
 
 use super::axis::Axis;
+use super::classify::Class;
 use super::region::{Cell, Piece, Region, Strip};
-use super::section::ANY;
-use super::table::{Row, Table};
-use super::verdict::Verdict;
 use crate::page::render;
+use crate::section::ANY;
 use crate::table::grouped;
+use crate::table::{Row, Table};
 use coupler::failure::Failure;
 use coupler::number::Short;
 
@@ -96,7 +96,7 @@ struct Panel {
 #[derive(Serialize)]
 struct Mark {
     at: (f64, f64),
-    verdict: String,
+    class: String,
     words: String,
 }
 
@@ -142,7 +142,7 @@ fn region<'a>(x: &'a Axis, y: &'a Axis, rows: &[&Row], frame: &Frame<'_>) -> Reg
     let mut cells = vec![vec![None; y.len()]; x.len()];
     for row in rows {
         if let Some((i, j)) = place(row, frame, x, y) {
-            cells[i][j] = Some(Cell { refused: row.refused, margin: row.margin });
+            cells[i][j] = Some(Cell { refused: row.refused, margin: row.margin.unwrap_or(f64::NAN) });
         }
     }
     Region { x, y, cells }
@@ -173,17 +173,17 @@ fn line(region: &Region<'_>) -> String {
 
 fn mark(row: &Row, panel: &str, frame: &Frame<'_>, x: &Axis, y: &Axis) -> Option<Mark> {
     let (i, j) = place(row, frame, x, y)?;
-    let (x_name, y_name, verdict) = (frame.x.1, frame.y.1, row.verdict);
-    let mut words = format!("{panel}: {x_name} = {}, {y_name} = {}: {verdict}", x.text(i), y.text(j));
-    if row.growth.is_finite() {
-        words += &format!(", growth {} per window", Short(row.growth));
+    let (x_name, y_name, class) = (frame.x.1, frame.y.1, row.class?);
+    let mut words = format!("{panel}: {x_name} = {}, {y_name} = {}: {class}", x.text(i), y.text(j));
+    if let Some(growth) = row.growth.filter(|growth| growth.is_finite()) {
+        words += &format!(", growth {} per window", Short(growth));
     }
-    if row.margin.is_finite() {
-        words += &format!(", margin {}", Short(row.margin));
+    if let Some(margin) = row.margin.filter(|margin| margin.is_finite()) {
+        words += &format!(", margin {}", Short(margin));
     }
     words += if row.refused { ", refused" } else { ", accepted" };
     let at = (tenth(rightwards(x.place(i))), tenth(upwards(y.place(j))));
-    Some(Mark { at, verdict: verdict.to_string(), words })
+    Some(Mark { at, class: class.to_string(), words })
 }
 
 /// A sampled value as it stands at an axis.
@@ -213,33 +213,38 @@ fn tenth(place: f64) -> f64 {
     (10.0 * place).round() / 10.0
 }
 
-/// The verdicts, and what is refused by the bound.
+/// The classes, and what is refused by the bound.
 fn legend(bound: &str) -> (Vec<Tick>, Tick) {
     let mut at = 20.0;
-    let tick = |verdict: Verdict| {
-        let tick = Tick { at, name: verdict.to_string() };
+    let tick = |class: Class| {
+        let tick = Tick { at, name: class.to_string() };
         at += 30.0 + 7.5 * tick.name.len() as f64;
         tick
     };
-    let verdicts = Verdict::ALL.map(tick).into();
+    let classes = Class::ALL.map(tick).into();
     let line = if bound == ANY { String::new() } else { format!("; line: {bound}") };
-    (verdicts, Tick { at, name: format!("refused by check{line}") })
+    (classes, Tick { at, name: format!("refused by check{line}") })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn row(form: &str, x: &str, y: &str, verdict: Verdict, margin: f64) -> Row {
+    fn row(form: &str, x: &str, y: &str, class: Class, margin: f64) -> Row {
         Row {
             values: [form, x, y].map(str::to_owned).to_vec(),
-            verdict,
-            growth: 0.1,
-            margin,
+            class: Some(class),
+            growth: Some(0.1),
+            margin: Some(margin),
             label: format!("{form}-{x}-{y}"),
-            note: String::new(),
             refused: margin < 1.0,
+            ..Row::default()
         }
+    }
+
+    fn table(keys: &[&str], rows: Vec<Row>) -> Table {
+        let keys = keys.iter().map(|key| (*key).to_owned()).collect();
+        Table { kind: crate::kind::Kind::Stability, keys, metrics: Vec::new(), rows }
     }
 
     #[test]
@@ -255,14 +260,13 @@ mod tests {
     #[test]
     fn every_run_has_its_marker_and_every_combination_its_panel() {
         let rows = vec![
-            row("izard-2014", "0.1", "1", Verdict::Failed, 0.25),
-            row("izard-2014", "0.1", "16", Verdict::Stable, 4.0),
-            row("izard-2014", "1", "1", Verdict::Oscillating, 0.25),
-            row("izard-2014", "1", "16", Verdict::Stable, 4.0),
-            row("yu-shao-fixed-point <½>", "0.1", "1", Verdict::Stable, 3.0),
+            row("izard-2014", "0.1", "1", Class::Failed, 0.25),
+            row("izard-2014", "0.1", "16", Class::Stable, 4.0),
+            row("izard-2014", "1", "1", Class::Oscillating, 0.25),
+            row("izard-2014", "1", "16", Class::Stable, 4.0),
+            row("yu-shao-fixed-point <½>", "0.1", "1", Class::Stable, 3.0),
         ];
-        let table =
-            Table { keys: ["form", "nu", "rho"].map(str::to_owned).to_vec(), columns: Vec::new(), rows };
+        let table = table(&["form", "nu", "rho"], rows);
         let frame = Frame { title: "a & b", x: (1, "ν dt/D²"), y: (2, "ρ_r"), bound: "density-ratio" };
         let svg = draw(&table, &frame).unwrap();
         assert_eq!(svg.matches("<title>").count(), 5);
@@ -275,7 +279,7 @@ mod tests {
         // The limit 4 lies half-way between 1 and 16, all along the first panel.
         assert_eq!(svg.matches(&format!(" {:.1}L", AREA.1 / 2.0)).count(), 2, "{svg}");
         assert_eq!(svg.matches("<circle").count(), 3 + 1, "three stable runs and the legend");
-        let alone = Table { keys: table.keys.clone(), columns: Vec::new(), rows: table.rows[4..].to_vec() };
+        let alone = Table { rows: table.rows[4..].to_vec(), ..table.clone() };
         assert!(
             !draw(&alone, &frame).unwrap().contains("fill=\"none\" stroke=\"#222\""),
             "nothing is refused: no line"

@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
+use super::counts::Counts;
 use super::ends::{self, End};
 use super::map::Frame;
-use super::table::{Counts, Row, Table};
 use crate::page::render;
+use crate::table::{Row, Table};
 use coupler::failure::Failure;
 
 /// What `templates/stability.html` shows.
@@ -42,22 +43,27 @@ pub(super) fn page(table: &Table, frame: &Frame<'_>, about: &str, map: &str) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::verdict::Verdict;
+    use super::super::classify::Class;
     use super::*;
 
     #[test]
     fn the_page_is_whole_by_itself_and_says_what_is_wrong() {
-        let row = |verdict, refused| Row {
+        let row = |class, refused| Row {
             values: ["0.1", "<b>"].map(str::to_owned).to_vec(),
-            verdict,
-            growth: f64::NAN,
-            margin: 0.5,
+            class: Some(class),
+            margin: Some(0.5),
             label: "run".into(),
             note: "a \"note\"".into(),
             refused,
+            ..Row::default()
         };
-        let rows = vec![row(Verdict::Failed, false), row(Verdict::Stable, true)];
-        let table = Table { keys: vec!["x".into(), "y".into()], columns: Vec::new(), rows };
+        let rows = vec![row(Class::Failed, false), row(Class::Stable, true)];
+        let table = Table {
+            kind: crate::kind::Kind::Stability,
+            keys: vec!["x".into(), "y".into()],
+            metrics: Vec::new(),
+            rows,
+        };
         let frame = Frame { title: "T", x: (0, "x"), y: (1, "y"), bound: "any" };
         let page = super::page(&table, &frame, "Read this.", "<svg></svg>").unwrap();
         assert!(page.contains("Read this.") && page.contains("<svg") && page.contains("&lt;b&gt;"));

@@ -1,16 +1,14 @@
-//! The runs of a plan: what each is told besides its varied keys, and what became of it.
-
-use std::path::Path;
+//! The runs of a map: what each sets besides its varied keys, and what became of it.
 
 use bedload_output::{RunStatus, Series, Summary};
 use bedload_program::RunOptions;
 
-use super::section::{ANY, Limit, MapPlan, Stability};
-use super::table::Row;
-use super::verdict::{self, Finding, Verdict};
+use super::classify::{self, Class, Finding};
 use crate::folder::content;
-use crate::runs::at_a_time;
-use crate::{Outcome, Point, Reuse, Task, cell, run_all};
+use crate::runs::{Outcome, Task, at_a_time};
+use crate::section::{ANY, Limit, Section};
+use crate::study::Study;
+use crate::table::{Row, Table, cell};
 use coupler::bounds::{Bound, Level, NAMES, SINGULAR};
 use coupler::failure::Failure;
 use coupler::prepare::Prepared;
@@ -18,31 +16,38 @@ use coupler::prepare::Prepared;
 /// Characters of a note that are kept: an error names its cause first.
 const NOTE: usize = 160;
 
-/// Makes the runs that are not there yet, and judges all.
-pub(super) fn rows(plan: &MapPlan, scene: &Path, out: &Path, jobs: usize) -> Result<Vec<Row>, Failure> {
-    let points = &plan.sweep.points;
-    let tasks: Vec<Task> = points.iter().map(|point| task(point, scene, out)).collect();
-    let outcomes = run_all(&tasks, jobs, Reuse::AlsoFailed)?;
-    let judged: Vec<(&Point, Finding)> = points
-        .iter()
-        .zip(&tasks)
-        .zip(&outcomes)
-        .map(|((point, task), outcome)| Ok((point, finding(&plan.section, task, outcome)?)))
-        .collect::<Result<_, Failure>>()?;
-    let one = |(point, finding): &(&Point, Finding)| row(point, finding, &plan.section, scene);
+/// Classifies every run of the table, and holds the bound against it; `runs` are in the order of the rows.
+pub(crate) fn classify(
+    study: &Study,
+    table: &mut Table,
+    runs: &[(Task, Outcome)],
+    jobs: usize,
+) -> Result<(), Failure> {
     // Each asks the solvers for their facts, which are processes: several at a time, too.
+    let one = |(row, (task, outcome)): &(Row, &(Task, Outcome))| {
+        let found = finding(&study.section, task, outcome)?;
+        let (margin, refused) = refusal(&study.section, task)?;
+        let growth = Some(found.growth).filter(|growth| !growth.is_nan());
+        let note = found.note;
+        Ok(Row { class: Some(found.class), growth, margin, refused, note, ..row.clone() })
+    };
     let fault = || Err(Failure::Run("not every run was planned: report this as a fault".into()));
-    at_a_time(jobs, &judged, one).into_iter().map(|row| row.unwrap_or_else(fault)).collect()
+    let rows: Vec<(Row, &(Task, Outcome))> = table.rows.iter().cloned().zip(runs).collect();
+    let rows = at_a_time(jobs, &rows, one).into_iter().map(|row| row.unwrap_or_else(fault));
+    table.rows = rows.collect::<Result<_, _>>()?;
+    Ok(())
 }
 
-fn task(point: &Point, scene: &Path, out: &Path) -> Task {
-    // Small runs: more threads only wait for each other.
-    let mut task = point.task(scene, &out.join("runs"), 1);
-    task.set.extend(imposed());
-    task
+/// Margin of the section's bound in the plan of a run, and whether it refuses the plan.
+fn refusal(section: &Section, task: &Task) -> Result<(Option<f64>, bool), Failure> {
+    // With the bounds forced: a plan that may avoid one by other means (another scheme) is not the run's.
+    let options = RunOptions { overrides: task.set.clone(), ..RunOptions::of_scene(&task.scene) };
+    let plan = |failure| Failure::Input(format!("the run {} cannot be planned: {failure}", task.name));
+    let (margin, refused) = held(&Prepared::new(&options).map_err(plan)?.plan.bounds, &section.bound);
+    Ok((Some(margin).filter(|margin| !margin.is_nan()), refused))
 }
 
-/// What every run is told: no bound stops it but the one behind which there is a division by zero,
+/// What every run sets: no bound stops it but the one behind which there is a division by zero,
 /// every window is in the series, and nothing is logged.
 #[must_use]
 pub fn imposed() -> [String; 3] {
@@ -56,7 +61,7 @@ pub fn imposed() -> [String; 3] {
 }
 
 /// What became of a run.
-fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Finding, Failure> {
+fn finding(section: &Section, task: &Task, outcome: &Outcome) -> Result<Finding, Failure> {
     let path = task.folder.join("series.csv");
     match outcome {
         Outcome::Failed(why) => {
@@ -68,9 +73,9 @@ fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Findin
                 return Err(Failure::Input(format!("the run {} could not be made: {why}", task.name)));
             }
             let series = if path.is_file() { Series::read(&path)? } else { Series::default() };
-            let growth = verdict::growth(series.column(&section.signal).unwrap_or_default());
+            let growth = classify::growth(series.column(&section.signal).unwrap_or_default());
             Ok(Finding {
-                verdict: Verdict::Failed,
+                class: Class::Failed,
                 growth,
                 note: cell(&why.chars().take(NOTE).collect::<String>()),
             })
@@ -81,7 +86,7 @@ fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Findin
                 let there = series.names().join(", ");
                 content(&path)(format!("has no column {}; there are {there}", section.signal))
             })?;
-            let mut found = verdict::judge(signal, section.scale);
+            let mut found = classify::classify(signal, section.scale);
             let first = section
                 .limits
                 .iter()
@@ -89,8 +94,8 @@ fn finding(section: &Stability, task: &Task, outcome: &Outcome) -> Result<Findin
                 .min_by_key(|(row, _)| *row);
             if let Some((row, note)) = first {
                 // What follows (a grain flung out of the box, say) means nothing.
-                let growth = verdict::growth(&signal[..=row]);
-                found = Finding { verdict: Verdict::Failed, growth, note };
+                let growth = classify::growth(&signal[..=row]);
+                found = Finding { class: Class::Failed, growth, note };
             }
             Ok(found)
         }
@@ -110,29 +115,10 @@ fn violation(limit: &Limit, series: &Series) -> Option<(usize, String)> {
     Some((row, format!("{} = {value:.4} at t = {time:.4}; possible is{least}{most}", limit.column)))
 }
 
-fn row(point: &Point, finding: &Finding, section: &Stability, scene: &Path) -> Result<Row, Failure> {
-    // With the bounds forced: a plan that may avoid one by other means (another scheme) is not the run's.
-    let overrides = point.set.iter().cloned().chain(imposed()).collect();
-    let options = RunOptions { overrides, ..RunOptions::of_scene(scene) };
-    let label = &point.label;
-    let plan = |failure| Failure::Input(format!("the run {label} cannot be planned: {failure}"));
-    let bounds = Prepared::new(&options).map_err(plan)?.plan.bounds;
-    let (margin, refused) = judged(&bounds, &section.bound);
-    Ok(Row {
-        values: point.values.clone(),
-        verdict: finding.verdict,
-        growth: finding.growth,
-        margin,
-        label: point.label.clone(),
-        note: finding.note.clone(),
-        refused,
-    })
-}
-
 /// Margin of the bound `name` (`any`: the least of those that refuse), and whether it refuses the plan,
 /// whatever the scene forces.
 #[must_use]
-pub fn judged(bounds: &[Bound], name: &str) -> (f64, bool) {
+pub fn held(bounds: &[Bound], name: &str) -> (f64, bool) {
     let counts = |bound: &&Bound| if name == ANY { bound.level == Level::Refuse } else { bound.name == name };
     let margin = bounds.iter().filter(counts).map(|bound| bound.margin).reduce(f64::min);
     let refused = bounds.iter().filter(counts).any(|bound| bound.refuses(&[]));
@@ -159,12 +145,12 @@ mod tests {
     fn the_least_margin_counts_and_only_the_named_bound_refuses() {
         let bound = |name, value: f64| Bound::new(name, "x", value, Side::AtMost, 1.0);
         let bounds = vec![bound("cfl", 0.5), bound("resolution", 2.0).warning(), bound("overlap", 0.8)];
-        assert_eq!(judged(&bounds, "any"), (1.25, false));
-        assert_eq!(judged(&bounds, "resolution"), (0.5, false));
-        assert!(judged(&bounds, "memory").0.is_nan());
+        assert_eq!(held(&bounds, "any"), (1.25, false));
+        assert_eq!(held(&bounds, "resolution"), (0.5, false));
+        assert!(held(&bounds, "memory").0.is_nan());
         let broken = vec![bound("cfl", 4.0)];
-        assert_eq!((judged(&broken, "any"), judged(&broken, "cfl")), ((0.25, true), (0.25, true)));
-        assert!(!judged(&broken, "overlap").1, "another bound is not this map's business");
+        assert_eq!((held(&broken, "any"), held(&broken, "cfl")), ((0.25, true), (0.25, true)));
+        assert!(!held(&broken, "overlap").1, "another bound is not this map's business");
     }
 
     #[test]

@@ -2,12 +2,13 @@
 
 use serde::Serialize;
 
-use super::case::{Case, Run};
+use super::compare::Line as Compared;
 use super::differences::Measured;
-use super::runs::Made;
-use super::verdict::Row;
 use crate::folder::cores;
+use crate::make::Made;
 use crate::page::{or_dash, render};
+use crate::section::Section;
+use crate::sweep::Point;
 use coupler::failure::Failure;
 
 /// A figure or pictures, as they were drawn.
@@ -22,7 +23,7 @@ pub(super) struct Drawing {
 
 /// A case.
 #[derive(Serialize)]
-pub(super) struct Section<'a> {
+pub(super) struct Case<'a> {
     name: &'a str,
     title: &'a str,
     source: &'a str,
@@ -49,7 +50,7 @@ struct Line<'a> {
     reference: Option<f64>,
     error: String,
     tolerance: String,
-    verdict: &'static str,
+    comparison: &'static str,
     note: String,
     cost: String,
 }
@@ -64,45 +65,45 @@ struct Apart<'a> {
 }
 
 /// The whole page.
-pub(super) fn page(quick: bool, cases: &[Section<'_>]) -> Result<String, Failure> {
+pub(super) fn page(quick: bool, cases: &[Case<'_>]) -> Result<String, Failure> {
     #[derive(Serialize)]
     struct Page<'a> {
         command: &'static str,
         version: &'static str,
         cores: usize,
-        cases: &'a [Section<'a>],
+        cases: &'a [Case<'a>],
     }
     let command = if quick { "bedload validate --quick" } else { "bedload validate" };
     render("validation.md", Page { command, version: env!("CARGO_PKG_VERSION"), cores: cores(), cases })
 }
 
-impl<'a> Section<'a> {
+impl<'a> Case<'a> {
     pub(super) fn new(
         made: &Made<'a>,
-        rows: &[Row<'a>],
+        rows: &[Compared<'a>],
         apart: &[Measured<'a>],
         drawings: Vec<Drawing>,
     ) -> Self {
-        let case = made.case;
-        let left_out = made.runs().filter(|(_, outcome)| outcome.is_none());
-        let run = made.runs().filter(|(_, outcome)| outcome.is_some());
+        let section = &made.study.section;
+        let is_made = |label: &String| made.study.points.iter().any(|point| point.label == *label);
+        let labels = section.runs.iter().map(|run| &run.label);
         Self {
-            name: &case.name,
-            title: &case.title,
-            source: &case.source,
-            about: case.about.trim(),
+            name: &section.name,
+            title: &section.title,
+            source: section.source.as_deref().unwrap_or(""),
+            about: section.about.trim(),
             rows: rows.iter().map(Line::of).collect(),
             apart: apart.iter().map(Apart::of).collect(),
-            references: references(case),
+            references: references(section),
             drawings,
-            left_out: left_out.map(|(run, _)| run.label.as_str()).collect(),
-            commands: run.map(|(run, _)| command(case, run)).collect(),
+            left_out: labels.filter(|label| !is_made(label)).map(String::as_str).collect(),
+            commands: made.study.points.iter().map(|point| command(&section.name, point)).collect(),
         }
     }
 }
 
 impl<'a> Line<'a> {
-    fn of(row: &Row<'a>) -> Self {
+    fn of(row: &Compared<'a>) -> Self {
         let absolute = row.reference == Some(0.0);
         let has_unit = !(row.unit.is_empty() || row.unit == "-");
         Self {
@@ -113,7 +114,7 @@ impl<'a> Line<'a> {
             reference: row.reference,
             error: deviation(row.error, absolute, true),
             tolerance: deviation(row.check.tolerance, absolute, false),
-            verdict: row.verdict.word(),
+            comparison: row.comparison.word(),
             note: row.note.as_ref().map_or(String::new(), |note| format!("; {}", note.replace('|', "/"))),
             cost: or_dash(row.wall_s, |wall| format!("{wall:.1}")),
         }
@@ -128,7 +129,7 @@ impl<'a> Apart<'a> {
     }
 }
 
-fn references(case: &Case) -> Vec<String> {
+fn references(case: &Section) -> Vec<String> {
     let checks = case.checks.iter().filter_map(|c| Some(format!("`{}`: {}", c.metric, c.source.as_ref()?)));
     let drawn = case.drawn().flat_map(|figure| {
         let curves = figure.curves.iter().map(|curve| (&curve.name, &curve.source));
@@ -145,14 +146,14 @@ fn references(case: &Case) -> Vec<String> {
 }
 
 /// The command that makes one run again, for a shell.
-fn command(case: &Case, run: &Run) -> String {
-    let mut text = format!("bedload run {}", case.scene(run).display());
+fn command(case: &str, run: &Point) -> String {
+    let mut text = format!("bedload run {}", run.scene.display());
     for value in &run.set {
         let plain = value.chars().all(|c| c.is_ascii_alphanumeric() || "-_.=".contains(c));
         let quoted = if plain { value.clone() } else { format!("'{}'", value.replace('\'', r"'\''")) };
         text += &format!(" --set {quoted}");
     }
-    text + &format!(" --out out/{}/{}", case.name, run.label)
+    text + &format!(" --out out/{case}/{}", run.label)
 }
 
 fn deviation(value: Option<f64>, absolute: bool, signed: bool) -> String {
@@ -165,19 +166,20 @@ fn deviation(value: Option<f64>, absolute: bool, signed: bool) -> String {
         (Some(value), false, false) => format!("{} %", (1e4 * value).round() / 1e2),
     }
 }
-
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use bedload_output::{MetricValue, RunStatus, Size, Summary};
-    use bedload_scene::Geometry;
+    use bedload_scene::{Geometry, SceneSource};
 
-    use super::super::verdict;
+    use super::super::compare;
     use super::*;
+    use crate::kind::Kind;
     use crate::runs::Outcome;
+    use crate::study::Study;
+    use crate::vary::SingleRun;
 
     const CASE: &str = r#"
+[case]
 name = "fall"
 title = "A fall"
 source = "Nobody, never"
@@ -206,23 +208,34 @@ checks = [{ run = "*", metric = "Re", reference = 20.0, tolerance = 0.01, source
 
     #[test]
     fn the_section_has_a_line_per_check_and_the_commands_of_what_ran() {
-        let case = Case::parse(CASE, Path::new("s")).unwrap();
-        let outcomes =
-            vec![Some(done(19.9)), Some(done(20.3)), Some(Outcome::Failed("it died".into())), None];
-        let made = Made { case: &case, outcomes, folder: "out".into() };
-        let rows = verdict::rows(&made);
-        let text = page(false, &[Section::new(&made, &rows, &[], vec![])]).unwrap();
+        let source = SceneSource { file: "case.toml".into(), text: CASE.to_owned() };
+        let section = Section::of_text(&source, Kind::Case).unwrap();
+        let point = |run: &SingleRun| Point {
+            label: run.label.clone(),
+            values: Vec::new(),
+            set: run.set.settings("").iter().map(ToString::to_string).collect(),
+            threads: None,
+            scene: "s/a.toml".into(),
+            at: None,
+        };
+        let points = section.runs[..3].iter().map(point).collect();
+        let (metrics, columns) = (Vec::new(), Vec::new());
+        let study = Study { kind: Kind::Case, source, section, metrics, columns, points };
+        let outcomes = vec![done(19.9), done(20.3), Outcome::Failed("it died".into())];
+        let made = Made::of(&study, outcomes);
+        let rows = compare::lines(&made);
+        let text = page(false, &[Case::new(&made, &rows, &[], vec![])]).unwrap();
         let expected = [
             "| fall | good | `Re` | 19.90 | 20.00 | -0.50 % | 1 % | agrees | 0.0 |",
             "| fall | bad | `Re` | 20.30 | 20.00 | +1.50 % | 1 % | **DIFFERS** | 0.0 |",
             "| fall | dead | `Re` | – | – | – | 1 % | **NO VALUE**; it died | – |",
             "Not run (not quick): later.",
-            "bedload run s/a.toml --set 'a.b=[1, 2]' --set c=d --out out/fall/good",
+            "bedload run s/a.toml --set 'a.b=[1, 2]' --set 'c=\"d\"' --out out/fall/good",
         ];
         for line in expected {
             assert!(text.contains(line), "{line} is not in\n{text}");
         }
         assert_eq!(text.matches("bedload run").count(), 3);
-        assert_eq!(rows.iter().filter(|row| row.verdict.is_failure()).count(), 2);
+        assert_eq!(rows.iter().filter(|row| row.comparison.is_failure()).count(), 2);
     }
 }

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::case::Difference;
-use super::runs::Made;
 use crate::folder::columns;
+use crate::make::Made;
+use crate::section::Difference;
 use crate::table::interpolated;
 use coupler::failure::Failure;
 
@@ -18,7 +18,7 @@ pub(super) struct Measured<'a> {
 /// Every difference of which both runs were made.
 pub(super) fn measured<'a>(made: &Made<'a>) -> Result<Vec<Measured<'a>>, Failure> {
     let both = |wanted: &&Difference| wanted.runs.iter().all(|label| made.result(label).is_some());
-    made.case.differences.iter().filter(both).map(|wanted| measure(wanted, &made.folder)).collect()
+    made.study.section.differences.iter().filter(both).map(|wanted| measure(wanted, &made.folder)).collect()
 }
 
 fn measure<'a>(wanted: &'a Difference, runs: &Path) -> Result<Measured<'a>, Failure> {

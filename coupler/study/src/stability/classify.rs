@@ -1,4 +1,4 @@
-//! Stable, oscillating or failed: judged from a signal of the run, sample by sample.
+//! Stable, oscillating or failed: classified from a signal of the run, sample by sample.
 //!
 //! An exchange of forces once per window fails by alternating from window to window, so the second
 //! difference d_n = (s_n − 2 s_{n−1} + s_{n−2})/4 is looked at: it passes an alternation as it is
@@ -15,7 +15,7 @@ use serde::Serialize;
 /// points to tell growth from noise, and blocks long enough to hold a slow oscillation.
 const BLOCKS: usize = 8;
 
-/// Shortest record whose second half is judged alone; of a shorter one, of a run that blew up, all is.
+/// Shortest record whose second half counts alone; of a shorter one, of a run that blew up, all is.
 const HALVED: usize = 32;
 
 /// The envelope must double within the second half before slow growth counts …
@@ -47,7 +47,7 @@ const ROUNDING: f64 = 1e-15;
 /// Where a method stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Verdict {
+pub enum Class {
     /// It does what it should.
     Stable,
     /// It alternates from window to window, without growing or decaying.
@@ -56,18 +56,18 @@ pub enum Verdict {
     Failed,
 }
 
-impl Verdict {
+impl Class {
     /// All of them, from good to bad.
     pub const ALL: [Self; 3] = [Self::Stable, Self::Oscillating, Self::Failed];
 
     /// From its word in a table.
     #[must_use]
     pub fn parse(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|verdict| verdict.to_string() == word)
+        Self::ALL.into_iter().find(|class| class.to_string() == word)
     }
 }
 
-impl fmt::Display for Verdict {
+impl fmt::Display for Class {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Stable => "stable",
@@ -77,39 +77,39 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// A verdict and what it rests on.
+/// A class and what it rests on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// The verdict.
-    pub verdict: Verdict,
+    /// The class.
+    pub class: Class,
     /// Growth of the envelope, 1/window; NaN where the record is too short to tell.
     pub growth: f64,
     /// Why, where it is not stable.
     pub note: String,
 }
 
-/// Judges one sample per window. `scale`: size of the signal that counts as whole; by default the
+/// Classifies a run by one sample per window. `scale`: size of the signal that counts as whole; by default the
 /// largest smooth value of the second half.
 ///
 /// ```
-/// use study::stability::verdict::{Verdict, judge};
+/// use study::stability::classify::{Class, classify};
 /// let falls = |n: u32| 1.0 - (-f64::from(n) / 10.0).exp();
 /// let smooth: Vec<f64> = (0..200).map(falls).collect();
-/// assert_eq!(judge(&smooth, None).verdict, Verdict::Stable);
+/// assert_eq!(classify(&smooth, None).class, Class::Stable);
 /// let swings: Vec<f64> = (0..200).map(|n| falls(n) + if n % 2 == 0 { 0.1 } else { -0.1 }).collect();
-/// assert_eq!(judge(&swings, None).verdict, Verdict::Oscillating);
+/// assert_eq!(classify(&swings, None).class, Class::Oscillating);
 /// ```
 #[must_use]
-pub fn judge(signal: &[f64], scale: Option<f64>) -> Finding {
+pub fn classify(signal: &[f64], scale: Option<f64>) -> Finding {
     if let Some(at) = signal.iter().position(|value| !value.is_finite()) {
         return Finding {
-            verdict: Verdict::Failed,
+            class: Class::Failed,
             growth: growth(signal),
             note: format!("not finite in window {at}"),
         };
     }
     let Some(envelope) = Envelope::of(signal, 3) else {
-        return Finding { verdict: Verdict::Stable, growth: f64::NAN, note: "too short to judge".into() };
+        return Finding { class: Class::Stable, growth: f64::NAN, note: "too short to classify".into() };
     };
     let part = envelope.last / scale.unwrap_or(envelope.scale);
     let total = envelope.growth * envelope.length;
@@ -118,13 +118,13 @@ pub fn judge(signal: &[f64], scale: Option<f64>) -> Finding {
     let growth = envelope.growth;
     if seen || straight {
         let note = format!("grows by {growth:.2e} per window; alternation {part:.1e} of the signal");
-        return Finding { verdict: Verdict::Failed, growth, note };
+        return Finding { class: Class::Failed, growth, note };
     }
     if part >= OSCILLATION && total > DECAYED {
         let note = format!("alternation of {part:.1e} of the signal stays");
-        return Finding { verdict: Verdict::Oscillating, growth, note };
+        return Finding { class: Class::Oscillating, growth, note };
     }
-    Finding { verdict: Verdict::Stable, growth, note: String::new() }
+    Finding { class: Class::Stable, growth, note: String::new() }
 }
 
 /// Growth per window up to the largest value of a signal: of a run that ended early or left what is
@@ -162,11 +162,11 @@ impl Envelope {
         let half = if alternation.len() >= HALVED { alternation.len() / 2 } else { 0 };
         let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
         let scale = most(&smooth[half..]).max(LEAST_SCALE * most(&smooth));
-        let judged = &alternation[half..];
-        let block = (judged.len() / BLOCKS).max(1);
+        let counted = &alternation[half..];
+        let block = (counted.len() / BLOCKS).max(1);
         // From the end, so that the last windows always count. Below rounding there is nothing to see.
         let floors = smooth[half..].rchunks_exact(block).map(|part| ROUNDING * most(part));
-        let mut peaks: Vec<f64> = judged.rchunks_exact(block).map(most).collect();
+        let mut peaks: Vec<f64> = counted.rchunks_exact(block).map(most).collect();
         let mut heights: Vec<f64> = peaks
             .iter()
             .zip(floors)
@@ -222,25 +222,25 @@ mod tests {
     fn growth_is_recovered_within_5_per_cent() {
         for rate in [0.01, 0.03, 0.1, 0.3, 1.0] {
             let signal = with(&start_up(10.0, 200), |n| 1e-2 * alternation(n) * (rate * n as f64).exp());
-            let found = judge(&signal, None);
+            let found = classify(&signal, None);
             assert!((found.growth / rate - 1.0).abs() < 0.05, "{rate}: {}", found.growth);
-            assert_eq!(found.verdict, Verdict::Failed, "{rate}: {}", found.note);
+            assert_eq!(found.class, Class::Failed, "{rate}: {}", found.note);
         }
         // A period of 8 windows, not of 2: seen through sin²(π/8) = 0.15.
         let slow = with(&start_up(10.0, 200), |n| {
             1e-2 * (std::f64::consts::TAU * n as f64 / 8.0).sin() * (0.05 * n as f64).exp()
         });
-        let found = judge(&slow, None);
+        let found = classify(&slow, None);
         assert!((found.growth / 0.05 - 1.0).abs() < 0.05, "{}", found.growth);
-        assert_eq!(found.verdict, Verdict::Failed);
+        assert_eq!(found.class, Class::Failed);
     }
 
     #[test]
     fn growth_from_rounding_is_seen_before_it_shows() {
         let signal = with(&start_up(4.0, 200), |n| 1e-14 * alternation(n) * (0.1 * n as f64).exp());
         assert!(signal.iter().all(|value| (0.0..1.01).contains(value)));
-        let found = judge(&signal, None);
-        assert_eq!(found.verdict, Verdict::Failed, "{}", found.note);
+        let found = classify(&signal, None);
+        assert_eq!(found.class, Class::Failed, "{}", found.note);
         assert!((found.growth / 0.1 - 1.0).abs() < 0.05, "{}", found.growth);
     }
 
@@ -248,8 +248,8 @@ mod tests {
     fn what_decays_is_stable_and_its_rate_negative() {
         for rate in [0.02, 0.1, 0.5] {
             let signal = with(&start_up(5.0, 200), |n| 0.5 * alternation(n) * (-rate * n as f64).exp());
-            let found = judge(&signal, None);
-            assert_eq!(found.verdict, Verdict::Stable, "{rate}: {}", found.note);
+            let found = classify(&signal, None);
+            assert_eq!(found.class, Class::Stable, "{rate}: {}", found.note);
             assert!(found.growth < 0.0);
         }
     }
@@ -257,22 +257,22 @@ mod tests {
     #[test]
     fn alternation_that_stays_is_an_oscillation() {
         for size in [0.02, 0.5, 30.0] {
-            let found = judge(&with(&start_up(10.0, 200), |n| size * alternation(n)), None);
-            assert_eq!(found.verdict, Verdict::Oscillating, "{size}: {}", found.note);
+            let found = classify(&with(&start_up(10.0, 200), |n| size * alternation(n)), None);
+            assert_eq!(found.class, Class::Oscillating, "{size}: {}", found.note);
             assert!(found.growth.abs() < 1e-3);
         }
-        let below = judge(&with(&start_up(10.0, 200), |n| 0.005 * alternation(n)), None);
-        assert_eq!(below.verdict, Verdict::Stable, "half a per cent is let pass");
+        let below = classify(&with(&start_up(10.0, 200), |n| 0.005 * alternation(n)), None);
+        assert_eq!(below.class, Class::Stable, "half a per cent is let pass");
     }
 
     #[test]
     fn a_start_up_and_a_slow_drift_are_stable() {
         for time in [2.0, 10.0, 50.0, 400.0] {
-            let found = judge(&start_up(time, 200), None);
-            assert_eq!(found.verdict, Verdict::Stable, "{time}: {}", found.note);
+            let found = classify(&start_up(time, 200), None);
+            assert_eq!(found.class, Class::Stable, "{time}: {}", found.note);
         }
         let drift: Vec<f64> = (0..200).map(|n| -1e-3 * f64::from(n) - 1e-6 * f64::from(n * n)).collect();
-        assert_eq!(judge(&drift, None).verdict, Verdict::Stable);
+        assert_eq!(classify(&drift, None).class, Class::Stable);
         // Noise of a grain that crosses cells ever faster.
         let falls: Vec<f64> = (0..200)
             .map(|n| {
@@ -280,9 +280,9 @@ mod tests {
                 -2e-2 * f64::from(n) * (1.0 + 1e-3 * (std::f64::consts::TAU * z / 0.1).sin())
             })
             .collect();
-        assert_eq!(judge(&falls, None).verdict, Verdict::Stable);
+        assert_eq!(classify(&falls, None).class, Class::Stable);
         let rest = [vec![1.0, 0.5], vec![0.0; 198]].concat();
-        assert_eq!(judge(&rest, None).verdict, Verdict::Stable);
+        assert_eq!(classify(&rest, None).class, Class::Stable);
     }
 
     /// `velocity_z[0]` of a run of `scenes/stability/light-axisymmetric.toml`: yu-shao-fixed-point, C_v = ½, ρ_r = 8,
@@ -292,30 +292,30 @@ mod tests {
         let text = include_str!("../../tests/data/start-up.csv");
         let signal: Vec<f64> = text.lines().skip(1).filter_map(|line| line.parse().ok()).collect();
         assert!(signal.len() > 100);
-        let found = judge(&signal, None);
-        assert_eq!(found.verdict, Verdict::Stable, "{}", found.note);
+        let found = classify(&signal, None);
+        assert_eq!(found.class, Class::Stable, "{}", found.note);
     }
 
     #[test]
     fn what_is_not_finite_has_failed_and_few_windows_still_give_a_rate() {
         let mut signal: Vec<f64> = (0..12).map(|n| alternation(n) * (0.7 * n as f64).exp()).collect();
         signal.push(f64::NAN);
-        let found = judge(&signal, None);
-        assert_eq!(found.verdict, Verdict::Failed);
+        let found = classify(&signal, None);
+        assert_eq!(found.class, Class::Failed);
         assert!((found.growth / 0.7 - 1.0).abs() < 0.05, "{}", found.growth);
         assert!((growth(&signal) / 0.7 - 1.0).abs() < 0.05);
         // Flung out, it moves on smoothly: that is not what grew.
         let mut flung: Vec<f64> = signal[..12].to_vec();
         flung.extend((0..80).map(|n| signal[11] * (1.0 - 1e-3 * f64::from(n))));
         assert!((growth(&flung) / 0.7 - 1.0).abs() < 0.05, "{}", growth(&flung));
-        assert!(judge(&[0.0, 1.0, f64::INFINITY], None).growth.is_nan());
-        assert_eq!(judge(&[0.0, 1.0], None).note, "too short to judge");
+        assert!(classify(&[0.0, 1.0, f64::INFINITY], None).growth.is_nan());
+        assert_eq!(classify(&[0.0, 1.0], None).note, "too short to classify");
     }
 
     #[test]
     fn a_given_scale_counts_instead_of_the_signals_own() {
         let jitter: Vec<f64> = (0..200).map(|n| 1e-6 * alternation(n)).collect();
-        assert_eq!(judge(&jitter, None).verdict, Verdict::Oscillating);
-        assert_eq!(judge(&jitter, Some(1.0)).verdict, Verdict::Stable);
+        assert_eq!(classify(&jitter, None).class, Class::Oscillating);
+        assert_eq!(classify(&jitter, Some(1.0)).class, Class::Stable);
     }
 }

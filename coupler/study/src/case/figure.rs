@@ -2,11 +2,12 @@
 
 use bedload_output::Summary;
 
-use super::case::{Figure, Run, Series, Table, matches};
 use super::formula;
-use super::runs::Made;
 use crate::folder::columns;
+use crate::make::Made;
 use crate::plot::{self, Axis, GREY, Look, Plot, Point, Rule, Shape, colour, shape};
+use crate::section::{Figure, FigureAxis, FormulaCurve, Mark, RunTable, Series, matches};
+use crate::sweep::Point as Run;
 use coupler::failure::Failure;
 
 /// Width and height.
@@ -53,7 +54,7 @@ pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, F
     }
     // Over the measured ones, which are larger.
     for from in &figure.points {
-        let points = columns(&made.case.folder.join(&from.file), &from.x, &from.y)?;
+        let points = columns(&made.study.folder().join(&from.file), &from.x, &from.y)?;
         let size = if points.len() > CROWD { 2.0 } else { 5.0 };
         drawn.push(scatter(points, &from.name, GREY, Shape::Cross, size));
     }
@@ -61,13 +62,9 @@ pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, F
 }
 
 fn plot_of(figure: &Figure, series: Vec<plot::Series>) -> Plot {
-    let axis = |axis: &super::case::Axis, log| Axis {
-        label: axis.label.clone(),
-        log,
-        range: axis.range,
-        format: None,
-    };
-    let rule = |mark: &super::case::Mark| Rule::Upright { at: mark.at, name: mark.name.clone() };
+    let axis =
+        |axis: &FigureAxis, log| Axis { label: axis.label.clone(), log, range: axis.range, format: None };
+    let rule = |mark: &Mark| Rule::Upright { at: mark.at, name: mark.name.clone() };
     Plot {
         size: SIZE,
         title: figure.title.clone(),
@@ -98,12 +95,12 @@ fn measured(made: &Made<'_>, figure: &Figure, series: &Series) -> Vec<Point> {
 }
 
 /// A table and its points.
-type Drawn<'a> = (&'a Table, Vec<Point>);
+type Drawn<'a> = (&'a RunTable, Vec<Point>);
 
 /// Tables of the runs that were made, with their points.
 fn tables<'a>(made: &Made<'_>, figure: &'a Figure) -> Result<Vec<Drawn<'a>>, Failure> {
     let there = figure.tables.iter().filter(|table| made.result(&table.run).is_some());
-    let read = |table: &'a Table| {
+    let read = |table: &'a RunTable| {
         let mut points = columns(&made.folder.join(&table.run).join(&table.file), &table.x, &table.y)?;
         points.retain(|(x, y)| drawable(*x, figure.log_x) && drawable(*y, figure.log_y));
         Ok((table, points))
@@ -117,7 +114,7 @@ fn curves(figure: &Figure, from: f64, to: f64) -> Vec<plot::Series> {
         let part = step as f64 / STEPS as f64;
         if figure.log_x { from * (to / from).powf(part) } else { from + (to - from) * part }
     };
-    let curve = |(number, curve): (usize, &super::case::Curve)| {
+    let curve = |(number, curve): (usize, &FormulaCurve)| {
         let value = |x: f64| formula::evaluate(&curve.formula, &|name| (name == "x").then_some(x));
         let points =
             (0..=STEPS).map(place).filter_map(|x| Some((x, value(x).ok().filter(|y| y.is_finite())?)));

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::case::Pictures;
-use super::runs::Made;
 use crate::folder::{content, files};
 use crate::grain_pictures;
+use crate::make::Made;
+use crate::section::Pictures;
 use crate::snapshot::Snapshot;
 use coupler::failure::Failure;
 
