@@ -13,7 +13,7 @@ use coupler::failure::Failure;
 use coupler::log_command::{self, CatOptions, LogCommandError};
 use coupler::replay::{self, Replay};
 use coupler::{check, conformance};
-use study::commands;
+use study::{commands, evidence};
 
 /// Grains in a flow: fluid and DEM solvers coupled.
 ///
@@ -127,6 +127,30 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         /// Runs at a time; by default as many as there are cores
+        #[arg(long, value_name = "N")]
+        jobs: Option<NonZeroUsize>,
+    },
+    /// Make studies: the charts, maps and cases of these files, or of the whole repository
+    Study {
+        /// Files with [chart], [stability] or [case]
+        #[arg(required_unless_present_any = ["all", "sample", "mark"])]
+        files: Vec<PathBuf>,
+        /// All studies of the repository, in their order, into docs; finished runs are not repeated
+        #[arg(long, conflicts_with = "files")]
+        all: bool,
+        /// Only print what --all would make, and the time it takes
+        #[arg(long, requires = "all")]
+        list: bool,
+        /// Make a sample of every table again; exit 1 if docs/evidence.csv does not say what it gives
+        #[arg(long, conflicts_with_all = ["files", "all"])]
+        sample: bool,
+        /// The same, and write which tables are stale into docs/evidence.csv and the pages
+        #[arg(long, conflicts_with_all = ["files", "all", "sample"])]
+        mark: bool,
+        /// Folder of runs, tables, figures and pages
+        #[arg(long, value_name = "DIR", conflicts_with = "all")]
+        out: Option<PathBuf>,
+        /// Runs at a time
         #[arg(long, value_name = "N")]
         jobs: Option<NonZeroUsize>,
     },
@@ -327,6 +351,14 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             commands::validate(&cases, quick, &studied(Some(out), jobs))
         }
         Command::Stability { scene, out, jobs } => commands::stability(&scene, &studied(out, jobs)),
+        Command::Study { files, all, list, sample, mark, out, jobs } => {
+            let options = studied(out, jobs);
+            match (all && list, sample || mark) {
+                (true, _) => evidence::list(),
+                (_, true) => evidence::sample(mark, &options),
+                _ => evidence::study(&files, &options),
+            }
+        }
         Command::Conformance { role, scene, overrides, physics, json, command } => {
             let role = role.map(Role::from);
             conformance::conformance(&conformance::Options { command, role, scene, overrides, json, physics })

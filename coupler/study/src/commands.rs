@@ -31,11 +31,11 @@ pub struct Options {
 
 impl Options {
     /// `--out`, or `out/NAME`.
-    fn folder(&self, name: &str) -> PathBuf {
+    pub(super) fn folder(&self, name: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| Path::new("out").join(name))
     }
 
-    fn how(&self, kind: Kind) -> How {
+    pub(super) fn how(&self, kind: Kind) -> How {
         let jobs = if kind == Kind::Chart { 1 } else { cores() };
         How { jobs: self.jobs.map_or(jobs, usize::from), threads: 1, commit: self.commit }
     }

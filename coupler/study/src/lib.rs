@@ -6,6 +6,7 @@
 //! | [`section`] | a study as it is written: `[chart]`, `[stability]` or `[case]` |
 //! | [`study`] | a study, checked, and its runs laid out |
 //! | [`commands`] | `bedload chart`, `stability`, `validate` |
+//! | [`evidence`] | `bedload study`: the committed tables, made again, sampled, marked |
 //! | `chart` | error against cost |
 //! | [`stability`] | where each method fails, beside the bound |
 //! | `case` | published cases and their references |
@@ -26,6 +27,7 @@ mod case;
 mod chart;
 pub mod commands;
 pub mod divergence;
+pub mod evidence;
 pub mod film;
 mod folder;
 mod grain_pictures;

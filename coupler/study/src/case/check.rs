@@ -165,7 +165,7 @@ kind = "reported"
         assert!(refusal("quick = true", "signal = \"x\"").contains("a key of [stability]"));
         let axes = "title = \"\"\nx = { label = \"\" }\ny = { label = \"\" }\n";
         let twice = read(&format!("{GOOD}[case.figure]\n{axes}[[case.figures]]\n{axes}"));
-        assert!(twice.expect_err("two without a name").to_string().contains("give each its own"));
+        assert!(twice.expect_err("two without a name").to_string().contains("becomes a file"));
         let pictures = "[[case.pictures]]\nname = \"grains\"\ntitle = \"\"\nrun = \"fine-8\"\n";
         let of_none = read(&format!("{GOOD}{pictures}")).expect_err("no such run").to_string();
         assert!(of_none.contains("of no run"), "{of_none}");
