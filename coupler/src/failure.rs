@@ -3,7 +3,7 @@
 pub use bedload_program::Failure;
 
 /// Prints a failure on stderr: a fault of a scene is drawn with its place.
-pub(crate) fn explain(failure: Failure) {
+pub fn explain(failure: Failure) {
     match failure {
         Failure::Scene(error) => protocol::say!("{:?}", miette::Report::new(*error)),
         Failure::Passed(_) => {}

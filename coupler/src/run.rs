@@ -1,7 +1,7 @@
 //! `bedload run`: from the scene to the output folder.
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use bedload_output::{OutputFolder, Sides, Summary};
@@ -18,11 +18,14 @@ use crate::solvers::Solver;
 use crate::supervise::{Supervisor, Words};
 use crate::{accuracy, supervise};
 
-/// Runs a scene.
+/// Makes the page of a finished run from its output folder.
+pub type Report = fn(&Path) -> Result<PathBuf, Failure>;
+
+/// Runs a scene; `report` makes the page of the run, once its summary is written.
 ///
 /// # Errors
 /// [`Failure`], with `summary.json` written wherever there is an output folder.
-pub fn run(options: &RunOptions) -> Result<(), Failure> {
+pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     match remove_stale_runs() {
         Ok(0) => {}
         Ok(count) => protocol::say!("bedload: removed what {count} dead run(s) had left in shared memory"),
@@ -40,13 +43,20 @@ pub fn run(options: &RunOptions) -> Result<(), Failure> {
     // The first signal ends the run in order, the second kills the solvers, the third the coupler itself.
     let interrupts = Interrupts::listen(3)?;
     match (prepared.plan.participants, &prepared.fluid, &prepared.dem) {
-        (Participants::Fluid, Some(fluid), _) => alone(options, &prepared, &fluid.solver, &interrupts),
-        (Participants::Dem, _, Some(dem)) => alone(options, &prepared, &dem.solver, &interrupts),
-        _ => coupled(options, &prepared, interrupts),
+        (Participants::Fluid, Some(fluid), _) => {
+            alone(options, &prepared, &fluid.solver, &interrupts, report)
+        }
+        (Participants::Dem, _, Some(dem)) => alone(options, &prepared, &dem.solver, &interrupts, report),
+        _ => coupled(options, &prepared, interrupts, report),
     }
 }
 
-fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) -> Result<(), Failure> {
+fn coupled(
+    options: &RunOptions,
+    prepared: &Prepared,
+    interrupts: Interrupts,
+    report: Report,
+) -> Result<(), Failure> {
     let begin = Instant::now();
     let folder = options.folder(&prepared.scene)?;
     let (coupling, plan) = (&prepared.coupling, &prepared.plan);
@@ -68,15 +78,15 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
         log: (coupling.record && !options.no_record).then_some(log),
         begin,
     };
-    let setup = Coupled { options, prepared, folder: &folder, interrupts: interrupts.clone() };
+    let setup = Coupled { options, prepared, folder: &folder, interrupts: interrupts.clone(), report };
     bedload_program::run(&job, &setup)?;
     protocol::say!("bedload: done, see {}", folder.root().display());
     Ok(())
 }
 
-/// Draws the report; a failure to draw costs no result.
-pub(crate) fn draw(folder: &Path) {
-    if let Err(error) = crate::study::report::page::write(folder) {
+/// Makes the report; a failure there costs no result.
+pub(crate) fn draw(folder: &Path, report: Report) {
+    if let Err(error) = report(folder) {
         protocol::say!("bedload: warning: no report.html: {error}");
     }
 }
@@ -87,6 +97,7 @@ fn alone(
     prepared: &Prepared,
     solver: &Solver,
     interrupts: &Interrupts,
+    report: Report,
 ) -> Result<(), Failure> {
     let mut supervisor = Supervisor::default();
     start(&mut supervisor, solver, &alone_arguments(options), Words::Own)?;
@@ -103,11 +114,11 @@ fn alone(
     };
     match exit.code() {
         Some(0) => {
-            draw(&options.out_path());
+            draw(&options.out_path(), report);
             Ok(())
         }
         Some(code) => Err(Failure::Passed(u8::try_from(code).unwrap_or(1))),
-        None => lost(options, prepared, solver.role, &exit.to_string(), passed_on > 0),
+        None => lost(options, prepared, solver.role, &exit.to_string(), passed_on > 0, report),
     }
 }
 
@@ -118,6 +129,7 @@ fn lost(
     role: Role,
     what: &str,
     interrupted: bool,
+    report: Report,
 ) -> Result<(), Failure> {
     let failure = if interrupted {
         Failure::Interrupted(format!("{} was killed", supervise::program(role)))
@@ -127,7 +139,7 @@ fn lost(
     if let Ok(folder) = OutputFolder::open(&options.out_path()) {
         let mut summary = Summary::new(&prepared.scene, VERSION);
         let failed = summarise(&folder, &mut summary, Err(failure));
-        draw(folder.root());
+        draw(folder.root(), report);
         return failed;
     }
     Err(failure)

@@ -110,7 +110,8 @@ impl Bound {
 
 impl Bound {
     /// The bounds that a plan breaks, each with its remedy.
-    pub(crate) fn broken(bounds: &[&Self]) -> Failure {
+    #[must_use]
+    pub fn broken(bounds: &[&Self]) -> Failure {
         let mut text = String::from("the plan breaks a stability bound");
         for bound in bounds {
             text += &format!(

@@ -17,6 +17,7 @@ use super::schedule::{CoupledSchedule, CoupledState};
 use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
+use crate::run::{Report, draw};
 use crate::solvers::Solver;
 use crate::supervise::{Supervisor, Words};
 
@@ -26,6 +27,7 @@ pub(crate) struct Coupled<'a> {
     pub(crate) prepared: &'a Prepared,
     pub(crate) folder: &'a OutputFolder,
     pub(crate) interrupts: Interrupts,
+    pub(crate) report: Report,
 }
 
 impl<'a> Setup for Coupled<'a> {
@@ -41,7 +43,7 @@ impl<'a> Setup for Coupled<'a> {
         &self,
         from: Option<(PathBuf, CoupledState)>,
     ) -> Result<(CoupledLink<'a>, CoupledSchedule<'a>), Failure> {
-        let Self { options, prepared, folder, interrupts } = self;
+        let Self { options, prepared, folder, interrupts, .. } = self;
         let exchange = |error: ExchangeError| match error {
             ExchangeError::NoRoom(text) => Failure::Full(text),
             other => Failure::Run(other.to_string()),
@@ -64,7 +66,7 @@ impl<'a> Setup for Coupled<'a> {
     }
 
     fn summarised(&self, folder: &Path) {
-        crate::run::draw(folder);
+        draw(folder, self.report);
     }
 }
 

@@ -24,7 +24,7 @@ use bedload_program::Interrupts;
 use protocol::log::LogReader;
 use rustix::process::Signal;
 
-pub(crate) use request::Replay;
+pub use request::{Figure, Replay};
 
 use crate::coupled::start;
 use crate::failure::Failure;
@@ -35,7 +35,7 @@ use crate::supervise::{Supervisor, Words};
 ///
 /// # Errors
 /// [`Failure`].
-pub(crate) fn replay(replay: &Replay) -> Result<(), Failure> {
+pub fn replay(replay: &Replay) -> Result<(), Failure> {
     let reader = LogReader::open(&replay.log).map_err(|error| Failure::Input(error.to_string()))?;
     let manifest = reader.manifest();
     if !manifest.has(replay.drive) {

@@ -9,8 +9,6 @@ pub struct Kind {
     pub name: &'static str,
     /// Processes that may be killed.
     pub victims: &'static [&'static str],
-    /// Two solvers, and hence a log?
-    pub(super) logs: bool,
     text: &'static str,
     replace: &'static [(&'static str, &'static str)],
 }
@@ -32,19 +30,17 @@ pub const KINDS: [Kind; 4] = [
     Kind {
         name: "coupled",
         victims: &["coupler", "fluid", "dem"],
-        logs: true,
         text: SMALL_BOUNCE,
         replace: &[("until = 3.0", "until = 20.0")],
     },
     Kind {
         name: "coupled, iterated",
         victims: &["coupler", "fluid", "dem"],
-        logs: true,
         text: SMALL_BOUNCE,
         replace: &[("until = 3.0", "until = 6.0")],
     },
-    Kind { name: "dry", victims: &["coupler", "dem"], logs: false, text: FALL, replace: &[] },
-    Kind { name: "fluid alone", victims: &["coupler", "fluid"], logs: false, text: CAVITY, replace: &[] },
+    Kind { name: "dry", victims: &["coupler", "dem"], text: FALL, replace: &[] },
+    Kind { name: "fluid alone", victims: &["coupler", "fluid"], text: CAVITY, replace: &[] },
 ];
 
 /// Spheres that fall on a floor.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bedload_program::RunOptions;
 use bedload_scene::{CheckedScene, SceneError, SceneSource};
-use coupler::failure::Failure;
+use coupler::bounds::Bound;
 
 use crate::bases::SPACE;
 
@@ -104,12 +104,12 @@ fn a_grain_of_a_file_is_checked_like_any_other() {
 fn broken(change: &[(&str, &str)]) -> (Vec<String>, String) {
     let text = change.iter().fold(SPACE.to_owned(), |text, (from, to)| text.replacen(from, to, 1));
     let plan = crate::plan(&text).expect("a plan");
-    let bounds: Vec<_> = plan.refusals().cloned().collect();
+    let bounds: Vec<_> = plan.refusals().collect();
     let names = bounds.iter().map(|bound| bound.name.clone()).collect();
     for bound in &bounds {
         assert!(!bound.why.is_empty() && !bound.source.is_empty() && !bound.remedy.is_empty());
     }
-    let failure = Failure::from(bounds);
+    let failure = Bound::broken(&bounds);
     assert_eq!(failure.exit_code(), 2);
     (names, failure.to_string())
 }
