@@ -20,7 +20,7 @@
 //! | `supervise`, `solvers` | solvers as commands and child processes |
 //! | `replay` | a log driving a solver |
 //! | `log_command`, `export`, `conformance` | logs read; files for viewers; any solver against the protocol |
-//! | `stage` | the coupler and the other solver, played to one solver |
+//! | `solo_run` | a run with one solver: this process is the coupler and the other solver |
 
 pub mod accuracy;
 pub mod bounds;
@@ -44,8 +44,8 @@ pub mod resolution;
 pub mod run;
 pub mod scheme;
 mod scratch;
+mod solo_run;
 mod solvers;
 mod speeds;
-mod stage;
 mod supervise;
 mod unstable;

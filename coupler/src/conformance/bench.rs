@@ -5,11 +5,11 @@ use protocol::log::Records;
 use protocol::message::{Command, Kinematics, Loads, Order};
 use protocol::participant::Role;
 
-use crate::stage::{Setting, Stage, Stand};
+use crate::solo_run::{Setting, Setup, SoloRun};
 
 /// Who is tested, and on what.
 pub(super) struct Bench {
-    pub(super) stand: Stand,
+    pub(super) setup: Setup,
     /// Planned length of a window, s.
     pub(super) dt: f64,
     /// Whether the scene is the built-in one, of which more is known.
@@ -18,8 +18,8 @@ pub(super) struct Bench {
 
 impl Bench {
     /// A run of the solver, which is ready.
-    pub(super) fn open(&self, setting: Setting<'_>) -> Result<Stage<'_>, String> {
-        Stage::open(&self.stand, self.lines(), setting)
+    pub(super) fn open(&self, setting: Setting<'_>) -> Result<SoloRun<'_>, String> {
+        SoloRun::open(&self.setup, self.lines(), setting)
     }
 
     /// Window `step` at its place in time, of the planned length times `share`.
@@ -44,8 +44,8 @@ impl Bench {
 
     /// What the other side sends: loads of half the weight, upwards; or grains at rest where they began.
     fn lines(&self) -> Records {
-        let scene = &self.stand.scene;
-        match self.stand.role {
+        let scene = &self.setup.scene;
+        match self.setup.role {
             Role::Dem => Records::Loads(
                 scene
                     .grains
@@ -70,6 +70,6 @@ impl Bench {
             velocity: grain.velocity,
             ..Kinematics::default()
         };
-        self.stand.scene.grains.iter().map(begin).collect()
+        self.setup.scene.grains.iter().map(begin).collect()
     }
 }

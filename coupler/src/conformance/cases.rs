@@ -10,7 +10,7 @@ use protocol::participant::Role;
 use protocol::serve::checkpoint_folder;
 
 use super::bench::Bench;
-use crate::stage::{Deed, LEAVE, Part, Setting, Stage, Turn, how, text};
+use crate::solo_run::{Fault, FaultFrom, LEAVE, Setting, SoloRun, Turn, how, text};
 
 /// A case: what to do, and what it is for.
 pub(super) struct Case {
@@ -56,20 +56,20 @@ pub(super) const CASES: [Case; 14] = [
 const BEFORE: usize = 3;
 
 fn ready(bench: &Bench) -> Result<String, String> {
-    let mut stage = bench.open(Setting::default())?;
-    let (joined, ready) = (stage.joined, stage.ready);
-    stage.stop()?;
+    let mut run = bench.open(Setting::default())?;
+    let (joined, ready) = (run.joined, run.ready);
+    run.stop()?;
     Ok(format!("ready after {:.2} s, knows {} grains", joined.as_secs_f64(), ready.grains))
 }
 
 fn windows(bench: &Bench) -> Result<String, String> {
-    let mut stage = bench.open(Setting::default())?;
+    let mut run = bench.open(Setting::default())?;
     let commands = bench.windows(6);
     let mut substeps = 0;
     for command in &commands {
-        let turn = stage.play(*command)?;
+        let turn = run.play(*command)?;
         judge(command, &turn)?;
-        if bench.stand.role == Role::Dem {
+        if bench.setup.role == Role::Dem {
             substeps += command.substeps;
             if turn.done.substeps != substeps {
                 return Err(format!(
@@ -79,21 +79,21 @@ fn windows(bench: &Bench) -> Result<String, String> {
             }
         }
     }
-    stage.stop()?;
+    run.stop()?;
     Ok(format!("{} windows", commands.len()))
 }
 
 fn ahead(bench: &Bench) -> Result<String, String> {
-    let mut stage = bench.open(Setting::default())?;
+    let mut run = bench.open(Setting::default())?;
     let commands = bench.windows(4);
     for command in &commands {
-        stage.order(*command)?;
+        run.order(*command)?;
     }
     for command in &commands {
-        let turn = stage.turn(command)?;
+        let turn = run.turn(command)?;
         judge(command, &turn)?;
     }
-    stage.stop()?;
+    run.stop()?;
     Ok(format!("{} windows at once", commands.len()))
 }
 
@@ -172,10 +172,10 @@ pub(super) fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
 }
 
 fn units(bench: &Bench) -> Result<String, String> {
-    let mut stage = bench.open(Setting::default())?;
+    let mut run = bench.open(Setting::default())?;
     let command = bench.window(0, 0.0, 1.0, 20);
-    let turn = stage.play(command)?;
-    stage.stop()?;
+    let turn = run.play(command)?;
+    run.stop()?;
     match &turn.records {
         Records::Kinematics(records) => falls(bench, &command, records),
         Records::Loads(records) => floats(bench, records),
@@ -184,7 +184,7 @@ fn units(bench: &Bench) -> Result<String, String> {
 
 /// Free grains at rest that nothing touches gain g dt/2.
 fn falls(bench: &Bench, command: &Command, records: &[Kinematics]) -> Result<String, String> {
-    let scene = &bench.stand.scene;
+    let scene = &bench.setup.scene;
     let gravity = scene.scene.gravity;
     let mut seen = 0;
     for (number, (grain, now)) in scene.grains.iter().zip(records).enumerate() {
@@ -217,7 +217,7 @@ fn falls(bench: &Bench, command: &Command, records: &[Kinematics]) -> Result<Str
 
 /// Grains at rest in a fluid at rest between walls feel −m_f g.
 fn floats(bench: &Bench, records: &[Loads]) -> Result<String, String> {
-    let scene = &bench.stand.scene;
+    let scene = &bench.setup.scene;
     let density = scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);
     if !bench.plain {
         return Ok("not looked at: it needs a fluid at rest between walls, as in the built-in scene".into());
@@ -244,41 +244,41 @@ fn norm(v: [f64; 3]) -> f64 {
 fn checkpoint(bench: &Bench) -> Result<String, String> {
     let commands = bench.windows(BEFORE + 3);
     let (first, rest) = commands.split_at(BEFORE);
-    let mut stage = bench.open(Setting::default())?;
+    let mut run = bench.open(Setting::default())?;
     for command in first {
-        stage.play(*command)?;
+        run.play(*command)?;
     }
     let step = BEFORE as u64;
-    let said = stage.save(step)?;
+    let said = run.save(step)?;
     if said.state != State::Saved as u64 {
         return Err(format!("answered Checkpoint with state {} (Saved is 3): {}", said.state, said.text()));
     }
-    let whole = rest.iter().map(|command| stage.play(*command)).collect::<Result<Vec<_>, _>>()?;
-    stage.stop()?;
-    drop(stage);
-    let folder = checkpoint_folder(bench.stand.folder.root(), step);
-    let mut stage = bench.open(Setting { checkpoint: Some(&folder), ..Setting::default() })?;
+    let whole = rest.iter().map(|command| run.play(*command)).collect::<Result<Vec<_>, _>>()?;
+    run.stop()?;
+    drop(run);
+    let folder = checkpoint_folder(bench.setup.folder.root(), step);
+    let mut run = bench.open(Setting { checkpoint: Some(&folder), ..Setting::default() })?;
     for (command, whole) in rest.iter().zip(&whole) {
-        let turn = stage.play(*command)?;
+        let turn = run.play(*command)?;
         same(command.step, whole, &turn)?;
     }
-    stage.stop()?;
+    run.stop()?;
     Ok(format!("{} windows after it are the same, bit for bit", rest.len()))
 }
 
 fn repeat(bench: &Bench) -> Result<String, String> {
-    let mut stage = bench.open(Setting { repeatable: true, ..Setting::default() })?;
+    let mut run = bench.open(Setting { repeatable: true, ..Setting::default() })?;
     for command in bench.windows(BEFORE) {
-        let first = stage.play(command)?;
+        let first = run.play(command)?;
         let shorter = Command { order: Order::Repeat as u64, attempt: 1, dt: 0.5 * command.dt, ..command };
-        judge(&shorter, &stage.play(shorter)?)?;
+        judge(&shorter, &run.play(shorter)?)?;
         let again = Command { order: Order::Repeat as u64, attempt: 2, ..command };
-        let turn = stage.play(again)?;
+        let turn = run.play(again)?;
         judge(&again, &turn)?;
         same(command.step, &first, &turn)?;
-        stage.order(Command { order: Order::Accept as u64, attempt: 2, ..command })?;
+        run.order(Command { order: Order::Accept as u64, attempt: 2, ..command })?;
     }
-    stage.stop()?;
+    run.stop()?;
     Ok(format!("{BEFORE} windows, each a second and a third time"))
 }
 
@@ -297,22 +297,22 @@ fn same(step: u64, first: &Turn, second: &Turn) -> Result<(), String> {
     Ok(())
 }
 
-/// Plays some windows, the actor doing `deed` from the last on, which is ordered and not waited for.
-fn until<'a>(bench: &'a Bench, deed: Deed, setting: Setting<'_>) -> Result<Stage<'a>, String> {
-    let part = Part { deed, from: BEFORE as u64 };
-    let mut stage = bench.open(Setting { part, ..setting })?;
+/// Does some windows; the peer fails from the last on, which is ordered and not waited for.
+fn until<'a>(bench: &'a Bench, fault: Fault, setting: Setting<'_>) -> Result<SoloRun<'a>, String> {
+    let fault = FaultFrom { fault, from: BEFORE as u64 };
+    let mut run = bench.open(Setting { fault, ..setting })?;
     let commands = bench.windows(BEFORE + 1);
     for command in &commands[..BEFORE] {
-        stage.play(*command)?;
+        run.play(*command)?;
     }
-    stage.order(commands[BEFORE])?;
-    Ok(stage)
+    run.order(commands[BEFORE])?;
+    Ok(run)
 }
 
 /// Waits at most `limit` until the solver has left, not with 0.
-fn gives_up(stage: &Stage<'_>, limit: Duration) -> Result<String, String> {
+fn gives_up(run: &SoloRun<'_>, limit: Duration) -> Result<String, String> {
     let begin = Instant::now();
-    let exit = stage.leaves(limit)?;
+    let exit = run.leaves(limit)?;
     match exit.code() {
         Some(0) => Err("left with 0, as if all were well".into()),
         Some(code) => Ok(format!("left with {code} after {:.2} s", begin.elapsed().as_secs_f64())),
@@ -321,80 +321,80 @@ fn gives_up(stage: &Stage<'_>, limit: Duration) -> Result<String, String> {
 }
 
 fn stop_waiting(bench: &Bench) -> Result<String, String> {
-    let mut stage = until(bench, Deed::Silent, Setting::default())?;
+    let mut run = until(bench, Fault::Silent, Setting::default())?;
     std::thread::sleep(Duration::from_millis(100));
     let begin = Instant::now();
     // What it had sent before it waited is part of no finished window.
-    stage.stop_unfinished()?;
+    run.stop_unfinished()?;
     Ok(format!("left with 0 after {:.2} s", begin.elapsed().as_secs_f64()))
 }
 
 fn peer_silent(bench: &Bench) -> Result<String, String> {
     let deadline = 1.5;
-    let stage = until(bench, Deed::Silent, Setting { deadline: Some(deadline), ..Setting::default() })?;
-    gives_up(&stage, Duration::from_secs_f64(deadline) + LEAVE)
+    let run = until(bench, Fault::Silent, Setting { deadline: Some(deadline), ..Setting::default() })?;
+    gives_up(&run, Duration::from_secs_f64(deadline) + LEAVE)
 }
 
 fn peer_leaves(bench: &Bench) -> Result<String, String> {
-    let stage = until(bench, Deed::Leave, Setting::default())?;
-    gives_up(&stage, LEAVE)
+    let run = until(bench, Fault::Leave, Setting::default())?;
+    gives_up(&run, LEAVE)
 }
 
 fn coupler_leaves(bench: &Bench) -> Result<String, String> {
-    let mut stage = bench.open(Setting::default())?;
+    let mut run = bench.open(Setting::default())?;
     for command in bench.windows(BEFORE) {
-        stage.play(command)?;
+        run.play(command)?;
     }
-    stage.abandon();
-    gives_up(&stage, LEAVE)
+    run.abandon();
+    gives_up(&run, LEAVE)
 }
 
 /// The solver says Failed, or leaves, and in the end has left, not with 0.
-fn fails(stage: &mut Stage<'_>, step: u64) -> Result<String, String> {
+fn fails(run: &mut SoloRun<'_>, step: u64) -> Result<String, String> {
     let said = loop {
-        match stage.report(step) {
+        match run.report(step) {
             Ok(status) if status.state == State::Done as u64 && status.step < step => {}
             Ok(status) if status.state == State::Failed as u64 => break Some(status.text()),
             Ok(status) => return Err(format!("answered with state {}, as if all were well", status.state)),
             Err(_) => break None,
         }
     };
-    let left = gives_up(stage, LEAVE)?;
+    let left = gives_up(run, LEAVE)?;
     Ok(said.map_or_else(|| left.clone(), |said| format!("{left}, saying: {said}")))
 }
 
 fn unknown_order(bench: &Bench) -> Result<String, String> {
-    let mut stage = bench.open(Setting::default())?;
-    stage.order(Command { order: 99, ..Command::default() })?;
-    fails(&mut stage, 0)
+    let mut run = bench.open(Setting::default())?;
+    run.order(Command { order: 99, ..Command::default() })?;
+    fails(&mut run, 0)
 }
 
 fn not_finite(bench: &Bench) -> Result<String, String> {
-    let mut stage = until(bench, Deed::NotFinite, Setting::default())?;
+    let mut run = until(bench, Fault::NotFinite, Setting::default())?;
     // it may be the window after in which it sees what it was sent
     let next = bench.windows(BEFORE + 2)[BEFORE + 1];
-    match fails(&mut stage, BEFORE as u64) {
-        Err(_) if stage.order(next).is_ok() => fails(&mut stage, next.step),
+    match fails(&mut run, BEFORE as u64) {
+        Err(_) if run.order(next).is_ok() => fails(&mut run, next.step),
         seen => seen,
     }
 }
 
 fn other_layout(bench: &Bench) -> Result<String, String> {
-    let rendezvous = bench.stand.rendezvous(Setting::default())?;
+    let rendezvous = bench.setup.rendezvous(Setting::default())?;
     let other = Rendezvous { layout: "0123456789abcdef".into(), ..rendezvous };
     refuses(bench, &other)
 }
 
 fn other_grains(bench: &Bench) -> Result<String, String> {
-    let rendezvous = bench.stand.rendezvous(Setting::default())?;
+    let rendezvous = bench.setup.rendezvous(Setting::default())?;
     refuses(bench, &Rendezvous { grains: rendezvous.grains + 1, ..rendezvous })
 }
 
 /// The solver leaves a run of this token, not with 0, without having waited for anybody.
 fn refuses(bench: &Bench, rendezvous: &Rendezvous) -> Result<String, String> {
     let link = ConductorLink::create(rendezvous).map_err(text)?;
-    let supervisor = bench.stand.start(rendezvous, None)?;
-    let exit = bench.stand.leaves(&supervisor, LEAVE);
+    let supervisor = bench.setup.start(rendezvous, None)?;
+    let exit = bench.setup.leaves(&supervisor, LEAVE);
     supervisor.end(Duration::from_millis(300));
     drop(link);
     match exit?.code() {

@@ -25,7 +25,7 @@ use crate::coupled::write_scene;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::scratch::Scratch;
-use crate::stage::Stand;
+use crate::solo_run::Setup;
 use bench::Bench;
 use cases::CASES;
 use physics::TRIALS;
@@ -227,7 +227,7 @@ fn bench(options: &Options, role: Role, scene: &Path, out: &Path) -> Result<Benc
     Ok(Bench {
         dt: prepared.plan.steps.dt_fluid,
         plain: options.scene.is_none(),
-        stand: Stand {
+        setup: Setup {
             role,
             command: options.command.clone(),
             scene: prepared.scene,

@@ -6,7 +6,7 @@ use protocol::message::{Kinematics, Loads};
 
 use super::bench::Bench;
 use super::cases::judge;
-use crate::stage::{Setting, Stage};
+use crate::solo_run::{Setting, SoloRun};
 
 /// A case with its scene.
 pub(super) struct Trial {
@@ -102,21 +102,21 @@ scheme = "semi-implicit"
 
     /// Plays it on a bench that was made of its scene.
     pub(super) fn play(&self, bench: &Bench) -> Result<String, String> {
-        let count = bench.stand.scene.grains.len();
+        let count = bench.setup.scene.grains.len();
         let loads = vec![Loads { torque: [0.0, 0.0, self.torque], ..Loads::default() }; count];
-        let mut stage = Stage::open(&bench.stand, Records::Loads(loads), Setting::default())?;
+        let mut run = SoloRun::open(&bench.setup, Records::Loads(loads), Setting::default())?;
         let mut course = Course { times: vec![0.0], motion: vec![bench.at_start()] };
         let mut time = 0.0;
         for step in 0..self.windows as u64 {
             let command = bench.window(step, time, 1.0, SUBSTEPS);
             time += command.dt;
-            let turn = stage.play(command)?;
+            let turn = run.play(command)?;
             judge(&command, &turn)?;
             let Records::Kinematics(records) = turn.records else { return Err("sent no kinematics".into()) };
             course.times.push(time);
             course.motion.push(records);
         }
-        stage.stop()?;
+        run.stop()?;
         (self.judge)(&course)
     }
 }

@@ -22,8 +22,8 @@ use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::number::Short;
 use crate::scratch::Scratch;
+use crate::solo_run::{Setting, Setup, SoloRun, Turn};
 use crate::solvers::Solver;
-use crate::stage::{Setting, Stage, Stand, Turn};
 
 /// Drives the solver through the log, prints what differs, and writes `divergence.csv` and `.svg` where an output
 /// folder is named. Differences are the result, and no failure.
@@ -42,11 +42,11 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
         ));
     }
     let scratch = Scratch::new().map_err(Failure::Run)?;
-    let (stand, substeps) = prepare(request, &reader, scratch.path())?;
-    let divergence = Divergence::new(stand.role, &stand.scene);
+    let (setup, substeps) = prepare(request, &reader, scratch.path())?;
+    let divergence = Divergence::new(setup.role, &setup.scene);
     let title = reader.manifest().title.clone();
     let begin = Instant::now();
-    let (divergence, outcome) = run(request, &stand, &substeps, reader, interrupts, divergence);
+    let (divergence, outcome) = run(request, &setup, &substeps, reader, interrupts, divergence);
     let seconds = begin.elapsed().as_secs_f64();
     // Before anything is printed: a pipe may be closed.
     let written = match &request.out {
@@ -58,8 +58,8 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
          given",
         divergence.windows(),
         request.log.display(),
-        stand.role,
-        stand.command.join(" "),
+        setup.role,
+        setup.command.join(" "),
         Short(seconds)
     );
     print!("{}", divergence.summary());
@@ -70,7 +70,7 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
 }
 
 /// Reads the scene, asks the solver, and prepares its folder.
-fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Stand, Substeps), Failure> {
+fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Setup, Substeps), Failure> {
     let manifest = reader.manifest();
     let now = changed(request, manifest)?;
     let coupling = Coupling::read(&now.scene)?;
@@ -105,7 +105,7 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Stan
     let file = if now.solver.is_ours() { folder.scene() } else { folder.scene_in_full() };
     let (role, command) = (request.drive, now.solver.run_command());
     let join_s = coupling.startup_deadline;
-    Ok((Stand { role, command, scene: now.scene, coupling, folder, file, join_s }, substeps))
+    Ok((Setup { role, command, scene: now.scene, coupling, folder, file, join_s }, substeps))
 }
 
 /// A folder with a run in it would be emptied, perhaps of the log itself.
@@ -125,7 +125,7 @@ type Peer = Box<dyn Fn(&Window) -> Records>;
 
 /// The solver as a process, given the messages of the log.
 struct Driven<'a> {
-    stage: Stage<'a>,
+    run: SoloRun<'a>,
     role: Role,
     peer: Peer,
     ordered: Option<Command>,
@@ -136,19 +136,19 @@ impl Driven<'_> {
     /// A failure in a window.
     fn failed(&self, step: u64, error: &str) -> Failure {
         let what = format!("the {} solver: window {step}: {error}", self.role);
-        if self.stage.has_failed() { Failure::Run(what) } else { Failure::Peer(what) }
+        if self.run.has_failed() { Failure::Run(what) } else { Failure::Peer(what) }
     }
 }
 
 impl Link for Driven<'_> {
     fn order(&mut self, Ordered { command, given, .. }: Ordered) {
-        self.stage.prompt(given.map_or_else(|| (self.peer)(&command.into()), |(_, records)| records));
+        self.run.replace(given.map_or_else(|| (self.peer)(&command.into()), |(_, records)| records));
         self.ordered = Some(command);
     }
 
     fn await_window(&mut self) -> Result<Option<Command>, Failure> {
         let Some(command) = self.ordered.take() else { return Ok(None) };
-        let sent = self.stage.play(command);
+        let sent = self.run.play(command);
         self.sent = Some(sent.map_err(|error| self.failed(command.step, &error))?);
         Ok(Some(command))
     }
@@ -166,7 +166,7 @@ impl Link for Driven<'_> {
     }
 
     fn accept(&mut self, command: Command) -> Result<(), Failure> {
-        self.stage.order(command).map_err(Failure::Peer)
+        self.run.order(command).map_err(Failure::Peer)
     }
 
     /// Nothing is kept of a replay.
@@ -175,22 +175,22 @@ impl Link for Driven<'_> {
     }
 
     fn stop(&mut self, _: u64, _: f64) -> Result<(), Failure> {
-        self.stage.stop().map_err(|error| Failure::Peer(format!("the {} solver {error}", self.role)))
+        self.run.stop().map_err(|error| Failure::Peer(format!("the {} solver {error}", self.role)))
     }
 }
 
 /// Starts the solver and drives it through the log.
 fn run(
     request: &Replay,
-    stand: &Stand,
+    setup: &Setup,
     substeps: &Substeps,
     reader: LogReader,
     interrupts: &Interrupts,
     divergence: Divergence,
 ) -> (Divergence, Result<(), Failure>) {
-    let coupling = &stand.coupling;
+    let coupling = &setup.coupling;
     // A DEM goes back to the start of the window each time: only what was accepted matters to it.
-    let repeats = coupling.scheme.named() == Some(Scheme::Iterated) && stand.role == Role::Fluid;
+    let repeats = coupling.scheme.named() == Some(Scheme::Iterated) && setup.role == Role::Fluid;
     let writes = request.out.is_some();
     let setting = Setting {
         repeatable: repeats,
@@ -199,24 +199,24 @@ fn run(
         checkpoint: request.checkpoint.as_deref(),
         ..Setting::default()
     };
-    let peer = peer(stand.role, &stand.scene, reader.manifest().grains());
+    let peer = peer(setup.role, &setup.scene, reader.manifest().grains());
     let first = Window { step: 0, attempt: 0, time: 0.0, dt: 0.0, substeps: 1, output: false };
-    let stage = match Stage::open(stand, peer(&first), setting) {
-        Ok(stage) => stage,
+    let run = match SoloRun::open(setup, peer(&first), setting) {
+        Ok(run) => run,
         Err(error) => {
-            let what = format!("the {} solver does not join: {error}", stand.role);
+            let what = format!("the {} solver does not join: {error}", setup.role);
             return (divergence, Err(Failure::Peer(what)));
         }
     };
     let substeps = |command: &Command| substeps.order(*command).substeps;
     let options = LogOptions {
-        drive: stand.role,
+        drive: setup.role,
         attempts: repeats,
         accepts: repeats,
         fields: writes,
         substeps: Some(&substeps),
     };
-    let link = Driven { stage, role: stand.role, peer, ordered: None, sent: None };
+    let link = Driven { run, role: setup.role, peer, ordered: None, sent: None };
     let driven = replay::drive(link, LogSchedule::new(reader, divergence, options), interrupts);
     let outcome = driven.outcome.and_then(|()| {
         if let Some((step, _)) = driven.unfinished {

@@ -1,4 +1,4 @@
-//! The other side of a solver: one in this process that sends what it is told, and does as the case wants.
+//! The partner of a solver under test: a thread of this process that sends given records, and fails as a case asks.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,10 +15,10 @@ use protocol::serve::serve;
 
 /// What it does in a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Deed {
+pub(crate) enum Fault {
     /// Exchanges as it should.
     #[default]
-    Play,
+    None,
     /// Lives, and sends nothing.
     Silent,
     /// Leaves the run.
@@ -27,42 +27,46 @@ pub(crate) enum Deed {
     NotFinite,
 }
 
-/// What it does from which window on; before, it plays.
+/// A fault and the window from which on it shows; before, the peer exchanges as it should.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Part {
-    pub(crate) deed: Deed,
+pub(crate) struct FaultFrom {
+    pub(crate) fault: Fault,
     pub(crate) from: u64,
 }
 
-/// All that the actor is told.
-pub(super) struct Script {
+/// What the peer sends, and how it fails.
+pub(super) struct Instructions {
     /// What it sends at first.
-    pub(super) lines: Records,
+    pub(super) records: Records,
     /// What it sends instead, at most one for each window that is ordered.
-    pub(super) prompted: Receiver<Records>,
+    pub(super) replaced: Receiver<Records>,
     /// What it does.
-    pub(super) part: Part,
+    pub(super) fault: FaultFrom,
     /// Ends its silence.
     pub(super) over: Arc<AtomicBool>,
 }
 
-/// Lets the actor join in a thread of its own.
-pub(super) fn enter(rendezvous: &Rendezvous, script: Script, out: &Path) -> JoinHandle<()> {
+/// Starts the peer, which joins the run in a thread of its own.
+pub(super) fn start(rendezvous: &Rendezvous, instructions: Instructions, out: &Path) -> JoinHandle<()> {
     let (rendezvous, out) = (rendezvous.clone(), out.to_owned());
-    // How it fares shows in the run, which is observed.
+    // An error of the peer shows in the run, which is observed.
     std::thread::spawn(move || {
-        let _ = match script.lines {
-            Records::Loads(_) => act::<AsFluid>(&rendezvous, script, &out),
-            Records::Kinematics(_) => act::<AsDem>(&rendezvous, script, &out),
+        let _ = match instructions.records {
+            Records::Loads(_) => serve_as::<AsFluid>(&rendezvous, instructions, &out),
+            Records::Kinematics(_) => serve_as::<AsDem>(&rendezvous, instructions, &out),
         };
     })
 }
 
-fn act<S: Side>(rendezvous: &Rendezvous, script: Script, out: &Path) -> Result<(), SolverError> {
-    let Script { lines, prompted, part, over } = script;
-    let sends = S::Out::of(lines);
+fn serve_as<S: Side>(
+    rendezvous: &Rendezvous,
+    instructions: Instructions,
+    out: &Path,
+) -> Result<(), SolverError> {
+    let Instructions { records, replaced, fault, over } = instructions;
+    let sends = S::Out::of(records);
     let mut link = SharedMemory::<S::In, S::Out>::join(rendezvous, S::ROLE, sends.len())?;
-    serve(&mut Actor::<S> { sends, prompted, part, over }, &mut link, out)
+    serve(&mut FakePeer::<S> { sends, replaced, fault, over }, &mut link, out)
 }
 
 /// A side of the exchange.
@@ -95,32 +99,32 @@ impl Side for AsDem {
     }
 }
 
-struct Actor<S: Side> {
+struct FakePeer<S: Side> {
     sends: Vec<S::Out>,
-    prompted: Receiver<Records>,
-    part: Part,
+    replaced: Receiver<Records>,
+    fault: FaultFrom,
     over: Arc<AtomicBool>,
 }
 
-impl<S: Side> Actor<S> {
+impl<S: Side> FakePeer<S> {
     fn send(
         &self,
         header: Header,
-        deed: Deed,
+        fault: Fault,
         exchange: &mut dyn Exchange<S::In, S::Out>,
     ) -> Result<(), ExchangeError> {
         exchange.send(header, &mut |out| {
-            for (out, line) in out.iter_mut().zip(&self.sends) {
-                *out = *line;
+            for (out, record) in out.iter_mut().zip(&self.sends) {
+                *out = *record;
             }
-            if deed == Deed::NotFinite {
+            if fault == Fault::NotFinite {
                 out.iter_mut().take(1).for_each(S::spoil);
             }
         })
     }
 }
 
-impl<S: Side> Participant for Actor<S> {
+impl<S: Side> Participant for FakePeer<S> {
     type Incoming = S::In;
     type Outgoing = S::Out;
     const ROLE: Role = S::ROLE;
@@ -134,28 +138,28 @@ impl<S: Side> Participant for Actor<S> {
         window: &Window,
         exchange: &mut dyn Exchange<S::In, S::Out>,
     ) -> Result<WindowReport, SolverError> {
-        if let Ok(lines) = self.prompted.try_recv() {
-            self.sends = S::Out::of(lines);
+        if let Ok(records) = self.replaced.try_recv() {
+            self.sends = S::Out::of(records);
         }
-        let deed = if window.step >= self.part.from { self.part.deed } else { Deed::Play };
-        match deed {
-            Deed::Leave => return Err(SolverError::Failed("leaves, as the case wants it".into())),
-            Deed::Silent => {
+        let fault = if window.step >= self.fault.from { self.fault.fault } else { Fault::None };
+        match fault {
+            Fault::Leave => return Err(SolverError::Failed("leaves, as the case wants it".into())),
+            Fault::Silent => {
                 while !self.over.load(Ordering::SeqCst) {
                     std::thread::sleep(Duration::from_millis(5));
                 }
                 return Err(ExchangeError::Stopped.into());
             }
-            Deed::Play | Deed::NotFinite => {}
+            Fault::None | Fault::NotFinite => {}
         }
         let substeps = if S::ROLE == Role::Dem { window.substeps } else { 0 };
         let header = Header { substeps, ..window.header() };
         if S::ROLE == Role::Fluid {
-            self.send(header, deed, exchange)?;
+            self.send(header, fault, exchange)?;
             exchange.receive(window, &mut |_, _| {})?;
         } else {
             exchange.receive(window, &mut |_, _| {})?;
-            self.send(header, deed, exchange)?;
+            self.send(header, fault, exchange)?;
         }
         Ok(WindowReport { dt_limit: f64::INFINITY, residual: 0.0, substeps })
     }

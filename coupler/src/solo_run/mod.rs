@@ -2,7 +2,7 @@
 //!
 //! `bedload conformance` tests a solver so, `bedload replay` drives one from a log.
 
-mod actor;
+mod fake_peer;
 
 use std::collections::VecDeque;
 use std::num::NonZeroUsize;
@@ -24,14 +24,14 @@ use crate::config::Coupling;
 use crate::coupled::serve_arguments;
 use crate::supervise::{Exit, Supervisor, Words};
 
-use actor::Script;
-pub(crate) use actor::{Deed, Part};
+use fake_peer::Instructions;
+pub(crate) use fake_peer::{Fault, FaultFrom};
 
 /// Longest time for a solver to leave once it has to.
 pub(crate) const LEAVE: Duration = Duration::from_secs(10);
 
 /// Who is at work, and on what.
-pub(crate) struct Stand {
+pub(crate) struct Setup {
     pub(crate) role: Role,
     /// Executable and leading arguments.
     pub(crate) command: Vec<String>,
@@ -48,7 +48,7 @@ pub(crate) struct Stand {
 /// What is special about a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Setting<'a> {
-    pub(crate) part: Part,
+    pub(crate) fault: FaultFrom,
     pub(crate) repeatable: bool,
     /// Longest time for an answer, s; by default that of the scene.
     pub(crate) deadline: Option<f64>,
@@ -63,7 +63,7 @@ pub(crate) struct Turn {
     pub(crate) done: Status,
 }
 
-impl Stand {
+impl Setup {
     /// A run of the scene's grains with the scene's limits.
     pub(crate) fn rendezvous(&self, setting: Setting<'_>) -> Result<Rendezvous, String> {
         let mut rendezvous = Rendezvous::new(self.scene.grains.len()).map_err(text)?;
@@ -98,16 +98,16 @@ impl Stand {
 }
 
 /// A run under way.
-pub(crate) struct Stage<'a> {
-    stand: &'a Stand,
+pub(crate) struct SoloRun<'a> {
+    setup: &'a Setup,
     /// None once the coupler has left.
     link: Option<ConductorLink>,
     supervisor: Supervisor,
-    actor: Option<JoinHandle<()>>,
-    prompts: Sender<Records>,
+    peer: Option<JoinHandle<()>>,
+    replacements: Sender<Records>,
     over: Arc<AtomicBool>,
     limit: Duration,
-    /// Messages and reports of the solver that no window has claimed yet, and reports of the actor.
+    /// Messages and reports of the solver that no window has claimed yet, and reports of the peer.
     sent: VecDeque<(Header, Records)>,
     said: VecDeque<Status>,
     others: u64,
@@ -117,24 +117,24 @@ pub(crate) struct Stage<'a> {
     pub(crate) joined: Duration,
 }
 
-impl<'a> Stage<'a> {
-    /// Founds a run, starts the solver and waits until it is ready. The other side sends `lines` until
-    /// [`Stage::prompt`] gives it others.
-    pub(crate) fn open(stand: &'a Stand, lines: Records, setting: Setting<'_>) -> Result<Self, String> {
+impl<'a> SoloRun<'a> {
+    /// Founds a run, starts the solver and waits until it is ready. The other side sends `records` until
+    /// [`SoloRun::replace`] gives it others.
+    pub(crate) fn open(setup: &'a Setup, records: Records, setting: Setting<'_>) -> Result<Self, String> {
         let begin = Instant::now();
-        let rendezvous = stand.rendezvous(setting)?;
+        let rendezvous = setup.rendezvous(setting)?;
         let link = ConductorLink::create(&rendezvous).map_err(text)?;
         let over = Arc::new(AtomicBool::new(false));
-        let supervisor = stand.start(&rendezvous, setting.checkpoint)?;
-        let (prompts, prompted) = channel();
-        let script = Script { lines, prompted, part: setting.part, over: over.clone() };
-        let actor = actor::enter(&rendezvous, script, stand.folder.root());
-        let mut stage = Self {
-            stand,
+        let supervisor = setup.start(&rendezvous, setting.checkpoint)?;
+        let (replacements, replaced) = channel();
+        let instructions = Instructions { records, replaced, fault: setting.fault, over: over.clone() };
+        let peer = fake_peer::start(&rendezvous, instructions, setup.folder.root());
+        let mut run = Self {
+            setup,
             link: Some(link),
             supervisor,
-            actor: Some(actor),
-            prompts,
+            peer: Some(peer),
+            replacements,
             over,
             limit: Duration::from_secs_f64(rendezvous.deadline_s),
             sent: VecDeque::new(),
@@ -143,21 +143,21 @@ impl<'a> Stage<'a> {
             ready: Status::default(),
             joined: Duration::ZERO,
         };
-        let Self { link, supervisor, .. } = &mut stage;
+        let Self { link, supervisor, .. } = &mut run;
         let link = link.as_mut().ok_or("the coupler has left")?;
-        let said = link.wait_ready(&mut || there(supervisor, stand.role, 0));
-        let said = said.map_err(|error| stage.why(&error))?;
-        let own = said.into_iter().find(|(role, _)| *role == stand.role);
-        stage.ready = own.ok_or("never said Ready")?.1;
-        stage.joined = begin.elapsed();
-        Ok(stage)
+        let said = link.wait_ready(&mut || there(supervisor, setup.role, 0));
+        let said = said.map_err(|error| run.why(&error))?;
+        let own = said.into_iter().find(|(role, _)| *role == setup.role);
+        run.ready = own.ok_or("never said Ready")?.1;
+        run.joined = begin.elapsed();
+        Ok(run)
     }
 
     /// An error with how the solver left and what it said last, if it has left.
     fn why(&self, error: &ExchangeError) -> String {
         // one that goes needs a moment to be gone
         self.supervisor.wait_all(Duration::from_millis(100));
-        let words = self.supervisor.last_words(self.stand.role);
+        let words = self.supervisor.last_words(self.setup.role);
         let how = match self.supervisor.exits().pop() {
             Some(exit) => how(&exit),
             None => return error.to_string(),
@@ -170,9 +170,9 @@ impl<'a> Stage<'a> {
     }
 
     /// Gives the other side what it sends from the window on that is ordered next.
-    pub(crate) fn prompt(&self, lines: Records) {
-        // An actor that has left shows as its silence.
-        let _ = self.prompts.send(lines);
+    pub(crate) fn replace(&self, records: Records) {
+        // An peer that has left shows as its silence.
+        let _ = self.replacements.send(records);
     }
 
     /// Gives an order.
@@ -184,17 +184,17 @@ impl<'a> Stage<'a> {
     /// Waits for the next thing that happens, and keeps it. A solver that was ordered ahead may be a window further
     /// than the other one.
     fn listen(&mut self, step: u64) -> Result<(), String> {
-        let Self { link, supervisor, stand, limit, .. } = self;
+        let Self { link, supervisor, setup, limit, .. } = self;
         let link = link.as_mut().ok_or("the coupler has left")?;
-        let event = link.next(*limit, &mut || there(supervisor, stand.role, step));
+        let event = link.next(*limit, &mut || there(supervisor, setup.role, step));
         match event.map_err(|error| self.why(&error))? {
-            Event::Loads(lent) if self.stand.role == Role::Fluid => {
+            Event::Loads(lent) if self.setup.role == Role::Fluid => {
                 self.sent.push_back((*lent.header(), Records::Loads(lent.records().to_vec())));
             }
-            Event::Kinematics(lent) if self.stand.role == Role::Dem => {
+            Event::Kinematics(lent) if self.setup.role == Role::Dem => {
                 self.sent.push_back((*lent.header(), Records::Kinematics(lent.records().to_vec())));
             }
-            Event::Status(role, status) if role == self.stand.role => self.said.push_back(status),
+            Event::Status(role, status) if role == self.setup.role => self.said.push_back(status),
             Event::Status(..) => self.others += 1,
             Event::Loads(_) | Event::Kinematics(_) => {}
         }
@@ -266,7 +266,7 @@ impl<'a> Stage<'a> {
         if said.state != State::Stopped as u64 {
             return Err(format!("answered Stop with state {} (Stopped is 4): {}", said.state, said.text()));
         }
-        let exit = self.stand.leaves(&self.supervisor, LEAVE)?;
+        let exit = self.setup.leaves(&self.supervisor, LEAVE)?;
         if exit.code() == Some(0) {
             Ok(())
         } else {
@@ -281,18 +281,18 @@ impl<'a> Stage<'a> {
 
     /// Waits until the solver has left.
     pub(crate) fn leaves(&self, limit: Duration) -> Result<Exit, String> {
-        self.stand.leaves(&self.supervisor, limit)
+        self.setup.leaves(&self.supervisor, limit)
     }
 }
 
-impl Drop for Stage<'_> {
+impl Drop for SoloRun<'_> {
     fn drop(&mut self) {
         self.over.store(true, Ordering::SeqCst);
         self.link = None;
         self.supervisor.end(Duration::from_millis(300));
-        if let Some(actor) = self.actor.take() {
+        if let Some(peer) = self.peer.take() {
             // It sees that coupler and solver have gone; a panic in it shows as its silence.
-            let _ = actor.join();
+            let _ = peer.join();
         }
     }
 }
