@@ -96,7 +96,7 @@ fn collect(folder: &Path, all: &mut Vec<Evidence>) -> Result<(), Failure> {
         if path.is_dir() {
             collect(&path, all)?;
         } else if path.extension().is_some_and(|end| end == "toml") {
-            let text = read(&path)?;
+            let text = format!("\n{}", read(&path)?);
             let has = |kind: &&Kind| text.contains(&format!("\n[{}]\n", kind.name()));
             for kind in Kind::ALL.iter().filter(has) {
                 let stem = match kind {
