@@ -14,7 +14,11 @@ use study::kind::Kind;
 use study::section::Section;
 
 fn page() -> String {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/scene.md");
+    document("scene.md")
+}
+
+fn document(name: &str) -> String {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs").join(name);
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
@@ -67,11 +71,13 @@ fn check(name: &str, text: &str) {
 
 #[test]
 fn every_whole_scene_is_accepted() {
-    let page = page();
-    let scenes: Vec<_> = blocks(&page).into_iter().filter(|(info, ..)| info == "toml scene").collect();
-    assert!(scenes.len() >= 5, "{} whole scenes", scenes.len());
-    for (_, line, text) in scenes {
-        check(&format!("docs/scene.md, block at line {line}"), &text);
+    for (name, least) in [("scene.md", 5), ("own-scene.md", 1)] {
+        let page = document(name);
+        let scenes: Vec<_> = blocks(&page).into_iter().filter(|(info, ..)| info == "toml scene").collect();
+        assert!(scenes.len() >= least, "{name}: {} whole scenes", scenes.len());
+        for (_, line, text) in scenes {
+            check(&format!("docs/{name}, block at line {line}"), &text);
+        }
     }
 }
 
