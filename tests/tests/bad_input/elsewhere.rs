@@ -127,11 +127,6 @@ fn a_plan_that_breaks_a_bound_names_it() {
         (&[("density = 3.0", "density = 0.005")], "density-ratio", "ρ_p/ρ = 0.005"),
         (&[("radius = 0.4", "radius = 0.3")], "resolution", "D/Δx = 4.8"),
         (&[("radius = 0.5", "radius = 0.5\nvelocity = [0.0, 0.0, 40.0]")], "cfl", "u dt/Δx"),
-        (
-            &[("roughness = 4e-4", "roughness = 1e-6\nintegration = \"explicit\"")],
-            "explicit-lubrication",
-            "dt_dem",
-        ),
     ] {
         let (names, text) = broken(change);
         assert!(names.iter().any(|other| other == name), "{name}: {names:?}");
