@@ -7,11 +7,11 @@ use bedload_output::{Columns, Metrics, Sides};
 use bedload_scene::{CheckedScene, Scene, SceneSource};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
-use coupler::study::chart::Chart;
-use coupler::study::stability::section::Stability;
 use dem_solver::config::{Config, DemSection};
 use fluid_solver::config::FluidSection;
 use serde_json::Value;
+use study::kind::Kind;
+use study::section::Section;
 
 fn page() -> String {
     document("scene.md")
@@ -125,11 +125,13 @@ fn every_key_and_every_choice_is_documented() {
         ("[fluid]", schemars::schema_for!(FluidSection)),
         ("[dem]", schemars::schema_for!(DemSection)),
         ("[coupling]", schemars::schema_for!(Coupling)),
-        ("[chart]", schemars::schema_for!(Chart)),
-        ("[stability]", schemars::schema_for!(Stability)),
-    ] {
+    ]
+    .map(|(part, schema)| (part, schema.to_value()))
+    .into_iter()
+    .chain(Kind::ALL.map(|kind| (kind.name(), Section::schema(kind))))
+    {
         let mut wanted = BTreeSet::new();
-        names(&serde_json::to_value(schema).expect("a schema is JSON"), &mut wanted);
+        names(&schema, &mut wanted);
         assert!(wanted.len() > 5, "{part}: {wanted:?}");
         let missing: Vec<_> = wanted.difference(&known).collect();
         assert!(missing.is_empty(), "docs/scene.md says nothing of {missing:?} of {part}");
