@@ -1,6 +1,6 @@
 //! The wrong scenes: name, what is changed, key, words of the message. `§` marks the line.
 
-use crate::Case;
+use crate::bad_input::Case;
 
 macro_rules! cases {
     ($($name:literal: $($from:literal => $to:literal),+; $key:literal, $($word:literal),*;)*) => {
