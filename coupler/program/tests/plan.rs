@@ -299,7 +299,7 @@ fn bounds_are_printed_in_the_order_of_their_names_and_foreign_ones_last() {
     let mut case = Case::new();
     case.fluid.bounds = vec![solver_bound("a-foreign-one", 1.0, Measure::One)];
     case.dem.bounds = vec![
-        solver_bound("explicit-lubrication", 1.0, Measure::One),
+        solver_bound("tangential-dashpot", 1.0, Measure::One),
         solver_bound("contact-dashpot", 1.0, Measure::One),
     ];
     let names: Vec<String> = case.plan().bounds.into_iter().map(|bound| bound.name).collect();
@@ -309,7 +309,7 @@ fn bounds_are_printed_in_the_order_of_their_names_and_foreign_ones_last() {
         "contact-steps",
         "contact-dashpot",
         "window-over-contact",
-        "explicit-lubrication",
+        "tangential-dashpot",
         "memory",
         "a-foreign-one",
     ];
@@ -377,8 +377,8 @@ fn grid_and_memory() {
 }
 
 /// Bounds that our solvers own: the tests of these crates put them below and above their limits
-/// (`fluid-solver/tests/immersed/bounds.rs`, `dem-solver/tests/bounds.rs`).
-const OF_SOLVERS: [&str; 9] = [
+/// (`fluid-solver/tests/immersed/bounds.rs`, `dem-solver/tests/dem/bounds.rs`).
+const OF_SOLVERS: [&str; 8] = [
     "local-viscosity",
     "cfl",
     "direct-forcing",
@@ -387,7 +387,6 @@ const OF_SOLVERS: [&str; 9] = [
     "explicit-viscosity-ab2",
     "contact-dashpot",
     "tangential-dashpot",
-    "explicit-lubrication",
 ];
 
 #[test]

@@ -1,5 +1,5 @@
 //! Lowest density ratios of the maps. Each number is the least sampled ρ_p/ρ from which on every sampled
-//! run of that column was stable, as counted by `tests/tests/maps.rs`.
+//! run of that column was stable, as counted by `tests/tests/pages/maps.rs`.
 
 use protocol::facts::Forcing::{self, Carried, Direct, FictitiousDomain};
 use protocol::facts::LoadsForm::{

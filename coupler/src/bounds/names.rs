@@ -19,7 +19,6 @@ pub const NAMES: &[&str] = &[
     "contact-dashpot",
     "window-over-contact",
     "tangential-dashpot",
-    "explicit-lubrication",
     "resolution",
     "resolution-accuracy",
     "memory",

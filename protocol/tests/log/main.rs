@@ -4,4 +4,5 @@ mod damage;
 mod recording;
 mod replaying;
 mod round_trip;
+mod schema;
 mod support;

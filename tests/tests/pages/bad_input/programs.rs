@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use crate::bases::SPACE;
-use crate::elsewhere::File;
+use crate::bad_input::bases::SPACE;
+use crate::bad_input::elsewhere::File;
 
 /// `bedload` beside this test's folder, if it and both solvers were built with it: a test that
 /// crosses crates is not told by cargo where the programs are.

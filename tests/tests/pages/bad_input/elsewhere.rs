@@ -6,7 +6,7 @@ use bedload_program::RunOptions;
 use bedload_scene::{CheckedScene, SceneError, SceneSource};
 use coupler::failure::Failure;
 
-use crate::bases::SPACE;
+use crate::bad_input::bases::SPACE;
 
 /// A file in a folder of this process, removed with it.
 pub(crate) struct File(pub(crate) PathBuf);
@@ -103,7 +103,7 @@ fn a_grain_of_a_file_is_checked_like_any_other() {
 /// Names of the bounds that a scene breaks, and the message that a user reads.
 fn broken(change: &[(&str, &str)]) -> (Vec<String>, String) {
     let text = change.iter().fold(SPACE.to_owned(), |text, (from, to)| text.replacen(from, to, 1));
-    let plan = crate::plan(&text).expect("a plan");
+    let plan = crate::bad_input::plan(&text).expect("a plan");
     let bounds: Vec<_> = plan.refusals().cloned().collect();
     let names = bounds.iter().map(|bound| bound.name.clone()).collect();
     for bound in &bounds {
@@ -127,11 +127,6 @@ fn a_plan_that_breaks_a_bound_names_it() {
         (&[("density = 3.0", "density = 0.005")], "density-ratio", "ρ_p/ρ = 0.005"),
         (&[("radius = 0.4", "radius = 0.3")], "resolution", "D/Δx = 4.8"),
         (&[("radius = 0.5", "radius = 0.5\nvelocity = [0.0, 0.0, 40.0]")], "cfl", "u dt/Δx"),
-        (
-            &[("roughness = 4e-4", "roughness = 1e-6\nintegration = \"explicit\"")],
-            "explicit-lubrication",
-            "dt_dem",
-        ),
     ] {
         let (names, text) = broken(change);
         assert!(names.iter().any(|other| other == name), "{name}: {names:?}");

@@ -22,7 +22,7 @@ const SCENES: [&str; 10] = [
 /// Their texts.
 pub(crate) fn scenes() -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
-    SCENES.iter().map(|name| crate::scene_text(&folder.join(name))).collect()
+    SCENES.iter().map(|name| crate::mutations::scene_text(&folder.join(name))).collect()
 }
 
 /// A scene whose grains stand in `mutated.csv`.

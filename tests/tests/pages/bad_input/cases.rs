@@ -1,6 +1,6 @@
 //! The wrong scenes: name, what is changed, key, words of the message. `§` marks the line.
 
-use crate::Case;
+use crate::bad_input::Case;
 
 macro_rules! cases {
     ($($name:literal: $($from:literal => $to:literal),+; $key:literal, $($word:literal),*;)*) => {
@@ -165,7 +165,7 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "command as one word": "[fluid.time]" => "[fluid]\n§command = \"my-solver\"\n[fluid.time]"; "fluid.command", "string", "sequence";
     "contact missing": "[dem]" => "§[dem]", "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 0.02\n" => ""; "dem.contact", "is missing";
     "dem missing": "[dem]\nintegrator = \"symplectic-euler\"\n" => "", "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 0.02\n" => "",
-        "[dem.lubrication]\nform = \"continuous\"\nroughness = 4e-4\ncut_off = 0.4\n" => ""; "dem.contact", "is missing";
+        "[dem.lubrication]\nform = \"as-printed\"\nroughness = 4e-4\ncut_off = 0.4\n" => ""; "dem.contact", "is missing";
     "unknown law": "law = \"linear-spring-dashpot\"" => "§law = \"hertz\""; "dem.contact.law", "hertz", "linear-spring-dashpot";
     "law missing": "[dem.contact]\nlaw = \"linear-spring-dashpot\"" => "§[dem.contact]"; "dem.contact.law", "missing field";
     "contact time missing": "[dem.contact]" => "§[dem.contact]", "contact_time = 0.02\n" => ""; "dem.contact.contact_time", "is missing", "stiffness";
@@ -177,17 +177,18 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "negative friction": "contact_time = 0.02" => "contact_time = 0.02\n§friction = -0.3"; "dem.contact.friction", "-0.3";
     "softness zero": "law = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 0.02" => "law = \"wan-turek\"\n§softness = 0.0\nwall_softness = 1.0\nrange = 0.1";
         "dem.contact.softness", "is 0";
-    "unknown film": "form = \"continuous\"" => "§form = \"thin\""; "dem.lubrication.form", "thin", "as-printed";
+    "unknown film": "form = \"as-printed\"" => "§form = \"thin\""; "dem.lubrication.form", "thin", "complement";
     "smooth grains": "roughness = 4e-4" => "§roughness = 0.0"; "dem.lubrication.roughness", "is 0";
     "roughness missing": "[dem.lubrication]" => "§[dem.lubrication]", "roughness = 4e-4\n" => ""; "dem.lubrication.roughness", "missing field";
     "no cut-off": "cut_off = 0.4" => "§cut_off = 0.0"; "dem.lubrication.cut_off", "is 0";
-    "no sweeps": "cut_off = 0.4" => "cut_off = 0.4\n§sweeps = 0"; "dem.lubrication.sweeps", "at least 1";
+    "retired sweeps": "cut_off = 0.4" => "cut_off = 0.4\n§sweeps = 4"; "dem.lubrication.sweeps", "retired", "leave it out";
+    "retired film": "form = \"as-printed\"" => "§form = \"continuous\""; "dem.lubrication.form", "retired", "complement";
     "film longer than the box": "upper = [4.0, 4.0, 4.0]" => "§upper = [4.0, 4.0, 4.0]", "cut_off = 0.4" => "cut_off = 3.0"; "domain.upper", "period 4";
     "unknown integrator": "integrator = \"symplectic-euler\"" => "§integrator = \"leapfrog\""; "dem.integrator", "leapfrog", "velocity-verlet";
-    "rk3 with an implicit film": "integrator = \"symplectic-euler\"" => "§integrator = \"rk3\""; "dem.integrator", "rk3", "implicit";
+    "rk3 with a film": "integrator = \"symplectic-euler\"" => "§integrator = \"rk3\""; "dem.integrator", "rk3", "implicit";
     "sub-step negative": "[dem]" => "[dem]\n§dt = -1e-4"; "dem.dt", "-0.0001", "> 0";
     "no sub-steps": "[dem]" => "[dem]\n§steps_per_contact = 0.0"; "dem.steps_per_contact", "is 0";
-    "skin negative": "[dem]" => "[dem]\n§skin = -0.1"; "dem.skin", "-0.1";
+    "retired skin": "[dem]" => "[dem]\n§skin = 0.1"; "dem.skin", "retired", "leave it out";
     "scheme that the loads cannot follow": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"explicit\""; "coupling.scheme", "explicit", "semi-implicit";
     "iterated loads of another form": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"iterated\"", "[dem]" => "[fluid.loads]\nform = \"yu-shao-2007\"\n[dem]"; "coupling.scheme", "is iterated", "yu-shao-2007";
     "scheme that is none": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"implicit\""; "coupling.scheme", "implicit", "overlapped";
@@ -244,7 +245,7 @@ pub(crate) const IN_A_PLANE: &[Case] = cases! {
     "three coordinates in a plane": "upper = [20.0, 20.0]" => "§upper = [20.0, 1.0, 20.0]"; "domain.upper", "3 numbers";
     "group in a grain": "position = [10.0, 0.0, 19.0]" => "position = [5.0, 0.0, 5.0]", "[[groups]]\ncount = 20" => "§[[groups]]\ncount = 200";
         "groups[0]", "no room";
-    "film without fluid": "[dem.contact]" => "§[dem.lubrication]\nform = \"continuous\"\nroughness = 1e-3\n[dem.contact]"; "dem.lubrication", "dry";
+    "film without fluid": "[dem.contact]" => "§[dem.lubrication]\nform = \"as-printed\"\nroughness = 1e-3\n[dem.contact]"; "dem.lubrication", "dry";
     "neither fluid nor grains": "[[grains]]\nposition = [10.0, 0.0, 19.0]\nradius = 0.5\ndensity = 2.5\n" => "",
         "[[groups]]\ncount = 20\nlower = [1.0, 0.0, 0.0]\nupper = [9.0, 0.0, 9.0]\nradius = 0.5\nradius_spread = 0.1\ndensity = 2.5\nseed = 7\n" => "";
         "grains", "neither fluid nor grains";

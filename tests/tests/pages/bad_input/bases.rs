@@ -49,7 +49,7 @@ restitution = 0.9
 contact_time = 0.02
 
 [dem.lubrication]
-form = "continuous"
+form = "as-printed"
 roughness = 4e-4
 cut_off = 0.4
 
