@@ -1,4 +1,4 @@
-//! Keys and values of scenes that have another name now.
+//! Keys and values of scenes that have another name now, or none.
 //!
 //! Each owner of a section keeps one table of its own names, and refuses them before it reads the
 //! section: [`SceneSource::refuse_retired`]. There are no aliases.
@@ -15,21 +15,29 @@ pub struct Retired {
     pub key: &'static str,
     /// The string value that is retired; without one the key is.
     pub value: Option<&'static str>,
-    /// What to write now: the new key, or the new value.
+    /// What to write now: the new key, or the new value; of what has no other name, why it is not needed.
     pub now: &'static str,
+    /// Whether there is no other name.
+    pub gone: bool,
 }
 
 impl Retired {
     /// A retired key, and what to write now.
     #[must_use]
     pub const fn key(key: &'static str, now: &'static str) -> Self {
-        Self { key, value: None, now }
+        Self { key, value: None, now, gone: false }
+    }
+
+    /// A retired key that has no other name, and why it is not needed.
+    #[must_use]
+    pub const fn gone(key: &'static str, why: &'static str) -> Self {
+        Self { key, value: None, now: why, gone: true }
     }
 
     /// A retired value of a key that stays, and what to write now.
     #[must_use]
     pub const fn value(key: &'static str, value: &'static str, now: &'static str) -> Self {
-        Self { key, value: Some(value), now }
+        Self { key, value: Some(value), now, gone: false }
     }
 }
 
@@ -40,7 +48,7 @@ impl SceneSource {
     /// At the first retired name that stands in the text, with the new one; if the text is not TOML.
     pub fn refuse_retired(&self, retired: &[Retired]) -> Result<(), SceneError> {
         let tree = self.tree()?;
-        for Retired { key, value, now } in retired {
+        for Retired { key, value, now, gone } in retired {
             let parts: Vec<&str> = key.split('.').collect();
             let root =
                 tree.get_ref().iter().find(|(name, _)| name.get_ref() == parts[0].trim_end_matches("[]"));
@@ -48,9 +56,13 @@ impl SceneSource {
                 continue;
             };
             let message = match value {
+                _ if *gone => format!("is retired: {now}"),
                 Some(value) => format!("\"{value}\" is retired; its name is now {now}"),
                 None => format!("is retired; its name is now {now}"),
             };
+            if *gone {
+                return Err(self.error(&found, message, "leave it out; docs/scene.md lists every key"));
+            }
             return Err(self.error(&found, message, &format!("write {now}; docs/scene.md lists every key")));
         }
         Ok(())
@@ -90,6 +102,7 @@ mod tests {
         Retired::key("flow.rungs", "flow.levels"),
         Retired::key("walls[].colour", "walls[].material"),
         Retired::value("flow.form", "old", "\"new\""),
+        Retired::gone("flow.sort", "there is one sort"),
     ];
 
     fn refusal(text: &str) -> Option<(usize, String, String)> {
@@ -106,6 +119,9 @@ mod tests {
         let (line, key, remedy) = refusal("[flow]\nform = \"old\"\n").expect("a retired value");
         assert_eq!((line, key.as_str()), (2, "flow.form"));
         assert!(remedy.contains("\"new\""), "{remedy}");
+        let (line, key, remedy) = refusal("[flow]\nsort = 1\n").expect("a key that is gone");
+        assert_eq!((line, key.as_str()), (2, "flow.sort"));
+        assert!(remedy.contains("leave it out"), "{remedy}");
         let walls = "[[walls]]\nmaterial = 1\n[[walls]]\ncolour = 2\n";
         let (line, key, _) = refusal(walls).expect("a retired key of an item");
         assert_eq!((line, key.as_str()), (4, "walls[1].colour"));

@@ -442,7 +442,7 @@ mod tests {
             .with_overrides(&[
                 "grains[0].density=4".into(),
                 "grains.0.position[2]=7.5".into(),
-                "fluid.loads.form=izard-2014".into(),
+                "fluid.method=izard-2014".into(),
                 "until=3".into(),
             ])
             .expect("fits");

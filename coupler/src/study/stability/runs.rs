@@ -8,7 +8,7 @@ use bedload_program::RunOptions;
 use super::section::{ANY, Limit, MapPlan, Stability};
 use super::table::Row;
 use super::verdict::{self, Finding, Verdict};
-use crate::bounds::{Bound, Level, NAMES, SINGULAR};
+use crate::bounds::{Bound, Level, NAMES};
 use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::study::folder::content;
@@ -42,12 +42,10 @@ fn task(point: &Point, scene: &Path, out: &Path) -> Task {
     task
 }
 
-/// What every run is told: no bound stops it but the one behind which there is a division by zero,
-/// every window is in the series, and nothing is logged.
+/// Keys that every run is given: no bound stops it, every window is in the series, and nothing is logged.
 #[must_use]
 pub fn imposed() -> [String; 3] {
-    let names: Vec<String> =
-        NAMES.iter().filter(|name| **name != SINGULAR).map(|name| format!("{name:?}")).collect();
+    let names: Vec<String> = NAMES.iter().map(|name| format!("{name:?}")).collect();
     [
         format!("coupling.force=[{}]", names.join(", ")),
         "observe.every=0.0".to_owned(),
@@ -165,14 +163,5 @@ mod tests {
         let broken = vec![bound("cfl", 4.0)];
         assert_eq!((judged(&broken, "any"), judged(&broken, "cfl")), ((0.25, true), (0.25, true)));
         assert!(!judged(&broken, "overlap").1, "another bound is not this map's business");
-    }
-
-    #[test]
-    fn every_bound_but_the_singular_one_is_forced() {
-        let force = &imposed()[0];
-        assert!(
-            NAMES.iter().all(|name| force.contains(&format!("\"{name}\"")) == (*name != SINGULAR)),
-            "{force}"
-        );
     }
 }
