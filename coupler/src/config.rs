@@ -68,8 +68,14 @@ impl Default for Coupling {
 /// Names that this section had before.
 const RETIRED: &[Retired] = &[
     Retired::key("coupling.iterations.most", "coupling.iterations.max_iterations"),
-    Retired::gone("coupling.iterations.relaxation", "attempts are mixed by Anderson's method"),
-    Retired::gone("coupling.iterations.depth", "an attempt is mixed with the five before it"),
+    Retired::dropped(
+        "coupling.iterations.relaxation",
+        "leave it out: attempts are mixed by Anderson's method",
+    ),
+    Retired::dropped(
+        "coupling.iterations.depth",
+        "leave it out: an attempt is mixed with the five before it",
+    ),
     Retired::value("coupling.scheme", "overlapped", "\"semi-implicit\""),
 ];
 

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 
 /// Kind of viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Viewer {
+pub enum Viewer {
     /// ParaView and the like: fields of the fluid.
     Vtk,
     /// Tables.
@@ -22,7 +22,7 @@ pub(crate) enum Viewer {
 ///
 /// # Errors
 /// [`Failure::Input`] if the folder is no run or has none of these files, with how to get them.
-pub(crate) fn export(folder: &Path, viewer: Viewer) -> Result<(), Failure> {
+pub fn export(folder: &Path, viewer: Viewer) -> Result<(), Failure> {
     let folder = OutputFolder::open(folder)?;
     let (files, remedy) = match viewer {
         Viewer::Vtk => {

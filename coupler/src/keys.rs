@@ -51,7 +51,8 @@ pub const ALL: [(&str, &[&str]); 10] = [
 ];
 
 /// What the scene says at such a key.
-pub(crate) fn look_up<'a>(scene: &'a CheckedScene, key: &str) -> Option<&'a Value> {
+#[must_use]
+pub fn look_up<'a>(scene: &'a CheckedScene, key: &str) -> Option<&'a Value> {
     let (section, path) = key.split_once('.')?;
     let section = if section == "fluid" { &scene.scene.fluid } else { &scene.scene.dem };
     let mut parts = path.split('.');

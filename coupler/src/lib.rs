@@ -8,11 +8,10 @@
 //! | [`prepare::Prepared`] | from a scene file to its plan, with what the solvers say of themselves |
 //! | [`plan::Plan`], [`bounds`] | who takes part, time steps, cost; every bound with its source and remedy |
 //! | [`run::run`] | a run, from the scene to the output folder |
-//! | [`study`] | `chart`, `stability`, `validate`, `report`: runs of a scene with varied keys, judged, as tables, figures, pages |
 //! | [`failure::Failure`] | how all of them fail |
 //!
 //! Behind these: [`config`], the `[coupling]` section; [`scheme`], which window comes next; [`keys`], what
-//! rules name of the solvers; [`cli`], the command line.
+//! rules name of the solvers. The command line and the studies are crates above this one.
 //!
 //! | inside | what it holds |
 //! |---|---|
@@ -23,27 +22,26 @@
 //! | `log_command`, `export`, `conformance` | logs read; files for viewers; any solver against the protocol |
 //! | `stage` | the coupler and the other solver, played to one solver |
 
-mod accuracy;
+pub mod accuracy;
 pub mod bounds;
-mod check;
-pub mod cli;
+pub mod check;
 mod conduct;
 pub mod config;
-mod conformance;
-mod export;
+pub mod conformance;
+pub mod export;
 pub mod failure;
 mod iterate;
 mod judge;
 pub mod keys;
-mod log_command;
+pub mod log_command;
 mod notices;
-mod number;
+pub mod number;
 pub mod plan;
 pub mod prepare;
 mod proposals;
 mod record;
-mod replay;
-mod resolution;
+pub mod replay;
+pub mod resolution;
 mod resume;
 mod rewind;
 pub mod run;
@@ -53,6 +51,5 @@ mod session;
 mod solvers;
 mod speeds;
 mod stage;
-pub mod study;
 mod supervise;
 mod unstable;

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 
 /// Why the command failed.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum LogCommandError {
+pub enum LogCommandError {
     /// The log cannot be read or written.
     #[error(transparent)]
     Log(#[from] LogError),
@@ -45,20 +45,20 @@ impl From<LogCommandError> for Failure {
 
 /// What `log cat` prints.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct CatOptions {
+pub struct CatOptions {
     /// Only this topic; its last part is enough (`loads`).
-    pub(crate) topic: Option<String>,
+    pub topic: Option<String>,
     /// Only these steps.
-    pub(crate) steps: Option<RangeInclusive<u64>>,
+    pub steps: Option<RangeInclusive<u64>>,
     /// JSON, one object per line.
-    pub(crate) json: bool,
+    pub json: bool,
 }
 
 /// Reads `A..B` (both included), `A..`, `..B` or `A`.
 ///
 /// # Errors
 /// [`LogCommandError::Usage`].
-pub(crate) fn parse_steps(text: &str) -> Result<RangeInclusive<u64>, LogCommandError> {
+pub fn parse_steps(text: &str) -> Result<RangeInclusive<u64>, LogCommandError> {
     let usage = || LogCommandError::Usage(format!("--step {text}: give A..B, A.., ..B or A"));
     let number = |word: &str, open: u64| match word {
         "" => Ok(open),
@@ -116,7 +116,7 @@ impl Tally {
 /// # Errors
 /// [`LogCommandError`] if it is no log. A log that breaks off or is damaged is described as such,
 /// and is no error.
-pub(crate) fn info(path: &Path, out: &mut dyn Write) -> Result<(), LogCommandError> {
+pub fn info(path: &Path, out: &mut dyn Write) -> Result<(), LogCommandError> {
     let mut reader = LogReader::open_any(path)?;
     let mut tally = Tally::default();
     let mut end = None;
@@ -185,7 +185,7 @@ fn print_tally(tally: &Tally, out: &mut dyn Write) -> Result<(), LogCommandError
 ///
 /// # Errors
 /// [`LogCommandError`]: also if the log breaks off, after everything before was printed.
-pub(crate) fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(), LogCommandError> {
+pub fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(), LogCommandError> {
     for entry in LogReader::open_any(path)? {
         let entry = entry?;
         if !is_wanted(&entry, options) {
@@ -294,7 +294,7 @@ fn as_json(entry: &Entry) -> Result<String, LogCommandError> {
 ///
 /// # Errors
 /// [`LogCommandError`] if nothing can be read or the new file cannot be written.
-pub(crate) fn repair(from: &Path, to: Option<&Path>, out: &mut dyn Write) -> Result<(), LogCommandError> {
+pub fn repair(from: &Path, to: Option<&Path>, out: &mut dyn Write) -> Result<(), LogCommandError> {
     let to = to.unwrap_or(from);
     let report = rewrite(from, to)?;
     writeln!(out, "{}", to.display())?;

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// A number with few digits, whatever its size, in plain letters: `0.0625`, `4.340e-4`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Short(pub(crate) f64);
+pub struct Short(pub f64);
 
 impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -27,7 +27,8 @@ fn trimmed(text: &str) -> &str {
 }
 
 /// Four digits, with a power of ten where that is shorter: `0.0625`, `4.34·10⁻⁴`.
-pub(crate) fn number(value: f64) -> String {
+#[must_use]
+pub fn number(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
     }
@@ -43,17 +44,20 @@ pub(crate) fn number(value: f64) -> String {
 }
 
 /// An error in per cent, three digits.
-pub(crate) fn percent(error: f64) -> String {
+#[must_use]
+pub fn percent(error: f64) -> String {
     format!("{} %", number(rounded(100.0 * error, 3)))
 }
 
 /// A value to so many digits.
-pub(crate) fn rounded(value: f64, digits: usize) -> f64 {
+#[must_use]
+pub fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 /// A measured value of a table, so that values of one kind stand with the same number of places.
-pub(crate) fn measured(value: f64) -> String {
+#[must_use]
+pub fn measured(value: f64) -> String {
     match value.abs() {
         size if value != 0.0 && !(1e-3..1e5).contains(&size) => format!("{value:.3e}"),
         size if size >= 100.0 => format!("{value:.1}"),
@@ -63,7 +67,8 @@ pub(crate) fn measured(value: f64) -> String {
 }
 
 /// A tick of a logarithmic axis.
-pub(crate) fn decade(value: f64) -> String {
+#[must_use]
+pub fn decade(value: f64) -> String {
     let power = value.log10().round();
     if (-2.0..=3.0).contains(&power) {
         value.to_string()
@@ -84,7 +89,8 @@ fn raised(power: &str) -> String {
 }
 
 /// A count with its thousands apart.
-pub(crate) fn integer(value: u64) -> String {
+#[must_use]
+pub fn integer(value: u64) -> String {
     let digits = value.to_string();
     let mut text = String::new();
     for (place, digit) in digits.chars().enumerate() {
@@ -97,7 +103,8 @@ pub(crate) fn integer(value: u64) -> String {
 }
 
 /// Length of a vector.
-pub(crate) fn norm(v: &[f64; 3]) -> f64 {
+#[must_use]
+pub fn norm(v: &[f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use bedload_program::RunOptions;
-use bedload_scene::{CheckedScene, SceneError};
+use bedload_scene::CheckedScene;
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::participant::Role;
 
@@ -11,19 +11,6 @@ use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::plan::{Participants, Plan};
 use crate::solvers::{Ask, Solver, dem_facts, fluid_facts};
-use crate::study::chart::Chart;
-use crate::study::stability::section::Stability;
-
-/// Sections that only `chart` and `stability` need: what is unknown in them is said at once.
-fn refuse_odd_sweeps(scene: &CheckedScene) -> Result<(), SceneError> {
-    if !scene.scene.chart.is_empty() {
-        Chart::of_text(&scene.source)?;
-    }
-    if !scene.scene.stability.is_empty() {
-        Stability::of_text(&scene.source)?;
-    }
-    Ok(())
-}
 
 /// A solver that takes part, and what it says of itself.
 #[derive(Clone, Debug)]
@@ -63,7 +50,6 @@ impl Prepared {
     /// [`Failure`]: bad input, or a solver that cannot be asked.
     pub fn new(options: &RunOptions) -> Result<Self, Failure> {
         let scene = options.read_scene()?;
-        refuse_odd_sweeps(&scene).map_err(Box::new)?;
         let coupling = Coupling::read(&scene)?;
         let participants = Participants::of(&scene);
         let limit = Duration::from_secs_f64(coupling.startup_deadline);

@@ -1,7 +1,7 @@
 //! `bedload run`: from the scene to the output folder.
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use bedload_output::{OutputFolder, RunStatus, Summary};
@@ -27,11 +27,14 @@ use crate::{accuracy, supervise};
 /// Version in `summary.json`.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Runs a scene.
+/// Makes the page of a finished run from its output folder.
+pub type Report = fn(&Path) -> Result<PathBuf, Failure>;
+
+/// Runs a scene; `report` makes the page of the run, once its summary is written.
 ///
 /// # Errors
 /// [`Failure`], with `summary.json` written wherever there is an output folder.
-pub fn run(options: &RunOptions) -> Result<(), Failure> {
+pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     match remove_stale_runs() {
         Ok(0) => {}
         Ok(count) => protocol::say!("bedload: removed what {count} dead run(s) had left in shared memory"),
@@ -49,13 +52,20 @@ pub fn run(options: &RunOptions) -> Result<(), Failure> {
     let interrupts =
         Interrupts::listen().map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
     match (prepared.plan.participants, &prepared.fluid, &prepared.dem) {
-        (Participants::Fluid, Some(fluid), _) => alone(options, &prepared, &fluid.solver, &interrupts),
-        (Participants::Dem, _, Some(dem)) => alone(options, &prepared, &dem.solver, &interrupts),
-        _ => coupled(options, &prepared, interrupts),
+        (Participants::Fluid, Some(fluid), _) => {
+            alone(options, &prepared, &fluid.solver, &interrupts, report)
+        }
+        (Participants::Dem, _, Some(dem)) => alone(options, &prepared, &dem.solver, &interrupts, report),
+        _ => coupled(options, &prepared, interrupts, report),
     }
 }
 
-fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) -> Result<(), Failure> {
+fn coupled(
+    options: &RunOptions,
+    prepared: &Prepared,
+    interrupts: Interrupts,
+    report: Report,
+) -> Result<(), Failure> {
     let begin = Instant::now();
     let folder = options.folder(&prepared.scene)?;
     if options.resume && folder.is_finished_to(prepared.scene.scene.until) {
@@ -84,22 +94,27 @@ fn coupled(options: &RunOptions, prepared: &Prepared, interrupts: Interrupts) ->
         Err(failure) => Err(failure),
     };
     let failed = matches!(outcome, Err(Failure::Run(_) | Failure::Unstable(_)));
-    let finished = finish(&folder, &mut summary, outcome);
+    let finished = finish(&folder, &mut summary, outcome, report);
     if let (true, Some(step)) = (failed, done) {
         rewind(options, prepared, &folder, interrupts, step);
     }
     finished
 }
 
-/// Draws the report; a failure to draw costs no result.
-fn draw(folder: &Path) {
-    if let Err(error) = crate::study::report::page::write(folder) {
+/// Makes the report; a failure there costs no result.
+fn draw(folder: &Path, report: Report) {
+    if let Err(error) = report(folder) {
         protocol::say!("bedload: warning: no report.html: {error}");
     }
 }
 
 /// Writes the summary and the report.
-fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Failure>) -> Result<(), Failure> {
+fn finish(
+    folder: &OutputFolder,
+    summary: &mut Summary,
+    outcome: Result<(), Failure>,
+    report: Report,
+) -> Result<(), Failure> {
     match &outcome {
         Ok(()) => summary.status = RunStatus::Completed,
         Err(Failure::Interrupted(_)) => summary.status = RunStatus::Interrupted,
@@ -107,7 +122,7 @@ fn finish(folder: &OutputFolder, summary: &mut Summary, outcome: Result<(), Fail
         Err(failure) => summary.fail(failure),
     }
     let written = summary.write(&folder.summary());
-    draw(folder.root());
+    draw(folder.root(), report);
     outcome?;
     written?;
     protocol::say!("bedload: done, see {}", folder.root().display());
@@ -119,7 +134,7 @@ pub(crate) fn open_folder(
     options: &RunOptions,
     prepared: &Prepared,
     folder: &OutputFolder,
-) -> Result<Option<(std::path::PathBuf, CouplerState)>, Failure> {
+) -> Result<Option<(PathBuf, CouplerState)>, Failure> {
     let resumed = if options.resume {
         let (path, state) = resume::latest(folder, &prepared.scene.state_sha256())?;
         prepared.scene.goes_on_from(state.observer.tally.simulated).map_err(Box::new)?;
@@ -151,6 +166,7 @@ fn alone(
     prepared: &Prepared,
     solver: &Solver,
     interrupts: &Interrupts,
+    report: Report,
 ) -> Result<(), Failure> {
     let mut supervisor = Supervisor::default();
     start(&mut supervisor, solver, &alone_arguments(options), Words::Own)?;
@@ -167,11 +183,11 @@ fn alone(
     };
     match exit.code() {
         Some(0) => {
-            draw(&options.out_path());
+            draw(&options.out_path(), report);
             Ok(())
         }
         Some(code) => Err(Failure::Passed(u8::try_from(code).unwrap_or(1))),
-        None => lost(options, prepared, solver.role, &exit.to_string(), passed_on > 0),
+        None => lost(options, prepared, solver.role, &exit.to_string(), passed_on > 0, report),
     }
 }
 
@@ -182,6 +198,7 @@ fn lost(
     role: Role,
     what: &str,
     interrupted: bool,
+    report: Report,
 ) -> Result<(), Failure> {
     let failure = if interrupted {
         Failure::Interrupted(format!("{} was killed", supervise::program(role)))
@@ -190,7 +207,7 @@ fn lost(
     };
     if let Ok(folder) = OutputFolder::open(&options.out_path()) {
         let mut summary = Summary::new(&prepared.scene, VERSION);
-        return finish(&folder, &mut summary, Err(failure));
+        return finish(&folder, &mut summary, Err(failure), report);
     }
     Err(failure)
 }

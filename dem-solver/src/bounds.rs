@@ -25,8 +25,6 @@ pub(crate) struct Limits {
     pub(crate) contact_time: f64,
     /// Largest γ_t/m* between free grains, 1/s.
     pub(crate) tangential_rate: f64,
-    /// Largest stable sub-step of explicit lubrication, s; infinite where implicit or off.
-    pub(crate) lubrication_dt: f64,
 }
 
 /// Every bound that applies to the scene.
@@ -34,7 +32,7 @@ pub(crate) fn of(scene: &CheckedScene, spec: &DemSpec, limits: &Limits) -> Vec<S
     let touching = limits.contact_time.is_finite();
     let dashpot = packing(limits, spec.grains.len()).filter(|_| touching);
     let tangential = undamped(scene, spec).filter(|_| touching);
-    dashpot.into_iter().chain(tangential).chain(lubrication(limits.lubrication_dt)).collect()
+    dashpot.into_iter().chain(tangential).collect()
 }
 
 /// γ_t/m* that sub-steps must bear, 1/s, where there are enough grains for a packing.
@@ -62,9 +60,9 @@ fn packing(limits: &Limits, grains: usize) -> Option<SolverBound> {
 /// Springs without damping between grains that touch, fed by a force that stays the same for a window.
 fn undamped(scene: &CheckedScene, spec: &DemSpec) -> Option<SolverBound> {
     let medium = scene.scene.medium.as_ref()?;
-    let (friction, dashpot) = spec.contact.tangential()?;
+    let law = spec.contact.linear()?;
     let free = || scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
-    if friction == 0.0 || dashpot >= DASHPOT || free().count() < 2 {
+    if law.friction == 0.0 || law.damping_ratio >= DASHPOT || free().count() < 2 {
         return None;
     }
     let lightest = free().map(|grain| grain.density / medium.density).fold(f64::INFINITY, f64::min);
@@ -75,15 +73,4 @@ fn undamped(scene: &CheckedScene, spec: &DemSpec) -> Option<SolverBound> {
         "give dem.contact.damping_ratio 0.1 or more (the default is 1), or windows of ten contact times",
     );
     Some(SolverBound { void_from: Some((Measure::WindowOverContact, UNDAMPED_WINDOW)), ..bound })
-}
-
-fn lubrication(limit: f64) -> Option<SolverBound> {
-    let value = (1.0, Measure::Substep);
-    limit.is_finite().then(|| {
-        SolverBound::new("explicit-lubrication", "dt_dem", value, Side::AtMost, limit).because(
-            "explicit lubrication is stable only for dt < 2(η+δ)m/(6πμR²)",
-            "docs/numerics.md, Lubrication",
-            "make the lubrication implicit, raise the roughness η, or lower the DEM's dt",
-        )
-    })
 }

@@ -52,11 +52,6 @@ pub struct DemSection {
     pub initial_state: Option<PathBuf>,
     /// Take a sub-step above t_c/10 all the same.
     pub allow_coarse_dt: bool,
-    /// Width of the neighbour list beyond the range of forces, m; changes cost, never results.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub skin: Option<f64>,
-    /// What does the sub-steps: `bulk` is for many grains in linear contact, `auto` takes it where it can.
-    pub engine: Engine,
 }
 
 /// How the fluid holds discs, for the films between them.
@@ -82,8 +77,6 @@ impl Default for DemSection {
             steps_per_contact: 50.0,
             initial_state: None,
             allow_coarse_dt: false,
-            skin: None,
-            engine: Engine::default(),
         }
     }
 }
@@ -106,7 +99,40 @@ pub struct Config {
 }
 
 /// Names that this section had before.
-const RETIRED: &[Retired] = &[Retired::value("dem.contact.form", "seed", "\"izard-2014\"")];
+const RETIRED: &[Retired] = &[
+    Retired::value("dem.contact.form", "seed", "\"izard-2014\""),
+    Retired::value(
+        "dem.contact.law",
+        "hertz-mindlin",
+        "\"linear-spring-dashpot\" with its contact_time or stiffness",
+    ),
+    Retired::dropped(
+        "dem.contact.sliding",
+        "leave it out: the tangential spring is cut back while the contact slides",
+    ),
+    Retired::dropped(
+        "dem.contact.lever_arm",
+        "leave it out: the tangential force attacks in the middle of the overlap",
+    ),
+    Retired::value("dem.lubrication.form", "continuous", "\"complement\""),
+    Retired::dropped(
+        "dem.lubrication.film",
+        "leave it out: spheres have the film of a point, discs that of a line",
+    ),
+    Retired::dropped(
+        "dem.lubrication.integration",
+        "leave it out: films are implicit, stable at any sub-step",
+    ),
+    Retired::dropped(
+        "dem.lubrication.sweeps",
+        "leave it out: eight sweeps at most, fewer where they have converged",
+    ),
+    Retired::dropped("dem.skin", "leave it out: the width of the neighbour lists follows from the motion"),
+    Retired::dropped(
+        "dem.engine",
+        "leave it out: the program takes the faster engine that knows all that the scene asks for",
+    ),
+];
 
 impl Config {
     /// Reads and checks `[dem]` and lays out the grains.
@@ -155,9 +181,6 @@ fn refusal(scene: &CheckedScene, fault: &SpecError) -> SceneError {
         SpecError::Model { model: "lubrication", quantity, .. } => {
             (format!("dem.lubrication.{quantity}"), "give a value in that range")
         }
-        SpecError::Model { model: "neighbour list", .. } => {
-            ("dem.skin".to_owned(), "give a positive length in m, or leave the key out")
-        }
         SpecError::Model { model: "gravity", .. } => ("gravity".to_owned(), "give finite numbers"),
         SpecError::Model { quantity, .. } => {
             (format!("dem.contact.{quantity}"), "give a value in that range")
@@ -169,13 +192,11 @@ fn refusal(scene: &CheckedScene, fault: &SpecError) -> SceneError {
             ("observe.energy".to_owned(), "leave the key out, or mend what is named")
         }
         SpecError::Combination(_) => {
-            ("dem.integrator".to_owned(), "change the integrator or dem.lubrication.integration")
+            ("dem.integrator".to_owned(), "change the integrator, or write dem.lubrication.form = \"none\"")
         }
         SpecError::Missing { quantity, .. } => (format!("dem.contact.{quantity}"), "add one of the two keys"),
-        SpecError::Law(_) => ("dem.contact.law".to_owned(), "choose another law, or geometry = \"space\""),
         SpecError::Body { key, remedy, .. } => ((*key).to_owned(), *remedy),
-        SpecError::Engine(_) => ("dem.engine".to_owned(), "leave the key out, or mend what is named"),
-        SpecError::Material { .. } => ("dem".to_owned(), "mend the index of the material"),
+        SpecError::Engine(_) => ("dem".to_owned(), "mend what is named"),
     };
     scene.source.error(&key, fault.to_string(), remedy)
 }
@@ -223,9 +244,7 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         walls,
         periods,
         gravity: shared.gravity,
-        materials: 1,
         contact,
-        pairs: Vec::new(),
         lubrication,
         line_resolution: match dem.line_film {
             LineFilm::Mask => LineResolution::MASK,
@@ -233,9 +252,9 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         },
         viscosity: shared.medium.as_ref().map_or(0.0, |medium| medium.viscosity),
         integrator: dem.integrator,
-        skin: dem.skin,
-        engine: dem.engine,
-        bulk: BulkSettings { skin: dem.skin, ..Default::default() },
+        skin: None,
+        engine: Engine::Auto,
+        bulk: BulkSettings::default(),
         observations: true,
         orientation: true,
         energy: shared.observe.energy,

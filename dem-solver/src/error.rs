@@ -41,20 +41,6 @@ pub enum SpecError {
         /// What is allowed.
         allowed: &'static str,
     },
-    /// A material index that no law knows.
-    #[error(
-        "{owner} {index} has material {material}, but materials run from 0 to {last}; raise `materials` or correct the index"
-    )]
-    Material {
-        /// `grain`, `wall` or `law`.
-        owner: &'static str,
-        /// Index of the grain, wall or law.
-        index: usize,
-        /// What was given.
-        material: usize,
-        /// Largest allowed index.
-        last: usize,
-    },
     /// Two images of one pair would be in reach at once.
     #[error(
         "period {length} along axis {axis} is shorter than {least}, twice the reach of a pair (two radii and the film's cut-off); lengthen the period or shorten the cut-off"
@@ -80,9 +66,6 @@ pub enum SpecError {
         /// What may stand in its place.
         instead: &'static str,
     },
-    /// A contact law that does not fit the grains.
-    #[error("{0}")]
-    Law(&'static str),
     /// A choice that bodies that are not round do not allow.
     #[error("{why}")]
     Body {
@@ -94,7 +77,7 @@ pub enum SpecError {
         remedy: &'static str,
     },
     /// The bulk engine was asked for where it cannot do the work.
-    #[error("engine \"bulk\" cannot run this: {0}; write engine = \"auto\" or \"general\"")]
+    #[error("the bulk engine cannot run this: {0}; choose Engine::Auto or Engine::General")]
     Engine(String),
 }
 

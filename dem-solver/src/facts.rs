@@ -1,14 +1,12 @@
-//! What the coupler is told of a scene's grains: sub-step, bounds, engine.
+//! Facts for the coupler: sub-step, bounds, notices.
 
 use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::DemFacts;
 
 use crate::bounds::{self, LARGEST_DASHPOT};
-use crate::bulk::requirements::{Choice, FROM, choice};
 use crate::grain::{Grain, Shape};
-use crate::lubrication::settings::LubricationIntegration;
 use crate::motion::Motion;
-use crate::spec::{DemSpec, Engine};
+use crate::spec::DemSpec;
 
 const LEAST_STEPS: f64 = DemFacts::LEAST_CONTACT_STEPS;
 
@@ -54,8 +52,10 @@ pub(crate) fn facts(
         ));
     }
     let grains = spec.grains.len();
-    let tangential_rate = least_mass(spec).map_or(0.0, |mass| spec.contact.tangential_rate(0.5 * mass));
-    let limits = bounds::Limits { contact_time, tangential_rate, lubrication_dt: lubrication_dt(spec) };
+    let tangential_rate = least_mass(spec)
+        .zip(spec.contact.linear())
+        .map_or(0.0, |(mass, law)| law.tangential_rate(0.5 * mass));
+    let limits = bounds::Limits { contact_time, tangential_rate };
     let facts = DemFacts {
         grains: grains as u64,
         memory: 4096 + 1024 * grains as u64,
@@ -65,7 +65,7 @@ pub(crate) fn facts(
         interaction_range: spec.range(),
         bounds: bounds::of(scene, spec, &limits),
         substep_cost: 2e-7 * grains as f64,
-        notices: engine_notice(scene, spec).into_iter().chain(sliding_notice(spec)).collect(),
+        notices: sliding_notice(spec).into_iter().collect(),
         resolved,
     };
     let number = bounds::packing_rate(tangential_rate, grains).map(|rate| rate * dt);
@@ -82,20 +82,6 @@ pub(crate) fn facts(
         ));
     }
     Ok(facts)
-}
-
-/// Which engine `auto` takes, and why.
-fn engine_notice(scene: &CheckedScene, spec: &DemSpec) -> Option<String> {
-    if spec.engine != Engine::Auto || spec.grains.is_empty() {
-        return None;
-    }
-    let Choice { engine, why } = choice(spec);
-    let (name, later) = match engine {
-        Engine::Bulk if scene.present() < FROM => ("bulk", ", once 256 of them are inserted"),
-        Engine::Bulk => ("bulk", ""),
-        _ => ("general", ""),
-    };
-    Some(format!("dem.engine = \"auto\" takes the {name} engine: {why}{later}"))
 }
 
 /// Films of discs that slide past each other: no map says where they are stable.
@@ -122,28 +108,7 @@ fn least_mass(spec: &DemSpec) -> Option<f64> {
     free(spec).map(|grain| contact_mass(spec, grain)).min_by(f64::total_cmp)
 }
 
-/// Shortest contact of all that can happen: between the two lightest grains and between the two
-/// smallest, one of which may be a wall.
+/// Shortest contact of all that can happen: between the two lightest grains. None of a law without a contact time.
 fn contact_time(spec: &DemSpec) -> Option<f64> {
-    let mass = least_mass(spec)?;
-    let radius = free(spec).map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
-    // m*/R* is least for two equal grains, R* alone largest at a wall: the shorter of both.
-    let pair = spec.contact.contact_time(0.5 * mass, 0.5 * radius)?;
-    let wall = spec.contact.contact_time(0.5 * mass, radius)?;
-    Some(pair.min(wall))
-}
-
-/// Bound of explicit lubrication on the sub-step: 2 (η + δ) m/(6πμR²) at δ = 0, over all free grains.
-fn lubrication_dt(spec: &DemSpec) -> f64 {
-    let Some(explicit) =
-        spec.lubrication.settings().filter(|it| it.integration == LubricationIntegration::Explicit)
-    else {
-        return f64::INFINITY;
-    };
-    let limit = free(spec).map(|grain| {
-        let mass = spec.shape.mass(grain.radius, grain.density);
-        let r = grain.radius;
-        2.0 * explicit.roughness * r * mass / (6.0 * std::f64::consts::PI * spec.viscosity * r * r)
-    });
-    limit.fold(f64::INFINITY, f64::min)
+    Some(spec.contact.linear()?.contact_time_of(0.5 * least_mass(spec)?))
 }

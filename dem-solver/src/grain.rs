@@ -55,8 +55,6 @@ pub struct Grain {
     pub outline: Option<u32>,
     /// Density, kg/m³.
     pub density: f64,
-    /// Material.
-    pub material: usize,
     /// Who moves it.
     pub motion: Motion,
     /// What is left free of a free grain.
@@ -64,7 +62,7 @@ pub struct Grain {
 }
 
 impl Grain {
-    /// A free grain at rest, of material 0.
+    /// A free grain at rest.
     #[must_use]
     pub fn new(position: [f64; 3], radius: f64, density: f64) -> Self {
         Self {
@@ -75,7 +73,6 @@ impl Grain {
             radius,
             outline: None,
             density,
-            material: 0,
             motion: Motion::Free,
             free: Freedom::SPACE,
         }

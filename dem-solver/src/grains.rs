@@ -33,8 +33,6 @@ pub struct Grains {
     pub mass: Vec<f64>,
     /// Moments of inertia, kg m².
     pub inertia: Vec<f64>,
-    /// Materials.
-    pub material: Vec<usize>,
     /// Who moves the grain.
     pub motion: Vec<Motion>,
     /// 1 along axes that the grain may move along, 0 else.
@@ -47,7 +45,7 @@ pub struct Grains {
 macro_rules! for_each_array {
     ($a:ident, $b:ident, |$x:ident, $y:ident| $what:expr) => {
         for_each_array!($a, $b, |$x, $y| $what; position image velocity orientation spin acceleration
-            spin_acceleration radius outline mass inertia material motion translation rotation)
+            spin_acceleration radius outline mass inertia motion translation rotation)
     };
     ($a:ident, $b:ident, |$x:ident, $y:ident| $what:expr; $($field:ident)*) => {
         $({ let ($x, $y) = (&mut $a.$field, &mut $b.$field); $what; })*
@@ -81,7 +79,6 @@ impl Grains {
             grains.outline.push(grain.outline);
             grains.mass.push(mass);
             grains.inertia.push(inertia);
-            grains.material.push(grain.material);
             grains.motion.push(grain.motion);
             grains.translation.push(translation);
             grains.rotation.push(rotation);

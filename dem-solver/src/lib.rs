@@ -7,7 +7,7 @@
 //!
 //! - [`DemSpec`], [`Grain`], [`Wall`]: what a run is made of;
 //! - [`Dem`]: [`Dem::advance`] moves the grains, [`Dem::save`] and [`Dem::restore`] keep the state;
-//! - [`ContactLaw`], [`LinearSpringDashpot`], [`HertzMindlin`]: how grains touch;
+//! - [`ContactLaw`], [`LinearSpringDashpot`]: how grains touch;
 //! - [`Lubrication`], [`LubricationModel`]: the force in a narrow gap;
 //! - [`config::Config`], [`participant::DemParticipant`]: `[dem]` of a scene, and the DEM in a run.
 //!
@@ -32,7 +32,7 @@
 //! | room | contents |
 //! |---|---|
 //! | [`motion`], [`grain`], [`periods`], [`error`], [`report`], [`grains`] | vectors, grains, periodic directions, errors, loads and reports |
-//! | [`laws`] | contact: linear, Hertz–Mindlin, tangential, rolling, Wan–Turek, walls; the table of all pairs of materials |
+//! | [`laws`] | contact: linear, tangential, rolling, Wan–Turek, walls |
 //! | `search` | cells, near pairs, half lists with contact history |
 //! | `bodies` | bodies of the plane that are not round: how they stand, where they touch |
 //! | `vector` | several numbers at once, in registers where there are any |
@@ -84,7 +84,6 @@ mod vector;
 
 pub use error::{AdvanceError, RestoreError, SpecError};
 pub use grain::{Grain, Shape};
-pub use laws::hertz_mindlin::HertzMindlin;
 pub use laws::linear::LinearSpringDashpot;
 pub use laws::table::ContactLaw;
 pub use laws::walls::Wall;

@@ -49,7 +49,7 @@ impl Dem {
         state.contacts.extend(lists.pairs.bearing());
         state.wall_contacts.clear();
         state.wall_contacts.extend(lists.walls.bearing());
-        if self.around.laws.any_rolling() {
+        if self.around.rolling.is_some() {
             for list in [&lists.pairs, &lists.walls] {
                 let touching = (0..list.len()).filter(|&k| list.touching[k]);
                 state.rolling.extend(touching.map(|k| <[f64; 3]>::from(list.rolling[k])));
@@ -131,7 +131,7 @@ impl Dem {
             return Err(RestoreError::NotFinite { quantity: "orientation", grain });
         }
         let contacts = state.contacts.len() + state.wall_contacts.len();
-        let needed_rolling = if self.around.laws.any_rolling() { contacts } else { 0 };
+        let needed_rolling = if self.around.rolling.is_some() { contacts } else { 0 };
         if state.rolling.len() != needed_rolling {
             let found = state.rolling.len();
             return Err(RestoreError::Length { quantity: "rolling angles", found, needed: needed_rolling });

@@ -12,7 +12,7 @@ use crate::motion::Vec3;
 use crate::periods::Periods;
 use crate::report::{Dissipated, Observations};
 use crate::search::lists::Neighbours;
-use crate::spec::{DemSpec, Engine};
+use crate::spec::DemSpec;
 use crate::state::SavedContact;
 use crate::surroundings::Surroundings;
 
@@ -53,11 +53,12 @@ impl Dem {
         let around = Surroundings {
             walls: spec.walls.iter().map(Plane::from).collect(),
             periods: Periods::new(spec.periods),
-            laws: spec.laws(),
+            law: spec.contact.pair(),
+            rolling: spec.contact.rolling(),
             range: spec.range(),
         };
         grains.wrap(&around.periods);
-        let bulk = if requirements::choice(spec).engine == Engine::Bulk { Bulk::new(spec) } else { None };
+        let bulk = if requirements::takes(spec) { Bulk::new(spec) } else { None };
         let engine = match bulk {
             Some(bulk) => Running::Bulk(Box::new(bulk)),
             None => Running::General(Box::new(General::new(spec, &grains, &around))),

@@ -1,20 +1,19 @@
 //! What a run is made of: plain data, checked once.
 
 use crate::grain::{Grain, Shape};
-use crate::laws::table::{ContactLaw, LawTable};
+use crate::laws::table::ContactLaw;
 use crate::laws::walls::Wall;
 use crate::lubrication::law::{LineResolution, LubricationModel};
-use crate::lubrication::settings::{GapShape, Lubrication};
+use crate::lubrication::settings::Lubrication;
 use crate::motion::Freedom;
 use bedload_scene::Outline;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What does the sub-steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+/// What does the sub-steps: a scene leaves it to the program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Engine {
-    /// `bulk` for 256 grains and more where the scene allows it, else `general`.
+    /// `Bulk` for 256 grains and more where the run allows it, else `General`.
     #[default]
     Auto,
     /// All laws, lubrication and integrators.
@@ -49,16 +48,6 @@ pub struct BulkSettings {
     pub plain: bool,
 }
 
-/// Law between two named materials, in place of the general one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MaterialPair {
-    /// The two materials; equal for a material against itself.
-    pub between: [usize; 2],
-    /// Their law.
-    pub contact: ContactLaw,
-}
-
 /// A whole run: grains, walls, models.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DemSpec {
@@ -74,12 +63,8 @@ pub struct DemSpec {
     pub periods: [Option<(f64, f64)>; 3],
     /// Gravity, m/s².
     pub gravity: [f64; 3],
-    /// Number of materials.
-    pub materials: usize,
-    /// Law of contact of all materials,
+    /// Law of contact.
     pub contact: ContactLaw,
-    /// but for these pairs.
-    pub pairs: Vec<MaterialPair>,
     /// Model of lubrication.
     pub lubrication: Lubrication,
     /// What the flow resolves of the films of discs.
@@ -116,9 +101,7 @@ impl DemSpec {
             walls: Vec::new(),
             periods: [None; 3],
             gravity: [0.0; 3],
-            materials: 1,
             contact,
-            pairs: Vec::new(),
             lubrication: Lubrication::None,
             line_resolution: LineResolution::MASK,
             viscosity: 0.0,
@@ -160,8 +143,7 @@ impl DemSpec {
     #[must_use]
     pub fn range(&self) -> f64 {
         let lubrication = self.lubrication.settings().map_or(0.0, |it| it.cut_off * self.largest_radius());
-        let law = self.pairs.iter().map(|pair| pair.contact.range()).fold(self.contact.range(), f64::max);
-        lubrication.max(law)
+        lubrication.max(self.contact.range())
     }
 
     /// Skin of the neighbour list, m.
@@ -172,29 +154,14 @@ impl DemSpec {
         self.skin.unwrap_or(0.2 * mean)
     }
 
-    /// Laws of all pairs of materials.
-    #[must_use]
-    pub fn laws(&self) -> LawTable {
-        let mut table = LawTable::new(self.materials, &self.contact);
-        for pair in &self.pairs {
-            table.set(pair.between[0], pair.between[1], &pair.contact);
-        }
-        table
-    }
-
     /// Model of lubrication with its shape resolved, and its settings.
     #[must_use]
     pub fn lubrication_model(&self) -> Option<LubricationModel> {
         let settings = self.lubrication.settings()?;
-        let by_shape = match self.shape {
-            Shape::Sphere => GapShape::Point,
-            Shape::Disc => GapShape::Line,
-        };
         Some(LubricationModel {
-            shape: settings.film.unwrap_or(by_shape),
+            shape: self.shape,
             roughness: settings.roughness,
             cut_off: settings.cut_off,
-            continuous: matches!(self.lubrication, Lubrication::Continuous(_)),
             resolved_length: settings.resolved_length.unwrap_or(f64::INFINITY),
             line: self.line_resolution,
             // Beds of discs tremble with it at steps that they bear without (docs/decisions/line-film.md).

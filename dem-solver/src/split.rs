@@ -67,9 +67,9 @@ impl Split {
         self.chosen.iter_mut().for_each(|chosen| chosen.contact += forces[chosen.grain] * weight);
     }
 
-    /// Adds lubrication forces with their weight in the sub-step.
-    pub(crate) fn add_lubrication(&mut self, forces: &[Vec3], weight: f64) {
-        self.chosen.iter_mut().for_each(|chosen| chosen.lubrication += forces[chosen.grain] * weight);
+    /// Adds the lubrication forces of the sub-step.
+    pub(crate) fn add_lubrication(&mut self, forces: &[Vec3]) {
+        self.chosen.iter_mut().for_each(|chosen| chosen.lubrication += forces[chosen.grain]);
     }
 
     /// The sub-step of length `dt` that ends at `time` is done; `now` are all positions and velocities.

@@ -1,6 +1,7 @@
-//! What does not change over a run: walls, periods, laws.
+//! What does not change over a run: walls, periods, the law of contact.
 
-use crate::laws::table::LawTable;
+use crate::laws::rolling::Rolling;
+use crate::laws::table::PairLaw;
 use crate::laws::walls::Plane;
 use crate::periods::Periods;
 
@@ -11,8 +12,10 @@ pub(crate) struct Surroundings {
     pub(crate) walls: Vec<Plane>,
     /// Periodic directions.
     pub(crate) periods: Periods,
-    /// Laws by materials.
-    pub(crate) laws: LawTable,
+    /// Law of contact.
+    pub(crate) law: PairLaw,
+    /// Resistance to rolling, if there is one.
+    pub(crate) rolling: Option<Rolling>,
     /// Gap below which gaps are watched, m.
     pub(crate) range: f64,
 }

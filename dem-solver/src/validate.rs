@@ -4,9 +4,6 @@ use crate::bulk::requirements as bulk;
 use crate::error::SpecError;
 use crate::general::energy;
 use crate::grain::Shape;
-use crate::laws::linear::LeverArm;
-use crate::laws::table::ContactLaw;
-use crate::lubrication::settings::LubricationIntegration;
 use crate::motion::Motion;
 use crate::spec::{DemSpec, Engine, Integrator};
 
@@ -17,18 +14,12 @@ impl DemSpec {
             |model, quantity, value, allowed| Err(SpecError::Model { model, quantity, value, allowed });
         self.contact.validate()?;
         self.lubrication.validate()?;
-        for (index, pair) in self.pairs.iter().enumerate() {
-            pair.contact.validate()?;
-            self.check_material("law", index, pair.between[0].max(pair.between[1]))?;
-        }
         for (index, grain) in self.grains.iter().enumerate() {
             grain.validate(index)?;
-            self.check_material("grain", index, grain.material)?;
         }
         let periodic = self.periods.map(|period| period.is_some());
         for (index, wall) in self.walls.iter().enumerate() {
             wall.validate(index, periodic)?;
-            self.check_material("wall", index, wall.material)?;
         }
         if let Some(&value) = self.gravity.iter().find(|c| !c.is_finite()) {
             return model("gravity", "a component", value, "finite");
@@ -42,20 +33,9 @@ impl DemSpec {
             );
         }
         SpecError::unless_positive("neighbour list", &[("skin", self.skin.unwrap_or(1.0))])?;
-        let hertz = |law: &ContactLaw| matches!(law, ContactLaw::HertzMindlin(_));
-        let laws = || self.pairs.iter().map(|pair| &pair.contact).chain([&self.contact]);
-        if self.shape == Shape::Disc && laws().any(hertz) {
-            return Err(SpecError::Law(
-                "hertz-mindlin is a law of spheres, and discs touch along a line; choose linear-spring-dashpot",
-            ));
-        }
-        let implicit = self
-            .lubrication
-            .settings()
-            .is_some_and(|settings| settings.integration == LubricationIntegration::Implicit);
-        if self.integrator == Integrator::Rk3 && implicit {
+        if self.integrator == Integrator::Rk3 && self.lubrication.settings().is_some() {
             return Err(SpecError::Combination(
-                "integrator rk3 takes no implicit lubrication; choose symplectic-euler, or integration = \"explicit\" with its bound on the sub-step",
+                "integrator rk3 takes no lubrication, which is implicit; choose symplectic-euler or velocity-verlet",
             ));
         }
         if let Some(reason) = energy::prevents(self).filter(|_| self.energy) {
@@ -79,28 +59,19 @@ impl DemSpec {
             let why = "bodies that are not round are bodies of the plane; spheres do not stand among them";
             return refuse("domain.geometry", why, "write geometry = \"plane\"");
         }
-        for law in self.pairs.iter().map(|pair| &pair.contact).chain([&self.contact]) {
-            let ContactLaw::LinearSpringDashpot(law) = law else {
-                return refuse(
-                    "dem.contact.law",
-                    "bodies that are not round touch by springs: wan-turek is made for discs; allowed: linear-spring-dashpot",
-                    "write law = \"linear-spring-dashpot\"",
-                );
-            };
-            if law.rolling.is_some() {
-                return refuse(
-                    "dem.contact.rolling",
-                    "resists the rolling of round grains; bodies that are not round have corners for that",
-                    "leave the table out",
-                );
-            }
-            if law.lever_arm == LeverArm::Radius {
-                return refuse(
-                    "dem.contact.lever_arm",
-                    "is radius, which a body that is not round has not; allowed: contact-point",
-                    "write lever_arm = \"contact-point\", or leave the key out",
-                );
-            }
+        let Some(law) = self.contact.linear() else {
+            return refuse(
+                "dem.contact.law",
+                "bodies that are not round touch by springs: wan-turek is made for discs; allowed: linear-spring-dashpot",
+                "write law = \"linear-spring-dashpot\"",
+            );
+        };
+        if law.rolling.is_some() {
+            return refuse(
+                "dem.contact.rolling",
+                "resists the rolling of round grains; bodies that are not round have corners for that",
+                "leave the table out",
+            );
         }
         if self.lubrication.settings().is_some() {
             return refuse(
@@ -148,13 +119,6 @@ impl DemSpec {
             let allowed = "zero beside bodies of the plane that are not round";
             Err(SpecError::Wall { wall, quantity, value, allowed })
         })
-    }
-
-    fn check_material(&self, owner: &'static str, index: usize, material: usize) -> Result<(), SpecError> {
-        if material < self.materials {
-            return Ok(());
-        }
-        Err(SpecError::Material { owner, index, material, last: self.materials.saturating_sub(1) })
     }
 
     fn check_periods(&self) -> Result<(), SpecError> {

@@ -80,8 +80,9 @@ pub struct FluidSection {
 }
 
 const METHOD: &str = "fluid.method, \"calibrated\" (default), \"izard-2014\" or \"fictitious-domain\"";
-const BY_METHOD: &str = "fluid.method decides it (\"calibrated\", \"izard-2014\" or \"fictitious-domain\")";
-const LEVELS: &str = "an adaptive step has four lengths in an octave";
+const BY_METHOD: &str =
+    "leave it out: fluid.method decides it (\"calibrated\", \"izard-2014\" or \"fictitious-domain\")";
+const LEVELS: &str = "leave it out: an adaptive step has four lengths in an octave";
 
 /// Names that this section had before.
 const RETIRED: &[Retired] = &[
@@ -89,25 +90,25 @@ const RETIRED: &[Retired] = &[
     Retired::value("fluid.immersed.method", "direct", "fluid.method = \"izard-2014\""),
     Retired::value("fluid.immersed.method", "fictitious-domain", "fluid.method = \"fictitious-domain\""),
     Retired::key("fluid.immersed.method", METHOD),
-    Retired::gone("fluid.immersed.mask", BY_METHOD),
-    Retired::gone("fluid.immersed.width", BY_METHOD),
-    Retired::gone("fluid.immersed.force_transport", BY_METHOD),
-    Retired::gone("fluid.immersed.mask_radius", BY_METHOD),
-    Retired::gone("fluid.immersed.viscous_sweeps", BY_METHOD),
-    Retired::gone("fluid.immersed.carry", BY_METHOD),
+    Retired::dropped("fluid.immersed.mask", BY_METHOD),
+    Retired::dropped("fluid.immersed.width", BY_METHOD),
+    Retired::dropped("fluid.immersed.force_transport", BY_METHOD),
+    Retired::dropped("fluid.immersed.mask_radius", BY_METHOD),
+    Retired::dropped("fluid.immersed.viscous_sweeps", BY_METHOD),
+    Retired::dropped("fluid.immersed.carry", BY_METHOD),
     Retired::key("fluid.immersed", METHOD),
     Retired::value("fluid.loads.form", "izard-2014", "fluid.method = \"izard-2014\""),
-    Retired::gone("fluid.loads.form", BY_METHOD),
-    Retired::gone("fluid.loads.virtual_mass", BY_METHOD),
-    Retired::gone("fluid.loads.displaced_mass", BY_METHOD),
+    Retired::dropped("fluid.loads.form", BY_METHOD),
+    Retired::dropped("fluid.loads.virtual_mass", BY_METHOD),
+    Retired::dropped("fluid.loads.displaced_mass", BY_METHOD),
     Retired::key("fluid.loads", METHOD),
     Retired::key(
         "fluid.division",
         "fluid.launcher (with it any number of ranks, one included, finds the same bits)",
     ),
-    Retired::gone("fluid.time.projections", "\"rk3\" projects after each stage"),
-    Retired::gone("fluid.time.dt_levels_per_octave", LEVELS),
-    Retired::gone("fluid.time.rungs", LEVELS),
+    Retired::dropped("fluid.time.projections", "leave it out: \"rk3\" projects after each stage"),
+    Retired::dropped("fluid.time.dt_levels_per_octave", LEVELS),
+    Retired::dropped("fluid.time.rungs", LEVELS),
 ];
 
 /// The part of a scene that is read here.

@@ -7,8 +7,8 @@ use std::time::SystemTime;
 
 use bedload_output::Claim;
 use bedload_scene::{CheckedScene, SceneSource};
-use coupler::study::Sweep;
-use coupler::study::chart::Chart;
+use study::kind::Kind;
+use study::study::Study;
 use tests::harness::{Folder, bedload, said};
 
 /// A grain that flies against a wall; its speed afterwards is that of the law, eqs 17 and 18 clipped:
@@ -245,10 +245,9 @@ fn every_chart_of_the_scenes_is_planned() {
             if path.extension().is_none_or(|end| end != "toml") || !text(&path).contains("\n[chart]\n") {
                 continue;
             }
-            let planned = SceneSource::read(&path, &[]).and_then(CheckedScene::new).and_then(|scene| {
-                let chart = Chart::read(&scene)?;
-                Sweep::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs)
-            });
+            let planned = SceneSource::read(&path, &[])
+                .and_then(CheckedScene::new)
+                .and_then(|scene| Study::of_scene(&scene, &path, Kind::Chart));
             let runs = planned.unwrap_or_else(|error| panic!("{error}")).points.len();
             assert!((4..=100).contains(&runs), "{}: {runs} runs", path.display());
             charted += 1;
@@ -266,8 +265,7 @@ fn wrong_sections_are_refused_at_file_line_and_key() {
     let read = |text: &str| {
         let source = SceneSource { file: "wall.toml".into(), text: format!("{SCENE}{text}") };
         let scene = CheckedScene::new(source).expect("the scene itself is right");
-        let chart = Chart::read(&scene)?;
-        Sweep::new(&scene, "chart", &chart.set, &chart.vary, &chart.runs).map(|ladder| ladder.points.len())
+        Study::of_scene(&scene, Path::new("wall.toml"), Kind::Chart).map(|study| study.points.len())
     };
     assert_eq!(read(good).expect("the section is right"), 8);
     let cases = [

@@ -6,11 +6,14 @@ use std::path::{Path, PathBuf};
 use bedload_scene::{CheckedScene, SceneSource};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
-use coupler::study::stability::runs::{imposed, judged};
-use coupler::study::stability::section::MapPlan;
-use coupler::study::stability::table::{Counts, Row, read_table};
-use coupler::study::stability::verdict::Verdict;
 use dem_solver::config::Config;
+use study::kind::Kind;
+use study::stability::classify::Class;
+use study::stability::counts::Counts;
+use study::stability::runs::{held, imposed};
+use study::study::Study;
+use study::sweep::Point;
+use study::table::{Row, Table};
 
 /// A stable run may be refused only where its margin is above one over this; in maps that are not named here,
 /// nowhere.
@@ -81,23 +84,23 @@ fn judged_now(name: &str) -> Vec<Row> {
     let path = root().join(format!("scenes/stability/{name}.toml"));
     let source = SceneSource::read(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
     let scene = CheckedScene::new(source.clone()).unwrap_or_else(|error| panic!("{error}"));
-    let map = MapPlan::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let map = Study::of_scene(&scene, &path, Kind::Stability).unwrap_or_else(|error| panic!("{error}"));
     let table =
-        read_table(&root().join(format!("docs/maps/{name}.csv"))).unwrap_or_else(|error| panic!("{error}"));
+        Table::read(&root().join(format!("docs/maps/{name}.csv"))).unwrap_or_else(|error| panic!("{error}"));
     let labels: Vec<&String> = table.rows.iter().map(|row| &row.label).collect();
-    let points: Vec<&String> = map.sweep.points.iter().map(|point| &point.label).collect();
+    let points: Vec<&String> = map.points.iter().map(|point| &point.label).collect();
     assert_eq!(
         labels, points,
         "docs/maps/{name}.csv has not the runs of scenes/stability/{name}.toml: make it anew"
     );
-    let now = |(row, point): (&Row, &coupler::study::Point)| {
+    let now = |(row, point): (&Row, &Point)| {
         let set: Vec<String> = point.set.iter().cloned().chain(imposed()).collect();
         let source = source.clone().with_overrides(&set).unwrap_or_else(|error| panic!("{error}"));
-        let (margin, refused) = judged(&plan(source).bounds, &map.section.bound);
+        let (margin, refused) = held(&plan(source).bounds, &map.section.bound);
         assert_eq!(row.refused, refused, "{name}: {}: run `bedload stability` again", row.label);
-        Row { margin, refused, ..row.clone() }
+        Row { margin: Some(margin), refused, ..row.clone() }
     };
-    table.rows.iter().zip(&map.sweep.points).map(now).collect()
+    table.rows.iter().zip(&map.points).map(now).collect()
 }
 
 #[test]
@@ -110,13 +113,17 @@ fn check_refuses_every_run_that_failed_and_few_that_were_stable() {
         println!("{name}: {counts}");
         let margin = MARGINS.iter().find(|(map, _)| *map == name).map_or(1.0, |(_, margin)| *margin);
         for row in &rows {
-            let accepted = row.verdict == Verdict::Failed && !row.refused;
-            let near = row.margin * margin >= 1.0 - 1e-9;
-            let far = row.verdict == Verdict::Stable && row.refused && !near;
+            let accepted = row.class == Some(Class::Failed) && !row.refused;
+            let near = row.margin.unwrap_or(f64::NAN) * margin >= 1.0 - 1e-9;
+            let far = row.class == Some(Class::Stable) && row.refused && !near;
             if accepted || far {
                 let words =
                     if accepted { "failed and accepted" } else { "stable and refused, far from the bound" };
-                wrong.push(format!("{name}: {} ({words}; margin {:.3})", row.label, row.margin));
+                wrong.push(format!(
+                    "{name}: {} ({words}; margin {:.3})",
+                    row.label,
+                    row.margin.unwrap_or(f64::NAN)
+                ));
             }
         }
         total.extend(rows);

@@ -7,14 +7,18 @@ use bedload_output::{Columns, Metrics, Sides};
 use bedload_scene::{CheckedScene, Scene, SceneSource};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
-use coupler::study::chart::Chart;
-use coupler::study::stability::section::Stability;
 use dem_solver::config::{Config, DemSection};
 use fluid_solver::config::FluidSection;
 use serde_json::Value;
+use study::kind::Kind;
+use study::section::Section;
 
 fn page() -> String {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/scene.md");
+    document("scene.md")
+}
+
+fn document(name: &str) -> String {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs").join(name);
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
@@ -67,11 +71,13 @@ fn check(name: &str, text: &str) {
 
 #[test]
 fn every_whole_scene_is_accepted() {
-    let page = page();
-    let scenes: Vec<_> = blocks(&page).into_iter().filter(|(info, ..)| info == "toml scene").collect();
-    assert!(scenes.len() >= 5, "{} whole scenes", scenes.len());
-    for (_, line, text) in scenes {
-        check(&format!("docs/scene.md, block at line {line}"), &text);
+    for (name, least) in [("scene.md", 5), ("own-scene.md", 1)] {
+        let page = document(name);
+        let scenes: Vec<_> = blocks(&page).into_iter().filter(|(info, ..)| info == "toml scene").collect();
+        assert!(scenes.len() >= least, "{name}: {} whole scenes", scenes.len());
+        for (_, line, text) in scenes {
+            check(&format!("docs/{name}, block at line {line}"), &text);
+        }
     }
 }
 
@@ -119,11 +125,13 @@ fn every_key_and_every_choice_is_documented() {
         ("[fluid]", schemars::schema_for!(FluidSection)),
         ("[dem]", schemars::schema_for!(DemSection)),
         ("[coupling]", schemars::schema_for!(Coupling)),
-        ("[chart]", schemars::schema_for!(Chart)),
-        ("[stability]", schemars::schema_for!(Stability)),
-    ] {
+    ]
+    .map(|(part, schema)| (part, schema.to_value()))
+    .into_iter()
+    .chain(Kind::ALL.map(|kind| (kind.name(), Section::schema(kind))))
+    {
         let mut wanted = BTreeSet::new();
-        names(&serde_json::to_value(schema).expect("a schema is JSON"), &mut wanted);
+        names(&schema, &mut wanted);
         assert!(wanted.len() > 5, "{part}: {wanted:?}");
         let missing: Vec<_> = wanted.difference(&known).collect();
         assert!(missing.is_empty(), "docs/scene.md says nothing of {missing:?} of {part}");

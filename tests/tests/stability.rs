@@ -1,9 +1,10 @@
-//! `bedload stability` on a sweep so small that it takes seconds: verdicts, table, map, page, exit codes.
+//! `bedload stability` on a sweep so small that it takes seconds: classes, table, map, page, exit codes.
 
 use std::path::Path;
 
-use coupler::study::stability::table::{Counts, read_table};
-use coupler::study::stability::verdict::Verdict;
+use study::stability::classify::Class;
+use study::stability::counts::Counts;
+use study::table::Table;
 use tests::harness::{Folder, bedload, said};
 
 /// A light and a heavy sphere with the paper's force and with the default: only the paper's fails, and
@@ -73,13 +74,13 @@ fn a_small_sweep_finds_what_fails_and_what_check_says_of_it() {
     let output = sweep(&scene, &out);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert!(said(&output).contains("4 runs: 3 stable and accepted, 1 failed"), "{}", said(&output));
-    let table = read_table(&out.join("stability.csv")).expect("a table");
+    let table = Table::read(&out.join("stability.csv")).expect("a table");
     assert_eq!(table.keys, ["method", "grains[0].density"]);
     for row in &table.rows {
         let fails = row.values == ["paper", "0.3"];
-        let expected = if fails { Verdict::Failed } else { Verdict::Stable };
-        assert_eq!((row.verdict, row.refused), (expected, fails), "{row:?}");
-        assert_eq!(row.margin < 1.0, fails, "{row:?}");
+        let expected = if fails { Class::Failed } else { Class::Stable };
+        assert_eq!((row.class, row.refused), (Some(expected), fails), "{row:?}");
+        assert_eq!(row.margin.is_some_and(|margin| margin < 1.0), fails, "{row:?}");
         assert_eq!(row.note.is_empty(), !fails, "{row:?}");
     }
     let counts = Counts::of(&table.rows);
@@ -116,7 +117,7 @@ fn failures_that_check_accepts_end_with_exit_code_1() {
     let output = sweep(&scene, &out);
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     assert!(said(&output).contains("accepts 2 of 2 runs that failed"), "{}", said(&output));
-    let table = read_table(&out.join("stability.csv")).expect("a table");
+    let table = Table::read(&out.join("stability.csv")).expect("a table");
     assert!(table.rows.iter().all(|row| row.note.contains("velocity_z[0] = ")), "{table:?}");
 }
 

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use bedload_output::{RunStatus, Summary};
 use bedload_scene::{CheckedScene, SceneSource};
-use coupler::study::stability::runs::imposed;
-use coupler::study::stability::section::MapPlan;
-use coupler::study::stability::table::read_table;
-use coupler::study::stability::verdict::Verdict;
+use study::kind::Kind;
+use study::stability::classify::Class;
+use study::stability::runs::imposed;
+use study::study::Study;
+use study::table::Table;
 use tests::harness::{Folder, bedload, said};
 
 fn root() -> PathBuf {
@@ -26,11 +27,12 @@ fn told() -> Vec<String> {
 fn fired(name: &str, first: usize, step: usize) -> ([(usize, usize); 2], Vec<String>) {
     let scene = root().join(format!("scenes/stability/{name}.toml"));
     let source = SceneSource::read(&scene, &[]).expect("a scene");
-    let plan = MapPlan::read(&CheckedScene::new(source).expect("a scene")).expect("a map");
-    let table = read_table(&root().join(format!("docs/maps/{name}.csv"))).expect("a table");
+    let plan = Study::of_scene(&CheckedScene::new(source).expect("a scene"), &scene, Kind::Stability)
+        .expect("a map");
+    let table = Table::read(&root().join(format!("docs/maps/{name}.csv"))).expect("a table");
     let folder = Folder::new(&format!("unstable-{name}"));
     let (mut counts, mut missed) = ([(0, 0); 2], Vec::new());
-    for point in plan.sweep.points.iter().skip(first).step_by(step) {
+    for point in plan.points.iter().skip(first).step_by(step) {
         let row = table.rows.iter().find(|row| row.label == point.label).expect("the map has the run");
         let out = folder.join("out");
         let words = |path: &Path| path.to_str().expect("UTF-8").to_owned();
@@ -47,7 +49,7 @@ fn fired(name: &str, first: usize, step: usize) -> ([(usize, usize); 2], Vec<Str
             arguments.extend(["--set".to_owned(), set.clone()]);
         }
         let output = bedload(&arguments);
-        let should = row.verdict != Verdict::Stable;
+        let should = row.class != Some(Class::Stable);
         let fires = output.status.code() == Some(4);
         assert!(should || !fires, "a false alarm: {}\n{}", row.label, said(&output));
         if should && !fires {

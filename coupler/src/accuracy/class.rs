@@ -12,7 +12,7 @@ use crate::speeds::{Speeds, drive};
 
 /// A class of scenes whose errors one chart tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Class {
+pub enum Class {
     /// One sphere that settles along the axis of an r–z box.
     Axis,
     /// One sphere that settles in space.
@@ -68,13 +68,14 @@ fn dotted(table: &toml::Table, before: &str, into: &mut Vec<(String, toml::Value
 }
 
 impl Class {
-    pub(super) const ALL: [Self; 5] = [Self::Axis, Self::Space, Self::Bounce, Self::Lattice, Self::Collision];
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Axis, Self::Space, Self::Bounce, Self::Lattice, Self::Collision];
 
     /// The class of a scene.
     ///
     /// # Errors
     /// Why it is in none.
-    pub(super) fn of(scene: &CheckedScene) -> Result<Self, Reason> {
+    pub fn of(scene: &CheckedScene) -> Result<Self, Reason> {
         let free = scene.has_free_grains();
         let class = match (&scene.scene.medium, scene.scene.domain.geometry) {
             (None, _) => Self::Collision,
@@ -93,7 +94,9 @@ impl Class {
         class.asks_for(scene).map_or(Ok(class), Err)
     }
 
-    pub(super) fn name(self) -> &'static str {
+    /// Its name for people.
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::Axis => "one sphere that settles in r-z",
             Self::Space => "one sphere that settles in space",
@@ -104,7 +107,7 @@ impl Class {
     }
 
     /// Name of its chart, of its scene and of its data.
-    pub(super) fn stem(self) -> &'static str {
+    pub fn stem(self) -> &'static str {
         match self {
             Self::Axis => "settling-axis",
             Self::Space => "settling-space",
@@ -115,12 +118,12 @@ impl Class {
     }
 
     /// File of its chart.
-    pub(super) fn chart_file(self) -> String {
+    pub fn chart_file(self) -> String {
         format!("docs/charts/{}.csv", self.stem())
     }
 
     /// Its chart, as data.
-    pub(super) fn data(self) -> &'static str {
+    pub fn data(self) -> &'static str {
         match self {
             Self::Axis => include_str!("data/settling-axis.toml"),
             Self::Space => include_str!("data/settling-space.toml"),
@@ -131,14 +134,14 @@ impl Class {
     }
 
     /// Its chart.
-    pub(super) fn charted(self) -> Result<Charted, String> {
+    pub fn charted(self) -> Result<Charted, String> {
         Charted::parse(self.data())
             .map_err(|error| format!("has an unusable chart, {}: {error}", self.chart_file()))
     }
 
     /// Its own time, s, in which time steps are transferred: of settling (D/|ρ_p/ρ − 1| g)^½ or of viscosity D²/ν,
     /// the shorter. None where steps follow a Courant number or contacts.
-    pub(super) fn time(self, scene: &CheckedScene) -> Option<f64> {
+    pub fn time(self, scene: &CheckedScene) -> Option<f64> {
         let medium = scene.scene.medium.as_ref()?;
         let grain = scene.grains.first()?;
         let diameter = 2.0 * grain.radius;
@@ -190,7 +193,7 @@ impl Class {
     }
 
     /// Its numbers: the first is the one between whose charted values a scene's errors are looked up.
-    pub(super) fn numbers(self, scene: &CheckedScene) -> Vec<Number> {
+    pub fn numbers(self, scene: &CheckedScene) -> Vec<Number> {
         let number = |name, value, side| Number { name, value, side };
         let Some(grain) = scene.grains.first() else { return Vec::new() };
         let diameter = 2.0 * grain.radius;

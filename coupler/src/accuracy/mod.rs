@@ -17,8 +17,6 @@
 
 mod charted;
 mod class;
-#[cfg(test)]
-mod made;
 mod numbers;
 mod pick;
 mod transfer;
@@ -29,9 +27,9 @@ use serde::Deserialize;
 
 use crate::failure::Failure;
 use crate::number::Short;
-use charted::Run;
-use class::Class;
-use numbers::Number;
+pub use charted::{Charted, Run, measured};
+pub use class::Class;
+pub use numbers::Number;
 
 /// Part of the error asked for that the chart may have.
 const FROM_CHART: f64 = 0.5;

@@ -9,7 +9,7 @@ const LEEWAY: f64 = 0.02;
 
 /// Which way from the charted numbers a chart still tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
+pub enum Side {
     /// Between them.
     Between,
     /// From the smallest on: with more of it there is less to resolve.
@@ -20,11 +20,13 @@ pub(super) enum Side {
 
 /// One number of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Number {
+pub struct Number {
     /// Symbol and meaning, for people.
-    pub(super) name: &'static str,
-    pub(super) value: f64,
-    pub(super) side: Side,
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Which way from the charted values it may lie.
+    pub side: Side,
 }
 
 /// A number of a scene outside of the charted ones.

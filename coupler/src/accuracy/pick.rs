@@ -59,7 +59,7 @@ pub(super) fn cheapest<'a>(runs: &[&'a Run], target: f64) -> Result<Setting<'a>,
 
 #[cfg(test)]
 mod tests {
-    use super::super::made::measured;
+    use super::super::charted::measured;
     use super::*;
 
     #[test]

@@ -38,19 +38,19 @@ const SCENE: &str = include_str!("scene.toml");
 
 /// What is asked for.
 #[derive(Clone, Debug)]
-pub(crate) struct Options {
+pub struct Options {
     /// Executable and leading arguments of the solver.
-    pub(crate) command: Vec<String>,
+    pub command: Vec<String>,
     /// The one role to test; else both are tried.
-    pub(crate) role: Option<Role>,
+    pub role: Option<Role>,
     /// Scene with a fluid and free grains, in place of the built-in one.
-    pub(crate) scene: Option<PathBuf>,
+    pub scene: Option<PathBuf>,
     /// `KEY=VALUE` for the scene.
-    pub(crate) overrides: Vec<String>,
+    pub overrides: Vec<String>,
     /// Print JSON.
-    pub(crate) json: bool,
+    pub json: bool,
     /// Whether a DEM is also held against what is exact.
-    pub(crate) physics: bool,
+    pub physics: bool,
 }
 
 /// How a case ended.
@@ -96,7 +96,7 @@ struct Report {
 ///
 /// # Errors
 /// [`Failure::Run`] if it fails a case that is needed or takes no role, [`Failure::Scene`] for a bad scene.
-pub(crate) fn conformance(options: &Options) -> Result<(), Failure> {
+pub fn conformance(options: &Options) -> Result<(), Failure> {
     if let Err(error) = remove_stale_runs() {
         protocol::say!("bedload: warning: cannot remove what dead runs left: {error}");
     }

@@ -22,7 +22,6 @@ use crate::number::Short;
 use crate::scratch::Scratch;
 use crate::solvers::Solver;
 use crate::stage::{Lines, Setting, Stage, Stand};
-use crate::study::divergence::figure;
 use crate::supervise::Interrupts;
 
 /// Drives the solver through the log, prints what differs, and writes `divergence.csv` and `.svg` where an output
@@ -50,7 +49,7 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
     let seconds = begin.elapsed().as_secs_f64();
     // Before anything is printed: a pipe may be closed.
     let written = match &request.out {
-        Some(out) => write(&drive.divergence, &title, &request.overrides, out)?,
+        Some(out) => write(&drive.divergence, &title, request, out)?,
         None => Vec::new(),
     };
     println!(
@@ -256,19 +255,20 @@ fn peer(driven: Role, scene: &CheckedScene, grains: usize) -> Peer {
 fn write(
     divergence: &Divergence,
     title: &str,
-    overrides: &[String],
+    request: &Replay,
     out: &Path,
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut written = Vec::new();
     let name = if title.is_empty() { "Replay" } else { title };
-    let title = match overrides {
+    let title = match &request.overrides[..] {
         [] => format!("{name}: replay against log"),
         [only] if only.chars().count() <= 60 => format!("{name}: replay with {only} against log"),
         more => format!("{name}: replay with {} other value(s) against log", more.len()),
     };
-    for (file, text) in
-        [("divergence.csv", divergence.csv()), ("divergence.svg", figure(&title, divergence.curves()))]
-    {
+    for (file, text) in [
+        ("divergence.csv", divergence.csv()),
+        ("divergence.svg", (request.figure)(&title, divergence.curves())),
+    ] {
         let path = out.join(file);
         atomic_write(&path, text.as_bytes())?;
         written.push(path);

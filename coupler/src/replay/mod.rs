@@ -23,7 +23,7 @@ use std::time::Duration;
 use protocol::log::LogReader;
 use rustix::process::Signal;
 
-pub(crate) use request::Replay;
+pub use request::{Figure, Replay};
 
 use crate::failure::Failure;
 use crate::session::start;
@@ -34,7 +34,7 @@ use crate::supervise::{Interrupts, Supervisor, Words};
 ///
 /// # Errors
 /// [`Failure`].
-pub(crate) fn replay(replay: &Replay) -> Result<(), Failure> {
+pub fn replay(replay: &Replay) -> Result<(), Failure> {
     let reader = LogReader::open(&replay.log).map_err(|error| Failure::Input(error.to_string()))?;
     let manifest = reader.manifest();
     if !manifest.has(replay.drive) {

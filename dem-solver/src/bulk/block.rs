@@ -3,11 +3,12 @@
 
 use crate::bulk::integrate::{self, BodyForce};
 use crate::bulk::law::LawLanes;
-use crate::bulk::materials::Materials;
 use crate::bulk::observed::Observed;
 use crate::bulk::pair::pair_forces;
 use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord, History};
-use crate::bulk::wall::{Wall, wall_forces};
+use crate::bulk::wall::wall_forces;
+use crate::laws::coefficients::LinearPair;
+use crate::laws::walls::Plane;
 use crate::motion::Motion;
 use crate::vector::images::Images;
 use crate::vector::kernel::{Kernel, dispatch};
@@ -17,12 +18,12 @@ use crate::vector::lanes::Lanes8;
 /// What is the same for all blocks.
 #[derive(Clone, Debug)]
 pub(super) struct Common {
-    /// Walls with their laws.
-    pub(super) walls: Vec<Wall>,
+    /// Walls.
+    pub(super) walls: Vec<Plane>,
     /// Lengths of the periods, m; 0 where there is none.
     pub(super) length: [f64; 3],
-    /// Laws between grains.
-    pub(super) materials: Materials,
+    /// The law of all contacts.
+    pub(super) law: LinearPair,
     /// Leave the widest vectors unused (tests).
     pub(super) plain: bool,
 }
@@ -172,23 +173,19 @@ impl Kernel for Step<'_> {
     #[inline(always)]
     fn run<L: Lanes8>(self, token: L::Token) -> integrate::Fastest {
         let Self { block, common, t, dt, old, new, scratch } = self;
-        let laws = &common.materials.laws;
-        let law = (&LawLanes::<LanePair<L>>::new(token, &laws.first, dt), laws);
+        let law = &LawLanes::<LanePair<L>>::new(token, &common.law, dt);
         let images = Images::<LanePair<L>>::new(token, common.length);
         let (push, halo, observed) = (&mut scratch.push[..], &scratch.halo[..], &mut block.observed);
         let [pairs, cross, walls] = &mut block.packs;
-        if !laws.is_one() {
-            pair_forces::<L, true, false, true>(token, law, &images, pairs, old, old, push, observed);
-            pair_forces::<L, true, true, true>(token, law, &images, cross, old, halo, push, observed);
-        } else if L::ONE_REGISTER && common.length == [0.0; 3] {
-            pair_forces::<L, false, false, false>(token, law, &images, pairs, old, old, push, observed);
-            pair_forces::<L, false, true, false>(token, law, &images, cross, old, halo, push, observed);
+        if L::ONE_REGISTER && common.length == [0.0; 3] {
+            pair_forces::<L, false, false>(token, law, &images, pairs, old, old, push, observed);
+            pair_forces::<L, false, true>(token, law, &images, cross, old, halo, push, observed);
         } else {
             // where there is no period, nearest images are where they were, and one kernel less is compiled
-            pair_forces::<L, true, false, false>(token, law, &images, pairs, old, old, push, observed);
-            pair_forces::<L, true, true, false>(token, law, &images, cross, old, halo, push, observed);
+            pair_forces::<L, true, false>(token, law, &images, pairs, old, old, push, observed);
+            pair_forces::<L, true, true>(token, law, &images, cross, old, halo, push, observed);
         }
-        wall_forces::<L>(token, &common.walls, (t, dt), walls, old, push, observed);
+        wall_forces::<L>(token, (&common.law, &common.walls), (t, dt), walls, old, push, observed);
         for (sum, ForceTorque(p)) in observed.force.iter_mut().zip(&*push) {
             for k in 0..4 {
                 sum[k] += p[k];

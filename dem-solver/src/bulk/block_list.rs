@@ -5,10 +5,9 @@
 
 use crate::bulk::block::Block;
 use crate::bulk::block_search::Scratch;
-use crate::bulk::materials::Materials;
 use crate::bulk::records::{ContactPack, GrainRecord, History, SavedSpring};
 use crate::bulk::skins::{Listed, Skin};
-use crate::bulk::wall::Wall;
+use crate::laws::walls::Plane;
 use crate::motion::Vec3;
 use crate::periods::Periods;
 
@@ -44,9 +43,9 @@ impl<'a> PackWriter<'a> {
         }
     }
 
-    /// Appends contact (i, j), which has law `law` and is `key` in the history; returns whether it touches.
+    /// Appends contact (i, j), which is `key` in the history; returns whether it touches.
     #[inline]
-    fn put(&mut self, (i, j): (u16, u32), wall: u16, law: u8, key: (u32, u32)) -> bool {
+    fn put(&mut self, (i, j): (u16, u32), wall: u16, key: (u32, u32)) -> bool {
         if self.lane == 8 {
             // not twice the room: packs are a good part of all memory
             if self.packs.len() == self.packs.capacity() {
@@ -59,7 +58,7 @@ impl<'a> PackWriter<'a> {
         let lane = self.lane;
         self.lane += 1;
         let Some(pack) = self.packs.last_mut() else { return false };
-        (pack.i[lane], pack.j[lane], pack.law[lane]) = (i, j, law);
+        (pack.i[lane], pack.j[lane]) = (i, j);
         let Some(kept) = self.history.next_if(|kept| (kept.i, kept.j) == key) else { return false };
         for axis in 0..3 {
             pack.spring[axis][lane] = kept.spring[axis];
@@ -170,12 +169,11 @@ impl ListBuild<'_> {
     fn pairs(&self, packs: &mut Vec<ContactPack>, history: &[SavedSpring], listed: &mut Listed) {
         let (n, rows) = (self.block.len(), self.rows);
         let mut writer = PackWriter::new(packs, (n as u16, n as u32), history);
-        let law = |i: u16, other: u32| self.reach.materials.pair(self.block.first + u32::from(i), other);
         for &(i, j) in &self.block.candidates.pairs {
             if self.reach.is_near(self.skin, &rows[usize::from(i)], &rows[usize::from(j)]) {
                 let key = (u32::from(i), self.block.first + u32::from(j));
                 listed.pairs += 2;
-                listed.touching += 2 * usize::from(writer.put((i, u32::from(j)), 0, law(i, key.1), key));
+                listed.touching += 2 * usize::from(writer.put((i, u32::from(j)), 0, key));
             }
         }
         writer.end();
@@ -191,13 +189,12 @@ impl ListBuild<'_> {
     ) {
         let block = self.block;
         let mut writer = PackWriter::new(packs, (block.len() as u16, block.halo.len() as u32), history);
-        let law = |i: u16, other: u32| self.reach.materials.pair(block.first + u32::from(i), other);
         for &(i, slot) in &block.candidates.cross {
             let skin = 0.5 * self.skin + halves[slot as usize];
             if self.reach.is_near(skin, &self.rows[usize::from(i)], &halo[slot as usize]) {
                 let key = (u32::from(i), block.halo_number(slot, self.reach.size));
                 listed.pairs += 1;
-                listed.touching += usize::from(writer.put((i, slot), 0, law(i, key.1), key));
+                listed.touching += usize::from(writer.put((i, slot), 0, key));
             }
         }
         writer.end();
@@ -208,7 +205,7 @@ impl ListBuild<'_> {
         let mut writer = PackWriter::new(packs, (self.block.len() as u16, 0), &[]);
         let mut at = u16::MAX;
         for &(w, i) in &self.block.candidates.walls {
-            let plane = &self.reach.walls[usize::from(w)].plane;
+            let plane = &self.reach.walls[usize::from(w)];
             if w != at {
                 at = w;
                 writer.lane = 8;
@@ -218,8 +215,7 @@ impl ListBuild<'_> {
             }
             let near = self.rows[usize::from(i)].gap(plane, self.reach.t) < self.skin;
             if plane.stands(self.reach.t) && near {
-                let material = self.reach.materials.at(self.block.first + u32::from(i));
-                writer.put((i, 0), w, material, (u32::from(i), u32::from(w)));
+                writer.put((i, 0), w, (u32::from(i), u32::from(w)));
             }
         }
     }
@@ -236,9 +232,7 @@ pub(super) struct ListReach<'a> {
     /// Grains per block.
     pub(super) size: u32,
     /// Walls.
-    pub(super) walls: &'a [Wall],
-    /// Materials of the grains.
-    pub(super) materials: &'a Materials,
+    pub(super) walls: &'a [Plane],
 }
 
 impl ListReach<'_> {

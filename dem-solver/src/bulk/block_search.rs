@@ -3,7 +3,7 @@
 
 use crate::bulk::block::{Block, Candidates, Segment};
 use crate::bulk::records::GrainRecord;
-use crate::bulk::wall::Wall;
+use crate::laws::walls::Plane;
 use crate::search::cells::{Cells, IMMOBILE};
 use crate::vector::images::Images;
 use crate::vector::kernel::{Kernel, dispatch};
@@ -38,7 +38,7 @@ pub(super) struct Search<'a> {
     /// Inactive blocks: nobody waits for them.
     pub(super) inactive: usize,
     /// Walls.
-    pub(super) walls: &'a [Wall],
+    pub(super) walls: &'a [Plane],
     /// Leave the widest vectors unused.
     pub(super) plain: bool,
 }
@@ -53,8 +53,7 @@ impl Block {
         dispatch(BlockSearch { search, first, rows, candidates, scratch }, search.plain);
         self.reach = self.build_halo(search, scratch);
         self.candidates.walls.clear();
-        for (w, wall) in (0u16..).zip(search.walls) {
-            let plane = &wall.plane;
+        for (w, plane) in (0u16..).zip(search.walls) {
             let at = |row: &GrainRecord| {
                 plane.stands(search.t) && row.inverse_mass() > 0.0 && row.gap(plane, search.t) < search.skin
             };

@@ -4,10 +4,9 @@ use crate::bulk::batch::Blocks;
 use crate::bulk::block::{Common, StepScratch};
 use crate::bulk::block_list::ListScratch;
 use crate::bulk::candidates::CandidateStatus;
-use crate::bulk::materials::{self, Materials};
 use crate::bulk::records::SIZE;
 use crate::bulk::skins::Lists;
-use crate::bulk::wall::Wall;
+use crate::laws::table::PairLaw;
 use crate::laws::walls::Plane;
 use crate::motion::Motion;
 use crate::periods::Periods;
@@ -56,27 +55,22 @@ pub(crate) struct Bulk {
 }
 
 impl Bulk {
-    /// The engine for a checked spec that nothing [`prevents`].
+    /// The engine for a checked spec that nothing [`prevents`](crate::bulk::requirements::prevents).
     pub(crate) fn new(spec: &DemSpec) -> Option<Self> {
         let n = spec.grains.len();
         let moving = spec.grains.iter().filter(|grain| grain.motion != Motion::Fixed).count();
-        let laws = spec.laws();
-        let used = materials::used(&spec.grains);
-        let planes = spec.walls.iter().map(|wall| (Plane::from(wall), wall.material));
-        let walls =
-            planes.map(|(plane, of)| Some(Wall { plane, laws: materials::at_wall(&used, of, &laws)? }));
-        let walls: Vec<Wall> = walls.collect::<Option<_>>()?;
-        let materials = Materials::new(used, &laws)?;
+        let PairLaw::Linear(law) = spec.contact.pair() else { return None };
+        let walls: Vec<Plane> = spec.walls.iter().map(Plane::from).collect();
         let periods = Periods::new(spec.periods);
         let length = std::array::from_fn(|axis| periods.of(axis).1);
         let settings = spec.bulk;
         let threads = useful_threads(settings.threads, moving);
         let radii: Vec<f64> = spec.grains.iter().map(|grain| grain.radius).collect();
-        let wall_speeds = walls.iter().map(|wall| wall.plane.velocity.dot(&wall.plane.normal).abs());
+        let wall_speeds = walls.iter().map(|wall| wall.velocity.dot(&wall.normal).abs());
         let wall_speed = wall_speeds.fold(0.0, f64::max);
         Some(Self {
             settings,
-            common: Common { walls, length, materials, plain: settings.plain },
+            common: Common { walls, length, law, plain: settings.plain },
             periods,
             n,
             moving,

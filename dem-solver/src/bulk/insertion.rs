@@ -12,12 +12,10 @@ impl Bulk {
     /// Takes the last of `grains` up, which it does not know yet; false if that needs a new engine.
     pub(crate) fn insert(&mut self, grains: &Grains) -> bool {
         let (from, n) = (self.n, grains.len());
-        let plain = |i: usize| grains.material[i] == grains.material[0] && grains.translation[i].norm() > 0.0;
         // a block of fixed grains may be inactive: it does not take any that move
         let last = self.order.chunks(SIZE).last();
         let all_fixed = last.is_some_and(|last| last.iter().all(|&i| grains.is_fixed(i as usize)));
-        // of several materials, or another than there was: laws are those of the start
-        if all_fixed || !self.common.materials.laws.is_one() || !(from..n).all(plain) {
+        if all_fixed || !(from..n).all(|i| grains.translation[i].norm() > 0.0) {
             return false;
         }
         self.n = n;

@@ -4,9 +4,8 @@
 //! What a lane gives never depends on the other lanes: where some lanes take another branch, both are
 //! computed and each lane selects its own.
 
-use crate::bulk::materials::LawSet;
 use crate::laws::coefficients::LinearPair;
-use crate::vector::lanes::{Lanes, Lanes8, Mask};
+use crate::vector::lanes::{Lanes, Mask};
 use crate::vector::vec3::Vec3Lanes;
 
 /// Change of δ² in one turn of the spring above which its length is restored with a root: below, what
@@ -15,7 +14,7 @@ const SERIES: f64 = 5e-6;
 /// Square of a spring below which its length is not restored, m²: 1e-75 m is no length.
 const NOTHING: f64 = 1e-150;
 
-/// Coefficients of one pair of materials in all lanes, per unit m*.
+/// Coefficients in all lanes, per unit m*.
 #[derive(Clone, Copy)]
 pub(super) struct LawLanes<L> {
     stiffness: L,
@@ -25,23 +24,11 @@ pub(super) struct LawLanes<L> {
     friction: L,
     /// 1/(k_t/m*), 0 without a spring.
     compliance: L,
-    /// Whether lever arms reach to the middle of the overlap, else to the surface.
-    pub(super) at_contact_point: bool,
     dt: L,
-    capped: bool,
+    has_spring: bool,
     pub(super) zero: L,
     pub(super) half: L,
     pub(super) one: L,
-}
-
-/// Coefficients of eight laws, as columns.
-#[inline(always)]
-pub(super) fn coefficients<L: Lanes8>(token: L::Token, laws: &LawSet, numbers: &[u8; 8]) -> [L; 8] {
-    let mut rows = [L::splat(token, 0.0); 8];
-    for (row, number) in rows.iter_mut().zip(numbers) {
-        *row = L::load(token, &laws.rows[usize::from(*number)]);
-    }
-    L::transpose(rows)
 }
 
 /// Contacts in their frames.
@@ -99,26 +86,11 @@ impl<L: Lanes> LawLanes<L> {
             tangential_damping: splat(token, law.tangential_damping),
             friction: splat(token, law.friction),
             compliance: splat(token, if k_t > 0.0 { 1.0 / k_t } else { 0.0 }),
-            at_contact_point: law.at_contact_point,
             dt: splat(token, dt),
-            capped: law.capped && k_t > 0.0,
+            has_spring: k_t > 0.0,
             zero: splat(token, 0.0),
             half: splat(token, 0.5),
             one: splat(token, 1.0),
-        }
-    }
-
-    /// Other coefficients: k_n, γ_n, k_t, γ_t over m*, μ, 1/(k_t/m*), and two of no meaning.
-    #[inline(always)]
-    pub(super) fn with(&self, [stiffness, damping, k_t, gamma_t, friction, compliance, ..]: [L; 8]) -> Self {
-        Self {
-            stiffness,
-            damping,
-            tangential_stiffness: k_t,
-            tangential_damping: gamma_t,
-            friction,
-            compliance,
-            ..*self
         }
     }
 
@@ -165,7 +137,7 @@ impl<L: Lanes> LawLanes<L> {
         if (sliding & touching).any() {
             let cut = tangential.scale(limit / size2.sqrt());
             tangential = cut.select(sliding, tangential);
-            if self.capped {
+            if self.has_spring {
                 let cut_back = cut.minus(drag).scale(c.inverse_mass * self.compliance);
                 s = cut_back.select(sliding, s);
             }

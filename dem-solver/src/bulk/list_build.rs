@@ -153,7 +153,6 @@ impl Bulk {
             t,
             size: SIZE as u32,
             walls: &self.common.walls,
-            materials: &self.common.materials,
         };
         let (blocks, now) = (&self.blocks, self.now);
         let threads = self.list_scratch.len();

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `requirements` | which scenes it takes, and which engine `auto` takes |
 //! | `records` | a grain is a record of 12 numbers, eight contacts are a pack |
-//! | `law`, `materials`, `pair`, `wall` | the contact law, whose coefficients hang on the materials, contacts of grains and with walls, many at once |
+//! | `law`, `pair`, `wall` | the contact law, contacts of grains and with walls, many at once |
 //! | `integrate`, `block` | kick and drift; one sub-step of a block |
 //! | `spatial_order` | the order of the grains |
 //! | `block_search`, `candidates`, `candidate_search` | pairs within a wide skin, and how long they are good |
@@ -33,7 +33,6 @@ mod insertion;
 mod integrate;
 mod law;
 mod list_build;
-mod materials;
 mod observed;
 mod pair;
 mod records;

@@ -1,7 +1,6 @@
 //! Contacts between grains, sixteen at a time.
 
-use crate::bulk::law::{Contact, LawLanes, coefficients};
-use crate::bulk::materials::LawSet;
+use crate::bulk::law::{Contact, LawLanes};
 use crate::bulk::observed::Observed;
 use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord};
 use crate::vector::images::Images;
@@ -37,11 +36,11 @@ fn side_by_side<L: Copy>(a: [L; 8], b: [L; 8]) -> [LanePair<L>; 8] {
 }
 
 /// Adds the forces of all packs, whose number is even, to `push`. With `CROSS`, second partners are rows
-/// of `others` and get nothing; else they are rows of `own`. With `MANY`, each lane has its law of the set.
+/// of `others` and get nothing; else they are rows of `own`.
 #[inline(always)]
-pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool, const MANY: bool>(
+pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
     token: L::Token,
-    (law, laws): (&LawLanes<LanePair<L>>, &LawSet),
+    law: &LawLanes<LanePair<L>>,
     images: &Images<LanePair<L>>,
     packs: &mut [ContactPack],
     own: &[GrainRecord],
@@ -80,8 +79,8 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool, co
             columns::<L, true>(token, p, own, second, around),
             columns::<L, true>(token, q, own, second, around),
         );
-        // lever arms (base ± (r_i − r_j))/2 with base r_i + r_j or the distance
-        let base = law.half * if law.at_contact_point { distance } else { reach };
+        // lever arms (|d| ± (r_i − r_j))/2: to the middle of the overlap
+        let base = law.half * distance;
         let differ = law.half * differ;
         let (sum, difference) = (Vec3Lanes(sx, sy, sz), Vec3Lanes(ex, ey, ez));
         let (ps, qs) = (Vec3Lanes::load(token, &p.spring), Vec3Lanes::load(token, &q.spring));
@@ -105,12 +104,7 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool, co
             inverse_length2: one * (distance * inverse_mass),
             length2,
         };
-        let answer = if MANY {
-            let (a, b) = (coefficients::<L>(token, laws, &p.law), coefficients::<L>(token, laws, &q.law));
-            law.with(side_by_side(a, b)).resolve(token, &contact, &mut spring)
-        } else {
-            law.resolve(token, &contact, &mut spring)
-        };
+        let answer = law.resolve(token, &contact, &mut spring);
         Vec3Lanes(spring.0.0, spring.1.0, spring.2.0).store(&mut p.spring);
         Vec3Lanes(spring.0.1, spring.1.1, spring.2.1).store(&mut q.spring);
         let touching = answer.touching;

@@ -74,8 +74,6 @@ pub(super) struct ContactPack {
     pub(super) j: [u32; 8],
     /// Lanes that bear a force.
     pub(super) touching: u8,
-    /// Numbers of the laws; at walls those of the materials of the grains.
-    pub(super) law: [u8; 8],
     /// Number of the wall, where the pack is one of wall contacts.
     pub(super) wall: u16,
 }
@@ -83,7 +81,7 @@ pub(super) struct ContactPack {
 impl ContactPack {
     /// Eight empty lanes.
     pub(super) fn empty(i: u16, j: u32, wall: u16) -> Self {
-        Self { spring: [[0.0; 8]; 3], i: [i; 8], j: [j; 8], touching: 0, law: [0; 8], wall }
+        Self { spring: [[0.0; 8]; 3], i: [i; 8], j: [j; 8], touching: 0, wall }
     }
 
     /// Lanes that hold a contact of a block of `n` grains.

@@ -1,32 +1,19 @@
 //! Which scenes the engine takes, and which engine `auto` takes.
 
-use crate::bulk::materials;
 use crate::grain::Grain;
+use crate::laws::table::PairLaw;
 use crate::motion::Motion;
 use crate::spec::{DemSpec, Engine, Integrator};
 
 /// Number of grains from which the engine is chosen by itself.
-pub(crate) const FROM: usize = 256;
+const FROM: usize = 256;
 
-/// An engine, and why it was taken.
-pub(crate) struct Choice {
-    pub(crate) engine: Engine,
-    pub(crate) why: String,
-}
-
-/// The engine of a checked spec.
-pub(crate) fn choice(spec: &DemSpec) -> Choice {
-    let (engine, why) = match spec.engine {
-        Engine::Auto => match spec.grains.len() {
-            few if few < FROM => (Engine::General, format!("the number of grains, {few}, is below {FROM}")),
-            many => match prevents(spec) {
-                Some(why) => (Engine::General, why),
-                None => (Engine::Bulk, format!("there are {many} grains in linear contact")),
-            },
-        },
-        asked => (asked, "the scene asks for it".to_owned()),
-    };
-    Choice { engine, why }
+/// Whether a checked spec is run by this engine.
+pub(crate) fn takes(spec: &DemSpec) -> bool {
+    match spec.engine {
+        Engine::Auto => spec.grains.len() >= FROM && prevents(spec).is_none(),
+        asked => asked == Engine::Bulk,
+    }
 }
 
 /// What keeps the engine from a checked spec; none if nothing does.
@@ -49,28 +36,11 @@ pub(crate) fn prevents(spec: &DemSpec) -> Option<String> {
     if spec.split {
         return Some("forces are asked for in each sub-step (observe.substeps)".to_owned());
     }
-    let laws = spec.laws();
-    let used = materials::used(&spec.grains);
-    if used.len() > materials::MOST {
-        return Some(format!("grains have {} materials, more than {}", used.len(), materials::MOST));
-    }
-    if laws.any_rolling() {
+    if spec.contact.rolling().is_some() {
         return Some("there is a resistance to rolling".to_owned());
     }
-    let linear = |a: &usize, b: usize| laws.linear(*a, b).is_some();
-    if !used.iter().all(|a| used.iter().all(|b| linear(a, *b))) {
+    if !matches!(spec.contact.pair(), PairLaw::Linear(_)) {
         return Some("the contact law is not linear-spring-dashpot with a contact time".to_owned());
-    }
-    if materials::between(&used, &laws).is_none() {
-        return Some("contact laws differ in sliding or in the lever arm".to_owned());
-    }
-    if let Some(w) = spec.walls.iter().position(|wall| !used.iter().all(|a| linear(a, wall.material))) {
-        return Some(format!("the contact law of wall {w} is not linear-spring-dashpot with a contact time"));
-    }
-    if let Some(w) =
-        spec.walls.iter().position(|wall| materials::at_wall(&used, wall.material, &laws).is_none())
-    {
-        return Some(format!("contact laws of wall {w} differ in sliding or in the lever arm"));
     }
     if spec.walls.len() > usize::from(u16::MAX) {
         return Some(format!("there are {} walls", spec.walls.len()));

@@ -1,45 +1,28 @@
 //! Contacts with walls: the law of pairs with the plane's normal, eight grains at one wall at a time.
 
-use crate::bulk::law::{Contact, LawLanes, coefficients};
-use crate::bulk::materials::LawSet;
+use crate::bulk::law::{Contact, LawLanes};
 use crate::bulk::observed::Observed;
 use crate::bulk::pair::add;
 use crate::bulk::records::{ContactPack, ForceTorque, GrainRecord};
+use crate::laws::coefficients::LinearPair;
 use crate::laws::walls::Plane;
 use crate::vector::lanes::Lanes8;
 use crate::vector::vec3::Vec3Lanes;
-
-/// A wall as the kernel sees it, at the start of a sub-step.
-#[derive(Clone, Debug)]
-pub(super) struct Wall {
-    pub(super) plane: Plane,
-    /// Its laws against the materials of the grains.
-    pub(super) laws: LawSet,
-}
 
 /// Adds the forces of all wall contacts to `push` at time `t`.
 #[inline(always)]
 pub(super) fn wall_forces<L: Lanes8>(
     token: L::Token,
-    walls: &[Wall],
+    (law, walls): (&LinearPair, &[Plane]),
     (t, dt): (f64, f64),
     packs: &mut [ContactPack],
     own: &[GrainRecord],
     push: &mut [ForceTorque],
     observed: &mut Observed,
 ) {
-    let Some(first) = packs.first() else { return };
-    let mut at = first.wall;
-    let mut law = LawLanes::<L>::new(token, &walls[at as usize].laws.first, dt);
+    let law = LawLanes::<L>::new(token, law, dt);
     for pack in packs {
-        let Wall { plane, laws } = &walls[pack.wall as usize];
-        if pack.wall != at {
-            at = pack.wall;
-            law = LawLanes::new(token, &laws.first, dt);
-        }
-        if !laws.is_one() {
-            law = law.with(coefficients(token, laws, &pack.law));
-        }
+        let plane = &walls[pack.wall as usize];
         if !plane.acts(t) {
             pack.touching = 0;
             pack.spring = [[0.0; 8]; 3];
@@ -70,7 +53,7 @@ pub(super) fn wall_forces<L: Lanes8>(
         }
         let [ax, ay, az, ..] = L::transpose(spins);
         let w = Vec3Lanes(ax, ay, az);
-        let arm = if law.at_contact_point { distance } else { r };
+        let arm = distance;
         let mut spring = Vec3Lanes::load(token, &pack.spring);
         let (length2, divisor) = law.length2(token, spring);
         let one = L::splat(token, 1.0) / (inverse_mass * divisor);

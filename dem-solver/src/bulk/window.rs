@@ -176,7 +176,6 @@ impl Bulk {
             blocks.push(block.into());
         }
         (self.order, self.order_travel, self.now) = (order, travel, 0);
-        self.common.materials.arrange(&self.order, &grains.material);
         self.blocks = Blocks::new(rows, blocks, 0);
         self.lists.skins.clear();
         self.deactivate(grains);

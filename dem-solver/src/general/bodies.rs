@@ -9,7 +9,6 @@ use crate::bodies::placed::{Form, Placed};
 use crate::bodies::plane::{Vec2, dot, minus, plus, turning};
 use crate::bodies::points::Points;
 use crate::general::body_point::{Place, flat};
-use crate::general::contact::Coefficients;
 use crate::general::forces::{Forces, Scene};
 use crate::grains::Grains;
 use crate::laws::table::PairLaw;
@@ -126,7 +125,7 @@ impl BodyContacts {
             let (one, other, apart) = (placed.form(grains, i), placed.form(grains, j), flat(&apart));
             let meeting = meet(&one, &other, apart, touched);
             met(Met::Gap(i, Some(j), meeting.gap));
-            let law = around.laws.between(grains.material[i], grains.material[j]);
+            let law = &around.law;
             let site = |feature: u32| site(&one, &other, apart, feature);
             let span2 = grains.radius[i].min(grains.radius[j]).powi(2);
             for touch in meeting.touches() {
@@ -155,7 +154,7 @@ impl BodyContacts {
             if !wall.acts(scene.kinematics.t) {
                 continue;
             }
-            let law = around.laws.between(grains.material[i], wall.material);
+            let law = &around.law;
             let height = wall.gap(&grains.position[i], 0.0, scene.kinematics.t);
             let normal = flat(&wall.normal);
             let mut lowest = f64::INFINITY;
@@ -229,8 +228,8 @@ fn act(
         Some(point) => (point.mass, point.spring),
         None => (place.mass(scene.grains, scene.response), 0.0),
     };
-    let Some(law) = Coefficients::of(law, mass, scene.grains.radius[place.first], place.gap) else { return };
-    let (force, rate) = place.force(&law.pair, (mass, old.is_none()), scene.kinematics, &mut spring);
+    let Some(law) = law.at(mass) else { return };
+    let (force, rate) = place.force(&law, (mass, old.is_none()), scene.kinematics, &mut spring);
     let bears = (old.is_some(), force != [0.0; 2]);
     met(Met::Point(&Acting { place, force, rate, bears }));
     if bears.1 {

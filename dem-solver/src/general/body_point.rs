@@ -89,7 +89,7 @@ impl Place {
         let mut across_force = -(*spring * k_t + drag);
         if across_force.abs() > limit {
             across_force = limit.copysign(across_force);
-            if law.capped && k_t > 0.0 {
+            if k_t > 0.0 {
                 *spring = -(across_force + drag) / k_t;
             }
         }

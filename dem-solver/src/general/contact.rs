@@ -6,9 +6,7 @@
 
 use crate::grains::Grains;
 use crate::laws::coefficients::LinearPair;
-use crate::laws::hertz_mindlin::HertzPair;
 use crate::laws::rolling::{Roll, Rolling, grow, rolling_rate};
-use crate::laws::table::PairLaw;
 use crate::laws::tangential::{carry, tangential_force};
 use crate::laws::walls::Plane;
 use crate::laws::wan_turek::WanTurek;
@@ -70,8 +68,6 @@ impl Partners {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
     pub(crate) partners: Partners,
-    /// Material of the second.
-    pub(crate) material: usize,
     /// From the second to the first.
     pub(crate) normal: Vec3,
     pub(crate) gap: f64,
@@ -82,17 +78,17 @@ pub(crate) struct Near {
 impl Near {
     /// Grains `i` and `j`; `apart` is the vector between their centres, of this length.
     #[inline(always)]
-    pub(crate) fn grains(grains: &Grains, i: usize, j: usize, apart: &Vec3, distance: f64, gap: f64) -> Self {
+    pub(crate) fn grains(i: usize, j: usize, apart: &Vec3, distance: f64, gap: f64) -> Self {
         let normal = if distance > 0.0 { apart / distance } else { Vec3::z() };
         let partners = Partners { first: i, second: Some(j), wall: Vec3::zeros() };
-        Self { partners, material: grains.material[j], normal, gap, distance }
+        Self { partners, normal, gap, distance }
     }
 
     /// Grain `i` at a wall.
     #[inline(always)]
     pub(crate) fn wall(i: usize, wall: &Plane, gap: f64) -> Self {
         let partners = Partners { first: i, second: None, wall: wall.velocity };
-        Self { partners, material: wall.material, normal: wall.normal, gap, distance: f64::INFINITY }
+        Self { partners, normal: wall.normal, gap, distance: f64::INFINITY }
     }
 
     /// Force on the first partner along the normal, N, for the law of Wan & Turek.
@@ -104,15 +100,15 @@ impl Near {
         }
     }
 
-    /// Distances from the centres at which the tangential force attacks: at the radii, or at the point of
-    /// contact. A wall does not yield: there that is in its plane.
+    /// Distances from the centres at which the tangential force attacks: in the middle of the overlap. Both arms add up
+    /// to the distance of the centres, so angular momentum is kept to round-off and a rigid rotation gives no slip (eq. 14
+    /// as printed has the radii, and loses δ × F_t). A wall does not yield: there the point lies in its plane.
     #[inline(always)]
-    pub(crate) fn arms(&self, grains: &Grains, at_contact_point: bool) -> (f64, f64) {
-        let depth = if at_contact_point { self.gap } else { 0.0 };
+    pub(crate) fn arms(&self, grains: &Grains) -> (f64, f64) {
         let r = grains.radius[self.partners.first];
         match self.partners.second {
-            Some(j) => (r + 0.5 * depth, grains.radius[j] + 0.5 * depth),
-            None => (r + depth, 0.0),
+            Some(j) => (r + 0.5 * self.gap, grains.radius[j] + 0.5 * self.gap),
+            None => (r + self.gap, 0.0),
         }
     }
 }
@@ -176,26 +172,6 @@ impl Relative {
     }
 }
 
-/// A law at one overlap: its coefficients, and what becomes of the spring as the contact grows.
-pub(crate) struct Coefficients {
-    pub(crate) pair: LinearPair,
-    /// Hertz–Mindlin: the spring shrinks in loading.
-    grows: bool,
-}
-
-impl Coefficients {
-    /// Of a law that has springs; `radius` is R*.
-    #[inline(always)]
-    pub(crate) fn of(law: &PairLaw, mass: f64, radius: f64, gap: f64) -> Option<Self> {
-        match law {
-            PairLaw::Linear(pair) => Some(Self { pair: *pair, grows: false }),
-            PairLaw::Stiff(law) => Some(Self { pair: law.at(mass), grows: false }),
-            PairLaw::Hertz(law) => Some(Self { pair: law.at(mass, radius, gap), grows: true }),
-            PairLaw::WanTurek(_) => None,
-        }
-    }
-}
-
 /// Rolling torque on the first partner; the angle takes its step on the way.
 #[inline(always)]
 pub(crate) fn roll_torque(
@@ -229,7 +205,7 @@ pub(crate) fn roll_torque(
 /// Force on the first partner, its tangential part, and the gap rate.
 #[inline(always)]
 pub(crate) fn resolve(
-    law: &Coefficients,
+    law: &LinearPair,
     frame: &Frame,
     kinematics: &Kinematics<'_>,
     spring: &mut Vec3,
@@ -237,26 +213,24 @@ pub(crate) fn resolve(
     let Near { partners, normal: n, gap, .. } = &frame.near;
     let now = partners.relative(kinematics.velocity, kinematics.spin);
     let rate = now.velocity.dot(n);
-    let (pair, dt) = (&law.pair, kinematics.dt);
+    let dt = kinematics.dt;
     let path = kinematics.path.map(|(velocity, spin)| partners.relative(velocity, spin));
     let path = path.as_ref().unwrap_or(&now);
     let path_rate = path.velocity.dot(n);
     let before = kinematics.spring == SpringStep::Before;
     let onset = if before { Onset::of(frame, path_rate, dt) } else { Onset { slipped: dt, dashpot: 1.0 } };
-    let normal = if *gap < 0.0 { pair.normal_force(frame.mass, *gap, rate * onset.dashpot) } else { 0.0 };
+    let normal = if *gap < 0.0 { law.normal_force(frame.mass, *gap, rate * onset.dashpot) } else { 0.0 };
     if normal == 0.0 {
         *spring = Vec3::zeros();
         return (Vec3::zeros(), Vec3::zeros(), rate);
     }
     let slip = now.slip(n, frame.arms) * onset.dashpot;
     let turn = path.turning(frame) * dt;
-    let growth = if law.grows { HertzPair::growth(*gap, path_rate * dt) } else { 1.0 };
-    let stepped =
-        |spring: &Vec3| carry(*spring, n, &turn) * growth + path.slip(n, frame.arms) * onset.slipped;
+    let stepped = |spring: &Vec3| carry(*spring, n, &turn) + path.slip(n, frame.arms) * onset.slipped;
     if before {
         *spring = stepped(spring);
     }
-    let tangential = tangential_force(pair, frame.mass, normal, &slip, spring);
+    let tangential = tangential_force(law, frame.mass, normal, &slip, spring);
     if !before {
         *spring = stepped(spring);
     }

@@ -18,21 +18,15 @@
 use crate::general::contact::{Frame, Partners};
 use crate::grains::Grains;
 use crate::laws::coefficients::LinearPair;
-use crate::laws::table::ContactLaw;
-use crate::laws::tangential::Sliding;
 use crate::motion::Vec3;
 use crate::report::Dissipated;
 use crate::spec::{DemSpec, Integrator};
 
 /// What keeps a checked spec from having an account; none if nothing does.
 pub(crate) fn prevents(spec: &DemSpec) -> Option<&'static str> {
-    let linear = |law: &ContactLaw| match law {
-        ContactLaw::LinearSpringDashpot(law) => law.sliding == Sliding::Capped && law.rolling.is_none(),
-        _ => false,
-    };
-    if !linear(&spec.contact) || !spec.pairs.iter().all(|pair| linear(&pair.contact)) {
+    if spec.contact.linear().is_none_or(|law| law.rolling.is_some()) {
         return Some(
-            "an account of energy knows linear-spring-dashpot, capped and without rolling, only; leave observe.energy out",
+            "an account of energy knows linear-spring-dashpot without rolling only; leave observe.energy out",
         );
     }
     if spec.has_bodies() {

@@ -8,8 +8,7 @@ use crate::general::integrate::{Speed, kick};
 use crate::general::pair_lanes::PairLanes;
 use crate::grains::{Grains, Response};
 use crate::lubrication::law::LubricationModel;
-use crate::lubrication::settings::LubricationIntegration;
-use crate::lubrication::simultaneous::{LubricationSolver, explicit_forces};
+use crate::lubrication::simultaneous::LubricationSolver;
 use crate::motion::{Motion, Vec3};
 use crate::report::Observations;
 use crate::search::lists::Neighbours;
@@ -32,7 +31,8 @@ pub(crate) struct Evaluation {
     /// Contacts of bodies that are not round; none where all are.
     pub(crate) bodies: Option<Box<BodyContacts>>,
     pub(crate) account: Option<Box<Account>>,
-    model: Option<(LubricationModel, LubricationIntegration, u32)>,
+    /// Films, and the most sweeps over them in a sub-step.
+    model: Option<(LubricationModel, u32)>,
     lubrication: LubricationSolver,
     lanes: PairLanes,
     /// Grains whose velocity is a function of time.
@@ -42,7 +42,7 @@ pub(crate) struct Evaluation {
 
 impl Evaluation {
     pub(super) fn new(spec: &DemSpec, grains: &Grains, around: &Surroundings) -> Self {
-        let settings = spec.lubrication.settings();
+        let sweeps = spec.lubrication.settings().map(|settings| settings.sweeps);
         let speed = around.walls.iter().map(|wall| wall.velocity.dot(&wall.normal).abs());
         let oscillates = |(_, motion): &(u32, &Motion)| matches!(motion, Motion::Oscillating { .. });
         Self {
@@ -50,10 +50,7 @@ impl Evaluation {
             forces: Forces::new(grains.len()),
             bodies: BodyContacts::new(grains, &spec.outlines),
             account: spec.energy.then(Box::default),
-            model: spec
-                .lubrication_model()
-                .zip(settings)
-                .map(|(model, settings)| (model, settings.integration, settings.sweeps)),
+            model: spec.lubrication_model().zip(sweeps),
             lubrication: LubricationSolver::new(spec.bulk.plain),
             lanes: PairLanes::new(spec.bulk.plain),
             prescribed: (0u32..).zip(&grains.motion).filter(oscillates).map(|(i, _)| i).collect(),
@@ -91,11 +88,6 @@ impl Evaluation {
         if let Some(bodies) = &mut self.bodies {
             bodies.add_forces(&scene, &self.lists, &mut self.forces, observed);
         }
-        if let Some((model, LubricationIntegration::Explicit, _)) = &self.model {
-            let lists = (&self.lists.pairs, &self.lists.walls);
-            let force = &mut self.forces.lubrication;
-            explicit_forces(around, model, grains, kinematics.velocity, lists, kinematics.t, force);
-        }
     }
 
     /// v ← v + h (a + W F) for the present forces.
@@ -112,8 +104,7 @@ impl Evaluation {
 
     /// The same for any velocities and spins.
     pub(super) fn push(&self, h: f64, motion: (&mut [Vec3], &mut [Vec3]), response: &Response) -> Speed {
-        let lubrication = self.is_explicit().then_some(&self.forces.lubrication[..]);
-        kick(h, motion, response, &self.forces.contact, &self.forces.torque, lubrication)
+        kick(h, motion, response, &self.forces.contact, &self.forces.torque)
     }
 
     /// Builds the lists again if a grain may leave them within `dt`. Lubrication only slows a pair down,
@@ -125,43 +116,31 @@ impl Evaluation {
             if built {
                 self.lanes.reserve(self.lists.pairs.len());
             }
-            if let (true, Some((model, LubricationIntegration::Implicit, _))) = (built, &self.model) {
+            if let (true, Some((model, _))) = (built, &self.model) {
                 self.lubrication.take(around, model, grains, (&self.lists.pairs, &self.lists.walls));
             }
         }
     }
 
-    /// Implicit lubrication over `dt`.
+    /// Lubrication over `dt`.
     pub(super) fn lubricate(&mut self, window: &mut Window<'_>, t: f64, dt: f64) {
-        if let Some((model, LubricationIntegration::Implicit, sweeps)) = self.model {
+        if let Some((model, sweeps)) = self.model {
             let Window { grains, around, response, observed } = window;
             let force = &mut self.forces.lubrication;
             self.lubrication.apply(around, (&model, sweeps), grains, response, (t, dt), force);
             for (mean, force) in observed.mean_lubrication.iter_mut().zip(&*force) {
                 *mean += *force;
             }
-            observed.split.add_lubrication(force, 1.0);
+            observed.split.add_lubrication(force);
         }
     }
 
-    /// Adds the present forces to the window's means with a weight in sub-steps.
+    /// Adds the present contact forces to the window's means with a weight in sub-steps.
     pub(super) fn tally(&self, observed: &mut Observations, weight: f64) {
-        let add = |means: &mut [Vec3], forces: &[Vec3]| {
-            for (mean, force) in means.iter_mut().zip(forces) {
-                *mean += force * weight;
-            }
-        };
-        add(&mut observed.mean_contact, &self.forces.contact);
-        observed.split.add_contact(&self.forces.contact, weight);
-        if self.is_explicit() {
-            add(&mut observed.mean_lubrication, &self.forces.lubrication);
-            observed.split.add_lubrication(&self.forces.lubrication, weight);
+        for (mean, force) in observed.mean_contact.iter_mut().zip(&self.forces.contact) {
+            *mean += force * weight;
         }
-    }
-
-    /// Whether lubrication is a force like any other.
-    pub(super) fn is_explicit(&self) -> bool {
-        matches!(self.model, Some((_, LubricationIntegration::Explicit, _)))
+        observed.split.add_contact(&self.forces.contact, weight);
     }
 
     /// Sets the velocities that are functions of time.

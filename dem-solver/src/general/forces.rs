@@ -1,8 +1,6 @@
 //! Contact forces and torques on all grains (Izard et al. 2014, eqs 11–16): the loops over pairs and walls.
 
-use crate::general::contact::{
-    Coefficients, Frame, Kinematics, Near, Partners, SpringStep, path_of, resolve, roll_torque,
-};
+use crate::general::contact::{Frame, Kinematics, Near, Partners, SpringStep, path_of, resolve, roll_torque};
 use crate::general::energy::{Account, Entry};
 use crate::general::pair_lanes::{PairLanes, PairPass, Sums};
 use crate::grains::{Grains, Response};
@@ -62,12 +60,18 @@ pub(crate) fn contact_forces(
     forces.torque.fill(Vec3::zeros());
     forces.contacts = 0;
     let Scene { around, grains, response, kinematics } = *scene;
-    let linear = account.is_none() && kinematics.spring == SpringStep::Before && around.laws.all_linear();
-    if linear && lanes.load(grains, response, kinematics) {
+    let linear = match &around.law {
+        PairLaw::Linear(law) if account.is_none() && around.rolling.is_none() => Some(law),
+        _ => None,
+    };
+    if let Some(law) = linear
+        && kinematics.spring == SpringStep::Before
+        && lanes.load(grains, response, kinematics)
+    {
         let plain = lanes.is_plain();
         let Forces { contact, torque, overlap, .. } = forces;
         let sums = Sums { contact, torque, observed, contacts: 0, overlap: *overlap };
-        let pass = PairPass { around, grains, kinematics, lanes, list: pairs, sums };
+        let pass = PairPass { around, law, kinematics, lanes, list: pairs, sums };
         (forces.contacts, forces.overlap) = dispatch(pass, plain);
     } else {
         pair_forces(scene, pairs, forces, observed, account.as_deref_mut());
@@ -97,10 +101,9 @@ fn pair_forces(
             let gap = distance - r - grains.radius[j];
             note_gap(observed, forces, i, gap);
             observed.smallest_gap[j] = observed.smallest_gap[j].min(gap);
-            let law = around.laws.between(grains.material[i], grains.material[j]);
-            if acts(law, gap, list.touching[k]) {
-                let near = Near::grains(grains, i, j, &apart, distance, gap);
-                touch(scene, &near, law, list, k, forces, observed, account.as_deref_mut());
+            if acts(&around.law, gap, list.touching[k]) {
+                let near = Near::grains(i, j, &apart, distance, gap);
+                touch(scene, &near, list, k, forces, observed, account.as_deref_mut());
             }
         }
     }
@@ -129,10 +132,9 @@ fn wall_forces(
                 continue;
             }
             note_gap(observed, forces, i, gap);
-            let law = around.laws.between(grains.material[i], wall.material);
-            if acts(law, gap, list.touching[k]) {
+            if acts(&around.law, gap, list.touching[k]) {
                 let near = Near::wall(i, wall, gap);
-                touch(scene, &near, law, list, k, forces, observed, account.as_deref_mut());
+                touch(scene, &near, list, k, forces, observed, account.as_deref_mut());
             }
         }
     }
@@ -149,7 +151,6 @@ fn acts(law: &PairLaw, gap: f64, touching: bool) -> bool {
 fn touch(
     scene: &Scene<'_>,
     near: &Near,
-    law: &PairLaw,
     list: &mut ContactList,
     k: usize,
     forces: &mut Forces,
@@ -157,9 +158,9 @@ fn touch(
     account: Option<&mut Account>,
 ) {
     let Scene { around, grains, response, kinematics } = *scene;
-    let Near { partners, material, normal, gap, .. } = *near;
+    let Near { partners, normal, .. } = *near;
     let (i, second) = (partners.first, partners.second);
-    if let PairLaw::WanTurek(law) = law {
+    if let PairLaw::WanTurek(law) = &around.law {
         let size = near.repulsion(law, grains);
         let rate = partners.relative(kinematics.velocity, kinematics.spin).velocity.dot(&normal);
         push(&mut forces.contact, &partners, &(normal * size));
@@ -168,16 +169,15 @@ fn touch(
         return;
     }
     let mass = response.effective_mass(grains, i, second);
-    let radius = partners.radius(grains);
-    let Some(law) = Coefficients::of(law, mass, radius, gap) else { return };
-    let arms = near.arms(grains, law.pair.at_contact_point);
+    let Some(law) = around.law.at(mass) else { return };
+    let arms = near.arms(grains);
     let frame = Frame { near: *near, mass, arms, begins: !list.touching[k] };
     let old = list.spring[k];
     let (force, tangential, rate) = resolve(&law, &frame, kinematics, &mut list.spring[k]);
     if let Some(account) = account {
         let path = path_of(&frame, kinematics, old);
-        let (frame, law, spring) = (&frame, &law.pair, list.spring[k]);
-        account.enter(&Entry { frame, law, path, spring, force: (force, tangential) });
+        let (frame, spring) = (&frame, list.spring[k]);
+        account.enter(&Entry { frame, law: &law, path, spring, force: (force, tangential) });
     }
     let bears = force != Vec3::zeros();
     forces.contacts += usize::from(note_event(&mut list.touching[k], bears, rate, observed, &partners));
@@ -187,10 +187,11 @@ fn touch(
     if let Some(j) = second {
         forces.torque[j] += moment * arms.1;
     }
-    if let Some(rolls) = around.laws.rolling(grains.material[i], material) {
+    if let Some(rolls) = &around.rolling {
+        let radius = partners.radius(grains);
         let inertia = rolling_inertia(grains, response, i, second);
         let force = (force - tangential).dot(&normal);
-        let roll = Roll { normal, force, stiffness: law.pair.stiffness * mass, radius, inertia };
+        let roll = Roll { normal, force, stiffness: law.stiffness * mass, radius, inertia };
         let torque = roll_torque(rolls, &roll, &frame, kinematics, &mut list.rolling[k]);
         push(&mut forces.torque, &partners, &torque);
     }

@@ -28,15 +28,13 @@ impl Speed {
     }
 }
 
-/// v ← v + h (a + W F), ω ← ω + h (α + J T): gravity, fluid and virtual mass in a, α; `lubrication` are
-/// explicit forces, if there are any.
+/// v ← v + h (a + W F), ω ← ω + h (α + J T): gravity, fluid and virtual mass in a, α.
 pub(super) fn kick(
     h: f64,
     (velocity, spin): (&mut [Vec3], &mut [Vec3]),
     response: &Response,
     contact: &[Vec3],
     torque: &[Vec3],
-    lubrication: Option<&[Vec3]>,
 ) -> Speed {
     let n = velocity.len();
     let (velocity, spin) = (&mut velocity[..n], &mut spin[..n]);
@@ -45,8 +43,7 @@ pub(super) fn kick(
     let (contact, torque) = (&contact[..n], &torque[..n]);
     let mut speed = Speed { largest2: 0.0, finite: true };
     for i in 0..n {
-        let force = lubrication.map_or(contact[i], |force| contact[i] + force[i]);
-        velocity[i] += (a[i] + weight[i].component_mul(&force)) * h;
+        velocity[i] += (a[i] + weight[i].component_mul(&contact[i])) * h;
         spin[i] += (alpha[i] + turn[i].component_mul(&torque[i])) * h;
         speed.note(&velocity[i], &spin[i]);
     }

@@ -7,7 +7,6 @@ use crate::general::contact::Kinematics;
 use crate::general::pair_law::{Contacts, Law, Relative, cross};
 use crate::grains::{Grains, Response};
 use crate::laws::coefficients::LinearPair;
-use crate::laws::table::PairLaw;
 use crate::motion::Vec3;
 use crate::report::Observations;
 use crate::search::contact_list::ContactList;
@@ -87,7 +86,7 @@ pub(crate) struct Sums<'a> {
 /// One evaluation of all pairs.
 pub(crate) struct PairPass<'a> {
     pub(crate) around: &'a Surroundings,
-    pub(crate) grains: &'a Grains,
+    pub(crate) law: &'a LinearPair,
     pub(crate) kinematics: &'a Kinematics<'a>,
     pub(crate) lanes: &'a mut PairLanes,
     pub(crate) list: &'a mut ContactList,
@@ -152,10 +151,10 @@ impl PairPass<'_> {
     /// Forces and springs of the contacts found.
     #[inline(always)]
     fn resolve<L: Lanes8>(&mut self, token: L::Token, images: &Images<L>) {
-        let Self { around, grains, kinematics, lanes, list, sums } = self;
+        let Self { law, kinematics, lanes, list, sums, .. } = self;
         let PairLanes { place, motion, spin, acting, gap: gaps, .. } = &**lanes;
         let none = place.len() as u32 - 1;
-        let only = if around.laws.count() == 1 { around.laws.linear(0, 0) } else { None };
+        let law = Law::splat(token, law);
         let zero = L::splat(token, 0.0);
         for (entries, gap) in acting.chunks(8).zip(gaps.chunks(8)) {
             let (mut first, mut second) = ([none; 8], [none; 8]);
@@ -168,17 +167,6 @@ impl PairPass<'_> {
                 (springs[0][k], springs[1][k], springs[2][k]) = (spring.x, spring.y, spring.z);
                 begins &= !(u8::from(list.touching[entry]) << k);
             }
-            let law = match &only {
-                Some(law) => Law::splat(token, law),
-                None => {
-                    let Some(law) = linear(around, grains, first[0], second[0]) else { continue };
-                    let mut laws = [law; 8];
-                    for k in 1..entries.len() {
-                        laws[k] = linear(around, grains, first[k], second[k]).unwrap_or(law);
-                    }
-                    Law::gather(token, laws)
-                }
-            };
             let (d, distance, _) = apart(token, images, place, &first, &second);
             let some: u8 = zero.lt(distance);
             let up = Vec3Lanes(zero, zero, L::splat(token, 1.0));
@@ -191,9 +179,8 @@ impl PairPass<'_> {
                 now
             };
             let [.., ri, _, _, _, rj] = columns::<L>(token, place, &first, &second);
-            let depth = gap.select(law.at_contact_point, zero);
             let half = L::splat(token, 0.5);
-            let arms = (ri + half * depth, rj + half * depth);
+            let arms = (ri + half * gap, rj + half * gap);
             let mass = L::splat(token, 1.0) / inverse;
             let dt = kinematics.dt;
             let contacts = Contacts { begins, normal, gap, distance, mass, arms, now, path, dt };
@@ -232,15 +219,6 @@ impl Sums<'_> {
         let (speeds, speed) = if begins { (impact_speed, -rate) } else { (rebound_speed, rate) };
         speeds[i] = speed.max(0.0);
         speeds[j] = speed.max(0.0);
-    }
-}
-
-/// The law of a pair of grains.
-#[inline(always)]
-fn linear<'a>(around: &'a Surroundings, grains: &Grains, i: u32, j: u32) -> Option<&'a LinearPair> {
-    match around.laws.between(grains.material[i as usize], grains.material[j as usize]) {
-        PairLaw::Linear(law) => Some(law),
-        _ => None,
     }
 }
 

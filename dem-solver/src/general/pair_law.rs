@@ -25,41 +25,19 @@ pub(super) struct Law<L> {
     tangential_stiffness: L,
     tangential_damping: L,
     friction: L,
-    capped: u8,
-    /// Lanes whose force attacks at the middle of the overlap.
-    pub(super) at_contact_point: u8,
 }
 
 impl<L: Lanes8> Law<L> {
-    /// One law in all lanes.
+    /// The law in all lanes.
     #[inline(always)]
     pub(super) fn splat(token: L::Token, law: &LinearPair) -> Self {
         let k = |value| L::splat(token, value);
-        let all = |set: bool| if set { u8::MAX } else { 0 };
         Self {
             stiffness: k(law.stiffness),
             damping: k(law.damping),
             tangential_stiffness: k(law.tangential_stiffness),
             tangential_damping: k(law.tangential_damping),
             friction: k(law.friction),
-            capped: all(law.capped),
-            at_contact_point: all(law.at_contact_point),
-        }
-    }
-
-    /// A law for each lane.
-    #[inline(always)]
-    pub(super) fn gather(token: L::Token, laws: [&LinearPair; 8]) -> Self {
-        let each = |of: fn(&LinearPair) -> f64| L::load(token, &laws.map(of));
-        let bits = |of: fn(&LinearPair) -> bool| (0..8).map(|k| u8::from(of(laws[k])) << k).sum();
-        Self {
-            stiffness: each(|law| law.stiffness),
-            damping: each(|law| law.damping),
-            tangential_stiffness: each(|law| law.tangential_stiffness),
-            tangential_damping: each(|law| law.tangential_damping),
-            friction: each(|law| law.friction),
-            capped: bits(|law| law.capped),
-            at_contact_point: bits(|law| law.at_contact_point),
         }
     }
 }
@@ -150,7 +128,7 @@ impl<L: Lanes8> Contacts<L> {
             tangential = cut.select(sliding, tangential);
             let back = none.minus(cut.plus(drag));
             let back = Vec3Lanes(back.0 / k_t, back.1 / k_t, back.2 / k_t);
-            spring = back.select(sliding & law.capped & zero.lt(k_t), spring);
+            spring = back.select(sliding & zero.lt(k_t), spring);
         }
         let tangential = tangential.select(bears, none);
         let force = n.scale(normal).plus(tangential).select(bears, none);

@@ -1,6 +1,6 @@
-//! Coefficients of a spring and dashpot along the normal and the tangent: what every law is at one overlap.
+//! Coefficients of a spring and dashpot along the normal and the tangent.
 
-/// Coefficients of one pair of materials per unit effective mass: multiply by m*.
+/// Coefficients per unit effective mass: multiply by m*.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearPair {
     /// k_n/m*, 1/s².
@@ -13,10 +13,6 @@ pub struct LinearPair {
     pub tangential_damping: f64,
     /// μ_c.
     pub friction: f64,
-    /// Whether the tangential spring is cut back while sliding.
-    pub capped: bool,
-    /// Whether the force attacks at the middle of the overlap (else at the radius).
-    pub at_contact_point: bool,
 }
 
 impl LinearPair {

@@ -11,7 +11,7 @@
 //! both relations, so that the clipped law gives the asked values.
 //!
 //! **t_c or k_n.** With `contact_time` all contacts last t_c and k_n grows with m*; with `stiffness`
-//! k_n is the same everywhere and t_c follows, √(m* (π² + ln² e_n)/k_n) in the form `seed`.
+//! k_n is the same everywhere and t_c follows, √(m* (π² + ln² e_n)/k_n) in the form `izard-2014`.
 //!
 //! **Which mass.** m* is built from the masses that the contact really accelerates: grain plus
 //! virtual mass when a fluid sends one. Then t_c stays t_c in the fluid; on the dry mass alone the
@@ -21,7 +21,6 @@
 use crate::error::SpecError;
 use crate::laws::coefficients::LinearPair;
 use crate::laws::rolling::Rolling;
-use crate::laws::tangential::Sliding;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -50,12 +49,6 @@ pub struct LinearSpringDashpot {
     /// γ_t/γ_n; 0 is Izard et al. (2014), 1 keeps dense beds quiet in coupled runs.
     #[serde(default = "default_damping_ratio")]
     pub damping_ratio: f64,
-    /// What happens to the tangential spring while the contact slides.
-    #[serde(default)]
-    pub sliding: Sliding,
-    /// Where the tangential force attacks.
-    #[serde(default)]
-    pub lever_arm: LeverArm,
     /// Resistance to rolling; none by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rolling: Option<Rolling>,
@@ -67,7 +60,7 @@ fn default_stiffness_ratio() -> f64 {
 }
 
 /// A tangential dashpot as strong as the normal one: without it C_v = ½ feeds a jitter in dense beds.
-pub(crate) fn default_damping_ratio() -> f64 {
+fn default_damping_ratio() -> f64 {
     1.0
 }
 
@@ -87,7 +80,7 @@ pub enum RestitutionForm {
 impl RestitutionForm {
     /// r = b/ω of the damped oscillation for a restitution: −ln(e)/π, or such that the clipped law
     /// gives e.
-    pub(crate) fn decay(self, restitution: f64) -> f64 {
+    fn decay(self, restitution: f64) -> f64 {
         match self {
             Self::Izard2014 => -restitution.ln() / PI,
             Self::ExactRestitution => clipped_inverse(restitution),
@@ -95,25 +88,14 @@ impl RestitutionForm {
     }
 
     /// What is allowed, where this restitution is not.
-    pub(crate) fn refuses(self, restitution: f64) -> Option<&'static str> {
+    fn refuses(self, restitution: f64) -> Option<&'static str> {
         if !(restitution > 0.0 && restitution <= 1.0) {
             return Some("above 0 and at most 1");
         }
-        (self == Self::ExactRestitution && restitution <= (-2.0f64).exp() * 1.001)
-            .then_some("above 0.1355 in the exact-restitution form (critical damping); use form = \"seed\"")
+        (self == Self::ExactRestitution && restitution <= (-2.0f64).exp() * 1.001).then_some(
+            "above 0.1355 in the exact-restitution form (critical damping); use form = \"izard-2014\"",
+        )
     }
-}
-
-/// Distance from a grain's centre at which the tangential force attacks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LeverArm {
-    /// The middle of the overlap, R + δ/2: both arms add up to the distance of the centres, so
-    /// angular momentum is kept to round-off and a rigid rotation gives no slip.
-    #[default]
-    ContactPoint,
-    /// The radius, eq. 14 as printed: angular momentum drifts by δ × F_t.
-    Radius,
 }
 
 /// What the clipped law really does.
@@ -126,7 +108,7 @@ pub struct Effective {
 }
 
 /// Restitution and relative duration of the clipped law for r = b/ω of the damped oscillation.
-pub(crate) fn clipped(r: f64) -> (f64, f64) {
+fn clipped(r: f64) -> (f64, f64) {
     let rest = PI - 2.0 * r.atan();
     ((-r * rest).exp(), rest / PI)
 }
@@ -163,8 +145,6 @@ impl LinearSpringDashpot {
             form: RestitutionForm::Izard2014,
             stiffness_ratio: default_stiffness_ratio(),
             damping_ratio: default_damping_ratio(),
-            sliding: Sliding::Capped,
-            lever_arm: LeverArm::ContactPoint,
             rolling: None,
         }
     }
@@ -219,8 +199,6 @@ impl LinearSpringDashpot {
             tangential_stiffness: self.stiffness_ratio * stiffness,
             tangential_damping: self.damping_ratio * damping,
             friction: self.friction,
-            capped: self.sliding == Sliding::Capped,
-            at_contact_point: self.lever_arm == LeverArm::ContactPoint,
         }
     }
 

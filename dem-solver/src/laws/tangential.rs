@@ -2,27 +2,14 @@
 //!
 //! F_t = −min(|k_t δ_t + γ_t v_t|, μ_c F_n) along k_t δ_t + γ_t v_t. δ_t is a vector in the contact
 //! plane: it grows by v_t dt, turns with the pair, and is cut back while the contact slides
-//! (Cundall & Strack 1979), or not (`uncapped`, the literal reading of eq. 16). Both give their
-//! figure 3 for k_t/k_n ≤ 2/7; at k_t = k_n they differ by up to 0.5 in Ψ₂.
+//! (Cundall & Strack 1979). Eq. 16 read literally limits the force alone; for k_t/k_n ≤ 2/7 that gives the same
+//! figure 3 (`tests/dem/oblique.rs`).
 //!
 //! The plane turns at n × ṅ + ½ n (ω_i + ω_j)·n: the turn of the line of centres and the mean twist
 //! about it, so that a rigid rotation of the pair about any axis turns the spring with it.
 
 use crate::laws::coefficients::LinearPair;
 use crate::motion::Vec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// What happens to the tangential spring while the contact slides.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sliding {
-    /// Cut back to what friction can hold (Cundall & Strack 1979).
-    #[default]
-    Capped,
-    /// Kept: only the force is limited (eq. 16 read literally).
-    Uncapped,
-}
 
 /// Turns the spring by the small rotation vector `turn`, lays it into the plane of `n` and restores
 /// its length. Second order in the turn of one sub-step.
@@ -51,7 +38,7 @@ pub fn tangential_force(law: &LinearPair, mass: f64, normal: f64, slip: &Vec3, s
         return trial;
     }
     let force = trial * (limit / trial2.sqrt());
-    if law.capped && k_t > 0.0 {
+    if k_t > 0.0 {
         *spring = -(force + slip * gamma_t) / k_t;
     }
     force

@@ -22,16 +22,13 @@ pub struct Wall {
     /// Time at which the wall vanishes, s; never if absent.
     #[serde(default)]
     pub until: Option<f64>,
-    /// Material of the wall.
-    #[serde(default)]
-    pub material: usize,
 }
 
 impl Wall {
-    /// A wall at rest that stays, of material 0.
+    /// A wall at rest that stays.
     #[must_use]
     pub fn new(point: [f64; 3], normal: [f64; 3]) -> Self {
-        Self { point, normal, velocity: [0.0; 3], from: 0.0, until: None, material: 0 }
+        Self { point, normal, velocity: [0.0; 3], from: 0.0, until: None }
     }
 
     /// Checks values and directions; a wall may not cut a periodic direction obliquely.
@@ -75,8 +72,6 @@ pub struct Plane {
     pub from: f64,
     /// Time of vanishing, s; infinite if it stays.
     pub until: f64,
-    /// Material.
-    pub material: usize,
 }
 
 impl From<&Wall> for Plane {
@@ -87,7 +82,6 @@ impl From<&Wall> for Plane {
             velocity: wall.velocity.into(),
             from: wall.from,
             until: wall.until.unwrap_or(f64::INFINITY),
-            material: wall.material,
         }
     }
 }

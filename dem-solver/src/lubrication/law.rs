@@ -7,9 +7,8 @@
 //! - along a line (discs, per unit length): κ = 3√2 πμ (R_eff/(δ + η))^{3/2}; eq. 19 has the wrong
 //!   exponent in the plane.
 //!
-//! `as-printed` applies κ up to the cut-off, `continuous` applies κ(δ) − κ(δ_c): the flow already
-//! resolves part of it, and the force no longer jumps at the cut-off. `complement` applies what
-//! the flow was measured to leave unresolved, with x = (δ + η)/L and L one cell:
+//! `as-printed` applies κ up to the cut-off. `complement` applies what the flow was measured to leave unresolved, with
+//! x = (δ + η)/L and L one cell:
 //!
 //!   κ(δ) = 6πμ R_eff²/(δ + η) · 1/(1 + 2x + 2x²),
 //!   ∫κ dδ = 6πμ R_eff² [ln x − ½ ln(1 + 2x + 2x²) − arctan(1 + 2x)].
@@ -21,7 +20,7 @@
 //! For spheres resolved and modelled force together are Brenner's (1961) within 1 % at every gap with the default
 //! mask: `scenes/validation/wall-approach.toml`; for discs: `scenes/validation/disc-film.toml`.
 //!
-//! **Implicit sub-step.** Explicit integration is stable only for dt < 2(η + δ)m/(6πμR²), and an
+//! **Implicit sub-step.** Explicit integration would be stable only for dt < 2(η + δ)m/(6πμR²), and an
 //! implicit velocity with a frozen gap tunnels through the gap. Instead the impulse of lubrication is taken
 //! over the path of the step: with U the gap rate before lubrication acts, m the effective mass and
 //! Φ′ = κ, the rate U′ after it solves
@@ -32,7 +31,7 @@
 //! beyond the cut-off, which stops it at δ = 0 and makes entering, leaving and rebounding exact
 //! without further cases. The left side rises with U′, so there is one root.
 
-use crate::lubrication::settings::GapShape;
+use crate::grain::Shape;
 use std::f64::consts::PI;
 
 /// How much of the film of a line the flow resolves: as if its gap were longer by a part of L, as measured with each way
@@ -76,14 +75,12 @@ pub(super) const LINE_SERIES: [f64; 4] = [1.0, -0.75, 0.625, -0.546_875];
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct LubricationModel {
-    /// Shape.
-    pub shape: GapShape,
+    /// Shape of the grains: spheres are near around a point, discs along a line.
+    pub shape: Shape,
     /// η/R.
     pub roughness: f64,
     /// δ_c/R.
     pub cut_off: f64,
-    /// Whether κ(δ_c) is subtracted.
-    pub continuous: bool,
     /// L of `complement`, m; infinite otherwise.
     pub resolved_length: f64,
     /// What the flow resolves of the films of discs.
@@ -98,8 +95,8 @@ impl LubricationModel {
     /// [`LubricationLaw::resolved_length`].
     pub(super) fn length(&self) -> f64 {
         match self.shape {
-            GapShape::Point => self.resolved_length,
-            GapShape::Line => self.line.normal * self.resolved_length,
+            Shape::Sphere => self.resolved_length,
+            Shape::Disc => self.line.normal * self.resolved_length,
         }
     }
 
@@ -111,8 +108,8 @@ impl LubricationModel {
         let roughness = self.roughness * scale;
         let cut_off = self.cut_off * scale;
         let coefficient = match self.shape {
-            GapShape::Point => 6.0 * PI * self.viscosity * reduced * reduced,
-            GapShape::Line => 3.0 * std::f64::consts::SQRT_2 * PI * self.viscosity * reduced * reduced.sqrt(),
+            Shape::Sphere => 6.0 * PI * self.viscosity * reduced * reduced,
+            Shape::Disc => 3.0 * std::f64::consts::SQRT_2 * PI * self.viscosity * reduced * reduced.sqrt(),
         };
         let resolved_length = self.length();
         let mut law = LubricationLaw {
@@ -124,7 +121,7 @@ impl LubricationModel {
             shift: 0.0,
         };
         // What the flow lacks at a line fades slowly: so that it ends at the cut-off.
-        if self.continuous || (self.shape == GapShape::Line && resolved_length.is_finite()) {
+        if self.shape == Shape::Disc && resolved_length.is_finite() {
             law.shift = law.resistance(cut_off);
         }
         law
@@ -135,8 +132,8 @@ impl LubricationModel {
 /// c/(δ + η)^{3/2} − c/(δ + η + λL)^{3/2} − shift.
 #[derive(Clone, Copy, Debug)]
 pub struct LubricationLaw {
-    /// Shape.
-    pub shape: GapShape,
+    /// Shape of the grains: spheres are near around a point, discs along a line.
+    pub shape: Shape,
     /// c, N s (point) or N s m^{1/2} per unit length (line).
     pub coefficient: f64,
     /// η, m.
@@ -145,7 +142,7 @@ pub struct LubricationLaw {
     pub cut_off: f64,
     /// L (line: λL), m; infinite if the form is not `complement`.
     pub resolved_length: f64,
-    /// κ(δ_c) if continuous or if discs have what the flow does not resolve, else zero, N s/m.
+    /// κ(δ_c) if discs have what the flow does not resolve, else zero, N s/m.
     pub shift: f64,
 }
 
@@ -200,11 +197,11 @@ impl LubricationLaw {
     pub fn resistance(&self, gap: f64) -> f64 {
         let a = gap + self.roughness;
         match self.shape {
-            GapShape::Point => {
+            Shape::Sphere => {
                 let x = a / self.resolved_length;
                 self.coefficient / (a * (1.0 + 2.0 * x * (1.0 + x))) - self.shift
             }
-            GapShape::Line => {
+            Shape::Disc => {
                 let b = a + self.resolved_length;
                 self.coefficient * (1.0 / (a * a.sqrt()) - 1.0 / (b * b.sqrt())) - self.shift
             }
@@ -215,8 +212,8 @@ impl LubricationLaw {
     #[inline(always)]
     fn path(&self, a: f64, s: f64) -> f64 {
         let spent = match self.shape {
-            GapShape::Point => self.coefficient * (s.ln_1p() - self.resolved(a, s)),
-            GapShape::Line => {
+            Shape::Sphere => self.coefficient * (s.ln_1p() - self.resolved(a, s)),
+            Shape::Disc => {
                 // 1 − (1+s)^{−1/2} without cancellation
                 let of = |a: f64, s: f64| {
                     let root = (1.0 + s).sqrt();
@@ -251,7 +248,7 @@ impl LubricationLaw {
         }
         let a = gap + self.roughness;
         let [k1, k2, k3, k4] = match self.shape {
-            GapShape::Point => {
+            Shape::Sphere => {
                 // path = c ∫ dσ/Q(σ) with Q = (1 + σ)(1 + 2x(1 + σ) + 2x²(1 + σ)²)
                 let x = a * (1.0 / self.resolved_length);
                 let x2 = x * x;
@@ -261,7 +258,7 @@ impl LubricationLaw {
                 let k3 = c / 6.0 * (2.0 * r * r - second);
                 [c, -0.5 * c * r, k3, c / 24.0 * (6.0 * r * (second - r * r) - third)]
             }
-            GapShape::Line => {
+            Shape::Disc => {
                 // 2c (1 − (1 + s)^{−1/2})/a^½, and as much less of a + λL
                 let b = a + self.resolved_length;
                 let (c, d, t) = (self.coefficient / a.sqrt(), self.coefficient / b.sqrt(), a / b);

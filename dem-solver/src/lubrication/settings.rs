@@ -13,8 +13,6 @@ pub enum Lubrication {
     None,
     /// Eq. 19 up to the cut-off.
     AsPrinted(LubricationSettings),
-    /// Eq. 19 less its value at the cut-off.
-    Continuous(LubricationSettings),
     /// What the grid of the flow does not resolve.
     Complement(LubricationSettings),
 }
@@ -32,18 +30,12 @@ pub struct LubricationSettings {
     /// cell, as measured with the default width ½ of the mask. In general (0.43 + 1.14 width) cells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolved_length: Option<f64>,
-    /// Whether surfaces that slide or roll past each other have a film too (`complement`, implicit only); by default those of
+    /// Whether surfaces that slide or roll past each other have a film too (`complement` only); by default those of
     /// spheres have, those of discs have not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tangential: Option<bool>,
-    /// Shape of the gap; by default point for spheres and line for discs.
-    #[serde(default)]
-    pub film: Option<GapShape>,
-    /// How it is integrated.
-    #[serde(default)]
-    pub integration: LubricationIntegration,
-    /// Most Gauss–Seidel sweeps over all gaps of one sub-step (implicit only).
-    #[serde(default = "default_sweeps")]
+    /// Most Gauss–Seidel sweeps over all gaps of one sub-step; a scene has the default.
+    #[serde(skip, default = "default_sweeps")]
     pub sweeps: u32,
 }
 
@@ -57,27 +49,6 @@ fn default_sweeps() -> u32 {
     8
 }
 
-/// Where two surfaces are near.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum GapShape {
-    /// Around a point: spheres.
-    Point,
-    /// Along a line: discs, force per unit length.
-    Line,
-}
-
-/// Time integration of lubrication.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LubricationIntegration {
-    /// Impulse over the path of the sub-step: stable, never tunnels, exact to four digits.
-    #[default]
-    Implicit,
-    /// Force at the start of the sub-step: stable only for dt < 2(η + δ)m/(6πμR²).
-    Explicit,
-}
-
 impl LubricationSettings {
     /// Settings with everything but the roughness at its default.
     #[must_use]
@@ -87,8 +58,6 @@ impl LubricationSettings {
             cut_off: default_cut_off(),
             resolved_length: None,
             tangential: None,
-            film: None,
-            integration: LubricationIntegration::Implicit,
             sweeps: default_sweeps(),
         }
     }
@@ -100,17 +69,14 @@ impl Lubrication {
     pub fn settings(&self) -> Option<&LubricationSettings> {
         match self {
             Self::None => None,
-            Self::AsPrinted(settings) | Self::Continuous(settings) | Self::Complement(settings) => {
-                Some(settings)
-            }
+            Self::AsPrinted(settings) | Self::Complement(settings) => Some(settings),
         }
     }
 
     /// Whether surfaces that slide or roll past each other have a film too.
     #[must_use]
     pub fn is_tangential(&self) -> bool {
-        let can = |settings: &LubricationSettings| settings.integration == LubricationIntegration::Implicit;
-        matches!(self, Self::Complement(settings) if can(settings) && settings.tangential != Some(false))
+        matches!(self, Self::Complement(settings) if settings.tangential != Some(false))
     }
 
     /// Checks ranges.
@@ -124,11 +90,7 @@ impl Lubrication {
         }
         SpecError::unless_positive("lubrication", &[("cut_off", settings.cut_off)])?;
         if settings.tangential == Some(true) && !self.is_tangential() {
-            return bad(
-                "tangential",
-                1.0,
-                "false: only form = \"complement\" with integration = \"implicit\" has that film",
-            );
+            return bad("tangential", 1.0, "false: only form = \"complement\" has that film");
         }
         if settings.sweeps == 0 {
             return bad("sweeps", 0.0, "at least 1");
@@ -140,9 +102,9 @@ impl Lubrication {
             (Self::Complement(_), None) => bad(
                 "resolved_length",
                 f64::NAN,
-                "the width of a cell of the flow; form = \"continuous\" needs none",
+                "the width of a cell of the flow; form = \"as-printed\" needs none",
             ),
-            (Self::AsPrinted(_) | Self::Continuous(_), Some(length)) => {
+            (Self::AsPrinted(_), Some(length)) => {
                 bad("resolved_length", length, "read by form = \"complement\" only")
             }
             _ => Ok(()),

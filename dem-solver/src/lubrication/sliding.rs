@@ -37,8 +37,8 @@
 //! began: J = −K dt s/(1 + K dt W) for the velocity s that is braked and its inverse mass W. No visit turns s round, so the
 //! energy falls whatever K dt W is; opposite impulses at the middle of the gap keep momentum and angular momentum.
 
+use crate::grain::Shape;
 use crate::lubrication::law::LubricationModel;
-use crate::lubrication::settings::GapShape;
 use std::f64::consts::PI;
 
 /// L_t over the length L that the normal film has, at a wall …
@@ -62,10 +62,10 @@ pub(super) struct Film {
 
 impl Film {
     /// Of a grain of radius `a` and one of radius `b`, infinite for a wall.
-    pub(super) fn new(shape: GapShape, viscosity: f64, a: f64, b: f64) -> Self {
+    pub(super) fn new(shape: Shape, viscosity: f64, a: f64, b: f64) -> Self {
         match shape {
-            GapShape::Point => Self::of_spheres(viscosity, a, b),
-            GapShape::Line => Self::of_discs(viscosity, a, b),
+            Shape::Sphere => Self::of_spheres(viscosity, a, b),
+            Shape::Disc => Self::of_discs(viscosity, a, b),
         }
     }
 
@@ -105,12 +105,12 @@ impl Film {
 /// overlap; for discs part of (δ + η)^{−1/2}.
 pub(super) fn unresolved(model: &LubricationModel, gap: f64, roughness: f64, length: f64) -> [f64; 2] {
     match model.shape {
-        GapShape::Point if !(0.0..=REACH * length).contains(&gap) => [0.0; 2],
-        GapShape::Point => {
+        Shape::Sphere if !(0.0..=REACH * length).contains(&gap) => [0.0; 2],
+        Shape::Sphere => {
             let ratio = length / (gap + roughness);
             [0.5 * (ratio * ratio).ln_1p(); 2]
         }
-        GapShape::Line => {
+        Shape::Disc => {
             let a = gap.max(0.0) + roughness;
             let cells = a / length;
             let left = |[part, fade]: [f64; 2]| {
@@ -124,9 +124,9 @@ pub(super) fn unresolved(model: &LubricationModel, gap: f64, roughness: f64, len
 /// L_t of `model`, m; L itself for discs.
 pub(super) fn reach_at(model: &LubricationModel, at_wall: bool) -> f64 {
     let part = match model.shape {
-        GapShape::Point if at_wall => TO_WALL,
-        GapShape::Point => TO_SPHERE,
-        GapShape::Line => 1.0,
+        Shape::Sphere if at_wall => TO_WALL,
+        Shape::Sphere => TO_SPHERE,
+        Shape::Disc => 1.0,
     };
     part * model.resolved_length
 }
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn a_film_has_no_first_and_second() {
         let (a, b) = (0.3, 1.1);
-        for shape in [GapShape::Point, GapShape::Line] {
+        for shape in [Shape::Sphere, Shape::Disc] {
             let (one, two) = (Film::new(shape, 1.0, a, b), Film::new(shape, 1.0, b, a));
             // u is the same vector turned round, p too: A and C agree, B changes sign.
             assert!((one.slip / two.slip - 1.0).abs() < 1e-14);
@@ -194,10 +194,9 @@ mod tests {
     #[test]
     fn what_is_left_grows_as_the_logarithm() {
         let model = LubricationModel {
-            shape: GapShape::Point,
+            shape: Shape::Sphere,
             roughness: 0.0,
             cut_off: 1.0,
-            continuous: false,
             resolved_length: 0.2,
             line: LineResolution::MASK,
             tangential: true,

@@ -1,11 +1,11 @@
 //! Films of a sub-step, eight at a time: their laws at the present gaps, sweeps over them, and their forces.
 
+use crate::grain::Shape;
 use crate::lubrication::brake::{Spins, left};
 use crate::lubrication::film_list::FilmList;
 use crate::lubrication::law::{Expansion, LINE_SERIES, LubricationLaw, LubricationModel};
 use crate::lubrication::packs::FilmPack;
 use crate::lubrication::rows::Rows;
-use crate::lubrication::settings::GapShape;
 use crate::motion::Vec3;
 use crate::vector::kernel::Kernel;
 use crate::vector::lanes::{Lanes, Lanes8, Mask};
@@ -175,7 +175,7 @@ fn expand<L: Lanes8>(
     // In overlap there is no film, and no root of what would be left of a.
     let a = gap.max(zero) + roughness;
     let [k1, k2, k3, k4] = match model.shape {
-        GapShape::Point => {
+        Shape::Sphere => {
             let x = a * k(1.0 / model.resolved_length);
             let x2 = x * x;
             let (x4, x12) = (k(4.0) * x, k(12.0) * x2);
@@ -185,7 +185,7 @@ fn expand<L: Lanes8>(
             let k3 = c * k(1.0 / 6.0) * (two * r * r - second);
             [c, k(-0.5) * c * r, k3, c * k(1.0 / 24.0) * (k(6.0) * r * (second - r * r) - third)]
         }
-        GapShape::Line => {
+        Shape::Disc => {
             let b = a + k(model.length());
             let (c, d, t) = (coefficient / a.sqrt(), coefficient / b.sqrt(), a / b);
             let t2 = t * t;

@@ -1,6 +1,6 @@
 //! Every contact of a state with its force: what averages over grains are made of.
 
-use crate::general::contact::{Coefficients, Frame, Kinematics, Near, SpringStep, resolve};
+use crate::general::contact::{Frame, Kinematics, Near, SpringStep, resolve};
 use crate::general::forces::Scene;
 use crate::grains::{Grains, Response};
 use crate::laws::table::PairLaw;
@@ -74,13 +74,12 @@ impl Dem {
     /// Force on the first partner, N, if there is one; `spring` is what the contact remembers.
     fn force(&self, near: &Near, response: &Response, mut spring: Vec3) -> Option<Vec3> {
         let (g, partners) = (&self.grains, &near.partners);
-        let force = match self.around.laws.between(g.material[partners.first], near.material) {
+        let force = match &self.around.law {
             PairLaw::WanTurek(law) => near.normal * near.repulsion(law, g),
             law => {
                 let mass = response.effective_mass(g, partners.first, partners.second);
-                let (radius, arms) = (partners.radius(g), near.arms(g, true));
-                let frame = Frame { near: *near, mass, arms, begins: false };
-                let law = Coefficients::of(law, mass, radius, near.gap)?;
+                let frame = Frame { near: *near, mass, arms: near.arms(g), begins: false };
+                let law = law.at(mass)?;
                 let (velocity, spin) = (&g.velocity, &g.spin);
                 let (dt, t, step) = (0.0, self.time, SpringStep::Before);
                 let kinematics = Kinematics { velocity, spin, path: None, dt, spring: step, t };
@@ -105,7 +104,7 @@ impl Dem {
         if gap > self.around.range || distance == 0.0 {
             return None;
         }
-        let near = Near::grains(g, i, j, &apart, distance, gap);
+        let near = Near::grains(i, j, &apart, distance, gap);
         let force = self.force(&near, response, pairs.spring[k])?;
         let point = g.position[i] - near.normal * (g.radius[i] + 0.5 * gap);
         let start = g.position[i] - apart;

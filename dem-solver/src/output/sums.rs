@@ -1,9 +1,6 @@
 //! Sums over all grains: energy, momentum.
 
-use crate::general::contact::Partners;
 use crate::grains::Response;
-use crate::laws::coefficients::LinearPair;
-use crate::laws::table::PairLaw;
 use crate::motion::Vec3;
 use crate::solver::Dem;
 use crate::state::SavedContact;
@@ -29,24 +26,24 @@ impl Dem {
         let (pairs, walls) = self.bearing_contacts();
         let known = self.response.inverse_mass.len() == g.len();
         let response = if known { &self.response } else { &Response::new(g, &Vec3::zeros(), &[]) };
-        let stored_in = |contact: &SavedContact, second: Option<usize>, material: usize, gap: f64| {
-            let i = contact.first as usize;
-            let law = self.around.laws.between(g.material[i], material);
-            let radius = Partners { first: i, second, wall: Vec3::zeros() }.radius(g);
-            let size = (response.effective_mass(g, i, second), radius);
-            stored(law, size, gap, &contact.spring.into())
+        let stored_in = |contact: &SavedContact, second: Option<usize>, gap: f64| {
+            let mass = response.effective_mass(g, contact.first as usize, second);
+            let Some(law) = self.around.law.at(mass).filter(|_| gap < 0.0) else { return 0.0 };
+            let spring = Vec3::from(contact.spring);
+            0.5 * mass * law.stiffness * gap * gap
+                + 0.5 * mass * law.tangential_stiffness * spring.norm_squared()
         };
         let mut energy = 0.0;
         for contact in &pairs {
             let (i, j) = (contact.first as usize, contact.second as usize);
             let apart = self.around.periods.nearest(g.position[i] - g.position[j]).norm();
-            energy += stored_in(contact, Some(j), g.material[j], apart - g.radius[i] - g.radius[j]);
+            energy += stored_in(contact, Some(j), apart - g.radius[i] - g.radius[j]);
         }
         for contact in &walls {
             let (i, wall) = (contact.first as usize, &self.around.walls[contact.second as usize]);
             if wall.acts(self.time) {
                 let gap = wall.gap(&g.position[i], g.radius[i], self.time);
-                energy += stored_in(contact, None, wall.material, gap);
+                energy += stored_in(contact, None, gap);
             }
         }
         energy
@@ -76,20 +73,5 @@ impl Dem {
     pub fn angular_momentum(&self) -> Vec3 {
         let g = &self.grains;
         (0..g.len()).map(|i| g.position[i].cross(&g.velocity[i]) * g.mass[i] + g.spin[i] * g.inertia[i]).sum()
-    }
-}
-
-/// Energy of one contact; `size` holds m* and R*.
-fn stored(law: &PairLaw, (mass, radius): (f64, f64), gap: f64, spring: &Vec3) -> f64 {
-    if gap >= 0.0 {
-        return 0.0;
-    }
-    let linear = |law: &LinearPair| 0.5 * mass * law.stiffness * gap * gap;
-    let shear = |law: &LinearPair| 0.5 * mass * law.tangential_stiffness * spring.norm_squared();
-    match law {
-        PairLaw::Linear(law) => linear(law) + shear(law),
-        PairLaw::Stiff(law) => linear(&law.at(mass)) + shear(&law.at(mass)),
-        PairLaw::Hertz(law) => law.normal_energy(radius, gap) + shear(&law.at(mass, radius, gap)),
-        PairLaw::WanTurek(_) => 0.0,
     }
 }

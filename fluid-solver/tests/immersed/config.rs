@@ -32,7 +32,7 @@ fn refusal(density: f64, fluid: &str) -> (String, String) {
     let scene = try_scene(&text(density, "[32, 32, 32]", fluid)).expect("the shared part is right");
     let error = facts(&scene).expect_err(fluid);
     assert!(error.line > 0 && !error.remedy.is_empty(), "{error}");
-    (error.key.clone(), error.message)
+    (error.key.clone(), format!("{} {}", error.message, error.remedy))
 }
 
 #[test]

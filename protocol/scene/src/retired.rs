@@ -1,4 +1,4 @@
-//! Keys and values of scenes that have another name now, or none.
+//! Keys and values of scenes that have another name now.
 //!
 //! Each owner of a section keeps one table of its own names, and refuses them before it reads the
 //! section: [`SceneSource::refuse_retired`]. There are no aliases.
@@ -15,29 +15,29 @@ pub struct Retired {
     pub key: &'static str,
     /// The string value that is retired; without one the key is.
     pub value: Option<&'static str>,
-    /// What to write now: the new key, or the new value; of what has no other name, why it is not needed.
+    /// What to write now: the new key, or the new value; of what has no successor, what to do.
     pub now: &'static str,
-    /// Whether there is no other name.
-    pub gone: bool,
+    /// Whether it has no successor.
+    pub dropped: bool,
 }
 
 impl Retired {
     /// A retired key, and what to write now.
     #[must_use]
     pub const fn key(key: &'static str, now: &'static str) -> Self {
-        Self { key, value: None, now, gone: false }
+        Self { key, value: None, now, dropped: false }
     }
 
-    /// A retired key that has no other name, and why it is not needed.
+    /// A retired key without a successor, and what to do about it.
     #[must_use]
-    pub const fn gone(key: &'static str, why: &'static str) -> Self {
-        Self { key, value: None, now: why, gone: true }
+    pub const fn dropped(key: &'static str, remedy: &'static str) -> Self {
+        Self { key, value: None, now: remedy, dropped: true }
     }
 
     /// A retired value of a key that stays, and what to write now.
     #[must_use]
     pub const fn value(key: &'static str, value: &'static str, now: &'static str) -> Self {
-        Self { key, value: Some(value), now, gone: false }
+        Self { key, value: Some(value), now, dropped: false }
     }
 }
 
@@ -48,21 +48,20 @@ impl SceneSource {
     /// At the first retired name that stands in the text, with the new one; if the text is not TOML.
     pub fn refuse_retired(&self, retired: &[Retired]) -> Result<(), SceneError> {
         let tree = self.tree()?;
-        for Retired { key, value, now, gone } in retired {
+        for Retired { key, value, now, dropped } in retired {
             let parts: Vec<&str> = key.split('.').collect();
             let root =
                 tree.get_ref().iter().find(|(name, _)| name.get_ref() == parts[0].trim_end_matches("[]"));
             let Some(found) = root.and_then(|(_, root)| place(root.get_ref(), &parts, *value)) else {
                 continue;
             };
+            if *dropped {
+                return Err(self.error(&found, "is retired: there is no such choice any more", now));
+            }
             let message = match value {
-                _ if *gone => format!("is retired: {now}"),
                 Some(value) => format!("\"{value}\" is retired; its name is now {now}"),
                 None => format!("is retired; its name is now {now}"),
             };
-            if *gone {
-                return Err(self.error(&found, message, "leave it out; docs/scene.md lists every key"));
-            }
             return Err(self.error(&found, message, &format!("write {now}; docs/scene.md lists every key")));
         }
         Ok(())
@@ -102,7 +101,7 @@ mod tests {
         Retired::key("flow.rungs", "flow.levels"),
         Retired::key("walls[].colour", "walls[].material"),
         Retired::value("flow.form", "old", "\"new\""),
-        Retired::gone("flow.sort", "there is one sort"),
+        Retired::dropped("flow.colour", "leave it out: it is always blue"),
     ];
 
     fn refusal(text: &str) -> Option<(usize, String, String)> {
@@ -119,9 +118,11 @@ mod tests {
         let (line, key, remedy) = refusal("[flow]\nform = \"old\"\n").expect("a retired value");
         assert_eq!((line, key.as_str()), (2, "flow.form"));
         assert!(remedy.contains("\"new\""), "{remedy}");
-        let (line, key, remedy) = refusal("[flow]\nsort = 1\n").expect("a key that is gone");
-        assert_eq!((line, key.as_str()), (2, "flow.sort"));
-        assert!(remedy.contains("leave it out"), "{remedy}");
+        let (line, key, remedy) = refusal("[flow]\ncolour = 1\n").expect("a key without a successor");
+        assert_eq!(
+            (line, key.as_str(), remedy.as_str()),
+            (2, "flow.colour", "leave it out: it is always blue")
+        );
         let walls = "[[walls]]\nmaterial = 1\n[[walls]]\ncolour = 2\n";
         let (line, key, _) = refusal(walls).expect("a retired key of an item");
         assert_eq!((line, key.as_str()), (4, "walls[1].colour"));

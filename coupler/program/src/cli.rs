@@ -1,0 +1,384 @@
+//! The command line of `bedload`.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use bedload_program::RunOptions;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use protocol::participant::Role;
+
+use coupler::export::Viewer;
+use coupler::failure::Failure;
+use coupler::log_command::{self, CatOptions, LogCommandError};
+use coupler::replay::{self, Replay};
+use coupler::{check, conformance};
+use study::{commands, evidence};
+
+/// Grains in a flow: fluid and DEM solvers coupled.
+///
+/// Exit codes: 0 done; 1 a run failed or a comparison differs; 2 bad input or a broken bound; 3 a
+/// solver died or timed out; 4 the run was unstable; 5 no room on the disk; 6 the log
+/// of a replay breaks off; 130 interrupted (checkpoint and log are in order).
+#[derive(Debug, Parser)]
+#[command(name = "bedload", version, propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Validate a scene and print its plan: steps, bounds, cost
+    Check {
+        /// Scene file (TOML)
+        scene: PathBuf,
+        /// Override any key of the scene, such as --set grains[0].density=2.0; may be repeated
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        /// End of the run, s, instead of the scene's `until`
+        #[arg(long, value_name = "T", allow_negative_numbers = true)]
+        until: Option<f64>,
+        /// Error that is good enough, such as 2%: settings from the chart of this class of scenes
+        #[arg(long, value_name = "PART")]
+        accuracy: Option<String>,
+        /// Print the plan as JSON
+        #[arg(long)]
+        json: bool,
+        /// Start the solvers that the scene names with `command`, to ask them; without it only those of this build
+        #[arg(long)]
+        allow_commands: bool,
+        /// Print the scene of one of the cheaper models that are proposed
+        #[arg(long, value_name = "NAME", conflicts_with = "json")]
+        cheaper: Option<String>,
+    },
+    /// Run a scene
+    Run {
+        #[command(flatten)]
+        options: RunOptions,
+        /// Error that is good enough, such as 2%: settings from the chart of this class of scenes
+        #[arg(long, value_name = "PART")]
+        accuracy: Option<String>,
+    },
+    /// Drive one solver from a log, at full speed; with other values of the scene, or another solver
+    Replay {
+        /// Log of a run (MCAP)
+        log: PathBuf,
+        /// Solver to drive
+        #[arg(long)]
+        drive: Side,
+        /// Compare every message bit for bit; exit 1 at the first difference, 6 if the log breaks off
+        #[arg(long)]
+        verify: bool,
+        /// Change any key of the log's scene before the solver reads it, and say what differs then; may be repeated
+        #[arg(long = "set", value_name = "KEY=VALUE", conflicts_with = "verify")]
+        overrides: Vec<String>,
+        /// Say how far each quantity is from the logged one: table; with --out also divergence.csv and .svg
+        #[arg(long, conflicts_with = "verify")]
+        compare: bool,
+        /// Start the solver that --set names with `command`; one that the log names is never started
+        #[arg(long)]
+        allow_commands: bool,
+        /// Checkpoint that the log of a resumed run begins at
+        #[arg(long, value_name = "DIR")]
+        checkpoint: Option<PathBuf>,
+        /// Output folder
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Read a log without any solver
+    Log {
+        #[command(subcommand)]
+        command: LogWord,
+    },
+    /// Run the sweep of a scene's [chart] section: error against cost, with the Pareto front
+    Chart {
+        /// Scene file (TOML) with a [chart] section
+        scene: PathBuf,
+        /// Folder of runs, table, figure and page; finished runs in it are not repeated. By default
+        /// out/SCENE-chart
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Runs at a time, where errors alone matter: costs are timings only of runs one by one
+        #[arg(long, value_name = "N")]
+        jobs: Option<NonZeroUsize>,
+    },
+    /// Run published cases and compare with their references; exit 1 if a check fails
+    Validate {
+        /// Names (falling-sphere) or files (*.toml) of cases; by default all in scenes/validation
+        cases: Vec<String>,
+        /// Only quick runs of quick cases: minutes in all
+        #[arg(long)]
+        quick: bool,
+        /// Runs at a time; by default as many as there are cores
+        #[arg(long, value_name = "N")]
+        jobs: Option<NonZeroUsize>,
+        /// Folder of runs, page and figures; finished runs in it are not repeated
+        #[arg(long, value_name = "DIR", default_value = "out/validation")]
+        out: PathBuf,
+    },
+    /// Run a scene's [stability] sweep and draw where each method fails, beside the bound; exit 1 if
+    /// `check` accepts a run that failed
+    Stability {
+        /// Scene file (TOML) with a [stability] section
+        scene: PathBuf,
+        /// Folder of runs, stability.csv, .svg and .html; by default out/SCENE-stability; finished runs
+        /// in it are not repeated
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Runs at a time; by default as many as there are cores
+        #[arg(long, value_name = "N")]
+        jobs: Option<NonZeroUsize>,
+    },
+    /// Make studies: the charts, maps and cases of these files, or of the whole repository
+    Study {
+        /// Files with [chart], [stability] or [case]
+        #[arg(required_unless_present_any = ["all", "sample", "mark"])]
+        files: Vec<PathBuf>,
+        /// All studies of the repository, in their order, into docs; finished runs are not repeated
+        #[arg(long, conflicts_with = "files")]
+        all: bool,
+        /// Only print what --all would make, and the time it takes
+        #[arg(long, requires = "all")]
+        list: bool,
+        /// Make a sample of every table again; exit 1 if docs/evidence.csv does not say what it gives
+        #[arg(long, conflicts_with_all = ["files", "all"])]
+        sample: bool,
+        /// The same, and write which tables are stale into docs/evidence.csv and the pages
+        #[arg(long, conflicts_with_all = ["files", "all", "sample"])]
+        mark: bool,
+        /// Folder of runs, tables, figures and pages
+        #[arg(long, value_name = "DIR", conflicts_with = "all")]
+        out: Option<PathBuf>,
+        /// Runs at a time
+        #[arg(long, value_name = "N")]
+        jobs: Option<NonZeroUsize>,
+    },
+    /// Test any solver command against the protocol, role by role; exit 1 if it fails
+    Conformance {
+        /// Only this role; by default each role that the command takes
+        #[arg(long)]
+        role: Option<Side>,
+        /// Scene with a fluid and free grains; by default two spheres apart in a closed box
+        #[arg(long)]
+        scene: Option<PathBuf>,
+        /// Override any key of the scene; may be repeated
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        /// Hold a DEM also against what is exact: fall, bounce, rest, collision, spin
+        #[arg(long)]
+        physics: bool,
+        /// Print the results as JSON
+        #[arg(long)]
+        json: bool,
+        /// The solver: executable and leading arguments, after --
+        #[arg(required = true, last = true)]
+        command: Vec<String>,
+    },
+    /// Make report.html in the output folder of each run, chart.html and stability.html in those of sweeps
+    Report {
+        /// Output folders of runs, charts and maps
+        #[arg(required = true)]
+        dirs: Vec<PathBuf>,
+    },
+    /// Draw a plane of a run's fields, with the grains in it, frame by frame: film/*.png and film.gif
+    Film {
+        /// Output folder of a run with fields (observe.fields_every)
+        dir: PathBuf,
+        /// What is coloured: speed, velocity-x, -y, -z, vorticity, vorticity-x, -z, pressure, solid, or grains (by their
+        /// speed). By default speed, or grains in a run without fluid
+        #[arg(long, value_name = "F")]
+        field: Option<String>,
+        /// Plane, such as y=0.5 (m); by default y in the middle of the box
+        #[arg(long, value_name = "AXIS=POSITION")]
+        slice: Option<String>,
+        /// Width of a frame, pixels
+        #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = clap::value_parser!(u16).range(64..=4096))]
+        width: u16,
+        /// Frames per second of the film
+        #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=50))]
+        rate: u16,
+    },
+    /// Print the JSON Schema of a whole scene
+    Schema,
+    /// Name a run's files for viewers and tables
+    Export {
+        /// Output folder of a run
+        dir: PathBuf,
+        #[command(flatten)]
+        format: Format,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum LogWord {
+    /// What a log holds
+    Info {
+        /// Log (MCAP)
+        log: PathBuf,
+    },
+    /// Print its messages
+    Cat {
+        /// Log (MCAP)
+        log: PathBuf,
+        /// Only this topic; its last part is enough (`loads`)
+        #[arg(long)]
+        topic: Option<String>,
+        /// Only these windows: A..B, A.., ..B or A
+        #[arg(long, value_name = "RANGE")]
+        step: Option<String>,
+        /// JSON, one object per line
+        #[arg(long)]
+        json: bool,
+    },
+    /// Rewrite a log that breaks off, complete and indexed
+    Repair {
+        /// Log (MCAP)
+        log: PathBuf,
+        /// New log; by default the log itself is replaced
+        out: Option<PathBuf>,
+    },
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Side {
+    Fluid,
+    Dem,
+}
+
+impl From<Side> for Role {
+    fn from(side: Side) -> Self {
+        match side {
+            Side::Fluid => Self::Fluid,
+            Side::Dem => Self::Dem,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Args)]
+#[group(required = true, multiple = false)]
+struct Format {
+    /// Fields for ParaView
+    #[arg(long)]
+    vtk: bool,
+    /// Tables
+    #[arg(long)]
+    csv: bool,
+    /// The log, with channels for Foxglove, Lichtblick and Rerun
+    #[arg(long)]
+    foxglove: bool,
+}
+
+impl Format {
+    fn viewer(self) -> Viewer {
+        match (self.vtk, self.csv) {
+            (true, _) => Viewer::Vtk,
+            (_, true) => Viewer::Csv,
+            _ => Viewer::Foxglove,
+        }
+    }
+}
+
+/// The whole program.
+#[must_use]
+pub(crate) fn main() -> ExitCode {
+    bedload_program::end_at_closed_pipe();
+    bedload_program::fail_at_file_limit();
+    match dispatch(Arguments::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            let code = failure.exit_code();
+            failure.explain();
+            ExitCode::from(code)
+        }
+    }
+}
+
+/// `--accuracy` is the scene's key of that name.
+fn with_accuracy(mut options: RunOptions, accuracy: Option<String>) -> RunOptions {
+    options.overrides.extend(accuracy.map(|accuracy| format!("accuracy={accuracy:?}")));
+    options
+}
+
+/// How a study is made: `--out`, `--jobs`, and the commit of this build.
+fn studied(out: Option<PathBuf>, jobs: Option<NonZeroUsize>) -> commands::Options {
+    commands::Options { out, jobs, commit: env!("BEDLOAD_COMMIT") }
+}
+
+fn log(word: &LogWord) -> Result<(), LogCommandError> {
+    let mut out = std::io::stdout().lock();
+    match word {
+        LogWord::Info { log } => log_command::info(log, &mut out),
+        LogWord::Cat { log, topic, step, json } => {
+            let steps = step.as_deref().map(log_command::parse_steps).transpose()?;
+            let options = CatOptions { topic: topic.clone(), steps, json: *json };
+            log_command::cat(log, &options, &mut out)
+        }
+        LogWord::Repair { log, out: to } => log_command::repair(log, to.as_deref(), &mut out),
+    }
+}
+
+fn dispatch(command: Command) -> Result<(), Failure> {
+    match command {
+        Command::Check { scene, overrides, until, json, cheaper, accuracy, allow_commands } => {
+            let options =
+                RunOptions { overrides, until, no_commands: !allow_commands, ..RunOptions::of_scene(&scene) };
+            study::sections::check(&options)?;
+            let options = with_accuracy(options, accuracy);
+            cheaper.map_or_else(|| check::check(&options, json), |name| check::cheaper(&options, &name))
+        }
+        Command::Run { options, accuracy } => {
+            study::sections::check(&options)?;
+            coupler::run::run(&with_accuracy(options, accuracy), study::report::page::write)
+        }
+        Command::Replay { log, drive, verify, overrides, compare, allow_commands, checkpoint, out } => {
+            let drive = drive.into();
+            replay::replay(&Replay {
+                log,
+                drive,
+                verify,
+                compare,
+                overrides,
+                allow_commands,
+                checkpoint,
+                out,
+                figure: study::divergence::figure,
+            })
+        }
+        Command::Log { command } => Ok(log(&command)?),
+        Command::Chart { scene, out, jobs } => commands::chart(&scene, &studied(out, jobs)),
+        Command::Validate { cases, quick, jobs, out } => {
+            commands::validate(&cases, quick, &studied(Some(out), jobs))
+        }
+        Command::Stability { scene, out, jobs } => commands::stability(&scene, &studied(out, jobs)),
+        Command::Study { files, all, list, sample, mark, out, jobs } => {
+            let options = studied(out, jobs);
+            match (all && list, sample || mark) {
+                (true, _) => evidence::list(),
+                (_, true) => evidence::sample(mark, &options),
+                _ => evidence::study(&files, &options),
+            }
+        }
+        Command::Conformance { role, scene, overrides, physics, json, command } => {
+            let role = role.map(Role::from);
+            conformance::conformance(&conformance::Options { command, role, scene, overrides, json, physics })
+        }
+        Command::Report { dirs } => {
+            let dirs: Vec<&Path> = dirs.iter().map(PathBuf::as_path).collect();
+            for page in study::report::report(&dirs)? {
+                println!("{}", page.display());
+            }
+            Ok(())
+        }
+        Command::Film { dir, field, slice, width, rate } => {
+            let film = study::film::Film { dir, field, slice, width, rate };
+            println!("{}", study::film::film(&film)?.display());
+            Ok(())
+        }
+        Command::Schema => {
+            println!("{:#}", crate::schema::schema()?);
+            Ok(())
+        }
+        Command::Export { dir, format } => coupler::export::export(&dir, format.viewer()),
+    }
+}

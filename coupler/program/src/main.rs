@@ -1,0 +1,8 @@
+//! `bedload`: plans, starts, conducts and records coupled runs, and studies over many.
+
+mod cli;
+mod schema;
+
+fn main() -> std::process::ExitCode {
+    cli::main()
+}

@@ -1,0 +1,173 @@
+//! The `[case]` section of a file.
+
+use std::collections::BTreeSet;
+
+use bedload_scene::{SceneError, SceneSource};
+
+use super::formula;
+use crate::section::{Check, Expected, Rule, Section, matches};
+
+/// Checks the section.
+///
+/// # Errors
+/// [`SceneError`] at the key that is missing or does not fit.
+pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
+    let wrong = |key: &str, message: String, remedy: &str| Err(source.error(key, message, remedy));
+    if section.title.is_empty() || section.source.is_none() || section.checks.is_empty() {
+        let remedy = "give title, source (the publication) and [[case.checks]]";
+        return wrong("case", "lacks its title, its source or its checks".to_owned(), remedy);
+    }
+    if !section.vary.is_empty() {
+        let remedy = "list [[case.runs]], or make the scene a [chart]";
+        return wrong("case.vary", "has no meaning: a case compares single runs".to_owned(), remedy);
+    }
+    names(section, source)?;
+    for (number, check) in section.checks.iter().enumerate() {
+        let remedy = "mend the check: run, metric, kind, reference, tolerance, known_error";
+        let place = format!("case.checks[{number}]");
+        one(section, check).or_else(|what| wrong(&place, what, remedy))?;
+    }
+    let is_run = |label: &String| section.runs.iter().any(|run| run.label == *label);
+    let pictures = section.pictures.iter().map(|pictures| ("case.pictures", &pictures.run));
+    let differences = section.differences.iter().flat_map(|difference| &difference.runs);
+    let differences = differences.map(|run| ("case.differences", run));
+    let tables = section.drawn().flat_map(|figure| &figure.tables).map(|table| ("case.figures", &table.run));
+    if let Some((key, run)) = pictures.chain(differences).chain(tables).find(|(_, label)| !is_run(label)) {
+        return wrong(key, format!("is of no run {run:?}"), "name the label of a run");
+    }
+    for curve in section.drawn().flat_map(|figure| &figure.curves) {
+        let value = formula::evaluate(&curve.formula, &|name| (name == "x").then_some(1.0));
+        value.map(|_| ()).or_else(|what| wrong("case.figure", what, "mend the formula of the curve"))?;
+    }
+    Ok(())
+}
+
+/// Names that become folders and files.
+fn names(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
+    let plain = |name: &str| {
+        !name.is_empty()
+            && !name.starts_with(['.', '-'])
+            && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
+    };
+    let mut labels = BTreeSet::new();
+    let runs = section.runs.iter().map(|run| ("case.runs", &run.label));
+    for (key, name) in std::iter::once(("case.name", &section.name)).chain(runs) {
+        if !plain(name) || (key == "case.runs" && !labels.insert(name)) {
+            return Err(source.error(
+                key,
+                format!("has the name {name:?}, which becomes a folder"),
+                "give each run a label of its own, of letters, digits, '-', '_' and '.'",
+            ));
+        }
+    }
+    let mut files = BTreeSet::new();
+    let named = section.drawn().map(|figure| &figure.name).chain(section.pictures.iter().map(|p| &p.name));
+    for name in named {
+        if !name.is_empty() && !plain(name) || !files.insert(name) {
+            return Err(source.error(
+                "case.figures",
+                format!("has the name {name:?}, which becomes a file"),
+                "give each its own, of letters, digits, '-', '_' and '.'",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// One check.
+fn one(section: &Section, check: &Check) -> Result<(), String> {
+    let what = format!("the check of {:?} in run {:?}", check.metric, check.run);
+    if !section.runs.iter().any(|run| matches(&check.run, &run.label)) {
+        let labels: Vec<&str> = section.runs.iter().map(|run| run.label.as_str()).collect();
+        return Err(format!("{what} names no run; there are {}", labels.join(", ")));
+    }
+    let kind = match check.kind {
+        Rule::Agrees => "agrees",
+        Rule::Misses => "misses",
+        Rule::Reported => "reported",
+    };
+    if check.kind == Rule::Reported {
+        if check.tolerance.is_some() {
+            return Err(format!("{what} has a tolerance, so it is compared: kind \"agrees\" or \"misses\""));
+        }
+    } else {
+        if check.reference.is_none() {
+            return Err(format!("{what} has kind \"{kind}\" but no reference to agree with"));
+        }
+        if !check.tolerance.is_some_and(|tolerance| tolerance > 0.0 && tolerance.is_finite()) {
+            return Err(format!("{what} has kind \"{kind}\" and so needs a tolerance above 0"));
+        }
+    }
+    let beyond = |error: f64| check.tolerance.is_some_and(|tolerance| error.abs() > tolerance);
+    if check.known_error.is_some_and(beyond) != (check.kind == Rule::Misses) {
+        return Err(format!(
+            "{what}: kind \"misses\", and it alone, has a known_error beyond the tolerance, such as -0.045"
+        ));
+    }
+    if let Some(Expected::Formula(text)) = &check.reference {
+        formula::evaluate(text, &|_| Some(1.0)).map_err(|error| format!("{what}: {error}"))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kind::Kind;
+
+    const GOOD: &str = r#"
+[case]
+name = "fall"
+title = "A fall"
+source = "nobody, never"
+quick = true
+[[case.runs]]
+label = "coarse-8"
+scene = "../falling-sphere.toml"
+set = ["domain.cells=[52, 320]"]
+quick = true
+at = 8
+[[case.checks]]
+run = "coarse-*"
+metric = "terminal_reynolds"
+reference = 19.6
+tolerance = 0.01
+kind = "agrees"
+[[case.checks]]
+run = "coarse-8"
+metric = "e"
+reference = "exp(-35/stokes)"
+kind = "reported"
+"#;
+
+    fn read(text: &str) -> Result<Section, SceneError> {
+        let source = SceneSource { file: "case.toml".into(), text: text.to_owned() };
+        let section = Section::of_text(&source, Kind::Case)?;
+        check(&section, &source).map(|()| section)
+    }
+
+    fn refusal(from: &str, to: &str) -> String {
+        assert!(GOOD.contains(from));
+        read(&GOOD.replacen(from, to, 1)).expect_err(to).to_string()
+    }
+
+    #[test]
+    fn a_wrong_case_is_refused_with_what_is_wrong() {
+        let case = read(GOOD).unwrap();
+        assert_eq!((case.runs[0].at, case.metrics()), (Some(8.0), vec!["terminal_reynolds", "e"]));
+        assert_eq!(case.checks[1].reference, Some(Expected::Formula("exp(-35/stokes)".into())));
+        assert!(refusal("tolerance = 0.01", "").contains("needs a tolerance"));
+        assert!(refusal("reference = 19.6", "").contains("no reference"));
+        assert!(refusal("coarse-*", "fine-*").contains("there are coarse-8"));
+        assert!(refusal("\"coarse-8\"", "\"../../x\"").contains("becomes a folder"));
+        assert!(refusal("exp(-35/stokes)", "exp(-35/").contains("formula"));
+        assert!(refusal("quick = true", "quik = true").contains("quik"));
+        assert!(refusal("quick = true", "signal = \"x\"").contains("a key of [stability]"));
+        let axes = "title = \"\"\nx = { label = \"\" }\ny = { label = \"\" }\n";
+        let twice = read(&format!("{GOOD}[case.figure]\n{axes}[[case.figures]]\n{axes}"));
+        assert!(twice.expect_err("two without a name").to_string().contains("becomes a file"));
+        let pictures = "[[case.pictures]]\nname = \"grains\"\ntitle = \"\"\nrun = \"fine-8\"\n";
+        let of_none = read(&format!("{GOOD}{pictures}")).expect_err("no such run").to_string();
+        assert!(of_none.contains("of no run"), "{of_none}");
+    }
+}

@@ -1,0 +1,138 @@
+//! A figure of a case: measured points, published curves and points, as one SVG file.
+
+use bedload_output::Summary;
+
+use super::formula;
+use crate::folder::columns;
+use crate::make::Made;
+use crate::plot::{self, Axis, GREY, Look, Plot, Point, Rule, Shape, colour, shape};
+use crate::section::{Figure, FigureAxis, FormulaCurve, Mark, RunTable, Series, matches};
+use crate::sweep::Point as Run;
+use coupler::failure::Failure;
+
+/// Width and height.
+const SIZE: (f64, f64) = (900.0, 440.0);
+
+/// Width of the legend.
+const LEGEND: f64 = 250.0;
+
+/// More published points than this are a line of small crosses.
+const CROWD: usize = 60;
+
+/// Points along a curve.
+const STEPS: usize = 200;
+
+/// A figure, or nothing if no run gave a point.
+pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, Failure> {
+    let tables = tables(made, figure)?;
+    let measured: Vec<Vec<Point>> =
+        figure.series.iter().map(|series| measured(made, figure, series)).collect();
+    let abscissae = measured.iter().flatten().chain(tables.iter().flat_map(|(_, t)| t)).map(|(x, _)| *x);
+    let marks = figure.marks.iter().map(|mark| mark.at);
+    let (from, to) = abscissae
+        .chain(marks)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), x| (x.min(from), x.max(to)));
+    if measured.iter().all(Vec::is_empty) && tables.is_empty() {
+        return Ok(None);
+    }
+    let mut drawn = curves(figure, from, to);
+    for (number, (table, points)) in tables.into_iter().enumerate() {
+        let number = number + figure.series.len();
+        drawn.push(if table.line {
+            let look = Look::Line { width: 1.8, dashed: false };
+            plot::Series { name: table.name.clone(), colour: colour(number), points, look }
+        } else {
+            scatter(points, &table.name, colour(number), shape(number), 4.5)
+        });
+    }
+    for (number, (series, points)) in figure.series.iter().zip(measured).enumerate() {
+        if !points.is_empty() {
+            // Smaller and smaller, so that points of two series at one place both show.
+            let size = 7.5 - 0.7 * number.min(5) as f64;
+            drawn.push(scatter(points, &series.name, colour(number), shape(number), size));
+        }
+    }
+    // Over the measured ones, which are larger.
+    for from in &figure.points {
+        let points = columns(&made.study.folder().join(&from.file), &from.x, &from.y)?;
+        let size = if points.len() > CROWD { 2.0 } else { 5.0 };
+        drawn.push(scatter(points, &from.name, GREY, Shape::Cross, size));
+    }
+    Ok(Some(plot_of(figure, drawn).draw().svg))
+}
+
+fn plot_of(figure: &Figure, series: Vec<plot::Series>) -> Plot {
+    let axis =
+        |axis: &FigureAxis, log| Axis { label: axis.label.clone(), log, range: axis.range, format: None };
+    let rule = |mark: &Mark| Rule::Upright { at: mark.at, name: mark.name.clone() };
+    Plot {
+        size: SIZE,
+        title: figure.title.clone(),
+        x: axis(&figure.x, figure.log_x),
+        y: axis(&figure.y, figure.log_y),
+        series,
+        rules: figure.marks.iter().map(rule).collect(),
+        legend: Some(LEGEND),
+        ticks: 0,
+    }
+}
+
+/// Can a value be drawn along this axis?
+fn drawable(value: f64, log: bool) -> bool {
+    value.is_finite() && (value > 0.0 || !log)
+}
+
+/// Points of a series: one per run that has both values.
+fn measured(made: &Made<'_>, figure: &Figure, series: &Series) -> Vec<Point> {
+    let of = |(run, summary): (&Run, &Summary)| {
+        let value = |name: &String| summary.metrics.get(name).and_then(|metric| metric.value);
+        let x = figure.x.metric.as_ref().map_or(run.at, value)?;
+        let y = value(series.metric.as_ref().or(figure.y.metric.as_ref())?)? / series.over;
+        let drawn = drawable(x, figure.log_x) && drawable(y, figure.log_y);
+        (matches(&series.run, &run.label) && drawn).then_some((x, y))
+    };
+    made.results().filter_map(of).collect()
+}
+
+/// A table and its points.
+type Drawn<'a> = (&'a RunTable, Vec<Point>);
+
+/// Tables of the runs that were made, with their points.
+fn tables<'a>(made: &Made<'_>, figure: &'a Figure) -> Result<Vec<Drawn<'a>>, Failure> {
+    let there = figure.tables.iter().filter(|table| made.result(&table.run).is_some());
+    let read = |table: &'a RunTable| {
+        let mut points = columns(&made.folder.join(&table.run).join(&table.file), &table.x, &table.y)?;
+        points.retain(|(x, y)| drawable(*x, figure.log_x) && drawable(*y, figure.log_y));
+        Ok((table, points))
+    };
+    there.map(read).collect()
+}
+
+/// Curves by formula, evenly spaced along the axis as it is drawn.
+fn curves(figure: &Figure, from: f64, to: f64) -> Vec<plot::Series> {
+    let place = |step: usize| {
+        let part = step as f64 / STEPS as f64;
+        if figure.log_x { from * (to / from).powf(part) } else { from + (to - from) * part }
+    };
+    let curve = |(number, curve): (usize, &FormulaCurve)| {
+        let value = |x: f64| formula::evaluate(&curve.formula, &|name| (name == "x").then_some(x));
+        let points =
+            (0..=STEPS).map(place).filter_map(|x| Some((x, value(x).ok().filter(|y| y.is_finite())?)));
+        plot::Series {
+            name: curve.name.clone(),
+            colour: GREY,
+            points: points.collect(),
+            look: Look::Line { width: 1.6, dashed: number > 0 },
+        }
+    };
+    figure.curves.iter().enumerate().map(curve).collect()
+}
+
+fn scatter(points: Vec<Point>, name: &str, colour: &'static str, shape: Shape, size: f64) -> plot::Series {
+    plot::Series {
+        name: name.to_owned(),
+        colour,
+        points,
+        look: Look::Points { shape, size, words: Vec::new() },
+    }
+}

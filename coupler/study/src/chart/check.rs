@@ -1,0 +1,121 @@
+//! The `[chart]` section against its scene.
+
+use bedload_scene::{CheckedScene, SceneError, SceneSource};
+
+use crate::section::{Reference, Section};
+use crate::vary::Vary;
+
+/// Checks the section.
+///
+/// # Errors
+/// [`SceneError`] at the key that is missing or out of range.
+pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
+    numbers(section, &scene.source)?;
+    metrics(section, scene)?;
+    reference(section, &scene.source)
+}
+
+/// The run that the baseline names is one of these.
+///
+/// # Errors
+/// [`SceneError`] at the key.
+pub(crate) fn baseline(section: &Section, labels: &[&str], source: &SceneSource) -> Result<(), SceneError> {
+    match &section.baseline {
+        Some(baseline) if !labels.contains(&baseline.as_str()) => Err(source.error(
+            "chart.baseline",
+            format!("is {baseline:?}, but no run has that label; there are {}", labels.join(", ")),
+            "name the run that has the paper's own setting, or leave the key out",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Counts and published points.
+fn numbers(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
+    for (key, count) in [("chart.repeat", section.repeat), ("chart.threads", section.threads)] {
+        if !(1..=1000).contains(&count) {
+            let message = format!("is {count}; allowed: 1 to 1000");
+            return Err(source.error(key, message, "give a whole number"));
+        }
+    }
+    for (index, point) in section.published.iter().enumerate() {
+        let place = format!("chart.published[{index}]");
+        for (key, value) in [("cost", point.cost), ("error", point.error)] {
+            if !(value > 0.0 && value.is_finite()) {
+                let message = format!("is {value}; allowed: a positive number, for a logarithmic axis");
+                return Err(source.error(&format!("{place}.{key}"), message, "give what was published"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The metrics that are charted.
+fn metrics(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
+    let wrong = |key: &str, message: &str, remedy: &str| Err(scene.source.error(key, message, remedy));
+    let names = section.metrics();
+    let is_curve = matches!(section.reference, Some(Reference::Curve(_)));
+    if names.is_empty() && !is_curve {
+        let remedy = "add metric = \"...\", one of the scene's [[metrics]], or a reference with a file";
+        return wrong("chart", "has no `metric`, so there is nothing to chart", remedy);
+    }
+    if is_curve && !names.is_empty() {
+        let message = "is a curve, so its column is charted, but a metric is named too";
+        return wrong("chart.reference", message, "remove chart.metric, or give a number");
+    }
+    let metrics = &scene.scene.metrics;
+    let key = if section.metric.is_some() { "chart.metric" } else { "chart.metrics" };
+    // A fluid alone reports these without being asked.
+    let is_given = |name: &str| name.starts_with("superficial_velocity_") && section.reference.is_some();
+    for name in names.into_iter().filter(|name| !is_given(name)) {
+        let Some(metric) = metrics.iter().find(|metric| metric.name == name) else {
+            let there: Vec<&str> = metrics.iter().map(|metric| metric.name.as_str()).collect();
+            let message = format!("names {name:?}; the scene's metrics are {}", there.join(", "));
+            return wrong(key, &message, "name one of them, or add it to [[metrics]]");
+        };
+        if section.reference.is_none() && metric.reference.is_none() {
+            let message = format!("names {name}, which has no reference, and chart.reference is not given");
+            return wrong(key, &message, "add reference = NUMBER or { richardson = KEY } to [chart]");
+        }
+    }
+    Ok(())
+}
+
+/// What the runs are compared with.
+fn reference(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
+    let wrong = |key: &str, message: String, remedy: &str| Err(source.error(key, message, remedy));
+    match &section.reference {
+        Some(Reference::Number(value)) if !value.is_finite() || section.metrics().len() > 1 => wrong(
+            "chart.reference",
+            format!("is {value}: one finite number for one metric is allowed"),
+            "leave it out where each metric has its own reference",
+        ),
+        Some(Reference::Limit(limit)) => {
+            let named = section.vary.iter().filter(|vary| vary.key.is_some() || vary.name.is_some());
+            let headers: Vec<&str> = named.map(Vary::header).collect();
+            let key = &limit.richardson;
+            if !headers.contains(&key.as_str()) {
+                let message =
+                    format!("names {key:?}, which is not varied; varied are {}", headers.join(", "));
+                return wrong("chart.reference.richardson", message, "name a key of [[chart.vary]]");
+            }
+            let unknown = |key: &&String| !headers.contains(&key.as_str());
+            if let Some(key) = limit.with.keys().find(unknown) {
+                return wrong(
+                    "chart.reference.with",
+                    format!("has the key {key:?}, which is not varied"),
+                    "name keys of [[chart.vary]], in quotes: { \"fluid.time.dt\" = 0.01 }",
+                );
+            }
+            match limit.each.iter().find(|each| unknown(each) || *each == key) {
+                Some(each) => wrong(
+                    "chart.reference.each",
+                    format!("names {each:?}, which is not varied, or is refined"),
+                    "name other keys of [[chart.vary]], such as the name of bundles",
+                ),
+                None => Ok(()),
+            }
+        }
+        _ => Ok(()),
+    }
+}

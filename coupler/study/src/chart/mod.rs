@@ -1,0 +1,88 @@
+//! A chart: error against cost, with the Pareto front.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `check` | the `[chart]` section against its scene |
+//! | `reference`, `limit` | errors; Richardson's limit and order |
+//! | `describe` | runs and results in words |
+//! | `figure`, `page` | `chart.svg`, `chart.html` |
+
+pub(crate) mod check;
+mod describe;
+mod figure;
+mod limit;
+mod page;
+mod reference;
+
+use std::path::{Path, PathBuf};
+
+use bedload_output::atomic_write;
+use bedload_scene::{Metric, SceneSource};
+use serde::Deserialize;
+
+use crate::folder::{SCENE, read};
+use crate::kind::Kind;
+use crate::section::{Reference, Section};
+use crate::study::Study;
+use crate::table::Table;
+use coupler::failure::Failure;
+use describe::Names;
+use page::Page;
+
+/// Fills in errors and the Pareto front; `runs` holds the folder of each run.
+///
+/// # Errors
+/// [`Failure::Input`] if the curve of the reference cannot be read.
+pub(crate) fn errors(study: &Study, table: &mut Table, runs: &Path) -> Result<(), Failure> {
+    if let Some(Reference::Curve(curve)) = &study.section.reference {
+        let text = read(&curve.file)?;
+        for row in table.rows.iter_mut().filter(|row| row.repeats > 0) {
+            match reference::misfit(curve, &text, &runs.join(&row.label)) {
+                Ok(error) => row.error = Some(error),
+                Err(why) => row.add_note(&why),
+            }
+        }
+    } else {
+        let known = reference::values(&study.section, &study.metrics, table);
+        reference::compare(table, &known);
+    }
+    table.mark_front();
+    Ok(())
+}
+
+/// The document as far as a page goes that is made again.
+#[derive(Deserialize)]
+struct Shown {
+    #[serde(default)]
+    title: String,
+    #[serde(default)]
+    source: String,
+    #[serde(default)]
+    metrics: Vec<Metric>,
+}
+
+/// Draws figure and page of a chart's folder from its table and scene; returns the page, and what it says in words
+/// for the terminal.
+///
+/// # Errors
+/// [`Failure`] if one of both cannot be read, or the page not written.
+pub(crate) fn draw(dir: &Path) -> Result<(PathBuf, String), Failure> {
+    let source = SceneSource::read(&dir.join(SCENE), &[])?;
+    let chart = Section::of_text(&source, Kind::Chart)?;
+    let shown: Shown = source.section()?;
+    let table = Table::read(&dir.join(Kind::Chart.table()))?;
+    let names = Names::new(&chart, &table);
+    let known = reference::values(&chart, &shown.metrics, &table);
+    let title = [&chart.title, &shown.title].into_iter().find(|title| !title.is_empty());
+    let title = title.map_or("Speed against accuracy", String::as_str);
+    let figure = figure::draw(&table, &names, title, &chart.published, chart.baseline.as_deref())?;
+    if let Some(svg) = &figure {
+        atomic_write(&dir.join("chart.svg"), svg.as_bytes())?;
+    }
+    let page = Page::new(&chart, &table, &names, &known);
+    let words = page.words()?;
+    let html = page.html(title, &shown.source, figure.as_deref())?;
+    let page = dir.join("chart.html");
+    atomic_write(&page, html.as_bytes())?;
+    Ok((page, words))
+}

@@ -1,0 +1,257 @@
+//! What the runs are compared with, and their errors.
+
+use std::path::Path;
+
+use bedload_output::{Series, points};
+use bedload_scene::Metric;
+
+use super::limit::{self, Limit, Refinement};
+use crate::section::{Curve, Finer, LimitOf, Reference, Section};
+use crate::table::{Row, Table};
+use crate::table::{error, interpolated};
+use crate::vary::text;
+
+/// The reference of one metric.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Compared {
+    pub(super) metric: String,
+    pub(super) value: f64,
+    /// How it was extrapolated, if it was: the limit, and from which refinement.
+    pub(super) limit: Option<(Limit, Refinement)>,
+    pub(super) source: Option<String>,
+    /// Columns and values of the rows that it is for; none where it is for all.
+    pub(super) rows: Vec<(usize, String)>,
+}
+
+impl Compared {
+    fn is_for(&self, row: &Row) -> bool {
+        self.rows.iter().all(|(column, value)| row.values[*column] == *value)
+    }
+}
+
+/// The references of the charted metrics, in their order; none where a curve is charted.
+pub(super) fn values(chart: &Section, metrics: &[Metric], table: &Table) -> Result<Vec<Compared>, String> {
+    let of = |(place, name): (usize, &str)| {
+        let own = metrics.iter().find(|metric| metric.name == name);
+        let source = chart.source.clone();
+        let known = |value, source| Compared {
+            metric: name.to_owned(),
+            value,
+            limit: None,
+            source,
+            rows: Vec::new(),
+        };
+        match &chart.reference {
+            Some(Reference::Number(value)) => Ok(vec![known(*value, source)]),
+            Some(Reference::Limit(of)) => {
+                let limit = |rows: Vec<(usize, String)>| {
+                    let (limit, refinement) = extrapolated(of, place, table, &rows)?;
+                    let value = limit.value;
+                    Ok(Compared { limit: Some((limit, refinement)), rows, ..known(value, source.clone()) })
+                };
+                // A case without a limit has rows without errors; where no case has one, none has.
+                let (known, without): (Vec<_>, Vec<_>) =
+                    cases(of, table)?.into_iter().map(limit).partition(Result::is_ok);
+                match (known.is_empty(), without.into_iter().find_map(Result::err)) {
+                    (true, Some(why)) => Err(why),
+                    _ => known.into_iter().collect(),
+                }
+            }
+            Some(Reference::Curve(_)) | None => {
+                let own = own.ok_or_else(|| format!("the scene has no metric {name}"))?;
+                let value = own.reference.ok_or_else(|| format!("the metric {name} has no reference"))?;
+                Ok(vec![known(value, source.or(own.source.clone()))])
+            }
+        }
+    };
+    let all: Result<Vec<Vec<Compared>>, String> = chart.metrics().into_iter().enumerate().map(of).collect();
+    Ok(all?.concat())
+}
+
+/// Column of a varied key.
+fn column_of(table: &Table, key: &str) -> Result<usize, String> {
+    table.keys.iter().position(|other| other == key).ok_or_else(|| format!("no key {key} is varied"))
+}
+
+/// The rows that share a limit: columns of `each` with their values.
+fn cases(of: &LimitOf, table: &Table) -> Result<Vec<Vec<(usize, String)>>, String> {
+    let columns: Result<Vec<usize>, String> = of.each.iter().map(|key| column_of(table, key)).collect();
+    let columns = columns?;
+    let mut cases: Vec<Vec<(usize, String)>> = Vec::new();
+    for row in &table.rows {
+        let case = columns.iter().map(|column| (*column, row.values[*column].clone())).collect();
+        if !cases.contains(&case) {
+            cases.push(case);
+        }
+    }
+    Ok(cases)
+}
+
+/// The limit of metric `place` over the refinement that was asked for, among the rows of one case.
+fn extrapolated(
+    of: &LimitOf,
+    place: usize,
+    table: &Table,
+    case: &[(usize, String)],
+) -> Result<(Limit, Refinement), String> {
+    let key = &of.richardson;
+    let column = column_of(table, key)?;
+    let finer = of.finer.or(limit::refines(key)).unwrap_or(Finer::Smaller);
+    let wanted = |row: &Row| {
+        case.iter().all(|(column, value)| row.values[*column] == *value)
+            && of.with.iter().all(|(key, value)| {
+                column_of(table, key).is_ok_and(|column| row.values[column] == text(value))
+            })
+    };
+    let measured = |row: &Row| row.measured.get(place).copied().flatten();
+    let mut refinements = limit::refinements(table, column, finer);
+    for refinement in &mut refinements {
+        refinement.rows.retain(|(_, row)| wanted(&table.rows[*row]) && measured(&table.rows[*row]).is_some());
+    }
+    let refinement = refinements.into_iter().find(|refinement| refinement.rows.len() >= 3);
+    let refinement = refinement
+        .ok_or_else(|| format!("no refinement of {key} has three runs with a value, so it has no limit"))?;
+    let pair = |(h, row): &(f64, usize)| Some((*h, measured(&table.rows[*row])?));
+    let pairs: Vec<(f64, f64)> = refinement.rows.iter().filter_map(pair).collect();
+    let limit = limit::richardson(&pairs).ok_or("too few runs for a limit")?;
+    Ok((limit, refinement))
+}
+
+/// Fills in the errors of the rows by their values; where there is no reference, says so in each.
+pub(super) fn compare(table: &mut Table, known: &Result<Vec<Compared>, String>) {
+    for row in &mut table.rows {
+        match known {
+            Err(why) => row.add_note(why),
+            Ok(known) => {
+                let known: Vec<&Compared> = known.iter().filter(|known| known.is_for(row)).collect();
+                let off =
+                    |(value, known): (&Option<f64>, &&Compared)| Some(error((*value)?, known.value).abs());
+                if known.len() < row.measured.len() {
+                    row.add_note(
+                        "its case has no three runs of the refinement with a value, so it has no limit",
+                    );
+                    continue;
+                }
+                let errors: Option<Vec<f64>> = row.measured.iter().zip(&known).map(off).collect();
+                row.error = errors.and_then(|errors| errors.into_iter().reduce(f64::max));
+                // Where no order is seen the finest run is the limit, and cannot be compared with itself.
+                let finest =
+                    |known: &&Compared| known.limit.as_ref().is_some_and(|(limit, _)| limit.order.is_none());
+                if row.error == Some(0.0) && known.iter().all(finest) {
+                    row.error = None;
+                    row.add_note("is itself the reference");
+                }
+            }
+        }
+    }
+}
+
+/// The error of a run against a curve: root mean square of the difference in time over that of the
+/// curve, where both are.
+pub(super) fn misfit(curve: &Curve, text: &str, run: &Path) -> Result<f64, String> {
+    let (file, column) = (curve.file.display(), &curve.column);
+    let reference = points(text, &curve.x, &curve.y).map_err(|what| format!("{file} {what}"))?;
+    if reference.windows(2).any(|pair| pair[1].0 <= pair[0].0) || reference.len() < 2 {
+        return Err(format!("{file}: {} must grow from row to row, over two rows at least", curve.x));
+    }
+    let series = Series::read(&run.join("series.csv")).map_err(|error| error.to_string())?;
+    let values = series.column(column).ok_or_else(|| format!("series.csv has no column {column}"))?;
+    let mut both: Vec<(f64, f64, f64)> = Vec::new();
+    for (time, value) in series.time().iter().zip(values) {
+        if let Some(expected) = interpolated(&reference, *time).filter(|_| value.is_finite()) {
+            both.push((*time, *value, expected));
+        }
+    }
+    // Trapezoids: rows may stand closer together where the step was short.
+    let (mut off, mut scale) = (0.0, 0.0);
+    for pair in both.windows(2) {
+        let [(t0, v0, e0), (t1, v1, e1)] = [pair[0], pair[1]];
+        off += 0.5 * (t1 - t0) * ((v0 - e0).powi(2) + (v1 - e1).powi(2));
+        scale += 0.5 * (t1 - t0) * (e0 * e0 + e1 * e1);
+    }
+    if scale > 0.0 {
+        Ok((off / scale).sqrt())
+    } else {
+        Err(format!("{column} and {file} have no time in common"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::tests::chart as table;
+
+    #[test]
+    fn several_metrics_give_their_largest_error() {
+        let mut table = table(&[(8.0, "a", 1.0, 0.0), (16.0, "a", 2.0, 0.0)]);
+        table.rows[0].measured = vec![Some(1.1), Some(-0.02)];
+        table.rows[1].measured = vec![Some(1.1), None];
+        let known = |metric: &str, value| Compared {
+            metric: metric.to_owned(),
+            value,
+            limit: None,
+            source: None,
+            rows: Vec::new(),
+        };
+        compare(&mut table, &Ok(vec![known("m", 1.0), known("n", 0.0)]));
+        assert!((table.rows[0].error.unwrap() - 0.1).abs() < 1e-12);
+        assert_eq!(table.rows[1].error, None, "a value is missing");
+        compare(&mut table, &Err("no limit".to_owned()));
+        assert_eq!(table.rows[0].note, "no limit");
+    }
+
+    #[test]
+    fn a_limit_is_taken_of_the_runs_asked_for() {
+        let value = |n: f64, c: f64| c + 1.0 / (n * n);
+        let points = [("a", 8.0), ("b", 8.0), ("a", 16.0), ("b", 16.0), ("a", 32.0), ("b", 32.0)];
+        let points =
+            points.map(|(family, n)| (n, family, 1.0, value(n, if family == "a" { 0.0 } else { 1.0 })));
+        let table = table(&points); // values are 1 + these
+        let text = "metric = \"m\"\nreference = { richardson = \"resolution\", with = { method = \"b\" } }\n";
+        let mut chart: Section = toml::from_str(text).unwrap();
+        let of = |chart: &Section| values(chart, &[], &table).map(|known| known[0].clone());
+        let second = of(&chart).unwrap();
+        assert!((second.value - 2.0).abs() < 1e-9, "{second:?}");
+        assert_eq!(second.limit.unwrap().1.with, ["b"]);
+        chart.reference =
+            toml::from_str::<Section>("reference = { richardson = \"resolution\" }").unwrap().reference;
+        assert!((of(&chart).unwrap().value - 1.0).abs() < 1e-9, "the first refinement");
+        chart.reference =
+            toml::from_str::<Section>("reference = { richardson = \"method\" }").unwrap().reference;
+        assert!(of(&chart).unwrap_err().contains("three runs"));
+        chart.reference =
+            toml::from_str::<Section>("reference = { richardson = \"resolution\", each = [\"method\"] }")
+                .unwrap()
+                .reference;
+        let each = values(&chart, &[], &table).unwrap();
+        let limits: Vec<f64> = each.iter().map(|known| known.value).collect();
+        assert!((limits[0] - 1.0).abs() < 1e-9 && (limits[1] - 2.0).abs() < 1e-9, "{limits:?}");
+        let mut table = table;
+        compare(&mut table, &Ok(each));
+        assert!(table.rows.iter().all(|row| row.error.unwrap() < 0.02), "each against its own limit");
+    }
+
+    #[test]
+    fn a_curve_is_followed_up_to_its_root_mean_square() {
+        let folder = std::env::temp_dir().join(format!("bedload-misfit-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        // The run is 10 % above the line v = 2 everywhere, on rows that stand unevenly.
+        std::fs::write(folder.join("series.csv"), "t,v\n0,2.2\n1,2.2\n1.5,2.2\n4,2.2\n9,70\n").unwrap();
+        let curve = Curve { file: "x.csv".into(), x: "t".into(), y: "v".into(), column: "v".into() };
+        let misfit = |curve: &Curve, text: &str| misfit(curve, text, &folder);
+        assert!((misfit(&curve, "t,v\n0,2\n5,2\n").unwrap() - 0.1).abs() < 1e-12);
+        assert!(misfit(&curve, "t,v\n20,2\n30,2\n").unwrap_err().contains("no time in common"));
+        assert!(misfit(&curve, "t,v\n2,2\n1,2\n").unwrap_err().contains("must grow"));
+        assert!(
+            misfit(&Curve { column: "w".into(), ..curve }, "t,v\n0,2\n5,2\n")
+                .unwrap_err()
+                .contains("no column w")
+        );
+        let line = [(0.0, 0.0), (2.0, 4.0), (3.0, 4.0)];
+        assert_eq!(
+            [-1.0, 0.0, 1.0, 2.5, 3.0, 4.0].map(|x| interpolated(&line, x)),
+            [None, Some(0.0), Some(2.0), Some(4.0), Some(4.0), None]
+        );
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

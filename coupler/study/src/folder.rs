@@ -1,0 +1,62 @@
+//! The files of a study's folder.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use bedload_output::{Claim, atomic_write, points};
+use bedload_scene::SceneSource;
+
+use coupler::failure::Failure;
+
+/// The file of the study, beside the table.
+pub(super) const SCENE: &str = "scene.toml";
+
+/// Cores of this machine.
+pub(super) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Makes and claims the folder, and leaves the scene in it.
+pub(super) fn open(folder: &Path, scene: &SceneSource) -> Result<Claim, Failure> {
+    make(folder)?;
+    let claim = Claim::of(folder)?;
+    atomic_write(&folder.join(SCENE), scene.text_for_any_folder().as_bytes())?;
+    Ok(claim)
+}
+
+/// Makes a folder and those above it.
+pub(super) fn make(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder).map_err(cannot("make", folder))
+}
+
+/// Text of a file.
+pub(super) fn read(path: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(path).map_err(cannot("read", path))
+}
+
+/// Two columns of a CSV file.
+pub(super) fn columns(path: &Path, x: &str, y: &str) -> Result<Vec<(f64, f64)>, Failure> {
+    points(&read(path)?, x, y).map_err(content(path))
+}
+
+/// An error of the system at a path.
+pub(super) fn cannot(action: &str, path: &Path) -> impl FnOnce(io::Error) -> Failure {
+    move |error| Failure::Input(format!("cannot {action} {}: {error}", path.display()))
+}
+
+/// A file that does not hold what it should.
+pub(super) fn content(path: &Path) -> impl FnOnce(String) -> Failure {
+    move |what| Failure::Input(format!("{}: {what}", path.display()))
+}
+
+/// Files in a folder whose names begin and end so, by name; none where there is no folder.
+pub(super) fn files(folder: &Path, begin: &str, end: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let ours = |path: &PathBuf| {
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
+        name.starts_with(begin) && name.ends_with(end)
+    };
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(ours).collect();
+    files.sort();
+    files
+}

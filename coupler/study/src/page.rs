@@ -1,0 +1,149 @@
+//! Pages, figures and reports: HTML, SVG and text from templates. A page needs nothing but itself: no
+//! script, no outside style, font or picture.
+//!
+//! | filter | writes |
+//! |---|---|
+//! | `number`, `percent`, `integer`, `measured` | a number, or a dash where there is none |
+//! | `seconds`, `nanoseconds`, `mebibytes` | the same with its unit |
+//! | `number_or_infinity` | a number; ∞ where there is none, as JSON has it |
+//! | `over(b)` | a ratio, or a dash |
+//! | `fixed(n)` | a number with n places |
+//! | `right(n)` | a text at the right of n columns |
+
+use minijinja::{AutoEscape, Environment, Output, State, UndefinedBehavior, Value};
+use serde::Serialize;
+
+use coupler::failure::Failure;
+use coupler::number;
+
+/// Templates by name; the style is one, too.
+const TEMPLATES: [(&str, &str); 12] = [
+    ("page.html", include_str!("templates/page.html")),
+    ("parts.html", include_str!("templates/parts.html")),
+    ("style.css", include_str!("templates/style.css")),
+    ("report.html", include_str!("templates/report.html")),
+    ("chart.html", include_str!("templates/chart.html")),
+    ("chart.svg", include_str!("templates/chart.svg")),
+    ("chart.txt", include_str!("templates/chart.txt")),
+    ("stability.html", include_str!("templates/stability.html")),
+    ("map.svg", include_str!("templates/map.svg")),
+    ("grains.svg", include_str!("templates/grains.svg")),
+    ("vorticity.svg", include_str!("templates/vorticity.svg")),
+    ("validation.md", include_str!("templates/validation.md")),
+];
+
+/// A figure of a page.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Figure {
+    /// `viewBox` of the SVG.
+    pub(super) view: String,
+    /// Read out in place of the picture.
+    pub(super) label: String,
+    pub(super) caption: String,
+    /// Content of the `<svg>` element.
+    pub(super) body: String,
+    /// Names of the lines, if there are several.
+    pub(super) keys: Vec<Key>,
+}
+
+/// A line and its colour.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Key {
+    pub(super) name: String,
+    pub(super) colour: &'static str,
+}
+
+/// How a number is written.
+type Text = fn(f64) -> String;
+
+/// A value as text, or a dash.
+pub(super) fn or_dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> String {
+    value.map_or_else(|| "–".to_owned(), text)
+}
+
+/// The text of a template with these data.
+///
+/// # Errors
+/// [`Failure::Run`] if the template and the data do not fit: a fault of this program.
+pub(super) fn render(template: &str, data: impl Serialize) -> Result<String, Failure> {
+    let page = || {
+        let mut pages = environment();
+        for (name, text) in TEMPLATES {
+            pages.add_template(name, text)?;
+        }
+        pages.get_template(template)?.render(data)
+    };
+    page().map_err(|error: minijinja::Error| Failure::Run(format!("the page {template} fails: {error:#}")))
+}
+
+fn environment() -> Environment<'static> {
+    let mut pages = Environment::new();
+    pages.set_trim_blocks(true);
+    pages.set_lstrip_blocks(true);
+    pages.set_keep_trailing_newline(true);
+    pages.set_undefined_behavior(UndefinedBehavior::SemiStrict);
+    pages.set_auto_escape_callback(|name| {
+        if name.ends_with("ml") || name.ends_with(".svg") { AutoEscape::Html } else { AutoEscape::None }
+    });
+    pages.set_formatter(write_escaped);
+    let filters: [(&str, Text); 7] = [
+        ("number", number::number),
+        ("percent", number::percent),
+        ("integer", |count| number::integer(count as u64)),
+        ("seconds", |time| format!("{} s", number::number(time))),
+        ("nanoseconds", |time| format!("{} ns", number::number(time))),
+        ("mebibytes", |bytes| format!("{} MiB", number::integer(bytes as u64 >> 20))),
+        ("measured", number::measured),
+    ];
+    for (name, text) in filters {
+        pages.add_filter(name, move |value: Option<f64>| or_dash(value, text));
+    }
+    pages.add_filter("number_or_infinity", |value: Option<f64>| value.map_or("∞".to_owned(), number::number));
+    pages.add_filter("over", |over: Option<f64>, under: Option<f64>| {
+        or_dash(over.zip(under).filter(|(_, under)| *under > 0.0), |(over, under)| {
+            number::number(over / under)
+        })
+    });
+    pages.add_filter("fixed", |value: f64, places: usize| format!("{value:.places$}"));
+    pages.add_filter("right", |text: &str, width: usize| format!("{text:>width$}"));
+    pages
+}
+
+/// Writes a value as [`escape`] has it, where a template does not say that it is safe.
+fn write_escaped(out: &mut Output, state: &State, value: &Value) -> Result<(), minijinja::Error> {
+    let escapes = !matches!(state.auto_escape(), AutoEscape::None);
+    match value.as_str() {
+        Some(text) if escapes && !value.is_safe() => {
+            out.write_str(&escape(text)).map_err(minijinja::Error::from)
+        }
+        _ => minijinja::escape_formatter(out, state, value),
+    }
+}
+
+/// Text as HTML or SVG, also within quotes.
+fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            // Controls have no place in HTML.
+            other if other.is_control() && !matches!(other, '\n' | '\t') => escaped.push('\u{fffd}'),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_character_of_a_text_becomes_markup() {
+        assert_eq!(escape("<a href=\"x\">'&\u{7}"), "&lt;a href=&quot;x&quot;&gt;&#39;&amp;\u{fffd}");
+    }
+}

@@ -1,0 +1,274 @@
+//! Runs as child processes, several at a time; a finished one is never repeated, an interrupted one goes on.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use bedload_output::{RunStatus, Summary, atomic_write};
+use bedload_program::RunOptions;
+use serde::{Deserialize, Serialize};
+
+use super::folder::{cannot, make};
+use coupler::failure::Failure;
+
+/// What became of a run.
+#[derive(Clone, Debug)]
+pub(crate) enum Outcome {
+    /// It left a result.
+    Done(Box<Summary>),
+    /// It left none, and why.
+    Failed(String),
+}
+
+/// Which earlier runs are not repeated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reuse {
+    /// Those that reached their end.
+    Completed,
+    /// Those that failed too: that a setting fails is a result.
+    AlsoFailed,
+}
+
+impl Reuse {
+    /// What a run came to, if its result is to be kept.
+    fn outcome(self, summary: Summary) -> Option<Outcome> {
+        match summary.status {
+            RunStatus::Completed => Some(Outcome::Done(Box::new(summary))),
+            RunStatus::Failed | RunStatus::Unstable if self == Self::AlsoFailed => {
+                Some(Outcome::Failed(summary.error.unwrap_or_else(|| "the run failed".to_owned())))
+            }
+            RunStatus::Failed | RunStatus::Unstable | RunStatus::Interrupted => None,
+        }
+    }
+}
+
+/// One `bedload run` to make. What it says goes to a file beside its folder.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Task {
+    /// Name in messages.
+    pub(crate) name: String,
+    /// Scene file.
+    pub(crate) scene: PathBuf,
+    /// `KEY=VALUE` for `--set`.
+    pub(crate) set: Vec<String>,
+    /// Output folder.
+    pub(crate) folder: PathBuf,
+    /// Threads of each solver.
+    pub(crate) threads: usize,
+}
+
+/// Where a run was made: left beside its folder, for later studies that do not repeat it.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub(crate) struct Origin {
+    /// Commit of the build.
+    pub(crate) commit: String,
+    /// Model of the processor.
+    pub(crate) machine: String,
+    /// Other runs that shared the machine, at most.
+    pub(crate) beside: usize,
+}
+
+/// Model of this machine's processor.
+fn machine() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    model.map_or(std::env::consts::ARCH, |(_, model)| model.trim()).to_owned()
+}
+
+/// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks.
+///
+/// # Errors
+/// [`Failure::Input`] if this program or the folders cannot be had. A run that fails is an outcome.
+pub(crate) fn run_all(
+    tasks: &[Task],
+    jobs: usize,
+    reuse: Reuse,
+    commit: &str,
+) -> Result<Vec<Outcome>, Failure> {
+    let program = std::env::current_exe().map_err(cannot("find", Path::new("bedload")))?;
+    for folder in tasks.iter().filter_map(|task| task.folder.parent()) {
+        make(folder)?;
+    }
+    let origin =
+        Origin { commit: commit.to_owned(), machine: machine(), beside: jobs.min(tasks.len()).max(1) - 1 };
+    let outcomes = at_a_time(jobs, tasks, |task| task.outcome(&program, reuse, &origin));
+    let missing = || Outcome::Failed("the run was not made".to_owned());
+    Ok(outcomes.into_iter().map(|outcome| outcome.unwrap_or_else(missing)).collect())
+}
+
+/// What `work` makes of each item, in their order, `jobs` at a time; none where it panicked.
+pub(super) fn at_a_time<T: Sync, R: Send>(
+    jobs: usize,
+    items: &[T],
+    work: impl Fn(&T) -> R + Sync,
+) -> Vec<Option<R>> {
+    let next = AtomicUsize::new(0);
+    let worker = || {
+        let mut made = Vec::new();
+        while let number = next.fetch_add(1, Ordering::Relaxed)
+            && let Some(item) = items.get(number)
+        {
+            made.push((number, work(item)));
+        }
+        made
+    };
+    let mut all: Vec<Option<R>> = items.iter().map(|_| None).collect();
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..jobs.clamp(1, items.len().max(1))).map(|_| scope.spawn(worker)).collect();
+        for (number, result) in workers.into_iter().flat_map(|worker| worker.join().unwrap_or_default()) {
+            all[number] = Some(result);
+        }
+    });
+    all
+}
+
+impl Outcome {
+    /// The result, if it left one.
+    pub(super) fn summary(&self) -> Option<&Summary> {
+        match self {
+            Self::Done(summary) => Some(summary),
+            Self::Failed(_) => None,
+        }
+    }
+}
+
+impl Task {
+    /// What the same run of the same version left, if it is to be kept.
+    ///
+    /// # Errors
+    /// If the scene cannot be read.
+    pub(crate) fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, String> {
+        Ok(self.summary()?.and_then(|summary| reuse.outcome(summary)))
+    }
+
+    /// The summary that a run of the same scene and version left in the folder.
+    fn summary(&self) -> Result<Option<Summary>, String> {
+        let options = RunOptions { overrides: self.set.clone(), ..RunOptions::of_scene(&self.scene) };
+        let sha256 = options.read_scene().map_err(|error| error.to_string())?.sha256();
+        let summary = Summary::read(&self.folder.join("summary.json")).ok();
+        Ok(summary.filter(|left| left.scene_sha256 == sha256 && left.version == env!("CARGO_PKG_VERSION")))
+    }
+
+    fn outcome(&self, program: &Path, reuse: Reuse, origin: &Origin) -> Outcome {
+        let left = match self.summary() {
+            Ok(left) => left,
+            Err(error) => return Outcome::Failed(error),
+        };
+        let resume = left.as_ref().is_some_and(|left| left.status == RunStatus::Interrupted);
+        match left.and_then(|summary| reuse.outcome(summary)) {
+            Some(outcome) => {
+                protocol::say!("bedload: {}: finished before", self.name);
+                outcome
+            }
+            None => self.make(program, reuse, resume, origin),
+        }
+    }
+
+    fn make(&self, program: &Path, reuse: Reuse, resume: bool, origin: &Origin) -> Outcome {
+        let name = &self.name;
+        protocol::say!("bedload: {name}: {}", if resume { "goes on" } else { "runs" });
+        let said = self.beside("log");
+        let note = toml::to_string(origin).unwrap_or_default();
+        if let Err(error) = atomic_write(&self.beside("origin"), note.as_bytes()) {
+            return Outcome::Failed(error.to_string());
+        }
+        let status = match self.start(program, &said, resume) {
+            Ok(status) => status,
+            Err(error) => return Outcome::Failed(error.to_string()),
+        };
+        // Only what this run wrote is taken for its result: there was nothing to reuse before it.
+        match self.finished(reuse) {
+            Ok(Some(Outcome::Done(summary))) if status.success() => {
+                protocol::say!("bedload: {name}: done in {:.1} s", summary.cost.wall_s);
+                Outcome::Done(summary)
+            }
+            left => {
+                protocol::say!("bedload: {name}: failed, see {}", said.display());
+                let plain = || format!("the run ended with {status}, see {}", said.display());
+                match left {
+                    Ok(Some(Outcome::Failed(why))) => Outcome::Failed(why),
+                    _ if reuse == Reuse::AlsoFailed => {
+                        Outcome::Failed(self.reason(&said).unwrap_or_else(plain))
+                    }
+                    _ => Outcome::Failed(plain()),
+                }
+            }
+        }
+    }
+
+    /// Why it was refused, with the scene by its name alone.
+    fn reason(&self, said: &Path) -> Option<String> {
+        let words = last_words(&std::fs::read_to_string(said).ok()?)?;
+        let name = self.scene.file_name().unwrap_or_default().to_string_lossy();
+        Some(words.replace(&self.scene.display().to_string(), &name))
+    }
+
+    /// A file beside the folder: `FOLDER.log`, what the run said; `FOLDER.origin`, where it was made.
+    fn beside(&self, what: &str) -> PathBuf {
+        let mut path = OsString::from(&self.folder);
+        path.push(".");
+        path.push(what);
+        path.into()
+    }
+
+    /// Where it was made; nothing is known of a run of an older build.
+    pub(super) fn origin(&self) -> Origin {
+        let text = std::fs::read_to_string(self.beside("origin"));
+        text.ok().and_then(|text| toml::from_str(&text).ok()).unwrap_or_default()
+    }
+
+    fn start(&self, program: &Path, said: &Path, resume: bool) -> Result<ExitStatus, Failure> {
+        let log = std::fs::File::create(said).map_err(cannot("write", said))?;
+        let mut command = Command::new(program);
+        command.arg("run").arg(&self.scene);
+        for value in &self.set {
+            command.arg("--set").arg(value);
+        }
+        command.arg("--threads").arg(self.threads.to_string()).arg("--out").arg(&self.folder);
+        // What is kept was looked at before: a folder of a study is the study's.
+        command.arg(if resume { "--resume" } else { "--overwrite" });
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
+        command.status().map_err(cannot("start", program))
+    }
+}
+
+/// Why a run was refused, from what it said: the last line of `bedload`, and the next where that names
+/// the bound or the key. Drawn errors begin with a cross.
+fn last_words(said: &str) -> Option<String> {
+    let lines: Vec<&str> = said.lines().map(str::trim).collect();
+    let Some(place) = lines.iter().rposition(|line| line.starts_with("bedload: ")) else {
+        return lines.iter().find_map(|line| line.strip_prefix("× ")).map(str::to_owned);
+    };
+    let first = lines[place].trim_start_matches("bedload: ").trim_end_matches(':');
+    let goes_on = lines[place].ends_with(':') || first.ends_with("bound");
+    let next = lines.get(place + 1).filter(|line| goes_on && !line.is_empty());
+    let next =
+        next.map(|line| line.trim_start_matches("bedload-dem: ").trim_start_matches("bedload-fluid: "));
+    Some(next.map_or_else(|| first.to_owned(), |next| format!("{first}: {next}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_is_told_with_the_bound_or_key_that_it_names() {
+        let dem = "bedload: note: slow\nbedload: the dem solver refuses the scene (exit code 2):\n\
+                   bedload-dem: a.toml:16: dem.dt: makes\n  remedy: shorten\n";
+        let bound = "bedload: the plan breaks a stability bound\n  resolution: D/Δx = 4 ≥ 5\n    why: it\n";
+        assert_eq!(
+            last_words(dem).as_deref(),
+            Some("the dem solver refuses the scene (exit code 2): a.toml:16: dem.dt: makes")
+        );
+        assert_eq!(
+            last_words(bound).as_deref(),
+            Some("the plan breaks a stability bound: resolution: D/Δx = 4 ≥ 5")
+        );
+        assert_eq!(
+            last_words("\n  × a.toml:3: until: is -1\n   ╭─\n").as_deref(),
+            Some("a.toml:3: until: is -1")
+        );
+        assert_eq!(last_words("progress\n"), None);
+    }
+}

@@ -1,0 +1,97 @@
+//! Set-ups shared by the tests of this folder.
+
+use dem_solver::{ContactLaw, Dem, DemSpec, Grain, State, Wall};
+use dem_solver::{LinearSpringDashpot, laws::linear::RestitutionForm};
+
+/// A frictionless law with restitution `e` and contact time `t_c`.
+pub(crate) fn law(e: f64, t_c: f64) -> LinearSpringDashpot {
+    LinearSpringDashpot::new(e, t_c, 0.0)
+}
+
+pub(crate) fn exact(mut law: LinearSpringDashpot) -> LinearSpringDashpot {
+    law.form = RestitutionForm::ExactRestitution;
+    law
+}
+
+pub(crate) fn spec(grains: Vec<Grain>, law: LinearSpringDashpot) -> DemSpec {
+    DemSpec::new(grains, ContactLaw::LinearSpringDashpot(law))
+}
+
+pub(crate) fn dem(spec: &DemSpec) -> Dem {
+    Dem::new(spec).expect("valid spec")
+}
+
+/// From where it stands, 20 windows of `solver`, once more in it after a restore, and in a fresh one of `set_up` from
+/// the saved bytes: all in the same bits. Returns the state that they started from.
+pub(crate) fn repeats<R: PartialEq + std::fmt::Debug>(
+    what: &str,
+    set_up: &DemSpec,
+    solver: &mut Dem,
+    advance: impl Fn(&mut Dem) -> R,
+) -> State {
+    let saved = solver.save();
+    let bytes = bincode::serde::encode_to_vec(&saved, bincode::config::standard()).expect("serialises");
+    let mut first = Vec::new();
+    for _ in 0..20 {
+        first.push((advance(solver), solver.observations().clone()));
+    }
+    let end = solver.save();
+    let read: State =
+        bincode::serde::decode_from_slice(&bytes, bincode::config::standard()).expect("reads").0;
+    for (solver, state) in [(solver, saved.clone()), (&mut dem(set_up), read)] {
+        solver.restore(&state).expect("restores");
+        assert!(solver.save() == saved, "{what}: what is restored is what was saved");
+        for (report, seen) in &first {
+            assert_eq!(&advance(solver), report, "{what}");
+            assert!(solver.observations() == seen, "{what}");
+        }
+        assert!(solver.save() == end, "{what}: the repeated run ends in other bits");
+    }
+    saved
+}
+
+/// Text of a file of the repository; `path` from its root.
+pub(crate) fn repository_file(path: &str) -> String {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
+    std::fs::read_to_string(&path)
+        .unwrap_or_else(|error| panic!("{}: {error}; run in a checkout", path.display()))
+}
+
+/// Floor z = 0.
+pub(crate) fn floor() -> Wall {
+    Wall::new([0.0; 3], [0.0, 0.0, 1.0])
+}
+
+/// A deterministic stream of numbers in [0, 1) (SplitMix64).
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub(crate) fn vector(&mut self, low: f64, high: f64) -> [f64; 3] {
+        std::array::from_fn(|_| low + (high - low) * self.next())
+    }
+}
+
+/// `n` grains of radius about 0.5 on a jittered cubic lattice, some in slight overlap, in random motion.
+pub(crate) fn cloud(n: usize, seed: u64) -> Vec<Grain> {
+    let mut random = Random(seed);
+    let side = (1..).find(|side: &usize| side.pow(3) >= n).expect("a cube");
+    (0..n)
+        .map(|k| {
+            let site = [k % side, k / side % side, k / (side * side)];
+            let jitter = random.vector(-0.05, 0.05);
+            let position = std::array::from_fn(|axis| 0.55 + 1.1 * site[axis] as f64 + jitter[axis]);
+            let mut grain = Grain::new(position, 0.45 + 0.1 * random.next(), 1.0);
+            grain.velocity = random.vector(-1.0, 1.0);
+            grain.spin = random.vector(-1.0, 1.0);
+            grain
+        })
+        .collect()
+}

@@ -1,0 +1,27 @@
+//! The DEM against exact solutions, discrete identities and its own promises.
+
+mod common;
+
+mod bodies;
+mod bodies_oracle;
+mod bodies_round;
+mod bodies_scene;
+mod bounds;
+mod bulk;
+mod coarse_grain;
+mod constraints;
+mod coupling;
+mod energy;
+mod haff;
+mod integrators;
+mod invariance;
+mod lanes;
+mod lubrication;
+mod oblique;
+mod rest;
+mod restitution;
+mod rolling;
+mod scene_features;
+mod scene_keys;
+mod split;
+mod state;
