@@ -196,8 +196,8 @@ fn what_lies_outside_of_a_chart_is_refused_by_its_numbers() {
         (settles.replace("until = 0.14", "until = 0.005"), "the run over"),
         (settles.replace("until = 0.14", "until = 0.9"), "the room left in front of the sphere over D is"),
         (
-            format!("{settles}[fluid.immersed]\nwidth = 1.0\n"),
-            "nothing was charted with fluid.immersed.width = 1.0",
+            format!("{settles}[fluid]\nmethod = \"izard-2014\"\n"),
+            "nothing was charted with fluid.method = \"izard-2014\"",
         ),
         (thrown, "a sphere that is at rest at first was charted"),
         (BOUNCE.replace("viscosity = 0.018", "viscosity = 0.0018"), "St = (ρ_p + ρ/2) V D/(9 μ)"),

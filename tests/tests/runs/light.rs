@@ -1,4 +1,4 @@
-//! Light and neutral grains, and a grain at rest: where other forms of the loads fail.
+//! Light and neutral grains, and a grain at rest: where the printed loads fail.
 
 use tests::harness::{Folder, bedload, metric, said};
 
@@ -73,13 +73,13 @@ fn neutral_and_light_spheres_start_as_their_virtual_mass_says_and_stay_bounded()
 #[test]
 fn the_printed_force_of_2014_is_refused_for_light_grains_by_name_and_can_be_forced() {
     let folder = Folder::new("light-f1");
-    let izard = "[fluid.immersed]\nmethod = \"direct\"\nmask = \"izard-2014\"\n[fluid.loads]\nform = \"izard-2014\"\nvirtual_mass = 0.0";
+    let izard = "[fluid]\nmethod = \"izard-2014\"";
     for density in [1.0, 0.5, 0.1] {
         let scene = folder.write("f1.toml", &release(density, izard));
         let output = bedload(&["check", scene.to_str().expect("UTF-8")]);
         assert_eq!(output.status.code(), Some(2), "{}", said(&output));
         let words = said(&output);
-        let name = if density == 1.0 { "fluid.loads.form" } else { "density-ratio" };
+        let name = if density == 1.0 { "fluid.method" } else { "density-ratio" };
         assert!(words.contains(name), "ρ_r = {density}: no {name:?} in {words}");
     }
     let scene = folder.write("f1.toml", &release(0.5, izard));

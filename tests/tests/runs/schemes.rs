@@ -1,5 +1,4 @@
-//! Coupling schemes with the real programs: repeated windows and overlapped solvers record, resume and
-//! replay bit for bit, and light grains run where the semi-implicit order fails.
+//! Coupling schemes with the real programs: repeated windows record, resume and replay bit for bit, and light grains run where the semi-implicit order fails.
 
 use std::path::{Path, PathBuf};
 
@@ -7,13 +6,11 @@ use protocol::log::LogReader;
 use tests::harness::{Folder, SMALL_BOUNCE, bedload, metric, said, signal, start, summary, wait_until};
 
 const ITERATED: &str = "coupling.scheme=\"iterated\"";
-const OVERLAPPED: &str = "coupling.scheme=\"overlapped\"";
 /// Repeats touches and what follows them.
 const SELECTIVE: [&str; 2] = [ITERATED, "coupling.iterations.repeat_above=1e-3"];
 
 /// The schemes that are not the plain one.
-const OTHERS: [(&str, &[&str]); 3] =
-    [("iterated", &[ITERATED]), ("selective", &SELECTIVE), ("overlapped", &[OVERLAPPED])];
+const OTHERS: [(&str, &[&str]); 2] = [("iterated", &[ITERATED]), ("selective", &SELECTIVE)];
 
 fn text(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
@@ -67,7 +64,7 @@ fn attempts_count_up_and_the_last_is_accepted() {
 }
 
 #[test]
-fn iterated_and_overlapped_runs_replay_bit_for_bit() {
+fn iterated_runs_replay_bit_for_bit() {
     for (name, keys) in OTHERS {
         let folder = Folder::new(&format!("replay-{name}"));
         let (scene, out) = (bounce(&folder), folder.join("out"));

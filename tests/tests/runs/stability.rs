@@ -38,7 +38,7 @@ dt = 0.02
 about = "Densities 0.3 and 4."
 signal = "velocity_z[0]"
 bound = "density-ratio"
-x = "loads"
+x = "method"
 y = "density_ratio"
 
 [[stability.limits]]
@@ -47,10 +47,10 @@ least = -0.5
 most = 0.5
 
 [[stability.vary]]
-name = "loads"
+name = "method"
 values = [
-  { name = "paper", set = { "fluid.immersed.method" = "direct", "fluid.loads.form" = "izard-2014" } },
-  { name = "default", set = { "fluid.loads.form" = "yu-shao-fixed-point" } },
+  { name = "paper", set = { "fluid.method" = "izard-2014" } },
+  { name = "default", set = { "fluid.method" = "calibrated" } },
 ]
 
 [[stability.vary]]
@@ -75,7 +75,7 @@ fn a_small_sweep_finds_what_fails_and_what_check_says_of_it() {
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert!(said(&output).contains("4 runs: 3 stable and accepted, 1 failed"), "{}", said(&output));
     let table = Table::read(&out.join("stability.csv")).expect("a table");
-    assert_eq!(table.keys, ["loads", "grains[0].density"]);
+    assert_eq!(table.keys, ["method", "grains[0].density"]);
     for row in &table.rows {
         let fails = row.values == ["paper", "0.3"];
         let expected = if fails { Class::Failed } else { Class::Stable };
@@ -128,8 +128,8 @@ fn a_wrong_section_is_refused_with_file_line_and_key() {
         ("signal = \"velocity_z[0]\"", "signal = \"velocity_z[7]\"", "stability.signal"),
         ("signal = \"velocity_z[0]\"", "", "stability.signal"),
         ("bound = \"density-ratio\"", "bound = \"speed\"", "stability.bound"),
-        ("x = \"loads\"", "x = \"viscosity\"", "stability.x"),
-        ("y = \"density_ratio\"", "y = \"loads\"", "stability.y"),
+        ("x = \"method\"", "x = \"viscosity\"", "stability.x"),
+        ("y = \"density_ratio\"", "y = \"method\"", "stability.y"),
         ("y = \"density_ratio\"", "y = \"density_ratio\"\nscale = -1.0", "stability.scale"),
         ("y = \"density_ratio\"", "y = \"density_ratio\"\ncolour = 1", "stability.colour"),
         ("\"grains[0].density\"", "\"grains[0].weight\"", "stability.vary[1]"),

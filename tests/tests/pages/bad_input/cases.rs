@@ -153,15 +153,14 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "fluid step not a number": "dt = 0.01" => "§dt = nan"; "fluid.time.dt", "NaN";
     "cfl too large": "cfl = 0.5" => "§cfl = 9.0"; "fluid.time.cfl", "is 9", "up to";
     "unknown scheme": "cfl = 0.5" => "cfl = 0.5\n§scheme = \"rk4\""; "fluid.time.scheme", "rk4", "ab2";
-    "rungs not a power of two": "cfl = 0.5" => "cfl = 0.5\n§dt_levels_per_octave = 3"; "fluid.time.dt_levels_per_octave", "is 3", "16";
+    "levels of the step": "cfl = 0.5" => "cfl = 0.5\n§dt_levels_per_octave = 4"; "fluid.time.dt_levels_per_octave", "four lengths", "leave it out";
     "explicit viscosity, long step": "dt = 0.01" => "§dt = 0.2\nviscosity = \"explicit\""; "fluid.time.dt", "0.2", "explicit";
-    "mask of no width": "[dem]" => "[fluid.immersed]\n§width = 0.0\n[dem]"; "fluid.immersed.width", "is 0";
-    "unknown method": "[dem]" => "[fluid.immersed]\n§method = \"sharp\"\n[dem]"; "fluid.immersed.method", "sharp", "carried";
-    "negative virtual mass": "[dem]" => "[fluid.loads]\n§virtual_mass = -1.0\n[dem]"; "fluid.loads.virtual_mass", "-1";
-    "the seed's loads of a neutral grain": "density = 3.0" => "density = 1.0", "[dem]" => "[fluid.immersed]\nmethod = \"direct\"\n[fluid.loads]\n§form = \"izard-2014\"\n[dem]";
-        "fluid.loads.form", "grain 1", "izard-2014";
-    "direct forcing, carried loads": "[dem]" => "[fluid.immersed]\nmethod = \"direct\"\n[fluid.loads]\n§form = \"yu-shao-fixed-point\"\n[dem]"; "fluid.loads.form", "direct";
-    "displaced mass without carried loads": "[dem]" => "[fluid.loads]\nform = \"kempe-froehlich-2012\"\n§displaced_mass = \"as-mass\"\n[dem]"; "fluid.loads.displaced_mass", "kempe-froehlich-2012";
+    "width of the mask": "[dem]" => "[fluid.immersed]\n§width = 0.5\n[dem]"; "fluid.immersed.width", "fluid.method decides it";
+    "unknown method": "[dem]" => "[fluid]\n§method = \"sharp\"\n[dem]"; "fluid.method", "sharp", "calibrated";
+    "former name of the printed method": "[dem]" => "[fluid.immersed]\n§method = \"direct\"\n[dem]"; "fluid.immersed.method", "retired", "izard-2014";
+    "the printed loads of a neutral grain": "density = 3.0" => "density = 1.0", "[dem]" => "[fluid]\n§method = \"izard-2014\"\n[dem]";
+        "fluid.method", "grain 1", "izard-2014";
+    "form of the loads": "[dem]" => "[fluid.loads]\n§form = \"uhlmann-2005\"\n[dem]"; "fluid.loads.form", "fluid.method decides it";
     "command as one word": "[fluid.time]" => "[fluid]\n§command = \"my-solver\"\n[fluid.time]"; "fluid.command", "string", "sequence";
     "contact missing": "[dem]" => "§[dem]", "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 0.02\n" => ""; "dem.contact", "is missing";
     "dem missing": "[dem]\nintegrator = \"symplectic-euler\"\n" => "", "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 0.02\n" => "",
@@ -190,8 +189,9 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "no sub-steps": "[dem]" => "[dem]\n§steps_per_contact = 0.0"; "dem.steps_per_contact", "is 0";
     "retired skin": "[dem]" => "[dem]\n§skin = 0.1"; "dem.skin", "retired", "leave it out";
     "scheme that the loads cannot follow": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"explicit\""; "coupling.scheme", "explicit", "semi-implicit";
-    "iterated loads of another form": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"iterated\"", "[dem]" => "[fluid.loads]\nform = \"yu-shao-2007\"\n[dem]"; "coupling.scheme", "is iterated", "yu-shao-2007";
-    "scheme that is none": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"implicit\""; "coupling.scheme", "implicit", "overlapped";
+    "an order that the method cannot follow": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"iterated\"", "[dem]" => "[fluid]\nmethod = \"izard-2014\"\n[dem]"; "coupling.scheme", "is iterated", "explicit";
+    "scheme that is none": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"implicit\""; "coupling.scheme", "implicit", "iterated";
+    "former order of the exchange": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"overlapped\""; "coupling.scheme", "retired", "semi-implicit";
     "no tolerance": "deadline = 5.0" => "deadline = 5.0\n§iterations = { tolerance = 0.0 }"; "coupling.iterations.tolerance", "is 0";
     "one attempt": "deadline = 5.0" => "deadline = 5.0\niterations.§max_iterations = 1"; "coupling.iterations.max_iterations", "is 1";
     "unknown bound": "deadline = 5.0" => "deadline = 5.0\n§force = [\"luck\"]"; "coupling.force", "luck", "contact-steps";

@@ -1,28 +1,31 @@
-//! Attempts at one window, and the guess with which the next one begins.
+//! A window again and again from the same start, until the motion that it leads to is the one it began with.
 //!
-//! A guess x is the force λ in the fluid and the grains' velocities at the end of the window. An attempt
-//! leads from it to H(x): the λ that imposes the motion which came back, and that motion. The window stands
-//! where H(x) = x. With the residuals f = H(x) − x the next guess is
+//! A guess x is the force λ in the fluid and the grains' velocities at the end of the window. An attempt leads from it to
+//! H(x): the λ that imposes the motion which came back, and that motion. The window is converged where H(x) = x. With
+//! the residuals f = H(x) − x the next guess is
 //! ```text
-//! Aitken     x' = x_k + ω_k f_k,   ω_k = −ω_{k−1} f_{k−1}·(f_k − f_{k−1}) / |f_k − f_{k−1}|²
-//!                                                        (Küttler & Wall 2008, eq. 44)
-//! Anderson   x' = Σ_j α_j H(x_j),  Σ α_j = 1,  |Σ α_j f_j| least          (Walker & Ni 2011)
+//! x' = Σ_j α_j H(x_j),  Σ α_j = 1,  |Σ α_j f_j| least          (Anderson; Walker & Ni 2011)
 //! ```
-//! over force and motion at once: a factor found from the motion alone cannot see the force, whose slow
-//! and fast parts it would drive apart. f·f is Σ (dt λ)² over cells, plus |U|² + k²|ω|² of each grain (k its
-//! radius of gyration) times the mean number of cells of a grain: both count as velocities. Sums run in one
-//! order whatever the number of threads.
+//! over force and motion at once: weights found from the motion alone cannot see the force, whose slow and fast parts
+//! they would drive apart. f·f is Σ (dt λ)² over cells, plus |U|² + k²|ω|² of each grain (k its radius of gyration)
+//! times the mean number of cells of a grain: both count as velocities. Sums run in one order whatever the number of
+//! threads.
 
 use crate::grid::Grid;
-use crate::immersed::Immersed;
+use crate::immersed::Wrench;
 use crate::immersed::body::Motion;
 use crate::immersed::places::{Places, Values};
-use protocol::scheme::{Iterations, Relaxation};
+use crate::methods::grains::Grains;
+use crate::methods::loads::Measured;
+use crate::step::Stepper;
+use protocol::participant::Window;
 
-/// Largest |ω| of Aitken's factor: beyond it the last two residuals were all but the same.
-const MAX_AITKEN: f64 = 20.0;
-/// Most attempts that are mixed: `coupling.iterations.depth` is at most 20.
-const MAX_MIXED: usize = 21;
+/// Attempts that are mixed: the last one and five before it.
+const MIXED: usize = 6;
+/// Added to C_v for each ν dt/D²: in long windows the drag of the first attempts, taken with a force that
+/// knows nothing of the motion yet, would throw a light grain out of the box. From 1 to 18 all converge at
+/// ν dt/D² = 0.8; 0 does not below ρ_r = 0.5. Without influence on what they converge to.
+const DRAG: f64 = 2.0;
 /// A difference of residuals that lies in the span of the others up to this share of itself (squared) says
 /// nothing new.
 const NOTHING_NEW: f64 = 1e-10;
@@ -68,32 +71,29 @@ impl<const D: usize> Iterate<D> {
 
 /// What an attempt led to.
 #[derive(Clone, Debug)]
-struct Tried<const D: usize> {
+struct Attempt<const D: usize> {
     /// H(x).
-    found: Iterate<D>,
+    output: Iterate<D>,
     /// H(x) − x.
     residual: Iterate<D>,
 }
 
-impl<const D: usize> Default for Tried<D> {
+impl<const D: usize> Default for Attempt<D> {
     fn default() -> Self {
-        Self { found: Iterate::default(), residual: Iterate::default() }
+        Self { output: Iterate::default(), residual: Iterate::default() }
     }
 }
 
-/// The attempts at the window under way. Nothing of it outlives the window.
+/// The attempts at the present window. Nothing of them outlives the window.
 #[derive(Clone, Debug)]
-pub struct Attempts<const D: usize> {
-    relaxation: Relaxation,
+pub struct Iterations<const D: usize> {
     places: Places<D>,
-    /// Earlier attempts, oldest first, then room for more.
-    tried: Vec<Tried<D>>,
+    /// Earlier attempts, oldest first; those from `count` on are not of this window.
+    attempts: [Attempt<D>; MIXED],
     count: usize,
-    /// Scalar products of the residuals of `tried`.
-    products: Vec<Vec<f64>>,
+    /// Scalar products of the residuals of `attempts`.
+    products: [[f64; MIXED]; MIXED],
     guess: Iterate<D>,
-    /// Aitken's last factor.
-    factor: f64,
     /// Radius of gyration squared of each grain, m².
     gyration: Vec<f64>,
     /// Where each grain was at the end of the last attempt, m.
@@ -102,90 +102,84 @@ pub struct Attempts<const D: usize> {
     weights: Vec<f64>,
 }
 
-impl<const D: usize> Attempts<D> {
+impl<const D: usize> Iterations<D> {
     /// For grains with these radii of gyration (squared).
-    pub fn new(rule: Iterations, gyration: Vec<f64>) -> Self {
-        let room = match rule.relaxation {
-            Relaxation::Aitken => 2,
-            Relaxation::Anderson => (rule.depth + 1).clamp(2, MAX_MIXED),
-        };
+    pub(super) fn new(gyration: Vec<f64>) -> Self {
         Self {
-            relaxation: rule.relaxation,
             places: Places::default(),
-            tried: (0..room).map(|_| Tried::default()).collect(),
+            attempts: std::array::from_fn(|_| Attempt::default()),
             count: 0,
-            products: vec![vec![0.0; room]; room],
+            products: [[0.0; MIXED]; MIXED],
             guess: Iterate::default(),
-            factor: 1.0,
             centres: vec![[0.0; 3]; gyration.len()],
             gyration,
-            weights: Vec::with_capacity(room),
+            weights: Vec::with_capacity(MIXED),
         }
     }
 
-    /// First attempt: the guess is the force carried from the last window, and `motion`.
-    pub fn begin(
-        &mut self,
-        grid: &Grid<D>,
-        immersed: &Immersed<D>,
-        force: &[Vec<f64>; D],
-        motion: impl Iterator<Item = [f64; 6]>,
-    ) {
+    /// Force and motion at the end of the window with which this attempt begins: in the first the force carried and
+    /// the acceleration of the last window, so that it is the semi-implicit one. The fluid is where the window
+    /// began: who repeats a window restores it.
+    pub(super) fn guess(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>, window: &Window) {
+        if window.attempt > 0 && self.count > 0 {
+            self.mix();
+            self.places.scatter(&self.guess.force, &mut grains.force);
+            self.places.hold(&mut grains.immersed);
+            return;
+        }
+        let Grains { immersed, memory, force, .. } = grains;
+        let drive = memory.first_drive(fluid);
         self.places.clear();
-        self.places.add(grid, immersed);
+        self.places.add(fluid.grid(), immersed);
         self.places.gather(force, &mut self.guess.force);
         self.guess.motion.clear();
-        self.guess.motion.extend(motion);
-        (self.count, self.factor) = (0, 1.0);
+        self.guess.motion.extend(memory.motions.iter().enumerate().map(|(grain, motion)| {
+            let (u, mut a) = (numbers(motion), numbers_of(&memory.acceleration(grain)));
+            (0..3).for_each(|c| a[c] += drive[c]);
+            std::array::from_fn(|c| u[c] + window.dt * a[c])
+        }));
+        self.count = 0;
     }
 
-    /// Every other attempt: puts the guess into `force`, and declares its cells to hold force.
-    pub fn go_on(&mut self, immersed: &mut Immersed<D>, force: &mut [Vec<f64>; D]) {
-        match self.relaxation {
-            Relaxation::Aitken => self.guess_aitken(),
-            Relaxation::Anderson => self.guess_anderson(),
+    /// Puts the grains where the last attempt led them.
+    pub(super) fn place(&self, predicted: &mut [Motion]) {
+        if self.count > 0 {
+            predicted.iter_mut().zip(&self.centres).for_each(|(motion, centre)| motion.centre = *centre);
         }
-        self.places.scatter(&self.guess.force, force);
-        self.places.hold(immersed);
     }
 
-    /// Was there an attempt at this window before?
-    pub fn has_begun(&self) -> bool {
-        self.count > 0
-    }
-
-    /// Velocity and spin of the guess.
-    pub fn motion(&self, grain: usize) -> &[f64; 6] {
-        &self.guess.motion[grain]
-    }
-
-    /// Where the last attempt led a grain, m; none in the first.
-    pub fn centre(&self, grain: usize) -> Option<[f64; 3]> {
-        (self.count > 0).then(|| self.centres[grain])
+    /// The DEM adds m_a A_prev with the acceleration of the last window; the message adds what the attempt before knows
+    /// better.
+    pub(super) fn virtual_mass_ahead(&self, grains: &Grains<D>, dt: f64, measured: &mut [Measured]) {
+        let shapes = grains.immersed.shapes();
+        for (grain, (m, shape)) in measured.iter_mut().zip(shapes).enumerate() {
+            m.more = DRAG * grains.model.viscosity * dt / (2.0 * shape.radius).powi(2);
+            let (guess, now) = (&self.guess.motion[grain], numbers(&grains.memory.motions[grain]));
+            let before = numbers_of(&m.acceleration);
+            let ahead = |c: usize| (guess[c] - now[c]) / dt - before[c];
+            // It is in the first guess already.
+            m.drive = [0.0; 3];
+            m.ahead =
+                Wrench { force: std::array::from_fn(ahead), torque: std::array::from_fn(|c| ahead(c + 3)) };
+        }
     }
 
     /// Takes what the attempt led to.
-    pub fn note(
-        &mut self,
-        dt: f64,
-        grid: &Grid<D>,
-        immersed: &Immersed<D>,
-        force: &[Vec<f64>; D],
-        motions: &[Motion],
-    ) {
-        self.places.add(grid, immersed);
-        if self.count == self.tried.len() {
-            self.tried.rotate_left(1);
+    pub(super) fn note(&mut self, dt: f64, grid: &Grid<D>, grains: &Grains<D>) {
+        self.places.add(grid, &grains.immersed);
+        if self.count == MIXED {
+            self.attempts.rotate_left(1);
             self.products.rotate_left(1);
             self.products.iter_mut().for_each(|row| row.rotate_left(1));
             self.count -= 1;
         }
-        let Tried { found, residual } = &mut self.tried[self.count];
-        self.places.gather(force, &mut found.force);
-        found.motion.clear();
-        found.motion.extend(motions.iter().map(numbers));
-        residual.clone_from_other(found);
-        residual.combine(&self.guess, |found, guess| *found -= guess);
+        let motions = &grains.memory.motions;
+        let Attempt { output, residual } = &mut self.attempts[self.count];
+        self.places.gather(&grains.force, &mut output.force);
+        output.motion.clear();
+        output.motion.extend(motions.iter().map(numbers));
+        residual.clone_from_other(output);
+        residual.combine(&self.guess, |output, guess| *output -= guess);
         for (centre, motion) in self.centres.iter_mut().zip(motions) {
             *centre = motion.centre;
         }
@@ -198,7 +192,7 @@ impl<const D: usize> Attempts<D> {
         let newest = self.count - 1;
         let share = self.places.cells() as f64 / self.gyration.len().max(1) as f64;
         for other in 0..self.count {
-            let (a, b) = (&self.tried[newest].residual, &self.tried[other].residual);
+            let (a, b) = (&self.attempts[newest].residual, &self.attempts[other].residual);
             let force: f64 = a.force.iter().zip(&b.force).map(|(a, b)| product(a, b)).sum();
             let pairs = a.motion.iter().zip(&b.motion).zip(&self.gyration);
             let motion: f64 =
@@ -209,36 +203,27 @@ impl<const D: usize> Attempts<D> {
         }
     }
 
-    /// x' = H(x_k) + (ω_k − 1) f_k.
-    fn guess_aitken(&mut self) {
-        let last = self.count - 1;
-        if last > 0 {
-            let [ff, fg, gg] =
-                [(last, last), (last, last - 1), (last - 1, last - 1)].map(|(a, b)| self.products[a][b]);
-            let factor = -self.factor * (fg - gg) / (ff - 2.0 * fg + gg);
-            self.factor = if factor.is_finite() { factor.clamp(-MAX_AITKEN, MAX_AITKEN) } else { 1.0 };
-        }
-        let rest = self.factor - 1.0;
-        let Self { guess, tried, .. } = self;
-        guess.clone_from_other(&tried[last].found);
-        guess.combine(&tried[last].residual, |guess, residual| *guess += rest * residual);
-    }
-
     /// x' = Σ α_j H(x_j).
-    fn guess_anderson(&mut self) {
+    fn mix(&mut self) {
         least_squares(&self.products, self.count, &mut self.weights);
-        let Self { guess, tried, weights, .. } = self;
+        let Self { guess, attempts, weights, .. } = self;
         guess.set_zero();
-        for (tried, weight) in tried.iter().zip(weights) {
-            guess.combine(&tried.found, |guess, found| *guess += *weight * found);
+        for (attempt, weight) in attempts.iter().zip(weights) {
+            guess.combine(&attempt.output, |guess, output| *guess += *weight * output);
         }
     }
 }
 
 /// Velocity and spin.
-pub fn numbers(motion: &Motion) -> [f64; 6] {
+fn numbers(motion: &Motion) -> [f64; 6] {
     let [u, w] = [motion.velocity, motion.spin];
     [u[0], u[1], u[2], w[0], w[1], w[2]]
+}
+
+/// A vector and its moment.
+fn numbers_of(wrench: &Wrench) -> [f64; 6] {
+    let [f, t] = [wrench.force, wrench.torque];
+    [f[0], f[1], f[2], t[0], t[1], t[2]]
 }
 
 /// Σ a b in eight sums.
@@ -255,23 +240,23 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Weights α_j of `count` ≤ [`MAX_MIXED`] residuals with scalar products `products`, Σ α_j = 1, that make |Σ
+/// Weights α_j of `count` ≤ [`MIXED`] residuals with scalar products `products`, Σ α_j = 1, that make |Σ
 /// α_j f_j| least. The newest has the differences f_j − f_k to the others to work with, newer ones first;
 /// those that add nothing new are left out.
-fn least_squares(products: &[Vec<f64>], count: usize, weights: &mut Vec<f64>) {
+fn least_squares(products: &[[f64; MIXED]; MIXED], count: usize, weights: &mut Vec<f64>) {
     weights.clear();
     weights.resize(count, 0.0);
     let k = count - 1;
     let difference = |i: usize, j: usize| products[i][j] - products[i][k] - products[j][k] + products[k][k];
     // Gram–Schmidt by coefficients: q_n = Σ_j basis[n][j] (f_j − f_k), orthogonal, with its square.
-    let mut basis = [([0.0; MAX_MIXED], 0.0); MAX_MIXED];
+    let mut basis = [([0.0; MIXED], 0.0); MIXED];
     let mut found = 0;
-    let along = |a: &[f64; MAX_MIXED], b: &[f64; MAX_MIXED]| -> f64 {
+    let along = |a: &[f64; MIXED], b: &[f64; MIXED]| -> f64 {
         (0..k).map(|i| a[i] * (0..k).map(|j| b[j] * difference(i, j)).sum::<f64>()).sum()
     };
     for new in (0..k).rev() {
         let own = difference(new, new);
-        let mut q = [0.0; MAX_MIXED];
+        let mut q = [0.0; MIXED];
         q[new] = 1.0;
         for (other, size) in &basis[..found] {
             let share = along(&q, other) / size;
@@ -296,8 +281,10 @@ mod tests {
 
     /// Residuals in the plane: the point of their affine hull nearest to the origin.
     fn mixed(residuals: &[[f64; 2]]) -> ([f64; 2], Vec<f64>) {
-        let products: Vec<Vec<f64>> =
-            residuals.iter().map(|a| residuals.iter().map(|b| a[0] * b[0] + a[1] * b[1]).collect()).collect();
+        let mut products = [[0.0; MIXED]; MIXED];
+        for (row, a) in products.iter_mut().zip(residuals) {
+            row.iter_mut().zip(residuals).for_each(|(product, b)| *product = a[0] * b[0] + a[1] * b[1]);
+        }
         let mut weights = Vec::new();
         least_squares(&products, residuals.len(), &mut weights);
         let sum = |c: usize| weights.iter().zip(residuals).map(|(w, r)| w * r[c]).sum();

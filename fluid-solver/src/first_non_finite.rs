@@ -1,4 +1,4 @@
-//! Where a step went wrong: the first cell that is not finite.
+//! The first cell that is not finite after a step that failed.
 //!
 //! The pressure of one cell depends on every other, so one bad cell spoils the whole velocity within a
 //! stage. [`Stepper`] therefore stops at the first projection whose solution is not finite, and this
@@ -13,7 +13,7 @@ use std::fmt;
 
 /// A value that is not finite, or the one that grew most where all are spoilt alike.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Culprit<const D: usize> {
+pub struct FirstNonFinite<const D: usize> {
     /// What it is a value of.
     pub what: &'static str,
     /// Component, by grid axis.
@@ -28,8 +28,8 @@ pub struct Culprit<const D: usize> {
     letter: char,
 }
 
-/// What may be wrong, what is told first standing first.
-const WHATS: [&str; 5] = [
+/// Names of what may be wrong, in the order in which they are reported.
+const FIELDS: [&str; 5] = [
     "the force of the grains on the fluid",
     "the acceleration by convection",
     "the velocity",
@@ -37,20 +37,20 @@ const WHATS: [&str; 5] = [
     "of what is finite still the largest acceleration by convection",
 ];
 
-impl<const D: usize> fmt::Display for Culprit<D> {
+impl<const D: usize> fmt::Display for FirstNonFinite<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { what, cell, position, value, letter, .. } = self;
         write!(f, "{what} along {letter} is {value:e} in cell {cell:?}, at {position:?} m")
     }
 }
 
-impl<const D: usize> Culprit<D> {
+impl<const D: usize> FirstNonFinite<D> {
     /// Looks for it after a step that went wrong; `force` is what the caller gave to that step.
     pub fn find(stepper: &Stepper<D>, force: Option<&[Vec<f64>; D]>) -> Self {
         let (grid, state) = (stepper.grid(), stepper.state());
         let bad = |x: f64| !x.is_finite();
         let first = |what, field: &[Vec<f64>; D]| Self::first(grid, what, field, bad);
-        let [of_force, of_convection, of_velocity, ..] = WHATS;
+        let [of_force, of_convection, of_velocity, ..] = FIELDS;
         // In the order in which one is made of the other. Where viscosity is implicit its solution
         // spreads what is bad over everything: then the convection term tells, or nothing does.
         force
@@ -60,9 +60,9 @@ impl<const D: usize> Culprit<D> {
             .unwrap_or_else(|| Self::largest(grid, &state.velocity, &state.history))
     }
 
-    /// What the first of `ranks` says: the culprit that is told first of those that they found in their planes.
-    pub(crate) fn told(&self, ranks: &Ranks) -> String {
-        let place = WHATS.iter().position(|what| *what == self.what).unwrap_or(WHATS.len());
+    /// What the first of `ranks` reports: the first in the order of [`FIELDS`] of what all ranks found in their planes.
+    pub(crate) fn of_all(&self, ranks: &Ranks) -> String {
+        let place = FIELDS.iter().position(|what| *what == self.what).unwrap_or(FIELDS.len());
         let mine = (place * ranks.size() + ranks.rank()) as f64;
         let mut first = [mine];
         ranks.combine(&mut first, f64::min);
@@ -115,9 +115,9 @@ impl<const D: usize> Culprit<D> {
             }
             most
         };
-        let [.., of_velocity, of_convection] = WHATS;
+        let [.., of_velocity, of_convection] = FIELDS;
         of(of_velocity, velocity)
             .or_else(|| of(of_convection, history))
-            .unwrap_or_else(|| Self::new(grid, WHATS[2], 0, [0; D], f64::NAN))
+            .unwrap_or_else(|| Self::new(grid, FIELDS[2], 0, [0; D], f64::NAN))
     }
 }

@@ -1,21 +1,13 @@
-//! The fictitious-domain method of Yu & Shao (2007): rigid motion imposed at points of the bodies by distributed
-//! Lagrange multipliers, in the form that knows no difference of densities (docs/equations-immersed.md, section 9).
-//!
-//! It shares loads, windows and messages with the method of [`crate::immersed`]; what it has of its own is where the
-//! force lives: on points that move with the bodies, not on the grid.
+//! Points in bodies on a plane grid, and the Lagrange multipliers λ there (docs/equations-immersed.md, section 9).
 
-mod outlines;
-mod points;
-mod stencil;
-
+use super::points::Points;
+use super::stencil::Stencil;
 use crate::field::own_planes;
 use crate::grid::{Geometry, Grid};
 use crate::immersed::Wrench;
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
 use bedload_scene::CheckedScene;
-use points::Points;
 use std::ops::Range;
-use stencil::Stencil;
 
 /// How far below the surface the outermost points lie, in cells.
 const INSET: f64 = 0.3;
@@ -26,7 +18,7 @@ const SLIP: f64 = 0.182;
 
 /// The points of all bodies on a plane grid of equal cells.
 #[derive(Clone, Debug)]
-pub struct FictitiousDomain<const D: usize> {
+pub struct BodyPoints<const D: usize> {
     /// Points of each body.
     ranges: Vec<Range<usize>>,
     /// Places from the bodies' centres, m.
@@ -37,9 +29,9 @@ pub struct FictitiousDomain<const D: usize> {
     shares: Vec<f64>,
     /// λ at the points, m/s², by component.
     multipliers: [Vec<f64>; D],
-    /// What the points are tied to, where they were placed last.
+    /// Cells and weights that tie the points to the grid, where they were placed last.
     stencils: [Vec<Stencil>; D],
-    /// Velocity of the fluid at the points, m/s, when it was asked for last.
+    /// Velocity of the fluid at the points, m/s, as interpolated last.
     velocities: [Vec<f64>; D],
     /// Area of each body, m², and its second moment about the centre, m⁴.
     moments: Vec<[f64; 2]>,
@@ -52,10 +44,10 @@ pub struct FictitiousDomain<const D: usize> {
 pub fn bytes<const D: usize>(scene: &CheckedScene, spacing: f64) -> u64 {
     let points: f64 = scene.grains.iter().map(|grain| grain.volume() / (spacing * spacing)).sum();
     // Rings hold somewhat more points than cells.
-    (1.2 * points) as u64 * FictitiousDomain::<D>::BYTES_PER_POINT
+    (1.2 * points) as u64 * BodyPoints::<D>::BYTES_PER_POINT
 }
 
-impl<const D: usize> FictitiousDomain<D> {
+impl<const D: usize> BodyPoints<D> {
     /// Points in bodies of the given shapes, λ = 0.
     pub fn new(grid: &Grid<D>, shapes: &[Shape]) -> Self {
         let spacing = grid.smallest_width();
