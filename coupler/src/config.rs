@@ -1,7 +1,7 @@
 //! The `[coupling]` section of the scene.
 
 use bedload_scene::{CheckedScene, Retired, SceneError, SceneSource};
-use protocol::facts::LoadsForm;
+use protocol::facts::FluidFacts;
 use protocol::scheme::{Iterations, Scheme, SchemeKey};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -23,8 +23,7 @@ pub enum Substeps {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Coupling {
-    /// `auto`, `explicit`, `semi-implicit`, `overlapped` or `iterated`; one that is named must go with the
-    /// fluid's form of the loads.
+    /// `auto`, `explicit`, `semi-implicit` or `iterated`; the fluid must be able to follow the one that is named.
     pub scheme: SchemeKey,
     /// How windows are repeated where the scheme is `iterated`.
     pub iterations: Iterations,
@@ -67,7 +66,18 @@ impl Default for Coupling {
 }
 
 /// Names that this section had before.
-const RETIRED: &[Retired] = &[Retired::key("coupling.iterations.most", "coupling.iterations.max_iterations")];
+const RETIRED: &[Retired] = &[
+    Retired::key("coupling.iterations.most", "coupling.iterations.max_iterations"),
+    Retired::dropped(
+        "coupling.iterations.relaxation",
+        "leave it out: attempts are mixed by Anderson's method",
+    ),
+    Retired::dropped(
+        "coupling.iterations.depth",
+        "leave it out: an attempt is mixed with the five before it",
+    ),
+    Retired::value("coupling.scheme", "overlapped", "\"semi-implicit\""),
+];
 
 /// The document as far as the coupler owns it.
 #[derive(Deserialize)]
@@ -138,7 +148,7 @@ impl Coupling {
     }
 
     fn check_iterations(&self, source: &SceneSource) -> Result<(), SceneError> {
-        let Iterations { tolerance, max_iterations, depth, repeat_above, .. } = self.iterations;
+        let Iterations { tolerance, max_iterations, repeat_above } = self.iterations;
         if !(tolerance > 0.0 && tolerance < 1.0) {
             let message = format!("is {tolerance}; allowed: 0 < tolerance < 1");
             let help = "give the relative change of the motion to stop at, such as 1e-4";
@@ -149,10 +159,6 @@ impl Coupling {
             let help = "a change takes two attempts to see: give 2 or more, or scheme = \"semi-implicit\"";
             return Err(source.error("coupling.iterations.max_iterations", message, help));
         }
-        if !(1..=20).contains(&depth) {
-            let message = format!("is {depth}; allowed: 1 to 20 attempts");
-            return Err(source.error("coupling.iterations.depth", message, "give 3 to 8, or leave it out"));
-        }
         if !(0.0..1.0).contains(&repeat_above) {
             let message = format!("is {repeat_above}; allowed: 0 ≤ repeat_above < 1");
             let help = "give 0 to repeat every window, or such as 1e-3 to repeat those that go otherwise than expected";
@@ -161,24 +167,24 @@ impl Coupling {
         Ok(())
     }
 
-    /// The scheme that the scene names, or the one that the form of the loads stands for.
+    /// The order of the exchange that the scene names, or the fluid's own.
     ///
     /// # Errors
-    /// [`SceneError`] at `coupling.scheme` where the named one cannot carry these loads.
-    pub fn scheme(&self, loads: LoadsForm, source: &SceneSource) -> Result<Scheme, SceneError> {
-        let Some(ours) = self.scheme.named() else { return Ok(Scheme::of(loads)) };
-        if ours.forms().contains(&loads) {
-            return Ok(ours);
+    /// [`SceneError`] at `coupling.scheme` where the fluid cannot follow the named one.
+    pub fn scheme(&self, fluid: &FluidFacts, source: &SceneSource) -> Result<Scheme, SceneError> {
+        let allowed = fluid.schemes();
+        let named = self.scheme.named().unwrap_or(allowed[0]);
+        if allowed.contains(&named) {
+            return Ok(named);
         }
-        let names = |scheme: Scheme| {
-            let forms: Vec<String> = scheme.forms().iter().map(|form| form.to_string()).collect();
-            format!("{scheme}: {}", forms.join(", "))
-        };
-        let all = [Scheme::Explicit, Scheme::SemiImplicit, Scheme::Overlapped, Scheme::Iterated].map(names);
+        let names: Vec<String> = allowed.iter().map(Scheme::to_string).collect();
         Err(source.error(
             "coupling.scheme",
-            format!("is {ours}, but loads of form {loads} are exchanged in {} order", Scheme::of(loads)),
-            &format!("leave the key out, or choose a form of that order ({})", all.join("; ")),
+            format!(
+                "is {named}, which the fluid's method cannot follow; allowed: auto, {}",
+                names.join(", ")
+            ),
+            "leave the key out, or choose a method of the fluid that can follow it",
         ))
     }
 }

@@ -1,5 +1,5 @@
 //! Keys of the solvers' sections that rules of the coupler read or set: cheaper models, settings from the
-//! charts. No other rule names one, and `tests/tests/keys.rs` asks that each is in the solvers' configuration,
+//! charts. No other rule names one, and `tests/tests/pages/keys.rs` asks that each is in the solvers' configuration,
 //! with these values: a key that is renamed there makes a test fail, not a rule.
 
 use bedload_scene::CheckedScene;
@@ -17,10 +17,6 @@ pub const RK3: &str = "rk3";
 pub const FLUID_DT: &str = "fluid.time.dt";
 /// Courant number of steps that follow the flow.
 pub const CFL: &str = "fluid.time.cfl";
-/// Radius of the masks.
-pub const MASK_RADIUS: &str = "fluid.immersed.mask_radius";
-/// That with which the flow feels the grain.
-pub const CORRECTED: &str = "corrected";
 /// The law of contact.
 pub const CONTACT: &str = "dem.contact";
 /// Films between grains.
@@ -41,12 +37,11 @@ pub const INTEGRATOR: &str = "dem.integrator";
 pub const CONTACT_STEPS: &str = "dem.steps_per_contact";
 
 /// All of them, with the values that rules name.
-pub const ALL: [(&str, &[&str]); 11] = [
+pub const ALL: [(&str, &[&str]); 10] = [
     (CONVECTION, &[]),
     (TIME_SCHEME, &[AB2, RK3]),
     (FLUID_DT, &[]),
     (CFL, &[]),
-    (MASK_RADIUS, &[CORRECTED]),
     (CONTACT, &[]),
     (LUBRICATION, &[]),
     (FILM, &[COMPLEMENT]),

@@ -99,23 +99,27 @@ pub struct Plan {
 /// Iterations that a window of the iterated scheme takes, for the estimate of the cost (docs/coupling.md, Schemes).
 const ITERATIONS: f64 = 6.0;
 
-/// Iterates where nobody named a scheme and the lightest grain is too light for the semi-implicit one: the
-/// cost of repeated windows is paid only there. Says so. A bound that the scene forces asks for nothing.
-fn iterate_where_asked(facts: &mut Facts<'_>) -> Option<String> {
-    let carries = |fluid: &FluidFacts| Scheme::Iterated.carries(fluid.loads, fluid.advected_force);
-    let possible = facts.fluid.is_some_and(carries);
-    let free = facts.coupling.scheme == SchemeKey::Auto && facts.scheme == Some(Scheme::SemiImplicit);
-    let forced = facts.coupling.force.iter().any(|name| name == bounds::DENSITY_RATIO);
-    let (ratio, limit) = bounds::lightest(facts).filter(|(ratio, limit)| ratio < limit)?;
-    if !(possible && free) || forced {
+/// Takes another order of the exchange where the scene names none, a bound of the fluid is broken, and the fluid says
+/// that the bound is wider in that order: the cost of repeated windows is paid only there. A bound that the scene forces
+/// asks for nothing.
+fn change_scheme_where_asked(facts: &mut Facts<'_>) -> Option<String> {
+    if facts.coupling.scheme != SchemeKey::Auto {
         return None;
     }
-    facts.scheme = Some(Scheme::Iterated);
+    let fluid = facts.fluid?;
+    let (bound, scheme) = fluid.bounds.iter().find_map(|own| {
+        let scheme = own.wider_in.filter(|scheme| fluid.schemes().contains(scheme))?;
+        let bound = Bound::of_solver(own, facts.scheme, &facts.steps)?;
+        bound.refuses(&facts.coupling.force).then_some((bound, scheme))
+    })?;
+    facts.scheme = Some(scheme);
     Some(format!(
-        "scheme: iterated, because ρ_p/ρ = {} is below {}, the lowest found stable without repeating windows at \
-         this ν dt/D²; coupling.scheme names another",
-        Short(ratio),
-        Short(limit)
+        "scheme: {scheme}, because {} = {} breaks {} ({}) in windows of this length that are not repeated; \
+         coupling.scheme names another order",
+        bound.quantity,
+        Short(bound.value),
+        bound.name,
+        Short(bound.limit)
     ))
 }
 
@@ -165,7 +169,7 @@ impl Plan {
         let own = fluid.map(|fluid| &fluid.bounds).into_iter().chain(dem.map(|dem| &dem.bounds));
         coupling.check_force(own.flatten().map(|bound| bound.name.as_str()), &scene.source)?;
         let scheme = match (participants, fluid) {
-            (Participants::Coupled, Some(fluid)) => Some(coupling.scheme(fluid.loads, &scene.source)?),
+            (Participants::Coupled, Some(fluid)) => Some(coupling.scheme(fluid, &scene.source)?),
             _ => None,
         };
         let adaptive = fluid.is_some_and(|fluid| fluid.adaptive);
@@ -182,7 +186,7 @@ impl Plan {
         let steps = TimeSteps { dt_fluid, dt_dem: dt_fluid / full as f64, substeps: full, contact_time };
         let mut facts =
             Facts { scene, fluid, dem, coupling, scheme, steps, speeds: Speeds::of(scene), memory };
-        let notice = iterate_where_asked(&mut facts);
+        let notice = change_scheme_where_asked(&mut facts);
         let windows = (scene.scene.until / dt_fluid).ceil();
         let of_a_window = fluid.map_or(0.0, |fluid| fluid.step_cost)
             + dem.map_or(0.0, |dem| dem.substep_cost) * full as f64;

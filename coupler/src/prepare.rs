@@ -22,6 +22,13 @@ pub struct Participant<F> {
     pub facts: F,
 }
 
+/// Keys that the fluid's facts have for the DEM and the scene does not say, as `--set` takes them.
+fn handed_to_dem(fluid: Option<&FluidFacts>, scene: &CheckedScene) -> Vec<String> {
+    let keys = fluid.into_iter().flat_map(|fluid| &fluid.for_dem);
+    let missing = keys.filter(|(key, _)| !scene.scene.dem.contains_key(*key));
+    missing.map(|(key, value)| format!("dem.{key}={value}")).collect()
+}
+
 /// A scene, read, checked and planned.
 #[derive(Clone, Debug)]
 pub struct Prepared {
@@ -58,6 +65,8 @@ impl Prepared {
         }
         if participants.has_dem() {
             let solver = solver(Role::Dem)?;
+            let of_fluid = fluid.as_ref().map(|fluid| &fluid.facts);
+            let overrides = [overrides, handed_to_dem(of_fluid, &scene)].concat();
             let facts = dem_facts(&solver, &scene, path, &overrides, ask)?;
             dem = Some(Participant { solver, facts });
         }

@@ -485,8 +485,12 @@ mod tests {
         let read: DemFacts = parse_facts(&serde_json::to_string(&facts).unwrap()).unwrap();
         assert_eq!(read, facts);
         let fluid: FluidFacts =
-            parse_facts(r#"{"dt": 1, "cells": 12, "loads": "izard-2014", "resolved": {"dt": 0.5}}"#).unwrap();
-        assert_eq!((fluid.dt, fluid.cells), (1.0, 12));
+            parse_facts(r#"{"dt": 1, "cells": 12, "schemes": ["explicit"], "resolved": {"dt": 0.5}}"#)
+                .unwrap();
+        assert_eq!(
+            (fluid.dt, fluid.cells, fluid.schemes()),
+            (1.0, 12, &[protocol::scheme::Scheme::Explicit][..])
+        );
         assert_eq!(fluid.resolved["dt"].as_float(), Some(0.5));
         assert!(parse_facts::<DemFacts>("not json").is_err());
     }

@@ -171,8 +171,7 @@ impl Channel {
 }
 
 /// What a user can do.
-pub(crate) const REMEDY: &str = "lower the fluid's dt, use loads yu-shao-fixed-point with virtual mass ½, coupling.scheme = \"iterated\", \
-     fluid.loads.displaced_mass = \"as-mass\", or heavier grains (docs/stability.md); to go on all the same: --set \
+pub(crate) const REMEDY: &str = "lower the fluid's dt, use coupling.scheme = \"iterated\" or heavier grains (docs/stability.md); to go on all the same: --set \
      'coupling.force=[\"unstable\"]'";
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use bedload_scene::{
     CheckedScene, Freedom as LockedFreedom, Geometry, Motion as SceneMotion, Retired, SceneError,
 };
-use protocol::facts::{DemFacts, Forcing};
+use protocol::facts::DemFacts;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,6 +37,9 @@ pub struct DemSection {
     /// up to four cells (at most 0.8 R) for spheres, up to two cells (at most R/2) for discs; none where a body is not round.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
+    /// What the fluid resolves of films between discs, the rest being the DEM's: `mask` (default) or `points`. The fluid's
+    /// method decides it, and `bedload` hands it over; a DEM alone may be given it.
+    pub line_film: LineFilm,
     /// Time integration.
     pub integrator: Integrator,
     /// Sub-step, s. Default: contact time over `steps_per_contact`.
@@ -51,12 +54,24 @@ pub struct DemSection {
     pub allow_coarse_dt: bool,
 }
 
+/// How the fluid holds discs, for the films between them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LineFilm {
+    /// By a mask of cells.
+    #[default]
+    Mask,
+    /// At points of the bodies.
+    Points,
+}
+
 impl Default for DemSection {
     fn default() -> Self {
         Self {
             command: None,
             contact: None,
             lubrication: None,
+            line_film: LineFilm::default(),
             integrator: Integrator::default(),
             dt: None,
             steps_per_contact: 50.0,
@@ -231,9 +246,9 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         gravity: shared.gravity,
         contact,
         lubrication,
-        line_resolution: match bedload_scene::forcing(&scene.source)? {
-            Forcing::FictitiousDomain => LineResolution::POINTS,
-            Forcing::Carried | Forcing::Direct => LineResolution::MASK,
+        line_resolution: match dem.line_film {
+            LineFilm::Mask => LineResolution::MASK,
+            LineFilm::Points => LineResolution::POINTS,
         },
         viscosity: shared.medium.as_ref().map_or(0.0, |medium| medium.viscosity),
         integrator: dem.integrator,

@@ -11,7 +11,7 @@ use fluid_solver::boundary::Boundary;
 use fluid_solver::field::set_component;
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::ranks::{Ranks, threads};
-use fluid_solver::scheme::{Options, Projections, Scheme, Viscous};
+use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;
 use fluid_solver::work::Work;
 use std::time::Instant;
@@ -37,7 +37,7 @@ fn measure(grid: &Grid<3>, viscous: Viscous, ranks: &Ranks) -> Cost {
     pool.expect("a thread").install(|| {
         let options = Options {
             viscosity: 1e-3,
-            scheme: Scheme::RungeKutta3 { projections: Projections::EveryStage },
+            scheme: Scheme::RungeKutta3,
             viscous,
             convection: true,
             body_force: [0.0; 3],

@@ -2,18 +2,16 @@
 
 use crate::axis::AxisSpec;
 use crate::boundary::{Boundary, Profile};
-use crate::config::{Choices, DivisionKey, ForceTransport, MaskRadius, ProjectionsKey, SchemeKey};
+use crate::config::{Choices, SchemeKey};
+use crate::coupling;
 use crate::division::{Division, DivisionError};
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
-use crate::immersed::brinkman::largest_viscous_number;
-use crate::immersed::mask_model::Mask;
+use crate::methods::needs::Needs;
 use crate::ranks::Ranks;
-use crate::scheme::{Options, Projections, Scheme, Viscous};
+use crate::scheme::{Options, Scheme, Viscous};
 use bedload_scene::{CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind};
-use protocol::facts::{Forcing, LoadsForm};
-use protocol::scheme as coupling;
 use std::sync::Arc;
 
 /// Geometry of the scene in this crate's words.
@@ -64,16 +62,8 @@ pub fn divided<const D: usize>(
 ) -> Result<Grid<D>, SceneError> {
     let grid = grid(scene)?;
     let several = !ranks.is_alone();
-    match choices.division {
-        None | Some(DivisionKey::Whole) if !several => return Ok(grid),
-        Some(DivisionKey::Whole) => {
-            return Err(scene.source.error(
-                "fluid.division",
-                format!("is \"whole\", which {} ranks cannot share", ranks.size()),
-                "set fluid.division = \"blocks\", or leave it out",
-            ));
-        }
-        _ => {}
+    if !several && !choices.blocks {
+        return Ok(grid);
     }
     let grid = grid.divided(ranks.clone()).map_err(|error| {
         let key = match error {
@@ -81,12 +71,12 @@ pub fn divided<const D: usize>(
             DivisionError::Axes => "domain.geometry",
             DivisionError::Planes { .. } | DivisionError::Ranks { .. } => "domain.cells",
         };
-        let remedy = "start as many ranks as are possible, or one with fluid.division = \"whole\"";
+        let remedy = "start as many ranks as are possible, or one process without fluid.launcher";
         scene.source.error(key, error.to_string(), remedy)
     })?;
     if several {
         let slabs = Division::slabs(grid.cells[D - 1], ranks.size());
-        refuse(scene, choices, slabs.map_or(0, |[least, _]| least))?;
+        refuse_for_ranks(scene, choices, slabs.map_or(0, |[least, _]| least))?;
     }
     Ok(grid)
 }
@@ -98,20 +88,20 @@ const LOCAL: usize = 5;
 ///
 /// # Errors
 /// With the key.
-pub fn refuse(scene: &CheckedScene, choices: &Choices, least: usize) -> Result<(), SceneError> {
-    let scheme = crate::coupling::read(scene, choices.form)?.0;
-    if scheme == coupling::Scheme::Iterated {
+pub fn refuse_for_ranks(scene: &CheckedScene, choices: &Choices, least: usize) -> Result<(), SceneError> {
+    let scheme = coupling::read(scene, choices.method)?.0;
+    if scheme == protocol::scheme::Scheme::Iterated {
         return Err(scene.source.error(
             "coupling.scheme",
             "is \"iterated\", which several ranks of the fluid cannot do yet",
-            "take \"semi-implicit\" or \"overlapped\", or start one rank",
+            "take \"semi-implicit\", or start one rank",
         ));
     }
-    if transport(scene, choices, scheme).is_some() && tells_viscosity(choices) && least < LOCAL {
+    if Needs::of(scene, choices, scheme).local_solve && least < LOCAL {
         return Err(scene.source.error(
-            "fluid.immersed.viscous_sweeps",
-            format!("asks for a local solve, for which each rank must have {LOCAL} planes; one has {least}"),
-            "start fewer ranks, or set fluid.immersed.viscous_sweeps = 0",
+            "domain.cells",
+            format!("leaves a rank with {least} planes; grains that move in space need {LOCAL} planes for each rank"),
+            "start fewer ranks, or give more cells along the last axis",
         ));
     }
     Ok(())
@@ -142,14 +132,10 @@ pub fn options<const D: usize>(
     viscous: Viscous,
 ) -> Options<D> {
     let geometry = geometry(scene);
-    let projections = match choices.time.projections {
-        ProjectionsKey::EachStage => Projections::EveryStage,
-        ProjectionsKey::Once => Projections::OncePerStep,
-    };
     Options {
         viscosity: medium.kinematic_viscosity(),
         scheme: match choices.time.scheme {
-            SchemeKey::Rk3 => Scheme::RungeKutta3 { projections },
+            SchemeKey::Rk3 => Scheme::RungeKutta3,
             SchemeKey::Ab2 => Scheme::AdamsBashforth2,
         },
         viscous,
@@ -207,88 +193,6 @@ pub fn motions(scene: &CheckedScene) -> Vec<Motion> {
         }
     };
     scene.grains.iter().map(motion).collect()
-}
-
-/// Whether no grain ever moves.
-fn stands(scene: &CheckedScene) -> bool {
-    scene.grains.iter().all(|grain| grain.motion == bedload_scene::Motion::Fixed)
-}
-
-/// Whether the carried force goes with the grains, in every step or where it would lag;
-/// [`crate::config::FluidSection::read`] has seen that it can where the scene asks for it. By itself it does
-/// among spheres in space of which two or more move, or that fill more than a twentieth of their box, unless windows
-/// are repeated.
-pub fn transport(scene: &CheckedScene, choices: &Choices, coupling: coupling::Scheme) -> Option<Transport> {
-    let can = choices.method == Forcing::Carried
-        && choices.mask == Mask::ParameterFree
-        && coupling.carries(choices.form, true)
-        && choices.form == LoadsForm::YuShaoFixedPoint;
-    let moving = scene.grains.iter().filter(|grain| grain.motion != bedload_scene::Motion::Fixed).count();
-    match choices.force_transport {
-        ForceTransport::Advected => (moving > 0).then_some(Transport::Always),
-        ForceTransport::Auto
-            if can && geometry(scene) == Geometry::Space && (moving > 1 || moving > 0 && is_full(scene)) =>
-        {
-            Some(Transport::WhereItLags)
-        }
-        _ => None,
-    }
-}
-
-/// Whether viscosity may be told of a change of the advected force in its own step.
-pub fn tells_viscosity(choices: &Choices) -> bool {
-    choices.viscous_sweeps != Some(0)
-}
-
-/// Longest step that every free grain bears with the local solve, s.
-pub fn longest_local_step(scene: &CheckedScene, medium: &Medium) -> f64 {
-    let free = scene.grains.iter().filter(|grain| grain.motion == bedload_scene::Motion::Free);
-    let longest = |grain: &bedload_scene::Grain| {
-        let diameter = 2.0 * grain.radius;
-        largest_viscous_number(grain.density / medium.density) * diameter * diameter
-            / medium.kinematic_viscosity()
-    };
-    free.map(longest).fold(f64::INFINITY, f64::min)
-}
-
-/// Solid fraction from which on one moving sphere is a bed with its images.
-const FULL: f64 = 0.05;
-
-fn is_full(scene: &CheckedScene) -> bool {
-    let domain = &scene.scene.domain;
-    let size: f64 = domain.lower.iter().zip(&domain.upper).map(|(lower, upper)| upper - lower).product();
-    scene.grains.iter().map(bedload_scene::Grain::volume).sum::<f64>() > FULL * size
-}
-
-/// When the carried force goes with the grains.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Transport {
-    /// In every step.
-    Always,
-    /// In steps in which it would lag.
-    WhereItLags,
-}
-
-/// Whether masks have the radius that the flow feels.
-pub fn corrects_radius(scene: &CheckedScene, choices: &Choices) -> bool {
-    match choices.mask_radius {
-        MaskRadius::Nominal => false,
-        MaskRadius::Corrected => true,
-        MaskRadius::Auto => {
-            choices.method == Forcing::Carried
-                && choices.mask == Mask::ParameterFree
-                && geometry(scene) == Geometry::Space
-        }
-    }
-}
-
-/// Whether it is worth keeping what the grains hold of the grid until they move: it is asked for again at the
-/// same place where the force goes with the grains, and where none ever moves.
-pub fn keeps(scene: &CheckedScene, choices: &Choices, transport: Option<Transport>) -> bool {
-    if choices.method == Forcing::FictitiousDomain {
-        return false;
-    }
-    transport.is_some() || stands(scene)
 }
 
 /// Sets the velocity at t = 0.

@@ -10,7 +10,7 @@ mod parts;
 pub(crate) mod whole;
 
 use crate::field::own_planes;
-use crate::grain_memory::Memory;
+use crate::methods::grains::Memory;
 use crate::solver::Solver;
 use part::{Part, ROLE};
 use protocol::checkpoint::Payload;

@@ -1,8 +1,8 @@
-//! What the fluid needs to know of `[coupling]`: the order of the exchange, and how long one waits. The coupler owns the section, and
-//! refuses a scheme that the form of the loads cannot follow.
+//! What the fluid needs to know of `[coupling]`: the order of the exchange, and how long to wait. The coupler owns the
+//! section, and refuses an order that the method cannot follow.
 
+use crate::methods::method::Method;
 use bedload_scene::{CheckedScene, SceneError};
-use protocol::facts::LoadsForm;
 use protocol::scheme::{Iterations, Scheme, SchemeKey};
 use serde::Deserialize;
 use std::time::Duration;
@@ -40,13 +40,13 @@ pub fn deadline(scene: &CheckedScene) -> Result<Duration, SceneError> {
     })
 }
 
-/// The order of the exchange for loads of `form`, and how attempts are relaxed. `auto` that no coupler has
-/// settled, and a scheme that the form cannot follow, are the order of the form itself.
+/// The order of the exchange for a method, and which windows are repeated. `auto` that no coupler has settled, and an
+/// order that the method cannot follow, are the method's own.
 ///
 /// # Errors
 /// [`SceneError`] with the place of a wrong type.
-pub fn read(scene: &CheckedScene, form: LoadsForm) -> Result<(Scheme, Iterations), SceneError> {
+pub fn read(scene: &CheckedScene, method: Method) -> Result<(Scheme, Iterations), SceneError> {
     let Section { scheme, iterations, .. } = scene.source.section::<Document>()?.coupling;
-    let named = scheme.named().filter(|scheme| scheme.forms().contains(&form));
-    Ok((named.unwrap_or(Scheme::of(form)), iterations))
+    let named = scheme.named().filter(|scheme| method.schemes().contains(scheme));
+    Ok((named.unwrap_or(method.schemes()[0]), iterations))
 }

@@ -1,19 +1,22 @@
 //! What the fluid says of itself before a run (`bedload-fluid check`).
 
-use crate::config::{DisplacedMass, DivisionKey, FluidSection, ForceTransport, SchemeKey};
+use crate::config::{FluidSection, SchemeKey};
 use crate::division::{self, Division};
-use crate::fictitious;
 use crate::grid::Grid;
 use crate::initial;
 use crate::launcher::{self, Launch};
 use crate::memory::{self, Demand, Share};
+use crate::methods::calibrated::calibration::Calibration;
+use crate::methods::fictitious::body_points;
+use crate::methods::method::Method;
+use crate::methods::needs::Needs;
 use crate::plan::Plan;
 use crate::ranks::Ranks;
 use crate::scheme::Viscous;
 use crate::transform;
 use crate::{bounds, build};
 use bedload_scene::{CheckedScene, Grain, SceneError};
-use protocol::facts::{FluidFacts, Forcing};
+use protocol::facts::FluidFacts;
 use protocol::scheme::Scheme;
 use std::f64::consts::PI;
 
@@ -62,17 +65,10 @@ fn share<const D: usize>(
     if launch.ranks < 2 {
         return Ok((Share::WHOLE, None));
     }
-    if section.division == Some(DivisionKey::Whole) {
-        return Err(scene.source.error(
-            "fluid.division",
-            format!("is \"whole\", which the {} ranks of fluid.launcher cannot share", launch.ranks),
-            "set fluid.division = \"blocks\", or leave it out",
-        ));
-    }
     let [least, most] = Division::slabs(grid.cells[D - 1], launch.ranks).map_err(|error| {
         scene.source.error("fluid.launcher", error.to_string(), "start as many ranks as are possible")
     })?;
-    build::refuse(scene, &section.choices(), least)?;
+    build::refuse_for_ranks(scene, &section.choices(Calibration::default()), least)?;
     let notice = (launch.on_each < launch.ranks).then(|| {
         let Launch { ranks, on_each } = launch;
         format!("the memory is that of {on_each} of {ranks} ranks, as many as are on one machine")
@@ -94,7 +90,7 @@ fn kept_bytes<const D: usize>(scene: &CheckedScene, spacing: f64) -> u64 {
 
 fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<FluidFacts, SceneError> {
     let section = FluidSection::read(scene)?;
-    let choices = section.choices();
+    let choices = section.choices(Calibration::default());
     let medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
     let grid = build::divided::<D>(scene, &choices, ranks.unwrap_or(&Ranks::alone()))?;
     let start = initial::read(scene, &choices, &grid)?;
@@ -103,23 +99,23 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
     // A table that cannot be read is told before the run, not after it.
     crate::lines::of(scene)?;
     let implicit = plan.viscous == Viscous::Implicit;
-    let carried = choices.method.is_carried() && !scene.grains.is_empty();
-    let scheme = crate::coupling::read(scene, choices.form)?.0;
-    let transport = build::transport(scene, &choices, scheme);
-    let along = transport.is_some();
-    let held = match choices.method {
-        Forcing::FictitiousDomain => fictitious::bytes::<D>(scene, plan.spacing),
-        _ if build::keeps(scene, &choices, transport) => kept_bytes::<D>(scene, plan.spacing),
-        _ => 0,
+    let (scheme, iterations) = crate::coupling::read(scene, choices.method)?;
+    let needs = Needs::of(scene, &choices, scheme);
+    let held = if needs.points {
+        body_points::bytes::<D>(scene, plan.spacing)
+    } else if needs.mask_ratios {
+        kept_bytes::<D>(scene, plan.spacing)
+    } else {
+        0
     };
     let repeated = scheme == Scheme::Iterated;
     let (share, shared) = share(scene, &section, ranks, &grid)?;
     let memory = memory::estimate(
         &grid,
         Demand {
-            carried,
-            along,
-            told: along && build::tells_viscosity(&choices),
+            carried: needs.force,
+            along: needs.transport.is_some(),
+            told: needs.local_solve,
             implicit,
             repeated,
             held,
@@ -129,7 +125,7 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
     );
     memory::check(scene, memory, protocol::memory::available().as_ref())?;
     let cells = grid.cell_count() as u64;
-    let resolved = toml::Table::try_from(section.resolved()).map_err(|error| {
+    let resolved = toml::Table::try_from(&section).map_err(|error| {
         scene.source.error("fluid", format!("cannot be written out: {error}"), "report this as a fault")
     })?;
     let mut notices = slow_axes(scene, &grid);
@@ -158,18 +154,24 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
         cfl: choices.time.cfl,
         cfl_limit: choices.time.scheme.cfl_limit(),
         spacing: plan.spacing,
-        loads: choices.form,
-        virtual_mass: choices.virtual_mass.alone(),
-        displaced_mass: choices.displaced_mass == DisplacedMass::AsMass,
-        forcing: choices.method,
-        advected_force: choices.force_transport == ForceTransport::Advected
-            || choices.method == Forcing::FictitiousDomain,
+        schemes: choices.method.schemes().to_vec(),
+        for_dem: for_dem(choices.method),
         foreign: false,
-        bounds: bounds::of(scene, medium, &choices, &plan),
+        bounds: bounds::of(scene, medium, &choices, &iterations, &plan),
         step_cost: cells as f64 * cost::<D>(choices.time.scheme, implicit, cells),
         notices,
         resolved,
     })
+}
+
+/// How the method resolves films of lines, for a DEM that adds the rest of them (docs/decisions/line-film.md): with masks
+/// it is the DEM's default.
+fn for_dem(method: Method) -> toml::Table {
+    let mut keys = toml::Table::new();
+    if method == Method::FictitiousDomain {
+        keys.insert("line_film".into(), "points".into());
+    }
+    keys
 }
 
 /// A notice for each transformed axis whose number of cells the fast transforms cannot take.

@@ -1,5 +1,6 @@
 //! The ranks but the first: they do what it says, each with its planes.
 
+use crate::methods::calibrated::calibration::Calibration;
 use crate::orders::{NUMBERS, Order, heard, record};
 use crate::participant::Fluid;
 use crate::ranks::Ranks;
@@ -24,7 +25,9 @@ pub fn follow(ranks: &Ranks) -> Result<(), SolverError> {
             (Order::Leave, _) => fluid = None,
             (Order::Build(file, text, folder), _) => {
                 let scene = CheckedScene::new(SceneSource { file, text });
-                fluid = scene.and_then(|scene| Fluid::of_rank(&scene, &folder, ranks)).ok();
+                fluid = scene
+                    .and_then(|scene| Fluid::of_rank(&scene, &folder, ranks, Calibration::default()))
+                    .ok();
             }
             (Order::Advance(window, threads), Some(fluid)) => {
                 if pool.as_ref().is_none_or(|pool| pool.current_num_threads() != threads) {

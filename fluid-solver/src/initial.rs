@@ -11,16 +11,16 @@ use crate::config::{Choices, FluidSection, SchemeKey, ViscosityKey};
 use crate::coupling;
 use crate::field::{State, own_planes};
 use crate::flow_rate::mean;
-use crate::grain_memory::Memory;
 use crate::grid::Grid;
 use crate::halo::{fill_scalar, fill_velocity, fill_velocity_and_open};
 use crate::health::Health;
 use crate::immersed::body::Motion;
 use crate::interpolate::{Kind, interpolate};
+use crate::methods::grains::Memory;
+use crate::methods::method::Method;
 use crate::open::OpenFaces;
 use bedload_scene::{CheckedScene, InitialVelocity, SceneError, SceneSource};
 use protocol::checkpoints;
-use protocol::facts::Forcing;
 use std::path::Path;
 
 /// The key at which all of it is refused.
@@ -98,7 +98,7 @@ pub fn read<const D: usize>(
             "make that run anew, so that both are of one scene",
         ));
     }
-    let theirs = FluidSection::of_run(&run).map_err(unread)?.choices();
+    let theirs = FluidSection::of_run(&run).map_err(unread)?.choices(choices.calibration);
     let start = Start::new(scene, &run, [choices, &theirs], grid, source, whole);
     let start = start.map_err(|error| refuse(error.to_string(), NAME))?;
     if !start.fastest.iter().all(|number| number.is_finite()) {
@@ -195,9 +195,9 @@ impl<const D: usize> Start<D> {
         let same_motion =
             same_grains && (0..now.len()).all(|grain| moves(&now[grain], &left[grain]) && !turned(grain));
 
-        let same_force = mine.method == theirs.method && mine.method == Forcing::Carried;
-        let same_form = mine.method == theirs.method && mine.form == theirs.form && mine.mask == theirs.mask;
-        let same_order = coupling::read(scene, mine.form)?.0 == coupling::read(run, theirs.form)?.0;
+        let same_method = mine.method == theirs.method;
+        let same_force = same_method && mine.method == Method::Calibrated;
+        let same_order = coupling::read(scene, mine.method)?.0 == coupling::read(run, theirs.method)?.0;
         let viscosity = |scene: &CheckedScene| {
             scene.scene.medium.as_ref().map(bedload_scene::Medium::kinematic_viscosity)
         };
@@ -205,7 +205,7 @@ impl<const D: usize> Start<D> {
         let certain = mine.time.dt.is_some() || mine.time.viscosity != ViscosityKey::Auto;
         let same_history = mine.time.scheme != SchemeKey::Ab2
             || certain && mine.time == theirs.time && viscosity(scene) == viscosity(run);
-        let goes_on = same_motion && same_form && same_order && same_grid(grid, &source);
+        let goes_on = same_motion && same_method && same_order && same_grid(grid, &source);
         Ok(Self { grid: source, velocity, whole, goes_on, same_grains, same_force, same_history, fastest })
     }
 

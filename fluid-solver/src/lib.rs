@@ -6,6 +6,7 @@
 //! - [`participant::Fluid`]: the same as a participant of a coupled run, on any geometry;
 //! - [`boundary::Boundary`] and [`axis::AxisSpec`]: what a grid is made of;
 //! - [`scheme::Options`]: viscosity, time scheme, driving force;
+//! - [`methods`]: the methods of the immersed boundary, `fluid.method`;
 //! - [`immersed::Immersed`]: grains on the grid, their masks and the force that imposes their motion.
 //!
 //! The equations stand in `docs/equations.md` and `docs/equations-immersed.md`, the order of a step in [`step`].
@@ -42,7 +43,6 @@
 
 #![warn(missing_docs)]
 
-pub mod attempts;
 pub mod axis;
 pub mod boundary;
 mod bounds;
@@ -50,19 +50,17 @@ pub mod build;
 pub mod checkpoint;
 pub mod config;
 pub mod coupling;
-pub mod culprit;
 pub mod division;
 mod engine;
 pub mod facts;
-pub mod fictitious;
 pub mod field;
+pub mod first_non_finite;
 mod flow;
 pub mod flow_rate;
 pub mod follow;
 mod gather;
 pub mod geometry;
 mod ghosts;
-pub mod grain_memory;
 pub mod grid;
 pub mod grid_error;
 pub mod halo;
@@ -74,9 +72,9 @@ pub mod interpolate;
 pub mod lanes;
 pub mod launcher;
 pub mod lines;
-pub mod loads;
 pub mod measure;
 pub mod memory;
+pub mod methods;
 pub mod open;
 pub mod orders;
 pub mod output;
@@ -98,5 +96,4 @@ pub mod timings;
 pub mod transform;
 pub mod tridiagonal;
 mod vector;
-pub mod virtual_mass;
 pub mod work;

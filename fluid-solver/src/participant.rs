@@ -4,6 +4,7 @@ use crate::checkpoint;
 use crate::coupling;
 use crate::lines::{self, Line};
 use crate::measure::mean_velocity;
+use crate::methods::calibrated::calibration::Calibration;
 use crate::orders::{Leader, Order, tell, told};
 use crate::ranks::Ranks;
 use crate::solver::Solver;
@@ -62,11 +63,28 @@ impl Fluid {
         let source = &scene.source;
         let gone = |error: SolverError| source.error("fluid", error.to_string(), "start the run anew");
         tell(ranks, &Order::Build(source.file.clone(), source.text.clone(), folder.into())).map_err(gone)?;
-        Self::of_rank(scene, folder, ranks)
+        Self::of_rank(scene, folder, ranks, Calibration::default())
     }
 
-    /// The part of a rank that was told to build one.
-    pub(crate) fn of_rank(scene: &CheckedScene, folder: &Path, ranks: &Ranks) -> Result<Self, SceneError> {
+    /// A fluid of one process with single parts of the calibrated method switched; tests show with it what they do.
+    ///
+    /// # Errors
+    /// As [`Fluid::new`].
+    pub fn with_calibration(
+        scene: &CheckedScene,
+        folder: &Path,
+        calibration: Calibration,
+    ) -> Result<Self, SceneError> {
+        Self::of_rank(scene, folder, &Ranks::alone(), calibration)
+    }
+
+    /// The part of one rank.
+    pub(crate) fn of_rank(
+        scene: &CheckedScene,
+        folder: &Path,
+        ranks: &Ranks,
+        calibration: Calibration,
+    ) -> Result<Self, SceneError> {
         // What may go wrong on one rank alone, memory and files, comes before the first step together.
         let deadline = coupling::deadline(scene);
         let ready = deadline.and_then(|deadline| {
@@ -82,8 +100,8 @@ impl Fluid {
         }
         let (lines, deadline) = ready?;
         let solver = match scene.scene.domain.dimensions() {
-            2 => Any::Two(Box::new(Solver::with_ranks(scene, ranks)?)),
-            _ => Any::Three(Box::new(Solver::with_ranks(scene, ranks)?)),
+            2 => Any::Two(Box::new(Solver::with_ranks(scene, ranks, calibration)?)),
+            _ => Any::Three(Box::new(Solver::with_ranks(scene, ranks, calibration)?)),
         };
         let axes = scene.scene.domain.geometry.axes();
         let axis = |asked: &ObservedPlanes| axes.iter().position(|axis| *axis == asked.axis);

@@ -12,6 +12,12 @@ use bedload_scene::{CheckedScene, Medium, SceneError};
 /// docs/numerics.md, Forcing and viscosity
 const FORCE_NUMBER: f64 = 2.0;
 
+/// Lengths that an adaptive step may have in an octave, evenly spaced: a power of two.
+const LEVELS: u32 = 4;
+
+/// Part of what is allowed at which an adaptive step still stays as it is.
+const PATIENCE: f64 = 0.5;
+
 /// Bounds on the time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
@@ -19,8 +25,6 @@ pub struct Plan {
     pub fixed: Option<f64>,
     /// CFL number kept when it is not.
     pub cfl: f64,
-    /// Lengths that it may have in an octave, a power of two.
-    pub dt_levels_per_octave: u32,
     /// Largest step whatever the velocity, s.
     pub ceiling: f64,
     /// Treatment of viscosity.
@@ -74,54 +78,35 @@ impl Plan {
             }
             ceiling = ceiling.min(explicit);
         }
-        let mut plan = Self {
-            fixed: time.dt,
-            cfl: time.cfl,
-            dt_levels_per_octave: time.dt_levels_per_octave,
-            ceiling,
-            viscous,
-            spacing,
-            start: fastest,
-            goes_on: None,
-        };
+        let mut plan =
+            Self { fixed: time.dt, cfl: time.cfl, ceiling, viscous, spacing, start: fastest, goes_on: None };
         plan.goes_on = start.and_then(Start::last).map(|(dt, rate, motions)| plan.next(dt, rate, motions));
         Ok(plan)
     }
 
     /// Step proposed before anything moves, s.
     pub fn first(&self) -> f64 {
-        self.fixed.or(self.goes_on).unwrap_or_else(|| self.level(self.ceiling))
+        self.fixed.or(self.goes_on).unwrap_or_else(|| level(self.ceiling))
     }
 
     /// Step proposed after one of length `previous`, with `rate` the largest Σ|u|/Δx.
     ///
-    /// It stands on a level, and stays there while it is allowed and, in octaves of even levels, some two
-    /// levels more are not: a new length costs the carried force a few steps.
+    /// It is a level, and stays the same while it is allowed and twice its length is not: a new length costs the carried
+    /// force a few steps.
     pub fn next(&self, previous: f64, rate: f64, motions: &[Motion]) -> f64 {
         if let Some(dt) = self.fixed {
             return dt;
         }
         let fastest = motions.iter().map(|m| m.velocity.iter().map(|v| v.abs()).sum()).fold(0.0, f64::max);
         let allowed = (self.cfl / rate.max(fastest / self.spacing)).min(self.ceiling);
-        if previous <= allowed && previous >= self.patience() * allowed {
-            previous
-        } else {
-            self.level(allowed)
-        }
+        if previous <= allowed && previous >= PATIENCE * allowed { previous } else { level(allowed) }
     }
+}
 
-    /// Part of what is allowed at which a step still stays: half with four levels an octave or fewer.
-    fn patience(&self) -> f64 {
-        (1.0 - 2.0 / f64::from(self.dt_levels_per_octave)).max(0.5)
-    }
-
-    /// The largest 2^k (1 + j/levels), 0 ≤ j < levels, that is not above `dt`: with few digits, so that sums
-    /// of steps are exact.
-    fn level(&self, dt: f64) -> f64 {
-        f64::from_bits(
-            dt.to_bits() & !((1_u64 << (f64::MANTISSA_DIGITS - 1 - self.dt_levels_per_octave.ilog2())) - 1),
-        )
-    }
+/// The largest 2^k (1 + j/[`LEVELS`]), 0 ≤ j < `LEVELS`, that is not above `dt`: with few digits, so that sums of steps
+/// are exact.
+fn level(dt: f64) -> f64 {
+    f64::from_bits(dt.to_bits() & !((1_u64 << (f64::MANTISSA_DIGITS - 1 - LEVELS.ilog2())) - 1))
 }
 
 #[cfg(test)]
@@ -131,7 +116,6 @@ mod tests {
     const PLAN: Plan = Plan {
         fixed: None,
         cfl: 0.5,
-        dt_levels_per_octave: 4,
         ceiling: 1.0,
         viscous: Viscous::Implicit,
         spacing: 0.1,
@@ -141,15 +125,11 @@ mod tests {
 
     #[test]
     fn levels_lie_close_below() {
-        for (levels, least) in [(1, 0.5), (4, 0.8), (16, 16.0 / 17.0), (64, 64.0 / 65.0)] {
-            let plan = Plan { dt_levels_per_octave: levels, ..PLAN };
-            for dt in [0.04, 1e-7, 3.0, 0.999, 123.4, 1.999] {
-                let level = plan.level(dt);
-                assert!(level <= dt && level > least * dt, "{level} under {dt}, {levels} in an octave");
-            }
+        for dt in [0.04, 1e-7, 3.0, 0.999, 123.4, 1.999] {
+            let level = level(dt);
+            assert!(level <= dt && level > 0.8 * dt, "{level} under {dt}");
         }
-        assert_eq!([1.75, 1.9375].map(|dt| PLAN.level(dt)), [1.75, 1.75]);
-        assert_eq!(Plan { dt_levels_per_octave: 16, ..PLAN }.level(1.94), 1.9375);
+        assert_eq!([1.75, 1.9375].map(level), [1.75, 1.75]);
     }
 
     /// Number of changes while the rate runs through `rates`; every step keeps the CFL number.
@@ -168,14 +148,10 @@ mod tests {
     #[test]
     fn the_step_changes_seldom() {
         let rate = |k: i32| 0.5 + f64::from(k) * 0.002;
-        // Rising fivefold, 2.3 octaves: a level at a time. Falling, it waits until twice the step is allowed,
-        // or with more levels until 1/(1 - 2/levels) of it is.
-        for (levels, most_rising, most_falling) in [(4, 10, 3), (16, 40, 18)] {
-            let plan = Plan { dt_levels_per_octave: levels, ..PLAN };
-            let rising = changes(&plan, (0..1000).map(rate));
-            assert!(rising <= 1 + most_rising, "{rising}");
-            let falling = changes(&plan, (0..1000).rev().map(rate));
-            assert!(falling <= 1 + most_falling, "{falling}");
-        }
+        // Rising fivefold, 2.3 octaves: a level at a time. Falling, it waits until twice the step is allowed.
+        let rising = changes(&PLAN, (0..1000).map(rate));
+        assert!(rising <= 11, "{rising}");
+        let falling = changes(&PLAN, (0..1000).rev().map(rate));
+        assert!(falling <= 4, "{falling}");
     }
 }

@@ -5,21 +5,9 @@
 pub enum Scheme {
     /// Three-stage low-storage Runge–Kutta for convection, Crank–Nicolson per stage for viscosity
     /// (Spalart, Moser & Rogers 1991; Le & Moin 1991).
-    RungeKutta3 {
-        /// Project after each stage (three solves of the pressure) or once, at the end of the step.
-        projections: Projections,
-    },
+    RungeKutta3,
     /// Adams–Bashforth for convection, Crank–Nicolson for viscosity, one projection: the cheap one.
     AdamsBashforth2,
-}
-
-/// How often a Runge–Kutta step is projected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Projections {
-    /// After each stage.
-    EveryStage,
-    /// Once, at the end of the step.
-    OncePerStep,
 }
 
 /// How viscosity is integrated.
@@ -69,7 +57,7 @@ impl Scheme {
     /// Number of stages.
     pub fn stages(self) -> usize {
         match self {
-            Self::RungeKutta3 { .. } => 3,
+            Self::RungeKutta3 => 3,
             Self::AdamsBashforth2 => 1,
         }
     }
@@ -77,17 +65,12 @@ impl Scheme {
     /// Stage `k` of a step of length `dt` after one of length `previous` (zero: there was none).
     pub fn stage(self, k: usize, dt: f64, previous: f64) -> Stage {
         match self {
-            Self::RungeKutta3 { .. } => RUNGE_KUTTA[k],
+            Self::RungeKutta3 => RUNGE_KUTTA[k],
             Self::AdamsBashforth2 => {
                 // Linear extrapolation to the middle of a step of another length.
                 let half = if previous > 0.0 { 0.5 * dt / previous } else { 0.0 };
                 Stage { gamma: 1.0 + half, zeta: -half, alpha: 0.5 }
             }
         }
-    }
-
-    /// Whether a projection follows every stage.
-    pub fn projects_every_stage(self) -> bool {
-        self != Self::RungeKutta3 { projections: Projections::OncePerStep }
     }
 }

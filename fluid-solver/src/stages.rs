@@ -33,7 +33,7 @@ pub(crate) struct PlannedStage {
     pub(crate) corrects: Option<PressureUpdate>,
     /// Whether a later stage or step reads N.
     pub(crate) keeps_n: bool,
-    /// The projection that ends the stage; none where a later stage or the caller projects.
+    /// The projection that ends the stage; none where the caller projects.
     pub(crate) projection: Option<PressureUpdate>,
     /// Whether the divergence of that projection is done in the sweep of predictor or viscosity.
     pub(crate) fuses_divergence: bool,
@@ -91,21 +91,21 @@ impl StepPlan {
         end: LastProjection,
     ) -> Self {
         let (scheme, count) = (options.scheme, options.scheme.stages());
-        let (every, fused) = (scheme.projects_every_stage(), sweeps == Sweeps::Fused);
+        let fused = sweeps == Sweeps::Fused;
         let nu = if options.viscous == Viscous::Implicit { options.viscosity } else { 0.0 };
         let update = |stage: Stage| {
-            let part = if every { 2.0 * stage.alpha } else { 1.0 };
+            let part = 2.0 * stage.alpha;
             PressureUpdate { duration: part * dt, viscosity: nu * stage.alpha / part }
         };
         let planned = |number: usize| {
             let coefficients = scheme.stage(number, dt, previous);
             let last = number + 1 == count;
-            let projects = if last { end == LastProjection::Planned } else { every };
+            let projects = !last || end == LastProjection::Planned;
             PlannedStage {
                 number,
                 coefficients,
                 dt,
-                fills_halos: sweeps == Sweeps::Apart && (number == 0 || !every),
+                fills_halos: sweeps == Sweeps::Apart && number == 0,
                 corrects: None,
                 keeps_n: !last || scheme == Scheme::AdamsBashforth2,
                 projection: projects.then(|| update(coefficients)),
@@ -131,10 +131,8 @@ impl StepPlan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scheme::Projections;
 
-    const EVERY: Scheme = Scheme::RungeKutta3 { projections: Projections::EveryStage };
-    const ONCE: Scheme = Scheme::RungeKutta3 { projections: Projections::OncePerStep };
+    const EVERY: Scheme = Scheme::RungeKutta3;
     const CHEAP: Scheme = Scheme::AdamsBashforth2;
 
     fn plan(scheme: Scheme, sweeps: Sweeps, end: LastProjection) -> StepPlan {
@@ -152,7 +150,7 @@ mod tests {
     /// corrected once, and what the caller is left with is the last one.
     #[test]
     fn every_projection_is_done_once() {
-        for (scheme, count) in [(EVERY, 3), (ONCE, 1), (CHEAP, 1)] {
+        for (scheme, count) in [(EVERY, 3), (CHEAP, 1)] {
             for sweeps in [Sweeps::Apart, Sweeps::ApartFilled, Sweeps::Fused] {
                 for end in [LastProjection::Planned, LastProjection::LeftToCaller] {
                     let plan = plan(scheme, sweeps, end);
@@ -177,7 +175,6 @@ mod tests {
             plan.stages().iter().map(|stage| stage.fills_halos).collect::<Vec<_>>()
         };
         assert_eq!(fills(EVERY, Sweeps::Apart), [true, false, false]);
-        assert_eq!(fills(ONCE, Sweeps::Apart), [true; 3]);
         assert_eq!(fills(CHEAP, Sweeps::Apart), [true]);
         assert_eq!(fills(EVERY, Sweeps::Fused), [false; 3]);
     }

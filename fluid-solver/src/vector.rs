@@ -30,13 +30,6 @@ impl<S: Simd> Real<S> {
         S::as_mut_simd_f64s(values).0[t] = self.v;
     }
 
-    /// One where it is zero or less, else itself: to divide by.
-    #[inline(always)]
-    pub(crate) fn or_one(self) -> Self {
-        let positive = self.simd.greater_than_f64s(self.v, self.simd.splat_f64s(0.0));
-        Self::new(self.simd, self.simd.select_f64s(positive, self.v, self.simd.splat_f64s(1.0)))
-    }
-
     /// Zero, as wide.
     #[inline(always)]
     pub(crate) fn zero(self) -> Self {

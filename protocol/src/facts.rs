@@ -1,71 +1,8 @@
 //! What a solver says of itself before a run, so that the coupler can plan and refuse without knowing
 //! its insides. `bedload-fluid check SCENE --json` and `bedload-dem check SCENE --json` print these.
 
+use crate::scheme::Scheme;
 use serde::{Deserialize, Serialize};
-
-/// How the loads are formed from the immersed-boundary forcing (docs/numerics.md, Forms of the loads).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub enum LoadsForm {
-    /// −ρρ_p/(ρ_p−ρ) ∫f dV (Izard et al. 2014, eqs 5–6): singular at ρ_p = ρ.
-    #[serde(rename = "izard-2014")]
-    Izard2014,
-    /// −ρ∫f dV + ρ d/dt∫αu dV (Kempe & Fröhlich 2012).
-    #[serde(rename = "kempe-froehlich-2012")]
-    KempeFroehlich2012,
-    /// −ρ∫f dV + ρV dU/dt (Uhlmann 2005).
-    #[serde(rename = "uhlmann-2005")]
-    Uhlmann2005,
-    /// Force before forcing (after Yu & Shao 2007); imposes (2−β)λ at steady state.
-    #[serde(rename = "yu-shao-2007")]
-    YuShao2007,
-    /// Force before forcing with λ as a true fixed point.
-    #[default]
-    #[serde(rename = "yu-shao-fixed-point")]
-    YuShaoFixedPoint,
-}
-
-impl LoadsForm {
-    /// Does the fluid wait for the new motion before it imposes it (semi-implicit order)?
-    #[must_use]
-    pub fn is_semi_implicit(self) -> bool {
-        matches!(self, Self::YuShao2007 | Self::YuShaoFixedPoint)
-    }
-}
-
-impl std::fmt::Display for LoadsForm {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Izard2014 => "izard-2014",
-            Self::KempeFroehlich2012 => "kempe-froehlich-2012",
-            Self::Uhlmann2005 => "uhlmann-2005",
-            Self::YuShao2007 => "yu-shao-2007",
-            Self::YuShaoFixedPoint => "yu-shao-fixed-point",
-        })
-    }
-}
-
-/// How the immersed boundary imposes the motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum Forcing {
-    /// f = α(U − u)/Δt anew each step (Izard et al. 2014, eq. 7).
-    Direct,
-    /// λ carried from step to step (docs/equations-immersed.md, section 3).
-    #[default]
-    Carried,
-    /// λ on points of the bodies (Yu & Shao 2007; docs/equations-immersed.md, section 9).
-    FictitiousDomain,
-}
-
-impl Forcing {
-    /// Is the force carried from step to step?
-    #[must_use]
-    pub fn is_carried(self) -> bool {
-        self != Self::Direct
-    }
-}
 
 /// Facts of the fluid solver.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -85,17 +22,13 @@ pub struct FluidFacts {
     pub cfl_limit: f64,
     /// Smallest spacing, m.
     pub spacing: f64,
-    /// Form of the loads.
-    pub loads: LoadsForm,
-    /// Virtual mass coefficient C_v it sends for grains with nothing near them: the smallest one.
-    pub virtual_mass: f64,
-    /// Does it take off the mass that a grain displaces on the grid, not that of its true volume?
-    pub displaced_mass: bool,
-    /// How the motion is imposed.
-    pub forcing: Forcing,
-    /// Does the carried force move with the grains? Such windows cannot be repeated.
-    pub advected_force: bool,
-    /// Is it another's solver? What our maps say of a form of loads is not known of it.
+    /// Orders of the exchange that it can follow, its own first. Empty: it does not say, and is taken to follow
+    /// [`Scheme::SemiImplicit`] and [`Scheme::Iterated`].
+    pub schemes: Vec<Scheme>,
+    /// Keys of `[dem]` that follow from the fluid's method: the coupler hands them to the DEM where the scene does not have
+    /// them.
+    pub for_dem: toml::Table,
+    /// Is it another's solver? What our measurements say of resolution is not known of it.
     #[serde(skip)]
     pub foreign: bool,
     /// Its own bounds.
@@ -106,6 +39,14 @@ pub struct FluidFacts {
     pub notices: Vec<String>,
     /// The `[fluid]` section with every default written out.
     pub resolved: toml::Table,
+}
+
+impl FluidFacts {
+    /// Orders of the exchange that it can follow, its own first.
+    #[must_use]
+    pub fn schemes(&self) -> &[Scheme] {
+        if self.schemes.is_empty() { &[Scheme::SemiImplicit, Scheme::Iterated] } else { &self.schemes }
+    }
 }
 
 /// Facts of the DEM solver.
@@ -173,7 +114,20 @@ pub enum Measure {
     WindowOverContact,
 }
 
-/// A bound as a solver knows it: `factor` times a measure of the plan against `limit`.
+/// Value and limit of a bound up to some length of the measure.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct BoundRow {
+    /// Largest measure to which the row applies; the next row applies beyond it.
+    pub up_to: f64,
+    /// Value.
+    pub value: f64,
+    /// Limit; infinite: no value keeps it.
+    pub limit: f64,
+    /// Where the limit comes from.
+    pub source: String,
+}
+
+/// A bound as a solver knows it: `factor` times a measure of the plan against `limit`, or the row of a table.
 ///
 /// The coupler puts the time steps in, prints the bound among its own and enforces it.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -195,6 +149,16 @@ pub struct SolverBound {
     /// Where another measure reaches a number, the bound is void.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub void_from: Option<(Measure, f64)>,
+    /// Table in place of factor, limit and source: the first row counts whose `up_to` is not below the measure.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub rows: Vec<BoundRow>,
+    /// Order of the exchange in which it applies; none: in each.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub scheme: Option<Scheme>,
+    /// Order of the exchange in which this bound is wider: the coupler takes it where the bound is broken and the
+    /// scene names no order.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub wider_in: Option<Scheme>,
     /// What goes wrong beyond it.
     pub why: String,
     /// Where the limit comes from.
@@ -217,6 +181,9 @@ impl SolverBound {
             limit,
             level: Level::Refuse,
             void_from: None,
+            rows: Vec::new(),
+            scheme: None,
+            wider_in: None,
             why: String::new(),
             source: String::new(),
             remedy: String::new(),

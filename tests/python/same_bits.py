@@ -36,7 +36,7 @@ EXTRA = {
 def quick_runs():
     """Name, scene and overrides of the quick runs of the quick cases."""
     for path in sorted(pathlib.Path("scenes/validation").glob("*.toml")):
-        case = tomllib.loads(path.read_text())
+        case = tomllib.loads(path.read_text())["case"]
         for run in case["runs"] if case.get("quick") else []:
             if run.get("quick"):
                 yield f"{case['name']}/{run['label']}", path.parent / run["scene"], run.get("set", [])

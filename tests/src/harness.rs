@@ -18,6 +18,18 @@ pub fn program(name: &str) -> PathBuf {
     places.find(|path| path.is_file()).unwrap_or_else(|| panic!("{name} {missing}"))
 }
 
+/// Is a table of the repository stale, by docs/evidence.csv?
+///
+/// # Panics
+/// If the file does not name the table.
+#[must_use]
+pub fn is_stale(table: &str) -> bool {
+    let evidence = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/evidence.csv");
+    let text = std::fs::read_to_string(evidence).expect("docs/evidence.csv");
+    let line = text.lines().find(|line| line.starts_with(&format!("{table},"))).expect(table);
+    !line.ends_with(',')
+}
+
 /// A folder that goes when the test ends well.
 pub struct Folder(PathBuf);
 

@@ -52,9 +52,9 @@ density = {density:?}
 
 const DEM: &str =
     r#"{"grains": 1, "dt": 1e-4, "contact_time": 2e-3, "lubrication_dt": null, "interaction_range": 0.1}"#;
-const SEED: &str = r#"{"cells": 262144, "dt": 0.01, "spacing": 0.0625, "loads": "izard-2014", "implicit_viscosity": true, "cfl_limit": 0.8}"#;
+const SEED: &str = r#"{"cells": 262144, "dt": 0.01, "spacing": 0.0625, "schemes": ["explicit"], "implicit_viscosity": true, "cfl_limit": 0.8}"#;
 
-/// What our maps say of a form of loads is not known of another fluid, whatever form it names.
+/// What our maps say of a method is not known of another fluid, whatever order of the exchange it names.
 #[test]
 fn bounds_that_were_measured_with_our_fluid_are_not_judged_for_another() {
     let room = Room::new("light");

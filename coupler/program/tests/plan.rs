@@ -1,10 +1,10 @@
 //! Every bound of the plan with a case below and one above its limit, and the ladder of steps.
 
 use bedload_scene::{CheckedScene, SceneSource};
-use coupler::bounds::{Bound, Method, Motion, NAMES, SINGULAR, lowest_density_ratio};
+use coupler::bounds::{Bound, NAMES};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan, substeps};
-use protocol::facts::{DemFacts, FluidFacts, Forcing, Level, LoadsForm, Measure, Side, SolverBound};
+use protocol::facts::{BoundRow, DemFacts, FluidFacts, Level, Measure, Side, SolverBound};
 use protocol::scheme::Scheme;
 
 /// A sphere of diameter 1 over a floor, 16 cells per diameter, ν = 0.01, ρ = 1.
@@ -40,7 +40,6 @@ fn fluid() -> FluidFacts {
         spacing: 0.0625,
         cfl: 0.5,
         cfl_limit: 0.8,
-        virtual_mass: 0.5,
         step_cost: 0.02,
         ..FluidFacts::default()
     }
@@ -104,140 +103,34 @@ fn the_plain_case_breaks_nothing_that_stops_it() {
     assert!((plan.cost - 100.0 * (0.02 + 1e-4)).abs() < 1e-12);
 }
 
-const SCHEMES: [&str; 2] = ["coupling.scheme=\"semi-implicit\"", "coupling.scheme=\"explicit\""];
-
-#[test]
-fn density_ratio_by_form_of_the_loads() {
-    for (form, virtual_mass, good, bad) in [
-        (LoadsForm::Izard2014, 0.0, "grains[0].density=2.01", "grains[0].density=1.99"),
-        (LoadsForm::KempeFroehlich2012, 0.0, "grains[0].density=0.51", "grains[0].density=0.49"),
-        (LoadsForm::KempeFroehlich2012, 0.5, "grains[0].density=0.011", "grains[0].density=0.009"),
-        (LoadsForm::Uhlmann2005, 0.0, "grains[0].density=0.81", "grains[0].density=0.79"),
-        (LoadsForm::YuShao2007, 0.0, "grains[0].density=0.81", "grains[0].density=0.79"),
-        (LoadsForm::YuShaoFixedPoint, 0.5, "grains[0].density=0.011", "grains[0].density=0.009"),
-    ] {
-        below_and_above("density-ratio", good, bad, |case, density| {
-            case.fluid.loads = form;
-            case.fluid.forcing = if form.is_semi_implicit() { Forcing::Carried } else { Forcing::Direct };
-            case.fluid.virtual_mass = virtual_mass;
-            // Named, or windows would be repeated where it breaks.
-            let scheme = if form.is_semi_implicit() { "semi-implicit" } else { "explicit" };
-            case.scene = vec![density, SCHEMES.into_iter().find(|key| key.contains(scheme)).unwrap()];
-        });
+/// A bound of the fluid as a table over the window: lighter than 2 is refused in windows of 0.01 s and less, lighter
+/// than 8 beyond.
+fn table() -> SolverBound {
+    let row = |up_to, limit, source: &str| BoundRow { up_to, value: 4.0, limit, source: source.to_owned() };
+    SolverBound {
+        rows: vec![row(0.01, 2.0, "short"), row(f64::INFINITY, 8.0, "long")],
+        ..SolverBound::new("density-ratio", "ρ_p/ρ", (0.0, Measure::Window), Side::AtLeast, 0.0).because(
+            "why",
+            "elsewhere",
+            "remedy",
+        )
     }
 }
 
 #[test]
-fn density_limit_is_never_less_strict_between_columns() {
-    let method = |loads, half| Method { forcing: Forcing::Carried, loads, half, displaced: false };
-    for form in [
-        LoadsForm::Izard2014,
-        LoadsForm::KempeFroehlich2012,
-        LoadsForm::Uhlmann2005,
-        LoadsForm::YuShao2007,
-        LoadsForm::YuShaoFixedPoint,
-    ] {
-        for half in [false, true] {
-            let method = method(form, half && form != LoadsForm::Izard2014);
-            for motion in [Motion::Sphere, Motion::TurningSphere, Motion::Disc] {
-                let limit = |x: f64| lowest_density_ratio(method, motion, x);
-                for (left, right) in [(0.0024, 0.024), (0.024, 0.08), (0.08, 0.2), (0.2, 0.8)] {
-                    let between = limit(0.5 * (left + right));
-                    assert!(between.is_finite() && between >= limit(right).max(limit(left)), "{form:?}");
-                }
-                assert!(limit(5.0) >= limit(0.8), "{form:?}");
-            }
-        }
-    }
-    // What the maps say at the corners.
-    let turning =
-        |x: f64| lowest_density_ratio(method(LoadsForm::YuShaoFixedPoint, true), Motion::TurningSphere, x);
-    assert_eq!([0.024, 0.08, 0.2, 0.8].map(turning), [0.1, 0.8, 1.001, 2.0], "a sphere that turns");
-    let limit = |method, x| lowest_density_ratio(method, Motion::Sphere, x);
-    assert_eq!(limit(Method { forcing: Forcing::Direct, ..method(LoadsForm::Izard2014, false) }, 0.01), 2.0);
-    assert_eq!(limit(method(LoadsForm::YuShaoFixedPoint, true), 0.05), 0.2);
-    assert_eq!(limit(method(LoadsForm::YuShaoFixedPoint, true), 0.08 + 1e-14), 0.2, "0.08, but for rounding");
-    assert_eq!(limit(method(LoadsForm::YuShaoFixedPoint, true), 5.0), 0.5);
-    assert_eq!(limit(Method { displaced: true, ..method(LoadsForm::YuShaoFixedPoint, true) }, 0.8), 0.01);
-}
-
-#[test]
-fn the_displaced_mass_bears_lighter_grains() {
-    // ν dt/D² = 0.8.
-    below_and_above("density-ratio", true, false, |case, displaced| {
-        case.scene = vec!["grains[0].density=0.1", "until=100.0", SCHEMES[0]];
-        case.fluid.dt = 80.0;
-        case.fluid.displaced_mass = displaced;
-    });
-}
-
-#[test]
-fn grains_that_may_touch_each_other_must_be_heavier() {
-    // ν dt/D² = 0.2, with the displaced mass: 0.01 for one alone, 0.2 in a bed.
-    let plan = |grains: &str, density: f64| {
-        let text = SCENE.replace("[[grains]]", &format!("{grains}[[grains]]"));
-        let source = SceneSource { file: "test.toml".into(), text };
-        let overrides =
-            [format!("grains[0].density={density}"), "until=100.0".to_owned(), SCHEMES[0].to_owned()];
-        let scene = CheckedScene::new(source.with_overrides(&overrides).unwrap()).unwrap();
-        let facts = FluidFacts { dt: 20.0, displaced_mass: true, ..fluid() };
-        Plan::new(&scene, &Coupling::read(&scene).unwrap(), Some(&facts), Some(&dem()), None).unwrap()
-    };
-    let broken = |grains: &str, density: f64| {
-        let bounds = plan(grains, density).bounds;
-        bounds
-            .into_iter()
-            .find(|bound| bound.name == "density-ratio" && !bound.holds)
-            .map(|bound| bound.source)
-    };
-    let another = "[[grains]]\nposition = [0.0, 0.0, 2.0]\nradius = 0.5\ndensity = 2.0\n";
-    assert_eq!(broken("", 0.19), None);
-    assert!(broken(another, 0.19).is_some_and(|source| source.contains("light-bed")));
-    assert_eq!(broken(another, 0.21), None);
-}
-
-#[test]
-fn a_grain_that_cannot_rotate_may_be_lighter_with_the_seeds_form() {
-    // ν dt/D² = 0.8.
-    below_and_above(
-        "density-ratio",
-        vec!["grains[0].density=1.8", "until=100.0", r#"grains[0].locked=["spin-x","spin-y","spin-z"]"#],
-        vec!["grains[0].density=1.8", "until=100.0"],
-        |case, overrides| {
-            case.fluid.loads = LoadsForm::Izard2014;
-            case.fluid.forcing = Forcing::Direct;
-            case.fluid.dt = 80.0;
-            case.scene = overrides;
-        },
-    );
-}
-
-#[test]
-fn seed_form_is_singular_for_neutral_grains_whatever_is_forced() {
-    below_and_above("loads-singular", "grains[0].density=1.1", "grains[0].density=1.0", |case, density| {
-        case.fluid.loads = LoadsForm::Izard2014;
-        case.scene = vec![density, r#"coupling.force=["density-ratio","loads-singular"]"#];
+fn a_table_of_the_fluid_is_looked_up_at_the_length_of_the_window() {
+    below_and_above("density-ratio", 0.01, 0.011, |case, dt| {
+        case.fluid.dt = dt;
+        case.fluid.bounds = vec![table()];
     });
     let mut case = Case::new();
-    case.fluid.loads = LoadsForm::Izard2014;
-    case.scene = vec!["grains[0].density=1.0", r#"coupling.force=["density-ratio","loads-singular"]"#];
-    let plan = case.plan();
-    let names: Vec<&str> = plan.refusals().map(|bound| bound.name.as_str()).collect();
-    assert_eq!(names, [SINGULAR]);
-}
-
-#[test]
-fn resting_weight_of_the_seeds_form_is_a_warning_with_its_factor() {
-    below_and_above("resting-weight", "grains[0].density=30.0", "grains[0].density=8.0", |case, density| {
-        case.fluid.loads = LoadsForm::Izard2014;
-        case.scene = vec![density];
-    });
-    let mut case = Case::new();
-    case.fluid.loads = LoadsForm::Izard2014;
-    case.scene = vec!["grains[0].density=8.0"];
-    let bound = case.bound("resting-weight").unwrap();
-    assert!((bound.value - 8.0 / 7.0).abs() < 1e-15, "{}", bound.value);
-    assert!(!bound.refuses(&[]));
+    case.fluid.bounds = vec![table()];
+    case.fluid.dt = 0.02;
+    let bound = case.bound("density-ratio").expect("a bound");
+    assert_eq!((bound.value, bound.limit, bound.source.as_str()), (4.0, 8.0, "long"));
+    // Of another order of the exchange than the plan's.
+    case.fluid.bounds = vec![SolverBound { scheme: Some(Scheme::Iterated), ..table() }];
+    assert!(case.bound("density-ratio").is_none());
 }
 
 #[test]
@@ -299,7 +192,7 @@ fn bounds_are_printed_in_the_order_of_their_names_and_foreign_ones_last() {
     let mut case = Case::new();
     case.fluid.bounds = vec![solver_bound("a-foreign-one", 1.0, Measure::One)];
     case.dem.bounds = vec![
-        solver_bound("explicit-lubrication", 1.0, Measure::One),
+        solver_bound("tangential-dashpot", 1.0, Measure::One),
         solver_bound("contact-dashpot", 1.0, Measure::One),
     ];
     let names: Vec<String> = case.plan().bounds.into_iter().map(|bound| bound.name).collect();
@@ -309,7 +202,7 @@ fn bounds_are_printed_in_the_order_of_their_names_and_foreign_ones_last() {
         "contact-steps",
         "contact-dashpot",
         "window-over-contact",
-        "explicit-lubrication",
+        "tangential-dashpot",
         "memory",
         "a-foreign-one",
     ];
@@ -377,8 +270,8 @@ fn grid_and_memory() {
 }
 
 /// Bounds that our solvers own: the tests of these crates put them below and above their limits
-/// (`fluid-solver/tests/immersed/bounds.rs`, `dem-solver/tests/bounds.rs`).
-const OF_SOLVERS: [&str; 9] = [
+/// (`fluid-solver/tests/immersed/bounds.rs`, `dem-solver/tests/dem/bounds.rs`).
+const OF_SOLVERS: [&str; 8] = [
     "local-viscosity",
     "cfl",
     "direct-forcing",
@@ -387,7 +280,6 @@ const OF_SOLVERS: [&str; 9] = [
     "explicit-viscosity-ab2",
     "contact-dashpot",
     "tangential-dashpot",
-    "explicit-lubrication",
 ];
 
 #[test]
@@ -431,92 +323,62 @@ fn the_smaller_of_two_sub_steps_wins() {
 }
 
 #[test]
-fn scheme_must_agree_with_the_loads() {
-    let scene = scene(&[r#"coupling.scheme="explicit""#]);
-    let coupling = Coupling::read(&scene).unwrap();
-    let error = Plan::new(&scene, &coupling, Some(&fluid()), Some(&dem()), None)
-        .expect_err("yu-shao-fixed-point is semi-implicit");
-    assert_eq!(error.key, "coupling.scheme");
-    let explicit = FluidFacts { loads: LoadsForm::KempeFroehlich2012, ..fluid() };
-    assert!(Plan::new(&scene, &coupling, Some(&explicit), Some(&dem()), None).is_ok());
-}
-
-#[test]
-fn each_scheme_names_the_forms_it_carries() {
-    let plan = |form: LoadsForm, scheme: &str| {
-        let scene = scene(&[&format!("coupling.scheme=\"{scheme}\"")]);
-        let facts = FluidFacts { loads: form, ..fluid() };
+fn the_fluid_must_be_able_to_follow_the_scheme() {
+    let plan = |schemes: &[Scheme], name: &str| {
+        let scene = scene(&[&format!("coupling.scheme=\"{name}\"")]);
+        let facts = FluidFacts { schemes: schemes.to_vec(), ..fluid() };
         Plan::new(&scene, &Coupling::read(&scene).unwrap(), Some(&facts), Some(&dem()), None)
     };
-    for (scheme, name) in [
-        (Scheme::Explicit, "explicit"),
-        (Scheme::SemiImplicit, "semi-implicit"),
-        (Scheme::Overlapped, "overlapped"),
-        (Scheme::Iterated, "iterated"),
-    ] {
-        for form in [
-            LoadsForm::Izard2014,
-            LoadsForm::KempeFroehlich2012,
-            LoadsForm::Uhlmann2005,
-            LoadsForm::YuShao2007,
-            LoadsForm::YuShaoFixedPoint,
-        ] {
-            match plan(form, name) {
-                Ok(plan) => assert!(scheme.forms().contains(&form) && plan.scheme == Some(scheme)),
+    use Scheme::{Explicit, Iterated, SemiImplicit};
+    let all = [(Explicit, "explicit"), (SemiImplicit, "semi-implicit"), (Iterated, "iterated")];
+    for schemes in [&[Explicit][..], &[SemiImplicit], &[SemiImplicit, Iterated]] {
+        assert_eq!(plan(schemes, "auto").unwrap().scheme, Some(schemes[0]));
+        for (scheme, name) in all {
+            match plan(schemes, name) {
+                Ok(plan) => assert!(schemes.contains(&scheme) && plan.scheme == Some(scheme)),
                 Err(error) => {
-                    assert!(!scheme.forms().contains(&form), "{form:?} {name}");
+                    assert!(!schemes.contains(&scheme), "{schemes:?} {name}");
                     assert_eq!(error.key, "coupling.scheme");
-                    assert!(error.remedy.contains(&format!("{name}: ")), "{}", error.remedy);
+                    assert!(error.message.contains(&schemes[0].to_string()), "{}", error.message);
                 }
             }
         }
     }
+    // A fluid that does not say.
+    assert_eq!(plan(&[], "auto").unwrap().scheme, Some(SemiImplicit));
+    assert!(plan(&[], "iterated").is_ok() && plan(&[], "explicit").is_err());
 }
 
 #[test]
-fn windows_are_repeated_where_the_density_ratio_asks_for_it_and_nowhere_else() {
-    // ν dt/D² = 0.08: semi-implicit is good down to 0.8 for a sphere that may turn.
-    let plan = |overrides: &[&str]| {
-        let scene = scene(overrides);
-        let facts = FluidFacts { dt: 8.0, ..fluid() };
-        Plan::new(&scene, &Coupling::read(&scene).unwrap(), Some(&facts), Some(&dem()), None).unwrap()
+fn windows_are_repeated_where_a_bound_of_the_fluid_asks_for_it_and_nowhere_else() {
+    let facts = |dt: f64, schemes: &[Scheme]| {
+        let mut repeated = SolverBound { scheme: Some(Scheme::Iterated), ..table() };
+        repeated.rows.iter_mut().for_each(|row| row.limit = 0.01);
+        let once =
+            SolverBound { scheme: Some(Scheme::SemiImplicit), wider_in: Some(Scheme::Iterated), ..table() };
+        FluidFacts { dt, schemes: schemes.to_vec(), bounds: vec![once, repeated], ..fluid() }
     };
-    let scheme = |overrides: &[&str]| plan(overrides).scheme.unwrap();
-    let (until, light) = ("until=20", "grains[0].density=0.79");
-    assert_eq!(scheme(&[until, "grains[0].density=0.81"]), Scheme::SemiImplicit);
-    assert_eq!(scheme(&[until, light]), Scheme::Iterated);
-    let notices = plan(&[until, light]).notices.join(" ");
-    assert!(notices.contains("iterated") && notices.contains("0.79") && notices.contains("0.8"), "{notices}");
-    assert!(plan(&[until, light]).bounds.iter().all(|bound| bound.name != "density-ratio" || bound.holds));
+    let plan = |overrides: &[&str], facts: &FluidFacts| {
+        let scene = scene(overrides);
+        Plan::new(&scene, &Coupling::read(&scene).unwrap(), Some(facts), Some(&dem()), None).unwrap()
+    };
+    let (short, long) = (facts(0.01, &[]), facts(0.02, &[]));
+    assert_eq!(plan(&[], &short).scheme, Some(Scheme::SemiImplicit));
+    let repeats = plan(&[], &long);
+    assert_eq!(repeats.scheme, Some(Scheme::Iterated));
+    let notices = repeats.notices.join(" ");
+    assert!(notices.contains("iterated") && notices.contains("density-ratio"), "{notices}");
+    assert!(repeats.bounds.iter().all(|bound| bound.name != "density-ratio" || bound.holds));
     // Who names a scheme, or forces the bound, gets what was asked for.
-    assert_eq!(scheme(&[until, light, "coupling.scheme=\"semi-implicit\""]), Scheme::SemiImplicit);
-    assert_eq!(scheme(&[until, light, "coupling.force=[\"density-ratio\"]"]), Scheme::SemiImplicit);
-    let costs = [plan(&[until, "grains[0].density=0.81"]).cost, plan(&[until, light]).cost];
-    assert!(costs[1] > 3.0 * costs[0], "{costs:?}");
-    // A force that goes with the grains knows no repeated windows: the bound stands.
-    let facts = FluidFacts { dt: 8.0, advected_force: true, ..fluid() };
-    let light = scene(&[until, light]);
-    let plan = Plan::new(&light, &Coupling::read(&light).unwrap(), Some(&facts), Some(&dem()), None).unwrap();
+    let scheme = |overrides: &[&str]| plan(overrides, &long).scheme;
+    assert_eq!(scheme(&["coupling.scheme=\"semi-implicit\""]), Some(Scheme::SemiImplicit));
+    assert_eq!(scheme(&["coupling.force=[\"density-ratio\"]"]), Some(Scheme::SemiImplicit));
+    // Windows are half as many, and each costs six attempts.
+    assert!(repeats.cost > 2.0 * plan(&[], &short).cost, "{}", repeats.cost);
+    // A fluid that cannot repeat a window: the bound is broken.
+    let plan = plan(&[], &facts(0.02, &[Scheme::SemiImplicit]));
     assert_eq!(plan.scheme, Some(Scheme::SemiImplicit));
     assert!(plan.bounds.iter().any(|bound| bound.name == "density-ratio" && !bound.holds));
-}
-
-#[test]
-fn overlapped_solvers_want_heavier_grains() {
-    let overlapped = "coupling.scheme=\"overlapped\"";
-    below_and_above("density-ratio", "grains[0].density=1.002", "grains[0].density=1.0", |case, density| {
-        case.scene = vec![density, overlapped];
-    });
-    // ν dt/D² = 0.08, and in windows of D²/ν nothing is light enough.
-    below_and_above(
-        "density-ratio",
-        (8.0, "grains[0].density=8.01"),
-        (80.0, "grains[0].density=9"),
-        |case, (dt, density)| {
-            case.fluid.dt = dt;
-            case.scene = vec!["until=200", density, overlapped];
-        },
-    );
 }
 
 #[test]
@@ -532,7 +394,8 @@ fn coupling_section_names_what_is_wrong() {
         ("coupling.iterations.max_iterations=1", "coupling.iterations.max_iterations"),
         ("coupling.iterations.most=5", "coupling.iterations.most"),
         ("coupling.iterations.depth=0", "coupling.iterations.depth"),
-        ("coupling.iterations.relaxation=\"none\"", "coupling.iterations.relaxation"),
+        ("coupling.iterations.relaxation=\"aitken\"", "coupling.iterations.relaxation"),
+        ("coupling.scheme=\"overlapped\"", "coupling.scheme"),
         ("coupling.iterations.mots=3", "coupling.iterations.mots"),
     ] {
         let error = Coupling::read(&scene(&[text])).expect_err(text);

@@ -54,7 +54,6 @@ impl Case {
             cells: 65536,
             dt: self.dt,
             spacing: 0.125,
-            virtual_mass: 0.5,
             step_cost: 0.01,
             bounds: vec![cfl],
             ..FluidFacts::default()

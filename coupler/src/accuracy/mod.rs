@@ -133,6 +133,15 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
             "ask for less, or refine by hand",
         )
     })?;
+    if let Some(stale) = &chart.stale {
+        let table = &chart.table;
+        return Err(refuse(
+            format!(
+                "rests on {table}, which is stale: the build gives other values for its sample ({stale})"
+            ),
+            &format!("make the table again: bedload study {}; or leave accuracy out", chart.scene),
+        ));
+    }
     Ok(Expected {
         target,
         error: setting.worst.error,

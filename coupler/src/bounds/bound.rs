@@ -1,10 +1,10 @@
 //! One bound of a plan: a value, a limit and a direction.
 
 use protocol::facts::{Level, Side, SolverBound};
+use protocol::scheme::Scheme;
 use serde::Serialize;
 
 use super::facts::TimeSteps;
-use super::names::SINGULAR;
 use crate::failure::Failure;
 use crate::number::Short;
 
@@ -60,16 +60,23 @@ impl Bound {
         }
     }
 
-    /// A solver's bound with the time steps of a plan; none where they make it void.
+    /// A solver's bound with order of exchange and time steps of a plan; none where these make it void.
     #[must_use]
-    pub fn of_solver(bound: &SolverBound, steps: &TimeSteps) -> Option<Self> {
-        if bound.void_from.is_some_and(|(measure, number)| steps.measure(measure) >= number) {
+    pub fn of_solver(bound: &SolverBound, scheme: Option<Scheme>, steps: &TimeSteps) -> Option<Self> {
+        let void = bound.void_from.is_some_and(|(measure, number)| steps.measure(measure) >= number);
+        if void || bound.scheme.is_some() && bound.scheme != scheme {
             return None;
         }
-        let value = bound.factor * steps.measure(bound.measure);
-        let judged = Self::new(&bound.name, &bound.quantity, value, bound.side, bound.limit);
-        let judged = judged.because(bound.why.as_str(), bound.source.as_str(), bound.remedy.as_str());
-        Some(Self { level: bound.level, ..judged })
+        let measure = steps.measure(bound.measure);
+        let (value, limit, source) = if bound.rows.is_empty() {
+            (bound.factor * measure, bound.limit, &bound.source)
+        } else {
+            let row = bound.rows.iter().find(|row| measure <= row.up_to)?;
+            (row.value, row.limit, &row.source)
+        };
+        let found = Self::new(&bound.name, &bound.quantity, value, bound.side, limit);
+        let found = found.because(bound.why.as_str(), source.as_str(), bound.remedy.as_str());
+        Some(Self { level: bound.level, ..found })
     }
 
     /// Only a warning.
@@ -96,8 +103,7 @@ impl Bound {
     /// Does it stop a run whose scene forces `forced`?
     #[must_use]
     pub fn refuses(&self, forced: &[String]) -> bool {
-        let overridden = self.name != SINGULAR && forced.contains(&self.name);
-        !self.holds && self.level == Level::Refuse && !overridden
+        !self.holds && self.level == Level::Refuse && !forced.contains(&self.name)
     }
 
     /// `value ≤ limit` as text.
@@ -123,14 +129,8 @@ impl Bound {
                 bound.remedy
             );
         }
-        let names: Vec<String> = bounds
-            .iter()
-            .filter(|bound| bound.name != SINGULAR)
-            .map(|bound| format!("{:?}", bound.name))
-            .collect();
-        if !names.is_empty() {
-            text += &format!("\n  to run all the same: --set 'coupling.force=[{}]'", names.join(", "));
-        }
+        let names: Vec<String> = bounds.iter().map(|bound| format!("{:?}", bound.name)).collect();
+        text += &format!("\n  to run all the same: --set 'coupling.force=[{}]'", names.join(", "));
         Failure::Bounds(text)
     }
 }

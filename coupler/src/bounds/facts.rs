@@ -54,10 +54,3 @@ pub struct Facts<'a> {
     /// Memory that the machine can still give, bytes.
     pub memory: Option<u64>,
 }
-
-impl Facts<'_> {
-    /// Kinematic viscosity ν, m²/s.
-    pub(super) fn viscosity(&self) -> Option<f64> {
-        self.scene.scene.medium.as_ref().map(bedload_scene::Medium::kinematic_viscosity)
-    }
-}

@@ -5,20 +5,15 @@
 //! with its margin, and a run refuses to start while one of level [`Level::Refuse`] is broken and not forced.
 
 mod bound;
-mod density;
 mod facts;
-mod forcing;
-mod light;
 pub(crate) mod names;
 mod resolution;
 mod speeds;
 mod steps;
 
 pub use bound::Bound;
-pub(crate) use density::lightest;
-pub use density::{Method, Motion, lowest_density_ratio};
 pub use facts::{Facts, TimeSteps};
-pub use names::{DENSITY_RATIO, NAMES, SINGULAR};
+pub use names::NAMES;
 pub use protocol::facts::{Level, Side};
 pub(crate) use speeds::{MOST_OVERLAP, largest_overlap};
 
@@ -26,15 +21,13 @@ pub(crate) use speeds::{MOST_OVERLAP, largest_overlap};
 #[must_use]
 pub fn all(facts: &Facts<'_>) -> Vec<Bound> {
     let mut bounds = Vec::new();
-    density::add(facts, &mut bounds);
-    forcing::add(facts, &mut bounds);
     steps::add(facts, &mut bounds);
     resolution::add(facts, &mut bounds);
     speeds::add(facts, &mut bounds);
     let fluid = facts.fluid.into_iter().flat_map(|fluid| &fluid.bounds);
     let dem = facts.dem.into_iter().flat_map(|dem| &dem.bounds);
     let own = fluid.chain(dem).map(|bound| speeds::with_speeds(bound, facts));
-    bounds.extend(own.filter_map(|bound| Bound::of_solver(&bound, &facts.steps)));
+    bounds.extend(own.filter_map(|bound| Bound::of_solver(&bound, facts.scheme, &facts.steps)));
     // Names of foreign solvers come last, as the solver has them.
     bounds.sort_by_key(|bound| NAMES.iter().position(|name| *name == bound.name).unwrap_or(NAMES.len()));
     bounds

@@ -5,13 +5,11 @@
 pub const NAMES: &[&str] = &[
     "density-ratio",
     "density-range",
-    "loads-singular",
     "resting-weight",
     "cfl",
     "direct-forcing",
     "direct-forcing-accuracy",
     "dense-bed-forcing",
-    "local-viscosity",
     "explicit-viscosity",
     "explicit-viscosity-ab2",
     "contact-steps",
@@ -19,7 +17,6 @@ pub const NAMES: &[&str] = &[
     "contact-dashpot",
     "window-over-contact",
     "tangential-dashpot",
-    "explicit-lubrication",
     "resolution",
     "resolution-accuracy",
     "memory",
@@ -27,14 +24,8 @@ pub const NAMES: &[&str] = &[
     crate::unstable::NAME,
 ];
 
-/// The only bound that cannot be forced: behind it stands a division by zero.
-pub const SINGULAR: &str = "loads-singular";
-
 /// The bound on the step by the flow's speed, which a fluid sends.
 pub(crate) const CFL: &str = "cfl";
 
 /// The bound on how far grains sink into each other, before a run and in it.
 pub(crate) const OVERLAP: &str = "overlap";
-
-/// The bound that decides whether windows are to be repeated.
-pub const DENSITY_RATIO: &str = "density-ratio";

@@ -22,7 +22,7 @@ fn add_contact(steps: f64, coarse: bool, bounds: &mut Vec<Bound>) {
         Bound::new("contact-steps", "t_c/dt_dem", steps, Side::AtLeast, DemFacts::LEAST_CONTACT_STEPS)
             .because(
                 "a contact of so few sub-steps gives wrong rebounds (1 % at 10, 3 % at 5, nonsense at 2)",
-                "dem-solver/tests/restitution.rs",
+                "dem-solver/tests/dem/restitution.rs",
                 "raise coupling.steps_per_contact, or lower the DEM's dt",
             );
     bounds.push(if coarse { bound.warning() } else { bound });

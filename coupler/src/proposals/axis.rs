@@ -7,7 +7,6 @@ use toml::{Table, Value};
 
 use super::change::Change;
 use super::{Idea, drive, is_driven_at_faces, same};
-use crate::keys;
 use crate::number::Short;
 use crate::prepare::Prepared;
 
@@ -61,12 +60,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let mut place = grain.clone();
     place.position = [0.0, 0.0, grain.position[2]];
     let grains = vec![Value::try_from(&place).ok()?];
-    let mut change = Change::default();
-    // By itself r–z has the nominal radius, and space the corrected one.
-    if keys::look_up(scene, keys::MASK_RADIUS).is_none() {
-        change = change.set(keys::MASK_RADIUS, keys::CORRECTED);
-    }
-    let change = change
+    let change = Change::default()
         .set("domain.geometry", "axisymmetric")
         .set("domain.lower", vec![0.0, domain.lower[2]])
         .set("domain.upper", vec![radius, domain.upper[2]])

@@ -26,7 +26,10 @@ pub(crate) const FILE: &str = "docs/evidence.csv";
 const SCENES: &str = "scenes";
 
 /// Longest wall time of a run that is sampled, s.
-const LONGEST: f64 = 10.0;
+const LONGEST: f64 = 5.0;
+
+/// Begins the remark of a table none of whose rows can be sampled.
+const NOT_SAMPLED: &str = "not sampled";
 
 /// Pages that show tables, and of which kind.
 const PAGES: [(&str, Kind); 3] = [
@@ -76,6 +79,11 @@ impl Evidence {
         Class::ALL.iter().any(|class| Path::new(&class.chart_file()) == self.path)
     }
 
+    /// Name of the table.
+    fn stem(&self) -> String {
+        self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
     /// The table, as it is committed; none if there is none.
     pub(super) fn table(&self) -> Result<Option<Table>, Failure> {
         if self.path.is_file() { Table::read(&self.path).map(Some) } else { Ok(None) }
@@ -88,7 +96,7 @@ fn collect(folder: &Path, all: &mut Vec<Evidence>) -> Result<(), Failure> {
         if path.is_dir() {
             collect(&path, all)?;
         } else if path.extension().is_some_and(|end| end == "toml") {
-            let text = read(&path)?;
+            let text = format!("\n{}", read(&path)?);
             let has = |kind: &&Kind| text.contains(&format!("\n[{}]\n", kind.name()));
             for kind in Kind::ALL.iter().filter(has) {
                 let stem = match kind {
@@ -145,7 +153,8 @@ pub fn sample(mark: bool, options: &Options) -> Result<(), Failure> {
             stale.push((evidence.clone(), sampled.stale));
         }
     }
-    println!("{} of {} tables are stale", stale.len(), all.len());
+    let unknown = stale.iter().filter(|(_, why)| why.starts_with(NOT_SAMPLED)).count();
+    println!("{} of {} tables are stale, {unknown} not sampled", stale.len() - unknown, all.len());
     let text = lines.join("\n") + "\n";
     if mark {
         atomic_write(Path::new(FILE), text.as_bytes())?;
@@ -172,7 +181,10 @@ fn compared(evidence: &Evidence, table: &Table, out: &Path, options: &Options) -
     };
     study.points.retain(|point| labels.contains(&point.label));
     study.section.repeat = 1;
-    if study.points.len() < labels.len() || labels.is_empty() {
+    if labels.is_empty() {
+        return Ok(sampled(format!("{NOT_SAMPLED}: no row with a result took at most {LONGEST} s")));
+    }
+    if study.points.len() < labels.len() {
         return Ok(sampled("its rows are not those of its study".into()));
     }
     let out = out.join(format!("{}-{}", study.name(), study.kind.name()));
@@ -263,23 +275,26 @@ fn pages(all: &[Evidence], stale: &[(Evidence, String)]) -> Result<(), Failure> 
             return Ok(());
         }
         let count = all.iter().filter(|it| of(it)).count();
-        let named: Vec<String> = stale
-            .iter()
-            .filter(|(it, _)| of(it))
-            .map(|(it, _)| format!("`{}`", it.path.file_stem().unwrap_or_default().to_string_lossy()))
-            .collect();
-        let line = if named.is_empty() {
-            format!(
-                "A sample of each of the {count} tables of this page is what the build gives ([evidence.csv](evidence.csv))."
-            )
+        let named = |sampled: bool| -> Vec<String> {
+            let wanted = |(it, why): &&(Evidence, String)| of(it) && why.starts_with(NOT_SAMPLED) != sampled;
+            let name = |(it, _): &(Evidence, String)| format!("`{}`", it.stem());
+            stale.iter().filter(wanted).map(name).collect()
+        };
+        let (differ, unknown) = (named(true), named(false));
+        let mut line = if differ.is_empty() {
+            format!("Of {count} tables of this page a sample was made again: it is what the build gives")
         } else {
             format!(
                 "**Stale**: for a sample of {} of the {count} tables of this page the build gives other values \
-                 ([evidence.csv](evidence.csv) says which; `bedload study FILE` makes a table again): {}.",
-                named.len(),
-                named.join(", ")
+                 (`bedload study FILE` makes a table again): {}",
+                differ.len(),
+                differ.join(", ")
             )
         };
+        if !unknown.is_empty() {
+            line += &format!("; not sampled, as no run is short enough: {}", unknown.join(", "));
+        }
+        line += ". What differs: [evidence.csv](evidence.csv).";
         atomic_write(path, with_line(&read(path)?, &line).as_bytes())?;
         Ok::<(), Failure>(())
     };
@@ -351,7 +366,7 @@ fn one(file: &Path, kind: Kind, options: &Options) -> Result<(), Failure> {
 
 /// Puts table and figure of a chart or map into `docs`.
 fn install(evidence: &Evidence, out: &Path) -> Result<(), Failure> {
-    let stem = evidence.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let stem = evidence.stem();
     let (name, figure) = match evidence.kind {
         Kind::Stability => ("stability.svg", format!("docs/figures/map-{stem}.svg")),
         Kind::Chart | Kind::Case => ("chart.svg", format!("docs/figures/chart-{stem}.svg")),

@@ -33,7 +33,11 @@ fn made(class: Class, root: &Path, scene: &str) -> Charted {
         run.step = dt.zip(class.time(&scene)).map(|(dt, time)| dt / time);
         run.set.clone_from(&point.set);
     }
-    Charted { scene: scene.to_owned(), table: file, runs }
+    let evidence = std::fs::read_to_string(root.join(crate::evidence::FILE)).unwrap();
+    let (_, tables) = parse_csv(&evidence).unwrap();
+    let known = tables.iter().find(|cells| cells[0] == file).expect(&file);
+    let stale = known.last().filter(|stale| !stale.is_empty()).cloned();
+    Charted { scene: scene.to_owned(), table: file, stale, runs }
 }
 
 /// With `BEDLOAD_MAKE_DATA` set, writes them.

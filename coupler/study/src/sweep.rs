@@ -418,12 +418,12 @@ values = [8, 10.0]
 [[chart.vary]]
 name = "method"
 values = [
-  { name = "thin", set = { "fluid.immersed.width" = 0.35, "fluid.time.dt" = 0.01 } },
-  { name = "direct", set = { fluid.immersed.method = "direct" } },
+  { name = "thin", set = { "fluid.time.cfl" = 0.35, "fluid.time.dt" = 0.01 } },
+  { name = "direct", set = { fluid.method = "izard-2014" } },
 ]
 [[chart.runs]]
 label = "paper"
-set = { "fluid.immersed.method" = "direct", "grains[0].density" = 4.0, "resolution" = 16 }
+set = { "fluid.method" = "izard-2014", "grains[0].density" = 4.0, "resolution" = 16 }
 "#;
 
     #[test]
@@ -444,7 +444,7 @@ set = { "fluid.immersed.method" = "direct", "grains[0].density" = 4.0, "resoluti
             ]
         );
         let first = &sweep.points[0];
-        assert_eq!(first.set, ["fluid.immersed.width=0.35", "fluid.time.dt=0.01", "domain.cells=[160, 320]"]);
+        assert_eq!(first.set, ["fluid.time.cfl=0.35", "fluid.time.dt=0.01", "domain.cells=[160, 320]"]);
         assert_eq!(first.values, ["8", "thin", "2.0"]);
         // The single run's values are found where it has them from.
         assert_eq!(sweep.points[4].values, ["16", "direct", "4.0"]);
@@ -469,7 +469,7 @@ set = { "fluid.immersed.method" = "direct", "grains[0].density" = 4.0, "resoluti
         let sweep = sweep(&format!("[chart]\nset = {{ until = 0.5, resolution = 8 }}\n{GOOD}")).unwrap();
         assert_eq!(
             sweep.points[1].set,
-            ["until=0.5", "fluid.immersed.method=\"direct\"", "domain.cells=[160, 320]"]
+            ["until=0.5", "fluid.method=\"izard-2014\"", "domain.cells=[160, 320]"]
         );
         assert_eq!(sweep.points[2].set[3], "domain.cells=[200, 400]", "its own resolution wins");
         let (line, key, _) = refusal("[chart]\nset = { until = -0.5 }\n[[chart.runs]]\nlabel = \"a\"\n");
@@ -491,8 +491,7 @@ set = { "fluid.immersed.method" = "direct", "grains[0].density" = 4.0, "resoluti
         assert_eq!((line, key.as_str()), (4, "chart.vary[0].values"));
         let (line, _, message) = refusal(&GOOD.replace("[8, 10.0]", "[8, 8]"));
         assert!(line == 4 && message.contains("second time"), "{message}");
-        let (line, _, message) =
-            refusal(&GOOD.replace(", set = { fluid.immersed.method", ", sets = 1, set = { x"));
+        let (line, _, message) = refusal(&GOOD.replace(", set = { fluid.method", ", sets = 1, set = { x"));
         assert!(line == 9 && message.contains("no bundle"), "{message}");
         let (line, key, _) = refusal(&GOOD.replace("label = \"paper\"", "label = \"../paper\""));
         assert_eq!((line, key.as_str()), (12, "chart.runs[0].label"));

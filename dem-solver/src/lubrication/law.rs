@@ -47,10 +47,10 @@ pub struct LineResolution {
 }
 
 impl LineResolution {
-    /// With a mask (`carried`, `direct`).
+    /// With a mask of cells.
     pub const MASK: Self = Self { normal: 0.34, slip: [0.33, 20.0], roll: [0.22, 4.0] };
 
-    /// With points (`fictitious-domain`).
+    /// With points of the bodies.
     pub const POINTS: Self = Self { normal: 0.47, slip: [0.145, 4.0], roll: [0.175, 1.0] };
 }
 

@@ -13,7 +13,7 @@ use crate::vector::rows::{Row, columns, write};
 use crate::vector::vec3::Vec3Lanes;
 
 /// A sweep that changes no gap rate by more than this part of the largest is the last. After a window of 87 sub-steps
-/// the velocities of a dense bed are 0.1 to 0.2 of this part off (example `lubrication_sweeps`).
+/// the velocities of a dense bed are 0.1 to 0.2 of this part off.
 const CONVERGED: f64 = 1e-6;
 
 /// All that a pass over the films reads and changes.

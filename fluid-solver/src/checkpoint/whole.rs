@@ -1,8 +1,8 @@
 //! A checkpoint read whole, whatever the number of ranks that wrote it, and without a solver.
 
 use super::part::{Part, ROLE, place, role};
-use crate::grain_memory::Memory;
 use crate::grid::Grid;
+use crate::methods::grains::Memory;
 use protocol::participant::SolverError;
 use std::path::Path;
 

@@ -1,10 +1,8 @@
-//! The force carried from step to step (docs/equations-immersed.md, section 3: yu-shao-fixed-point;
-//! yu-shao-2007 for comparison).
+//! The force carried from step to step (docs/equations-immersed.md, section 3).
 //!
 //! ```text
 //! λ' = β (λ + (U − u*) / dt)
-//! u  = u* + dt (λ' − λ)        yu-shao-fixed-point: λ is a true fixed point, whatever dt
-//! u  = u* + β (U − u*)         yu-shao-2007 (Yu & Shao 2007): holds (2 − β) λ at steady state
+//! u  = u* + dt (λ' − λ)        λ is a true fixed point, whatever dt
 //! ```
 //! With several grains `β(λ + (U − u*)/dt)` is `Σ b_i (λ + (U_i − u*)/dt)`. Where no grain is any
 //! more, λ' = 0 and the fluid gets its force back.
@@ -13,19 +11,8 @@ use super::component::Rule;
 use crate::vector::Real;
 use pulp::Simd;
 
-/// Which velocity the force leaves behind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Imposed {
-    /// yu-shao-fixed-point.
-    ByForce,
-    /// yu-shao-2007.
-    ByVelocity,
-}
-
 /// Imposes the grains' motion on the velocity and updates the force λ.
 pub(super) struct Impose {
-    /// yu-shao-fixed-point.
-    pub(super) by_force: bool,
     pub(super) dt: f64,
 }
 
@@ -36,7 +23,7 @@ impl Rule<2> for Impose {
         let inverse = ratio.splat(1.0) / (ratio + 1.0);
         let correction = (target - ratio * now) * inverse;
         let after = ratio * inverse * before + correction * rate;
-        [if self.by_force { now + (after - before) * self.dt } else { now + correction }, after]
+        [now + (after - before) * self.dt, after]
     }
 }
 

@@ -40,13 +40,3 @@ impl Integrand<1> for Content {
         point.mask() * point.fields[0]
     }
 }
-
-/// The share of a grain, by mask ratios, in a field; nothing where no grain is.
-pub(super) struct Share;
-
-impl Integrand<1> for Share {
-    #[inline(always)]
-    fn value<S: Simd>(&self, point: Point<S, 1>) -> Real<S> {
-        point.ratio / point.total.or_one() * point.fields[0]
-    }
-}

@@ -21,9 +21,6 @@
 //! Ratios of several grains add up smoothly (`docs/numerics.md`, "sum χ"); `α = q / (1 + q)` gives eq. 8
 //! back.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 /// σ = `SIGMA` − `SIGMA_SLOPE` λ² (eq. 10).
 pub const SIGMA: f64 = 0.39 + SIGMA_SLOPE;
 /// See [`SIGMA`].
@@ -50,14 +47,11 @@ pub const EDGE: f64 = 1e4;
 pub(super) const LOG_EDGE: f64 = 9.210_340_371_976_184;
 
 /// Form of the mask.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mask {
-    /// The surface stands where the flow sees it, at any dt and resolution.
-    #[default]
+    /// The surface is where the flow feels it, at any dt and resolution.
     ParameterFree,
     /// Izard et al. (2014), eq. 8.
-    #[serde(rename = "izard-2014")]
     Izard2014,
 }
 

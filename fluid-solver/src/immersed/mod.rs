@@ -24,10 +24,10 @@ mod transport;
 
 use crate::grid::{Geometry, Grid};
 use body::{Motion, Shape, laboratory};
-use carried::{Impose, ImposeAndStoreMask, Imposed, MarkForced, StoreMask};
+use carried::{Impose, ImposeAndStoreMask, MarkForced, StoreMask};
 use component::{Component, Placed, Workspace};
 use direct::ImposeDirectly;
-use integrands::{CarriedForce, Content, DirectForce, Share};
+use integrands::{CarriedForce, Content, DirectForce};
 use mask_model::MaskModel;
 use pores::Pores;
 use serde::{Deserialize, Serialize};
@@ -89,18 +89,17 @@ impl<const D: usize> Immersed<D> {
         grid: &Grid<D>,
         model: &MaskModel,
         motions: &[Motion],
-        imposed: Imposed,
         [velocity, lambda]: [&mut [Vec<f64>; D]; 2],
     ) {
         let placed = Placed { grid, model, shapes: &self.shapes, motions };
-        let rule = Impose { by_force: imposed == Imposed::ByForce, dt: model.dt };
+        let rule = Impose { dt: model.dt };
         let fields = velocity.iter_mut().zip(lambda);
         for (component, (u, lambda)) in self.components.iter_mut().zip(fields) {
             component.change(placed, &mut self.workspaces, [u, lambda], &rule);
         }
     }
 
-    /// The same with yu-shao-fixed-point, and leaves the mask b of the grains.
+    /// The same, and leaves the mask b of the grains.
     pub fn impose_and_store_mask(
         &mut self,
         grid: &Grid<D>,
@@ -109,7 +108,7 @@ impl<const D: usize> Immersed<D> {
         [velocity, lambda, masks]: [&mut [Vec<f64>; D]; 3],
     ) {
         let placed = Placed { grid, model, shapes: &self.shapes, motions };
-        let rule = ImposeAndStoreMask(Impose { by_force: true, dt: model.dt });
+        let rule = ImposeAndStoreMask(Impose { dt: model.dt });
         let fields = velocity.iter_mut().zip(lambda).zip(masks);
         for (component, ((u, lambda), mask)) in self.components.iter_mut().zip(fields) {
             component.change(placed, &mut self.workspaces, [u, lambda, mask], &rule);
@@ -198,22 +197,6 @@ impl<const D: usize> Immersed<D> {
         let placed = Placed { grid, model, shapes: &self.shapes, motions };
         for (component, u) in self.components.iter_mut().zip(velocity) {
             component.integrate(placed, &mut self.workspaces, [u.as_slice()], &Content);
-        }
-        self.assemble(grid.geometry)
-    }
-
-    /// ∫ λ dV of every grain where it was held last, shared by mask ratios
-    /// (yu-shao-2007); `model` is that of the time.
-    pub fn carried(
-        &mut self,
-        grid: &Grid<D>,
-        model: &MaskModel,
-        held: &[Motion],
-        lambda: &[Vec<f64>; D],
-    ) -> &[Wrench] {
-        let placed = Placed { grid, model, shapes: &self.shapes, motions: held };
-        for (component, lambda) in self.components.iter_mut().zip(lambda) {
-            component.integrate(placed, &mut self.workspaces, [lambda.as_slice()], &Share);
         }
         self.assemble(grid.geometry)
     }

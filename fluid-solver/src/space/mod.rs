@@ -31,7 +31,7 @@ use crate::grid::Grid;
 use crate::halo::{fill_scalar_across, fill_velocity_across};
 use crate::helmholtz::Unknown;
 use crate::helmholtz::space::Space;
-use crate::scheme::{Options, Projections, Scheme, Viscous};
+use crate::scheme::{Options, Viscous};
 use crate::stages::{PlannedStage, PressureUpdate};
 use crate::timings::Part;
 use crate::work::Work;
@@ -63,8 +63,7 @@ impl SpaceEngine {
     pub(crate) fn new<const D: usize>(grid: &Grid<D>, options: &Options<D>) -> Self {
         let shape = Shape::new(grid);
         let implicit = options.viscous == Viscous::Implicit && options.viscosity > 0.0;
-        let once = options.scheme == Scheme::RungeKutta3 { projections: Projections::OncePerStep };
-        let has_gradient = implicit || once;
+        let has_gradient = implicit;
         let pressure = Space::new(grid, Unknown::Pressure);
         let components = if implicit { 0..D } else { 0..0 };
         let viscous: Vec<Space> = components.map(|d| Space::new(grid, Unknown::Component(d))).collect();

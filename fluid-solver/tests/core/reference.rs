@@ -127,7 +127,6 @@ impl<const D: usize> Reference<D> {
         between: impl Fn(&mut [Vec<f64>; D]),
     ) {
         let scheme = self.options.scheme;
-        let every = scheme.projects_every_stage();
         self.fill();
         for k in 0..scheme.stages() {
             let stage = scheme.stage(k, dt, self.state.previous_dt);
@@ -136,11 +135,7 @@ impl<const D: usize> Reference<D> {
                 between(&mut self.state.velocity);
             }
             self.fill();
-            if every {
-                self.project(2.0 * stage.alpha * dt, 0.5);
-            } else if k + 1 == scheme.stages() {
-                self.project(dt, stage.alpha);
-            }
+            self.project(2.0 * stage.alpha * dt, 0.5);
         }
         self.state.previous_dt = dt;
     }

@@ -2,6 +2,7 @@
 
 use crate::newton::{Drift, Run};
 use fluid_solver::measure::momentum;
+use fluid_solver::methods::calibrated::calibration::Calibration;
 use fluid_solver::solver::Solver;
 
 /// ∫ b dV of the first grain, on the nodes of z.
@@ -38,12 +39,18 @@ const PAIR: &str = "until = 1.0
     density = 1.5
     [fluid]
     time = { dt = 0.01 }
-    loads = { virtual_mass = 0.0, displaced_mass = \"neglected\" }
     ";
+
+/// Without what the loads add to the momentum that the fluid gives.
+fn pair() -> Run {
+    let calibration =
+        Calibration { without_virtual_mass: true, without_displaced_mass: true, ..Calibration::default() };
+    Run::calibrated(PAIR, calibration)
+}
 
 #[test]
 fn fluid_momentum_change_is_minus_the_impulse_on_the_grains() {
-    let mut run = Run::new(PAIR);
+    let mut run = pair();
     run.newton.drift = Drift::Old;
     let grid = run.fluid.two().expect("plane").grid().clone();
     let ones = [vec![1.0; grid.len()], vec![1.0; grid.len()]];
@@ -96,7 +103,7 @@ fn volumes_moments(solver: &fluid_solver::solver::Solver<2>, ones: &[Vec<f64>; 2
 
 #[test]
 fn overlapping_grains_stay_bounded() {
-    let mut run = Run::new(PAIR);
+    let mut run = pair();
     run.windows(60);
     let solver = run.fluid.two().expect("plane");
     let fastest = solver.stepper().state().velocity.iter().flatten().fold(0.0_f64, |m, u| m.max(u.abs()));
@@ -138,8 +145,7 @@ fn mask_volume_tends_to_the_grains_volume() {
             motion = \"fixed\"
             [fluid]
             time = {{ dt = 1e-4 }}
-            immersed = {{ method = \"direct\" }}
-            loads = {{ form = \"uhlmann-2005\" }}
+            method = \"izard-2014\"
             "
         ));
         run.fluid.two().map(filled).or_else(|| run.fluid.three().map(filled)).expect("two or three axes")

@@ -2,7 +2,7 @@
 
 use crate::newton::{Run, try_scene};
 
-const METHODS: [&str; 2] = ["", "immersed = { method = \"fictitious-domain\" }"];
+const METHODS: [&str; 2] = ["", "method = \"fictitious-domain\""];
 
 /// A neutral body in the middle of a shear flow of rate 1 without inertia, walls 10 long half-axes apart.
 fn shear(body: &str, degrees: f64, method: &str) -> Run {

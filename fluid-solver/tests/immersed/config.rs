@@ -2,7 +2,7 @@
 
 use crate::newton::try_scene;
 use fluid_solver::facts::facts;
-use protocol::facts::{Forcing, LoadsForm};
+use protocol::scheme::Scheme;
 
 fn text(density: f64, cells: &str, fluid: &str) -> String {
     format!(
@@ -32,28 +32,26 @@ fn refusal(density: f64, fluid: &str) -> (String, String) {
     let scene = try_scene(&text(density, "[32, 32, 32]", fluid)).expect("the shared part is right");
     let error = facts(&scene).expect_err(fluid);
     assert!(error.line > 0 && !error.remedy.is_empty(), "{error}");
-    (error.key.clone(), error.message)
+    (error.key.clone(), format!("{} {}", error.message, error.remedy))
 }
 
 #[test]
 fn defaults_are_those_of_the_documentation() {
     let scene = try_scene(&text(2.0, "[32, 32, 32]", "command = [\"other\", \"solver\"]")).expect("right");
     let facts = facts(&scene).expect("right");
-    assert_eq!((facts.loads, facts.forcing), (LoadsForm::YuShaoFixedPoint, Forcing::Carried));
-    assert_eq!((facts.virtual_mass, facts.cells, facts.adaptive), (0.5, 32 * 32 * 32, true));
-    assert_eq!(facts.resolved["immersed"]["width"].as_float(), Some(0.5));
-    assert_eq!(facts.resolved["immersed"]["mask"].as_str(), Some("parameter-free"));
+    assert_eq!(facts.schemes, [Scheme::SemiImplicit, Scheme::Iterated]);
+    assert_eq!((facts.cells, facts.adaptive), (32 * 32 * 32, true));
+    assert_eq!(facts.resolved["method"].as_str(), Some("calibrated"));
+    assert!(facts.for_dem.is_empty());
     assert!(facts.dt > 0.0 && facts.dt < 0.2, "{}", facts.dt);
 }
 
 #[test]
 fn the_seed_is_one_key_away() {
-    let seed = "immersed = { method = \"direct\" }";
-    let scene = try_scene(&text(2.0, "[32, 32, 32]", seed)).expect("right");
+    let scene = try_scene(&text(2.0, "[32, 32, 32]", "method = \"izard-2014\"")).expect("right");
     let facts = facts(&scene).expect("right");
-    assert_eq!((facts.loads, facts.virtual_mass), (LoadsForm::Izard2014, 0.0));
-    assert_eq!(facts.resolved["immersed"]["mask"].as_str(), Some("izard-2014"));
-    assert_eq!(facts.resolved["immersed"]["width"].as_float(), Some(1.0));
+    assert_eq!(facts.schemes, [Scheme::Explicit]);
+    assert_eq!(facts.resolved["method"].as_str(), Some("izard-2014"));
 }
 
 #[test]
@@ -62,32 +60,25 @@ fn errors_name_key_and_value() {
         (2.0, "time = { dt = -0.1 }", "fluid.time.dt", "-0.1"),
         (2.0, "time = { cfl = 9.0 }", "fluid.time.cfl", "9"),
         (2.0, "time = { dt = 1.0, viscosity = \"explicit\" }", "fluid.time.dt", "explicit"),
-        (2.0, "immersed = { width = 0.0 }", "fluid.immersed.width", "0"),
-        (2.0, "loads = { virtual_mass = -1.0 }", "fluid.loads.virtual_mass", "-1"),
-        (1.0, "loads = { form = \"izard-2014\" }", "fluid.loads.form", "grain 0"),
+        (1.0, "method = \"izard-2014\"", "fluid.method", "grain 0"),
+        (2.0, "method = \"fictitious-domain\"", "fluid.method", "plane"),
+        (2.0, "method = \"sharp\"", "fluid.method", "calibrated"),
+        (2.0, "immersed = { method = \"direct\" }", "fluid.immersed.method", "izard-2014"),
+        (2.0, "immersed = { method = \"carried\" }", "fluid.immersed.method", "calibrated"),
+        (2.0, "immersed = { width = 0.5 }", "fluid.immersed.width", "fluid.method"),
         (
             2.0,
-            "immersed = { method = \"direct\" }\nloads = { form = \"yu-shao-fixed-point\" }",
-            "fluid.loads.form",
-            "direct",
-        ),
-        (
-            2.0,
-            "loads = { form = \"uhlmann-2005\", displaced_mass = \"as-mass\" }",
-            "fluid.loads.displaced_mass",
-            "uhlmann-2005",
-        ),
-        (
-            2.0,
-            "immersed = { force_transport = \"advected\" }\nloads = { form = \"kempe-froehlich-2012\" }",
+            "immersed = { force_transport = \"advected\" }",
             "fluid.immersed.force_transport",
-            "kempe-froehlich-2012",
+            "fluid.method",
         ),
-        (2.0, "loads = { form = \"F5b\" }", "fluid.loads.form", "yu-shao-fixed-point"),
-        (2.0, "time = { dt_levels_per_octave = 3 }", "fluid.time.dt_levels_per_octave", "3"),
-        (2.0, "immersed = { mask = \"seed\" }", "fluid.immersed.mask", "izard-2014"),
-        (2.0, "time = { rungs = 4 }", "fluid.time.rungs", "dt_levels_per_octave"),
-        (2.0, "immersed = { carry = \"with-grains\" }", "fluid.immersed.carry", "force_transport"),
+        (2.0, "immersed = {}", "fluid.immersed", "fluid.method"),
+        (2.0, "loads = { form = \"izard-2014\" }", "fluid.loads.form", "fluid.method"),
+        (2.0, "loads = { form = \"uhlmann-2005\" }", "fluid.loads.form", "fluid.method"),
+        (2.0, "loads = { virtual_mass = 0.5 }", "fluid.loads.virtual_mass", "fluid.method"),
+        (2.0, "division = \"blocks\"", "fluid.division", "fluid.launcher"),
+        (2.0, "time = { projections = \"once\" }", "fluid.time.projections", "each stage"),
+        (2.0, "time = { dt_levels_per_octave = 4 }", "fluid.time.dt_levels_per_octave", "four"),
         (2.0, "time = { dtt = 0.1 }", "fluid.time.dtt", "unknown field"),
         (2.0, "sort = 3", "fluid.sort", "unknown field"),
     ] {
@@ -128,11 +119,8 @@ fn memory_follows_the_launcher() {
 fn a_launcher_is_refused_what_ranks_cannot_do() {
     let (key, what) = refusal(2.0, "launcher = [\"mpirun\", \"-np\", \"9\"]");
     assert!(key == "fluid.launcher" && what.contains("1 to 8"), "{key}: {what}");
-    let (key, _) = refusal(2.0, "launcher = [\"mpirun\", \"-np\", \"2\"]\ndivision = \"whole\"");
-    assert_eq!(key, "fluid.division");
-    let (key, _) = refusal(
-        2.0,
-        "launcher = [\"mpirun\", \"-np\", \"8\"]\nimmersed = { force_transport = \"advected\", viscous_sweeps = 6 }",
-    );
-    assert_eq!(key, "fluid.immersed.viscous_sweeps");
+    // Two spheres that move, four planes for each rank.
+    let second = "launcher = [\"mpirun\", \"-np\", \"8\"]\n[[grains]]\nposition = [1.0, 1.0, 1.0]\nradius = 0.5\ndensity = 2.0";
+    let (key, what) = refusal(2.0, second);
+    assert!(key == "domain.cells" && what.contains("4 planes"), "{key}: {what}");
 }

@@ -1,14 +1,16 @@
 //! Dense cubic arrays of spheres, at rest and moving over the grid, against Zick & Homsy (1982).
 
 use crate::newton::Run;
+use crate::restart::ADVECTED;
 use fluid_solver::measure::momentum;
+use fluid_solver::methods::calibrated::calibration::{Calibration, ForceTransport, MaskRadius};
 use std::f64::consts::PI;
 
 /// Cubes of `cells`³ cells and length 1, each with a sphere of density 8 in a fluid of density 1 that starts with its
-/// velocity and is driven along z by a body force of 2. `immersed`: keys of `fluid.immersed`.
-fn unit_cell(cells: usize, (viscosity, dt): (f64, f64), sphere: &Sphere, immersed: &str) -> Run {
+/// velocity and is driven along z by a body force of 2.
+fn unit_cell(cells: usize, (viscosity, dt): (f64, f64), sphere: &Sphere, calibration: Calibration) -> Run {
     let Sphere { place, velocity, radius, motion } = sphere;
-    Run::new(&format!(
+    let text = format!(
         "until = 1.5
         [domain]
         geometry = \"space\"
@@ -29,9 +31,9 @@ fn unit_cell(cells: usize, (viscosity, dt): (f64, f64), sphere: &Sphere, immerse
         motion = \"{motion}\"
         [fluid]
         time = {{ dt = {dt} }}
-        immersed = {{ {immersed} }}
         ",
-    ))
+    );
+    Run::calibrated(&text, calibration)
 }
 
 /// What stands in the cube.
@@ -65,8 +67,7 @@ struct Array {
     speed: [f64; 3],
     /// Place of the centre in its cell.
     place: [f64; 3],
-    /// Keys of `fluid.immersed`.
-    immersed: &'static str,
+    calibration: Calibration,
 }
 
 impl Array {
@@ -84,7 +85,7 @@ impl Array {
         let moving = velocity != [0.0; 3];
         let motion = if moving { "prescribed" } else { "fixed" };
         let sphere = Sphere { place, velocity, radius, motion };
-        let mut run = unit_cell(n, (nu, dt), &sphere, self.immersed);
+        let mut run = unit_cell(n, (nu, dt), &sphere, self.calibration);
         // The flow decays like exp(−6πνRK t/(1 − c)), and the force settles in some 50 steps.
         let decay = (1.0 - self.fraction) / (6.0 * PI * nu * radius * k);
         run.until((9.0 * decay).max(150.0 * dt));
@@ -110,8 +111,8 @@ fn dense_arrays_at_rest_and_moving_are_as_permeable_as_they_should() {
         (PI / 6.0, 9, 0.03, 0.13, 0.06),
     ] {
         let error = |speed, place| {
-            let immersed = "";
-            Array { fraction, cells, number: 1.7, speed, place, immersed }.error()
+            let calibration = Calibration::default();
+            Array { fraction, cells, number: 1.7, speed, place, calibration }.error()
         };
         let rest = PLACES.map(|place| error([0.0; 3], place));
         let found = [rest[0], rest[1], error([0.5, 0.14, 0.22], PLACES[0])];
@@ -122,32 +123,35 @@ fn dense_arrays_at_rest_and_moving_are_as_permeable_as_they_should() {
     }
 }
 
+/// The force stays in its cells.
+const EULERIAN: Calibration = Calibration { force_transport: ForceTransport::Eulerian, ..ADVECTED };
+
 /// What both remedies are for.
 #[test]
 fn without_them_dense_arrays_let_through_much_more() {
-    let array = |immersed| Array {
+    let array = |calibration| Array {
         fraction: 0.45,
         cells: 9,
         number: 1.7,
         speed: [0.5, 0.14, 0.22],
         place: PLACES[0],
-        immersed,
+        calibration,
     };
-    let plain = array("force_transport = \"eulerian\", mask_radius = \"nominal\"").error();
-    let radius = array("force_transport = \"eulerian\"").error();
-    let unfelt = array("force_transport = \"advected\"").error();
+    let plain = array(Calibration { mask_radius: MaskRadius::Nominal, ..EULERIAN }).error();
+    let radius = array(EULERIAN).error();
+    let unfelt = array(ADVECTED).error();
     println!("flow too large by {plain:.3}; with the radius {radius:.3}, and advected {unfelt:.3}");
     assert!(plain > 0.9 && radius > 0.5 && unfelt > 0.1);
 }
 
 /// Mean slip of the fluid past a cubic array of solid fraction 0.45 (D/Δx = 9.5) that moves over the grid;
 /// ν dt/Δx² = `number`.
-fn slip(speed: f64, number: f64, transport: &str) -> f64 {
+fn slip(speed: f64, number: f64, calibration: Calibration) -> f64 {
     let (n, nu) = (10, 0.882);
     let dt = number / (nu * (n * n) as f64);
     let velocity = [2.5, 0.7, 1.1].map(|v| v * speed);
     let sphere = Sphere { place: [0.5; 3], velocity, radius: 0.47538, motion: "prescribed" };
-    let mut run = unit_cell(n, (nu, dt), &sphere, &format!("force_transport = \"{transport}\""));
+    let mut run = unit_cell(n, (nu, dt), &sphere, calibration);
     run.until(0.5);
     mean_slip(&mut run, velocity[2], 1.5)
 }
@@ -156,12 +160,12 @@ fn slip(speed: f64, number: f64, transport: &str) -> f64 {
 /// flow through a dense array.
 #[test]
 fn a_dense_array_that_moves_is_as_permeable_as_one_at_rest() {
-    let rest = slip(0.0, 1.7, "eulerian");
-    let change = slip(0.0, 1.7, "advected") / rest - 1.0;
+    let rest = slip(0.0, 1.7, EULERIAN);
+    let change = slip(0.0, 1.7, ADVECTED) / rest - 1.0;
     assert!(change.abs() < 1e-6, "nothing moves, and the slip changes by {change:e}");
     for (number, in_place, with_grains) in [(1.7, [1.5, 1.9], 1.2), (0.43, [1.02, 1.1], 1.06)] {
         let ratio = |transport| slip(1.0, number, transport) / rest;
-        let found = [ratio("eulerian"), ratio("advected")];
+        let found = [ratio(EULERIAN), ratio(ADVECTED)];
         println!("nu dt/dx^2 = {number}: slip over that at rest {found:.3?}");
         assert!(in_place[0] < found[0] && found[0] < in_place[1], "{number}: {found:?}");
         assert!(found[1] < with_grains, "{number}: {found:?}");

@@ -4,8 +4,9 @@ use crate::arrays::{cylinders, drag, sangani_acrivos};
 use crate::newton::{Drift, Run, try_scene};
 use fluid_solver::facts::facts;
 use fluid_solver::measure::momentum;
+use fluid_solver::methods::calibrated::calibration::Calibration;
 
-const METHOD: &str = "immersed = { method = \"fictitious-domain\" }";
+const METHOD: &str = "method = \"fictitious-domain\"";
 
 /// Places on the grid change the drag by less than two thousandths; the error falls by more than the width of the cells.
 #[test]
@@ -33,7 +34,7 @@ fn drag_does_not_depend_on_dt() {
 }
 
 /// Two discs apart and spinning in a periodic box at rest.
-fn pair(density: f64, loads: &str) -> String {
+fn pair(density: f64, more: &str) -> String {
     format!(
         "until = 1.0
         [domain]
@@ -59,7 +60,7 @@ fn pair(density: f64, loads: &str) -> String {
         [fluid]
         time = {{ dt = 0.01 }}
         {METHOD}
-        {loads}
+        {more}
         "
     )
 }
@@ -68,7 +69,8 @@ fn pair(density: f64, loads: &str) -> String {
 #[test]
 fn what_the_discs_receive_the_fluid_loses() {
     for density in [1.0, 3.0] {
-        let mut run = Run::new(&pair(density, "loads = { virtual_mass = 0.0 }"));
+        let calibration = Calibration { without_virtual_mass: true, ..Calibration::default() };
+        let mut run = Run::calibrated(&pair(density, ""), calibration);
         run.newton.drift = Drift::Old;
         let grid = run.fluid.two().expect("plane").grid().clone();
         let total = |run: &Run, d: usize| {
@@ -117,7 +119,7 @@ fn a_neutral_disc_turns_with_the_shear_and_stays_in_its_middle() {
         density = 1.0
         [fluid]
         time = { dt = 0.005, viscosity = \"implicit\" }
-        immersed = { method = \"fictitious-domain\" }
+        method = \"fictitious-domain\"
         ",
     );
     run.until(4.0);
@@ -154,15 +156,7 @@ fn what_it_cannot_do_is_refused_by_key() {
     for (change, key, part) in [
         (["cells = [48, 48]", "cells = [48, 40]"], "domain.cells", "square"),
         (["cells = [48, 48]", "cells = [12, 12]"], "domain.cells", "3.0 cells across"),
-        (["-domain\" }", "-domain\", width = 0.4 }"], "fluid.immersed.width", "no mask"),
-        (["-domain\" }", "-domain\", mask = \"izard-2014\" }"], "fluid.immersed.mask", "no mask"),
-        (["-domain\" }", "-domain\" }\nloads = { form = \"uhlmann-2005\" }"], "fluid.loads.form", "uhlmann"),
-        (
-            ["-domain\" }", "-domain\" }\nloads = { displaced_mass = \"as-mass\" }"],
-            "fluid.loads.displaced_mass",
-            "area",
-        ),
-        (["-domain\" }", "-domain\" }\n[coupling]\nscheme = \"iterated\""], "coupling.scheme", "iterated"),
+        (["geometry = \"plane\"", "geometry = \"space\""], "fluid.method", "plane"),
     ] {
         let error = refusal(change);
         assert_eq!(error.key, key, "{}", error.message);

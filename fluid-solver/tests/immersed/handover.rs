@@ -125,12 +125,8 @@ fn on_the_same_grid_a_run_goes_on_with_the_same_bits() {
         time(""),
         time(", scheme = \"ab2\""),
         time(", scheme = \"ab2\", viscosity = \"explicit\""),
-        time("") + "loads = { form = \"yu-shao-2007\" }",
-        time("") + "loads = { form = \"kempe-froehlich-2012\" }",
-        time("") + "immersed = { method = \"direct\" }",
-        time("") + "immersed = { force_transport = \"advected\" }",
-        time("") + "immersed = { method = \"fictitious-domain\" }",
-        time("") + "[coupling]\nscheme = \"overlapped\"",
+        time("") + "method = \"izard-2014\"",
+        time("") + "method = \"fictitious-domain\"",
     ] {
         for (motion, placed) in [("free", &two[..]), ("fixed", &two[..1]), ("fixed", &[])] {
             let [whole, parts] = both(PLANE, cells, motion, placed, &keys, &folder.0);
@@ -185,7 +181,7 @@ fn the_state_decides_the_bits() {
 fn ranks_do_not_change_a_bit_of_it() {
     let (folder, unused) = (Folder::new("ranks"), Path::new("unused"));
     let placed = [at([1.0, 1.0, 0.7]), at([1.2, 0.9, 1.4])];
-    let keys = format!("division = \"blocks\"\ntime = {{ dt = {DT} }}");
+    let keys = format!("launcher = [\"mpirun\", \"-np\", \"1\"]\ntime = {{ dt = {DT} }}");
     let space = |cells: &str, initial: &str, motions: &[Kinematics]| {
         text(SPACE, cells, initial, &grains(motions, "free"), &keys)
     };

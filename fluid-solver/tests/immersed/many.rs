@@ -2,6 +2,7 @@
 
 use crate::newton::{Drift, Run};
 use fluid_solver::measure::momentum;
+use fluid_solver::methods::calibrated::calibration::{Calibration, ForceTransport};
 
 const BOX: &str = "until = 1.0
     [domain]
@@ -14,17 +15,16 @@ const BOX: &str = "until = 1.0
     viscosity = 0.05
     [fluid]
     time = { dt = 0.01 }
-    loads = { virtual_mass = 0.0 }
     ";
 
 /// Where the carried force waits for the next step.
-const TRANSPORTS: [&str; 2] = ["eulerian", "advected"];
+const TRANSPORTS: [ForceTransport; 2] = [ForceTransport::Eulerian, ForceTransport::Advected];
 
 /// Position and velocity.
 type Placed = ([f64; 3], [f64; 3]);
 
 /// Grains of radius ¼ (8 cells across) in a box, at `position` with `velocity`, that nothing turns aside.
-fn run(faces: &str, transport: &str, grains: &[Placed]) -> Run {
+fn run(faces: &str, force_transport: ForceTransport, grains: &[Placed]) -> Run {
     let mut scene = BOX.to_owned();
     for (position, velocity) in grains {
         scene += &format!(
@@ -32,9 +32,13 @@ fn run(faces: &str, transport: &str, grains: &[Placed]) -> Run {
              motion = \"prescribed\"\n"
         );
     }
-    let mut run = Run::new(&format!(
-        "{scene}\n[domain.boundary]\n{faces}\n[fluid.immersed]\nforce_transport = \"{transport}\"\n"
-    ));
+    let calibration = Calibration {
+        force_transport,
+        sweeps: Some(0).filter(|_| force_transport == ForceTransport::Advected),
+        without_virtual_mass: true,
+        ..Calibration::default()
+    };
+    let mut run = Run::calibrated(&format!("{scene}\n[domain.boundary]\n{faces}\n"), calibration);
     run.newton.drift = Drift::Old;
     run
 }
@@ -74,7 +78,7 @@ fn loads_are_the_momentum_given_however_grains_share_cells() {
     ];
     for (name, transport, grains) in TRANSPORTS
         .iter()
-        .flat_map(|transport| cases.iter().map(move |(name, grains)| (name, transport, grains)))
+        .flat_map(|transport| cases.iter().map(move |(name, grains)| (name, *transport, grains)))
     {
         let mut run = run(PERIODIC, transport, grains);
         let total = |run: &Run, d: usize| {
@@ -89,13 +93,13 @@ fn loads_are_the_momentum_given_however_grains_share_cells() {
                 let found = total(&run, d) - before;
                 assert!(
                     (found - given).abs() < 1e-13,
-                    "{name}, {transport}, step {step}, axis {d}: {found:e}, given {given:e}"
+                    "{name}, {transport:?}, step {step}, axis {d}: {found:e}, given {given:e}"
                 );
             }
         }
         let fastest = fastest(&run);
-        println!("{name}, {transport}: largest speed {fastest:.3}");
-        assert!(fastest < 2.8 * 0.5 * 3f64.sqrt(), "{name}, {transport}: {fastest}");
+        println!("{name}, {transport:?}: largest speed {fastest:.3}");
+        assert!(fastest < 2.8 * 0.5 * 3f64.sqrt(), "{name}, {transport:?}: {fastest}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! A DEM of a dozen lines: `(m_p + m_a) a = m_p g + F + m_a A_prev`, likewise for the spin.
 
 use bedload_scene::{CheckedScene, Freedom, Geometry, Motion, SceneSource};
+use fluid_solver::methods::calibrated::calibration::Calibration;
 use fluid_solver::participant::Fluid;
 use fluid_solver::ranks::Ranks;
 use protocol::message::{Header, Kinematics, Loads};
@@ -132,8 +133,19 @@ impl Run {
     pub(crate) fn with_ranks(text: &str, ranks: &Ranks, folder: &Path) -> Self {
         let scene = scene(text);
         let fluid = Fluid::with_ranks(&scene, folder, ranks).unwrap_or_else(|e| panic!("{e}"));
+        Self::of(fluid, &scene)
+    }
+
+    /// With single parts of the calibrated method switched.
+    pub(crate) fn calibrated(text: &str, calibration: Calibration) -> Self {
+        let scene = scene(text);
+        let fluid = Fluid::with_calibration(&scene, Path::new("unused"), calibration);
+        Self::of(fluid.unwrap_or_else(|e| panic!("{e}")), &scene)
+    }
+
+    fn of(fluid: Fluid, scene: &CheckedScene) -> Self {
         let dt = fluid.first_dt();
-        Self { fluid, newton: Newton::new(&scene), time: 0.0, step: 0, dt, last: None }
+        Self { fluid, newton: Newton::new(scene), time: 0.0, step: 0, dt, last: None }
     }
 
     /// One window of the proposed length.

@@ -1,6 +1,7 @@
 //! Same bits after a restore, after a checkpoint, and for any number of threads.
 
 use crate::newton::{Run, scene};
+use fluid_solver::methods::calibrated::calibration::{Calibration, ForceTransport, MaskRadius};
 use fluid_solver::participant::Fluid;
 use protocol::message::Record;
 use protocol::participant::Participant;
@@ -32,17 +33,28 @@ fn fluid(keys: &str) -> String {
     format!("{PLANE}\n[fluid]\n{keys}")
 }
 
-const FORMS: [&str; 10] = [
-    "time = { scheme = \"ab2\" }",
-    "loads = { form = \"yu-shao-2007\" }",
-    "loads = { form = \"kempe-froehlich-2012\" }",
-    "immersed = { method = \"direct\" }\nloads = { form = \"kempe-froehlich-2012\" }",
-    "immersed = { force_transport = \"advected\" }",
-    "[coupling]\nscheme = \"overlapped\"",
-    "immersed = { force_transport = \"advected\" }\n[coupling]\nscheme = \"overlapped\"",
-    "loads = { displaced_mass = \"as-mass\" }",
-    "immersed = { method = \"fictitious-domain\" }",
-    "immersed = { method = \"fictitious-domain\" }\n[coupling]\nscheme = \"overlapped\"",
+/// The force goes with the grains in every step, and viscosity does not feel its change.
+pub(crate) const ADVECTED: Calibration =
+    Calibration { force_transport: ForceTransport::Advected, sweeps: Some(0), ..AUTO };
+
+/// It does.
+const TOLD: Calibration = Calibration { sweeps: None, ..ADVECTED };
+
+const AUTO: Calibration = Calibration {
+    force_transport: ForceTransport::Auto,
+    mask_radius: MaskRadius::Auto,
+    sweeps: None,
+    without_virtual_mass: false,
+    without_displaced_mass: false,
+};
+
+const FORMS: [(&str, Calibration); 6] = [
+    ("time = { scheme = \"ab2\" }", AUTO),
+    ("method = \"izard-2014\"", AUTO),
+    ("", ADVECTED),
+    ("", TOLD),
+    ("", Calibration { mask_radius: MaskRadius::Corrected, ..AUTO }),
+    ("method = \"fictitious-domain\"", AUTO),
 ];
 
 /// Everything that crosses, as bits.
@@ -67,8 +79,8 @@ fn grains(run: &Run) -> crate::newton::Newton {
 
 #[test]
 fn a_restored_window_gives_the_same_bits() {
-    for keys in FORMS {
-        let mut run = Run::new(&fluid(keys));
+    for (keys, calibration) in FORMS {
+        let mut run = Run::calibrated(&fluid(keys), calibration);
         run.windows(7);
         run.fluid.save();
         let kept = grains(&run);
@@ -77,7 +89,7 @@ fn a_restored_window_gives_the_same_bits() {
         run.fluid.restore();
         (run.time, run.step, run.dt) = (time, step, dt);
         run.newton.take_over(&kept);
-        assert_eq!(first, messages(&mut run, 6), "{keys}");
+        assert_eq!(first, messages(&mut run, 6), "{keys} {calibration:?}");
     }
 }
 
@@ -87,16 +99,16 @@ pub(crate) fn folder(name: &str) -> PathBuf {
 
 #[test]
 fn a_checkpoint_gives_the_same_bits_and_refuses_what_does_not_fit() {
-    for (case, keys) in FORMS.iter().enumerate() {
+    for (case, (keys, calibration)) in FORMS.into_iter().enumerate() {
         let folder = folder(&format!("checkpoint-{case}"));
-        let mut run = Run::new(&fluid(keys));
+        let mut run = Run::calibrated(&fluid(keys), calibration);
         run.windows(7);
         run.fluid.write_checkpoint(&folder).expect("writes");
         let kept = grains(&run);
         let (time, step, dt) = (run.time, run.step, run.dt);
         let first = messages(&mut run, 6);
 
-        let mut other = Run::new(&fluid(keys));
+        let mut other = Run::calibrated(&fluid(keys), calibration);
         other.fluid.read_checkpoint(&folder).expect("reads");
         (other.time, other.step, other.dt) = (time, step, dt);
         other.newton.take_over(&kept);
@@ -141,14 +153,14 @@ fn the_number_of_threads_changes_no_bit() {
         [fluid]
         time = { scheme = \"ab2\" }
         ";
-    for transport in ["eulerian", "advected", "auto"] {
+    let eulerian = Calibration { force_transport: ForceTransport::Eulerian, ..AUTO };
+    for transport in [eulerian, ADVECTED, AUTO] {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-            let text = format!("{TEXT}immersed = {{ force_transport = \"{transport}\" }}\n");
-            pool.install(|| messages(&mut Run::new(&text), 5))
+            pool.install(|| messages(&mut Run::calibrated(TEXT, transport), 5))
         };
         let one = run(1);
-        assert_eq!(one, run(2), "{transport}");
-        assert_eq!(one, run(4), "{transport}");
+        assert_eq!(one, run(2), "{transport:?}");
+        assert_eq!(one, run(4), "{transport:?}");
     }
 }

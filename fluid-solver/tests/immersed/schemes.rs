@@ -1,8 +1,8 @@
 //! Coupling schemes from the fluid's side: what is sent when, and what repeated windows lead to.
 
 use crate::newton::{Newton, Run, scene};
-use protocol::message::{Header, Kinematics, Loads, Record};
-use protocol::participant::{Exchange, ExchangeError, Participant, Window};
+use fluid_solver::methods::calibrated::calibration::Calibration;
+use protocol::participant::{Participant, Window};
 
 /// A sphere in a small (r, z) box, D = g = ρ = ν = 1, released from rest.
 fn sphere(density: f64, dt: f64, keys: &str) -> String {
@@ -56,8 +56,11 @@ fn attempts(run: &mut Run, attempts: u64) -> Vec<f64> {
 }
 
 /// Velocity at time `until` with windows repeated until nothing changes.
-fn converged(density: f64, dt: f64, until: f64, keys: &str) -> f64 {
-    let mut run = Run::new(&sphere(density, dt, &iterated(keys)));
+fn converged(density: f64, dt: f64, until: f64) -> f64 {
+    repeated(Run::new(&sphere(density, dt, &iterated(""))), until)
+}
+
+fn repeated(mut run: Run, until: f64) -> f64 {
     while run.time < until * (1.0 - 1e-9) {
         attempts(&mut run, 25);
     }
@@ -79,49 +82,38 @@ fn the_first_attempt_is_the_semi_implicit_window_with_more_virtual_mass() {
 
 #[test]
 fn attempts_converge_for_light_grains_in_long_windows() {
-    for (relaxation, number, density) in [
-        ("anderson", 0.2, 0.01),
-        ("anderson", 0.2, 4.0),
-        ("anderson", 0.8, 0.01),
-        ("anderson", 0.8, 0.5),
-        ("aitken", 0.024, 0.5),
-        ("aitken", 0.08, 0.5),
-    ] {
-        let keys = iterated(&format!("iterations = {{ relaxation = \"{relaxation}\" }}"));
+    for (number, density) in [(0.2, 0.01), (0.2, 4.0), (0.8, 0.01), (0.8, 0.5), (0.024, 0.5), (0.08, 0.5)] {
+        let keys = iterated("");
         let mut run = Run::new(&sphere(density, number, &keys));
         let velocities = attempts(&mut run, 20);
         let changes: Vec<f64> = velocities.windows(2).map(|v| (v[1] - v[0]).abs()).collect();
-        println!("{relaxation}, ν dt/D² = {number}, ρ_r = {density}: changes {changes:?}");
+        println!("ν dt/D² = {number}, ρ_r = {density}: changes {changes:?}");
         let least = changes[8..].iter().fold(f64::INFINITY, |least, change| least.min(*change));
-        assert!(least < 1e-2 * changes[0], "{relaxation}, {number}, {density}");
+        assert!(least < 1e-2 * changes[0], "{number}, {density}");
         // By the rule of the coupler, over a while.
         let found = release(density, number, 20, &keys);
         let mean = found.attempts as f64 / 20.0;
         println!("    {mean} attempts, {} unconverged", found.unconverged);
         // The first window, from rest, may take more than 20.
-        assert!(!found.broken && found.unconverged <= 1 && mean < 14.0, "{relaxation}, {number}, {density}");
+        assert!(!found.broken && found.unconverged <= 1 && mean < 14.0, "{number}, {density}");
     }
 }
 
 #[test]
-fn what_it_converges_to_does_not_know_the_virtual_mass_and_the_relaxation() {
-    // Aitken is at 4e-4 after the 25 attempts of each window, Anderson at 3e-5.
-    for (density, dt, tolerance, keys) in [
-        (0.1, 0.2, 1e-4, "[fluid.loads]\nvirtual_mass = 1.5"),
-        (0.1, 0.2, 1e-4, "[fluid.loads]\nvirtual_mass = 0.25"),
-        (0.5, 0.08, 1e-3, "[coupling.iterations]\nrelaxation = \"aitken\""),
-    ] {
-        let half = converged(density, dt, 3.0 * dt, "");
-        let other = converged(density, dt, 3.0 * dt, keys);
-        println!("{keys}: {other} against {half}");
-        assert!((other / half - 1.0).abs() < tolerance, "{keys}: {other} against {half}");
-    }
+fn what_it_converges_to_does_not_know_the_virtual_mass() {
+    let (density, dt) = (0.5, 0.2);
+    let with = converged(density, dt, 3.0 * dt);
+    let text = sphere(density, dt, &iterated(""));
+    let calibration = Calibration { without_virtual_mass: true, ..Calibration::default() };
+    let without = repeated(Run::calibrated(&text, calibration), 3.0 * dt);
+    println!("{without} without, {with} with it");
+    assert!((without / with - 1.0).abs() < 1e-4, "{without} against {with}");
 }
 
 #[test]
 fn what_it_converges_to_hardly_knows_the_length_of_the_windows() {
     // At t = 0.8, some 15 relaxation times: the same speed from 1, 4 and 16 windows.
-    let speeds = [0.8, 0.2, 0.05].map(|dt| converged(0.1, dt, 0.8, ""));
+    let speeds = [0.8, 0.2, 0.05].map(|dt| converged(0.1, dt, 0.8));
     println!("speeds {speeds:?}");
     assert!(
         (speeds[0] / speeds[2] - 1.0).abs() < 0.2 && (speeds[1] / speeds[2] - 1.0).abs() < 0.05,
@@ -137,85 +129,12 @@ fn it_is_the_semi_implicit_scheme_in_the_limit_of_short_windows() {
         .map(|dt| {
             let mut plain = Run::new(&sphere(2.0, dt, ""));
             plain.until(until);
-            (converged(2.0, dt, until, "") / plain.fall() - 1.0).abs()
+            (converged(2.0, dt, until) / plain.fall() - 1.0).abs()
         })
         .collect();
     println!("differences {differences:?}");
     assert!(differences[2] < 0.6 * differences[0], "{differences:?}");
     assert!(differences[1] < differences[0], "{differences:?}");
-}
-
-/// Notes the order of calls, and leaves the grain where it is.
-struct Held {
-    calls: Vec<&'static str>,
-    loads: Vec<Loads>,
-    motion: Vec<Kinematics>,
-}
-
-impl Exchange<Kinematics, Loads> for Held {
-    fn send(&mut self, _: Header, fill: &mut dyn FnMut(&mut [Loads])) -> Result<(), ExchangeError> {
-        self.calls.push("send");
-        fill(&mut self.loads);
-        Ok(())
-    }
-
-    fn receive(
-        &mut self,
-        window: &Window,
-        read: &mut dyn FnMut(&Header, &[Kinematics]),
-    ) -> Result<(), ExchangeError> {
-        self.calls.push("receive");
-        read(&window.header(), &self.motion);
-        Ok(())
-    }
-}
-
-/// Loads of windows on a grain that is held in a fluid that gravity sets in motion.
-fn loads_of_held(scheme: &str) -> Vec<Loads> {
-    let text = sphere(2.0, 0.05, &format!("[coupling]\nscheme = \"{scheme}\""))
-        .replace("z = \"no-slip\"", "z = \"periodic\"");
-    let mut run = Run::new(&text);
-    let motion = run.newton.motions.clone();
-    let mut held = Held { calls: Vec::new(), loads: vec![Loads::default()], motion };
-    let mut all = Vec::new();
-    for step in 0..6 {
-        let window =
-            Window { step, attempt: 0, time: 0.05 * step as f64, dt: 0.05, substeps: 1, output: false };
-        run.fluid.advance(&window, &mut held).unwrap_or_else(|error| panic!("{error}"));
-        all.push(held.loads[0]);
-    }
-    assert!(held.calls.chunks(2).all(|calls| calls == ["send", "receive"]), "{:?}", held.calls);
-    all
-}
-
-#[test]
-fn overlapped_loads_are_those_of_the_window_before() {
-    let (now, late) = (loads_of_held("semi-implicit"), loads_of_held("overlapped"));
-    assert!(now[1..].windows(2).all(|pair| pair[0] != pair[1]), "the force changes from window to window");
-    // The first window's knows of the virtual mass that the fluid begins to move; later ones do not.
-    for (late, now) in late[2..].iter().zip(&now[1..]) {
-        assert_eq!(late.words(), now.words());
-    }
-    // Fluid and grain that nothing holds fall together: weight and what it displaces cancel.
-    let volume = std::f64::consts::PI / 6.0;
-    assert!((late[0].force[2] + 0.5 * volume).abs() < 1e-12, "{:?}", late[0].force);
-}
-
-#[test]
-fn overlapped_falls_like_semi_implicit_in_short_windows() {
-    let fall = |scheme: &str, dt: f64| {
-        let mut run = Run::new(&sphere(4.0, dt, &format!("[coupling]\nscheme = \"{scheme}\"")));
-        run.until(0.1).fall()
-    };
-    let differences: Vec<f64> = [0.01, 0.005, 0.0025]
-        .into_iter()
-        .map(|dt| (fall("overlapped", dt) / fall("semi-implicit", dt) - 1.0).abs())
-        .collect();
-    println!("differences {differences:?}");
-    assert!(
-        differences[1] < 0.7 * differences[0] && differences[2] < 0.7 * differences[1],
-        "{differences:?}"
-    );
 }
 
 /// What a scheme makes of a release from rest.
@@ -274,18 +193,7 @@ fn release(density: f64, dt: f64, windows: usize, keys: &str) -> Release {
 #[test]
 #[ignore = "a minute of measuring; prints the table of docs/coupling.md"]
 fn table() {
-    let schemes = [
-        ("semi-implicit, C_v = 1/2", String::new()),
-        ("semi-implicit, C_v = 2", "[fluid.loads]\nvirtual_mass = 2.0".into()),
-        ("semi-implicit, displaced mass", "[fluid.loads]\ndisplaced_mass = \"as-mass\"".into()),
-        ("overlapped, C_v = 1/2", "[coupling]\nscheme = \"overlapped\"".into()),
-        (
-            "overlapped, C_v = 2",
-            "[coupling]\nscheme = \"overlapped\"\n[fluid.loads]\nvirtual_mass = 2.0".into(),
-        ),
-        ("iterated", iterated("")),
-        ("iterated, Aitken", iterated("iterations = { relaxation = \"aitken\" }")),
-    ];
+    let schemes = [("semi-implicit", String::new()), ("iterated", iterated(""))];
     for number in [0.024, 0.08, 0.2, 0.8] {
         for density in [0.01, 0.1, 0.5, 1.0] {
             let splits = (number / 0.0016_f64).round() as usize;
@@ -316,28 +224,6 @@ fn table() {
                     found.unconverged,
                 );
             }
-        }
-    }
-}
-
-/// The row of `density-ratio` for overlapped solvers (coupler/src/bounds/density.rs).
-#[test]
-#[ignore = "measures the lowest stable density ratio of overlapped solvers"]
-fn lowest_density_ratio_of_overlapped_solvers() {
-    for mass in [0.5, 2.0] {
-        for number in [0.0024, 0.024, 0.08, 0.2, 0.8] {
-            let keys = format!("[coupling]\nscheme = \"overlapped\"\n[fluid.loads]\nvirtual_mass = {mass}");
-            let stable: Vec<f64> = [0.1, 0.3, 0.5, 0.8, 1.2, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 20.0, 40.0]
-                .into_iter()
-                .filter(|density| {
-                    let found = release(*density, number, 120, &keys);
-                    let tail = &found.velocities[found.velocities.len() / 2..];
-                    let scale = tail.iter().fold(1e-300_f64, |most, v| most.max(v.abs()));
-                    let jump = tail.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f64::max);
-                    !found.broken && jump < 0.02 * scale
-                })
-                .collect();
-            println!("C_v {mass} nu dt/D2 {number}: stable {stable:?}");
         }
     }
 }

@@ -7,7 +7,6 @@ mod checked;
 mod domain;
 mod error;
 mod files;
-mod forcing;
 mod form;
 mod grain_table;
 mod grains;
@@ -32,7 +31,6 @@ pub use domain::{
     Stretching, WallKind,
 };
 pub use error::SceneError;
-pub use forcing::forcing;
 pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape};
 pub use insertions::{Inserted, Insertion};
 pub use observe::{

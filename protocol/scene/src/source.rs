@@ -442,14 +442,14 @@ mod tests {
             .with_overrides(&[
                 "grains[0].density=4".into(),
                 "grains.0.position[2]=7.5".into(),
-                "fluid.loads.form=izard-2014".into(),
+                "fluid.time.scheme=ab2".into(),
                 "until=3".into(),
             ])
             .expect("fits");
         let table: toml::Table = changed.text.parse().expect("TOML");
         assert_eq!(table["grains"][0]["density"].as_integer(), Some(4));
         assert_eq!(table["grains"][0]["position"][2].as_float(), Some(7.5));
-        assert_eq!(table["fluid"]["loads"]["form"].as_str(), Some("izard-2014"));
+        assert_eq!(table["fluid"]["time"]["scheme"].as_str(), Some("ab2"));
         assert_eq!(table["until"].as_integer(), Some(3));
         assert!(source(text).with_overrides(&["grains[3].density=4".into()]).is_err());
         assert!(source(text).with_overrides(&["nonsense".into()]).is_err());

@@ -3,4 +3,5 @@
 mod damage;
 mod recording;
 mod round_trip;
+mod schema;
 mod support;

@@ -117,7 +117,7 @@ static void print_facts(void)
 {
     if (!(dt > 0))
         fail(2, "fluid.time.dt is missing\n  remedy: add [fluid.time] with dt = ..., in seconds");
-    printf("{\"cells\": 0, \"dt\": %.17g, \"loads\": \"yu-shao-fixed-point\", \"virtual_mass\": 0.5, "
+    printf("{\"cells\": 0, \"dt\": %.17g, \"schemes\": [\"semi-implicit\", \"iterated\"], "
            "\"memory\": %zu, \"bounds\": [{\"name\": \"explicit-drag\", \"quantity\": \"dt/τ\", "
            "\"measure\": \"window\", \"factor\": %.17g, \"side\": \"at-most\", \"limit\": %g, "
            "\"level\": \"refuse\", \"why\": \"velocity or spin of the smallest or lightest grain would grow from window to window\", "

@@ -9,7 +9,7 @@ use crate::runs::{Outcome, Task, at_a_time};
 use crate::section::{ANY, Limit, Section};
 use crate::study::Study;
 use crate::table::{Row, Table, cell};
-use coupler::bounds::{Bound, Level, NAMES, SINGULAR};
+use coupler::bounds::{Bound, Level, NAMES};
 use coupler::failure::Failure;
 use coupler::prepare::Prepared;
 
@@ -47,12 +47,10 @@ fn refusal(section: &Section, task: &Task) -> Result<(Option<f64>, bool), Failur
     Ok((Some(margin).filter(|margin| !margin.is_nan()), refused))
 }
 
-/// What every run sets: no bound stops it but the one behind which there is a division by zero,
-/// every window is in the series, and nothing is logged.
+/// Keys that every run sets: no bound stops it, every window is in the series, and nothing is logged.
 #[must_use]
 pub fn imposed() -> [String; 3] {
-    let names: Vec<String> =
-        NAMES.iter().filter(|name| **name != SINGULAR).map(|name| format!("{name:?}")).collect();
+    let names: Vec<String> = NAMES.iter().map(|name| format!("{name:?}")).collect();
     [
         format!("coupling.force=[{}]", names.join(", ")),
         "observe.every=0.0".to_owned(),
@@ -151,14 +149,5 @@ mod tests {
         let broken = vec![bound("cfl", 4.0)];
         assert_eq!((held(&broken, "any"), held(&broken, "cfl")), ((0.25, true), (0.25, true)));
         assert!(!held(&broken, "overlap").1, "another bound is not this map's business");
-    }
-
-    #[test]
-    fn every_bound_but_the_singular_one_is_forced() {
-        let force = &imposed()[0];
-        assert!(
-            NAMES.iter().all(|name| force.contains(&format!("\"{name}\"")) == (*name != SINGULAR)),
-            "{force}"
-        );
     }
 }

@@ -1,0 +1,130 @@
+//! The force of grains that move over the grid: it goes with them, and viscosity feels its change in the same step
+//! (docs/equations-immersed.md, section 7).
+//!
+//! A force that stays in its cells lags behind its grain by a step: little beside the grain's velocity, much beside the
+//! flow through a dense bed. The remedies act in the steps in which the error is felt
+//! ([`lag`](crate::immersed::brinkman::lag)).
+
+use super::calibration::{Calibration, ForceTransport};
+use crate::field::own_planes;
+use crate::grid::Grid;
+use crate::immersed::brinkman::{Brinkman, LAG, lag, largest_viscous_number};
+use crate::methods::grains::Grains;
+use crate::step::Stepper;
+use bedload_scene::{CheckedScene, Geometry, Grain, Medium, Motion};
+use protocol::scheme::Scheme;
+
+/// Solid fraction from which on one moving sphere is a bed with its images.
+const FULL: f64 = 0.05;
+
+/// When the carried force goes with the grains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// In every step.
+    Always,
+    /// In steps in which it would lag.
+    WhereItLags,
+}
+
+/// When the carried force goes with the grains of a scene: among spheres in space of which two or more move, or that
+/// fill more than a twentieth of their box. A repeated window needs the force where the window began: there, never.
+pub(crate) fn transport(
+    scene: &CheckedScene,
+    calibration: &Calibration,
+    scheme: Scheme,
+) -> Option<Transport> {
+    let moving = scene.grains.iter().filter(|grain| grain.motion != Motion::Fixed).count();
+    if moving == 0 || scheme == Scheme::Iterated {
+        return None;
+    }
+    let in_space = scene.scene.domain.geometry == Geometry::Space;
+    match calibration.force_transport {
+        ForceTransport::Advected => Some(Transport::Always),
+        ForceTransport::Auto => {
+            (in_space && (moving > 1 || is_full(scene))).then_some(Transport::WhereItLags)
+        }
+        ForceTransport::Eulerian => None,
+    }
+}
+
+fn is_full(scene: &CheckedScene) -> bool {
+    let domain = &scene.scene.domain;
+    let size: f64 = domain.lower.iter().zip(&domain.upper).map(|(lower, upper)| upper - lower).product();
+    scene.grains.iter().map(Grain::volume).sum::<f64>() > FULL * size
+}
+
+/// Longest step in which every free grain is stable with the local solve, s.
+fn longest_local_step(scene: &CheckedScene, medium: &Medium) -> f64 {
+    let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    let longest = |grain: &Grain| {
+        let diameter = 2.0 * grain.radius;
+        largest_viscous_number(grain.density / medium.density) * diameter * diameter
+            / medium.kinematic_viscosity()
+    };
+    free.map(longest).fold(f64::INFINITY, f64::min)
+}
+
+/// Transport of the force, and the local solve.
+pub(super) struct Advection<const D: usize> {
+    transport: Transport,
+    /// Mask b of the grains where the force is.
+    pub(super) masks: [Vec<f64>; D],
+    /// Space for the force, all zero.
+    spare: [Vec<f64>; D],
+    local_solve: Option<Brinkman<D>>,
+    /// Longest step of the local solve, s.
+    longest: f64,
+    /// Error of the present window if the force stayed in its cells.
+    lag: f64,
+}
+
+impl<const D: usize> Advection<D> {
+    /// `sweeps`: those of the local solve, where there is one.
+    pub(super) fn new(
+        scene: &CheckedScene,
+        medium: &Medium,
+        transport: Transport,
+        sweeps: Option<Option<u32>>,
+        grid: &Grid<D>,
+    ) -> Self {
+        Self {
+            transport,
+            masks: grid.new_vector(),
+            spare: grid.new_vector(),
+            local_solve: sweeps.map(|sweeps| Brinkman::new(grid, sweeps)),
+            longest: match transport {
+                Transport::Always => f64::INFINITY,
+                Transport::WhereItLags => longest_local_step(scene, medium),
+            },
+            lag: 0.0,
+        }
+    }
+
+    /// Takes the force to where the grains will be, if it would lag.
+    pub(super) fn move_force(&mut self, grid: &Grid<D>, grains: &mut Grains<D>) {
+        let Grains { immersed, model, memory, predicted, force } = grains;
+        self.lag = match self.transport {
+            Transport::Always => f64::INFINITY,
+            Transport::WhereItLags => lag(grid, model, immersed.shapes(), &memory.motions),
+        };
+        if self.lag >= LAG[0] {
+            let fields = [force, &mut self.masks, &mut self.spare];
+            immersed.advect_force(grid, model, [&memory.motions, predicted], fields);
+        }
+    }
+
+    /// Lets viscosity feel the change of the force, in steps that the grains allow.
+    pub(super) fn respond(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        let wanted = self.lag >= LAG[1] && dt <= self.longest;
+        let Some(local_solve) = self.local_solve.as_mut().filter(|_| wanted) else { return };
+        let Grains { immersed, model, predicted, force, .. } = grains;
+        let (grid, state) = fluid.parts_mut();
+        local_solve.respond(immersed, grid, model, predicted, [&mut state.velocity, force]);
+    }
+
+    /// Forgets where the force is.
+    pub(super) fn clear(&mut self, grid: &Grid<D>) {
+        let own = own_planes(grid);
+        self.masks.iter_mut().chain(&mut self.spare).for_each(|field| field[own.clone()].fill(0.0));
+    }
+}

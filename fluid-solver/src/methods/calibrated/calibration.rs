@@ -1,0 +1,42 @@
+//! Parts of the calibrated method. No key sets them: [`Calibration::default`] is the method, and tests switch single
+//! parts to show what each of them does.
+
+/// Which parts the method has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Calibration {
+    /// When the carried force goes with the grains.
+    pub force_transport: ForceTransport,
+    /// Radius of the masks.
+    pub mask_radius: MaskRadius,
+    /// Sweeps of the local solve that lets viscosity feel a change of the force in its own step: as many as ν dt/Δx²
+    /// needs by default, 0: no local solve.
+    pub sweeps: Option<u32>,
+    /// Whether the loads have no virtual mass.
+    pub without_virtual_mass: bool,
+    /// Whether the loads do not take off ρ(∫β dV − V), the mass by which the mask on the grid differs from the grain.
+    pub without_displaced_mass: bool,
+}
+
+/// How the carried force gets from one step to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ForceTransport {
+    /// It moves with the grains in the steps in which it would lag, where that was measured.
+    #[default]
+    Auto,
+    /// It stays in its cells.
+    Eulerian,
+    /// It moves with the grains in every step.
+    Advected,
+}
+
+/// Radius of the masks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MaskRadius {
+    /// Corrected where the correction was measured.
+    #[default]
+    Auto,
+    /// The grain's.
+    Nominal,
+    /// Larger by what curved profiles and pores ask for.
+    Corrected,
+}

@@ -1,0 +1,185 @@
+//! The calibrated method: a force λ in the cells of a mask, carried from step to step, as a true fixed point
+//! (docs/equations-immersed.md, section 3; after Yu & Shao 2007).
+//!
+//! ```text
+//! u* : one step of the fluid with the force λ
+//! G  = Σ β (u* − U) dV − dt β λ dV            the impulse that the grain is sent, at its predicted place
+//! λ' = β (λ + (U' − u*)/dt)                   U': the motion that comes back
+//! u  = u* + dt (λ' − λ)
+//! ```
+//! The mask is a Brinkman medium whose surface is where the flow feels it ([`crate::immersed::mask_model`]). In space its
+//! radius follows the pores ([`crate::immersed::pores`]), and in dense beds the force goes with the grains and viscosity
+//! feels its change in the same step ([`advection`]). Where windows are repeated, [`iterations`] mixes the attempts.
+
+pub mod advection;
+pub mod calibration;
+pub mod iterations;
+pub(super) mod limits;
+
+use super::grains::Grains;
+use super::immersed_boundary::ImmersedBoundary;
+use super::loads::GrainLoads;
+use super::needs::Needs;
+use crate::config::Choices;
+use crate::grid::Grid;
+use crate::immersed::body::Motion;
+use crate::immersed::mask_model::MaskModel;
+use crate::immersed::pores::Pores;
+use crate::step::Stepper;
+use advection::Advection;
+use bedload_scene::{CheckedScene, Geometry, Medium};
+use calibration::{Calibration, MaskRadius};
+use iterations::Iterations;
+use protocol::message::Loads;
+use protocol::participant::Window;
+use protocol::scheme::Scheme;
+
+/// Part of the smallest cell width within which a grain counts as where it was expected. The mask falls by
+/// about one over a cell, so this changes a cell's share by as much at most; and it never adds up, as every
+/// window expects a grain from where it truly is.
+const AS_EXPECTED: f64 = 1e-4;
+
+/// The calibrated method.
+pub struct Calibrated<const D: usize> {
+    loads: GrainLoads,
+    /// Radius of the masks, where it is corrected.
+    pores: Option<Pores<D>>,
+    /// Transport of the force with the grains, where the scene is one in which it may lag.
+    advection: Option<Advection<D>>,
+    /// Attempts at the present window, where windows are repeated.
+    iterations: Option<Box<Iterations<D>>>,
+}
+
+impl<const D: usize> Calibrated<D> {
+    /// For the grains of a scene.
+    #[expect(clippy::too_many_arguments, reason = "called once")]
+    pub(super) fn new(
+        scene: &CheckedScene,
+        medium: &Medium,
+        choices: &Choices,
+        scheme: Scheme,
+        needs: &Needs,
+        grid: &Grid<D>,
+        grains: &mut Grains<D>,
+        loads: GrainLoads,
+    ) -> Self {
+        let shapes = grains.immersed.shapes();
+        let corrects = !shapes.is_empty() && corrects_radius(scene, &choices.calibration);
+        let gyration = shapes.iter().map(|shape| shape.gyration).collect();
+        let mut method = Self {
+            loads,
+            pores: corrects.then(|| Pores::new(grid, shapes)),
+            advection: needs.transport.map(|transport| {
+                let sweeps = needs.local_solve.then_some(choices.calibration.sweeps);
+                Advection::new(scene, medium, transport, sweeps, grid)
+            }),
+            iterations: (scheme == Scheme::Iterated).then(|| Box::new(Iterations::new(gyration))),
+        };
+        method.set_radii(grid, grains);
+        method
+    }
+
+    /// Radii of the masks in a window that begins with the motion known now.
+    fn set_radii(&mut self, grid: &Grid<D>, grains: &mut Grains<D>) {
+        if let Some(pores) = &mut self.pores {
+            grains.immersed.set_radii(grid, &grains.model, pores, &grains.memory.motions);
+        }
+    }
+}
+
+/// Whether masks have the radius that the flow feels: where the correction was measured, in space.
+fn corrects_radius(scene: &CheckedScene, calibration: &Calibration) -> bool {
+    match calibration.mask_radius {
+        MaskRadius::Auto => scene.scene.domain.geometry == Geometry::Space,
+        MaskRadius::Nominal => false,
+        MaskRadius::Corrected => true,
+    }
+}
+
+impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
+    fn place(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>, window: &Window) {
+        self.set_radii(fluid.grid(), grains);
+        if let Some(iterations) = &mut self.iterations {
+            iterations.guess(fluid, grains, window);
+        }
+        grains.predict(window.dt);
+        if let Some(iterations) = &self.iterations {
+            iterations.place(&mut grains.predicted);
+        }
+        if let Some(advection) = &mut self.advection {
+            advection.move_force(fluid.grid(), grains);
+        }
+    }
+
+    fn step(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        fluid.step(dt, grains.force());
+    }
+
+    fn measure(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        if let Some(advection) = &mut self.advection {
+            advection.respond(fluid, grains, dt);
+        }
+        let Grains { immersed, model, predicted, force, .. } = &mut *grains;
+        if predicted.is_empty() {
+            return;
+        }
+        let velocity = &fluid.state().velocity;
+        self.loads.set_forces(immersed.forces(fluid.grid(), model, predicted, velocity, Some(&*force)));
+        self.loads.measure(fluid, grains);
+        if let Some(iterations) = &self.iterations {
+            iterations.virtual_mass_ahead(grains, dt, &mut self.loads.measured);
+        }
+        self.loads.measure_virtual_mass(grains, self.iterations.is_some());
+    }
+
+    fn loads(&self, grains: &Grains<D>, out: &mut [Loads]) {
+        self.loads.write(grains.immersed.shapes(), out);
+    }
+
+    /// Masks and carried force at the motion known now. A grain that came back where it was expected is held there,
+    /// where its mask is known.
+    fn impose(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        let (grid, state) = fluid.parts_mut();
+        let Grains { immersed, model, memory, predicted, force } = &mut *grains;
+        if !memory.motions.is_empty() {
+            memory.imposed_dt = model.dt;
+            let near = AS_EXPECTED * grid.smallest_width();
+            for (to, (motion, predicted)) in
+                memory.imposed.iter_mut().zip(memory.motions.iter().zip(predicted))
+            {
+                let expected = (0..3).all(|c| (motion.centre[c] - predicted.centre[c]).abs() <= near);
+                let place = if expected { predicted } else { motion };
+                *to = Motion { centre: place.centre, angle: place.angle, ..*motion };
+            }
+            let velocity = &mut state.velocity;
+            match &mut self.advection {
+                Some(advection) => {
+                    let fields = [velocity, force, &mut advection.masks];
+                    immersed.impose_and_store_mask(grid, model, &memory.imposed, fields);
+                }
+                None => immersed.impose_carried(grid, model, &memory.imposed, [velocity, force]),
+            }
+        }
+        if let Some(iterations) = &mut self.iterations {
+            iterations.note(dt, grid, grains);
+        }
+    }
+
+    /// Finds the cells that hold force, and the virtual masses of the window before.
+    fn resume(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>) {
+        self.loads.resume(grains);
+        let grid = fluid.grid();
+        let Grains { immersed, model, memory, .. } = grains;
+        if memory.imposed_dt > 0.0 {
+            let model = MaskModel { dt: memory.imposed_dt, ..*model };
+            if let Some(pores) = &mut self.pores {
+                immersed.set_radii(grid, &model, pores, &memory.before);
+            }
+            immersed.mark_forced(grid, &model, &memory.imposed);
+            if let Some(advection) = &mut self.advection {
+                advection.clear(grid);
+                immersed.store_mask(grid, &model, &memory.imposed, &mut advection.masks);
+            }
+        }
+    }
+}

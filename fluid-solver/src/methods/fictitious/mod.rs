@@ -1,0 +1,123 @@
+//! The fictitious-domain method of Yu & Shao (2007): rigid motion imposed at points of the bodies by distributed
+//! Lagrange multipliers, in the form that knows no difference of densities (docs/equations-immersed.md, section 9).
+//!
+//! Loads, order of the window and messages are those of the calibrated method; the force is on points that move with
+//! the bodies, not on the grid. The points have the area of their body exactly, so that no displaced mass is left over.
+
+pub mod body_points;
+pub(super) mod limits;
+mod outlines;
+mod points;
+mod stencil;
+
+use super::grains::Grains;
+use super::immersed_boundary::ImmersedBoundary;
+use super::loads::GrainLoads;
+use crate::grid::Grid;
+use crate::immersed::body::Shape;
+use crate::step::Stepper;
+use bedload_scene::{CheckedScene, Geometry, SceneError};
+use body_points::BodyPoints;
+use protocol::message::Loads;
+use protocol::participant::Window;
+
+/// Fewest cells across a body.
+const FEWEST_ACROSS: f64 = 4.0;
+
+/// The method on the points of all bodies.
+pub struct FictitiousDomain<const D: usize> {
+    points: BodyPoints<D>,
+    loads: GrainLoads,
+}
+
+impl<const D: usize> FictitiousDomain<D> {
+    /// For bodies of the given shapes.
+    pub(super) fn new(grid: &Grid<D>, shapes: &[Shape], loads: GrainLoads) -> Self {
+        Self { points: BodyPoints::new(grid, shapes), loads }
+    }
+}
+
+impl<const D: usize> ImmersedBoundary<D> for FictitiousDomain<D> {
+    fn place(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>, window: &Window) {
+        grains.predict(window.dt);
+        if !grains.predicted.is_empty() {
+            self.points.place(fluid.grid(), &grains.predicted);
+            self.points.spread(fluid.grid(), &mut grains.force);
+        }
+    }
+
+    fn step(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        fluid.step(dt, grains.force());
+    }
+
+    fn measure(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        if grains.predicted.is_empty() {
+            return;
+        }
+        let velocity = &fluid.state().velocity;
+        self.loads.set_forces(self.points.forces(fluid.grid(), &grains.predicted, dt, velocity));
+        self.loads.measure(fluid, grains);
+        self.loads.measure_virtual_mass(grains, false);
+    }
+
+    fn loads(&self, grains: &Grains<D>, out: &mut [Loads]) {
+        self.loads.write(grains.immersed.shapes(), out);
+    }
+
+    /// The points stay where they were expected; the motion is the one that came back.
+    fn impose(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        let numbers = [dt, grains.model.viscosity];
+        self.points.impose(&grains.memory.motions, numbers, &mut fluid.state_mut().velocity);
+    }
+
+    fn resume(&mut self, _: &Stepper<D>, grains: &mut Grains<D>) {
+        self.loads.resume(grains);
+    }
+
+    fn points(&self) -> Option<&[Vec<f64>; D]> {
+        Some(self.points.multipliers())
+    }
+
+    fn points_mut(&mut self) -> Option<&mut [Vec<f64>; D]> {
+        Some(self.points.multipliers_mut())
+    }
+}
+
+/// Refuses a scene in which the method cannot work.
+///
+/// # Errors
+/// With the key.
+pub(crate) fn check(scene: &CheckedScene) -> Result<(), SceneError> {
+    let (source, domain) = (&scene.source, &scene.scene.domain);
+    if domain.geometry != Geometry::Plane {
+        return Err(source.error(
+            "fluid.method",
+            "is \"fictitious-domain\", which is for discs and other bodies of the plane",
+            "take fluid.method = \"calibrated\", or domain.geometry = \"plane\"",
+        ));
+    }
+    let (x, z) = (domain.spacing(0), domain.spacing(1));
+    if domain.stretching.is_some() || (x / z - 1.0).abs() > 1e-9 {
+        return Err(source.error(
+            "domain.cells",
+            format!(
+                "makes cells of {x} m by {z} m; the fictitious-domain method needs equal cells, square ones"
+            ),
+            "choose cells so that (upper − lower)/cells is the same along x and z, without domain.stretching",
+        ));
+    }
+    let spacing = x.min(z);
+    let thin = |grain: &bedload_scene::Grain| grain.thickness() < FEWEST_ACROSS * spacing;
+    if let Some(grain) = scene.grains.iter().position(thin) {
+        let across = scene.grains[grain].thickness();
+        return Err(source.error(
+            "domain.cells",
+            format!(
+                "makes grain {grain} {:.1} cells across; the fictitious-domain method needs {FEWEST_ACROSS}",
+                across / spacing
+            ),
+            &format!("give more cells: {} m each, or less", across / FEWEST_ACROSS),
+        ));
+    }
+    Ok(())
+}

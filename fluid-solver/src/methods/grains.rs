@@ -1,0 +1,117 @@
+//! The grains as every method has them: shapes, masks, motion, and the force on the fluid.
+
+use crate::field::own_planes;
+use crate::grid::Grid;
+use crate::immersed::body::{Motion, laboratory};
+use crate::immersed::mask_model::MaskModel;
+use crate::immersed::places::Places;
+use crate::immersed::{Immersed, Wrench};
+use crate::step::Stepper;
+use serde::{Deserialize, Serialize};
+
+/// What decides the next window besides velocity, pressure and the carried force.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Motion of the grains now.
+    pub motions: Vec<Motion>,
+    /// Where the force was imposed last: its support.
+    pub imposed: Vec<Motion>,
+    /// dt with which the force was imposed, s; zero: never.
+    pub imposed_dt: f64,
+    /// Motion one window ago.
+    pub before: Vec<Motion>,
+    /// Length of that window, s; zero: there was none.
+    pub before_dt: f64,
+}
+
+impl Memory {
+    /// Number of grains, if all parts agree on it.
+    pub fn grains(&self) -> Option<usize> {
+        let n = self.motions.len();
+        (self.imposed.len() == n && self.before.len() == n).then_some(n)
+    }
+
+    /// What drives the whole fluid along periodic axes in the first window, m/s²; zero in later windows.
+    pub(crate) fn first_drive<const D: usize>(&self, stepper: &Stepper<D>) -> [f64; 3] {
+        let mut drive = [0.0; 3];
+        if self.before_dt == 0.0 {
+            let grid = stepper.grid();
+            for a in (0..D).filter(|a| grid.periodic(*a)) {
+                drive[laboratory(grid.geometry, a)] = stepper.options().body_force[a];
+            }
+            if let Some(flow) = stepper.flow_rate() {
+                drive[laboratory(grid.geometry, flow.axis())] += flow.acceleration();
+            }
+        }
+        drive
+    }
+
+    /// Mean acceleration of a grain over the last window: zero in the first.
+    pub(crate) fn acceleration(&self, grain: usize) -> Wrench {
+        if self.before_dt == 0.0 {
+            return Wrench::default();
+        }
+        let (now, before) = (&self.motions[grain], &self.before[grain]);
+        let rate = |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| (a[c] - b[c]) / self.before_dt);
+        Wrench { force: rate(&now.velocity, &before.velocity), torque: rate(&now.spin, &before.spin) }
+    }
+}
+
+/// The grains of a fluid.
+pub struct Grains<const D: usize> {
+    /// Shapes, and where the grains are on the grid.
+    pub immersed: Immersed<D>,
+    /// Mask with the dt of the present window.
+    pub model: MaskModel,
+    /// What decides the next window.
+    pub memory: Memory,
+    /// Motion expected at the end of the window.
+    pub predicted: Vec<Motion>,
+    /// Force per unit mass that is carried from step to step, m/s²; empty fields where a method has none.
+    pub force: [Vec<f64>; D],
+}
+
+impl<const D: usize> Grains<D> {
+    /// Grains that move as `motions` say, and a force of zero on `grid` where there is one.
+    pub fn new(
+        immersed: Immersed<D>,
+        model: MaskModel,
+        motions: Vec<Motion>,
+        grid: Option<&Grid<D>>,
+    ) -> Self {
+        Self {
+            immersed,
+            model,
+            predicted: vec![Motion::default(); motions.len()],
+            memory: Memory {
+                imposed: motions.clone(),
+                before: motions.clone(),
+                motions,
+                ..Memory::default()
+            },
+            force: std::array::from_fn(|_| grid.map_or(Vec::new(), Grid::new_field)),
+        }
+    }
+
+    /// The force that a step is given; none where there is no grain.
+    pub fn force(&self) -> Option<&[Vec<f64>; D]> {
+        (!self.memory.motions.is_empty() && !self.force[0].is_empty()).then_some(&self.force)
+    }
+
+    /// Predicts the motion after `dt`, s.
+    pub fn predict(&mut self, dt: f64) {
+        for (predicted, motion) in self.predicted.iter_mut().zip(&self.memory.motions) {
+            *predicted = motion.predicted(dt);
+        }
+    }
+
+    /// Clears the force outside of the cells that grains hold: no later step would take it back there.
+    pub(crate) fn clear_free_force(&mut self, grid: &Grid<D>) {
+        let (mut places, mut values) = (Places::default(), std::array::from_fn(|_| Vec::new()));
+        places.add(grid, &self.immersed);
+        places.gather(&self.force, &mut values);
+        let own = own_planes(grid);
+        self.force.iter_mut().for_each(|force| force[own.clone()].fill(0.0));
+        places.scatter(&values, &mut self.force);
+    }
+}

@@ -1,0 +1,46 @@
+//! What a method of the immersed boundary does in a window, in this order (docs/equations-immersed.md, section 3):
+//!
+//! ```text
+//! place     the grains where they are expected at the end of the window, and the force with them
+//! step      the fluid, with that force
+//! measure   what the fluid does to each grain
+//!           (the loads are sent, the motion of the grains comes back)
+//! impose    that motion on the fluid
+//! ```
+
+use super::grains::Grains;
+use crate::step::Stepper;
+use protocol::message::Loads;
+use protocol::participant::Window;
+
+/// A method of the immersed boundary on `D` axes.
+pub trait ImmersedBoundary<const D: usize>: Send {
+    /// Puts grains and force where they are expected at the end of the window.
+    fn place(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>, window: &Window);
+
+    /// One step of the fluid of length `dt`, s.
+    fn step(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64);
+
+    /// Finds what the fluid does to each grain in the step.
+    fn measure(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64);
+
+    /// The message about each grain.
+    fn loads(&self, grains: &Grains<D>, out: &mut [Loads]);
+
+    /// Imposes the motion that came back, [`Memory::motions`](super::grains::Memory::motions).
+    fn impose(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64);
+
+    /// Finds again what follows from fields and grains, after these were set.
+    fn resume(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>);
+
+    /// Values at points of the bodies that decide the next window, by component: the method's part of a checkpoint
+    /// beside fields and grains.
+    fn points(&self) -> Option<&[Vec<f64>; D]> {
+        None
+    }
+
+    /// The same, to be set before [`ImmersedBoundary::resume`].
+    fn points_mut(&mut self) -> Option<&mut [Vec<f64>; D]> {
+        None
+    }
+}

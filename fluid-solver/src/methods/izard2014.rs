@@ -1,0 +1,125 @@
+//! Direct forcing and loads of Izard, Bonometti & Lacaze (2014), as printed.
+//!
+//! ```text
+//! f = α (U − V)/dt,  u = V + dt f             (7)     V: the velocity before it is projected, α: the mask, eqs 8–10
+//! F = −ρ ρ_p/(ρ_p − ρ) ∫ f dV                 (5, 6)  the buoyancy is in F, and lost where a grain rests
+//! ```
+//! The fluid takes its whole step with the motion known, so that the loads of a window meet the motion of its start:
+//! `explicit` order.
+
+use super::grains::Grains;
+use super::immersed_boundary::ImmersedBoundary;
+use super::limits::{self, Limits};
+use crate::immersed::Wrench;
+use crate::step::Stepper;
+use bedload_scene::{CheckedScene, Medium, Motion};
+use protocol::facts::{Measure, Side, SolverBound};
+use protocol::message::Loads;
+use protocol::participant::Window;
+
+/// Smallest |ρ_p/ρ − 1| of a free grain.
+const LEAST_DIFFERENCE: f64 = 1e-6;
+
+/// The method as printed.
+pub struct Izard2014 {
+    /// Density of the fluid, kg/m³.
+    density: f64,
+    /// ∫ f dV of each grain.
+    forces: Vec<Wrench>,
+}
+
+impl Izard2014 {
+    /// For so many grains in a fluid of density `density`, kg/m³.
+    #[must_use]
+    pub fn new(density: f64, grains: usize) -> Self {
+        Self { density, forces: vec![Wrench::default(); grains] }
+    }
+}
+
+impl<const D: usize> ImmersedBoundary<D> for Izard2014 {
+    fn place(&mut self, _: &Stepper<D>, _: &mut Grains<D>, _: &Window) {}
+
+    fn step(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        fluid.advance_without_projection(dt, None);
+        let Grains { immersed, model, memory, .. } = grains;
+        let (grid, state) = fluid.parts_mut();
+        self.forces.copy_from_slice(immersed.forces(grid, model, &memory.motions, &state.velocity, None));
+        immersed.impose_direct(grid, model, &memory.motions, &mut state.velocity);
+        fluid.project();
+    }
+
+    fn measure(&mut self, _: &mut Stepper<D>, _: &mut Grains<D>, _: f64) {}
+
+    fn loads(&self, grains: &Grains<D>, out: &mut [Loads]) {
+        let rho = self.density;
+        for ((loads, shape), f) in out.iter_mut().zip(grains.immersed.shapes()).zip(&self.forces) {
+            let scale = rho * shape.density / (shape.density - rho);
+            // From zero, so that no load is −0.
+            let scaled = |vector: [f64; 3]| vector.map(|component| 0.0 - scale * component);
+            *loads = Loads { force: scaled(f.force), torque: scaled(f.torque), ..Loads::default() };
+        }
+    }
+
+    fn impose(&mut self, _: &mut Stepper<D>, _: &mut Grains<D>, _: f64) {}
+
+    fn resume(&mut self, _: &Stepper<D>, _: &mut Grains<D>) {}
+}
+
+/// The first free grain that is as dense as the fluid, for which the loads divide by zero.
+pub(crate) fn neutral_grain(scene: &CheckedScene, density: f64) -> Option<usize> {
+    let near = |grain: f64| (grain / density - 1.0).abs() < LEAST_DIFFERENCE;
+    scene.grains.iter().position(|grain| grain.motion == Motion::Free && near(grain.density))
+}
+
+/// Lowest density ratios.
+const LIMITS: Limits = Limits {
+    alone: [
+        ([2.0, 2.0, 2.0, 2.0, 1.5], "docs/maps/light-axisymmetric.csv"),
+        ([2.0; 5], "docs/maps/light-space.csv"),
+        ([2.0; 5], "docs/maps/light-plane.csv"),
+    ],
+    together: None,
+    at_walls: None,
+    bodies: None,
+};
+
+/// Largest ν dt/Δx² at which a sphere settled no faster than 1.2 times Stokes' speed.
+/// docs/maps/direct-forcing.csv
+const VISCOUS: f64 = 2.0;
+
+/// `viscous`: ν/Δx², 1/s.
+pub(super) fn bounds(scene: &CheckedScene, medium: &Medium, viscous: f64) -> Vec<SolverBound> {
+    let remedy = "use fluid.method = \"calibrated\", heavier grains, or a smaller dt";
+    let mut bounds = limits::density_ratio(scene, medium, &LIMITS, None, remedy);
+    if scene.grains.is_empty() {
+        return bounds;
+    }
+    let bound =
+        |name, limit| SolverBound::new(name, "ν dt/Δx²", (viscous, Measure::Window), Side::AtMost, limit);
+    let remedy = "use fluid.method = \"calibrated\", or a smaller dt";
+    bounds.push(bound("direct-forcing", VISCOUS).because(
+        "direct forcing (eq. 7) fails: viscosity undoes it within the step",
+        "docs/maps/direct-forcing.csv",
+        remedy,
+    ));
+    bounds.push(bound("direct-forcing-accuracy", 1.0).warning().because(
+        "direct forcing (eq. 7) is wrong by tens of per cent in the settling speed",
+        "docs/numerics.md, Forcing and viscosity (Ar = 9: +40 %, Ar = 0.9: +90 %)",
+        remedy,
+    ));
+    // With no other grain and no wall nothing rests.
+    let rests = scene.grains.len() > 1 || !scene.contact_walls().is_empty();
+    let ratios = limits::free_grains(scene).map(|grain| grain.density / medium.density);
+    let factor = ratios.map(|ratio| if ratio > 1.0 { ratio / (ratio - 1.0) } else { f64::INFINITY });
+    if let Some(factor) = factor.reduce(f64::max).filter(|_| rests) {
+        let value = (factor, Measure::One);
+        bounds.push(
+            SolverBound::new("resting-weight", "ρ_r/(ρ_r−1)", value, Side::AtMost, 1.05).warning().because(
+                "a resting grain presses this many times its submerged weight, because the printed loads lose the buoyancy",
+                "docs/numerics.md, Weight of a resting grain",
+                "use fluid.method = \"calibrated\" where contact forces matter",
+            ),
+        );
+    }
+    bounds
+}

@@ -1,0 +1,286 @@
+//! Loads of a force that acts before the fluid knows the motion (docs/equations-immersed.md, section 4).
+//!
+//! With −G/dt the force per unit density that the grain would exert on the fluid at its predicted place, m_f the mass of
+//! the fluid it displaces and ρ the fluid's density, the message carries
+//! ```text
+//! F = ρ G/dt − m_f g + virtual mass + displaced mass          (after Yu & Shao 2007)
+//! ```
+//! so that `m_p dU/dt = m_p g + F`: buoyancy is in F, weight is not. Why −m_f g is there along periodic axes too:
+//! `docs/equations-immersed.md`.
+
+use super::grains::Grains;
+use super::virtual_mass::{self, ByGap};
+use crate::grid::Grid;
+use crate::immersed::Wrench;
+use crate::immersed::body::Shape;
+use crate::step::Stepper;
+use protocol::message::Loads;
+
+/// Largest mass, and inertia, that may act through the acceleration of the window before, over those of density ρ_p −
+/// ρ/2, where it is positive and where it is negative: with a third of it discs were seen to fail
+/// (docs/equations-immersed.md, section 4).
+const MAX_LATE_RATIO: [f64; 2] = [1.0 / 16.0, 0.5];
+
+/// What is the same for all grains and steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LoadsRule {
+    /// Virtual mass coefficient C_v of a grain with nothing near it.
+    virtual_mass: f64,
+    /// Gravity, m/s².
+    gravity: [f64; 3],
+    /// Density of the fluid, kg/m³.
+    density: f64,
+    /// Number of axes of a grain: 3 for a sphere, 2 for a disc.
+    dimensions: i32,
+}
+
+/// What the fluid knows about one grain in one window.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Measured {
+    /// −G/dt.
+    pub(super) force: Wrench,
+    /// Acceleration and angular acceleration over the window before.
+    pub(super) acceleration: Wrench,
+    /// Acceleration of the attempt before less that of the window before: what a DEM does not know when it
+    /// adds added_mass A_prev. Zero in the first attempt at a window.
+    pub(super) ahead: Wrench,
+    /// Added to C_v by walls and neighbours. It has no part in the virtual inertia: a sphere that turns moves no
+    /// ideal fluid.
+    near: f64,
+    /// The same in the window before, whose acceleration the DEM adds: with it the virtual masses of all windows
+    /// cancel in the sum, however they change.
+    near_before: f64,
+    /// Added to C_v: what repeated windows need so that the first attempts do not overshoot. It drops out.
+    pub(super) more: f64,
+    /// ∫ β dV on the grid's nodes of each component, m³, where it is to count.
+    volume: Option<[f64; 3]>,
+    /// Acceleration that the fluid as a whole begins with, m/s²: in the first window only.
+    pub(super) drive: [f64; 3],
+    /// Is it the first window of a fluid at rest? Then the grain starts with C_v alone (Izard et al. 2014, eq. 20).
+    starts: bool,
+}
+
+impl LoadsRule {
+    /// The message about one grain.
+    fn loads(&self, shape: &Shape, measured: &Measured) -> Loads {
+        let rho = self.density;
+        let mass = rho * shape.volume;
+        let inertia = mass * shape.gyration;
+        let coefficient = self.virtual_mass + measured.more;
+        let mut loads = Loads {
+            added_mass: (coefficient + measured.near) * mass,
+            added_inertia: coefficient * inertia,
+            ..Loads::default()
+        };
+        let (f, a) = (&measured.force, &measured.acceleration);
+        for c in 0..3 {
+            loads.force[c] = -rho * f.force[c] - mass * self.gravity[c];
+            loads.torque[c] = -rho * f.torque[c];
+            // Virtual mass resists motion relative to the fluid. A DEM counts the part of the fluid
+            // through A_prev, of which it knows nothing before the first window.
+            loads.force[c] += loads.added_mass * (measured.drive[c] + measured.ahead.force[c])
+                + (measured.near_before - measured.near) * mass * a.force[c];
+            loads.torque[c] += loads.added_inertia * measured.ahead.torque[c];
+        }
+        if let Some(volumes) = measured.volume {
+            self.displace(shape, volumes, measured, &mut loads);
+        }
+        loads
+    }
+
+    /// How much more inertia a body has whose volume is `ratio` times as large, less one: it goes with V^(1 + 2/d).
+    fn swollen(&self, ratio: f64) -> f64 {
+        ratio.powf(1.0 + 2.0 / f64::from(self.dimensions)) - 1.0
+    }
+
+    /// Puts the mass ρ(∫β dV − V), by which the mask differs from the grain, on the grain's side of the equation:
+    /// as force, times the acceleration that is known, as far as the grain is heavy enough to bear a force that comes
+    /// one window late; the rest, where it is positive, as mass. A DEM adds added_mass A_prev to the force, which
+    /// belongs to C_v m_f alone, so that of this mass is taken off here.
+    ///
+    /// The mass of a message has no direction: it is the mean over the components that the grain
+    /// moves along, and what differs from it acts through the acceleration that is known.
+    fn displace(&self, shape: &Shape, volumes: [f64; 3], measured: &Measured, loads: &mut Loads) {
+        let (a, ahead) = (&measured.acceleration, &measured.ahead);
+        let filled = volumes.iter().filter(|v| **v > 0.0).count().max(1);
+        let volume = volumes.iter().sum::<f64>() / filled as f64;
+        let mass = self.density * (volume - shape.volume);
+        let inertia = self.density * shape.volume * shape.gyration * self.swollen(volume / shape.volume);
+        let bears = MAX_LATE_RATIO[usize::from(mass < 0.0)] * (shape.density / self.density - 0.5).max(0.0);
+        // Parts that go with the force and with the mass.
+        let parts = |extra: f64, own: f64| {
+            let late = (bears * own / extra.abs()).min(1.0);
+            (late, if extra > 0.0 && !measured.starts { 1.0 - late } else { 0.0 })
+        };
+        let (late, now) = parts(mass, self.density * shape.volume);
+        let (late_spin, now_spin) = parts(inertia, self.density * shape.volume * shape.gyration);
+        loads.added_mass += now * mass;
+        loads.added_inertia += now_spin * inertia;
+        for (c, here) in volumes.into_iter().enumerate() {
+            let uneven = if here > 0.0 { self.density * (here - volume) } else { 0.0 };
+            let known = a.force[c] + ahead.force[c] + measured.drive[c];
+            loads.force[c] -= now * mass * a.force[c] + (late * mass + (late + now) * uneven) * known;
+            loads.torque[c] -=
+                inertia * (now_spin * a.torque[c] + late_spin * (a.torque[c] + ahead.torque[c]));
+        }
+    }
+}
+
+/// The loads of all grains.
+pub struct GrainLoads {
+    rule: LoadsRule,
+    /// What walls and neighbours add to the virtual mass; none where no grain is free.
+    by_gap: Option<ByGap>,
+    /// Whether the mass counts by which the mask differs from the grain.
+    displaced_mass: bool,
+    pub(super) measured: Vec<Measured>,
+    volumes: Vec<[f64; 3]>,
+}
+
+impl GrainLoads {
+    /// For grains of which `free` says whether the fluid moves them, in a fluid of density `density` (kg/m³).
+    pub(super) fn new<const D: usize>(
+        grid: &Grid<D>,
+        shapes: Vec<Shape>,
+        free: Vec<bool>,
+        gravity: [f64; 3],
+        density: f64,
+    ) -> Self {
+        let dimensions = grid.geometry.grain_dimensions();
+        Self {
+            rule: LoadsRule { virtual_mass: virtual_mass::ALONE, gravity, density, dimensions },
+            by_gap: free.contains(&true).then(|| ByGap::new(grid, &shapes, free)),
+            displaced_mass: true,
+            measured: vec![Measured::default(); shapes.len()],
+            volumes: vec![[0.0; 3]; shapes.len()],
+        }
+    }
+
+    /// With or without virtual mass, and the mass by which the mask differs from the grain. Points have the area of
+    /// their body: with them there is no such mass.
+    pub(super) fn with_parts(mut self, virtual_mass: bool, displaced_mass: bool) -> Self {
+        self.displaced_mass = displaced_mass;
+        if !virtual_mass {
+            (self.rule.virtual_mass, self.by_gap) = (0.0, None);
+        }
+        self
+    }
+
+    /// Takes −G/dt of every grain, found at its predicted place.
+    pub(super) fn set_forces(&mut self, forces: &[Wrench]) {
+        self.measured.iter_mut().zip(forces).for_each(|(m, force)| m.force = *force);
+    }
+
+    /// Takes volumes, accelerations and what drives the fluid at first.
+    pub(super) fn measure<const D: usize>(&mut self, fluid: &Stepper<D>, grains: &Grains<D>) {
+        let memory = &grains.memory;
+        if self.displaced_mass {
+            grains.immersed.volumes(fluid.grid().geometry, &mut self.volumes);
+        }
+        let drive = memory.first_drive(fluid);
+        for (grain, m) in self.measured.iter_mut().enumerate() {
+            m.acceleration = memory.acceleration(grain);
+            m.drive = drive;
+            m.starts = memory.before_dt == 0.0 && drive == [0.0; 3];
+            m.volume = self.displaced_mass.then(|| self.volumes[grain]);
+        }
+    }
+
+    /// What walls and neighbours add to the virtual mass in a window that begins with the motion known now, and
+    /// what they added in the window before; where windows are `repeated`, each attempt's own virtual mass cancels.
+    pub(super) fn measure_virtual_mass<const D: usize>(&mut self, grains: &Grains<D>, repeated: bool) {
+        let Self { by_gap: Some(by_gap), measured, rule, .. } = self else { return };
+        let Grains { immersed, memory, model, .. } = grains;
+        let near = by_gap.excess(immersed.shapes(), rule.density, &memory.motions, model.dt);
+        for (m, near) in measured.iter_mut().zip(near) {
+            m.near_before = if repeated { *near } else { m.near };
+            m.near = *near;
+        }
+    }
+
+    /// Finds the virtual masses of the window before.
+    pub(super) fn resume<const D: usize>(&mut self, grains: &Grains<D>) {
+        let Self { by_gap: Some(by_gap), measured, rule, .. } = self else { return };
+        let memory = &grains.memory;
+        let near = by_gap.excess(grains.immersed.shapes(), rule.density, &memory.before, memory.before_dt);
+        measured.iter_mut().zip(near).for_each(|(m, near)| m.near = *near);
+    }
+
+    /// The message about each grain.
+    pub(super) fn write(&self, shapes: &[Shape], out: &mut [Loads]) {
+        for ((loads, shape), m) in out.iter_mut().zip(shapes).zip(&self.measured) {
+            *loads = self.rule.loads(shape, m);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHAPE: Shape =
+        Shape { radius: 1.0, mask_radius: 1.0, outline: None, density: 4.0, volume: 3.0, gyration: 0.4 };
+
+    const RULE: LoadsRule =
+        LoadsRule { virtual_mass: 0.5, gravity: [0.0, 0.0, -2.0], density: 1.0, dimensions: 3 };
+
+    #[test]
+    fn a_grain_at_rest_is_sent_its_buoyancy_and_its_virtual_mass() {
+        let loads = RULE.loads(&SHAPE, &Measured::default());
+        assert_eq!(loads.force, [0.0, 0.0, 6.0]);
+        assert_eq!((loads.added_mass, loads.added_inertia), (0.5 * 3.0, 0.5 * (3.0 * 0.4)));
+    }
+
+    /// In repeated windows the virtual mass drops out: at A = A_k a DEM finds (m_p + m_a) A = … + m_a A_k,
+    /// whatever A_prev it adds.
+    #[test]
+    fn virtual_mass_follows_the_attempts() {
+        let (previous, attempt) = (0.25, -0.75);
+        let ahead = Wrench { force: [0.0, 0.0, attempt - previous], torque: [0.0, attempt - previous, 0.0] };
+        let plain = Measured::default();
+        let (p, f) =
+            (RULE.loads(&SHAPE, &plain), RULE.loads(&SHAPE, &Measured { ahead, more: 1.5, ..plain }));
+        assert_eq!(f.added_mass, 2.0 * 3.0);
+        let (force, torque) =
+            (f.force[2] + f.added_mass * previous, f.torque[1] + f.added_inertia * previous);
+        assert!((force - (p.force[2] + 2.0 * 3.0 * attempt)).abs() < 1e-14);
+        assert!((torque - (p.torque[1] + 2.0 * 3.0 * 0.4 * attempt)).abs() < 1e-14);
+    }
+
+    /// (m_p + m_a) A = … + m_a A_prev, window by window, with virtual masses that change: what they add cancels in
+    /// the sum over a contact, which begins and ends without acceleration.
+    #[test]
+    fn virtual_masses_that_change_cancel_in_the_sum() {
+        let buoyant = 6.0;
+        let (mut sum, mut before, mut near_before) = (0.0, 0.0, 0.0);
+        for (near, a) in [(0.1, 0.0), (0.3, 5.0), (0.2, -1.0), (0.0, 0.0)] {
+            let acceleration = Wrench { force: [0.0, 0.0, before], torque: [0.0; 3] };
+            let loads =
+                RULE.loads(&SHAPE, &Measured { acceleration, near, near_before, ..Measured::default() });
+            sum += loads.force[2] - buoyant + loads.added_mass * (before - a);
+            (before, near_before) = (a, near);
+        }
+        assert!(f64::abs(sum) < 1e-14, "{sum}");
+    }
+
+    /// A DEM solves (m_p + m_a) a = m_p g + F + m_a A_prev. With A_prev = a the message must add
+    /// ρ(∫β dV − V) a, component by component, to the grain's side, and nothing else: the part that is late as force, the
+    /// rest as mass; all of it as force where the grain is heavy enough.
+    #[test]
+    fn displaced_mass_stands_on_the_grains_side() {
+        let (a, volumes) = (0.25, [3.2, 3.3, 3.3]);
+        let acceleration = Wrench { force: [0.0, 0.0, a], torque: [0.0; 3] };
+        let plain = Measured { acceleration, ..Measured::default() };
+        let filled = Measured { volume: Some(volumes), ..plain };
+        let side =
+            |density: f64, l: &Loads| (density * 3.0 + l.added_mass) * a - l.force[2] - l.added_mass * a;
+        for (density, as_mass) in [(0.25, true), (1.0, true), (4.0, false)] {
+            let shape = Shape { density, ..SHAPE };
+            let (p, f) = (RULE.loads(&shape, &plain), RULE.loads(&shape, &filled));
+            let added = side(density, &f) - side(density, &p);
+            assert!((added - (volumes[2] - shape.volume) * a).abs() < 1e-14, "{density}: {added}");
+            assert_eq!(f.added_mass > p.added_mass, as_mass, "{density}");
+            assert!(f.added_inertia > p.added_inertia || density > 2.0, "{density}");
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! What the method of a scene keeps in memory.
+
+use super::calibrated::advection::{self, Transport};
+use super::method::Method;
+use crate::config::Choices;
+use bedload_scene::{CheckedScene, Motion};
+use protocol::scheme::Scheme;
+
+/// What a method keeps in memory for a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Needs {
+    /// Whether there is a force that is carried from step to step, a field for each component.
+    pub force: bool,
+    /// When that force goes with the grains.
+    pub transport: Option<Transport>,
+    /// Whether viscosity feels the change of that force in the same step.
+    pub local_solve: bool,
+    /// Whether the mask ratios of the grains are kept until the grains move.
+    pub mask_ratios: bool,
+    /// Whether bodies hold points.
+    pub points: bool,
+}
+
+impl Needs {
+    /// Of a scene.
+    pub fn of(scene: &CheckedScene, choices: &Choices, scheme: Scheme) -> Self {
+        let fixed = scene.grains.iter().all(|grain| grain.motion == Motion::Fixed);
+        let grains = !scene.grains.is_empty();
+        let transport = match choices.method {
+            Method::Calibrated => advection::transport(scene, &choices.calibration, scheme),
+            Method::Izard2014 | Method::FictitiousDomain => None,
+        };
+        Self {
+            force: grains && choices.method != Method::Izard2014,
+            transport,
+            local_solve: transport.is_some() && choices.calibration.sweeps != Some(0),
+            mask_ratios: choices.method != Method::FictitiousDomain && (transport.is_some() || fixed),
+            points: grains && choices.method == Method::FictitiousDomain,
+        }
+    }
+}

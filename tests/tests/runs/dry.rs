@@ -1,0 +1,107 @@
+//! Runs of the DEM alone, through `bedload run`.
+
+use tests::harness::{Folder, bedload, said, summary};
+
+/// One grain at rest, one that leaves the box at t = 0.8.
+const TWO_GRAINS: &str = r#"
+until = 1.0
+gravity = [0.0, 0.0, 0.0]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [1.0, 1.0, 1.0]
+boundary = { x = "free-slip", y = "free-slip", z = "free-slip" }
+[[grains]]
+position = [0.5, 0.5, 0.5]
+radius = 0.05
+density = 2.0
+[[grains]]
+position = [0.8, 0.2, 0.5]
+velocity = [0.25, 0.0, 0.0]
+radius = 0.05
+density = 2.0
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.5
+contact_time = 0.01
+[observe]
+every = 0.1
+"#;
+
+#[test]
+fn a_grain_that_leaves_the_box_is_named_when_it_leaves_and_counted_at_the_end() {
+    let folder = Folder::new("leaves");
+    let out = folder.join("out");
+    let scene = folder.write("leaves.toml", TWO_GRAINS);
+    // Enough grains take the bulk engine, a film or another integrator the general one.
+    let bed = "[[groups]]\ncount = 300\nlower = [0.0, 0.0, 0.0]\nupper = [0.4, 1.0, 0.4]\nradius = 0.01\ndensity = 2.0\nseed = 1\n";
+    let many =
+        folder.write("many.toml", &TWO_GRAINS.replace("[dem.contact]", &format!("{bed}[dem.contact]")));
+    for scene in [scene, many] {
+        let (scene, out) = (scene.to_str().expect("UTF-8"), out.to_str().expect("UTF-8"));
+        let output = bedload(&["run", scene, "--out", out, "--overwrite"]);
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(0), "{text}");
+        // Its centre passes x = 1 at t = 0.8 s.
+        let when = text.find("grain 1 left the box in window").expect(&text);
+        let time = text[when..].split("(t = ").nth(1).and_then(|rest| rest.split(' ').next());
+        let time: f64 = time.and_then(|time| time.parse().ok()).expect(&text);
+        assert!((0.8..0.95).contains(&time), "{text}");
+        assert!(text.contains("m with [0.25, 0.0, 0.0] m/s"), "{text}");
+        assert!(text.contains("1 grain(s) are outside the box at the end"), "{text}");
+        assert!(!text.contains("grain 0 "), "{text}");
+    }
+}
+
+#[test]
+fn a_finished_run_goes_on_past_its_end() {
+    let folder = Folder::new("dry-later-end");
+    let scene = folder.write("leaves.toml", TWO_GRAINS);
+    let run = |name: &str, until: &str, more: &[&str]| {
+        let out = folder.join(name);
+        let paths = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        // Windows of 2 t_c: both ends are whole numbers of them, without a rounding.
+        let keys = ["--set", "dem.contact.contact_time=0.0078125", "--until", until];
+        let output = bedload(&[&paths, &keys[..], more].concat());
+        (output.status.code(), said(&output), out)
+    };
+    let series = |out: &std::path::Path| std::fs::read_to_string(out.join("series.csv")).expect("text");
+    let (_, _, whole) = run("whole", "1.0", &[]);
+    let (code, text, parts) = run("parts", "0.5", &[]);
+    assert_eq!((code, &summary(&parts)["time"]["simulated"]), (Some(0), &0.5.into()), "{text}");
+    let (code, text, _) = run("parts", "1.0", &["--resume"]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("grain 1 left the box"), "{text}");
+    assert!(series(&parts) == series(&whole), "series.csv differs");
+    let (code, text, _) = run("parts", "0.5", &["--resume"]);
+    assert_eq!(code, Some(2), "{text}");
+    assert!(text.contains("until") && text.contains("t = 1 s"), "{text}");
+    assert!(series(&parts) == series(&whole), "what is refused changes nothing");
+}
+
+/// A kill between the solver's file of a checkpoint and the one that makes it whole.
+#[test]
+fn a_checkpoint_that_was_cut_short_is_passed_over() {
+    let folder = Folder::new("dry-cut-short");
+    let scene = folder.write("leaves.toml", TWO_GRAINS);
+    let run = |name: &str, until: &str, more: &[&str]| {
+        let out = folder.join(name);
+        let paths = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        let output = bedload(
+            &[&paths, &["--set", "dem.contact.contact_time=0.0078125", "--until", until], more].concat(),
+        );
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        out
+    };
+    let whole = run("whole", "1.0", &[]);
+    let parts = run("parts", "0.5", &[]);
+    let newest = protocol::checkpoints::newest(&whole.join("checkpoint")).expect("a whole checkpoint");
+    let cut = parts.join("checkpoint").join(newest.file_name().expect("a step"));
+    std::fs::create_dir(&cut).expect("a folder");
+    std::fs::copy(newest.join("dem.checkpoint"), cut.join("dem.checkpoint")).expect("a copy");
+    run("parts", "1.0", &["--resume"]);
+    for file in ["series.csv", "grains.csv"] {
+        let read = |out: &std::path::Path| std::fs::read(out.join(file)).expect("a file");
+        assert!(read(&parts) == read(&whole), "{file} differs");
+    }
+}

@@ -1,0 +1,21 @@
+//! Runs of the programs as a user starts them.
+
+mod accuracy;
+mod blow_up;
+mod chart;
+mod conformance;
+mod coupled;
+mod dry;
+mod film;
+mod handover;
+mod kill;
+mod light;
+mod memory;
+mod no_room;
+mod orphans;
+mod proposals;
+mod replay;
+mod schemes;
+mod stability;
+mod storm;
+mod unstable;
