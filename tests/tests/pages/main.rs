@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod coupling_docs;
+mod documents;
 mod files;
 mod keys;
 mod maps;

@@ -1,0 +1,85 @@
+//! Lines of documents and comments are short enough to read, and links of documents lead somewhere.
+
+use std::path::{Path, PathBuf};
+
+/// Longest line of prose, in characters. Tables, code blocks and links of documents may be longer.
+const LONGEST: usize = 110;
+
+/// Files below `folder` with this ending, but for what is built or hidden.
+fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("a folder of the repository");
+    let mut found = Vec::new();
+    for path in entries.map(|entry| entry.expect("an entry").path()) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if path.is_dir() && !name.starts_with('.') && !["target", "out"].contains(&name.as_str()) {
+            found.extend(files(&path, ending));
+        } else if path.is_file() && name.ends_with(ending) {
+            found.push(path);
+        }
+    }
+    found
+}
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Lines of a document that are prose, with their numbers from 1.
+fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut code = false;
+    text.lines().enumerate().filter_map(move |(number, line)| {
+        let fence = line.trim_start().starts_with("```");
+        code ^= fence;
+        let free = code || fence || line.trim_start().starts_with(['|', '!', '#', '<']) || line.starts_with("    ");
+        (!free).then_some((number + 1, line))
+    })
+}
+
+/// Does a line have words that could stand on the next one?
+fn could_be_shorter(line: &str) -> bool {
+    line.chars().count() > LONGEST && line.trim().chars().take(LONGEST).filter(|c| *c == ' ').count() > 2
+}
+
+#[test]
+fn prose_has_short_lines() {
+    let mut found = Vec::new();
+    for path in files(&repository(), ".md") {
+        let text = read(&path);
+        let long = prose(&text).filter(|(_, line)| could_be_shorter(line));
+        found.extend(long.map(|(number, _)| format!("{}:{number}", path.display())));
+    }
+    for path in files(&repository(), ".rs") {
+        let text = read(&path);
+        let comments = text.lines().enumerate().filter(|(_, line)| line.trim_start().starts_with("//"));
+        let long = comments.filter(|(_, line)| could_be_shorter(line) && !line.contains("// |"));
+        let long = long.filter(|(_, line)| !line.contains("/// |") && !line.contains("//! |"));
+        found.extend(long.map(|(number, _)| format!("{}:{}", path.display(), number + 1)));
+    }
+    assert!(found.is_empty(), "longer than {LONGEST} characters:\n{}", found.join("\n"));
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let mut broken = Vec::new();
+    for path in files(&repository(), ".md") {
+        let text = read(&path);
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split([')', '#', ' ', '\n']).next()) {
+            let outside = link.is_empty() || link.contains("://");
+            if !outside && !path.parent().expect("a file lies in a folder").join(link).exists() {
+                broken.push(format!("{}: {link}", path.display()));
+            }
+        }
+    }
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+#[test]
+fn only_prose_counts() {
+    let text = "a\n```\ncode\n```\n| table |\nb\n";
+    assert_eq!(prose(text).collect::<Vec<_>>(), [(1, "a"), (6, "b")]);
+    assert!(could_be_shorter(&"word ".repeat(30)) && !could_be_shorter(&"x".repeat(200)));
+}
