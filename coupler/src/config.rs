@@ -23,7 +23,8 @@ pub enum Substeps {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Coupling {
-    /// `auto`, `explicit`, `semi-implicit` or `iterated`; the fluid must be able to follow the one that is named.
+    /// `auto`, `explicit`, `semi-implicit` or `iterated`; the fluid must be able to follow the one that is
+    /// named.
     pub scheme: SchemeKey,
     /// How windows are repeated where the scheme is `iterated`.
     pub iterations: Iterations,

@@ -6,8 +6,8 @@ use protocol::participant::Window;
 use protocol::scheme::Iterations;
 use serde::{Deserialize, Serialize};
 
-/// Share of |g| dt that counts as speed: grains at rest have none of their own. In windows longer than D²/ν the
-/// whole of it is far above any speed that a grain reaches.
+/// Share of |g| dt that counts as speed: grains at rest have none of their own. In windows longer than D²/ν
+/// the whole of it is far above any speed that a grain reaches.
 const OF_WEIGHT: f64 = 0.3;
 
 /// Counts over a run.
@@ -91,8 +91,9 @@ impl Watch {
         self.state.tally
     }
 
-    /// Largest difference of a velocity, or of radius times spin, from `other`, over the largest speed and a share of
-    /// what gravity gives in a window; infinite where there is no other. Grains at rest without gravity differ by nothing.
+    /// Largest difference of a velocity, or of radius times spin, from `other`, over the largest speed and a
+    /// share of what gravity gives in a window; infinite where there is no other. Grains at rest without
+    /// gravity differ by nothing.
     fn change(&self, dt: f64, motion: &[Kinematics], other: &[Moving]) -> f64 {
         if other.is_empty() {
             return f64::INFINITY;

@@ -1,6 +1,6 @@
 //! Keys of the solvers' sections that rules of the coupler read or set: cheaper models, settings from the
-//! charts. No other rule names one, and `tests/tests/pages/keys.rs` asks that each is in the solvers' configuration,
-//! with these values: a key that is renamed there makes a test fail, not a rule.
+//! charts. No other rule names one, and `tests/tests/pages/keys.rs` asks that each is in the solvers'
+//! configuration, with these values: a key that is renamed there makes a test fail, not a rule.
 
 use bedload_scene::CheckedScene;
 use toml::Value;

@@ -130,8 +130,8 @@ fn cells(scene: &CheckedScene) -> Option<String> {
     ))
 }
 
-/// What the roughness, which is seldom known, makes of a bounce: with a film of −6πμR²U/(δ + η) on the way in and out
-/// the restitution loses (1 + e) ln(δ₀/η)/St (Davis, Serayssol & Hinch 1986).
+/// What the roughness, which is seldom known, makes of a bounce: with a film of −6πμR²U/(δ + η) on the way in
+/// and out the restitution loses (1 + e) ln(δ₀/η)/St (Davis, Serayssol & Hinch 1986).
 fn roughness(facts: &Facts<'_>) -> Option<String> {
     let scene = facts.scene;
     let medium = scene.scene.medium.as_ref()?;

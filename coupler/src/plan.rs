@@ -96,12 +96,13 @@ pub struct Plan {
     pub notices: Vec<String>,
 }
 
-/// Iterations that a window of the iterated scheme takes, for the estimate of the cost (docs/coupling.md, Schemes).
+/// Iterations that a window of the iterated scheme takes, for the estimate of the cost (docs/coupling.md,
+/// Schemes).
 const ITERATIONS: f64 = 6.0;
 
-/// Takes another order of the exchange where the scene names none, a bound of the fluid is broken, and the fluid says
-/// that the bound is wider in that order: the cost of repeated windows is paid only there. A bound that the scene forces
-/// asks for nothing.
+/// Takes another order of the exchange where the scene names none, a bound of the fluid is broken, and the
+/// fluid says that the bound is wider in that order: the cost of repeated windows is paid only there. A bound
+/// that the scene forces asks for nothing.
 fn change_scheme_where_asked(facts: &mut Facts<'_>) -> Option<String> {
     if facts.coupling.scheme != SchemeKey::Auto {
         return None;

@@ -139,9 +139,9 @@ pub(crate) fn over_stokes(reynolds: f64) -> f64 {
     1.0 + 0.15 * reynolds.powf(0.687)
 }
 
-/// Speed at which drag balances `force` over the fluid's density, m⁴/s² (plane: m³/s²): of a sphere C_D = 24/Re
-/// (1 + 0.15 Re^0.687), 0.44 from Re = 1000 on (Schiller & Naumann 1935); of a body of the plane, as of a cylinder that
-/// surrounds it, C_D = 1 + 10 Re^(−2/3) (White 1991, eq. 3-225).
+/// Speed at which drag balances `force` over the fluid's density, m⁴/s² (plane: m³/s²): of a sphere C_D =
+/// 24/Re (1 + 0.15 Re^0.687), 0.44 from Re = 1000 on (Schiller & Naumann 1935); of a body of the plane, as of
+/// a cylinder that surrounds it, C_D = 1 + 10 Re^(−2/3) (White 1991, eq. 3-225).
 pub(crate) fn speed_under(force: f64, shape: Shape, diameter: f64, nu: f64) -> f64 {
     let drag = |speed: f64| {
         let re = speed * diameter / nu;
@@ -166,8 +166,8 @@ pub(crate) fn speed_under(force: f64, shape: Shape, diameter: f64, nu: f64) -> f
     high.exp()
 }
 
-/// Speed that gravity gives each free grain: its terminal velocity in a fluid at rest, if there is time and room for
-/// it, or that of its fall.
+/// Speed that gravity gives each free grain: its terminal velocity in a fluid at rest, if there is time and
+/// room for it, or that of its fall.
 fn falls(scene: &CheckedScene) -> Vec<f64> {
     let until = scene.scene.until;
     let medium = scene.scene.medium.as_ref();

@@ -1,9 +1,10 @@
 //! A run that alternates from window to window, or outgrows every physical speed, is no result.
 //!
-//! An exchange of forces once per window fails by alternating: the second difference of a velocity,
-//! d_n = (v_n − 2 v_{n−1} + v_{n−2})/4, changes its sign in every window. Nothing physical does so for long: a contact or a
-//! vortex lasts many windows, and one that a window is too long for is over in a few. Only what was exchanged is looked at, so
-//! that this holds for any solver. The same difference judges a map ([`crate::study::stability::verdict`]) when a run is over.
+//! An exchange of forces once per window fails by alternating: the second difference of a velocity, d_n =
+//! (v_n − 2 v_{n−1} + v_{n−2})/4, changes its sign in every window. Nothing physical does so for long: a
+//! contact or a vortex lasts many windows, and one that a window is too long for is over in a few. Only what
+//! was exchanged is looked at, so that this holds for any solver. The same difference judges a map
+//! ([`crate::study::stability::verdict`]) when a run is over.
 
 use bedload_scene::{CheckedScene, Motion};
 use protocol::message::Kinematics;
@@ -16,7 +17,8 @@ use crate::speeds::Speeds;
 /// Name in `coupling.force`.
 pub(crate) const NAME: &str = "unstable";
 
-/// Windows in a row whose d must alternate. Noise does so by chance with 0.73 a window, once in 2·10⁷ windows.
+/// Windows in a row whose d must alternate. Noise does so by chance with 0.73 a window, once in 2·10⁷
+/// windows.
 const ROW: u32 = 54;
 /// Fewer suffice where d has grown …
 const GROWING_ROW: u32 = 16;
@@ -49,8 +51,8 @@ pub(crate) struct Found {
     pub(crate) window: u64,
 }
 
-/// What was seen so far: part of a checkpoint. A run that is resumed when its grains rest would else take the last
-/// digits of their speeds for the largest speed so far, and their alternation for one that counts.
+/// What was seen so far: part of a checkpoint. A run that is resumed when its grains rest would else take the
+/// last digits of their speeds for the largest speed so far, and their alternation for one that counts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Seen {
     channels: Vec<[Channel; 6]>,

@@ -5,11 +5,12 @@
 //! grains; e_n = 0.3, μ = 0.25, t_c = 1e-4 s, dt = t_c/50. After RELAX sub-steps (from the environment,
 //! else 300) STEPS are timed by the CPU clock of the process. Modes:
 //!
-//! - `settle FILE`: stacks the layers too closely, lets them come to rest and writes what lies there (`x y z r`
-//!   per line) to FILE. With START=FILE in the environment all modes but rain begin with it, or with copies of it
-//!   one upon the other.
+//! - `settle FILE`: stacks the layers too closely, lets them come to rest and writes what lies there
+//!   (`x y z r` per line) to FILE. With START=FILE in the environment all modes but rain begin with it, or
+//!   with copies of it one upon the other.
 //! - `rain`: the stack four times as high, with 0.5 m/s.
-//! - `write FILE`: writes only the start, for LAMMPS (see `tests/peers/lammps.sh`); `write-rain FILE` that of rain.
+//! - `write FILE`: writes only the start, for LAMMPS (see `tests/peers/lammps.sh`); `write-rain FILE` that of
+//!   rain.
 //! - `general`, `general-rain`: the other engine.
 //!
 //! SKIN, m, and DEPTH in the environment set the width of the lists and the depth of the wavefront.
@@ -26,7 +27,8 @@ const SHIFT: f64 = 0.02042;
 const CLOSE: f64 = 0.0192;
 const DT: f64 = 2e-6;
 
-/// A packing that came to rest before; more grains than it has are taken from copies of it, one upon the other.
+/// A packing that came to rest before; more grains than it has are taken from copies of it, one upon the
+/// other.
 fn settled(path: &str, n: usize) -> Result<Vec<Grain>, Box<dyn Error>> {
     let text = std::fs::read_to_string(path)?;
     let mut one: Vec<[f64; 4]> = Vec::new();

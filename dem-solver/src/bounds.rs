@@ -11,8 +11,8 @@ use crate::spec::DemSpec;
 pub(crate) const LARGEST_DASHPOT: f64 = 0.15;
 /// Fewer grains than this are no packing.
 const FEWEST_OF_A_PACKING: usize = 8;
-/// Least ρ_p/ρ at which a bed of discs without a tangential dashpot stayed quiet: at 1.5 the forces on some grew by 6 % a
-/// window. docs/maps/bed.csv
+/// Least ρ_p/ρ at which a bed of discs without a tangential dashpot stayed quiet: at 1.5 the forces on some
+/// grew by 6 % a window. docs/maps/bed.csv
 const UNDAMPED: f64 = 2.5;
 /// From this dt_fluid/t_c on it stayed quiet at every ratio. docs/maps/bed.csv
 const UNDAMPED_WINDOW: f64 = 10.0;
@@ -40,9 +40,9 @@ pub(crate) fn packing_rate(tangential_rate: f64, grains: usize) -> Option<f64> {
     (tangential_rate > 0.0 && grains >= FEWEST_OF_A_PACKING).then_some(tangential_rate)
 }
 
-/// The tangential dashpots of all contacts of a grain act on its spin at once, each as it was before the sub-step:
-/// with z contacts and neighbours that turn against it that is stable up to 2/3 z (m R²/I) γ_t dt/m = 1, which for six
-/// contacts of spheres is γ_t dt/m_e = 0.2.
+/// The tangential dashpots of all contacts of a grain act on its spin at once, each as it was before the
+/// sub-step: with z contacts and neighbours that turn against it that is stable up to 2/3 z (m R²/I) γ_t
+/// dt/m = 1, which for six contacts of spheres is γ_t dt/m_e = 0.2.
 fn packing(limits: &Limits, grains: usize) -> Option<SolverBound> {
     let rate = packing_rate(limits.tangential_rate, grains)?;
     let needed = (rate * limits.contact_time / LARGEST_DASHPOT).ceil();

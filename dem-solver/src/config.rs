@@ -34,11 +34,12 @@ pub struct DemSection {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactLaw>,
     /// Lubrication between near surfaces, η/R = 4e-4. Default: none in a dry scene; with a fluid `complement`
-    /// up to four cells (at most 0.8 R) for spheres, up to two cells (at most R/2) for discs; none where a body is not round.
+    /// up to four cells (at most 0.8 R) for spheres, up to two cells (at most R/2) for discs; none where a
+    /// body is not round.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
-    /// What the fluid resolves of films between discs, the rest being the DEM's: `mask` (default) or `points`. The fluid's
-    /// method decides it, and `bedload` hands it over; a DEM alone may be given it.
+    /// What the fluid resolves of films between discs, the rest being the DEM's: `mask` (default) or
+    /// `points`. The fluid's method decides it, and `bedload` hands it over; a DEM alone may be given it.
     pub line_film: LineFilm,
     /// Time integration.
     pub integrator: Integrator,

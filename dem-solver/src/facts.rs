@@ -96,7 +96,8 @@ fn free(spec: &DemSpec) -> impl Iterator<Item = &Grain> {
     spec.grains.iter().filter(|grain| grain.motion == Motion::Free)
 }
 
-/// Least mass that a point of contact of a grain can have, kg: a body that is not round turns away, 1/m* = 1/m + R²/I.
+/// Least mass that a point of contact of a grain can have, kg: a body that is not round turns away, 1/m* =
+/// 1/m + R²/I.
 fn contact_mass(spec: &DemSpec, grain: &Grain) -> f64 {
     let (mass, inertia) = grain.mass_and_inertia(spec.shape, &spec.outlines);
     let turns = grain.outline.is_some() && grain.free.rotation[1];
@@ -108,7 +109,8 @@ fn least_mass(spec: &DemSpec) -> Option<f64> {
     free(spec).map(|grain| contact_mass(spec, grain)).min_by(f64::total_cmp)
 }
 
-/// Shortest contact of all that can happen: between the two lightest grains. None of a law without a contact time.
+/// Shortest contact of all that can happen: between the two lightest grains. None of a law without a contact
+/// time.
 fn contact_time(spec: &DemSpec) -> Option<f64> {
     Some(spec.contact.linear()?.contact_time_of(0.5 * least_mass(spec)?))
 }

@@ -78,7 +78,8 @@ impl Grain {
         }
     }
 
-    /// Mass and moment of inertia about the centre; the outline of a body that is not round is one of `outlines`.
+    /// Mass and moment of inertia about the centre; the outline of a body that is not round is one of
+    /// `outlines`.
     #[must_use]
     pub fn mass_and_inertia(&self, shape: Shape, outlines: &[Outline]) -> (f64, f64) {
         match self.outline.and_then(|place| outlines.get(place as usize)) {

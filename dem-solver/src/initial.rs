@@ -12,9 +12,9 @@ use protocol::checkpoints;
 /// Deepest overlap, over the smaller radius.
 const DEEPEST: f64 = 0.01;
 
-/// Brings `dem` to the state in the output folder `folder`, at time zero. Contacts with walls start
-/// anew: the other scene's walls may be others. With a fluid the scene must have the grains where that run left
-/// them, since the fluid starts with them there; the state then adds the springs between them.
+/// Brings `dem` to the state in the output folder `folder`, at time zero. Contacts with walls start anew: the
+/// other scene's walls may be others. With a fluid the scene must have the grains where that run left them,
+/// since the fluid starts with them there; the state then adds the springs between them.
 pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result<(), SceneError> {
     let refuse = |why: String, remedy: &str| Err(scene.source.error("dem.initial_state", why, remedy));
     let read = checkpoint::read_any::<State>(&checkpoints::newest_of_run(folder), "dem");

@@ -56,7 +56,8 @@ impl DemParticipant {
         let Config { mut spec, initial_state, .. } = Config::new(scene)?;
         // Of all grains, so that it does not change as they are inserted.
         spec.skin = Some(spec.skin());
-        // Orientations and forces per grain cost time; some dry scenes read neither, or forces in their files only.
+        // Orientations and forces per grain cost time; some dry scenes read neither, or forces in their files
+        // only.
         let observe = &scene.scene.observe;
         let read = scene.scene.medium.is_some()
             || observe.grains.as_ref().is_none_or(|grains| !grains.is_empty())

@@ -174,7 +174,8 @@ impl Dem {
         }
     }
 
-    /// Notes in each sub-step of the next windows what acts on `grains`, for [`Observations::split`]; the bulk engine does not.
+    /// Notes in each sub-step of the next windows what acts on `grains`, for [`Observations::split`]; the
+    /// bulk engine does not.
     pub fn split(&mut self, grains: &[usize]) {
         self.observed.split.choose(grains);
     }
@@ -191,7 +192,8 @@ impl Dem {
         &self.observed
     }
 
-    /// Contact forces at the last evaluation, N (symplectic Euler: at the start of the last sub-step). Empty in the bulk engine.
+    /// Contact forces at the last evaluation, N (symplectic Euler: at the start of the last sub-step). Empty
+    /// in the bulk engine.
     #[must_use]
     pub fn contact_force(&self) -> &[Vec3] {
         self.general().map_or(&[], |general| &general.evaluation.forces.contact)

@@ -84,7 +84,8 @@ pub struct DemSpec {
     pub observations: bool,
     /// Whether an account of dissipated energy is kept (`general::energy`); not by the bulk engine.
     pub energy: bool,
-    /// Whether forces on chosen grains may be noted in each sub-step ([`crate::solver::Dem::split`]); not by the bulk engine.
+    /// Whether forces on chosen grains may be noted in each sub-step ([`crate::solver::Dem::split`]); not by
+    /// the bulk engine.
     pub split: bool,
     /// Whether orientations are wanted: nothing depends on them. The general engine has them anyway.
     pub orientation: bool,

@@ -1,6 +1,7 @@
-//! Cost of the solve in blocks and of the exchange between ranks: `cargo run --release -p bedload-fluid --example
-//! ranks_cost -- [CELLS]`. Ranks are threads of this process; built with `--features mpi` and started by `mpirun`, they are
-//! its processes, and only their number is measured.
+//! Cost of the solve in blocks and of the exchange between ranks:
+//! `cargo run --release -p bedload-fluid --example ranks_cost -- [CELLS]`. Ranks are threads of this process;
+//! built with `--features mpi` and started by `mpirun`, they are its processes, and only their number is
+//! measured.
 //!
 //! - messages: half the time of one that goes from rank 0 to rank 1 and back, by its length;
 //! - strong: a channel and a periodic box of CELLS³ for all ranks together;
@@ -115,8 +116,8 @@ fn print(what: &str, grid: &Grid<3>, viscous: Viscous, [cpu, wall, messages, byt
     );
 }
 
-/// All that is measured with `ranks`, printed by the first of them. `each`: whether each is a process, which knows its own
-/// CPU time alone.
+/// All that is measured with `ranks`, printed by the first of them. `each`: whether each is a process, which
+/// knows its own CPU time alone.
 fn shared(cells: usize, ranks: &Ranks, each: bool) {
     for (name, ends) in CASES {
         for viscous in [Viscous::Explicit, Viscous::Implicit] {

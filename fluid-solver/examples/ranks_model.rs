@@ -1,6 +1,7 @@
-//! Time of a step by several ranks, from what `ranks_cost` measures: `cargo run --release -p bedload-fluid --example
-//! ranks_model -- NS_PER_CELL LATENCY_US GB_PER_S [FILE]` (docs/ranks.md, A model of more ranks). Writes a figure, by default
-//! `docs/figures/ranks-model.svg`, and prints its numbers.
+//! Time of a step by several ranks, from what `ranks_cost` measures:
+//! `cargo run --release -p bedload-fluid --example ranks_model -- NS_PER_CELL LATENCY_US GB_PER_S [FILE]`
+//! (docs/ranks.md, A model of more ranks). Writes a figure, by default `docs/figures/ranks-model.svg`, and
+//! prints its numbers.
 //!
 //! RK3 with three projections and explicit viscosity; ranks share a periodic box in slabs along z.
 
@@ -32,7 +33,8 @@ struct Measured {
     byte: f64,
 }
 
-/// Seconds of a step on the busiest rank: work, planes to the neighbours, edges of all blocks, sums through rank 0.
+/// Seconds of a step on the busiest rank: work, planes to the neighbours, edges of all blocks, sums through
+/// rank 0.
 fn parts(measured: Measured, [nx, ny, nz]: [usize; 3], ranks: usize) -> [f64; 4] {
     let Measured { cell, message, byte } = measured;
     let (p, plane, all) = (ranks as f64, (nx * ny) as f64, blocks(nz).max(ranks) as f64);

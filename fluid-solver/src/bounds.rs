@@ -9,8 +9,8 @@ use bedload_scene::{CheckedScene, Medium};
 use protocol::facts::{Measure, Side, SolverBound};
 use protocol::scheme::Iterations;
 
-/// Largest U dt/Δx at which a stream past a fixed disc was stable, U its mean velocity: Adams–Bashforth, and three-stage
-/// Runge–Kutta. docs/maps/courant-plane.csv
+/// Largest U dt/Δx at which a stream past a fixed disc was stable, U its mean velocity: Adams–Bashforth, and
+/// three-stage Runge–Kutta. docs/maps/courant-plane.csv
 const STREAM_AB2: f64 = 0.5;
 /// docs/maps/courant-plane.csv
 const STREAM_RK3: f64 = 1.2;

@@ -2,8 +2,9 @@
 //! checks for other scenes, truncation and damage, is [`protocol::checkpoint`].
 //!
 //! One process writes one file. Of several ranks each writes the planes that it works on to a file of its own
-//! (`checkpoint/parts.rs`); the first one then puts the head in place, which names them, so that a checkpoint is whole from one
-//! moment on. Whoever reads takes the planes it needs, whatever the number of ranks that wrote them.
+//! (`checkpoint/parts.rs`); the first one then puts the head in place, which names them, so that a checkpoint
+//! is whole from one moment on. Whoever reads takes the planes it needs, whatever the number of ranks that
+//! wrote them.
 
 mod part;
 mod parts;
@@ -36,7 +37,8 @@ struct Stored<'a> {
 /// Writes the checkpoint of `solver` to `folder`.
 ///
 /// # Errors
-/// [`SolverError::File`], and what kept another rank from writing its part. The checkpoint before stands then.
+/// [`SolverError::File`], and what kept another rank from writing its part. The checkpoint before stands
+/// then.
 pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError> {
     let (state, ranks) = (solver.stepper().state(), solver.grid().division.ranks());
     let alone = ranks.is_alone();
@@ -61,8 +63,8 @@ pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> 
 /// Reads the checkpoint in `folder` into `solver`.
 ///
 /// # Errors
-/// If a file is missing, damaged, or of another scene, checkpoint or version: then `solver` is as it was. If the disk
-/// fails on the way: then it is of no further use.
+/// If a file is missing, damaged, or of another scene, checkpoint or version: then `solver` is as it was. If
+/// the disk fails on the way: then it is of no further use.
 pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError> {
     let mut payload = protocol::checkpoint::open(folder, ROLE, scene)?;
     let grid: Vec<u64> = payload.part()?;

@@ -68,12 +68,13 @@ pub struct FluidSection {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<Vec<String>>,
     /// What starts the fluid's ranks, such as `["mpirun", "-np", "4"]`, before the solver's own command; the
-    /// coupler's key. Needs a solver built with `--features mpi`. With it the solve along the last axis (in space) is
-    /// cut into blocks that depend on the grid alone, so that any number of ranks, one included, finds the same bits.
+    /// coupler's key. Needs a solver built with `--features mpi`. With it the solve along the last axis (in
+    /// space) is cut into blocks that depend on the grid alone, so that any number of ranks, one included,
+    /// finds the same bits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub launcher: Option<Vec<String>>,
-    /// `calibrated` (default), `izard-2014` (Izard et al. 2014, as printed) or, for discs and other bodies of the plane,
-    /// `fictitious-domain` (Yu & Shao 2007).
+    /// `calibrated` (default), `izard-2014` (Izard et al. 2014, as printed) or, for discs and other bodies of
+    /// the plane, `fictitious-domain` (Yu & Shao 2007).
     pub method: Method,
     /// Time integration.
     pub time: TimeSection,

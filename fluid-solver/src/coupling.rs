@@ -1,5 +1,5 @@
-//! What the fluid needs to know of `[coupling]`: the order of the exchange, and how long to wait. The coupler owns the
-//! section, and refuses an order that the method cannot follow.
+//! What the fluid needs to know of `[coupling]`: the order of the exchange, and how long to wait. The coupler
+//! owns the section, and refuses an order that the method cannot follow.
 
 use crate::methods::method::Method;
 use bedload_scene::{CheckedScene, SceneError};
@@ -40,8 +40,8 @@ pub fn deadline(scene: &CheckedScene) -> Result<Duration, SceneError> {
     })
 }
 
-/// The order of the exchange for a method, and which windows are repeated. `auto` that no coupler has settled, and an
-/// order that the method cannot follow, are the method's own.
+/// The order of the exchange for a method, and which windows are repeated. `auto` that no coupler has
+/// settled, and an order that the method cannot follow, are the method's own.
 ///
 /// # Errors
 /// [`SceneError`] with the place of a wrong type.

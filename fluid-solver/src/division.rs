@@ -3,8 +3,8 @@
 //! The blocks depend on the number of planes alone; the slab of a rank is a whole number of them. What
 //! is computed depends on the blocks, never on the slabs, so every number of ranks finds the same bits.
 //!
-//! Every rank keeps the indices of the whole grid. Its fields have the length of the whole grid, too, but a page
-//! of memory that is never touched takes none: a rank works on its own planes and those beside them.
+//! Every rank keeps the indices of the whole grid. Its fields have the length of the whole grid, too, but a
+//! page of memory that is never touched takes none: a rank works on its own planes and those beside them.
 
 use crate::ranks::Ranks;
 use std::ops::Range;

@@ -80,7 +80,8 @@ fn share<const D: usize>(
 /// Bytes that are kept of what the grains hold of the grid: the mask ratio of all cells of each component.
 fn kept_bytes<const D: usize>(scene: &CheckedScene, spacing: f64) -> u64 {
     let cells = |grain: &Grain| {
-        // measured at ten cells across: the surface is felt two cells beyond it, and whole vectors of eight are six more
+        // measured at ten cells across: the surface is felt two cells beyond it, and whole vectors of eight
+        // are six more
         let across = 2.0 * grain.radius / spacing + 4.4;
         let (rows, row) = if D == 2 { (across, PI / 4.0) } else { (PI / 4.0 * across * across, 2.0 / 3.0) };
         rows * (row * across + 6.0)
@@ -164,8 +165,8 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
     })
 }
 
-/// How the method resolves films of lines, for a DEM that adds the rest of them (docs/decisions/line-film.md): with masks
-/// it is the DEM's default.
+/// How the method resolves films of lines, for a DEM that adds the rest of them
+/// (docs/decisions/line-film.md): with masks it is the DEM's default.
 fn for_dem(method: Method) -> toml::Table {
     let mut keys = toml::Table::new();
     if method == Method::FictitiousDomain {
@@ -203,8 +204,9 @@ fn transformed_axes<const D: usize>(grid: &Grid<D>) -> Vec<usize> {
     (0..D).filter(|a| Some(*a) != swept).collect()
 }
 
-/// Nanoseconds per cell and stage (one projection each) on two axes at 1e4, 1e5 and 1e6 cells:
-/// implicit and explicit viscosity, the mean of r–z and the plane (20 % apart at 1e6). One core, measured (`docs/performance.md`).
+/// Nanoseconds per cell and stage (one projection each) on two axes at 1e4, 1e5 and 1e6 cells: implicit and
+/// explicit viscosity, the mean of r–z and the plane (20 % apart at 1e6). One core, measured
+/// (`docs/performance.md`).
 const PLANE: [[f64; 3]; 2] = [[25.0, 36.0, 55.0], [15.0, 18.0, 30.0]];
 
 /// The same in space, measured at 64³ cells only.

@@ -73,8 +73,8 @@ pub(crate) fn own_planes<const D: usize>(grid: &Grid<D>) -> Range<usize> {
     }
 }
 
-/// Sets the unknowns of component `d` from a function of position (m, one entry per axis), on the planes of this
-/// process.
+/// Sets the unknowns of component `d` from a function of position (m, one entry per axis), on the planes of
+/// this process.
 pub fn set_component<const D: usize>(
     grid: &Grid<D>,
     d: usize,

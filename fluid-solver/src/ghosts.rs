@@ -1,7 +1,7 @@
 //! The planes beside a rank's own ones, fetched from the ranks that own them.
 //!
-//! Fields have the indices of the whole grid, so a plane that is fetched goes where it stands there: on a periodic axis
-//! the plane below the first is the last one.
+//! Fields have the indices of the whole grid, so a plane that is fetched goes where it stands there: on a
+//! periodic axis the plane below the first is the last one.
 
 use crate::division::Division;
 use crate::grid::Grid;
@@ -87,7 +87,8 @@ impl Ghosts {
         Some([pack(below, Side::Above), pack(above, Side::Below)])
     }
 
-    /// Sends what was packed; what comes from below and from above. `meanwhile` is done while it is on its way.
+    /// Sends what was packed; what comes from below and from above. `meanwhile` is done while it is on its
+    /// way.
     pub(crate) fn exchange(&self, [up, down]: [Vec<f64>; 2], meanwhile: &mut dyn FnMut()) -> [Vec<f64>; 2] {
         let mut into = [vec![0.0; up.len()], vec![0.0; down.len()]];
         let [below, above] = self.division.neighbours(self.periodic);

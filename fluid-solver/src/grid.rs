@@ -153,8 +153,8 @@ impl<const D: usize> Grid<D> {
         own.start * each..own.end * each
     }
 
-    /// Where planes `from..to` of a grid in space lie in a field, from −1 to `n` inclusive; all but the left halo of the
-    /// row −1 of the first, which nothing asks for.
+    /// Where planes `from..to` of a grid in space lie in a field, from −1 to `n` inclusive; all but the left
+    /// halo of the row −1 of the first, which nothing asks for.
     pub fn planes(&self, from: isize, to: isize) -> Range<usize> {
         let at = |k: isize| LEAD + (k + 1) as usize * self.strides[D - 1];
         at(from)..at(to)

@@ -70,8 +70,8 @@ fn ghost<const D: usize>(
     }
 }
 
-/// `u(to) = map(u(from))` over a whole layer across `axis`, halo of the other axes included; across axes other than
-/// the last on the planes of this process and those beside them.
+/// `u(to) = map(u(from))` over a whole layer across `axis`, halo of the other axes included; across axes
+/// other than the last on the planes of this process and those beside them.
 fn copy_layer<const D: usize>(
     grid: &Grid<D>,
     axis: usize,

@@ -1,9 +1,9 @@
 //! The first state of a run from the last one of another: `medium.initial = { type = "run", folder = … }`.
 //!
-//! On the same grid, with the same method and the grains where that run left them, the run goes on: everything that
-//! decides the next window is taken, and only time begins anew. Else velocity, pressure and the carried force are
-//! interpolated ([`crate::interpolate`]); [`crate::solver::Solver`] then imposes the grains' motion and projects, as at
-//! the start of any run.
+//! On the same grid, with the same method and the grains where that run left them, the run goes on:
+//! everything that decides the next window is taken, and only time begins anew. Else velocity, pressure and
+//! the carried force are interpolated ([`crate::interpolate`]); [`crate::solver::Solver`] then imposes the
+//! grains' motion and projects, as at the start of any run.
 
 use crate::build;
 use crate::checkpoint::whole::{Whole, read_whole};
@@ -107,8 +107,9 @@ pub fn read<const D: usize>(
     Ok(Some(start))
 }
 
-/// The scene of the run in `folder`, without its grains, and the identities that its checkpoint may bear: in a coupled
-/// run the fluid is given that `scene.toml`, alone it has read the scene from which that was written.
+/// The scene of the run in `folder`, without its grains, and the identities that its checkpoint may bear: in
+/// a coupled run the fluid is given that `scene.toml`, alone it has read the scene from which that was
+/// written.
 fn scene_of(folder: &Path) -> Result<(CheckedScene, Vec<String>), String> {
     if !folder.is_dir() {
         return Err("is no folder; allowed: the output folder of a run".into());
@@ -232,8 +233,8 @@ impl<const D: usize> Start<D> {
         (self.goes_on && *previous_dt > 0.0).then_some((*previous_dt, rate, &memory.motions[..]))
     }
 
-    /// Everything, where the run goes on: `fields` are those of [`crate::solver::Solver::fields_mut`]. The length of the
-    /// step before and the grains; nothing where the fields are others.
+    /// Everything, where the run goes on: `fields` are those of [`crate::solver::Solver::fields_mut`]. The
+    /// length of the step before and the grains; nothing where the fields are others.
     pub(crate) fn take(&self, grid: &Grid<D>, mut fields: Vec<&mut [f64]>) -> Option<(f64, Memory)> {
         let theirs = || self.velocity.iter().chain(&self.whole.fields[D..]);
         let fit = fields.iter().map(|field| field.len()).eq(theirs().map(Vec::len));

@@ -1,10 +1,10 @@
-//! Fields from one grid onto another: along each axis by the cubic through the four nearest nodes, exact where two
-//! nodes meet.
+//! Fields from one grid onto another: along each axis by the cubic through the four nearest nodes, exact
+//! where two nodes meet.
 //!
-//! Beyond a wall there is nothing to interpolate between. A component along a no-slip wall, or on a face that fluid
-//! passes through, has its value on the face as a node; where the flow goes on as its mirror image (free slip, the
-//! axis of symmetry) the image is one. Both keep the cubic's fourth order up to the wall. The pressure has no value
-//! on a wall: from its last two nodes it goes on along a line.
+//! Beyond a wall there is nothing to interpolate between. A component along a no-slip wall, or on a face that
+//! fluid passes through, has its value on the face as a node; where the flow goes on as its mirror image
+//! (free slip, the axis of symmetry) the image is one. Both keep the cubic's fourth order up to the wall. The
+//! pressure has no value on a wall: from its last two nodes it goes on along a line.
 
 use crate::field::for_each_own_unknown;
 use crate::grid::Grid;
@@ -130,9 +130,9 @@ impl Line {
     }
 }
 
-/// Interpolates component `d` (`d = D`: a scalar) from `source`, halos filled, to the unknowns of `target` on the
-/// planes of this process. What lies outside of `source` along an axis that is not periodic there is taken from its
-/// edge.
+/// Interpolates component `d` (`d = D`: a scalar) from `source`, halos filled, to the unknowns of `target` on
+/// the planes of this process. What lies outside of `source` along an axis that is not periodic there is
+/// taken from its edge.
 pub fn interpolate<const D: usize>(
     (source, from): (&Grid<D>, &[f64]),
     (target, to): (&Grid<D>, &mut [f64]),

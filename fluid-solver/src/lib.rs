@@ -9,7 +9,8 @@
 //! - [`methods`]: the methods of the immersed boundary, `fluid.method`;
 //! - [`immersed::Immersed`]: grains on the grid, their masks and the force that imposes their motion.
 //!
-//! The equations stand in `docs/equations.md` and `docs/equations-immersed.md`, the order of a step in [`step`].
+//! The equations stand in `docs/equations.md` and `docs/equations-immersed.md`, the order of a step in
+//! [`step`].
 //!
 //! A channel driven by a body force `f` ends in Poiseuille flow, `u = f h²/(8 ν)` in the middle:
 //! ```

@@ -143,7 +143,8 @@ impl Table {
 }
 
 impl Wake {
-    /// From the surface to the last place of backward flow, over the width of the grain. Zero if there is none.
+    /// From the surface to the last place of backward flow, over the width of the grain. Zero if there is
+    /// none.
     fn length<const D: usize>(&self, solver: &Solver<D>) -> f64 {
         let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[self.along]);
         let mut x: [f64; D] = along_axes(grid.geometry, self.centre);

@@ -10,11 +10,12 @@ const BASE: u64 = 12 << 20;
 /// The MPI library and more of the program, for each of several ranks, bytes: measured with Open MPI 4.1.
 const RANK: u64 = 20 << 20;
 
-/// Planes of each field that a rank touches beside its own: those of its neighbours, beyond walls, what is sent.
+/// Planes of each field that a rank touches beside its own: those of its neighbours, beyond walls, what is
+/// sent.
 const BESIDE: usize = 6;
 
-/// Planes of numbers that a rank keeps for the edges of each of its blocks with implicit viscosity. These are upper bounds of
-/// the resident memory measured at 128³ and 192³ on 2, 4 and 8 ranks.
+/// Planes of numbers that a rank keeps for the edges of each of its blocks with implicit viscosity. These are
+/// upper bounds of the resident memory measured at 128³ and 192³ on 2, 4 and 8 ranks.
 const EDGES: usize = 40;
 
 /// Which ranks the memory of a machine must do for.
@@ -54,12 +55,12 @@ pub struct Demand {
 
 /// Bytes that a run takes on a machine.
 ///
-/// In fields of the grid, each with its pads: velocity, history, pressure and the carried force, once
-/// more where windows are repeated, and the working memory of the step.
-/// The latter is measured, as resident memory, at 128³ and 1448² cells: 1 field in space, 3 more with
-/// implicit viscosity; on two axes 7, and 10 more for the factors of the viscous solvers. A rank has its planes
-/// and some beside them; what is kept of the grains is counted whole for each, as are the fields of a run that this one
-/// starts from, though they go before the first window.
+/// In fields of the grid, each with its pads: velocity, history, pressure and the carried force, once more
+/// where windows are repeated, and the working memory of the step. The latter is measured, as resident
+/// memory, at 128³ and 1448² cells: 1 field in space, 3 more with implicit viscosity; on two axes 7, and 10
+/// more for the factors of the viscous solvers. A rank has its planes and some beside them; what is kept of
+/// the grains is counted whole for each, as are the fields of a run that this one starts from, though they go
+/// before the first window.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) -> u64 {
     let Demand { carried, along, told, implicit, repeated, held, start } = demand;
     let axes = D as u64;

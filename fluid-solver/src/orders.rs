@@ -1,7 +1,8 @@
 //! What the first rank tells the others to do, and its exchange: what it receives the others get from it.
 //!
-//! The first rank is the participant of the run: it takes the orders, exchanges with the DEM and writes. Before it
-//! does anything that needs the others it says so, and they do the same with their planes ([`crate::follow`]).
+//! The first rank is the participant of the run: it takes the orders, exchanges with the DEM and writes.
+//! Before it does anything that needs the others it says so, and they do the same with their planes
+//! ([`crate::follow`]).
 
 use crate::ranks::Ranks;
 use protocol::log::codec;

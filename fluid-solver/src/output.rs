@@ -1,5 +1,5 @@
-//! Field files for ParaView: VTK rectilinear grids (`.vtr`). Of several ranks each writes its planes to a file of its
-//! own, and the first one the list of them (`.pvtr`), which opens as one grid.
+//! Field files for ParaView: VTK rectilinear grids (`.vtr`). Of several ranks each writes its planes to a
+//! file of its own, and the first one the list of them (`.pvtr`), which opens as one grid.
 //!
 //! Cell data: velocity at the centres, pressure without its hydrostatic part and mean gradient,
 //! vorticity, solid fraction. A plane or (r, z) grid lies in the plane y = 0, r along x.

@@ -16,8 +16,8 @@ use protocol::participant::{Exchange, Participant, Role, SolverError, Window, Wi
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// How long a rank waits for another one, of `coupling.deadline`: less than the coupler waits for the fluid, so that it
-/// is told which rank does not answer.
+/// How long a rank waits for another one, of `coupling.deadline`: less than the coupler waits for the fluid,
+/// so that it is told which rank does not answer.
 const EARLIER: f64 = 0.8;
 
 /// A fluid solver for any geometry.
@@ -55,7 +55,8 @@ impl Fluid {
         Self::with_ranks(scene, folder, &Ranks::of_process())
     }
 
-    /// The fluid that `ranks` share, of which this is the first: the others must [`follow()`](crate::follow::follow).
+    /// The fluid that `ranks` share, of which this is the first: the others must
+    /// [`follow()`](crate::follow::follow).
     ///
     /// # Errors
     /// As [`Fluid::new`], and if a rank cannot build its part.
@@ -66,7 +67,8 @@ impl Fluid {
         Self::of_rank(scene, folder, ranks, Calibration::default())
     }
 
-    /// A fluid of one process with single parts of the calibrated method switched; tests show with it what they do.
+    /// A fluid of one process with single parts of the calibrated method switched; tests show with it what
+    /// they do.
     ///
     /// # Errors
     /// As [`Fluid::new`].

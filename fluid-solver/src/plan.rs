@@ -91,8 +91,8 @@ impl Plan {
 
     /// Step proposed after one of length `previous`, with `rate` the largest Σ|u|/Δx.
     ///
-    /// It is a level, and stays the same while it is allowed and twice its length is not: a new length costs the carried
-    /// force a few steps.
+    /// It is a level, and stays the same while it is allowed and twice its length is not: a new length costs
+    /// the carried force a few steps.
     pub fn next(&self, previous: f64, rate: f64, motions: &[Motion]) -> f64 {
         if let Some(dt) = self.fixed {
             return dt;
@@ -103,8 +103,8 @@ impl Plan {
     }
 }
 
-/// The largest 2^k (1 + j/[`LEVELS`]), 0 ≤ j < `LEVELS`, that is not above `dt`: with few digits, so that sums of steps
-/// are exact.
+/// The largest 2^k (1 + j/[`LEVELS`]), 0 ≤ j < `LEVELS`, that is not above `dt`: with few digits, so that
+/// sums of steps are exact.
 fn level(dt: f64) -> f64 {
     f64::from_bits(dt.to_bits() & !((1_u64 << (f64::MANTISSA_DIGITS - 1 - LEVELS.ilog2())) - 1))
 }

@@ -92,8 +92,8 @@ impl<const D: usize> Solver<D> {
         Self::with_ranks(scene, &Ranks::of_process(), Calibration::default())
     }
 
-    /// The part of the fluid that one of `ranks` works on, with the parts of the calibrated method that `calibration`
-    /// says. All ranks must be asked to do the same things in the same order.
+    /// The part of the fluid that one of `ranks` works on, with the parts of the calibrated method that
+    /// `calibration` says. All ranks must be asked to do the same things in the same order.
     ///
     /// # Errors
     /// As [`Solver::new`], and with the key of whatever several ranks cannot do.
@@ -321,8 +321,8 @@ impl<const D: usize> Solver<D> {
         fields.map(Vec::as_mut_slice).collect()
     }
 
-    /// Halos of the velocity for output of the whole field: velocity and pressure of all ranks come to the first
-    /// rank, which alone has them then. All ranks must call it; says whether this rank writes.
+    /// Halos of the velocity for output of the whole field: velocity and pressure of all ranks come to the
+    /// first rank, which alone has them then. All ranks must call it; says whether this rank writes.
     pub fn show(&mut self) -> bool {
         if self.grid().division.ranks().is_alone() {
             self.stepper.fill_halos();

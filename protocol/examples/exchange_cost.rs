@@ -1,5 +1,6 @@
-//! What the coupling itself costs: three processes, idle solvers, µs per window: percentiles of the wall time from one
-//! window's end to the next, which with one window ahead is the time of an exchange, and the CPU time of all three.
+//! What the coupling itself costs: three processes, idle solvers, µs per window: percentiles of the wall time
+//! from one window's end to the next, which with one window ahead is the time of an exchange, and the CPU
+//! time of all three.
 //!
 //! ```text
 //! cargo run --release -p bedload-protocol --example exchange_cost -- [--windows N] [--grains N,N,…] [--ahead N,N]

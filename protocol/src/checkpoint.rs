@@ -139,7 +139,8 @@ pub fn read_any<T: DeserializeOwned>(folder: &Path, role: &str) -> Result<(Strin
     Ok(whole)
 }
 
-/// Opens what [`write()`] wrote for the same role and scene, to be taken part by part. It was read once, and is whole.
+/// Opens what [`write()`] wrote for the same role and scene, to be taken part by part. It was read once, and
+/// is whole.
 ///
 /// # Errors
 /// As [`read`].
@@ -161,8 +162,8 @@ pub fn open_any(folder: &Path, role: &str) -> Result<(String, Payload), SolverEr
     Ok((payload.identity()?, payload))
 }
 
-/// The payload of a checkpoint, read from its file part by part: the fields of a struct are parts, as are the number
-/// of entries of a list and each of them.
+/// The payload of a checkpoint, read from its file part by part: the fields of a struct are parts, as are the
+/// number of entries of a list and each of them.
 #[derive(Debug)]
 pub struct Payload {
     path: PathBuf,
@@ -224,8 +225,8 @@ impl Payload {
         part.map_err(|error| self.refuse(&error.to_string()))
     }
 
-    /// The next part, a list of `count` numbers: those from number `from` on go to `values`, the others are passed
-    /// over.
+    /// The next part, a list of `count` numbers: those from number `from` on go to `values`, the others are
+    /// passed over.
     ///
     /// # Errors
     /// [`SolverError`] if the list has another length, or ends before `values` does.

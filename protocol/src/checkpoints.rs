@@ -1,5 +1,5 @@
-//! The checkpoints of a run: a folder for each, named by its step. One is whole when the file that is written last
-//! is there, so that a run that is killed while it writes one still has the one before.
+//! The checkpoints of a run: a folder for each, named by its step. One is whole when the file that is written
+//! last is there, so that a run that is killed while it writes one still has the one before.
 
 use std::path::{Path, PathBuf};
 
@@ -17,16 +17,16 @@ pub fn newest(parent: &Path) -> Option<PathBuf> {
     found.pop().map(|(_, path)| path)
 }
 
-/// Folder of the newest whole checkpoint of a run, alone or coupled, in its output folder `out`; where it left none, the
-/// folder in which it would lie.
+/// Folder of the newest whole checkpoint of a run, alone or coupled, in its output folder `out`; where it
+/// left none, the folder in which it would lie.
 #[must_use]
 pub fn newest_of_run(out: &Path) -> PathBuf {
     let parent = out.join("checkpoint");
     newest(&parent).unwrap_or(parent)
 }
 
-/// Removes the checkpoints in `parent` but for `kept`. A leftover costs room on the disk, nothing else: the newest
-/// whole one counts.
+/// Removes the checkpoints in `parent` but for `kept`. A leftover costs room on the disk, nothing else: the
+/// newest whole one counts.
 pub fn remove_others(parent: &Path, kept: Option<&Path>) {
     for (_, path) in folders(parent).into_iter().filter(|(_, path)| Some(path.as_path()) != kept) {
         let _ = std::fs::remove_dir_all(path);

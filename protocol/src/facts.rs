@@ -22,11 +22,11 @@ pub struct FluidFacts {
     pub cfl_limit: f64,
     /// Smallest spacing, m.
     pub spacing: f64,
-    /// Orders of the exchange that it can follow, its own first. Empty: it does not say, and is taken to follow
-    /// [`Scheme::SemiImplicit`] and [`Scheme::Iterated`].
+    /// Orders of the exchange that it can follow, its own first. Empty: it does not say, and is taken to
+    /// follow [`Scheme::SemiImplicit`] and [`Scheme::Iterated`].
     pub schemes: Vec<Scheme>,
-    /// Keys of `[dem]` that follow from the fluid's method: the coupler hands them to the DEM where the scene does not have
-    /// them.
+    /// Keys of `[dem]` that follow from the fluid's method: the coupler hands them to the DEM where the scene
+    /// does not have them.
     pub for_dem: toml::Table,
     /// Is it another's solver? What our measurements say of resolution is not known of it.
     #[serde(skip)]
@@ -149,14 +149,15 @@ pub struct SolverBound {
     /// Where another measure reaches a number, the bound is void.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub void_from: Option<(Measure, f64)>,
-    /// Table in place of factor, limit and source: the first row counts whose `up_to` is not below the measure.
+    /// Table in place of factor, limit and source: the first row counts whose `up_to` is not below the
+    /// measure.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub rows: Vec<BoundRow>,
     /// Order of the exchange in which it applies; none: in each.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub scheme: Option<Scheme>,
-    /// Order of the exchange in which this bound is wider: the coupler takes it where the bound is broken and the
-    /// scene names no order.
+    /// Order of the exchange in which this bound is wider: the coupler takes it where the bound is broken and
+    /// the scene names no order.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub wider_in: Option<Scheme>,
     /// What goes wrong beyond it.

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
-/// Opens a new file to write, in place of the one that stood at that path. A link there is removed, not followed; a
-/// device or a pipe is written to.
+/// Opens a new file to write, in place of the one that stood at that path. A link there is removed, not
+/// followed; a device or a pipe is written to.
 ///
 /// # Errors
 /// The system's.

@@ -81,8 +81,8 @@ pub struct Iterations {
     pub tolerance: f64,
     /// Most attempts at a window. One that has not converged by then is counted and accepted.
     pub max_iterations: u64,
-    /// Repeats only windows whose first attempt departs by more than this from the motion that the windows before let
-    /// expect, measured as for `tolerance`; 0: every window.
+    /// Repeats only windows whose first attempt departs by more than this from the motion that the windows
+    /// before let expect, measured as for `tolerance`; 0: every window.
     pub repeat_above: f64,
 }
 

@@ -1,7 +1,8 @@
-//! Counts the promises of `--accuracy` on scenes drawn at random: `cargo run --release -p tests --example promises --
-//! FIRST LAST OUT.csv`, with the programs built (`cargo build --release`). Each seed's scene is run as `--accuracy`
-//! has it and on two finer grids with steps as much shorter; what it is compared with is their limit (Richardson
-//! 1911, order 1 to 2), or the finest value where the three do not go one way.
+//! Counts the promises of `--accuracy` on scenes drawn at random:
+//! `cargo run --release -p tests --example promises -- FIRST LAST OUT.csv`, with the programs built
+//! (`cargo build --release`). Each seed's scene is run as `--accuracy` has it and on two finer grids with
+//! steps as much shorter; what it is compared with is their limit (Richardson 1911, order 1 to 2), or the
+//! finest value where the three do not go one way.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;

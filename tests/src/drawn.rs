@@ -1,5 +1,5 @@
-//! Scenes drawn at random, to count the promises of `--accuracy` that are kept and broken. What is drawn for the
-//! count (docs/promises.md) is not for tuning: change nothing of the charts because of it.
+//! Scenes drawn at random, to count the promises of `--accuracy` that are kept and broken. What is drawn for
+//! the count (docs/promises.md) is not for tuning: change nothing of the charts because of it.
 
 use std::f64::consts::PI;
 
@@ -26,8 +26,8 @@ pub struct Drawn {
 const RHO: f64 = 1000.0;
 const GRAVITY: f64 = 9.81;
 
-/// A sphere that falls or rises from rest (Schiller & Naumann 1935, virtual mass ½): largest speed and time after a
-/// way in units of D and (D/|ρ_r − 1| g)^½.
+/// A sphere that falls or rises from rest (Schiller & Naumann 1935, virtual mass ½): largest speed and time
+/// after a way in units of D and (D/|ρ_r − 1| g)^½.
 fn fall(ar: f64, rho_r: f64, way: f64, until: f64) -> (f64, f64, f64) {
     let (mut t, mut v, mut x) = (0.0, 0.0, 0.0);
     let dt = 2e-3;
@@ -69,8 +69,8 @@ fn unit(rho_r: f64, diameter: f64) -> f64 {
     (diameter / ((rho_r - 1.0).abs() * GRAVITY)).sqrt()
 }
 
-/// Room behind a sphere and length of the column in which it settles for `time`, in D, within ranges of the room behind and of
-/// that left in front.
+/// Room behind a sphere and length of the column in which it settles for `time`, in D, within ranges of the
+/// room behind and of that left in front.
 fn column(random: &mut Random, ar: f64, rho_r: f64, time: f64, rooms: [(f64, f64); 2]) -> (f64, f64) {
     let (_, way, _) = fall(ar, rho_r, f64::INFINITY, time);
     let [behind, front] = rooms.map(|(low, high)| random.between(low, high));

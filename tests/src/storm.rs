@@ -1,5 +1,6 @@
 //! A storm of kills: runs of small scenes lose a random process at a random time. What is promised of that is
-//! checked: nothing stays, every log can be read, and `--resume` ends with the bits of a run that was left alone.
+//! checked: nothing stays, every log can be read, and `--resume` ends with the bits of a run that was left
+//! alone.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;

@@ -45,7 +45,8 @@ enum Command {
         /// Print the plan as JSON
         #[arg(long)]
         json: bool,
-        /// Start the solvers that the scene names with `command`, to ask them; without it only those of this build
+        /// Start the solvers that the scene names with `command`, to ask them; without it only those of this
+        /// build
         #[arg(long)]
         allow_commands: bool,
         /// Print the scene of one of the cheaper models that are proposed
@@ -70,7 +71,8 @@ enum Command {
         /// Compare every message bit for bit; exit 1 at the first difference, 6 if the log breaks off
         #[arg(long)]
         verify: bool,
-        /// Change any key of the log's scene before the solver reads it, and say what differs then; may be repeated
+        /// Change any key of the log's scene before the solver reads it, and say what differs then; may be
+        /// repeated
         #[arg(long = "set", value_name = "KEY=VALUE", conflicts_with = "verify")]
         overrides: Vec<String>,
         /// Say how far each quantity is from the logged one: table; with --out also divergence.csv and .svg
@@ -185,8 +187,8 @@ enum Command {
     Film {
         /// Output folder of a run with fields (observe.fields_every)
         dir: PathBuf,
-        /// What is coloured: speed, velocity-x, -y, -z, vorticity, vorticity-x, -z, pressure, solid, or grains (by their
-        /// speed). By default speed, or grains in a run without fluid
+        /// What is coloured: speed, velocity-x, -y, -z, vorticity, vorticity-x, -z, pressure, solid, or
+        /// grains (by their speed). By default speed, or grains in a run without fluid
         #[arg(long, value_name = "F")]
         field: Option<String>,
         /// Plane, such as y=0.5 (m); by default y in the middle of the box

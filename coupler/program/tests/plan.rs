@@ -103,8 +103,8 @@ fn the_plain_case_breaks_nothing_that_stops_it() {
     assert!((plan.cost - 100.0 * (0.02 + 1e-4)).abs() < 1e-12);
 }
 
-/// A bound of the fluid as a table over the window: lighter than 2 is refused in windows of 0.01 s and less, lighter
-/// than 8 beyond.
+/// A bound of the fluid as a table over the window: lighter than 2 is refused in windows of 0.01 s and less,
+/// lighter than 8 beyond.
 fn table() -> SolverBound {
     let row = |up_to, limit, source: &str| BoundRow { up_to, value: 4.0, limit, source: source.to_owned() };
     SolverBound {

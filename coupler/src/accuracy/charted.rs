@@ -50,7 +50,8 @@ pub struct Charted {
     pub scene: String,
     /// Table of the chart.
     pub table: String,
-    /// Why the table is stale: what a sample of it gives with the build. None: the build gives what the table holds.
+    /// Why the table is stale: what a sample of it gives with the build. None: the build gives what the table
+    /// holds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stale: Option<String>,
     /// The runs that have an error and a cost.

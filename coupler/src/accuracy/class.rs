@@ -139,8 +139,8 @@ impl Class {
             .map_err(|error| format!("has an unusable chart, {}: {error}", self.chart_file()))
     }
 
-    /// Its own time, s, in which time steps are transferred: of settling (D/|ρ_p/ρ − 1| g)^½ or of viscosity D²/ν,
-    /// the shorter. None where steps follow a Courant number or contacts.
+    /// Its own time, s, in which time steps are transferred: of settling (D/|ρ_p/ρ − 1| g)^½ or of viscosity
+    /// D²/ν, the shorter. None where steps follow a Courant number or contacts.
     pub fn time(self, scene: &CheckedScene) -> Option<f64> {
         let medium = scene.scene.medium.as_ref()?;
         let grain = scene.grains.first()?;
@@ -275,7 +275,8 @@ impl Class {
     }
 }
 
-/// Least distance of a grain's centre from what stands beside its way: a wall, or half of the way to its own image.
+/// Least distance of a grain's centre from what stands beside its way: a wall, or half of the way to its own
+/// image.
 fn aside(scene: &CheckedScene, grain: &Grain) -> f64 {
     let domain = &scene.scene.domain;
     if domain.geometry == Geometry::Axisymmetric {

@@ -1,11 +1,11 @@
 //! `accuracy = "2%"`: resolution and step from the chart of a class of scenes.
 //!
-//! A chart (docs/charts) says what every setting cost and how far off it was, in several cases of its class. A
-//! scene gets a promise where its numbers (Ar, St, Re, density ratio, distance of walls, solid fraction) lie
-//! within those of the chart, else a refusal that names them. Of the cases beside it the worst counts. The cheapest
-//! setting that is exact enough is transferred to the scene: D/Δx as it is, time steps in units of the class's own
-//! time, keys of `[fluid]` and `[dem]` as they are. Half of the error asked for is kept for what the scene and the
-//! charted ones do not share. What the user says by `--set` still wins.
+//! A chart (docs/charts) says what every setting cost and how far off it was, in several cases of its class.
+//! A scene gets a promise where its numbers (Ar, St, Re, density ratio, distance of walls, solid fraction)
+//! lie within those of the chart, else a refusal that names them. Of the cases beside it the worst counts.
+//! The cheapest setting that is exact enough is transferred to the scene: D/Δx as it is, time steps in units
+//! of the class's own time, keys of `[fluid]` and `[dem]` as they are. Half of the error asked for is kept
+//! for what the scene and the charted ones do not share. What the user says by `--set` still wins.
 //!
 //! | file | what it holds |
 //! |---|---|

@@ -66,8 +66,8 @@ pub(super) fn outside(numbers: &[Number], charted: &[Vec<f64>]) -> Vec<Outside> 
     numbers.iter().enumerate().filter_map(check).collect()
 }
 
-/// The charted values of the first number beside `value`: the largest below or at it and the smallest above or at it.
-/// What lies beyond the last has that one for both.
+/// The charted values of the first number beside `value`: the largest below or at it and the smallest above
+/// or at it. What lies beyond the last has that one for both.
 pub(super) fn neighbours(value: f64, charted: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let below = charted.clone().filter(|c| *c <= value * (1.0 + LEEWAY)).fold(f64::NEG_INFINITY, f64::max);
     let above = charted.filter(|c| *c >= value * (1.0 - LEEWAY)).fold(f64::INFINITY, f64::min);

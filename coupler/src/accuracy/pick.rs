@@ -37,9 +37,9 @@ fn settings<'a>(runs: &[&'a Run]) -> Vec<Setting<'a>> {
     settings
 }
 
-/// The cheapest setting whose error in each of the cases is at most `target`, and stays so in every finer one that
-/// differs in fineness alone: an error that is small by chance does not count, nor does a setting that no other one
-/// stands by. Else the least error of such a setting.
+/// The cheapest setting whose error in each of the cases is at most `target`, and stays so in every finer one
+/// that differs in fineness alone: an error that is small by chance does not count, nor does a setting that
+/// no other one stands by. Else the least error of such a setting.
 pub(super) fn cheapest<'a>(runs: &[&'a Run], target: f64) -> Result<Setting<'a>, f64> {
     let settings = settings(runs);
     let alike = |setting: &Setting<'_>| {

@@ -37,8 +37,8 @@ fn is_at(text: &str, key: &str) -> bool {
     text.strip_prefix(key).is_some_and(|rest| rest.starts_with(['=', '.']))
 }
 
-/// `--set` of a grid with at least `wanted` cells per diameter: a little finer where whole and fast numbers of cells
-/// ask for it.
+/// `--set` of a grid with at least `wanted` cells per diameter: a little finer where whole and fast numbers
+/// of cells ask for it.
 fn refined(scene: &CheckedScene, wanted: f64) -> Vec<String> {
     let domain = &scene.scene.domain;
     let written = resolution::of(scene).unwrap_or(wanted);

@@ -10,8 +10,8 @@ use crate::number::Short;
 /// Overlap over radius beyond which a soft contact is no contact any more.
 pub(crate) const MOST_OVERLAP: f64 = 0.1;
 
-/// Two equal grains of a linear spring that meet at U overlap by U t_c/π at most, whatever their mass: half a period of
-/// the spring. A dashpot makes it less.
+/// Two equal grains of a linear spring that meet at U overlap by U t_c/π at most, whatever their mass: half a
+/// period of the spring. A dashpot makes it less.
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let Some(part) = largest_overlap(facts) else { return };
     let speed = facts.speeds.approach;

@@ -127,7 +127,8 @@ pub(super) fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
     let bad = |grain: usize, word: usize, value: f64| {
         Err(format!("window {step}: {} of grain {grain} is {value}", turn.field(word)))
     };
-    // Position, orientation, velocity and spin are the coupling; observations may be infinite (a gap to nothing).
+    // Position, orientation, velocity and spin are the coupling; observations may be infinite (a gap to
+    // nothing).
     let coupling = if matches!(records, Records::Kinematics(_)) { 13 } else { usize::MAX };
     for (grain, words) in turn.words().iter().enumerate() {
         for (word, value) in words.iter().map(|word| f64::from_bits(*word)).enumerate() {

@@ -1,7 +1,7 @@
 //! `bedload conformance -- COMMAND…`: any solver command against the protocol of a coupled run, role by role.
 //!
-//! This process is the coupler and the other solver; COMMAND is started as `bedload run` would start it, once for
-//! each case. A role that it does not take is passed over.
+//! This process is the coupler and the other solver; COMMAND is started as `bedload run` would start it, once
+//! for each case. A role that it does not take is passed over.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -239,7 +239,8 @@ fn bench(options: &Options, role: Role, scene: &Path, out: &Path) -> Result<Benc
     })
 }
 
-/// A word of the command line that names a file counts from here, not from the folder of the scene that it goes into.
+/// A word of the command line that names a file counts from here, not from the folder of the scene that it
+/// goes into.
 fn from_here(place: usize, word: &str) -> String {
     let is_path = if place == 0 { word.contains('/') } else { Path::new(word).is_file() };
     let whole = if is_path { std::path::absolute(word).ok() } else { None };

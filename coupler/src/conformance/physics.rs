@@ -1,5 +1,5 @@
-//! What a DEM does with grains, beside what is exact: fall, bounce, rest, collision, spin. Each on a scene of its own, without
-//! a film, with the loads that the case wants.
+//! What a DEM does with grains, beside what is exact: fall, bounce, rest, collision, spin. Each on a scene of
+//! its own, without a film, with the loads that the case wants.
 
 use protocol::log::Records;
 use protocol::message::{Kinematics, Loads};

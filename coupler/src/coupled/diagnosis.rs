@@ -45,8 +45,8 @@ impl CoupledLink<'_> {
         explain(&error, self.failed.take(), &self.supervisor)
     }
 
-    /// Where a solver says that the other one died, waits for what the system says of that one: the launcher of several
-    /// ranks outlives them by a moment, and knows which of them died first.
+    /// Where a solver says that the other one died, waits for what the system says of that one: the launcher
+    /// of several ranks outlives them by a moment, and knows which of them died first.
     fn await_dead(&self) {
         let Some((reporter, text)) = &self.failed else { return };
         let patience = Instant::now();

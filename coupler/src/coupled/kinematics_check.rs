@@ -1,4 +1,5 @@
-//! Positions, speeds and overlaps of a foreign DEM, computed by the coupler from the kinematics that the DEM sends.
+//! Positions, speeds and overlaps of a foreign DEM, computed by the coupler from the kinematics that the DEM
+//! sends.
 //!
 //! Tests hold our own DEM to the same limits; a foreign one may report any number of sub-steps.
 
@@ -11,8 +12,8 @@ use protocol::participant::Window;
 use crate::bounds::MOST_OVERLAP;
 use crate::failure::Failure;
 
-/// By how much a grain may move further than its speeds and its acceleration let it, of its radius: contacts of the
-/// overlap that is allowed push it out.
+/// By how much a grain may move further than its speeds and its acceleration let it, of its radius: contacts
+/// of the overlap that is allowed push it out.
 const PUSH: f64 = MOST_OVERLAP;
 /// Reserve on the way that the speeds at both ends of a window stand for: a contact within it may be faster.
 const RESERVE: f64 = 2.0;

@@ -1,8 +1,8 @@
 //! A coupled run: two solvers as processes, which this process orders, watches and examines.
 //!
-//! Data go from solver to solver; what is read here is a second copy. With the iterated scheme a window is ordered
-//! again, from its start, until the motion stays the same ([`crate::iterate`]). The loop over windows is that of
-//! `bedload-program`.
+//! Data go from solver to solver; what is read here is a second copy. With the iterated scheme a window is
+//! ordered again, from its start, until the motion stays the same ([`crate::iterate`]). The loop over windows
+//! is that of `bedload-program`.
 //!
 //! | file | what it holds |
 //! |---|---|

@@ -177,8 +177,8 @@ impl Schedule for CoupledSchedule<'_> {
         Ok(self.planner.next_window().map(Ordered::from))
     }
 
-    /// With the iterated scheme: the next attempt, or the window accepted. A contact that begins in a window of one
-    /// sub-step gets the full count in the next attempt.
+    /// With the iterated scheme: the next attempt, or the window accepted. A contact that begins in a window
+    /// of one sub-step gets the full count in the next attempt.
     fn examine(&mut self, window: &Window, messages: &Messages<'_>) -> Result<Attempt, Failure> {
         self.check_messages(window, &Sent::of(messages)?)?;
         let (full, late) = self.lateness(window, messages);

@@ -10,12 +10,12 @@ use super::{Idea, drive, is_driven_at_faces, same};
 use crate::number::Short;
 use crate::prepare::Prepared;
 
-/// Difference between the drag of a sphere on the axis of a square duct and of the tube of equal cross-section:
-/// (1.9033 − 2.1044 √π/2) D/L of Stokes's (Happel & Brenner 1983, sections 7-3 and 7-4).
+/// Difference between the drag of a sphere on the axis of a square duct and of the tube of equal
+/// cross-section: (1.9033 − 2.1044 √π/2) D/L of Stokes's (Happel & Brenner 1983, sections 7-3 and 7-4).
 const DUCT: f64 = 0.0383;
 
-/// The tube has the cross-section of the square box, so what is left of the shape is the difference of how far
-/// walls retard a sphere. Beside free-slip sides it is of the same size or less.
+/// The tube has the cross-section of the square box, so what is left of the shape is the difference of how
+/// far walls retard a sphere. Beside free-slip sides it is of the same size or less.
 pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let scene = &prepared.scene;
     let (domain, medium) = (&scene.scene.domain, scene.scene.medium.as_ref()?);

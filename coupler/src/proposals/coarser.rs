@@ -6,8 +6,8 @@ use crate::accuracy;
 use crate::number::Short;
 use crate::prepare::Prepared;
 
-/// What `accuracy` would take for the largest error that is worth proposing. A scene that asks for an accuracy has
-/// it already.
+/// What `accuracy` would take for the largest error that is worth proposing. A scene that asks for an
+/// accuracy has it already.
 pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     prepared.scene.scene.medium.as_ref()?;
     let expected = accuracy::offered(&prepared.scene, WORTH)?;

@@ -9,9 +9,9 @@ use crate::number::Short;
 use crate::prepare::Prepared;
 use crate::speeds::over_stokes;
 
-/// What a grain loses by the fluid, in parts of its velocity: buoyancy and virtual mass 3/2 ρ/ρ_p, drag over the
-/// run (Stokes, and Schiller & Naumann 1933 above), and in a bounce 1 − exp(−35/St). Twice their sum, because a bounce
-/// turns a delay δt into a difference of velocity (1 + e_n) g δt.
+/// What a grain loses by the fluid, in parts of its velocity: buoyancy and virtual mass 3/2 ρ/ρ_p, drag over
+/// the run (Stokes, and Schiller & Naumann 1933 above), and in a bounce 1 − exp(−35/St). Twice their sum,
+/// because a bounce turns a delay δt into a difference of velocity (1 + e_n) g δt.
 pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let scene = &prepared.scene;
     let medium = scene.scene.medium.as_ref()?;

@@ -42,7 +42,8 @@ fn stokes_speed(scene: &CheckedScene, grain: &bedload_scene::Grain, nu: f64) -> 
     let swing = grain.oscillation.map_or(0.0, |swing| norm(&swing.amplitude));
     let spin = grain.radius * norm(&grain.spin);
     let mut speed = norm(&grain.velocity) + swing + spin;
-    // A body of the plane has no Stokes drag of its own: walls and neighbours decide, of the order of its viscous time.
+    // A body of the plane has no Stokes drag of its own: walls and neighbours decide, of the order of its
+    // viscous time.
     let drag = match grain.shape {
         Shape::Sphere => 6.0 * PI * nu * grain.radius,
         _ => 4.0 * PI * nu,

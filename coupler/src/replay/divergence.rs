@@ -194,7 +194,8 @@ impl Divergence {
 }
 
 impl Compare for Divergence {
-    /// Compares what was accepted; there is nothing to compare where the solver took no part in the logged run.
+    /// Compares what was accepted; there is nothing to compare where the solver took no part in the logged
+    /// run.
     fn take(&mut self, logged: &LoggedWindow, sent: &Messages<'_>, is_last: bool) -> bool {
         let window = logged.window();
         match (sent.loads_header, &logged.loads, &logged.kinematics) {

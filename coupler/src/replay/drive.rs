@@ -25,8 +25,8 @@ use crate::scratch::Scratch;
 use crate::solo_run::{Setting, Setup, SoloRun, Turn};
 use crate::solvers::Solver;
 
-/// Drives the solver through the log, prints what differs, and writes `divergence.csv` and `.svg` where an output
-/// folder is named. Differences are the result, and no failure.
+/// Drives the solver through the log, prints what differs, and writes `divergence.csv` and `.svg` where an
+/// output folder is named. Differences are the result, and no failure.
 ///
 /// # Errors
 /// [`Failure`]: a scene that does not fit, a solver that fails, a log that is damaged or breaks off. What was

@@ -1,7 +1,7 @@
 //! `bedload replay`: one solver driven by a log.
 //!
-//! As it was run, our own solver reads the log itself. With other values, with another solver, or to say how far the
-//! messages are apart, this process plays the coupler and the other side.
+//! As it was run, our own solver reads the log itself. With other values, with another solver, or to say how
+//! far the messages are apart, this process plays the coupler and the other side.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -31,7 +31,8 @@ use crate::failure::Failure;
 use crate::solvers::Solver;
 use crate::supervise::{Supervisor, Words};
 
-/// Replays a log. Our own solver is started whatever command the log names: a log is data, and may come from anyone.
+/// Replays a log. Our own solver is started whatever command the log names: a log is data, and may come from
+/// anyone.
 ///
 /// # Errors
 /// [`Failure`].

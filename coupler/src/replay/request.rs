@@ -26,6 +26,7 @@ pub struct Replay {
     pub checkpoint: Option<PathBuf>,
     /// Output folder.
     pub out: Option<PathBuf>,
-    /// Draws the differences: title, and for each curve its name and points of time (s) and relative difference.
+    /// Draws the differences: title, and for each curve its name and points of time (s) and relative
+    /// difference.
     pub figure: Figure,
 }

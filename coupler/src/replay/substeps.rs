@@ -20,8 +20,8 @@ pub(super) struct Substeps {
 }
 
 impl Substeps {
-    /// The order of a window: as logged where the sub-step is the same, or where the run did one sub-step because
-    /// nothing could touch.
+    /// The order of a window: as logged where the sub-step is the same, or where the run did one sub-step
+    /// because nothing could touch.
     pub(super) fn order(&self, mut command: Command) -> Command {
         let Some(now) = self.now.filter(|_| self.now != self.logged) else { return command };
         let flies = self.logged.is_none_or(|logged| substeps(command.dt, logged) > 1);

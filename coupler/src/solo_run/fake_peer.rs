@@ -1,4 +1,5 @@
-//! The partner of a solver under test: a thread of this process that sends given records, and fails as a case asks.
+//! The partner of a solver under test: a thread of this process that sends given records, and fails as a case
+//! asks.
 
 use std::path::Path;
 use std::sync::Arc;

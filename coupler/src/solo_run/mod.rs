@@ -181,8 +181,8 @@ impl<'a> SoloRun<'a> {
         link.order(command).map_err(text)
     }
 
-    /// Waits for the next thing that happens, and keeps it. A solver that was ordered ahead may be a window further
-    /// than the other one.
+    /// Waits for the next thing that happens, and keeps it. A solver that was ordered ahead may be a window
+    /// further than the other one.
     fn listen(&mut self, step: u64) -> Result<(), String> {
         let Self { link, supervisor, setup, limit, .. } = self;
         let link = link.as_mut().ok_or("the coupler has left")?;
@@ -211,7 +211,8 @@ impl<'a> SoloRun<'a> {
         }
     }
 
-    /// What the solver sends and says of the window that `command` ordered, which is the first one without an answer.
+    /// What the solver sends and says of the window that `command` ordered, which is the first one without an
+    /// answer.
     pub(crate) fn turn(&mut self, command: &Command) -> Result<Turn, String> {
         loop {
             if let Some(failed) = self.said.iter().find(|status| status.state == State::Failed as u64) {

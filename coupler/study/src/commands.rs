@@ -23,7 +23,8 @@ pub(super) const CASES: &str = "scenes/validation";
 pub struct Options {
     /// Folder of runs, table, figure and page; by default out/NAME-KIND, out/validation of cases.
     pub out: Option<PathBuf>,
-    /// Runs at a time; by default one for a chart, so that costs are timings, else as many as there are cores.
+    /// Runs at a time; by default one for a chart, so that costs are timings, else as many as there are
+    /// cores.
     pub jobs: Option<NonZeroUsize>,
     /// Commit of this build.
     pub commit: &'static str,
@@ -41,7 +42,8 @@ impl Options {
     }
 }
 
-/// Makes the runs of a chart or map that are missing, its table, figure and page; returns the table and its folder.
+/// Makes the runs of a chart or map that are missing, its table, figure and page; returns the table and its
+/// folder.
 fn of_scene(scene: &Path, kind: Kind, options: &Options) -> Result<(Table, PathBuf), Failure> {
     let study = Study::read(scene, kind, false)?;
     let out = options.folder(&format!("{}-{}", study.name(), kind.name()));
@@ -90,8 +92,8 @@ pub fn stability(scene: &Path, options: &Options) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs cases, by name or file (none: all there are), prints their page and writes it with figures and tables.
-/// `quick`: only quick runs of quick cases.
+/// Runs cases, by name or file (none: all there are), prints their page and writes it with figures and
+/// tables. `quick`: only quick runs of quick cases.
 ///
 /// # Errors
 /// [`Failure`] if a case is wrong, a file cannot be written or a check failed.

@@ -1,8 +1,8 @@
 //! The committed tables of studies, and whether this build still gives what they hold.
 //!
-//! A sample of each table, its cheapest rows, is made again and compared: to the bit where a row says which build made
-//! it, else to the digits that it has. A table whose sample differs is stale. `docs/evidence.csv` says which are; the
-//! pages that show them repeat it, and `accuracy` refuses them.
+//! A sample of each table, its cheapest rows, is made again and compared: to the bit where a row says which
+//! build made it, else to the digits that it has. A table whose sample differs is stale. `docs/evidence.csv`
+//! says which are; the pages that show them repeat it, and `accuracy` refuses them.
 
 use std::path::{Path, PathBuf};
 
@@ -55,8 +55,8 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// All studies of the repository, in the order in which they are made again: what `accuracy` and bounds rest on
-    /// first.
+    /// All studies of the repository, in the order in which they are made again: what `accuracy` and bounds
+    /// rest on first.
     pub(super) fn all() -> Result<Vec<Self>, Failure> {
         let mut all = Vec::new();
         collect(Path::new(SCENES), &mut all)?;
@@ -120,8 +120,8 @@ struct Sampled {
     stale: String,
 }
 
-/// Makes the sample of every table again, and prints which are stale. Writes that into [`FILE`] and the pages where
-/// `mark`; else what is there must say the same.
+/// Makes the sample of every table again, and prints which are stale. Writes that into [`FILE`] and the pages
+/// where `mark`; else what is there must say the same.
 ///
 /// # Errors
 /// [`Failure::Run`] where it does not; other [`Failure`]s if something cannot be read.
@@ -209,7 +209,8 @@ fn compared(evidence: &Evidence, table: &Table, out: &Path, options: &Options) -
     Ok(sampled(String::new()))
 }
 
-/// Labels of the rows that are sampled: the cheapest; of a map, whose older rows have no times, the first of each class.
+/// Labels of the rows that are sampled: the cheapest; of a map, whose older rows have no times, the first of
+/// each class.
 fn chosen(table: &Table) -> Vec<String> {
     let time = |row: &&Row| row.wall.map_or(f64::INFINITY, |wall| wall.median);
     let mut rows: Vec<&Row> = table.rows.iter().collect();
@@ -254,7 +255,8 @@ fn difference(table: &Table, row: &Row, text: &dyn Fn(&str) -> String) -> Option
     values.chain(others).filter(known).find_map(|(name, value)| compare(name, value))
 }
 
-/// Is a value what stands in a table: to the bit where it stands there in full, else to the digits that it has?
+/// Is a value what stands in a table: to the bit where it stands there in full, else to the digits that it
+/// has?
 fn agrees(text: &str, value: Option<f64>, full: bool) -> bool {
     let Ok(known) = text.parse::<f64>() else { return text.is_empty() && value.is_none() };
     let Some(value) = value else { return false };
@@ -295,7 +297,7 @@ fn pages(all: &[Evidence], stale: &[(Evidence, String)]) -> Result<(), Failure> 
             line += &format!("; not sampled, as no run is short enough: {}", unknown.join(", "));
         }
         line += ". What differs: [evidence.csv](evidence.csv).";
-        atomic_write(path, with_line(&read(path)?, &line).as_bytes())?;
+        atomic_write(path, with_line(&read(path)?, &folded(&line)).as_bytes())?;
         Ok::<(), Failure>(())
     };
     for (page, kind) in PAGES {
@@ -317,8 +319,8 @@ fn with_line(page: &str, line: &str) -> String {
     format!("{title}\n\n{begin}\n{line}\n{end}\n\n{}", rest.trim_start_matches('\n'))
 }
 
-/// Makes the studies of these files; of none, all of the repository in their order, and puts what comes of them into
-/// `docs`. Finished runs are not repeated.
+/// Makes the studies of these files; of none, all of the repository in their order, and puts what comes of
+/// them into `docs`. Finished runs are not repeated.
 ///
 /// # Errors
 /// [`Failure`] of the first study that cannot be made, after all others.
@@ -415,6 +417,22 @@ pub fn list() -> Result<(), Failure> {
         total / 3600.0
     );
     Ok(())
+}
+
+/// A paragraph in lines of at most 110 characters, where words allow it.
+fn folded(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last_mut().expect("one line at least");
+        if line.is_empty() {
+            line.push_str(word);
+        } else if line.chars().count() + 1 + word.chars().count() <= 110 {
+            *line += &format!(" {word}");
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines.join("\n")
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
-//! Studies: a scene and keys that vary, runs that are never repeated once finished, and what comes of them as table,
-//! figure and page. One format, one runner and one table for three kinds; reports and films of single runs.
+//! Studies: a scene and keys that vary, runs that are never repeated once finished, and what comes of them as
+//! table, figure and page. One format, one runner and one table for three kinds; reports and films of single
+//! runs.
 //!
 //! | file | what it holds |
 //! |---|---|

@@ -1,6 +1,6 @@
-//! A study as it is written: the section `[chart]` or `[stability]` of a scene, or `[case]` of a file that names
-//! scenes. All of them say which runs to make with the same keys (`set`, `vary`, `runs`); what is made of the runs is
-//! said by the keys of each kind.
+//! A study as it is written: the section `[chart]` or `[stability]` of a scene, or `[case]` of a file that
+//! names scenes. All of them say which runs to make with the same keys (`set`, `vary`, `runs`); what is made
+//! of the runs is said by the keys of each kind.
 
 use std::path::PathBuf;
 
@@ -165,7 +165,8 @@ pub struct LimitOf {
     /// and steps, smaller for the rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finer: Option<Finer>,
-    /// Values of other varied keys that pick the refinement, as they stand in `chart.csv`; by default the first refinement.
+    /// Values of other varied keys that pick the refinement, as they stand in `chart.csv`; by default the
+    /// first refinement.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
     pub with: toml::Table,

@@ -1,6 +1,6 @@
-//! The table of a study, `chart.csv`, `stability.csv` or `case.csv`: one row per run, its value of each varied key
-//! first. No cell holds a comma, so that no reader needs quotes. Results have all their digits, and every row says
-//! which build made it on which machine.
+//! The table of a study, `chart.csv`, `stability.csv` or `case.csv`: one row per run, its value of each
+//! varied key first. No cell holds a comma, so that no reader needs quotes. Results have all their digits,
+//! and every row says which build made it on which machine.
 
 use std::path::Path;
 

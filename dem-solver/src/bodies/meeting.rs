@@ -1,8 +1,9 @@
 //! Where two grains of the plane meet: gap, and the points at which they touch.
 //!
-//! The gap is the largest distance by which a line can keep them apart, max over n of σ(n) = n·(x₁ − x₂) − h₁(−n) − h₂(n)
-//! with the support functions h: the distance where they are apart, the least way out where they overlap. Two polygons
-//! touch in up to two points, each a vertex of one at an edge of the other; all other pairs in one.
+//! The gap is the largest distance by which a line can keep them apart, max over n of σ(n) = n·(x₁ − x₂) −
+//! h₁(−n) − h₂(n) with the support functions h: the distance where they are apart, the least way out where
+//! they overlap. Two polygons touch in up to two points, each a vertex of one at an edge of the other; all
+//! other pairs in one.
 
 use crate::bodies::placed::{Edges, Form};
 use crate::bodies::plane::{Vec2, across, along, dot, minus, plus, unit};
@@ -57,8 +58,8 @@ impl Meeting {
     }
 }
 
-/// How `first` meets `second`, whose centre lies `apart` behind that of the first. Polygons that are apart have points only
-/// where those are asked for (`keep`).
+/// How `first` meets `second`, whose centre lies `apart` behind that of the first. Polygons that are apart
+/// have points only where those are asked for (`keep`).
 pub(crate) fn meet(first: &Form<'_>, second: &Form<'_>, apart: Vec2, keep: bool) -> Meeting {
     let back = [-apart[0], -apart[1]];
     match (first, second) {
@@ -109,7 +110,8 @@ fn disc_at_body(radius: f64, body: &Form<'_>, apart: Vec2) -> Meeting {
     Meeting::one(Touch { feature: 0, normal, gap, arm: along([0.0; 2], normal, -radius - 0.5 * gap) })
 }
 
-/// The edge of `one` that keeps `other` farthest off, and by how much; `apart` is the centre of `one` from that of `other`.
+/// The edge of `one` that keeps `other` farthest off, and by how much; `apart` is the centre of `one` from
+/// that of `other`.
 #[inline(always)]
 fn best_edge(one: &Edges<'_>, other: &Edges<'_>, apart: Vec2) -> (f64, usize) {
     let mut best = (f64::NEG_INFINITY, 0);
@@ -157,8 +159,8 @@ fn vertex_at_edge(
     }
 }
 
-/// Two polygons: the axis of least overlap names an edge of one, the edge of the other that faces it most is its partner.
-/// Where their shadows on each other end, a vertex of one stands at the edge of the other.
+/// Two polygons: the axis of least overlap names an edge of one, the edge of the other that faces it most is
+/// its partner. Where their shadows on each other end, a vertex of one stands at the edge of the other.
 fn polygons(one: &Edges<'_>, other: &Edges<'_>, apart: Vec2, keep: bool) -> Meeting {
     let (of_one, of_other) = (best_edge(one, other, apart), best_edge(other, one, [-apart[0], -apart[1]]));
     let gap = of_one.0.max(of_other.0);
@@ -210,7 +212,8 @@ fn lowest(edges: &Edges<'_>, normal: Vec2) -> usize {
     best.1
 }
 
-/// An ellipse, the first, at a polygon: at the edge that keeps it farthest off, or at that edge's end if it hangs over.
+/// An ellipse, the first, at a polygon: at the edge that keeps it farthest off, or at that edge's end if it
+/// hangs over.
 fn ellipse_at_polygon(ellipse: &Form<'_>, edges: &Edges<'_>, apart: Vec2) -> Meeting {
     let Form::Ellipse { outline, turn, .. } = ellipse else { return Meeting::apart(f64::INFINITY) };
     let mut best = (f64::NEG_INFINITY, 0, [0.0; 2]);

@@ -2,7 +2,8 @@
 
 use crate::state::SavedPoint;
 
-/// How near, over the smaller radius, the vertex of a point must be to one that lost its own, to go on with its history.
+/// How near, over the smaller radius, the vertex of a point must be to one that lost its own, to go on with
+/// its history.
 const NEAR: f64 = 0.01;
 
 /// Points that bear a force, ascending by the partners.
@@ -43,9 +44,9 @@ impl Points {
         &self.now[self.from..self.to]
     }
 
-    /// The point of before that is this one: of the same feature, or else one whose own feature is gone and which was
-    /// next to it. `features` are those there now; `apart2` tells the square of the distance of two features over that of
-    /// the smaller radius.
+    /// The point of before that is this one: of the same feature, or else one whose own feature is gone and
+    /// which was next to it. `features` are those there now; `apart2` tells the square of the distance of two
+    /// features over that of the smaller radius.
     pub(crate) fn find(
         &self,
         feature: u32,

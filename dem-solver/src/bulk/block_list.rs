@@ -1,7 +1,8 @@
 //! The lists of one block: which contacts it has, and the springs of these contacts.
 //!
-//! A list holds every pair whose gap is below the skin; it is taken from the candidates. Contacts stand in the order (i, j) of the engine,
-//! and those out of reach add nothing, so sums do not depend on when a list was built.
+//! A list holds every pair whose gap is below the skin; it is taken from the candidates. Contacts stand in
+//! the order (i, j) of the engine, and those out of reach add nothing, so sums do not depend on when a list
+//! was built.
 
 use crate::bulk::block::Block;
 use crate::bulk::block_search::Scratch;

@@ -62,7 +62,8 @@ impl Block {
         }
     }
 
-    /// The rows of other blocks that are read; returns how many blocks away they are at most. Leaves `slot` empty.
+    /// The rows of other blocks that are read; returns how many blocks away they are at most. Leaves `slot`
+    /// empty.
     fn build_halo(&mut self, search: &Search<'_>, scratch: &mut Scratch) -> usize {
         let Scratch { cross, halo, slot, .. } = scratch;
         slot.resize(search.grains, u32::MAX);

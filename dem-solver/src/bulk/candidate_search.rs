@@ -17,7 +17,8 @@ use std::sync::Mutex;
 /// most, and so many times as far as the lists whatever comes.
 const CANDIDATE_SKIN: (f64, f64, f64, f64) = (5.0, 0.1, 0.5, 1.6);
 
-/// Lists that are this much wider must still be found among the candidates: hardly enough now would not be enough soon.
+/// Lists that are this much wider must still be found among the candidates: hardly enough now would not be
+/// enough soon.
 const RESERVE: f64 = 1.5;
 
 /// Gap of two boxes, m; axes of a period count as none.

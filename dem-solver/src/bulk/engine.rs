@@ -111,7 +111,8 @@ impl Bulk {
     }
 }
 
-/// Mean diameter, m: the order goes by it, so that inserted grains must lead to the same bits as a restart with them.
+/// Mean diameter, m: the order goes by it, so that inserted grains must lead to the same bits as a restart
+/// with them.
 pub(super) fn mean_diameter(radii: &[f64]) -> f64 {
     2.0 * (radii.iter().sum::<f64>() / radii.len() as f64)
 }

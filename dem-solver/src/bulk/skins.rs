@@ -2,8 +2,8 @@
 //!
 //! A listed pair out of reach costs in every sub-step, a build once in as many as the grains need to cross
 //! half a skin. All lists are built at the same time, but every block has a skin of its own, in proportion to
-//! its speeds, so that the lists of a bed at rest are not as wide as those of grains that fall above it. The motion is
-//! watched, and the widths follow. None of this changes a bit of the result.
+//! its speeds, so that the lists of a bed at rest are not as wide as those of grains that fall above it. The
+//! motion is watched, and the widths follow. None of this changes a bit of the result.
 
 /// Skin of one block, and how its grains have moved since its lists were built.
 #[derive(Clone, Copy, Debug, Default)]

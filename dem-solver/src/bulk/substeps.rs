@@ -21,8 +21,8 @@ impl Bulk {
         outcome
     }
 
-    /// One batch of the window from `t` on. If a grain turns out to have outrun the lists, or to be no longer finite, it is done
-    /// again up to the sub-step at which that happened.
+    /// One batch of the window from `t` on. If a grain turns out to have outrun the lists, or to be no longer
+    /// finite, it is done again up to the sub-step at which that happened.
     fn batch(&mut self, t: f64, dt: f64, steps: u32, outcome: &mut Outcome) {
         self.run(t, dt, outcome.done, steps);
         let mut good = 0;

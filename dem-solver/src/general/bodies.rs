@@ -1,8 +1,8 @@
 //! Contacts of bodies that are not round, among themselves, with discs and with walls.
 //!
-//! Every point of contact is a soft contact like that of two discs (`general::contact`), with its own spring and its own
-//! effective mass, which is taken at the first touch and kept: a point's spring is constant. Forces turn a body by their
-//! whole arm, the normal force too.
+//! Every point of contact is a soft contact like that of two discs (`general::contact`), with its own spring
+//! and its own effective mass, which is taken at the first touch and kept: a point's spring is constant.
+//! Forces turn a body by their whole arm, the normal force too.
 
 use crate::bodies::meeting::{SECOND, distance, meet};
 use crate::bodies::placed::{Form, Placed};

@@ -46,7 +46,8 @@ impl Place {
         Rates { gap: dot(relative, self.normal), slip: dot(relative, across(self.normal)) }
     }
 
-    /// 1/m* = Σ (n·W n + (r × n)² J) over both grains, W and J their inverse masses and inertias along free axes.
+    /// 1/m* = Σ (n·W n + (r × n)² J) over both grains, W and J their inverse masses and inertias along free
+    /// axes.
     pub(super) fn mass(&self, grains: &Grains, response: &Response) -> f64 {
         let inverse = |i: usize, arm: Vec2| {
             let (weight, turn) = (&response.inverse_mass[i], response.inverse_inertia[i].y);
@@ -60,8 +61,8 @@ impl Place {
     }
 
     /// Force on the first, and the gap rate; the spring takes its step. The rules are those of discs
-    /// ([`crate::general::contact`]): within the step in which a point first touches, spring and dashpot act for the part in
-    /// which it does.
+    /// ([`crate::general::contact`]): within the step in which a point first touches, spring and dashpot act
+    /// for the part in which it does.
     pub(super) fn force(
         &self,
         law: &LinearPair,

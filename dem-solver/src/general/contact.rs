@@ -100,9 +100,10 @@ impl Near {
         }
     }
 
-    /// Distances from the centres at which the tangential force attacks: in the middle of the overlap. Both arms add up
-    /// to the distance of the centres, so angular momentum is kept to round-off and a rigid rotation gives no slip (eq. 14
-    /// as printed has the radii, and loses δ × F_t). A wall does not yield: there the point lies in its plane.
+    /// Distances from the centres at which the tangential force attacks: in the middle of the overlap. Both
+    /// arms add up to the distance of the centres, so angular momentum is kept to round-off and a rigid
+    /// rotation gives no slip (eq. 14 as printed has the radii, and loses δ × F_t). A wall does not yield:
+    /// there the point lies in its plane.
     #[inline(always)]
     pub(crate) fn arms(&self, grains: &Grains) -> (f64, f64) {
         let r = grains.radius[self.partners.first];

@@ -82,8 +82,8 @@ impl General {
         outcome
     }
 
-    /// A window of one sub-step: grains that touched nothing have moved with their mean velocity, as in a window of many,
-    /// not with the last one.
+    /// A window of one sub-step: grains that touched nothing have moved with their mean velocity, as in a
+    /// window of many, not with the last one.
     fn centre_flights(&self, grains: &mut Grains, dt: f64) {
         let Forces { contact, lubrication, .. } = &self.evaluation.forces;
         for i in 0..grains.len() {

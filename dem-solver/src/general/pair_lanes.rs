@@ -1,7 +1,8 @@
 //! Contacts between grains, eight at a time: gaps of all listed pairs, then the law of those that touch.
 //!
-//! For linear contacts with a contact time, without rolling and without an account of energy. Every sum has the order and
-//! every operation the rounding of the scalar loop (`general::forces`), so that the bits are the same.
+//! For linear contacts with a contact time, without rolling and without an account of energy. Every sum has
+//! the order and every operation the rounding of the scalar loop (`general::forces`), so that the bits are
+//! the same.
 
 use crate::general::contact::Kinematics;
 use crate::general::pair_law::{Contacts, Law, Relative, cross};
@@ -36,7 +37,8 @@ impl PairLanes {
         Self { plain, ..Self::default() }
     }
 
-    /// Takes the present state. False if some grain can turn but not move: then m* is no sum of inverse masses.
+    /// Takes the present state. False if some grain can turn but not move: then m* is no sum of inverse
+    /// masses.
     pub(crate) fn load(&mut self, grains: &Grains, response: &Response, kinematics: &Kinematics<'_>) -> bool {
         let row = |v: &Vec3, last: f64| [v.x, v.y, v.z, last];
         let weights = &response.contact_inverse_mass;

@@ -1,9 +1,9 @@
 //! Tangential contact: spring, dashpot and slider with history (Izard et al. 2014, eq. 16).
 //!
-//! F_t = −min(|k_t δ_t + γ_t v_t|, μ_c F_n) along k_t δ_t + γ_t v_t. δ_t is a vector in the contact
-//! plane: it grows by v_t dt, turns with the pair, and is cut back while the contact slides
-//! (Cundall & Strack 1979). Eq. 16 read literally limits the force alone; for k_t/k_n ≤ 2/7 that gives the same
-//! figure 3 (`tests/dem/oblique.rs`).
+//! F_t = −min(|k_t δ_t + γ_t v_t|, μ_c F_n) along k_t δ_t + γ_t v_t. δ_t is a vector in the contact plane: it
+//! grows by v_t dt, turns with the pair, and is cut back while the contact slides (Cundall & Strack 1979).
+//! Eq. 16 read literally limits the force alone; for k_t/k_n ≤ 2/7 that gives the same figure 3
+//! (`tests/dem/oblique.rs`).
 //!
 //! The plane turns at n × ṅ + ½ n (ω_i + ω_j)·n: the turn of the line of centres and the mean twist
 //! about it, so that a rigid rotation of the pair about any axis turns the spring with it.

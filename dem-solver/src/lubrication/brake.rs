@@ -1,4 +1,5 @@
-//! The tangential film of sliding surfaces ([`crate::lubrication::sliding`]) in a sub-step, eight gaps at a time.
+//! The tangential film of sliding surfaces ([`crate::lubrication::sliding`]) in a sub-step, eight gaps at a
+//! time.
 
 use crate::lubrication::film_list::FilmList;
 use crate::lubrication::law::LubricationModel;
@@ -27,8 +28,8 @@ pub(super) struct Spins<'a> {
 }
 
 impl Spins<'_> {
-    /// Brakes the tangential motion in the films of a pack over `dt`, both squares one after the other; the impulse on the
-    /// first partners.
+    /// Brakes the tangential motion in the films of a pack over `dt`, both squares one after the other; the
+    /// impulse on the first partners.
     #[inline(always)]
     pub(super) fn brake<L: Lanes8, const LOCKED: bool>(
         self,

@@ -1,4 +1,5 @@
-//! All gaps of the neighbour lists: what does not change while the lists stay, and their geometry in a sub-step.
+//! All gaps of the neighbour lists: what does not change while the lists stay, and their geometry in a
+//! sub-step.
 
 use crate::grains::Grains;
 use crate::laws::walls::Plane;
@@ -129,7 +130,8 @@ impl FilmList {
         both(token, (&self.near, entry), (&self.law, entry))
     }
 
-    /// Geometry and activity of the walls at time `t`, in a sub-step of `dt`; those of pairs are [`Geometry`]'s.
+    /// Geometry and activity of the walls at time `t`, in a sub-step of `dt`; those of pairs are
+    /// [`Geometry`]'s.
     pub(super) fn meet_walls(&mut self, rows: &Rows, walls: &[Plane], (t, dt): (f64, f64)) {
         let none = self.first.len() as u32 - 1;
         let grains = self.first[none as usize] - walls.len() as u32;
@@ -149,8 +151,8 @@ impl FilmList {
         }
     }
 
-    /// Whether the gap can act within the sub-step: if the grain could reach it even at twice its present rate, as
-    /// another gap may speed it up.
+    /// Whether the gap can act within the sub-step: if the grain could reach it even at twice its present
+    /// rate, as another gap may speed it up.
     fn reaches(&self, rows: &Rows, at: usize, dt: f64) -> bool {
         let [x, y, z, gap] = self.near[at];
         let (v, w) = (&rows.motion[self.first[at] as usize], &rows.motion[self.second[at] as usize]);

@@ -7,8 +7,8 @@
 //! - along a line (discs, per unit length): κ = 3√2 πμ (R_eff/(δ + η))^{3/2}; eq. 19 has the wrong
 //!   exponent in the plane.
 //!
-//! `as-printed` applies κ up to the cut-off. `complement` applies what the flow was measured to leave unresolved, with
-//! x = (δ + η)/L and L one cell:
+//! `as-printed` applies κ up to the cut-off. `complement` applies what the flow was measured to leave
+//! unresolved, with x = (δ + η)/L and L one cell:
 //!
 //!   κ(δ) = 6πμ R_eff²/(δ + η) · 1/(1 + 2x + 2x²),
 //!   ∫κ dδ = 6πμ R_eff² [ln x − ½ ln(1 + 2x + 2x²) − arctan(1 + 2x)].
@@ -17,8 +17,8 @@
 //!
 //!   κ(δ) = 3√2 πμ R_eff^{3/2} [(δ + η)^{−3/2} − (δ + η + λL)^{−3/2}], less its value at the cut-off.
 //!
-//! For spheres resolved and modelled force together are Brenner's (1961) within 1 % at every gap with the default
-//! mask: `scenes/validation/wall-approach.toml`; for discs: `scenes/validation/disc-film.toml`.
+//! For spheres resolved and modelled force together are Brenner's (1961) within 1 % at every gap with the
+//! default mask: `scenes/validation/wall-approach.toml`; for discs: `scenes/validation/disc-film.toml`.
 //!
 //! **Implicit sub-step.** Explicit integration would be stable only for dt < 2(η + δ)m/(6πμR²), and an
 //! implicit velocity with a frozen gap tunnels through the gap. Instead the impulse of lubrication is taken
@@ -34,8 +34,8 @@
 use crate::grain::Shape;
 use std::f64::consts::PI;
 
-/// How much of the film of a line the flow resolves: as if its gap were longer by a part of L, as measured with each way
-/// to impose the motion of discs (docs/decisions/line-film.md).
+/// How much of the film of a line the flow resolves: as if its gap were longer by a part of L, as measured
+/// with each way to impose the motion of discs (docs/decisions/line-film.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineResolution {
     /// λ: that part in the approach.
@@ -146,8 +146,8 @@ pub struct LubricationLaw {
     pub shift: f64,
 }
 
-/// A gap over so short a path that its impulse is a polynomial in the gap rate: most gaps of a dense bed in most
-/// sub-steps, at a tenth of the cost of the logarithms.
+/// A gap over so short a path that its impulse is a polynomial in the gap rate: most gaps of a dense bed in
+/// most sub-steps, at a tenth of the cost of the logarithms.
 ///
 /// With s the relative change of δ + η and path = k₁ s + k₂ s² + k₃ s³ + k₄ s⁴ the rate after lubrication
 /// solves (a/dt) s + path/m = U, that is s + Σ b_j s^j = y with b_j = k_j/(m N), y = U/N and N = a/dt + k₁/m.

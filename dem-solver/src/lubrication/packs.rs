@@ -1,8 +1,8 @@
-//! Films that act, eight to a pack: no two of a pack share a grain that can move, so that a vector may visit them
-//! at once.
+//! Films that act, eight to a pack: no two of a pack share a grain that can move, so that a vector may visit
+//! them at once.
 //!
-//! Films go through the order of the lists, each into the first of 64 classes that holds neither of its grains;
-//! a class is cut into packs. So the packs follow from the films that act and from nothing else.
+//! Films go through the order of the lists, each into the first of 64 classes that holds neither of its
+//! grains; a class is cut into packs. So the packs follow from the films that act and from nothing else.
 
 use crate::lubrication::film_list::{FilmList, Key};
 use crate::lubrication::rows::Rows;

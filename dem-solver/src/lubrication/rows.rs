@@ -1,6 +1,7 @@
 //! What films read and change of the grains, as rows of four numbers that a vector kernel loads at once.
 //!
-//! Rows of grains come first, then one for each wall, which nothing moves, and one for lanes that hold no film.
+//! Rows of grains come first, then one for each wall, which nothing moves, and one for lanes that hold no
+//! film.
 
 use crate::grains::{Grains, Response};
 use crate::laws::walls::Plane;

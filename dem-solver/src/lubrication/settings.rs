@@ -30,8 +30,8 @@ pub struct LubricationSettings {
     /// cell, as measured with the default width ½ of the mask. In general (0.43 + 1.14 width) cells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolved_length: Option<f64>,
-    /// Whether surfaces that slide or roll past each other have a film too (`complement` only); by default those of
-    /// spheres have, those of discs have not.
+    /// Whether surfaces that slide or roll past each other have a film too (`complement` only); by default
+    /// those of spheres have, those of discs have not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tangential: Option<bool>,
     /// Most Gauss–Seidel sweeps over all gaps of one sub-step; a scene has the default.

@@ -11,9 +11,9 @@
 //! little, so that few sweeps do what many would from zero. A window begins from zero, so nothing of this
 //! is state.
 //!
-//! The order is fixed: gaps that act, grain pairs (i, j) ascending, then walls by grain, in classes without a common
-//! grain that can move ([`crate::lubrication::packs`]); eight of a class are visited at once. M_i holds the virtual
-//! mass, locked directions have zero inverse mass.
+//! The order is fixed: gaps that act, grain pairs (i, j) ascending, then walls by grain, in classes without a
+//! common grain that can move ([`crate::lubrication::packs`]); eight of a class are visited at once. M_i
+//! holds the virtual mass, locked directions have zero inverse mass.
 
 use crate::grains::{Grains, Response};
 use crate::lubrication::film_list::{FilmList, Geometry};

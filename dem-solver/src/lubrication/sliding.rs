@@ -1,16 +1,17 @@
 //! The film between grains that slide or roll past each other: what the flow does not resolve of it.
 //!
-//! **Spheres.** Leading terms of lubrication theory, of order ln(R/δ) (Goldman, Cox & Brenner 1967 for a wall; Jeffrey & Onishi 1984 for
-//! two spheres). With n from sphere j (radius b) to i (radius a), β = b/a, w = ω × n, V the tangential velocity of i against
-//! j, u = V − a w_i − b w_j the slip of the two surfaces and p = w_i − w_j, both zero where the pair turns as one, half the
-//! dissipation is ½ πμaℓ (A u² + 2 B u·p + C p²),
+//! **Spheres.** Leading terms of lubrication theory, of order ln(R/δ) (Goldman, Cox & Brenner 1967 for a
+//! wall; Jeffrey & Onishi 1984 for two spheres). With n from sphere j (radius b) to i (radius a), β = b/a,
+//! w = ω × n, V the tangential velocity of i against j, u = V − a w_i − b w_j the slip of the two surfaces
+//! and p = w_i − w_j, both zero where the pair turns as one, half the dissipation is ½ πμaℓ (A u² + 2 B u·p +
+//! C p²),
 //!
 //! ```text
 //! A = 8β(2 + β + 2β²)/(5(1 + β)³),   B/a = A − 4β(4 + β)/(5(1 + β)²),   C/a² = 16β/(5(1 + β)) − A + 2B/a
 //! ```
 //!
-//! equal spheres: 1, 0, 3/5; a wall: 16/5, 12/5, 24/5. Force and torques follow as its derivatives. It is a sum of two
-//! squares, (u + (B/A) p)² with A and p² with C − B²/A, each of which brakes one velocity.
+//! equal spheres: 1, 0, 3/5; a wall: 16/5, 12/5, 24/5. Force and torques follow as its derivatives. It is a
+//! sum of two squares, (u + (B/A) p)² with A and p² with C − B²/A, each of which brakes one velocity.
 //!
 //! Of ℓ = ln(R/δ) the flow resolves all but
 //!
@@ -20,22 +21,23 @@
 //!
 //! as was measured with the default mask (docs/decisions/tangential-film.md).
 //!
-//! **Discs.** Between two cylinders each surface is braked by its own speed in the frame of the line of centres:
-//! half the dissipation is ½ k (u_i² + u_j²)/(δ + η)^½ with k = 2√2 πμ R*^½, R* = ab/(a + b) (Reynolds' equation; a cylinder beside a
-//! wall: Jeffrey & Onishi 1981), which in the two squares above is
+//! **Discs.** Between two cylinders each surface is braked by its own speed in the frame of the line of
+//! centres: half the dissipation is ½ k (u_i² + u_j²)/(δ + η)^½ with k = 2√2 πμ R*^½, R* = ab/(a + b)
+//! (Reynolds' equation; a cylinder beside a wall: Jeffrey & Onishi 1981), which in the two squares above is
 //!
 //! ```text
 //! A = k(a² + b²)/(a + b)²,   B/A = ab(b − a)/(a² + b²),   C − B²/A = k a²b²/(a² + b²)
 //! ```
 //!
-//! at a wall: k, a, k a². Of 1/(δ + η)^½ the flow resolves all but 1/(δ + η)^½ − 1/(δ + η + λ_t L)^½, λ_t = c/(1 + f x²), x = (δ + η)/L, with c and f of
-//! either square
-//! (docs/decisions/line-film.md). It acts on touching discs, too, with δ = 0: a cylinder rolls on the fluid between the
-//! asperities, and without it the speed would be the grid's.
+//! at a wall: k, a, k a². Of 1/(δ + η)^½ the flow resolves all but 1/(δ + η)^½ − 1/(δ + η + λ_t L)^½, λ_t =
+//! c/(1 + f x²), x = (δ + η)/L, with c and f of either square (docs/decisions/line-film.md). It acts on
+//! touching discs, too, with δ = 0: a cylinder rolls on the fluid between the asperities, and without it the
+//! speed would be the grid's.
 //!
 //! **Sub-step.** Gaps are visited once, pack by pack, with the resistance at the gap in which the sub-step
-//! began: J = −K dt s/(1 + K dt W) for the velocity s that is braked and its inverse mass W. No visit turns s round, so the
-//! energy falls whatever K dt W is; opposite impulses at the middle of the gap keep momentum and angular momentum.
+//! began: J = −K dt s/(1 + K dt W) for the velocity s that is braked and its inverse mass W. No visit turns s
+//! round, so the energy falls whatever K dt W is; opposite impulses at the middle of the gap keep momentum
+//! and angular momentum.
 
 use crate::grain::Shape;
 use crate::lubrication::law::LubricationModel;
@@ -101,8 +103,8 @@ impl Film {
     }
 }
 
-/// What the flow does not resolve at a gap, of the film that slides and of that which rolls: part of the logarithm with `length` L_t, none in
-/// overlap; for discs part of (δ + η)^{−1/2}.
+/// What the flow does not resolve at a gap, of the film that slides and of that which rolls: part of the
+/// logarithm with `length` L_t, none in overlap; for discs part of (δ + η)^{−1/2}.
 pub(super) fn unresolved(model: &LubricationModel, gap: f64, roughness: f64, length: f64) -> [f64; 2] {
     match model.shape {
         Shape::Sphere if !(0.0..=REACH * length).contains(&gap) => [0.0; 2],
@@ -136,8 +138,8 @@ mod tests {
     use super::*;
     use crate::lubrication::law::LineResolution;
 
-    /// Forces and torques of the film are the published ones: of a wall (Goldman, Cox & Brenner 1967) and of equal spheres
-    /// (Jeffrey & Onishi 1984), factors of πμa ln(R/δ), radii 1.
+    /// Forces and torques of the film are the published ones: of a wall (Goldman, Cox & Brenner 1967) and of
+    /// equal spheres (Jeffrey & Onishi 1984), factors of πμa ln(R/δ), radii 1.
     #[test]
     fn the_leading_terms_are_the_published_ones() {
         // (A, B, C) from the two squares.
@@ -173,8 +175,9 @@ mod tests {
         }
     }
 
-    /// Of a cylinder beside a wall: force 2√2 πμ U (R/δ)^½ and no torque, torque 2√2 πμ Ω R² (R/δ)^½ and no force (Jeffrey & Onishi
-    /// 1981). Two equal ones that turn the same way are braked by twice that of one for half the reduced radius.
+    /// Of a cylinder beside a wall: force 2√2 πμ U (R/δ)^½ and no torque, torque 2√2 πμ Ω R² (R/δ)^½ and no
+    /// force (Jeffrey & Onishi 1981). Two equal ones that turn the same way are braked by twice that of one
+    /// for half the reduced radius.
     #[test]
     fn the_film_of_a_cylinder_is_the_published_one() {
         let unit = 2.0 * std::f64::consts::SQRT_2 * PI;

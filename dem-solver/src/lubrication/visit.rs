@@ -12,8 +12,8 @@ use crate::vector::lanes::{Lanes, Lanes8, Mask};
 use crate::vector::rows::{Row, columns, write};
 use crate::vector::vec3::Vec3Lanes;
 
-/// A sweep that changes no gap rate by more than this part of the largest is the last. After a window of 87 sub-steps
-/// the velocities of a dense bed are 0.1 to 0.2 of this part off.
+/// A sweep that changes no gap rate by more than this part of the largest is the last. After a window of 87
+/// sub-steps the velocities of a dense bed are 0.1 to 0.2 of this part off.
 const CONVERGED: f64 = 1e-6;
 
 /// All that a pass over the films reads and changes.
@@ -129,8 +129,8 @@ impl<L: Lanes8> Partners<L> {
     }
 }
 
-/// Geometry and law of a pack in this sub-step, and the impulses to begin with: those of the sub-step before, grown
-/// as they grew to that.
+/// Geometry and law of a pack in this sub-step, and the impulses to begin with: those of the sub-step before,
+/// grown as they grew to that.
 #[inline(always)]
 fn begin<L: Lanes8, const LOCKED: bool>(
     token: L::Token,
@@ -214,7 +214,8 @@ fn expand<L: Lanes8>(
     k(f64::NEG_INFINITY).select(outside, high).store(&mut pack.high);
 }
 
-/// One pass over all films, each solved against the present velocities; true when nothing worth another pass changed.
+/// One pass over all films, each solved against the present velocities; true when nothing worth another pass
+/// changed.
 #[inline(always)]
 fn sweep<L: Lanes8, const LOCKED: bool>(
     token: L::Token,

@@ -37,8 +37,8 @@ pub fn vtp(time: f64, grains: &Grains, seen: &Observations) -> Vec<u8> {
 /// Points along an ellipse.
 const ALONG_ELLIPSE: u32 = 64;
 
-/// Polygons of the bodies that are not round, with velocity, spin, mean contact force of the last window, number and motion;
-/// none where all are round.
+/// Polygons of the bodies that are not round, with velocity, spin, mean contact force of the last window,
+/// number and motion; none where all are round.
 #[must_use]
 pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Outline]) -> Option<Vec<u8>> {
     let (mut position, mut ends, mut bodies) = (Vec::new(), Vec::new(), Vec::new());

@@ -38,8 +38,9 @@ impl Substeps {
         !self.grains.is_empty()
     }
 
-    /// The table of the window that was done under `loads` and `gravity`. Along free axes of a free grain m dv/dt is the sum
-    /// of the forces, with the weight m g: the force of the virtual mass m_a is m_a (A_prev − dv/dt).
+    /// The table of the window that was done under `loads` and `gravity`. Along free axes of a free grain m
+    /// dv/dt is the sum of the forces, with the weight m g: the force of the virtual mass m_a is m_a (A_prev
+    /// − dv/dt).
     pub(crate) fn table(&self, dem: &Dem, gravity: [f64; 3], loads: &[GrainLoad]) -> String {
         let gravity = Vec3::from(gravity);
         let components = components(self.geometry);

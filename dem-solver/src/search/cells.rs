@@ -19,7 +19,8 @@ pub(crate) struct Cells {
     axes: [usize; 3],
     start: Vec<u32>,
     cell: Vec<u32>,
-    /// Centres, and radii with half the skins, cell by cell: x, y, z, r; then eight more numbers of no meaning.
+    /// Centres, and radii with half the skins, cell by cell: x, y, z, r; then eight more numbers of no
+    /// meaning.
     pub(crate) item: [Vec<f64>; 4],
     /// Numbers of the grains, with [`IMMOBILE`].
     pub(crate) who: Vec<u32>,

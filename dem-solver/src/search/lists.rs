@@ -17,8 +17,8 @@ pub(crate) struct Neighbours {
     pub(crate) pairs: ContactList,
     /// Grains near walls.
     pub(crate) walls: ContactList,
-    /// Pairs of which one is not round, ascending, and bodies that are not round near walls: their history is kept where
-    /// their contacts are.
+    /// Pairs of which one is not round, ascending, and bodies that are not round near walls: their history is
+    /// kept where their contacts are.
     pub(crate) body_pairs: Vec<[u32; 2]>,
     pub(crate) body_walls: Vec<[u32; 2]>,
     spare: ContactList,

@@ -1,4 +1,5 @@
-//! Bodies of the plane that are not round: impacts, energy, rest, toppling, limits of discs, turned set-ups, restore.
+//! Bodies of the plane that are not round: impacts, energy, rest, toppling, limits of discs, turned set-ups,
+//! restore.
 use crate::common::{dem, exact, floor, law, repeats, spec};
 use bedload_scene::Outline;
 use dem_solver::{
@@ -40,7 +41,8 @@ fn motion(dem: &Dem) -> [f64; 4] {
     sum
 }
 
-/// Velocity and spin after a rectangle, turned by 30° and spinning, fell on its corner; `t_c` is the contact time.
+/// Velocity and spin after a rectangle, turned by 30° and spinning, fell on its corner; `t_c` is the contact
+/// time.
 fn corner_drop(e: f64, t_c: f64, integrator: Integrator) -> [f64; 3] {
     let mut set_up = empty(exact(law(e, t_c)));
     set_up.walls.push(floor());
@@ -81,7 +83,8 @@ fn a_frictionless_fall_on_a_corner_is_the_impact_of_a_rigid_body() {
     }
 }
 
-/// Two bodies that meet off centre without friction and loss: relative change of the energy, changes of the momenta.
+/// Two bodies that meet off centre without friction and loss: relative change of the energy, changes of the
+/// momenta.
 fn collide(outlines: [Outline; 2], (steps, phase): (u32, f64), integrator: Integrator) -> [f64; 4] {
     let mut set_up = empty(law(1.0, 1e-2));
     set_up.integrator = integrator;
@@ -364,7 +367,8 @@ fn gaps_are_those_of_the_surfaces() {
     body.orientation = turned(PI / 4.0);
     let mut solver = dem(&set_up);
     let report = solver.advance(1e-6, 1, &[]).expect("advances");
-    // The corner of the second reaches 0.7/√2 towards the first, and stands 0.3/√2 above its middle, which ends at 0.2.
+    // The corner of the second reaches 0.7/√2 towards the first, and stands 0.3/√2 above its middle, which
+    // ends at 0.2.
     let between = (1.5 - 0.5 - 0.7 / 2f64.sqrt()).hypot(0.3 / 2f64.sqrt() - 0.2);
     let seen = &solver.observations().gap_end;
     let to_floor = 1.0 - 0.7 / 2f64.sqrt();

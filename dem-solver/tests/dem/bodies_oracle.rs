@@ -1,5 +1,5 @@
-//! Gaps between bodies of the plane against those of another library (parry2d: GJK where they are apart, EPA where they
-//! overlap), which goes another way to them.
+//! Gaps between bodies of the plane against those of another library (parry2d: GJK where they are apart, EPA
+//! where they overlap), which goes another way to them.
 use crate::common::{Random, dem, law, spec};
 use bedload_scene::Outline;
 use parry2d_f64::math::{Pose, Vector};

@@ -1,4 +1,5 @@
-//! Limits in which bodies that are not round are discs: ellipses of equal semi-axes, polygons of many vertices.
+//! Limits in which bodies that are not round are discs: ellipses of equal semi-axes, polygons of many
+//! vertices.
 use crate::common::{dem, floor, law, spec};
 use bedload_scene::Outline;
 use dem_solver::{Freedom, Grain, Shape};
@@ -46,8 +47,8 @@ fn a_round_ellipse_is_a_disc_and_a_polygon_of_many_vertices_nearly() {
     let disc = bounce(None, 1e-3);
     let ellipse = bounce(Some(Outline::Ellipse { semi_axes: [0.5; 2] }), 1e-3);
     assert!(difference(&disc, &ellipse) < 1e-9, "{disc:?} {ellipse:?}");
-    // A vertex below the centre, in a contact so short that it stays there: what is left is the radius of gyration, which
-    // differs by 1/n².
+    // A vertex below the centre, in a contact so short that it stays there: what is left is the radius of
+    // gyration, which differs by 1/n².
     let disc = bounce(None, 1e-6);
     let errors = [16, 32, 64].map(|count| difference(&disc, &bounce(Some(regular(count, 0.5)), 1e-6)));
     println!("16, 32, 64 vertices: {errors:?}");

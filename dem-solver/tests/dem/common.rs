@@ -21,8 +21,8 @@ pub(crate) fn dem(spec: &DemSpec) -> Dem {
     Dem::new(spec).expect("valid spec")
 }
 
-/// From where it stands, 20 windows of `solver`, once more in it after a restore, and in a fresh one of `set_up` from
-/// the saved bytes: all in the same bits. Returns the state that they started from.
+/// From where it stands, 20 windows of `solver`, once more in it after a restore, and in a fresh one of
+/// `set_up` from the saved bytes: all in the same bits. Returns the state that they started from.
 pub(crate) fn repeats<R: PartialEq + std::fmt::Debug>(
     what: &str,
     set_up: &DemSpec,

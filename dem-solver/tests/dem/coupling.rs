@@ -141,8 +141,8 @@ fn mean_forces_close_the_momentum_balance() {
     }
 }
 
-/// Windows of one sub-step, as the coupler plans them where nothing can touch: a flight is the parabola, not ½ g dt² a
-/// window below it; a grain that rests on the floor in such windows stays where it is, at rest.
+/// Windows of one sub-step, as the coupler plans them where nothing can touch: a flight is the parabola, not
+/// ½ g dt² a window below it; a grain that rests on the floor in such windows stays where it is, at rest.
 #[test]
 fn windows_of_one_sub_step_keep_the_parabola() {
     let mut set_up = spec(vec![Grain::new([0.0, 0.0, 9.0], R, 2.0)], law(0.9, 1e-2));

@@ -4,10 +4,10 @@
 //! distribution at contact g = (2 − φ)/(2 (1 − φ)³) (Carnahan & Starling 1969), and the second Sonine
 //! coefficient a₂ = 16 (1 − e)(1 − 2e²)/(81 − 17 e + 30 e² (1 − e)) (van Noije & Ernst 1998; Brilliantov &
 //! Pöschel 2004, Kinetic Theory of Granular Gases). It holds while the gas is homogeneous: vortices and
-//! clusters grow in boxes longer than some ten mean free paths over √(1 − e²); here L/σ = 17, ten paths.
-//! Soft spheres cannot collapse (no infinitely many collisions in finite time), but multiple contacts
-//! dissipate less once the mean time between collisions comes down to t_c; here ω t_c = 0.007
-//! at first. Each contact also takes t_c in which a sphere meets no other: at ω t_c = 0.018 τ is 2.6 % longer.
+//! clusters grow in boxes longer than some ten mean free paths over √(1 − e²); here L/σ = 17, ten paths. Soft
+//! spheres cannot collapse (no infinitely many collisions in finite time), but multiple contacts dissipate
+//! less once the mean time between collisions comes down to t_c; here ω t_c = 0.007 at first. Each contact
+//! also takes t_c in which a sphere meets no other: at ω t_c = 0.018 τ is 2.6 % longer.
 use crate::common::{Random, dem, exact, law, spec};
 use dem_solver::{Engine, Grain};
 use std::f64::consts::PI;
@@ -45,7 +45,8 @@ fn theory() -> f64 {
 }
 
 /// T(t)^(−1/2) of the gas is a straight line with slope 1/τ; looked at from two collisions a sphere on to
-/// E/E₀ of about 1/13. Returns slope and root mean square about the line over the mean; energy by spins counts.
+/// E/E₀ of about 1/13. Returns slope and root mean square about the line over the mean; energy by spins
+/// counts.
 fn cool(friction: f64) -> (f64, f64) {
     let mut law = exact(law(E_N, T_C));
     law.friction = friction;

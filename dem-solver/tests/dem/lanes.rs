@@ -97,7 +97,8 @@ fn films_do_not_know_when_lists_were_built() {
     repeats("immersed", &set_up, &mut solver, advance);
 }
 
-/// More sweeps than any bed needs end in one solution, from which the usual number is not far; films keep momentum.
+/// More sweeps than any bed needs end in one solution, from which the usual number is not far; films keep
+/// momentum.
 #[test]
 fn films_converge_and_keep_momentum() {
     let free = |sweeps: u32| {

@@ -338,8 +338,8 @@ fn short_paths_are_those_of_the_logarithms() {
     assert!(short > 200 && long > 100, "{short} short, {long} long");
 }
 
-/// A sphere beside a wall at constant gap: its velocity and spin decay as with the resistances of Goldman, Cox & Brenner
-/// (1967), force −6πμR(8/15 U − 2/15 ωR)ℓ and torque 8πμR²(1/10 U − 2/5 ωR)ℓ.
+/// A sphere beside a wall at constant gap: its velocity and spin decay as with the resistances of Goldman,
+/// Cox & Brenner (1967), force −6πμR(8/15 U − 2/15 ωR)ℓ and torque 8πμR²(1/10 U − 2/5 ωR)ℓ.
 #[test]
 fn a_sphere_beside_a_wall_slides_and_rolls_as_published() {
     let (gap, length, roughness) = (0.004, 0.1, 1e-3);
@@ -379,7 +379,8 @@ fn a_sphere_beside_a_wall_slides_and_rolls_as_published() {
     assert_eq!(solver.grains.velocity[0].x, 0.3);
 }
 
-/// Two spheres that pass and turn: whatever the sub-step, the film keeps momentum and angular momentum, and takes energy.
+/// Two spheres that pass and turn: whatever the sub-step, the film keeps momentum and angular momentum, and
+/// takes energy.
 #[test]
 fn tangential_films_keep_momentum_and_take_energy() {
     for viscosity in [1e-3, 1.0, 1e4] {

@@ -69,7 +69,8 @@ fn psi2_of_psi1_matches_the_reference_and_converges() {
     println!("largest error of psi2 over the table, by sub-steps per t_c:");
     let rows = table();
     assert_eq!(rows.len(), 60);
-    // eq. 16 does not say whether the spring is cut back: at k_t/k_n of 0.2 and 2/7 both readings give one curve
+    // eq. 16 does not say whether the spring is cut back: at k_t/k_n of 0.2 and 2/7 both readings give one
+    // curve
     assert_eq!(rows.iter().filter(|row| row.capped).count(), 30);
     let mut errors = Vec::new();
     for n in [20, 50, 200, 1000, 4000] {
@@ -84,9 +85,9 @@ fn psi2_of_psi1_matches_the_reference_and_converges() {
     assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
 }
 
-/// Where in a sub-step the touch falls does not matter: spring and dashpot take only what comes after it. What
-/// is left is of first order for symplectic Euler, whose dashpots see the velocity of half a step before, and of
-/// second for Verlet.
+/// Where in a sub-step the touch falls does not matter: spring and dashpot take only what comes after it.
+/// What is left is of first order for symplectic Euler, whose dashpots see the velocity of half a step
+/// before, and of second for Verlet.
 #[test]
 fn the_moment_of_the_touch_within_a_sub_step_does_not_matter() {
     let rows = table();

@@ -20,8 +20,8 @@ fn column() -> DemSpec {
     set_up
 }
 
-/// Rows of 4, 3, 2 and 1 discs on a row of five that is held. (On a plane the outer discs of such a pile roll away,
-/// with any friction: they turn like cog wheels.)
+/// Rows of 4, 3, 2 and 1 discs on a row of five that is held. (On a plane the outer discs of such a pile roll
+/// away, with any friction: they turn like cog wheels.)
 fn pyramid() -> DemSpec {
     let mut set_up = column();
     set_up.shape = Shape::Disc;

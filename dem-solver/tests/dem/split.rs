@@ -1,4 +1,5 @@
-//! Forces sub-step by sub-step: they add up to m dv/dt, their means are those of the window, and noting them changes no bit.
+//! Forces sub-step by sub-step: they add up to m dv/dt, their means are those of the window, and noting them
+//! changes no bit.
 use crate::common::{dem, floor, law, spec};
 use bedload_scene::{CheckedScene, SceneSource};
 use dem_solver::lubrication::settings::LubricationSettings;

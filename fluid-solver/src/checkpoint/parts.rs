@@ -1,6 +1,7 @@
 //! The files of the ranks, `fluid-<steps>-<rank>-of-<ranks>.checkpoint`: their planes of every field.
 //!
-//! The head of the checkpoint has the digest of each, so that a file of the same name from elsewhere is refused.
+//! The head of the checkpoint has the digest of each, so that a file of the same name from elsewhere is
+//! refused.
 
 use super::part::{Part, place, role};
 use crate::field::own_planes;
@@ -80,8 +81,8 @@ pub(super) fn read<const D: usize>(
     opened.iter().try_for_each(|(payload, ..)| payload.end())
 }
 
-/// Removes the files of other checkpoints than that of `steps` and `size` files; what cannot be removed costs room on
-/// the disk, nothing else.
+/// Removes the files of other checkpoints than that of `steps` and `size` files; what cannot be removed costs
+/// room on the disk, nothing else.
 pub(super) fn remove_others(folder: &Path, steps: u64, size: usize) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {

@@ -1,9 +1,9 @@
 //! All columns of a solve whose last axis is cut into blocks: by one process at once, or by several ranks.
 //!
-//! One process takes group after group of modes through elimination, reduced system and substitution.
-//! Ranks eliminate their blocks of all modes, send the edges to those who own the modes (lines are shared among
-//! ranks), solve the reduced systems there, send back what stands beside each block, eliminate again
-//! and substitute: doing it twice costs less than keeping what the first pass leaves.
+//! One process takes group after group of modes through elimination, reduced system and substitution. Ranks
+//! eliminate their blocks of all modes, send the edges to those who own the modes (lines are shared among
+//! ranks), solve the reduced systems there, send back what stands beside each block, eliminate again and
+//! substitute: doing it twice costs less than keeping what the first pass leaves.
 
 use super::block_sweep::{Beside, Edge, EliminateBlock, GROUP, Group, Row, SubstituteBlock};
 use super::reduced::{Between, Reduce};
@@ -175,8 +175,8 @@ impl BlockColumns {
         self.substitute(modes, &memory.rows, bytemuck::cast_slice(beside), planes);
     }
 
-    /// The reduced system of group `group` of those that this rank owns: `edges` and `beside` hold those of all groups,
-    /// rank after rank.
+    /// The reduced system of group `group` of those that this rank owns: `edges` and `beside` hold those of
+    /// all groups, rank after rank.
     pub(super) fn reduce(
         &self,
         group: usize,

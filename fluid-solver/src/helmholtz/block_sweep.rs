@@ -1,4 +1,5 @@
-//! A column cut into blocks, each swept by itself (Laszlo, Giles & Appleyard 2016; Kim et al. 2021, PaScaL_TDMA).
+//! A column cut into blocks, each swept by itself (Laszlo, Giles & Appleyard 2016; Kim et al. 2021,
+//! PaScaL_TDMA).
 //!
 //! With x₋ the value below a block and x₊ the one above, elimination leaves in each of its rows
 //! ```text
@@ -8,7 +9,8 @@
 //! ```text
 //! x_last = g + f x₋ + s x₊,    x_first = Σ w_i (g_i + f_i x₋) + w_last s_last x₊,    w_i = s_0 … s_{i−1}.
 //! ```
-//! The edges of all blocks are a small system, see [`super::reduced`]. With x₋ and x₊ known a second pass substitutes.
+//! The edges of all blocks are a small system, see [`super::reduced`]. With x₋ and x₊ known a second pass
+//! substitutes.
 //!
 //! Operations and their order depend on the blocks alone, not on who does which.
 

@@ -1,4 +1,5 @@
-//! What of the edges of blocks is sent: of an operator that was solved for before only what hangs on the right side.
+//! What of the edges of blocks is sent: of an operator that was solved for before only what hangs on the
+//! right side.
 
 use super::block_sweep::GROUP;
 

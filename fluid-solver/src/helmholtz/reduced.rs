@@ -1,12 +1,13 @@
 //! The edges of all blocks of a column: what stands below and above each of them.
 //!
-//! Between blocks b − 1 and b stand L_{b−1}, the last value of the one, and R_{b−1}, the first of the other. With P the
-//! value below the first block (the last one of all where the axis is periodic, else of no weight),
+//! Between blocks b − 1 and b stand L_{b−1}, the last value of the one, and R_{b−1}, the first of the other.
+//! With P the value below the first block (the last one of all where the axis is periodic, else of no
+//! weight),
 //! ```text
 //! L_b = g_b + f_b L_{b−1} + s_b R_b,    R_{b−1} = y_b + F_b L_{b−1} + H_b R_b.
 //! ```
-//! One pass upward leaves L_b = α + β R_b + γ P and R_{b−1} = ρ + σ R_b + τ P; the last two are solved for P and the value
-//! above the last block, and a pass downward gives the rest. The order never changes.
+//! One pass upward leaves L_b = α + β R_b + γ P and R_{b−1} = ρ + σ R_b + τ P; the last two are solved for P
+//! and the value above the last block, and a pass downward gives the rest. The order never changes.
 
 use super::block_sweep::{Beside, Edge, GROUP, Wide};
 use crate::lanes::Kernel;

@@ -53,8 +53,8 @@ impl Turned {
         Self { outline: Arc::clone(outline), angle, sine, cosine }
     }
 
-    /// Distance of a point at `arm` (x, z) from the centre to the surface, negative inside, and the outward normal
-    /// there, m and 1.
+    /// Distance of a point at `arm` (x, z) from the centre to the surface, negative inside, and the outward
+    /// normal there, m and 1.
     pub fn distance(&self, [x, z]: [f64; 2]) -> (f64, [f64; 2]) {
         let Self { outline, sine, cosine, .. } = self;
         let (distance, [n, m]) = outline.distance([cosine * x - sine * z, sine * x + cosine * z]);

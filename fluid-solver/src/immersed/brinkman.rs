@@ -1,15 +1,15 @@
-//! What viscosity does with a change of the carried force, within the step that changes it (docs/equations-immersed.md,
-//! section 7).
+//! What viscosity does with a change of the carried force, within the step that changes it
+//! (docs/equations-immersed.md, section 7).
 //!
-//! A grain that moves changes λ in every step by much, and the step that had the old one knows nothing of it: in
-//! a dense bed the fluid slips. With q = χ dt and T = Σ q_i U_i at the predicted place, λ = χ (U − u) and (1 − ½
-//! ν dt ∇²)(u − u*) = dt (λ − λ̂) give for y = u − u*
+//! A grain that moves changes λ in every step by much, and the step that had the old one knows nothing of it:
+//! in a dense bed the fluid slips. With q = χ dt and T = Σ q_i U_i at the predicted place, λ = χ (U − u) and
+//! (1 − ½ ν dt ∇²)(u − u*) = dt (λ − λ̂) give for y = u − u*
 //! ```text
 //! (1 + q − ½ ν dt ∇²) y = T − q u* − dt λ̂
 //! ```
 //! It is solved near grains only, component by component, without pressure, by Chebyshev's iteration over
-//! Jacobi's (Golub & Varga 1961): all eigenvalues lie within 1 ± ϱ, ϱ = c/(1 + c), c = ν dt Σ 1/Δx_a². Whatever y
-//! is, force and momentum agree to round-off: with H y = y − ½ ν dt ∇²y
+//! Jacobi's (Golub & Varga 1961): all eigenvalues lie within 1 ± ϱ, ϱ = c/(1 + c), c = ν dt Σ 1/Δx_a².
+//! Whatever y is, force and momentum agree to round-off: with H y = y − ½ ν dt ∇²y
 //! ```text
 //! where q > 0:  λ ← λ̂ + H y/dt,  u* ← u* + y;      elsewhere:  u* ← u* + ½ ν dt ∇²y
 //! ```
@@ -42,9 +42,9 @@ pub const LAG: [f64; 2] = [0.005, 0.02];
 /// Solid fraction of the densest pores that are thought of.
 const DENSE: f64 = 0.6;
 
-/// By how much too easily fluid would flow through a dense bed that moves like the fastest of the grains, if the
-/// force stayed in its cells: 1.3 (U dt/Δx)(ν dt/Δx²)(Δx/r_h), Δx/r_h = 3φ/(1 − φ) Δx/R. Measured on cubic
-/// arrays (docs/equations-immersed.md, section 7).
+/// By how much too easily fluid would flow through a dense bed that moves like the fastest of the grains, if
+/// the force stayed in its cells: 1.3 (U dt/Δx)(ν dt/Δx²)(Δx/r_h), Δx/r_h = 3φ/(1 − φ) Δx/R. Measured on
+/// cubic arrays (docs/equations-immersed.md, section 7).
 pub fn lag<const D: usize>(grid: &Grid<D>, model: &MaskModel, shapes: &[Shape], motions: &[Motion]) -> f64 {
     let dx = grid.smallest_width();
     let mut fastest = 0.0_f64;
@@ -57,10 +57,10 @@ pub fn lag<const D: usize>(grid: &Grid<D>, model: &MaskModel, shapes: &[Shape], 
     1.3 * (fastest.sqrt() * model.dt / dx) * (model.viscosity * model.dt / (dx * dx)) * pore
 }
 
-/// Largest ν dt/D² at which a free sphere of density ratio `ratio` bears the local solve: the torque of a window is
-/// then taken at the spin that the window began with, so that I_f (60 ν dt/D² + 5.6 (ν dt/D²)^½) ω, that of steady
-/// and of sudden rotation, must stay below 2 (I_p + 2 C_v I_f) ω, C_v = ½. The limits of the map agree:
-/// docs/stability.md, With the force that goes with the grains.
+/// Largest ν dt/D² at which a free sphere of density ratio `ratio` bears the local solve: the torque of a
+/// window is then taken at the spin that the window began with, so that I_f (60 ν dt/D² + 5.6 (ν dt/D²)^½) ω,
+/// that of steady and of sudden rotation, must stay below 2 (I_p + 2 C_v I_f) ω, C_v = ½. The limits of the
+/// map agree: docs/stability.md, With the force that goes with the grains.
 pub fn largest_viscous_number(ratio: f64) -> f64 {
     let [steady, sudden] = [60.0, 5.6];
     let bears = 2.0 * (ratio + 1.0);
@@ -258,7 +258,8 @@ fn sweeps(radius: f64) -> u32 {
     (wanted as u32).clamp(SWEEPS[0], SWEEPS[1])
 }
 
-/// The stencil of component `d` along `axis`, with the conditions at walls in its weights: zero beyond a wall.
+/// The stencil of component `d` along `axis`, with the conditions at walls in its weights: zero beyond a
+/// wall.
 fn at_walls<const D: usize>(grid: &Grid<D>, d: usize, axis: usize) -> Stencil {
     let mut stencil = Stencil::of_component(grid, d, axis);
     if grid.periodic(axis) || d == axis {
@@ -407,8 +408,8 @@ impl<const D: usize> Rows<'_, D> {
         }
     }
 
-    /// The next neighbouring groups of `row` from group `eight` on, which moves behind them: first cell and number
-    /// of cells.
+    /// The next neighbouring groups of `row` from group `eight` on, which moves behind them: first cell and
+    /// number of cells.
     #[inline(always)]
     fn next_run(&self, row: usize, eight: &mut usize) -> Option<(usize, usize)> {
         let bits = &self.near[bits_of(self.grid, row)];
@@ -534,8 +535,8 @@ impl<const D: usize> Kernel for TakeLayer<'_, D> {
 mod tests {
     use super::*;
 
-    /// From which density ratio on the runs of the map (advected) were stable: 0.1, 2 and 8 at ν dt/D² = 0.024, 0.08
-    /// and 0.2; 0.01, 1.5 and 4 were not, nor 8 at 0.8.
+    /// From which density ratio on the runs of the map (advected) were stable: 0.1, 2 and 8 at ν dt/D² =
+    /// 0.024, 0.08 and 0.2; 0.01, 1.5 and 4 were not, nor 8 at 0.8.
     #[test]
     fn the_largest_step_is_that_of_the_map() {
         for (number, stable, unstable) in [(0.024, 0.3, 0.01), (0.08, 4.0, 1.5), (0.2, 8.0, 4.0)] {

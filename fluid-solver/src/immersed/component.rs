@@ -21,7 +21,8 @@ use std::ops::Range;
 /// Cells below which a second thread costs more than it brings.
 const WORTH_A_THREAD: f64 = 16_384.0;
 
-/// ∫ f dV over one grain for one component, its first moments ∫ f r dV (laboratory axes), and the grain's volume on the grid.
+/// ∫ f dV over one grain for one component, its first moments ∫ f r dV (laboratory axes), and the grain's
+/// volume on the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
     /// ∫ f dV.
@@ -51,8 +52,8 @@ impl Moments {
         [grain as f64, self.sum, self.mask, x, y, z]
     }
 
-    /// What the first rank is told of `parts`, which are in the order of layers. A grain that `begins` here is summed
-    /// here; of others every layer is told, since the sum of the layers below must come first.
+    /// What the first rank is told of `parts`, which are in the order of layers. A grain that `begins` here
+    /// is summed here; of others every layer is told, since the sum of the layers below must come first.
     fn told<'a>(
         parts: impl Iterator<Item = &'a (usize, Self)>,
         begins: impl Fn(usize) -> bool,
@@ -182,7 +183,8 @@ impl<const D: usize> Component<D> {
         self.layers.place(placed.grid, placed.model, placed.shapes, placed.motions);
     }
 
-    /// Splits the layers of this process among as many workspaces as there is work for; returns layers per workspace.
+    /// Splits the layers of this process among as many workspaces as there is work for; returns layers per
+    /// workspace.
     pub(super) fn split<'b>(
         &self,
         grid: &Grid<D>,
@@ -201,8 +203,8 @@ impl<const D: usize> Component<D> {
         (workspaces, layers_each)
     }
 
-    /// `moments` ← ∫ `integrand` dV over every grain, in the fixed order of cells; it may depend on `fields`. Of
-    /// several ranks the first alone knows them.
+    /// `moments` ← ∫ `integrand` dV over every grain, in the fixed order of cells; it may depend on `fields`.
+    /// Of several ranks the first alone knows them.
     pub(crate) fn integrate<const N: usize>(
         &mut self,
         placed: Placed<'_, D>,

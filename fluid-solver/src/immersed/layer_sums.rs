@@ -120,7 +120,8 @@ impl LayerSums {
     }
 }
 
-/// Calls `visit` with each of the `wanted` layers of the cell centres in turn, the mask ratios of all grains summed.
+/// Calls `visit` with each of the `wanted` layers of the cell centres in turn, the mask ratios of all grains
+/// summed.
 pub(crate) fn for_each_layer<const D: usize>(
     grid: &Grid<D>,
     wanted: Range<usize>,

@@ -201,8 +201,9 @@ impl<const D: usize> Immersed<D> {
         self.assemble(grid.geometry)
     }
 
-    /// ∫ b dV of every grain on the nodes of each component (laboratory axes), m³, where the last integral found it. Zero
-    /// where the grid has no such component, and for the radial one, along which no grain moves.
+    /// ∫ b dV of every grain on the nodes of each component (laboratory axes), m³, where the last integral
+    /// found it. Zero where the grid has no such component, and for the radial one, along which no grain
+    /// moves.
     pub fn volumes(&self, geometry: Geometry, out: &mut [[f64; 3]]) {
         out.fill([0.0; 3]);
         let first = usize::from(geometry == Geometry::Axisymmetric);

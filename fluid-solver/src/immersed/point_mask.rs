@@ -1,4 +1,5 @@
-//! The mask of one point as its formulas are printed: of bodies that are not round, and for tests of the rows of round ones.
+//! The mask of one point as its formulas are printed: of bodies that are not round, and for tests of the rows
+//! of round ones.
 
 use super::mask_model::{LOG_EDGE, Mask, MaskModel, SIGMA, SIGMA_SLOPE, SOLID};
 

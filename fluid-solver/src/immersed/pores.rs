@@ -1,14 +1,15 @@
-//! The radius that a mask needs for the flow to feel a sphere of radius R (docs/equations-immersed.md, section 8).
+//! The radius that a mask needs for the flow to feel a sphere of radius R (docs/equations-immersed.md,
+//! section 8).
 //!
-//! The mask puts the wall right for a linear profile. Where the profile is curved the wall stands too far inside,
-//! by a length of order Δx² times the curvature: 1/R beside a sphere alone, 1/R + 1/r_h in a pore of hydraulic
-//! radius r_h = R (1 − φ)/(3φ):
+//! The mask puts the wall right for a linear profile. Where the profile is curved the wall stands too far
+//! inside, by a length of order Δx² times the curvature: 1/R beside a sphere alone, 1/R + 1/r_h in a pore of
+//! hydraulic radius r_h = R (1 − φ)/(3φ):
 //! ```text
 //! δR = (π²/12) w̄² (1/R + 1/r_h) + Δx²/(24 r_h),   w̄ = 0.6 f Δx
 //! ```
 //! φ is the solid fraction about the grain: volumes are shared among coarse cells, 1.5 diameters wide, and
-//! read back with the same weights. The grain's own share counts as far as others, or its own images, do as much:
-//! a grain alone is in no pore.
+//! read back with the same weights. The grain's own share counts as far as others, or its own images, do as
+//! much: a grain alone is in no pore.
 
 use super::body::{Motion, Shape, along_axes};
 use super::mask_model::MaskModel;

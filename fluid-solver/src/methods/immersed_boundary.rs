@@ -1,4 +1,5 @@
-//! What a method of the immersed boundary does in a window, in this order (docs/equations-immersed.md, section 3):
+//! What a method of the immersed boundary does in a window, in this order (docs/equations-immersed.md,
+//! section 3):
 //!
 //! ```text
 //! place     the grains where they are expected at the end of the window, and the force with them
@@ -33,8 +34,8 @@ pub trait ImmersedBoundary<const D: usize>: Send {
     /// Finds again what follows from fields and grains, after these were set.
     fn resume(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>);
 
-    /// Values at points of the bodies that decide the next window, by component: the method's part of a checkpoint
-    /// beside fields and grains.
+    /// Values at points of the bodies that decide the next window, by component: the method's part of a
+    /// checkpoint beside fields and grains.
     fn points(&self) -> Option<&[Vec<f64>; D]> {
         None
     }

@@ -4,8 +4,8 @@
 //! f = α (U − V)/dt,  u = V + dt f             (7)     V: the velocity before it is projected, α: the mask, eqs 8–10
 //! F = −ρ ρ_p/(ρ_p − ρ) ∫ f dV                 (5, 6)  the buoyancy is in F, and lost where a grain rests
 //! ```
-//! The fluid takes its whole step with the motion known, so that the loads of a window meet the motion of its start:
-//! `explicit` order.
+//! The fluid takes its whole step with the motion known, so that the loads of a window meet the motion of its
+//! start: `explicit` order.
 
 use super::grains::Grains;
 use super::immersed_boundary::ImmersedBoundary;

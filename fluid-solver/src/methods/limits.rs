@@ -1,7 +1,8 @@
-//! Which grains are too light for one exchange of forces per window, as data for the coupler (docs/stability.md).
+//! Which grains are too light for one exchange of forces per window, as data for the coupler
+//! (docs/stability.md).
 //!
-//! A method has the lowest density ratios that were found stable at five ν dt/D². With the sizes of the grains these
-//! become a table over the length of the window, which the coupler looks up.
+//! A method has the lowest density ratios that were found stable at five ν dt/D². With the sizes of the
+//! grains these become a table over the length of the window, which the coupler looks up.
 
 use bedload_scene::{CheckedScene, Freedom, Geometry, Grain, Medium, Shape};
 use protocol::facts::{BoundRow, Measure, Side, SolverBound};
@@ -41,8 +42,8 @@ pub(crate) struct Limits {
 /// One interval of ν dt/D²: its end, limit and source.
 type Piece = (f64, f64, &'static str);
 
-/// The intervals of one row: each column by itself, between two columns the larger of their limits, beyond the last
-/// the larger of the last two (`density-range` says that nothing was measured there).
+/// The intervals of one row: each column by itself, between two columns the larger of their limits, beyond
+/// the last the larger of the last two (`density-range` says that nothing was measured there).
 fn pieces((row, source): Row) -> Vec<Piece> {
     let mut pieces = vec![(COLUMNS[0] * (1.0 + SAME), row[0], source)];
     for k in 1..COLUMNS.len() {
@@ -165,7 +166,8 @@ fn rows(scene: &CheckedScene, medium: &Medium, limits: &Limits) -> Vec<BoundRow>
     rows
 }
 
-/// `density-ratio` and `density-range` of a method; `repeated`: its limits where windows are repeated, if it can.
+/// `density-ratio` and `density-range` of a method; `repeated`: its limits where windows are repeated, if it
+/// can.
 pub(super) fn density_ratio(
     scene: &CheckedScene,
     medium: &Medium,
@@ -303,7 +305,8 @@ mod tests {
         }
     }
 
-    /// Thousands of sizes make few rows: the limits change where the smallest or the largest grain passes a column.
+    /// Thousands of sizes make few rows: the limits change where the smallest or the largest grain passes a
+    /// column.
     #[test]
     fn many_sizes_make_few_rows() {
         let grains: Vec<[f64; 2]> = (0..8).map(|k| [1.0 + 0.05 * f64::from(k), 2.0]).collect();

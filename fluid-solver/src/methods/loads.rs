@@ -1,12 +1,12 @@
 //! Loads of a force that acts before the fluid knows the motion (docs/equations-immersed.md, section 4).
 //!
-//! With −G/dt the force per unit density that the grain would exert on the fluid at its predicted place, m_f the mass of
-//! the fluid it displaces and ρ the fluid's density, the message carries
+//! With −G/dt the force per unit density that the grain would exert on the fluid at its predicted place, m_f
+//! the mass of the fluid it displaces and ρ the fluid's density, the message carries
 //! ```text
 //! F = ρ G/dt − m_f g + virtual mass + displaced mass          (after Yu & Shao 2007)
 //! ```
-//! so that `m_p dU/dt = m_p g + F`: buoyancy is in F, weight is not. Why −m_f g is there along periodic axes too:
-//! `docs/equations-immersed.md`.
+//! so that `m_p dU/dt = m_p g + F`: buoyancy is in F, weight is not. Why −m_f g is there along periodic axes
+//! too: `docs/equations-immersed.md`.
 
 use super::grains::Grains;
 use super::virtual_mass::{self, ByGap};
@@ -16,9 +16,9 @@ use crate::immersed::body::Shape;
 use crate::step::Stepper;
 use protocol::message::Loads;
 
-/// Largest mass, and inertia, that may act through the acceleration of the window before, over those of density ρ_p −
-/// ρ/2, where it is positive and where it is negative: with a third of it discs were seen to fail
-/// (docs/equations-immersed.md, section 4).
+/// Largest mass, and inertia, that may act through the acceleration of the window before, over those of
+/// density ρ_p − ρ/2, where it is positive and where it is negative: with a third of it discs were seen to
+/// fail (docs/equations-immersed.md, section 4).
 const MAX_LATE_RATIO: [f64; 2] = [1.0 / 16.0, 0.5];
 
 /// What is the same for all grains and steps.
@@ -44,11 +44,11 @@ pub(super) struct Measured {
     /// Acceleration of the attempt before less that of the window before: what a DEM does not know when it
     /// adds added_mass A_prev. Zero in the first attempt at a window.
     pub(super) ahead: Wrench,
-    /// Added to C_v by walls and neighbours. It has no part in the virtual inertia: a sphere that turns moves no
-    /// ideal fluid.
+    /// Added to C_v by walls and neighbours. It has no part in the virtual inertia: a sphere that turns moves
+    /// no ideal fluid.
     near: f64,
-    /// The same in the window before, whose acceleration the DEM adds: with it the virtual masses of all windows
-    /// cancel in the sum, however they change.
+    /// The same in the window before, whose acceleration the DEM adds: with it the virtual masses of all
+    /// windows cancel in the sum, however they change.
     near_before: f64,
     /// Added to C_v: what repeated windows need so that the first attempts do not overshoot. It drops out.
     pub(super) more: f64,
@@ -56,7 +56,8 @@ pub(super) struct Measured {
     volume: Option<[f64; 3]>,
     /// Acceleration that the fluid as a whole begins with, m/s²: in the first window only.
     pub(super) drive: [f64; 3],
-    /// Is it the first window of a fluid at rest? Then the grain starts with C_v alone (Izard et al. 2014, eq. 20).
+    /// Is it the first window of a fluid at rest? Then the grain starts with C_v alone (Izard et al. 2014,
+    /// eq. 20).
     starts: bool,
 }
 
@@ -88,15 +89,16 @@ impl LoadsRule {
         loads
     }
 
-    /// How much more inertia a body has whose volume is `ratio` times as large, less one: it goes with V^(1 + 2/d).
+    /// How much more inertia a body has whose volume is `ratio` times as large, less one: it goes with V^(1 +
+    /// 2/d).
     fn swollen(&self, ratio: f64) -> f64 {
         ratio.powf(1.0 + 2.0 / f64::from(self.dimensions)) - 1.0
     }
 
-    /// Puts the mass ρ(∫β dV − V), by which the mask differs from the grain, on the grain's side of the equation:
-    /// as force, times the acceleration that is known, as far as the grain is heavy enough to bear a force that comes
-    /// one window late; the rest, where it is positive, as mass. A DEM adds added_mass A_prev to the force, which
-    /// belongs to C_v m_f alone, so that of this mass is taken off here.
+    /// Puts the mass ρ(∫β dV − V), by which the mask differs from the grain, on the grain's side of the
+    /// equation: as force, times the acceleration that is known, as far as the grain is heavy enough to bear
+    /// a force that comes one window late; the rest, where it is positive, as mass. A DEM adds added_mass
+    /// A_prev to the force, which belongs to C_v m_f alone, so that of this mass is taken off here.
     ///
     /// The mass of a message has no direction: it is the mean over the components that the grain
     /// moves along, and what differs from it acts through the acceleration that is known.
@@ -156,8 +158,8 @@ impl GrainLoads {
         }
     }
 
-    /// With or without virtual mass, and the mass by which the mask differs from the grain. Points have the area of
-    /// their body: with them there is no such mass.
+    /// With or without virtual mass, and the mass by which the mask differs from the grain. Points have the
+    /// area of their body: with them there is no such mass.
     pub(super) fn with_parts(mut self, virtual_mass: bool, displaced_mass: bool) -> Self {
         self.displaced_mass = displaced_mass;
         if !virtual_mass {
@@ -186,8 +188,9 @@ impl GrainLoads {
         }
     }
 
-    /// What walls and neighbours add to the virtual mass in a window that begins with the motion known now, and
-    /// what they added in the window before; where windows are `repeated`, each attempt's own virtual mass cancels.
+    /// What walls and neighbours add to the virtual mass in a window that begins with the motion known now,
+    /// and what they added in the window before; where windows are `repeated`, each attempt's own virtual
+    /// mass cancels.
     pub(super) fn measure_virtual_mass<const D: usize>(&mut self, grains: &Grains<D>, repeated: bool) {
         let Self { by_gap: Some(by_gap), measured, rule, .. } = self else { return };
         let Grains { immersed, memory, model, .. } = grains;
@@ -247,8 +250,8 @@ mod tests {
         assert!((torque - (p.torque[1] + 2.0 * 3.0 * 0.4 * attempt)).abs() < 1e-14);
     }
 
-    /// (m_p + m_a) A = … + m_a A_prev, window by window, with virtual masses that change: what they add cancels in
-    /// the sum over a contact, which begins and ends without acceleration.
+    /// (m_p + m_a) A = … + m_a A_prev, window by window, with virtual masses that change: what they add
+    /// cancels in the sum over a contact, which begins and ends without acceleration.
     #[test]
     fn virtual_masses_that_change_cancel_in_the_sum() {
         let buoyant = 6.0;
@@ -263,8 +266,8 @@ mod tests {
         assert!(f64::abs(sum) < 1e-14, "{sum}");
     }
 
-    /// A DEM solves (m_p + m_a) a = m_p g + F + m_a A_prev. With A_prev = a the message must add
-    /// ρ(∫β dV − V) a, component by component, to the grain's side, and nothing else: the part that is late as force, the
+    /// A DEM solves (m_p + m_a) a = m_p g + F + m_a A_prev. With A_prev = a the message must add ρ(∫β dV − V)
+    /// a, component by component, to the grain's side, and nothing else: the part that is late as force, the
     /// rest as mass; all of it as force where the grain is heavy enough.
     #[test]
     fn displaced_mass_stands_on_the_grains_side() {

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 /// How the grains' motion is imposed on the fluid, and how their loads are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 pub enum Method {
-    /// A force carried from step to step in a mask whose surface is where the flow feels it, at any dt and resolution.
+    /// A force carried from step to step in a mask whose surface is where the flow feels it, at any dt and
+    /// resolution.
     #[default]
     #[serde(rename = "calibrated")]
     Calibrated,
@@ -23,7 +24,8 @@ pub enum Method {
 impl Method {
     /// Orders of the exchange that the method can follow, its own first.
     ///
-    /// Only `calibrated` can repeat a window: its force acts on the prediction, and is known again where the window began.
+    /// Only `calibrated` can repeat a window: its force acts on the prediction, and is known again where the
+    /// window began.
     #[must_use]
     pub fn schemes(self) -> &'static [Scheme] {
         match self {
@@ -33,8 +35,8 @@ impl Method {
         }
     }
 
-    /// Its mask in a fluid of kinematic viscosity `viscosity` (m²/s); dt is to be set. With `fictitious-domain` it
-    /// serves the start and the output.
+    /// Its mask in a fluid of kinematic viscosity `viscosity` (m²/s); dt is to be set. With
+    /// `fictitious-domain` it serves the start and the output.
     pub(crate) fn mask(self, viscosity: f64) -> MaskModel {
         let (mask, width) = match self {
             Self::Izard2014 => (Mask::Izard2014, 1.0),

@@ -6,9 +6,9 @@
 //! | `izard-2014` | `izard2014.rs` | α (U − u)/dt, anew in each step (Izard et al. 2014, eq. 7) | −ρ ρ_p/(ρ_p − ρ) ∫ f dV |
 //! | `fictitious-domain` | `fictitious/` | λ at points of the bodies (Yu & Shao 2007) | ρ G/dt − m_f g |
 //!
-//! [`immersed_boundary`] is the trait, [`grains`] the state of the grains that all methods share, [`loads`] the loads of
-//! the first and the last method, [`limits`] the form in which a method tells the coupler which grains are too light.
-//! Masks and integrals over grains are in [`crate::immersed`].
+//! [`immersed_boundary`] is the trait, [`grains`] the state of the grains that all methods share, [`loads`]
+//! the loads of the first and the last method, [`limits`] the form in which a method tells the coupler which
+//! grains are too light. Masks and integrals over grains are in [`crate::immersed`].
 
 pub mod calibrated;
 pub mod fictitious;

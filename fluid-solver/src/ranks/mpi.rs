@@ -1,7 +1,8 @@
-//! Ranks that are processes started by `mpirun`, over the crate `mpi` (feature `mpi`). The only file that knows MPI.
+//! Ranks that are processes started by `mpirun`, over the crate `mpi` (feature `mpi`). The only file that
+//! knows MPI.
 //!
-//! All messages are sent and received without blocking and then polled, so that a rank that hangs is named. A rank
-//! that dies is noticed by `mpirun`, which names it and ends the others.
+//! All messages are sent and received without blocking and then polled, so that a rank that hangs is named. A
+//! rank that dies is noticed by `mpirun`, which names it and ends the others.
 
 use super::rank::{Link, Ranks, launched};
 use ::mpi::Threading;
@@ -42,7 +43,8 @@ pub fn start() -> Result<Option<(Universe, Ranks)>, String> {
     Ok(Some((universe, Ranks::linked(link))))
 }
 
-/// Polls `requests` until all are done. If one is not in time the run is over: what MPI was lent cannot be taken back.
+/// Polls `requests` until all are done. If one is not in time the run is over: what MPI was lent cannot be
+/// taken back.
 fn poll<'a, D: ?Sized, S: Scope<'a>>(
     requests: Vec<(usize, Request<'a, D, S>)>,
     (begin, patience): (Instant, Option<Duration>),
@@ -62,7 +64,8 @@ fn poll<'a, D: ?Sized, S: Scope<'a>>(
                 );
                 SimpleCommunicator::world().abort(1);
             }
-            // Who waits long leaves the core to the rank that it waits for: there may be fewer cores than ranks.
+            // Who waits long leaves the core to the rank that it waits for: there may be fewer cores than
+            // ranks.
             polls += 1;
             if polls < SPINS { std::thread::yield_now() } else { std::thread::sleep(NAP) }
         }

@@ -20,8 +20,9 @@ pub trait Link: Send + Sync {
     /// Number of ranks.
     fn size(&self) -> usize;
 
-    /// Sends every message, calls `meanwhile`, and waits for all that are to come, in any order. Messages between the
-    /// same two ranks arrive in the order in which they were sent. `patience`: how long to wait; without: for ever.
+    /// Sends every message, calls `meanwhile`, and waits for all that are to come, in any order. Messages
+    /// between the same two ranks arrive in the order in which they were sent. `patience`: how long to wait;
+    /// without: for ever.
     ///
     /// # Errors
     /// With the rank that is gone or does not answer.
@@ -288,8 +289,8 @@ impl Ranks {
         parts
     }
 
-    /// What each rank did with its files: on rank 0 what all of them say, in their order; nothing elsewhere. Files
-    /// take long, so it is waited for longer than within a window.
+    /// What each rank did with its files: on rank 0 what all of them say, in their order; nothing elsewhere.
+    /// Files take long, so it is waited for longer than within a window.
     ///
     /// # Errors
     /// The first rank's failure, or there that of another one with its number.

@@ -116,8 +116,8 @@ impl Sweep<'_> {
         }
     }
 
-    /// Copies the planes beside each slab. While those of other ranks are on their way the second plane of each slab is
-    /// prepared, which the momentum of the first one asks for.
+    /// Copies the planes beside each slab. While those of other ranks are on their way the second plane of
+    /// each slab is prepared, which the momentum of the first one asks for.
     pub(super) fn exchange_planes(&self, fields: &mut Fields<'_>, privates: &mut [Private], before: Before) {
         let (shape, has_gradient) = (self.shape, self.has_gradient);
         let packed = shape.ghosts.pack(1, &wanted(fields, has_gradient));
@@ -166,8 +166,8 @@ impl Sweep<'_> {
         });
     }
 
-    /// Momentum, with what is due before it ([`Sweep::prepare_ends`] did it at the ends, [`Sweep::exchange_planes`] on the
-    /// second plane), and the divergence.
+    /// Momentum, with what is due before it ([`Sweep::prepare_ends`] did it at the ends,
+    /// [`Sweep::exchange_planes`] on the second plane), and the divergence.
     pub(super) fn momentum(
         &self,
         fields: &mut Fields<'_>,

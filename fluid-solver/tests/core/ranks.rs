@@ -116,8 +116,8 @@ fn grids() -> Vec<Grid<3>> {
     ]
 }
 
-/// 1 to 4 ranks, with 1 and 2 threads each: walled and periodic along z, equal and stretched cells, every scheme, both
-/// treatments of viscosity, with and without a prescribed flow rate.
+/// 1 to 4 ranks, with 1 and 2 threads each: walled and periodic along z, equal and stretched cells, every
+/// scheme, both treatments of viscosity, with and without a prescribed flow rate.
 #[test]
 fn ranks_do_not_change_a_bit() {
     for grid in grids() {

@@ -37,8 +37,8 @@ fn shear(body: &str, degrees: f64, method: &str) -> Run {
     run
 }
 
-/// Jeffery's orbit of an elliptic cylinder: ω = γ (a² sin² + b² cos²)/(a² + b²) by the angle between long axis and flow
-/// (Jeffery 1922; Ding & Aidun 2000, J. Fluid Mech. 423, 317).
+/// Jeffery's orbit of an elliptic cylinder: ω = γ (a² sin² + b² cos²)/(a² + b²) by the angle between long
+/// axis and flow (Jeffery 1922; Ding & Aidun 2000, J. Fluid Mech. 423, 317).
 #[test]
 fn an_ellipse_in_shear_turns_as_in_jefferys_orbit() {
     let ellipse = "shape = \"ellipse\"\nsemi_axes = [0.8, 0.4]";

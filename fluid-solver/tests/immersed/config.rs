@@ -96,7 +96,8 @@ fn more_memory_than_there_is_is_refused() {
     assert!(error.message.contains("GiB"), "{}", error.message);
 }
 
-/// By a launcher a machine needs the memory of the ranks that are on it; what cannot be read is counted whole.
+/// By a launcher a machine needs the memory of the ranks that are on it; what cannot be read is counted
+/// whole.
 #[test]
 fn memory_follows_the_launcher() {
     let told = |words: &str| {

@@ -6,8 +6,8 @@ use fluid_solver::measure::momentum;
 use fluid_solver::methods::calibrated::calibration::{Calibration, ForceTransport, MaskRadius};
 use std::f64::consts::PI;
 
-/// Cubes of `cells`³ cells and length 1, each with a sphere of density 8 in a fluid of density 1 that starts with its
-/// velocity and is driven along z by a body force of 2.
+/// Cubes of `cells`³ cells and length 1, each with a sphere of density 8 in a fluid of density 1 that starts
+/// with its velocity and is driven along z by a body force of 2.
 fn unit_cell(cells: usize, (viscosity, dt): (f64, f64), sphere: &Sphere, calibration: Calibration) -> Run {
     let Sphere { place, velocity, radius, motion } = sphere;
     let text = format!(
@@ -97,7 +97,8 @@ impl Array {
     }
 }
 
-/// Centre of a cell, and the worst of eight places: the narrowest gaps lie between the nodes of two components.
+/// Centre of a cell, and the worst of eight places: the narrowest gaps lie between the nodes of two
+/// components.
 const PLACES: [[f64; 3]; 2] = [[0.0; 3], [0.5, 0.5, 0.0]];
 
 /// The mask's radius follows the pores, and viscosity feels the force in the step that changes it

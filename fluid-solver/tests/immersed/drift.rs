@@ -83,7 +83,8 @@ fn a_heavy_grain_lags_and_a_light_one_leads_in_an_accelerated_fluid() {
     assert!(light > 1.05 * neutral && heavy < 0.8 * neutral, "{light} {neutral} {heavy}");
 }
 
-/// Speed at t = 1 of a sphere, ρ_r = 8, that falls from rest at Ar = 20,000, in units of D and (D/(ρ_r − 1) g)^½.
+/// Speed at t = 1 of a sphere, ρ_r = 8, that falls from rest at Ar = 20,000, in units of D and (D/(ρ_r − 1)
+/// g)^½.
 fn start(displaced: bool, dt: f64) -> f64 {
     let text = format!(
         "until = 1.0

@@ -1,4 +1,5 @@
-//! The fictitious-domain method: drag of fixed arrays, what the grains receive and the fluid loses, neutral discs.
+//! The fictitious-domain method: drag of fixed arrays, what the grains receive and the fluid loses, neutral
+//! discs.
 
 use crate::arrays::{cylinders, drag, sangani_acrivos};
 use crate::newton::{Drift, Run, try_scene};
@@ -8,7 +9,8 @@ use fluid_solver::methods::calibrated::calibration::Calibration;
 
 const METHOD: &str = "method = \"fictitious-domain\"";
 
-/// Places on the grid change the drag by less than two thousandths; the error falls by more than the width of the cells.
+/// Places on the grid change the drag by less than two thousandths; the error falls by more than the width of
+/// the cells.
 #[test]
 fn drag_of_an_array_approaches_sangani_and_acrivos() {
     let error =

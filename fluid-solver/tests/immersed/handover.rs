@@ -1,5 +1,5 @@
-//! A run that starts from the last state of another: the same bits on the same grid, the order of the interpolation
-//! onto another one, and what is refused.
+//! A run that starts from the last state of another: the same bits on the same grid, the order of the
+//! interpolation onto another one, and what is refused.
 
 use crate::newton::{Run, scene, try_scene};
 use crate::ranks::shared;
@@ -88,8 +88,8 @@ const UNIFORM: &str = "initial = { type = \"uniform\", velocity = [0.4, 0.0, 0.0
 
 const DT: f64 = 1.0 / 128.0;
 
-/// Does seven windows and leaves the run in `folder`; the messages of the six windows after it, and those of the run
-/// that goes on from there.
+/// Does seven windows and leaves the run in `folder`; the messages of the six windows after it, and those of
+/// the run that goes on from there.
 fn both(
     domain: &str,
     cells: &str,
@@ -216,9 +216,9 @@ fn ranks_do_not_change_a_bit_of_it() {
 /// A velocity by component and position.
 type Flow<const D: usize> = fn(usize, [f64; D]) -> f64;
 
-/// Root mean square over all components of the difference between what a run on the grid of `target` starts with
-/// from one on that of `from_text` in which the velocity was `flow`, and the flow there, projected as well. The
-/// divergence is round-off.
+/// Root mean square over all components of the difference between what a run on the grid of `target` starts
+/// with from one on that of `from_text` in which the velocity was `flow`, and the flow there, projected as
+/// well. The divergence is round-off.
 fn difference<const D: usize>(from_text: &str, target: &str, folder: &Path, flow: Flow<D>) -> f64 {
     let scene_of_run = scene(from_text);
     let mut run = Solver::<D>::new(&scene_of_run).expect("a fluid");
@@ -324,8 +324,8 @@ fn the_interpolation_is_of_fourth_order_in_every_geometry() {
     assert!(found.iter().all(|order| *order > 3.5), "{found:?}");
 }
 
-/// A grain that was held keeps its force on a grid twice as fine, within 12 % from the first window on. Without the force
-/// carried over it would feel 41 % less there.
+/// A grain that was held keeps its force on a grid twice as fine, within 12 % from the first window on.
+/// Without the force carried over it would feel 41 % less there.
 #[test]
 fn the_carried_force_comes_to_the_other_grid() {
     let folder = Folder::new("force");

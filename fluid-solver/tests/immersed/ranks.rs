@@ -70,8 +70,8 @@ pub(crate) fn shared<R: Send>(
     found.into_iter().next().flatten().expect("the first rank's")
 }
 
-/// Windows that take the force along and tell viscosity of it, that leave it, that do not: with one process, 2, 3 and 4
-/// ranks.
+/// Windows that take the force along and tell viscosity of it, that leave it, that do not: with one process,
+/// 2, 3 and 4 ranks.
 #[test]
 fn ranks_do_not_change_a_bit_of_the_loads() {
     let cases = [
@@ -144,8 +144,8 @@ fn a_checkpoint_is_read_by_any_number_of_ranks() {
     }
 }
 
-/// A later checkpoint takes the place of the parts of an earlier one, and one process that of both. A part that is
-/// gone or from elsewhere is refused with its name, whoever needed it.
+/// A later checkpoint takes the place of the parts of an earlier one, and one process that of both. A part
+/// that is gone or from elsewhere is refused with its name, whoever needed it.
 #[test]
 fn parts_belong_to_their_head() {
     let text = text("periodic", "fixed", "");

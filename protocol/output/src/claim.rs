@@ -5,10 +5,11 @@ use std::path::Path;
 
 use crate::error::OutputError;
 
-/// The sole right to write into a folder, given back when it is dropped or its process ends, however that ends.
+/// The sole right to write into a folder, given back when it is dropped or its process ends, however that
+/// ends.
 ///
-/// It is the system's lock on the folder itself, so that nothing lies there on its account, and holds among Bedload's
-/// processes only. Where the file system knows no locks there is none.
+/// It is the system's lock on the folder itself, so that nothing lies there on its account, and holds among
+/// Bedload's processes only. Where the file system knows no locks there is none.
 #[derive(Debug)]
 pub struct Claim {
     _folder: Option<File>,

@@ -56,8 +56,8 @@ impl OutputFolder {
     /// whatever else lies there stays. A finished one is replaced only where that is asked for.
     ///
     /// # Errors
-    /// [`OutputError::InUse`], [`OutputError::Foreign`] if the folder holds other things, [`OutputError::Finished`],
-    /// [`OutputError::Link`], [`OutputError::File`].
+    /// [`OutputError::InUse`], [`OutputError::Foreign`] if the folder holds other things,
+    /// [`OutputError::Finished`], [`OutputError::Link`], [`OutputError::File`].
     pub fn create(root: &Path, scene: &CheckedScene, overwrite: bool) -> Result<Self, OutputError> {
         fs::create_dir_all(root).map_err(OutputError::file("make the output folder", root))?;
         let folder = Self::claimed(root)?;
@@ -141,8 +141,8 @@ impl OutputFolder {
         atomic_write(&path, text.as_bytes())
     }
 
-    /// Writes `scene-in-full.toml`: `scene.toml` with every grain written out as `[[grains]]`, insertions aside, so that a
-    /// solver of another need not know how grains are laid out.
+    /// Writes `scene-in-full.toml`: `scene.toml` with every grain written out as `[[grains]]`, insertions
+    /// aside, so that a solver of another need not know how grains are laid out.
     ///
     /// # Errors
     /// [`OutputError`].
@@ -206,7 +206,8 @@ impl OutputFolder {
         Err(OutputError::Foreign { path: self.root.clone(), marker: MARKER })
     }
 
-    /// Removes the files of the last run, but for `scene.toml`, which marks the folder as ours and is replaced.
+    /// Removes the files of the last run, but for `scene.toml`, which marks the folder as ours and is
+    /// replaced.
     fn remove_run(&self) -> Result<(), OutputError> {
         for path in [self.fields(), self.checkpoint()] {
             if fs::symlink_metadata(&path).is_ok_and(|data| data.is_symlink()) {
@@ -341,8 +342,9 @@ impl OutputFolder {
     }
 }
 
-/// [`CheckedScene::state_sha256`] of the scene from which a run was made, which the checkpoint of a solver alone and of the
-/// coupler bear, from the text of the `scene.toml` in its output folder; none if another program or an earlier version wrote that.
+/// [`CheckedScene::state_sha256`] of the scene from which a run was made, which the checkpoint of a solver
+/// alone and of the coupler bear, from the text of the `scene.toml` in its output folder; none if another
+/// program or an earlier version wrote that.
 #[must_use]
 pub fn state_of(scene: &str) -> Option<&str> {
     let mut head = scene.lines().take_while(|line| line.starts_with('#'));

@@ -62,8 +62,8 @@ impl SeriesWriter {
     /// Goes on with an existing file from the mark of a checkpoint: what was written after it is cut off.
     ///
     /// # Errors
-    /// [`OutputError::Content`] if the file has other columns, or does not begin with what stood there at the mark;
-    /// [`OutputError::File`].
+    /// [`OutputError::Content`] if the file has other columns, or does not begin with what stood there at the
+    /// mark; [`OutputError::File`].
     pub fn resume(path: &Path, names: &[String], every: f64, mark: &SeriesMark) -> Result<Self, OutputError> {
         let mut file = OpenOptions::new()
             .read(true)

@@ -1,7 +1,7 @@
 //! The loop's part of a checkpoint, and which checkpoint is whole.
 //!
-//! A checkpoint is a folder `checkpoint/<step>`: one file of each solver and, written last, `loop.checkpoint`. A
-//! folder without that file was cut short and is never resumed from.
+//! A checkpoint is a folder `checkpoint/<step>`: one file of each solver and, written last,
+//! `loop.checkpoint`. A folder without that file was cut short and is never resumed from.
 
 use std::path::PathBuf;
 

@@ -1,9 +1,9 @@
 //! How solvers are run: one loop over windows, and the command line that both solvers share.
 //!
-//! The loop ([`run()`], [`replay::drive`]) is the same for a coupled run, a solver alone, a replay, and the way back
-//! after a failure. A [`Link`] says where the solvers are (other processes over shared memory, or this process), a
-//! [`Schedule`] which windows there are and whether one stands. Log, checkpoints, series, progress, signals and
-//! summary stand here once.
+//! The loop ([`run()`], [`replay::drive`]) is the same for a coupled run, a solver alone, a replay, and the
+//! way back after a failure. A [`Link`] says where the solvers are (other processes over shared memory, or
+//! this process), a [`Schedule`] which windows there are and whether one stands. Log, checkpoints, series,
+//! progress, signals and summary stand here once.
 //!
 //! | command | does |
 //! |---|---|

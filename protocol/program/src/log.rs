@@ -37,7 +37,8 @@ pub(crate) struct Log {
     due: Option<Due>,
 }
 
-/// Which windows have a message: a function of the window alone, so that a log does not depend on the machine.
+/// Which windows have a message: a function of the window alone, so that a log does not depend on the
+/// machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Due {
     /// Time between messages, s; 0: every window.
@@ -47,7 +48,8 @@ struct Due {
 }
 
 impl Due {
-    /// At each observation of `every` seconds, or so many of them apart that all messages of `bytes` bytes have room.
+    /// At each observation of `every` seconds, or so many of them apart that all messages of `bytes` bytes
+    /// have room.
     fn new(every: f64, until: f64, bytes: usize) -> Self {
         let apart = until * bytes as f64 / MOST_BYTES;
         let period = match every > 0.0 {
@@ -66,8 +68,8 @@ impl Due {
 }
 
 impl Log {
-    /// Begins the next part of the log of a run whose scene stands in its folder, with window `step` at `time`. None
-    /// where no grain has a message, or where one would be too large, which is said.
+    /// Begins the next part of the log of a run whose scene stands in its folder, with window `step` at
+    /// `time`. None where no grain has a message, or where one would be too large, which is said.
     pub(crate) fn begin(
         kind: &LogKind,
         job: &Job<'_>,

@@ -82,7 +82,8 @@ impl RunOptions {
     /// The output folder: opened with `--resume`, else new or emptied of the last run.
     ///
     /// # Errors
-    /// [`OutputError`] if it cannot be made, is in use, holds foreign files, a finished run, or nothing to resume.
+    /// [`OutputError`] if it cannot be made, is in use, holds foreign files, a finished run, or nothing to
+    /// resume.
     pub fn folder(&self, scene: &CheckedScene) -> Result<OutputFolder, OutputError> {
         if self.resume {
             return OutputFolder::resume(&self.out_path());

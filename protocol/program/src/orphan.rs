@@ -7,8 +7,8 @@ use crate::failure::Failure;
 /// Variable in which `bedload` names itself to a solver that it starts.
 pub const PARENT: &str = "BEDLOAD_PARENT";
 
-/// From here on the death of the `bedload` that started this process (kill -9 included) is as SIGTERM to it. Nothing
-/// changes for a solver that a shell, a script or `mpirun` started.
+/// From here on the death of the `bedload` that started this process (kill -9 included) is as SIGTERM to it.
+/// Nothing changes for a solver that a shell, a script or `mpirun` started.
 ///
 /// # Errors
 /// If the parent has died already.

@@ -2,8 +2,8 @@
 
 use std::process::exit;
 
-/// From here on a program whose standard output is a closed pipe ends with code 0 as it prints, without a word, where the
-/// standard library would panic.
+/// From here on a program whose standard output is a closed pipe ends with code 0 as it prints, without a
+/// word, where the standard library would panic.
 pub fn end_at_closed_pipe() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

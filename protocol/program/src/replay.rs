@@ -1,5 +1,5 @@
-//! A solver driven by a log: the windows of the run loop are those of the log, and so are the messages of the absent
-//! solver. What the solver sends is compared with what was logged.
+//! A solver driven by a log: the windows of the run loop are those of the log, and so are the messages of the
+//! absent solver. What the solver sends is compared with what was logged.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -262,12 +262,12 @@ impl Compare for Bits {
     }
 }
 
-/// Drives `participant` through the windows of `log`, in this process. Where the log has no message of the other
-/// solver, `answer` gives it.
+/// Drives `participant` through the windows of `log`, in this process. Where the log has no message of the
+/// other solver, `answer` gives it.
 ///
 /// # Errors
-/// [`Failure`] of the solver or of the log, and on a signal. A difference is no error, nor is a log that breaks off:
-/// both stand in the report.
+/// [`Failure`] of the solver or of the log, and on a signal. A difference is no error, nor is a log that
+/// breaks off: both stand in the report.
 pub fn replay<P>(
     mut participant: P,
     log: LogReader,

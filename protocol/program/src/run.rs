@@ -72,8 +72,8 @@ pub trait Setup {
 /// The checkpoint that a run goes on from.
 type From<S> = (PathBuf, LoopState<<<S as Setup>::Schedule as Schedule>::State>);
 
-/// Runs a scene, from its start or from a checkpoint, to its end. After a failure of a solver, or of the exchange, the
-/// folder holds a checkpoint of the window before.
+/// Runs a scene, from its start or from a checkpoint, to its end. After a failure of a solver, or of the
+/// exchange, the folder holds a checkpoint of the window before.
 ///
 /// # Errors
 /// [`Failure`]; once the solvers were to start it also stands in `summary.json`.
@@ -144,7 +144,8 @@ pub fn summarise(
     outcome.and_then(|()| Ok(written?))
 }
 
-/// Starts the solvers and advances them, up to window `last` if one is given. `done`: windows done, once any could be.
+/// Starts the solvers and advances them, up to window `last` if one is given. `done`: windows done, once any
+/// could be.
 fn once<S: Setup>(
     job: &Job<'_>,
     setup: &S,
@@ -169,9 +170,9 @@ fn once<S: Setup>(
 
 /// After a failure in window `step`: a checkpoint at its start, and a line about it.
 ///
-/// A solver that fails in the middle of a window has lost the state at its start, and a copy in every window would
-/// cost every run. The windows before are done again instead, bit for bit, from the last whole checkpoint or from the
-/// start: at most `coupling.checkpoint_every` of work, and only after a failure.
+/// A solver that fails in the middle of a window has lost the state at its start, and a copy in every window
+/// would cost every run. The windows before are done again instead, bit for bit, from the last whole
+/// checkpoint or from the start: at most `coupling.checkpoint_every` of work, and only after a failure.
 fn rewind<S: Setup>(job: &Job<'_>, setup: &S, step: u64) -> Result<String, Failure> {
     let from =
         checkpoint::latest::<<S::Schedule as Schedule>::State>(job.folder, &job.scene.state_sha256()).ok();

@@ -1,7 +1,8 @@
 //! The loop over windows, one for every way to run: coupled, alone, replayed.
 //!
-//! A window: order it, wait for what was exchanged, log, examine, observe. Between windows: checkpoints, signals,
-//! the end. [`Link`] says where the solvers are, [`Schedule`] which windows there are and whether they stand.
+//! A window: order it, wait for what was exchanged, log, examine, observe. Between windows: checkpoints,
+//! signals, the end. [`Link`] says where the solvers are, [`Schedule`] which windows there are and whether
+//! they stand.
 
 use std::time::Instant;
 
@@ -45,7 +46,8 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
         Self { link, schedule, interrupts, output: None, last: None }
     }
 
-    /// The loop of a run, from its start or from a checkpoint; with `last`, up to that window and without a log.
+    /// The loop of a run, from its start or from a checkpoint; with `last`, up to that window and without a
+    /// log.
     ///
     /// # Errors
     /// [`Failure`] if the output cannot be opened.

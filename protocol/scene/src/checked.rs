@@ -49,7 +49,8 @@ pub struct CheckedScene {
     pub inserted: Vec<Inserted>,
     /// The text, for errors of the sections.
     pub source: SceneSource,
-    /// [`CheckedScene::state_sha256`] of the scene from which this one was written out; none where its text says it.
+    /// [`CheckedScene::state_sha256`] of the scene from which this one was written out; none where its text
+    /// says it.
     pub written_from: Option<String>,
 }
 
@@ -97,8 +98,8 @@ impl CheckedScene {
         hexadecimal(&self.source.without_sweeps())
     }
 
-    /// SHA-256 in hexadecimal of what the scene says, its end aside: what a checkpoint is of. So a run goes on past
-    /// the end that it had, and with other comments.
+    /// SHA-256 in hexadecimal of what the scene says, its end aside: what a checkpoint is of. So a run goes
+    /// on past the end that it had, and with other comments.
     #[must_use]
     pub fn state_sha256(&self) -> String {
         self.written_from.clone().unwrap_or_else(|| hexadecimal(&self.source.without_end()))

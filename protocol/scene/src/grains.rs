@@ -77,7 +77,8 @@ pub enum Freedom {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grain {
-    /// `sphere`, or `disc` in the plane (the default there); in the plane also `rectangle`, `ellipse` or `polygon`.
+    /// `sphere`, or `disc` in the plane (the default there); in the plane also `rectangle`, `ellipse` or
+    /// `polygon`.
     #[serde(default)]
     pub shape: Shape,
     /// Sides of a rectangle along x and z in the frame of the body, m.
@@ -86,8 +87,8 @@ pub struct Grain {
     /// Semi-axes of an ellipse along x and z in the frame of the body, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub semi_axes: Option<[f64; 2]>,
-    /// Vertices (x, z) of a convex polygon in the frame of the body, one after the other, m. `position` is where its
-    /// centre of mass stands, wherever the vertices' own origin lies.
+    /// Vertices (x, z) of a convex polygon in the frame of the body, one after the other, m. `position` is
+    /// where its centre of mass stands, wherever the vertices' own origin lies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vertices: Vec<[f64; 2]>,
     /// Centre (x, y, z), m. Plane: y = 0; axisymmetric: x = y = 0.
@@ -101,8 +102,8 @@ pub struct Grain {
     /// Orientation at t = 0, unit quaternion (w, x, y, z).
     #[serde(default = "upright")]
     pub orientation: [f64; 4],
-    /// Radius, m. Of a body that is not round it is not given: it becomes the largest distance of its surface from its
-    /// centre.
+    /// Radius, m. Of a body that is not round it is not given: it becomes the largest distance of its surface
+    /// from its centre.
     #[serde(default = "not_given")]
     pub radius: f64,
     /// Density, kg/m³.

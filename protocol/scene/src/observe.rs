@@ -273,7 +273,8 @@ pub enum MetricKind {
     SeriesDifference {
         /// Column.
         column: String,
-        /// CSV file with the columns `t` (s) and `value` (in the unit of the column), from the scene's folder.
+        /// CSV file with the columns `t` (s) and `value` (in the unit of the column), from the scene's
+        /// folder.
         file: std::path::PathBuf,
     },
     /// Largest difference between the velocity of the fluid along a line at the end of a run without
@@ -291,8 +292,8 @@ pub enum MetricKind {
         /// Its column that holds the velocity.
         column: String,
     },
-    /// Length of the backward flow behind a grain over its width along the same axis, on the line through its centre, at
-    /// the end of a run without free grains.
+    /// Length of the backward flow behind a grain over its width along the same axis, on the line through its
+    /// centre, at the end of a run without free grains.
     WakeLength {
         /// Grain.
         #[serde(default)]

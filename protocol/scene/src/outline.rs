@@ -1,7 +1,7 @@
 //! Outlines of bodies of the plane that are not round: ellipses and convex polygons.
 //!
-//! Frame of the body: axes (x, z) that lie along those of the laboratory at orientation (1, 0, 0, 0), the origin in the
-//! centre of mass.
+//! Frame of the body: axes (x, z) that lie along those of the laboratory at orientation (1, 0, 0, 0), the
+//! origin in the centre of mass.
 
 use std::f64::consts::PI;
 
@@ -231,8 +231,8 @@ fn from_polygon(vertices: &[[f64; 2]], point: [f64; 2]) -> (f64, [f64; 2]) {
     if inside.0 <= 0.0 { inside } else { outside }
 }
 
-/// By Newton's method on the parameter of the nearest point, which lies in the point's own quadrant (Eberly 2013, "Distance
-/// from a point to an ellipse").
+/// By Newton's method on the parameter of the nearest point, which lies in the point's own quadrant (Eberly
+/// 2013, "Distance from a point to an ellipse").
 fn from_ellipse(semi_axes: [f64; 2], point: [f64; 2]) -> (f64, [f64; 2]) {
     let sign = point.map(|x| 1f64.copysign(x));
     // Long axis first.

@@ -33,8 +33,8 @@ pub struct Scene {
     /// Where the case comes from (author, year, figure).
     #[serde(default)]
     pub source: String,
-    /// Error that is good enough, such as `"2%"`: `bedload` then takes resolution, step and method from the chart
-    /// of this class of scenes.
+    /// Error that is good enough, such as `"2%"`: `bedload` then takes resolution, step and method from the
+    /// chart of this class of scenes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<String>,
     /// End of the run, s.

@@ -82,7 +82,8 @@ impl SceneSource {
         if removed.contains(&true) { Cow::Owned(document.to_string()) } else { Cow::Borrowed(&self.text) }
     }
 
-    /// Keys and values in one order, without comments, folders of files, `until`, `[chart]` and `[stability]`.
+    /// Keys and values in one order, without comments, folders of files, `until`, `[chart]` and
+    /// `[stability]`.
     #[must_use]
     pub(crate) fn without_end(&self) -> Cow<'_, str> {
         let Ok(mut table) = self.text_without_folders().parse::<toml::Table>() else {
@@ -225,8 +226,8 @@ fn quoted_after(message: &str, prefix: &str) -> Option<String> {
     Some(rest.split_once('`')?.0.to_owned())
 }
 
-/// Span of the deepest part of `path` that stands in the text, and how many of its parts do; of the key where a part is
-/// missing.
+/// Span of the deepest part of `path` that stands in the text, and how many of its parts do; of the key where
+/// a part is missing.
 fn find(tree: &Spanned<DeTable<'_>>, path: &[String]) -> (Range<usize>, usize) {
     let (mut span, mut parts) = (0..0, 0);
     let mut table = Some(tree.get_ref());

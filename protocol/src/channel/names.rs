@@ -74,7 +74,8 @@ fn private_folders(base: &Path, user: u32) -> Result<Vec<PathBuf>, ExchangeError
     Ok(found)
 }
 
-/// One that is there, else the plain name; where that is somebody else's, who took it first, one that nobody can foresee.
+/// One that is there, else the plain name; where that is somebody else's, who took it first, one that nobody
+/// can foresee.
 fn folder_for(base: &Path, user: u32) -> Result<PathBuf, ExchangeError> {
     if let Some(first) = private_folders(base, user)?.into_iter().next() {
         return Ok(first);

@@ -246,8 +246,8 @@ impl<In: Wire, Out: Wire> Exchange<In, Out> for SharedMemory<In, Out> {
             &mut self.rhythm,
             &mut || incoming.receive().map_err(transport("cannot receive")),
             &mut || {
-                // A peer that has obeyed Stop is gone: the orders are read after the look at the peer, as what made it
-                // leave is among them by then.
+                // A peer that has obeyed Stop is gone: the orders are read after the look at the peer, as
+                // what made it leave is among them by then.
                 let there = watch.check(&members, window.step);
                 take_until_stop(commands, backlog)?;
                 there

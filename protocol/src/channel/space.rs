@@ -1,5 +1,6 @@
-//! Room for the shared memory of a run. A segment is a sparse file: a page for which there is no room when it is written
-//! first ends the process with SIGBUS. So room is asked for before anything is made, and taken once everything is there.
+//! Room for the shared memory of a run. A segment is a sparse file: a page for which there is no room when it
+//! is written first ends the process with SIGBUS. So room is asked for before anything is made, and taken
+//! once everything is there.
 
 use std::fs::{self, File};
 use std::os::unix::fs::PermissionsExt;
@@ -14,7 +15,8 @@ use super::topics::{depth, most_lent};
 use crate::message::{Header, Kinematics, Loads};
 use crate::participant::ExchangeError;
 
-/// All that does not grow with the number of grains: commands, reports, events, what iceoryx2 keeps. Measured: 50 kB.
+/// All that does not grow with the number of grains: commands, reports, events, what iceoryx2 keeps.
+/// Measured: 50 kB.
 const SMALL: u64 = 256 << 10;
 /// What a message has beside payload and [`Header`], at most.
 const ENVELOPE: u64 = 128;
@@ -57,7 +59,8 @@ pub(super) fn ask(rendezvous: &Rendezvous) -> Result<(), ExchangeError> {
     Err(no_room(rendezvous, &format!("{} are free", mebibytes(free))))
 }
 
-/// Takes the room of every segment of the run, and closes it to other users (iceoryx2 leaves one open to all).
+/// Takes the room of every segment of the run, and closes it to other users (iceoryx2 leaves one open to
+/// all).
 ///
 /// # Errors
 /// [`ExchangeError::NoRoom`], [`ExchangeError::Transport`] if a segment cannot be opened.

@@ -40,8 +40,8 @@ pub(crate) fn depth<R: Wire>(grains: usize) -> usize {
     (BUFFER_BYTES / (grains.max(1) * size_of::<R>())).clamp(2, 16)
 }
 
-/// Messages of a topic of data that may be lent out at once: two subscribers, each with what waits and what it reads, and
-/// the publisher's own.
+/// Messages of a topic of data that may be lent out at once: two subscribers, each with what waits and what
+/// it reads, and the publisher's own.
 pub(crate) fn most_lent(depth: usize) -> usize {
     2 * (depth + BORROWED) + 1
 }

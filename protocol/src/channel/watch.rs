@@ -1,7 +1,8 @@
 //! Who lives: iceoryx2's nodes, and the coupler as the solvers' parent process.
 //!
-//! Nobody is told that a process died, so everyone who waits looks, every [`LOOK_EVERY`]: at the processes, which
-//! costs a microsecond each, and every [`COUNT_EVERY`], or when one has gone, at the nodes, which costs some 0.3 ms.
+//! Nobody is told that a process died, so everyone who waits looks, every [`LOOK_EVERY`]: at the processes,
+//! which costs a microsecond each, and every [`COUNT_EVERY`], or when one has gone, at the nodes, which costs
+//! some 0.3 ms.
 
 use std::os::unix::process::parent_id;
 use std::path::Path;
@@ -133,7 +134,8 @@ pub(crate) fn anyone_alive(root: &Path, prefix: &str) -> bool {
     listed.is_ok() && alive
 }
 
-/// Whether there is no such process. One that has ended and was not waited for is still there; its node tells.
+/// Whether there is no such process. One that has ended and was not waited for is still there; its node
+/// tells.
 fn is_gone(process: u32) -> bool {
     !Path::new("/proc").join(process.to_string()).exists()
 }

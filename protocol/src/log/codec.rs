@@ -58,7 +58,8 @@ pub fn encode<T: Serialize>(value: &T, out: &mut impl Write) -> Result<(), Codec
         .map_err(|error| CodecError::Encode(error.to_string()))
 }
 
-/// Reads one `T` and leaves what follows. There is no limit to its length: for files that a digest vouches for.
+/// Reads one `T` and leaves what follows. There is no limit to its length: for files that a digest vouches
+/// for.
 ///
 /// # Errors
 /// [`CodecError::Decode`] if bytes are missing or are not those of a `T`.

@@ -27,7 +27,8 @@ use crate::participant::Role;
 /// How a log is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecorderOptions {
-    /// Bytes of messages after which a chunk is written, as the log begins; later more, so that the index stays small.
+    /// Bytes of messages after which a chunk is written, as the log begins; later more, so that the index
+    /// stays small.
     pub chunk_bytes: usize,
     /// Time after which a chunk is written, however small, as the log begins: what a kill loses at most.
     pub flush_period: Duration,
@@ -56,8 +57,8 @@ const CHUNKS: u64 = 4096;
 /// Times that they double at most: chunks of 2 MiB, a flush after 3.2 s.
 const DOUBLINGS: u32 = 5;
 
-/// How large chunks are by now. The index that closes a log stays in memory until then, some 300 bytes for each
-/// chunk. Chunks that grow with the log bound it: a kill loses 100 ms, or 1/2000 of the time recorded.
+/// How large chunks are by now. The index that closes a log stays in memory until then, some 300 bytes for
+/// each chunk. Chunks that grow with the log bound it: a kill loses 100 ms, or 1/2000 of the time recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Pace {
     chunk_bytes: usize,
@@ -416,8 +417,8 @@ impl Thread {
         self.shared.lock().statistics.write_s += begin.elapsed().as_secs_f64();
     }
 
-    /// Waits for a chunk's worth, the flush period or the end, and takes what is there. Is it the end, and how long is
-    /// a chunk?
+    /// Waits for a chunk's worth, the flush period or the end, and takes what is there. Is it the end, and
+    /// how long is a chunk?
     fn next(&self, batch: &mut Batch) -> (bool, usize) {
         let state = self.shared.lock();
         let Pace { chunk_bytes, flush_period, .. } = state.pace;

@@ -1,8 +1,9 @@
 //! The order of messages that a log must have, checked while recording and again while reading.
 //!
-//! Windows count up by one from the manifest's first step; a `Repeat` counts the attempt up. Every
-//! window but the last has its loads and its kinematics once each where both solvers take part; a solver
-//! that ran alone has its message, once at most, in the windows that were observed. A gap means that something was lost, so it is an error, never a warning.
+//! Windows count up by one from the manifest's first step; a `Repeat` counts the attempt up. Every window but
+//! the last has its loads and its kinematics once each where both solvers take part; a solver that ran alone
+//! has its message, once at most, in the windows that were observed. A gap means that something was lost, so
+//! it is an error, never a warning.
 
 use super::error::SequenceError;
 use super::manifest::Manifest;

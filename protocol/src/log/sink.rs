@@ -16,8 +16,9 @@ use super::topic::{DATA_ENCODING, DATA_SCHEMA_ENCODING, Topic};
 /// Level 1: logs are written while solvers run on the same cores.
 const ZSTD_LEVEL: u32 = 1;
 
-/// Options of every log: chunks of about `chunk_bytes`, or as long as whoever writes wants them, whole in memory
-/// before they are written, so the file holds a whole number of chunks unless the write itself was cut.
+/// Options of every log: chunks of about `chunk_bytes`, or as long as whoever writes wants them, whole in
+/// memory before they are written, so the file holds a whole number of chunks unless the write itself was
+/// cut.
 pub(crate) fn write_options(chunk_bytes: Option<u64>) -> WriteOptions {
     WriteOptions::new()
         .profile("bedload")

@@ -1,5 +1,5 @@
-//! The folder `schema` is what its `.proto` texts give: the messages in Rust, and the descriptor sets that the
-//! log carries. So the library needs no compiler of them. To renew it after a change of a text:
+//! The folder `schema` is what its `.proto` texts give: the messages in Rust, and the descriptor sets that
+//! the log carries. So the library needs no compiler of them. To renew it after a change of a text:
 //! `RENEW=1 cargo test -p bedload-protocol --test log schema`.
 
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! A long coupled run of a scene as small as can be, and the resident memory of its processes against the window.
+//! A long coupled run of a scene as small as can be, and the resident memory of its processes against the
+//! window.
 //!
 //! ```text
 //! cargo build --release

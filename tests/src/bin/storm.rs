@@ -5,8 +5,8 @@
 //! cargo run --release -p tests --bin storm -- --kills 1000 --seed 1 [--kind dry]
 //! ```
 //!
-//! Exit code 1: a promise is broken. The seed decides what is drawn; when a process is hit within its work depends
-//! on the machine, too.
+//! Exit code 1: a promise is broken. The seed decides what is drawn; when a process is hit within its work
+//! depends on the machine, too.
 
 use std::process::ExitCode;
 

@@ -20,8 +20,8 @@ fn command_line(pid: u32) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// The solver of a role that `parent` has started for its run; one that only checks the scene has gone before a signal
-/// reaches it.
+/// The solver of a role that `parent` has started for its run; one that only checks the scene has gone before
+/// a signal reaches it.
 pub(super) fn child_of(parent: u32, role: &str) -> Option<u32> {
     let threads = std::fs::read_dir(format!("/proc/{parent}/task")).into_iter().flatten().flatten();
     let texts =

@@ -1,4 +1,5 @@
-//! Inputs and pages against the code, mostly in place: wrong scenes, files changed at random, documents, imports.
+//! Inputs and pages against the code, mostly in place: wrong scenes, files changed at random, documents,
+//! imports.
 
 mod bad_input;
 mod coupling_docs;

@@ -18,8 +18,8 @@ use study::table::{Row, Table};
 /// A stable run may be refused only where its margin is above one over this; in maps that are not named here,
 /// nowhere.
 const MARGINS: [(&str, f64); 11] = [
-    // With a mask bodies that are not round take the limits of discs, which were mapped without the displaced mass: all
-    // 90 are stable.
+    // With a mask bodies that are not round take the limits of discs, which were mapped without the displaced
+    // mass: all 90 are stable.
     ("bodies", 150.1),
     // A disc that turns in its place is judged as one that also moves: 0.1 for 0.01, the next value of the
     // sample.

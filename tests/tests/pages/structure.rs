@@ -1,7 +1,8 @@
 //! A file imports only from files below it: no circle of files in any crate.
 //!
-//! An arrow is a path in a `use`, a type or an expression of one file that leads to an item of another. A path to a
-//! re-exported name leads to the file that re-exports it. Unit tests at the end of a file do not count.
+//! An arrow is a path in a `use`, a type or an expression of one file that leads to an item of another. A
+//! path to a re-exported name leads to the file that re-exports it. Unit tests at the end of a file do not
+//! count.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -45,8 +45,8 @@ column = "velocity_z[0]"
     )
 }
 
-/// Is a chart stale, by docs/evidence.csv? Then a promise that rests on it is refused, with the command that makes the
-/// chart again: there is nothing more to test of it.
+/// Is a chart stale, by docs/evidence.csv? Then a promise that rests on it is refused, with the command that
+/// makes the chart again: there is nothing more to test of it.
 fn refuses_stale(scene: &Path, accuracy: &str, chart: &str) -> bool {
     let stale = is_stale(chart);
     let output = bedload(&["check", path(scene), "--accuracy", accuracy]);

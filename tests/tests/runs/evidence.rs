@@ -1,4 +1,5 @@
-//! The committed tables against this build: a sample of each is made again, and docs/evidence.csv says which are stale.
+//! The committed tables against this build: a sample of each is made again, and docs/evidence.csv says which
+//! are stale.
 
 use std::path::Path;
 use std::process::Command;

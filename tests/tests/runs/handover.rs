@@ -1,5 +1,5 @@
-//! A coupled run handed over to another scene, grains, springs and fluid, with the real programs: on the same grid it
-//! goes on with the same bits, on another one it starts from the same flow.
+//! A coupled run handed over to another scene, grains, springs and fluid, with the real programs: on the same
+//! grid it goes on with the same bits, on another one it starts from the same flow.
 
 use std::path::Path;
 
@@ -8,7 +8,8 @@ use fluid_solver::field::for_each_unknown;
 use fluid_solver::solver::Solver;
 use tests::harness::{Folder, bedload, said, summary};
 
-/// Discs that fall, two of them in touch from early on; none reaches the wall. Windows and ends are binary numbers.
+/// Discs that fall, two of them in touch from early on; none reaches the wall. Windows and ends are binary
+/// numbers.
 const FALLING: &str = r#"
 until = 1.0
 gravity = [0.0, 0.0, -1.0]

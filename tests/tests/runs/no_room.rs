@@ -1,5 +1,5 @@
-//! Files that may grow no further, as on a full disk: each kind of run ends with code 5, names the file, leaves no half file
-//! and goes on where it stood once there is room.
+//! Files that may grow no further, as on a full disk: each kind of run ends with code 5, names the file,
+//! leaves no half file and goes on where it stood once there is room.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -46,7 +46,8 @@ fn half_files(folder: &Path) -> Vec<String> {
         .collect()
 }
 
-/// A run that finds no room at `blocks`, and goes on where there is room to the bytes of one that always had it.
+/// A run that finds no room at `blocks`, and goes on where there is room to the bytes of one that always had
+/// it.
 fn ends_and_goes_on(name: &str, scene: &str, more: &[&str], blocks: u32, file: &str) {
     let folder = Folder::new(name);
     let scene = folder.write("scene.toml", scene);

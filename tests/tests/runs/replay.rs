@@ -1,5 +1,5 @@
-//! Logs that drive solvers: with other values of the scene, another solver, cut short, of another release, of a
-//! solver that ran alone.
+//! Logs that drive solvers: with other values of the scene, another solver, cut short, of another release, of
+//! a solver that ran alone.
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -137,8 +137,8 @@ fn a_log_that_breaks_off_has_an_exit_code_of_its_own() {
     ends(&replay(&nothing, "dem", &["--verify"]), 2, &["nothing.mcap"]);
 }
 
-/// A log of release 0.1.0: every later one reads each of its messages, and its solvers do nearly the same again.
-/// Not the same bits: those differ between machines whose vectors have another width.
+/// A log of release 0.1.0: every later one reads each of its messages, and its solvers do nearly the same
+/// again. Not the same bits: those differ between machines whose vectors have another width.
 #[test]
 fn the_log_of_a_former_release_is_read_and_replayed() {
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/two-spheres-0.1.0.mcap");

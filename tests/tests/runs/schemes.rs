@@ -1,4 +1,5 @@
-//! Coupling schemes with the real programs: repeated windows record, resume and replay bit for bit, and light grains run where the semi-implicit order fails.
+//! Coupling schemes with the real programs: repeated windows record, resume and replay bit for bit, and light
+//! grains run where the semi-implicit order fails.
 
 use std::path::{Path, PathBuf};
 
@@ -120,8 +121,9 @@ fn the_same_bits_after_an_interrupt_and_resume() {
     }
 }
 
-/// First apex over D, mean over where in its window the sphere touches: windows of five contact times move it by 15 % from
-/// where windows of half a contact time have it, and by less than half of that where touches are repeated.
+/// First apex over D, mean over where in its window the sphere touches: windows of five contact times move it
+/// by 15 % from where windows of half a contact time have it, and by less than half of that where touches are
+/// repeated.
 #[test]
 fn repeated_touches_bring_the_bounce_nearer_to_that_of_short_windows() {
     let folder = Folder::new("scheme-touches");

@@ -22,8 +22,8 @@ fn told() -> Vec<String> {
     told.to_vec()
 }
 
-/// Runs every `step`th run of a map; returns how many fired of those that should and of those that should not, and
-/// which of the former did not.
+/// Runs every `step`th run of a map; returns how many fired of those that should and of those that should
+/// not, and which of the former did not.
 fn fired(name: &str, first: usize, step: usize) -> ([(usize, usize); 2], Vec<String>) {
     let scene = root().join(format!("scenes/stability/{name}.toml"));
     let source = SceneSource::read(&scene, &[]).expect("a scene");

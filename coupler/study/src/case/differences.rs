@@ -28,8 +28,8 @@ fn measure<'a>(wanted: &'a Difference, runs: &Path) -> Result<Measured<'a>, Fail
     Ok(Measured { wanted, value: largest(&a, &b, within) })
 }
 
-/// Largest |a − b| at the places of `a` within a range, b interpolated, over the largest |b| there; NaN where they
-/// share no place.
+/// Largest |a − b| at the places of `a` within a range, b interpolated, over the largest |b| there; NaN where
+/// they share no place.
 fn largest(a: &[(f64, f64)], b: &[(f64, f64)], [from, to]: [f64; 2]) -> f64 {
     let known = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
         points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite()).collect()

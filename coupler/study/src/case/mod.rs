@@ -39,7 +39,8 @@ pub(crate) struct Compared {
     pub(crate) failed: usize,
 }
 
-/// Compares all values, draws the figures into `out/figures`, and writes `out/validation.md`; returns the page, too.
+/// Compares all values, draws the figures into `out/figures`, and writes `out/validation.md`; returns the
+/// page, too.
 ///
 /// # Errors
 /// [`Failure`] if a file of a run cannot be read, or a page not written.

@@ -61,8 +61,8 @@ struct Shown {
     metrics: Vec<Metric>,
 }
 
-/// Draws figure and page of a chart's folder from its table and scene; returns the page, and what it says in words
-/// for the terminal.
+/// Draws figure and page of a chart's folder from its table and scene; returns the page, and what it says in
+/// words for the terminal.
 ///
 /// # Errors
 /// [`Failure`] if one of both cannot be read, or the page not written.

@@ -1,6 +1,8 @@
-//! `bedload film`: a plane of the flow and the grains in it, frame by frame, as PNG files and one animated GIF.
+//! `bedload film`: a plane of the flow and the grains in it, frame by frame, as PNG files and one animated
+//! GIF.
 //!
-//! Frames are drawn straight into numbered colours (`raster`), so that no display, font or encoder of the system is needed.
+//! Frames are drawn straight into numbered colours (`raster`), so that no display, font or encoder of the
+//! system is needed.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -39,7 +41,8 @@ pub struct Film {
 const STRIP: usize = 40;
 /// Size of a frame in either direction, pixels.
 const SIZES: std::ops::RangeInclusive<usize> = 64..=4096;
-/// Part of the values beyond which a colour scale does not reach: single cells beside a wall would leave the rest dark.
+/// Part of the values beyond which a colour scale does not reach: single cells beside a wall would leave the
+/// rest dark.
 const OUTLIERS: f64 = 0.002;
 
 /// Draws the film; returns its path.

@@ -67,7 +67,8 @@ impl Axis {
         self.places[at]
     }
 
-    /// Where the cell of value `at` begins, half-way from the value before; 0 for the first, 1 behind the last.
+    /// Where the cell of value `at` begins, half-way from the value before; 0 for the first, 1 behind the
+    /// last.
     pub(super) fn edge(&self, at: usize) -> f64 {
         match at {
             0 => 0.0,

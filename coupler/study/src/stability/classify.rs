@@ -23,7 +23,8 @@ const GROWN: f64 = std::f64::consts::LN_2;
 /// … and have become visible: a grain that crosses cells feels 1e-4 to 1e-3 of its velocity as noise.
 const VISIBLE: f64 = 2e-3;
 
-/// Growth by e⁴ = 55 within the second half along a straight line is an instability even before it is visible …
+/// Growth by e⁴ = 55 within the second half along a straight line is an instability even before it is visible
+/// …
 const GROWN_FAR: f64 = 4.0;
 /// … if the line explains this part of the scatter …
 const STRAIGHT: f64 = 0.9;
@@ -88,8 +89,8 @@ pub struct Finding {
     pub note: String,
 }
 
-/// Classifies a run by one sample per window. `scale`: size of the signal that counts as whole; by default the
-/// largest smooth value of the second half.
+/// Classifies a run by one sample per window. `scale`: size of the signal that counts as whole; by default
+/// the largest smooth value of the second half.
 ///
 /// ```
 /// use study::stability::classify::{Class, classify};
@@ -285,8 +286,8 @@ mod tests {
         assert_eq!(classify(&rest, None).class, Class::Stable);
     }
 
-    /// `velocity_z[0]` of a run of `scenes/stability/light-axisymmetric.toml`: yu-shao-fixed-point, C_v = ½, ρ_r = 8,
-    /// ν dt/D² = 0.0024.
+    /// `velocity_z[0]` of a run of `scenes/stability/light-axisymmetric.toml`: yu-shao-fixed-point, C_v = ½,
+    /// ρ_r = 8, ν dt/D² = 0.0024.
     #[test]
     fn a_real_start_up_is_stable() {
         let text = include_str!("../../tests/data/start-up.csv");

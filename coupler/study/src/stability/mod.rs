@@ -1,5 +1,5 @@
-//! A map: every run is stable, oscillating or failed by its signal; where each method ends, beside the bound that
-//! `bedload check` enforces.
+//! A map: every run is stable, oscillating or failed by its signal; where each method ends, beside the bound
+//! that `bedload check` enforces.
 //!
 //! | file | what it holds |
 //! |---|---|

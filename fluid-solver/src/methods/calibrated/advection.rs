@@ -1,8 +1,8 @@
-//! The force of grains that move over the grid: it goes with them, and viscosity feels its change in the same step
-//! (docs/equations-immersed.md, section 7).
+//! The force of grains that move over the grid: it goes with them, and viscosity feels its change in the same
+//! step (docs/equations-immersed.md, section 7).
 //!
-//! A force that stays in its cells lags behind its grain by a step: little beside the grain's velocity, much beside the
-//! flow through a dense bed. The remedies act in the steps in which the error is felt
+//! A force that stays in its cells lags behind its grain by a step: little beside the grain's velocity, much
+//! beside the flow through a dense bed. The remedies act in the steps in which the error is felt
 //! ([`lag`](crate::immersed::brinkman::lag)).
 
 use super::calibration::{Calibration, ForceTransport};
@@ -26,8 +26,9 @@ pub enum Transport {
     WhereItLags,
 }
 
-/// When the carried force goes with the grains of a scene: among spheres in space of which two or more move, or that
-/// fill more than a twentieth of their box. A repeated window needs the force where the window began: there, never.
+/// When the carried force goes with the grains of a scene: among spheres in space of which two or more move,
+/// or that fill more than a twentieth of their box. A repeated window needs the force where the window began:
+/// there, never.
 pub(crate) fn transport(
     scene: &CheckedScene,
     calibration: &Calibration,

@@ -1,5 +1,5 @@
-//! Parts of the calibrated method. No key sets them: [`Calibration::default`] is the method, and tests switch single
-//! parts to show what each of them does.
+//! Parts of the calibrated method. No key sets them: [`Calibration::default`] is the method, and tests switch
+//! single parts to show what each of them does.
 
 /// Which parts the method has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -8,12 +8,13 @@ pub struct Calibration {
     pub force_transport: ForceTransport,
     /// Radius of the masks.
     pub mask_radius: MaskRadius,
-    /// Sweeps of the local solve that lets viscosity feel a change of the force in its own step: as many as ν dt/Δx²
-    /// needs by default, 0: no local solve.
+    /// Sweeps of the local solve that lets viscosity feel a change of the force in its own step: as many as ν
+    /// dt/Δx² needs by default, 0: no local solve.
     pub sweeps: Option<u32>,
     /// Whether the loads have no virtual mass.
     pub without_virtual_mass: bool,
-    /// Whether the loads do not take off ρ(∫β dV − V), the mass by which the mask on the grid differs from the grain.
+    /// Whether the loads do not take off ρ(∫β dV − V), the mass by which the mask on the grid differs from
+    /// the grain.
     pub without_displaced_mass: bool,
 }
 

@@ -1,15 +1,15 @@
 //! A window again and again from the same start, until the motion that it leads to is the one it began with.
 //!
-//! A guess x is the force λ in the fluid and the grains' velocities at the end of the window. An attempt leads from it to
-//! H(x): the λ that imposes the motion which came back, and that motion. The window is converged where H(x) = x. With
-//! the residuals f = H(x) − x the next guess is
+//! A guess x is the force λ in the fluid and the grains' velocities at the end of the window. An attempt
+//! leads from it to H(x): the λ that imposes the motion which came back, and that motion. The window is
+//! converged where H(x) = x. With the residuals f = H(x) − x the next guess is
 //! ```text
 //! x' = Σ_j α_j H(x_j),  Σ α_j = 1,  |Σ α_j f_j| least          (Anderson; Walker & Ni 2011)
 //! ```
-//! over force and motion at once: weights found from the motion alone cannot see the force, whose slow and fast parts
-//! they would drive apart. f·f is Σ (dt λ)² over cells, plus |U|² + k²|ω|² of each grain (k its radius of gyration)
-//! times the mean number of cells of a grain: both count as velocities. Sums run in one order whatever the number of
-//! threads.
+//! over force and motion at once: weights found from the motion alone cannot see the force, whose slow and
+//! fast parts they would drive apart. f·f is Σ (dt λ)² over cells, plus |U|² + k²|ω|² of each grain (k its
+//! radius of gyration) times the mean number of cells of a grain: both count as velocities. Sums run in one
+//! order whatever the number of threads.
 
 use crate::grid::Grid;
 use crate::immersed::Wrench;
@@ -117,9 +117,9 @@ impl<const D: usize> Iterations<D> {
         }
     }
 
-    /// Force and motion at the end of the window with which this attempt begins: in the first the force carried and
-    /// the acceleration of the last window, so that it is the semi-implicit one. The fluid is where the window
-    /// began: who repeats a window restores it.
+    /// Force and motion at the end of the window with which this attempt begins: in the first the force
+    /// carried and the acceleration of the last window, so that it is the semi-implicit one. The fluid is
+    /// where the window began: who repeats a window restores it.
     pub(super) fn guess(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>, window: &Window) {
         if window.attempt > 0 && self.count > 0 {
             self.mix();
@@ -148,8 +148,8 @@ impl<const D: usize> Iterations<D> {
         }
     }
 
-    /// The DEM adds m_a A_prev with the acceleration of the last window; the message adds what the attempt before knows
-    /// better.
+    /// The DEM adds m_a A_prev with the acceleration of the last window; the message adds what the attempt
+    /// before knows better.
     pub(super) fn virtual_mass_ahead(&self, grains: &Grains<D>, dt: f64, measured: &mut [Measured]) {
         let shapes = grains.immersed.shapes();
         for (grain, (m, shape)) in measured.iter_mut().zip(shapes).enumerate() {

@@ -5,8 +5,8 @@ use bedload_scene::{CheckedScene, Medium};
 use protocol::facts::SolverBound;
 use protocol::scheme::Iterations;
 
-/// One exchange per window. The maps were made without the displaced mass, the former default: with it no run failed
-/// that these accept (docs/stability.md).
+/// One exchange per window. The maps were made without the displaced mass, the former default: with it no run
+/// failed that these accept (docs/stability.md).
 const ONCE: Limits = Limits {
     alone: [
         ([0.01, 0.01, 0.2, 0.3, 0.5], "docs/maps/light-axisymmetric.csv"),

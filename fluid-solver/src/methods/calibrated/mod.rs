@@ -7,9 +7,10 @@
 //! λ' = β (λ + (U' − u*)/dt)                   U': the motion that comes back
 //! u  = u* + dt (λ' − λ)
 //! ```
-//! The mask is a Brinkman medium whose surface is where the flow feels it ([`crate::immersed::mask_model`]). In space its
-//! radius follows the pores ([`crate::immersed::pores`]), and in dense beds the force goes with the grains and viscosity
-//! feels its change in the same step ([`advection`]). Where windows are repeated, [`iterations`] mixes the attempts.
+//! The mask is a Brinkman medium whose surface is where the flow feels it ([`crate::immersed::mask_model`]).
+//! In space its radius follows the pores ([`crate::immersed::pores`]), and in dense beds the force goes with
+//! the grains and viscosity feels its change in the same step ([`advection`]). Where windows are repeated,
+//! [`iterations`] mixes the attempts.
 
 pub mod advection;
 pub mod calibration;
@@ -136,8 +137,8 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
         self.loads.write(grains.immersed.shapes(), out);
     }
 
-    /// Masks and carried force at the motion known now. A grain that came back where it was expected is held there,
-    /// where its mask is known.
+    /// Masks and carried force at the motion known now. A grain that came back where it was expected is held
+    /// there, where its mask is known.
     fn impose(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
         let (grid, state) = fluid.parts_mut();
         let Grains { immersed, model, memory, predicted, force } = &mut *grains;

@@ -1,4 +1,5 @@
-//! Points in bodies on a plane grid, and the Lagrange multipliers λ there (docs/equations-immersed.md, section 9).
+//! Points in bodies on a plane grid, and the Lagrange multipliers λ there (docs/equations-immersed.md,
+//! section 9).
 
 use super::points::Points;
 use super::stencil::Stencil;
@@ -12,8 +13,8 @@ use std::ops::Range;
 /// How far below the surface the outermost points lie, in cells.
 const INSET: f64 = 0.3;
 
-/// Root of the permeability ν/χ that λ has where it does not move the body as a whole, in cells. With these two numbers
-/// a plane wall in a shear flow stands at the surface (docs/equations-immersed.md, section 9).
+/// Root of the permeability ν/χ that λ has where it does not move the body as a whole, in cells. With these
+/// two numbers a plane wall in a shear flow stands at the surface (docs/equations-immersed.md, section 9).
 const SLIP: f64 = 0.182;
 
 /// The points of all bodies on a plane grid of equal cells.
@@ -116,8 +117,8 @@ impl<const D: usize> BodyPoints<D> {
         }
     }
 
-    /// ∫ (λ + (U − u)/dt) dV of every body, as [`crate::immersed::Immersed::forces`], with the velocity `u` where
-    /// the points are.
+    /// ∫ (λ + (U − u)/dt) dV of every body, as [`crate::immersed::Immersed::forces`], with the velocity `u`
+    /// where the points are.
     pub fn forces(
         &mut self,
         grid: &Grid<D>,
@@ -143,7 +144,8 @@ impl<const D: usize> BodyPoints<D> {
         &self.wrenches
     }
 
-    /// Imposes the motion that came back, `dt` after the last time: λ, then the velocity. `viscosity`: kinematic, m²/s.
+    /// Imposes the motion that came back, `dt` after the last time: λ, then the velocity. `viscosity`:
+    /// kinematic, m²/s.
     pub fn impose(&mut self, motions: &[Motion], [dt, viscosity]: [f64; 2], velocity: &mut [Vec<f64>; D]) {
         let q = viscosity * dt / (SLIP * SLIP * self.cell);
         let keeps = q / (1.0 + q);

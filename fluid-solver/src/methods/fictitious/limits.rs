@@ -6,8 +6,8 @@ use protocol::facts::SolverBound;
 
 const DISC: ([f64; 5], &str) = ([0.1, 0.3, 0.3, 0.8, 0.8], "docs/maps/fictitious-domain.csv");
 
-/// Discs with C_v = ½, along a wall with the virtual mass by the gap; rectangles of 2:1 and 4:1, D being that of the disc
-/// of the same area.
+/// Discs with C_v = ½, along a wall with the virtual mass by the gap; rectangles of 2:1 and 4:1, D being that
+/// of the disc of the same area.
 const LIMITS: Limits = Limits {
     alone: [DISC; 3],
     together: Some(([0.01, 0.01, 0.2, 0.5, 0.8], "docs/maps/fictitious-domain-bed.csv")),

@@ -1,8 +1,10 @@
-//! The fictitious-domain method of Yu & Shao (2007): rigid motion imposed at points of the bodies by distributed
-//! Lagrange multipliers, in the form that knows no difference of densities (docs/equations-immersed.md, section 9).
+//! The fictitious-domain method of Yu & Shao (2007): rigid motion imposed at points of the bodies by
+//! distributed Lagrange multipliers, in the form that knows no difference of densities
+//! (docs/equations-immersed.md, section 9).
 //!
-//! Loads, order of the window and messages are those of the calibrated method; the force is on points that move with
-//! the bodies, not on the grid. The points have the area of their body exactly, so that no displaced mass is left over.
+//! Loads, order of the window and messages are those of the calibrated method; the force is on points that
+//! move with the bodies, not on the grid. The points have the area of their body exactly, so that no
+//! displaced mass is left over.
 
 pub mod body_points;
 pub(super) mod limits;

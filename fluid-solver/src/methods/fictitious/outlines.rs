@@ -11,13 +11,13 @@ const SIDES: u32 = 360;
 /// Corners that turn by more than this keep a point of their own, rad.
 const SHARP: f64 = 0.4;
 
-/// Widths, in cells, of the bands that the first two parallels stand for: together they reach from the surface to the
-/// middle between the second and the third, and have its middle at the middle.
+/// Widths, in cells, of the bands that the first two parallels stand for: together they reach from the
+/// surface to the middle between the second and the third, and have its middle at the middle.
 const OUTER_BANDS: [f64; 2] = [0.72, 1.08];
 
 impl Points {
-    /// Points in `outline`, `spacing` apart, the outermost `inset` below the surface. Area, centre of mass and moment of
-    /// inertia of the body come out exactly.
+    /// Points in `outline`, `spacing` apart, the outermost `inset` below the surface. Area, centre of mass
+    /// and moment of inertia of the body come out exactly.
     pub(super) fn of(outline: &Outline, spacing: f64, inset: f64) -> Self {
         let whole = match outline {
             Outline::Polygon { vertices } => vertices.clone(),
@@ -80,8 +80,8 @@ impl Points {
         }
     }
 
-    /// `count` points at equal distances along the edges `from..to` of a line, from their first end on: the first one for
-    /// the area `shares[0]`, the others for `shares[1]`.
+    /// `count` points at equal distances along the edges `from..to` of a line, from their first end on: the
+    /// first one for the area `shares[0]`, the others for `shares[1]`.
     fn spaced(&mut self, line: &[[f64; 2]], from: usize, to: usize, count: usize, shares: [f64; 2]) {
         let n = line.len();
         let lengths: Vec<f64> = (from..to).map(|k| size(minus(line[(k + 1) % n], line[k % n]))).collect();

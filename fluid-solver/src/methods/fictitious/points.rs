@@ -12,8 +12,8 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// Rings in a disc of radius `radius`, `spacing` apart, the outermost `inset` below the surface. Area and moment of
-    /// inertia of the disc come out exactly.
+    /// Rings in a disc of radius `radius`, `spacing` apart, the outermost `inset` below the surface. Area and
+    /// moment of inertia of the disc come out exactly.
     pub(super) fn disc(radius: f64, spacing: f64, inset: f64) -> Self {
         let outermost = radius - inset;
         let count = ((outermost / spacing - 0.5).floor() as usize + 1).max(3);

@@ -21,8 +21,8 @@ pub(super) struct Stencil {
     wall: f64,
 }
 
-/// Weights of the values about a point that lies `s` cells, −½ to ½, beyond the middle one (Roma, Peskin & Berger
-/// 1999, eq. 22).
+/// Weights of the values about a point that lies `s` cells, −½ to ½, beyond the middle one (Roma, Peskin &
+/// Berger 1999, eq. 22).
 fn weights(s: f64) -> [f64; WIDTH] {
     let middle = (1.0 + (1.0 - 3.0 * s * s).sqrt()) / 3.0;
     // Their sum is 1, their first moment is 0.

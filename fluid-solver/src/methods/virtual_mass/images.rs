@@ -1,11 +1,11 @@
 //! Added mass of two spheres, or of two discs, that move along the line of their centres in an ideal fluid.
 //!
 //! A sphere that moves alone is a dipole at its centre. Its image in another sphere of radius b, at the
-//! distance d from that centre, is again a dipole, b²/d from it and (b/d)³ times as strong; (b/d)² for discs. The
-//! images of images fill both bodies (Hicks 1880; Lamb, Hydrodynamics, 1932, § 137 to 139). With S_a and S_b
-//! the sums of their strengths in the moving body and in the other one, the kinetic energy of the fluid is
-//! ½ L U_a² − M U_a U_b + …, L = m_f (C + (1 + C) S_a), M = m_f (1 + C) S_b, C = ½ (spheres) or 1 (discs), m_f
-//! the mass of fluid that the moving body displaces, speeds counted along one direction.
+//! distance d from that centre, is again a dipole, b²/d from it and (b/d)³ times as strong; (b/d)² for discs.
+//! The images of images fill both bodies (Hicks 1880; Lamb, Hydrodynamics, 1932, § 137 to 139). With S_a and
+//! S_b the sums of their strengths in the moving body and in the other one, the kinetic energy of the fluid
+//! is ½ L U_a² − M U_a U_b + …, L = m_f (C + (1 + C) S_a), M = m_f (1 + C) S_b, C = ½ (spheres) or 1 (discs),
+//! m_f the mass of fluid that the moving body displaces, speeds counted along one direction.
 
 use std::f64::consts::PI;
 

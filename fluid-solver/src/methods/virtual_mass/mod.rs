@@ -17,8 +17,8 @@ use neighbours::Neighbours;
 /// C_v where nothing is near, and in a crowd. A disc alone has 1, but nothing depends on it.
 pub const ALONE: f64 = 0.5;
 
-/// Gaps above this many radii, of the smaller grain of a pair, count as infinite: C is within 5 % of that of a
-/// sphere alone by then.
+/// Gaps above this many radii, of the smaller grain of a pair, count as infinite: C is within 5 % of that of
+/// a sphere alone by then.
 const REACH: f64 = 1.0;
 
 /// Gaps below this many radii count as contacts where it is asked how many a grain has.
@@ -79,12 +79,12 @@ impl ByGap {
         }
     }
 
-    /// C_v of each grain over [`ALONE`], for a window of length `dt` that begins with the motion `now`: that of
-    /// the smaller of the gaps at its start and at its foreseen end, hence constant while grains touch.
+    /// C_v of each grain over [`ALONE`], for a window of length `dt` that begins with the motion `now`: that
+    /// of the smaller of the gaps at its start and at its foreseen end, hence constant while grains touch.
     ///
     /// Too large a value gives energy in a contact, too small a one takes it. So a grain with two contacts or
-    /// more has none: what moves together drags less fluid along than head-on; and a partner with other contacts
-    /// counts as held.
+    /// more has none: what moves together drags less fluid along than head-on; and a partner with other
+    /// contacts counts as held.
     pub fn excess(&mut self, shapes: &[Shape], density: f64, now: &[Motion], dt: f64) -> &[f64] {
         let Self { dimensions, walls, free, neighbours, then, pairs, contacts, excess } = self;
         let dimensions = *dimensions;
@@ -132,8 +132,8 @@ impl ByGap {
 /// (m + C_v m_f) ΔU = J is that of the pair, whose masses are coupled by M. A held grain has that of a grain
 /// alone.
 ///
-/// Never less than beside a held grain and never more than at a wall: a grain much larger or much heavier than
-/// its neighbour would be given the inertia of the fluid that the small one pushes.
+/// Never less than beside a held grain and never more than at a wall: a grain much larger or much heavier
+/// than its neighbour would be given the inertia of the fluid that the small one pushes.
 fn of_a_pair(dimensions: i32, density: f64, pair: [&Shape; 2], free: [bool; 2], gap: f64) -> [f64; 2] {
     let [one, two] = pair;
     let here = beside(dimensions, one.radius, two.radius, gap);

@@ -34,8 +34,8 @@ impl Course {
         Ok(Self { table, passed: 0, before: None, largest: None })
     }
 
-    /// Adds a window; rows between its ends are compared with the straight line through them. What the column was before
-    /// the first window is not known.
+    /// Adds a window; rows between its ends are compared with the straight line through them. What the column
+    /// was before the first window is not known.
     pub(super) fn add(&mut self, time: f64, value: f64) {
         while let Some((t, published)) = self.table.get(self.passed).filter(|(t, _)| *t <= time) {
             self.passed += 1;

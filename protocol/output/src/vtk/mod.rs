@@ -1,6 +1,7 @@
 //! Files for ParaView and other viewers of VTK, appended raw binary, 64-bit floats: points with data
-//! (`.vtp`), cell data on a uniform (`.vti`) or a rectilinear grid (`.vtr`, in several files `.pvtr`), and the list of
-//! files over time (`.pvd`). What is written here is read here: [`points`] by [`Appended`], [`rectilinear`] by [`Vtr`].
+//! (`.vtp`), cell data on a uniform (`.vti`) or a rectilinear grid (`.vtr`, in several files `.pvtr`), and
+//! the list of files over time (`.pvd`). What is written here is read here: [`points`] by [`Appended`],
+//! [`rectilinear`] by [`Vtr`].
 //!
 //! ```
 //! use bedload_output::vtk::{Appended, Array, points};

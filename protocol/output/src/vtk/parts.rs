@@ -1,4 +1,5 @@
-//! Rectilinear grids whose layers along z lie in several files (`.pvtr`): the list of them, and one grid of all.
+//! Rectilinear grids whose layers along z lie in several files (`.pvtr`): the list of them, and one grid of
+//! all.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,7 +17,8 @@ pub struct Part {
     pub layers: [usize; 2],
 }
 
-/// The list of the files of a grid with so many cells along x and y, `.pvtr`; `data` are the arrays of any of them.
+/// The list of the files of a grid with so many cells along x and y, `.pvtr`; `data` are the arrays of any of
+/// them.
 ///
 /// ```
 /// use bedload_output::vtk::{Array, Part, parts, read, rectilinear_part};

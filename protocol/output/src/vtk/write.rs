@@ -151,7 +151,8 @@ pub fn points(time: f64, position: Vec<f64>, data: &[Array]) -> Vec<u8> {
     writer.finish("</Piece>\n</PolyData>\n")
 }
 
-/// Polygons with data, `.vtp`: polygon k ends before the point number `ends[k]` and begins where the one before ends.
+/// Polygons with data, `.vtp`: polygon k ends before the point number `ends[k]` and begins where the one
+/// before ends.
 #[must_use]
 pub fn polygons(time: f64, position: Vec<f64>, ends: Vec<i64>, data: &[Array]) -> Vec<u8> {
     let (points, count) = (position.len() / 3, ends.len());

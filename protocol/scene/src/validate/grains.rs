@@ -220,8 +220,8 @@ fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
 /// Directions in which smooth bodies are looked at.
 const DIRECTIONS: u32 = 720;
 
-/// How far two bodies of the plane overlap, `apart` from the first centre to the second; negative if they do not. The
-/// least sum of their reaches over all directions, edges' normals among them (separating axes).
+/// How far two bodies of the plane overlap, `apart` from the first centre to the second; negative if they do
+/// not. The least sum of their reaches over all directions, edges' normals among them (separating axes).
 fn penetration(a: &Grain, b: &Grain, apart: [f64; 2]) -> f64 {
     let edges = [a, b].into_iter().filter_map(|grain| Some((grain, grain.outline()?))).flat_map(
         |(grain, outline)| {

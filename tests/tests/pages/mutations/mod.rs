@@ -1,7 +1,7 @@
 //! Whatever stands in a file: no panic, no hang, no gigabyte asked for, and an error that names the file.
 //!
-//! Right files (scenes of this tree, a table of grains, a log and checkpoints of a run) are changed at random, in
-//! bytes, lines and numbers, and read again.
+//! Right files (scenes of this tree, a table of grains, a log and checkpoints of a run) are changed at
+//! random, in bytes, lines and numbers, and read again.
 
 mod edits;
 mod files;
@@ -31,7 +31,8 @@ const HANGS: Duration = Duration::from_secs(300);
 /// Variable with the factor by which more cases are tried than in a quick test.
 const FACTOR: &str = "BEDLOAD_MUTATIONS";
 
-/// Checks `property` with `cases` lists of edits in a thread that has a limit of time, in a process that has one of memory.
+/// Checks `property` with `cases` lists of edits in a thread that has a limit of time, in a process that has
+/// one of memory.
 fn holds(cases: u32, property: impl Fn(&[Edit]) -> Result<(), TestCaseError> + Send + 'static) {
     limit_memory();
     let factor = std::env::var(FACTOR).ok().and_then(|text| text.parse::<u32>().ok()).unwrap_or(1);
