@@ -37,13 +37,6 @@ def euler(h, steps):
     return v[1:]
 
 
-def euler_late(h, steps):
-    v = [0.0, h]
-    for _ in range(steps - 1):
-        v.append(v[-1] + h * (1 - v[-2]))
-    return v[1:]
-
-
 def trapezoidal(h, steps):
     v = [0.0]
     for _ in range(steps):
@@ -53,7 +46,6 @@ def trapezoidal(h, steps):
 
 SCHEMES = {  # difference equation, distance to it, order, bound
     "semi-implicit": (euler, 1e-13, 1, lambda h: h / 2 * math.exp(h) / math.e),
-    "overlapped": (euler_late, 1e-13, 1, lambda h: 3 * h / 2 * (1 + 2 * h) / math.e),
     "iterated": (trapezoidal, 1e-11, 2, lambda h: (2 * math.atanh(h / 2) - h) / (h * math.e)),
 }
 

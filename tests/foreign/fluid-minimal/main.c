@@ -21,14 +21,12 @@ typedef struct {
     double moved[6]; /* velocity and spin at the end of the last attempt */
 } Sphere;
 
-/* What a checkpoint holds of a grain. Force and torque are those without added mass that were formed last: where both
- * solvers work at once (overlapped), the next window sends them. */
+/* What a checkpoint holds of a grain. Force and torque are those without added mass that were formed last. */
 typedef struct {
     double motion[6], acceleration[3], force[3], torque[3];
 } State;
 
 static double gravity[3], density, viscosity, dt;
-static bool overlapped;
 static size_t count;
 static Sphere *sphere;
 static State *now, *saved; /* at the start of the next window, and of the last one */
@@ -70,8 +68,6 @@ static void take(const char *key, const char *value)
         viscosity = set[0];
     else if (!strcmp(key, "fluid.time.dt"))
         dt = set[0];
-    else if (!strcmp(key, "coupling.scheme"))
-        overlapped = strstr(value, "overlapped");
     else if (!strcmp(of_grain, "radius"))
         sphere[count - 1].radius = set[0];
     else if (!strcmp(of_grain, "density"))
@@ -109,8 +105,8 @@ static double fastest_rate(void)
     return rate;
 }
 
-/* A step of Euler is stable up to rate dt = 2, and up to 1 with the force a window late (z^2 - z + rate dt = 0). */
-static double limit_of_rate(void) { return overlapped ? 1 : 2; }
+/* A step of Euler is stable up to rate dt = 2. */
+static const double LIMIT_OF_RATE = 2;
 
 /* What the coupler plans with (FluidFacts in protocol/src/facts.rs). */
 static void print_facts(void)
@@ -122,7 +118,7 @@ static void print_facts(void)
            "\"measure\": \"window\", \"factor\": %.17g, \"side\": \"at-most\", \"limit\": %g, "
            "\"level\": \"refuse\", \"why\": \"velocity or spin of the smallest or lightest grain would grow from window to window\", "
            "\"source\": \"tests/foreign/fluid-minimal/README.md\", \"remedy\": \"a smaller fluid.time.dt\"}]}\n",
-           dt, count * (sizeof *sphere + 2 * sizeof *now), fastest_rate(), limit_of_rate());
+           dt, count * (sizeof *sphere + 2 * sizeof *now), fastest_rate(), LIMIT_OF_RATE);
 }
 
 /* ---- The fluid ---- */
@@ -180,12 +176,9 @@ static void window(const Command *c)
         fail(1, "Repeat of window %lu, which was not the last one, or cannot be repeated", c->step);
     double start = seconds(CLOCK_THREAD_CPUTIME_ID);
     memcpy(again ? now : saved, again ? saved : now, count * sizeof *now);
-    if (!overlapped)
-        form_loads(again);
+    form_loads(again);
     fill(loan_loads(c));
     send_loads();
-    if (overlapped)
-        form_loads(false);
     worked += seconds(CLOCK_THREAD_CPUTIME_ID) - start;
     const Kinematics *motion = receive_motion(c);
     start = seconds(CLOCK_THREAD_CPUTIME_ID);
@@ -227,7 +220,7 @@ static void read_checkpoint(const char *folder)
 
 static _Noreturn void serve(const char *token, const char *out)
 {
-    double limit = limit_of_rate() / fastest_rate();
+    double limit = LIMIT_OF_RATE / fastest_rate();
     join_run(token, count);
     for (;;) {
         Command c = next_command();

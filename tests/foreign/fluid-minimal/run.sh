@@ -69,7 +69,7 @@ damaged() { # half of a checkpoint is refused
 check "conformance, built-in scene" "$bedload" conformance --role fluid -- "$fluid"
 check "conformance, settling-stokes.toml" "$bedload" conformance --role fluid --scene "$scene" -- "$fluid"
 check "facts" facts
-for scheme in semi-implicit overlapped iterated; do
+for scheme in semi-implicit iterated; do
   check "settling, $scheme" settles "$scheme"
   check "resume, $scheme" resumes "$scheme"
 done
