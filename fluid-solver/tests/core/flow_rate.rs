@@ -31,7 +31,7 @@ fn run<const D: usize>(s: &mut Stepper<D>, axis: usize, volume: f64, steps: usiz
 /// Plane channel, either axis: in the end the parabola, and −∂p/∂x/ρ = 12 ν U/H², second order.
 #[test]
 fn channel_flow_of_given_mean_has_its_gradient() {
-    for (axis, scheme) in [(0, SCHEMES[0]), (1, SCHEMES[1]), (0, SCHEMES[2])] {
+    for (axis, scheme) in [(0, SCHEMES[0]), (1, SCHEMES[0]), (0, SCHEMES[1])] {
         let mut gradients = Vec::new();
         let errors = [8, 16, 32].map(|n| {
             let mut axes = [uniform(1.0, n), uniform(1.0, n)];

@@ -67,7 +67,7 @@ fn plane_channel(n: usize, axis: usize, speed: f64) -> Grid<2> {
 #[test]
 fn plane_entry_flow_becomes_the_parabola() {
     for (axis, speed, scheme) in
-        [(0, 1.0, SCHEMES[0]), (0, -1.0, SCHEMES[1]), (1, 1.0, SCHEMES[2]), (1, -1.0, SCHEMES[0])]
+        [(0, 1.0, SCHEMES[0]), (0, -1.0, SCHEMES[0]), (1, 1.0, SCHEMES[1]), (1, -1.0, SCHEMES[0])]
     {
         let mut slopes = Vec::new();
         let errors = [8, 16, 32].map(|n| {
@@ -139,7 +139,7 @@ fn tube(r: AxisSpec, n: usize, speed: f64, profile: Profile) -> Grid<2> {
 fn tube_entry_flow_becomes_hagen_poiseuille() {
     for speed in [1.0, -1.0] {
         let errors = [8, 16, 32].map(|n| {
-            let mut s = stepper(tube(uniform(1.0, n), n, speed, Profile::Uniform), 1.0, SCHEMES[2]);
+            let mut s = stepper(tube(uniform(1.0, n), n, speed, Profile::Uniform), 1.0, SCHEMES[1]);
             settle(&mut s, 10 * n, 0.3 / n as f64);
             let far = |[_, z]: [f64; 2]| if speed > 0.0 { z > 3.5 } else { z < 2.5 };
             error_where(&s, 1, far, |[r, _]| 2.0 * speed * (1.0 - r * r))
@@ -165,7 +165,7 @@ fn duct(y: f64, z: f64) -> f64 {
 /// Entry into a square duct in space along each axis: the developed series, second order.
 #[test]
 fn duct_entry_flow_becomes_the_series() {
-    for (axis, speed, scheme) in [(0, 1.0, SCHEMES[2]), (1, -1.0, SCHEMES[0]), (2, 1.0, SCHEMES[1])] {
+    for (axis, speed, scheme) in [(0, 1.0, SCHEMES[1]), (1, -1.0, SCHEMES[0]), (2, 1.0, SCHEMES[0])] {
         let errors = [12, 24].map(|n| {
             let mut axes = [uniform(1.0, n), uniform(1.0, n), uniform(1.0, n)];
             axes[axis] = uniform(4.0, 4 * n);
@@ -409,7 +409,7 @@ fn ethier_steinman(d: usize, x: [f64; 3], nu_t: f64) -> f64 {
 #[test]
 fn ethier_steinman_flow_converges() {
     let nu = 0.2;
-    for (scheme, viscous) in [(SCHEMES[2], Viscous::Implicit), (SCHEMES[2], Viscous::Explicit)] {
+    for (scheme, viscous) in [(SCHEMES[1], Viscous::Implicit), (SCHEMES[1], Viscous::Explicit)] {
         let errors = [12, 24, 48].map(|n| {
             let axis = AxisSpec::Uniform { start: -1.0, end: 1.0, cells: n };
             let given = |a| [inflow(a, 1.0, Profile::Uniform), inflow(a, 1.0, Profile::Uniform)];
