@@ -1,7 +1,6 @@
 //! `bedload run`: from the scene to the output folder.
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use bedload_output::{OutputFolder, Sides, Summary};
@@ -10,7 +9,7 @@ use protocol::channel::remove_stale_runs;
 use protocol::participant::Role;
 use rustix::process::Signal;
 
-use crate::coupled::{Coupled, start};
+use crate::coupled::{Coupled, draw, start};
 use crate::failure::Failure;
 use crate::plan::Participants;
 use crate::prepare::Prepared;
@@ -18,8 +17,7 @@ use crate::solvers::Solver;
 use crate::supervise::{Supervisor, Words};
 use crate::{accuracy, supervise};
 
-/// Makes the page of a finished run from its output folder.
-pub type Report = fn(&Path) -> Result<PathBuf, Failure>;
+pub use crate::coupled::Report;
 
 /// Runs a scene; `report` makes the page of the run, once its summary is written.
 ///
@@ -82,13 +80,6 @@ fn coupled(
     bedload_program::run(&job, &setup)?;
     protocol::say!("bedload: done, see {}", folder.root().display());
     Ok(())
-}
-
-/// Makes the report; a failure there costs no result.
-pub(crate) fn draw(folder: &Path, report: Report) {
-    if let Err(error) = report(folder) {
-        protocol::say!("bedload: warning: no report.html: {error}");
-    }
 }
 
 /// A scene that needs one solver only: its own `run` does everything.

@@ -133,14 +133,6 @@ fn a_table_of_the_fluid_is_looked_up_at_the_length_of_the_window() {
     assert!(case.bound("density-ratio").is_none());
 }
 
-#[test]
-fn windows_of_many_viscous_times_were_not_mapped() {
-    below_and_above("density-range", 0.5, 0.9, |case, nu_dt| {
-        case.scene = vec!["medium.viscosity=10.0"];
-        case.fluid.dt = nu_dt / 10.0;
-    });
-}
-
 /// A bound of a solver, `factor` times `measure` at most 1.
 fn solver_bound(name: &str, factor: f64, measure: Measure) -> SolverBound {
     SolverBound::new(name, "x", (factor, measure), Side::AtMost, 1.0).because(
@@ -190,7 +182,10 @@ fn bounds_of_the_solvers_are_judged_at_the_steps_of_the_plan() {
 #[test]
 fn bounds_are_printed_in_the_order_of_their_names_and_foreign_ones_last() {
     let mut case = Case::new();
-    case.fluid.bounds = vec![solver_bound("a-foreign-one", 1.0, Measure::One)];
+    case.fluid.bounds = vec![
+        solver_bound("a-foreign-one", 1.0, Measure::One),
+        solver_bound("density-ratio", 1.0, Measure::One),
+    ];
     case.dem.bounds = vec![
         solver_bound("tangential-dashpot", 1.0, Measure::One),
         solver_bound("contact-dashpot", 1.0, Measure::One),
@@ -207,23 +202,6 @@ fn bounds_are_printed_in_the_order_of_their_names_and_foreign_ones_last() {
         "a-foreign-one",
     ];
     assert!(order.map(place).is_sorted(), "{names:?}");
-}
-
-#[test]
-fn a_dense_bed_wants_small_viscous_steps() {
-    // 27 touching spheres fill π/6 of their box.
-    let mut bed = String::from("grains=[");
-    for n in 0..27 {
-        let [x, y, z] = [n % 3, n / 3 % 3, n / 9].map(|i| 0.5 + f64::from(i));
-        bed += &format!("{{position=[{x:?},{y:?},{z:?}],radius=0.5,density=4.0}},");
-    }
-    bed += "]";
-    let bed: &'static str = bed.leak();
-    below_and_above("dense-bed-forcing", 0.78, 0.79, |case, dt| {
-        case.scene = vec![bed, "until=100.0"];
-        case.fluid.dt = dt;
-    });
-    assert!(Case::new().bound("dense-bed-forcing").is_none(), "one grain is no bed");
 }
 
 #[test]
@@ -270,9 +248,11 @@ fn grid_and_memory() {
 }
 
 /// Bounds that our solvers own: the tests of these crates put them below and above their limits
-/// (`fluid-solver/tests/immersed/bounds.rs`, `dem-solver/tests/dem/bounds.rs`).
-const OF_SOLVERS: [&str; 8] = [
-    "local-viscosity",
+/// (`fluid-solver/tests/immersed/bounds.rs` and `src/methods/limits.rs`, `dem-solver/tests/dem/bounds.rs`).
+const OF_SOLVERS: [&str; 10] = [
+    "density-range",
+    "resting-weight",
+    "dense-bed-forcing",
     "cfl",
     "direct-forcing",
     "direct-forcing-accuracy",

@@ -124,17 +124,6 @@ fn an_overlap_beyond_a_tenth_is_refused_before_the_run_that_would_end_at_it() {
 }
 
 #[test]
-fn windows_beyond_what_was_mapped_are_refused_where_grains_move() {
-    // ν dt/D² = 0.79 and 0.81.
-    let at = |dt: f64| {
-        let dt = dt / 0.061_237_243_569_579_45;
-        Case { dt, contact_time: 1.0, ..Case::new() }.bound("density-range")
-    };
-    assert!(at(0.79).holds);
-    assert!(at(0.81).refuses(&[]) && !at(0.81).refuses(&["density-range".to_owned()]));
-}
-
-#[test]
 fn a_contact_time_that_costs_without_need_is_said_with_one_that_would_do() {
     let notes = Case { contact_time: 2e-9, ..Case::new() }.notes();
     assert!(notes.contains("contact_time: t_c = 2.000e-9 s asks for"), "{notes}");

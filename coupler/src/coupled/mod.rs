@@ -21,4 +21,5 @@ mod link;
 mod schedule;
 mod setup;
 
-pub(crate) use setup::{Coupled, serve_arguments, start, write_scene};
+pub use setup::Report;
+pub(crate) use setup::{Coupled, draw, serve_arguments, start, write_scene};

@@ -17,9 +17,18 @@ use super::schedule::{CoupledSchedule, CoupledState};
 use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
-use crate::run::{Report, draw};
 use crate::solvers::Solver;
 use crate::supervise::{Supervisor, Words};
+
+/// Makes the page of a finished run from its output folder.
+pub type Report = fn(&Path) -> Result<PathBuf, Failure>;
+
+/// Makes the report; a failure there costs no result.
+pub(crate) fn draw(folder: &Path, report: Report) {
+    if let Err(error) = report(folder) {
+        protocol::say!("bedload: warning: no report.html: {error}");
+    }
+}
 
 /// A coupled run.
 pub(crate) struct Coupled<'a> {

@@ -245,7 +245,7 @@ mod tests {
     /// Spheres on an axis of given radius and density, ρ = 1, ν = 0.01.
     fn scene(grains: &[[f64; 2]]) -> CheckedScene {
         let mut text = "until = 1.0\n[domain]\ngeometry = \"axisymmetric\"\nlower = [0.0, 0.0]\nupper = [9.0, 99.0]\n\
-                        cells = [9, 99]\nboundary = { r_upper = \"free-slip\", z = \"free-slip\" }\n[medium]\n\
+                        cells = [90, 990]\nboundary = { r_upper = \"free-slip\", z = \"free-slip\" }\n[medium]\n\
                         density = 1.0\nviscosity = 0.01\n"
             .to_owned();
         for (k, [radius, density]) in grains.iter().enumerate() {
@@ -303,6 +303,27 @@ mod tests {
             let (value, limit) = found(&all, dt);
             assert!((value / limit - expected).abs() < 1e-12, "dt = {dt}: {value}/{limit}, {expected}");
         }
+    }
+
+    /// 27 touching spheres fill π/6 of their box.
+    #[test]
+    fn a_dense_bed_wants_small_viscous_steps() {
+        let bed = |spheres: usize| {
+            let mut text = String::from(
+                "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [4.0, 4.0, 4.0]\n\
+                 cells = [64, 64, 64]\nboundary = { x = \"periodic\", y = \"periodic\", z = \"no-slip\" }\n\
+                 [medium]\ndensity = 1.0\nviscosity = 0.01\n",
+            );
+            for n in 0..spheres {
+                let [x, y, z] = [n % 3, n / 3 % 3, n / 9].map(|i| 0.5 + i as f64);
+                text +=
+                    &format!("[[grains]]\nposition = [{x:?}, {y:?}, {z:?}]\nradius = 0.5\ndensity = 4.0\n");
+            }
+            CheckedScene::new(SceneSource { file: "bed.toml".into(), text }).expect("a good scene")
+        };
+        let bound = dense_bed(&bed(27), 2.56).expect("a bed");
+        assert_eq!((bound.factor, bound.limit, bound.measure), (2.56, 2.0, Measure::Window));
+        assert!(dense_bed(&bed(1), 2.56).is_none(), "one grain is no bed");
     }
 
     /// Thousands of sizes make few rows: the limits change where the smallest or the largest grain passes a

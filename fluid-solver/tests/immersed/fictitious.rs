@@ -158,7 +158,7 @@ fn what_it_cannot_do_is_refused_by_key() {
     for (change, key, part) in [
         (["cells = [48, 48]", "cells = [48, 40]"], "domain.cells", "square"),
         (["cells = [48, 48]", "cells = [12, 12]"], "domain.cells", "3.0 cells across"),
-        (["geometry = \"plane\"", "geometry = \"space\""], "fluid.method", "plane"),
+        (["[fluid]", "[coupling]\nscheme = \"iterated\"\n[fluid]"], "coupling.scheme", "iterated"),
     ] {
         let error = refusal(change);
         assert_eq!(error.key, key, "{}", error.message);

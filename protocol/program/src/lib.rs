@@ -15,11 +15,13 @@
 
 pub mod alone;
 mod checkpoint;
+mod clock;
 mod command;
 mod disk;
 mod failure;
 mod in_process;
 mod interrupts;
+mod job;
 mod link;
 mod log;
 mod options;
@@ -31,16 +33,17 @@ mod run;
 mod run_loop;
 mod serve;
 mod solver;
+mod stand_in;
 mod threads;
 
 pub use command::main;
 pub use disk::fail_at_file_limit;
 pub use failure::Failure;
 pub use interrupts::Interrupts;
+pub use job::{Job, LogKind};
 pub use link::{Attempt, End, Link, Messages, Ordered, Schedule};
-pub use log::LogKind;
 pub use options::RunOptions;
 pub use orphan::PARENT;
 pub use pipe::end_at_closed_pipe;
-pub use run::{Job, Setup, VERSION, run, summarise};
+pub use run::{Setup, VERSION, run, summarise};
 pub use solver::Solver;

@@ -6,8 +6,8 @@ use protocol::message::{Command, Kinematics, Loads};
 use protocol::participant::{Role, Window};
 
 use crate::failure::Failure;
+use crate::job::{Job, LogKind};
 use crate::link::Messages;
-use crate::run::Job;
 
 /// Bytes of messages in the log of a solver alone, about, before compression: a run that would have more is
 /// recorded less often.
@@ -15,20 +15,6 @@ const MOST_BYTES: f64 = 256e6;
 
 /// Bytes of one message of a solver alone; beyond that nothing is recorded.
 const MOST_MESSAGE: usize = 16 << 20;
-
-/// What is logged of a run.
-#[derive(Clone, Debug)]
-pub enum LogKind {
-    /// Every message of a coupled run.
-    Coupled {
-        /// Command of the fluid; empty where none takes part.
-        fluid: Vec<String>,
-        /// Command of the DEM, likewise.
-        dem: Vec<String>,
-    },
-    /// The order of every window, and what the solver of a role sent at each observation.
-    Alone(Role),
-}
 
 /// The log of a run under way.
 pub(crate) struct Log {

@@ -13,11 +13,12 @@ use protocol::message::{Command, Order};
 use protocol::participant::{Participant, Role, Window};
 
 use crate::failure::Failure;
-use crate::in_process::{Answer, InProcess};
+use crate::in_process::InProcess;
 use crate::interrupts::Interrupts;
 use crate::link::{Attempt, End, Link, Messages, Ordered, Schedule};
 use crate::run_loop::RunLoop;
 use crate::solver::Solver;
+use crate::stand_in::Answer;
 use crate::threads::with_threads;
 
 /// Takes what a solver sent in a window, beside what was logged.

@@ -1,46 +1,18 @@
 //! A run from its output folder to its summary, the same for a coupled run and a solver alone.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
-use bedload_output::{OutputFolder, RunStatus, Sides, Summary};
-use bedload_scene::{CheckedScene, Motion};
+use bedload_output::{OutputFolder, RunStatus, Summary};
+use bedload_scene::Motion;
 
 use crate::checkpoint::{self, LoopState};
 use crate::failure::Failure;
-use crate::interrupts::Interrupts;
+use crate::job::Job;
 use crate::link::{End, Link, Schedule};
-use crate::log::LogKind;
 use crate::run_loop::RunLoop;
 
 /// Version in `summary.json`.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-
-/// What a run is.
-pub struct Job<'a> {
-    /// Name of the program, for messages.
-    pub program: &'static str,
-    /// The scene.
-    pub scene: &'a CheckedScene,
-    /// Its output folder.
-    pub folder: &'a OutputFolder,
-    /// Goes on from the checkpoint in the folder.
-    pub resume: bool,
-    /// Signals.
-    pub interrupts: &'a Interrupts,
-    /// Who takes part, for the columns.
-    pub sides: Sides,
-    /// Planned window, s.
-    pub dt: f64,
-    /// Shortest duration of a contact, s; infinite where nothing can touch.
-    pub contact_time: f64,
-    /// Wall time between checkpoints, s; 0: only at the end and on interruption.
-    pub checkpoint_every: f64,
-    /// What is logged; none: nothing.
-    pub log: Option<LogKind>,
-    /// Start of the run, for its wall time.
-    pub begin: Instant,
-}
 
 /// How the solvers of a run are started.
 pub trait Setup {

@@ -13,10 +13,10 @@ use protocol::participant::Window;
 use crate::checkpoint::{self, LoopState};
 use crate::failure::Failure;
 use crate::interrupts::Interrupts;
+use crate::job::Job;
 use crate::link::{Attempt, End, Link, Schedule};
 use crate::log::Log;
 use crate::progress::Progress;
-use crate::run::Job;
 
 /// A run under way.
 pub(crate) struct RunLoop<'a, L, S> {

@@ -9,7 +9,8 @@ use protocol::facts::{DemFacts, FluidFacts};
 use protocol::log::Logged;
 use protocol::participant::{Participant, SolverError};
 
-use crate::alone::{Answer, Clock};
+use crate::clock::Clock;
+use crate::stand_in::Answer;
 
 /// What a solver adds to [`Participant`] to become a program.
 pub trait Solver: Participant<Incoming: Logged, Outgoing: Logged> + Send + Sized {

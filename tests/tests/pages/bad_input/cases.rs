@@ -153,14 +153,14 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "fluid step not a number": "dt = 0.01" => "§dt = nan"; "fluid.time.dt", "NaN";
     "cfl too large": "cfl = 0.5" => "§cfl = 9.0"; "fluid.time.cfl", "is 9", "up to";
     "unknown scheme": "cfl = 0.5" => "cfl = 0.5\n§scheme = \"rk4\""; "fluid.time.scheme", "rk4", "ab2";
-    "levels of the step": "cfl = 0.5" => "cfl = 0.5\n§dt_levels_per_octave = 4"; "fluid.time.dt_levels_per_octave", "four lengths", "leave it out";
+    "levels of the step": "cfl = 0.5" => "cfl = 0.5\n§dt_levels_per_octave = 4"; "fluid.time.dt_levels_per_octave", "retired", "no such choice";
     "explicit viscosity, long step": "dt = 0.01" => "§dt = 0.2\nviscosity = \"explicit\""; "fluid.time.dt", "0.2", "explicit";
-    "width of the mask": "[dem]" => "[fluid.immersed]\n§width = 0.5\n[dem]"; "fluid.immersed.width", "fluid.method decides it";
+    "width of the mask": "[dem]" => "[fluid.immersed]\n§width = 0.5\n[dem]"; "fluid.immersed.width", "retired", "no such choice";
     "unknown method": "[dem]" => "[fluid]\n§method = \"sharp\"\n[dem]"; "fluid.method", "sharp", "calibrated";
     "former name of the printed method": "[dem]" => "[fluid.immersed]\n§method = \"direct\"\n[dem]"; "fluid.immersed.method", "retired", "izard-2014";
     "the printed loads of a neutral grain": "density = 3.0" => "density = 1.0", "[dem]" => "[fluid]\n§method = \"izard-2014\"\n[dem]";
         "fluid.method", "grain 1", "izard-2014";
-    "form of the loads": "[dem]" => "[fluid.loads]\n§form = \"uhlmann-2005\"\n[dem]"; "fluid.loads.form", "fluid.method decides it";
+    "form of the loads": "[dem]" => "[fluid.loads]\n§form = \"uhlmann-2005\"\n[dem]"; "fluid.loads.form", "retired", "no such choice";
     "command as one word": "[fluid.time]" => "[fluid]\n§command = \"my-solver\"\n[fluid.time]"; "fluid.command", "string", "sequence";
     "contact missing": "[dem]" => "§[dem]", "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 0.02\n" => ""; "dem.contact", "is missing";
     "dem missing": "[dem]\nintegrator = \"symplectic-euler\"\n" => "", "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 0.02\n" => "",
@@ -180,14 +180,14 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "smooth grains": "roughness = 4e-4" => "§roughness = 0.0"; "dem.lubrication.roughness", "is 0";
     "roughness missing": "[dem.lubrication]" => "§[dem.lubrication]", "roughness = 4e-4\n" => ""; "dem.lubrication.roughness", "missing field";
     "no cut-off": "cut_off = 0.4" => "§cut_off = 0.0"; "dem.lubrication.cut_off", "is 0";
-    "retired sweeps": "cut_off = 0.4" => "cut_off = 0.4\n§sweeps = 4"; "dem.lubrication.sweeps", "retired", "leave it out";
+    "retired sweeps": "cut_off = 0.4" => "cut_off = 0.4\n§sweeps = 4"; "dem.lubrication.sweeps", "retired", "no such choice";
     "retired film": "form = \"as-printed\"" => "§form = \"continuous\""; "dem.lubrication.form", "retired", "complement";
     "film longer than the box": "upper = [4.0, 4.0, 4.0]" => "§upper = [4.0, 4.0, 4.0]", "cut_off = 0.4" => "cut_off = 3.0"; "domain.upper", "period 4";
     "unknown integrator": "integrator = \"symplectic-euler\"" => "§integrator = \"leapfrog\""; "dem.integrator", "leapfrog", "velocity-verlet";
     "rk3 with a film": "integrator = \"symplectic-euler\"" => "§integrator = \"rk3\""; "dem.integrator", "rk3", "implicit";
     "sub-step negative": "[dem]" => "[dem]\n§dt = -1e-4"; "dem.dt", "-0.0001", "> 0";
     "no sub-steps": "[dem]" => "[dem]\n§steps_per_contact = 0.0"; "dem.steps_per_contact", "is 0";
-    "retired skin": "[dem]" => "[dem]\n§skin = 0.1"; "dem.skin", "retired", "leave it out";
+    "retired skin": "[dem]" => "[dem]\n§skin = 0.1"; "dem.skin", "retired", "no such choice";
     "scheme that the loads cannot follow": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"explicit\""; "coupling.scheme", "explicit", "semi-implicit";
     "an order that the method cannot follow": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"iterated\"", "[dem]" => "[fluid]\nmethod = \"izard-2014\"\n[dem]"; "coupling.scheme", "is iterated", "explicit";
     "scheme that is none": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"implicit\""; "coupling.scheme", "implicit", "iterated";

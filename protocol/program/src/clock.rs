@@ -1,0 +1,32 @@
+//! How long the windows of a solver alone are.
+
+use protocol::participant::Window;
+
+/// Steps of a solver alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock {
+    /// Largest window, s.
+    pub window: f64,
+    /// DEM sub-step, s (infinite for a fluid).
+    pub substep: f64,
+    /// May a window be shortened by the solver's own limit?
+    pub adaptive: bool,
+}
+
+impl Clock {
+    /// The next window from `time`, ending at `until` at the latest; the last two share what is left, so that
+    /// none is a sliver, over which the mean of a force means nothing.
+    #[must_use]
+    pub fn next(&self, step: u64, time: f64, until: f64, limit: f64, output: bool) -> Window {
+        let wished = if self.adaptive { self.window.min(limit) } else { self.window };
+        // A remainder of a few parts in 1e9 is rounding, not a window.
+        let dt = match until - time {
+            left if left <= wished * (1.0 + 1e-9) => left,
+            left if left < wished * (2.0 - 1e-9) => 0.5 * left,
+            _ => wished,
+        };
+        let substeps =
+            if self.substep.is_finite() { (dt / self.substep * (1.0 - 1e-12)).ceil().max(1.0) } else { 1.0 };
+        Window { step, attempt: 0, time, dt, substeps: substeps as u64, output }
+    }
+}
