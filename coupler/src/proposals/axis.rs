@@ -14,6 +14,10 @@ use crate::prepare::Prepared;
 /// cross-section: (1.9033 − 2.1044 √π/2) D/L of Stokes's (Happel & Brenner 1983, sections 7-3 and 7-4).
 const DUCT: f64 = 0.0383;
 
+/// Difference between the radius of the mask in space and in r–z, as drag, times (D/Δx)²: space corrects its
+/// radius (docs/equations-immersed.md, section 8). Measured: 1.1 % at D/Δx = 6 (`tests/tests/runs/proposals.rs`).
+const RADIUS: f64 = 0.41;
+
 /// The tube has the cross-section of the square box, so what is left of the shape is the difference of how
 /// far walls retard a sphere. Beside free-slip sides it is of the same size or less.
 pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
@@ -73,8 +77,12 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
         name: "axisymmetric",
         what: "a tube of the same cross-section, in r and z",
         change,
-        error: DUCT * ratio,
+        error: DUCT * ratio + RADIUS * (domain.spacing(0) / (2.0 * grain.radius)).powi(2),
         saving: None,
-        why: format!("of the drag, by the other shape of the sides at D/L = {}", Short(ratio)),
+        why: format!(
+            "of the drag, by the other shape of the sides at D/L = {} and by the mask's radius, which is \
+             corrected in space alone",
+            Short(ratio)
+        ),
     })
 }

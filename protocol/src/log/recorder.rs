@@ -143,8 +143,12 @@ impl Recorder {
     /// [`LogError::File`] if the file cannot be created or written.
     pub fn create(path: &Path, manifest: &Manifest, options: RecorderOptions) -> Result<Self, LogError> {
         let name = path.display().to_string();
-        let file = crate::new_file::new_file(path).map_err(|error| LogError::io(&name, "create", error))?;
-        Self::to_writer(file, &name, manifest, options)
+        // Under another name until its beginning is written: a process that is killed leaves no empty log.
+        let begun = path.with_extension("begun");
+        let file = crate::new_file::new_file(&begun).map_err(|error| LogError::io(&name, "create", error))?;
+        let recorder = Self::to_writer(file, &name, manifest, options)?;
+        std::fs::rename(&begun, path).map_err(|error| LogError::io(&name, "create", error))?;
+        Ok(recorder)
     }
 
     /// Records into any writer; `name` stands for the file in messages.

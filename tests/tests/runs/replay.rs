@@ -140,11 +140,18 @@ fn a_log_that_breaks_off_has_an_exit_code_of_its_own() {
 /// A log of release 0.1.0: every later one reads each of its messages, and its solvers do nearly the same
 /// again. Not the same bits: those differ between machines whose vectors have another width.
 #[test]
-fn the_log_of_a_former_release_is_read_and_replayed() {
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/two-spheres-0.1.0.mcap");
+fn logs_of_releases_are_read_and_replayed() {
+    for release in ["0.1.0", "0.2.0"] {
+        let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("golden/two-spheres-{release}.mcap"));
+        assert_golden_is_read(&golden);
+    }
+}
+
+/// Reads every message of a golden log.
+fn assert_golden_is_read(golden: &Path) {
     let mut count = std::collections::BTreeMap::<String, u32>::new();
     let (mut touched, mut loaded) = (false, false);
-    for entry in LogReader::open(&golden).expect("the log of a former release") {
+    for entry in LogReader::open(golden).expect("the log of a release") {
         let entry = entry.expect("every message is read");
         match entry.message {
             Message::Kinematics(_, grains) => touched |= grains[1].contact_force[2] > 0.0,
@@ -159,6 +166,16 @@ fn the_log_of_a_former_release_is_read_and_replayed() {
         assert_eq!(count[&format!("viewer/{topic}")], 60, "viewer/{topic}");
     }
     assert!(touched && loaded);
+}
+
+/// The scene of 0.1.0 has keys that are retired: its log is read, and a replay says which key it is.
+#[test]
+fn the_log_of_this_release_is_replayed_and_one_with_retired_keys_refused() {
+    let golden = |release: &str| {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("golden/two-spheres-{release}.mcap"))
+    };
+    ends(&replay(&golden("0.1.0"), "dem", &["--verify"]), 2, &["is retired", "leave it out"]);
+    let golden = golden("0.2.0");
     let folder = Folder::new("golden");
     for side in ["dem", "fluid"] {
         let out = folder.join(side);

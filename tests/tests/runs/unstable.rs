@@ -71,8 +71,8 @@ fn fired(name: &str, first: usize, step: usize) -> ([(usize, usize); 2], Vec<Str
 
 #[test]
 fn light_spheres_end_as_unstable_where_their_map_says_so_and_nowhere_else() {
-    // 53 of the 1050 runs, another one of each form, ν dt/D² and density ratio.
-    let ([should, should_not], missed) = fired("light-axisymmetric", 3, 20);
+    // 70 of the 140 runs: every other density ratio of each method and ν dt/D².
+    let ([should, should_not], missed) = fired("light-axisymmetric", 0, 2);
     println!("fired {}/{}, false alarms {}/{}", should.0, should.1, should_not.0, should_not.1);
     assert!(should.1 >= 20 && should_not.1 >= 20, "{should:?} {should_not:?}");
     assert_eq!(should_not.0, 0);
