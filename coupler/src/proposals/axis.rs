@@ -15,7 +15,8 @@ use crate::prepare::Prepared;
 const DUCT: f64 = 0.0383;
 
 /// Difference between the radius of the mask in space and in r–z, as drag, times (D/Δx)²: space corrects its
-/// radius (docs/equations-immersed.md, section 8). Measured: 1.1 % at D/Δx = 6 (`tests/tests/runs/proposals.rs`).
+/// radius (docs/equations-immersed.md, section 8). Measured: 1.1 % at D/Δx = 6
+/// (`tests/tests/runs/proposals.rs`).
 const RADIUS: f64 = 0.41;
 
 /// The tube has the cross-section of the square box, so what is left of the shape is the difference of how

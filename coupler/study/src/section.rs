@@ -452,9 +452,9 @@ impl Section {
         // The paths of a case lead to files of its runs, too: they stay as they are written.
         let whole: Document = source.section()?;
         let written: toml::Table = toml::from_str(&source.text).unwrap_or_default();
-        let keys =
+        let mut keys =
             written.get(kind.name()).and_then(toml::Value::as_table).into_iter().flat_map(toml::Table::keys);
-        for key in keys.filter(|key| !kind.takes(key)) {
+        if let Some(key) = keys.find(|key| !kind.takes(key)) {
             let owner = Kind::ALL.iter().find(|kind| kind.takes(key)).map_or("", |kind| kind.name());
             return Err(source.error(
                 &format!("{}.{key}", kind.name()),

@@ -158,10 +158,11 @@ fn what_it_cannot_do_is_refused_by_key() {
     for (change, key, part) in [
         (["cells = [48, 48]", "cells = [48, 40]"], "domain.cells", "square"),
         (["cells = [48, 48]", "cells = [12, 12]"], "domain.cells", "3.0 cells across"),
-        (["[fluid]", "[coupling]\nscheme = \"iterated\"\n[fluid]"], "coupling.scheme", "iterated"),
     ] {
         let error = refusal(change);
         assert_eq!(error.key, key, "{}", error.message);
         assert!(error.message.contains(part) && !error.remedy.is_empty(), "{}", error.message);
     }
+    let told = facts(&try_scene(&pair(1.5, "")).expect("a scene")).expect("facts");
+    assert_eq!(told.schemes, [protocol::scheme::Scheme::SemiImplicit], "windows are not repeated");
 }

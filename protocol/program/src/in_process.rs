@@ -20,6 +20,9 @@ use crate::stand_in::{Answer, StandIn};
 type Finish<P> =
     fn(&mut P, &CheckedScene, &OutputFolder) -> Result<BTreeMap<String, MetricValue>, SolverError>;
 
+/// Values of the columns that only a solver knows.
+type Extras<P> = fn(&P) -> Vec<f64>;
+
 /// A solver in this process.
 pub(crate) struct InProcess<P: Participant> {
     solver: P,
@@ -28,7 +31,7 @@ pub(crate) struct InProcess<P: Participant> {
     /// Output folder of the run, for checkpoints.
     root: PathBuf,
     /// Values of its own columns, and how they are found.
-    extras: (Vec<f64>, fn(&P) -> Vec<f64>),
+    extras: (Vec<f64>, Extras<P>),
     finish: Finish<P>,
     dt_limit: f64,
 }
@@ -89,7 +92,7 @@ where
         }
         self.exchange.begin(given.map(|(header, records)| (header, P::Incoming::of(records))));
         self.dt_limit = self.solver.advance(&window, &mut self.exchange)?.dt_limit;
-        if !self.exchange.sent.is_some_and(|sent| self.exchange.received == Some(sent)) {
+        if self.exchange.sent.is_none_or(|sent| self.exchange.received != Some(sent)) {
             let what = format!("it did not exchange once each way in window {}", window.step);
             return Err(SolverError::Failed(what).into());
         }

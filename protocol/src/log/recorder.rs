@@ -143,11 +143,15 @@ impl Recorder {
     /// [`LogError::File`] if the file cannot be created or written.
     pub fn create(path: &Path, manifest: &Manifest, options: RecorderOptions) -> Result<Self, LogError> {
         let name = path.display().to_string();
-        // Under another name until its beginning is written: a process that is killed leaves no empty log.
-        let begun = path.with_extension("begun");
+        // Under another name until its beginning is written: a process that is killed leaves no empty log. A
+        // device keeps its name.
+        let is_device = path.exists() && !path.is_file();
+        let begun = if is_device { path.to_owned() } else { path.with_extension("begun") };
         let file = crate::new_file::new_file(&begun).map_err(|error| LogError::io(&name, "create", error))?;
         let recorder = Self::to_writer(file, &name, manifest, options)?;
-        std::fs::rename(&begun, path).map_err(|error| LogError::io(&name, "create", error))?;
+        if begun != path {
+            std::fs::rename(&begun, path).map_err(|error| LogError::io(&name, "create", error))?;
+        }
         Ok(recorder)
     }
 

@@ -53,7 +53,6 @@ pub struct Calibrated<const D: usize> {
 
 impl<const D: usize> Calibrated<D> {
     /// For the grains of a scene.
-    #[expect(clippy::too_many_arguments, reason = "called once")]
     pub(super) fn new(
         scene: &CheckedScene,
         medium: &Medium,
