@@ -98,9 +98,10 @@ fn both(name: &str, scene: &str, proposed: &str, measured: &str) -> (f64, f64, f
 
 #[test]
 fn a_sphere_on_the_axis_of_a_duct_is_axisymmetric() {
-    let scene = settling("space", 2.0, 1.0, -1.0, 2.0, "no-slip");
+    // Eight cells per diameter: at six the masks differ by more than is proposed.
+    let scene = settling("space", 2.0, 1.0, -1.0, 2.0, "no-slip").replace("[24, 24, 36]", "[32, 32, 48]");
     let (error, expected, _) = both("axis", &scene, "axisymmetric", "speed");
-    // The two grids cut the sphere differently: 1 % at six cells per diameter (docs/numerics.md, Mask).
+    // The two grids cut the sphere differently: up to 1 % (docs/numerics.md, Mask).
     assert!(error < expected + 0.01, "{error} where {expected} was expected");
 }
 

@@ -33,7 +33,7 @@ pub fn alone(dimensions: i32) -> f64 {
 /// counts as zero.
 ///
 /// ```
-/// use fluid_solver::virtual_mass::images::beside;
+/// use fluid_solver::methods::virtual_mass::images::beside;
 /// // Two equal spheres that touch: one held, both moving together, head-on.
 /// let c = beside(3, 1.0, 1.0, 0.0);
 /// assert!((c.own - 0.5777).abs() < 1e-3);
@@ -70,7 +70,7 @@ pub fn beside(dimensions: i32, a: f64, b: f64, gap: f64) -> Coefficients {
 /// Coefficient of a body whose surface is `gap` away from a plane wall: that of two equal ones head-on.
 ///
 /// ```
-/// use fluid_solver::virtual_mass::images::at_a_wall;
+/// use fluid_solver::methods::virtual_mass::images::at_a_wall;
 /// assert!((at_a_wall(3, 1.0, 0.0) - 0.80309).abs() < 1e-3);
 /// ```
 pub fn at_a_wall(dimensions: i32, radius: f64, gap: f64) -> f64 {
