@@ -7,7 +7,7 @@
 //! | `fictitious-domain` | `fictitious/` | λ at points of the bodies (Yu & Shao 2007) | ρ G/dt − m_f g |
 //!
 //! [`immersed_boundary`] is the trait, [`grains`] the state of the grains that all methods share, [`loads`]
-//! the loads of the first and the last method, [`limits`] the form in which a method tells the coupler which
+//! the loads of the first and the last method, `limits` the form in which a method tells the coupler which
 //! grains are too light. Masks and integrals over grains are in [`crate::immersed`].
 
 pub mod calibrated;

@@ -12,7 +12,7 @@ class Spheres:
         self.law, self.film = law, film = dem.get("contact", {}), dem.get("lubrication", {})
         known = grains and all((g.get("shape", "sphere"), g.get("motion", "free")) == ("sphere", "free") for g in grains)
         if not (known and law.get("law") == "linear-spring-dashpot" and "contact_time" in law and "groups" not in scene
-                and film.get("form") in ("none", "as-printed", "continuous", "complement") and "periodic" not in str(domain)
+                and film.get("form") in ("none", "as-printed", "complement") and "periodic" not in str(domain)
                 and (film["form"] != "complement" or not film.get("tangential", domain["geometry"] != "axisymmetric"))):
             raise Leave(2, "not for this DEM; remedy: free spheres in [[grains]], a box without periodic sides, [dem.contact] "
                            "linear-spring-dashpot with contact_time, a form of dem.lubrication, and if that is complement, "
@@ -46,7 +46,7 @@ class Spheres:
         def law(gap):
             gap = min(max(gap, 0.0), reach)
             x = (gap + rough) / self.length
-            rest = {"as-printed": 0.0, "continuous": gap / (reach + rough), "complement": math.log(1 + 2 * x + 2 * x * x) / 2 + math.atan(1 + 2 * x)}
+            rest = {"as-printed": 0.0, "complement": math.log(1 + 2 * x + 2 * x * x) / 2 + math.atan(1 + 2 * x)}
             return math.log(x) - rest[form]
         low, high = min(u, 0.0), max(u, 0.0)
         for _ in range(60):

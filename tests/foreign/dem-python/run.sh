@@ -14,7 +14,6 @@ bounce() { # FILM: velocity of impact and of rebound, over the largest; rebound 
 check "conformance" "$bedload" conformance --role dem --physics --set 'dem.lubrication={ form = "none" }' -- "${command[@]}"
 check "bounce, no film" bounce none '{ form = "none" }'
 check "bounce, film as printed" bounce printed '{ form = "as-printed", roughness = 4e-4, cut_off = 0.5 }'
-check "bounce, continuous film" bounce continuous '{ form = "continuous", roughness = 4e-4, cut_off = 0.4 }'
 check "bounce, the film that the grid leaves" bounce complement '{ form = "complement", roughness = 4e-4, cut_off = 0.8 }'
 check "resume" resumes "$here/../settling-200.toml" 0.5 --set 'fluid.time={ scheme = "ab2", dt = 0.0625 }'
 exit $failed

@@ -3,7 +3,7 @@
 //!
 //! A force that stays in its cells lags behind its grain by a step: little beside the grain's velocity, much
 //! beside the flow through a dense bed. The remedies act in the steps in which the error is felt
-//! ([`lag`](crate::immersed::brinkman::lag)).
+//! ([`crate::immersed::brinkman::lag`]).
 
 use super::calibration::{Calibration, ForceTransport};
 use crate::field::own_planes;
