@@ -134,7 +134,7 @@ enum Command {
     },
     /// Make studies: the charts, maps and cases of these files, or of the whole repository
     Study {
-        /// Files with [chart], [stability] or [case]
+        /// Files with a section `chart`, `stability` or `case`
         #[arg(required_unless_present_any = ["all", "sample", "mark"])]
         files: Vec<PathBuf>,
         /// All studies of the repository, in their order, into docs; finished runs are not repeated

@@ -120,8 +120,8 @@ struct Sampled {
     stale: String,
 }
 
-/// Makes the sample of every table again, and prints which are stale. Writes that into [`FILE`] and the pages
-/// where `mark`; else what is there must say the same.
+/// Makes the sample of every table again, and prints which are stale. Writes that into `docs/evidence.csv`
+/// and the pages where `mark`; else what is there must say the same.
 ///
 /// # Errors
 /// [`Failure::Run`] where it does not; other [`Failure`]s if something cannot be read.
