@@ -66,19 +66,6 @@ fn misplaced(dem: &Dem, scene: &CheckedScene) -> Option<String> {
             }
         }
     }
-    let (lists, g, periods) = (dem.lists_now(), &dem.grains, &dem.around.periods);
-    let bodies = dem.bodies_now();
-    let overlap = |i: usize, j: usize| {
-        if let Some(bodies) = bodies.as_deref().filter(|_| !(g.is_round(i) && g.is_round(j))) {
-            return -bodies.distance(g, periods, i, j);
-        }
-        g.radius[i] + g.radius[j] - periods.nearest(g.position[i] - g.position[j]).norm()
-    };
-    let round = lists.pairs.entries().map(|(i, k)| (i, lists.pairs.other[k] as usize));
-    let mut near = round.chain(lists.body_pairs.iter().map(|[i, j]| (*i as usize, *j as usize)));
-    let (i, j) = near.find(|&(i, j)| overlap(i, j) > DEEPEST * g.radius[i].min(g.radius[j]))?;
-    Some(format!(
-        "lets grains {i} and {j} overlap by {} m; allowed: 1 % of the smaller radius",
-        overlap(i, j)
-    ))
+    let (i, j, overlap) = dem.overlapping(DEEPEST)?;
+    Some(format!("lets grains {i} and {j} overlap by {overlap} m; allowed: 1 % of the smaller radius"))
 }

@@ -51,46 +51,14 @@
 //! Sums run in a fixed order, grain by grain and partner by partner, so a result never depends on
 //! when the neighbour list was built, and save/restore/repeat gives identical bits.
 
-mod advance;
-mod bodies;
 mod bounds;
-mod bulk;
 pub mod command;
 pub mod config;
-pub mod error;
 mod facts;
-mod general;
-pub mod grain;
-pub mod grains;
 mod initial;
 pub mod insertion;
-pub mod laws;
-pub mod lubrication;
-pub mod motion;
 pub mod output;
 mod outside;
 pub mod participant;
-pub mod periods;
-pub mod report;
-mod save;
-mod search;
-pub mod solver;
-pub mod spec;
-pub mod split;
-pub mod state;
-mod surroundings;
-mod validate;
-mod vector;
 
-pub use error::{AdvanceError, RestoreError, SpecError};
-pub use grain::{Grain, Shape};
-pub use laws::linear::LinearSpringDashpot;
-pub use laws::table::ContactLaw;
-pub use laws::walls::Wall;
-pub use lubrication::law::{LineResolution, LubricationModel};
-pub use lubrication::settings::Lubrication;
-pub use motion::{Freedom, Motion, Vec3};
-pub use report::{Dissipated, GrainLoad, WindowReport};
-pub use solver::Dem;
-pub use spec::{BulkSettings, DemSpec, Engine, Integrator};
-pub use state::State;
+pub use dem_kernels::*;

@@ -16,9 +16,9 @@ use protocol::new_file::write_new;
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
 
 use crate::config::{Config, DemSection};
+use crate::contacts::Contact;
 use crate::initial;
 use crate::insertion::Insertions;
-use crate::output::contacts::Contact;
 use crate::output::profile::Profile;
 use crate::output::substeps::Substeps;
 use crate::output::{finish, grain_files};
@@ -119,7 +119,7 @@ impl DemParticipant {
             return Ok(());
         }
         let grains = &self.dem.grains;
-        let periods = &self.dem.around.periods;
+        let periods = self.dem.periods();
         let places = self.insertions.places(grains, &self.spec.grains, periods, window.step, window.time);
         if places.is_empty() {
             return Ok(());

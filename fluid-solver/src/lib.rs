@@ -44,57 +44,29 @@
 
 #![warn(missing_docs)]
 
-pub mod axis;
-pub mod boundary;
+pub use fluid_kernels::{
+    axis, boundary, division, field, first_non_finite, flow_rate, geometry, grid, grid_error, halo, health,
+    helmholtz, immersed, interpolate, lanes, measure, open, ranks, scheme, stencil, step, threads, timings,
+    transform, tridiagonal, work,
+};
+
 mod bounds;
 pub mod build;
 pub mod checkpoint;
 pub mod config;
 pub mod coupling;
-pub mod division;
-mod engine;
 pub mod facts;
-pub mod field;
-pub mod first_non_finite;
-mod flow;
-pub mod flow_rate;
 pub mod follow;
-mod gather;
-pub mod geometry;
-mod ghosts;
-pub mod grid;
-pub mod grid_error;
-pub mod halo;
-pub mod health;
-pub mod helmholtz;
-pub mod immersed;
 pub mod initial;
-pub mod interpolate;
-pub mod lanes;
 pub mod launcher;
 pub mod lines;
-pub mod measure;
 pub mod memory;
 pub mod methods;
-pub mod open;
 pub mod orders;
 pub mod output;
 pub mod participant;
 pub mod plan;
-mod plane;
 pub mod planes;
 pub mod program;
-pub mod ranks;
-pub mod scheme;
 pub mod solver;
-mod space;
 mod speed;
-mod stages;
-pub mod stencil;
-pub mod step;
-pub mod threads;
-pub mod timings;
-pub mod transform;
-pub mod tridiagonal;
-mod vector;
-pub mod work;

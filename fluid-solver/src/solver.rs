@@ -7,7 +7,6 @@ use crate::config::FluidSection;
 use crate::coupling;
 use crate::field::{State, copy_own};
 use crate::first_non_finite::FirstNonFinite;
-use crate::gather;
 use crate::grid::Grid;
 use crate::halo::fill_velocity;
 use crate::health::Health;
@@ -24,6 +23,7 @@ use crate::ranks::Ranks;
 use crate::step::Stepper;
 use crate::work::Work;
 use bedload_scene::{CheckedScene, Medium, SceneError};
+use fluid_kernels::gather;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, SolverError, Window, WindowReport};
 

@@ -11,10 +11,10 @@
 //! pressure is the third part (plane: half) of the trace. Summed over all cells the contact stress
 //! times V_c is the virial Σ f_ij r_ij.
 
+use crate::contacts::{Contact, is_free};
 use crate::grain::Shape;
 use crate::grains::Grains;
 use crate::motion::Vec3;
-use crate::output::contacts::{Contact, is_free};
 use crate::output::partition::Partition;
 use nalgebra::Matrix3;
 

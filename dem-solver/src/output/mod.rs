@@ -1,11 +1,9 @@
 //! What is made of a state: contacts, averages over them, files.
 
 pub mod coarse_grain;
-pub mod contacts;
 pub mod finish;
 pub mod grain_files;
 pub mod janssen;
 pub mod partition;
 pub mod profile;
 pub(crate) mod substeps;
-pub mod sums;

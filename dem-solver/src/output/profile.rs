@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
+use crate::contacts::Contact;
 use crate::grain::Shape;
 use crate::grains::Grains;
 use crate::motion::Vec3;
 use crate::output::coarse_grain::{Cell, coarse_grain};
-use crate::output::contacts::Contact;
 use crate::output::partition::{Partition, Slabs};
 use crate::spec::DemSpec;
 

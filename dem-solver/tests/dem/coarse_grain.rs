@@ -1,8 +1,8 @@
 //! Coarse-graining against the identities it must keep: the virial, and the weight above.
 use crate::common::{cloud, dem, floor, law, spec};
 use dem_solver::LinearSpringDashpot;
+use dem_solver::contacts::Contact;
 use dem_solver::output::coarse_grain::coarse_grain;
-use dem_solver::output::contacts::Contact;
 use dem_solver::output::partition::{Grid, Partition, Slabs};
 use dem_solver::{Dem, Grain, Motion, Shape, Vec3, Wall};
 use nalgebra::Matrix3;

@@ -3,9 +3,9 @@
 use crate::domain::Geometry;
 use crate::error::SceneError;
 use crate::grains::{Grain, Shape};
-use crate::outline::{Outline, OutlineFault};
 use crate::shared::Scene;
 use crate::source::SceneSource;
+use bedload_outline::{Outline, OutlineFault};
 
 type Check = Result<(), SceneError>;
 

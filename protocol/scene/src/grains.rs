@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::domain::Geometry;
-use crate::outline::Outline;
 use crate::walls::forever;
+use bedload_outline::Outline;
 
 /// Form of a grain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]

@@ -14,7 +14,6 @@ mod insertions;
 mod layout;
 mod observe;
 mod open;
-mod outline;
 mod random;
 mod rest;
 mod retired;
@@ -25,6 +24,7 @@ pub mod table;
 mod validate;
 mod walls;
 
+pub use bedload_outline::{Outline, OutlineFault};
 pub use checked::CheckedScene;
 pub use domain::{
     Axis, Boundary, Domain, Face, Faces, FlowRate, Geometry, InflowProfile, InitialVelocity, Medium,
@@ -37,7 +37,6 @@ pub use observe::{
     Column, HeapEnd, HeapReference, HeapSlope, Metric, MetricKind, Observe, ObservedPlanes, ObservedSubsteps,
     Profile, Span,
 };
-pub use outline::{Outline, OutlineFault};
 pub use rest::Rest;
 pub use retired::Retired;
 pub use rough_walls::{Arrangement, RoughWall};

@@ -3,9 +3,9 @@
 use super::check::{Check, finite, positive};
 use crate::domain::{Axis, Geometry};
 use crate::grains::{Grain, Motion};
-use crate::outline::Outline;
 use crate::shared::Scene;
 use crate::source::SceneSource;
+use bedload_outline::Outline;
 
 /// Key of grain `index` where it is written out, of its file, layer, group or insertion where it is not.
 fn grain_key(scene: &Scene, index: usize, name: &str) -> String {

@@ -6,7 +6,7 @@ use crate::laws::walls::Wall;
 use crate::lubrication::law::{LineResolution, LubricationModel};
 use crate::lubrication::settings::Lubrication;
 use crate::motion::Freedom;
-use bedload_scene::Outline;
+use bedload_outline::Outline;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! A grain as the fluid sees it: a rigid body with a given motion.
 
 use crate::grid::Geometry;
-use bedload_scene::Outline;
+use bedload_outline::Outline;
 use protocol::message::Kinematics;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// A layer being worked on.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct LayerSums {
+pub struct LayerSums {
     pub(super) room: Room,
     /// Sums of mask ratios over all grains.
     pub(super) totals: Vec<f64>,
@@ -23,7 +23,7 @@ pub(crate) struct LayerSums {
 }
 
 /// Place of the first value of layer `k` in a field.
-pub(crate) fn first<const D: usize>(grid: &Grid<D>, k: usize) -> usize {
+pub fn first<const D: usize>(grid: &Grid<D>, k: usize) -> usize {
     grid.row(k * grid.rows() / grid.cells[D - 1])
 }
 
@@ -44,7 +44,7 @@ impl LayerSums {
     }
 
     /// Sums of mask ratios over all grains, one entry per place of the layer.
-    pub(crate) fn totals(&self) -> &[f64] {
+    pub fn totals(&self) -> &[f64] {
         &self.totals
     }
 
@@ -122,7 +122,7 @@ impl LayerSums {
 
 /// Calls `visit` with each of the `wanted` layers of the cell centres in turn, the mask ratios of all grains
 /// summed.
-pub(crate) fn for_each_layer<const D: usize>(
+pub fn for_each_layer<const D: usize>(
     grid: &Grid<D>,
     wanted: Range<usize>,
     model: &MaskModel,

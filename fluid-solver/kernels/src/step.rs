@@ -216,7 +216,7 @@ impl<const D: usize> Stepper<D> {
     }
 
     /// Goes on from the present fields; a step that was begun is forgotten.
-    pub(crate) fn restart(&mut self, time: f64, previous_dt: f64, steps: u64) {
+    pub fn restart(&mut self, time: f64, previous_dt: f64, steps: u64) {
         (self.flow.state.time, self.flow.state.previous_dt, self.flow.state.steps) =
             (time, previous_dt, steps);
         (self.left, self.broken) = (None, false);

@@ -130,6 +130,29 @@ impl Dem {
         Some(bodies)
     }
 
+    /// The first two grains that overlap by more than `share` of the smaller radius, and by how much, m.
+    #[must_use]
+    pub fn overlapping(&self, share: f64) -> Option<(usize, usize, f64)> {
+        let (lists, g, periods) = (self.lists_now(), &self.grains, &self.around.periods);
+        let bodies = self.bodies_now();
+        let overlap = |i: usize, j: usize| {
+            if let Some(bodies) = bodies.as_deref().filter(|_| !(g.is_round(i) && g.is_round(j))) {
+                return -bodies.distance(g, periods, i, j);
+            }
+            g.radius[i] + g.radius[j] - periods.nearest(g.position[i] - g.position[j]).norm()
+        };
+        let round = lists.pairs.entries().map(|(i, k)| (i, lists.pairs.other[k] as usize));
+        let near = round.chain(lists.body_pairs.iter().map(|[i, j]| (*i as usize, *j as usize)));
+        near.map(|(i, j)| (i, j, overlap(i, j)))
+            .find(|&(i, j, overlap)| overlap > share * g.radius[i].min(g.radius[j]))
+    }
+
+    /// Directions in which the box repeats.
+    #[must_use]
+    pub fn periods(&self) -> &Periods {
+        &self.around.periods
+    }
+
     fn bulk(&self) -> Option<&Bulk> {
         if let Running::Bulk(bulk) = &self.engine { Some(bulk) } else { None }
     }
@@ -147,7 +170,7 @@ impl Dem {
 
     /// Adds `more` grains at `places`, behind those that are there. False, and nothing done, if the present
     /// engine cannot: then a solver for all of them must take the state over.
-    pub(crate) fn insert(&mut self, more: &[Grain], places: &[Vec3]) -> bool {
+    pub fn insert(&mut self, more: &[Grain], places: &[Vec3]) -> bool {
         let Running::Bulk(bulk) = &mut self.engine else { return false };
         let before = self.grains.len();
         let mut new = Grains::new(more, self.shape, &[]);

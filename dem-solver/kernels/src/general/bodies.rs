@@ -18,7 +18,7 @@ use crate::periods::Periods;
 use crate::report::Observations;
 use crate::search::lists::Neighbours;
 use crate::state::SavedPoint;
-use bedload_scene::Outline;
+use bedload_outline::Outline;
 
 /// A point of contact that was evaluated.
 pub(crate) struct Acting {

@@ -103,7 +103,7 @@ impl<const D: usize> Grid<D> {
     }
 
     /// The same grid as one process has it.
-    pub(crate) fn undivided(&self) -> Self {
+    pub fn undivided(&self) -> Self {
         Self { division: Division::whole(self.cells[D - 1]), ..self.clone() }
     }
 

@@ -62,7 +62,7 @@ impl<const D: usize> FirstNonFinite<D> {
 
     /// What the first of `ranks` reports: the first in the order of [`FIELDS`] of what all ranks found in
     /// their planes.
-    pub(crate) fn of_all(&self, ranks: &Ranks) -> String {
+    pub fn of_all(&self, ranks: &Ranks) -> String {
         let place = FIELDS.iter().position(|what| *what == self.what).unwrap_or(FIELDS.len());
         let mine = (place * ranks.size() + ranks.rank()) as f64;
         let mut first = [mine];

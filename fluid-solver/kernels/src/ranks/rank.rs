@@ -294,7 +294,7 @@ impl Ranks {
     ///
     /// # Errors
     /// The first rank's failure, or there that of another one with its number.
-    pub(crate) fn report(&self, own: Result<Vec<u8>, SolverError>) -> Result<Vec<Vec<u8>>, SolverError> {
+    pub fn report(&self, own: Result<Vec<u8>, SolverError>) -> Result<Vec<Vec<u8>>, SolverError> {
         if self.is_alone() {
             return own.map(|own| vec![own]);
         }

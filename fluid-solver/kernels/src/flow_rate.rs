@@ -100,7 +100,7 @@ impl<const D: usize> FlowRate<D> {
 
 /// Mean of component `d` (`d = D`: of a scalar) over the box. Rows are summed one after the other, by one
 /// rank after the other.
-pub(crate) fn mean<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> f64 {
+pub fn mean<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> f64 {
     let mut sums = [0.0, 0.0];
     let first = &grid.volumes(d, 0)[..grid.cells[0]];
     let inner: f64 = first.iter().sum();

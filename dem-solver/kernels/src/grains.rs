@@ -4,7 +4,7 @@ use crate::grain::{Grain, Shape};
 use crate::motion::{Motion, Vec3};
 use crate::periods::Periods;
 use crate::report::GrainLoad;
-use bedload_scene::Outline;
+use bedload_outline::Outline;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// All grains; index = grain. Laboratory frame.

@@ -11,10 +11,7 @@ fn place<const D: usize>(grid: &Grid<D>, rank: usize) -> Range<usize> {
 }
 
 /// Every field whole on the first rank, in its own memory; says whether this is it.
-pub(crate) fn to_first<'a, const D: usize>(
-    grid: &Grid<D>,
-    fields: impl Iterator<Item = &'a mut Vec<f64>>,
-) -> bool {
+pub fn to_first<'a, const D: usize>(grid: &Grid<D>, fields: impl Iterator<Item = &'a mut Vec<f64>>) -> bool {
     let ranks = grid.division.ranks();
     for field in fields {
         if !ranks.is_first() {

@@ -15,31 +15,32 @@ use pulp::Simd;
 
 /// Neighbouring places along axis 0 of which one grain holds some.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Span {
+pub struct Span {
     /// Place of the first in the layer.
-    pub(crate) at: usize,
+    pub at: usize,
     /// Index of the first along axis 0.
-    pub(crate) first: usize,
+    pub first: usize,
     /// Number of places, a multiple of eight.
-    pub(crate) count: usize,
+    pub count: usize,
     /// Index along axis 1 in space, else 0.
     pub(super) row: usize,
     /// Which of the pieces of its row, where a periodic face cuts it.
     pub(super) piece: usize,
     /// Control volume of a cell over its factor along axis 0.
-    pub(crate) weight: f64,
+    pub weight: f64,
     /// Arm along axis 0: this and the position of the node.
-    pub(crate) shift: f64,
+    pub shift: f64,
     /// Arm along axis 1 in space, m; else 0.
-    pub(crate) middle: f64,
+    pub middle: f64,
 }
 
 /// What one grain holds of a layer.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part {
-    pub(crate) grain: usize,
+pub struct Part {
+    /// The grain.
+    pub grain: usize,
     /// Arm along the last axis, m.
-    pub(crate) arm: f64,
+    pub arm: f64,
     /// When the grain was last moved.
     stamp: u64,
     /// Number of its spans.
@@ -77,7 +78,7 @@ impl Part {
 
 /// The rows of all grains in a layer, and the mask ratios of their cells.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Layer {
+pub struct Layer {
     parts: Vec<Part>,
     spans: Vec<Span>,
     ratios: Vec<f64>,
@@ -126,7 +127,7 @@ impl Layer {
 
     /// What each grain holds: its rows with their mask ratios, in the order of the grains.
     #[inline(always)]
-    pub(crate) fn parts(&self) -> impl Iterator<Item = (&Part, &[Span], &[f64])> {
+    pub fn parts(&self) -> impl Iterator<Item = (&Part, &[Span], &[f64])> {
         let (mut spans, mut ratios) = (self.spans.as_slice(), self.ratios.as_slice());
         self.parts.iter().map(move |part| {
             let (mine, rest) = spans.split_at(part.spans);

@@ -2,7 +2,7 @@
 
 use crate::bodies::plane::{Vec2, dot, minus};
 use crate::grains::Grains;
-use bedload_scene::Outline;
+use bedload_outline::Outline;
 
 /// Turn of a body about y: cosine and sine.
 #[derive(Clone, Copy, Debug)]

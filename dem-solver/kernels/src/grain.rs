@@ -2,7 +2,7 @@
 
 use crate::error::SpecError;
 use crate::motion::{Freedom, Motion};
-use bedload_scene::Outline;
+use bedload_outline::Outline;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

@@ -43,7 +43,7 @@ impl<const D: usize> State<D> {
 
 impl<const D: usize> State<D> {
     /// Takes over another state of the same grid, on the planes of this process, without allocating.
-    pub(crate) fn copy_from(&mut self, grid: &Grid<D>, from: &Self) {
+    pub fn copy_from(&mut self, grid: &Grid<D>, from: &Self) {
         for d in 0..D {
             copy_own(grid, &mut self.velocity[d], &from.velocity[d]);
             copy_own(grid, &mut self.history[d], &from.history[d]);
@@ -55,7 +55,7 @@ impl<const D: usize> State<D> {
 }
 
 /// Copies the planes of this process, wall faces and halos included, without allocating.
-pub(crate) fn copy_own<const D: usize>(grid: &Grid<D>, to: &mut [f64], from: &[f64]) {
+pub fn copy_own<const D: usize>(grid: &Grid<D>, to: &mut [f64], from: &[f64]) {
     if grid.division.ranks().is_alone() || from.is_empty() {
         return to.copy_from_slice(from);
     }
@@ -64,7 +64,7 @@ pub(crate) fn copy_own<const D: usize>(grid: &Grid<D>, to: &mut [f64], from: &[f
 }
 
 /// Where the planes of this process lie in a field; without ranks the whole field.
-pub(crate) fn own_planes<const D: usize>(grid: &Grid<D>) -> Range<usize> {
+pub fn own_planes<const D: usize>(grid: &Grid<D>) -> Range<usize> {
     let own = grid.division.own();
     if grid.division.ranks().is_alone() {
         0..grid.len()
