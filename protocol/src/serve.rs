@@ -13,7 +13,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::channel::{Rendezvous, SharedMemory, Wire};
+use crate::channel::{Connection, Rendezvous, Wire};
 use crate::memory::peak_rss_bytes;
 use crate::message::{Order, State, Status};
 use crate::participant::{ExchangeError, Participant, SolverError, Window, WindowReport};
@@ -41,8 +41,7 @@ pub fn checkpoint_folder(out_dir: &Path, step: u64) -> PathBuf {
 /// fn main_of<P>(read: impl Fn(&std::path::Path) -> Result<P, SolverError>) -> Result<(), SolverError>
 /// where
 ///     P: Participant,
-///     P::Incoming: Wire,
-///     P::Outgoing: Wire,
+///     P::Incoming: Wire<Answer = P::Outgoing>,
 /// {
 ///     let invitation = Invitation::from_arguments(std::env::args().skip(1))?;
 ///     invitation.serve(&mut read(&invitation.scene)?)
@@ -80,18 +79,17 @@ impl Invitation {
     /// Goes to the checkpoint if there is one, joins the run and obeys until the coupler says `Stop`.
     ///
     /// # Errors
-    /// As [`Participant::read_checkpoint`], [`SharedMemory::join`] and [`serve()`].
+    /// As [`Participant::read_checkpoint`], [`Wire::join`] and [`serve()`].
     pub fn serve<P>(&self, participant: &mut P) -> Result<(), SolverError>
     where
         P: Participant,
-        P::Incoming: Wire,
-        P::Outgoing: Wire,
+        P::Incoming: Wire<Answer = P::Outgoing>,
     {
         if let Some(folder) = &self.checkpoint {
             participant.read_checkpoint(folder)?;
         }
-        let mut link = SharedMemory::join(&self.rendezvous, P::ROLE, participant.grains())?;
-        serve(participant, &mut link, &self.out)
+        let mut link = P::Incoming::join(&self.rendezvous, P::ROLE, participant.grains())?;
+        serve(participant, &mut *link, &self.out)
     }
 }
 
@@ -102,13 +100,11 @@ impl Invitation {
 /// dies or hangs, or if an order makes no sense.
 pub fn serve<P>(
     participant: &mut P,
-    link: &mut SharedMemory<P::Incoming, P::Outgoing>,
+    link: &mut dyn Connection<P::Incoming, P::Outgoing>,
     out_dir: &Path,
 ) -> Result<(), SolverError>
 where
     P: Participant,
-    P::Incoming: Wire,
-    P::Outgoing: Wire,
 {
     let repeatable = link.rendezvous().repeatable;
     let mut served = Served {
@@ -137,13 +133,9 @@ where
 }
 
 /// What the loop keeps between commands.
-struct Served<'a, P: Participant>
-where
-    P::Incoming: Wire,
-    P::Outgoing: Wire,
-{
+struct Served<'a, P: Participant> {
     participant: &'a mut P,
-    link: &'a mut SharedMemory<P::Incoming, P::Outgoing>,
+    link: &'a mut dyn Connection<P::Incoming, P::Outgoing>,
     out_dir: &'a Path,
     repeatable: bool,
     last: Option<Window>,
@@ -155,11 +147,7 @@ where
     measured: Instant,
 }
 
-impl<P: Participant> Served<'_, P>
-where
-    P::Incoming: Wire,
-    P::Outgoing: Wire,
-{
+impl<P: Participant> Served<'_, P> {
     fn run(&mut self) -> Result<(), SolverError> {
         self.say(State::Ready, &Rendezvous::greeting())?;
         loop {

@@ -8,7 +8,7 @@ use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use protocol::channel::{Rendezvous, SharedMemory, Wire};
+use protocol::channel::{Rendezvous, Wire};
 use protocol::log::{Logged, Records};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::{Exchange, ExchangeError, Participant, Role, SolverError, Window, WindowReport};
@@ -66,14 +66,14 @@ fn serve_as<S: Side>(
 ) -> Result<(), SolverError> {
     let Instructions { records, replaced, fault, over } = instructions;
     let sends = S::Out::of(records);
-    let mut link = SharedMemory::<S::In, S::Out>::join(rendezvous, S::ROLE, sends.len())?;
-    serve(&mut FakePeer::<S> { sends, replaced, fault, over }, &mut link, out)
+    let mut link = S::In::join(rendezvous, S::ROLE, sends.len())?;
+    serve(&mut FakePeer::<S> { sends, replaced, fault, over }, &mut *link, out)
 }
 
 /// A side of the exchange.
 trait Side {
-    type In: Wire;
-    type Out: Wire + Logged;
+    type In: Wire<Answer = Self::Out>;
+    type Out: Logged;
     const ROLE: Role;
     fn spoil(record: &mut Self::Out);
 }

@@ -73,8 +73,7 @@ enum Command {
 pub fn main<S>() -> ExitCode
 where
     S: Solver,
-    S::Incoming: Wire,
-    S::Outgoing: Wire,
+    S::Incoming: Wire<Answer = S::Outgoing>,
 {
     end_at_closed_pipe();
     fail_at_file_limit();
@@ -97,8 +96,7 @@ fn arguments(program: &'static str, about: &'static str) -> Arguments {
 fn dispatch<S>(command: Command) -> Result<(), Failure>
 where
     S: Solver,
-    S::Incoming: Wire,
-    S::Outgoing: Wire,
+    S::Incoming: Wire<Answer = S::Outgoing>,
 {
     match command {
         Command::Check { options, json } => check::<S>(&options, json),

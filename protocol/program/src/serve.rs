@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use protocol::channel::{Rendezvous, SharedMemory, Wire};
+use protocol::channel::{Rendezvous, Wire};
 use protocol::participant::{ExchangeError, SolverError};
 
 use crate::failure::Failure;
@@ -18,8 +18,7 @@ pub(crate) fn serve<S>(
 ) -> Result<(), Failure>
 where
     S: Solver,
-    S::Incoming: Wire,
-    S::Outgoing: Wire,
+    S::Incoming: Wire<Answer = S::Outgoing>,
 {
     let rendezvous = match connect {
         Some(token) => Some(Rendezvous::parse(token)),
@@ -38,8 +37,8 @@ where
     }
     let grains = solver.grains();
     with_threads(options.threads(), || -> Result<(), SolverError> {
-        let mut link = SharedMemory::join(&rendezvous, S::ROLE, grains)?;
-        protocol::serve::serve(&mut solver, &mut link, &out)
+        let mut link = S::Incoming::join(&rendezvous, S::ROLE, grains)?;
+        protocol::serve::serve(&mut solver, &mut *link, &out)
     })??;
     Ok(())
 }

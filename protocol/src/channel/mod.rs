@@ -1,7 +1,7 @@
 //! The exchange of a coupled run over shared memory (iceoryx2 0.10).
 //!
 //! The coupler makes a [`Rendezvous`], founds the run with a [`ConductorLink`] and starts the
-//! solvers; each joins with a [`SharedMemory`] and obeys in [`crate::serve::serve`]. Loads and
+//! solvers; each joins with [`Wire::join`] and obeys in [`crate::serve::serve`]. Loads and
 //! kinematics go from solver to solver; the coupler listens to the same topics.
 //!
 //! # How a solver in another language joins
@@ -70,6 +70,6 @@ pub use conductor::ConductorLink;
 pub use folder::remove_stale_runs;
 pub use observer::{Event, Lent};
 pub use rendezvous::{CONNECT_VARIABLE, Rendezvous, Waiting};
-pub use solver::SharedMemory;
-pub use topics::{GRAINS_ATTRIBUTE, LAYOUT_ATTRIBUTE, PROTOCOL_ATTRIBUTE, Wire};
+pub use solver::{Connection, Joined, Wire};
+pub use topics::{GRAINS_ATTRIBUTE, LAYOUT_ATTRIBUTE, PROTOCOL_ATTRIBUTE};
 pub use watch::Member;

@@ -8,17 +8,17 @@ use iceoryx2::prelude::*;
 use iceoryx2::sample::Sample;
 
 use super::rendezvous::Rendezvous;
-use super::topics::{self, Wire, transport};
+use super::topics::{self, transport};
 use super::watch::Member;
-use crate::message::{Header, Kinematics, Loads, State, Status};
+use crate::message::{Header, Kinematics, Loads, Record, State, Status};
 use crate::participant::{ExchangeError, Role};
 
 /// An observed message, still in shared memory. Hold one at a time and not for long: while it is
 /// held, its sender has one buffer less.
 #[derive(Debug)]
-pub struct Lent<R: Wire>(Sample<ipc::Service, [R], Header>);
+pub struct Lent<R: Record + ZeroCopySend>(Sample<ipc::Service, [R], Header>);
 
-impl<R: Wire> Lent<R> {
+impl<R: Record + ZeroCopySend> Lent<R> {
     /// What stands before the slice.
     #[must_use]
     pub fn header(&self) -> &Header {
@@ -46,14 +46,14 @@ pub enum Event {
 
 /// A topic of data with the message taken from it and not yet given out.
 #[derive(Debug)]
-struct Feed<R: Wire> {
+struct Feed<R: Record + ZeroCopySend> {
     subscriber: Subscriber<ipc::Service, [R], Header>,
     held: Option<Lent<R>>,
     /// Windows (and tries) begun, to tell who is behind.
     given: u64,
 }
 
-impl<R: Wire> Feed<R> {
+impl<R: Record + ZeroCopySend> Feed<R> {
     fn open(node: &Node<ipc::Service>, rendezvous: &Rendezvous) -> Result<Self, ExchangeError> {
         let subscriber = topics::records::<R>(node, rendezvous, Member::Coupler)?
             .subscriber_builder()

@@ -10,9 +10,9 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::port::{BackpressureAction, BackpressureInfo, SendError};
 use iceoryx2::prelude::*;
 
-use super::topics::{Records, Single, Wire, transport};
+use super::topics::{Records, Single, transport};
 use super::watch::{LOOK_EVERY, Member, Watch};
-use crate::message::Header;
+use crate::message::{Header, Record};
 use crate::participant::ExchangeError;
 
 /// Longest time between the end of a process's ports and that of its node.
@@ -155,7 +155,7 @@ macro_rules! builder {
     };
 }
 
-impl<R: Wire> Outbox<R, ()> {
+impl<R: Record + ZeroCopySend> Outbox<R, ()> {
     pub(crate) fn single(topic: &Single<R>, receivers: Receivers) -> Result<Self, ExchangeError> {
         let jam = Arc::new(Jam::default());
         let publisher = builder!(topic, jam, receivers)
@@ -171,7 +171,7 @@ impl<R: Wire> Outbox<R, ()> {
     }
 }
 
-impl<R: Wire> Outbox<[R], Header> {
+impl<R: Record + ZeroCopySend> Outbox<[R], Header> {
     pub(crate) fn records(
         topic: &Records<R>,
         grains: usize,

@@ -11,17 +11,75 @@ use iceoryx2::service::port_factory::PortFactory;
 use super::folder::Membership;
 use super::outbox::{Outbox, Receivers};
 use super::rendezvous::Rendezvous;
-use super::topics::{self, Wire, transport};
+use super::topics::{self, transport};
 use super::wake::{Rhythm, Wake};
 use super::watch::{Member, Watch};
-use crate::message::{Command, Header, Order, Status};
+use crate::message::{Command, Header, Kinematics, Loads, Order, Record, Status};
 use crate::participant::{Exchange, ExchangeError, Role, Window};
 
-/// The solver in `role` as connected to a run: it receives `In` and sends `Out`.
+/// A record that a solver receives through shared memory.
+///
+/// Its implementations are concrete, so that the code of iceoryx2 is compiled once, in this crate.
+pub trait Wire: Record {
+    /// What is sent in return.
+    type Answer: Record;
+
+    /// Joins a run as its solver in `role`, which receives these records, and waits until the peer has
+    /// joined too, so that no message is lost.
+    ///
+    /// # Errors
+    /// [`ExchangeError::Mismatch`] if the coupler was built against another layout or knows another
+    /// number of grains, [`ExchangeError::Deadline`] if the peer does not come,
+    /// [`ExchangeError::Transport`] if the run is over or the role is taken.
+    fn join(rendezvous: &Rendezvous, role: Role, grains: usize) -> Result<Joined<Self>, ExchangeError>;
+}
+
+/// A solver that has joined a run and receives `In`.
+pub type Joined<In> = Box<dyn Connection<In, <In as Wire>::Answer>>;
+
+impl Wire for Loads {
+    type Answer = Kinematics;
+
+    fn join(rendezvous: &Rendezvous, role: Role, grains: usize) -> Result<Joined<Self>, ExchangeError> {
+        Ok(Box::new(SharedMemory::<Self, Kinematics>::join(rendezvous, role, grains)?))
+    }
+}
+
+impl Wire for Kinematics {
+    type Answer = Loads;
+
+    fn join(rendezvous: &Rendezvous, role: Role, grains: usize) -> Result<Joined<Self>, ExchangeError> {
+        Ok(Box::new(SharedMemory::<Self, Loads>::join(rendezvous, role, grains)?))
+    }
+}
+
+/// A solver as connected to a run: it receives `In` and sends `Out`.
 ///
 /// Dropped, it leaves the run; whoever leaves last removes what iceoryx2 left behind.
+pub trait Connection<In: Record, Out: Record>: Exchange<In, Out> + std::fmt::Debug {
+    /// The run.
+    fn rendezvous(&self) -> &Rendezvous;
+
+    /// Wall time spent sending and receiving so far, waiting excluded, s.
+    fn exchange_seconds(&self) -> f64;
+
+    /// Sends `status` to the coupler.
+    ///
+    /// # Errors
+    /// [`ExchangeError`] if it does not take it.
+    fn report(&mut self, status: Status) -> Result<(), ExchangeError>;
+
+    /// Waits for the next command, in the order in which they were given. The time of two joins and
+    /// windows is allowed: the coupler may itself be waiting for the other solver.
+    ///
+    /// # Errors
+    /// [`ExchangeError::PeerDied`] or [`ExchangeError::Deadline`] of the coupler.
+    fn next_command(&mut self) -> Result<Command, ExchangeError>;
+}
+
+/// The ports of a solver.
 #[derive(Debug)]
-pub struct SharedMemory<In: Wire, Out: Wire> {
+struct SharedMemory<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> {
     incoming: Subscriber<ipc::Service, [In], Header>,
     outgoing: Outbox<[Out], Header>,
     commands: Subscriber<ipc::Service, Command, ()>,
@@ -42,14 +100,8 @@ pub struct SharedMemory<In: Wire, Out: Wire> {
     _membership: Membership,
 }
 
-impl<In: Wire, Out: Wire> SharedMemory<In, Out> {
-    /// Joins a run and waits until the peer has joined too, so that no message is lost.
-    ///
-    /// # Errors
-    /// [`ExchangeError::Mismatch`] if the coupler was built against another layout or knows another
-    /// number of grains, [`ExchangeError::Deadline`] if the peer does not come,
-    /// [`ExchangeError::Transport`] if the run is over or the role is taken.
-    pub fn join(rendezvous: &Rendezvous, role: Role, grains: usize) -> Result<Self, ExchangeError> {
+impl<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> SharedMemory<In, Out> {
+    fn join(rendezvous: &Rendezvous, role: Role, grains: usize) -> Result<Self, ExchangeError> {
         let own = Member::Solver(role);
         if grains != rendezvous.grains {
             return Err(ExchangeError::Mismatch {
@@ -138,30 +190,18 @@ impl<In: Wire, Out: Wire> SharedMemory<In, Out> {
         self.watch.everyone_joined();
         Ok(())
     }
+}
 
-    /// The run.
-    #[must_use]
-    pub fn rendezvous(&self) -> &Rendezvous {
+impl<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> Connection<In, Out> for SharedMemory<In, Out> {
+    fn rendezvous(&self) -> &Rendezvous {
         &self.rendezvous
     }
 
-    /// This solver's role.
-    #[must_use]
-    pub fn role(&self) -> Role {
-        self.role
-    }
-
-    /// Wall time spent sending and receiving so far, waiting excluded, s.
-    #[must_use]
-    pub fn exchange_seconds(&self) -> f64 {
+    fn exchange_seconds(&self) -> f64 {
         self.exchange.as_secs_f64()
     }
 
-    /// Tells the coupler.
-    ///
-    /// # Errors
-    /// [`ExchangeError`] if it does not take it.
-    pub fn report(&mut self, status: Status) -> Result<(), ExchangeError> {
+    fn report(&mut self, status: Status) -> Result<(), ExchangeError> {
         let start = Instant::now();
         let held_up = self.status.send(status, status.step)?;
         self.wake.ring(Member::Coupler)?;
@@ -169,12 +209,7 @@ impl<In: Wire, Out: Wire> SharedMemory<In, Out> {
         Ok(())
     }
 
-    /// Waits for the next command, in the order in which they were given. The time of two joins and
-    /// windows is allowed: the coupler may itself be waiting for the other solver.
-    ///
-    /// # Errors
-    /// [`ExchangeError::PeerDied`] or [`ExchangeError::Deadline`] of the coupler.
-    pub fn next_command(&mut self) -> Result<Command, ExchangeError> {
+    fn next_command(&mut self) -> Result<Command, ExchangeError> {
         if let Some(command) = self.backlog.pop_front() {
             return Ok(command);
         }
@@ -210,7 +245,7 @@ fn take_until_stop(
     Ok(())
 }
 
-impl<In: Wire, Out: Wire> Exchange<In, Out> for SharedMemory<In, Out> {
+impl<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> Exchange<In, Out> for SharedMemory<In, Out> {
     fn send(&mut self, header: Header, fill: &mut dyn FnMut(&mut [Out])) -> Result<(), ExchangeError> {
         let start = Instant::now();
         self.step = header.step;

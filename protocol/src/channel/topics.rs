@@ -10,10 +10,6 @@ use super::watch::Member;
 use crate::message::{Command, Header, Record, Status};
 use crate::participant::{ExchangeError, Role};
 
-/// A record that may lie in shared memory.
-pub trait Wire: Record + ZeroCopySend {}
-impl<T: Record + ZeroCopySend> Wire for T {}
-
 /// Attribute that carries [`crate::message::PROTOCOL_VERSION`] in decimal.
 pub const PROTOCOL_ATTRIBUTE: &str = "bedload.protocol";
 /// Attribute that carries [`crate::message::layout_hash`] in 16 hexadecimal digits.
@@ -36,7 +32,7 @@ pub(crate) fn transport<E: Debug>(what: &str) -> impl Fn(E) -> ExchangeError {
 }
 
 /// Messages that a subscriber of loads or kinematics may lag behind: 16 for small runs, 2 for large.
-pub(crate) fn depth<R: Wire>(grains: usize) -> usize {
+pub(crate) fn depth<R: Record>(grains: usize) -> usize {
     (BUFFER_BYTES / (grains.max(1) * size_of::<R>())).clamp(2, 16)
 }
 
@@ -111,7 +107,7 @@ fn verify(
 }
 
 /// Creates (coupler) or opens (solver) the topic of `R`, one slice per window.
-pub(crate) fn records<R: Wire>(
+pub(crate) fn records<R: Record + ZeroCopySend>(
     node: &Node<ipc::Service>,
     rendezvous: &Rendezvous,
     own: Member,
@@ -136,7 +132,7 @@ pub(crate) fn records<R: Wire>(
 }
 
 /// Creates or opens a topic of single records with one publisher.
-fn single<R: Wire>(
+fn single<R: Record + ZeroCopySend>(
     node: &Node<ipc::Service>,
     rendezvous: &Rendezvous,
     own: Member,

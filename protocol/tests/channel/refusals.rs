@@ -2,13 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use protocol::channel::{ConductorLink, Rendezvous, SharedMemory};
+use protocol::channel::{ConductorLink, Rendezvous, Wire};
 use protocol::message::{Kinematics, Loads, State, Status};
 use protocol::participant::{ExchangeError, Role};
 
 use super::stage::{PATIENCE, assert_gone};
 
-type Dem = SharedMemory<Loads, Kinematics>;
+type Dem = Loads;
 
 /// A run in which only the DEM takes part.
 fn dem_alone() -> Rendezvous {
@@ -84,7 +84,7 @@ fn role_is_played_once_and_only_if_it_takes_part() {
     let dem = Dem::join(&rendezvous, Role::Dem, 4).unwrap();
     let second = Dem::join(&rendezvous, Role::Dem, 4).unwrap_err().to_string();
     assert!(second.contains("another process joined in this role"), "{second}");
-    let fluid = SharedMemory::<Kinematics, Loads>::join(&rendezvous, Role::Fluid, 4);
+    let fluid = Kinematics::join(&rendezvous, Role::Fluid, 4);
     let fluid = fluid.unwrap_err().to_string();
     assert!(fluid.contains("has no fluid"), "{fluid}");
     drop((dem, link));

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use bedload_scene::{CheckedScene, SceneSource};
-use protocol::channel::{Rendezvous, SharedMemory};
+use protocol::channel::{Rendezvous, Wire};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, Participant, Role, SolverError, Window, WindowReport};
 
@@ -272,14 +272,13 @@ fn serve<P>(
 ) -> Result<(), SolverError>
 where
     P: Participant,
-    P::Incoming: protocol::channel::Wire,
-    P::Outgoing: protocol::channel::Wire,
+    P::Incoming: Wire<Answer = P::Outgoing>,
 {
     if let Some(folder) = checkpoint {
         solver.read_checkpoint(folder)?;
     }
-    let mut link = SharedMemory::join(rendezvous, P::ROLE, grains)?;
-    protocol::serve::serve(&mut solver, &mut link, out)
+    let mut link = P::Incoming::join(rendezvous, P::ROLE, grains)?;
+    protocol::serve::serve(&mut solver, &mut *link, out)
 }
 
 /// A scene whose solvers are this test executable, misbehaving as told.
