@@ -1,4 +1,4 @@
-//! `bedload-dem coarse-grain DIR`: fields of a continuum from the last state of a run.
+//! `bedload-dem`, and its command `coarse-grain DIR`: fields of a continuum from the last state of a run.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -56,9 +56,16 @@ fn three<T: std::str::FromStr>(text: &str) -> Result<[T; 3], String> {
     three.ok_or_else(|| "three numbers with commas between them are needed".into())
 }
 
-/// The command.
+/// The whole program: the one command that is about grains alone, or those of every solver.
 #[must_use]
 pub fn main() -> ExitCode {
+    if std::env::args().nth(1).as_deref() == Some("coarse-grain") {
+        return average();
+    }
+    bedload_program::main::<DemParticipant>()
+}
+
+fn average() -> ExitCode {
     // The program's own name and the command's are one name here.
     let words = std::iter::once("bedload-dem coarse-grain".into()).chain(std::env::args_os().skip(2));
     match run(&Arguments::parse_from(words)) {

@@ -8,6 +8,7 @@
 
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
+use fluid_solver::engine::HasEngine;
 use fluid_solver::field::set_component;
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::scheme::{Options, Scheme, Viscous};
@@ -88,7 +89,10 @@ fn values_moved(scheme: Scheme, viscous: Viscous) -> Option<f64> {
 }
 
 /// Median of five timed runs.
-fn measure<const D: usize>(name: &str, spec: &GridSpec<D>, scheme: Scheme, viscous: Viscous) {
+fn measure<const D: usize>(name: &str, spec: &GridSpec<D>, scheme: Scheme, viscous: Viscous)
+where
+    Grid<D>: HasEngine<D>,
+{
     if std::env::args().nth(2).is_some_and(|part| !name.contains(&part)) {
         return;
     }

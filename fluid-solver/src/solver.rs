@@ -5,6 +5,7 @@
 use crate::build;
 use crate::config::FluidSection;
 use crate::coupling;
+use crate::engine::HasEngine;
 use crate::field::{State, copy_own};
 use crate::first_non_finite::FirstNonFinite;
 use crate::grid::Grid;
@@ -88,7 +89,10 @@ impl<const D: usize> Solver<D> {
     /// assert_eq!(solver.motions().len(), 1);
     /// # Ok::<(), bedload_scene::SceneError>(())
     /// ```
-    pub fn new(scene: &CheckedScene) -> Result<Self, SceneError> {
+    pub fn new(scene: &CheckedScene) -> Result<Self, SceneError>
+    where
+        Grid<D>: HasEngine<D>,
+    {
         Self::with_ranks(scene, &Ranks::of_process(), Calibration::default())
     }
 
@@ -101,7 +105,10 @@ impl<const D: usize> Solver<D> {
         scene: &CheckedScene,
         ranks: &Ranks,
         calibration: Calibration,
-    ) -> Result<Self, SceneError> {
+    ) -> Result<Self, SceneError>
+    where
+        Grid<D>: HasEngine<D>,
+    {
         let choices = FluidSection::read(scene)?.choices(calibration);
         let medium: &Medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
         let (scheme, _) = coupling::read(scene, choices.method)?;

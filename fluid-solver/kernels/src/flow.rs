@@ -8,7 +8,7 @@ use crate::scheme::Options;
 use crate::timings::Timings;
 
 /// Grid, choices and state of a flow.
-pub(crate) struct Flow<const D: usize> {
+pub struct Flow<const D: usize> {
     pub(crate) grid: Grid<D>,
     pub(crate) options: Options<D>,
     pub(crate) state: State<D>,

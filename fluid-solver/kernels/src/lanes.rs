@@ -128,8 +128,8 @@ pub(crate) trait Kernel {
     fn run<S: Simd>(self, simd: S);
 }
 
-/// Runs a kernel with the widest vectors of this machine.
-#[inline(always)]
+/// Runs a kernel with the widest vectors of this machine. Not inlined: as a closure it would be compiled twice.
+#[inline(never)]
 pub(crate) fn dispatch(kernel: impl Kernel) {
     Arch::new().dispatch(Widest(kernel));
 }

@@ -47,7 +47,7 @@
 pub mod axis;
 pub mod boundary;
 pub mod division;
-mod engine;
+pub mod engine;
 pub mod field;
 pub mod first_non_finite;
 mod flow;

@@ -11,7 +11,7 @@ const MAX_STAGES: usize = 3;
 
 /// One projection: ∇²φ = ∇·u*/duration, u = u* − duration ∇φ, p += φ − viscosity ∇·u*.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PressureUpdate {
+pub struct PressureUpdate {
     /// Time over which φ acts, s.
     pub(crate) duration: f64,
     /// What multiplies ∇·u* in the pressure, m²/s: ½ ν where viscosity is implicit, else 0.
@@ -20,7 +20,7 @@ pub(crate) struct PressureUpdate {
 
 /// One stage: its coefficients, and what of it is done elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PlannedStage {
+pub struct PlannedStage {
     /// Number of the stage, from 0.
     pub(crate) number: usize,
     /// γ, ζ and α.

@@ -13,14 +13,12 @@
 //! because another part does it is planned beforehand (`stages`).
 
 use crate::boundary::Boundary;
-use crate::engine::Engine;
+use crate::engine::{Engine, HasEngine};
 use crate::field::State;
 use crate::flow::Flow;
 use crate::flow_rate::FlowRate;
 use crate::grid::{Grid, GridError};
-use crate::plane::PlaneEngine;
 use crate::scheme::{Options, Viscous};
-use crate::space::SpaceEngine;
 use crate::stages::{LastProjection, PressureUpdate, StepPlan, Sweeps};
 use crate::timings::Timings;
 
@@ -36,12 +34,11 @@ pub struct Stepper<const D: usize> {
 
 impl<const D: usize> Stepper<D> {
     /// Fluid at rest on `grid`. Working memory is sized for the current rayon pool.
-    pub fn new(grid: Grid<D>, options: Options<D>) -> Self {
-        let engine: Box<dyn Engine<D>> = if D == 3 {
-            Box::new(SpaceEngine::new(&grid, &options))
-        } else {
-            Box::new(PlaneEngine::new(&grid))
-        };
+    pub fn new(grid: Grid<D>, options: Options<D>) -> Self
+    where
+        Grid<D>: HasEngine<D>,
+    {
+        let engine = grid.engine(&options);
         let flow = Flow { state: State::at_rest(&grid), timings: Timings::default(), grid, options };
         Self { flow, engine, flow_rate: None, left: None, broken: false }
     }

@@ -2,6 +2,7 @@
 
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
+use fluid_solver::engine::HasEngine;
 use fluid_solver::field::{State, for_each_unknown};
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::ranks::Ranks;
@@ -34,7 +35,10 @@ pub(crate) fn pipe(r: AxisSpec, z: AxisSpec) -> Grid<2> {
 }
 
 /// A stepper with implicit viscosity, convection and no body force.
-pub(crate) fn stepper<const D: usize>(grid: Grid<D>, nu: f64, scheme: Scheme) -> Stepper<D> {
+pub(crate) fn stepper<const D: usize>(grid: Grid<D>, nu: f64, scheme: Scheme) -> Stepper<D>
+where
+    Grid<D>: HasEngine<D>,
+{
     let options =
         Options { viscosity: nu, scheme, viscous: Viscous::Implicit, convection: true, body_force: [0.0; D] };
     Stepper::new(grid, options)
@@ -42,7 +46,10 @@ pub(crate) fn stepper<const D: usize>(grid: Grid<D>, nu: f64, scheme: Scheme) ->
 
 /// N = −∇·(u u) (without `viscosity`, m²/s) or ν ∇²u (with it, Stokes flow) of a velocity, as the stepper
 /// computes it: a first step of Adams–Bashforth leaves it in the history.
-fn tendency_of<const D: usize>(grid: &Grid<D>, velocity: [Vec<f64>; D], viscosity: f64) -> [Vec<f64>; D] {
+fn tendency_of<const D: usize>(grid: &Grid<D>, velocity: [Vec<f64>; D], viscosity: f64) -> [Vec<f64>; D]
+where
+    Grid<D>: HasEngine<D>,
+{
     let options = Options {
         viscosity,
         scheme: Scheme::AdamsBashforth2,
@@ -57,12 +64,18 @@ fn tendency_of<const D: usize>(grid: &Grid<D>, velocity: [Vec<f64>; D], viscosit
 }
 
 /// −∇·(u u) as the stepper computes it.
-pub(crate) fn convection_of<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> [Vec<f64>; D] {
+pub(crate) fn convection_of<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> [Vec<f64>; D]
+where
+    Grid<D>: HasEngine<D>,
+{
     tendency_of(grid, velocity.clone(), 0.0)
 }
 
 /// ∇²u of component `d` as the stepper computes it.
-pub(crate) fn laplacian_of<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> Vec<f64> {
+pub(crate) fn laplacian_of<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64]) -> Vec<f64>
+where
+    Grid<D>: HasEngine<D>,
+{
     let mut velocity = grid.new_vector();
     velocity[d].copy_from_slice(u);
     std::mem::take(&mut tendency_of(grid, velocity, 1.0)[d])

@@ -4,6 +4,7 @@ use crate::common::{Random, SCHEMES, grid, plane_grids, space_grids, uniform};
 use crate::reference::{Reference, for_each_cell};
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
+use fluid_solver::engine::HasEngine;
 use fluid_solver::field::{State, for_each_unknown};
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::scheme::{Options, Scheme, Viscous};
@@ -34,7 +35,10 @@ fn options<const D: usize>(scheme: Scheme, viscous: Viscous) -> Options<D> {
 }
 
 /// Both codes from the same divergence-free random velocity.
-fn pair<const D: usize>(grid: &Grid<D>, options: &Options<D>) -> (Stepper<D>, Reference<D>) {
+fn pair<const D: usize>(grid: &Grid<D>, options: &Options<D>) -> (Stepper<D>, Reference<D>)
+where
+    Grid<D>: HasEngine<D>,
+{
     let mut stepper = Stepper::new(grid.clone(), options.clone());
     for d in 0..D {
         Random(5 + d as u64).fill(grid, d, &mut stepper.state_mut().velocity[d]);
@@ -96,7 +100,9 @@ fn agrees_with_the_equations<const D: usize>(
     grid: &Grid<D>,
     convection: [bool; 2],
     [most_u, most_p]: [f64; 2],
-) {
+) where
+    Grid<D>: HasEngine<D>,
+{
     let force = random_force(grid);
     for scheme in SCHEMES {
         for viscous in [Viscous::Implicit, Viscous::Explicit] {

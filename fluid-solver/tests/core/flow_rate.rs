@@ -3,6 +3,7 @@
 use crate::common::{SCHEMES, distance, error, grid, observed_order, pipe, uniform};
 use crate::reference::largest_divergence;
 use fluid_solver::boundary::Boundary;
+use fluid_solver::engine::HasEngine;
 use fluid_solver::field::set_component;
 use fluid_solver::grid::Grid;
 use fluid_solver::measure::momentum;
@@ -11,7 +12,10 @@ use fluid_solver::step::Stepper;
 use std::f64::consts::PI;
 
 /// A stepper that holds the mean velocity 2 along `axis`, from rest.
-fn held<const D: usize>(g: Grid<D>, nu: f64, scheme: Scheme, viscous: Viscous, axis: usize) -> Stepper<D> {
+fn held<const D: usize>(g: Grid<D>, nu: f64, scheme: Scheme, viscous: Viscous, axis: usize) -> Stepper<D>
+where
+    Grid<D>: HasEngine<D>,
+{
     let options = Options { viscosity: nu, scheme, viscous, convection: true, body_force: [0.0; D] };
     let mut s = Stepper::new(g, options);
     s.prescribe_flow_rate(axis, 2.0);

@@ -2,6 +2,7 @@
 
 use crate::common::{Random, convection_of, grid, laplacian_of, plane_grids, space_grids, uniform};
 use fluid_solver::boundary::Boundary;
+use fluid_solver::engine::HasEngine;
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
 use fluid_solver::halo::fill_velocity;
@@ -10,7 +11,10 @@ use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;
 
 /// A random divergence-free velocity of size about 1, halos filled.
-fn solenoidal<const D: usize>(grid: &Grid<D>) -> [Vec<f64>; D] {
+fn solenoidal<const D: usize>(grid: &Grid<D>) -> [Vec<f64>; D]
+where
+    Grid<D>: HasEngine<D>,
+{
     let options = Options {
         viscosity: 0.0,
         scheme: Scheme::AdamsBashforth2,
@@ -38,7 +42,10 @@ fn product<const D: usize>(grid: &Grid<D>, d: usize, a: &[f64], b: &[f64]) -> [f
 }
 
 /// Σ_d ∫ u_d N_d dV relative to Σ ∫ |u_d N_d| dV.
-fn convective_power<const D: usize>(grid: &Grid<D>) -> f64 {
+fn convective_power<const D: usize>(grid: &Grid<D>) -> f64
+where
+    Grid<D>: HasEngine<D>,
+{
     let u = solenoidal(grid);
     let n = convection_of(grid, &u);
     let mut total = [0.0; 2];
@@ -64,7 +71,10 @@ fn convection_conserves_energy() {
 }
 
 /// Relative asymmetry ∫ (a ∇²b − b ∇²a) dV, and the sign of ∫ a ∇²a dV.
-fn laplacian_symmetry<const D: usize>(grid: &Grid<D>, d: usize) -> (f64, f64) {
+fn laplacian_symmetry<const D: usize>(grid: &Grid<D>, d: usize) -> (f64, f64)
+where
+    Grid<D>: HasEngine<D>,
+{
     let [mut a, mut b] = [grid.new_field(), grid.new_field()];
     Random(5).fill(grid, d, &mut a);
     Random(6).fill(grid, d, &mut b);

@@ -5,6 +5,7 @@ use crate::common::{SCHEMES, assert_same, error, grid, observed_order, stepper, 
 use crate::reference::largest_divergence;
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::{Boundary, Profile};
+use fluid_solver::engine::HasEngine;
 use fluid_solver::field::{State, for_each_unknown, set_component};
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::open::OpenFaces;
@@ -182,7 +183,10 @@ fn duct_entry_flow_becomes_the_series() {
 }
 
 /// A disturbed stream past walls: every kind of open face has something to do.
-fn disturbed<const D: usize>(g: &Grid<D>, scheme: Scheme, viscous: Viscous) -> Stepper<D> {
+fn disturbed<const D: usize>(g: &Grid<D>, scheme: Scheme, viscous: Viscous) -> Stepper<D>
+where
+    Grid<D>: HasEngine<D>,
+{
     let options = Options { viscosity: 0.02, scheme, viscous, convection: true, body_force: [0.0; D] };
     let mut s = Stepper::new(g.clone(), options);
     for d in 0..D {
@@ -230,7 +234,10 @@ fn plane_flow_in_space_is_the_plane_flow() {
 }
 
 /// Like [`disturbed`], independent of y.
-fn disturbed_plane<const D: usize>(g: &Grid<D>, scheme: Scheme, viscous: Viscous) -> Stepper<D> {
+fn disturbed_plane<const D: usize>(g: &Grid<D>, scheme: Scheme, viscous: Viscous) -> Stepper<D>
+where
+    Grid<D>: HasEngine<D>,
+{
     let options = Options { viscosity: 0.02, scheme, viscous, convection: true, body_force: [0.0; D] };
     let mut s = Stepper::new(g.clone(), options);
     for d in [0, D - 1] {
@@ -310,7 +317,10 @@ fn space_grid() -> Grid<3> {
 }
 
 /// Three steps of a disturbed stream on a pool of threads.
-fn run<const D: usize>(g: &Grid<D>, scheme: Scheme, viscous: Viscous, threads: usize) -> State<D> {
+fn run<const D: usize>(g: &Grid<D>, scheme: Scheme, viscous: Viscous, threads: usize) -> State<D>
+where
+    Grid<D>: HasEngine<D>,
+{
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("a pool of threads").install(|| {
         let mut s = disturbed(g, scheme, viscous);
@@ -345,7 +355,10 @@ fn threads_do_not_change_a_bit_of_open_flow() {
 /// refreshed in between (for output) change nothing.
 #[test]
 fn restored_open_flow_repeats_its_future() {
-    fn repeat<const D: usize>(g: &Grid<D>) {
+    fn repeat<const D: usize>(g: &Grid<D>)
+    where
+        Grid<D>: HasEngine<D>,
+    {
         for scheme in SCHEMES {
             for viscous in [Viscous::Implicit, Viscous::Explicit] {
                 let mut s = disturbed(g, scheme, viscous);

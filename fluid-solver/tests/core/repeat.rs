@@ -3,13 +3,17 @@
 use crate::common::{Random, SCHEMES, assert_same, grid, pipe, stepper, uniform};
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
+use fluid_solver::engine::HasEngine;
 use fluid_solver::field::State;
 use fluid_solver::grid::Grid;
 use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;
 
 /// Three steps from a random state on a pool of `threads`.
-fn run<const D: usize>(grid: &Grid<D>, scheme: Scheme, threads: usize) -> State<D> {
+fn run<const D: usize>(grid: &Grid<D>, scheme: Scheme, threads: usize) -> State<D>
+where
+    Grid<D>: HasEngine<D>,
+{
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("a pool of threads").install(|| {
         let mut s = stepper(grid.clone(), 0.01, scheme);

@@ -3,6 +3,7 @@
 use crate::common::{Random, laplacian_of, plane_grids, space_grids};
 use crate::reference::largest_divergence;
 use crate::reference::{divergence, for_each_cell, gradient};
+use fluid_solver::engine::HasEngine;
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
 use fluid_solver::halo::{fill_scalar, fill_velocity};
@@ -11,7 +12,10 @@ use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;
 
 /// Largest |x − c ∇²x − b| over the unknowns of component `d`, for a random b of size 1.
-fn viscous_residual<const D: usize>(grid: &Grid<D>, d: usize, c: f64) -> f64 {
+fn viscous_residual<const D: usize>(grid: &Grid<D>, d: usize, c: f64) -> f64
+where
+    Grid<D>: HasEngine<D>,
+{
     let mut b = grid.new_field();
     Random(7 + d as u64).fill(grid, d, &mut b);
     let mut x = grid.new_field();
@@ -44,7 +48,10 @@ fn viscous_solve_inverts_the_discrete_operator() {
 }
 
 /// Divergence after making a random velocity of size 1 divergence-free, and after one whole step.
-fn divergence_left<const D: usize>(grid: Grid<D>, scheme: Scheme) -> [f64; 2] {
+fn divergence_left<const D: usize>(grid: Grid<D>, scheme: Scheme) -> [f64; 2]
+where
+    Grid<D>: HasEngine<D>,
+{
     let options = Options {
         viscosity: 0.01,
         scheme,

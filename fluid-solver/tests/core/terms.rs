@@ -5,6 +5,7 @@
 
 use crate::common::{Random, plane_grids, space_grids};
 use crate::reference::{convection, gradient, laplacian};
+use fluid_solver::engine::HasEngine;
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
 use fluid_solver::halo::{fill_scalar, fill_velocity};
@@ -31,7 +32,10 @@ fn predicted<const D: usize>(
     convection: bool,
     fields: (&[Vec<f64>; D], &[f64]),
     forces: Option<&[Vec<f64>; D]>,
-) -> Stepper<D> {
+) -> Stepper<D>
+where
+    Grid<D>: HasEngine<D>,
+{
     let options = Options {
         viscosity,
         scheme: Scheme::AdamsBashforth2,
@@ -62,7 +66,10 @@ fn combined(a: &[f64], b: &[f64], weight: f64) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a + weight * b).collect()
 }
 
-fn convection_and_viscosity<const D: usize>(grid: &Grid<D>) {
+fn convection_and_viscosity<const D: usize>(grid: &Grid<D>)
+where
+    Grid<D>: HasEngine<D>,
+{
     let (u, p) = (random_velocity(grid), grid.new_field());
     let back = u.each_ref().map(|u| u.iter().map(|u| -u).collect::<Vec<_>>());
     let n = |nu, convection, u: &[Vec<f64>; D]| {
@@ -83,7 +90,10 @@ fn convection_and_viscosity<const D: usize>(grid: &Grid<D>) {
     }
 }
 
-fn pressure_and_forces<const D: usize>(grid: &Grid<D>) {
+fn pressure_and_forces<const D: usize>(grid: &Grid<D>)
+where
+    Grid<D>: HasEngine<D>,
+{
     let (rest, mut p, mut forces) = (grid.new_vector(), grid.new_field(), grid.new_vector());
     let mut random = Random(77);
     crate::reference::for_each_cell(grid, |_, at| p[at] = random.next());

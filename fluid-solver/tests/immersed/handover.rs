@@ -7,8 +7,10 @@ use crate::restart::messages;
 use bedload_output::OutputFolder;
 use bedload_scene::CheckedScene;
 use fluid_solver::checkpoint;
+use fluid_solver::engine::HasEngine;
 use fluid_solver::facts::facts;
 use fluid_solver::field::{for_each_unknown, set_component};
+use fluid_solver::grid::Grid;
 use fluid_solver::health::Health;
 use fluid_solver::solver::Solver;
 use fluid_solver::step::Stepper;
@@ -219,7 +221,10 @@ type Flow<const D: usize> = fn(usize, [f64; D]) -> f64;
 /// Root mean square over all components of the difference between what a run on the grid of `target` starts
 /// with from one on that of `from_text` in which the velocity was `flow`, and the flow there, projected as
 /// well. The divergence is round-off.
-fn difference<const D: usize>(from_text: &str, target: &str, folder: &Path, flow: Flow<D>) -> f64 {
+fn difference<const D: usize>(from_text: &str, target: &str, folder: &Path, flow: Flow<D>) -> f64
+where
+    Grid<D>: HasEngine<D>,
+{
     let scene_of_run = scene(from_text);
     let mut run = Solver::<D>::new(&scene_of_run).expect("a fluid");
     set(run.stepper_mut(), flow);
@@ -250,12 +255,10 @@ fn set<const D: usize>(stepper: &mut Stepper<D>, flow: Flow<D>) {
 }
 
 /// Observed orders of the interpolation from `cells` onto five cells for four.
-fn orders<const D: usize>(
-    name: &str,
-    [domain, target]: [&str; 2],
-    cells: &[usize],
-    flow: Flow<D>,
-) -> Vec<f64> {
+fn orders<const D: usize>(name: &str, [domain, target]: [&str; 2], cells: &[usize], flow: Flow<D>) -> Vec<f64>
+where
+    Grid<D>: HasEngine<D>,
+{
     let folder = Folder::new(name);
     let all = |n: usize| format!("{:?}", vec![n; D]);
     let errors: Vec<f64> = cells
