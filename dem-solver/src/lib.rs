@@ -27,22 +27,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! One room is one subject, and a file imports only from files below it:
-//!
-//! | room | contents |
-//! |---|---|
-//! | [`motion`], [`grain`], [`periods`], [`error`], [`report`], [`grains`] | vectors, grains, periodic directions, errors, loads and reports |
-//! | [`laws`] | contact: linear, tangential, rolling, Wan–Turek, walls |
-//! | `search` | cells, near pairs, half lists with contact history |
-//! | `bodies` | bodies of the plane that are not round: how they stand, where they touch |
-//! | `vector` | several numbers at once, in registers where there are any |
-//! | [`lubrication`] | the law of one gap (eq. 19), and the simultaneous solution of many |
-//! | [`spec`], [`state`], `surroundings` | data of a run, of a checkpoint, and what does not change |
-//! | `general` | the engine for all laws, lubrication and integrators: one sub-step from top to bottom |
-//! | `bulk` | the engine for many grains in linear contact |
-//! | [`solver`] | [`Dem`]: the grains with the engine that moves them; `advance`, `save`, `validate` beside it |
-//! | [`output`] | contacts, sums, averages (Goldhirsch 2010), profiles, Janssen's curve, files |
-//! | [`config`], [`participant`], [`command`] | the scene's `[dem]`, the participant of a run, `bedload-dem coarse-grain` |
+//! The method stands in [`dem_kernels`], which knows no scene; here are the scene's `[dem]`, the participant of a
+//! run, averages and files.
 //!
 //! SI units or any consistent set. Vectors have three components in the laboratory frame; plane and
 //! axisymmetric scenes are masks on free motions ([`Freedom`]). With [`Shape::Disc`]

@@ -9,7 +9,6 @@
 //! - [`Dem`]: [`Dem::advance`] moves the grains, [`Dem::save`] and [`Dem::restore`] keep the state;
 //! - [`ContactLaw`], [`LinearSpringDashpot`]: how grains touch;
 //! - [`Lubrication`], [`LubricationModel`]: the force in a narrow gap;
-//! - [`config::Config`], [`participant::DemParticipant`]: `[dem]` of a scene, and the DEM in a run.
 //!
 //! ```
 //! use dem_kernels::{ContactLaw, Dem, DemSpec, Grain, LinearSpringDashpot};
@@ -27,9 +26,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! One room is one subject, and a file imports only from files below it:
+//! A file imports only from files below it:
 //!
-//! | room | contents |
+//! | module | contents |
 //! |---|---|
 //! | [`motion`], [`grain`], [`periods`], [`error`], [`report`], [`grains`] | vectors, grains, periodic directions, errors, loads and reports |
 //! | [`laws`] | contact: linear, tangential, rolling, Wan–Turek, walls |
@@ -41,8 +40,7 @@
 //! | `general` | the engine for all laws, lubrication and integrators: one sub-step from top to bottom |
 //! | `bulk` | the engine for many grains in linear contact |
 //! | [`solver`] | [`Dem`]: the grains with the engine that moves them; `advance`, `save`, `validate` beside it |
-//! | [`output`] | contacts, sums, averages (Goldhirsch 2010), profiles, Janssen's curve, files |
-//! | [`config`], [`participant`], [`command`] | the scene's `[dem]`, the participant of a run, `bedload-dem coarse-grain` |
+//! | [`contacts`], [`sums`], [`split`] | every contact with its force; energy, momentum; forces by sub-step |
 //!
 //! SI units or any consistent set. Vectors have three components in the laboratory frame; plane and
 //! axisymmetric scenes are masks on free motions ([`Freedom`]). With [`Shape::Disc`]

@@ -2,11 +2,8 @@
 //!
 //! Start from:
 //! - [`step::Stepper`]: one time step of the fluid alone, on a [`grid::Grid`];
-//! - [`solver::Solver`]: the fluid of a scene with its grains, one window at a time;
-//! - [`participant::Fluid`]: the same as a participant of a coupled run, on any geometry;
 //! - [`boundary::Boundary`] and [`axis::AxisSpec`]: what a grid is made of;
 //! - [`scheme::Options`]: viscosity, time scheme, driving force;
-//! - [`methods`]: the methods of the immersed boundary, `fluid.method`;
 //! - [`immersed::Immersed`]: grains on the grid, their masks and the force that imposes their motion.
 //!
 //! The equations stand in `docs/equations.md` and `docs/equations-immersed.md`, the order of a step in
