@@ -7,27 +7,10 @@ use coupler::plan::{Participants, Plan, substeps};
 use protocol::facts::{BoundRow, DemFacts, FluidFacts, Level, Measure, Side, SolverBound};
 use protocol::scheme::Scheme;
 
-/// A sphere of diameter 1 over a floor, 16 cells per diameter, ν = 0.01, ρ = 1.
-const SCENE: &str = r#"
-until = 1.0
-gravity = [0.0, 0.0, -1.0]
-[domain]
-geometry = "space"
-lower = [0.0, 0.0, 0.0]
-upper = [4.0, 4.0, 4.0]
-cells = [64, 64, 64]
-boundary = { x = "periodic", y = "periodic", z = "no-slip" }
-[medium]
-density = 1.0
-viscosity = 0.01
-[[grains]]
-position = [2.0, 2.0, 2.0]
-radius = 0.5
-density = 4.0
-"#;
+use crate::fake_solvers::SPHERE;
 
 fn scene(overrides: &[&str]) -> CheckedScene {
-    let source = SceneSource { file: "test.toml".into(), text: SCENE.into() };
+    let source = SceneSource { file: "test.toml".into(), text: SPHERE.into() };
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     CheckedScene::new(source.with_overrides(&overrides).expect("fits")).expect("a good scene")
 }
@@ -409,7 +392,7 @@ fn bounds_of_a_solver_of_the_run_can_be_forced_by_name_too() {
 #[test]
 fn who_takes_part() {
     assert_eq!(Participants::of(&scene(&[r#"grains[0].motion="fixed""#])), Participants::Fluid);
-    let dry = SCENE.replace("[medium]\ndensity = 1.0\nviscosity = 0.01\n", "");
+    let dry = SPHERE.replace("[medium]\ndensity = 1.0\nviscosity = 0.01\n", "");
     let dry = CheckedScene::new(SceneSource { file: "dry.toml".into(), text: dry }).unwrap();
     let coupling = Coupling::read(&dry).unwrap();
     let plan = Plan::new(&dry, &coupling, None, Some(&dem()), None).unwrap();
