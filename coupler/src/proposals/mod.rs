@@ -46,7 +46,7 @@ struct Idea {
     change: Change,
     /// Expected relative error.
     error: f64,
-    /// How many times less it costs at most, where the plans do not tell.
+    /// How many times less it costs at most, where the plans do not say.
     saving: Option<f64>,
     /// Of which quantity, and why so much.
     why: String,

@@ -65,6 +65,7 @@ pub(super) struct Axis {
 }
 
 /// Points that share a look and a name.
+#[derive(Clone)]
 pub(super) struct Series {
     pub(super) name: String,
     pub(super) colour: &'static str,
@@ -72,6 +73,7 @@ pub(super) struct Series {
     pub(super) look: Look,
 }
 
+#[derive(Clone)]
 pub(super) enum Look {
     /// Width of the line.
     Line { width: f64, dashed: bool },

@@ -67,7 +67,7 @@ fn below_and_above<T>(name: &str, good: T, bad: T, set: impl Fn(&mut Case, T)) {
     for (value, expected) in [(good, true), (bad, false)] {
         let mut case = Case::new();
         set(&mut case, value);
-        let bound = case.bound(name).unwrap_or_else(|| panic!("{name} is not judged"));
+        let bound = case.bound(name).unwrap_or_else(|| panic!("{name} is not checked"));
         assert_eq!(bound.holds, expected, "{name}: {}", bound.relation());
         assert_eq!(bound.margin >= 1.0 - 1e-9, expected);
         assert!(!bound.why.is_empty() && !bound.source.is_empty() && !bound.remedy.is_empty(), "{name}");
@@ -156,9 +156,9 @@ fn bounds_of_the_solvers_are_judged_at_the_steps_of_the_plan() {
     assert_eq!(case.plan().refusals().count(), 0);
     // Void where the window is long enough: 5 contact times.
     case.scene.clear();
-    for (from, judged) in [(5.1, true), (4.9, false)] {
+    for (from, checked) in [(5.1, true), (4.9, false)] {
         case.fluid.bounds[0].void_from = Some((Measure::WindowOverContact, from));
-        assert_eq!(case.bound("cfl").is_some(), judged);
+        assert_eq!(case.bound("cfl").is_some(), checked);
     }
 }
 
@@ -247,7 +247,7 @@ const OF_SOLVERS: [&str; 10] = [
 
 #[test]
 fn every_name_is_judged_by_some_test_or_at_run_time() {
-    // `unstable` is judged window by window, not in the plan; `overlap` has its test in `speeds.rs`.
+    // `unstable` is checked window by window, not in the plan; `overlap` has its test in `speeds.rs`.
     let text = include_str!("plan.rs");
     for name in
         NAMES.iter().filter(|name| !["overlap", "unstable"].contains(name) && !OF_SOLVERS.contains(name))

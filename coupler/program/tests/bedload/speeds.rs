@@ -64,7 +64,7 @@ impl Case {
 
     fn bound(&self, name: &str) -> Bound {
         let bound = self.plan().bounds.into_iter().find(|bound| bound.name == name);
-        bound.unwrap_or_else(|| panic!("{name} is not judged"))
+        bound.unwrap_or_else(|| panic!("{name} is not checked"))
     }
 
     fn notes(&self) -> String {

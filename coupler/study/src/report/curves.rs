@@ -16,38 +16,24 @@ const INSET: Point = (280.0, 165.0);
 /// A logarithmic axis ends at this part of the largest value.
 const DECADES: f64 = 1e-6;
 
-/// One line.
-#[derive(Clone)]
-pub(super) struct Line {
-    pub(super) name: String,
-    pub(super) colour: &'static str,
-    pub(super) points: Vec<Point>,
-}
-
 /// A chart.
 pub(super) struct Chart {
     /// Caption, also read out in place of the picture.
     pub(super) caption: String,
     pub(super) x_label: String,
     pub(super) y_label: String,
-    pub(super) lines: Vec<Line>,
+    pub(super) lines: Vec<Series>,
     pub(super) log_y: bool,
     /// Close-up of this interval of x.
     pub(super) closeup: Option<Point>,
 }
 
-impl Line {
-    /// A line through the finite points of two columns.
-    pub(super) fn new(name: &str, number: usize, x: &[f64], y: &[f64]) -> Self {
-        let points = x.iter().copied().zip(y.iter().copied());
-        let points = points.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
-        Self { name: name.to_owned(), colour: colour(number), points }
-    }
-
-    fn within(&self, (from, to): Point) -> Self {
-        let points = self.points.iter().copied().filter(|(x, _)| (from..=to).contains(x)).collect();
-        Self { points, ..self.clone() }
-    }
+/// A line through the finite points of two columns.
+pub(super) fn line(name: &str, number: usize, x: &[f64], y: &[f64]) -> Series {
+    let points = x.iter().copied().zip(y.iter().copied());
+    let points = points.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
+    let look = Look::Line { width: 1.6, dashed: false };
+    Series { name: name.to_owned(), colour: colour(number), points, look }
 }
 
 impl Chart {
@@ -71,7 +57,8 @@ impl Chart {
 
     /// The part of the chart within `span`, if there is enough of it.
     fn closeup(&self, span: Point) -> Option<Self> {
-        let lines: Vec<Line> = self.lines.iter().map(|line| line.within(span)).collect();
+        let mut lines = self.lines.clone();
+        lines.iter_mut().for_each(|line| line.points.retain(|(x, _)| (span.0..=span.1).contains(x)));
         lines.iter().any(|line| line.points.len() > 2).then(|| Self {
             caption: format!("{}, close-up", self.caption),
             x_label: self.x_label.clone(),
@@ -94,22 +81,17 @@ impl Chart {
 
     /// Names of the lines beside their colours, if there are several.
     fn keys(&self) -> Vec<Key> {
-        let drawn: Vec<&Line> = self.lines.iter().filter(|line| !line.points.is_empty()).collect();
-        let key = |line: &&Line| Key { name: line.name.clone(), colour: line.colour };
+        let drawn: Vec<&Series> = self.lines.iter().filter(|line| !line.points.is_empty()).collect();
+        let key = |line: &&Series| Key { name: line.name.clone(), colour: line.colour };
         if drawn.len() < 2 { Vec::new() } else { drawn.iter().map(key).collect() }
     }
 
     fn draw(&self, size: Point, ticks: usize, labelled: bool) -> Option<Drawing> {
         let label = |text: &String| if labelled { text.clone() } else { String::new() };
         let floor = if self.log_y { self.floor()? } else { f64::NEG_INFINITY };
-        let lines = self.lines.iter().filter(|line| !line.points.is_empty());
-        let series = |line: &Line| Series {
-            name: line.name.clone(),
-            colour: line.colour,
-            points: visible(line, floor),
-            look: Look::Line { width: 1.6, dashed: false },
-        };
-        let series: Vec<Series> = lines.map(series).collect();
+        let mut series: Vec<Series> =
+            self.lines.iter().filter(|line| !line.points.is_empty()).cloned().collect();
+        series.iter_mut().for_each(|line| line.points = visible(&line.points, floor));
         if series.is_empty() {
             return None;
         }
@@ -175,8 +157,8 @@ fn misses(line: &[Point], low: Point, high: Point) -> bool {
 }
 
 /// What is drawn of a line: nothing below `floor`, and not more points than can be seen.
-fn visible(line: &Line, floor: f64) -> Vec<Point> {
-    let points: Vec<Point> = line.points.iter().map(|(x, y)| (*x, y.max(floor))).collect();
+fn visible(points: &[Point], floor: f64) -> Vec<Point> {
+    let points: Vec<Point> = points.iter().map(|(x, y)| (*x, y.max(floor))).collect();
     thin(&points)
 }
 
@@ -227,7 +209,7 @@ mod tests {
             caption: "x".into(),
             x_label: "x".into(),
             y_label: "y".into(),
-            lines: vec![Line::new("a", 0, &[0.0, 1.0], &[f64::NAN, 0.0])],
+            lines: vec![line("a", 0, &[0.0, 1.0], &[f64::NAN, 0.0])],
             log_y: true,
             closeup: None,
         };

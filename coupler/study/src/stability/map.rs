@@ -167,7 +167,7 @@ impl Samples {
     }
 
     /// Between values `at − 1` and `at`: where a margin that is `before` at the one and `after` at the
-    /// other is 1, on the axis as it is drawn; half-way where that cannot be told.
+    /// other is 1, on the axis as it is drawn; half-way where that is not known.
     fn crossing(&self, at: usize, before: f64, after: f64) -> f64 {
         // A margin is value/limit or limit/value: the first is linear in the value and grows, of the
         // other its inverse; the logarithm of both is linear in that of the value.
