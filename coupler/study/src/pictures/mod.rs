@@ -32,6 +32,9 @@ const WIDTH: f64 = 900.0;
 const PIXELS: f64 = 1800.0;
 const LINE: f64 = 24.0;
 
+/// A picture has no more pixels than this, however tall it is.
+const MOST_PIXELS: f64 = 4e6;
+
 /// From which value to which the colours go: the same in every frame.
 pub(crate) struct Scale {
     pub(crate) low: f64,
@@ -122,7 +125,7 @@ pub(crate) fn draw(frame: &Frame, scale: &Scale, width: usize, strip: usize) -> 
 /// Height of a frame of this width, pixels.
 pub(crate) fn height(frame: &Frame, width: usize) -> usize {
     let (low, high) = frame.view;
-    (width as f64 * (high.1 - low.1) / (high.0 - low.0)).round() as usize
+    (width as f64 * (high.1 - low.1) / (high.0 - low.0)).round().max(1.0) as usize
 }
 
 /// What `templates/frames.svg` shows.
@@ -163,12 +166,14 @@ pub(crate) fn sheet<'a>(
     let Some(first) = frames.first() else { return Ok(None) };
     let scale = Scale::of(frames.iter().map(|frame| Ok::<_, Failure>(frame.values())))?;
     let ((left, bottom), (right, top)) = first.view;
-    let columns = columns(frames.len(), (top - bottom) / (right - left));
+    let aspect = (top - bottom) / (right - left);
+    let columns = columns(frames.len(), aspect);
     let width = (WIDTH - (columns as f64 - 1.0) * LINE) / columns as f64;
-    let size = (width, width * (top - bottom) / (right - left));
+    let size = (width, width * aspect);
+    let pixels = (PIXELS * width / WIDTH).min((MOST_PIXELS / aspect).sqrt()).max(1.0) as usize;
     let picture = |(number, (frame, caption)): (usize, (&Frame, &'a String))| {
         let (column, row) = ((number % columns) as f64, (number / columns) as f64);
-        let raster = draw(frame, &scale, (PIXELS * width / WIDTH) as usize, 0);
+        let raster = draw(frame, &scale, pixels, 0);
         let corner = (column * (width + LINE), row * (size.1 + LINE) + LINE);
         Ok(Picture { corner, caption, png: base64(&raster.png().map_err(Failure::Run)?) })
     };

@@ -82,9 +82,8 @@ impl Plots<'_> {
             Some(line(name, number, &self.time, &self.run.scaled(column, self.run.scales.speed())?))
         };
         let lines = named.iter().enumerate().filter_map(drawn_line).collect();
-        let close = closeup.map_or("", |_| ", and a close-up of the first bounce");
         let labels = (format!("v{what} / √(gD)"), format!("v{what}, m/s"));
-        let chart = self.chart(format!("Velocity{close}"), (&labels.0, &labels.1), false, lines);
+        let chart = self.chart("Velocity".to_owned(), (&labels.0, &labels.1), false, lines);
         Some(Chart { closeup, ..chart })
     }
 
