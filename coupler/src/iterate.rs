@@ -36,14 +36,14 @@ pub(crate) enum Convergence {
 
 /// Watches the attempts at a window.
 #[derive(Clone, Debug)]
-pub(crate) struct Watch {
+pub(crate) struct ConvergenceMonitor {
     rule: Iterations,
     gravity: f64,
     radii: Vec<f64>,
     /// Motion after the last attempt at this window; empty before the first.
     last: Vec<Moving>,
     expected: Vec<Moving>,
-    state: WatchState,
+    state: MonitorState,
 }
 
 /// Velocity and spin of a grain, m/s and rad/s.
@@ -55,7 +55,7 @@ fn moving(motion: &Kinematics) -> Moving {
 
 /// What of the windows before decides the next one; part of a checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct WatchState {
+pub(crate) struct MonitorState {
     tally: Tally,
     /// Motion at the start of the last window and at its end, where the next one is compared with it.
     past: [Vec<Moving>; 2],
@@ -63,10 +63,10 @@ pub(crate) struct WatchState {
     dt: f64,
 }
 
-impl Watch {
+impl ConvergenceMonitor {
     /// For the grains of a scene.
     #[must_use]
-    pub(crate) fn new(scene: &CheckedScene, rule: Iterations, state: WatchState) -> Self {
+    pub(crate) fn new(scene: &CheckedScene, rule: Iterations, state: MonitorState) -> Self {
         Self {
             rule,
             gravity: norm(&scene.scene.gravity),
@@ -79,7 +79,7 @@ impl Watch {
 
     /// What a checkpoint keeps.
     #[must_use]
-    pub(crate) fn state(&self) -> &WatchState {
+    pub(crate) fn state(&self) -> &MonitorState {
         &self.state
     }
 
@@ -143,7 +143,7 @@ impl Watch {
         if window.attempt > 0 || self.rule.repeat_above == 0.0 {
             return false;
         }
-        let WatchState { past: [from, to], dt, .. } = &self.state;
+        let MonitorState { past: [from, to], dt, .. } = &self.state;
         let later = 1.0 + window.dt / dt;
         self.expected.clear();
         self.expected.extend(from.iter().zip(to).map(|(from, to)| {
@@ -176,10 +176,10 @@ radius = 0.5
 density = 4.0
 "#;
 
-    fn watch(max_iterations: u64) -> Watch {
+    fn watch(max_iterations: u64) -> ConvergenceMonitor {
         let scene = CheckedScene::new(SceneSource { file: "test.toml".into(), text: SCENE.into() });
         let rule = Iterations { tolerance: 1e-3, max_iterations, ..Iterations::default() };
-        Watch::new(&scene.expect("a good scene"), rule, WatchState::default())
+        ConvergenceMonitor::new(&scene.expect("a good scene"), rule, MonitorState::default())
     }
 
     fn window(attempt: u64) -> Window {

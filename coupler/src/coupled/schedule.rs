@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::kinematics_check::KinematicsCheck;
 use crate::failure::Failure;
-use crate::iterate::{Convergence, Tally, Watch, WatchState};
+use crate::iterate::{Convergence, ConvergenceMonitor, MonitorState, Tally};
 use crate::message_checks;
 use crate::number::Short;
 use crate::prepare::Prepared;
@@ -24,7 +24,7 @@ pub(crate) struct CoupledState {
     /// Windows in which something began to touch against the sub-step rule.
     late: u64,
     /// Attempts at windows, where they are repeated.
-    watch: WatchState,
+    watch: MonitorState,
     /// Whether the motion alternates.
     seen: Seen,
 }
@@ -36,7 +36,7 @@ pub(crate) struct CoupledSchedule<'a> {
     rule: ContactFreeHorizon,
     late: u64,
     /// Attempts at windows, where the scheme repeats them.
-    watch: Option<Watch>,
+    watch: Option<ConvergenceMonitor>,
     warned_of_limit: bool,
     largest_radius: f64,
     /// Checks a foreign DEM.
@@ -53,7 +53,7 @@ impl<'a> CoupledSchedule<'a> {
         let kinematics_check = foreign.then(|| KinematicsCheck::new(scene, from.is_some()));
         let mut planner = Planner::new(plan, &prepared.coupling, &scene.scene.observe);
         let mut alternation = Alternation::new(scene);
-        let (mut late, mut watch) = (0, WatchState::default());
+        let (mut late, mut watch) = (0, MonitorState::default());
         if let Some(state) = from {
             planner.resume(state.planner);
             alternation.resume(state.seen);
@@ -66,7 +66,7 @@ impl<'a> CoupledSchedule<'a> {
             rule: ContactFreeHorizon::new(scene, range),
             late,
             watch: (plan.scheme == Some(Scheme::Iterated))
-                .then(|| Watch::new(scene, prepared.coupling.iterations, watch)),
+                .then(|| ConvergenceMonitor::new(scene, prepared.coupling.iterations, watch)),
             warned_of_limit: false,
             largest_radius: scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max),
             kinematics_check,
@@ -156,7 +156,7 @@ impl Schedule for CoupledSchedule<'_> {
         CoupledState {
             planner: self.planner.state().clone(),
             late: self.late,
-            watch: self.watch.as_ref().map(Watch::state).cloned().unwrap_or_default(),
+            watch: self.watch.as_ref().map(ConvergenceMonitor::state).cloned().unwrap_or_default(),
             seen: self.alternation.seen().clone(),
         }
     }
@@ -234,7 +234,9 @@ impl Schedule for CoupledSchedule<'_> {
         if self.late > 0 {
             metric("late_contacts", self.late as f64, "windows");
         }
-        if let Some(Tally { windows, attempts, unconverged }) = self.watch.as_ref().map(Watch::tally) {
+        if let Some(Tally { windows, attempts, unconverged }) =
+            self.watch.as_ref().map(ConvergenceMonitor::tally)
+        {
             metric("attempts_per_window", attempts as f64 / windows.max(1) as f64, "-");
             metric("unconverged_windows", unconverged as f64, "windows");
         }
