@@ -61,7 +61,7 @@ fn print_plan(prepared: &Prepared) {
 }
 
 fn row(bound: &Bound, forced: &[String]) -> String {
-    let verdict = match (bound.holds, bound.level, bound.refuses(forced)) {
+    let state = match (bound.holds, bound.level, bound.refuses(forced)) {
         (true, ..) => "ok",
         (false, Level::Warn, _) => "warn",
         (false, _, true) => "BROKEN",
@@ -70,7 +70,7 @@ fn row(bound: &Bound, forced: &[String]) -> String {
     let sign = if bound.side == Side::AtLeast { '≥' } else { '≤' };
     let (value, limit, margin) = (Short(bound.value), Short(bound.limit), Short(bound.margin));
     format!(
-        "{verdict:<8}{:<25}{:<14}{:>11}  {sign} {:>11}{:>8}x",
+        "{state:<8}{:<25}{:<14}{:>11}  {sign} {:>11}{:>8}x",
         bound.name,
         bound.quantity,
         value.to_string(),

@@ -1,10 +1,12 @@
-//! When a window of the iterated scheme stands: the motion that an attempt led to is that of the one before.
+//! When a window of the iterated scheme has converged: the motion that an attempt led to is that of the one before.
 
 use bedload_scene::CheckedScene;
 use protocol::message::Kinematics;
 use protocol::participant::Window;
 use protocol::scheme::Iterations;
 use serde::{Deserialize, Serialize};
+
+use crate::number::norm;
 
 /// Share of |g| dt that counts as speed: grains at rest have none of their own. In windows longer than D²/ν
 /// the whole of it is far above any speed that a grain reaches.
@@ -23,25 +25,25 @@ pub(crate) struct Tally {
 
 /// What to do after an attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Verdict {
+pub(crate) enum Convergence {
     /// Once more.
     Repeat,
-    /// The window stands.
+    /// The window is accepted.
     Converged,
-    /// The window stands because no attempt is left; the last relative change.
+    /// The window is accepted because no attempt is left; the last relative change.
     Unconverged(f64),
 }
 
 /// Watches the attempts at a window.
 #[derive(Clone, Debug)]
-pub(crate) struct Watch {
+pub(crate) struct ConvergenceMonitor {
     rule: Iterations,
     gravity: f64,
     radii: Vec<f64>,
     /// Motion after the last attempt at this window; empty before the first.
     last: Vec<Moving>,
     expected: Vec<Moving>,
-    state: WatchState,
+    state: MonitorState,
 }
 
 /// Velocity and spin of a grain, m/s and rad/s.
@@ -53,7 +55,7 @@ fn moving(motion: &Kinematics) -> Moving {
 
 /// What of the windows before decides the next one; part of a checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct WatchState {
+pub(crate) struct MonitorState {
     tally: Tally,
     /// Motion at the start of the last window and at its end, where the next one is compared with it.
     past: [Vec<Moving>; 2],
@@ -61,17 +63,13 @@ pub(crate) struct WatchState {
     dt: f64,
 }
 
-fn norm(v: impl Iterator<Item = f64>) -> f64 {
-    v.map(|x| x * x).sum::<f64>().sqrt()
-}
-
-impl Watch {
+impl ConvergenceMonitor {
     /// For the grains of a scene.
     #[must_use]
-    pub(crate) fn new(scene: &CheckedScene, rule: Iterations, state: WatchState) -> Self {
+    pub(crate) fn new(scene: &CheckedScene, rule: Iterations, state: MonitorState) -> Self {
         Self {
             rule,
-            gravity: norm(scene.scene.gravity.into_iter()),
+            gravity: norm(&scene.scene.gravity),
             radii: scene.grains.iter().map(|grain| grain.radius).collect(),
             last: Vec::new(),
             expected: Vec::new(),
@@ -81,7 +79,7 @@ impl Watch {
 
     /// What a checkpoint keeps.
     #[must_use]
-    pub(crate) fn state(&self) -> &WatchState {
+    pub(crate) fn state(&self) -> &MonitorState {
         &self.state
     }
 
@@ -100,40 +98,44 @@ impl Watch {
         }
         let (mut change, mut speed) = (0.0f64, 0.0f64);
         for ((now, other), radius) in motion.iter().zip(other).zip(&self.radii) {
-            let differ = |a: [f64; 3], b: [f64; 3]| norm((0..3).map(|c| a[c] - b[c]));
+            let differ = |a: [f64; 3], b: [f64; 3]| norm(&std::array::from_fn(|c| a[c] - b[c]));
             change = change.max(differ(now.velocity, other[0]));
             change = change.max(radius * differ(now.spin, other[1]));
-            speed = speed.max(norm(now.velocity.into_iter())).max(radius * norm(now.spin.into_iter()));
+            speed = speed.max(norm(&now.velocity)).max(radius * norm(&now.spin));
         }
         if change == 0.0 { 0.0 } else { change / (speed + OF_WEIGHT * self.gravity * dt) }
     }
 
-    /// Judges the attempt that led to `motion`; one that was `wrong` for another reason does not stand while
+    /// Assesses the attempt that led to `motion`; one that was `wrong` for another reason is not accepted while
     /// another can be made.
-    pub(crate) fn judge(&mut self, window: &Window, motion: &[Kinematics], wrong: bool) -> Verdict {
+    pub(crate) fn assess(&mut self, window: &Window, motion: &[Kinematics], wrong: bool) -> Convergence {
         if window.attempt == 0 {
             self.last.clear();
         }
         let change = self.change(window.dt, motion, &self.last);
-        let verdict = if !wrong && (change <= self.rule.tolerance || self.is_expected(window, motion)) {
-            Verdict::Converged
+        let convergence = if !wrong && (change <= self.rule.tolerance || self.is_expected(window, motion)) {
+            Convergence::Converged
         } else if window.attempt + 1 >= self.rule.max_iterations {
-            if change <= self.rule.tolerance { Verdict::Converged } else { Verdict::Unconverged(change) }
+            if change <= self.rule.tolerance {
+                Convergence::Converged
+            } else {
+                Convergence::Unconverged(change)
+            }
         } else {
-            Verdict::Repeat
+            Convergence::Repeat
         };
         self.last.clear();
         self.last.extend(motion.iter().map(moving));
         let tally = &mut self.state.tally;
         tally.attempts += 1;
-        tally.windows += u64::from(verdict != Verdict::Repeat);
-        tally.unconverged += u64::from(matches!(verdict, Verdict::Unconverged(_)));
-        if verdict != Verdict::Repeat && self.rule.repeat_above > 0.0 {
+        tally.windows += u64::from(convergence != Convergence::Repeat);
+        tally.unconverged += u64::from(matches!(convergence, Convergence::Unconverged(_)));
+        if convergence != Convergence::Repeat && self.rule.repeat_above > 0.0 {
             self.state.past.swap(0, 1);
             self.state.past[1].clone_from(&self.last);
             self.state.dt = window.dt;
         }
-        verdict
+        convergence
     }
 
     /// Whether a first attempt leads to where velocities and spins go on to change as in the window before.
@@ -141,7 +143,7 @@ impl Watch {
         if window.attempt > 0 || self.rule.repeat_above == 0.0 {
             return false;
         }
-        let WatchState { past: [from, to], dt, .. } = &self.state;
+        let MonitorState { past: [from, to], dt, .. } = &self.state;
         let later = 1.0 + window.dt / dt;
         self.expected.clear();
         self.expected.extend(from.iter().zip(to).map(|(from, to)| {
@@ -174,10 +176,10 @@ radius = 0.5
 density = 4.0
 "#;
 
-    fn watch(max_iterations: u64) -> Watch {
+    fn watch(max_iterations: u64) -> ConvergenceMonitor {
         let scene = CheckedScene::new(SceneSource { file: "test.toml".into(), text: SCENE.into() });
         let rule = Iterations { tolerance: 1e-3, max_iterations, ..Iterations::default() };
-        Watch::new(&scene.expect("a good scene"), rule, WatchState::default())
+        ConvergenceMonitor::new(&scene.expect("a good scene"), rule, MonitorState::default())
     }
 
     fn window(attempt: u64) -> Window {
@@ -191,19 +193,19 @@ density = 4.0
     #[test]
     fn a_window_takes_two_attempts_and_the_scale_is_speed_and_weight() {
         let mut watch = watch(5);
-        assert_eq!(watch.judge(&window(0), &moving(3.0, 0.0), false), Verdict::Repeat);
+        assert_eq!(watch.assess(&window(0), &moving(3.0, 0.0), false), Convergence::Repeat);
         // |ΔU| = 3.4e-3 of 3 + 0.3 |g| dt = 3.3: just too much; then 3.2e-3.
-        assert_eq!(watch.judge(&window(1), &moving(3.0034, 0.0), false), Verdict::Repeat);
-        assert_eq!(watch.judge(&window(2), &moving(3.0002, 0.0), false), Verdict::Converged);
+        assert_eq!(watch.assess(&window(1), &moving(3.0034, 0.0), false), Convergence::Repeat);
+        assert_eq!(watch.assess(&window(2), &moving(3.0002, 0.0), false), Convergence::Converged);
         // Spin counts with the radius.
-        assert_eq!(watch.judge(&window(0), &moving(0.0, 0.0), false), Verdict::Repeat);
-        assert_eq!(watch.judge(&window(1), &moving(0.0, 0.0007), false), Verdict::Repeat);
-        assert_eq!(watch.judge(&window(2), &moving(0.0, 0.0002), false), Verdict::Converged);
+        assert_eq!(watch.assess(&window(0), &moving(0.0, 0.0), false), Convergence::Repeat);
+        assert_eq!(watch.assess(&window(1), &moving(0.0, 0.0007), false), Convergence::Repeat);
+        assert_eq!(watch.assess(&window(2), &moving(0.0, 0.0002), false), Convergence::Converged);
         assert_eq!(watch.tally(), Tally { windows: 2, attempts: 6, unconverged: 0 });
         // What does not move any more, but was wrong, does not stand.
-        assert_eq!(watch.judge(&window(0), &moving(1.0, 0.0), false), Verdict::Repeat);
-        assert_eq!(watch.judge(&window(1), &moving(1.0, 0.0), true), Verdict::Repeat);
-        assert_eq!(watch.judge(&window(2), &moving(1.0, 0.0), false), Verdict::Converged);
+        assert_eq!(watch.assess(&window(0), &moving(1.0, 0.0), false), Convergence::Repeat);
+        assert_eq!(watch.assess(&window(1), &moving(1.0, 0.0), true), Convergence::Repeat);
+        assert_eq!(watch.assess(&window(2), &moving(1.0, 0.0), false), Convergence::Converged);
     }
 
     #[test]
@@ -215,7 +217,7 @@ density = 4.0
             loop {
                 let window = Window { step, attempt: attempts, time: 0.0, dt, substeps: 1, output: false };
                 attempts += 1;
-                if watch.judge(&window, &moving(speed, 0.0), wrong && attempts == 1) != Verdict::Repeat {
+                if watch.assess(&window, &moving(speed, 0.0), wrong && attempts == 1) != Convergence::Repeat {
                     return (attempts, watch.state().clone());
                 }
             }
@@ -241,11 +243,11 @@ density = 4.0
     fn rest_does_not_hang_and_the_last_attempt_is_counted() {
         let mut watch = watch(3);
         watch.gravity = 0.0;
-        assert_eq!(watch.judge(&window(0), &moving(0.0, 0.0), false), Verdict::Repeat);
-        assert_eq!(watch.judge(&window(1), &moving(0.0, 0.0), false), Verdict::Converged);
-        assert_eq!(watch.judge(&window(0), &moving(1.0, 0.0), false), Verdict::Repeat);
-        assert_eq!(watch.judge(&window(1), &moving(-1.0, 0.0), false), Verdict::Repeat);
-        assert_eq!(watch.judge(&window(2), &moving(1.0, 0.0), false), Verdict::Unconverged(2.0));
+        assert_eq!(watch.assess(&window(0), &moving(0.0, 0.0), false), Convergence::Repeat);
+        assert_eq!(watch.assess(&window(1), &moving(0.0, 0.0), false), Convergence::Converged);
+        assert_eq!(watch.assess(&window(0), &moving(1.0, 0.0), false), Convergence::Repeat);
+        assert_eq!(watch.assess(&window(1), &moving(-1.0, 0.0), false), Convergence::Repeat);
+        assert_eq!(watch.assess(&window(2), &moving(1.0, 0.0), false), Convergence::Unconverged(2.0));
         assert_eq!(watch.tally(), Tally { windows: 2, attempts: 5, unconverged: 1 });
     }
 }

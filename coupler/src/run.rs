@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::plan::Participants;
 use crate::prepare::Prepared;
 use crate::solvers::Solver;
-use crate::supervise::{Supervisor, Words};
+use crate::supervise::{StderrMode, Supervisor};
 use crate::{accuracy, supervise};
 
 pub use crate::coupled::Report;
@@ -91,7 +91,7 @@ fn alone(
     report: Report,
 ) -> Result<(), Failure> {
     let mut supervisor = Supervisor::default();
-    start(&mut supervisor, solver, &alone_arguments(options), Words::Own)?;
+    start(&mut supervisor, solver, &alone_arguments(options), StderrMode::Own)?;
     let mut passed_on = 0;
     while !supervisor.wait_all(Duration::from_millis(20)) {
         let count = interrupts.count();

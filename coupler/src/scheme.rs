@@ -27,7 +27,7 @@ const GROWTH: f64 = 1.2;
 /// Relative motion over T is at most V T + ½ A T², V and A the largest relative speed and
 /// acceleration. Both are doubled: V for what the fluid's memory may add, A because loads change.
 #[derive(Clone, Debug)]
-pub struct QuietRule {
+pub struct ContactFreeHorizon {
     /// Gap at which contact or lubrication begins, m.
     range: f64,
     gravity: f64,
@@ -42,7 +42,7 @@ fn swing_acceleration(swing: &Oscillation) -> f64 {
     2.0 * std::f64::consts::PI * swing.frequency * norm(&swing.amplitude)
 }
 
-impl QuietRule {
+impl ContactFreeHorizon {
     /// For a scene whose contact and lubrication begin at the gap `range`.
     #[must_use]
     pub fn new(scene: &CheckedScene, range: f64) -> Self {
@@ -78,7 +78,7 @@ impl QuietRule {
     /// Time, counted from the end of the window of these messages, in which nothing can begin to
     /// touch; 0 where something touches already or a gap is not known.
     #[must_use]
-    pub fn quiet_for(&self, loads: &[Loads], kinematics: &[Kinematics]) -> f64 {
+    pub fn contact_free_for(&self, loads: &[Loads], kinematics: &[Kinematics]) -> f64 {
         // A DEM may not watch far pairs of many grains and leave their gap infinite: that is no
         // knowledge, except of a grain that has no other.
         let alone = kinematics.len() == 1;

@@ -69,7 +69,7 @@ pub(crate) fn program(role: Role) -> &'static str {
 
 /// Where a child's words go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Words {
+pub(crate) enum StderrMode {
     /// To the coupler's stderr line by line, the last ones kept.
     Kept,
     /// The last ones kept, and nothing else.
@@ -110,7 +110,7 @@ impl Supervisor {
         role: Role,
         program: &[String],
         arguments: &[OsString],
-        words: Words,
+        words: StderrMode,
     ) -> std::io::Result<()> {
         let Some((executable, leading)) = program.split_first() else {
             return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty"));
@@ -118,14 +118,14 @@ impl Supervisor {
         let mut command = Command::new(executable);
         command.args(leading).args(arguments).process_group(0);
         command.env(bedload_program::PARENT, std::process::id().to_string());
-        if words != Words::Own {
+        if words != StderrMode::Own {
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         }
         let mut child = command.spawn()?;
         let kept: Arc<Mutex<VecDeque<String>>> = Arc::default();
         if let Some(stderr) = child.stderr.take() {
             let kept = kept.clone();
-            let say = words == Words::Kept;
+            let say = words == StderrMode::Kept;
             std::thread::spawn(move || keep_words(role, BufReader::new(stderr), &kept, say));
         }
         let child = Arc::new(Mutex::new(child));
@@ -254,7 +254,9 @@ mod tests {
     #[test]
     fn an_exit_is_seen_at_once_with_its_last_words() {
         let mut supervisor = Supervisor::default();
-        supervisor.start(Role::Dem, &shell("echo one >&2; echo two >&2; exit 7"), &[], Words::Kept).unwrap();
+        supervisor
+            .start(Role::Dem, &shell("echo one >&2; echo two >&2; exit 7"), &[], StderrMode::Kept)
+            .unwrap();
         assert!(supervisor.wait_all(Duration::from_secs(5)));
         let exit = supervisor.exits().remove(0);
         assert_eq!((exit.role, exit.code()), (Role::Dem, Some(7)));
@@ -269,7 +271,7 @@ mod tests {
     fn a_child_that_ignores_sigterm_is_killed_after_the_grace() {
         let mut supervisor = Supervisor::default();
         supervisor
-            .start(Role::Fluid, &shell("trap '' TERM; while :; do sleep 0.05; done"), &[], Words::Kept)
+            .start(Role::Fluid, &shell("trap '' TERM; while :; do sleep 0.05; done"), &[], StderrMode::Kept)
             .unwrap();
         std::thread::sleep(Duration::from_millis(100));
         let start = Instant::now();
@@ -281,7 +283,7 @@ mod tests {
     #[test]
     fn a_stopped_child_is_ended_too() {
         let mut supervisor = Supervisor::default();
-        supervisor.start(Role::Fluid, &["sleep".into(), "60".into()], &[], Words::Kept).unwrap();
+        supervisor.start(Role::Fluid, &["sleep".into(), "60".into()], &[], StderrMode::Kept).unwrap();
         supervisor.signal(Signal::STOP);
         assert!(!supervisor.wait_all(Duration::from_millis(50)), "stopping is no exit");
         supervisor.end(Duration::from_millis(500));
@@ -291,8 +293,8 @@ mod tests {
     #[test]
     fn the_order_of_exits_is_kept() {
         let mut supervisor = Supervisor::default();
-        supervisor.start(Role::Fluid, &shell("sleep 0.3"), &[], Words::Kept).unwrap();
-        supervisor.start(Role::Dem, &shell("exit 3"), &[], Words::Kept).unwrap();
+        supervisor.start(Role::Fluid, &shell("sleep 0.3"), &[], StderrMode::Kept).unwrap();
+        supervisor.start(Role::Dem, &shell("exit 3"), &[], StderrMode::Kept).unwrap();
         assert!(supervisor.wait_all(Duration::from_secs(5)));
         let roles: Vec<Role> = supervisor.exits().iter().map(|exit| exit.role).collect();
         assert_eq!(roles, [Role::Dem, Role::Fluid]);

@@ -3,8 +3,8 @@
 //! An exchange of forces once per window fails by alternating: the second difference of a velocity, d_n =
 //! (v_n − 2 v_{n−1} + v_{n−2})/4, changes its sign in every window. Nothing physical does so for long: a
 //! contact or a vortex lasts many windows, and one that a window is too long for is over in a few. Only what
-//! was exchanged is looked at, so that this holds for any solver. The same difference judges a map
-//! ([`crate::study::stability::verdict`]) when a run is over.
+//! was exchanged is looked at, so that this holds for any solver. The same difference classifies a run of a
+//! map when it is over.
 
 use bedload_scene::{CheckedScene, Motion};
 use protocol::message::Kinematics;

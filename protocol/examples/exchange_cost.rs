@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, Stdio};
 use std::time::{Duration, Instant};
 
-use protocol::channel::{CONNECT_VARIABLE, ConductorLink, Event, Rendezvous, Waiting};
+use protocol::channel::{CONNECT_VARIABLE, CouplerLink, Event, Rendezvous, Waiting};
 use protocol::message::{Command, Kinematics, Loads, Order, State};
 use protocol::participant::{Exchange, ExchangeError, Participant, Role, SolverError, Window, WindowReport};
 use protocol::serve::Invitation;
@@ -64,7 +64,7 @@ fn main() -> Outcome<()> {
 /// Kills the DEM while the coupler waits; ms until the coupler says so.
 fn notice_a_kill() -> Outcome<f64> {
     let rendezvous = Rendezvous::new(200)?;
-    let mut link = ConductorLink::create(&rendezvous)?;
+    let mut link = CouplerLink::create(&rendezvous)?;
     let mut fluid = start(&rendezvous, Role::Fluid)?;
     let mut dem = start(&rendezvous, Role::Dem)?;
     link.wait_ready(&mut || Ok(()))?;
@@ -115,7 +115,7 @@ fn cpu_time(pid: u32) -> Outcome<f64> {
 
 /// Runs `windows` windows.
 fn measure(rendezvous: &Rendezvous, windows: u64) -> Outcome<Cost> {
-    let mut link = ConductorLink::create(rendezvous)?;
+    let mut link = CouplerLink::create(rendezvous)?;
     let mut children = Vec::new();
     for role in &rendezvous.roles {
         children.push(start(rendezvous, *role)?);
@@ -166,7 +166,7 @@ struct Count {
 
 impl Count {
     /// Takes the next message.
-    fn hear(&mut self, link: &mut ConductorLink) -> Outcome<()> {
+    fn hear(&mut self, link: &mut CouplerLink) -> Outcome<()> {
         match link.next(Duration::from_secs(10), &mut || Ok(()))? {
             Event::Loads(lent) => {
                 self.seen += 1;

@@ -1,4 +1,4 @@
-//! `bedload`: plans, starts, conducts and records coupled runs, and studies over many.
+//! `bedload`: plans, starts, drives and records coupled runs, and studies over many.
 
 mod cli;
 mod schema;

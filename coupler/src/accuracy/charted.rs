@@ -3,45 +3,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::keys;
-
-/// Columns that refine: a run with more of it is finer.
-const REFINE: [&str; 2] = ["resolution", keys::CONTACT_STEPS];
-
-/// Columns that vary the physics and not the method.
-const CASES: [&str; 2] = ["case", "until"];
-
-/// The rows of a `chart.csv` that have an error and a cost, but for a run that is the reference itself: its
-/// error, 0, says nothing.
-///
-/// # Errors
-/// The column that is missing.
-pub fn measured(header: &[String], rows: &[Vec<String>]) -> Result<Vec<Run>, String> {
-    let place = |name: &str| {
-        header.iter().position(|column| column == name).ok_or_else(|| format!("has no column {name}"))
-    };
-    let (label, cost, error) = (place("label")?, place("cpu_s")?, place("error")?);
-    let refining = header.iter().position(|column| REFINE.contains(&column.as_str()));
-    let is_case = |column: usize| CASES.contains(&header[column].as_str());
-    let row = |cells: &Vec<String>| {
-        let number = |place: usize| cells[place].parse::<f64>().ok().filter(|value| value.is_finite());
-        // The varied keys stand before the costs.
-        let others = (0..cost).filter(|column| Some(*column) != refining && !is_case(*column));
-        Some(Run {
-            label: cells[label].clone(),
-            cost: number(cost)?,
-            error: number(error).filter(|error| *error > 0.0)?,
-            fineness: refining.and_then(number).unwrap_or(0.0),
-            others: others.map(|column| cells[column].clone()).collect(),
-            numbers: Vec::new(),
-            resolution: None,
-            step: None,
-            set: Vec::new(),
-        })
-    };
-    Ok(rows.iter().filter_map(row).collect())
-}
-
 /// A chart.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]

@@ -1,7 +1,7 @@
 //! Classes of scenes that have a chart, and what a scene must be to belong to one.
 
 use bedload_scene::{
-    Axis, CheckedScene, Geometry, Grain, InitialVelocity, MetricKind, Motion, Shape, WallKind,
+    Axis, CheckedScene, Face, Geometry, Grain, InitialVelocity, Metric, MetricKind, Motion, Shape, WallKind,
 };
 
 use super::charted::Charted;
@@ -25,8 +25,29 @@ pub enum Class {
     Collision,
 }
 
+/// Name for people, name of chart, scene and data, and the data.
+macro_rules! known {
+    ($name:literal, $stem:literal) => {
+        ($name, $stem, include_str!(concat!("data/", $stem, ".toml")))
+    };
+}
+
+/// Of all classes, in their order.
+const KNOWN: [(&str, &str, &str); 5] = [
+    known!("one sphere that settles in r-z", "settling-axis"),
+    known!("one sphere that settles in space", "settling-space"),
+    known!("one sphere whose first rebound is measured, in r-z", "bounce"),
+    known!("one fixed sphere in a periodic cube of driven fluid", "lattice"),
+    known!("collisions of spheres without a fluid", "oblique-collision"),
+];
+
 /// Why a scene is in no class.
 type Reason = String;
+
+/// The first of the reasons that holds.
+fn first<const N: usize>(reasons: [(bool, &str); N]) -> Option<Reason> {
+    reasons.into_iter().find(|(holds, _)| *holds).map(|(_, reason)| reason.to_owned())
+}
 
 /// Is a rebound measured?
 fn bounces(scene: &CheckedScene) -> bool {
@@ -97,24 +118,12 @@ impl Class {
     /// Its name for people.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Axis => "one sphere that settles in r-z",
-            Self::Space => "one sphere that settles in space",
-            Self::Bounce => "one sphere whose first rebound is measured, in r-z",
-            Self::Lattice => "one fixed sphere in a periodic cube of driven fluid",
-            Self::Collision => "collisions of spheres without a fluid",
-        }
+        KNOWN[self as usize].0
     }
 
     /// Name of its chart, of its scene and of its data.
     pub fn stem(self) -> &'static str {
-        match self {
-            Self::Axis => "settling-axis",
-            Self::Space => "settling-space",
-            Self::Bounce => "bounce",
-            Self::Lattice => "lattice",
-            Self::Collision => "oblique-collision",
-        }
+        KNOWN[self as usize].1
     }
 
     /// File of its chart.
@@ -124,13 +133,7 @@ impl Class {
 
     /// Its chart, as data.
     pub fn data(self) -> &'static str {
-        match self {
-            Self::Axis => include_str!("data/settling-axis.toml"),
-            Self::Space => include_str!("data/settling-space.toml"),
-            Self::Bounce => include_str!("data/bounce.toml"),
-            Self::Lattice => include_str!("data/lattice.toml"),
-            Self::Collision => include_str!("data/oblique-collision.toml"),
-        }
+        KNOWN[self as usize].2
     }
 
     /// Its chart.
@@ -217,15 +220,15 @@ impl Class {
             (to(domain.upper[z]), to(domain.lower[z]))
         };
         let time = self.time(scene).unwrap_or(f64::NAN);
+        let density = number("ρ_p/ρ", density, Side::Between);
+        let sides = |side| {
+            number("the distance of the centre from the sides over D", aside(scene, grain) / diameter, side)
+        };
         match self {
             Self::Axis | Self::Space => vec![
                 number("Ar = |ρ_p/ρ − 1| g D³/ν²", archimedes(scene, grain), Side::Between),
-                number("ρ_p/ρ", density, Side::Between),
-                number(
-                    "the distance of the centre from the sides over D",
-                    aside(scene, grain) / diameter,
-                    if self == Self::Axis { Side::Between } else { Side::FromSmallest },
-                ),
+                density,
+                sides(if self == Self::Axis { Side::Between } else { Side::FromSmallest }),
                 number(
                     "the run over (D/|ρ_p/ρ − 1| g)^½ or D²/ν",
                     scene.scene.until / time,
@@ -241,10 +244,10 @@ impl Class {
             Self::Bounce => vec![
                 number(
                     "St = (ρ_p + ρ/2) V D/(9 μ), V being the speed of Schiller & Naumann or of the fall",
-                    (density + 0.5) * speeds.grain * diameter / (9.0 * nu),
+                    (density.value + 0.5) * speeds.grain * diameter / (9.0 * nu),
                     Side::Between,
                 ),
-                number("ρ_p/ρ", density, Side::Between),
+                density,
                 number(
                     "η/R",
                     keys::look_up(scene, keys::ROUGHNESS)
@@ -254,11 +257,7 @@ impl Class {
                 ),
                 number("restitution", contact(scene, "restitution", 1.0), Side::Between),
                 number("the fall over D", below, Side::FromSmallest),
-                number(
-                    "the distance of the centre from the sides over D",
-                    aside(scene, grain) / diameter,
-                    Side::FromSmallest,
-                ),
+                sides(Side::FromSmallest),
                 number(
                     "V t_c/D",
                     speeds.grain * contact(scene, "contact_time", f64::NAN) / diameter,
@@ -305,19 +304,16 @@ fn alone(scene: &CheckedScene) -> Option<Reason> {
     let faces = || (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis));
     let mut faces = faces().flat_map(|both| [both.lower, Some(both.upper)]).flatten();
     let closed = [WallKind::Periodic, WallKind::NoSlip, WallKind::FreeSlip];
-    if grain.shape != Shape::Sphere {
-        Some("a sphere was charted".to_owned())
-    } else if moves {
-        Some("a sphere that is at rest at first was charted".to_owned())
-    } else if medium.initial != InitialVelocity::Rest || medium.flow_rate.is_some() {
-        Some("a fluid that is at rest at first was charted, and no flow rate is held".to_owned())
-    } else if faces.any(|face| norm(&face.velocity) > 0.0 || !closed.contains(&face.kind)) {
-        Some("closed faces at rest were charted".to_owned())
-    } else if !scene.scene.walls.is_empty() || scene.scene.stop_when.is_some() {
-        Some("nothing was charted with [[walls]] or stop_when".to_owned())
-    } else {
-        None
-    }
+    let flows = medium.initial != InitialVelocity::Rest || medium.flow_rate.is_some();
+    let open = faces.any(|face| norm(&face.velocity) > 0.0 || !closed.contains(&face.kind));
+    let more = !scene.scene.walls.is_empty() || scene.scene.stop_when.is_some();
+    first([
+        (grain.shape != Shape::Sphere, "a sphere was charted"),
+        (moves, "a sphere that is at rest at first was charted"),
+        (flows, "a fluid that is at rest at first was charted, and no flow rate is held"),
+        (open, "closed faces at rest were charted"),
+        (more, "nothing was charted with [[walls]] or stop_when"),
+    ])
 }
 
 /// What settling and bouncing spheres share besides.
@@ -328,28 +324,31 @@ fn settling(scene: &CheckedScene, class: Class) -> Option<Reason> {
     let domain = &scene.scene.domain;
     let stretched = domain.stretching.map(|stretching| stretching.axis);
     let floor = domain.boundary(domain.dimensions() - 1);
-    if grain.motion != Motion::Free || !grain.locked.is_empty() {
-        Some("a free sphere was charted".to_owned())
-    } else if !along_z || drive(&scene.scene) != [0.0; 3] {
-        Some("gravity along z, between walls in z, was charted, and nothing drives the fluid".to_owned())
-    } else if stretched.is_some_and(|axis| class == Class::Space || axis != Axis::R) {
-        Some("grids stretched along r were charted".to_owned())
-    } else if class != Class::Bounce {
-        None
-    } else if floor.is_none_or(|floor| floor.lower.is_none_or(|face| face.kind != WallKind::NoSlip))
-        || gravity[2] > 0.0
-    {
-        Some("bounces on a no-slip floor, gravity pointing down, were charted".to_owned())
-    } else {
-        let second = |metric: &bedload_scene::Metric| {
-            matches!(
-                metric.kind,
-                MetricKind::SecondReboundHeight { .. } | MetricKind::ReboundVelocityRatio { .. }
-            )
+    let held = grain.motion != Motion::Free || !grain.locked.is_empty();
+    let other_drive = !along_z || drive(&scene.scene) != [0.0; 3];
+    let other_grid = stretched.is_some_and(|axis| class == Class::Space || axis != Axis::R);
+    let is_floor = |floor: Face| floor.kind == WallKind::NoSlip;
+    let floored = floor.and_then(|floor| floor.lower).is_some_and(is_floor) && gravity[2] <= 0.0;
+    first([
+        (held, "a free sphere was charted"),
+        (other_drive, "gravity along z, between walls in z, was charted, and nothing drives the fluid"),
+        (other_grid, "grids stretched along r were charted"),
+        (
+            class == Class::Bounce && !floored,
+            "bounces on a no-slip floor, gravity pointing down, were charted",
+        ),
+    ])
+    .or_else(|| {
+        let second = |metric: &&Metric| {
+            class == Class::Bounce
+                && matches!(
+                    metric.kind,
+                    MetricKind::SecondReboundHeight { .. } | MetricKind::ReboundVelocityRatio { .. }
+                )
         };
-        let named = scene.scene.metrics.iter().find(|metric| second(metric));
+        let named = scene.scene.metrics.iter().find(second);
         named.map(|metric| format!("the metric {} was not charted", metric.name))
-    }
+    })
 }
 
 fn lattice(scene: &CheckedScene) -> Option<Reason> {
@@ -357,15 +356,12 @@ fn lattice(scene: &CheckedScene) -> Option<Reason> {
     let side = |axis: usize| domain.upper[axis] - domain.lower[axis];
     let is_cube = (1..3).all(|axis| (side(axis) / side(0) - 1.0).abs() < 0.02);
     let driven = drive(&scene.scene).iter().filter(|component| **component != 0.0).count();
-    if scene.grains[0].motion != Motion::Fixed {
-        Some("a fixed sphere was charted".to_owned())
-    } else if !(0..3).all(|axis| domain.is_periodic(axis)) || !is_cube || domain.stretching.is_some() {
-        Some("a periodic cube was charted".to_owned())
-    } else if driven != 1 {
-        Some("a force along one axis was charted".to_owned())
-    } else {
-        None
-    }
+    let periodic = (0..3).all(|axis| domain.is_periodic(axis));
+    first([
+        (scene.grains[0].motion != Motion::Fixed, "a fixed sphere was charted"),
+        (!periodic || !is_cube || domain.stretching.is_some(), "a periodic cube was charted"),
+        (driven != 1, "a force along one axis was charted"),
+    ])
 }
 
 /// Grains of the chart of collisions.
@@ -376,9 +372,10 @@ fn collision(scene: &CheckedScene) -> Option<Reason> {
     let plain = scene.scene.walls.is_empty() && scene.scene.stop_when.is_none();
     if many || scene.grains.iter().any(|grain| grain.shape != Shape::Sphere || grain.motion != Motion::Free) {
         Some(format!("collisions of {COLLIDING} free spheres were charted"))
-    } else if norm(&scene.scene.gravity) > 0.0 || !plain {
-        Some("collisions without gravity and walls were charted".to_owned())
     } else {
-        None
+        first([(
+            norm(&scene.scene.gravity) > 0.0 || !plain,
+            "collisions without gravity and walls were charted",
+        )])
     }
 }

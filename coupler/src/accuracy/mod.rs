@@ -27,7 +27,7 @@ use serde::Deserialize;
 
 use crate::failure::Failure;
 use crate::number::Short;
-pub use charted::{Charted, Run, measured};
+pub use charted::{Charted, Run};
 pub use class::Class;
 pub use numbers::Number;
 

@@ -82,15 +82,15 @@ mod tests {
     fn a_number_is_inside_as_its_side_says() {
         let number = |value, side| [Number { name: "Ar", value, side }];
         let charted = [vec![10.0], vec![200.0]];
-        let told = |value, side| outside(&number(value, side), &charted).first().map(Outside::to_string);
-        assert_eq!(told(50.0, Side::Between), None);
-        assert_eq!(told(203.0, Side::Between), None, "typed with two digits");
-        assert_eq!(told(210.0, Side::Between).unwrap(), "Ar is 210, charted from 10 to 200");
-        assert_eq!(told(1e9, Side::FromSmallest), None);
-        assert_eq!(told(9.0, Side::FromSmallest).unwrap(), "Ar is 9, charted from 10 on");
-        assert_eq!(told(1e-9, Side::UpToLargest), None);
-        assert_eq!(told(300.0, Side::UpToLargest).unwrap(), "Ar is 300, charted up to 200");
-        assert!(told(f64::NAN, Side::Between).is_some() && told(f64::INFINITY, Side::FromSmallest).is_some());
+        let text = |value, side| outside(&number(value, side), &charted).first().map(Outside::to_string);
+        assert_eq!(text(50.0, Side::Between), None);
+        assert_eq!(text(203.0, Side::Between), None, "typed with two digits");
+        assert_eq!(text(210.0, Side::Between).unwrap(), "Ar is 210, charted from 10 to 200");
+        assert_eq!(text(1e9, Side::FromSmallest), None);
+        assert_eq!(text(9.0, Side::FromSmallest).unwrap(), "Ar is 9, charted from 10 on");
+        assert_eq!(text(1e-9, Side::UpToLargest), None);
+        assert_eq!(text(300.0, Side::UpToLargest).unwrap(), "Ar is 300, charted up to 200");
+        assert!(text(f64::NAN, Side::Between).is_some() && text(f64::INFINITY, Side::FromSmallest).is_some());
     }
 
     #[test]

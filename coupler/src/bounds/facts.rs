@@ -1,4 +1,4 @@
-//! What the bounds are judged on.
+//! What the bounds are checked on.
 
 use bedload_scene::CheckedScene;
 use protocol::facts::{DemFacts, FluidFacts, Measure};
@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::config::Coupling;
 use crate::speeds::Speeds;
 
-/// The time steps of a plan, without which no bound can be judged.
+/// The time steps of a plan, without which no bound can be checked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TimeSteps {
     /// Window: the fluid's step, or the DEM's where there is no fluid, s.
@@ -34,7 +34,7 @@ impl TimeSteps {
     }
 }
 
-/// What the bounds are judged on.
+/// What the bounds are checked on.
 #[derive(Clone, Copy, Debug)]
 pub struct Facts<'a> {
     /// Scene.

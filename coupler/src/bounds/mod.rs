@@ -1,6 +1,6 @@
-//! Every bound on stability and accuracy that a plan is judged by.
+//! Every bound on stability and accuracy that a plan is checked by.
 //!
-//! What depends on the exchange or on the scene alone is judged here, one model a file; what depends on a
+//! What depends on the exchange or on the scene alone is checked here, one model a file; what depends on a
 //! solver's insides the solver says itself ([`protocol::facts::SolverBound`]). `bedload check` prints each
 //! with its margin, and a run refuses to start while one of level [`Level::Refuse`] is broken and not forced.
 

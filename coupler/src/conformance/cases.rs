@@ -3,19 +3,20 @@
 use std::time::{Duration, Instant};
 
 use bedload_scene::Motion;
-use protocol::channel::{ConductorLink, Rendezvous};
+use protocol::channel::{CouplerLink, Rendezvous};
 use protocol::log::Records;
 use protocol::message::{Command, Kinematics, Loads, Order, State};
 use protocol::participant::Role;
 use protocol::serve::checkpoint_folder;
 
 use super::bench::Bench;
+use crate::number::norm;
 use crate::solo_run::{Fault, FaultFrom, LEAVE, Setting, SoloRun, Turn, how, text};
 
 /// A case: what to do, and what it is for.
 pub(super) struct Case {
     pub(super) name: &'static str,
-    /// Whether a solver must pass; else it is told what it lacks.
+    /// Whether a solver must pass; else what it lacks is reported.
     pub(super) needed: bool,
     pub(super) about: &'static str,
     /// What was seen, or what was wrong.
@@ -68,7 +69,7 @@ fn windows(bench: &Bench) -> Result<String, String> {
     let mut substeps = 0;
     for command in &commands {
         let turn = run.play(*command)?;
-        judge(command, &turn)?;
+        check_turn(command, &turn)?;
         if bench.setup.role == Role::Dem {
             substeps += command.substeps;
             if turn.done.substeps != substeps {
@@ -91,14 +92,14 @@ fn ahead(bench: &Bench) -> Result<String, String> {
     }
     for command in &commands {
         let turn = run.turn(command)?;
-        judge(command, &turn)?;
+        check_turn(command, &turn)?;
     }
     run.stop()?;
     Ok(format!("{} windows at once", commands.len()))
 }
 
 /// Header, records and report of a window.
-pub(super) fn judge(command: &Command, turn: &Turn) -> Result<(), String> {
+pub(super) fn check_turn(command: &Command, turn: &Turn) -> Result<(), String> {
     let Turn { header, records, done } = turn;
     let step = command.step;
     let (ordered, sent) = match records {
@@ -197,7 +198,7 @@ fn falls(bench: &Bench, command: &Command, records: &[Kinematics]) -> Result<Str
         seen += 1;
         for c in 0..3 {
             let gained = 0.5 * gravity[c] * command.dt;
-            if (now.velocity[c] - gained).abs() > 1e-6 * norm(gravity) * command.dt {
+            if (now.velocity[c] - gained).abs() > 1e-6 * norm(&gravity) * command.dt {
                 return Err(format!(
                     "grain {number} has velocity[{c}] = {:e} m/s after {} s under half its weight; ½ g dt is {gained:e}",
                     now.velocity[c], command.dt
@@ -226,7 +227,7 @@ fn floats(bench: &Bench, records: &[Loads]) -> Result<String, String> {
     let mut worst = 0.0f64;
     for (number, (grain, loads)) in scene.grains.iter().zip(records).enumerate() {
         let buoyancy = scene.scene.gravity.map(|g| -density * g * grain.volume());
-        let wrong = norm(std::array::from_fn(|c| loads.force[c] - buoyancy[c])) / norm(buoyancy);
+        let wrong = norm(&std::array::from_fn(|c| loads.force[c] - buoyancy[c])) / norm(&buoyancy);
         if wrong.is_nan() || wrong > 0.05 {
             return Err(format!(
                 "grain {number} at rest in a fluid at rest feels {:?} N; buoyancy, −ρ V g, is {buoyancy:?} N",
@@ -236,10 +237,6 @@ fn floats(bench: &Bench, records: &[Loads]) -> Result<String, String> {
         worst = worst.max(wrong);
     }
     Ok(format!("buoyancy within {:.1e}", worst))
-}
-
-fn norm(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 fn checkpoint(bench: &Bench) -> Result<String, String> {
@@ -272,10 +269,10 @@ fn repeat(bench: &Bench) -> Result<String, String> {
     for command in bench.windows(BEFORE) {
         let first = run.play(command)?;
         let shorter = Command { order: Order::Repeat as u64, attempt: 1, dt: 0.5 * command.dt, ..command };
-        judge(&shorter, &run.play(shorter)?)?;
+        check_turn(&shorter, &run.play(shorter)?)?;
         let again = Command { order: Order::Repeat as u64, attempt: 2, ..command };
         let turn = run.play(again)?;
-        judge(&again, &turn)?;
+        check_turn(&again, &turn)?;
         same(command.step, &first, &turn)?;
         run.order(Command { order: Order::Accept as u64, attempt: 2, ..command })?;
     }
@@ -393,7 +390,7 @@ fn other_grains(bench: &Bench) -> Result<String, String> {
 
 /// The solver leaves a run of this token, not with 0, without having waited for anybody.
 fn refuses(bench: &Bench, rendezvous: &Rendezvous) -> Result<String, String> {
-    let link = ConductorLink::create(rendezvous).map_err(text)?;
+    let link = CouplerLink::create(rendezvous).map_err(text)?;
     let supervisor = bench.setup.start(rendezvous, None)?;
     let exit = bench.setup.leaves(&supervisor, LEAVE);
     supervisor.end(Duration::from_millis(300));

@@ -120,7 +120,7 @@ pub fn conformance(options: &Options) -> Result<(), Failure> {
             serde_json::to_string_pretty(&reports).map_err(|error| Failure::Run(error.to_string()))?
         );
     }
-    verdict(&reports)
+    conclude(&reports)
 }
 
 fn try_role(options: &Options, role: Role, folder: &Path) -> Result<Report, Failure> {
@@ -248,7 +248,7 @@ fn from_here(place: usize, word: &str) -> String {
 }
 
 /// Counts, and fails where something needed is missing.
-fn verdict(reports: &[Report]) -> Result<(), Failure> {
+fn conclude(reports: &[Report]) -> Result<(), Failure> {
     let count = |outcome| {
         reports.iter().flat_map(|report| &report.cases).filter(|case| case.outcome == outcome).count()
     };

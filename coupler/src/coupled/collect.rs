@@ -3,9 +3,10 @@
 use std::time::{Duration, Instant};
 
 use protocol::channel::Event;
-use protocol::message::{State, Status};
+use protocol::message::{Header, Record, State, Status};
 use protocol::participant::{ExchangeError, Role, Window};
 
+use super::collected::Collected;
 use super::diagnosis::alive;
 use super::link::{CoupledLink, slot_of};
 use crate::failure::Failure;
@@ -65,31 +66,16 @@ impl CoupledLink<'_> {
 
     /// Puts a message where it belongs: the window under way, or one ordered ahead.
     pub(super) fn take(&mut self, event: Event) -> Result<(), Failure> {
-        let grains = self.scene.grains.len();
         match event {
             Event::Loads(lent) => {
-                message_checks::belongs(
-                    self.window_of(lent.header().step),
-                    lent.header(),
-                    lent.records(),
-                    grains,
-                )?;
-                let slot = &mut self.slots[slot_of(lent.header().step)];
+                let slot = self.slot_for(lent.header(), lent.records())?;
                 slot.loads = Some(*lent.header());
-                slot.force.clear();
-                slot.force.extend_from_slice(lent.records());
+                lent.records().clone_into(&mut slot.force);
             }
             Event::Kinematics(lent) => {
-                message_checks::belongs(
-                    self.window_of(lent.header().step),
-                    lent.header(),
-                    lent.records(),
-                    grains,
-                )?;
-                let slot = &mut self.slots[slot_of(lent.header().step)];
+                let slot = self.slot_for(lent.header(), lent.records())?;
                 slot.kinematics = Some(*lent.header());
-                slot.motion.clear();
-                slot.motion.extend_from_slice(lent.records());
+                lent.records().clone_into(&mut slot.motion);
             }
             Event::Status(role, status) => {
                 self.expect(role, &status, State::Done)?;
@@ -107,6 +93,13 @@ impl CoupledLink<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Where a message goes, if it belongs to a window that was ordered.
+    fn slot_for<R: Record>(&mut self, header: &Header, records: &[R]) -> Result<&mut Collected, Failure> {
+        let window = self.window_of(header.step);
+        message_checks::belongs(window, header, records, self.scene.grains.len())?;
+        Ok(&mut self.slots[slot_of(header.step)])
     }
 
     /// The window on its way that has this number.

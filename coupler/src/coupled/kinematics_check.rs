@@ -11,6 +11,7 @@ use protocol::participant::Window;
 
 use crate::bounds::MOST_OVERLAP;
 use crate::failure::Failure;
+use crate::number::norm;
 
 /// By how much a grain may move further than its speeds and its acceleration let it, of its radius: contacts
 /// of the overlap that is allowed push it out.
@@ -47,7 +48,7 @@ impl KinematicsCheck {
             round: grains.iter().map(|grain| grain.shape.is_round()).collect(),
             walls: scene.contact_walls(),
             periods,
-            gravity: norm(scene.scene.gravity),
+            gravity: norm(&scene.scene.gravity),
             last: if resumed {
                 Vec::new()
             } else {
@@ -79,9 +80,9 @@ impl KinematicsCheck {
     fn moved(&self, window: &Window, loads: &[Loads], motion: &[Kinematics]) -> Result<(), Failure> {
         for (grain, now) in motion.iter().enumerate().filter(|(grain, _)| self.free[*grain]) {
             let Some((from, before)) = self.last.get(grain).copied() else { return Ok(()) };
-            let way = norm(self.between(from, now.position));
-            let speed = norm(before).max(norm(now.velocity));
-            let pull = self.gravity + norm(loads[grain].force) / self.masses[grain];
+            let way = norm(&self.between(from, now.position));
+            let speed = norm(&before).max(norm(&now.velocity));
+            let pull = self.gravity + norm(&loads[grain].force) / self.masses[grain];
             let room = RESERVE * (speed + pull * window.dt) * window.dt + PUSH * self.radii[grain];
             if way > room {
                 return Err(Failure::Run(format!(
@@ -125,7 +126,7 @@ impl KinematicsCheck {
             for (number, wall) in
                 self.walls.iter().enumerate().filter(|(_, wall)| wall.from <= time && time < wall.until)
             {
-                let normal = norm(wall.normal);
+                let normal = norm(&wall.normal);
                 let height: f64 = (0..3)
                     .map(|c| {
                         wall.normal[c] / normal * (now.position[c] - wall.point[c] - wall.velocity[c] * time)
@@ -147,7 +148,7 @@ impl KinematicsCheck {
                 let place: [f64; 3] = std::array::from_fn(|c| now.position[c] + step[c] as f64 * size);
                 for other in cells.get(&self.cell(place, size)).into_iter().flatten() {
                     if *other != grain {
-                        let distance = norm(self.between(now.position, motion[*other].position));
+                        let distance = norm(&self.between(now.position, motion[*other].position));
                         let (a, b) = (self.radii[grain], self.radii[*other]);
                         deep(grain, a + b - distance, a.min(b), &format!("grain {other}"))?;
                     }
@@ -168,10 +169,6 @@ impl KinematicsCheck {
             }
         })
     }
-}
-
-fn norm(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::time::Duration;
 use bedload_output::{Cost, GrainRow, OutputFolder, Summary, atomic_write, grains_table};
 use bedload_program::{End, Failure, Interrupts, Link, Messages, Ordered};
 use bedload_scene::{CheckedScene, Grain, Motion};
-use protocol::channel::ConductorLink;
+use protocol::channel::CouplerLink;
 use protocol::memory::peak_rss_bytes;
 use protocol::message::{Command, Kinematics, Order, State, Status};
 use protocol::participant::{ExchangeError, Window};
@@ -20,7 +20,7 @@ use crate::supervise::Supervisor;
 pub(crate) struct CoupledLink<'a> {
     // Children go before the link, so that the coupler is the last to leave the run and removes it.
     pub(super) supervisor: Supervisor,
-    pub(super) link: ConductorLink,
+    pub(super) link: CouplerLink,
     pub(super) scene: &'a CheckedScene,
     /// Longest time for an answer within a window.
     pub(super) deadline: Duration,
@@ -45,7 +45,7 @@ impl<'a> CoupledLink<'a> {
     /// Takes over solvers that have said `Ready`.
     pub(super) fn new(
         supervisor: Supervisor,
-        link: ConductorLink,
+        link: CouplerLink,
         scene: &'a CheckedScene,
         deadline: Duration,
         interrupts: Interrupts,

@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use super::kinematics_check::KinematicsCheck;
 use crate::failure::Failure;
-use crate::iterate::{Tally, Verdict, Watch, WatchState};
+use crate::iterate::{Convergence, ConvergenceMonitor, MonitorState, Tally};
 use crate::message_checks;
 use crate::number::Short;
 use crate::prepare::Prepared;
-use crate::scheme::{Planner, PlannerState, QuietRule, was_late};
+use crate::scheme::{ContactFreeHorizon, Planner, PlannerState, was_late};
 use crate::unstable::{self, Alternation, Seen};
 
 /// Everything of the coupler that decides, or counts, what comes next.
@@ -24,7 +24,7 @@ pub(crate) struct CoupledState {
     /// Windows in which something began to touch against the sub-step rule.
     late: u64,
     /// Attempts at windows, where they are repeated.
-    watch: WatchState,
+    watch: MonitorState,
     /// Whether the motion alternates.
     seen: Seen,
 }
@@ -33,10 +33,10 @@ pub(crate) struct CoupledState {
 pub(crate) struct CoupledSchedule<'a> {
     prepared: &'a Prepared,
     planner: Planner,
-    rule: QuietRule,
+    rule: ContactFreeHorizon,
     late: u64,
     /// Attempts at windows, where the scheme repeats them.
-    watch: Option<Watch>,
+    watch: Option<ConvergenceMonitor>,
     warned_of_limit: bool,
     largest_radius: f64,
     /// Checks a foreign DEM.
@@ -53,7 +53,7 @@ impl<'a> CoupledSchedule<'a> {
         let kinematics_check = foreign.then(|| KinematicsCheck::new(scene, from.is_some()));
         let mut planner = Planner::new(plan, &prepared.coupling, &scene.scene.observe);
         let mut alternation = Alternation::new(scene);
-        let (mut late, mut watch) = (0, WatchState::default());
+        let (mut late, mut watch) = (0, MonitorState::default());
         if let Some(state) = from {
             planner.resume(state.planner);
             alternation.resume(state.seen);
@@ -63,10 +63,10 @@ impl<'a> CoupledSchedule<'a> {
         Self {
             prepared,
             planner,
-            rule: QuietRule::new(scene, range),
+            rule: ContactFreeHorizon::new(scene, range),
             late,
             watch: (plan.scheme == Some(Scheme::Iterated))
-                .then(|| Watch::new(scene, prepared.coupling.iterations, watch)),
+                .then(|| ConvergenceMonitor::new(scene, prepared.coupling.iterations, watch)),
             warned_of_limit: false,
             largest_radius: scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max),
             kinematics_check,
@@ -85,7 +85,7 @@ impl<'a> CoupledSchedule<'a> {
     }
 
     /// Full count of sub-steps, and whether something began to touch in a window that got only one.
-    fn lateness(&self, window: &Window, messages: &Messages<'_>) -> (u64, bool) {
+    fn missed_contact(&self, window: &Window, messages: &Messages<'_>) -> (u64, bool) {
         let range = self.prepared.dem.as_ref().map_or(0.0, |dem| dem.facts.interaction_range);
         let full = self.prepared.plan.full_substeps(window.dt);
         (full, was_late(window, full, &messages.header(), range))
@@ -156,7 +156,7 @@ impl Schedule for CoupledSchedule<'_> {
         CoupledState {
             planner: self.planner.state().clone(),
             late: self.late,
-            watch: self.watch.as_ref().map(Watch::state).cloned().unwrap_or_default(),
+            watch: self.watch.as_ref().map(ConvergenceMonitor::state).cloned().unwrap_or_default(),
             seen: self.alternation.seen().clone(),
         }
     }
@@ -181,16 +181,16 @@ impl Schedule for CoupledSchedule<'_> {
     /// of one sub-step gets the full count in the next attempt.
     fn examine(&mut self, window: &Window, messages: &Messages<'_>) -> Result<Attempt, Failure> {
         self.check_messages(window, &Sent::of(messages)?)?;
-        let (full, late) = self.lateness(window, messages);
-        let Some(watch) = &mut self.watch else { return Ok(Attempt::Stands) };
-        match watch.judge(window, messages.kinematics, late) {
-            Verdict::Repeat => {
+        let (full, late) = self.missed_contact(window, messages);
+        let Some(watch) = &mut self.watch else { return Ok(Attempt::Final) };
+        match watch.assess(window, messages.kinematics, late) {
+            Convergence::Repeat => {
                 let substeps = if late { full } else { window.substeps };
                 let next = Window { attempt: window.attempt + 1, substeps, ..*window };
                 let command = next.command(Order::Repeat);
                 return Ok(Attempt::Repeat(Ordered { command, keep: false, given: None }));
             }
-            Verdict::Unconverged(change) if watch.tally().unconverged == 1 => {
+            Convergence::Unconverged(change) if watch.tally().unconverged == 1 => {
                 let (step, attempts) = (window.step, window.attempt + 1);
                 let tolerance = self.prepared.coupling.iterations.tolerance;
                 protocol::say!(
@@ -199,14 +199,14 @@ impl Schedule for CoupledSchedule<'_> {
                      counted (unconverged_windows); see coupling.iterations"
                 );
             }
-            Verdict::Converged | Verdict::Unconverged(_) => {}
+            Convergence::Converged | Convergence::Unconverged(_) => {}
         }
         Ok(Attempt::Accept)
     }
 
     fn accept(&mut self, window: &Window, messages: &Messages<'_>) -> Result<(), Failure> {
         self.check_bounds(window, &Sent::of(messages)?)?;
-        if self.lateness(window, messages).1 {
+        if self.missed_contact(window, messages).1 {
             if self.late == 0 {
                 protocol::say!(
                     "bedload: warning: something came within range in window {} although one sub-step was planned; if this worries you, --set coupling.substeps=full",
@@ -215,8 +215,8 @@ impl Schedule for CoupledSchedule<'_> {
             }
             self.late += 1;
         }
-        let quiet_for = self.rule.quiet_for(messages.loads, messages.kinematics);
-        self.planner.learn(window.time + window.dt + quiet_for, messages.dt_limit);
+        let contact_free_for = self.rule.contact_free_for(messages.loads, messages.kinematics);
+        self.planner.learn(window.time + window.dt + contact_free_for, messages.dt_limit);
         Ok(())
     }
 
@@ -234,7 +234,9 @@ impl Schedule for CoupledSchedule<'_> {
         if self.late > 0 {
             metric("late_contacts", self.late as f64, "windows");
         }
-        if let Some(Tally { windows, attempts, unconverged }) = self.watch.as_ref().map(Watch::tally) {
+        if let Some(Tally { windows, attempts, unconverged }) =
+            self.watch.as_ref().map(ConvergenceMonitor::tally)
+        {
             metric("attempts_per_window", attempts as f64 / windows.max(1) as f64, "-");
             metric("unconverged_windows", unconverged as f64, "windows");
         }

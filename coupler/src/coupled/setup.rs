@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use bedload_output::OutputFolder;
 use bedload_program::{Interrupts, RunOptions, Setup};
-use protocol::channel::{ConductorLink, Rendezvous, Waiting};
+use protocol::channel::{CouplerLink, Rendezvous, Waiting};
 use protocol::participant::ExchangeError;
 use protocol::scheme::{Scheme, SchemeKey};
 
@@ -18,7 +18,7 @@ use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::solvers::Solver;
-use crate::supervise::{Supervisor, Words};
+use crate::supervise::{StderrMode, Supervisor};
 
 /// Makes the page of a finished run from its output folder.
 pub type Report = fn(&Path) -> Result<PathBuf, Failure>;
@@ -58,7 +58,7 @@ impl<'a> Setup for Coupled<'a> {
             other => Failure::Run(other.to_string()),
         };
         let rendezvous = rendezvous(prepared).map_err(exchange)?;
-        let mut link = ConductorLink::create(&rendezvous).map_err(exchange)?;
+        let mut link = CouplerLink::create(&rendezvous).map_err(exchange)?;
         let mut supervisor = Supervisor::default();
         let (checkpoint, state) = from.unzip();
         start_solvers(options, prepared, folder, &mut supervisor, &link, checkpoint.as_deref())?;
@@ -114,7 +114,7 @@ fn start_solvers(
     prepared: &Prepared,
     folder: &OutputFolder,
     supervisor: &mut Supervisor,
-    link: &ConductorLink,
+    link: &CouplerLink,
     checkpoint: Option<&Path>,
 ) -> Result<(), Failure> {
     let solvers =
@@ -122,7 +122,7 @@ fn start_solvers(
     for solver in solvers.into_iter().flatten() {
         let scene = if solver.is_ours() { folder.scene() } else { folder.scene_in_full() };
         let arguments = serve_arguments(&scene, folder, link.rendezvous(), options.threads, checkpoint);
-        start(supervisor, solver, &arguments, Words::Kept)?;
+        start(supervisor, solver, &arguments, StderrMode::Kept)?;
     }
     Ok(())
 }
@@ -152,7 +152,7 @@ pub(crate) fn start(
     supervisor: &mut Supervisor,
     solver: &Solver,
     arguments: &[OsString],
-    words: Words,
+    words: StderrMode,
 ) -> Result<(), Failure> {
     let command = solver.run_command();
     supervisor.start(solver.role, &command, arguments, words).map_err(|error| {

@@ -22,8 +22,6 @@ mod plane;
 mod stokes;
 mod substeps;
 
-use std::path::PathBuf;
-
 use bedload_program::RunOptions;
 use bedload_scene::Scene;
 
@@ -31,6 +29,7 @@ use crate::failure::Failure;
 use crate::number::Short;
 use crate::number::norm;
 use crate::prepare::Prepared;
+use crate::scratch::Scratch;
 use crate::speeds::{drive, volume};
 use change::Change;
 
@@ -47,7 +46,7 @@ struct Idea {
     change: Change,
     /// Expected relative error.
     error: f64,
-    /// How many times less it costs at most, where the plans do not tell.
+    /// How many times less it costs at most, where the plans do not say.
     saving: Option<f64>,
     /// Of which quantity, and why so much.
     why: String,
@@ -120,11 +119,13 @@ pub(crate) fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> 
 /// Prepares the changed scene and compares the costs; nothing where it is refused or no cheaper.
 fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<Proposal> {
     let scene = idea.change.of(&prepared.scene.source.text_for_any_folder())?;
-    let file = Scratch::new(idea.name, &scene)?;
+    let folder = Scratch::new().ok()?;
+    let file = folder.path().join("scene.toml");
+    std::fs::write(&file, &scene).ok()?;
     let changed = Prepared::new(&RunOptions {
         threads: options.threads,
         no_commands: options.no_commands,
-        ..RunOptions::of_scene(&file.0)
+        ..RunOptions::of_scene(&file)
     });
     let changed = changed.ok().filter(|changed| changed.refuse_broken().is_ok())?;
     let by_plans = (changed.plan.cost > 0.0).then(|| prepared.plan.cost / changed.plan.cost);
@@ -132,25 +133,6 @@ fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<P
     let saving = saving.or(by_plans)?;
     let least = if error > 0.0 { 1.0 / CHEAP } else { 1.0 };
     (saving > least).then_some(Proposal { name, what, error, why, saving, scene })
-}
-
-/// A scene in a file of its own while the solvers are asked about it.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str, text: &str) -> Option<Self> {
-        let file = format!("bedload-{}-{name}.toml", std::process::id());
-        let path = std::env::temp_dir().join(file);
-        std::fs::write(&path, text).ok()?;
-        Some(Self(path))
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // What stays behind is a small file in the system's folder for such files.
-        let _ = std::fs::remove_file(&self.0);
-    }
 }
 
 /// Do two coordinates agree but for rounding, on the scale of `size`?

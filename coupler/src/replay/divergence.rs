@@ -7,7 +7,7 @@ use protocol::log::LoggedWindow;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Role, Window};
 
-use crate::number::Short;
+use crate::number::{Short, norm};
 
 /// Below this part of the largest logged value a difference is one of rounding.
 const ROUNDING: f64 = 1e-12;
@@ -86,7 +86,7 @@ impl Divergence {
             let mut cell = Cell::default();
             for (grain, (theirs, ours)) in logged.iter().zip(sent).enumerate() {
                 let (theirs, ours) = (vector(theirs), vector(ours));
-                let size = norm(theirs);
+                let size = norm(&theirs);
                 if size.is_finite() {
                     *scale = scale.max(size);
                 }
@@ -213,17 +213,13 @@ fn line([name, difference, unit, relative, time, step, grain]: [String; 7]) -> S
     format!("  {name:22} {difference:>10} {unit:6} {relative:>10} {time:>10} {step:>8} {grain:>7}\n")
 }
 
-fn norm(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
 /// Distance of two vectors, by the shortest way around the periods; infinite if it is no number.
 fn apart(logged: [f64; 3], sent: [f64; 3], periods: [f64; 3]) -> f64 {
     let along = |axis: usize| {
         let (d, period) = (sent[axis] - logged[axis], periods[axis]);
         if period.is_finite() { d - period * (d / period).round() } else { d }
     };
-    let apart = norm(std::array::from_fn(along));
+    let apart = norm(&std::array::from_fn(along));
     if apart.is_nan() { f64::INFINITY } else { apart }
 }
 

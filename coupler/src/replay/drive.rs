@@ -30,7 +30,7 @@ use crate::solvers::Solver;
 ///
 /// # Errors
 /// [`Failure`]: a scene that does not fit, a solver that fails, a log that is damaged or breaks off. What was
-/// compared until then is told and written all the same.
+/// compared until then is printed and written all the same.
 pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrupts) -> Result<(), Failure> {
     if let Err(error) = remove_stale_runs() {
         protocol::say!("bedload: warning: cannot remove what dead runs left: {error}");

@@ -29,7 +29,7 @@ pub use request::{Figure, Replay};
 use crate::coupled::start;
 use crate::failure::Failure;
 use crate::solvers::Solver;
-use crate::supervise::{Supervisor, Words};
+use crate::supervise::{StderrMode, Supervisor};
 
 /// Replays a log. Our own solver is started whatever command the log names: a log is data, and may come from
 /// anyone.
@@ -64,7 +64,7 @@ pub fn replay(replay: &Replay) -> Result<(), Failure> {
 fn by_itself(replay: &Replay, interrupts: &Interrupts) -> Result<(), Failure> {
     let solver = Solver::ours(replay.drive);
     let mut supervisor = Supervisor::default();
-    start(&mut supervisor, &solver, &arguments(replay), Words::Own)?;
+    start(&mut supervisor, &solver, &arguments(replay), StderrMode::Own)?;
     while !supervisor.wait_all(Duration::from_millis(20)) {
         if interrupts.count() > 0 {
             // Nothing to save: a replay can be done again.

@@ -15,14 +15,14 @@ use std::time::{Duration, Instant};
 
 use bedload_output::OutputFolder;
 use bedload_scene::CheckedScene;
-use protocol::channel::{ConductorLink, Event, Rendezvous};
+use protocol::channel::{CouplerLink, Event, Rendezvous};
 use protocol::log::Records;
 use protocol::message::{Command, Header, Kinematics, Loads, Order, Record, State, Status};
 use protocol::participant::{ExchangeError, Role};
 
 use crate::config::Coupling;
 use crate::coupled::serve_arguments;
-use crate::supervise::{Exit, Supervisor, Words};
+use crate::supervise::{Exit, StderrMode, Supervisor};
 
 use fake_peer::Instructions;
 pub(crate) use fake_peer::{Fault, FaultFrom};
@@ -83,7 +83,7 @@ impl Setup {
             serve_arguments(&self.file, &self.folder, rendezvous, Some(NonZeroUsize::MIN), checkpoint);
         let mut supervisor = Supervisor::default();
         supervisor
-            .start(self.role, &self.command, &arguments, Words::Quiet)
+            .start(self.role, &self.command, &arguments, StderrMode::Quiet)
             .map_err(|error| format!("cannot start `{}`: {error}", self.command.join(" ")))?;
         Ok(supervisor)
     }
@@ -101,7 +101,7 @@ impl Setup {
 pub(crate) struct SoloRun<'a> {
     setup: &'a Setup,
     /// None once the coupler has left.
-    link: Option<ConductorLink>,
+    link: Option<CouplerLink>,
     supervisor: Supervisor,
     peer: Option<JoinHandle<()>>,
     replacements: Sender<Records>,
@@ -123,7 +123,7 @@ impl<'a> SoloRun<'a> {
     pub(crate) fn open(setup: &'a Setup, records: Records, setting: Setting<'_>) -> Result<Self, String> {
         let begin = Instant::now();
         let rendezvous = setup.rendezvous(setting)?;
-        let link = ConductorLink::create(&rendezvous).map_err(text)?;
+        let link = CouplerLink::create(&rendezvous).map_err(text)?;
         let over = Arc::new(AtomicBool::new(false));
         let supervisor = setup.start(&rendezvous, setting.checkpoint)?;
         let (replacements, replaced) = channel();

@@ -41,6 +41,7 @@ pub fn figure(title: &str, curves: Vec<(String, Vec<Point>)>) -> String {
             log: false,
             range: Some([FLOOR, 2.0 * (0.5 * top).ceil()]),
             format: Some(tick),
+            names: Vec::new(),
         },
         series,
         legend: Some(LEGEND),

@@ -246,7 +246,7 @@ fn difference(table: &Table, row: &Row, text: &dyn Fn(&str) -> String) -> Option
     let values = table.metrics.iter().zip(&row.measured).map(|(name, value)| (name.as_str(), *value));
     let others = match table.kind {
         Kind::Stability => vec![("growth", row.growth)],
-        // Of a curve: errors alone tell.
+        // Of a curve there are errors alone.
         Kind::Chart if table.metrics.is_empty() => vec![("error", row.error)],
         Kind::Chart | Kind::Case => Vec::new(),
     };

@@ -22,7 +22,7 @@
 //! | [`divergence`] | the figure of `bedload replay --compare` |
 //! | `plot` | plots: lines, points, axes, legends |
 //! | `page` | HTML, SVG and text from templates |
-//! | `snapshot`, `grain_pictures` | grains at an instant, and their pictures coloured by speed |
+//! | `pictures` | fields and grains on a plane, drawn to scale |
 
 mod case;
 mod chart;
@@ -31,19 +31,18 @@ pub mod divergence;
 pub mod evidence;
 pub mod film;
 mod folder;
-mod grain_pictures;
 pub mod kind;
 #[cfg(test)]
 mod made;
 mod make;
 mod page;
+mod pictures;
 mod plot;
 pub mod report;
 mod resolution;
 mod runs;
 pub mod section;
 pub mod sections;
-mod snapshot;
 pub mod stability;
 pub mod study;
 pub mod sweep;

@@ -5,12 +5,41 @@ use std::path::{Path, PathBuf};
 
 use bedload_scene::{CheckedScene, SceneSource};
 
-use coupler::accuracy::{Charted, Class, measured};
+use coupler::accuracy::{Charted, Class, Run};
 use coupler::{keys, resolution};
 
 use crate::kind::Kind;
 use crate::study::Study;
-use crate::table::parse_csv;
+use crate::table::{Row, Table, parse_csv};
+
+/// Columns that refine: a run with more of it is finer.
+const REFINE: [&str; 2] = ["resolution", keys::CONTACT_STEPS];
+
+/// Columns that vary the physics and not the method.
+const CASES: [&str; 2] = ["case", "until"];
+
+/// The runs that have an error and a cost, but for one that is the reference itself: its error, 0, says nothing.
+fn measured(table: &Table) -> Vec<Run> {
+    let refining = table.keys.iter().position(|key| REFINE.contains(&key.as_str()));
+    let run = |(number, row): (usize, &Row)| {
+        let others = table.keys.iter().zip(&row.values).enumerate();
+        let others = others
+            .filter(|(column, (key, _))| Some(*column) != refining && !CASES.contains(&key.as_str()))
+            .map(|(_, (_, value))| value.clone());
+        Some(Run {
+            label: row.label.clone(),
+            cost: row.cpu?.median,
+            error: row.error.filter(|error| *error > 0.0 && error.is_finite())?,
+            fineness: refining.and_then(|column| table.number(number, column)).unwrap_or(0.0),
+            others: others.collect(),
+            numbers: Vec::new(),
+            resolution: None,
+            step: None,
+            set: Vec::new(),
+        })
+    };
+    table.rows.iter().enumerate().filter_map(run).collect()
+}
 
 /// The data of a class, anew.
 fn made(class: Class, root: &Path, scene: &str) -> Charted {
@@ -18,9 +47,7 @@ fn made(class: Class, root: &Path, scene: &str) -> Charted {
     let base = CheckedScene::new(source.clone()).unwrap();
     let points = Study::of_scene(&base, &root.join(scene), Kind::Chart).unwrap().points;
     let file = class.chart_file();
-    let table = std::fs::read_to_string(root.join(&file)).expect(&file);
-    let (header, rows) = parse_csv(&table).unwrap();
-    let mut runs = measured(&header, &rows).unwrap();
+    let mut runs = measured(&Table::read(&root.join(&file)).unwrap());
     for run in &mut runs {
         let point = points.iter().find(|point| point.label == run.label).expect(&run.label);
         let scene = CheckedScene::new(source.clone().with_overrides(&point.set).unwrap()).unwrap();
@@ -38,6 +65,19 @@ fn made(class: Class, root: &Path, scene: &str) -> Charted {
     let known = tables.iter().find(|cells| cells[0] == file).expect(&file);
     let stale = known.last().filter(|stale| !stale.is_empty()).cloned();
     Charted { scene: scene.to_owned(), table: file, stale, runs }
+}
+
+#[test]
+fn runs_with_an_error_and_a_cost_count_but_for_the_reference() {
+    let text = "case,method,resolution,cpu_s,error,pareto,label\nslow,good,8,4.0,0.01,0,b\n\
+                slow,broken,8,1.0,,0,g\nslow,good,32,20.0,0,0,the reference\n";
+    let runs = measured(&Table::parse(text).unwrap());
+    assert_eq!(runs.len(), 1);
+    assert_eq!(
+        (runs[0].label.as_str(), runs[0].cost, runs[0].error, runs[0].fineness),
+        ("b", 4.0, 0.01, 8.0)
+    );
+    assert_eq!(runs[0].others, ["good"], "not the case");
 }
 
 /// With `BEDLOAD_MAKE_DATA` set, writes them.

@@ -17,7 +17,7 @@ use coupler::failure::Failure;
 use coupler::number;
 
 /// Templates by name; the style is one, too.
-const TEMPLATES: [(&str, &str); 12] = [
+const TEMPLATES: [(&str, &str); 10] = [
     ("page.html", include_str!("templates/page.html")),
     ("parts.html", include_str!("templates/parts.html")),
     ("style.css", include_str!("templates/style.css")),
@@ -26,9 +26,7 @@ const TEMPLATES: [(&str, &str); 12] = [
     ("chart.svg", include_str!("templates/chart.svg")),
     ("chart.txt", include_str!("templates/chart.txt")),
     ("stability.html", include_str!("templates/stability.html")),
-    ("map.svg", include_str!("templates/map.svg")),
-    ("grains.svg", include_str!("templates/grains.svg")),
-    ("vorticity.svg", include_str!("templates/vorticity.svg")),
+    ("frames.svg", include_str!("templates/frames.svg")),
     ("validation.md", include_str!("templates/validation.md")),
 ];
 

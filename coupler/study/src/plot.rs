@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use kuva::backend::svg::SvgBackend;
 pub(super) use kuva::plot::scatter::MarkerShape as Shape;
-use kuva::plot::{LegendPosition, LinePlot, ScatterPlot};
+use kuva::plot::{BandPlot, LegendPosition, LinePlot, ScatterPlot};
 use kuva::render::annotations::ReferenceLine;
+use kuva::render::figure::Figure;
 use kuva::render::layout::{ComputedLayout, Layout, TickFormat};
 use kuva::render::plots::Plot as Drawn;
 use kuva::render_to_svg;
@@ -58,9 +60,12 @@ pub(super) struct Axis {
     pub(super) range: Option<[f64; 2]>,
     /// How ticks are written.
     pub(super) format: Option<fn(f64) -> String>,
+    /// Names at 0, 1, 2 … in place of numbers.
+    pub(super) names: Vec<String>,
 }
 
 /// Points that share a look and a name.
+#[derive(Clone)]
 pub(super) struct Series {
     pub(super) name: String,
     pub(super) colour: &'static str,
@@ -68,11 +73,14 @@ pub(super) struct Series {
     pub(super) look: Look,
 }
 
+#[derive(Clone)]
 pub(super) enum Look {
     /// Width of the line.
     Line { width: f64, dashed: bool },
     /// Words that appear under the pointer, one for each point or none.
     Points { shape: Shape, size: f64, words: Vec<String> },
+    /// Filled rectangles: the points are their lower left and upper right corners in turn.
+    Rectangles,
 }
 
 /// A straight line across the plot.
@@ -103,7 +111,7 @@ impl Picture {
 impl Plot {
     pub(super) fn draw(&self) -> Picture {
         let drawn: Vec<Drawn> =
-            self.series.iter().map(|series| series.drawn(self.legend.is_some())).collect();
+            self.series.iter().flat_map(|series| series.drawn(self.legend.is_some())).collect();
         let layout = self.layout(&drawn);
         Picture { plane: ComputedLayout::from_layout(&layout), svg: render_to_svg(drawn, layout) }
     }
@@ -138,11 +146,17 @@ impl Plot {
         if let Some([least, largest]) = self.y.range {
             layout = layout.with_y_axis_min(least).with_y_axis_max(largest);
         }
-        if let Some(format) = self.x.format {
-            layout = layout.with_x_tick_format(TickFormat::Custom(Arc::new(format)));
+        if let Some(format) = self.x.ticks() {
+            layout = layout.with_x_tick_format(format);
         }
-        if let Some(format) = self.y.format {
-            layout = layout.with_y_tick_format(TickFormat::Custom(Arc::new(format)));
+        if let Some(format) = self.y.ticks() {
+            layout = layout.with_y_tick_format(format);
+        }
+        if !self.x.names.is_empty() {
+            layout = layout.with_x_tick_step(1.0);
+        }
+        if !self.y.names.is_empty() {
+            layout = layout.with_y_tick_step(1.0);
         }
         for rule in &self.rules {
             layout = layout.with_reference_line(match rule {
@@ -156,10 +170,42 @@ impl Plot {
     }
 }
 
+/// Plots of one size beside and below each other, with one legend, as SVG.
+pub(super) fn panels(title: &str, plots: &[Plot], across: usize) -> String {
+    let drawn: Vec<Vec<Drawn>> =
+        plots.iter().map(|plot| plot.series.iter().flat_map(|series| series.drawn(true)).collect()).collect();
+    let layouts =
+        plots.iter().zip(&drawn).map(|(plot, drawn)| plot.layout(drawn).with_title(plot.title.as_str()));
+    let layouts = layouts.map(|layout| layout.with_title_size(13).with_body_size(11).with_show_grid(false));
+    let size = plots.first().map_or((0.0, 0.0), |plot| plot.size);
+    let figure = Figure::new(plots.len().div_ceil(across), across)
+        .with_title(title)
+        .with_title_size(16)
+        .with_cell_size(size.0, size.1)
+        .with_layouts(layouts.collect())
+        .with_plots(drawn)
+        .with_shared_legend_bottom();
+    SvgBackend.render_scene(&figure.render())
+}
+
+impl Axis {
+    fn ticks(&self) -> Option<TickFormat> {
+        if self.names.is_empty() {
+            return self.format.map(|format| TickFormat::Custom(Arc::new(format)));
+        }
+        let names = self.names.clone();
+        let name = move |place: f64| {
+            let whole = (place - place.round()).abs() < 1e-6 && place > -0.5;
+            names.get(place.round() as usize).filter(|_| whole).cloned().unwrap_or_default()
+        };
+        Some(TickFormat::Custom(Arc::new(name)))
+    }
+}
+
 impl Series {
-    fn drawn(&self, named: bool) -> Drawn {
+    fn drawn(&self, named: bool) -> Vec<Drawn> {
         let points = self.points.iter().copied();
-        match &self.look {
+        let one = match &self.look {
             Look::Line { width, dashed } => {
                 let line =
                     LinePlot::new().with_data(points).with_color(self.colour).with_stroke_width(*width);
@@ -175,6 +221,17 @@ impl Series {
                     plot.with_tooltips().with_tooltip_labels(words.clone())
                 })
             }
-        }
+            Look::Rectangles => {
+                // Of no points: kuva has no legend of areas.
+                let key = ScatterPlot::new().with_color(self.colour).with_size(6.0);
+                let key = Drawn::Scatter(key.with_marker(Shape::Square).with_legend(self.name.as_str()));
+                let band = |[(left, low), (right, high)]: &[Point; 2]| {
+                    let band = BandPlot::new([*left, *right], [*low, *low], [*high, *high]);
+                    Drawn::Band(band.with_color(self.colour).with_opacity(1.0))
+                };
+                return self.points.as_chunks::<2>().0.iter().map(band).chain([key]).collect();
+            }
+        };
+        vec![one]
     }
 }

@@ -49,7 +49,6 @@ pub struct Section {
     #[serde(default)]
     pub about: String,
     /// Where the reference comes from; of a case, the publication that it follows.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
     /// Dotted keys that every run sets, before its own.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
@@ -71,19 +70,16 @@ pub struct Section {
     pub runs: Vec<SingleRun>,
 
     /// Metric of the scene whose error is charted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub metric: Option<String>,
     /// Several of them: the largest of their relative errors is charted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub metrics: Vec<String>,
     /// What the runs are compared with; by default the reference of the metric itself.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
     /// Points of others.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub published: Vec<Published>,
     /// Label of the run that has the paper's own setting: costs are given over its cost.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub baseline: Option<String>,
 
     /// Column of `series.csv` that is classified, such as `velocity_z[0]`.
@@ -91,7 +87,6 @@ pub struct Section {
     pub signal: String,
     /// Size of the signal that counts as whole; by default its largest smooth value in the second
     /// half of the run.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
     /// Name of the bound of `bedload check` that is drawn, or `any`: the one with the least margin.
     #[serde(default = "any")]
@@ -110,7 +105,6 @@ pub struct Section {
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// Scene of the runs that name none, seen from this file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<PathBuf>,
     /// Is it one of the `--quick` cases?
     #[serde(default)]
@@ -119,7 +113,6 @@ pub struct Section {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub checks: Vec<Check>,
     /// The figure of the case.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figure: Option<Figure>,
     /// More figures, each with a name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -163,7 +156,6 @@ pub struct LimitOf {
     pub richardson: String,
     /// Are finer runs those of `larger` or of `smaller` numbers? By default larger for D/Δx, cells
     /// and steps, smaller for the rest.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finer: Option<Finer>,
     /// Values of other varied keys that pick the refinement, as they stand in `chart.csv`; by default the
     /// first refinement.
@@ -220,10 +212,8 @@ pub struct Limit {
     /// Column of `series.csv`.
     pub column: String,
     /// Least possible value.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least: Option<f64>,
     /// Largest possible value.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub most: Option<f64>,
     /// From this time on, s.
     #[serde(default)]

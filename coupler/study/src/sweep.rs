@@ -207,7 +207,7 @@ impl<'a> Builder<'a> {
     fn single(&mut self, run: &SingleRun, index: usize) -> Result<Point, SceneError> {
         let place = format!("{}.runs[{index}]", self.section);
         let label = &run.label;
-        if *label != plain(label) || label.is_empty() || label.starts_with(['.', '-']) {
+        if !is_folder_name(label) {
             return Err(self.source.error(
                 &format!("{place}.label"),
                 format!("is {label:?}, which becomes a folder; allowed: letters, digits, '-', '_' and '.'"),
@@ -278,11 +278,11 @@ impl<'a> Builder<'a> {
         let source = &self.scene.source;
         let named = SceneSource { file: source.file.clone(), text: source.text.clone() };
         named.with_overrides(set).and_then(CheckedScene::new).map_err(|error| {
-            let guilty = settings.iter().find(|setting| {
+            let cause = settings.iter().find(|setting| {
                 let akin = error.key.starts_with(&setting.key) || setting.key.starts_with(&error.key);
                 (akin && !error.key.is_empty()) || error.message.contains(&format!("`{}=", setting.key))
             });
-            let place = guilty.map_or(place, |setting| setting.place.as_str());
+            let place = cause.map_or(place, |setting| setting.place.as_str());
             let key = if error.key.is_empty() { String::new() } else { format!("{} ", error.key) };
             self.source.error(
                 place,
@@ -347,6 +347,11 @@ fn look_up<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
 fn short(vary: &Vary) -> String {
     let tail = vary.key.as_deref().map(|key| key.rsplit('.').next().unwrap_or(key));
     tail.map_or_else(String::new, |tail| format!("{}-", plain(tail)))
+}
+
+/// May a folder or file have this name?
+pub(super) fn is_folder_name(name: &str) -> bool {
+    name == plain(name) && !name.is_empty() && !name.starts_with(['.', '-'])
 }
 
 /// Text as a part of a folder's name.

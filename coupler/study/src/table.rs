@@ -101,7 +101,7 @@ pub struct Row {
     pub beside: usize,
     /// Its class in a map.
     pub class: Option<Class>,
-    /// Growth of the alternation, 1/window; none where it cannot be told.
+    /// Growth of the alternation, 1/window; none where it is not known.
     pub growth: Option<f64>,
     /// Margin of the bound in its plan: below 1 it is broken; none where it does not apply.
     pub margin: Option<f64>,
@@ -254,8 +254,8 @@ impl Row {
     /// Its values of all keys but those of the columns `x` and `y`: the panel of the map that it is in.
     pub(crate) fn panel(&self, x: usize, y: usize) -> String {
         let others = self.values.iter().enumerate().filter(|(column, _)| *column != x && *column != y);
-        let told = others.map(|(_, value)| value.as_str()).filter(|value| !value.is_empty());
-        told.collect::<Vec<_>>().join(" · ")
+        let parts = others.map(|(_, value)| value.as_str()).filter(|value| !value.is_empty());
+        parts.collect::<Vec<_>>().join(" · ")
     }
 
     /// What stands in a column, or in those of the values.

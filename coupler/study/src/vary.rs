@@ -20,10 +20,8 @@ pub(super) const THREADS: &str = "threads";
 pub struct Vary {
     /// Dotted key of the scene, `resolution` (D/Δx of the smallest grain) or `threads`. May be left
     /// out where every value is a bundle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub key: Option<String>,
     /// Name on axes and pages; by default the key.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Values, of any type that the key takes. `{ name = "…", set = { KEY = VALUE, … } }` is a bundle:
     /// several keys at once.
@@ -41,13 +39,11 @@ pub struct SingleRun {
     #[serde(default)]
     pub set: Set,
     /// Of a case: its scene, seen from the file, where it is not the one of all runs.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<PathBuf>,
     /// Of a case: is it made with `--quick`, too?
     #[serde(default)]
     pub quick: bool,
     /// Of a case: its abscissa in a figure whose x is no metric.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<f64>,
 }
 

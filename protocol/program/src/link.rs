@@ -84,7 +84,7 @@ pub trait Link {
     /// What was exchanged in the window that was waited for last.
     fn messages(&self) -> Messages<'_>;
 
-    /// The window that was waited for last is accepted: solvers that can repeat it are told so.
+    /// The window that was waited for last is accepted: solvers that can repeat it are notified.
     ///
     /// # Errors
     /// As [`Link::await_window`].
@@ -134,13 +134,13 @@ pub trait Link {
 pub enum Attempt {
     /// The window is done again.
     Repeat(Ordered),
-    /// The window stands, and the solvers, which can repeat windows, are told so.
+    /// The window is final, and the solvers, which can repeat windows, are notified.
     Accept,
-    /// The window stands.
-    Stands,
+    /// The window is final.
+    Final,
 }
 
-/// Which windows a run has, and whether one that is done stands.
+/// Which windows a run has, and whether one that is done is final.
 pub trait Schedule {
     /// Everything of it that decides what comes next; part of a checkpoint.
     type State: Serialize + DeserializeOwned;
@@ -168,10 +168,10 @@ pub trait Schedule {
     /// # Errors
     /// [`Failure`] if what was sent breaks the contract.
     fn examine(&mut self, _window: &Window, _messages: &Messages<'_>) -> Result<Attempt, Failure> {
-        Ok(Attempt::Stands)
+        Ok(Attempt::Final)
     }
 
-    /// Examines a window that stands, and learns from it for the next ones.
+    /// Examines a window that is final, and learns from it for the next ones.
     ///
     /// # Errors
     /// [`Failure`] if it breaks a bound of the run.

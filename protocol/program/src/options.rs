@@ -62,7 +62,7 @@ impl RunOptions {
         CheckedScene::new(SceneSource::read(&self.scene, &self.all_overrides())?)
     }
 
-    /// `--set` as given, then `--until` as `until=T`: what a solver process must be told to read
+    /// `--set` as given, then `--until` as `until=T`: what a solver process needs to read
     /// the same scene.
     #[must_use]
     pub fn all_overrides(&self) -> Vec<String> {

@@ -7,8 +7,8 @@ use std::process::exit;
 pub fn end_at_closed_pipe() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        let told = panic.payload().downcast_ref::<String>().map_or("", String::as_str);
-        if told.starts_with("failed printing to stdout") && told.contains("Broken pipe") {
+        let text = panic.payload().downcast_ref::<String>().map_or("", String::as_str);
+        if text.starts_with("failed printing to stdout") && text.contains("Broken pipe") {
             exit(0);
         }
         usual(panic);

@@ -43,7 +43,7 @@ impl Progress {
     }
 
     /// The run is at `time`, s; `text` says more, and is asked for only where it is shown.
-    pub(crate) fn tell(&mut self, time: f64, text: impl FnOnce() -> String) {
+    pub(crate) fn print(&mut self, time: f64, text: impl FnOnce() -> String) {
         if self.shown_at.elapsed() < if self.bar.is_some() { BAR_EVERY } else { PLAIN_EVERY } {
             return;
         }

@@ -34,7 +34,7 @@ pub struct LogOptions<'a> {
     pub drive: Role,
     /// Does it do every attempt at a window? Else only the last one, as the first.
     pub attempts: bool,
-    /// Is it told that a window is accepted?
+    /// Is it notified that a window is accepted?
     pub accepts: bool,
     /// Does it write fields where the log says so?
     pub fields: bool,
@@ -148,11 +148,11 @@ impl<C: Compare> Schedule for LogSchedule<'_, C> {
     }
 
     fn examine(&mut self, window: &Window, messages: &Messages<'_>) -> Result<Attempt, Failure> {
-        let Some(logged) = self.current.take() else { return Ok(Attempt::Stands) };
+        let Some(logged) = self.current.take() else { return Ok(Attempt::Final) };
         let is_last = !self.is_repeated();
         if !self.compare.take(&logged, messages, is_last) {
             self.is_over = true;
-            return Ok(Attempt::Stands);
+            return Ok(Attempt::Final);
         }
         self.done += 1;
         self.repeats += u64::from(window.attempt > 0);
@@ -163,7 +163,7 @@ impl<C: Compare> Schedule for LogSchedule<'_, C> {
         {
             return Ok(Attempt::Repeat(next));
         }
-        Ok(if self.options.accepts { Attempt::Accept } else { Attempt::Stands })
+        Ok(if self.options.accepts { Attempt::Accept } else { Attempt::Final })
     }
 
     fn accept(&mut self, _: &Window, _: &Messages<'_>) -> Result<(), Failure> {

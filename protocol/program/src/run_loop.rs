@@ -2,7 +2,7 @@
 //!
 //! A window: order it, wait for what was exchanged, log, examine, observe. Between windows: checkpoints,
 //! signals, the end. [`Link`] says where the solvers are, [`Schedule`] which windows there are and whether
-//! they stand.
+//! they are final.
 
 use std::time::Instant;
 
@@ -154,7 +154,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
                     log.record_command(&accept)?;
                 }
             }
-            Attempt::Stands => {}
+            Attempt::Final => {}
         }
         let messages = self.link.messages();
         self.schedule.accept(&window, &messages)?;
@@ -167,7 +167,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
             extras: messages.extras,
         })?;
         let (schedule, observer) = (&self.schedule, &output.observer);
-        output.progress.tell(window.time + window.dt, || schedule.progress(&window, &messages, observer));
+        output.progress.print(window.time + window.dt, || schedule.progress(&window, &messages, observer));
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! The exchange of a coupled run over shared memory (iceoryx2 0.10).
 //!
-//! The coupler makes a [`Rendezvous`], founds the run with a [`ConductorLink`] and starts the
+//! The coupler makes a [`Rendezvous`], founds the run with a [`CouplerLink`] and starts the
 //! solvers; each joins with [`Wire::join`] and obeys in [`crate::serve::serve`]. Loads and
 //! kinematics go from solver to solver; the coupler listens to the same topics.
 //!
@@ -54,7 +54,7 @@
 //! windows in hand, looks once a window instead of being woken. With [`Rendezvous::ahead`] > 1 the coupler
 //! orders further windows while the solvers work, and no window waits for it.
 
-mod conductor;
+mod coupler_link;
 mod folder;
 mod names;
 mod observer;
@@ -66,7 +66,7 @@ mod topics;
 mod wake;
 mod watch;
 
-pub use conductor::ConductorLink;
+pub use coupler_link::CouplerLink;
 pub use folder::remove_stale_runs;
 pub use observer::{Event, Lent};
 pub use rendezvous::{CONNECT_VARIABLE, Rendezvous, Waiting};

@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::time::Duration;
 
-use protocol::channel::{ConductorLink, Event, Rendezvous, remove_stale_runs};
+use protocol::channel::{CouplerLink, Event, Rendezvous, remove_stale_runs};
 use protocol::message::Order;
 
 use super::stage::{PATIENCE, Participant, Stage, assert_goes, assert_gone, command, segments};
@@ -12,7 +12,7 @@ use super::stage::{PATIENCE, Participant, Stage, assert_goes, assert_gone, comma
 /// A coupler as a process of its own: starts both toys and conducts windows for ever.
 pub(crate) fn conduct_until_killed() {
     let rendezvous = Rendezvous::from_environment().unwrap().expect("a token");
-    let mut link = ConductorLink::create(&rendezvous).unwrap();
+    let mut link = CouplerLink::create(&rendezvous).unwrap();
     let _toys =
         [Participant::start(&rendezvous, "fluid", None), Participant::start(&rendezvous, "dem", None)];
     link.wait_ready(&mut || Ok(())).unwrap();

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use protocol::channel::{ConductorLink, Rendezvous, Wire};
+use protocol::channel::{CouplerLink, Rendezvous, Wire};
 use protocol::message::{Kinematics, Loads, State, Status};
 use protocol::participant::{ExchangeError, Role};
 
@@ -27,7 +27,7 @@ fn mismatch(error: &ExchangeError) -> Option<(&str, &str, &str)> {
 #[test]
 fn other_layout_on_the_services_is_refused() {
     let there = dem_alone();
-    let link = ConductorLink::create(&there).unwrap();
+    let link = CouplerLink::create(&there).unwrap();
     let mut here = there.clone();
     here.layout = "00000000deadbeef".into();
     let error = Dem::join(&here, Role::Dem, 4).unwrap_err();
@@ -47,7 +47,7 @@ fn other_layout_on_the_services_is_refused() {
 #[test]
 fn other_number_of_grains_is_refused_by_the_solver() {
     let there = dem_alone();
-    let link = ConductorLink::create(&there).unwrap();
+    let link = CouplerLink::create(&there).unwrap();
     let error = Dem::join(&there, Role::Dem, 5).unwrap_err();
     assert_eq!(mismatch(&error), Some(("number of grains", "4", "5")), "{error}");
     let mut here = there.clone();
@@ -64,7 +64,7 @@ fn foreign_solver_of_another_build_or_scene_is_refused_by_the_coupler() {
         [("bedload 1 00000000deadbeef".to_owned(), 4, "00000000deadbeef"), (Rendezvous::greeting(), 7, "7")]
     {
         let rendezvous = dem_alone();
-        let mut link = ConductorLink::create(&rendezvous).unwrap();
+        let mut link = CouplerLink::create(&rendezvous).unwrap();
         let mut dem = Dem::join(&rendezvous, Role::Dem, 4).unwrap();
         let mut ready = Status { state: State::Ready as u64, grains, ..Status::default() };
         ready.set_text(&text);
@@ -80,7 +80,7 @@ fn foreign_solver_of_another_build_or_scene_is_refused_by_the_coupler() {
 #[test]
 fn role_is_played_once_and_only_if_it_takes_part() {
     let rendezvous = dem_alone();
-    let link = ConductorLink::create(&rendezvous).unwrap();
+    let link = CouplerLink::create(&rendezvous).unwrap();
     let dem = Dem::join(&rendezvous, Role::Dem, 4).unwrap();
     let second = Dem::join(&rendezvous, Role::Dem, 4).unwrap_err().to_string();
     assert!(second.contains("another process joined in this role"), "{second}");
@@ -97,7 +97,7 @@ fn role_is_played_once_and_only_if_it_takes_part() {
 fn solver_that_never_joins_is_named() {
     let mut rendezvous = Rendezvous::new(4).unwrap();
     rendezvous.join_s = 0.1;
-    let mut link = ConductorLink::create(&rendezvous).unwrap();
+    let mut link = CouplerLink::create(&rendezvous).unwrap();
     // The DEM joins and waits for a fluid that nobody started.
     let error = Dem::join(&rendezvous, Role::Dem, 4).unwrap_err();
     assert!(matches!(&error, ExchangeError::Deadline { peer, .. } if peer == "fluid"), "{error}");
@@ -107,7 +107,7 @@ fn solver_that_never_joins_is_named() {
 
 #[test]
 fn supervisor_ends_the_wait_for_a_child_that_broke_down() {
-    let mut link = ConductorLink::create(&Rendezvous::new(4).unwrap()).unwrap();
+    let mut link = CouplerLink::create(&Rendezvous::new(4).unwrap()).unwrap();
     let start = Instant::now();
     let error = link
         .wait_ready(&mut || Err(ExchangeError::PeerDied { peer: "fluid (exit code 2)".into(), step: 0 }))

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command as Process, Stdio};
 use std::time::{Duration, Instant};
 
-use protocol::channel::{CONNECT_VARIABLE, ConductorLink, Event, Rendezvous};
+use protocol::channel::{CONNECT_VARIABLE, CouplerLink, Event, Rendezvous};
 use protocol::message::{Command, Order, State, Status};
 use protocol::participant::{ExchangeError, Role};
 
@@ -72,13 +72,13 @@ pub(crate) fn out_dir(rendezvous: &Rendezvous) -> PathBuf {
 pub(crate) struct Stage {
     pub(crate) fluid: Participant,
     pub(crate) dem: Participant,
-    pub(crate) link: ConductorLink,
+    pub(crate) link: CouplerLink,
     pub(crate) rendezvous: Rendezvous,
 }
 
 impl Stage {
     pub(crate) fn open(rendezvous: Rendezvous, fluid: Option<Fault>, dem: Option<Fault>) -> Self {
-        let mut link = ConductorLink::create(&rendezvous).unwrap();
+        let mut link = CouplerLink::create(&rendezvous).unwrap();
         let fluid = Participant::start(&rendezvous, "fluid", fluid);
         let dem = Participant::start(&rendezvous, "dem", dem);
         let ready = link.wait_ready(&mut || Ok(())).unwrap();

@@ -1,5 +1,5 @@
 //! Kill -9 of each of the three processes at ten instants: the others end within a second with exit
-//! code 3 and the culprit's name, nothing is left in shared memory, the log is readable.
+//! code 3 and the name of the solver that failed, nothing is left in shared memory, the log is readable.
 
 use std::path::Path;
 

@@ -87,7 +87,7 @@ fn a_small_sweep_finds_what_fails_and_what_check_says_of_it() {
     assert_eq!((counts.rightly_refused, counts.rightly_accepted), (1, 3));
     let map = std::fs::read_to_string(out.join("stability.svg")).expect("a map");
     assert_eq!(map.matches("<title>").count(), 4);
-    assert!(map.contains("fill=\"none\" stroke=\"#222\""), "the bound is drawn");
+    assert!(map.contains("refused by check: density-ratio"), "what is refused is drawn");
     let page = std::fs::read_to_string(out.join("stability.html")).expect("a page");
     assert!(page.contains("A sphere &amp; a fluid") && page.contains("All 4 runs"));
 

@@ -6,6 +6,7 @@ use bedload_scene::{SceneError, SceneSource};
 
 use super::formula;
 use crate::section::{Check, Expected, Rule, Section, matches};
+use crate::sweep::is_folder_name;
 
 /// Checks the section.
 ///
@@ -44,15 +45,10 @@ pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), Scene
 
 /// Names that become folders and files.
 fn names(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
-    let plain = |name: &str| {
-        !name.is_empty()
-            && !name.starts_with(['.', '-'])
-            && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
-    };
     let mut labels = BTreeSet::new();
     let runs = section.runs.iter().map(|run| ("case.runs", &run.label));
     for (key, name) in std::iter::once(("case.name", &section.name)).chain(runs) {
-        if !plain(name) || (key == "case.runs" && !labels.insert(name)) {
+        if !is_folder_name(name) || (key == "case.runs" && !labels.insert(name)) {
             return Err(source.error(
                 key,
                 format!("has the name {name:?}, which becomes a folder"),
@@ -63,7 +59,7 @@ fn names(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     let mut files = BTreeSet::new();
     let named = section.drawn().map(|figure| &figure.name).chain(section.pictures.iter().map(|p| &p.name));
     for name in named {
-        if !name.is_empty() && !plain(name) || !files.insert(name) {
+        if !name.is_empty() && !is_folder_name(name) || !files.insert(name) {
             return Err(source.error(
                 "case.figures",
                 format!("has the name {name:?}, which becomes a file"),

@@ -62,8 +62,12 @@ pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, F
 }
 
 fn plot_of(figure: &Figure, series: Vec<plot::Series>) -> Plot {
-    let axis =
-        |axis: &FigureAxis, log| Axis { label: axis.label.clone(), log, range: axis.range, format: None };
+    let axis = |axis: &FigureAxis, log| Axis {
+        label: axis.label.clone(),
+        log,
+        range: axis.range,
+        ..Axis::default()
+    };
     let rule = |mark: &Mark| Rule::Upright { at: mark.at, name: mark.name.clone() };
     Plot {
         size: SIZE,

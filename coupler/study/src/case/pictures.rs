@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::folder::{content, files};
-use crate::grain_pictures;
 use crate::make::Made;
+use crate::pictures::sheet_of_grains;
 use crate::section::Pictures;
-use crate::snapshot::Snapshot;
 use coupler::failure::Failure;
 
 /// The pictures, or nothing if the run was not made or left no grains.
@@ -20,9 +19,8 @@ pub(super) fn draw(made: &Made<'_>, wanted: &Pictures) -> Result<Option<String>,
         None => all,
         Some(places) => places.iter().map(|place| chosen(&all, *place, &fields)).collect::<Result<_, _>>()?,
     };
-    let read = |path: &PathBuf| Snapshot::read(path).map_err(content(path));
-    let snapshots: Vec<Snapshot> = chosen.iter().map(read).collect::<Result<_, _>>()?;
-    grain_pictures::draw(&snapshots)
+    let mut sheet = sheet_of_grains(&chosen)?;
+    sheet.faults.pop().map_or(Ok(sheet.pictures), |fault| Err(Failure::Input(fault)))
 }
 
 fn chosen(all: &[PathBuf], place: usize, fields: &Path) -> Result<PathBuf, Failure> {

@@ -10,7 +10,7 @@ use crate::vary::Vary;
 /// # Errors
 /// [`SceneError`] at the key that is missing or out of range.
 pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
-    numbers(section, &scene.source)?;
+    published(section, &scene.source)?;
     metrics(section, scene)?;
     reference(section, &scene.source)
 }
@@ -30,14 +30,8 @@ pub(crate) fn baseline(section: &Section, labels: &[&str], source: &SceneSource)
     }
 }
 
-/// Counts and published points.
-fn numbers(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
-    for (key, count) in [("chart.repeat", section.repeat), ("chart.threads", section.threads)] {
-        if !(1..=1000).contains(&count) {
-            let message = format!("is {count}; allowed: 1 to 1000");
-            return Err(source.error(key, message, "give a whole number"));
-        }
-    }
+/// Published points.
+fn published(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     for (index, point) in section.published.iter().enumerate() {
         let place = format!("chart.published[{index}]");
         for (key, value) in [("cost", point.cost), ("error", point.error)] {

@@ -16,7 +16,7 @@ const TOLERANCES: [f64; 3] = [0.05, 0.02, 0.01];
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Names {
     names: Vec<String>,
-    /// Is it varied? What only single runs change is told by their labels.
+    /// Is it varied? What only single runs change is known by their labels.
     varied: Vec<bool>,
     /// Labels of the single runs: they are called by them.
     singles: Vec<String>,
@@ -57,10 +57,10 @@ impl Names {
         self.some(row.values.iter().enumerate())
     }
 
-    /// Those of these columns and values that tell runs apart.
+    /// Those of these columns and values that distinguish runs.
     fn some<'a>(&self, values: impl Iterator<Item = (usize, &'a String)>) -> String {
-        let told = values.filter(|(column, value)| !value.is_empty() && self.varied[*column]);
-        told.map(|(column, value)| self.value(column, value)).collect::<Vec<_>>().join(", ")
+        let parts = values.filter(|(column, value)| !value.is_empty() && self.varied[*column]);
+        parts.map(|(column, value)| self.value(column, value)).collect::<Vec<_>>().join(", ")
     }
 
     /// A run, key by key.
@@ -144,8 +144,8 @@ fn column_of(chart: &Section, names: &Names) -> Option<usize> {
 fn with(names: &Names, values: &[String], column: Option<usize>) -> String {
     let Some(column) = column else { return String::new() };
     let place = |number: usize| if number < column { number } else { number + 1 };
-    let told = names.some(values.iter().enumerate().map(|(number, value)| (place(number), value)));
-    if told.is_empty() { told } else { format!(" with {told}") }
+    let parts = names.some(values.iter().enumerate().map(|(number, value)| (place(number), value)));
+    if parts.is_empty() { parts } else { format!(" with {parts}") }
 }
 
 /// What one refinement shows of its order.

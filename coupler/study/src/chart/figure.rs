@@ -153,6 +153,7 @@ fn plot(title: &str, series: Vec<Series>) -> Plot {
         log: true,
         range: Some([ends.0 / 1.6, ends.1 * 1.6]),
         format: Some(format),
+        names: Vec::new(),
     };
     let shown = |tolerance: &f64| (y.0 / 1.6..y.1 * 1.6).contains(tolerance);
     Plot {

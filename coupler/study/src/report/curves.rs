@@ -1,4 +1,4 @@
-//! Curves over time as figures of a page, with a close-up set in.
+//! Curves over time as figures of a page, each with its close-up.
 
 use crate::page::{Figure, Key};
 use crate::plot::{Axis, Look, Plot, Point, Series, colour};
@@ -10,19 +10,8 @@ const MOST_POINTS: usize = 1600;
 /// Width and height of a chart in its own units; text is 14 of them.
 const SIZE: Point = (560.0, 370.0);
 
-/// Width and height of a close-up within a chart, at most.
-const INSET: Point = (280.0, 165.0);
-
 /// A logarithmic axis ends at this part of the largest value.
 const DECADES: f64 = 1e-6;
-
-/// One line.
-#[derive(Clone)]
-pub(super) struct Line {
-    pub(super) name: String,
-    pub(super) colour: &'static str,
-    pub(super) points: Vec<Point>,
-}
 
 /// A chart.
 pub(super) struct Chart {
@@ -30,50 +19,41 @@ pub(super) struct Chart {
     pub(super) caption: String,
     pub(super) x_label: String,
     pub(super) y_label: String,
-    pub(super) lines: Vec<Line>,
+    pub(super) lines: Vec<Series>,
     pub(super) log_y: bool,
     /// Close-up of this interval of x.
     pub(super) closeup: Option<Point>,
 }
 
-impl Line {
-    /// A line through the finite points of two columns.
-    pub(super) fn new(name: &str, number: usize, x: &[f64], y: &[f64]) -> Self {
-        let points = x.iter().copied().zip(y.iter().copied());
-        let points = points.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
-        Self { name: name.to_owned(), colour: colour(number), points }
-    }
-
-    fn within(&self, (from, to): Point) -> Self {
-        let points = self.points.iter().copied().filter(|(x, _)| (from..=to).contains(x)).collect();
-        Self { points, ..self.clone() }
-    }
+/// A line through the finite points of two columns.
+pub(super) fn line(name: &str, number: usize, x: &[f64], y: &[f64]) -> Series {
+    let points = x.iter().copied().zip(y.iter().copied());
+    let points = points.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
+    let look = Look::Line { width: 1.6, dashed: false };
+    Series { name: name.to_owned(), colour: colour(number), points, look }
 }
 
 impl Chart {
-    /// The chart as a figure, or none if there is no line to draw. A close-up is set in where the lines
-    /// leave room for it, else it follows as a figure of its own.
+    /// The chart as a figure, and its close-up as another; none if there is no line to draw.
     pub(super) fn figures(&self) -> Vec<Figure> {
-        let Some(drawing) = self.draw(SIZE, 6, true) else { return Vec::new() };
-        let closeup = self.closeup.and_then(|span| self.closeup(span));
-        let room = closeup.as_ref().and_then(|_| drawing.room());
-        let inset = closeup.as_ref().zip(room).and_then(|(closeup, room)| closeup.inset(room));
-        let below = if inset.is_some() { None } else { closeup };
+        let Some(body) = self.draw() else { return Vec::new() };
         let figure = Figure {
             view: format!("0 0 {} {}", SIZE.0, SIZE.1),
             label: self.caption.clone(),
             caption: self.caption.clone(),
-            body: drawing.body + &inset.unwrap_or_default(),
+            body,
             keys: self.keys(),
         };
-        std::iter::once(figure).chain(below.iter().flat_map(Self::figures)).collect()
+        let closeup = self.closeup.and_then(|span| self.closeup(span));
+        std::iter::once(figure).chain(closeup.iter().flat_map(Self::figures)).collect()
     }
 
     /// The part of the chart within `span`, if there is enough of it.
     fn closeup(&self, span: Point) -> Option<Self> {
-        let lines: Vec<Line> = self.lines.iter().map(|line| line.within(span)).collect();
+        let mut lines = self.lines.clone();
+        lines.iter_mut().for_each(|line| line.points.retain(|(x, _)| (span.0..=span.1).contains(x)));
         lines.iter().any(|line| line.points.len() > 2).then(|| Self {
-            caption: format!("{}, close-up", self.caption),
+            caption: format!("{} around the first bounce", self.caption),
             x_label: self.x_label.clone(),
             y_label: self.y_label.clone(),
             lines,
@@ -82,51 +62,32 @@ impl Chart {
         })
     }
 
-    /// The chart without labels, as a picture within a picture.
-    fn inset(&self, (x, y, width, height): (f64, f64, f64, f64)) -> Option<String> {
-        let body = self.draw((width, height), 4, false)?.body;
-        Some(format!(
-            "<svg class=\"inset\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\">{body}\
-             <rect width=\"100%\" height=\"100%\" fill=\"none\" stroke=\"#999\"/></svg>"
-        ))
-    }
-
     /// Names of the lines beside their colours, if there are several.
     fn keys(&self) -> Vec<Key> {
-        let drawn: Vec<&Line> = self.lines.iter().filter(|line| !line.points.is_empty()).collect();
-        let key = |line: &&Line| Key { name: line.name.clone(), colour: line.colour };
+        let drawn: Vec<&Series> = self.lines.iter().filter(|line| !line.points.is_empty()).collect();
+        let key = |line: &&Series| Key { name: line.name.clone(), colour: line.colour };
         if drawn.len() < 2 { Vec::new() } else { drawn.iter().map(key).collect() }
     }
 
-    fn draw(&self, size: Point, ticks: usize, labelled: bool) -> Option<Drawing> {
-        let label = |text: &String| if labelled { text.clone() } else { String::new() };
+    /// What kuva draws, without its outer tag.
+    fn draw(&self) -> Option<String> {
         let floor = if self.log_y { self.floor()? } else { f64::NEG_INFINITY };
-        let lines = self.lines.iter().filter(|line| !line.points.is_empty());
-        let series = |line: &Line| Series {
-            name: line.name.clone(),
-            colour: line.colour,
-            points: visible(line, floor),
-            look: Look::Line { width: 1.6, dashed: false },
-        };
-        let series: Vec<Series> = lines.map(series).collect();
+        let mut series: Vec<Series> =
+            self.lines.iter().filter(|line| !line.points.is_empty()).cloned().collect();
+        series.iter_mut().for_each(|line| line.points = visible(&line.points, floor));
         if series.is_empty() {
             return None;
         }
         let format = self.log_y.then_some(decade as fn(f64) -> String);
         let plot = Plot {
-            size,
-            x: Axis { label: label(&self.x_label), ..Axis::default() },
-            y: Axis { label: label(&self.y_label), log: self.log_y, format, ..Axis::default() },
+            size: SIZE,
+            x: Axis { label: self.x_label.clone(), ..Axis::default() },
+            y: Axis { label: self.y_label.clone(), log: self.log_y, format, ..Axis::default() },
             series,
-            ticks,
+            ticks: 6,
             ..Plot::default()
         };
-        let picture = plot.draw();
-        let lines = plot.series.iter();
-        let lines =
-            lines.map(|line| line.points.iter().map(|point| picture.place(*point)).collect()).collect();
-        Some(Drawing { lines, body: picture.inner().to_owned() })
+        Some(plot.draw().inner().to_owned())
     }
 
     /// Lower end of a logarithmic axis: the least positive value, but not below the largest by more
@@ -138,45 +99,9 @@ impl Chart {
     }
 }
 
-/// What kuva drew, without its outer tag, and where its lines run.
-struct Drawing {
-    body: String,
-    lines: Vec<Vec<Point>>,
-}
-
-impl Drawing {
-    /// A free place for a close-up (left, top, width, height): the largest that no line crosses, and
-    /// of these the first from the top left.
-    fn room(&self) -> Option<(f64, f64, f64, f64)> {
-        for scale in [1.0, 0.9, 0.8, 0.7] {
-            let (width, height) = (scale * INSET.0, scale * INSET.1);
-            for y in (0..).map(|step| 8.0 + 10.0 * f64::from(step)).take_while(|y| y + height < 0.8 * SIZE.1)
-            {
-                for x in
-                    (0..).map(|step| 84.0 + 10.0 * f64::from(step)).take_while(|x| x + width < SIZE.0 - 8.0)
-                {
-                    if self.lines.iter().all(|line| misses(line, (x, y), (x + width, y + height))) {
-                        return Some((x, y, width, height));
-                    }
-                }
-            }
-        }
-        None
-    }
-}
-
-/// Does a line of many points keep out of a box? Checked by the boxes around its pieces, so that a
-/// steep piece may count as inside although it passes a corner.
-fn misses(line: &[Point], low: Point, high: Point) -> bool {
-    line.windows(2).all(|piece| {
-        let [(x0, y0), (x1, y1)] = [piece[0], piece[1]];
-        x0.max(x1) < low.0 || x0.min(x1) > high.0 || y0.max(y1) < low.1 || y0.min(y1) > high.1
-    })
-}
-
 /// What is drawn of a line: nothing below `floor`, and not more points than can be seen.
-fn visible(line: &Line, floor: f64) -> Vec<Point> {
-    let points: Vec<Point> = line.points.iter().map(|(x, y)| (*x, y.max(floor))).collect();
+fn visible(points: &[Point], floor: f64) -> Vec<Point> {
+    let points: Vec<Point> = points.iter().map(|(x, y)| (*x, y.max(floor))).collect();
     thin(&points)
 }
 
@@ -227,20 +152,10 @@ mod tests {
             caption: "x".into(),
             x_label: "x".into(),
             y_label: "y".into(),
-            lines: vec![Line::new("a", 0, &[0.0, 1.0], &[f64::NAN, 0.0])],
+            lines: vec![line("a", 0, &[0.0, 1.0], &[f64::NAN, 0.0])],
             log_y: true,
             closeup: None,
         };
         assert!(chart.figures().is_empty());
-    }
-
-    #[test]
-    fn a_close_up_keeps_clear_of_the_lines() {
-        let way: Vec<Point> = (0..=100).map(|i| (100.0 + 4.0 * f64::from(i), 300.0)).collect();
-        let drawing = Drawing { body: String::new(), lines: vec![way.clone()] };
-        let (x, y, width, height) = drawing.room().expect("room above");
-        assert_eq!((x, y, width, height), (84.0, 8.0, INSET.0, INSET.1));
-        let crossing = vec![(100.0, 20.0), (500.0, 300.0), (100.0, 300.0), (500.0, 20.0)];
-        assert!(Drawing { body: String::new(), lines: vec![crossing] }.room().is_none());
     }
 }

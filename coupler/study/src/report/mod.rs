@@ -6,15 +6,14 @@
 //! | `page`, `split` | the page of a run, and the split of its cost |
 //! | `run_files` | what is read of a run, and the scales of its pictures |
 //! | `plots`, `curves` | what is drawn against time, and how |
-//! | `contour`, `vorticity` | contours of fields, the panel of vorticity |
+//! | `panels` | pictures of vorticity and of grains |
 
 mod command;
-mod contour;
 mod curves;
 pub mod page;
+mod panels;
 mod plots;
 mod run_files;
 mod split;
-mod vorticity;
 
 pub use command::report;

@@ -1,8 +1,9 @@
 //! The charts of a run against time: velocity, gap, forces, sub-steps.
 
-use super::curves::{Chart, Line};
+use super::curves::{Chart, line};
 use super::run_files::{AXES, RunFiles, column};
 use crate::page::Figure;
+use crate::plot::Series;
 
 /// Grains drawn in one chart.
 const MOST_GRAINS: usize = 6;
@@ -34,7 +35,13 @@ pub(super) fn all(run: &RunFiles) -> Vec<Figure> {
 
 impl Plots<'_> {
     /// Lines against time; the label of y depends on the scales.
-    fn chart(&self, caption: String, (scaled, plain): (&str, &str), log_y: bool, lines: Vec<Line>) -> Chart {
+    fn chart(
+        &self,
+        caption: String,
+        (scaled, plain): (&str, &str),
+        log_y: bool,
+        lines: Vec<Series>,
+    ) -> Chart {
         let by_gravity = self.run.scales.by_gravity;
         let x_label = if by_gravity { "t / √(D/g)" } else { "t, s" }.to_owned();
         let y_label = if by_gravity { scaled } else { plain }.to_owned();
@@ -71,13 +78,12 @@ impl Plots<'_> {
             let named = |grain: &usize| (format!("grain {grain}"), column("velocity", axis, *grain));
             (format!("_{}", AXES[axis]), self.grains.iter().take(MOST_GRAINS).map(named).collect())
         };
-        let line = |(number, (name, column)): (usize, &(String, String))| {
-            Some(Line::new(name, number, &self.time, &self.run.scaled(column, self.run.scales.speed())?))
+        let drawn_line = |(number, (name, column)): (usize, &(String, String))| {
+            Some(line(name, number, &self.time, &self.run.scaled(column, self.run.scales.speed())?))
         };
-        let lines = named.iter().enumerate().filter_map(line).collect();
-        let close = closeup.map_or("", |_| ", and a close-up of the first bounce");
+        let lines = named.iter().enumerate().filter_map(drawn_line).collect();
         let labels = (format!("v{what} / √(gD)"), format!("v{what}, m/s"));
-        let chart = self.chart(format!("Velocity{close}"), (&labels.0, &labels.1), false, lines);
+        let chart = self.chart("Velocity".to_owned(), (&labels.0, &labels.1), false, lines);
         Some(Chart { closeup, ..chart })
     }
 
@@ -89,11 +95,11 @@ impl Plots<'_> {
     }
 
     fn gap(&self) -> Option<Chart> {
-        let line = |(number, grain): (usize, &usize)| {
+        let drawn_line = |(number, grain): (usize, &usize)| {
             let gap = self.run.scaled(&format!("gap[{grain}]"), self.run.scales.length)?;
-            Some(Line::new(&format!("grain {grain}"), number, &self.time, &gap))
+            Some(line(&format!("grain {grain}"), number, &self.time, &gap))
         };
-        let lines = self.grains.iter().take(MOST_GRAINS).enumerate().filter_map(line).collect();
+        let lines = self.grains.iter().take(MOST_GRAINS).enumerate().filter_map(drawn_line).collect();
         let caption = "Gap to the nearest wall or grain; contact at the lower edge".to_owned();
         Some(self.chart(caption, ("gap / D", "gap, m"), true, lines))
     }
@@ -105,10 +111,10 @@ impl Plots<'_> {
         let keep: Vec<usize> = (0..self.time.len()).filter(|row| inside(self.time[*row])).collect();
         let part = |whole: &[f64]| keep.iter().map(|row| whole[*row]).collect::<Vec<_>>();
         let time = part(&self.time);
-        let line = |(number, (name, quantity)): (usize, &(&str, &str))| {
-            Some(Line::new(name, number, &time, &part(&self.magnitude(quantity, grain)?)))
+        let drawn_line = |(number, (name, quantity)): (usize, &(&str, &str))| {
+            Some(line(name, number, &time, &part(&self.magnitude(quantity, grain)?)))
         };
-        let lines: Vec<Line> = FORCES.iter().enumerate().filter_map(line).collect();
+        let lines: Vec<Series> = FORCES.iter().enumerate().filter_map(drawn_line).collect();
         let about = if span.is_some() { " around the first bounce" } else { "" };
         let caption = format!("Forces on grain {grain}{about}: means over windows; zero at the lower edge");
         let drawn = keep.len() > 2 || span.is_none();
@@ -123,7 +129,7 @@ impl Plots<'_> {
     }
 
     fn substeps(&self) -> Option<Chart> {
-        let lines = vec![Line::new("sub-steps", 0, &self.time, self.run.series.column("substeps")?)];
+        let lines = vec![line("sub-steps", 0, &self.time, self.run.series.column("substeps")?)];
         let caption = "DEM sub-steps in the window at each recorded instant".to_owned();
         Some(self.chart(caption, ("sub-steps", "sub-steps"), false, lines))
     }

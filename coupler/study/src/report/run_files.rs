@@ -7,6 +7,7 @@ use bedload_scene::{CheckedScene, SceneSource};
 use serde_json::Value;
 
 use crate::folder::files;
+use crate::pictures::{Instant, instants};
 use coupler::failure::Failure;
 
 /// A log above this is not read through for the page; `bedload log info` does that.
@@ -29,8 +30,8 @@ pub(super) struct RunFiles {
     pub(super) series: Series,
     /// `plan.json` as it is: of whatever version wrote it.
     pub(super) plan: Option<Value>,
-    /// Field files in order of time.
-    pub(super) fields: Vec<PathBuf>,
+    /// Files of fields and grains in order of time.
+    pub(super) instants: Vec<Instant>,
     /// Files of the grains in order of time, of a DEM that wrote them.
     pub(super) grain_files: Vec<PathBuf>,
     /// What `bedload log info` says.
@@ -90,9 +91,9 @@ impl RunFiles {
         let scales = scene.as_ref().map_or(Scales::SI, |scene| Scales::of(scene, grain));
         let name = std::fs::canonicalize(dir).unwrap_or_else(|_| dir.to_owned());
         let name = name.file_name().unwrap_or(dir.as_os_str()).to_string_lossy().into_owned();
-        let (fields, log) = (field_files(&dir.join("fields")), log_info(&dir.join("exchange.mcap")));
+        let (instants, log) = (instants(&dir.join("fields")), log_info(&dir.join("exchange.mcap")));
         let grain_files = files(&dir.join("fields"), "grains_", ".vtp");
-        Ok(Self { name, summary, scene, series, plan, fields, grain_files, log, remarks, scales })
+        Ok(Self { name, summary, scene, series, plan, instants, grain_files, log, remarks, scales })
     }
 
     /// Title of the page: the scene's, or the folder's name.
@@ -122,15 +123,6 @@ impl RunFiles {
         };
         (0..self.series.len()).find(|row| touches(*row)).map(|row| self.series.time()[row])
     }
-}
-
-/// Field files of the fluid, the parts of several ranks as one.
-fn field_files(folder: &Path) -> Vec<PathBuf> {
-    let mut found = files(folder, "", ".vtr");
-    found.retain(|path| !path.file_stem().is_some_and(|stem| stem.to_string_lossy().contains("-of-")));
-    found.extend(files(folder, "", ".pvtr"));
-    found.sort();
-    found
 }
 
 /// Numbers of the grains that the series has columns of, in order of appearance.

@@ -83,7 +83,7 @@ impl fmt::Display for Class {
 pub struct Finding {
     /// The class.
     pub class: Class,
-    /// Growth of the envelope, 1/window; NaN where the record is too short to tell.
+    /// Growth of the envelope, 1/window; NaN where the record is too short to know it.
     pub growth: f64,
     /// Why, where it is not stable.
     pub note: String,

@@ -8,17 +8,15 @@
 //! | `classify` | stable, oscillating or failed, from a signal |
 //! | `counts` | counts of refusals right and wrong |
 //! | `ends` | where each method ends |
-//! | `map`, `axis`, `region` | the map, its axes, what is refused in it |
+//! | `map` | the map, its axes, what is refused in it |
 //! | `page` | `stability.html` |
 
-mod axis;
 pub(crate) mod check;
 pub mod classify;
 pub mod counts;
 mod ends;
 mod map;
 mod page;
-mod region;
 pub mod runs;
 
 use std::path::{Path, PathBuf};
@@ -50,7 +48,7 @@ pub(crate) fn draw(dir: &Path) -> Result<PathBuf, Failure> {
     let (x, y) = check::axes(&section, &columns, &scene.source)?;
     let title = if section.title.is_empty() { &scene.scene.title } else { &section.title };
     let frame = Frame { title, x: (x, &columns[x].name), y: (y, &columns[y].name), bound: &section.bound };
-    let map = map::draw(&table, &frame)?;
+    let map = map::draw(&table, &frame);
     atomic_write(&dir.join("stability.svg"), map.as_bytes())?;
     let page = dir.join("stability.html");
     atomic_write(&page, page::page(&table, &frame, &section.about, &map)?.as_bytes())?;

@@ -2,7 +2,6 @@
 //!
 //! A test executable is its own solver: the scene's `command` starts it again with the solver's
 //! arguments in `FAKE_ARGS`, and the test named `fake_solver` plays the part.
-#![allow(dead_code, unreachable_pub)] // each test file uses its own part
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -220,7 +219,7 @@ impl Participant for FakeDem {
 }
 
 /// The part of a solver, if this process was started to play one; it does not return then.
-pub fn play() {
+pub(crate) fn play() {
     let (Ok(arguments), Ok(role)) = (std::env::var("FAKE_ARGS"), std::env::var("FAKE_ROLE")) else { return };
     let words: Vec<&str> = arguments.split('\n').collect();
     if words.first() != Some(&"serve") {
@@ -281,16 +280,38 @@ where
     protocol::serve::serve(&mut solver, &mut *link, out)
 }
 
-/// A scene whose solvers are this test executable, misbehaving as told.
-pub fn scene(fluid: &str, dem: &str, more: &str) -> String {
+/// What the shell does to start this executable as a solver of `role` that misbehaves as told.
+pub(crate) fn script(role: &str, what: &str) -> String {
     let own = std::env::current_exe().expect("a test executable");
-    let command = |role: &str, what: &str| {
-        let script = format!(
-            "IFS='\n'; FAKE_ARGS=\"$*\" FAKE_ROLE={role} FAKE_{role}={what} exec '{}' fake_solver --exact --nocapture --quiet",
-            own.display()
-        );
-        format!("command = [\"sh\", \"-c\", {script:?}, \"sh\"]")
-    };
+    format!(
+        "IFS='\n'; FAKE_ARGS=\"$*\" FAKE_ROLE={role} FAKE_{role}={what} exec '{}' fake_solver --exact --nocapture --quiet",
+        own.display()
+    )
+}
+
+/// A sphere of diameter 1 over a floor, 16 cells per diameter, ν = 0.01, ρ = 1.
+pub(crate) const SPHERE: &str = r#"
+until = 1.0
+gravity = [0.0, 0.0, -1.0]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [4.0, 4.0, 4.0]
+cells = [64, 64, 64]
+boundary = { x = "periodic", y = "periodic", z = "no-slip" }
+[medium]
+density = 1.0
+viscosity = 0.01
+[[grains]]
+position = [2.0, 2.0, 2.0]
+radius = 0.5
+density = 4.0
+"#;
+
+/// A scene whose solvers are this test executable, misbehaving as told.
+pub(crate) fn scene(fluid: &str, dem: &str, more: &str) -> String {
+    let command =
+        |role: &str, what: &str| format!("command = [\"sh\", \"-c\", {:?}, \"sh\"]", script(role, what));
     format!(
         r#"title = "fakes"
 until = 0.2
@@ -330,31 +351,31 @@ deadline = 2.0
 }
 
 /// A folder of this test alone, removed when dropped.
-pub struct Room(pub PathBuf);
+pub(crate) struct Room(pub(crate) PathBuf);
 
 impl Room {
-    pub fn new(name: &str) -> Self {
+    pub(crate) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("bedload-test-{}-{name}", std::process::id()));
         std::fs::create_dir_all(&path).expect("a temporary folder");
         Self(path)
     }
 
     /// Writes the scene and returns its path.
-    pub fn put(&self, text: &str) -> PathBuf {
+    pub(crate) fn put(&self, text: &str) -> PathBuf {
         let path = self.0.join("scene.toml");
         std::fs::write(&path, text).expect("a scene");
         path
     }
 
-    pub fn out(&self) -> PathBuf {
+    pub(crate) fn out(&self) -> PathBuf {
         self.0.join("out")
     }
 
-    pub fn read(&self, name: &str) -> String {
+    pub(crate) fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.out().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    pub fn summary(&self) -> serde_json::Value {
+    pub(crate) fn summary(&self) -> serde_json::Value {
         serde_json::from_str(&self.read("summary.json")).expect("JSON")
     }
 }
@@ -366,20 +387,20 @@ impl Drop for Room {
 }
 
 /// `bedload` with arguments.
-pub fn bedload(arguments: &[&str]) -> Command {
+pub(crate) fn bedload(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_bedload"));
     command.args(arguments);
     command
 }
 
 /// `bedload run SCENE --out OUT more…`, to its end.
-pub fn run(room: &Room, scene: &Path, more: &[&str]) -> Output {
+pub(crate) fn run(room: &Room, scene: &Path, more: &[&str]) -> Output {
     let out = room.out();
     let mut arguments = vec!["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
     arguments.extend(more);
     bedload(&arguments).output().expect("bedload starts")
 }
 
-pub fn stderr(output: &Output) -> String {
+pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }

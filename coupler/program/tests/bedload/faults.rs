@@ -1,19 +1,11 @@
 //! Whole runs with real processes: to the end, interrupted and resumed, and with solvers that die,
 //! hang, lie and fail. Every end has its exit code, its words and its summary.
 
-mod common;
-
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use common::{Room, bedload, run, scene, stderr};
+use crate::fake_solvers::{Room, bedload, run, scene, stderr};
 use protocol::log::LogReader;
-
-/// No test of its own: the part of a solver when this executable is started as one.
-#[test]
-fn fake_solver() {
-    common::play();
-}
 
 #[test]
 fn a_good_run_leaves_everything_behind() {

@@ -2,8 +2,11 @@
 
 use font8x8::UnicodeFonts;
 
+/// A smaller polygon has no line around it, pixels.
+const LEAST_OUTLINED: f64 = 8.0;
+
 /// Colours of the scale; the rest of the 256 are those of [`Tone`].
-pub(super) const COLOURS: u8 = 240;
+pub(crate) const COLOURS: u8 = 240;
 
 /// Height and width of a letter, pixels.
 const LETTER: usize = 16;
@@ -36,36 +39,41 @@ const DIVERGING: [[u8; 3]; 9] = [
 
 /// A colour by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Tone(u8);
+pub(crate) struct Tone(u8);
 
 impl Tone {
-    pub(super) const PAPER: Self = Self(COLOURS);
-    pub(super) const INK: Self = Self(COLOURS + 1);
-    pub(super) const GRAIN: Self = Self(COLOURS + 2);
-    pub(super) const HELD: Self = Self(COLOURS + 3);
+    pub(crate) const PAPER: Self = Self(COLOURS);
+    pub(crate) const INK: Self = Self(COLOURS + 1);
+    pub(crate) const GRAIN: Self = Self(COLOURS + 2);
+    pub(crate) const HELD: Self = Self(COLOURS + 3);
     /// In the order of their numbers.
     const OTHERS: [[u8; 3]; 4] = [[255; 3], [20; 3], [205; 3], [120; 3]];
 
     /// One of the scale.
-    pub(super) fn colour(number: u8) -> Self {
+    pub(crate) fn colour(number: u8) -> Self {
         Self(number.min(COLOURS - 1))
     }
 }
 
 /// The picture.
-pub(super) struct Raster {
-    pub(super) width: usize,
-    pub(super) height: usize,
+pub(crate) struct Raster {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
     /// Numbers of colours, row by row from above.
-    pub(super) pixels: Vec<u8>,
+    pub(crate) pixels: Vec<u8>,
     /// Red, green and blue of each colour.
-    pub(super) palette: Vec<u8>,
+    pub(crate) palette: Vec<u8>,
+}
+
+/// The scale of colours in nine steps; `signed`: zero lies in the middle.
+pub(crate) fn stops(signed: bool) -> &'static [[u8; 3]; 9] {
+    if signed { &DIVERGING } else { &SEQUENTIAL }
 }
 
 impl Raster {
     /// An empty one; `signed`: zero lies in the middle of the colours.
-    pub(super) fn new(width: usize, height: usize, signed: bool) -> Self {
-        let stops = if signed { &DIVERGING } else { &SEQUENTIAL };
+    pub(crate) fn new(width: usize, height: usize, signed: bool) -> Self {
+        let stops = stops(signed);
         let mut palette = Vec::new();
         for number in 0..COLOURS {
             let along = f64::from(number) / f64::from(COLOURS - 1) * (stops.len() - 1) as f64;
@@ -82,14 +90,14 @@ impl Raster {
         Self { width, height, pixels: vec![Tone::PAPER.0; width * height], palette }
     }
 
-    pub(super) fn set(&mut self, column: usize, row: usize, tone: Tone) {
+    pub(crate) fn set(&mut self, column: usize, row: usize, tone: Tone) {
         if column < self.width && row < self.height {
             self.pixels[column + self.width * row] = tone.0;
         }
     }
 
     /// A convex or other polygon above row `bottom`, filled, with a thin line around it.
-    pub(super) fn polygon(&mut self, points: &[(f64, f64)], bottom: usize, fill: Tone) {
+    pub(crate) fn polygon(&mut self, points: &[(f64, f64)], bottom: usize, fill: Tone) {
         let edges = || points.iter().zip(points.iter().cycle().skip(1));
         let (low, high) = points
             .iter()
@@ -109,7 +117,7 @@ impl Raster {
                 columns.for_each(|column| self.set(column, row, fill));
             }
         }
-        for (from, to) in edges() {
+        for (from, to) in edges().filter(|_| high - low >= LEAST_OUTLINED) {
             let length = (to.0 - from.0).hypot(to.1 - from.1).ceil().clamp(1.0, 1e5) as usize;
             for step in 0..length {
                 let part = step as f64 / length as f64;
@@ -122,12 +130,12 @@ impl Raster {
     }
 
     /// Width of a text, pixels.
-    pub(super) fn wide(text: &str) -> usize {
+    pub(crate) fn wide(text: &str) -> usize {
         LETTER * text.chars().count()
     }
 
     /// Writes a text with its upper left corner at a place.
-    pub(super) fn text(&mut self, column: usize, row: usize, text: &str) {
+    pub(crate) fn text(&mut self, column: usize, row: usize, text: &str) {
         for (number, letter) in text.chars().enumerate() {
             let Some(lines) = font8x8::BASIC_FONTS.get(letter).or_else(|| font8x8::LATIN_FONTS.get(letter))
             else {
@@ -145,7 +153,7 @@ impl Raster {
     ///
     /// # Errors
     /// The encoder's.
-    pub(super) fn png(&self) -> Result<Vec<u8>, String> {
+    pub(crate) fn png(&self) -> Result<Vec<u8>, String> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Indexed);

@@ -5,7 +5,7 @@ use std::path::Path;
 use bedload_output::vtk::{Array, Vtr, rectilinear};
 use protocol::message::Kinematics;
 
-use crate::sample::R;
+use super::sample::R;
 
 /// Vorticity of a ring around a sphere at height `zc` that moves with `speed`, at (r, z); odd in r.
 pub(crate) fn vorticity(r: f64, z: f64, zc: f64, speed: f64) -> f64 {

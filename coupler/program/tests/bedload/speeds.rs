@@ -6,24 +6,7 @@ use coupler::config::Coupling;
 use coupler::plan::Plan;
 use protocol::facts::{DemFacts, FluidFacts, Measure, Side, SolverBound};
 
-/// A sphere 1.5 D over a floor; Ar = 800, so that Re = 20.3 and U = 1.244 by Schiller & Naumann (1935).
-const SCENE: &str = r#"
-until = 100.0
-gravity = [0.0, 0.0, -1.0]
-[domain]
-geometry = "space"
-lower = [0.0, 0.0, 0.0]
-upper = [4.0, 4.0, 8.0]
-cells = [32, 32, 64]
-boundary = { x = "periodic", y = "periodic", z = "no-slip" }
-[medium]
-density = 1.0
-viscosity = 0.06123724356957945
-[[grains]]
-position = [2.0, 2.0, 6.0]
-radius = 0.5
-density = 4.0
-"#;
+use crate::fake_solvers::SPHERE;
 
 /// U of that sphere.
 const TERMINAL: f64 = 20.32 * 0.061_237_243_569_579_45;
@@ -35,8 +18,15 @@ struct Case {
 }
 
 impl Case {
+    /// A sphere 1.5 D over a floor; Ar = 800, so that Re = 20.3 and U = 1.244 by Schiller & Naumann (1935).
     fn new() -> Self {
-        Self { text: SCENE.to_owned(), dt: 0.01, contact_time: 0.01 }
+        let of_sphere = Self { text: SPHERE.to_owned(), dt: 0.01, contact_time: 0.01 };
+        of_sphere
+            .with("until = 1.0", "until = 100.0")
+            .with("upper = [4.0, 4.0, 4.0]", "upper = [4.0, 4.0, 8.0]")
+            .with("cells = [64, 64, 64]", "cells = [32, 32, 64]")
+            .with("viscosity = 0.01", "viscosity = 0.06123724356957945")
+            .with("position = [2.0, 2.0, 2.0]", "position = [2.0, 2.0, 6.0]")
     }
 
     fn with(mut self, from: &str, to: &str) -> Self {
@@ -74,7 +64,7 @@ impl Case {
 
     fn bound(&self, name: &str) -> Bound {
         let bound = self.plan().bounds.into_iter().find(|bound| bound.name == name);
-        bound.unwrap_or_else(|| panic!("{name} is not judged"))
+        bound.unwrap_or_else(|| panic!("{name} is not checked"))
     }
 
     fn notes(&self) -> String {

@@ -4,7 +4,7 @@
 use bedload_scene::{CheckedScene, Observe, SceneSource};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
-use coupler::scheme::{AHEAD, Planner, QuietRule};
+use coupler::scheme::{AHEAD, ContactFreeHorizon, Planner};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::Window;
 
@@ -57,7 +57,7 @@ fn no_contact_is_ever_missed() {
         let (range, gravity) = (random.between(0.0, 0.5), -random.unit() * 10.0);
         let scene = scene(low, high, gravity);
         let mass = scene.grains[0].mass();
-        let rule = QuietRule::new(&scene, range);
+        let rule = ContactFreeHorizon::new(&scene, range);
         let (mut z, mut v) = ([low, high], [random.wide(), random.wide()]);
         let forces = [random.wide(), random.wide()].map(|force| force * mass);
         let kinematics = |z: &[f64; 2], v: &[f64; 2]| -> Vec<Kinematics> {
@@ -73,9 +73,9 @@ fn no_contact_is_ever_missed() {
         };
         let loads: Vec<Loads> =
             forces.iter().map(|force| Loads { force: [0.0, 0.0, *force], ..Loads::default() }).collect();
-        let quiet_for = rule.quiet_for(&loads, &kinematics(&z, &v)).min(1e3);
-        assert!(quiet_for >= 0.0);
-        if quiet_for == 0.0 {
+        let contact_free_for = rule.contact_free_for(&loads, &kinematics(&z, &v)).min(1e3);
+        assert!(contact_free_for >= 0.0);
+        if contact_free_for == 0.0 {
             assert!(smallest_gap(z[0], z[1]) <= range);
             continue;
         }
@@ -83,7 +83,7 @@ fn no_contact_is_ever_missed() {
         // Loads change sign and size, up to twice, at eight random instants; between them the motion
         // is a parabola, whose turning points are looked at too.
         for _ in 0..8 {
-            let dt = quiet_for / 8.0;
+            let dt = contact_free_for / 8.0;
             let a: [f64; 2] = std::array::from_fn(|i| gravity + forces[i] / mass * random.between(-2.0, 2.0));
             for part in 1..=16 {
                 let t = dt * f64::from(part) / 16.0;
@@ -97,7 +97,7 @@ fn no_contact_is_ever_missed() {
         }
         // The rule is no excuse for never using one sub-step: approaching grains do touch soon after.
         let approach = v[0] - v[1];
-        if approach > 0.0 && smallest_gap(z[0], z[1]) < 40.0 * approach * quiet_for {
+        if approach > 0.0 && smallest_gap(z[0], z[1]) < 40.0 * approach * contact_free_for {
             touched += 1;
         }
     }
@@ -112,15 +112,15 @@ fn a_prescribed_swing_and_a_moving_wall_count() {
         [[grains]]\nposition = [4.0, 4.0, 4.0]\nradius = 0.5\ndensity = 2.0\nmotion = \"prescribed\"\n\
         oscillation = { amplitude = [0.0, 0.0, 2.0], frequency = 5.0 }\n";
     let scene = CheckedScene::new(SceneSource { file: "swing.toml".into(), text: text.into() }).unwrap();
-    let rule = QuietRule::new(&scene, 0.1);
+    let rule = ContactFreeHorizon::new(&scene, 0.1);
     // At rest for an instant, 1 m from the wall: with a = 2π·5·2 = 62.8 the rule must not wait long.
     let still = Kinematics { gap: 1.0, ..Kinematics::default() };
-    let quiet = rule.quiet_for(&[Loads::default()], &[still]);
+    let quiet = rule.contact_free_for(&[Loads::default()], &[still]);
     let (room, v, a) = (0.9, 2.0 * 3.0, 2.0 * 62.83185307179586);
     assert!((v * quiet + 0.5 * a * quiet * quiet - room).abs() < 1e-12, "{quiet}");
-    assert_eq!(rule.quiet_for(&[Loads::default()], &[Kinematics::default()]), 0.0, "no gap is known");
+    assert_eq!(rule.contact_free_for(&[Loads::default()], &[Kinematics::default()]), 0.0, "no gap is known");
     let lost = Kinematics { gap: f64::NAN, ..Kinematics::default() };
-    assert_eq!(rule.quiet_for(&[Loads::default()], &[lost]), 0.0, "NaN is no room");
+    assert_eq!(rule.contact_free_for(&[Loads::default()], &[lost]), 0.0, "NaN is no room");
 }
 
 fn plan(dt: f64, dt_dem: f64, until: f64, adaptive: bool) -> Plan {

@@ -7,27 +7,10 @@ use coupler::plan::{Participants, Plan, substeps};
 use protocol::facts::{BoundRow, DemFacts, FluidFacts, Level, Measure, Side, SolverBound};
 use protocol::scheme::Scheme;
 
-/// A sphere of diameter 1 over a floor, 16 cells per diameter, ν = 0.01, ρ = 1.
-const SCENE: &str = r#"
-until = 1.0
-gravity = [0.0, 0.0, -1.0]
-[domain]
-geometry = "space"
-lower = [0.0, 0.0, 0.0]
-upper = [4.0, 4.0, 4.0]
-cells = [64, 64, 64]
-boundary = { x = "periodic", y = "periodic", z = "no-slip" }
-[medium]
-density = 1.0
-viscosity = 0.01
-[[grains]]
-position = [2.0, 2.0, 2.0]
-radius = 0.5
-density = 4.0
-"#;
+use crate::fake_solvers::SPHERE;
 
 fn scene(overrides: &[&str]) -> CheckedScene {
-    let source = SceneSource { file: "test.toml".into(), text: SCENE.into() };
+    let source = SceneSource { file: "test.toml".into(), text: SPHERE.into() };
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     CheckedScene::new(source.with_overrides(&overrides).expect("fits")).expect("a good scene")
 }
@@ -84,7 +67,7 @@ fn below_and_above<T>(name: &str, good: T, bad: T, set: impl Fn(&mut Case, T)) {
     for (value, expected) in [(good, true), (bad, false)] {
         let mut case = Case::new();
         set(&mut case, value);
-        let bound = case.bound(name).unwrap_or_else(|| panic!("{name} is not judged"));
+        let bound = case.bound(name).unwrap_or_else(|| panic!("{name} is not checked"));
         assert_eq!(bound.holds, expected, "{name}: {}", bound.relation());
         assert_eq!(bound.margin >= 1.0 - 1e-9, expected);
         assert!(!bound.why.is_empty() && !bound.source.is_empty() && !bound.remedy.is_empty(), "{name}");
@@ -173,9 +156,9 @@ fn bounds_of_the_solvers_are_judged_at_the_steps_of_the_plan() {
     assert_eq!(case.plan().refusals().count(), 0);
     // Void where the window is long enough: 5 contact times.
     case.scene.clear();
-    for (from, judged) in [(5.1, true), (4.9, false)] {
+    for (from, checked) in [(5.1, true), (4.9, false)] {
         case.fluid.bounds[0].void_from = Some((Measure::WindowOverContact, from));
-        assert_eq!(case.bound("cfl").is_some(), judged);
+        assert_eq!(case.bound("cfl").is_some(), checked);
     }
 }
 
@@ -264,7 +247,7 @@ const OF_SOLVERS: [&str; 10] = [
 
 #[test]
 fn every_name_is_judged_by_some_test_or_at_run_time() {
-    // `unstable` is judged window by window, not in the plan; `overlap` has its test in `speeds.rs`.
+    // `unstable` is checked window by window, not in the plan; `overlap` has its test in `speeds.rs`.
     let text = include_str!("plan.rs");
     for name in
         NAMES.iter().filter(|name| !["overlap", "unstable"].contains(name) && !OF_SOLVERS.contains(name))
@@ -409,7 +392,7 @@ fn bounds_of_a_solver_of_the_run_can_be_forced_by_name_too() {
 #[test]
 fn who_takes_part() {
     assert_eq!(Participants::of(&scene(&[r#"grains[0].motion="fixed""#])), Participants::Fluid);
-    let dry = SCENE.replace("[medium]\ndensity = 1.0\nviscosity = 0.01\n", "");
+    let dry = SPHERE.replace("[medium]\ndensity = 1.0\nviscosity = 0.01\n", "");
     let dry = CheckedScene::new(SceneSource { file: "dry.toml".into(), text: dry }).unwrap();
     let coupling = Coupling::read(&dry).unwrap();
     let plan = Plan::new(&dry, &coupling, None, Some(&dem()), None).unwrap();

@@ -1,16 +1,9 @@
 //! The command line: exit codes, errors with place and remedy, plans.
 
-mod common;
-
 use std::path::Path;
 use std::process::Output;
 
-use common::{Room, bedload, run, scene, stderr};
-
-#[test]
-fn fake_solver() {
-    common::play();
-}
+use crate::fake_solvers::{Room, SPHERE, bedload, run, scene, stderr};
 
 fn check(scene: &Path, more: &[&str]) -> Output {
     let mut arguments = vec!["check", scene.to_str().unwrap(), "--allow-commands"];
@@ -24,30 +17,8 @@ fn answering(facts: &str) -> String {
 }
 
 fn scene_with_facts(fluid: &str, dem: &str, density: f64) -> String {
-    format!(
-        r#"until = 1.0
-gravity = [0.0, 0.0, -1.0]
-[domain]
-geometry = "space"
-lower = [0.0, 0.0, 0.0]
-upper = [4.0, 4.0, 4.0]
-cells = [64, 64, 64]
-boundary = {{ x = "periodic", y = "periodic", z = "no-slip" }}
-[medium]
-density = 1.0
-viscosity = 0.01
-[[grains]]
-position = [2.0, 2.0, 2.0]
-radius = 0.5
-density = {density:?}
-[fluid]
-{}
-[dem]
-{}
-"#,
-        answering(fluid),
-        answering(dem)
-    )
+    let sphere = SPHERE.replace("density = 4.0", &format!("density = {density:?}"));
+    format!("{sphere}[fluid]\n{}\n[dem]\n{}\n", answering(fluid), answering(dem))
 }
 
 const DEM: &str =

@@ -1,9 +1,11 @@
-//! What the frames show: a field and the grains on a plane, from the files of a run.
+//! What a picture shows: a field and the grains on a plane at one instant, from the files of a run.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use bedload_output::Summary;
 use bedload_output::vtk::{self, Appended, Vtr};
+use bedload_scene::{CheckedScene, Geometry};
 
 use crate::folder::files;
 
@@ -14,7 +16,8 @@ const CORNERS: u32 = 48;
 
 /// What is coloured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Quantity {
+pub(crate) struct Quantity {
+    /// As `--field` takes it.
     name: &'static str,
     /// Array of the field files; none: the grains themselves.
     array: Option<&'static str>,
@@ -23,15 +26,17 @@ pub(super) struct Quantity {
 }
 
 impl Quantity {
-    pub(super) const SPEED: Self = Self { name: "speed", array: Some("velocity"), component: None };
-    pub(super) const GRAINS: Self = Self { name: "grains", array: None, component: None };
+    pub(crate) const SPEED: Self = Self { name: "speed", array: Some("velocity"), component: None };
+    pub(crate) const GRAINS: Self = Self { name: "grains", array: None, component: None };
+    pub(crate) const VORTICITY: Self =
+        Self { name: "vorticity", array: Some("vorticity"), component: Some(1) };
     const ALL: [Self; 10] = [
         Self::SPEED,
         Self { name: "velocity-x", array: Some("velocity"), component: Some(0) },
         Self { name: "velocity-y", array: Some("velocity"), component: Some(1) },
         Self { name: "velocity-z", array: Some("velocity"), component: Some(2) },
         Self { name: "vorticity-x", array: Some("vorticity"), component: Some(0) },
-        Self { name: "vorticity", array: Some("vorticity"), component: Some(1) },
+        Self::VORTICITY,
         Self { name: "vorticity-z", array: Some("vorticity"), component: Some(2) },
         Self { name: "pressure", array: Some("pressure"), component: Some(0) },
         Self { name: "solid", array: Some("solid"), component: Some(0) },
@@ -39,7 +44,7 @@ impl Quantity {
     ];
 
     /// Of `--field`.
-    pub(super) fn parse(text: &str) -> Result<Self, String> {
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
         Self::ALL.into_iter().find(|quantity| quantity.name == text).ok_or_else(|| {
             let names: Vec<&str> = Self::ALL.iter().map(|quantity| quantity.name).collect();
             format!("--field {text}: no such field; allowed: {}", names.join(", "))
@@ -47,25 +52,25 @@ impl Quantity {
     }
 
     /// Are the grains coloured by their speed, and nothing else?
-    pub(super) fn is_of_grains(self) -> bool {
+    pub(crate) fn is_of_grains(self) -> bool {
         self.array.is_none()
     }
 
-    pub(super) fn label(self) -> &'static str {
+    pub(crate) fn label(self) -> &'static str {
         if self.is_of_grains() { "speed" } else { self.name }
     }
 }
 
 /// A plane normal to an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Slice {
-    axis: usize,
-    position: f64,
+pub(crate) struct Slice {
+    pub(crate) axis: usize,
+    pub(crate) position: f64,
 }
 
 impl Slice {
     /// Of `--slice`, such as `y=0.5`.
-    pub(super) fn parse(text: &str) -> Result<Self, String> {
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let parts = text.split_once('=').and_then(|(axis, position)| {
             let axis = AXES.iter().position(|name| *name == axis.trim())?;
             let position: f64 = position.trim().parse().ok()?;
@@ -84,34 +89,52 @@ impl Slice {
 
 /// The box of the run.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shape {
+pub(crate) struct Shape {
     /// Does the picture show both sides of an axis?
-    pub(super) mirrored: bool,
+    pub(crate) mirrored: bool,
     /// Components along which it is periodic.
-    pub(super) periodic: [bool; 3],
+    pub(crate) periodic: [bool; 3],
+}
+
+impl Shape {
+    /// Of a run; without periodic sides where its scene cannot be read here any more.
+    pub(crate) fn of(summary: &Summary, scene: Option<&CheckedScene>) -> Self {
+        let mut periodic = [false; 3];
+        if let Some(CheckedScene { scene, .. }) = scene {
+            for axis in (0..scene.domain.dimensions()).filter(|axis| scene.domain.is_periodic(*axis)) {
+                periodic[scene.domain.geometry.component(axis)] = true;
+            }
+        }
+        Self { mirrored: summary.size.geometry == Geometry::Axisymmetric, periodic }
+    }
 }
 
 /// Files of one instant.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Instant {
+pub(crate) struct Instant {
     fluid: Option<PathBuf>,
     grains: Option<PathBuf>,
     bodies: Option<PathBuf>,
 }
 
 impl Instant {
-    pub(super) fn has_fluid(&self) -> bool {
+    /// Of the grains of a file alone.
+    pub(crate) fn of_grains(path: &Path) -> Self {
+        Self { grains: Some(path.to_owned()), ..Self::default() }
+    }
+
+    pub(crate) fn has_fluid(&self) -> bool {
         self.fluid.is_some()
     }
 
-    pub(super) fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let path = self.fluid.as_ref().or(self.grains.as_ref());
         path.map_or_else(String::new, |path| path.display().to_string())
     }
 }
 
 /// The instants of a folder of fields, in order: files that end with the same number.
-pub(super) fn instants(folder: &Path) -> Vec<Instant> {
+pub(crate) fn instants(folder: &Path) -> Vec<Instant> {
     let mut found: BTreeMap<String, Instant> = BTreeMap::new();
     let mut add = |begin: &str, end: &str, put: fn(&mut Instant, PathBuf)| {
         for path in files(folder, begin, end) {
@@ -130,57 +153,102 @@ pub(super) fn instants(folder: &Path) -> Vec<Instant> {
 }
 
 /// A field on the plane.
-pub(super) struct Field {
+pub(crate) struct Field {
     /// Faces of the cells to the right and upwards, m.
-    pub(super) faces: [Vec<f64>; 2],
+    pub(crate) faces: [Vec<f64>; 2],
     /// Rows from below.
-    pub(super) values: Vec<Vec<f64>>,
+    pub(crate) values: Vec<Vec<f64>>,
     /// Is it mirrored about the axis, and with what sign?
-    pub(super) mirrored: bool,
-    pub(super) mirror_sign: f64,
+    pub(crate) mirrored: bool,
+    pub(crate) mirror_sign: f64,
+}
+
+impl Field {
+    /// Value at a place, of the cell that it lies in.
+    pub(crate) fn at(&self, (x, z): Point) -> f64 {
+        let (x, sign) = if self.mirrored && x < 0.0 { (-x, self.mirror_sign) } else { (x, 1.0) };
+        let cell = |faces: &[f64], x: f64| faces.partition_point(|face| *face <= x).checked_sub(1);
+        match (cell(&self.faces[0], x), cell(&self.faces[1], z)) {
+            (Some(i), Some(k)) => {
+                sign * self.values.get(k).and_then(|row| row.get(i)).copied().unwrap_or(f64::NAN)
+            }
+            _ => f64::NAN,
+        }
+    }
+
+    /// Values of the cells that reach into a view.
+    fn within(&self, (low, high): View) -> Vec<f64> {
+        let seen = |faces: &[f64], low: f64, high: f64| {
+            let first = faces.partition_point(|face| *face <= low).saturating_sub(1);
+            first..faces.partition_point(|face| *face < high).min(faces.len().saturating_sub(1))
+        };
+        let columns = seen(&self.faces[0], low.0, high.0);
+        let rows = self.values.get(seen(&self.faces[1], low.1, high.1)).unwrap_or_default();
+        rows.iter().flat_map(|row| row.get(columns.clone()).unwrap_or_default()).copied().collect()
+    }
 }
 
 /// A grain or body on the plane.
-pub(super) struct Body {
-    pub(super) outline: Vec<(f64, f64)>,
-    pub(super) speed: f64,
-    pub(super) held: bool,
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Body {
+    pub(crate) outline: Vec<Point>,
+    pub(crate) speed: f64,
+    /// Is it fixed, or moved by prescription?
+    pub(crate) held: bool,
+}
+
+impl Body {
+    /// Lower left and upper right corner around it.
+    pub(super) fn extent(&self) -> View {
+        self.outline.iter().fold(NOWHERE, |view, at| around(view, (*at, *at)))
+    }
+}
+
+/// A place on the plane, m.
+pub(crate) type Point = (f64, f64);
+
+/// Lower left and upper right corner, m.
+pub(crate) type View = (Point, Point);
+
+/// A view of nothing.
+pub(super) const NOWHERE: View = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
+
+/// What shows two views.
+pub(super) fn around((low, high): View, (low2, high2): View) -> View {
+    ((low.0.min(low2.0), low.1.min(low2.1)), (high.0.max(high2.0), high.1.max(high2.1)))
 }
 
 /// One frame.
-pub(super) struct Frame {
-    pub(super) time: f64,
-    /// Lower left and upper right corner, m.
-    pub(super) view: ((f64, f64), (f64, f64)),
-    pub(super) field: Option<Field>,
-    pub(super) bodies: Vec<Body>,
-    of_grains: bool,
+pub(crate) struct Frame {
+    pub(crate) time: f64,
+    pub(crate) view: View,
+    pub(crate) field: Option<Field>,
+    pub(crate) bodies: Vec<Body>,
+    /// What is coloured.
+    pub(crate) quantity: Quantity,
+    /// Plane that cuts spheres; none for grains that all lie in it.
+    pub(crate) cut: Option<Slice>,
 }
 
 impl Frame {
-    /// Reads the files of an instant.
-    pub(super) fn read(
+    /// Reads the files of an instant; `slice`: the plane at a time.
+    pub(crate) fn read(
         instant: &Instant,
-        slice: Option<Slice>,
+        slice: &dyn Fn(f64) -> Option<Slice>,
         quantity: Quantity,
         shape: Shape,
     ) -> Result<Self, String> {
-        let mut frame = Self {
-            time: f64::NAN,
-            view: ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY)),
-            field: None,
-            bodies: Vec::new(),
-            of_grains: quantity.is_of_grains(),
-        };
-        let mut slice = slice;
+        let mut frame =
+            Self { time: f64::NAN, view: NOWHERE, field: None, bodies: Vec::new(), quantity, cut: None };
         if let Some(path) = &instant.fluid {
             let grid = vtk::read(path)?;
             frame.time = grid.time;
-            let plane = plane_of(&grid, slice).map_err(|why| format!("{}: {why}", path.display()))?;
-            if grid.counts()[plane.axis] > 1 || slice.is_some() {
-                slice = Some(plane);
+            frame.cut = slice(grid.time);
+            let plane = plane_of(&grid, frame.cut).map_err(|why| format!("{}: {why}", path.display()))?;
+            if grid.counts()[plane.axis] > 1 {
+                frame.cut = Some(plane);
             }
-            frame.take_field(&grid, plane, quantity, shape.mirrored)?;
+            frame.take_field(&grid, plane, shape.mirrored)?;
         }
         if let Some(path) = &instant.grains {
             frame.take_grains(path, slice, shape.mirrored)?;
@@ -188,9 +256,8 @@ impl Frame {
         if let Some(path) = &instant.bodies {
             frame.take_bodies(path)?;
         }
-        let axes = Slice::seen(slice.map_or(1, |slice| slice.axis));
         if frame.field.is_some() {
-            frame.repeat(axes.map(|axis| shape.periodic[axis]));
+            frame.repeat(frame.axes().map(|axis| shape.periodic[axis]));
         }
         if frame.view.1.0 > frame.view.0.0 && frame.view.1.1 > frame.view.0.1 {
             return Ok(frame);
@@ -198,21 +265,39 @@ impl Frame {
         Err(format!("{}: nothing to see: no grid, and no grain that the plane cuts", instant.name()))
     }
 
-    /// What is coloured.
-    pub(super) fn values(&self) -> Vec<f64> {
+    /// What is coloured, as far as it is in view.
+    pub(crate) fn values(&self) -> Vec<f64> {
         match &self.field {
-            Some(field) if !self.of_grains => field.values.iter().flatten().copied().collect(),
+            Some(field) if !self.quantity.is_of_grains() => field.within(self.view),
             _ => self.bodies.iter().filter(|body| !body.held).map(|body| body.speed).collect(),
         }
     }
 
-    fn take_field(
-        &mut self,
-        grid: &Vtr,
-        plane: Slice,
-        quantity: Quantity,
-        mirrored: bool,
-    ) -> Result<(), String> {
+    /// Axes of the picture: to the right and upwards.
+    fn axes(&self) -> [usize; 2] {
+        Slice::seen(self.cut.map_or(1, |slice| slice.axis))
+    }
+
+    /// Adds a sphere with its speed, where the plane cuts it.
+    pub(crate) fn add_sphere(&mut self, at: [f64; 3], radius: f64, speed: f64, held: bool, mirrored: bool) {
+        let aside = self.cut.map_or(0.0, |slice| at[slice.axis] - slice.position);
+        let seen = (radius * radius - aside * aside).max(0.0).sqrt();
+        if seen == 0.0 {
+            return;
+        }
+        let [right, up] = self.axes();
+        let sides = if mirrored && at[right] > 0.0 { vec![1.0, -1.0] } else { vec![1.0] };
+        for side in sides {
+            let corner = |k: u32| {
+                let angle = std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
+                (side * at[right] + seen * angle.cos(), at[up] + seen * angle.sin())
+            };
+            self.bodies.push(Body { outline: (0..CORNERS).map(corner).collect(), speed, held });
+        }
+    }
+
+    fn take_field(&mut self, grid: &Vtr, plane: Slice, mirrored: bool) -> Result<(), String> {
+        let quantity = self.quantity;
         let [right, up] = Slice::seen(plane.axis);
         let faces = [grid.faces[right].clone(), grid.faces[up].clone()];
         let (Some((left, end)), Some((bottom, top))) = (ends(&faces[0]), ends(&faces[1])) else {
@@ -244,7 +329,12 @@ impl Frame {
         Ok(())
     }
 
-    fn take_grains(&mut self, path: &Path, slice: Option<Slice>, mirrored: bool) -> Result<(), String> {
+    fn take_grains(
+        &mut self,
+        path: &Path,
+        slice: &dyn Fn(f64) -> Option<Slice>,
+        mirrored: bool,
+    ) -> Result<(), String> {
         let place = |why: String| format!("{}: {why}", path.display());
         let bytes = std::fs::read(path).map_err(|error| place(format!("cannot read: {error}")))?;
         let file = Appended::parse(&bytes, "PolyData").map_err(place)?;
@@ -255,41 +345,23 @@ impl Frame {
         if [places.len(), speed.len(), held.len()].iter().any(|length| *length != radius.len()) {
             return Err(place(format!("its arrays are not of {} grains each", radius.len())));
         }
-        if self.time.is_nan() {
-            self.time = file.time();
-        }
         // Without a fluid the plane goes through the middle of the grains, and all of them are in view.
-        let middle = |axis: usize| {
+        let alone = !self.view.0.0.is_finite();
+        if alone {
+            self.time = file.time();
             let (low, high) = places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
-                (low.min(at[axis]), high.max(at[axis]))
+                (low.min(at[1]), high.max(at[1]))
             });
-            (high > low).then_some(Slice { axis, position: 0.5 * (low + high) })
-        };
-        let in_grid = self.field.is_some() || self.view.0.0.is_finite();
-        let slice = slice.or_else(|| if in_grid { None } else { middle(1) });
-        let [right, up] = Slice::seen(slice.map_or(1, |slice| slice.axis));
+            let middle = (high > low).then_some(Slice { axis: 1, position: 0.5 * (low + high) });
+            self.cut = slice(self.time).or(middle);
+        }
+        let [right, up] = self.axes();
         for (at, ((radius, speed), held)) in places.iter().zip(radius.iter().zip(&speed).zip(&held)) {
-            let aside = slice.map_or(0.0, |slice| at[slice.axis] - slice.position);
-            let seen = (radius * radius - aside * aside).max(0.0).sqrt();
-            if seen == 0.0 {
-                continue;
-            }
-            let centre = (at[right], at[up]);
-            if !in_grid {
-                let (low, high) = &mut self.view;
-                *low = (low.0.min(centre.0 - radius), low.1.min(centre.1 - radius));
-                *high = (high.0.max(centre.0 + radius), high.1.max(centre.1 + radius));
-            }
-            let outline = |centre: (f64, f64)| {
-                let corner = |k: u32| {
-                    let angle = std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
-                    (centre.0 + seen * angle.cos(), centre.1 + seen * angle.sin())
-                };
-                Body { outline: (0..CORNERS).map(corner).collect(), speed: *speed, held: *held != 0 }
-            };
-            self.bodies.push(outline(centre));
-            if mirrored && centre.0 > 0.0 {
-                self.bodies.push(outline((-centre.0, centre.1)));
+            let known = self.bodies.len();
+            self.add_sphere(*at, *radius, *speed, *held != 0, mirrored);
+            if alone && self.bodies.len() > known {
+                let (x, z) = (at[right], at[up]);
+                self.view = around(self.view, ((x - radius, z - radius), (x + radius, z + radius)));
             }
         }
         Ok(())
@@ -307,8 +379,8 @@ impl Frame {
             .filter(|shift| *shift != (0.0, 0.0))
         {
             for body in &self.bodies {
-                let outline: Vec<(f64, f64)> = body.outline.iter().map(|at| (at.0 + x, at.1 + z)).collect();
-                let seen = |at: &(f64, f64)| at.0 > low.0 && at.0 < high.0 && at.1 > low.1 && at.1 < high.1;
+                let outline: Vec<Point> = body.outline.iter().map(|at| (at.0 + x, at.1 + z)).collect();
+                let seen = |at: &Point| at.0 > low.0 && at.0 < high.0 && at.1 > low.1 && at.1 < high.1;
                 if outline.iter().any(seen) {
                     images.push(Body { outline, ..*body });
                 }
@@ -365,6 +437,8 @@ fn plane_of(grid: &Vtr, slice: Option<Slice>) -> Result<Slice, String> {
 
 #[cfg(test)]
 mod tests {
+    use bedload_output::vtk::{Array, points};
+
     use super::*;
 
     #[test]
@@ -385,5 +459,45 @@ mod tests {
         assert!(at(2, 1.5).is_ok());
         assert!(at(2, 2.5).unwrap_err().contains("outside"));
         assert!(at(1, 0.0).unwrap_err().contains("no extent"));
+    }
+
+    fn file(y: [f64; 3]) -> Vec<u8> {
+        let data = [
+            Array::scalar("radius", vec![1.0; 3]),
+            Array::scalar("speed", vec![0.0, 2.0, 3.0]),
+            Array::whole("held", vec![0, 0, 1]),
+        ];
+        points(0.5, vec![1.0, y[0], 2.0, 3.0, y[1], 4.0, 5.0, y[2], 6.0], &data)
+    }
+
+    fn read(name: &str, bytes: &[u8]) -> Result<Frame, String> {
+        let path = std::env::temp_dir().join(format!("bedload-{}-{name}.vtp", std::process::id()));
+        std::fs::write(&path, bytes).unwrap();
+        let shape = Shape { mirrored: false, periodic: [false; 3] };
+        let frame = Frame::read(&Instant::of_grains(&path), &|_| None, Quantity::GRAINS, shape);
+        std::fs::remove_file(&path).unwrap();
+        frame
+    }
+
+    #[test]
+    fn discs_are_whole_and_spheres_cut() {
+        let plane = read("plane", &file([0.0; 3])).unwrap();
+        assert_eq!((plane.time, plane.cut, plane.bodies.len()), (0.5, None, 3));
+        assert_eq!((plane.bodies[1].outline[0], plane.bodies[1].speed), ((4.0, 4.0), 2.0));
+        assert!(plane.bodies[2].held && !plane.bodies[1].held);
+        let space = read("space", &file([-2.0, 2.0, 0.6])).unwrap();
+        assert_eq!(space.cut, Some(Slice { axis: 1, position: 0.0 }));
+        assert_eq!(space.bodies.len(), 1, "two do not reach the plane");
+        assert!((space.bodies[0].outline[0].0 - 5.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_file_of_something_else_is_refused() {
+        let other = points(0.0, vec![0.0; 3], &[Array::scalar("radius", vec![1.0])]);
+        let whole = file([0.0; 3]);
+        let refusal = |name, bytes: &[u8]| read(name, bytes).err().expect(name);
+        assert!(refusal("other", &other).contains("speed"));
+        assert!(refusal("abc", b"abc").contains("bedload"));
+        assert!(refusal("torn", &whole[..whole.len() - 200]).contains("beyond the end"));
     }
 }

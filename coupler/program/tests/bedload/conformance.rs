@@ -1,28 +1,16 @@
 //! `bedload conformance` on solvers that keep the protocol, and on some that break it.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::process::Output;
 
 /// `bedload` to its end.
 fn bedload(arguments: &[&str]) -> Output {
-    common::bedload(arguments).output().expect("bedload starts")
-}
-
-/// This executable as a solver (see `common`).
-#[test]
-fn fake_solver() {
-    common::play();
+    crate::fake_solvers::bedload(arguments).output().expect("bedload starts")
 }
 
 /// Tests this executable as a solver of `role` that misbehaves as told.
 fn test(role: &str, misbehaviour: &str, more: &[&str]) -> Output {
-    let own = std::env::current_exe().expect("a test executable");
-    let script = format!(
-        "IFS='\n'; FAKE_ARGS=\"$*\" FAKE_ROLE={role} FAKE_{role}={misbehaviour} exec '{}' fake_solver --exact --nocapture --quiet",
-        own.display()
-    );
+    let script = crate::fake_solvers::script(role, misbehaviour);
     // A solver that does not know `check` is planned from its section, which must hold dt.
     let dt = if role == "dem" { "dem.dt=1e-3" } else { "fluid.dt=1e-2" };
     let mut arguments =

@@ -17,7 +17,7 @@ use crate::participant::{ExchangeError, Role};
 
 /// The coupler's end: founds the run, gives orders, observes everything. Dropped, it leaves the run.
 #[derive(Debug)]
-pub struct ConductorLink {
+pub struct CouplerLink {
     commands: Outbox<Command, ()>,
     observer: Observer,
     wake: Wake,
@@ -32,7 +32,7 @@ pub struct ConductorLink {
     _membership: Membership,
 }
 
-impl ConductorLink {
+impl CouplerLink {
     /// Founds the run of `rendezvous`; start the solvers afterwards.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use bedload_scene::{CheckedScene, SceneSource};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::Window;
 
-use crate::fields;
+use super::fields;
 
 /// Radius, gravity, densities, terminal speed: those of no experiment.
 pub(crate) const R: f64 = 0.5;
