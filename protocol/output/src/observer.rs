@@ -13,7 +13,6 @@ use crate::summary::{Summary, Tally};
 use bedload_scene::{CheckedScene, ObservedPlanes, SceneError};
 
 /// Series, metrics and counts of a run.
-#[derive(Debug)]
 pub struct Observer {
     columns: Columns,
     series: SeriesWriter,

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::domain::{Domain, Medium};
 use crate::grains::{Grain, GrainFile, Group};
 use crate::insertions::Insertion;
-use crate::observe::{Metric, Observe};
+use crate::metric::Metric;
+use crate::observe::Observe;
 use crate::rough_walls::RoughWall;
 use crate::walls::Wall;
 

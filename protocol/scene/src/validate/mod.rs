@@ -7,12 +7,14 @@
 //! | `domain` | box, grid and faces |
 //! | `beds` | grains that are made: groups, rough walls, insertions |
 //! | `grains` | grains as they begin: alone, in the grid, and from each other |
-//! | `observe` | what is written down and measured |
+//! | `observe` | what is written down |
+//! | `metrics` | what is measured |
 
 mod beds;
 mod check;
 mod domain;
 mod grains;
+mod metrics;
 mod observe;
 
 use super::domain::InitialVelocity;
@@ -21,7 +23,7 @@ use super::shared::Scene;
 use super::source::SceneSource;
 use check::{Check, finite, not_negative, positive};
 pub(super) use grains::grains;
-pub(super) use observe::metrics;
+pub(super) use metrics::metrics;
 
 /// Everything but the grains themselves.
 pub(super) fn shared(scene: &Scene, source: &SceneSource) -> Check {
