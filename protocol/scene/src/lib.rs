@@ -39,7 +39,7 @@ pub use metric::{
     Span,
 };
 pub use observe::{Observe, ObservedPlanes, ObservedSubsteps, Profile};
-pub use outline::{Outline, OutlineFault};
+pub use outline::Outline;
 pub use rest::Rest;
 pub use retired::Retired;
 pub use rough_walls::{Arrangement, RoughWall};

@@ -2,20 +2,31 @@
 //! published course, and Haff's law of a cooling granular gas (Haff 1983): the kinetic energy falls as
 //! (1 + t/τ)⁻², a straight line in E^(−1/2).
 
-use bedload_scene::{CheckedScene, MetricKind};
+use bedload_scene::{CheckedScene, MetricKind, SceneError};
 
 use super::accumulator::{Accumulator, Passages};
 use super::course::Course;
 use super::line::Line;
-use super::rule::{Fault, Rule, plain, published, require};
-use crate::columns::Columns;
+use super::rule::{Rule, plain, published, require};
+use crate::columns::{Columns, Sides};
 
 /// The rule of metric `index`, which is about a column.
-pub(super) fn rule(scene: &CheckedScene, index: usize, columns: &Columns) -> Result<Rule, Fault> {
+pub(super) fn rule(
+    scene: &CheckedScene,
+    index: usize,
+    columns: &Columns,
+    sides: Sides,
+) -> Result<Rule, SceneError> {
     let kind = &scene.scene.metrics[index].kind;
     let keys = kind.keys();
     let name = keys.get("column").and_then(toml::Value::as_str).unwrap_or("kinetic_energy");
-    let (place, unit) = columns.find(name).ok_or_else(|| Fault::NoColumn(name.to_owned()))?;
+    let Some((place, unit)) = columns.find(name) else {
+        if sees_all(scene, sides) {
+            return Err(unknown_column(scene, columns, index, name));
+        }
+        let why = format!("this run has no column `{name}`");
+        return Ok(Rule::at_end("-", move |_| Err(why.clone())));
+    };
     let keeps = match kind {
         MetricKind::Mean(of) => Accumulator::mean(of.from),
         MetricKind::Deviation(of) => {
@@ -57,4 +68,19 @@ pub(super) fn rule(scene: &CheckedScene, index: usize, columns: &Columns) -> Res
             _ => plain(kept.value()?),
         },
     ))
+}
+
+/// Does the run see everything that the scene has?
+fn sees_all(scene: &CheckedScene, sides: Sides) -> bool {
+    let loads = sides.loads || scene.scene.medium.is_none() || scene.grains.is_empty();
+    let contact = sides.contact || !scene.has_free_grains();
+    loads && contact
+}
+
+fn unknown_column(scene: &CheckedScene, columns: &Columns, index: usize, name: &str) -> SceneError {
+    scene.source.error(
+        &format!("metrics[{index}].column"),
+        format!("is `{name}`; the columns of this run are {}", columns.names().join(", ")),
+        "name one of them; grains need a place in observe.grains to have columns",
+    )
 }

@@ -1,16 +1,16 @@
 //! Metrics of granular columns and of the heaps that they leave.
 
-use bedload_scene::{CheckedScene, Column, HeapEnd, HeapSlope, MetricKind};
+use bedload_scene::{CheckedScene, Column, HeapEnd, HeapSlope, MetricKind, SceneError};
 
 use super::accumulator::Accumulator;
 use super::deposit::{Heap, Surface};
 use super::last::LastState;
-use super::rule::{Fault, Rule, plain, published};
+use super::rule::{Rule, plain, published};
 use super::touching::{Ball, largest_cluster};
 use crate::points::points;
 
 /// The rule of metric `index`, which is about a column.
-pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, Fault> {
+pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, SceneError> {
     let kind = &scene.scene.metrics[index].kind;
     let column = kind.column().unwrap_or(Column::at_rest(1.0, 0.0));
     let rule = match kind {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::accumulator::Accumulator;
 use super::last::LastState;
-use super::rule::{End, Fault, Moved, Rule, Seen};
+use super::rule::{End, Moved, Rule, Seen};
 use super::subject::Subject;
 use super::trajectory::Trajectory;
 use crate::columns::{Columns, Sample, Sides};
@@ -46,19 +46,8 @@ impl Metrics {
     /// If a column does not exist although the run sees all there is.
     pub fn new(scene: &CheckedScene, columns: &Columns, sides: Sides) -> Result<Self, SceneError> {
         let metrics = scene.scene.metrics.clone();
-        let mut rules = Vec::new();
-        for index in 0..metrics.len() {
-            rules.push(match Rule::of(scene, index, columns) {
-                Ok(rule) => rule,
-                Err(Fault::Scene(error)) => return Err(error),
-                Err(Fault::NoColumn(name)) if sees_all(scene, sides) => {
-                    return Err(unknown_column(scene, columns, index, &name));
-                }
-                Err(Fault::NoColumn(name)) => {
-                    Rule::at_end("-", move |_| Err(format!("this run has no column `{name}`")))
-                }
-            });
-        }
+        let rules = (0..metrics.len()).map(|index| Rule::of(scene, index, columns, sides));
+        let rules = rules.collect::<Result<Vec<Rule>, SceneError>>()?;
         let mut subjects: Vec<Subject> = Vec::new();
         let mut place = |metric: &Metric| {
             let subject = Subject::of(scene, &metric.kind)?;
@@ -167,19 +156,4 @@ impl Metrics {
         };
         self.metrics.iter().enumerate().map(value).collect()
     }
-}
-
-/// Does the run see everything that the scene has?
-fn sees_all(scene: &CheckedScene, sides: Sides) -> bool {
-    let loads = sides.loads || scene.scene.medium.is_none() || scene.grains.is_empty();
-    let contact = sides.contact || !scene.has_free_grains();
-    loads && contact
-}
-
-fn unknown_column(scene: &CheckedScene, columns: &Columns, index: usize, name: &str) -> SceneError {
-    scene.source.error(
-        &format!("metrics[{index}].column"),
-        format!("is `{name}`; the columns of this run are {}", columns.names().join(", ")),
-        "name one of them; grains need a place in observe.grains to have columns",
-    )
 }

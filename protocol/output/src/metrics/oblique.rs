@@ -10,9 +10,9 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::rule::{Fault, Rule, published};
+use super::rule::{Rule, published};
 use bedload_scene::table::{Table, line, number};
-use bedload_scene::{CheckedScene, Grain};
+use bedload_scene::{CheckedScene, Grain, SceneError};
 use protocol::message::Kinematics;
 
 /// Reference Ψ₂(Ψ₁), ascending.
@@ -40,7 +40,7 @@ pub(super) fn rule(
     index: usize,
     file: &Path,
     select: &BTreeMap<String, String>,
-) -> Result<Rule, Fault> {
+) -> Result<Rule, SceneError> {
     let columns = "psi1 and psi2 and those of `select`";
     let table = Arc::new(published(scene, index, file, columns, |text| Oblique::parse(text, select))?);
     let curve = table.clone();

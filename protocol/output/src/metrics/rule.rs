@@ -7,7 +7,7 @@ use super::accumulator::Accumulator;
 use super::last::LastState;
 use super::trajectory::{Passage, Trajectory};
 use super::{bounce, column, end, heap, oblique};
-use crate::columns::{Columns, Sample};
+use crate::columns::{Columns, Sample, Sides};
 use crate::planes::Record;
 use bedload_scene::{CheckedScene, MetricKind, SceneError};
 
@@ -88,8 +88,13 @@ impl Rule {
         Self { leave: Some(Box::new(move |last| text(last).map(|text| (name, text)))), ..self }
     }
 
-    /// The rule of metric `index` of the scene; `None` if the run lacks its column, whose name is the error.
-    pub(super) fn of(scene: &CheckedScene, index: usize, columns: &Columns) -> Result<Self, Fault> {
+    /// The rule of metric `index` of the scene, in a run with these columns that sees these sides.
+    pub(super) fn of(
+        scene: &CheckedScene,
+        index: usize,
+        columns: &Columns,
+        sides: Sides,
+    ) -> Result<Self, SceneError> {
         let kind = &scene.scene.metrics[index].kind;
         Ok(match kind {
             MetricKind::ObliqueError { file, select } => oblique::rule(scene, index, file, select)?,
@@ -97,22 +102,9 @@ impl Rule {
             _ if kind.column().is_some() => heap::rule(scene, index)?,
             _ => match bounce::rule(scene, kind).or_else(|| end::rule(scene, kind)) {
                 Some(rule) => rule,
-                None => column::rule(scene, index, columns)?,
+                None => column::rule(scene, index, columns, sides)?,
             },
         })
-    }
-}
-
-/// Why there is no rule.
-pub(super) enum Fault {
-    /// The run has no such column.
-    NoColumn(String),
-    Scene(SceneError),
-}
-
-impl From<SceneError> for Fault {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(error)
     }
 }
 

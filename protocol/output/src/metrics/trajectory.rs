@@ -22,7 +22,7 @@ pub(super) struct Passage {
 }
 
 /// A grain's way so far.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Trajectory {
     /// Windows seen.
     pub windows: u64,
@@ -56,21 +56,7 @@ impl Trajectory {
     /// At t = 0, with the initial settling speed, m/s.
     #[must_use]
     pub fn new(speed: f64) -> Self {
-        Self {
-            windows: 0,
-            speed,
-            gap: None,
-            terminal: speed.max(0.0),
-            contacts: 0,
-            touching: false,
-            impact: None,
-            rebound: None,
-            first_height: 0.0,
-            second_height: 0.0,
-            first_touch: None,
-            first_top: None,
-            second_touch: None,
-        }
+        Self { speed, terminal: speed.max(0.0), ..Self::default() }
     }
 
     /// Adds a window. A contact begins where the DEM reports an impact speed or, with a DEM that
