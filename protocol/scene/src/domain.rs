@@ -31,6 +31,17 @@ pub enum Axis {
 }
 
 impl Axis {
+    /// `x`, `y`, `z` or `r`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::R => "r",
+        }
+    }
+
     /// Component of a laboratory vector along this axis; the radial one stands for x.
     #[must_use]
     pub fn component(self) -> usize {

@@ -139,6 +139,20 @@ impl SceneSource {
         self.error_at(span, key, message.into(), remedy)
     }
 
+    /// An error at a key where `wrong` holds.
+    ///
+    /// # Errors
+    /// That error.
+    pub(crate) fn refuse_if(
+        &self,
+        wrong: bool,
+        key: &str,
+        message: impl std::fmt::Display,
+        remedy: &str,
+    ) -> Result<(), SceneError> {
+        if wrong { Err(self.error(key, message.to_string(), remedy)) } else { Ok(()) }
+    }
+
     fn error_without_place(&self, key: &str, message: String, remedy: &str) -> SceneError {
         SceneError { key: key.to_owned(), ..SceneError::of_file(&self.file, message, remedy) }
     }
@@ -238,30 +252,20 @@ pub(crate) struct Place<'a> {
 
 /// Every value of the text, each before those that it holds.
 pub(crate) fn places<'a>(table: &'a DeTable<'a>) -> Vec<Place<'a>> {
+    type Name<'a> = Option<(&'a str, Range<usize>)>;
     fn of_table<'a>(table: &'a DeTable<'a>, before: &str, all: &mut Vec<Place<'a>>) {
         for (name, value) in table {
             let key = format!("{before}{}", name.get_ref());
-            add(
-                Place {
-                    key,
-                    value: value.get_ref(),
-                    span: value.span(),
-                    name: Some((name.get_ref(), name.span())),
-                },
-                all,
-            );
+            add(key, value, Some((name.get_ref(), name.span())), all);
         }
     }
-    fn add<'a>(place: Place<'a>, all: &mut Vec<Place<'a>>) {
-        let (key, value) = (place.key.clone(), place.value);
-        all.push(place);
-        match value {
+    fn add<'a>(key: String, value: &'a Spanned<DeValue<'a>>, name: Name<'a>, all: &mut Vec<Place<'a>>) {
+        all.push(Place { key: key.clone(), value: value.get_ref(), span: value.span(), name });
+        match value.get_ref() {
             DeValue::Table(table) => of_table(table, &format!("{key}."), all),
             DeValue::Array(items) => {
-                for (index, item) in items.iter().enumerate() {
-                    let key = format!("{key}[{index}]");
-                    add(Place { key, value: item.get_ref(), span: item.span(), name: None }, all);
-                }
+                let items = items.iter().enumerate();
+                items.for_each(|(index, item)| add(format!("{key}[{index}]"), item, None, all));
             }
             _ => {}
         }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::line::interpolate;
 use crate::points::points;
 
 /// The largest difference so far between a column and a published table, at the table's times.
@@ -36,8 +37,7 @@ impl Course {
         while let Some((t, published)) = self.table.get(self.passed).filter(|(t, _)| *t <= time) {
             self.passed += 1;
             if let Some((earlier, then)) = self.before {
-                let here = then + (value - then) * (t - earlier) / (time - earlier);
-                let difference = (here - published).abs();
+                let difference = (interpolate(*t, (earlier, then), (time, value)) - published).abs();
                 // A NaN stays.
                 let largest = self.largest.unwrap_or(0.0);
                 self.largest = Some(if difference <= largest { largest } else { difference });

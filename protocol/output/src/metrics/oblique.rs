@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::line::interpolate;
 use super::rule::{Rule, published};
 use bedload_scene::table::{Table, line, number};
 use bedload_scene::{CheckedScene, Grain, SceneError};
@@ -76,8 +77,7 @@ impl Oblique {
             return Some(*psi2);
         }
         let after = self.curve.iter().position(|(x, _)| *x > psi1).filter(|after| *after > 0)?;
-        let ((x0, y0), (x1, y1)) = (self.curve[after - 1], self.curve[after]);
-        Some(y0 + (y1 - y0) * (psi1 - x0) / (x1 - x0))
+        Some(interpolate(psi1, self.curve[after - 1], self.curve[after]))
     }
 
     fn collisions(&self, grains: &[Grain], last: &[Kinematics]) -> Result<Vec<Collision>, String> {

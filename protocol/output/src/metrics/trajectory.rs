@@ -4,6 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::line::interpolate;
+
 /// One grain over one window, as the metrics see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Passage {
@@ -138,9 +140,4 @@ impl Crossing {
             }
         }
     }
-}
-
-/// Value at `x` on the line through two points (x, y).
-fn interpolate(x: f64, (x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> f64 {
-    y0 + (y1 - y0) * (x - x0) / (x1 - x0)
 }

@@ -15,13 +15,12 @@ pub(super) fn groups(scene: &Scene, source: &SceneSource) -> Check {
     let grouped = scene.groups.iter().map(|group| group.count as f64).sum::<f64>();
     let inserted = scene.insertions.iter().map(|insertion| insertion.count as f64).sum::<f64>();
     for (key, count) in [("groups", grouped), ("rough_walls", rough), ("insertions", inserted)] {
-        if count + scene.grains.len() as f64 > MOST_GRAINS as f64 {
-            return Err(source.error(
-                key,
-                format!("asks for more than {MOST_GRAINS} grains"),
-                "ask for fewer grains",
-            ));
-        }
+        source.refuse_if(
+            count + scene.grains.len() as f64 > MOST_GRAINS as f64,
+            key,
+            format_args!("asks for more than {MOST_GRAINS} grains"),
+            "ask for fewer grains",
+        )?;
     }
     for (index, group) in scene.groups.iter().enumerate() {
         let key = |name: &str| format!("groups[{index}].{name}");
@@ -31,13 +30,12 @@ pub(super) fn groups(scene: &Scene, source: &SceneSource) -> Check {
         not_negative(source, &key("velocity_deviation"), group.velocity_deviation)?;
         let flat = scene.domain.geometry == Geometry::Plane;
         (0..3).filter(|axis| !(flat && *axis == 1)).try_for_each(|axis| bed.room(axis))?;
-        if scene.domain.geometry == Geometry::Axisymmetric {
-            return Err(source.error(
-                &format!("groups[{index}]"),
-                "an axisymmetric scene has its grains on the axis".to_owned(),
-                "write them out in [[grains]], or use geometry = \"space\"",
-            ));
-        }
+        source.refuse_if(
+            scene.domain.geometry == Geometry::Axisymmetric,
+            &format!("groups[{index}]"),
+            "an axisymmetric scene has its grains on the axis",
+            "write them out in [[grains]], or use geometry = \"space\"",
+        )?;
     }
     Ok(())
 }
@@ -49,13 +47,13 @@ pub(super) fn rough_walls(scene: &Scene, source: &SceneSource) -> Check {
         let bed = Bed { key: &key, source, corners: [lower, upper], radius: *radius, spread: *radius_spread };
         bed.check(*density)?;
         positive(source, &key("spacing"), wall.spacing())?;
-        if scene.domain.geometry == Geometry::Axisymmetric || !wall.is_flat(scene.domain.geometry) {
-            return Err(source.error(
-                &key("upper"),
-                format!("{:?} and lower {:?} do not span a rectangle", wall.upper, wall.lower),
-                "let the two corners agree along one axis and differ along the others (plane: differ along x or z alone)",
-            ));
-        }
+        source.refuse_if(
+            scene.domain.geometry == Geometry::Axisymmetric || !wall.is_flat(scene.domain.geometry),
+            &key("upper"),
+            format_args!("{upper:?} and lower {lower:?} do not span a rectangle"),
+            "let the two corners agree along one axis and differ along the others (plane: differ along x or z \
+             alone)",
+        )?;
     }
     Ok(())
 }
@@ -72,24 +70,22 @@ pub(super) fn insertions(scene: &Scene, source: &SceneSource) -> Check {
         finite(source, &key("velocity"), &insertion.velocity)?;
         finite(source, &key("rise"), &insertion.rise)?;
         let shift = insertion.shift(f64::INFINITY);
-        if domain.geometry == Geometry::Axisymmetric || scene.medium.is_some() {
-            return Err(source.error(
-                &format!("insertions[{index}]"),
-                "inserts grains into an axisymmetric scene or one with a fluid, which sees every grain from the start",
-                "insert in a dry scene, and begin the other from its grains.csv with [[grain_files]]",
-            ));
-        }
+        source.refuse_if(
+            domain.geometry == Geometry::Axisymmetric || scene.medium.is_some(),
+            &format!("insertions[{index}]"),
+            "inserts grains into an axisymmetric scene or one with a fluid, which sees every grain from the start",
+            "insert in a dry scene, and begin the other from its grains.csv with [[grain_files]]",
+        )?;
         for axis in 0..domain.dimensions() {
             let c = domain.geometry.component(axis);
             bed.room(c)?;
             let (low, high) = (lower[c] + shift[c].min(0.0), upper[c] + shift[c].max(0.0));
-            if low < domain.lower[axis] || high > domain.upper[axis] {
-                return Err(source.error(
-                    &key("upper"),
-                    format!("{upper:?} and lower {lower:?} reach outside the box, moving by {shift:?}"),
-                    "keep the region in the box, or enlarge [domain]",
-                ));
-            }
+            source.refuse_if(
+                low < domain.lower[axis] || high > domain.upper[axis],
+                &key("upper"),
+                format_args!("{upper:?} and lower {lower:?} reach outside the box, moving by {shift:?}"),
+                "keep the region in the box, or enlarge [domain]",
+            )?;
         }
     }
     Ok(())

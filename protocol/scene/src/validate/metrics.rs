@@ -32,20 +32,18 @@ const NUMBERS: [(&str, Rule); 11] = [
 pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Check {
     for (index, metric) in scene.metrics.iter().enumerate() {
         let key = |name: &str| format!("metrics[{index}].{name}");
-        if scene.metrics[..index].iter().any(|other| other.name == metric.name) {
-            return Err(source.error(
-                &key("name"),
-                format!("is `{}` a second time", metric.name),
-                "give every metric a name of its own",
-            ));
-        }
-        if metric.reference.is_some() && metric.compared_with.is_some() {
-            return Err(source.error(
-                &key("compared_with"),
-                "stands beside a reference: a metric has one of the two",
-                "keep reference for a published or exact value, compared_with for any other",
-            ));
-        }
+        source.refuse_if(
+            scene.metrics[..index].iter().any(|other| other.name == metric.name),
+            &key("name"),
+            format_args!("is `{}` a second time", metric.name),
+            "give every metric a name of its own",
+        )?;
+        source.refuse_if(
+            metric.reference.is_some() && metric.compared_with.is_some(),
+            &key("compared_with"),
+            "stands beside a reference: a metric has one of the two",
+            "keep reference for a published or exact value, compared_with for any other",
+        )?;
         let keys = metric.kind.keys();
         let number = |name: &str| keys.get(name).and_then(Value::as_float);
         for (name, rule) in &NUMBERS {
@@ -62,26 +60,22 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
         }
         let planes = ["mean-fluid-velocity", "mean-grain-velocity", "shields"];
         let kind = keys.get("kind").and_then(Value::as_str).unwrap_or("");
-        if planes.contains(&kind) && scene.observe.planes.is_none() {
-            return Err(source.error(
-                &key("kind"),
-                "is read from averages over planes, which the scene does not ask for".to_owned(),
-                "add observe.planes = { every = ... }",
-            ));
-        }
+        source.refuse_if(
+            planes.contains(&kind) && scene.observe.planes.is_none(),
+            &key("kind"),
+            "is read from averages over planes, which the scene does not ask for",
+            "add observe.planes = { every = ... }",
+        )?;
         if keys.contains_key("along") {
-            let axes = scene.domain.geometry.axes().iter().map(|axis| format!("{axis:?}").to_lowercase());
-            let axes: Vec<String> = axes.collect();
+            let axes: Vec<&str> = scene.domain.geometry.axes().iter().map(|axis| axis.name()).collect();
             let asked = ["component", "along"].map(|name| keys.get(name).and_then(Value::as_str));
-            let foreign = asked.iter().flatten().find(|axis| !axes.iter().any(|known| known == *axis));
-            if scene.medium.is_none() || foreign.is_some() {
-                let [component, along] = asked.map(|axis| axis.unwrap_or("the stream"));
-                return Err(source.error(
-                    &key("kind"),
-                    format!("is about {component} along {along} of a fluid; the axes are {axes:?}"),
-                    "name axes of this geometry, in a scene with [medium]",
-                ));
-            }
+            let [component, along] = asked.map(|axis| axis.unwrap_or("the stream"));
+            source.refuse_if(
+                scene.medium.is_none() || asked.iter().flatten().any(|axis| !axes.contains(axis)),
+                &key("kind"),
+                format_args!("is about {component} along {along} of a fluid; the axes are {axes:?}"),
+                "name axes of this geometry, in a scene with [medium]",
+            )?;
         }
         if let Some(centre) = number("centre") {
             heap(scene, source, &key, centre, number("bin").unwrap_or(0.0))?;
@@ -112,13 +106,12 @@ const MOST_BINS: f64 = 1e5;
 /// A profile of a heap: its middle in the box, and a number of bins that can be kept.
 fn heap(scene: &Scene, source: &SceneSource, key: &dyn Fn(&str) -> String, centre: f64, bin: f64) -> Check {
     let (low, high) = (scene.domain.lower[0], scene.domain.upper[0]);
-    if !(low..=high).contains(&centre) {
-        return Err(source.error(
-            &key("centre"),
-            format!("is {centre}; allowed: a place in the box along x, {low} to {high}"),
-            "give the middle of the heap",
-        ));
-    }
+    source.refuse_if(
+        !(low..=high).contains(&centre),
+        &key("centre"),
+        format_args!("is {centre}; allowed: a place in the box along x, {low} to {high}"),
+        "give the middle of the heap",
+    )?;
     let least = (high - low) / MOST_BINS;
     if bin == 0.0 || (bin >= least && bin.is_finite()) {
         return Ok(());

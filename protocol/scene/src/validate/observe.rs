@@ -9,13 +9,12 @@ pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
     not_negative(source, "observe.every", scene.observe.every)?;
     not_negative(source, "observe.fields_every", scene.observe.fields_every)?;
     finite(source, "observe.fields_at", &scene.observe.fields_at)?;
-    if scene.observe.energy && scene.medium.is_some() {
-        return Err(source.error(
-            "observe.energy",
-            "is for dry scenes: the work of the fluid is not counted".to_owned(),
-            "leave it out, or remove [medium]",
-        ));
-    }
+    source.refuse_if(
+        scene.observe.energy && scene.medium.is_some(),
+        "observe.energy",
+        "is for dry scenes: the work of the fluid is not counted",
+        "leave it out, or remove [medium]",
+    )?;
     observed_planes(scene, source)?;
     observed_substeps(scene, source)?;
     let Some(profile) = &scene.observe.profile else { return Ok(()) };
@@ -23,16 +22,15 @@ pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
     finite(source, "observe.profile.upper", &profile.upper)?;
     let flat = scene.domain.geometry == Geometry::Plane;
     let empty = (0..3).any(|c| !(flat && c == 1) && profile.upper[c] <= profile.lower[c]);
-    if empty || profile.slabs == 0 || profile.axis() > 2 || (flat && profile.axis() == 1) {
-        return Err(source.error(
-            "observe.profile",
-            format!(
-                "spans {:?} to {:?} in {} slabs along {:?}",
-                profile.lower, profile.upper, profile.slabs, profile.axis
-            ),
-            "give a box of positive size, one slab at least, and an axis x, y or z of this geometry",
-        ));
-    }
+    source.refuse_if(
+        empty || profile.slabs == 0 || profile.axis() > 2 || (flat && profile.axis() == 1),
+        "observe.profile",
+        format_args!(
+            "spans {:?} to {:?} in {} slabs along {:?}",
+            profile.lower, profile.upper, profile.slabs, profile.axis
+        ),
+        "give a box of positive size, one slab at least, and an axis x, y or z of this geometry",
+    )?;
     Ok(())
 }
 
@@ -66,20 +64,18 @@ fn observed_planes(scene: &Scene, source: &SceneSource) -> Check {
     not_negative(source, "observe.planes.from", planes.from)?;
     finite(source, "observe.planes.at", &planes.at)?;
     span(source, "observe.planes.to", planes.from, planes.to)?;
-    if scene.medium.is_none() {
-        return Err(source.error(
-            "observe.planes",
-            "averages the fluid, and the scene has none".to_owned(),
-            "give [observe.profile] for the grains alone, or add [medium]",
-        ));
-    }
+    source.refuse_if(
+        scene.medium.is_none(),
+        "observe.planes",
+        "averages the fluid, and the scene has none",
+        "give [observe.profile] for the grains alone, or add [medium]",
+    )?;
     let axes = scene.domain.geometry.axes();
-    if !axes.contains(&planes.axis) {
-        return Err(source.error(
-            "observe.planes.axis",
-            format!("is {:?}; the axes of this geometry are {axes:?}", planes.axis),
-            "name one of them",
-        ));
-    }
+    source.refuse_if(
+        !axes.contains(&planes.axis),
+        "observe.planes.axis",
+        format_args!("is {:?}; the axes of this geometry are {axes:?}", planes.axis),
+        "name one of them",
+    )?;
     Ok(())
 }
