@@ -19,16 +19,12 @@ pub struct Metric {
     #[serde(flatten)]
     pub kind: MetricKind,
     /// Published or exact value to compare with.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
     /// A value to stand beside it that is no reference, such as another code's: no error is made of it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared_with: Option<f64>,
     /// Where the reference, or the value beside it, comes from.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
     /// What to know about the number, such as why it differs from its reference.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub remark: Option<String>,
 }
 
@@ -164,7 +160,6 @@ pub enum MetricKind {
     /// (Loiseleux et al. 2005).
     Shields {
         /// Time of the sample of `observe.planes`, s; by default their mean.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         at: Option<f64>,
         /// Solid fraction that marks the surface.
         #[serde(default = "surface")]
@@ -275,7 +270,6 @@ pub struct Column {
     #[serde(default)]
     pub end: HeapEnd,
     /// Height of the floor, m; by default the lower z face.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<f64>,
 }
 
@@ -305,7 +299,6 @@ pub struct HeapReference {
     /// Middle along x, m.
     pub centre: f64,
     /// Height of the floor, m; by default the lower z face.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<f64>,
 }
 

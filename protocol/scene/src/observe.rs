@@ -18,15 +18,12 @@ pub struct Observe {
     /// Time between field files, s; 0: none besides `fields_at`.
     pub fields_every: f64,
     /// Coarse-grained profile of the grains: written with the fields and at the end of a DEM run.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<Profile>,
     /// Averages of fluid and grains over planes of cells.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub planes: Option<ObservedPlanes>,
     /// Columns of elastic, gravitational and dissipated energy in `series.csv` (dry scenes).
     pub energy: bool,
     /// Forces on chosen grains in each sub-step of chosen windows, from `bedload-dem`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub substeps: Option<ObservedSubsteps>,
 }
 
