@@ -40,7 +40,8 @@ pub(super) fn rule(
         MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {
             Accumulator::Line(Line::new(span.from, span.to))
         }
-        _ => Accumulator::Last(None),
+        MetricKind::Final { .. } => Accumulator::Last(None),
+        _ => return Ok(Rule::unknown()),
     };
     let misfit = matches!(kind, MetricKind::HaffMisfit(_));
     let unit = match kind {

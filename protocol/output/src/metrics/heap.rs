@@ -34,7 +34,10 @@ pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, SceneErro
             let difference = move |heap: Heap| heap.surface(column.half_length).difference(&published);
             Rule::of_last(move |last| Ok(difference(heap(last, &column))))
         }
-        _ => Rule::of_last(move |last| Ok(heap(last, &column).height() / column.half_length)),
+        MetricKind::DepositHeight(_) => {
+            Rule::of_last(move |last| Ok(heap(last, &column).height() / column.half_length))
+        }
+        _ => Rule::unknown(),
     };
     Ok(rule.leaving("deposit.csv", move |last| Some(heap(last, &column).table(column.half_length))))
 }

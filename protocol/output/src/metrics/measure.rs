@@ -9,10 +9,11 @@ use super::last::LastState;
 use super::rule::{End, Moved, Rule, Seen};
 use super::subject::Subject;
 use super::trajectory::Trajectory;
+use super::{bounce, column, end, heap, oblique};
 use crate::columns::{Columns, Sample, Sides};
 use crate::planes::Record;
 use crate::summary::MetricValue;
-use bedload_scene::{CheckedScene, Metric, SceneError};
+use bedload_scene::{CheckedScene, Metric, MetricKind, SceneError};
 
 /// Everything that the metrics have kept: belongs into a checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -46,7 +47,7 @@ impl Metrics {
     /// If a column does not exist although the run sees all there is.
     pub fn new(scene: &CheckedScene, columns: &Columns, sides: Sides) -> Result<Self, SceneError> {
         let metrics = scene.scene.metrics.clone();
-        let rules = (0..metrics.len()).map(|index| Rule::of(scene, index, columns, sides));
+        let rules = (0..metrics.len()).map(|index| rule(scene, index, columns, sides));
         let rules = rules.collect::<Result<Vec<Rule>, SceneError>>()?;
         let mut subjects: Vec<Subject> = Vec::new();
         let mut place = |metric: &Metric| {
@@ -124,8 +125,8 @@ impl Metrics {
         Ok(())
     }
 
-    /// Tables that belong to metrics of the last state: name of the file and text. One of each name, of the first
-    /// metric that leaves it.
+    /// Tables that belong to metrics of the last state: name of the file and text. One of each name, of the
+    /// first metric that leaves it.
     #[must_use]
     pub fn tables(&self) -> Vec<(&'static str, String)> {
         let Some(last) = self.last.as_ref().filter(|last| !last.kinematics.is_empty()) else {
@@ -155,5 +156,19 @@ impl Metrics {
             (metric.name.clone(), MetricValue::of(metric, &rule.unit, (rule.give)(kept, &end)))
         };
         self.metrics.iter().enumerate().map(value).collect()
+    }
+}
+
+/// The rule of metric `index` of the scene, in a run with these columns that sees these sides.
+fn rule(scene: &CheckedScene, index: usize, columns: &Columns, sides: Sides) -> Result<Rule, SceneError> {
+    let kind = &scene.scene.metrics[index].kind;
+    match kind {
+        MetricKind::ObliqueError { file, select } => oblique::rule(scene, index, file, select),
+        MetricKind::HeapAngle(slope) => Ok(heap::slope(*slope)),
+        _ if kind.column().is_some() => heap::rule(scene, index),
+        _ => match bounce::rule(scene, kind).or_else(|| end::rule(scene, kind)) {
+            Some(rule) => Ok(rule),
+            None => column::rule(scene, index, columns, sides),
+        },
     }
 }

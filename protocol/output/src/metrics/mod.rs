@@ -1,7 +1,7 @@
 //! Numbers for `summary.json`, accumulated window by window in constant memory.
 //!
-//! A kind of metric is a variant of [`bedload_scene::MetricKind`], with its keys and its definition, and a rule
-//! in one of the files of kinds: what it keeps, what a window adds, what it comes to.
+//! A kind of metric is a variant of [`bedload_scene::MetricKind`], with its keys and its definition, and a
+//! rule in one of the files of kinds: what it keeps, what a window adds, what it comes to.
 //!
 //! | file | what it holds |
 //! |---|---|

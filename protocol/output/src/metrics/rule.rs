@@ -6,10 +6,9 @@ use std::path::Path;
 use super::accumulator::Accumulator;
 use super::last::LastState;
 use super::trajectory::{Passage, Trajectory};
-use super::{bounce, column, end, heap, oblique};
-use crate::columns::{Columns, Sample, Sides};
+use crate::columns::Sample;
 use crate::planes::Record;
-use bedload_scene::{CheckedScene, MetricKind, SceneError};
+use bedload_scene::{CheckedScene, SceneError};
 
 /// What a metric comes to: a value, perhaps with a remark, or why there is none.
 pub(super) type Outcome = Result<(f64, Option<String>), String>;
@@ -74,6 +73,11 @@ impl Rule {
         Self::new(unit, Accumulator::Trajectory, |_, _| {}, move |_, end| give(end))
     }
 
+    /// Of a kind that no file of kinds has.
+    pub(super) fn unknown() -> Self {
+        Self::at_end("-", |_| Err("no rule says how it is measured".into()))
+    }
+
     /// One of the last state of all grains.
     pub(super) fn of_last(give: impl Fn(&LastState) -> Result<f64, String> + Send + Sync + 'static) -> Self {
         Self::at_end("-", move |end| plain(give(end.last()?)?))
@@ -86,25 +90,6 @@ impl Rule {
         text: impl Fn(&LastState) -> Option<String> + Send + Sync + 'static,
     ) -> Self {
         Self { leave: Some(Box::new(move |last| text(last).map(|text| (name, text)))), ..self }
-    }
-
-    /// The rule of metric `index` of the scene, in a run with these columns that sees these sides.
-    pub(super) fn of(
-        scene: &CheckedScene,
-        index: usize,
-        columns: &Columns,
-        sides: Sides,
-    ) -> Result<Self, SceneError> {
-        let kind = &scene.scene.metrics[index].kind;
-        Ok(match kind {
-            MetricKind::ObliqueError { file, select } => oblique::rule(scene, index, file, select)?,
-            MetricKind::HeapAngle(slope) => heap::slope(*slope),
-            _ if kind.column().is_some() => heap::rule(scene, index)?,
-            _ => match bounce::rule(scene, kind).or_else(|| end::rule(scene, kind)) {
-                Some(rule) => rule,
-                None => column::rule(scene, index, columns, sides)?,
-            },
-        })
     }
 }
 
