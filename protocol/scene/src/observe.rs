@@ -101,19 +101,6 @@ fn upward() -> Axis {
     Axis::Z
 }
 
-impl Profile {
-    /// Component across the slabs; 3 for an axis that grains have not.
-    #[must_use]
-    pub fn axis(&self) -> usize {
-        match self.axis {
-            Axis::X => 0,
-            Axis::Y => 1,
-            Axis::Z => 2,
-            Axis::R => 3,
-        }
-    }
-}
-
 impl Observe {
     /// Are fields due in the window from `start` to `end`, s? At t = 0 only in the first window.
     #[must_use]
