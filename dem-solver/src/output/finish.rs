@@ -10,7 +10,7 @@ use crate::outside::Outside;
 use crate::solver::Dem;
 use crate::spec::DemSpec;
 use bedload_output::{MetricValue, OutputFolder, atomic_write};
-use bedload_scene::{CheckedScene, MetricKind};
+use bedload_scene::{CheckedScene, InRange, MetricKind};
 use protocol::participant::SolverError;
 
 /// What a run has at its end.
@@ -42,7 +42,7 @@ pub(crate) fn finish(
     let Some(profile) = profile else { return Ok(BTreeMap::new()) };
     let gravity = Vec3::from(spec.gravity)[profile.axis];
     let fit = scene.scene.metrics.iter().find_map(|metric| match metric.kind {
-        MetricKind::JanssenFit { range } => {
+        MetricKind::JanssenFit(InRange { range }) => {
             let silo = Silo::new(profile, range, gravity)?;
             Some((silo, silo.fit(profile, range)?))
         }
@@ -64,23 +64,17 @@ fn metrics(scene: &CheckedScene, profile: &Profile, gravity: f64) -> BTreeMap<St
     let mut values = BTreeMap::new();
     for metric in &scene.scene.metrics {
         let (measured, unit) = match metric.kind {
-            MetricKind::JanssenFit { range } => {
+            MetricKind::JanssenFit(InRange { range }) => {
                 (Silo::new(profile, range, gravity).and_then(|silo| silo.fit(profile, range)), "-")
             }
-            MetricKind::JanssenDirect { range } => (direct(profile, range), "-"),
-            MetricKind::PlateauPressure { range } => (plateau(profile, range), "Pa"),
+            MetricKind::JanssenDirect(InRange { range }) => (direct(profile, range), "-"),
+            MetricKind::PlateauPressure(InRange { range }) => (plateau(profile, range), "Pa"),
             _ => continue,
         };
-        let (reference, source) = (metric.reference, metric.source.clone());
-        let value = match measured {
-            Some(Measured { value, spread, slabs }) => {
-                let mut value = MetricValue::measured(value, unit, reference, source);
-                value.note = value.note.or(Some(format!("± {spread:.3} over {slabs} slabs")));
-                value
-            }
-            None => MetricValue::missing("no slab in `range` holds grains", unit, reference, source),
-        };
-        values.insert(metric.name.clone(), value);
+        let told =
+            |Measured { value, spread, slabs }| (value, Some(format!("± {spread:.3} over {slabs} slabs")));
+        let outcome = measured.map(told).ok_or("no slab in `range` holds grains".to_owned());
+        values.insert(metric.name.clone(), MetricValue::of(metric, unit, outcome));
     }
     values
 }

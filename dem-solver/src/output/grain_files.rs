@@ -12,33 +12,37 @@ fn flat(vectors: &[Vec3]) -> Vec<f64> {
     vectors.iter().flat_map(|v| [v.x, v.y, v.z]).collect()
 }
 
-/// 1 for a grain that forces do not move.
-fn held(motion: &Motion) -> i64 {
-    i64::from(*motion != Motion::Free)
+/// Velocity, spin, mean contact force of the last window, number and motion (0 free, 1 held) of the grains
+/// `of`.
+fn data(grains: &Grains, seen: &Observations, of: &[usize]) -> Vec<Array> {
+    let vectors = |name, all: &[Vec3]| {
+        let known = |i: &usize| all.get(*i).copied().unwrap_or_default();
+        Array::real(name, 3, flat(&of.iter().map(known).collect::<Vec<_>>()))
+    };
+    let held = |i: &usize| i64::from(grains.motion[*i] != Motion::Free);
+    vec![
+        vectors("velocity", &grains.velocity),
+        Array::scalar("speed", of.iter().map(|i| grains.velocity[*i].norm()).collect()),
+        vectors("spin", &grains.spin),
+        vectors("contact_force", &seen.mean_contact),
+        Array::whole("id", of.iter().map(|i| *i as i64).collect()),
+        Array::whole("held", of.iter().map(held).collect()),
+    ]
 }
 
-/// Points with radius, velocity, spin, mean contact force of the last window, number and motion
-/// (0 free, 1 held).
+/// Points with radius, velocity, spin, mean contact force of the last window, number and motion.
 #[must_use]
 pub fn vtp(time: f64, grains: &Grains, seen: &Observations) -> Vec<u8> {
-    let speed = grains.velocity.iter().map(|v| v.norm()).collect();
-    let data = [
-        Array::scalar("radius", grains.radius.clone()),
-        Array::real("velocity", 3, flat(&grains.velocity)),
-        Array::scalar("speed", speed),
-        Array::real("spin", 3, flat(&grains.spin)),
-        Array::real("contact_force", 3, flat(&seen.mean_contact)),
-        Array::whole("id", (0..grains.len() as i64).collect()),
-        Array::whole("held", grains.motion.iter().map(held).collect()),
-    ];
+    let all: Vec<usize> = (0..grains.len()).collect();
+    let mut data = data(grains, seen, &all);
+    data.insert(0, Array::scalar("radius", grains.radius.clone()));
     points(time, flat(&grains.position), &data)
 }
 
 /// Points along an ellipse.
 const ALONG_ELLIPSE: u32 = 64;
 
-/// Polygons of the bodies that are not round, with velocity, spin, mean contact force of the last window,
-/// number and motion; none where all are round.
+/// Polygons of the bodies that are not round, with the same but the radius; none where all are round.
 #[must_use]
 pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Outline]) -> Option<Vec<u8>> {
     let (mut position, mut ends, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
@@ -62,18 +66,7 @@ pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Out
     if bodies.is_empty() {
         return None;
     }
-    let of = |vectors: &[Vec3]| {
-        let known = |i: &usize| vectors.get(*i).copied().unwrap_or_default();
-        flat(&bodies.iter().map(known).collect::<Vec<_>>())
-    };
-    let data = [
-        Array::real("velocity", 3, of(&grains.velocity)),
-        Array::scalar("speed", bodies.iter().map(|i| grains.velocity[*i].norm()).collect()),
-        Array::real("spin", 3, of(&grains.spin)),
-        Array::real("contact_force", 3, of(&seen.mean_contact)),
-        Array::whole("id", bodies.iter().map(|i| *i as i64).collect()),
-        Array::whole("held", bodies.iter().map(|i| held(&grains.motion[*i])).collect()),
-    ];
+    let data = data(grains, seen, &bodies);
     Some(polygons(time, position, ends, &data))
 }
 

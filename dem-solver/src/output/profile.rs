@@ -45,7 +45,7 @@ impl Profile {
         grains: &Grains,
         contacts: &[Contact],
     ) -> Self {
-        let axis = asked.axis();
+        let axis = asked.axis.component();
         let disc = spec.shape == Shape::Disc;
         let sides: Vec<usize> = lateral(axis).into_iter().filter(|c| !(disc && *c == 1)).collect();
         let extent = |c: &usize| asked.upper[*c] - asked.lower[*c];

@@ -20,25 +20,6 @@ pub enum Outline {
     },
 }
 
-/// Why vertices make no body.
-#[derive(Clone, Debug, PartialEq)]
-pub enum OutlineFault {
-    /// Fewer than three vertices.
-    Few(usize),
-    /// More than [`Outline::MOST_VERTICES`].
-    Many(usize),
-    /// A vertex is not finite.
-    NotFinite(usize),
-    /// Two neighbours coincide: an edge has no length.
-    Doubled(usize),
-    /// The area is zero, or next to nothing.
-    Flat,
-    /// The outline turns the other way at a vertex: it is not convex.
-    NotConvex(usize),
-    /// Edges cross: the outline turns around more than once.
-    Crossing,
-}
-
 fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
@@ -69,29 +50,33 @@ impl Outline {
     /// A convex polygon, moved so that its centre of mass is the origin. Vertices may turn either way.
     ///
     /// # Errors
-    /// [`OutlineFault`] if they make no convex body.
-    pub fn polygon(vertices: &[[f64; 2]]) -> Result<Self, OutlineFault> {
-        let count = vertices.len();
-        if count < 3 {
-            return Err(OutlineFault::Few(count));
+    /// What is wrong with vertices that make no convex body, and what to do.
+    pub fn polygon(vertices: &[[f64; 2]]) -> Result<Self, (String, &'static str)> {
+        const IN_ORDER: &str = "name the vertices in order around the body";
+        let (count, most) = (vertices.len(), Self::MOST_VERTICES);
+        if !(3..=most).contains(&count) {
+            let remedy = if count < 3 { "add vertices" } else { "leave some out" };
+            return Err((format!("has {count} of them; allowed: 3 to {most}"), remedy));
         }
-        if count > Self::MOST_VERTICES {
-            return Err(OutlineFault::Many(count));
-        }
-        if let Some(index) = vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
-            return Err(OutlineFault::NotFinite(index));
+        if let Some(k) = vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
+            let what = format!("[{k}] is {:?}; allowed: finite numbers", vertices[k]);
+            return Err((what, "give finite numbers, m"));
         }
         let mut vertices = vertices.to_vec();
         let size = vertices.iter().map(|v| length(minus(*v, vertices[0]))).fold(0.0, f64::max);
         let edge = |vertices: &[[f64; 2]], k: usize| minus(vertices[(k + 1) % count], vertices[k % count]);
-        if let Some(index) = (0..count).find(|k| length(edge(&vertices, *k)) <= 1e-9 * size) {
-            return Err(OutlineFault::Doubled(index));
+        if let Some(k) = (0..count).find(|k| length(edge(&vertices, *k)) <= 1e-9 * size) {
+            let what = format!("[{k}] and the next one coincide at {:?}", vertices[k]);
+            return Err((what, "name each vertex once; the last one joins the first by itself"));
         }
+        let crossing = || ("are joined by edges that cross each other".to_owned(), IN_ORDER);
         let (area, _) = area_and_centre(&vertices);
         if area.abs() <= 1e-9 * size * size {
             let turns = (0..count)
                 .any(|k| cross(edge(&vertices, k), edge(&vertices, k + 1)).abs() > 1e-9 * size * size);
-            return Err(if turns { OutlineFault::Crossing } else { OutlineFault::Flat });
+            let flat =
+                ("lie on a line: the body has no area".to_owned(), "give vertices that enclose an area");
+            return Err(if turns { crossing() } else { flat });
         }
         if area < 0.0 {
             vertices.reverse();
@@ -101,12 +86,16 @@ impl Outline {
             let (one, next) = (edge(&vertices, k), edge(&vertices, k + 1));
             let turn = cross(one, next).atan2(dot(one, next));
             if turn <= 0.0 {
-                return Err(OutlineFault::NotConvex((k + 1) % count));
+                return Err((
+                    "do not turn the same way everywhere: the outline is not convex".to_owned(),
+                    "name the vertices in order around the body, none on the line of its neighbours; bodies with \
+                     re-entrant corners are not supported",
+                ));
             }
             turned += turn;
         }
         if turned > 3.0 * PI {
-            return Err(OutlineFault::Crossing);
+            return Err(crossing());
         }
         let (_, centre) = area_and_centre(&vertices);
         vertices.iter_mut().for_each(|v| *v = minus(*v, centre));
@@ -346,17 +335,20 @@ mod tests {
 
     #[test]
     fn vertices_that_make_no_body_are_told() {
-        let of = |v: &[[f64; 2]]| Outline::polygon(v).unwrap_err();
-        assert_eq!(of(&[[0.0, 0.0], [1.0, 0.0]]), OutlineFault::Few(2));
-        assert_eq!(of(&[[0.0, 0.0], [1.0, 0.0], [f64::NAN, 1.0]]), OutlineFault::NotFinite(2));
-        assert_eq!(of(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]), OutlineFault::Flat);
-        assert_eq!(of(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), OutlineFault::Doubled(1));
-        assert_eq!(of(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), OutlineFault::Crossing);
-        assert!(matches!(of(&[[0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.0, 2.0]]), OutlineFault::NotConvex(_)));
+        let told = |v: &[[f64; 2]], what: &str| {
+            let (message, _) = Outline::polygon(v).unwrap_err();
+            assert!(message.contains(what), "{message} is not: {what}");
+        };
+        told(&[[0.0, 0.0], [1.0, 0.0]], "has 2 of them");
+        told(&[[0.0, 0.0], [1.0, 0.0], [f64::NAN, 1.0]], "[2] is [NaN");
+        told(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], "no area");
+        told(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]], "[1] and the next one coincide");
+        told(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]], "cross");
+        told(&[[0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.0, 2.0]], "not convex");
         // A star of five points turns twice.
         let star: Vec<[f64; 2]> =
             (0..5).map(|k| 4.0 * PI * f64::from(k) / 5.0).map(|a| [a.cos(), a.sin()]).collect();
-        assert_eq!(of(&star), OutlineFault::Crossing);
+        told(&star, "cross");
         // Either way of turning is the same body.
         let one = Outline::polygon(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]).unwrap();
         let other = Outline::polygon(&[[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]]).unwrap();

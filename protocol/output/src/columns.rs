@@ -92,97 +92,94 @@ impl Sample<'_> {
 }
 
 /// Where a column's value comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 enum Source {
-    Time,
-    Dt,
-    Substeps,
-    KineticEnergy,
-    SmallestGap,
-    LargestOverlap,
-    RunOut,
-    Height,
+    Run(fn(&Columns, &Sample) -> f64),
     Extra(usize),
-    Grain(Quantity, usize, usize),
+    /// Quantity, component and grain.
+    Grain(&'static Quantity, usize, usize),
 }
 
-/// What is observed of a grain: vectors, and the gap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Quantity {
-    Position,
-    Velocity,
-    Spin,
-    /// Of bodies that are not round.
-    Angle,
-    HydrodynamicForce,
-    HydrodynamicTorque,
-    ContactForce,
-    LubricationForce,
-    Gap,
+/// What is observed of a grain.
+#[derive(Debug)]
+struct Quantity {
+    name: &'static str,
+    unit: &'static str,
+    is_seen: fn(Sides) -> bool,
+    form: Form,
+    value: Value,
 }
+
+/// Which components it has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    Vector,
+    /// A vector along the axis of a turn.
+    Turn,
+    Scalar,
+}
+
+/// What its components, 0 to 2, are read from.
+#[derive(Debug)]
+enum Value {
+    Motion(fn(&Kinematics, usize) -> f64),
+    Loads(fn(&Loads, usize) -> f64),
+}
+
+/// Of bodies that are not round.
+const ANGLE: &str = "angle";
+
+/// Name, unit, who must be there for it to be seen, form, and where it is read.
+const QUANTITIES: [Quantity; 9] = [
+    Quantity::new("position", "m", MOTION, Form::Vector, Value::Motion(|m, c| m.position[c])),
+    Quantity::new("velocity", "m/s", MOTION, Form::Vector, Value::Motion(|m, c| m.velocity[c])),
+    Quantity::new("spin", "rad/s", MOTION, Form::Turn, Value::Motion(|m, c| m.spin[c])),
+    Quantity::new(ANGLE, "rad", MOTION, Form::Turn, Value::Motion(|m, _| about_y(m.orientation))),
+    Quantity::new("hydrodynamic_force", "N", LOADS, Form::Vector, Value::Loads(|l, c| l.force[c])),
+    Quantity::new("hydrodynamic_torque", "N m", LOADS, Form::Turn, Value::Loads(|l, c| l.torque[c])),
+    Quantity::new("contact_force", "N", CONTACT, Form::Vector, Value::Motion(|m, c| m.contact_force[c])),
+    Quantity::new(
+        "lubrication_force",
+        "N",
+        CONTACT,
+        Form::Vector,
+        Value::Motion(|m, c| m.lubrication_force[c]),
+    ),
+    Quantity::new("gap", "m", CONTACT, Form::Scalar, Value::Motion(|m, _| m.gap)),
+];
+
+const MOTION: fn(Sides) -> bool = |sides| sides.motion;
+const LOADS: fn(Sides) -> bool = |sides| sides.loads;
+const CONTACT: fn(Sides) -> bool = |sides| sides.contact;
 
 impl Quantity {
-    const ALL: [Self; 9] = [
-        Self::Position,
-        Self::Velocity,
-        Self::Spin,
-        Self::Angle,
-        Self::HydrodynamicForce,
-        Self::HydrodynamicTorque,
-        Self::ContactForce,
-        Self::LubricationForce,
-        Self::Gap,
-    ];
-
-    fn name_and_unit(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Position => ("position", "m"),
-            Self::Velocity => ("velocity", "m/s"),
-            Self::Spin => ("spin", "rad/s"),
-            Self::Angle => ("angle", "rad"),
-            Self::HydrodynamicForce => ("hydrodynamic_force", "N"),
-            Self::HydrodynamicTorque => ("hydrodynamic_torque", "N m"),
-            Self::ContactForce => ("contact_force", "N"),
-            Self::LubricationForce => ("lubrication_force", "N"),
-            Self::Gap => ("gap", "m"),
-        }
-    }
-
-    fn is_seen(self, sides: Sides) -> bool {
-        match self {
-            Self::Position | Self::Velocity | Self::Spin | Self::Angle => sides.motion,
-            Self::HydrodynamicForce | Self::HydrodynamicTorque => sides.loads,
-            Self::ContactForce | Self::LubricationForce | Self::Gap => sides.contact,
-        }
+    const fn new(
+        name: &'static str,
+        unit: &'static str,
+        is_seen: fn(Sides) -> bool,
+        form: Form,
+        value: Value,
+    ) -> Self {
+        Self { name, unit, is_seen, form, value }
     }
 
     /// Components that the geometry leaves free: axial ones on an axis, turning about y in a plane.
-    fn components(self, geometry: Geometry) -> &'static [usize] {
-        let turns = matches!(self, Self::Spin | Self::Angle | Self::HydrodynamicTorque);
-        match (self, geometry) {
-            (Self::Gap, _) => &[0],
+    fn components(&self, geometry: Geometry) -> &'static [usize] {
+        match (self.form, geometry) {
+            (Form::Scalar, _) => &[0],
             (_, Geometry::Space) => &[0, 1, 2],
-            (_, Geometry::Plane) if turns => &[1],
-            (_, Geometry::Plane) => &[0, 2],
-            (_, Geometry::Axisymmetric) if turns => &[],
-            (_, Geometry::Axisymmetric) => &[2],
+            (Form::Turn, Geometry::Plane) => &[1],
+            (Form::Vector, Geometry::Plane) => &[0, 2],
+            (Form::Turn, Geometry::Axisymmetric) => &[],
+            (Form::Vector, Geometry::Axisymmetric) => &[2],
         }
     }
 
-    fn value(self, axis: usize, grain: usize, sample: &Sample) -> Option<f64> {
-        let motion = sample.kinematics.get(grain);
-        let loads = sample.loads.get(grain);
-        Some(match self {
-            Self::Position => motion?.position[axis],
-            Self::Velocity => motion?.velocity[axis],
-            Self::Spin => motion?.spin[axis],
-            Self::Angle => about_y(motion?.orientation),
-            Self::HydrodynamicForce => loads?.force[axis],
-            Self::HydrodynamicTorque => loads?.torque[axis],
-            Self::ContactForce => motion?.contact_force[axis],
-            Self::LubricationForce => motion?.lubrication_force[axis],
-            Self::Gap => motion?.gap,
-        })
+    fn value(&self, axis: usize, grain: usize, sample: &Sample) -> Option<f64> {
+        match self.value {
+            Value::Motion(of) => sample.kinematics.get(grain).map(|motion| of(motion, axis)),
+            Value::Loads(of) => sample.loads.get(grain).map(|loads| of(loads, axis)),
+        }
     }
 }
 
@@ -278,20 +275,23 @@ impl Columns {
     }
 
     fn add_scalars(&mut self, geometry: Geometry, sides: Sides, extras: &[Extra]) {
-        self.add("t", "s", Source::Time);
-        self.add("dt", "s", Source::Dt);
+        self.add("t", "s", Source::Run(|_, sample| sample.time()));
+        self.add("dt", "s", Source::Run(|_, sample| sample.window.dt));
         if sides.contact {
-            self.add("substeps", "-", Source::Substeps);
-            self.add("smallest_gap", "m", Source::SmallestGap);
-            self.add("largest_overlap", "m", Source::LargestOverlap);
+            self.add("substeps", "-", Source::Run(|_, sample| sample.header.substeps as f64));
+            self.add("smallest_gap", "m", Source::Run(|_, sample| sample.header.smallest_gap));
+            self.add("largest_overlap", "m", Source::Run(|_, sample| sample.header.largest_overlap));
         }
         if sides.motion && !self.free.is_empty() {
-            self.add("kinetic_energy", "J", Source::KineticEnergy);
+            self.add("kinetic_energy", "J", Source::Run(Columns::kinetic_energy));
         }
-        let heap = self.free.len() > 1 && geometry != Geometry::Axisymmetric;
-        if sides.motion && heap {
-            self.add("run_out", "m", Source::RunOut);
-            self.add("height", "m", Source::Height);
+        if sides.motion && self.free.len() > 1 && geometry != Geometry::Axisymmetric {
+            self.add(
+                "run_out",
+                "m",
+                Source::Run(|columns, sample| columns.extent(sample, 0) - columns.front),
+            );
+            self.add("height", "m", Source::Run(|columns, sample| columns.extent(sample, 2) - columns.floor));
         }
         for (index, extra) in extras.iter().enumerate() {
             self.add(&extra.name, &extra.unit, Source::Extra(index));
@@ -301,15 +301,12 @@ impl Columns {
     fn add_grain(&mut self, grain: usize, scene: &CheckedScene, sides: Sides) {
         let geometry = scene.scene.domain.geometry;
         let round = scene.grains.get(grain).is_none_or(|grain| grain.shape.is_round());
-        let seen = |quantity: &Quantity| quantity.is_seen(sides) && !(round && *quantity == Quantity::Angle);
-        for quantity in Quantity::ALL.into_iter().filter(seen) {
-            let (name, unit) = quantity.name_and_unit();
+        let seen = |q: &&Quantity| (q.is_seen)(sides) && !(round && q.name == ANGLE);
+        for quantity in QUANTITIES.iter().filter(seen) {
             for axis in quantity.components(geometry) {
-                let name = match quantity {
-                    Quantity::Gap => format!("{name}[{grain}]"),
-                    _ => format!("{name}_{}[{grain}]", ["x", "y", "z"][*axis]),
-                };
-                self.add(&name, unit, Source::Grain(quantity, *axis, grain));
+                let component = if quantity.form == Form::Scalar { "" } else { ["_x", "_y", "_z"][*axis] };
+                let name = format!("{}{component}[{grain}]", quantity.name);
+                self.add(&name, quantity.unit, Source::Grain(quantity, *axis, grain));
             }
         }
     }
@@ -340,14 +337,7 @@ impl Columns {
     pub fn fill(&mut self, sample: &Sample) -> &[f64] {
         for place in 0..self.row.len() {
             self.row[place] = match self.sources[place] {
-                Source::Time => sample.time(),
-                Source::Dt => sample.window.dt,
-                Source::Substeps => sample.header.substeps as f64,
-                Source::SmallestGap => sample.header.smallest_gap,
-                Source::LargestOverlap => sample.header.largest_overlap,
-                Source::KineticEnergy => self.kinetic_energy(sample),
-                Source::RunOut => self.extent(sample, 0) - self.front,
-                Source::Height => self.extent(sample, 2) - self.floor,
+                Source::Run(value) => value(self, sample),
                 Source::Extra(index) => sample.extras.get(index).copied().unwrap_or(f64::NAN),
                 Source::Grain(quantity, axis, grain) => {
                     quantity.value(axis, grain, sample).unwrap_or(f64::NAN)

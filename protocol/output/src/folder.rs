@@ -17,22 +17,44 @@ const MARKER: &str = "# Bedload output:";
 /// What stands before [`CheckedScene::state_sha256`] in that file, on a line of its own.
 const STATE: &str = "# sha256 of what it says, its end aside: ";
 
-/// Files that a run writes in the folder itself.
-const FILES: [&str; 13] = [
-    "summary.json",
-    "series.csv",
-    "exchange.mcap",
-    "divergence.csv",
-    "divergence.svg",
-    "report.html",
-    "plan.json",
-    "grains.csv",
-    "profile.csv",
-    "planes.csv",
-    "oblique.csv",
-    "deposit.csv",
-    "scene-in-full.toml",
-];
+/// The files that a run writes in the folder itself, a method for the path of each.
+macro_rules! files {
+    ($($(#[$doc:meta])* $method:ident = $name:literal;)*) => {
+        const FILES: &[&str] = &[$($name),*];
+
+        impl OutputFolder {
+            $($(#[$doc])*
+            #[must_use]
+            pub fn $method(&self) -> PathBuf {
+                self.root.join($name)
+            })*
+        }
+    };
+}
+
+files! {
+    /// The scene as a solver of another is given it: `scene-in-full.toml`.
+    scene_in_full = "scene-in-full.toml";
+    /// `summary.json`.
+    summary = "summary.json";
+    /// `series.csv`.
+    series = "series.csv";
+    /// The grains as a run of a DEM alone leaves them, `grains.csv`.
+    grains = "grains.csv";
+    /// Coarse-grained profile at the end of a run of a DEM alone, `profile.csv`.
+    profile = "profile.csv";
+    /// Mean over time of the averages over planes, `planes.csv`.
+    planes = "planes.csv";
+    /// The log of the exchange, `exchange.mcap`.
+    log = "exchange.mcap";
+    /// The plan that the coupler checked, `plan.json`.
+    plan = "plan.json";
+    /// `report.html`.
+    report = "report.html";
+}
+
+/// Those of metrics and of comparisons.
+const TABLES: [&str; 5] = ["divergence.csv", "divergence.svg", "oblique.csv", "deposit.csv", "heap.csv"];
 
 /// What a start leaves that was killed before `scene.toml` stood: the file that was to take its place.
 const BEGUN: &str = "scene.toml.tmp";
@@ -184,12 +206,7 @@ impl OutputFolder {
     /// # Errors
     /// [`OutputError::File`].
     pub fn remove_summary(&self) -> Result<(), OutputError> {
-        match fs::remove_file(self.summary()) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                Err(OutputError::file("replace", &self.summary())(error))
-            }
-            _ => Ok(()),
-        }
+        remove("replace", &self.summary())
     }
 
     fn is_empty(&self) -> Result<bool, OutputError> {
@@ -223,16 +240,8 @@ impl OutputFolder {
         })?;
         self.remove_log_parts();
         protocol::checkpoints::remove_others(&self.checkpoint(), None);
-        for name in FILES {
-            let path = self.root.join(name);
-            match fs::remove_file(&path) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(OutputError::file("replace the last run's", &path)(error));
-                }
-                _ => {}
-            }
-        }
-        Ok(())
+        let mut files = FILES.iter().chain(&TABLES);
+        files.try_for_each(|name| remove("replace the last run's", &self.root.join(name)))
     }
 
     /// The folder itself.
@@ -245,48 +254,6 @@ impl OutputFolder {
     #[must_use]
     pub fn scene(&self) -> PathBuf {
         self.root.join("scene.toml")
-    }
-
-    /// The scene as a solver of another is given it: `scene-in-full.toml`.
-    #[must_use]
-    pub fn scene_in_full(&self) -> PathBuf {
-        self.root.join("scene-in-full.toml")
-    }
-
-    /// `summary.json`.
-    #[must_use]
-    pub fn summary(&self) -> PathBuf {
-        self.root.join("summary.json")
-    }
-
-    /// `series.csv`.
-    #[must_use]
-    pub fn series(&self) -> PathBuf {
-        self.root.join("series.csv")
-    }
-
-    /// The grains as a run of a DEM alone leaves them, `grains.csv`.
-    #[must_use]
-    pub fn grains(&self) -> PathBuf {
-        self.root.join("grains.csv")
-    }
-
-    /// Coarse-grained profile at the end of a run of a DEM alone, `profile.csv`.
-    #[must_use]
-    pub fn profile(&self) -> PathBuf {
-        self.root.join("profile.csv")
-    }
-
-    /// Mean over time of the averages over planes, `planes.csv`.
-    #[must_use]
-    pub fn planes(&self) -> PathBuf {
-        self.root.join("planes.csv")
-    }
-
-    /// The log of the exchange, `exchange.mcap`.
-    #[must_use]
-    pub fn log(&self) -> PathBuf {
-        self.root.join("exchange.mcap")
     }
 
     /// Path of part `part` of the log, counted from 1: a resume begins a new one.
@@ -317,12 +284,6 @@ impl OutputFolder {
         }
     }
 
-    /// The plan that the coupler checked, `plan.json`.
-    #[must_use]
-    pub fn plan(&self) -> PathBuf {
-        self.root.join("plan.json")
-    }
-
     /// Folder of the field files.
     #[must_use]
     pub fn fields(&self) -> PathBuf {
@@ -334,12 +295,6 @@ impl OutputFolder {
     pub fn checkpoint(&self) -> PathBuf {
         self.root.join("checkpoint")
     }
-
-    /// `report.html`.
-    #[must_use]
-    pub fn report(&self) -> PathBuf {
-        self.root.join("report.html")
-    }
 }
 
 /// [`CheckedScene::state_sha256`] of the scene from which a run was made, which the checkpoint of a solver
@@ -350,6 +305,16 @@ pub fn state_of(scene: &str) -> Option<&str> {
     let mut head = scene.lines().take_while(|line| line.starts_with('#'));
     head.next().filter(|line| line.starts_with(MARKER))?;
     head.find_map(|line| line.strip_prefix(STATE)).map(str::trim)
+}
+
+/// Removes a file, if it is there.
+fn remove(action: &'static str, path: &Path) -> Result<(), OutputError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(OutputError::file(action, path)(error))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Removes the plain files of `folder` that `ours` knows; links and folders stay.

@@ -13,7 +13,6 @@ use crate::summary::{Summary, Tally};
 use bedload_scene::{CheckedScene, ObservedPlanes, SceneError};
 
 /// Series, metrics and counts of a run.
-#[derive(Debug)]
 pub struct Observer {
     columns: Columns,
     series: SeriesWriter,
@@ -55,10 +54,7 @@ impl Observer {
         sides: Sides,
         extras: &[Extra],
     ) -> Result<Self, OutputError> {
-        let columns = Columns::new(scene, sides, extras);
-        let metrics = Metrics::new(scene, &columns, sides).map_err(Box::new)?;
-        let series = SeriesWriter::create(&folder.series(), columns.names(), scene.scene.observe.every)?;
-        Ok(Self::over(folder, scene, sides, columns, series, metrics, Tally::default()))
+        Self::begin(folder, scene, sides, extras, None)
     }
 
     /// Watches a run that goes on from a checkpoint: rows of `series.csv` after it are cut off.
@@ -72,27 +68,29 @@ impl Observer {
         extras: &[Extra],
         state: ObserverState,
     ) -> Result<Self, OutputError> {
-        let columns = Columns::new(scene, sides, extras);
-        let mut metrics = Metrics::new(scene, &columns, sides).map_err(Box::new)?;
-        metrics
-            .restore(state.metrics)
-            .map_err(|what| OutputError::Content { path: folder.checkpoint(), what })?;
-        let every = scene.scene.observe.every;
-        let series = SeriesWriter::resume(&folder.series(), columns.names(), every, &state.series)?;
-        Ok(Self::over(folder, scene, sides, columns, series, metrics, state.tally))
+        Self::begin(folder, scene, sides, extras, Some(state))
     }
 
-    fn over(
+    fn begin(
         folder: &OutputFolder,
         scene: &CheckedScene,
         sides: Sides,
-        columns: Columns,
-        series: SeriesWriter,
-        metrics: Metrics,
-        tally: Tally,
-    ) -> Self {
-        let planes = scene.scene.observe.planes.clone();
-        Self { columns, series, metrics, tally, has_fluid: sides.loads, planes, folder: folder.clone() }
+        extras: &[Extra],
+        state: Option<ObserverState>,
+    ) -> Result<Self, OutputError> {
+        let columns = Columns::new(scene, sides, extras);
+        let mut metrics = Metrics::new(scene, &columns, sides).map_err(Box::new)?;
+        let (path, names, every) = (folder.series(), columns.names(), scene.scene.observe.every);
+        let (series, tally) = match state {
+            None => (SeriesWriter::create(&path, names, every)?, Tally::default()),
+            Some(state) => {
+                let wrong = |what| OutputError::Content { path: folder.checkpoint(), what };
+                metrics.restore(state.metrics).map_err(wrong)?;
+                (SeriesWriter::resume(&path, names, every, &state.series)?, state.tally)
+            }
+        };
+        let (planes, folder) = (scene.scene.observe.planes.clone(), folder.clone());
+        Ok(Self { columns, series, metrics, tally, has_fluid: sides.loads, planes, folder })
     }
 
     /// Takes an accepted window, once, in order.

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::error::OutputError;
+use bedload_scene::ObservedPlanes;
 use bedload_scene::table::{Table, line};
-use bedload_scene::{MetricKind, ObservedPlanes};
 
 /// Columns of a file, after `# t`.
 const HEADER: &str = "at,width,solid_fraction,fluid_velocity_x,fluid_velocity_y,fluid_velocity_z,grain_velocity_x,\
@@ -96,7 +96,7 @@ impl Planes {
     }
 
     /// Mean of a velocity over all planes, m/s: (phase, component), phase 0 fluid, 1 grains.
-    fn mean_velocity(&self, phase: usize, component: usize) -> f64 {
+    pub(super) fn mean_velocity(&self, phase: usize, component: usize) -> f64 {
         let (mut sum, mut total) = (0.0, 0.0);
         for p in &self.planes {
             let (velocity, share) = match phase {
@@ -110,7 +110,7 @@ impl Planes {
     }
 
     /// Rate of shear of the fluid where the solid fraction falls below `fraction` for the last time, 1/s.
-    fn shear_at_surface(&self, fraction: f64) -> Option<f64> {
+    pub(super) fn shear_at_surface(&self, fraction: f64) -> Option<f64> {
         let above = self.planes.iter().rposition(|p| p.solid_fraction >= fraction)? + 1;
         let (a, b) = (&self.planes[above - 1], self.planes.get(above)?);
         let square: f64 = (0..3).map(|c| (b.fluid_velocity[c] - a.fluid_velocity[c]).powi(2)).sum();
@@ -145,7 +145,7 @@ impl std::fmt::Display for Planes {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Record {
     samples: Vec<Planes>,
-    mean: Option<Planes>,
+    pub(super) mean: Option<Planes>,
 }
 
 impl Record {
@@ -179,46 +179,6 @@ impl Record {
         let apart = |sample: &Planes| (sample.time - t).abs();
         self.samples.last().filter(|last| last.time >= t)?;
         self.samples.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
-    }
-
-    /// A metric of the mean, or of the sample nearest to its time.
-    pub(super) fn value(&self, kind: &MetricKind, grains: &Bed) -> Result<f64, String> {
-        let mean = self.mean.as_ref().ok_or("the run ended before the mean of observe.planes begins");
-        match kind {
-            MetricKind::MeanFluidVelocity { component } => Ok(mean?.mean_velocity(0, component.component())),
-            MetricKind::MeanGrainVelocity { component } => Ok(mean?.mean_velocity(1, component.component())),
-            MetricKind::Shields { at, surface } => {
-                let planes = match at {
-                    Some(t) => self.nearest(*t).ok_or_else(|| format!("the run ended before t = {t} s"))?,
-                    None => mean?,
-                };
-                let shear = planes.shear_at_surface(*surface);
-                let shear = shear.ok_or_else(|| format!("no solid fraction of {surface} was found"))?;
-                grains.shields(shear)
-            }
-            _ => Err("is not measured on planes".into()),
-        }
-    }
-}
-
-/// What the Shields number needs besides the shear.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Bed {
-    /// Viscosity, Pa s.
-    pub(super) viscosity: f64,
-    /// ρ_p − ρ, kg/m³.
-    pub(super) excess: f64,
-    /// m/s².
-    pub(super) gravity: f64,
-    /// Mean diameter, m.
-    pub(super) diameter: f64,
-}
-
-impl Bed {
-    /// θ = μ γ̇/((ρ_p − ρ) g D).
-    fn shields(&self, shear: f64) -> Result<f64, String> {
-        let stress = self.excess * self.gravity * self.diameter;
-        if stress > 0.0 { Ok(self.viscosity * shear / stress) } else { Err("no grain has a weight".into()) }
     }
 }
 
@@ -264,13 +224,11 @@ mod tests {
     }
 
     #[test]
-    fn shields_number_of_a_known_shear() {
+    fn the_shear_is_that_at_the_surface_of_the_nearest_sample() {
         let record = Record { samples: vec![sample(1.0, 0.0), sample(2.0, 0.0)], mean: None };
-        let bed = Bed { viscosity: 2.0, excess: 4.0, gravity: 5.0, diameter: 0.1 };
-        let kind = MetricKind::Shields { at: Some(1.9), surface: 0.3 };
-        assert!((record.value(&kind, &bed).unwrap() - 2.0 * 3.0 / (4.0 * 5.0 * 0.1)).abs() < 1e-12);
-        let late = MetricKind::Shields { at: Some(9.0), surface: 0.3 };
-        assert!(record.value(&late, &bed).is_err());
-        assert!(record.value(&MetricKind::Shields { at: None, surface: 0.3 }, &bed).is_err());
+        let nearest = record.nearest(1.9).unwrap();
+        assert_eq!(nearest.time, 2.0);
+        assert!((nearest.shear_at_surface(0.3).unwrap() - 3.0).abs() < 1e-12);
+        assert_eq!((record.nearest(9.0), nearest.shear_at_surface(0.6)), (None, None));
     }
 }

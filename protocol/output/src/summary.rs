@@ -166,6 +166,19 @@ impl MetricValue {
         }
     }
 
+    /// What a metric came to: its value, perhaps with a note, or why there is none.
+    #[must_use]
+    pub fn of(metric: &Metric, unit: &str, outcome: Result<(f64, Option<String>), String>) -> Self {
+        let (reference, source) = (metric.reference, metric.source.clone());
+        match outcome {
+            Ok((value, note)) => {
+                let measured = Self::measured(value, unit, reference, source);
+                Self { note: measured.note.clone().or(note), ..measured }
+            }
+            Err(why) => Self::missing(why, unit, reference, source),
+        }
+    }
+
     /// A metric that could not be measured, and why.
     #[must_use]
     pub fn missing(

@@ -31,6 +31,17 @@ pub enum Axis {
 }
 
 impl Axis {
+    /// `x`, `y`, `z` or `r`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::R => "r",
+        }
+    }
+
     /// Component of a laboratory vector along this axis; the radial one stands for x.
     #[must_use]
     pub fn component(self) -> usize {
@@ -180,25 +191,15 @@ pub struct Boundary {
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
 pub struct Faces {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub x: Option<Face>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub x_lower: Option<Face>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub x_upper: Option<Face>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub y: Option<Face>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub y_lower: Option<Face>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub y_upper: Option<Face>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z: Option<Face>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z_lower: Option<Face>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z_upper: Option<Face>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub r_upper: Option<Face>,
 }
 
@@ -242,7 +243,6 @@ pub struct Domain {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cells: Vec<usize>,
     /// One stretched axis, if any.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stretching: Option<Stretching>,
     /// What happens at each face.
     pub boundary: Faces,
@@ -387,7 +387,6 @@ pub struct Medium {
     #[serde(default)]
     pub pressure_gradient: [f64; 3],
     /// Flow that is held along a periodic axis by a mean pressure gradient which follows from it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flow_rate: Option<FlowRate>,
 }
 

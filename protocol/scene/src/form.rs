@@ -5,7 +5,7 @@ use crate::error::SceneError;
 use crate::grains::{Grain, Shape};
 use crate::shared::Scene;
 use crate::source::SceneSource;
-use bedload_outline::{Outline, OutlineFault};
+use bedload_outline::Outline;
 
 type Check = Result<(), SceneError>;
 
@@ -97,10 +97,8 @@ impl Form<'_> {
                 ));
             }
             Shape::Polygon => {
-                if let Err(fault) = Outline::polygon(&grain.vertices) {
-                    let (message, remedy) = told(&fault, &grain.vertices);
-                    return Err(self.error("vertices", message, remedy));
-                }
+                let told = |(message, remedy): (String, _)| self.error("vertices", message, remedy);
+                Outline::polygon(&grain.vertices).map_err(told)?;
             }
         }
         let turn = [grain.orientation[1], grain.orientation[3]];
@@ -150,33 +148,5 @@ fn size_key(shape: Shape) -> &'static str {
         Shape::Rectangle => "`sides`",
         Shape::Ellipse => "`semi_axes`",
         _ => "`vertices`",
-    }
-}
-
-/// What is wrong with vertices, and what to do.
-fn told(fault: &OutlineFault, vertices: &[[f64; 2]]) -> (String, &'static str) {
-    let most = Outline::MOST_VERTICES;
-    match fault {
-        OutlineFault::Few(count) => (format!("has {count} of them; allowed: 3 to {most}"), "add vertices"),
-        OutlineFault::Many(count) => (format!("has {count} of them; allowed: 3 to {most}"), "leave some out"),
-        OutlineFault::NotFinite(k) => {
-            (format!("[{k}] is {:?}; allowed: finite numbers", vertices[*k]), "give finite numbers, m")
-        }
-        OutlineFault::Doubled(k) => (
-            format!("[{k}] and the next one coincide at {:?}", vertices[*k]),
-            "name each vertex once; the last one joins the first by itself",
-        ),
-        OutlineFault::Flat => {
-            ("lie on a line: the body has no area".to_owned(), "give vertices that enclose an area")
-        }
-        OutlineFault::NotConvex(_) => (
-            "do not turn the same way everywhere: the outline is not convex".to_owned(),
-            "name the vertices in order around the body, none on the line of its neighbours; bodies with \
-             re-entrant corners are not supported",
-        ),
-        OutlineFault::Crossing => (
-            "are joined by edges that cross each other".to_owned(),
-            "name the vertices in order around the body",
-        ),
     }
 }

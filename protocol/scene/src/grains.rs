@@ -82,10 +82,8 @@ pub struct Grain {
     #[serde(default)]
     pub shape: Shape,
     /// Sides of a rectangle along x and z in the frame of the body, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sides: Option<[f64; 2]>,
     /// Semi-axes of an ellipse along x and z in the frame of the body, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub semi_axes: Option<[f64; 2]>,
     /// Vertices (x, z) of a convex polygon in the frame of the body, one after the other, m. `position` is
     /// where its centre of mass stands, wherever the vertices' own origin lies.
@@ -112,7 +110,6 @@ pub struct Grain {
     #[serde(default)]
     pub motion: Motion,
     /// Swing of a prescribed grain, in place of its `velocity` and `spin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub oscillation: Option<Oscillation>,
     /// Degrees of freedom that are locked, besides those that the geometry has not.
     #[serde(default)]

@@ -12,6 +12,7 @@ mod grain_table;
 mod grains;
 mod insertions;
 mod layout;
+mod metric;
 mod observe;
 mod open;
 mod random;
@@ -24,7 +25,7 @@ pub mod table;
 mod validate;
 mod walls;
 
-pub use bedload_outline::{Outline, OutlineFault};
+pub use bedload_outline::Outline;
 pub use checked::CheckedScene;
 pub use domain::{
     Axis, Boundary, Domain, Face, Faces, FlowRate, Geometry, InflowProfile, InitialVelocity, Medium,
@@ -33,10 +34,11 @@ pub use domain::{
 pub use error::SceneError;
 pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape};
 pub use insertions::{Inserted, Insertion};
-pub use observe::{
-    Column, HeapEnd, HeapReference, HeapSlope, Metric, MetricKind, Observe, ObservedPlanes, ObservedSubsteps,
-    Profile, Span,
+pub use metric::{
+    Column, HeapEnd, HeapReference, HeapSlope, InRange, Metric, MetricKind, OfColumn, OfComponent, OfGrain,
+    Span,
 };
+pub use observe::{Observe, ObservedPlanes, ObservedSubsteps, Profile};
 pub use rest::Rest;
 pub use retired::Retired;
 pub use rough_walls::{Arrangement, RoughWall};

@@ -17,31 +17,28 @@ pub(crate) fn face(
     source: &SceneSource,
 ) -> Check {
     let domain = &scene.domain;
-    if face.kind != WallKind::Inflow && !face.profile.is_uniform() {
-        return Err(source.error(
-            &format!("{key}.profile"),
-            "shapes a face through which nothing enters".to_owned(),
-            "remove it, or set type = \"inflow\"",
-        ));
-    }
+    source.refuse_if(
+        face.kind != WallKind::Inflow && !face.profile.is_uniform(),
+        &format!("{key}.profile"),
+        "shapes a face through which nothing enters",
+        "remove it, or set type = \"inflow\"",
+    )?;
     if !face.kind.is_open() {
         return Ok(());
     }
     let name = format!("{:?}", face.kind).to_lowercase();
-    if domain.geometry == Geometry::Axisymmetric && domain.geometry.axes()[axis] == Axis::R {
-        return Err(source.error(
-            key,
-            format!("is an {name} through the outer cylinder; allowed: \"no-slip\" or \"free-slip\""),
-            "let the fluid enter and leave along z",
-        ));
-    }
-    if scene.medium.is_none() {
-        return Err(source.error(
-            key,
-            format!("is an {name}, but the scene has no fluid"),
-            "add [medium], or write \"free-slip\", through which grains pass too",
-        ));
-    }
+    source.refuse_if(
+        domain.geometry == Geometry::Axisymmetric && domain.geometry.axes()[axis] == Axis::R,
+        key,
+        format_args!("is an {name} through the outer cylinder; allowed: \"no-slip\" or \"free-slip\""),
+        "let the fluid enter and leave along z",
+    )?;
+    source.refuse_if(
+        scene.medium.is_none(),
+        key,
+        format_args!("is an {name}, but the scene has no fluid"),
+        "add [medium], or write \"free-slip\", through which grains pass too",
+    )?;
     if face.kind == WallKind::Inflow { inflow(scene, axis, upper, face, key, source) } else { Ok(()) }
 }
 
@@ -67,31 +64,27 @@ fn inflow(scene: &Scene, axis: usize, upper: bool, face: &Face, key: &str, sourc
         Geometry::Axisymmetric => face.velocity[0] != 0.0 || face.velocity[1] != 0.0,
         Geometry::Space => false,
     };
-    if absent {
-        return Err(source.error(
-            &format!("{key}.velocity"),
-            format!("is {:?}, with a component that {:?} geometry has not", face.velocity, domain.geometry),
-            "set that component to 0",
-        ));
-    }
+    source.refuse_if(
+        absent,
+        &format!("{key}.velocity"),
+        format_args!("is {:?}, with a component that {:?} geometry has not", face.velocity, domain.geometry),
+        "set that component to 0",
+    )?;
     if face.profile.is_uniform() {
         return Ok(());
     }
-    if (0..3).any(|c| c != component && face.velocity[c] != 0.0) {
-        return Err(source.error(
-            &format!("{key}.velocity"),
-            format!("is {:?}: a parabolic inflow enters straight", face.velocity),
-            "set the other components to 0, or take profile = \"uniform\"",
-        ));
-    }
-    if domain.peak_over_mean(axis, face) == 1.0 {
-        return Err(source.error(
-            &format!("{key}.profile"),
-            "is parabolic, but no axis across has a no-slip wall for it to be zero on".to_owned(),
-            "take profile = \"uniform\", or make faces across no-slip",
-        ));
-    }
-    Ok(())
+    source.refuse_if(
+        (0..3).any(|c| c != component && face.velocity[c] != 0.0),
+        &format!("{key}.velocity"),
+        format_args!("is {:?}: a parabolic inflow enters straight", face.velocity),
+        "set the other components to 0, or take profile = \"uniform\"",
+    )?;
+    source.refuse_if(
+        domain.peak_over_mean(axis, face) == 1.0,
+        &format!("{key}.profile"),
+        "is parabolic, but no axis across has a no-slip wall for it to be zero on",
+        "take profile = \"uniform\", or make faces across no-slip",
+    )
 }
 
 /// What enters must leave.
@@ -125,7 +118,7 @@ fn written(scene: &Scene, kind: WallKind) -> String {
         let (both, lower, upper) = domain.boundary.of(*axis);
         for (face, end) in [(both, ""), (lower, "_lower"), (upper, "_upper")] {
             if face.is_some_and(|face| face.kind == kind) {
-                return format!("domain.boundary.{}{end}", format!("{axis:?}").to_lowercase());
+                return format!("domain.boundary.{}{end}", axis.name());
             }
         }
     }
@@ -145,15 +138,14 @@ pub(crate) fn flow_rate(scene: &Scene, source: &SceneSource) -> Check {
             "name one that is periodic",
         ));
     };
-    if !flow.mean_velocity.is_finite() {
-        return Err(source.error(
-            "medium.flow_rate.mean_velocity",
-            format!("is {}; allowed: a finite number", flow.mean_velocity),
-            "give the mean velocity over the box, m/s",
-        ));
-    }
+    source.refuse_if(
+        !flow.mean_velocity.is_finite(),
+        "medium.flow_rate.mean_velocity",
+        format_args!("is {}; allowed: a finite number", flow.mean_velocity),
+        "give the mean velocity over the box, m/s",
+    )?;
     if !domain.is_periodic(axis) {
-        let name = format!("{:?}", flow.axis).to_lowercase();
+        let name = flow.axis.name();
         return Err(source.error(
             "medium.flow_rate.axis",
             format!("is {name}, which is not periodic: there the faces decide what flows"),
@@ -162,12 +154,10 @@ pub(crate) fn flow_rate(scene: &Scene, source: &SceneSource) -> Check {
             ),
         ));
     }
-    if medium.pressure_gradient[flow.axis.component()] != 0.0 {
-        return Err(source.error(
-            "medium.pressure_gradient",
-            "drives along the axis whose flow rate is held: the gradient is then an outcome".to_owned(),
-            "set that component to 0, or remove medium.flow_rate",
-        ));
-    }
-    Ok(())
+    source.refuse_if(
+        medium.pressure_gradient[flow.axis.component()] != 0.0,
+        "medium.pressure_gradient",
+        "drives along the axis whose flow rate is held: the gradient is then an outcome",
+        "set that component to 0, or remove medium.flow_rate",
+    )
 }

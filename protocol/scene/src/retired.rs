@@ -3,10 +3,8 @@
 //! Each owner of a section keeps one table of its own names, and refuses them before it reads the
 //! section: [`SceneSource::refuse_retired`]. There are no aliases.
 
-use toml::de::DeValue;
-
 use crate::error::SceneError;
-use crate::source::SceneSource;
+use crate::source::{Place, SceneSource, places};
 
 /// A key, or one value of a key, under the name that it had before.
 #[derive(Clone, Copy, Debug)]
@@ -48,49 +46,30 @@ impl SceneSource {
     /// At the first retired name that stands in the text, with the new one; if the text is not TOML.
     pub fn refuse_retired(&self, retired: &[Retired]) -> Result<(), SceneError> {
         let tree = self.tree()?;
+        let all = places(tree.get_ref());
         for Retired { key, value, now, dropped } in retired {
-            let parts: Vec<&str> = key.split('.').collect();
-            let root =
-                tree.get_ref().iter().find(|(name, _)| name.get_ref() == parts[0].trim_end_matches("[]"));
-            let Some(found) = root.and_then(|(_, root)| place(root.get_ref(), &parts, *value)) else {
-                continue;
+            let is_it = |place: &&Place<'_>| {
+                without_numbers(&place.key) == *key
+                    && value.is_none_or(|value| place.value.as_str() == Some(value))
             };
+            let Some(Place { key: found, .. }) = all.iter().find(is_it) else { continue };
             if *dropped {
-                return Err(self.error(&found, "is retired: there is no such choice any more", now));
+                return Err(self.error(found, "is retired: there is no such choice any more", now));
             }
             let message = match value {
                 Some(value) => format!("\"{value}\" is retired; its name is now {now}"),
                 None => format!("is retired; its name is now {now}"),
             };
-            return Err(self.error(&found, message, &format!("write {now}; docs/scene.md lists every key")));
+            return Err(self.error(found, message, &format!("write {now}; docs/scene.md lists every key")));
         }
         Ok(())
     }
 }
 
-/// Dotted key of the first place below `item`, named `path[0]`, where the rest of `path` leads, with
-/// `value` if one is asked for.
-fn place(item: &DeValue<'_>, path: &[&str], value: Option<&str>) -> Option<String> {
-    let name = path[0].trim_end_matches("[]");
-    if name.len() < path[0].len() {
-        let items = item.as_array()?;
-        let one = |(index, item): (usize, _)| {
-            let found = inside(item, &path[1..], value)?;
-            Some(format!("{name}[{index}]{found}"))
-        };
-        return items.iter().map(|item| item.get_ref()).enumerate().find_map(one);
-    }
-    inside(item, &path[1..], value).map(|found| format!("{name}{found}"))
-}
-
-/// Where `rest` leads from `item` on, with the dot or bracket before it.
-fn inside(item: &DeValue<'_>, rest: &[&str], value: Option<&str>) -> Option<String> {
-    let Some(next) = rest.first() else {
-        return value.is_none_or(|value| item.as_str() == Some(value)).then(String::new);
-    };
-    let name = next.trim_end_matches("[]");
-    let (_, child) = item.as_table()?.iter().find(|(key, _)| key.get_ref() == name)?;
-    place(child.get_ref(), rest, value).map(|found| format!(".{found}"))
+/// `walls[]` of `walls[2]`.
+fn without_numbers(key: &str) -> String {
+    let parts = key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));
+    parts.collect::<Vec<_>>().join("[]")
 }
 
 #[cfg(test)]

@@ -34,7 +34,6 @@ pub struct RoughWall {
     #[serde(default)]
     pub radius_spread: f64,
     /// Distance between neighbouring centres, m; by default two mean radii.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spacing: Option<f64>,
     /// Arrangement of the centres.
     #[serde(default)]

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::domain::{Domain, Medium};
 use crate::grains::{Grain, GrainFile, Group};
 use crate::insertions::Insertion;
-use crate::observe::{Metric, Observe};
+use crate::metric::Metric;
+use crate::observe::Observe;
 use crate::rough_walls::RoughWall;
 use crate::walls::Wall;
 
@@ -35,12 +36,10 @@ pub struct Scene {
     pub source: String,
     /// Error that is good enough, such as `"2%"`: `bedload` then takes resolution, step and method from the
     /// chart of this class of scenes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<String>,
     /// End of the run, s.
     pub until: f64,
     /// End the run earlier, once the grains rest.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop_when: Option<StopWhen>,
     /// Acceleration of gravity (x, y, z), m/s². Axisymmetric: (0, 0, z).
     #[serde(default)]
@@ -48,7 +47,6 @@ pub struct Scene {
     /// Box, grid and boundaries.
     pub domain: Domain,
     /// The fluid; without it the scene is dry and no fluid process is started.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub medium: Option<Medium>,
     /// Grains, one by one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

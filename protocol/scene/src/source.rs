@@ -139,6 +139,20 @@ impl SceneSource {
         self.error_at(span, key, message.into(), remedy)
     }
 
+    /// An error at a key where `wrong` holds.
+    ///
+    /// # Errors
+    /// That error.
+    pub(crate) fn refuse_if(
+        &self,
+        wrong: bool,
+        key: &str,
+        message: impl std::fmt::Display,
+        remedy: &str,
+    ) -> Result<(), SceneError> {
+        if wrong { Err(self.error(key, message.to_string(), remedy)) } else { Ok(()) }
+    }
+
     fn error_without_place(&self, key: &str, message: String, remedy: &str) -> SceneError {
         SceneError { key: key.to_owned(), ..SceneError::of_file(&self.file, message, remedy) }
     }
@@ -180,17 +194,17 @@ impl SceneSource {
         let message = error.message().trim_end().to_owned();
         let mut key = String::new();
         if let Ok(tree) = self.tree() {
-            let table = tree.get_ref();
+            let all = places(tree.get_ref());
             if let Some(name) = quoted_after(&message, "unknown field `") {
-                span = find_key(table, &name, &span).unwrap_or(span);
+                span = find_key(&all, &name, &span).unwrap_or(span);
             } else if message.starts_with("invalid ") || message.starts_with("unknown variant") {
-                span = find_value(table, &message, &span).unwrap_or(span);
+                span = find_value(&all, &message, &span).unwrap_or(span);
             }
             // What spans the whole text belongs to no key.
             let whole = error
                 .span()
                 .is_none_or(|span| span.is_empty() || span.end - span.start >= self.text.trim().len());
-            key = if whole { String::new() } else { key_at(table, &span) };
+            key = if whole { String::new() } else { key_at(&all, &span) };
             if let Some(name) = quoted_after(&message, "missing field `") {
                 let joint = if key.is_empty() { "" } else { "." };
                 key += &format!("{joint}{name}");
@@ -226,76 +240,70 @@ fn quoted_after(message: &str, prefix: &str) -> Option<String> {
     Some(rest.split_once('`')?.0.to_owned())
 }
 
+/// A value of the text, and where it stands.
+pub(crate) struct Place<'a> {
+    /// Dotted key, `grains[0].radius`.
+    pub(crate) key: String,
+    pub(crate) value: &'a DeValue<'a>,
+    span: Range<usize>,
+    /// Name in its table, and where that stands; an entry of a list has none.
+    name: Option<(&'a str, Range<usize>)>,
+}
+
+/// Every value of the text, each before those that it holds.
+pub(crate) fn places<'a>(table: &'a DeTable<'a>) -> Vec<Place<'a>> {
+    type Name<'a> = Option<(&'a str, Range<usize>)>;
+    fn of_table<'a>(table: &'a DeTable<'a>, before: &str, all: &mut Vec<Place<'a>>) {
+        for (name, value) in table {
+            let key = format!("{before}{}", name.get_ref());
+            add(key, value, Some((name.get_ref(), name.span())), all);
+        }
+    }
+    fn add<'a>(key: String, value: &'a Spanned<DeValue<'a>>, name: Name<'a>, all: &mut Vec<Place<'a>>) {
+        all.push(Place { key: key.clone(), value: value.get_ref(), span: value.span(), name });
+        match value.get_ref() {
+            DeValue::Table(table) => of_table(table, &format!("{key}."), all),
+            DeValue::Array(items) => {
+                let items = items.iter().enumerate();
+                items.for_each(|(index, item)| add(format!("{key}[{index}]"), item, None, all));
+            }
+            _ => {}
+        }
+    }
+    let mut all = Vec::new();
+    of_table(table, "", &mut all);
+    all
+}
+
 /// Span of the deepest part of `path` that stands in the text, and how many of its parts do; of the key where
 /// a part is missing.
 fn find(tree: &Spanned<DeTable<'_>>, path: &[String]) -> (Range<usize>, usize) {
-    let (mut span, mut parts) = (0..0, 0);
-    let mut table = Some(tree.get_ref());
-    let mut value: Option<&Spanned<DeValue<'_>>> = None;
-    for part in path {
-        if let Some(inside) = table {
-            let Some((name, found)) = inside.iter().find(|(name, _)| name.get_ref() == part) else { break };
-            span = if found.get_ref().is_table() || found.get_ref().is_array() {
-                name.span()
-            } else {
-                found.span()
-            };
-            value = Some(found);
-        } else if let Some(found) = value
-            .and_then(|value| value.get_ref().as_array())
-            .and_then(|array| array.get(part.parse::<usize>().ok()?))
-        {
-            span = found.span();
-            value = Some(found);
-        } else {
-            break;
-        }
-        parts += 1;
-        table = value.and_then(|value| value.get_ref().as_table());
-    }
-    (span, parts)
+    let all = places(tree.get_ref());
+    let leading =
+        all.iter().map(|place| (key_path(&place.key), place)).filter(|(key, _)| path.starts_with(key));
+    leading.max_by_key(|(key, _)| key.len()).map_or((0..0, 0), |(key, place)| {
+        let name = place.name.as_ref().filter(|_| place.value.is_table() || place.value.is_array());
+        (name.map_or(&place.span, |(_, span)| span).clone(), key.len())
+    })
 }
 
 /// Span of the first key `name` from the start of `within` on (the span of a table is its header).
-fn find_key(table: &DeTable<'_>, name: &str, within: &Range<usize>) -> Option<Range<usize>> {
-    for (key, value) in table {
-        if key.get_ref() == name && key.span().start >= within.start {
-            return Some(key.span());
-        }
-        if let Some(found) = children(value.get_ref()).find_map(|child| find_key(child, name, within)) {
-            return Some(found);
-        }
-    }
-    None
+fn find_key(all: &[Place<'_>], name: &str, within: &Range<usize>) -> Option<Range<usize>> {
+    let mut names = all.iter().filter_map(|place| place.name.as_ref());
+    names.find(|(known, span)| *known == name && span.start >= within.start).map(|(_, span)| span.clone())
 }
 
-/// Span of the only value in the table at `within` that is what serde's `message` describes.
-fn find_value(table: &DeTable<'_>, message: &str, within: &Range<usize>) -> Option<Range<usize>> {
-    let mut found = Vec::new();
-    for value in table.values() {
-        collect(value, message, within, false, &mut found);
-    }
-    if found.len() == 1 { found.pop() } else { None }
-}
-
-fn collect(
-    value: &Spanned<DeValue<'_>>,
-    message: &str,
-    within: &Range<usize>,
-    inside: bool,
-    found: &mut Vec<Range<usize>>,
-) {
-    let inside = inside || value.span() == *within;
-    if inside && describes(message, value.get_ref()) {
-        found.push(value.span());
-    }
-    match value.get_ref() {
-        DeValue::Table(table) => {
-            table.values().for_each(|value| collect(value, message, within, inside, found))
-        }
-        DeValue::Array(items) => items.iter().for_each(|item| collect(item, message, within, inside, found)),
-        _ => {}
-    }
+/// Span of the only value in what stands at `within` that is what serde's `message` describes.
+fn find_value(all: &[Place<'_>], message: &str, within: &Range<usize>) -> Option<Range<usize>> {
+    let roots: Vec<&str> = all.iter().filter(|p| p.span == *within).map(|p| p.key.as_str()).collect();
+    let inside = |key: &str| {
+        let rest = |root: &&str| {
+            key.strip_prefix(root).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+        };
+        roots.iter().any(rest)
+    };
+    let mut found = all.iter().filter(|place| inside(&place.key) && describes(message, place.value));
+    found.next().filter(|_| found.next().is_none()).map(|place| place.span.clone())
 }
 
 /// Does serde's `message` speak of this value?
@@ -320,52 +328,15 @@ fn describes(message: &str, value: &DeValue<'_>) -> bool {
     }
 }
 
-fn children<'a, 'i>(value: &'a DeValue<'i>) -> Box<dyn Iterator<Item = &'a DeTable<'i>> + 'a> {
-    match value {
-        DeValue::Table(table) => Box::new(std::iter::once(table)),
-        DeValue::Array(items) => Box::new(items.iter().filter_map(|item| item.get_ref().as_table())),
-        _ => Box::new(std::iter::empty()),
-    }
-}
-
-/// Dotted key of what stands at `span`.
-fn key_at(table: &DeTable<'_>, span: &Range<usize>) -> String {
+/// Dotted key of the innermost that stands at `span`.
+fn key_at(all: &[Place<'_>], span: &Range<usize>) -> String {
     let touches =
         |other: &Range<usize>| other.start <= span.start && span.start < other.end.max(other.start + 1);
-    for (key, value) in table {
-        if touches(&key.span()) {
-            return key.get_ref().to_string();
-        }
-        let inside = key_inside(value, span, &touches);
-        if let Some(inside) = inside {
-            let joint = if inside.is_empty() || inside.starts_with('[') { "" } else { "." };
-            return format!("{}{joint}{inside}", key.get_ref());
-        }
-    }
-    String::new()
-}
-
-fn key_inside(
-    value: &Spanned<DeValue<'_>>,
-    span: &Range<usize>,
-    touches: &dyn Fn(&Range<usize>) -> bool,
-) -> Option<String> {
-    match value.get_ref() {
-        DeValue::Table(table) => {
-            let inside = key_at(table, span);
-            (!inside.is_empty() || touches(&value.span())).then_some(inside)
-        }
-        DeValue::Array(items) => {
-            for (index, item) in items.iter().enumerate() {
-                if let Some(inside) = key_inside(item, span, touches) {
-                    let joint = if inside.is_empty() || inside.starts_with('[') { "" } else { "." };
-                    return Some(format!("[{index}]{joint}{inside}"));
-                }
-            }
-            touches(&value.span()).then(String::new)
-        }
-        _ => touches(&value.span()).then(String::new),
-    }
+    let here = all
+        .iter()
+        .rev()
+        .filter(|p| touches(&p.span) || p.name.as_ref().is_some_and(|(_, name)| touches(name)));
+    here.max_by_key(|place| key_path(&place.key).len()).map_or(String::new(), |place| place.key.clone())
 }
 
 fn set(item: &mut toml_edit::Item, path: &[String], value: toml_edit::Value) -> Result<(), String> {

@@ -6,10 +6,6 @@ use super::course::Course;
 use super::line::Line;
 use super::trajectory::Crossing;
 use crate::columns::Sample;
-use bedload_scene::MetricKind;
-
-/// Part of the run, at its end, over which "terminal" and "resting" are averaged.
-const TAIL: f64 = 0.1;
 
 /// What one metric keeps.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -58,32 +54,9 @@ pub enum Accumulator {
 }
 
 impl Accumulator {
-    /// What a metric of this kind begins with; `until` is the end of the run, s.
-    pub(super) fn of(kind: &MetricKind, until: f64) -> Self {
-        let mean = |from| Accumulator::Mean { from, time: 0.0, integral: 0.0 };
-        match kind {
-            MetricKind::TerminalReynolds { .. } | MetricKind::RestingForceRatio { .. } => {
-                mean((1.0 - TAIL) * until)
-            }
-            MetricKind::InitialAcceleration { .. }
-            | MetricKind::DepositAspectRatio(_)
-            | MetricKind::ColumnSolidFraction(_)
-            | MetricKind::MobilisationTime { .. } => Accumulator::First(None),
-            MetricKind::RestitutionAtGap { .. } => Accumulator::Crossing(Crossing::default()),
-            MetricKind::Mean { from, .. } => mean(*from),
-            MetricKind::Deviation { from, .. } => {
-                Accumulator::Deviation { from: *from, time: 0.0, mean: 0.0, square: 0.0 }
-            }
-            MetricKind::HaffTime(span) | MetricKind::HaffMisfit(span) => {
-                Accumulator::Line(Line::new(span.from, span.to))
-            }
-            MetricKind::Final { .. } => Accumulator::Last(None),
-            MetricKind::Max { from, .. } => Accumulator::Largest { from: *from, value: None },
-            MetricKind::Frequency { from, level, .. } => {
-                Accumulator::Passages(Passages { from: *from, level: *level, ..Passages::default() })
-            }
-            _ => Accumulator::Trajectory,
-        }
+    /// A mean from an instant on, s.
+    pub(super) fn mean(from: f64) -> Self {
+        Self::Mean { from, time: 0.0, integral: 0.0 }
     }
 
     /// Adds a value of a window; means weigh it with the part of the window after their start.
@@ -161,6 +134,10 @@ pub struct Passages {
 }
 
 impl Passages {
+    pub(super) fn of(from: f64, level: f64) -> Self {
+        Self { from, level, ..Self::default() }
+    }
+
     fn add(&mut self, time: f64, value: f64) {
         if time <= self.from {
             return;

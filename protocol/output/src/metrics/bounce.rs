@@ -1,102 +1,137 @@
 //! A sphere that settles and bounces: what its trajectory comes to.
 
-use bedload_scene::MetricKind;
+use bedload_scene::{CheckedScene, MetricKind};
 
 use super::accumulator::Accumulator;
-use super::outcome::{Outcome, plain, require};
-use super::subject::Subject;
-use super::trajectory::Trajectory;
+use super::rule::{Moved, Outcome, Rule, plain, require};
+use super::subject::{Subject, dot, norm};
+use super::trajectory::{Crossing, Trajectory};
+use crate::columns::Sample;
 
-/// What the metrics of a bounce need besides the grain.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Surroundings {
-    /// Density and viscosity, if there is a fluid.
-    pub(super) medium: Option<(f64, f64)>,
-    /// Magnitude of gravity, m/s².
-    pub(super) gravity: f64,
-}
+/// Part of the run, at its end, over which "terminal" and "resting" are averaged.
+const TAIL: f64 = 0.1;
 
-impl Surroundings {
-    /// The definitions, one line each; [`MetricKind`] has them in words.
-    pub(super) fn value(
-        &self,
-        kind: &MetricKind,
-        accumulator: &Accumulator,
-        subject: &Subject,
-        way: &Trajectory,
-    ) -> Outcome {
-        let diameter = 2.0 * subject.radius;
-        match kind {
-            MetricKind::TerminalReynolds { .. } => {
-                let (density, viscosity) = self.medium()?;
-                plain(density * accumulator.value()? * diameter / viscosity)
-            }
-            MetricKind::Reynolds { .. } => {
-                let (density, viscosity) = self.medium()?;
-                plain(density * way.terminal * diameter / viscosity)
-            }
-            MetricKind::Stokes { .. } => {
-                let (density, viscosity) = self.medium()?;
-                plain((subject.density + 0.5 * density) * way.terminal * diameter / (9.0 * viscosity))
-            }
-            MetricKind::InitialAcceleration { .. } => {
-                require(self.gravity > 0.0, "the scene has no gravity")?;
-                plain(accumulator.value()?)
-            }
-            MetricKind::ImpactVelocityRatio { .. } => {
-                require_contact(way)?;
-                let impact = way.impact.ok_or("the DEM reports no impact speed")?;
-                plain(impact / settled(way)?)
-            }
-            MetricKind::ReboundVelocityRatio { .. } => {
-                require_contact(way)?;
-                let terminal = settled(way)?;
-                Ok(way.rebound.map_or((0.0, Some("the first contact never ended")), |v| (v / terminal, None)))
-            }
-            MetricKind::RestitutionAtGap { .. } => restitution(accumulator, way),
-            MetricKind::ReboundHeight { .. } => {
-                require_contact(way)?;
-                plain(way.first_height / diameter)
-            }
-            MetricKind::SecondReboundHeight { .. } => {
-                require(way.contacts >= 2, "there was no second contact")?;
-                plain(way.second_height / diameter)
-            }
-            MetricKind::ReboundRiseTime { .. } => {
-                self.after_touch(way, way.first_top, "there was no rebound", diameter)
-            }
-            MetricKind::ReboundDuration { .. } => {
-                self.after_touch(way, way.second_touch, "there was no second contact", diameter)
-            }
-            MetricKind::RestingForceRatio { .. } => {
-                require(subject.submerged_weight > 0.0, "the grain has no submerged weight")?;
-                plain(accumulator.value()? / subject.submerged_weight)
-            }
-            _ => Err("is about no grain".into()),
-        }
-    }
-
-    /// Time from the first touch to `then` over (D/g)^½.
-    fn after_touch(&self, way: &Trajectory, then: Option<f64>, otherwise: &str, diameter: f64) -> Outcome {
-        require(self.gravity > 0.0, "the scene has no gravity")?;
+/// The definitions; [`MetricKind`] has them in words. `None` for kinds that are about no grain.
+pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
+    let subject = Subject::of(scene, kind)?;
+    let (diameter, weight) = (2.0 * subject.radius, subject.submerged_weight);
+    let medium = scene.scene.medium.as_ref().map(|medium| (medium.density, medium.viscosity));
+    let fluid = move || medium.ok_or_else(|| "the scene has no fluid".to_owned());
+    let gravity = norm(&scene.scene.gravity);
+    // Time from the first touch to `then` over (D/g)^½.
+    let after_touch = move |way: &Trajectory, then: Option<f64>, otherwise: &str| {
+        require(gravity > 0.0, "the scene has no gravity")?;
         let touch = way.first_touch.ok_or("there was no contact")?;
-        plain((then.ok_or(otherwise)? - touch) / (diameter / self.gravity).sqrt())
-    }
-
-    fn medium(&self) -> Result<(f64, f64), String> {
-        self.medium.ok_or_else(|| "the scene has no fluid".into())
-    }
+        plain((then.ok_or(otherwise)? - touch) / (diameter / gravity).sqrt())
+    };
+    let tail = Accumulator::mean((1.0 - TAIL) * scene.scene.until);
+    Some(match *kind {
+        MetricKind::TerminalReynolds(_) => fed(
+            tail,
+            |now, sample, kept| kept.add(now.passage.speed, sample),
+            move |kept, _| {
+                let (density, viscosity) = fluid()?;
+                plain(density * kept.value()? * diameter / viscosity)
+            },
+        ),
+        MetricKind::Reynolds(_) => of_way(move |way| {
+            let (density, viscosity) = fluid()?;
+            plain(density * way.terminal * diameter / viscosity)
+        }),
+        MetricKind::Stokes(_) => of_way(move |way| {
+            let (density, viscosity) = fluid()?;
+            plain((subject.density + 0.5 * density) * way.terminal * diameter / (9.0 * viscosity))
+        }),
+        MetricKind::InitialAcceleration(_) => fed(
+            Accumulator::First(None),
+            move |now, sample, kept| {
+                let gained = now.passage.speed - now.before.speed;
+                kept.add(gained / (sample.window.dt * gravity), sample);
+            },
+            move |kept, _| {
+                require(gravity > 0.0, "the scene has no gravity")?;
+                plain(kept.value()?)
+            },
+        ),
+        MetricKind::ImpactVelocityRatio(_) => of_way(|way| {
+            require_contact(way)?;
+            let impact = way.impact.ok_or("the DEM reports no impact speed")?;
+            plain(impact / settled(way)?)
+        }),
+        MetricKind::ReboundVelocityRatio(_) => of_way(|way| {
+            require_contact(way)?;
+            let terminal = settled(way)?;
+            Ok(or_zero(way.rebound.map(|v| v / terminal), "the first contact never ended"))
+        }),
+        MetricKind::RestitutionAtGap { gap, .. } => fed(
+            Accumulator::Crossing(Crossing::default()),
+            move |now, _, kept| {
+                if let Accumulator::Crossing(crossing) = kept {
+                    crossing.record(gap * subject.radius, &now.before, &now.passage, &now.after);
+                }
+            },
+            |kept, way| {
+                require_contact(way)?;
+                let Accumulator::Crossing(crossing) = kept else { return Err("is not a crossing".into()) };
+                let inward = crossing.inward.ok_or("the grain never came in through the gap")?;
+                require(inward > 0.0, "the speed on the way in is not positive")?;
+                Ok(or_zero(crossing.outward.map(|out| out / inward), "the grain never came back to the gap"))
+            },
+        ),
+        MetricKind::ReboundHeight(_) => of_way(move |way| {
+            require_contact(way)?;
+            plain(way.first_height / diameter)
+        }),
+        MetricKind::SecondReboundHeight(_) => of_way(move |way| {
+            require(way.contacts >= 2, "there was no second contact")?;
+            plain(way.second_height / diameter)
+        }),
+        MetricKind::ReboundRiseTime(_) => {
+            of_way(move |way| after_touch(way, way.first_top, "there was no rebound"))
+        }
+        MetricKind::ReboundDuration(_) => {
+            of_way(move |way| after_touch(way, way.second_touch, "there was no second contact"))
+        }
+        MetricKind::RestingForceRatio(_) => fed(
+            tail,
+            move |_, sample, kept| {
+                let force = sample.kinematics[subject.grain].contact_force;
+                kept.add(-dot(&force, &subject.settling), sample);
+            },
+            move |kept, _| {
+                require(weight > 0.0, "the grain has no submerged weight")?;
+                plain(kept.value()? / weight)
+            },
+        ),
+        _ => return None,
+    })
 }
 
-/// Speed out over speed in; 0 if the grain never comes back to the gap.
-fn restitution(accumulator: &Accumulator, way: &Trajectory) -> Outcome {
-    require_contact(way)?;
-    let Accumulator::Crossing(crossing) = accumulator else { return Err("is not a crossing".into()) };
-    let inward = crossing.inward.ok_or("the grain never came in through the gap")?;
-    require(inward > 0.0, "the speed on the way in is not positive")?;
-    Ok(crossing
-        .outward
-        .map_or((0.0, Some("the grain never came back to the gap")), |out| (out / inward, None)))
+/// A rule about a grain: what its motion over a window adds, and what that and its trajectory come to.
+fn fed(
+    keeps: Accumulator,
+    add: impl Fn(&Moved, &Sample, &mut Accumulator) + Send + Sync + 'static,
+    give: impl Fn(&Accumulator, &Trajectory) -> Outcome + Send + Sync + 'static,
+) -> Rule {
+    let add = move |seen: &super::rule::Seen, kept: &mut Accumulator| {
+        if let Some(now) = seen.grain {
+            add(now, seen.sample, kept);
+        }
+    };
+    Rule::new("-", keeps, add, move |kept, end| {
+        let way = end.way.filter(|way| way.windows > 0).ok_or("the motion of the grain was not observed")?;
+        give(kept, way)
+    })
+}
+
+/// A rule that needs the trajectory alone.
+fn of_way(give: impl Fn(&Trajectory) -> Outcome + Send + Sync + 'static) -> Rule {
+    fed(Accumulator::Trajectory, |_, _, _| {}, move |_, way| give(way))
+}
+
+/// A ratio, or zero and why.
+fn or_zero(ratio: Option<f64>, otherwise: &str) -> (f64, Option<String>) {
+    ratio.map_or_else(|| (0.0, Some(otherwise.to_owned())), |ratio| (ratio, None))
 }
 
 fn require_contact(way: &Trajectory) -> Result<(), String> {

@@ -1,9 +1,8 @@
 //! How far a column of `series.csv` is from a published course.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
+use super::line::interpolate;
 use crate::points::points;
 
 /// The largest difference so far between a column and a published table, at the table's times.
@@ -19,16 +18,14 @@ pub struct Course {
 }
 
 impl Course {
-    /// Reads a table with the columns `t` and `value`.
+    /// A table with the columns `t` and `value`.
     ///
     /// # Errors
     /// What is wrong with it.
-    pub(super) fn read(file: &Path) -> Result<Self, String> {
-        let name = file.display();
-        let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read {name}: {error}"))?;
-        let mut table = points(&text, "t", "value").map_err(|what| format!("{name} {what}"))?;
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        let mut table = points(text, "t", "value")?;
         if table.is_empty() || !table.iter().all(|(t, value)| t.is_finite() && value.is_finite()) {
-            return Err(format!("{name} has no row, or one that is not finite"));
+            return Err("has no row, or one that is not finite".into());
         }
         table.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(Self { table, passed: 0, before: None, largest: None })
@@ -40,8 +37,7 @@ impl Course {
         while let Some((t, published)) = self.table.get(self.passed).filter(|(t, _)| *t <= time) {
             self.passed += 1;
             if let Some((earlier, then)) = self.before {
-                let here = then + (value - then) * (t - earlier) / (time - earlier);
-                let difference = (here - published).abs();
+                let difference = (interpolate(*t, (earlier, then), (time, value)) - published).abs();
                 // A NaN stays.
                 let largest = self.largest.unwrap_or(0.0);
                 self.largest = Some(if difference <= largest { largest } else { difference });

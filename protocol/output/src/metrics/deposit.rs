@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::line::Line;
+use super::line::{Line, interpolate};
 
 /// Most bins on either side: what has flown further off lies in the outermost one.
 const MOST_BINS: f64 = 1e6;
@@ -155,8 +155,7 @@ impl Surface {
         if after == 0 || after == self.points.len() {
             return 0.0;
         }
-        let ((x0, y0), (x1, y1)) = (self.points[after - 1], self.points[after]);
-        y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+        interpolate(x, self.points[after - 1], self.points[after])
     }
 
     /// Mean of both sides at the distance `x` from the middle.

@@ -53,6 +53,11 @@ impl Line {
     }
 }
 
+/// Value at `x` on the line through two points (x, y).
+pub(super) fn interpolate(x: f64, (x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> f64 {
+    y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,28 +1,28 @@
 //! Numbers for `summary.json`, accumulated window by window in constant memory.
 //!
+//! A kind of metric is a variant of [`bedload_scene::MetricKind`], with its keys and its definition, and a
+//! rule in one of the files of kinds: what it keeps, what a window adds, what it comes to.
+//!
 //! | file | what it holds |
 //! |---|---|
 //! | `measure` | all metrics of a scene, fed window by window |
-//! | `accumulator`, `line`, `trajectory`, `subject`, `outcome` | what they keep, and what it comes to |
-//! | `last` | metrics of the last state of all grains |
-//! | `bounce` | a sphere that settles and bounces |
-//! | `course` | a published course of a column |
-//! | `deposit`, `touching` | heaps and collapsed columns |
-//! | `haff` | a cooling granular gas |
-//! | `oblique` | oblique collisions |
-//! | `shields` | a bed under shear |
+//! | `rule` | how one of them is measured |
+//! | `bounce`, `column`, `heap`, `oblique`, `end` | kinds: of a grain, of a column of `series.csv`, of heaps, of collisions, of planes and solvers |
+//! | `accumulator`, `course`, `line`, `trajectory`, `subject`, `last` | what they keep |
+//! | `deposit`, `touching` | the profile of a heap, and which grains belong to it |
 
 mod accumulator;
 mod bounce;
+mod column;
 mod course;
 mod deposit;
-mod haff;
+mod end;
+mod heap;
 mod last;
 mod line;
 mod measure;
 mod oblique;
-mod outcome;
-mod shields;
+mod rule;
 mod subject;
 mod touching;
 mod trajectory;

@@ -6,16 +6,19 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use bedload_scene::Grain;
+use super::line::interpolate;
+use super::rule::{Rule, published};
 use bedload_scene::table::{Table, line, number};
+use bedload_scene::{CheckedScene, Grain, SceneError};
 use protocol::message::Kinematics;
 
 /// Reference Ψ₂(Ψ₁), ascending.
 #[derive(Clone, Debug)]
-pub(super) struct Oblique {
+struct Oblique {
     curve: Vec<(f64, f64)>,
 }
 
@@ -32,14 +35,22 @@ impl Collision {
     }
 }
 
-impl Oblique {
-    /// Reads the rows of a CSV file whose columns hold the selected texts.
-    pub(super) fn read(path: &Path, select: &BTreeMap<String, String>) -> Result<Self, String> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-        Self::parse(&text, select).map_err(|what| format!("{} {what}", path.display()))
-    }
+/// The rule of metric `index`: the published table is read at once.
+pub(super) fn rule(
+    scene: &CheckedScene,
+    index: usize,
+    file: &Path,
+    select: &BTreeMap<String, String>,
+) -> Result<Rule, SceneError> {
+    let columns = "psi1 and psi2 and those of `select`";
+    let table = Arc::new(published(scene, index, file, columns, |text| Oblique::parse(text, select))?);
+    let curve = table.clone();
+    Ok(Rule::of_last(move |last| table.largest_error(&last.grains, &last.kinematics))
+        .leaving("oblique.csv", move |last| curve.table(&last.grains, &last.kinematics).ok()))
+}
 
+impl Oblique {
+    /// The rows of a CSV file whose columns hold the selected texts.
     fn parse(text: &str, select: &BTreeMap<String, String>) -> Result<Self, String> {
         let table = Table::parse(text)?;
         let (x, y) = (table.need("psi1")?, table.need("psi2")?);
@@ -66,8 +77,7 @@ impl Oblique {
             return Some(*psi2);
         }
         let after = self.curve.iter().position(|(x, _)| *x > psi1).filter(|after| *after > 0)?;
-        let ((x0, y0), (x1, y1)) = (self.curve[after - 1], self.curve[after]);
-        Some(y0 + (y1 - y0) * (psi1 - x0) / (x1 - x0))
+        Some(interpolate(psi1, self.curve[after - 1], self.curve[after]))
     }
 
     fn collisions(&self, grains: &[Grain], last: &[Kinematics]) -> Result<Vec<Collision>, String> {
@@ -96,7 +106,7 @@ impl Oblique {
     }
 
     /// Largest |Ψ₂ − reference|/|reference| over the pairs.
-    pub(super) fn largest_error(&self, grains: &[Grain], last: &[Kinematics]) -> Result<f64, String> {
+    fn largest_error(&self, grains: &[Grain], last: &[Kinematics]) -> Result<f64, String> {
         let all = self.collisions(grains, last)?;
         if all.is_empty() {
             return Err("the scene has no pair of grains".into());
@@ -105,7 +115,7 @@ impl Oblique {
     }
 
     /// The curve as CSV.
-    pub(super) fn table(&self, grains: &[Grain], last: &[Kinematics]) -> Result<String, String> {
+    fn table(&self, grains: &[Grain], last: &[Kinematics]) -> Result<String, String> {
         let mut text = String::from("psi1,psi2,reference,relative_error\n");
         for hit in self.collisions(grains, last)? {
             let _ = writeln!(text, "{},{},{},{}", hit.psi1, hit.psi2, hit.reference, hit.error());

@@ -1,12 +1,11 @@
 //! A grain as its metrics see it: which way it settles, how fast, and what it does in a window.
 
-use super::accumulator::Accumulator;
-use super::trajectory::{Passage, Trajectory};
+use super::trajectory::Passage;
 use crate::columns::Sample;
 use bedload_scene::{CheckedScene, MetricKind};
 
 /// What the metrics need to know of a grain.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Subject {
     /// Number in the scene.
     pub(super) grain: usize,
@@ -21,19 +20,20 @@ pub(super) struct Subject {
 }
 
 impl Subject {
-    /// Grain `grain` of the scene.
-    pub(super) fn new(scene: &CheckedScene, grain: usize) -> Self {
+    /// The grain that a metric is about, if it is about one.
+    pub(super) fn of(scene: &CheckedScene, kind: &MetricKind) -> Option<Self> {
+        let grain = kind.grain()?;
         let data = &scene.grains[grain];
         let gravity = norm(&scene.scene.gravity);
         let excess = data.density - scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);
         let way = if excess < 0.0 { -1.0 } else { 1.0 };
-        Self {
+        Some(Self {
             grain,
             settling: scene.scene.gravity.map(|g| if gravity > 0.0 { way * g / gravity } else { 0.0 }),
             radius: data.radius,
             density: data.density,
             submerged_weight: excess.abs() * data.volume() * gravity,
-        }
+        })
     }
 
     /// Speed along the settling direction, m/s; without gravity the magnitude of the velocity.
@@ -55,40 +55,8 @@ impl Subject {
     }
 }
 
-/// One grain over one window, with its trajectory before and after.
-pub(super) struct View<'a> {
-    pub(super) subject: &'a Subject,
-    pub(super) gravity: f64,
-    pub(super) before: &'a Trajectory,
-    pub(super) after: &'a Trajectory,
-    pub(super) passage: &'a Passage,
-}
-
-impl View<'_> {
-    /// Feeds the accumulator of a metric about this grain.
-    pub(super) fn record(&self, kind: &MetricKind, accumulator: &mut Accumulator, sample: &Sample) {
-        match kind {
-            MetricKind::TerminalReynolds { .. } => accumulator.add(self.passage.speed, sample),
-            MetricKind::InitialAcceleration { .. } => {
-                let gained = self.passage.speed - self.before.speed;
-                accumulator.add(gained / (sample.window.dt * self.gravity), sample);
-            }
-            MetricKind::RestingForceRatio { .. } => {
-                let force = sample.kinematics[self.subject.grain].contact_force;
-                accumulator.add(-dot(&force, &self.subject.settling), sample);
-            }
-            MetricKind::RestitutionAtGap { gap, .. } => {
-                if let Accumulator::Crossing(crossing) = accumulator {
-                    crossing.record(gap * self.subject.radius, self.before, self.passage, self.after);
-                }
-            }
-            // The trajectory holds the others; columns come from the row.
-            _ => {}
-        }
-    }
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+/// Scalar product.
+pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 

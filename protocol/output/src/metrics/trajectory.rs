@@ -4,6 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::line::interpolate;
+
 /// One grain over one window, as the metrics see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Passage {
@@ -22,7 +24,7 @@ pub(super) struct Passage {
 }
 
 /// A grain's way so far.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Trajectory {
     /// Windows seen.
     pub windows: u64,
@@ -56,21 +58,7 @@ impl Trajectory {
     /// At t = 0, with the initial settling speed, m/s.
     #[must_use]
     pub fn new(speed: f64) -> Self {
-        Self {
-            windows: 0,
-            speed,
-            gap: None,
-            terminal: speed.max(0.0),
-            contacts: 0,
-            touching: false,
-            impact: None,
-            rebound: None,
-            first_height: 0.0,
-            second_height: 0.0,
-            first_touch: None,
-            first_top: None,
-            second_touch: None,
-        }
+        Self { speed, terminal: speed.max(0.0), ..Self::default() }
     }
 
     /// Adds a window. A contact begins where the DEM reports an impact speed or, with a DEM that
@@ -152,9 +140,4 @@ impl Crossing {
             }
         }
     }
-}
-
-/// Value at `x` on the line through two points (x, y).
-fn interpolate(x: f64, (x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> f64 {
-    y0 + (y1 - y0) * (x - x0) / (x1 - x0)
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::grid::Vtr;
 use super::read::attribute;
-use super::write::{Array, Values};
+use super::write::{Array, opening};
 
 /// One of the files of a grid.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,17 +45,18 @@ pub struct Part {
 #[must_use]
 pub fn parts([nx, ny]: [usize; 2], data: &[Array], parts: &[Part]) -> String {
     let nz = parts.last().map_or(0, |part| part.layers[1]);
-    let mut text = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PRectilinearGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
-         header_type=\"UInt64\">\n<PRectilinearGrid WholeExtent=\"0 {nx} 0 {ny} 0 {nz}\" GhostLevel=\"0\">\n<PCellData>\n"
+    let mut text = opening("PRectilinearGrid");
+    let _ = write!(
+        text,
+        "<PRectilinearGrid WholeExtent=\"0 {nx} 0 {ny} 0 {nz}\" GhostLevel=\"0\">\n<PCellData>\n"
     );
-    for Array { name, components, values } in data {
-        let kind = if matches!(values, Values::Real(_)) { "Float64" } else { "Int64" };
+    let mut array = |kind: &str, name: &str, components: usize| {
         let _ = writeln!(
             text,
             "<PDataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"/>"
         );
-    }
+    };
+    data.iter().for_each(|one| array(one.kind(), one.name, one.components));
     text += "</PCellData>\n<PCoordinates>\n";
     for name in ["x", "y", "z"] {
         let _ = writeln!(text, "<PDataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"1\"/>");

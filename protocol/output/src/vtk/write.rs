@@ -47,7 +47,7 @@ impl Array {
         Self { name, components: 1, values: Values::Whole(values) }
     }
 
-    fn kind(&self) -> &'static str {
+    pub(super) fn kind(&self) -> &'static str {
         match self.values {
             Values::Real(_) => "Float64",
             Values::Whole(_) => "Int64",
@@ -71,6 +71,14 @@ impl Array {
     }
 }
 
+/// The first lines of a file.
+pub(super) fn opening(kind: &str) -> String {
+    format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\">\n"
+    )
+}
+
 /// Text of a file and the arrays whose blocks follow it.
 struct Writer<'a> {
     text: String,
@@ -81,11 +89,7 @@ struct Writer<'a> {
 
 impl<'a> Writer<'a> {
     fn new(kind: &str) -> Self {
-        let text = format!(
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" \
-             header_type=\"UInt64\">\n"
-        );
-        Self { text, arrays: Vec::new(), length: 0 }
+        Self { text: opening(kind), arrays: Vec::new(), length: 0 }
     }
 
     fn time(&mut self, time: f64) {
@@ -131,31 +135,21 @@ impl<'a> Writer<'a> {
 /// Points with data, `.vtp`; every point is a vertex, so that it shows without a filter.
 #[must_use]
 pub fn points(time: f64, position: Vec<f64>, data: &[Array]) -> Vec<u8> {
-    let count = position.len() / 3;
-    let position = [Array::real("position", 3, position)];
-    let vertices = [
-        Array::whole("connectivity", (0..count as i64).collect()),
-        Array::whole("offsets", (1..=count as i64).collect()),
-    ];
-    let mut writer = Writer::new("PolyData");
-    writer.text += "<PolyData>\n";
-    writer.time(time);
-    let _ = writeln!(
-        writer.text,
-        "<Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" \
-         NumberOfPolys=\"0\">"
-    );
-    writer.section("PointData", data);
-    writer.section("Points", &position);
-    writer.section("Verts", &vertices);
-    writer.finish("</Piece>\n</PolyData>\n")
+    let ends = (1..=position.len() as i64 / 3).collect();
+    poly_data(time, position, ends, "Verts", data)
 }
 
 /// Polygons with data, `.vtp`: polygon k ends before the point number `ends[k]` and begins where the one
 /// before ends.
 #[must_use]
 pub fn polygons(time: f64, position: Vec<f64>, ends: Vec<i64>, data: &[Array]) -> Vec<u8> {
+    poly_data(time, position, ends, "Polys", data)
+}
+
+/// Runs of points that make up cells of one kind.
+fn poly_data(time: f64, position: Vec<f64>, ends: Vec<i64>, kind: &str, data: &[Array]) -> Vec<u8> {
     let (points, count) = (position.len() / 3, ends.len());
+    let [vertices, polygons] = ["Verts", "Polys"].map(|known| if known == kind { count } else { 0 });
     let position = [Array::real("position", 3, position)];
     let cells = [Array::whole("connectivity", (0..points as i64).collect()), Array::whole("offsets", ends)];
     let mut writer = Writer::new("PolyData");
@@ -163,12 +157,12 @@ pub fn polygons(time: f64, position: Vec<f64>, ends: Vec<i64>, data: &[Array]) -
     writer.time(time);
     let _ = writeln!(
         writer.text,
-        "<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" \
-         NumberOfPolys=\"{count}\">"
+        "<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"{vertices}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" \
+         NumberOfPolys=\"{polygons}\">"
     );
-    writer.section("CellData", data);
+    writer.section(if kind == "Verts" { "PointData" } else { "CellData" }, data);
     writer.section("Points", &position);
-    writer.section("Polys", &cells);
+    writer.section(kind, &cells);
     writer.finish("</Piece>\n</PolyData>\n")
 }
 

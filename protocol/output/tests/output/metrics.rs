@@ -247,7 +247,7 @@ fn means_weigh_with_time_from_their_start() {
 fn an_unknown_column_is_refused_with_the_known_ones() {
     let scene = sphere(COLUMNS);
     let columns = Columns::new(&scene, Sides::coupled(), &[]);
-    let error = Metrics::new(&scene, &columns, Sides::coupled()).expect_err("no such column");
+    let error = Metrics::new(&scene, &columns, Sides::coupled()).err().expect("no such column");
     assert_eq!(error.key, "metrics[0].column");
     assert!(error.message.contains("flow_rate") && error.message.contains("kinetic_energy"), "{error}");
     // A DEM alone cannot know what the fluid adds: it goes on without.

@@ -13,13 +13,12 @@ pub(super) fn domain(scene: &Scene, source: &SceneSource) -> Check {
     let domain = &scene.domain;
     let axes = domain.geometry.axes();
     for (key, length) in [("domain.lower", domain.lower.len()), ("domain.upper", domain.upper.len())] {
-        if length != axes.len() {
-            return Err(source.error(
-                key,
-                format!("has {length} numbers; {:?} has {} axes {axes:?}", domain.geometry, axes.len()),
-                "give one number per axis",
-            ));
-        }
+        source.refuse_if(
+            length != axes.len(),
+            key,
+            format_args!("has {length} numbers; {:?} has {} axes {axes:?}", domain.geometry, axes.len()),
+            "give one number per axis",
+        )?;
     }
     finite(source, "domain.lower", &domain.lower)?;
     finite(source, "domain.upper", &domain.upper)?;
@@ -34,28 +33,25 @@ pub(super) fn domain(scene: &Scene, source: &SceneSource) -> Check {
         }
     }
     if domain.geometry == Geometry::Axisymmetric {
-        if domain.lower[0] != 0.0 {
-            return Err(source.error(
-                "domain.lower",
-                format!("starts at r = {}", domain.lower[0]),
-                "an axisymmetric box starts at r = 0",
-            ));
-        }
-        if scene.gravity[0] != 0.0 || scene.gravity[1] != 0.0 {
-            return Err(source.error(
-                "gravity",
-                format!("is {:?}: across the axis of symmetry", scene.gravity),
-                "write gravity = [0.0, 0.0, g] along z, or use geometry = \"space\"",
-            ));
-        }
-    }
-    if domain.geometry == Geometry::Plane && scene.gravity[1] != 0.0 {
-        return Err(source.error(
+        source.refuse_if(
+            domain.lower[0] != 0.0,
+            "domain.lower",
+            format_args!("starts at r = {}", domain.lower[0]),
+            "an axisymmetric box starts at r = 0",
+        )?;
+        source.refuse_if(
+            scene.gravity[0] != 0.0 || scene.gravity[1] != 0.0,
             "gravity",
-            format!("is {:?}: out of the plane (x, z)", scene.gravity),
-            "set its y component to 0",
-        ));
+            format_args!("is {:?}: across the axis of symmetry", scene.gravity),
+            "write gravity = [0.0, 0.0, g] along z, or use geometry = \"space\"",
+        )?;
     }
+    source.refuse_if(
+        domain.geometry == Geometry::Plane && scene.gravity[1] != 0.0,
+        "gravity",
+        format_args!("is {:?}: out of the plane (x, z)", scene.gravity),
+        "set its y component to 0",
+    )?;
     boundary(scene, source)?;
     cells(scene, source)
 }
@@ -65,9 +61,9 @@ fn boundary(scene: &Scene, source: &SceneSource) -> Check {
     let axes = domain.geometry.axes();
     for axis in [Axis::X, Axis::Y, Axis::Z, Axis::R] {
         let (both, lower, upper) = domain.boundary.of(axis);
-        let name = format!("{axis:?}").to_lowercase();
+        let name = axis.name();
         let given =
-            [(both, name.clone()), (lower, format!("{name}_lower")), (upper, format!("{name}_upper"))];
+            [(both, name.to_owned()), (lower, format!("{name}_lower")), (upper, format!("{name}_upper"))];
         if let Some((_, face)) = given.iter().find(|(face, _)| face.is_some() && !axes.contains(&axis)) {
             return Err(source.error(
                 &format!("domain.boundary.{face}"),
@@ -75,13 +71,12 @@ fn boundary(scene: &Scene, source: &SceneSource) -> Check {
                 "remove the faces of that axis",
             ));
         }
-        if both.is_some() && (lower.is_some() || upper.is_some()) {
-            return Err(source.error(
-                &format!("domain.boundary.{name}"),
-                format!("gives both faces at once, and {name}_lower or {name}_upper again"),
-                "give either the pair or the two faces",
-            ));
-        }
+        source.refuse_if(
+            both.is_some() && (lower.is_some() || upper.is_some()),
+            &format!("domain.boundary.{name}"),
+            format_args!("gives both faces at once, and {name}_lower or {name}_upper again"),
+            "give either the pair or the two faces",
+        )?;
     }
     (0..axes.len()).try_for_each(|axis| faces(scene, axis, source))?;
     open::through(scene, source)
@@ -90,7 +85,7 @@ fn boundary(scene: &Scene, source: &SceneSource) -> Check {
 /// The two faces of grid axis `axis`.
 fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
     let domain = &scene.domain;
-    let name = format!("{:?}", domain.geometry.axes()[axis]).to_lowercase();
+    let name = domain.geometry.axes()[axis].name();
     let pair = format!("domain.boundary.{name}");
     let (both, lower, upper) = domain.boundary.of(domain.geometry.axes()[axis]);
     let Some(faces) = domain.boundary(axis) else {
@@ -107,20 +102,18 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
         ));
     };
     let periodic = faces.upper.kind == WallKind::Periodic;
-    if periodic && domain.geometry.axes()[axis] == Axis::R {
-        return Err(source.error(
-            "domain.boundary.r_upper",
-            "is periodic".to_owned(),
-            "the outer cylinder is no-slip or free-slip",
-        ));
-    }
-    if faces.lower.is_some_and(|lower| (lower.kind == WallKind::Periodic) != periodic) {
-        return Err(source.error(
-            &format!("{pair}_{}", if periodic { "lower" } else { "upper" }),
-            format!("is not periodic, but the other face of {name} is"),
-            &format!("write {name} = \"periodic\" for both"),
-        ));
-    }
+    source.refuse_if(
+        periodic && domain.geometry.axes()[axis] == Axis::R,
+        "domain.boundary.r_upper",
+        "is periodic",
+        "the outer cylinder is no-slip or free-slip",
+    )?;
+    source.refuse_if(
+        faces.lower.is_some_and(|lower| (lower.kind == WallKind::Periodic) != periodic),
+        &format!("{pair}_{}", if periodic { "lower" } else { "upper" }),
+        format_args!("is not periodic, but the other face of {name} is"),
+        &format!("write {name} = \"periodic\" for both"),
+    )?;
     let component = domain.geometry.component(axis);
     for (face, side) in faces.lower.iter().map(|lower| (lower, "_lower")).chain([(&faces.upper, "_upper")]) {
         let key = format!("{pair}{}.velocity", if both.is_some() { "" } else { side });
@@ -130,13 +123,12 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
         if face.kind == WallKind::Inflow {
             continue;
         }
-        if face.velocity[component] != 0.0 {
-            return Err(source.error(
-                &key,
-                format!("moves a face of {name} through itself at {}", face.velocity[component]),
-                "a wall's velocity lies in its plane: set this component to 0",
-            ));
-        }
+        source.refuse_if(
+            face.velocity[component] != 0.0,
+            &key,
+            format_args!("moves a face of {name} through itself at {}", face.velocity[component]),
+            "a wall's velocity lies in its plane: set this component to 0",
+        )?;
         if face.velocity != [0.0; 3] && face.kind != WallKind::NoSlip {
             return Err(source.error(
                 &key,
@@ -154,13 +146,12 @@ fn cells(scene: &Scene, source: &SceneSource) -> Check {
     if scene.medium.is_none() && domain.cells.is_empty() {
         return Ok(());
     }
-    if domain.cells.len() != axes.len() {
-        return Err(source.error(
-            "domain.cells",
-            format!("has {} numbers; {:?} has the axes {axes:?}", domain.cells.len(), domain.geometry),
-            "give the number of cells along each axis",
-        ));
-    }
+    source.refuse_if(
+        domain.cells.len() != axes.len(),
+        "domain.cells",
+        format_args!("has {} numbers; {:?} has the axes {axes:?}", domain.cells.len(), domain.geometry),
+        "give the number of cells along each axis",
+    )?;
     if let Some(few) = domain.cells.iter().find(|count| **count < 4) {
         return Err(source.error(
             "domain.cells",
@@ -169,13 +160,12 @@ fn cells(scene: &Scene, source: &SceneSource) -> Check {
         ));
     }
     let total = domain.cells.iter().try_fold(1usize, |product, count| product.checked_mul(*count));
-    if total.is_none_or(|total| total > MOST_CELLS) {
-        return Err(source.error(
-            "domain.cells",
-            format!("asks for {:?} cells; at most {MOST_CELLS} in all", domain.cells),
-            "coarsen the grid",
-        ));
-    }
+    source.refuse_if(
+        total.is_none_or(|total| total > MOST_CELLS),
+        "domain.cells",
+        format_args!("asks for {:?} cells; at most {MOST_CELLS} in all", domain.cells),
+        "coarsen the grid",
+    )?;
     let Some(stretching) = domain.stretching else { return Ok(()) };
     positive(source, "domain.stretching.spacing", stretching.spacing)?;
     let Some(axis) = axes.iter().position(|axis| *axis == stretching.axis) else {
@@ -185,22 +175,20 @@ fn cells(scene: &Scene, source: &SceneSource) -> Check {
             "name an axis of this geometry",
         ));
     };
-    if domain.is_periodic(axis) {
-        return Err(source.error(
-            "domain.stretching.axis",
-            "is periodic".to_owned(),
-            "stretch an axis with walls; periodic axes are uniform",
-        ));
-    }
+    source.refuse_if(
+        domain.is_periodic(axis),
+        "domain.stretching.axis",
+        "is periodic",
+        "stretch an axis with walls; periodic axes are uniform",
+    )?;
     let (lower, upper, count) = (domain.lower[axis], domain.upper[axis], domain.cells[axis]);
     let uniform = (stretching.uniform_to - lower) / stretching.spacing;
-    if !(uniform.round() >= 1.0 && (uniform - uniform.round()).abs() < 1e-6) {
-        return Err(source.error(
-            "domain.stretching.uniform_to",
-            format!("makes {uniform} cells of {}", stretching.spacing),
-            "let the uniform part hold a whole number of cells",
-        ));
-    }
+    source.refuse_if(
+        !(uniform.round() >= 1.0 && (uniform - uniform.round()).abs() < 1e-6),
+        "domain.stretching.uniform_to",
+        format_args!("makes {uniform} cells of {}", stretching.spacing),
+        "let the uniform part hold a whole number of cells",
+    )?;
     let rest = count as f64 - uniform.round();
     if !(stretching.uniform_to < upper
         && rest >= 2.0

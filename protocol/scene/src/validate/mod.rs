@@ -7,12 +7,14 @@
 //! | `domain` | box, grid and faces |
 //! | `beds` | grains that are made: groups, rough walls, insertions |
 //! | `grains` | grains as they begin: alone, in the grid, and from each other |
-//! | `observe` | what is written down and measured |
+//! | `observe` | what is written down |
+//! | `metrics` | what is measured |
 
 mod beds;
 mod check;
 mod domain;
 mod grains;
+mod metrics;
 mod observe;
 
 use super::domain::InitialVelocity;
@@ -21,7 +23,7 @@ use super::shared::Scene;
 use super::source::SceneSource;
 use check::{Check, finite, not_negative, positive};
 pub(super) use grains::grains;
-pub(super) use observe::metrics;
+pub(super) use metrics::metrics;
 
 /// Everything but the grains themselves.
 pub(super) fn shared(scene: &Scene, source: &SceneSource) -> Check {
@@ -45,13 +47,12 @@ fn medium(scene: &Scene, source: &SceneSource) -> Check {
     finite(source, "medium.pressure_gradient", &medium.pressure_gradient)?;
     for axis in 0..scene.domain.dimensions() {
         let component = scene.domain.geometry.component(axis);
-        if medium.pressure_gradient[component] != 0.0 && !scene.domain.is_periodic(axis) {
-            return Err(source.error(
-                "medium.pressure_gradient",
-                "drives along an axis with walls, where the pressure balances it".to_owned(),
-                "make that axis periodic, or remove the gradient",
-            ));
-        }
+        source.refuse_if(
+            medium.pressure_gradient[component] != 0.0 && !scene.domain.is_periodic(axis),
+            "medium.pressure_gradient",
+            "drives along an axis with walls, where the pressure balances it",
+            "make that axis periodic, or remove the gradient",
+        )?;
     }
     open::flow_rate(scene, source)?;
     match &medium.initial {
@@ -61,13 +62,12 @@ fn medium(scene: &Scene, source: &SceneSource) -> Check {
         InitialVelocity::Shear { direction, gradient, rate, origin } => {
             finite(source, "medium.initial", &[*rate, *origin])?;
             let axes = scene.domain.geometry.axes();
-            if direction == gradient || !axes.contains(direction) || !axes.contains(gradient) {
-                return Err(source.error(
-                    "medium.initial",
-                    format!("shears {direction:?} along {gradient:?}; the axes are {axes:?}"),
-                    "name two different axes of this geometry",
-                ));
-            }
+            source.refuse_if(
+                direction == gradient || !axes.contains(direction) || !axes.contains(gradient),
+                "medium.initial",
+                format_args!("shears {direction:?} along {gradient:?}; the axes are {axes:?}"),
+                "name two different axes of this geometry",
+            )?;
             Ok(())
         }
         InitialVelocity::TaylorGreen { amplitude } => {
@@ -81,13 +81,12 @@ fn stop(scene: &Scene, source: &SceneSource) -> Check {
     let Some(stop) = &scene.stop_when else { return Ok(()) };
     positive(source, "stop_when.kinetic_energy_per_grain_below", stop.kinetic_energy_per_grain_below)?;
     not_negative(source, "stop_when.after", stop.after)?;
-    if scene.medium.is_some() {
-        return Err(source.error(
-            "stop_when",
-            "ends dry runs only",
-            "leave it out, and let `until` end the run",
-        ));
-    }
+    source.refuse_if(
+        scene.medium.is_some(),
+        "stop_when",
+        "ends dry runs only",
+        "leave it out, and let `until` end the run",
+    )?;
     if scene.gravity == [0.0; 3] {
         return Err(source.error(
             "stop_when",
@@ -104,20 +103,18 @@ fn walls(scene: &Scene, source: &SceneSource) -> Check {
         finite(source, &key("point"), &wall.point)?;
         finite(source, &key("velocity"), &wall.velocity)?;
         let length: f64 = wall.normal.iter().map(|n| n * n).sum();
-        if !(length.is_finite() && length > 0.0) {
-            return Err(source.error(
-                &key("normal"),
-                format!("is {:?}", wall.normal),
-                "give a normal of non-zero length that points to the grains",
-            ));
-        }
-        if !(wall.from.is_finite() && wall.until > wall.from) {
-            return Err(source.error(
-                &key("until"),
-                format!("is {}, from {}", wall.until, wall.from),
-                "give times from < until between which the wall is there, or leave them out",
-            ));
-        }
+        source.refuse_if(
+            !(length.is_finite() && length > 0.0),
+            &key("normal"),
+            format_args!("is {:?}", wall.normal),
+            "give a normal of non-zero length that points to the grains",
+        )?;
+        source.refuse_if(
+            !(wall.from.is_finite() && wall.until > wall.from),
+            &key("until"),
+            format_args!("is {}, from {}", wall.until, wall.from),
+            "give times from < until between which the wall is there, or leave them out",
+        )?;
     }
     Ok(())
 }

@@ -1,0 +1,124 @@
+//! What is measured: one rule for each key, whatever kinds have it.
+
+use toml::Value;
+
+use super::check::{Check, finite, not_negative, positive};
+use crate::shared::Scene;
+use crate::source::SceneSource;
+
+/// What a number, or each of a list, must be.
+enum Rule {
+    Positive,
+    NotNegative,
+    Finite,
+}
+
+/// Keys of kinds of metrics that hold numbers.
+const NUMBERS: [(&str, Rule); 11] = [
+    ("gap", Rule::Positive),
+    ("from", Rule::NotNegative),
+    ("to", Rule::Positive),
+    ("level", Rule::Finite),
+    ("through", Rule::Finite),
+    ("half_length", Rule::Positive),
+    ("release", Rule::NotNegative),
+    ("surface", Rule::Positive),
+    ("speed", Rule::Positive),
+    ("share", Rule::Positive),
+    ("at", Rule::Finite),
+];
+
+/// Metrics have names of their own; they and `observe.grains` name grains that exist.
+pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Check {
+    for (index, metric) in scene.metrics.iter().enumerate() {
+        let key = |name: &str| format!("metrics[{index}].{name}");
+        source.refuse_if(
+            scene.metrics[..index].iter().any(|other| other.name == metric.name),
+            &key("name"),
+            format_args!("is `{}` a second time", metric.name),
+            "give every metric a name of its own",
+        )?;
+        source.refuse_if(
+            metric.reference.is_some() && metric.compared_with.is_some(),
+            &key("compared_with"),
+            "stands beside a reference: a metric has one of the two",
+            "keep reference for a published or exact value, compared_with for any other",
+        )?;
+        let keys = metric.kind.keys();
+        let number = |name: &str| keys.get(name).and_then(Value::as_float);
+        for (name, rule) in &NUMBERS {
+            let list = keys.get(*name).and_then(Value::as_array);
+            let mut values: Vec<f64> = list.into_iter().flatten().filter_map(Value::as_float).collect();
+            values.extend(number(name));
+            for value in values {
+                match rule {
+                    Rule::Positive => positive(source, &key(name), value.min(f64::MAX))?,
+                    Rule::NotNegative => not_negative(source, &key(name), value)?,
+                    Rule::Finite => finite(source, &key(name), &[value])?,
+                }
+            }
+        }
+        let planes = ["mean-fluid-velocity", "mean-grain-velocity", "shields"];
+        let kind = keys.get("kind").and_then(Value::as_str).unwrap_or("");
+        source.refuse_if(
+            planes.contains(&kind) && scene.observe.planes.is_none(),
+            &key("kind"),
+            "is read from averages over planes, which the scene does not ask for",
+            "add observe.planes = { every = ... }",
+        )?;
+        if keys.contains_key("along") {
+            let axes: Vec<&str> = scene.domain.geometry.axes().iter().map(|axis| axis.name()).collect();
+            let asked = ["component", "along"].map(|name| keys.get(name).and_then(Value::as_str));
+            let [component, along] = asked.map(|axis| axis.unwrap_or("the stream"));
+            source.refuse_if(
+                scene.medium.is_none() || asked.iter().flatten().any(|axis| !axes.contains(axis)),
+                &key("kind"),
+                format_args!("is about {component} along {along} of a fluid; the axes are {axes:?}"),
+                "name axes of this geometry, in a scene with [medium]",
+            )?;
+        }
+        if let Some(centre) = number("centre") {
+            heap(scene, source, &key, centre, number("bin").unwrap_or(0.0))?;
+        }
+        if let Some(grain) = metric.kind.grain().filter(|grain| *grain >= count) {
+            return Err(source.error(
+                &key("grain"),
+                format!("is {grain}, but the scene has {count} grains"),
+                "count grains from 0",
+            ));
+        }
+    }
+    let chosen = scene.observe.substeps.as_ref().map(|asked| &asked.grains);
+    for (key, grains) in
+        [("observe.grains", scene.observe.grains.as_ref()), ("observe.substeps.grains", chosen)]
+    {
+        if let Some(grain) = grains.into_iter().flatten().find(|grain| **grain >= count) {
+            let what = format!("holds {grain}, but the scene has {count} grains");
+            return Err(source.error(key, what, "count grains from 0"));
+        }
+    }
+    Ok(())
+}
+
+/// Most bins that a profile of a heap may have over the length of the box.
+const MOST_BINS: f64 = 1e5;
+
+/// A profile of a heap: its middle in the box, and a number of bins that can be kept.
+fn heap(scene: &Scene, source: &SceneSource, key: &dyn Fn(&str) -> String, centre: f64, bin: f64) -> Check {
+    let (low, high) = (scene.domain.lower[0], scene.domain.upper[0]);
+    source.refuse_if(
+        !(low..=high).contains(&centre),
+        &key("centre"),
+        format_args!("is {centre}; allowed: a place in the box along x, {low} to {high}"),
+        "give the middle of the heap",
+    )?;
+    let least = (high - low) / MOST_BINS;
+    if bin == 0.0 || (bin >= least && bin.is_finite()) {
+        return Ok(());
+    }
+    Err(source.error(
+        &key("bin"),
+        format!("is {bin}; allowed: 0 (three mean radii), or {least:e} and more: {MOST_BINS:e} bins over the length of the box"),
+        "give a width of a few radii",
+    ))
+}
