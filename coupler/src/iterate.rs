@@ -1,4 +1,5 @@
-//! When a window of the iterated scheme has converged: the motion that an attempt led to is that of the one before.
+//! When a window of the iterated scheme has converged: the motion that an attempt led to is that of the one
+//! before.
 
 use bedload_scene::CheckedScene;
 use protocol::message::Kinematics;
@@ -106,8 +107,8 @@ impl ConvergenceMonitor {
         if change == 0.0 { 0.0 } else { change / (speed + OF_WEIGHT * self.gravity * dt) }
     }
 
-    /// Assesses the attempt that led to `motion`; one that was `wrong` for another reason is not accepted while
-    /// another can be made.
+    /// Assesses the attempt that led to `motion`; one that was `wrong` for another reason is not accepted
+    /// while another can be made.
     pub(crate) fn assess(&mut self, window: &Window, motion: &[Kinematics], wrong: bool) -> Convergence {
         if window.attempt == 0 {
             self.last.clear();

@@ -27,8 +27,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The method stands in [`dem_kernels`], which knows no scene; here are the scene's `[dem]`, the participant of a
-//! run, averages and files.
+//! The method stands in [`dem_kernels`], which knows no scene; here are the scene's `[dem]`, the participant
+//! of a run, averages and files.
 //!
 //! SI units or any consistent set. Vectors have three components in the laboratory frame; plane and
 //! axisymmetric scenes are masks on free motions ([`Freedom`]). With [`Shape::Disc`]

@@ -8,7 +8,7 @@
 
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
-use fluid_solver::engine::HasEngine;
+use fluid_solver::engines::HasEngine;
 use fluid_solver::field::set_component;
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::scheme::{Options, Scheme, Viscous};

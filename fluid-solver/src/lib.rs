@@ -12,7 +12,7 @@
 #![warn(missing_docs)]
 
 pub use fluid_kernels::{
-    axis, boundary, division, engine, field, first_non_finite, flow_rate, geometry, grid, grid_error, halo,
+    axis, boundary, division, engines, field, first_non_finite, flow_rate, geometry, grid, grid_error, halo,
     health, helmholtz, immersed, interpolate, lanes, measure, open, ranks, scheme, stencil, step, threads,
     timings, transform, tridiagonal, work,
 };

@@ -5,7 +5,7 @@
 use crate::build;
 use crate::config::FluidSection;
 use crate::coupling;
-use crate::engine::HasEngine;
+use crate::engines::HasEngine;
 use crate::field::{State, copy_own};
 use crate::first_non_finite::FirstNonFinite;
 use crate::grid::Grid;

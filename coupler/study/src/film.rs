@@ -1,7 +1,8 @@
 //! `bedload film`: a plane of the flow and the grains in it, frame by frame, as PNG files and one animated
 //! GIF.
 //!
-//! Frames are drawn straight into numbered colours, so that no display, font or encoder of the system is needed.
+//! Frames are drawn straight into numbered colours, so that no display, font or encoder of the system is
+//! needed.
 
 use std::path::{Path, PathBuf};
 

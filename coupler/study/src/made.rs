@@ -18,7 +18,8 @@ const REFINE: [&str; 2] = ["resolution", keys::CONTACT_STEPS];
 /// Columns that vary the physics and not the method.
 const CASES: [&str; 2] = ["case", "until"];
 
-/// The runs that have an error and a cost, but for one that is the reference itself: its error, 0, says nothing.
+/// The runs that have an error and a cost, but for one that is the reference itself: its error, 0, says
+/// nothing.
 fn measured(table: &Table) -> Vec<Run> {
     let refining = table.keys.iter().position(|key| REFINE.contains(&key.as_str()));
     let run = |(number, row): (usize, &Row)| {

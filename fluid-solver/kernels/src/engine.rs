@@ -1,10 +1,6 @@
 //! What the time step asks of a geometry.
 
 use crate::flow::Flow;
-use crate::grid::Grid;
-use crate::plane::PlaneEngine;
-use crate::scheme::Options;
-use crate::space::SpaceEngine;
 use crate::stages::{PlannedStage, PressureUpdate};
 
 /// The four parts of a stage on one kind of grid, each for the whole field.
@@ -34,22 +30,4 @@ pub trait Engine<const D: usize>: Send + Sync {
     /// From now on the predictor has the pressure gradient even where the projection undoes it: the
     /// caller changes the velocity between the two, by what the velocity is.
     fn keep_pressure_gradient(&mut self, flow: &Flow<D>);
-}
-
-/// Number of axes that the step is written for. Concrete for each, so that engines are compiled in this crate.
-pub trait HasEngine<const D: usize> {
-    /// The engine for this grid.
-    fn engine(&self, options: &Options<D>) -> Box<dyn Engine<D>>;
-}
-
-impl HasEngine<2> for Grid<2> {
-    fn engine(&self, _: &Options<2>) -> Box<dyn Engine<2>> {
-        Box::new(PlaneEngine::new(self))
-    }
-}
-
-impl HasEngine<3> for Grid<3> {
-    fn engine(&self, options: &Options<3>) -> Box<dyn Engine<3>> {
-        Box::new(SpaceEngine::new(self, options))
-    }
 }

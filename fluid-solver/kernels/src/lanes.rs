@@ -128,7 +128,9 @@ pub(crate) trait Kernel {
     fn run<S: Simd>(self, simd: S);
 }
 
-/// Runs a kernel with the widest vectors of this machine. Not inlined: as a closure it would be compiled twice.
+/// Runs a kernel with the widest vectors of this machine.
+///
+/// Not inlined: where it is passed as a function it would be compiled twice.
 #[inline(never)]
 pub(crate) fn dispatch(kernel: impl Kernel) {
     Arch::new().dispatch(Widest(kernel));

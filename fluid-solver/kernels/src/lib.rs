@@ -44,7 +44,8 @@
 pub mod axis;
 pub mod boundary;
 pub mod division;
-pub mod engine;
+mod engine;
+pub mod engines;
 pub mod field;
 pub mod first_non_finite;
 mod flow;

@@ -4,7 +4,7 @@ use crate::common::{Random, SCHEMES, grid, plane_grids, space_grids, uniform};
 use crate::reference::{Reference, for_each_cell};
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
-use fluid_solver::engine::HasEngine;
+use fluid_solver::engines::HasEngine;
 use fluid_solver::field::{State, for_each_unknown};
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::scheme::{Options, Scheme, Viscous};

@@ -3,7 +3,7 @@
 use crate::common::{SCHEMES, distance, error, grid, observed_order, pipe, uniform};
 use crate::reference::largest_divergence;
 use fluid_solver::boundary::Boundary;
-use fluid_solver::engine::HasEngine;
+use fluid_solver::engines::HasEngine;
 use fluid_solver::field::set_component;
 use fluid_solver::grid::Grid;
 use fluid_solver::measure::momentum;

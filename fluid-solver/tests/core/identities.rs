@@ -2,7 +2,7 @@
 
 use crate::common::{Random, convection_of, grid, laplacian_of, plane_grids, space_grids, uniform};
 use fluid_solver::boundary::Boundary;
-use fluid_solver::engine::HasEngine;
+use fluid_solver::engines::HasEngine;
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
 use fluid_solver::halo::fill_velocity;

@@ -5,7 +5,7 @@ use crate::common::{SCHEMES, assert_same, error, grid, observed_order, stepper, 
 use crate::reference::largest_divergence;
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::{Boundary, Profile};
-use fluid_solver::engine::HasEngine;
+use fluid_solver::engines::HasEngine;
 use fluid_solver::field::{State, for_each_unknown, set_component};
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::open::OpenFaces;

@@ -3,7 +3,7 @@
 use crate::common::{Random, SCHEMES, assert_same, grid, pipe, stepper, uniform};
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
-use fluid_solver::engine::HasEngine;
+use fluid_solver::engines::HasEngine;
 use fluid_solver::field::State;
 use fluid_solver::grid::Grid;
 use fluid_solver::scheme::{Options, Scheme, Viscous};

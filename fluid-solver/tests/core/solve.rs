@@ -3,7 +3,7 @@
 use crate::common::{Random, laplacian_of, plane_grids, space_grids};
 use crate::reference::largest_divergence;
 use crate::reference::{divergence, for_each_cell, gradient};
-use fluid_solver::engine::HasEngine;
+use fluid_solver::engines::HasEngine;
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
 use fluid_solver::halo::{fill_scalar, fill_velocity};

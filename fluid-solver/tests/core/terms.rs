@@ -5,7 +5,7 @@
 
 use crate::common::{Random, plane_grids, space_grids};
 use crate::reference::{convection, gradient, laplacian};
-use fluid_solver::engine::HasEngine;
+use fluid_solver::engines::HasEngine;
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::grid::Grid;
 use fluid_solver::halo::{fill_scalar, fill_velocity};

@@ -7,7 +7,7 @@ use crate::restart::messages;
 use bedload_output::OutputFolder;
 use bedload_scene::CheckedScene;
 use fluid_solver::checkpoint;
-use fluid_solver::engine::HasEngine;
+use fluid_solver::engines::HasEngine;
 use fluid_solver::facts::facts;
 use fluid_solver::field::{for_each_unknown, set_component};
 use fluid_solver::grid::Grid;

@@ -1,5 +1,5 @@
-//! The program as a user has it, and the plans that it makes: one executable, which is also the solvers of its
-//! runs (`fake_solvers`).
+//! The program as a user has it, and the plans that it makes: one executable, which is also the solvers of
+//! its runs (`fake_solvers`).
 
 mod cli;
 mod conformance;

@@ -14,8 +14,8 @@ use coupler::number::number;
 const MOST_PICTURES: usize = 24;
 const MOST_GRAIN_PICTURES: usize = 12;
 
-/// A picture of vorticity shows this far around the grain's centre, in D: sideways, down and up (the wake), as
-/// figure 6 of Izard et al. (2014) does.
+/// A picture of vorticity shows this far around the grain's centre, in D: sideways, down and up (the wake),
+/// as figure 6 of Izard et al. (2014) does.
 const REACH: [f64; 3] = [1.6, 1.0, 2.2];
 
 /// Pictures of one kind.

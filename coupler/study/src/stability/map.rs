@@ -1,5 +1,5 @@
-//! The map: one panel for each combination of what varies besides the two axes. A marker is a run; grey is what
-//! `bedload check` refuses, up to where the margin of the bound crosses 1 between two sampled values.
+//! The map: one panel for each combination of what varies besides the two axes. A marker is a run; grey is
+//! what `bedload check` refuses, up to where the margin of the bound crosses 1 between two sampled values.
 
 use super::classify::Class;
 use crate::plot::{Axis, Look, Plot, Point, Series, Shape, panels};
@@ -151,8 +151,8 @@ impl Samples {
         if self.spacing == Spacing::Logarithmic { height.exp() } else { height }
     }
 
-    /// Where the cell of value `at` begins, half-way from the value before; the first and the last reach to the
-    /// ends of the axis.
+    /// Where the cell of value `at` begins, half-way from the value before; the first and the last reach to
+    /// the ends of the axis.
     fn edge(&self, at: usize) -> f64 {
         let (Some(first), Some(last)) = (self.heights.first(), self.heights.last()) else { return 0.0 };
         let free = match (self.spacing, last > first) {
