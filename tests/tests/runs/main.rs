@@ -20,3 +20,4 @@ mod schemes;
 mod stability;
 mod storm;
 mod unstable;
+mod vectors;

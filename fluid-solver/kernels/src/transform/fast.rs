@@ -11,7 +11,7 @@ use super::line::{Reader, Writer};
 use super::plan::Plan;
 use super::rows::{Rows, RowsMut, Write};
 use super::sine::One;
-use crate::lanes::{Lanes, ZERO, aligned};
+use crate::lanes::{Lanes, ZERO, aligned, arch};
 use pulp::{Arch, Simd, WithSimd};
 
 /// A fast transform of one length.
@@ -23,7 +23,7 @@ pub(super) struct Fast {
 impl Fast {
     /// Plans the transform, or `None` where [`Plan::places`] has none.
     pub(super) fn new(kind: Kind, n: usize) -> Option<Self> {
-        Some(Self { plan: Plan::new(kind, n)?, arch: Arch::new() })
+        Some(Self { plan: Plan::new(kind, n)?, arch: arch() })
     }
 
     /// Working memory for one thread: two buffers of complex places, one of n/2 real ones.
