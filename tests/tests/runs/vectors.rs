@@ -37,7 +37,7 @@ fn every_instruction_set_gives_the_same_bits() {
             let mut command = Command::new(program("bedload"));
             command.arg("run").arg(scenes.join(scene)).arg("--out").arg(&out);
             command.args(["--overwrite", "--no-record"]).envs(limits.iter().copied());
-            overrides.iter().for_each(|set| drop(command.args(["--set", set])));
+            command.args(overrides.iter().flat_map(|set| ["--set", set]));
             let output = command.output().expect("bedload starts");
             assert_eq!(output.status.code(), Some(0), "{scene}: {}", said(&output));
             std::fs::read_to_string(out.join("series.csv")).expect("a series")
