@@ -3,7 +3,10 @@
 //! ```text
 //! f = α (U − V)/dt,  u = V + dt f             (7)     V: the velocity before it is projected, α: the mask, eqs 8–10
 //! F = −ρ ρ_p/(ρ_p − ρ) ∫ f dV                 (5, 6)  the buoyancy is in F, and lost where a grain rests
+//! F = −ρ ∫ f dV + m_f (dU/dt − g)                     along what the fluid does not move
 //! ```
+//! (5, 6) put Newton's law in for dU/dt, which a grain that is held or driven does not obey: the last line is what
+//! they come from. m_f: mass of the displaced fluid.
 //! The fluid takes its whole step with the motion known, so that the loads of a window meet the motion of its
 //! start: `explicit` order.
 
@@ -12,7 +15,7 @@ use super::immersed_boundary::ImmersedBoundary;
 use super::limits::{self, Limits};
 use crate::immersed::Wrench;
 use crate::step::Stepper;
-use bedload_scene::{CheckedScene, Medium, Motion};
+use bedload_scene::{CheckedScene, Freedom, Medium, Motion};
 use protocol::facts::{Measure, Side, SolverBound};
 use protocol::message::Loads;
 use protocol::participant::Window;
@@ -24,15 +27,26 @@ const LEAST_DIFFERENCE: f64 = 1e-6;
 pub struct Izard2014 {
     /// Density of the fluid, kg/m³.
     density: f64,
+    /// Gravity, m/s².
+    gravity: [f64; 3],
+    /// Of each grain: the motions along x, y, z and about them that obey Newton's law.
+    free: Vec<[bool; 6]>,
     /// ∫ f dV of each grain.
     forces: Vec<Wrench>,
 }
 
 impl Izard2014 {
-    /// For so many grains in a fluid of density `density`, kg/m³.
+    /// For the grains of a scene in a fluid of density `density`, kg/m³.
     #[must_use]
-    pub fn new(density: f64, grains: usize) -> Self {
-        Self { density, forces: vec![Wrench::default(); grains] }
+    pub fn new(scene: &CheckedScene, density: f64) -> Self {
+        let freedoms = [Freedom::X, Freedom::Y, Freedom::Z, Freedom::SpinX, Freedom::SpinY, Freedom::SpinZ];
+        let geometry = scene.scene.domain.geometry;
+        let free: Vec<_> = scene
+            .grains
+            .iter()
+            .map(|grain| freedoms.map(|freedom| grain.is_free(freedom, geometry)))
+            .collect();
+        Self { density, gravity: scene.scene.gravity, forces: vec![Wrench::default(); free.len()], free }
     }
 }
 
@@ -52,11 +66,18 @@ impl<const D: usize> ImmersedBoundary<D> for Izard2014 {
 
     fn loads(&self, grains: &Grains<D>, out: &mut [Loads]) {
         let rho = self.density;
-        for ((loads, shape), f) in out.iter_mut().zip(grains.immersed.shapes()).zip(&self.forces) {
+        for (i, (loads, shape)) in out.iter_mut().zip(grains.immersed.shapes()).enumerate() {
+            let (f, a) = (&self.forces[i], grains.memory.acceleration(i));
             let scale = rho * shape.density / (shape.density - rho);
-            // From zero, so that no load is −0.
-            let scaled = |vector: [f64; 3]| vector.map(|component| 0.0 - scale * component);
-            *loads = Loads { force: scaled(f.force), torque: scaled(f.torque), ..Loads::default() };
+            let (mass, inertia) = (rho * shape.volume, rho * shape.volume * shape.gyration);
+            *loads = Loads::default();
+            for c in 0..3 {
+                // From zero, so that no load is −0.
+                let held = (0.0 - rho * f.force[c]) + mass * (a.force[c] - self.gravity[c]);
+                loads.force[c] = if self.free[i][c] { 0.0 - scale * f.force[c] } else { held };
+                let held = (0.0 - rho * f.torque[c]) + inertia * a.torque[c];
+                loads.torque[c] = if self.free[i][3 + c] { 0.0 - scale * f.torque[c] } else { held };
+            }
         }
     }
 

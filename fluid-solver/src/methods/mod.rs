@@ -60,7 +60,7 @@ pub(crate) fn build<const D: usize>(
         Method::Calibrated => {
             Box::new(Calibrated::new(scene, medium, choices, scheme, &needs, grid, &mut grains, loads(true)))
         }
-        Method::Izard2014 => Box::new(Izard2014::new(medium.density, grains.immersed.shapes().len())),
+        Method::Izard2014 => Box::new(Izard2014::new(scene, medium.density)),
         Method::FictitiousDomain => {
             Box::new(FictitiousDomain::new(grid, grains.immersed.shapes(), loads(false)))
         }

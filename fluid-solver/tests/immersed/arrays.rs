@@ -6,6 +6,11 @@ use std::f64::consts::PI;
 
 /// Square array of cylinders in a unit cell, driven along x: ν = ρ = 1, `n` cells per side.
 pub(crate) fn cylinders(fraction: f64, n: usize, number: f64, shift: f64, loads: &str) -> Run {
+    array([fraction, number, shift, 2.0], n, loads)
+}
+
+/// The same, of cylinders that have a density.
+fn array([fraction, number, shift, density]: [f64; 4], n: usize, loads: &str) -> Run {
     let radius = (fraction / PI).sqrt();
     let dt = number / (n * n) as f64;
     let mut run = Run::new(&format!(
@@ -23,7 +28,7 @@ pub(crate) fn cylinders(fraction: f64, n: usize, number: f64, shift: f64, loads:
         [[grains]]
         position = [{x}, 0.0, {z}]
         radius = {radius}
-        density = 2.0
+        density = {density}
         motion = \"fixed\"
         [fluid]
         time = {{ scheme = \"ab2\", dt = {dt}, convection = false, viscosity = \"implicit\" }}
@@ -90,9 +95,12 @@ fn eq_7_drag_depends_on_dt() {
 fn fixed_grain_load_is_the_body_force_on_the_cell() {
     let force = cylinders(0.15, 24, 1.0, 0.21, "").newton.loads[0].force;
     assert!((force[0] - 1.0).abs() < 1e-6 && force[2].abs() < 1e-6, "{force:?}");
-    // As printed times ρ_p/(ρ_p − ρ) = 2.
-    let force = cylinders(0.15, 24, 1.0, 0.21, "method = \"izard-2014\"").newton.loads[0].force;
-    assert!((force[0] - 2.0).abs() < 2e-6, "{force:?}");
+    // Equations 5 and 6 put Newton's law in, which a held grain does not obey: its density has no part.
+    let forces = [0.5, 1.0, 2.0, 8.0].map(|density| {
+        array([0.15, 1.0, 0.21, density], 24, "method = \"izard-2014\"").newton.loads[0].force
+    });
+    assert!((forces[0][0] - 1.0).abs() < 1e-6 && forces[0][2].abs() < 1e-6, "{forces:?}");
+    assert!(forces.iter().all(|force| *force == forces[0]), "{forces:?}");
 }
 
 /// Simple cubic array: K = 2.810 at φ = 0.064 (Zick & Homsy 1982).

@@ -325,7 +325,10 @@ impl Domain {
                 let mut wall = Wall::at_rest([0.0; 3], [0.0; 3]);
                 wall.point[component] = coordinate;
                 wall.normal[component] = sign;
-                wall.velocity = face.velocity;
+                // Only a wall moves: at an inflow face the velocity is that of the fluid that enters.
+                if face.kind == WallKind::NoSlip {
+                    wall.velocity = face.velocity;
+                }
                 walls.push(wall);
             }
         }
