@@ -60,8 +60,8 @@ pub(super) const LINE_SERIES: [f64; 4] = [1.0, -0.75, 0.625, -0.546_875];
 /// The model with everything resolved that is common to all gaps of a run.
 ///
 /// ```
-/// use dem_solver::{DemSpec, Lubrication, LubricationModel};
-/// # use dem_solver::{ContactLaw, LinearSpringDashpot, lubrication::settings::LubricationSettings};
+/// use dem_kernels::{DemSpec, Lubrication, LubricationModel};
+/// # use dem_kernels::{ContactLaw, LinearSpringDashpot, lubrication::settings::LubricationSettings};
 /// # let law = ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(0.9, 1e-4, 0.0));
 /// let mut spec = DemSpec::new(Vec::new(), law);
 /// spec.lubrication = Lubrication::AsPrinted(LubricationSettings::new(1e-3));
