@@ -109,6 +109,12 @@ impl Planes {
         sum / total
     }
 
+    /// Planes above the last one that has a solid fraction of `fraction`.
+    pub(super) fn above_surface(&self, fraction: f64) -> Option<&[Plane]> {
+        let last = self.planes.iter().rposition(|p| p.solid_fraction >= fraction)?;
+        self.planes.get(last + 1..).filter(|above| !above.is_empty())
+    }
+
     /// Rate of shear of the fluid where the solid fraction falls below `fraction` for the last time, 1/s.
     pub(super) fn shear_at_surface(&self, fraction: f64) -> Option<f64> {
         let above = self.planes.iter().rposition(|p| p.solid_fraction >= fraction)? + 1;

@@ -36,7 +36,7 @@ pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape};
 pub use insertions::{Inserted, Insertion};
 pub use metric::{
     Column, HeapEnd, HeapReference, HeapSlope, InRange, Metric, MetricKind, OfColumn, OfComponent, OfGrain,
-    Span,
+    OfSurface, Span,
 };
 pub use observe::{Observe, ObservedPlanes, ObservedSubsteps, Profile};
 pub use rest::Rest;

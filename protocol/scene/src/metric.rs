@@ -156,15 +156,11 @@ pub enum MetricKind {
     MeanFluidVelocity(OfComponent),
     /// The same of the grains.
     MeanGrainVelocity(OfComponent),
-    /// θ = μ γ̇/((ρ_p − ρ) g D), γ̇ the shear of the mean fluid velocity at the surface of the bed
-    /// (Loiseleux et al. 2005).
-    Shields {
-        /// Time of the sample of `observe.planes`, s; by default their mean.
-        at: Option<f64>,
-        /// Solid fraction that marks the surface.
-        #[serde(default = "surface")]
-        surface: f64,
-    },
+    /// θ = τ/((ρ_p − ρ) g D), τ the whole shear stress at the surface of the bed, of fluid and grains, from the
+    /// balance of the layers above it in steady flow.
+    Shields(OfSurface),
+    /// The fluid's part of it: μ γ̇/((ρ_p − ρ) g D), γ̇ the shear of the mean fluid velocity at the surface.
+    FluidShields(OfSurface),
     /// First time at which so many free grains move as fast as the whole bed is to.
     MobilisationTime {
         /// Speed, m/s.
@@ -206,6 +202,17 @@ pub struct OfColumn {
     /// Start, s.
     #[serde(default)]
     pub from: f64,
+}
+
+/// At the surface of a bed.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OfSurface {
+    /// Time of the sample of `observe.planes`, s; by default their mean.
+    pub at: Option<f64>,
+    /// Solid fraction that marks the surface.
+    #[serde(default = "surface")]
+    pub surface: f64,
 }
 
 /// Of one component of a velocity.

@@ -3,6 +3,7 @@
 use toml::Value;
 
 use super::check::{Check, finite, not_negative, positive};
+use crate::domain::WallKind;
 use crate::shared::Scene;
 use crate::source::SceneSource;
 
@@ -58,7 +59,7 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
                 }
             }
         }
-        let planes = ["mean-fluid-velocity", "mean-grain-velocity", "shields"];
+        let planes = ["mean-fluid-velocity", "mean-grain-velocity", "shields", "fluid-shields"];
         let kind = keys.get("kind").and_then(Value::as_str).unwrap_or("");
         source.refuse_if(
             planes.contains(&kind) && scene.observe.planes.is_none(),
@@ -66,6 +67,9 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
             "is read from averages over planes, which the scene does not ask for",
             "add observe.planes = { every = ... }",
         )?;
+        if kind == "shields" {
+            whole_stress(scene, source, &key("kind"))?;
+        }
         if keys.contains_key("along") {
             let axes: Vec<&str> = scene.domain.geometry.axes().iter().map(|axis| axis.name()).collect();
             let asked = ["component", "along"].map(|name| keys.get(name).and_then(Value::as_str));
@@ -98,6 +102,25 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
         }
     }
     Ok(())
+}
+
+/// The whole stress follows from what stands above the bed: a lid whose stress is known, and known forces.
+fn whole_stress(scene: &Scene, source: &SceneSource, key: &str) -> Check {
+    let axis = scene.observe.planes.as_ref().map(|planes| planes.axis);
+    let axis = axis.and_then(|axis| scene.domain.geometry.axes().iter().position(|other| *other == axis));
+    let lid = axis.and_then(|axis| scene.domain.boundary(axis)).map(|faces| faces.upper.kind);
+    let known = matches!(lid, Some(WallKind::NoSlip | WallKind::FreeSlip));
+    let driven = scene.medium.as_ref().is_some_and(|medium| medium.flow_rate.is_some());
+    source.refuse_if(
+        !known || driven,
+        key,
+        if driven {
+            "is the whole stress, which needs the force that drives the flow: a given flow rate hides it"
+        } else {
+            "is the whole stress, which needs a no-slip or free-slip face above the planes"
+        },
+        "use the fluid's part, kind = \"fluid-shields\"",
+    )
 }
 
 /// Most bins that a profile of a heap may have over the length of the box.
