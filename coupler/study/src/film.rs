@@ -56,31 +56,26 @@ pub fn film(film: &Film) -> Result<PathBuf, Failure> {
         false => Quantity::GRAINS,
     });
     let read = |instant: &Instant| Frame::read(instant, &|_| slice, quantity, shape).map_err(Failure::Input);
-    let scale = Scale::of(instants.iter().map(|instant| Ok::<_, Failure>(read(instant)?.values())))?;
+    let mut view = pictures::NOWHERE;
+    let scale = Scale::of(instants.iter().map(|instant| {
+        let frame = read(instant)?;
+        view = pictures::around(view, frame.view);
+        Ok::<_, Failure>(frame.values())
+    }))?;
     let frames = folder.root().join("film");
     std::fs::create_dir_all(&frames).map_err(|error| cannot(&frames, &error))?;
     remove_old(&frames);
     let path = folder.root().join("film.gif");
     let mut gif: Option<gif::Encoder<Vec<u8>>> = None;
-    let mut size = (0, 0);
     for (number, instant) in instants.iter().enumerate() {
-        let frame = read(instant)?;
+        let frame = Frame { view, ..read(instant)? };
         let raster = draw(&frame, &scale, usize::from(film.width))?;
         let png = frames.join(format!("frame_{number:05}.png"));
         atomic_write(&png, &raster.png().map_err(Failure::Run)?)?;
         let encoder = match &mut gif {
             Some(encoder) => encoder,
-            None => {
-                size = (raster.width, raster.height);
-                gif.insert(begin(&raster).map_err(|error| cannot(&path, &error))?)
-            }
+            None => gif.insert(begin(&raster).map_err(|error| cannot(&path, &error))?),
         };
-        if size != (raster.width, raster.height) {
-            return Err(Failure::Input(format!(
-                "{}: its grid is another than that of the first frame",
-                instant.name()
-            )));
-        }
         let mut picture =
             gif::Frame::from_indexed_pixels(raster.width as u16, raster.height as u16, raster.pixels, None);
         picture.delay = (100 / film.rate).max(2);

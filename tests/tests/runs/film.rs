@@ -73,3 +73,25 @@ fn a_film_has_a_frame_for_every_instant_and_says_what_it_cannot_show() {
         assert!(said(&film).contains(word), "{bad:?}: {}", said(&film));
     }
 }
+
+#[test]
+fn a_film_of_a_dry_run_shows_the_box_while_its_grains_move() {
+    let folder = Folder::new("film-dry");
+    let medium = "[medium]\ndensity = 1.0\nviscosity = 0.1\n";
+    let dry = SCENE.replace(medium, "").replace("cells = [32, 48]\n", "");
+    let (scene, out) = (folder.write("falls.toml", &dry), folder.join("out"));
+    let out = out.to_str().expect("UTF-8");
+    let run = bedload(&["run", scene.to_str().expect("UTF-8"), "--out", out]);
+    assert!(run.status.success(), "{}", said(&run));
+    let film = bedload(&["film", out, "--width", "200"]);
+    assert!(film.status.success(), "{}", said(&film));
+    let frames: Vec<_> = std::fs::read_dir(folder.join("out/film"))
+        .expect("frames")
+        .flatten()
+        .map(|entry| entry.path())
+        .collect();
+    assert!(frames.len() >= 4, "{}", frames.len());
+    for frame in frames {
+        assert_eq!(size(&std::fs::read(frame).expect("a frame")), (200, 340), "six over four, and the strip");
+    }
+}

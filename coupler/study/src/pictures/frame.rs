@@ -94,18 +94,28 @@ pub(crate) struct Shape {
     pub(crate) mirrored: bool,
     /// Components along which it is periodic.
     pub(crate) periodic: [bool; 3],
+    /// Its ends along each component, m; none where the scene cannot be read.
+    pub(crate) ends: Option<[(f64, f64); 3]>,
 }
 
 impl Shape {
     /// Of a run; without periodic sides where its scene cannot be read here any more.
     pub(crate) fn of(summary: &Summary, scene: Option<&CheckedScene>) -> Self {
-        let mut periodic = [false; 3];
-        if let Some(CheckedScene { scene, .. }) = scene {
-            for axis in (0..scene.domain.dimensions()).filter(|axis| scene.domain.is_periodic(*axis)) {
-                periodic[scene.domain.geometry.component(axis)] = true;
+        let mut shape = Self {
+            mirrored: summary.size.geometry == Geometry::Axisymmetric,
+            periodic: [false; 3],
+            ends: scene.map(|_| [(0.0, 0.0); 3]),
+        };
+        let Some(CheckedScene { scene, .. }) = scene else { return shape };
+        let domain = &scene.domain;
+        for axis in 0..domain.dimensions() {
+            let component = domain.geometry.component(axis);
+            shape.periodic[component] = domain.is_periodic(axis);
+            if let Some(ends) = &mut shape.ends {
+                ends[component] = (domain.lower[axis], domain.upper[axis]);
             }
         }
-        Self { mirrored: summary.size.geometry == Geometry::Axisymmetric, periodic }
+        shape
     }
 }
 
@@ -211,10 +221,10 @@ pub(crate) type Point = (f64, f64);
 pub(crate) type View = (Point, Point);
 
 /// A view of nothing.
-pub(super) const NOWHERE: View = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
+pub(crate) const NOWHERE: View = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
 
 /// What shows two views.
-pub(super) fn around((low, high): View, (low2, high2): View) -> View {
+pub(crate) fn around((low, high): View, (low2, high2): View) -> View {
     ((low.0.min(low2.0), low.1.min(low2.1)), (high.0.max(high2.0), high.1.max(high2.1)))
 }
 
@@ -251,12 +261,12 @@ impl Frame {
             frame.take_field(&grid, plane, shape.mirrored)?;
         }
         if let Some(path) = &instant.grains {
-            frame.take_grains(path, slice, shape.mirrored)?;
+            frame.take_grains(path, slice, shape)?;
         }
         if let Some(path) = &instant.bodies {
             frame.take_bodies(path)?;
         }
-        if frame.field.is_some() {
+        if frame.field.is_some() || shape.ends.is_some() {
             frame.repeat(frame.axes().map(|axis| shape.periodic[axis]));
         }
         if frame.view.1.0 > frame.view.0.0 && frame.view.1.1 > frame.view.0.1 {
@@ -333,7 +343,7 @@ impl Frame {
         &mut self,
         path: &Path,
         slice: &dyn Fn(f64) -> Option<Slice>,
-        mirrored: bool,
+        shape: Shape,
     ) -> Result<(), String> {
         let place = |why: String| format!("{}: {why}", path.display());
         let bytes = std::fs::read(path).map_err(|error| place(format!("cannot read: {error}")))?;
@@ -345,21 +355,29 @@ impl Frame {
         if [places.len(), speed.len(), held.len()].iter().any(|length| *length != radius.len()) {
             return Err(place(format!("its arrays are not of {} grains each", radius.len())));
         }
-        // Without a fluid the plane goes through the middle of the grains, and all of them are in view.
+        // Without a fluid the picture shows the box, and the plane goes through its middle; where the box is not
+        // known, all grains, and the middle of them.
         let alone = !self.view.0.0.is_finite();
         if alone {
             self.time = file.time();
-            let (low, high) = places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
-                (low.min(at[1]), high.max(at[1]))
-            });
+            let of_grains = || {
+                places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
+                    (low.min(at[1]), high.max(at[1]))
+                })
+            };
+            let (low, high) = shape.ends.map_or_else(of_grains, |ends| ends[1]);
             let middle = (high > low).then_some(Slice { axis: 1, position: 0.5 * (low + high) });
             self.cut = slice(self.time).or(middle);
         }
         let [right, up] = self.axes();
+        if let Some(ends) = shape.ends.filter(|_| alone) {
+            let left = if shape.mirrored { -ends[right].1 } else { ends[right].0 };
+            self.view = ((left, ends[up].0), (ends[right].1, ends[up].1));
+        }
         for (at, ((radius, speed), held)) in places.iter().zip(radius.iter().zip(&speed).zip(&held)) {
             let known = self.bodies.len();
-            self.add_sphere(*at, *radius, *speed, *held != 0, mirrored);
-            if alone && self.bodies.len() > known {
+            self.add_sphere(*at, *radius, *speed, *held != 0, shape.mirrored);
+            if alone && shape.ends.is_none() && self.bodies.len() > known {
                 let (x, z) = (at[right], at[up]);
                 self.view = around(self.view, ((x - radius, z - radius), (x + radius, z + radius)));
             }
@@ -473,7 +491,7 @@ mod tests {
     fn read(name: &str, bytes: &[u8]) -> Result<Frame, String> {
         let path = std::env::temp_dir().join(format!("bedload-{}-{name}.vtp", std::process::id()));
         std::fs::write(&path, bytes).unwrap();
-        let shape = Shape { mirrored: false, periodic: [false; 3] };
+        let shape = Shape { mirrored: false, periodic: [false; 3], ends: None };
         let frame = Frame::read(&Instant::of_grains(&path), &|_| None, Quantity::GRAINS, shape);
         std::fs::remove_file(&path).unwrap();
         frame

@@ -17,7 +17,7 @@ use coupler::failure::Failure;
 use coupler::number::Short;
 
 pub(crate) use frame::{Frame, Instant, Point, Quantity, Shape, Slice, View, instants};
-use frame::{NOWHERE, around};
+pub(crate) use frame::{NOWHERE, around};
 pub(crate) use raster::{COLOURS, Raster, Tone};
 
 /// Part of the values beyond which a colour scale does not reach: single cells beside a wall would leave the
@@ -207,7 +207,7 @@ pub(crate) struct GrainSheet {
 /// # Errors
 /// As [`sheet`].
 pub(crate) fn sheet_of_grains(files: &[PathBuf]) -> Result<GrainSheet, Failure> {
-    let shape = Shape { mirrored: false, periodic: [false; 3] };
+    let shape = Shape { mirrored: false, periodic: [false; 3], ends: None };
     let read = |path: &PathBuf| Frame::read(&Instant::of_grains(path), &|_| None, Quantity::GRAINS, shape);
     let (frames, faults): (Vec<_>, Vec<_>) = files.iter().map(read).partition(Result::is_ok);
     let mut frames: Vec<Frame> = frames.into_iter().filter_map(Result::ok).collect();
