@@ -24,6 +24,7 @@ const BOUNCES: [f64; 2] = [10.0, 200.0];
 /// All of them.
 pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
     [
+        substep(facts),
         contact_time(facts, cost, windows),
         unbalanced_gravity(facts.scene),
         cells(facts.scene),
@@ -32,6 +33,22 @@ pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// A sub-step that the scene asks for and a coupled run does not take.
+fn substep(facts: &Facts<'_>) -> Option<String> {
+    let dem = facts.dem.filter(|_| facts.fluid.is_some())?;
+    let longest = dem.contact_time / facts.coupling.steps_per_contact;
+    (dem.dt > longest * (1.0 + 1e-9)).then(|| {
+        format!(
+            "dem.dt: the DEM asks for sub-steps of {} s ({} in a contact time); a coupled run takes at most {} s, \
+             t_c/coupling.steps_per_contact = t_c/{}",
+            Short(dem.dt),
+            Short(dem.contact_time / dem.dt),
+            Short(longest),
+            Short(facts.coupling.steps_per_contact)
+        )
+    })
 }
 
 /// A contact time that costs much and does little.

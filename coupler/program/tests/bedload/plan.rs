@@ -401,3 +401,18 @@ fn who_takes_part() {
     assert!(plan.bounds.iter().any(|bound| bound.name == "contact-steps"));
     assert!(!plan.bounds.iter().any(|bound| bound.name == "window-over-contact"));
 }
+
+#[test]
+fn a_sub_step_that_is_not_taken_as_the_scene_asks_is_told() {
+    let said = |dt: f64| {
+        let case = Case { dem: DemFacts { dt, ..dem() }, ..Case::new() };
+        let plan = case.plan();
+        let told = plan.notices.iter().find(|notice| notice.starts_with("dem.dt")).cloned();
+        (plan.dt_dem_target, told)
+    };
+    assert_eq!(said(1e-4), (1e-4, None), "a twentieth of the contact time");
+    let (taken, told) = said(4e-4);
+    assert_eq!(taken, 1e-4);
+    let told = told.expect("a notice");
+    assert!(told.contains("4e-4 s (5 in a contact time)") && told.contains("at most 1e-4 s"), "{told}");
+}
