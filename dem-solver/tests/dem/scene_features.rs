@@ -316,6 +316,22 @@ fn a_run_starts_from_the_state_of_another_with_its_springs() {
     let (old, new) = (run.solver.dem().save(), next.solver.dem().save());
     assert_eq!((old.position, old.contacts), (new.position, new.contacts));
     assert_eq!((new.time, new.substeps, new.wall_contacts.len()), (0.0, 0, 0));
+    // Two rows change places, with their ids and without; then a grain is another.
+    let table = std::fs::read_to_string(out.join("grains.csv")).expect("there");
+    let swapped = out.join("swapped.csv");
+    let mut lines: Vec<&str> = table.lines().collect();
+    let last = lines.len() - 1;
+    lines.swap(last, last - 1);
+    let elsewhere = again.replace("grains.csv", "swapped.csv");
+    std::fs::write(&swapped, lines.join("\n")).expect("writes");
+    let refused = from(&elsewhere, &out).expect("another order");
+    assert!(refused.message.contains("has grain 59 where this scene has grain 58"), "{refused}");
+    let cells: Vec<&str> = lines[last].split(',').collect();
+    let denser = [&cells[..5], &["9.5"], &cells[6..]].concat().join(",");
+    (lines[last], lines[last - 1]) = (lines[last - 1], &denser);
+    std::fs::write(&swapped, lines.join("\n")).expect("writes");
+    let refused = from(&elsewhere, &out).expect("another density");
+    assert!(refused.message.contains("this scene has") && refused.message.contains("9.5 kg/m³"), "{refused}");
     let wrong = from(&text, &out).expect("none is there at the start");
     assert!(
         wrong.key == "dem.initial_state" && wrong.message.contains("holds 60 grains, this scene 0"),
