@@ -3,5 +3,5 @@
 mod options;
 mod replaying;
 #[allow(dead_code)] // the tests of the log use the rest
-#[path = "../../../tests/log/support.rs"]
+#[path = "../../../tests/protocol/log/support.rs"]
 mod support;

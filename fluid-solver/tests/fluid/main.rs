@@ -1,0 +1,4 @@
+//! The fluid from outside: the flow alone, and with immersed grains.
+
+mod flow;
+mod immersed;
