@@ -13,15 +13,16 @@ use crate::source::SceneSource;
 pub(crate) const MOST_GRAINS: usize = 10_000_000;
 
 /// Every grain of the scene in message order: `grains`, `grain_files`, `rough_walls`, `groups`, and, in
-/// order of their times, `insertions`.
+/// order of their times, `insertions`. `notes` gains what is to be known of it.
 pub(crate) fn lay_out(
     scene: &Scene,
     source: &SceneSource,
+    notes: &mut Vec<String>,
 ) -> Result<(Vec<Grain>, Vec<Inserted>), SceneError> {
     let geometry = scene.domain.geometry;
     let mut grains = scene.grains.clone();
     for (index, from) in scene.grain_files.iter().enumerate() {
-        let once = grain_table::read(from).map_err(|why| {
+        let (once, ignored) = grain_table::read(from).map_err(|why| {
             source.error(
                 &format!("grain_files[{index}].file"),
                 why,
@@ -29,6 +30,14 @@ pub(crate) fn lay_out(
                  from the scene's folder",
             )
         })?;
+        if !ignored.is_empty() {
+            notes.push(format!(
+                "grain_files[{index}].file: {}: not read: column {}; columns that are: {}",
+                from.file.display(),
+                ignored.join(", "),
+                grain_table::READ.join(", ")
+            ));
+        }
         let count = once.len().checked_mul(from.copies).and_then(|count| count.checked_add(grains.len()));
         if count.is_none_or(|count| count > MOST_GRAINS) {
             return Err(source.error(
