@@ -214,7 +214,7 @@ impl Plan {
             cost,
             bounds: bounds::all(&facts),
             forced: coupling.force.clone(),
-            notices: of_solvers.flatten().cloned().chain(notice).chain(more).collect(),
+            notices: of_solvers.flatten().chain(&scene.notes).cloned().chain(notice).chain(more).collect(),
         })
     }
 

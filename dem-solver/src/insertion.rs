@@ -9,7 +9,7 @@ use crate::grain::Grain;
 use crate::grains::Grains;
 use crate::motion::Vec3;
 use crate::periods::Periods;
-use bedload_scene::{CheckedScene, Geometry, Inserted, Insertion};
+use bedload_scene::{CheckedScene, Domain, Geometry, Inserted, Insertion};
 
 /// Tries for a place, per grain and window.
 const TRIES: u64 = 100;
@@ -19,7 +19,7 @@ const TRIES: u64 = 100;
 pub struct Insertions {
     insertions: Vec<Insertion>,
     inserted: Vec<Inserted>,
-    geometry: Geometry,
+    domain: Domain,
     /// Grains that are there from the start.
     present: usize,
 }
@@ -31,7 +31,7 @@ impl Insertions {
         Self {
             insertions: scene.scene.insertions.clone(),
             inserted: scene.inserted.clone(),
-            geometry: scene.scene.domain.geometry,
+            domain: scene.scene.domain.clone(),
             present: scene.present(),
         }
     }
@@ -64,7 +64,7 @@ impl Insertions {
             };
             let grain = (there + number) as u64;
             let place = (0..TRIES)
-                .map(|attempt| Vec3::from(insertion.place(self.geometry, radius, grain, step, attempt)))
+                .map(|attempt| Vec3::from(insertion.place(&self.domain, radius, grain, step, attempt)))
                 .map(|place| place + Vec3::from(insertion.shift(time)))
                 .find(clear);
             let Some(place) = place else { break };
@@ -95,7 +95,7 @@ impl Insertions {
                 let (low, high) =
                     (corner(&self.insertions[insertion].lower), corner(&self.insertions[insertion].upper));
                 (0..3).all(|c| {
-                    (self.geometry == Geometry::Plane && c == 1)
+                    (self.domain.geometry == Geometry::Plane && c == 1)
                         || periods.is_periodic(c)
                         || (low[c] - 2.0 * largest..=high[c] + 2.0 * largest).contains(&x[c])
                 })

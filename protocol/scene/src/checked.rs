@@ -52,6 +52,8 @@ pub struct CheckedScene {
     /// [`CheckedScene::state_sha256`] of the scene from which this one was written out; none where its text
     /// says it.
     pub written_from: Option<String>,
+    /// What the user should know though no rule is broken, such as columns of a table that are not read.
+    pub notes: Vec<String>,
 }
 
 impl CheckedScene {
@@ -65,10 +67,11 @@ impl CheckedScene {
         source.refuse_longer_lists(&scene)?;
         form::settle(&mut scene, &source)?;
         validate::shared(&scene, &source)?;
-        let (grains, inserted) = layout::lay_out(&scene, &source)?;
+        let mut notes = Vec::new();
+        let (grains, inserted) = layout::lay_out(&scene, &source, &mut notes)?;
         validate::grains(&scene, &grains, grains.len() - inserted.len(), &source)?;
         validate::metrics(&scene, grains.len(), &source)?;
-        Ok(Self { scene, grains, inserted, source, written_from: None })
+        Ok(Self { scene, grains, inserted, source, written_from: None, notes })
     }
 
     /// Number of grains that are there from the start.

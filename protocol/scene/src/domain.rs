@@ -274,6 +274,20 @@ impl Domain {
         self.boundary(axis).is_some_and(|faces| faces.upper.kind == WallKind::Periodic)
     }
 
+    /// Lower corner and length, m, along each component (x, y, z) that is periodic and that the region between
+    /// these corners spans from face to face; there the region has no ends.
+    #[must_use]
+    pub(crate) fn spanned(&self, lower: &[f64; 3], upper: &[f64; 3]) -> [Option<[f64; 2]>; 3] {
+        let mut spanned = [None; 3];
+        for axis in (0..self.dimensions()).filter(|axis| self.is_periodic(*axis)) {
+            let (component, low, high) = (self.geometry.component(axis), self.lower[axis], self.upper[axis]);
+            if lower[component] <= low && upper[component] >= high {
+                spanned[component] = Some([low, high - low]);
+            }
+        }
+        spanned
+    }
+
     /// Does a face of grid axis `axis` hold the fluid?
     #[must_use]
     pub fn has_wall(&self, axis: usize) -> bool {

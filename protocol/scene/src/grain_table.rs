@@ -18,8 +18,86 @@ pub(crate) fn copies<'a>(from: &'a GrainFile, once: &'a [Grain]) -> impl Iterato
     (0..from.copies).flat_map(moved).filter(below)
 }
 
-/// Reads the file.
-pub(crate) fn read(from: &GrainFile) -> Result<Vec<Grain>, String> {
+/// Columns that are read.
+pub(crate) const READ: [&str; 12] =
+    ["x", "y", "z", "radius", "density", "vx", "vy", "vz", "wx", "wy", "wz", "motion"];
+
+/// A column that Bedload writes for those who read its tables: the number of the row.
+const NUMBER: &str = "id";
+
+/// What others call a column, in small letters without signs between them, and its name here.
+const OTHER_NAMES: [(&str, &str); 31] = [
+    ("u", "vx"),
+    ("v", "vy"),
+    ("w", "vz"),
+    ("velx", "vx"),
+    ("vely", "vy"),
+    ("velz", "vz"),
+    ("velocityx", "vx"),
+    ("velocityy", "vy"),
+    ("velocityz", "vz"),
+    ("omegax", "wx"),
+    ("omegay", "wy"),
+    ("omegaz", "wz"),
+    ("omgx", "wx"),
+    ("omgy", "wy"),
+    ("omgz", "wz"),
+    ("spinx", "wx"),
+    ("spiny", "wy"),
+    ("spinz", "wz"),
+    ("positionx", "x"),
+    ("positiony", "y"),
+    ("positionz", "z"),
+    ("posx", "x"),
+    ("posy", "y"),
+    ("posz", "z"),
+    ("r", "radius"),
+    ("rad", "radius"),
+    ("d", "radius, of half the value"),
+    ("diameter", "radius, of half the value"),
+    ("rho", "density"),
+    ("dens", "density"),
+    ("ρ", "density"),
+];
+
+/// The name under which a column with this one, which is not read, would be: what differs by case, by signs
+/// or by a unit behind it, or is another name of the same.
+fn meant(column: &str) -> Option<&'static str> {
+    let name = column.split(['(', '[']).next().unwrap_or(column).to_lowercase();
+    let name: String = name.chars().filter(|sign| sign.is_alphanumeric()).collect();
+    let other = OTHER_NAMES.iter().find(|(other, _)| *other == name).map(|(_, known)| *known);
+    READ.into_iter().find(|known| *known == name).or(other)
+}
+
+/// Columns that are not read. A name that stands twice or is all but that of a column which is read is refused.
+fn ignored(table: &Table) -> Result<Vec<String>, String> {
+    let mut ignored = Vec::new();
+    for (index, name) in table.columns.iter().enumerate() {
+        let place = |what: String| format!("column {} `{name}` {what}", index + 1);
+        if let Some(first) = table.columns[..index].iter().position(|other| other == name && !name.is_empty())
+        {
+            return Err(place(format!(
+                "has the name of column {}: rename or remove one of the two",
+                first + 1
+            )));
+        }
+        if READ.contains(&name.as_str()) || name == NUMBER {
+            continue;
+        }
+        if let Some(known) = meant(name) {
+            return Err(place(format!("would not be read: name it {known}, or remove it")));
+        }
+        if !name.is_empty() {
+            ignored.push(format!("`{name}`"));
+        } else if table.rows.iter().any(|row| row.get(index).is_some_and(|cell| !cell.is_empty())) {
+            ignored.push(format!("{} (without a name)", index + 1));
+        }
+    }
+    Ok(ignored)
+}
+
+/// The grains of the file, and the names of its columns that are not read.
+pub(crate) fn read(from: &GrainFile) -> Result<(Vec<Grain>, Vec<String>), String> {
     let path = from.file.as_path();
     let bytes = std::fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let text = String::from_utf8(bytes)
@@ -30,6 +108,8 @@ pub(crate) fn read(from: &GrainFile) -> Result<Vec<Grain>, String> {
         return Err(format!("the file {} is empty", path.display()));
     }
     let need = |name: &str| table.need(name).map_err(told);
+    let ignored =
+        ignored(&table).map_err(|what| format!("{}:{}: {what}", path.display(), table.header_line))?;
     let columns = Columns {
         position: [need("x")?, need("y")?, need("z")?],
         size: [need("radius")?, need("density")?],
@@ -42,21 +122,23 @@ pub(crate) fn read(from: &GrainFile) -> Result<Vec<Grain>, String> {
         columns.grain(row, &table).map_err(|what| format!("{}:{line}: {what}", path.display()))
     });
     let grains = grains.collect::<Result<Vec<_>, _>>()?;
-    if let Some(odd) = text.lines().find_map(|line| line.strip_prefix("# not round: ")) {
-        let count = odd.split_whitespace().next().unwrap_or("some");
+    // Of remarks only those count that Bedload writes.
+    let counted = |head: &str| text.lines().find_map(|line| line.strip_prefix(head)).map(str::trim);
+    let odd = counted("# not round: ").and_then(|rest| rest.split_whitespace().next());
+    if let Some(count) = odd.and_then(|count| count.parse::<usize>().ok()) {
         return Err(told(format!(
             "holds {count} bodies that are not round, whose shapes are not in the table: write them out as [[grains]], or go on \
              from that run with dem.initial_state"
         )));
     }
     // A file that says how many grains it holds is checked for its end.
-    let count = text.lines().find_map(|line| line.strip_prefix("# grains: ")).map(str::trim);
-    match count.filter(|count| count.parse() != Ok(grains.len())) {
+    let count = counted("# grains: ").and_then(|count| count.parse::<usize>().ok());
+    match count.filter(|count| *count != grains.len()) {
         Some(count) => Err(told(format!(
             "says that it holds {count} grains, but has {}: it was cut short or edited",
             grains.len()
         ))),
-        None => Ok(grains),
+        None => Ok((grains, ignored)),
     }
 }
 
@@ -72,6 +154,14 @@ struct Columns {
 
 impl Columns {
     fn grain(&self, row: &csv::StringRecord, table: &Table) -> Result<Grain, String> {
+        let last = table.columns.len();
+        if let Some(place) = (last..row.len()).find(|place| !row[*place].is_empty()) {
+            return Err(format!(
+                "`{}` in column {} is past the last column, {last}: remove the cell, or name its column in the header",
+                &row[place],
+                place + 1
+            ));
+        }
         let value = |column: usize| {
             let finite = number(row, column).filter(|value| value.is_finite());
             let (text, name) = (row.get(column).unwrap_or(""), &table.columns[column]);
@@ -91,5 +181,63 @@ impl Columns {
             motion,
             ..Grain::at([value(x)?, value(y)?, value(z)?], value(radius)?, value(density)?)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is read of a table with this header, remark first, and one row.
+    fn read_text(name: &str, text: &str) -> Result<(Vec<Grain>, Vec<String>), String> {
+        let file = std::env::temp_dir().join(format!("bedload-grains-{}-{name}.csv", std::process::id()));
+        std::fs::write(&file, text).expect("written");
+        let from = GrainFile { file: file.clone(), copies: 1, shift: [0.0; 3], below: f64::INFINITY };
+        let read = read(&from);
+        std::fs::remove_file(file).expect("removed");
+        read
+    }
+
+    #[test]
+    fn a_column_that_is_not_read_is_named() {
+        let text = "id,x,y,z,radius,density,colour,\n0,1,1,1,0.5,2,red,\n";
+        let (grains, ignored) = read_text("colour", text).expect("read");
+        assert_eq!((grains.len(), ignored), (1, vec!["`colour`".to_owned()]));
+        let (_, ignored) = read_text("nameless", "x,y,z,radius,density,\n1,1,1,0.5,2,7\n").expect("read");
+        assert_eq!(ignored, ["6 (without a name)"]);
+    }
+
+    #[test]
+    fn a_column_under_another_name_or_twice_is_refused() {
+        for (column, words) in [
+            ("Vx", "`Vx` would not be read: name it vx"),
+            ("u", "name it vx"),
+            ("w", "name it vz"),
+            ("v_x [m/s]", "name it vx"),
+            ("Omega_y", "name it wy"),
+            ("diameter", "name it radius, of half the value"),
+            ("radius", "has the name of column 4: rename or remove"),
+        ] {
+            let text = format!("# a bed\nx,y,z,radius,density,{column}\n1,1,1,0.5,2,0\n");
+            let why = read_text("names", &text).expect_err(column);
+            assert!(why.contains(".csv:2: column 6 `") && why.contains(words), "{column}: {why}");
+        }
+    }
+
+    #[test]
+    fn a_cell_past_the_last_column_is_refused_with_its_row() {
+        let why = read_text("surplus", "x,y,z,radius,density\n1,1,1,0.5,2\n1,1,3,0.5,2,7\n").unwrap_err();
+        assert!(why.contains(".csv:3: `7` in column 6 is past the last column, 5"), "{why}");
+        assert!(read_text("blank", "x,y,z,radius,density\n1,1,1,0.5,2,\n").is_ok());
+    }
+
+    #[test]
+    fn a_remark_is_a_remark_and_a_count_a_count() {
+        let rows = "x,y,z,radius,density\n1,1,1,0.5,2\n";
+        for remark in ["# grains: 32 of glass", "# not round: none of them", "# grains: 1"] {
+            assert!(read_text("remark", &format!("{remark}\n{rows}")).is_ok(), "{remark}");
+        }
+        let why = read_text("count", &format!("# grains: 2\n{rows}")).unwrap_err();
+        assert!(why.contains("says that it holds 2 grains, but has 1"), "{why}");
     }
 }

@@ -263,7 +263,8 @@ fn once() -> usize {
 pub struct Group {
     /// How many.
     pub count: usize,
-    /// Lower corner (x, y, z) of the region that holds them whole, m.
+    /// Lower corner (x, y, z) of the region that holds them whole, m; along a periodic axis that it spans it
+    /// holds their centres.
     pub lower: [f64; 3],
     /// Upper corner, m.
     pub upper: [f64; 3],

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::domain::Geometry;
+use crate::domain::{Domain, Geometry};
 use crate::grains::Grain;
 use crate::random::SplitMix64;
 
@@ -16,7 +16,8 @@ use crate::random::SplitMix64;
 pub struct Insertion {
     /// How many in all.
     pub count: usize,
-    /// Lower corner (x, y, z) of the region that holds them whole as they appear, m.
+    /// Lower corner (x, y, z) of the region that holds them whole as they appear, m; along a periodic axis that
+    /// it spans it holds their centres.
     pub lower: [f64; 3],
     /// Upper corner, m.
     pub upper: [f64; 3],
@@ -62,12 +63,13 @@ impl Insertion {
     /// Place in the region as it was at t = 0 for `grain` at `attempt` in window `step`: the same
     /// numbers, the same place.
     #[must_use]
-    pub fn place(&self, geometry: Geometry, radius: f64, grain: u64, step: u64, attempt: u64) -> [f64; 3] {
+    pub fn place(&self, domain: &Domain, radius: f64, grain: u64, step: u64, attempt: u64) -> [f64; 3] {
         let mut mixed = SplitMix64(self.seed);
         for number in [grain, step, attempt] {
             mixed.0 = mixed.next() ^ number;
         }
-        mixed.place(geometry, &self.lower, &self.upper, radius)
+        let spanned = domain.spanned(&self.lower, &self.upper);
+        mixed.place(domain.geometry, &spanned, &self.lower, &self.upper, radius)
     }
 
     /// The grains, waiting in the middle of the region.
@@ -95,4 +97,34 @@ pub(crate) fn lay_out(insertions: &[Insertion], geometry: Geometry) -> (Vec<Grai
     all.sort_by(|a, b| a.0.time.total_cmp(&b.0.time).then(a.0.insertion.cmp(&b.0.insertion)));
     let (inserted, grains) = all.into_iter().unzip();
     (grains, inserted)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::checked::CheckedScene;
+    use crate::source::SceneSource;
+
+    #[test]
+    fn grains_appear_at_a_periodic_face_as_often_as_elsewhere() {
+        let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\n\
+                    upper = [0.016, 0.064, 0.2]\n\
+                    boundary = { x = \"periodic\", y = \"periodic\", z = \"no-slip\" }\n[[insertions]]\n\
+                    count = 400\nlower = [0.0, 0.001, 0.17]\nupper = [0.016, 0.064, 0.2]\nradius = 0.002\n\
+                    density = 2500.0\nseed = 1\nrate = 500.0\n";
+        let scene =
+            CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() }).expect("fits");
+        let insertion = &scene.scene.insertions[0];
+        let places: Vec<_> =
+            (0..4000).map(|k| insertion.place(&scene.scene.domain, 0.002, k, 1, 0)).collect();
+        let share = |range: std::ops::Range<f64>| {
+            places.iter().filter(|place| range.contains(&place[0])).count() as f64 / 4000.0
+        };
+        // An eighth of the width each, with an error of 0.005.
+        for part in [0.0..0.002, 0.006..0.008, 0.014..0.016] {
+            assert!((share(part.clone()) - 0.125).abs() < 0.02, "{part:?}: {}", share(part.clone()));
+        }
+        // It does not span y, and ends at walls along z.
+        assert!(places.iter().all(|place| (0.003..=0.062).contains(&place[1])));
+        assert!(places.iter().all(|place| (0.172..=0.198).contains(&place[2])));
+    }
 }

@@ -25,10 +25,13 @@ impl SplitMix64 {
         mean * (1.0 + spread * (2.0 * self.unit() - 1.0))
     }
 
-    /// Place that is uniform in a box which holds a grain of `radius` whole; y = 0 in the plane.
+    /// Place that is uniform in a box which holds a grain of `radius` whole, but for the periodic axes that it
+    /// spans ([`Domain::spanned`](crate::Domain::spanned)): there anywhere from face to face, the upper one not
+    /// included. y = 0 in the plane.
     pub(crate) fn place(
         &mut self,
         geometry: Geometry,
+        spanned: &[Option<[f64; 2]>; 3],
         lower: &[f64; 3],
         upper: &[f64; 3],
         radius: f64,
@@ -36,6 +39,10 @@ impl SplitMix64 {
         std::array::from_fn(|axis| {
             if axis == 1 && geometry == Geometry::Plane {
                 return 0.0;
+            }
+            if let Some([lower, length]) = spanned[axis] {
+                let place = lower + length * self.unit();
+                return if place < lower + length { place } else { lower };
             }
             let (lower, upper) = (lower[axis] + radius, upper[axis] - radius);
             lower + (upper - lower) * self.unit()

@@ -7,6 +7,8 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 pub struct Table {
     /// Names of the columns.
     pub columns: Vec<String>,
+    /// Line of the header, counted from 1; 0 where there is none.
+    pub header_line: u64,
     /// The rows; each knows its line.
     pub rows: Vec<StringRecord>,
 }
@@ -20,10 +22,27 @@ impl Table {
         let mut reader = ReaderBuilder::new();
         let reader = reader.comment(Some(b'#')).trim(Trim::All).flexible(true).has_headers(false);
         let rows = reader.from_reader(text.as_bytes()).into_records();
-        let rows = rows.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
+        let mut rows = rows.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
+        // The reader says where the remarks and empty lines before a row begin.
+        let lines: Vec<&str> = text.lines().collect();
+        for row in &mut rows {
+            let Some(mut position) = row.position().cloned() else { continue };
+            let mut line = position.line();
+            let passed = |line: u64| {
+                let text = usize::try_from(line).ok().and_then(|line| lines.get(line - 1));
+                text.is_some_and(|text| text.is_empty() || text.starts_with('#'))
+            };
+            while passed(line) {
+                line += 1;
+            }
+            position.set_line(line);
+            row.set_position(Some(position));
+        }
         let mut rows = rows.into_iter().filter(|row| row.iter().any(|cell| !cell.is_empty()));
-        let columns = rows.next().unwrap_or_default().iter().map(str::to_owned).collect();
-        Ok(Self { columns, rows: rows.collect() })
+        let header = rows.next().unwrap_or_default();
+        let header_line = header.position().map_or(0, csv::Position::line);
+        let columns = header.iter().map(str::to_owned).collect();
+        Ok(Self { columns, header_line, rows: rows.collect() })
     }
 
     /// Place of a column.

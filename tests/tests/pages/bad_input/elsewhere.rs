@@ -80,6 +80,26 @@ fn a_row_of_grains_that_is_wrong_is_named_by_line_and_column() {
         ("short", "x,y,z,radius,density\n1,1,1.5,0.2\n", [":2", "column density"]),
         ("column", "x,y,z,density\n1,1,1.5,2\n", ["no column", "`radius`"]),
         ("empty", "", ["the file", "empty"]),
+        (
+            "case",
+            "x,y,z,radius,density,Vx\n1,1,1.5,0.2,2,0\n",
+            [":1", "column 6 `Vx` would not be read: name it vx"],
+        ),
+        (
+            "other",
+            "x,y,z,radius,density,u\n1,1,1.5,0.2,2,0\n",
+            [":1", "column 6 `u` would not be read: name it vx"],
+        ),
+        (
+            "twice",
+            "x,y,z,radius,density,radius\n1,1,1.5,0.2,2,1\n",
+            [":1", "column 6 `radius` has the name of column 4"],
+        ),
+        (
+            "surplus",
+            "x,y,z,radius,density\n1,1,1.5,0.2,2,7\n",
+            [":2", "`7` in column 6 is past the last column"],
+        ),
     ] {
         let csv = File::new(&format!("{name}.csv"), rows);
         let text = SPACE.replace("[[walls]]", &format!("[[grain_files]]\nfile = {:?}\n[[walls]]", csv.0));
