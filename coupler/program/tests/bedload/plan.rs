@@ -416,3 +416,20 @@ fn a_sub_step_that_is_not_taken_as_the_scene_asks_is_told() {
     let told = told.expect("a notice");
     assert!(told.contains("4e-4 s (5 in a contact time)") && told.contains("at most 1e-4 s"), "{told}");
 }
+
+#[test]
+fn few_windows_in_a_period_and_long_ones_after_a_release_are_told() {
+    let told = |overrides: &[&'static str], dt: f64, word: &str| {
+        let case = Case { scene: overrides.to_vec(), fluid: FluidFacts { dt, ..fluid() }, ..Case::new() };
+        case.plan().notices.into_iter().find(|notice| notice.starts_with(word))
+    };
+    let swing: &[&str] = &[
+        "grains[0].motion=prescribed",
+        "grains[0].oscillation={ amplitude = [0.0, 0.0, 0.1], frequency = 10.0 }",
+    ];
+    let few = told(swing, 0.01, "oscillation").expect("a notice");
+    assert!(few.contains("10 windows in a period") && few.contains("fluid.time.dt = 0.002 s"), "{few}");
+    assert_eq!(told(swing, 0.001, "oscillation"), None);
+    assert!(told(&[], 1e9, "release").is_some());
+    assert_eq!(told(&[], 1e-9, "release"), None);
+}
