@@ -28,7 +28,7 @@ pub(crate) fn of(
     let mut bounds = methods::bounds(scene, medium, choices.method, iterations, plan.spacing);
     bounds.push(cfl(scene, choices, plan));
     if plan.viscous == Viscous::Explicit && !scene.scene.domain.cells.is_empty() {
-        bounds.extend(explicit_viscosity(scene, medium.kinematic_viscosity()));
+        bounds.push(explicit_viscosity(scene, medium.kinematic_viscosity(), choices.time.scheme));
     }
     bounds
 }
@@ -53,22 +53,17 @@ fn cfl(scene: &CheckedScene, choices: &Choices, plan: &Plan) -> SolverBound {
 }
 
 /// Explicit viscosity: the eigenvalue −4 ν Σ 1/Δx² must lie in the time scheme's region of stability.
-fn explicit_viscosity(scene: &CheckedScene, nu: f64) -> [SolverBound; 2] {
+fn explicit_viscosity(scene: &CheckedScene, nu: f64, scheme: SchemeKey) -> SolverBound {
     let domain = &scene.scene.domain;
     let sum: f64 = (0..domain.dimensions()).map(|axis| domain.spacing(axis).powi(-2)).sum();
-    let bound = |name, limit| {
-        SolverBound::new(name, "ν dt Σ 1/Δx²", (nu * sum, Measure::Window), Side::AtMost, limit)
+    let (limit, source) = match scheme {
+        SchemeKey::Rk3 => (REAL_AXIS_RK3, "stability region of third-order Runge–Kutta (Wray 1986)"),
+        SchemeKey::Ab2 => (1.0, "stability region of second-order Adams–Bashforth on the real axis: −1"),
     };
-    [
-        bound("explicit-viscosity", REAL_AXIS_RK3 / 4.0).because(
-            "explicit viscosity is unstable, whatever explicit scheme is used",
-            "stability region of third-order Runge–Kutta (Wray 1986)",
-            "make the fluid's viscosity implicit, or lower dt",
-        ),
-        bound("explicit-viscosity-ab2", 0.25).warning().because(
-            "second-order Adams–Bashforth is unstable beyond it (Runge–Kutta is not)",
-            "stability region of AB2 on the real axis: −1",
-            "make the fluid's viscosity implicit, lower dt, or use Runge–Kutta",
-        ),
-    ]
+    let value = (nu * sum, Measure::Window);
+    SolverBound::new("explicit-viscosity", "ν dt Σ 1/Δx²", value, Side::AtMost, limit / 4.0).because(
+        "explicit viscosity is unstable in this time scheme",
+        source,
+        "make the fluid's viscosity implicit, or lower dt",
+    )
 }

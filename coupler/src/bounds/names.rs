@@ -11,7 +11,6 @@ pub const NAMES: &[&str] = &[
     "direct-forcing-accuracy",
     "dense-bed-forcing",
     "explicit-viscosity",
-    "explicit-viscosity-ab2",
     "contact-steps",
     "contact-accuracy",
     "contact-dashpot",

@@ -232,7 +232,7 @@ fn grid_and_memory() {
 
 /// Bounds that our solvers own: the tests of these crates put them below and above their limits
 /// (`fluid-solver/tests/fluid/immersed/bounds.rs` and `src/methods/limits.rs`, `dem-solver/tests/dem/bounds.rs`).
-const OF_SOLVERS: [&str; 10] = [
+const OF_SOLVERS: [&str; 9] = [
     "density-range",
     "resting-weight",
     "dense-bed-forcing",
@@ -240,7 +240,6 @@ const OF_SOLVERS: [&str; 10] = [
     "direct-forcing",
     "direct-forcing-accuracy",
     "explicit-viscosity",
-    "explicit-viscosity-ab2",
     "contact-dashpot",
     "tangential-dashpot",
 ];
