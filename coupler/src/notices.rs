@@ -192,6 +192,9 @@ fn cells(scene: &CheckedScene) -> Option<String> {
 /// and out the restitution loses (1 + e) ln(δ₀/η)/St (Davis, Serayssol & Hinch 1986).
 fn roughness(facts: &Facts<'_>) -> Option<String> {
     let scene = facts.scene;
+    if scene.grains.len() < 2 && scene.contact_walls().is_empty() {
+        return None;
+    }
     let medium = scene.scene.medium.as_ref()?;
     let of = |section: &str, key: &str| facts.dem?.resolved.get(section)?.get(key)?.as_float();
     let rough = of("lubrication", "roughness")?;
