@@ -18,7 +18,7 @@ use crate::participant::ExchangeError;
 const RUN_LOCK: &str = "run.lock";
 const USER_LOCK: &str = ".lock";
 /// The user's lock is held for a few file operations; longer means that its holder is stopped.
-const LOCK_PATIENCE: Duration = Duration::from_secs(2);
+const LOCK_PATIENCE: Duration = Duration::from_secs(30);
 
 /// Holds the user's lock: nobody else founds or removes a run of this user meanwhile.
 struct UserLock {
@@ -52,7 +52,8 @@ impl UserLock {
             }
             if start.elapsed() > LOCK_PATIENCE {
                 return Err(ExchangeError::Transport(format!(
-                    "{} has been locked for {LOCK_PATIENCE:?}: a bedload process is stopped while it founds or removes a run",
+                    "{} has been locked by others for {LOCK_PATIENCE:?}: some hundreds of runs start at once, or a bedload \
+                     process is stopped while it founds or removes a run",
                     path.display()
                 )));
             }

@@ -30,8 +30,17 @@ pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
             profile.lower, profile.upper, profile.slabs, profile.axis
         ),
         "give a box of positive size, one slab at least, and an axis x, y or z of this geometry",
+    )?;
+    source.refuse_if(
+        profile.slabs > MOST_SLABS,
+        "observe.profile.slabs",
+        format_args!("is {}; allowed: 1 to {MOST_SLABS}", profile.slabs),
+        "take fewer slabs: one has to hold some grains to mean anything",
     )
 }
+
+/// Most slabs of a profile.
+const MOST_SLABS: usize = 100_000;
 
 /// Times of which the first is before the last.
 fn span(source: &SceneSource, key: &str, from: f64, to: f64) -> Check {

@@ -83,6 +83,7 @@ pub(crate) const BOXES: &[Case] = cases! {
     "parabola without walls": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.0, 1.0, 0.0], profile = \"parabolic\" }\ny_upper = \"outflow\"", "z_lower = \"no-slip\"" => "z_lower = \"free-slip\"",
         "z_upper = { type = \"no-slip\", velocity = [0.0, 0.0, 0.0] }" => "z_upper = \"free-slip\""; "domain.boundary.y_lower.profile", "no-slip wall";
     "profile of a wall": "z_lower = \"no-slip\"" => "§z_lower = { type = \"no-slip\", profile = \"parabolic\" }"; "domain.boundary.z_lower.profile", "nothing enters";
+    "slabs without end": "every = 0.1" => "every = 0.1\n§profile = { lower = [0.0, 0.0, 0.0], upper = [1.0, 1.0, 1.0], slabs = 1000000000 }"; "observe.profile.slabs", "is 1000000000", "1 to 100000";
     "outflow that drags": "y = \"periodic\"" => "y_lower = { type = \"inflow\", velocity = [0.0, 1.0, 0.0] }\n§y_upper = { type = \"outflow\", velocity = [1.0, 0.0, 0.0] }"; "domain.boundary.y_upper.velocity", "not no-slip";
     "flow rate between walls": "viscosity = 0.05" => "viscosity = 0.05\n§flow_rate = { axis = \"z\", mean_velocity = 1.0 }"; "medium.flow_rate.axis", "not periodic";
     "flow rate along a foreign axis": "viscosity = 0.05" => "viscosity = 0.05\n§flow_rate = { axis = \"r\", mean_velocity = 1.0 }"; "medium.flow_rate.axis", "R";
