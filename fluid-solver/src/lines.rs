@@ -3,7 +3,7 @@
 use crate::grid::Grid;
 use crate::immersed::body::along_axes;
 use crate::solver::Solver;
-use bedload_output::{MetricValue, OutputFolder, atomic_write, points};
+use bedload_output::{MetricValue, OutputFolder, points};
 use bedload_scene::{Axis, CheckedScene, MetricKind, SceneError};
 use protocol::participant::SolverError;
 use std::collections::BTreeMap;
@@ -112,8 +112,8 @@ pub fn finish<const D: usize>(
         let (value, unit) = match &line.kind {
             Kind::Table(table) => {
                 let (text, largest) = table.compare(solver);
-                let path = folder.root().join(format!("{}.csv", line.name));
-                atomic_write(&path, text.as_bytes())
+                folder
+                    .write(&format!("{}.csv", line.name), text.as_bytes())
                     .map_err(|error| SolverError::Failed(error.to_string()))?;
                 (largest, "m/s")
             }

@@ -351,7 +351,7 @@ fn short(vary: &Vary) -> String {
 
 /// May a folder or file have this name?
 pub(super) fn is_folder_name(name: &str) -> bool {
-    name == plain(name) && !name.is_empty() && !name.starts_with(['.', '-'])
+    bedload_scene::is_file_name(name) && name == plain(name)
 }
 
 /// Text as a part of a folder's name.

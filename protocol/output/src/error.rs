@@ -49,6 +49,14 @@ pub enum OutputError {
     #[error("{} is a symbolic link, which is not followed: nothing was changed; remove it, or name another folder with \
              --out", .0.display())]
     Link(PathBuf),
+    /// A name would lead out of the folder.
+    #[error("{name:?} is no name of a file in {}: nothing was written; allowed: {}; give another name", folder.display(), bedload_scene::FILE_NAME)]
+    Outside {
+        /// The folder.
+        folder: PathBuf,
+        /// The name.
+        name: String,
+    },
     /// A file went away under the run.
     #[error("{} was removed, or another put in its place, while the run wrote it: start the run again, and leave its \
              folder alone", .0.display())]

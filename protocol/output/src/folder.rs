@@ -244,6 +244,23 @@ impl OutputFolder {
         files.try_for_each(|name| remove("replace the last run's", &self.root.join(name)))
     }
 
+    /// Writes a file in the folder itself, whole or not at all ([`atomic_write`]), under a name that is not of
+    /// Bedload's choosing.
+    ///
+    /// # Errors
+    /// [`OutputError::Outside`] if the name is not that of a file in the folder, [`OutputError::File`].
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), OutputError> {
+        write_in(&self.root, name, bytes)
+    }
+
+    /// Writes a file in the folder of the field files, as [`OutputFolder::write`] does.
+    ///
+    /// # Errors
+    /// As of [`OutputFolder::write`].
+    pub fn write_field(&self, name: &str, bytes: &[u8]) -> Result<(), OutputError> {
+        write_in(&self.fields(), name, bytes)
+    }
+
     /// The folder itself.
     #[must_use]
     pub fn root(&self) -> &Path {
@@ -295,6 +312,13 @@ impl OutputFolder {
     pub fn checkpoint(&self) -> PathBuf {
         self.root.join("checkpoint")
     }
+}
+
+fn write_in(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), OutputError> {
+    if !bedload_scene::is_file_name(name.strip_suffix(".csv").unwrap_or(name)) {
+        return Err(OutputError::Outside { folder: folder.to_owned(), name: name.to_owned() });
+    }
+    atomic_write(&folder.join(name), bytes)
 }
 
 /// [`CheckedScene::state_sha256`] of the scene from which a run was made, which the checkpoint of a solver
@@ -364,4 +388,36 @@ pub fn resolved_scene(
         resolved.coupling.clone_from(coupling);
     }
     toml::to_string_pretty(&resolved)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_of_a_run_is_known_to_the_scene_as_taken() {
+        let own = [BEGUN, "scene.toml", "fields", "checkpoint"];
+        for name in FILES.iter().chain(&TABLES).chain(&own) {
+            assert!(bedload_scene::OUTPUT_FILES.contains(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn no_name_leads_out_of_the_folder() {
+        let outer = std::env::temp_dir().join(format!("bedload-inside-{}", std::process::id()));
+        let root = outer.join("out");
+        fs::create_dir_all(root.join("fields")).unwrap();
+        let folder = OutputFolder { root, _claim: None };
+        let away = outer.join("away.csv").display().to_string();
+        for name in ["../away.csv", "fields/../../away.csv", &away, "..", "", ".csv", "fields/u.csv"] {
+            for written in [folder.write(name, b"x"), folder.write_field(name, b"x")] {
+                assert!(matches!(written, Err(OutputError::Outside { .. })), "{name}: {written:?}");
+            }
+        }
+        folder.write("u.csv", b"x").unwrap();
+        folder.write_field("at_0.1.csv", b"x").unwrap();
+        assert!(folder.root().join("u.csv").exists() && folder.fields().join("at_0.1.csv").exists());
+        assert_eq!(fs::read_dir(&outer).unwrap().count(), 1);
+        fs::remove_dir_all(outer).unwrap();
+    }
 }

@@ -141,15 +141,14 @@ impl Observer {
             }
             for t in &asked.at {
                 if let Some(sample) = record.nearest(*t) {
-                    let path = self.folder.fields().join(format!("at_{t}.csv"));
-                    atomic_write(&path, sample.to_string().as_bytes())?;
+                    self.folder.write_field(&format!("at_{t}.csv"), sample.to_string().as_bytes())?;
                 }
             }
             self.metrics.read_planes(record);
         }
         summary.metrics = self.metrics.finish();
         for (name, text) in self.metrics.tables() {
-            atomic_write(&self.folder.root().join(name), text.as_bytes())?;
+            self.folder.write(name, text.as_bytes())?;
         }
         Ok(())
     }

@@ -170,7 +170,7 @@ impl Record {
         }
         samples.retain(|sample| sample.time <= time * (1.0 + 1e-12));
         samples.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let counts = |sample: &&Planes| (asked.from..=asked.to).contains(&sample.time);
+        let counts = |sample: &&Planes| asked.counts(sample.time);
         let inside: Vec<Planes> = samples.iter().filter(counts).cloned().collect();
         Ok(Self { mean: Planes::mean(&inside), samples })
     }
@@ -183,7 +183,7 @@ impl Record {
     /// The sample nearest to time `t`, s, if the run came so far.
     pub(super) fn nearest(&self, t: f64) -> Option<&Planes> {
         let apart = |sample: &Planes| (sample.time - t).abs();
-        self.samples.last().filter(|last| last.time >= t)?;
+        self.samples.last().filter(|last| last.time >= t * (1.0 - 1e-9))?;
         self.samples.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
     }
 }
@@ -235,6 +235,7 @@ mod tests {
         let nearest = record.nearest(1.9).unwrap();
         assert_eq!(nearest.time, 2.0);
         assert!((nearest.shear_at_surface(0.3).unwrap() - 3.0).abs() < 1e-12);
+        assert_eq!(record.nearest(2.000_000_000_000_000_4).map(|sample| sample.time), Some(2.0));
         assert_eq!((record.nearest(9.0), nearest.shear_at_surface(0.6)), (None, None));
     }
 }

@@ -85,6 +85,7 @@ impl From<OutputError> for Failure {
             | OutputError::InUse(_)
             | OutputError::Finished(_)
             | OutputError::Link(_)
+            | OutputError::Outside { .. }
             | OutputError::Needed { .. }
             | OutputError::NoRun(_)
             | OutputError::NothingToResume(_) => Self::Input(error.to_string()),

@@ -6,6 +6,7 @@
 mod checked;
 mod domain;
 mod error;
+mod file_names;
 mod files;
 mod form;
 mod grain_table;
@@ -32,6 +33,7 @@ pub use domain::{
     Stretching, WallKind,
 };
 pub use error::SceneError;
+pub use file_names::{FILE_NAME, OUTPUT_FILES, is_file_name};
 pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape};
 pub use insertions::{Inserted, Insertion};
 pub use metric::{

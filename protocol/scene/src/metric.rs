@@ -324,6 +324,13 @@ impl MetricKind {
         toml::Table::try_from(self).unwrap_or_default()
     }
 
+    /// The table that a metric of this kind and of this name leaves in the output folder under its own name, if
+    /// it leaves one.
+    #[must_use]
+    pub fn table(&self, name: &str) -> Option<String> {
+        matches!(self, Self::VelocityDifference { .. }).then(|| format!("{name}.csv"))
+    }
+
     /// The grain that it is about, if it is about one.
     #[must_use]
     pub fn grain(&self) -> Option<usize> {

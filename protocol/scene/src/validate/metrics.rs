@@ -4,6 +4,7 @@ use toml::Value;
 
 use super::check::{Check, finite, not_negative, positive};
 use crate::domain::WallKind;
+use crate::file_names::{FILE_NAME, is_file_name, is_taken};
 use crate::shared::Scene;
 use crate::source::SceneSource;
 
@@ -39,6 +40,23 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
             format_args!("is `{}` a second time", metric.name),
             "give every metric a name of its own",
         )?;
+        if let Some(table) = metric.kind.table(&metric.name) {
+            source.refuse_if(
+                !is_file_name(&metric.name),
+                &key("name"),
+                format_args!("is {:?}, which becomes the file <name>.csv; allowed: {FILE_NAME}", metric.name),
+                "give a short name of plain signs, such as \"u_difference\"",
+            )?;
+            source.refuse_if(
+                is_taken(&table),
+                &key("name"),
+                format_args!(
+                    "is {:?}: {table} is a file of the output folder already; allowed: any other name",
+                    metric.name
+                ),
+                "give another name, such as \"u_difference\"",
+            )?;
+        }
         source.refuse_if(
             metric.reference.is_some() && metric.compared_with.is_some(),
             &key("compared_with"),
