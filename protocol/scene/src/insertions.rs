@@ -98,33 +98,3 @@ pub(crate) fn lay_out(insertions: &[Insertion], geometry: Geometry) -> (Vec<Grai
     let (inserted, grains) = all.into_iter().unzip();
     (grains, inserted)
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::checked::CheckedScene;
-    use crate::source::SceneSource;
-
-    #[test]
-    fn grains_appear_at_a_periodic_face_as_often_as_elsewhere() {
-        let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\n\
-                    upper = [0.016, 0.064, 0.2]\n\
-                    boundary = { x = \"periodic\", y = \"periodic\", z = \"no-slip\" }\n[[insertions]]\n\
-                    count = 400\nlower = [0.0, 0.001, 0.17]\nupper = [0.016, 0.064, 0.2]\nradius = 0.002\n\
-                    density = 2500.0\nseed = 1\nrate = 500.0\n";
-        let scene =
-            CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() }).expect("fits");
-        let insertion = &scene.scene.insertions[0];
-        let places: Vec<_> =
-            (0..4000).map(|k| insertion.place(&scene.scene.domain, 0.002, k, 1, 0)).collect();
-        let share = |range: std::ops::Range<f64>| {
-            places.iter().filter(|place| range.contains(&place[0])).count() as f64 / 4000.0
-        };
-        // An eighth of the width each, with an error of 0.005.
-        for part in [0.0..0.002, 0.006..0.008, 0.014..0.016] {
-            assert!((share(part.clone()) - 0.125).abs() < 0.02, "{part:?}: {}", share(part.clone()));
-        }
-        // It does not span y, and ends at walls along z.
-        assert!(places.iter().all(|place| (0.003..=0.062).contains(&place[1])));
-        assert!(places.iter().all(|place| (0.172..=0.198).contains(&place[2])));
-    }
-}

@@ -20,6 +20,8 @@ mod random;
 mod rest;
 mod retired;
 mod rough_walls;
+#[cfg(test)]
+mod scene_tests;
 mod shared;
 mod source;
 pub mod table;
