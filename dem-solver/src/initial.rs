@@ -1,6 +1,5 @@
 //! The first state of a run from the last one of another, with the springs between grains.
 
-use std::collections::HashMap;
 use std::path::Path;
 
 use crate::motion::Vec3;
@@ -36,7 +35,7 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
             "start from a run of the same grains, or use [[grain_files]] with its grains.csv",
         );
     }
-    if let Some(fault) = unpaired(scene, dem, &state, folder) {
+    if let Some(fault) = unpaired(scene, folder) {
         return refuse(fault, "keep the rows of that run's grains.csv in the order of their ids");
     }
     if scene.scene.medium.is_some()
@@ -60,35 +59,22 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
     Ok(())
 }
 
-/// A grain that is another one in the state: with another radius or density, by the table that the run left, or
-/// at the place of another.
-fn unpaired(scene: &CheckedScene, dem: &Dem, state: &State, folder: &Path) -> Option<String> {
-    let (g, own) = (&dem.grains, &scene.grains);
+/// A grain that is another one in the state: with another radius or density, by the table that the run left.
+fn unpaired(scene: &CheckedScene, folder: &Path) -> Option<String> {
+    let own = &scene.grains;
     // A run that was killed has left none.
-    let table = std::fs::read_to_string(folder.join("grains.csv")).ok();
-    let table = table.and_then(|text| Table::parse(&text).ok()).unwrap_or_default();
-    let columns = ["id", "radius", "density"].map(|name| table.find(name));
-    if let [Some(id), Some(radius), Some(density)] = columns {
-        let differs = |a: f64, b: f64| (a - b).abs() > 1e-9 * b.abs();
-        let other = table.rows.iter().find_map(|row| {
-            let i = number(row, id).map(|id| id as usize).filter(|i| *i < own.len())?;
-            let (r, d) = (number(row, radius)?, number(row, density)?);
-            (differs(own[i].radius, r) || differs(own[i].density, d)).then_some((i, r, d))
-        });
-        if let Some((i, r, d)) = other {
-            return Some(format!(
-                "has grain {i} of radius {r} m and density {d} kg/m³; grain {i} of this scene has {} m and {} kg/m³",
-                own[i].radius, own[i].density
-            ));
-        }
-    }
-    let bits = |x: [f64; 3]| x.map(f64::to_bits);
-    let places: HashMap<_, usize> = state.position.iter().enumerate().map(|(i, x)| (bits(*x), i)).collect();
-    let moved = g.position.iter().enumerate().find_map(|(i, x)| {
-        let there = *places.get(&bits((*x).into()))?;
-        (bits(state.position[i]) != bits((*x).into())).then_some((i, there))
-    });
-    moved.map(|(i, there)| format!("has grain {there} where this scene has grain {i}"))
+    let table = Table::parse(&std::fs::read_to_string(folder.join("grains.csv")).ok()?).ok()?;
+    let (id, radius, density) = (table.find("id")?, table.find("radius")?, table.find("density")?);
+    let differs = |a: f64, b: f64| (a - b).abs() > 1e-9 * b.abs();
+    let (i, r, d) = table.rows.iter().find_map(|row| {
+        let i = number(row, id).map(|id| id as usize).filter(|i| *i < own.len())?;
+        let (r, d) = (number(row, radius)?, number(row, density)?);
+        (differs(own[i].radius, r) || differs(own[i].density, d)).then_some((i, r, d))
+    })?;
+    Some(format!(
+        "has grain {i} of radius {r} m and density {d} kg/m³; grain {i} of this scene has {} m and {} kg/m³",
+        own[i].radius, own[i].density
+    ))
 }
 
 /// A grain outside the box, or two in each other.

@@ -325,7 +325,7 @@ fn a_run_starts_from_the_state_of_another_with_its_springs() {
     let elsewhere = again.replace("grains.csv", "swapped.csv");
     std::fs::write(&swapped, lines.join("\n")).expect("writes");
     let refused = from(&elsewhere, &out).expect("another order");
-    assert!(refused.message.contains("has grain 59 where this scene has grain 58"), "{refused}");
+    assert!(refused.message.contains("has grain 58 of radius"), "{refused}");
     let cells: Vec<&str> = lines[last].split(',').collect();
     let denser = [&cells[..5], &["9.5"], &cells[6..]].concat().join(",");
     (lines[last], lines[last - 1]) = (lines[last - 1], &denser);

@@ -5,10 +5,9 @@
 //! F = −ρ ρ_p/(ρ_p − ρ) ∫ f dV                 (5, 6)  the buoyancy is in F, and lost where a grain rests
 //! F = −ρ ∫ f dV + m_f (dU/dt − g)                     along what the fluid does not move
 //! ```
-//! (5, 6) put Newton's law in for dU/dt, which a grain that is held or driven does not obey: the last line is what
-//! they come from. m_f: mass of the displaced fluid.
-//! The fluid takes its whole step with the motion known, so that the loads of a window meet the motion of its
-//! start: `explicit` order.
+//! (5, 6) put Newton's law in for dU/dt, which a grain that is held or driven does not obey: the last line is
+//! what they come from. m_f: mass of the displaced fluid. The fluid takes its whole step with the motion
+//! known, so that the loads of a window meet the motion of its start: `explicit` order.
 
 use super::grains::Grains;
 use super::immersed_boundary::ImmersedBoundary;

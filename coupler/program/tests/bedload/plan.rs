@@ -413,7 +413,10 @@ fn a_sub_step_that_is_not_taken_as_the_scene_asks_is_told() {
     let (taken, told) = said(4e-4);
     assert_eq!(taken, 1e-4);
     let told = told.expect("a notice");
-    assert!(told.contains("4e-4 s (5 in a contact time)") && told.contains("at most 1e-4 s"), "{told}");
+    assert!(
+        told.contains("4.000e-4 s (5 in a contact time)") && told.contains("at most 1.000e-4 s"),
+        "{told}"
+    );
 }
 
 #[test]

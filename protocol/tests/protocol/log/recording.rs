@@ -40,7 +40,7 @@ fn child_records_until_killed() {
 fn a_killed_recorder_leaves_a_readable_log() {
     let file = path("killed.mcap");
     let mut child = Process::new(std::env::current_exe().unwrap())
-        .args(["--exact", "recording::child_records_until_killed", "--ignored", "--nocapture"])
+        .args(["--exact", "log::recording::child_records_until_killed", "--ignored", "--nocapture"])
         .env(CHILD, &file)
         .stdout(Stdio::piped())
         .spawn()
