@@ -274,8 +274,8 @@ impl Domain {
         self.boundary(axis).is_some_and(|faces| faces.upper.kind == WallKind::Periodic)
     }
 
-    /// Lower corner and length, m, along each component (x, y, z) that is periodic and that the region between
-    /// these corners spans from face to face; there the region has no ends.
+    /// Lower corner and length, m, along each component (x, y, z) that is periodic and that the region
+    /// between these corners spans from face to face; there the region has no ends.
     #[must_use]
     pub(crate) fn spanned(&self, lower: &[f64; 3], upper: &[f64; 3]) -> [Option<[f64; 2]>; 3] {
         let mut spanned = [None; 3];

@@ -16,8 +16,8 @@ use crate::random::SplitMix64;
 pub struct Insertion {
     /// How many in all.
     pub count: usize,
-    /// Lower corner (x, y, z) of the region that holds them whole as they appear, m; along a periodic axis that
-    /// it spans it holds their centres.
+    /// Lower corner (x, y, z) of the region that holds them whole as they appear, m; along a periodic axis
+    /// that it spans it holds their centres.
     pub lower: [f64; 3],
     /// Upper corner, m.
     pub upper: [f64; 3],

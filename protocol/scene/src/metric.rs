@@ -156,8 +156,8 @@ pub enum MetricKind {
     MeanFluidVelocity(OfComponent),
     /// The same of the grains.
     MeanGrainVelocity(OfComponent),
-    /// θ = τ/((ρ_p − ρ) g D), τ the whole shear stress at the surface of the bed, of fluid and grains, from the
-    /// balance of the layers above it in steady flow.
+    /// θ = τ/((ρ_p − ρ) g D), τ the whole shear stress at the surface of the bed, of fluid and grains, from
+    /// the balance of the layers above it in steady flow.
     Shields(OfSurface),
     /// The fluid's part of it: μ γ̇/((ρ_p − ρ) g D), γ̇ the shear of the mean fluid velocity at the surface.
     FluidShields(OfSurface),
@@ -324,8 +324,8 @@ impl MetricKind {
         toml::Table::try_from(self).unwrap_or_default()
     }
 
-    /// The table that a metric of this kind and of this name leaves in the output folder under its own name, if
-    /// it leaves one.
+    /// The table that a metric of this kind and of this name leaves in the output folder under its own name,
+    /// if it leaves one.
     #[must_use]
     pub fn table(&self, name: &str) -> Option<String> {
         matches!(self, Self::VelocityDifference { .. }).then(|| format!("{name}.csv"))
