@@ -60,7 +60,7 @@ impl<const D: usize> FirstNonFinite<D> {
             .unwrap_or_else(|| Self::largest(grid, &state.velocity, &state.history))
     }
 
-    /// What the first of `ranks` reports: the first in the order of [`FIELDS`] of what all ranks found in
+    /// What the first of `ranks` reports: the first in the order of `FIELDS` of what all ranks found in
     /// their planes.
     pub fn of_all(&self, ranks: &Ranks) -> String {
         let place = FIELDS.iter().position(|what| *what == self.what).unwrap_or(FIELDS.len());
