@@ -244,8 +244,8 @@ impl OutputFolder {
         files.try_for_each(|name| remove("replace the last run's", &self.root.join(name)))
     }
 
-    /// Writes a file in the folder itself, whole or not at all ([`atomic_write`]), under a name that is not of
-    /// Bedload's choosing.
+    /// Writes a file in the folder itself, whole or not at all ([`atomic_write`]), under a name that is not
+    /// of Bedload's choosing.
     ///
     /// # Errors
     /// [`OutputError::Outside`] if the name is not that of a file in the folder, [`OutputError::File`].

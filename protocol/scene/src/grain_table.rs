@@ -69,7 +69,8 @@ fn meant(column: &str) -> Option<&'static str> {
     READ.into_iter().find(|known| *known == name).or(other)
 }
 
-/// Columns that are not read. A name that stands twice or is all but that of a column which is read is refused.
+/// Columns that are not read. A name that stands twice or is all but that of a column which is read is
+/// refused.
 fn ignored(table: &Table) -> Result<Vec<String>, String> {
     let mut ignored = Vec::new();
     for (index, name) in table.columns.iter().enumerate() {

@@ -116,8 +116,8 @@ fn upward() -> Axis {
 }
 
 impl Observe {
-    /// Are fields due in the window from `start` to `end`, s? A time is due in the first window that ends then
-    /// or later, where rounding does not count; t = 0 in the first of all.
+    /// Are fields due in the window from `start` to `end`, s? A time is due in the first window that ends
+    /// then or later, where rounding does not count; t = 0 in the first of all.
     #[must_use]
     pub fn fields_due(&self, start: f64, end: f64) -> bool {
         let asked = self

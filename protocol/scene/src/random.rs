@@ -25,9 +25,9 @@ impl SplitMix64 {
         mean * (1.0 + spread * (2.0 * self.unit() - 1.0))
     }
 
-    /// Place that is uniform in a box which holds a grain of `radius` whole, but for the periodic axes that it
-    /// spans ([`Domain::spanned`](crate::Domain::spanned)): there anywhere from face to face, the upper one not
-    /// included. y = 0 in the plane.
+    /// Place that is uniform in a box which holds a grain of `radius` whole, but for the periodic axes that
+    /// it spans ([`Domain::spanned`](crate::Domain::spanned)): there anywhere from face to face, the upper
+    /// one not included. y = 0 in the plane.
     pub(crate) fn place(
         &mut self,
         geometry: Geometry,

@@ -231,7 +231,8 @@ fn grid_and_memory() {
 }
 
 /// Bounds that our solvers own: the tests of these crates put them below and above their limits
-/// (`fluid-solver/tests/fluid/immersed/bounds.rs` and `src/methods/limits.rs`, `dem-solver/tests/dem/bounds.rs`).
+/// (`fluid-solver/tests/fluid/immersed/bounds.rs` and `src/methods/limits.rs`,
+/// `dem-solver/tests/dem/bounds.rs`).
 const OF_SOLVERS: [&str; 9] = [
     "density-range",
     "resting-weight",

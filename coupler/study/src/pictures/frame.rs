@@ -355,8 +355,8 @@ impl Frame {
         if [places.len(), speed.len(), held.len()].iter().any(|length| *length != radius.len()) {
             return Err(place(format!("its arrays are not of {} grains each", radius.len())));
         }
-        // Without a fluid the picture shows the box, and the plane goes through its middle; where the box is not
-        // known, all grains, and the middle of them.
+        // Without a fluid the picture shows the box, and the plane goes through its middle; where the box is
+        // not known, all grains, and the middle of them.
         let alone = !self.view.0.0.is_finite();
         if alone {
             self.time = file.time();

@@ -102,14 +102,15 @@ fn diameter(scene: &CheckedScene) -> f64 {
     mean_of(scene, |grain| 2.0 * grain.radius)
 }
 
-/// What makes the whole shear stress on a plane, of fluid and grains together, in steady flow: that of the lid,
-/// and the forces on all that is between.
+/// What makes the whole shear stress on a plane, of fluid and grains together, in steady flow: that of the
+/// lid, and the forces on all that is between.
 struct StressBalance {
     /// Component across the planes.
     across: usize,
     /// Viscosity, Pa s, and velocity of the lid, m/s; none where it is free of shear.
     lid: Option<(f64, [f64; 3])>,
-    /// Force on the mixture along periodic axes, N/m³: where there is fluid alone, and more where there is solid.
+    /// Force on the mixture along periodic axes, N/m³: where there is fluid alone, and more where there is
+    /// solid.
     drive: [f64; 3],
     excess: [f64; 3],
 }
@@ -175,7 +176,8 @@ mod tests {
 
     #[test]
     fn under_a_lid_the_whole_stress_is_the_lids_wherever_grains_carry_it() {
-        // Grains carry so much above z = 2 that the fluid there is sheared at 1 where it is sheared at 3 by the lid.
+        // Grains carry so much above z = 2 that the fluid there is sheared at 1 where it is sheared at 3 by
+        // the lid.
         let velocity = |z: f64| if z < 3.0 { z } else { 3.0 * (z - 3.0) + 3.0 };
         let balance =
             StressBalance { across: 2, lid: Some((0.7, [6.0, 0.0, 0.0])), drive: [0.0; 3], excess: [0.0; 3] };
