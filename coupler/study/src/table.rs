@@ -146,7 +146,8 @@ impl Table {
         let header = self.keys.iter().cloned().chain(fixed.iter().flat_map(expand));
         let row = |row: &Row| -> Vec<String> {
             let fixed = fixed.iter().flat_map(|name| row.cells(name));
-            row.values.iter().cloned().chain(fixed).map(|text| cell(&text)).collect()
+            let varied = row.values.iter().take(self.keys.len()).cloned();
+            varied.chain(fixed).map(|text| cell(&text)).collect()
         };
         let header = header.map(|name| cell(&name)).collect();
         write(std::iter::once(header).chain(self.rows.iter().map(row)))
@@ -437,6 +438,25 @@ pub(super) mod tests {
         };
         table.mark_front();
         table
+    }
+
+    #[test]
+    fn a_table_of_runs_that_set_different_keys_is_read_back() {
+        let row = |label: &str, values: &[&str]| Row {
+            label: label.to_owned(),
+            values: values.iter().map(|value| (*value).to_owned()).collect(),
+            measured: vec![Some(1.5)],
+            repeats: 1,
+            ..Row::default()
+        };
+        let rows = vec![row("one", &["0.8", "9.4"]), row("two", &[])];
+        let table =
+            Table { kind: Kind::Case, keys: Vec::new(), metrics: value_columns(Kind::Case, &["m"]), rows };
+        let text = table.csv();
+        assert_eq!(text.lines().count(), 3, "{text}");
+        let labels: Vec<String> =
+            Table::parse(&text).unwrap().rows.into_iter().map(|row| row.label).collect();
+        assert_eq!(labels, ["one", "two"]);
     }
 
     #[test]
