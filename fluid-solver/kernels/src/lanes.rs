@@ -1,8 +1,7 @@
 //! Eight lines side by side: the unit in which transforms and sweeps work.
 
-use std::sync::OnceLock;
-
-use pulp::{Arch, Simd, WithSimd};
+use bedload_vectors::arch;
+use pulp::{Simd, WithSimd};
 
 /// One value of each of eight lines.
 pub type Lanes = [f64; 8];
@@ -128,23 +127,6 @@ pub(crate) fn lanes_at_mut(values: &mut [f64], at: usize) -> &mut Lanes {
 pub(crate) trait Kernel {
     /// Does the work with the vectors of `simd`.
     fn run<S: Simd>(self, simd: S);
-}
-
-/// The vectors to use: the widest of this machine, or fewer where the environment variable `BEDLOAD_VECTORS`
-/// says `baseline` or `avx2`. No bit of a result depends on it, which is what it is for: to test that.
-pub(crate) fn arch() -> Arch {
-    static ARCH: OnceLock<Arch> = OnceLock::new();
-    *ARCH.get_or_init(|| {
-        let wanted = std::env::var("BEDLOAD_VECTORS").unwrap_or_default();
-        #[cfg(target_arch = "x86_64")]
-        match (wanted.as_str(), pulp::x86::V3::try_new()) {
-            ("baseline", _) => return Arch::Scalar,
-            ("avx2", Some(simd)) => return Arch::V3(simd),
-            _ => {}
-        }
-        let _ = wanted;
-        Arch::new()
-    })
 }
 
 /// Runs a kernel with the vectors of [`arch`].

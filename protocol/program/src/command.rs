@@ -78,23 +78,12 @@ where
     end_at_closed_pipe();
     fail_at_file_limit();
     let command = arguments(S::PROGRAM, S::ABOUT).command;
-    match check_vectors().and_then(|()| dispatch::<S>(command)) {
+    match bedload_vectors::check().map_err(Failure::Input).and_then(|()| dispatch::<S>(command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             error.explain(S::PROGRAM);
             ExitCode::from(error.exit_code())
         }
-    }
-}
-
-/// Refuses a value of `BEDLOAD_VECTORS` that the kernels do not know.
-fn check_vectors() -> Result<(), Failure> {
-    match std::env::var("BEDLOAD_VECTORS") {
-        Ok(value) if !["baseline", "avx2"].contains(&value.as_str()) => Err(Failure::Input(format!(
-            "the environment variable BEDLOAD_VECTORS is {value:?}; allowed: baseline, avx2; leave it out for the \
-             widest vectors of this machine"
-        ))),
-        _ => Ok(()),
     }
 }
 

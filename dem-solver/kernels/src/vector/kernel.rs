@@ -1,8 +1,8 @@
 //! Work on eight lanes, compiled for every vector width that a machine may have.
 
 use crate::vector::lanes::{Lanes8, Portable8};
-use pulp::{Arch, Simd, WithSimd};
-use std::sync::OnceLock;
+use bedload_vectors::arch;
+use pulp::{Simd, WithSimd};
 
 /// Work on eight lanes.
 pub(crate) trait Kernel {
@@ -12,29 +12,12 @@ pub(crate) trait Kernel {
     fn run<L: Lanes8>(self, token: L::Token) -> Self::Output;
 }
 
-/// The vectors to use: the widest of this machine, or fewer where the environment variable `BEDLOAD_VECTORS`
-/// says `baseline` or `avx2`. No bit of a result depends on it, which is what it is for: to test that.
-pub(crate) fn arch() -> Arch {
-    static ARCH: OnceLock<Arch> = OnceLock::new();
-    *ARCH.get_or_init(|| {
-        let wanted = std::env::var("BEDLOAD_VECTORS").unwrap_or_default();
-        #[cfg(target_arch = "x86_64")]
-        match (wanted.as_str(), pulp::x86::V3::try_new()) {
-            ("baseline", _) => return Arch::Scalar,
-            ("avx2", Some(simd)) => return Arch::V3(simd),
-            _ => {}
-        }
-        let _ = wanted;
-        Arch::new()
-    })
-}
-
 /// Does the work with the vectors of [`arch`]; with `plain` the widest of all are left unused.
 pub(crate) fn dispatch<K: Kernel>(kernel: K, plain: bool) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     match (arch(), pulp::x86::V3::try_new()) {
-        (Arch::V4(simd), _) if !plain => Simd::vectorize(simd, OnAvx512(kernel, simd)),
-        (Arch::V4(_) | Arch::V3(_), Some(simd)) => Simd::vectorize(simd, OnPortable(kernel)),
+        (pulp::Arch::V4(simd), _) if !plain => Simd::vectorize(simd, OnAvx512(kernel, simd)),
+        (pulp::Arch::V4(_) | pulp::Arch::V3(_), Some(simd)) => Simd::vectorize(simd, OnPortable(kernel)),
         _ => OnPortable(kernel).with_simd(pulp::Scalar),
     }
     #[cfg(not(target_arch = "x86_64"))]

@@ -11,7 +11,8 @@ use super::line::{Reader, Writer};
 use super::plan::Plan;
 use super::rows::{Rows, RowsMut, Write};
 use super::sine::One;
-use crate::lanes::{Lanes, ZERO, aligned, arch};
+use crate::lanes::{Lanes, ZERO, aligned};
+use bedload_vectors::arch;
 use pulp::{Arch, Simd, WithSimd};
 
 /// A fast transform of one length.
