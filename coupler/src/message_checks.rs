@@ -127,7 +127,9 @@ pub(crate) fn reports(window: &Window, fluid: &Status, dem: &Status) -> Result<(
 /// # Errors
 /// [`Failure::Run`] naming grain, field, value and window.
 pub(crate) fn places(window: &Window, motion: &[Kinematics], scene: &CheckedScene) -> Result<(), Failure> {
+    // Through other faces grains may leave.
     let domain = &scene.scene.domain;
+    let (limits, open) = (domain.limits(), domain.open_limits());
     let refuse = |grain: usize, what: String| {
         Err(Failure::Run(format!(
             "the dem solver sent {what} of grain {grain} in window {} (t = {} s)",
@@ -142,11 +144,11 @@ pub(crate) fn places(window: &Window, motion: &[Kinematics], scene: &CheckedScen
                 format!("orientation = {:?}, of length {length}; allowed: 1", now.orientation),
             );
         }
-        for axis in (0..domain.dimensions()).filter(|axis| !domain.is_periodic(*axis)) {
-            let component = domain.geometry.component(axis);
-            let (low, high) = (domain.lower[axis] - grain.radius, domain.upper[axis] + grain.radius);
-            let place = now.position[component];
-            if !(low..=high).contains(&place) {
+        for (component, place) in now.position.into_iter().enumerate() {
+            let [low, high] = limits[component];
+            let (low, high) = (low - grain.radius, high + grain.radius);
+            let [leaves_below, leaves_above] = open[component].map(f64::is_finite);
+            if place.is_nan() || (place < low && !leaves_below) || (place > high && !leaves_above) {
                 let what = format!(
                     "position[{component}] = {place}, outside the box, {low} to {high} with its radius,"
                 );

@@ -29,13 +29,19 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
         }
     };
     let expected = dem.grains.len();
+    let table = table(folder);
+    if state.position.len() != expected
+        && let Some(kept) = table.as_ref().map(ids).filter(|kept| kept.len() == expected)
+    {
+        state = state.of_grains(&kept);
+    }
     if state.position.len() != expected {
         return refuse(
             format!("holds {} grains, this scene {expected}", state.position.len()),
             "start from a run of the same grains, or use [[grain_files]] with its grains.csv",
         );
     }
-    if let Some(fault) = unpaired(scene, folder) {
+    if let Some(fault) = table.and_then(|table| unpaired(scene, &table)) {
         return refuse(fault, "keep the rows of that run's grains.csv in the order of their ids");
     }
     if scene.scene.medium.is_some()
@@ -59,15 +65,29 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
     Ok(())
 }
 
+/// The grains that the run left in the box; none where it was killed.
+fn table(folder: &Path) -> Option<Table> {
+    Table::parse(&std::fs::read_to_string(folder.join("grains.csv")).ok()?).ok()
+}
+
+/// Their numbers in that run, ascending; empty where the table has other rows.
+fn ids(table: &Table) -> Vec<usize> {
+    let Some(id) = table.find("id") else { return Vec::new() };
+    let ids: Option<Vec<usize>> = table.rows.iter().map(|row| Some(number(row, id)? as usize)).collect();
+    ids.filter(|ids| ids.is_sorted()).unwrap_or_default()
+}
+
 /// A grain that is another one in the state: with another radius or density, by the table that the run left.
-fn unpaired(scene: &CheckedScene, folder: &Path) -> Option<String> {
+fn unpaired(scene: &CheckedScene, table: &Table) -> Option<String> {
     let own = &scene.grains;
-    // A run that was killed has left none.
-    let table = Table::parse(&std::fs::read_to_string(folder.join("grains.csv")).ok()?).ok()?;
+    let (kept, of_all) = (ids(table), table.rows.len() == own.len());
     let (id, radius, density) = (table.find("id")?, table.find("radius")?, table.find("density")?);
     let differs = |a: f64, b: f64| (a - b).abs() > 1e-9 * b.abs();
     let (i, r, d) = table.rows.iter().find_map(|row| {
-        let i = number(row, id).map(|id| id as usize).filter(|i| *i < own.len())?;
+        // Where grains had left the box, those that stayed are numbered anew.
+        let i = number(row, id).map(|id| id as usize)?;
+        let i = if of_all { kept.binary_search(&i).unwrap_or(i) } else { i };
+        let i = Some(i).filter(|i| *i < own.len())?;
         let (r, d) = (number(row, radius)?, number(row, density)?);
         (differs(own[i].radius, r) || differs(own[i].density, d)).then_some((i, r, d))
     })?;

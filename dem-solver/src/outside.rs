@@ -11,7 +11,9 @@ const NAMED: usize = 5;
 /// Watches for grains outside the box.
 pub(crate) struct Outside {
     /// Lower and upper limit of each component; infinite where a face is periodic or there is none.
-    limits: [(f64, f64); 3],
+    limits: [[f64; 2]; 3],
+    /// What becomes of them.
+    advice: &'static str,
     /// Whether each grain was outside when last looked.
     is_out: Vec<bool>,
     named: usize,
@@ -19,16 +21,17 @@ pub(crate) struct Outside {
 
 impl Outside {
     pub(crate) fn new(scene: &CheckedScene) -> Self {
-        let domain = &scene.scene.domain;
-        let mut limits = [(f64::NEG_INFINITY, f64::INFINITY); 3];
-        for axis in (0..domain.dimensions()).filter(|axis| !domain.is_periodic(*axis)) {
-            limits[domain.geometry.component(axis)] = (domain.lower[axis], domain.upper[axis]);
-        }
-        Self { limits, is_out: vec![false; scene.grains.len()], named: 0 }
+        let limits = scene.scene.domain.limits();
+        let advice = if scene.scene.medium.is_some() {
+            "out as a whole it keeps its velocity, and the fluid does not feel it"
+        } else {
+            "put a wall there, or make the box larger"
+        };
+        Self { limits, advice, is_out: vec![false; scene.grains.len()], named: 0 }
     }
 
     fn is_inside(&self, x: &Vec3) -> bool {
-        self.limits.iter().zip(x.iter()).all(|((lower, upper), x)| (lower..=upper).contains(&x))
+        self.limits.iter().zip(x.iter()).all(|([lower, upper], x)| (lower..=upper).contains(&x))
     }
 
     /// Names grains that have left since the last look; `step` and `time` are of the window's end.
@@ -41,9 +44,10 @@ impl Outside {
                 if self.named <= NAMED {
                     protocol::say!(
                         "bedload-dem: warning: grain {i} left the box in window {step} (t = {time} s): it is at \
-                         {:?} m with {:?} m/s; put a wall there, or make the box larger",
+                         {:?} m with {:?} m/s; {}",
                         <[f64; 3]>::from(x),
-                        <[f64; 3]>::from(v)
+                        <[f64; 3]>::from(v),
+                        self.advice
                     );
                 } else if self.named == NAMED + 1 {
                     protocol::say!("bedload-dem: warning: more grains leave; the end of the run counts them");
@@ -53,11 +57,15 @@ impl Outside {
         }
     }
 
-    /// Says how many are outside.
-    pub(crate) fn sum_up(&self) {
-        let count = self.is_out.iter().filter(|out| **out).count();
+    /// Whether each grain is outside at the end; says how many are.
+    pub(crate) fn sum_up(&self, grains: &Grains) -> Vec<bool> {
+        let is_out: Vec<bool> = grains.position.iter().map(|x| !self.is_inside(x)).collect();
+        let count = is_out.iter().filter(|out| **out).count();
         if count > 0 {
-            protocol::say!("bedload-dem: warning: {count} grain(s) are outside the box at the end");
+            protocol::say!(
+                "bedload-dem: warning: {count} grain(s) are outside the box at the end, and not in grains.csv"
+            );
         }
+        is_out
     }
 }

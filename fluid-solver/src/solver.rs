@@ -16,6 +16,7 @@ use crate::immersed::body::Motion;
 use crate::immersed::mask_model::{Mask, MaskModel};
 use crate::initial::{self, Start};
 use crate::methods;
+use crate::methods::beyond::Beyond;
 use crate::methods::calibrated::calibration::Calibration;
 use crate::methods::grains::{Grains, Memory};
 use crate::methods::immersed_boundary::ImmersedBoundary;
@@ -50,6 +51,7 @@ pub struct Solver<const D: usize> {
     grains: Grains<D>,
     plan: Plan,
     saved: Option<Box<Saved<D>>>,
+    beyond: Beyond,
     /// Density of the fluid, kg/m³.
     density: f64,
     /// Largest Σ|u|/Δx after the last window, 1/s; zero: not known.
@@ -131,6 +133,7 @@ impl<const D: usize> Solver<D> {
             grains,
             plan,
             saved: None,
+            beyond: Beyond::new(scene),
             density: medium.density,
             rate: 0.0,
             seconds: 0.0,
@@ -223,8 +226,11 @@ impl<const D: usize> Solver<D> {
 
     /// Sends the loads and takes over the motion that comes back.
     fn exchange(&mut self, window: &Window, exchange: &mut FluidExchange<'_>) -> Result<(), SolverError> {
-        let Self { stepper, method, grains, .. } = self;
-        exchange.send(window.header(), &mut |out| method.loads(grains, out))?;
+        let Self { stepper, method, grains, beyond, .. } = self;
+        exchange.send(window.header(), &mut |out| {
+            method.loads(grains, out);
+            beyond.replace(grains.immersed.shapes(), &grains.memory.motions, out);
+        })?;
         let memory = &mut grains.memory;
         std::mem::swap(&mut memory.before, &mut memory.motions);
         memory.before_dt = window.dt;

@@ -81,7 +81,12 @@ impl<'a> CoupledLink<'a> {
     /// `grains.csv`: the grains after the last window, whoever moved them.
     fn write_grains(&self, folder: &OutputFolder) -> Result<(), Failure> {
         let Some((slot, _, time)) = &self.latest else { return Ok(()) };
-        let row = |(grain, now): (&Grain, &Kinematics)| GrainRow {
+        let limits = self.scene.scene.domain.limits();
+        let is_inside = |now: &Kinematics| {
+            limits.iter().zip(now.position).all(|([low, high], x)| (low..=high).contains(&&x))
+        };
+        let row = |(id, (grain, now)): (usize, (&Grain, &Kinematics))| GrainRow {
+            id,
             position: now.position,
             radius: grain.radius,
             density: grain.density,
@@ -90,7 +95,8 @@ impl<'a> CoupledLink<'a> {
             free: grain.motion == Motion::Free,
             round: grain.shape.is_round(),
         };
-        let rows: Vec<GrainRow> = self.scene.grains.iter().zip(&self.slots[*slot].motion).map(row).collect();
+        let grains = self.scene.grains.iter().zip(&self.slots[*slot].motion).enumerate();
+        let rows: Vec<GrainRow> = grains.filter(|(_, (_, now))| is_inside(now)).map(row).collect();
         Ok(atomic_write(&folder.grains(), grains_table(*time, &rows).as_bytes())?)
     }
 }

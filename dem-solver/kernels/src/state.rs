@@ -72,3 +72,41 @@ pub struct State {
     /// Points of contact of bodies that are not round with walls, ascending by both.
     pub body_wall_contacts: Vec<SavedPoint>,
 }
+
+impl State {
+    /// The state of the grains `kept` (ascending), numbered anew, with the contacts between them; without
+    /// contacts with walls.
+    #[must_use]
+    pub fn of_grains(&self, kept: &[usize]) -> Self {
+        fn select<T: Copy>(kept: &[usize], all: &[T]) -> Vec<T> {
+            kept.iter().filter_map(|i| all.get(*i).copied()).collect()
+        }
+        let mut numbers = vec![None; self.position.len()];
+        for (new, old) in kept.iter().enumerate().filter(|(_, old)| **old < self.position.len()) {
+            numbers[*old] = Some(new as u32);
+        }
+        let number = |old: u32| numbers.get(old as usize).copied().flatten();
+        let mut state = Self {
+            position: select(kept, &self.position),
+            image: select(kept, &self.image),
+            orientation: select(kept, &self.orientation),
+            velocity: select(kept, &self.velocity),
+            spin: select(kept, &self.spin),
+            acceleration: select(kept, &self.acceleration),
+            spin_acceleration: select(kept, &self.spin_acceleration),
+            ..Self { time: self.time, dissipated: self.dissipated, ..Self::default() }
+        };
+        for (place, contact) in self.contacts.iter().enumerate() {
+            if let (Some(first), Some(second)) = (number(contact.first), number(contact.second)) {
+                state.contacts.push(SavedContact { first, second, ..*contact });
+                state.rolling.extend(self.rolling.get(place));
+            }
+        }
+        for point in &self.body_contacts {
+            if let (Some(first), Some(second)) = (number(point.first), number(point.second)) {
+                state.body_contacts.push(SavedPoint { first, second, ..*point });
+            }
+        }
+        state
+    }
+}

@@ -30,7 +30,7 @@ pub(crate) fn finish(
 ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
     let failed = |error: bedload_output::OutputError| SolverError::Failed(error.to_string());
     let Finished { dem, spec, profile, outside } = what;
-    let table = grain_files::table(dem.time(), &dem.grains, spec);
+    let table = grain_files::table(dem.time(), &dem.grains, spec, &outside.sum_up(&dem.grains));
     atomic_write(&folder.grains(), table.as_bytes()).map_err(failed)?;
     let waiting = spec.grains.len() - dem.grains.len();
     if waiting > 0 {
@@ -38,7 +38,6 @@ pub(crate) fn finish(
             "bedload-dem: {waiting} grains were not inserted: their region was full, or the run too short"
         );
     }
-    outside.sum_up();
     let Some(profile) = profile else { return Ok(BTreeMap::new()) };
     let gravity = Vec3::from(spec.gravity)[profile.axis];
     let fit = scene.scene.metrics.iter().find_map(|metric| match metric.kind {

@@ -70,10 +70,11 @@ pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Out
     Some(polygons(time, position, ends, &data))
 }
 
-/// `grains.csv`.
+/// `grains.csv`, of the grains that `is_out` does not say to be outside the box.
 #[must_use]
-pub fn table(time: f64, grains: &Grains, spec: &DemSpec) -> String {
+pub fn table(time: f64, grains: &Grains, spec: &DemSpec, is_out: &[bool]) -> String {
     let row = |i: usize| GrainRow {
+        id: i,
         position: grains.position[i].into(),
         radius: grains.radius[i],
         density: spec.grains[i].density,
@@ -82,5 +83,6 @@ pub fn table(time: f64, grains: &Grains, spec: &DemSpec) -> String {
         free: grains.motion[i] == Motion::Free,
         round: grains.is_round(i),
     };
-    grains_table(time, &(0..grains.len()).map(row).collect::<Vec<_>>())
+    let inside = (0..grains.len()).filter(|i| !is_out.get(*i).copied().unwrap_or(false));
+    grains_table(time, &inside.map(row).collect::<Vec<_>>())
 }

@@ -253,7 +253,7 @@ fn settled(name: &str) -> (Run, PathBuf) {
 fn a_table_of_grains_reads_back_to_the_same_bits_and_a_damaged_one_is_refused() {
     let (run, out) = settled("table");
     let dem = run.solver.dem();
-    let text = dem_solver::output::grain_files::table(dem.time(), &dem.grains, run.solver.spec());
+    let text = dem_solver::output::grain_files::table(dem.time(), &dem.grains, run.solver.spec(), &[]);
     let file = out.join("grains.csv");
     let with = |text: &str, more: &str| {
         std::fs::write(&file, text).expect("writes");
@@ -307,7 +307,7 @@ fn a_run_starts_from_the_state_of_another_with_its_springs() {
         DemParticipant::new(&scene, out).err()
     };
     // The grains of the other scene are all there at the start: as many, from its table.
-    let table = dem_solver::output::grain_files::table(0.0, &run.solver.dem().grains, run.solver.spec());
+    let table = dem_solver::output::grain_files::table(0.0, &run.solver.dem().grains, run.solver.spec(), &[]);
     std::fs::write(out.join("grains.csv"), table).expect("writes");
     let again = format!("{BOX}[[grain_files]]\nfile = {:?}\n", out.join("grains.csv").display().to_string());
     let key = format!("[dem]\ninitial_state = {:?}\n[dem.contact]", out.display().to_string());

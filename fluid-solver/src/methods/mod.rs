@@ -10,6 +10,7 @@
 //! the loads of the first and the last method, `limits` the form in which a method tells the coupler which
 //! grains are too light. Masks and integrals over grains are in [`crate::immersed`].
 
+pub mod beyond;
 pub mod calibrated;
 pub mod fictitious;
 pub mod grains;

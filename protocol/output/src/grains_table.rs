@@ -5,6 +5,8 @@ use std::fmt::Write;
 /// A grain as the table has it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GrainRow {
+    /// Number of the grain in the scene.
+    pub id: usize,
     /// Centre, m.
     pub position: [f64; 3],
     /// Radius, m; of a body that is not round the largest distance of its surface from the centre.
@@ -33,9 +35,7 @@ pub fn grains_table(time: f64, grains: &[GrainRow]) -> String {
         );
     }
     text += "id,x,y,z,radius,density,vx,vy,vz,wx,wy,wz,motion\n";
-    for (id, GrainRow { position: x, radius, density, velocity: v, spin: w, free, .. }) in
-        grains.iter().enumerate()
-    {
+    for GrainRow { id, position: x, radius, density, velocity: v, spin: w, free, .. } in grains {
         let motion = if *free { "free" } else { "fixed" };
         let _ = writeln!(
             text,

@@ -321,6 +321,30 @@ impl Domain {
         }
     }
 
+    /// Lower and upper limit of each component (x, y, z) in the box, m; infinite along periodic axes, and where
+    /// there is no axis.
+    #[must_use]
+    pub fn limits(&self) -> [[f64; 2]; 3] {
+        let mut limits = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
+        for axis in (0..self.dimensions()).filter(|axis| !self.is_periodic(*axis)) {
+            limits[self.geometry.component(axis)] = [self.lower[axis], self.upper[axis]];
+        }
+        limits
+    }
+
+    /// The same where grains can leave: infinite too at faces that they touch.
+    #[must_use]
+    pub fn open_limits(&self) -> [[f64; 2]; 3] {
+        let mut limits = self.limits();
+        for wall in self.contact_faces() {
+            for component in (0..3).filter(|c| wall.normal[*c] != 0.0) {
+                let upper = wall.normal[component] < 0.0;
+                limits[component][usize::from(upper)] = if upper { f64::INFINITY } else { f64::NEG_INFINITY };
+            }
+        }
+        limits
+    }
+
     /// The faces that grains touch, as plane walls.
     #[must_use]
     pub fn contact_faces(&self) -> Vec<Wall> {

@@ -225,3 +225,63 @@ fn check_names_the_folder_and_what_is_wrong_with_it() {
     std::fs::create_dir(folder.join("a")).expect("a folder");
     check(&["holds no scene.toml"]);
 }
+
+/// Two discs in a stream that leaves through a face; the first one is near it.
+const LEAVING: &str = r#"
+until = 0.3
+[domain]
+geometry = "plane"
+lower = [0.0, 0.0]
+upper = [0.08, 0.02]
+cells = [64, 16]
+[domain.boundary]
+x_lower = { type = "inflow", velocity = [0.2, 0.0, 0.0], profile = "parabolic" }
+x_upper = "outflow"
+z = "no-slip"
+[medium]
+density = 1000.0
+viscosity = 0.01
+GRAINS
+[fluid.time]
+dt = 1e-3
+[dem]
+STATE
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.9
+contact_time = 1e-3
+"#;
+
+#[test]
+fn grains_leave_through_an_outflow_and_those_that_stay_go_on_and_start_another_run() {
+    let folder = Folder::new("handover-leaving");
+    let grain = |x: f64, z: f64| {
+        format!("[[grains]]\nposition = [{x}, 0.0, {z}]\nradius = 0.004\ndensity = 1010.0\n")
+    };
+    let both = LEAVING.replace("GRAINS", &(grain(0.05, 0.01) + &grain(0.02, 0.008))).replace("STATE", "");
+    let next = LEAVING
+        .replace(
+            "GRAINS",
+            "initial = { type = \"run\", folder = \"a\" }\n[[grain_files]]\nfile = \"a/grains.csv\"\n",
+        )
+        .replace("STATE", "initial_state = \"a\"");
+    let (first, second) = (folder.write("first.toml", &both), folder.write("second.toml", &next));
+    let (a, b, whole) = (folder.join("a"), folder.join("b"), folder.join("whole"));
+    run(&first, &a, &["--until", "0.2"]);
+    // The first is out, and keeps the velocity with which it left; the other is still in the stream.
+    let left = grains(&a);
+    assert!(left.len() == 2 && left[1].starts_with("1,"), "{left:?}");
+    let speeds = column(&a, "velocity_x[0]");
+    let places: Vec<f64> =
+        column(&a, "position_x[0]").iter().map(|place| place.parse().expect("a number")).collect();
+    let out = places.iter().position(|place| *place > 0.084).expect("it leaves");
+    assert!(speeds.len() > out + 10 && speeds[out + 1..].iter().all(|speed| *speed == speeds[out + 1]));
+    run(&second, &b, &["--until", "0.05"]);
+    assert_eq!(column(&b, "position_x[0]").len(), column(&b, "t").len());
+    // Resumed, the other leaves, too: the same bits as in one go.
+    run(&first, &whole, &[]);
+    run(&first, &a, &["--resume"]);
+    assert_eq!(grains(&a), grains(&whole));
+    assert_eq!(grains(&a).len(), 1, "the head alone");
+    assert_eq!(column(&a, "position_x[1]"), column(&whole, "position_x[1]"));
+}
