@@ -7,17 +7,19 @@
 //! ```text
 //! δR = (π²/12) w̄² (1/R + 1/r_h) + Δx²/(24 r_h),   w̄ = 0.6 f Δx
 //! ```
-//! φ is the solid fraction about the grain: volumes are shared among coarse cells, 1.5 diameters wide, and
-//! read back with the same weights. The grain's own share counts as far as others, or its own images, do as
-//! much: a grain alone is in no pore.
+//! φ is the solid fraction about the grain: the volumes of all grains, weighed with a cubic B-spline of the
+//! distance along each axis, 1.5 diameters of the largest grain between its knots, over the part of it that
+//! lies in the box. The grain's own share counts as far as others, or its own images, do as much: a grain
+//! alone is in no pore. Sums over pairs depend on distances alone, not on units, nor on where the box begins.
 
 use super::body::{Motion, Shape, along_axes};
 use super::mask_model::MaskModel;
 use crate::grid::{Geometry, Grid};
 use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 
-/// Width of the coarse cells, in diameters of the largest grain.
-const SIZE: f64 = 1.5;
+/// Distance of the knots, in diameters of the largest grain.
+const KNOTS: f64 = 1.5;
 
 /// Mean of w over all directions, over f Δx.
 const MEAN_WIDTH: f64 = 0.6;
@@ -25,39 +27,51 @@ const MEAN_WIDTH: f64 = 0.6;
 /// Largest solid fraction that is believed: random close packing.
 const PACKED: f64 = 0.64;
 
+/// End of a list of grains.
+const NONE: u32 = u32::MAX;
+
 /// Solid fraction about every grain.
 #[derive(Clone, Debug)]
 pub struct Pores<const D: usize> {
     start: [f64; D],
-    size: [f64; D],
-    /// Width that they are to have, m.
-    wanted: f64,
-    count: [usize; D],
+    length: [f64; D],
     periodic: [bool; D],
+    /// Distance of the knots, m.
+    knots: f64,
     /// Smallest cell of the grid, m.
     spacing: f64,
-    solid: Vec<f64>,
+    /// Cells in which grains are looked for, along each axis; none where there are no pores.
+    count: [usize; D],
+    /// First grain of each cell, and the next one in the cell of each grain.
+    first: Vec<u32>,
+    next: Vec<u32>,
+    /// Centres of all grains, and solid fractions about them.
+    centres: Vec<[f64; D]>,
+    fractions: Vec<f64>,
 }
-
-/// Cells and weights along one axis.
-type Shares = [(usize, f64); 2];
 
 impl<const D: usize> Pores<D> {
     /// For spheres in the box of `grid`. On an axis of symmetry there are no pores: φ is zero.
     pub fn new(grid: &Grid<D>, shapes: &[Shape]) -> Self {
         let largest = shapes.iter().map(|shape| shape.radius).fold(0.0, f64::max);
-        let length = |a: usize| grid.axes[a].length();
-        let count: [usize; D] =
-            std::array::from_fn(|a| ((length(a) / (2.0 * SIZE * largest)) as usize).clamp(1, grid.cells[a]));
-        let has_pores = grid.geometry == Geometry::Space;
+        let knots = 2.0 * KNOTS * largest;
+        let length: [f64; D] = std::array::from_fn(|a| grid.axes[a].length());
+        let count = length.map(|length| ((length / (2.0 * knots)) as usize).max(1));
+        let grains = if grid.geometry == Geometry::Space { shapes.len() } else { 0 };
+        // More cells than grains find nothing faster.
+        let most = ((8 * grains) as f64).powf(1.0 / D as f64).ceil().max(1.0) as usize;
+        let count = count.map(|count| count.min(most));
         Self {
             start: std::array::from_fn(|a| grid.axes[a].faces[0]),
-            size: std::array::from_fn(|a| length(a) / count[a] as f64),
-            wanted: 2.0 * SIZE * largest,
-            count,
+            length,
             periodic: std::array::from_fn(|a| grid.periodic(a)),
+            knots,
             spacing: grid.smallest_width(),
-            solid: vec![0.0; if has_pores { count.iter().product() } else { 0 }],
+            count,
+            first: vec![NONE; if grains > 0 { count.iter().product() } else { 0 }],
+            next: vec![NONE; grains],
+            centres: vec![[0.0; D]; grains],
+            fractions: vec![0.0; grains],
         }
     }
 
@@ -69,59 +83,102 @@ impl<const D: usize> Pores<D> {
         shapes: &mut [Shape],
         motions: &[Motion],
     ) {
-        self.solid.fill(0.0);
-        let volume: f64 = self.size.iter().product();
-        if !self.solid.is_empty() {
-            for (shape, motion) in shapes.iter().zip(motions) {
-                let at = self.shares(along_axes(geometry, motion.centre));
-                self.each_cell(&at, |solid, weight| *solid += weight * shape.volume / volume);
+        if !self.next.is_empty() {
+            self.sort(geometry, motions);
+            for grain in 0..shapes.len() {
+                self.fractions[grain] = self.fraction(grain, shapes);
             }
         }
-        for (shape, motion) in shapes.iter_mut().zip(motions) {
-            let mut fraction = 0.0;
-            if !self.solid.is_empty() {
-                let at = self.shares(along_axes(geometry, motion.centre));
-                self.each_cell(&at, |solid, weight| fraction += weight * *solid);
-                let others = (fraction - self.own(&at, shape)).max(0.0);
-                fraction = fraction.min(2.0 * others);
-            }
+        for (grain, shape) in shapes.iter_mut().enumerate() {
+            let fraction = self.fractions.get(grain).copied().unwrap_or(0.0);
             shape.mask_radius = shape.radius + excess(model.width, self.spacing, shape.radius, fraction);
         }
     }
 
-    /// The coarse cells about a place, along every axis. Beyond a wall there is none.
-    fn shares(&self, at: [f64; D]) -> [Shares; D] {
-        std::array::from_fn(|a| {
-            let (n, place) = (self.count[a] as isize, (at[a] - self.start[a]) / self.size[a] - 0.5);
-            let low = place.floor();
-            let part = place - low;
-            let cell =
-                |i: isize| (if self.periodic[a] { i.rem_euclid(n) } else { i.clamp(0, n - 1) }) as usize;
-            [(cell(low as isize), 1.0 - part), (cell(low as isize + 1), part)]
-        })
-    }
-
-    /// What a grain reads of itself; in a box of one coarse cell as in a wide one, on average.
-    fn own(&self, at: &[Shares; D], shape: &Shape) -> f64 {
-        let share = |a: usize| {
-            let [(_, low), (_, high)] = at[a];
-            if self.count[a] > 1 { (low * low + high * high) / self.size[a] } else { 2.0 / 3.0 / self.wanted }
-        };
-        (0..D).map(share).product::<f64>() * shape.volume
-    }
-
-    fn each_cell(&mut self, at: &[Shares; D], mut work: impl FnMut(&mut f64, f64)) {
-        for corner in 0..1 << D {
-            let (mut cell, mut weight, mut stride) = (0, 1.0, 1);
+    /// Puts every grain into its cell; those beyond a wall into the last one.
+    fn sort(&mut self, geometry: Geometry, motions: &[Motion]) {
+        self.first.fill(NONE);
+        for (grain, motion) in motions.iter().enumerate() {
+            let at: [f64; D] = along_axes(geometry, motion.centre);
+            let (mut cell, mut stride) = (0, 1);
             for a in 0..D {
-                let (i, share) = at[a][corner >> a & 1];
-                cell += i * stride;
-                weight *= share;
-                stride *= self.count[a];
+                let (n, from) = (self.count[a], (at[a] - self.start[a]) / self.length[a]);
+                let from = if self.periodic[a] { from - from.floor() } else { from };
+                self.centres[grain][a] = self.start[a] + from * self.length[a];
+                cell += stride * ((from * n as f64).max(0.0) as usize).min(n - 1);
+                stride *= n;
             }
-            work(&mut self.solid[cell], weight);
+            self.next[grain] = self.first[cell];
+            self.first[cell] = grain as u32;
         }
     }
+
+    /// Cells along axis `a` with all grains, or images of them, that can be near `at`; along a periodic axis they
+    /// are counted on beyond the box.
+    fn near(&self, a: usize, at: f64) -> RangeInclusive<isize> {
+        let n = self.count[a] as isize;
+        let cell = |x: f64| ((x - self.start[a]) / self.length[a] * n as f64).floor() as isize;
+        let (low, high) = (cell(at - 2.0 * self.knots), cell(at + 2.0 * self.knots));
+        if self.periodic[a] { low..=high } else { low.clamp(0, n - 1)..=high.clamp(0, n - 1) }
+    }
+
+    /// Solid fraction about a grain.
+    fn fraction(&self, grain: usize, shapes: &[Shape]) -> f64 {
+        let at = self.centres[grain];
+        let near: [RangeInclusive<isize>; D] = std::array::from_fn(|a| self.near(a, at[a]));
+        let mut others = 0.0;
+        let mut cell: [isize; D] = std::array::from_fn(|a| *near[a].start());
+        loop {
+            let (mut place, mut stride, mut shift) = (0, 1, [0.0; D]);
+            for a in 0..D {
+                let n = self.count[a] as isize;
+                place += stride * cell[a].rem_euclid(n) as usize;
+                stride *= n as usize;
+                shift[a] = cell[a].div_euclid(n) as f64 * self.length[a];
+            }
+            let mut other = self.first[place];
+            while other != NONE {
+                let number = other as usize;
+                if number != grain || shift != [0.0; D] {
+                    let distance = |a: usize| (self.centres[number][a] + shift[a] - at[a]) / self.knots;
+                    let weight: f64 = (0..D).map(|a| spline(distance(a))).product();
+                    others += weight * shapes[number].volume;
+                }
+                other = self.next[number];
+            }
+            // The next cell.
+            let Some(axis) = (0..D).find(|a| cell[*a] < *near[*a].end()) else { break };
+            cell[axis] += 1;
+            (0..axis).for_each(|a| cell[a] = *near[a].start());
+        }
+        let own = spline(0.0).powi(D as i32) * shapes[grain].volume;
+        let inside = |a: usize| {
+            let [low, high] = [0.0, self.length[a]].map(|end| (self.start[a] + end - at[a]) / self.knots);
+            if self.periodic[a] { 1.0 } else { below(high) - below(low) }
+        };
+        let volume: f64 = (0..D).map(|a| self.knots * inside(a)).product();
+        // A grain that has left the box is in no pore.
+        if volume > 0.0 { (own + others).min(2.0 * others) / volume } else { 0.0 }
+    }
+}
+
+/// Cubic B-spline with knots at −2, −1, 0, 1, 2.
+fn spline(x: f64) -> f64 {
+    match x.abs() {
+        x if x < 1.0 => 2.0 / 3.0 - x * x + 0.5 * x * x * x,
+        x if x < 2.0 => (2.0 - x).powi(3) / 6.0,
+        _ => 0.0,
+    }
+}
+
+/// Its integral from −∞ to `x`.
+fn below(x: f64) -> f64 {
+    let left = |x: f64| match x {
+        x if x <= -2.0 => 0.0,
+        x if x < -1.0 => (2.0 + x).powi(4) / 24.0,
+        x => 0.5 + 2.0 * x / 3.0 - x * x * x / 3.0 - x * x * x * x / 8.0,
+    };
+    if x <= 0.0 { left(x) } else { 1.0 - left(-x) }
 }
 
 /// δR of a sphere of radius `radius` in a packing of solid fraction `fraction`, m; `width`: the factor f.
@@ -130,4 +187,22 @@ pub fn excess(width: f64, spacing: f64, radius: f64, fraction: f64) -> f64 {
     let pore = 3.0 * fraction / (radius * (1.0 - fraction));
     let mean = MEAN_WIDTH * width * spacing;
     PI * PI / 12.0 * mean * mean * (1.0 / radius + pore) + spacing * spacing / 24.0 * pore
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_spline_is_one_in_sum_and_its_integral_its_own() {
+        for x in [-0.3, 0.0, 0.45, 0.99] {
+            let sum: f64 = (-3..=3).map(|k| spline(x + f64::from(k))).sum();
+            assert!((sum - 1.0).abs() < 1e-15, "{x}: {sum}");
+        }
+        for x in [-1.7, -1.0, -0.2, 0.0, 0.6, 1.0, 1.9] {
+            let rise = (below(x + 1e-5) - below(x - 1e-5)) / 2e-5;
+            assert!((rise - spline(x)).abs() < 1e-9, "{x}: {rise}");
+        }
+        assert_eq!([below(-2.0), below(0.0), below(2.0)], [0.0, 0.5, 1.0]);
+    }
 }

@@ -17,6 +17,7 @@ mod many;
 mod newton;
 mod output;
 mod planes;
+mod pores;
 mod ranks;
 mod restart;
 mod schemes;
