@@ -20,20 +20,27 @@ pub(crate) struct Speeds {
     pub(crate) grain: f64,
     /// Largest of two grains against each other, or of one against a wall at rest.
     pub(crate) approach: f64,
+    /// The largest, without what a drive leads the fluid to: what resists it is known least.
+    pub(crate) undriven: f64,
+    /// Largest of grains against each other or a wall that the scene itself gives them.
+    pub(crate) named_approach: f64,
 }
 
 impl Speeds {
     /// Of a scene.
     #[must_use]
     pub(crate) fn of(scene: &CheckedScene) -> Self {
-        let flow = flow(scene);
+        let named = named_flow(scene);
+        let flow = named.max(start(scene) + driven(scene));
         let falls = falls(scene).into_iter().fold(0.0, f64::max);
         let mut thrown: Vec<f64> = scene.grains.iter().map(thrown).collect();
         thrown.sort_by(|a, b| b.total_cmp(a));
         let fastest = thrown.first().copied().unwrap_or(0.0);
         let walls = scene.contact_walls().iter().map(|wall| norm(&wall.velocity)).fold(0.0, f64::max);
         let meeting = fastest + thrown.get(1).copied().unwrap_or(0.0).max(walls);
-        Self { flow, grain: fastest.max(falls), approach: meeting.max(falls) }
+        let grain = fastest.max(falls);
+        let undriven = named.max(grain);
+        Self { flow, grain, approach: meeting.max(falls), undriven, named_approach: meeting }
     }
 
     /// The largest.
@@ -49,7 +56,7 @@ fn thrown(grain: &Grain) -> f64 {
 }
 
 /// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity
-/// along periodic axes, m/s².
+/// along periodic axes, m/s². Where a flow rate is held, a mean pressure gradient balances them.
 #[must_use]
 pub(crate) fn drive(scene: &Scene) -> [f64; 3] {
     let Some(medium) = &scene.medium else { return [0.0; 3] };
@@ -60,15 +67,18 @@ pub(crate) fn drive(scene: &Scene) -> [f64; 3] {
     for axis in (0..scene.domain.dimensions()).filter(|axis| scene.domain.is_periodic(*axis)) {
         let component = scene.domain.geometry.component(axis);
         drive[component] += scene.gravity[component];
+        if medium.flow_rate.as_ref().is_some_and(|flow| flow.axis == scene.domain.geometry.axes()[axis]) {
+            drive[component] = 0.0;
+        }
     }
     drive
 }
 
-/// Largest speed of the fluid.
-fn flow(scene: &CheckedScene) -> f64 {
+/// Largest speed of the fluid at the start.
+fn start(scene: &CheckedScene) -> f64 {
     let Some(medium) = &scene.scene.medium else { return 0.0 };
     let domain = &scene.scene.domain;
-    let start = match &medium.initial {
+    match &medium.initial {
         // Only the fluid can look into another run; its first step and its bound `cfl` are of that speed.
         InitialVelocity::Rest | InitialVelocity::Run { .. } => 0.0,
         InitialVelocity::Uniform { velocity } => norm(velocity),
@@ -77,14 +87,20 @@ fn flow(scene: &CheckedScene) -> f64 {
             let axis = domain.geometry.axes().iter().position(|axis| axis == gradient).unwrap_or(0);
             rate.abs() * (domain.upper[axis] - origin).abs().max((domain.lower[axis] - origin).abs())
         }
-    };
+    }
+}
+
+/// Largest speed of the fluid that the scene names: at the start, at faces, and the mean that is held.
+fn named_flow(scene: &CheckedScene) -> f64 {
+    let Some(medium) = &scene.scene.medium else { return 0.0 };
+    let domain = &scene.scene.domain;
     let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis).map(|faces| (axis, faces)));
     let peak = |axis: usize, face: &Face| domain.peak_over_mean(axis, face) * norm(&face.velocity);
     let faces = faces.flat_map(|(axis, faces)| {
         [faces.lower.map_or(0.0, |lower| peak(axis, &lower)), peak(axis, &faces.upper)]
     });
     let held = medium.flow_rate.as_ref().map_or(0.0, |flow| flow.mean_velocity.abs());
-    faces.fold(start.max(held), f64::max).max(start + driven(scene))
+    faces.fold(start(scene).max(held), f64::max)
 }
 
 /// What a drive leads to: until the end without resistance, laminar between walls, or against held grains.

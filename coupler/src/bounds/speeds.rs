@@ -1,6 +1,6 @@
 //! What the speeds of a scene, known before it runs, do to the step and to contacts.
 
-use protocol::facts::{Measure, Side, SolverBound};
+use protocol::facts::{Level, Measure, Side, SolverBound};
 
 use super::bound::Bound;
 use super::facts::Facts;
@@ -20,8 +20,9 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
         "half a period of a linear spring, without its dashpot",
         "shorten dem.contact.contact_time, or stiffen the law",
     );
-    // A coupled run ends at this overlap; a DEM alone goes on.
-    bounds.push(if facts.fluid.is_some() { bound } else { bound.warning() });
+    // A coupled run ends at this overlap; a DEM alone goes on. What is estimated warns, and is watched.
+    let named = part * facts.speeds.named_approach > MOST_OVERLAP * speed;
+    bounds.push(if facts.fluid.is_some() && named { bound } else { bound.warning() });
 }
 
 /// U t_c/(π R) of the smallest free grain, where anything can touch.
@@ -33,7 +34,7 @@ pub(crate) fn largest_overlap(facts: &Facts<'_>) -> Option<f64> {
 }
 
 /// The solver's own bound on a fixed step knows the speeds that the scene names; those that follow from it
-/// count too.
+/// count too. What a drive leads to only warns: grains that resist it may hold the fluid far below.
 pub(super) fn with_speeds(bound: &SolverBound, facts: &Facts<'_>) -> SolverBound {
     let spacing = facts.fluid.map_or(0.0, |fluid| fluid.spacing);
     let factor = facts.speeds.largest() / spacing;
@@ -44,5 +45,8 @@ pub(super) fn with_speeds(bound: &SolverBound, facts: &Facts<'_>) -> SolverBound
         "the time scheme of the convection is unstable beyond it; U = {} m/s follows from the scene (settling, drive, fall)",
         Short(factor * spacing)
     );
-    SolverBound { factor, why, ..bound.clone() }
+    let without_drive = bound.factor.max(facts.speeds.undriven / spacing);
+    let holds = without_drive * facts.steps.measure(bound.measure) <= bound.limit;
+    let level = if holds { Level::Warn } else { bound.level };
+    SolverBound { factor, why, level, ..bound.clone() }
 }
