@@ -156,8 +156,8 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
 fn beside<'a>(numbers: &[Number], runs: &'a [Run]) -> Vec<&'a Run> {
     let first = |run: &Run| run.numbers.first().copied();
     let Some(number) = numbers.first() else { return runs.iter().collect() };
-    let (below, above) = numbers::neighbours(number.value, runs.iter().filter_map(first));
-    runs.iter().filter(|run| first(run).is_some_and(|value| (below..=above).contains(&value))).collect()
+    let range = numbers::beside(number.value, runs.iter().filter_map(first));
+    runs.iter().filter(|run| first(run).is_some_and(|value| range.contains(&value))).collect()
 }
 
 /// `2%`, `2 %` or `0.02` as 0.02.

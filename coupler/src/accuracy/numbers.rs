@@ -1,6 +1,7 @@
 //! Numbers that say how far a scene is from those that were charted.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use crate::number::Short;
 
@@ -66,12 +67,16 @@ pub(super) fn outside(numbers: &[Number], charted: &[Vec<f64>]) -> Vec<Outside> 
     numbers.iter().enumerate().filter_map(check).collect()
 }
 
-/// The charted values of the first number beside `value`: the largest below or at it and the smallest above
-/// or at it. What lies beyond the last has that one for both.
-pub(super) fn neighbours(value: f64, charted: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let below = charted.clone().filter(|c| *c <= value * (1.0 + LEEWAY)).fold(f64::NEG_INFINITY, f64::max);
-    let above = charted.filter(|c| *c >= value * (1.0 - LEEWAY)).fold(f64::INFINITY, f64::min);
-    (if below.is_finite() { below } else { above }, if above.is_finite() { above } else { below })
+/// Range that holds the charted values of the first number beside `value`: the largest below or at it, the
+/// smallest above or at it, and what is the same as either but for rounding. What lies beyond the last has
+/// that one alone.
+pub(super) fn beside(value: f64, charted: impl Iterator<Item = f64> + Clone) -> RangeInclusive<f64> {
+    let leeway = |value: f64| LEEWAY * value.abs();
+    let below = charted.clone().filter(|c| *c <= value + leeway(value)).fold(f64::NEG_INFINITY, f64::max);
+    let above = charted.filter(|c| *c >= value - leeway(value)).fold(f64::INFINITY, f64::min);
+    let below = if below.is_finite() { below } else { above };
+    let above = if above.is_finite() { above } else { below };
+    below.min(above) - leeway(below)..=above.max(below) + leeway(above)
 }
 
 #[cfg(test)]
@@ -94,12 +99,15 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_stand_on_both_sides() {
-        let charted = [10.0, 50.0, 200.0];
-        let of = |value| neighbours(value, charted.into_iter());
-        assert_eq!(
-            [of(20.0), of(50.0), of(5.0), of(300.0)],
-            [(10.0, 50.0), (50.0, 50.0), (10.0, 10.0), (200.0, 200.0)]
-        );
+    fn neighbours_stand_on_both_sides_and_with_all_that_equal_them_but_for_rounding() {
+        let charted = [10.0, 9.999_985, 50.0, 200.0, 200.000_1];
+        let of = |value| {
+            let range = beside(value, charted.into_iter());
+            charted.into_iter().filter(|c| range.contains(c)).collect::<Vec<_>>()
+        };
+        assert_eq!(of(20.0), [10.0, 9.999_985, 50.0]);
+        assert_eq!([of(50.0), of(50.5), of(49.5)], [[50.0], [50.0], [50.0]]);
+        assert_eq!([of(5.0), of(10.1), of(9.9), of(9.999_99)], [[10.0, 9.999_985]; 4].map(Vec::from));
+        assert_eq!([of(300.0), of(203.0), of(198.0), of(200.0)], [[200.0, 200.000_1]; 4].map(Vec::from));
     }
 }
