@@ -25,6 +25,9 @@ const LAYER: f64 = 0.02;
 /// Least St with a bounce at all, and the largest in which roughness is worth a word.
 const BOUNCES: [f64; 2] = [10.0, 200.0];
 
+/// Restitutions that differ by no more are the same.
+const SAME_RESTITUTION: f64 = 0.002;
+
 /// All of them.
 pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
     [
@@ -35,6 +38,7 @@ pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
         unbalanced_gravity(facts.scene),
         cells(facts.scene),
         roughness(facts),
+        restitution(facts),
     ]
     .into_iter()
     .flatten()
@@ -226,4 +230,20 @@ fn roughness(facts: &Facts<'_>) -> Option<String> {
         ROUGH[0],
         ROUGH[1],
     ))
+}
+
+/// A restitution that the form of the contact law does not give back: docs/equations.md (7).
+fn restitution(facts: &Facts<'_>) -> Option<String> {
+    let contact = facts.dem?.resolved.get("contact")?;
+    let asked = contact.get("restitution")?.as_float()?;
+    let r = -asked.ln() / std::f64::consts::PI;
+    let given = (-r * (std::f64::consts::PI - (2.0 * r).atan2(1.0 - r * r))).exp();
+    let printed = contact.get("form")?.as_str()? == "izard-2014";
+    (printed && (given - asked).abs() > SAME_RESTITUTION).then(|| {
+        format!(
+            "restitution: {asked} is asked for; dem.contact.form = \"izard-2014\", whose force is cut off where it would pull, \
+             gives back {:.3}; \"exact-restitution\" gives back {asked}",
+            given
+        )
+    })
 }

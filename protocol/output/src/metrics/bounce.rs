@@ -11,6 +11,9 @@ use crate::columns::Sample;
 /// Part of the run, at its end, over which "terminal" and "resting" are averaged.
 const TAIL: f64 = 0.1;
 
+/// A mean speed below this part of the largest before the first touch is no terminal speed: the grain rests.
+const RESTS: f64 = 1e-3;
+
 /// The definitions; [`MetricKind`] has them in words. `None` for kinds that are about no grain.
 pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
     let subject = Subject::of(scene, kind)?;
@@ -29,9 +32,14 @@ pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
         MetricKind::TerminalReynolds(_) => fed(
             tail,
             |now, sample, kept| kept.add(now.passage.speed, sample),
-            move |kept, _| {
+            move |kept, way| {
                 let (density, viscosity) = fluid()?;
-                plain(density * kept.value()? * diameter / viscosity)
+                let speed = kept.value()?;
+                require(
+                    way.terminal == 0.0 || speed >= RESTS * way.terminal,
+                    "the grain rests at the end of the run: end it before, or use `reynolds`, of its largest speed before the first touch",
+                )?;
+                plain(density * speed * diameter / viscosity)
             },
         ),
         MetricKind::Reynolds(_) => of_way(move |way| {
