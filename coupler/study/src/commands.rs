@@ -117,11 +117,12 @@ pub fn validate(cases: &[String], quick: bool, options: &Options) -> Result<(), 
     let (compared, page) = case::draw(&made, quick, &out)?;
     let path = out.join("validation.md");
     println!("{page}");
-    let case::Compared { checks, failed } = compared;
+    let case::Compared { checks, misses, failed } = compared;
     if failed > 0 {
         return Err(Failure::Run(format!("{failed} of {checks} checks failed; see {}", path.display())));
     }
-    println!("{checks} checks passed; {}", path.display());
+    let agree = checks - misses;
+    println!("{agree} of {checks} checks agree, {misses} miss as known, none differs; {}", path.display());
     Ok(())
 }
 

@@ -35,6 +35,8 @@ use page::{Case, Drawing};
 pub(crate) struct Compared {
     /// Values that were compared.
     pub(crate) checks: usize,
+    /// Those outside their tolerance by as much as is known.
+    pub(crate) misses: usize,
     /// Those that differ, or are missing.
     pub(crate) failed: usize,
 }
@@ -51,8 +53,10 @@ pub(crate) fn draw(all: &[Made<'_>], quick: bool, out: &Path) -> Result<(Compare
     let mut compared = Compared::default();
     for made in all {
         let rows = compare::lines(made);
-        compared.failed += rows.iter().filter(|row| row.comparison.is_failure()).count();
-        compared.checks += rows.iter().filter(|row| row.comparison != Comparison::Reported).count();
+        let count = |of: &dyn Fn(Comparison) -> bool| rows.iter().filter(|row| of(row.comparison)).count();
+        compared.failed += count(&Comparison::is_failure);
+        compared.misses += count(&|comparison| comparison == Comparison::Misses);
+        compared.checks += count(&|comparison| comparison != Comparison::Reported);
         let drawings = drawings(made)?;
         for drawing in &drawings {
             atomic_write(&figures.join(&drawing.file), drawing.svg.as_bytes())?;
