@@ -15,13 +15,14 @@ pub(crate) const MOST_OVERLAP: f64 = 0.1;
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let Some(part) = largest_overlap(facts) else { return };
     let speed = facts.speeds.approach;
+    let named = part * facts.speeds.named_approach > MOST_OVERLAP * speed;
+    let how = if named { "" } else { ", estimated from above," };
     let bound = Bound::new(OVERLAP, "U t_c/(π R)", part, Side::AtMost, MOST_OVERLAP).because(
-        format!("grains that meet at U = {} m/s sink so far into each other", Short(speed)),
+        format!("grains that meet at U = {} m/s{how} sink so far into each other", Short(speed)),
         "half a period of a linear spring, without its dashpot",
         "shorten dem.contact.contact_time, or stiffen the law",
     );
     // A coupled run ends at this overlap; a DEM alone goes on. What is estimated warns, and is watched.
-    let named = part * facts.speeds.named_approach > MOST_OVERLAP * speed;
     bounds.push(if facts.fluid.is_some() && named { bound } else { bound.warning() });
 }
 

@@ -8,7 +8,7 @@
 //! δR = (π²/12) w̄² (1/R + 1/r_h) + Δx²/(24 r_h),   w̄ = 0.6 f Δx
 //! ```
 //! φ is the solid fraction about the grain: the volumes of all grains, weighed with a cubic B-spline of the
-//! distance along each axis, 1.5 diameters of the largest grain between its knots, over the part of it that
+//! distance along each axis, two diameters of the largest grain between its knots, over the part of it that
 //! lies in the box. The grain's own share counts as far as others, or its own images, do as much: a grain
 //! alone is in no pore. Sums over pairs depend on distances alone, not on units, nor on where the box begins.
 
@@ -18,8 +18,9 @@ use crate::grid::{Geometry, Grid};
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
-/// Distance of the knots, in diameters of the largest grain.
-const KNOTS: f64 = 1.5;
+/// Distance of the knots, in diameters of the largest grain. With 2 the fraction of a cubic array is exact where
+/// spheres touch, and 1.3 % off at most down to φ = 0.06; with 1.5 it was 1.2 and up to 9 % off.
+const KNOTS: f64 = 2.0;
 
 /// Mean of w over all directions, over f Δx.
 const MEAN_WIDTH: f64 = 0.6;
