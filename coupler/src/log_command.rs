@@ -1,12 +1,13 @@
-//! `bedload log info | cat | repair`: reads a log without any solver.
+//! `bedload log info | cat | repair | thin`: reads a log without any solver.
 
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use protocol::log::{Entry, LogError, LogReader, Manifest, Message, repair as rewrite};
+use protocol::log::{self, Entry, LogError, LogReader, Manifest, Message, Repaired};
 use protocol::message::{Command, Header, Order, State, Status};
+use protocol::new_file::is_full;
 use protocol::participant::Role;
 use serde::Serialize;
 use serde_json::json;
@@ -31,6 +32,9 @@ impl From<LogCommandError> for Failure {
     fn from(error: LogCommandError) -> Self {
         match &error {
             LogCommandError::Usage(_) => Self::Input(error.to_string()),
+            LogCommandError::Log(LogError::File { source, .. }) if is_full(source) => {
+                Self::Full(error.to_string())
+            }
             LogCommandError::Log(
                 LogError::File { .. } | LogError::NotALog { .. } | LogError::Layout { .. },
             ) => Self::Input(error.to_string()),
@@ -38,7 +42,12 @@ impl From<LogCommandError> for Failure {
             LogCommandError::Print(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
                 Self::Passed(0)
             }
-            LogCommandError::Log(_) | LogCommandError::Print(_) => Self::Run(error.to_string()),
+            LogCommandError::Log(
+                LogError::Truncated { .. } | LogError::Damaged { .. } | LogError::Sequence { .. },
+            ) => Self::BreaksOff(error.to_string()),
+            LogCommandError::Log(error) => error.clone().into(),
+            LogCommandError::Print(source) if is_full(source) => Self::Full(error.to_string()),
+            LogCommandError::Print(_) => Self::Run(error.to_string()),
         }
     }
 }
@@ -114,16 +123,16 @@ impl Tally {
 /// `bedload log info LOG`: what is in it, and whether it is whole.
 ///
 /// # Errors
-/// [`LogCommandError`] if it is no log. A log that breaks off or is damaged is described as such,
-/// and is no error.
+/// [`LogCommandError`] if it is no log, if it breaks off or is damaged: then after all that can be read was
+/// told.
 pub fn info(path: &Path, out: &mut dyn Write) -> Result<(), LogCommandError> {
     let mut reader = LogReader::open_any(path)?;
     let mut tally = Tally::default();
-    let mut end = None;
+    let mut errors = Vec::new();
     for entry in reader.by_ref() {
         match entry {
             Ok(entry) => tally.add(&entry),
-            Err(error) => end = Some(error),
+            Err(error) => errors.push(error),
         }
     }
     writeln!(out, "{}", path.display())?;
@@ -133,13 +142,25 @@ pub fn info(path: &Path, out: &mut dyn Write) -> Result<(), LogCommandError> {
     let bytes = std::fs::metadata(path)?.len();
     let ratio = sizes.unpacked as f64 / sizes.packed.max(1) as f64;
     line(out, "size", &format!("{bytes} bytes, {} chunks, compressed {ratio:.1} : 1", sizes.chunks))?;
-    let state = match (&end, reader.is_complete()) {
-        (None, true) => "complete".to_owned(),
-        (None, false) => "complete file; the last window has not all its messages".to_owned(),
-        (Some(error), _) if error.is_truncation() => format!("truncated: {error}"),
-        (Some(error), _) => format!("damaged: {error}"),
-    };
-    line(out, "state", &state)
+    print_errors("state", &errors, out)?;
+    match errors.into_iter().next() {
+        None if reader.is_complete() => line(out, "state", "complete"),
+        None => line(out, "state", "complete file; the last window has not all its messages"),
+        Some(first) => Err(first.into()),
+    }
+}
+
+/// The first errors of a log, one a line.
+fn print_errors(name: &str, errors: &[LogError], out: &mut dyn Write) -> Result<(), LogCommandError> {
+    const MOST: usize = 8;
+    for error in errors.iter().take(MOST) {
+        let state = if error.is_truncation() { "truncated" } else { "damaged" };
+        line(out, name, &format!("{state}: {error}"))?;
+    }
+    match errors.len().saturating_sub(MOST) {
+        0 => Ok(()),
+        more => line(out, name, &format!("and {more} more places")),
+    }
 }
 
 fn line(out: &mut dyn Write, name: &str, value: &str) -> Result<(), LogCommandError> {
@@ -184,10 +205,20 @@ fn print_tally(tally: &Tally, out: &mut dyn Write) -> Result<(), LogCommandError
 /// `bedload log cat LOG`: one line per message, in order.
 ///
 /// # Errors
-/// [`LogCommandError`]: also if the log breaks off, after everything before was printed.
+/// [`LogCommandError`]: also if the log breaks off or is damaged, after everything else was printed.
 pub fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(), LogCommandError> {
+    let mut failure = None;
     for entry in LogReader::open_any(path)? {
-        let entry = entry?;
+        let entry = match entry {
+            Ok(entry) => entry,
+            Err(error) => {
+                // The last of them is what the command ends with.
+                if let Some(before) = failure.replace(error) {
+                    protocol::say!("{before}");
+                }
+                continue;
+            }
+        };
         if !is_wanted(&entry, options) {
             continue;
         }
@@ -196,7 +227,7 @@ pub fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(),
             false => writeln!(out, "{}", as_text(&entry))?,
         }
     }
-    Ok(())
+    failure.map_or(Ok(()), |error| Err(error.into()))
 }
 
 fn is_wanted(entry: &Entry, options: &CatOptions) -> bool {
@@ -293,24 +324,56 @@ fn as_json(entry: &Entry) -> Result<String, LogCommandError> {
 /// the log itself is replaced.
 ///
 /// # Errors
-/// [`LogCommandError`] if nothing can be read or the new file cannot be written.
+/// [`LogCommandError`] if `to` exists, nothing can be read or the new file cannot be written.
 pub fn repair(from: &Path, to: Option<&Path>, out: &mut dyn Write) -> Result<(), LogCommandError> {
+    to.map_or(Ok(()), is_new)?;
     let to = to.unwrap_or(from);
-    let report = rewrite(from, to)?;
+    let report = log::repair(from, to)?;
+    print_kept(to, &report, out)?;
+    let last = report.last_step.map_or("no step".to_owned(), |step| format!("step {step}"));
+    line(out, "last", &last)?;
+    if report.errors.is_empty() {
+        return line(out, "lost", "nothing: the log was whole");
+    }
+    line(out, "lost", &format!("{} of {} bytes", report.bytes_lost, report.bytes))?;
+    print_errors("because", &report.errors, out)
+}
+
+/// `bedload log thin LOG OUT --every N`: a log for viewers, with every `every`-th frame and no messages.
+///
+/// # Errors
+/// [`LogCommandError`] if `to` exists, the log has no frames or the new file cannot be written.
+pub fn thin(from: &Path, to: &Path, every: u64, out: &mut dyn Write) -> Result<(), LogCommandError> {
+    is_new(to)?;
+    let report = log::thin(from, to, every)?;
+    if report.kept.is_empty() {
+        std::fs::remove_file(to)?;
+        let from = from.display();
+        return Err(LogCommandError::Usage(format!(
+            "{from} holds no frame for viewers: nothing is left of it"
+        )));
+    }
+    print_kept(to, &report, out)?;
+    line(out, "size", &format!("{} bytes of {}", report.bytes_kept, report.bytes))?;
+    print_errors("damage", &report.errors, out)
+}
+
+fn is_new(to: &Path) -> Result<(), LogCommandError> {
+    if std::fs::symlink_metadata(to).is_err() {
+        return Ok(());
+    }
+    let to = to.display();
+    Err(LogCommandError::Usage(format!(
+        "{to} exists and is not overwritten: name another file, or remove it"
+    )))
+}
+
+fn print_kept(to: &Path, report: &Repaired, out: &mut dyn Write) -> Result<(), LogCommandError> {
     writeln!(out, "{}", to.display())?;
     for (topic, count) in &report.kept {
         line(out, "kept", &format!("{count:>8}  {topic}"))?;
     }
-    let last = report.last_step.map_or("no step".to_owned(), |step| format!("step {step}"));
-    line(out, "last", &last)?;
-    match &report.error {
-        None => line(out, "lost", "nothing: the log was whole"),
-        Some(error) => {
-            let (lost, bytes) = (report.bytes_lost, report.bytes);
-            line(out, "lost", &format!("{lost} of {bytes} bytes at the end"))?;
-            line(out, "because", &error.to_string())
-        }
-    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -376,11 +439,54 @@ mod tests {
         }
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() - 20]).unwrap();
-        assert!(printed(|out| info(&path, out)).contains("state        truncated: "));
+        let mut text = Vec::new();
+        let error = info(&path, &mut text).expect_err("it breaks off");
+        assert_eq!(Failure::from(error).exit_code(), 6);
+        assert!(String::from_utf8(text).unwrap().contains("state        truncated: "));
         let text = printed(|out| repair(&path, None, out));
         assert!(text.contains("lost") && text.contains("4  bedload/loads"), "{text}");
         assert!(printed(|out| info(&path, out)).contains("state        complete"));
         std::fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn a_full_disk_is_no_room() {
+        let path = log("full.mcap");
+        let failure = Failure::from(repair(&path, None, &mut NoRoom).expect_err("it takes nothing"));
+        assert_eq!(failure.exit_code(), 5);
+        assert!(!failure.to_string().contains("--resume"), "{failure}");
+        let source = std::sync::Arc::new(std::io::Error::from(std::io::ErrorKind::StorageFull));
+        let error = LogError::File { file: String::new(), action: "write", source };
+        assert_eq!(Failure::from(LogCommandError::from(error)).exit_code(), 5);
+        std::fs::remove_file(path).unwrap();
+    }
+
+    /// A terminal or pipe whose other end is a full disk.
+    struct NoRoom;
+
+    impl Write for NoRoom {
+        fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
+            Err(std::io::ErrorKind::StorageFull.into())
+        }
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_file_that_exists_is_not_overwritten() {
+        let (path, to) = (log("source.mcap"), log("precious.mcap"));
+        std::fs::write(&to, "precious").unwrap();
+        for run in [repair(&path, Some(&to), &mut Vec::new()), thin(&path, &to, 1, &mut Vec::new())] {
+            let failure = Failure::from(run.expect_err("it exists"));
+            assert!(failure.to_string().contains("name another file"), "{failure}");
+            assert_eq!(failure.exit_code(), 2);
+        }
+        assert_eq!(std::fs::read(&to).unwrap(), b"precious");
+        std::fs::remove_file(&to).unwrap();
+        let text = printed(|out| thin(&path, &to, 2, out));
+        assert!(text.contains("2  viewer/points") && !text.contains("bedload/loads"), "{text}");
+        [path, to].iter().for_each(|path| std::fs::remove_file(path).unwrap());
     }
 
     #[test]

@@ -6,7 +6,7 @@ use protocol::facts::DemFacts;
 use crate::bounds::{Facts, largest_overlap};
 use crate::keys;
 use crate::number::{Short, norm};
-use crate::speeds::{drive, volume};
+use crate::speeds::{drive, volume, weight};
 
 /// Overlap over radius that is hardly felt: a contact time that allows no more is shorter than it need be.
 const LITTLE: f64 = 0.01;
@@ -39,6 +39,8 @@ pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
         cells(facts.scene),
         roughness(facts),
         restitution(facts),
+        moving_walls(facts.scene),
+        leaving(facts.scene),
     ]
     .into_iter()
     .flatten()
@@ -170,6 +172,57 @@ fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
         Short(whole.abs() * until),
         Short(balance)
     ))
+}
+
+/// Walls that move through a fluid, which does not see them.
+fn moving_walls(scene: &CheckedScene) -> Option<String> {
+    scene.scene.medium.as_ref()?;
+    let wall = scene.scene.walls.iter().position(|wall| norm(&wall.velocity) > 0.0)?;
+    Some(format!(
+        "walls[{wall}] moves at {} m/s: grains touch it, the fluid does not see it and flows through; a face \
+         of the box moves along itself with both, domain.boundary, and a body that moves a fluid is a grain \
+         with motion = \"prescribed\"",
+        Short(norm(&scene.scene.walls[wall].velocity))
+    ))
+}
+
+/// A free grain whose weight or buoyancy leads to a face that no grain touches.
+fn leaving(scene: &CheckedScene) -> Option<String> {
+    let domain = &scene.scene.domain;
+    let walls = scene.contact_walls();
+    (0..domain.dimensions()).find_map(|axis| {
+        let faces = domain.boundary(axis).filter(|_| !domain.is_periodic(axis))?;
+        let component = domain.geometry.component(axis);
+        let leads_to = |down: f64| {
+            let is_led = |grain: &&Grain| weight(scene, grain, component) * down > 0.0;
+            let grain = scene.grains[..scene.present()].iter().find(is_led)?;
+            let face = if down > 0.0 { Some(faces.upper) } else { faces.lower }?;
+            let stops = walls.iter().any(|wall| wall.normal[component] * down < 0.0);
+            let name = ["x", "y", "z"][component];
+            let side = if down > 0.0 { "upper" } else { "lower" };
+            let way = if grain.density > scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density) {
+                "weight"
+            } else {
+                "buoyancy"
+            };
+            (!face.contact && !face.kind.is_open() && !stops).then(|| {
+                format!(
+                    "{way} leads grains to the {side} face of {name}, which is {} and no wall to them: they \
+                     leave the box there; {name}_{side} = {{ type = \"{}\", contact = true }} stops them",
+                    face_name(face.kind),
+                    face_name(face.kind)
+                )
+            })
+        };
+        [-1.0, 1.0].into_iter().find_map(leads_to)
+    })
+}
+
+fn face_name(kind: WallKind) -> &'static str {
+    match kind {
+        WallKind::NoSlip => "no-slip",
+        _ => "free-slip",
+    }
 }
 
 /// Cells that are no cubes.

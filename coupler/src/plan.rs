@@ -1,8 +1,10 @@
 //! The plan of a run: who takes part, every time step, every bound, and what it will cost.
 
 use bedload_output::{Observer, Sides};
+use bedload_program::log_bytes;
 use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
+use protocol::participant::Role;
 use protocol::scheme::{Scheme, SchemeKey};
 use serde::Serialize;
 
@@ -45,6 +47,16 @@ impl Participants {
         }
     }
 
+    /// The solver that runs alone; none where both take part.
+    #[must_use]
+    pub fn alone(self) -> Option<Role> {
+        match self {
+            Self::Coupled => None,
+            Self::Fluid => Some(Role::Fluid),
+            Self::Dem => Some(Role::Dem),
+        }
+    }
+
     /// Does a fluid take part?
     #[must_use]
     pub fn has_fluid(self) -> bool {
@@ -71,6 +83,8 @@ pub struct Plan {
     pub grains: usize,
     /// Memory of the solvers, estimated, bytes.
     pub memory: u64,
+    /// Size of `exchange.mcap`, estimated, bytes before compression.
+    pub log: u64,
     /// Time steps.
     #[serde(flatten)]
     pub steps: TimeSteps,
@@ -204,6 +218,7 @@ impl Plan {
             cells: fluid.map_or(0, |fluid| fluid.cells),
             grains: scene.grains.len(),
             memory: fluid.map_or(0, |fluid| fluid.memory) + dem.map_or(0, |dem| dem.memory),
+            log: log_bytes(participants.alone(), scene.grains.len(), windows * attempts) as u64,
             steps,
             dt_dem_target,
             adaptive,
@@ -270,6 +285,8 @@ impl Plan {
             "unknown".into()
         };
         lines.push(line("cost", cost));
+        let log = self.log as f64 / f64::from(1 << 20);
+        lines.push(line("log", format!("up to {} MiB before compression (--no-record: none)", Short(log))));
         lines
     }
 }

@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use bedload_output::{in_full, resolved_scene};
@@ -435,8 +436,12 @@ fn ask(command: &[String], arguments: &[OsString], limit: Duration) -> std::io::
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()?;
-    let stdout = child.stdout.take().map(|pipe| std::thread::spawn(move || read_all(pipe)));
-    let stderr = child.stderr.take().map(|pipe| std::thread::spawn(move || read_all(pipe)));
+    let (stdout, stderr) = (read_all(child.stdout.take()), read_all(child.stderr.take()));
+    if stdout.is_err() || stderr.is_err() {
+        child.kill()?;
+        child.wait()?;
+    }
+    let (stdout, stderr) = (stdout?, stderr?);
     let start = Instant::now();
     let status = loop {
         if let Some(status) = child.try_wait()? {
@@ -449,9 +454,7 @@ fn ask(command: &[String], arguments: &[OsString], limit: Duration) -> std::io::
         }
         std::thread::sleep(Duration::from_millis(1));
     };
-    let text = |thread: Option<std::thread::JoinHandle<String>>| {
-        thread.and_then(|thread| thread.join().ok()).unwrap_or_default()
-    };
+    let text = |thread: JoinHandle<String>| thread.join().unwrap_or_default();
     let (stdout, mut stderr) = (text(stdout), text(stderr));
     if status.is_none() {
         stderr += &format!("no answer within {} s", limit.as_secs_f64());
@@ -459,11 +462,14 @@ fn ask(command: &[String], arguments: &[OsString], limit: Duration) -> std::io::
     Ok(Answer { code: status.and_then(|status| status.code()), stdout, stderr })
 }
 
-fn read_all(mut pipe: impl Read) -> String {
-    let mut bytes = Vec::new();
-    // What was read before an error is still worth showing.
-    let _ = pipe.read_to_end(&mut bytes);
-    String::from_utf8_lossy(&bytes).into_owned()
+/// Reads a pipe to its end in a thread of its own.
+fn read_all(pipe: Option<impl Read + Send + 'static>) -> std::io::Result<JoinHandle<String>> {
+    std::thread::Builder::new().spawn(move || {
+        let mut bytes = Vec::new();
+        // What was read before an error is still worth showing.
+        let _ = pipe.map(|mut pipe| pipe.read_to_end(&mut bytes));
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
 }
 
 #[cfg(test)]

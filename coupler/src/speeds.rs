@@ -1,6 +1,8 @@
 //! The speeds that follow from a scene before it runs: what it names, and what its forces lead to. Each is
 //! an estimate from above, the least of what resistance, room and time allow.
 
+use std::collections::HashMap;
+
 use bedload_scene::{CheckedScene, Face, Freedom, Geometry, Grain, InitialVelocity, Motion, Scene, Shape};
 
 use crate::number::norm;
@@ -214,7 +216,7 @@ fn falls(scene: &CheckedScene) -> Vec<f64> {
 }
 
 /// Gravity less buoyancy along an axis, over the grain's mass; none where the grain is held.
-fn weight(scene: &CheckedScene, grain: &Grain, component: usize) -> f64 {
+pub(crate) fn weight(scene: &CheckedScene, grain: &Grain, component: usize) -> f64 {
     let freedom = [Freedom::X, Freedom::Y, Freedom::Z][component];
     if !grain.is_free(freedom, scene.scene.domain.geometry) {
         return 0.0;
@@ -223,11 +225,21 @@ fn weight(scene: &CheckedScene, grain: &Grain, component: usize) -> f64 {
     scene.scene.gravity[component] * (1.0 - floats)
 }
 
+/// Cell of a grain across an axis, by the other two coordinates.
+fn column(grain: &Grain, axis: usize, cell: f64) -> [i64; 2] {
+    let across = [(axis + 1) % 3, (axis + 2) % 3];
+    across.map(|component| (grain.position[component] / cell).floor() as i64)
+}
+
 /// What a grain may fall onto.
 struct Below<'a> {
     scene: &'a CheckedScene,
     /// Coordinates of free grains along each axis, ascending, with the volume up to each.
     filled: [Vec<(f64, f64)>; 3],
+    /// Held grains by their column along each axis: cells of the other two coordinates.
+    held: [HashMap<[i64; 2], Vec<&'a Grain>>; 3],
+    /// Side of a cell, m: no two grains reach farther.
+    cell: f64,
 }
 
 impl<'a> Below<'a> {
@@ -244,19 +256,28 @@ impl<'a> Below<'a> {
             });
             places
         });
-        Self { scene, filled }
+        let cell = 2.0 * scene.grains.iter().map(|grain| grain.radius).fold(f64::MIN_POSITIVE, f64::max);
+        let mut held: [HashMap<_, Vec<_>>; 3] = Default::default();
+        for grain in scene.grains.iter().filter(|grain| grain.motion != Motion::Free) {
+            for (component, columns) in held.iter_mut().enumerate() {
+                columns.entry(column(grain, component, cell)).or_default().push(grain);
+            }
+        }
+        Self { scene, filled, held, cell }
     }
 
     /// Way down to the next held grain that is in the way.
     fn held(&self, grain: &Grain, component: usize, down: f64) -> f64 {
-        let way = |held: &Grain| {
+        let way = |held: &&Grain| {
             let reach = grain.radius + held.radius;
             let aside =
                 (0..3).filter(|c| *c != component).map(|c| (grain.position[c] - held.position[c]).powi(2));
             let ahead = down * (held.position[component] - grain.position[component]);
             (ahead > 0.0 && aside.sum::<f64>() < reach * reach).then_some((ahead - reach).max(0.0))
         };
-        let held = self.scene.grains.iter().filter(|other| other.motion != Motion::Free);
+        let [a, b] = column(grain, component, self.cell);
+        let near = (0..9).map(|n| [a.saturating_add(n / 3 - 1), b.saturating_add(n % 3 - 1)]);
+        let held = near.filter_map(|column| self.held[component].get(&column)).flatten();
         held.filter_map(way).fold(f64::INFINITY, f64::min)
     }
 
@@ -342,5 +363,27 @@ mod tests {
         let held = format!("{channel}{medium}{GRAIN}motion = \"fixed\"\n");
         let alone = speed_under(0.5 * 128.0, Shape::Sphere, 1.0, 1.0);
         assert!(speed(&held) <= alone && speed(&held) > 0.0);
+    }
+
+    #[test]
+    fn held_grains_are_found_by_their_columns() {
+        let at = |x: f64, y: f64, z: f64, motion: &str| {
+            format!(
+                "[[grains]]\nposition = [{x}, {y}, {z}]\nradius = 0.3\ndensity = 3.0\nmotion = \"{motion}\"\n"
+            )
+        };
+        let held = (0..12).map(|n| at(0.3 + 0.3 * f64::from(n), 1.9 - 0.1 * f64::from(n % 3), 1.0, "fixed"));
+        let free = (0..5).map(|n| at(0.4 + 0.75 * f64::from(n), 1.6, 6.0, "free"));
+        let scene = scene(&(CLOSED.to_owned() + &held.chain(free).collect::<String>()));
+        let below = Below::new(&scene);
+        for grain in scene.grains.iter().filter(|grain| grain.motion == Motion::Free) {
+            let held = scene.grains.iter().filter(|grain| grain.motion != Motion::Free);
+            let aside = |other: &&Grain| {
+                let [x, y] = [0, 1].map(|c| grain.position[c] - other.position[c]);
+                x.hypot(y) < 0.6
+            };
+            let ways = held.filter(aside).map(|other| 6.0 - other.position[2] - 0.6);
+            assert_eq!(below.held(grain, 2, -1.0), ways.fold(f64::INFINITY, f64::min));
+        }
     }
 }

@@ -122,16 +122,18 @@ impl Supervisor {
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         }
         let mut child = command.spawn()?;
+        let stderr = child.stderr.take();
         let kept: Arc<Mutex<VecDeque<String>>> = Arc::default();
-        if let Some(stderr) = child.stderr.take() {
-            let kept = kept.clone();
-            let say = words == StderrMode::Kept;
-            std::thread::spawn(move || keep_words(role, BufReader::new(stderr), &kept, say));
-        }
         let child = Arc::new(Mutex::new(child));
-        let (theirs, exits) = (child.clone(), self.exits.clone());
-        std::thread::spawn(move || await_exit(role, &theirs, &exits));
-        self.children.push(Watched { role, child, words: kept });
+        // Watched from here on: where a thread cannot be started, the child ends with the supervisor.
+        self.children.push(Watched { role, child: child.clone(), words: kept.clone() });
+        if let Some(stderr) = stderr {
+            let say = words == StderrMode::Kept;
+            std::thread::Builder::new()
+                .spawn(move || keep_words(role, BufReader::new(stderr), &kept, say))?;
+        }
+        let exits = self.exits.clone();
+        std::thread::Builder::new().spawn(move || await_exit(role, &child, &exits))?;
         Ok(())
     }
 

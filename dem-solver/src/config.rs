@@ -186,6 +186,9 @@ fn refusal(scene: &CheckedScene, fault: &SpecError) -> SceneError {
         SpecError::Model { quantity, .. } => {
             (format!("dem.contact.{quantity}"), "give a value in that range")
         }
+        SpecError::Period { .. } if scene.scene.medium.is_none() => {
+            ("domain.upper".to_owned(), "make the box longer, or the grains smaller")
+        }
         SpecError::Period { .. } => {
             ("domain.upper".to_owned(), "make the box longer, or dem.lubrication.cut_off smaller")
         }

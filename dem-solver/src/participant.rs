@@ -250,14 +250,16 @@ impl Participant for DemParticipant {
         }
         if let Some(fault) = report.first_non_finite {
             return Err(SolverError::Failed(format!(
-                "{fault} in window {} (t = {} s): reduce [dem] dt, or see whether the loads are finite",
+                "{fault} in window {} (t = {} s): shorten dem.contact.contact_time, or see whether the loads \
+                 are finite",
                 window.step, window.time
             )));
         }
         if let Some(i) = report.lost {
             let (x, v) = (self.dem.grains.position[i], self.dem.grains.velocity[i]);
             return Err(SolverError::Failed(format!(
-                "grain {i} left through a wall in window {} (t = {} s): it is at {:?} m with {:?} m/s; reduce [dem] dt",
+                "grain {i} left through a wall in window {} (t = {} s): it is at {:?} m with {:?} m/s; the \
+                 contact is too soft for that speed: shorten dem.contact.contact_time, or stiffen the law",
                 window.step,
                 window.time + window.dt,
                 <[f64; 3]>::from(x),

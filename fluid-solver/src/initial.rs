@@ -115,7 +115,7 @@ fn scene_of(folder: &Path) -> Result<(CheckedScene, Vec<String>), String> {
         return Err("is no folder; allowed: the output folder of a run".into());
     }
     let path = folder.join("scene.toml");
-    let text = std::fs::read_to_string(&path)
+    let text = protocol::input_file::read_text(&path)
         .map_err(|error| format!("holds no scene.toml that can be read ({error})"))?;
     let unread = |error: &dyn std::fmt::Display| format!("has a scene.toml that cannot be read: {error}");
     let mut table: toml::Table = toml::from_str(&text).map_err(|error| unread(&error))?;

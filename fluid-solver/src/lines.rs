@@ -82,7 +82,7 @@ pub fn of(scene: &CheckedScene) -> Result<Vec<Line>, SceneError> {
             let remedy = "give a CSV file with a header; paths count from the scene's folder";
             scene.source.error(&format!("metrics[{index}].file"), what, remedy)
         };
-        let text = std::fs::read_to_string(file)
+        let text = protocol::input_file::read_text(file)
             .map_err(|error| refuse(format!("is {}, which cannot be read: {error}", file.display())))?;
         let rows = points(&text, letter, column)
             .map_err(|what| refuse(format!("is {}, which {what}", file.display())))?;

@@ -175,7 +175,7 @@ pub struct Payload {
 impl Payload {
     /// Checks the frame and stands at the payload's beginning.
     fn open(path: PathBuf) -> Result<Self, SolverError> {
-        let file = File::open(&path);
+        let file = crate::input_file::open(&path);
         let file = file.map_err(|source| SolverError::File { path: path.display().to_string(), source })?;
         let mut payload =
             Self { path, file: BufReader::with_capacity(CHUNK, file), left: 0, digest: [0; 32] };

@@ -78,6 +78,8 @@ pub struct DemFacts {
 impl DemFacts {
     /// Fewest sub-steps in a contact time: at 10 the restitution is 1 % off, at 5 three, at 2 wrong.
     pub const LEAST_CONTACT_STEPS: f64 = 10.0;
+    /// Largest overlap over radius: beyond it a soft contact is no contact any more.
+    pub const MOST_OVERLAP: f64 = 0.1;
 }
 
 /// What a broken bound does.

@@ -19,6 +19,7 @@ pub mod channel;
 pub mod checkpoint;
 pub mod checkpoints;
 pub mod facts;
+pub mod input_file;
 pub mod log;
 pub mod memory;
 pub mod message;

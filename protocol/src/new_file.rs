@@ -31,6 +31,60 @@ pub fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
     written
 }
 
+/// A file that this process alone makes longer. Where somebody has cut it short or written to it meanwhile,
+/// the next write fails: what is written behind a hole is no use to anybody.
+#[derive(Debug)]
+pub struct OwnFile {
+    file: File,
+    bytes: u64,
+}
+
+impl OwnFile {
+    /// Over a file that holds so many bytes, and is written behind them.
+    #[must_use]
+    pub fn new(file: File, bytes: u64) -> Self {
+        Self { file, bytes }
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn file(&self) -> &File {
+        &self.file
+    }
+
+    /// Whether the file still has the length that this process gave it; a device has none.
+    ///
+    /// # Errors
+    /// The system's; [`io::ErrorKind::InvalidData`] if it has another.
+    pub fn check(&self) -> io::Result<()> {
+        let data = self.file.metadata()?;
+        if !data.is_file() || data.len() == self.bytes {
+            return Ok(());
+        }
+        let what = format!(
+            "it has {} bytes, where {} were written: somebody changed it while the run wrote it; start \
+             the run again, and leave its files alone",
+            data.len(),
+            self.bytes
+        );
+        Err(io::Error::new(io::ErrorKind::InvalidData, what))
+    }
+}
+
+impl io::Write for OwnFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.check()?;
+        let count = self.file.write(bytes)?;
+        self.bytes += count as u64;
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.check()?;
+        self.file.flush()
+    }
+}
+
 /// Is there no room for what was to be written: a full disk, a quota, a limit of the file's size?
 #[must_use]
 pub fn is_full(error: &io::Error) -> bool {
@@ -41,6 +95,25 @@ pub fn is_full(error: &io::Error) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_that_somebody_cuts_short_is_not_written_on() {
+        use io::Write;
+        let path = std::env::temp_dir().join(format!("bedload-own-file-{}", std::process::id()));
+        let mut own = OwnFile::new(new_file(&path).expect("a file"), 0);
+        own.write_all(b"first").expect("written");
+        own.flush().expect("whole");
+        File::options().write(true).open(&path).expect("there").set_len(2).expect("cut");
+        for error in [own.write_all(b"second").expect_err("cut"), own.flush().expect_err("cut")] {
+            assert!(error.to_string().contains("2 bytes, where 5 were written"), "{error}");
+        }
+        assert_eq!(std::fs::read(&path).expect("read"), b"fi");
+        std::fs::remove_file(&path).expect("removed");
+        // A device has no length.
+        OwnFile::new(new_file(Path::new("/dev/null")).expect("a device"), 0)
+            .write_all(b"x")
+            .expect("written");
+    }
 
     #[test]
     fn a_link_is_replaced_and_not_followed() {

@@ -18,8 +18,8 @@ use study::{commands, evidence};
 /// Grains in a flow: fluid and DEM solvers coupled.
 ///
 /// Exit codes: 0 done; 1 a run failed or a comparison differs; 2 bad input or a broken bound; 3 a
-/// solver died or timed out; 4 the run was unstable; 5 no room on the disk; 6 the log
-/// of a replay breaks off; 130 interrupted (checkpoint and log are in order).
+/// solver died or timed out; 4 the run was unstable; 5 no room on the disk; 6 a
+/// log breaks off or is damaged; 130 interrupted (checkpoint and log are in order).
 #[derive(Debug, Parser)]
 #[command(name = "bedload", version, propagate_version = true)]
 struct Arguments {
@@ -233,12 +233,22 @@ enum LogWord {
         #[arg(long)]
         json: bool,
     },
-    /// Rewrite a log that breaks off, complete and indexed
+    /// Rewrite a log that breaks off or is damaged, complete and indexed
     Repair {
         /// Log (MCAP)
         log: PathBuf,
         /// New log; by default the log itself is replaced
         out: Option<PathBuf>,
+    },
+    /// Write a small log for viewers: some of the frames, and none of the messages that a replay needs
+    Thin {
+        /// Log (MCAP)
+        log: PathBuf,
+        /// New log
+        out: PathBuf,
+        /// Keep every N-th frame
+        #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        every: u64,
     },
 }
 
@@ -284,7 +294,7 @@ impl Format {
 /// The whole program.
 #[must_use]
 pub(crate) fn main() -> ExitCode {
-    bedload_program::end_at_closed_pipe();
+    bedload_program::end_where_nothing_is_printed();
     bedload_program::fail_at_file_limit();
     match dispatch(Arguments::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
@@ -317,6 +327,7 @@ fn log(word: &LogWord) -> Result<(), LogCommandError> {
             log_command::cat(log, &options, &mut out)
         }
         LogWord::Repair { log, out: to } => log_command::repair(log, to.as_deref(), &mut out),
+        LogWord::Thin { log, out: to, every } => log_command::thin(log, to, *every, &mut out),
     }
 }
 

@@ -1,14 +1,14 @@
 //! What the speeds of a scene, known before it runs, do to the step and to contacts.
 
-use protocol::facts::{Level, Measure, Side, SolverBound};
+use protocol::facts::{DemFacts, Level, Measure, Side, SolverBound};
 
 use super::bound::Bound;
 use super::facts::Facts;
 use super::names::{CFL, OVERLAP};
 use crate::number::Short;
 
-/// Overlap over radius beyond which a soft contact is no contact any more.
-pub(crate) const MOST_OVERLAP: f64 = 0.1;
+/// Largest overlap over radius.
+pub(crate) const MOST_OVERLAP: f64 = DemFacts::MOST_OVERLAP;
 
 /// Two equal grains of a linear spring that meet at U overlap by U t_c/π at most, whatever their mass: half a
 /// period of the spring. A dashpot makes it less.

@@ -63,7 +63,7 @@ pub fn film(film: &Film) -> Result<PathBuf, Failure> {
         Ok::<_, Failure>(frame.values())
     }))?;
     let frames = folder.root().join("film");
-    std::fs::create_dir_all(&frames).map_err(|error| cannot(&frames, &error))?;
+    super::folder::make(&frames)?;
     remove_old(&frames);
     let path = folder.root().join("film.gif");
     let mut gif: Option<gif::Encoder<Vec<u8>>> = None;

@@ -7,6 +7,7 @@ use bedload_output::{Claim, atomic_write, points};
 use bedload_scene::SceneSource;
 
 use coupler::failure::Failure;
+use protocol::new_file::is_full;
 
 /// The file of the study, beside the table.
 pub(super) const SCENE: &str = "scene.toml";
@@ -31,7 +32,7 @@ pub(super) fn make(folder: &Path) -> Result<(), Failure> {
 
 /// Text of a file.
 pub(super) fn read(path: &Path) -> Result<String, Failure> {
-    std::fs::read_to_string(path).map_err(cannot("read", path))
+    protocol::input_file::read_text(path).map_err(cannot("read", path))
 }
 
 /// Two columns of a CSV file.
@@ -41,7 +42,10 @@ pub(super) fn columns(path: &Path, x: &str, y: &str) -> Result<Vec<(f64, f64)>, 
 
 /// An error of the system at a path.
 pub(super) fn cannot(action: &str, path: &Path) -> impl FnOnce(io::Error) -> Failure {
-    move |error| Failure::Input(format!("cannot {action} {}: {error}", path.display()))
+    move |error| {
+        let what = format!("cannot {action} {}: {error}", path.display());
+        if is_full(&error) { Failure::Full(what) } else { Failure::Input(what) }
+    }
 }
 
 /// A file that does not hold what it should.

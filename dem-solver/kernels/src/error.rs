@@ -43,7 +43,8 @@ pub enum SpecError {
     },
     /// Two images of one pair would be in reach at once.
     #[error(
-        "period {length} along axis {axis} is shorter than {least}, twice the reach of a pair (two radii and the film's cut-off); lengthen the period or shorten the cut-off"
+        "period {length} along axis {axis} is shorter than {least}, twice the reach of a pair (two radii, and how far \
+         its forces act beyond them); lengthen the period"
     )]
     Period {
         /// Axis, 0 to 2.

@@ -356,3 +356,21 @@ fn retired_names_of_insertions_and_rough_walls_are_refused_with_the_new_ones() {
         assert!(error.key.starts_with(old) && error.remedy.contains(new), "{error}");
     }
 }
+
+#[test]
+fn a_fault_names_its_own_cause() {
+    let out = folder("causes");
+    let pair = "[[grains]]\nposition = [0.25, 0.5, 1.0]\nradius = 0.2\ndensity = 1000.0\n\
+                [[grains]]\nposition = [0.25, 0.5, 2.0]\nradius = 0.2\ndensity = 1000.0\n";
+    let narrow = BOX.replace("upper = [1.0", "upper = [0.5").replace("x = \"no-slip\"", "x = \"periodic\"");
+    let error = DemParticipant::new(&read(&format!("{narrow}{pair}")).expect("reads"), &out).err();
+    let error = error.expect("images of a pair");
+    assert!(!format!("{error} {}", error.remedy).contains("cut"), "a dry scene has no film: {error:?}");
+    let fast = pair.replace("radius", "velocity = [0.0, 0.0, -400.0]\nradius");
+    let soft = BOX.replace("contact_time = 0.002", "contact_time = 0.2");
+    let mut run = Run::new(&read(&format!("{soft}{fast}")).expect("reads"), &out);
+    let window = Window { step: 0, attempt: 0, time: 0.0, dt: 0.01, substeps: 100, output: false };
+    let error = run.solver.advance(&window, &mut run.exchange).expect_err("through the floor").to_string();
+    assert!(error.contains("dem.contact.contact_time") && !error.contains("[dem] dt"), "{error}");
+    std::fs::remove_dir_all(out).expect("removes");
+}

@@ -1,6 +1,7 @@
 //! One process at a time writes into a folder.
 
-use std::fs::{File, TryLockError};
+use std::fs::{File, Metadata, TryLockError};
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
 use crate::error::OutputError;
@@ -12,7 +13,7 @@ use crate::error::OutputError;
 /// Bedload's processes only. Where the file system knows no locks there is none.
 #[derive(Debug)]
 pub struct Claim {
-    _folder: Option<File>,
+    folder: Option<File>,
 }
 
 impl Claim {
@@ -21,11 +22,23 @@ impl Claim {
     /// # Errors
     /// [`OutputError::InUse`] if another process, or another claim of this one, holds it.
     pub fn of(folder: &Path) -> Result<Self, OutputError> {
-        let Ok(file) = File::open(folder) else { return Ok(Self { _folder: None }) };
+        let Ok(file) = File::open(folder) else { return Ok(Self { folder: None }) };
         match file.try_lock() {
-            Ok(()) => Ok(Self { _folder: Some(file) }),
+            Ok(()) => Ok(Self { folder: Some(file) }),
             Err(TryLockError::WouldBlock) => Err(OutputError::InUse(folder.to_owned())),
-            Err(TryLockError::Error(_)) => Ok(Self { _folder: None }),
+            // Without a lock it still tells which folder was claimed.
+            Err(TryLockError::Error(_)) => Ok(Self { folder: Some(file) }),
+        }
+    }
+
+    /// Is the claimed folder still the one at `path`?
+    pub(crate) fn is_at(&self, path: &Path) -> bool {
+        let identity = |data: Metadata| (data.dev(), data.ino());
+        let ours = self.folder.as_ref().map(|folder| folder.metadata().map(identity));
+        match (ours, std::fs::metadata(path).map(identity)) {
+            (Some(Ok(ours)), Ok(there)) => ours == there,
+            (None, _) => true,
+            _ => false,
         }
     }
 }

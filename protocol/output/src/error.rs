@@ -58,8 +58,8 @@ pub enum OutputError {
         name: String,
     },
     /// A file went away under the run.
-    #[error("{} was removed, or another put in its place, while the run wrote it: start the run again, and leave its \
-             folder alone", .0.display())]
+    #[error("{} was removed, or another put in its place, while the run wrote it: nothing \
+             more was written; start the run again, and leave its folder alone", .0.display())]
     Gone(PathBuf),
     /// The folder is no run's.
     #[error("{} is no output folder of a run: name one", .0.display())]

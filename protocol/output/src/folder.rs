@@ -68,7 +68,7 @@ const CHECKPOINT_NAMES: [&str; 4] = ["fluid", "dem", "coupler", "loop"];
 pub struct OutputFolder {
     root: PathBuf,
     /// Held as long as a run writes there.
-    _claim: Option<Arc<Claim>>,
+    claim: Option<Arc<Claim>>,
 }
 
 impl OutputFolder {
@@ -109,12 +109,24 @@ impl OutputFolder {
         }
     }
 
+    /// Does the folder that this process claimed still stand at its path? Where another was put there, such
+    /// as a link into a folder of somebody else's, nothing may be written.
+    ///
+    /// # Errors
+    /// [`OutputError::Gone`].
+    pub fn check_place(&self) -> Result<(), OutputError> {
+        match &self.claim {
+            Some(claim) if !claim.is_at(&self.root) => Err(OutputError::Gone(self.root.clone())),
+            _ => Ok(()),
+        }
+    }
+
     /// Opens the folder of an earlier run, to read it or to add to it.
     ///
     /// # Errors
     /// [`OutputError::NoRun`] if there is none.
     pub fn open(root: &Path) -> Result<Self, OutputError> {
-        let folder = Self { root: root.to_owned(), _claim: None };
+        let folder = Self { root: root.to_owned(), claim: None };
         folder.require_marker().map_err(|_| OutputError::NoRun(root.to_owned()))?;
         for path in [folder.fields(), folder.checkpoint()] {
             fs::create_dir_all(&path).map_err(OutputError::file("make the folder", &path))?;
@@ -135,7 +147,7 @@ impl OutputFolder {
     }
 
     fn claimed(root: &Path) -> Result<Self, OutputError> {
-        Ok(Self { root: root.to_owned(), _claim: Some(Arc::new(Claim::of(root)?)) })
+        Ok(Self { root: root.to_owned(), claim: Some(Arc::new(Claim::of(root)?)) })
     }
 
     /// Writes `scene.toml` with every default written out; sections that are not given stay as
@@ -185,7 +197,7 @@ impl OutputFolder {
     #[must_use]
     pub fn is_finished(&self) -> bool {
         // Of whatever version wrote it: only its status counts.
-        let text = fs::read_to_string(self.summary()).unwrap_or_default();
+        let text = protocol::input_file::read_text(&self.summary()).unwrap_or_default();
         let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
         summary["status"] == "completed"
     }
@@ -193,7 +205,7 @@ impl OutputFolder {
     /// Did it come to its end, and does the scene ask for no later one?
     #[must_use]
     pub fn is_finished_to(&self, until: f64) -> bool {
-        let text = fs::read_to_string(self.scene()).unwrap_or_default();
+        let text = protocol::input_file::read_text(&self.scene()).unwrap_or_default();
         let old: toml::Table = toml::from_str(&text).unwrap_or_default();
         let end = old
             .get("until")
@@ -216,7 +228,8 @@ impl OutputFolder {
     }
 
     fn require_marker(&self) -> Result<(), OutputError> {
-        let ours = fs::read(self.scene()).is_ok_and(|bytes| bytes.starts_with(MARKER.as_bytes()));
+        let ours =
+            protocol::input_file::read(&self.scene()).is_ok_and(|bytes| bytes.starts_with(MARKER.as_bytes()));
         if ours {
             return Ok(());
         }
@@ -403,11 +416,26 @@ mod tests {
     }
 
     #[test]
+    fn a_folder_that_another_took_the_place_of_is_known() {
+        let outer = std::env::temp_dir().join(format!("bedload-place-{}", std::process::id()));
+        let (root, moved) = (outer.join("out"), outer.join("moved"));
+        fs::create_dir_all(&root).unwrap();
+        let folder = OutputFolder::claimed(&root).unwrap();
+        folder.check_place().unwrap();
+        fs::rename(&root, &moved).unwrap();
+        assert!(matches!(folder.check_place(), Err(OutputError::Gone(_))));
+        fs::create_dir_all(outer.join("other")).unwrap();
+        std::os::unix::fs::symlink(outer.join("other"), &root).unwrap();
+        assert!(matches!(folder.check_place(), Err(OutputError::Gone(_))));
+        fs::remove_dir_all(outer).unwrap();
+    }
+
+    #[test]
     fn no_name_leads_out_of_the_folder() {
         let outer = std::env::temp_dir().join(format!("bedload-inside-{}", std::process::id()));
         let root = outer.join("out");
         fs::create_dir_all(root.join("fields")).unwrap();
-        let folder = OutputFolder { root, _claim: None };
+        let folder = OutputFolder { root, claim: None };
         let away = outer.join("away.csv").display().to_string();
         for name in ["../away.csv", "fields/../../away.csv", &away, "..", "", ".csv", "fields/u.csv"] {
             for written in [folder.write(name, b"x"), folder.write_field(name, b"x")] {

@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use protocol::new_file::new_file;
+use protocol::new_file::{OwnFile, new_file};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -51,7 +51,7 @@ impl SeriesWriter {
     /// [`OutputError::File`].
     pub fn create(path: &Path, names: &[String], every: f64) -> Result<Self, OutputError> {
         let file = new_file(path).map_err(OutputError::file("write", path))?;
-        let mut writer = Self::over(path, Counted::new(file), every, 0);
+        let mut writer = Self::over(path, Counted::new(OwnFile::new(file, 0)), every, 0);
         header(names)
             .and_then(|line| writer.file.write_all(&line))
             .map_err(OutputError::file("write", path))?;
@@ -72,7 +72,8 @@ impl SeriesWriter {
             .map_err(OutputError::file("resume", path))?;
         let wrong = |what: String| OutputError::Content { path: path.to_owned(), what };
         let first = header(names).map_err(OutputError::file("read", path))?;
-        let mut counted = Counted::new(file.try_clone().map_err(OutputError::file("resume", path))?);
+        let again = file.try_clone().map_err(OutputError::file("resume", path))?;
+        let mut counted = Counted::new(OwnFile::new(again, mark.bytes));
         let begins =
             counted.take_over(&mut file, mark.bytes, &first).map_err(OutputError::file("read", path))?;
         if !begins {
@@ -147,7 +148,7 @@ impl SeriesWriter {
     pub fn mark(&mut self) -> Result<SeriesMark, OutputError> {
         self.flush()?;
         let counted = self.file.get_ref();
-        counted.file.sync_data().map_err(OutputError::file("write", &self.path))?;
+        counted.file.file().sync_data().map_err(OutputError::file("write", &self.path))?;
         let (bytes, rows, digest) = (counted.bytes, counted.rows, counted.digest());
         Ok(SeriesMark { bytes, rows, digest, last: self.last })
     }
@@ -179,14 +180,14 @@ fn header(names: &[String]) -> std::io::Result<Vec<u8>> {
 /// The file, with the count and digest of what went into it.
 #[derive(Debug)]
 struct Counted {
-    file: File,
+    file: OwnFile,
     bytes: u64,
     rows: u64,
     digest: Sha256,
 }
 
 impl Counted {
-    fn new(file: File) -> Self {
+    fn new(file: OwnFile) -> Self {
         Self { file, bytes: 0, rows: 0, digest: Sha256::new() }
     }
 
@@ -219,7 +220,7 @@ impl Counted {
     fn is_at(&self, path: &Path) -> bool {
         use std::os::unix::fs::MetadataExt;
         let identity = |data: std::fs::Metadata| (data.dev(), data.ino());
-        match (std::fs::metadata(path), self.file.metadata()) {
+        match (std::fs::metadata(path), self.file.file().metadata()) {
             (Ok(there), Ok(ours)) => identity(there) == identity(ours),
             _ => false,
         }
@@ -259,7 +260,7 @@ impl Series {
     /// # Errors
     /// [`OutputError`] with the line that does not fit.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
-        let text = std::fs::read_to_string(path).map_err(OutputError::file("read", path))?;
+        let text = protocol::input_file::read_text(path).map_err(OutputError::file("read", path))?;
         Self::parse(&text).map_err(|what| OutputError::Content { path: path.to_owned(), what })
     }
 

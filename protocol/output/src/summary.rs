@@ -260,7 +260,7 @@ impl Summary {
     /// # Errors
     /// [`OutputError`] if it is missing or not a summary.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
-        let text = std::fs::read_to_string(path).map_err(OutputError::file("read", path))?;
+        let text = protocol::input_file::read_text(path).map_err(OutputError::file("read", path))?;
         serde_json::from_str(&text).map_err(|error| OutputError::Content {
             path: path.to_owned(),
             what: format!("not a summary of this version: {error}; run the scene again"),

@@ -10,8 +10,9 @@ use crate::disk::fail_at_file_limit;
 use crate::failure::Failure;
 use crate::options::RunOptions;
 use crate::orphan::end_with_parent;
-use crate::pipe::end_at_closed_pipe;
+use crate::printing::end_where_nothing_is_printed;
 use crate::solver::Solver;
+use crate::threads::with_threads;
 use crate::{alone, replay, serve};
 
 #[derive(Parser)]
@@ -75,7 +76,7 @@ where
     S: Solver,
     S::Incoming: Wire<Answer = S::Outgoing>,
 {
-    end_at_closed_pipe();
+    end_where_nothing_is_printed();
     fail_at_file_limit();
     let command = arguments(S::PROGRAM, S::ABOUT).command;
     match bedload_vectors::check().map_err(Failure::Input).and_then(|()| dispatch::<S>(command)) {
@@ -121,7 +122,8 @@ where
 
 fn check<S: Solver>(options: &RunOptions, json: bool) -> Result<(), Failure> {
     let scene = options.read_scene()?;
-    let facts = S::facts(&scene)?;
+    // The facts are measured by the kernels, which work in a pool.
+    let facts = with_threads(options.threads(), || S::facts(&scene))??;
     if json {
         let text = serde_json::to_string(&facts).map_err(|error| Failure::Run(error.to_string()))?;
         println!("{text}");

@@ -28,9 +28,9 @@ pub enum Failure {
     #[error("{0}")]
     Peer(String),
     /// No room for a file: a full disk, a quota, a limit.
-    #[error("{0}; make room: --resume then goes on from the last checkpoint, where there is one")]
+    #[error("{0}; make room, and do it again")]
     Full(String),
-    /// The log of a replay breaks off; all that is there was replayed.
+    /// A log breaks off or is damaged; all that is there was read or replayed.
     #[error("{0}")]
     BreaksOff(String),
     /// Ctrl-C or SIGTERM; checkpoint and log are in order.

@@ -20,13 +20,16 @@ impl Interrupts {
         let mut signals = signal_hook::iterator::Signals::new([SIGHUP, SIGINT, SIGTERM])
             .map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
         let shared = count.clone();
-        std::thread::spawn(move || {
+        let listener = move || {
             for _ in signals.forever() {
                 if shared.fetch_add(1, Ordering::SeqCst) + 1 >= last {
                     std::process::exit(130);
                 }
             }
-        });
+        };
+        std::thread::Builder::new()
+            .spawn(listener)
+            .map_err(|error| Failure::Run(format!("cannot start a thread for signals: {error}")))?;
         Ok(Self(count))
     }
 

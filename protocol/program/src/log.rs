@@ -1,7 +1,7 @@
 //! The log of a run, in parts: `exchange.mcap`, and `exchange.<n>.mcap` for each resume.
 
 use bedload_output::OutputError;
-use protocol::log::{LogError, Manifest, Recorder, RecorderOptions};
+use protocol::log::{FRAMES, LogError, MOST_SPHERES, Manifest, Recorder, RecorderOptions};
 use protocol::message::{Command, Kinematics, Loads};
 use protocol::participant::{Role, Window};
 
@@ -15,6 +15,32 @@ const MOST_BYTES: f64 = 256e6;
 
 /// Bytes of one message of a solver alone; beyond that nothing is recorded.
 const MOST_MESSAGE: usize = 16 << 20;
+
+/// Bytes of the rest of a window, coupled (orders, headers, both answers) and alone.
+const WINDOW: [f64; 2] = [1700.0, 200.0];
+/// Bytes of a grain in a frame for viewers: a sphere, while they are drawn, and a point.
+const FRAME: [f64; 2] = [140.0, 32.0];
+
+/// Size of the log of a run of so many windows, bytes, before compression; of few grains it packs to an
+/// eighth, of many hardly. `alone` is the solver that runs alone.
+#[must_use]
+pub fn log_bytes(alone: Option<Role>, grains: usize, windows: f64) -> f64 {
+    let (loads, kinematics) = (size_of::<Loads>(), size_of::<Kinematics>());
+    let (record, most) = match alone {
+        None => (loads + kinematics, f64::INFINITY),
+        Some(Role::Fluid) => (loads, MOST_BYTES),
+        Some(Role::Dem) => (kinematics, MOST_BYTES),
+    };
+    let bytes = (record * grains) as f64;
+    if alone.is_some() && (grains == 0 || record * grains > MOST_MESSAGE) {
+        return 0.0;
+    }
+    let messages = if bytes > 0.0 { windows.min((most / bytes).ceil()) } else { 0.0 };
+    let spheres = if grains <= MOST_SPHERES { FRAME[0] } else { 0.0 };
+    let frames = if alone == Some(Role::Fluid) { 0.0 } else { messages.min(FRAMES) };
+    let rest = windows * WINDOW[usize::from(alone.is_some())];
+    messages * bytes + rest + frames * grains as f64 * (spheres + FRAME[1])
+}
 
 /// The log of a run under way.
 pub(crate) struct Log {
@@ -64,7 +90,7 @@ impl Log {
     ) -> Result<Option<Self>, Failure> {
         let (scene, folder) = (job.scene, job.folder);
         let path = folder.scene();
-        let text = std::fs::read_to_string(&path)
+        let text = protocol::input_file::read_text(&path)
             .map_err(OutputError::file("read the scene for the log,", &path))?;
         let radii: Vec<f64> = scene.grains.iter().map(|grain| grain.radius).collect();
         let (grains, until) = (radii.len(), scene.scene.until);
@@ -143,6 +169,15 @@ mod tests {
         let window =
             |step: u64| Window { step, attempt: 0, time: step as f64 * dt, dt, substeps: 1, output: false };
         (0..windows).filter(|step| due.is_due(&window(*step))).count()
+    }
+
+    #[test]
+    fn the_size_of_a_log_is_known_before_the_run() {
+        // 300 grains, 0.6 s in windows of 0.2 ms: 72 kB a window.
+        let size = log_bytes(None, 300, 3000.0);
+        assert!((2.4e8..3.0e8).contains(&size), "{size}");
+        assert!((2.56e8..3.2e8).contains(&log_bytes(Some(Role::Dem), 10_000, 1e4)));
+        assert_eq!(log_bytes(Some(Role::Dem), 1_000_000, 1e4), 0.0);
     }
 
     #[test]

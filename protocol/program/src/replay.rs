@@ -353,6 +353,10 @@ pub(crate) fn command<S: Solver>(
 ) -> Result<(), Failure> {
     let interrupts = Interrupts::listen(2)?;
     let reader = LogReader::open(log)?;
+    if reader.manifest().scene.is_empty() {
+        let what = "its scene was lost by damage, so it drives no solver; `bedload log cat` reads it";
+        return Err(Failure::Input(format!("{}: {what}", log.display())));
+    }
     let name = format!("{} (its scene)", log.display());
     let mut scene = CheckedScene::new(SceneSource { file: name, text: reader.manifest().scene.clone() })?;
     let alone = !(reader.manifest().has(Role::Fluid) && reader.manifest().has(Role::Dem));
@@ -381,6 +385,10 @@ pub(crate) fn command<S: Solver>(
     }
     match &report.truncated {
         Some(cut) => Err(Failure::BreaksOff(breaks_off(&report, cut, verify))),
+        None if report.windows == 0 => {
+            let what = "it holds no window to do again; a log of `log thin` has frames for viewers alone";
+            Err(Failure::Input(format!("{}: {what}", log.display())))
+        }
         None => Ok(()),
     }
 }

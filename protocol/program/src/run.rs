@@ -82,6 +82,10 @@ pub fn run<S: Setup>(job: &Job<'_>, setup: &S) -> Result<(), Failure> {
     }
     let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free).count();
     summary.set_unit_costs(free as u64);
+    if let Err(gone) = folder.check_place() {
+        // What stands at its path now is none of this run's business, nor is a checkpoint in it.
+        return outcome.and(Err(gone.into()));
+    }
     let failed = matches!(outcome, Err(Failure::Run(_) | Failure::Unstable(_)));
     let outcome = summarise(folder, &mut summary, outcome);
     setup.summarised(folder.root());
@@ -93,6 +97,11 @@ pub fn run<S: Setup>(job: &Job<'_>, setup: &S) -> Result<(), Failure> {
                 protocol::say!("{program}: no checkpoint of the step before the failure: {failure}");
             }
         }
+    }
+    if let Err(Failure::Full(_)) = outcome
+        && checkpoint::latest::<<S::Schedule as Schedule>::State>(folder, &scene.state_sha256()).is_ok()
+    {
+        protocol::say!("{}: --resume goes on from the last checkpoint, once there is room", job.program);
     }
     outcome
 }

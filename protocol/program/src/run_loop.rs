@@ -175,6 +175,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
     fn checkpoint(&mut self) -> Result<(), Failure> {
         let Some(output) = &mut self.output else { return Ok(()) };
         let step = self.schedule.step();
+        output.job.folder.check_place()?;
         self.link.checkpoint(step, self.schedule.time())?;
         let cost = output.cost(&self.link);
         let state = LoopState { observer: output.observer.state()?, cost, schedule: self.schedule.state() };

@@ -19,7 +19,7 @@ pub trait Solver: Participant<Incoming: Logged, Outgoing: Logged> + Send + Sized
     /// What it is, for `--help`.
     const ABOUT: &'static str;
     /// What it tells the coupler before a run.
-    type Facts: serde::Serialize + Sync;
+    type Facts: serde::Serialize + Send + Sync;
 
     /// Facts of a scene, without building the solver.
     ///

@@ -100,7 +100,8 @@ fn ignored(table: &Table) -> Result<Vec<String>, String> {
 /// The grains of the file, and the names of its columns that are not read.
 pub(crate) fn read(from: &GrainFile) -> Result<(Vec<Grain>, Vec<String>), String> {
     let path = from.file.as_path();
-    let bytes = std::fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    let bytes = protocol::input_file::read(path)
+        .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let text = String::from_utf8(bytes)
         .map_err(|_| format!("{} is not text: a CSV file is needed", path.display()))?;
     let told = |what: String| format!("{} {what}", path.display());
@@ -166,7 +167,19 @@ impl Columns {
         let value = |column: usize| {
             let finite = number(row, column).filter(|value| value.is_finite());
             let (text, name) = (row.get(column).unwrap_or(""), &table.columns[column]);
-            finite.ok_or_else(|| format!("`{text}` in column {name} is not a finite number"))
+            finite.ok_or_else(|| {
+                let with_e = text.replace(['d', 'D'], "e");
+                let hint = match with_e.parse::<f64>() {
+                    Ok(_) => format!(": write the exponent with e, {with_e}"),
+                    Err(_) => String::new(),
+                };
+                format!("`{text}` in column {name} is not a finite number{hint}")
+            })
+        };
+        let positive = |column: usize| {
+            let (x, name) = (value(column)?, &table.columns[column]);
+            let wrong = || format!("column {name} is {x}; allowed: a finite number > 0");
+            if x > 0.0 { Ok(x) } else { Err(wrong()) }
         };
         let or_zero = |column: Option<usize>| column.map_or(Ok(0.0), value);
         let motion = match self.motion.map(|column| row.get(column).unwrap_or("")) {
@@ -180,7 +193,7 @@ impl Columns {
             velocity: vector(self.velocity)?,
             spin: vector(self.spin)?,
             motion,
-            ..Grain::at([value(x)?, value(y)?, value(z)?], value(radius)?, value(density)?)
+            ..Grain::at([value(x)?, value(y)?, value(z)?], positive(radius)?, positive(density)?)
         })
     }
 }
@@ -230,6 +243,22 @@ mod tests {
         let why = read_text("surplus", "x,y,z,radius,density\n1,1,1,0.5,2\n1,1,3,0.5,2,7\n").unwrap_err();
         assert!(why.contains(".csv:3: `7` in column 6 is past the last column, 5"), "{why}");
         assert!(read_text("blank", "x,y,z,radius,density\n1,1,1,0.5,2,\n").is_ok());
+    }
+
+    #[test]
+    fn a_number_that_cannot_be_is_named_with_its_row() {
+        let rows = |radius: &str| format!("x,y,z,radius,density\n1,1,1,0.5,2\n1,1,3,{radius},2\n");
+        for (radius, words) in [
+            ("0", ".csv:3: column radius is 0; allowed: a finite number > 0"),
+            (
+                "2.0D-02",
+                ".csv:3: `2.0D-02` in column radius is not a finite number: write the exponent with e, \
+                 2.0e-02",
+            ),
+        ] {
+            let why = read_text("numbers", &rows(radius)).expect_err(radius);
+            assert!(why.contains(words), "{why}");
+        }
     }
 
     #[test]

@@ -3,14 +3,48 @@
 use crate::domain::{Domain, Geometry};
 use crate::error::SceneError;
 use crate::grain_table;
-use crate::grains::{Freedom, Grain, Group, Shape};
+use crate::grains::{Freedom, Grain, GrainFile, Group, Motion, Shape};
 use crate::insertions::{self, Inserted};
 use crate::random::SplitMix64;
 use crate::shared::Scene;
 use crate::source::SceneSource;
 
 /// More grains than this are refused before anything is made for them: their messages alone would fill 2 GB.
-pub(crate) const MOST_GRAINS: usize = 10_000_000;
+const MOST_GRAINS: usize = 10_000_000;
+
+/// What is wrong with so many grains in all, asked before anything is made for them: more than
+/// [`MOST_GRAINS`], or than the memory that is left can hold.
+pub(crate) fn too_many(grains: f64) -> Option<String> {
+    if grains > MOST_GRAINS as f64 {
+        return Some(format!("asks for more than {MOST_GRAINS} grains in all"));
+    }
+    // Small numbers need no look at the system. As they are laid out, a list that grows is there twice.
+    let bytes = grains * (2 * size_of::<Grain>()) as f64;
+    let left = (bytes > 1e8).then(protocol::memory::available).flatten()?;
+    (bytes > left.bytes as f64).then(|| {
+        format!(
+            "asks for {grains} grains in all, which take {:.1} GB before the run; {:.1} GB are left ({})",
+            bytes / 1e9,
+            left.bytes as f64 / 1e9,
+            left.source
+        )
+    })
+}
+
+/// Copies of a table that lie in each other: each that is kept meets its own copy.
+fn meet(from: &GrainFile, once: &[Grain]) -> Option<String> {
+    let shift = from.shift.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let is_kept = |grain: &Grain| grain.position[2] + from.shift[2].max(0.0) + grain.radius <= from.below;
+    let meets = |grain: &Grain| {
+        grain.motion == Motion::Free && is_kept(grain) && 2.0 * grain.radius - shift > 0.01 * grain.radius
+    };
+    let row = once.iter().position(meets).filter(|_| from.copies > 1)?;
+    Some(format!(
+        "is {:?}: each copy lies in the one before it, {shift} m beside it, such as grain {row} of radius \
+         {} m",
+        from.shift, once[row].radius
+    ))
+}
 
 /// Every grain of the scene in message order: `grains`, `grain_files`, `rough_walls`, `groups`, and, in
 /// order of their times, `insertions`. `notes` gains what is to be known of it.
@@ -26,8 +60,9 @@ pub(crate) fn lay_out(
             source.error(
                 &format!("grain_files[{index}].file"),
                 why,
-                "give a CSV file with the header x,y,z,radius,density[,vx,vy,vz][,wx,wy,wz][,motion] and one row per grain; paths count \
-                 from the scene's folder",
+                "mend what is named; a table is a CSV file with the header \
+                 x,y,z,radius,density[,vx,vy,vz][,wx,wy,wz][,motion] and one row per grain, and its path \
+                 counts from the scene's folder",
             )
         })?;
         if !ignored.is_empty() {
@@ -38,17 +73,17 @@ pub(crate) fn lay_out(
                 grain_table::READ.join(", ")
             ));
         }
-        let count = once.len().checked_mul(from.copies).and_then(|count| count.checked_add(grains.len()));
-        if count.is_none_or(|count| count > MOST_GRAINS) {
+        let count = once.len() as f64 * from.copies as f64 + grains.len() as f64;
+        if let Some(why) = too_many(count) {
             return Err(source.error(
                 &format!("grain_files[{index}].copies"),
-                format!(
-                    "is {}: with {} grains in the file more than {MOST_GRAINS} in all",
-                    from.copies,
-                    once.len()
-                ),
+                format!("is {}: with {} grains in the file it {why}", from.copies, once.len()),
                 "lay it fewer times",
             ));
+        }
+        if let Some(why) = meet(from, &once) {
+            let remedy = "shift it by the size of the packing at least, or lay it once";
+            return Err(source.error(&format!("grain_files[{index}].shift"), why, remedy));
         }
         grains.extend(grain_table::copies(from, &once));
     }

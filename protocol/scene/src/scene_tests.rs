@@ -155,3 +155,75 @@ fn a_metric_whose_name_becomes_a_file_has_the_name_of_one() {
     // A name that is only a label may be any text.
     assert!(scene("V_C/V_T", "kind = \"final\"\ncolumn = \"dt\"").is_ok());
 }
+
+/// A scene in a box of 4 × 4 × 4, periodic along x and y.
+fn boxed(more: &str) -> Result<CheckedScene, SceneError> {
+    let text = format!(
+        "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [4, 4, 4]\n\
+         cells = [16, 16, 16]\nboundary = {{ x = \"periodic\", y = \"periodic\", z = \"no-slip\" }}\n{more}"
+    );
+    CheckedScene::new(SceneSource { file: "s.toml".into(), text })
+}
+
+fn grains(places: &[[f64; 3]]) -> String {
+    places
+        .iter()
+        .map(|place| format!("[[grains]]\nposition = {place:?}\nradius = 0.5\ndensity = 2.0\n"))
+        .collect()
+}
+
+#[test]
+fn a_run_goes_on_from_the_overlaps_that_another_may_have_ended_with() {
+    let apart = |overlap: f64| grains(&[[2.0, 2.0, 1.0], [2.0, 2.0, 2.0 - overlap]]);
+    let sunk = |overlap: f64| grains(&[[2.0, 2.0, 0.5 - overlap]]);
+    let state = "[dem]\ninitial_state = \"out\"\n";
+    let fluid = "[medium]\ndensity = 1.0\nviscosity = 0.1\n";
+    let force = "[coupling]\nforce = [\"overlap\"]\n";
+    for scene in [apart, sunk] as [fn(f64) -> String; 2] {
+        let error = boxed(&scene(0.02)).unwrap_err();
+        assert!(error.message.contains("allowed: 1 % of R"), "{error}");
+        assert!(error.remedy.contains("dem.initial_state"), "{}", error.remedy);
+        assert!(boxed(&format!("{}{state}", scene(0.04))).is_ok());
+        assert!(boxed(&format!("{}{state}{fluid}", scene(0.04))).is_ok());
+        let deep = scene(0.1);
+        assert!(boxed(&format!("{deep}{state}")).is_ok(), "a dry run goes on with any overlap");
+        let error = boxed(&format!("{deep}{state}{fluid}")).unwrap_err();
+        assert!(error.message.contains("10 % of the largest radius"), "{error}");
+        assert!(boxed(&format!("{deep}{state}{fluid}{force}")).is_ok());
+    }
+    assert!(boxed(&format!("{}{state}", apart(0.9))).is_err(), "one lies in the other");
+}
+
+#[test]
+fn beyond_a_periodic_face_the_image_in_the_box_is_named() {
+    let error = boxed(&grains(&[[-0.25, 2.0, 2.0]])).unwrap_err();
+    assert!(error.remedy.contains("x is periodic") && error.remedy.contains("x = 3.75"), "{}", error.remedy);
+    let error = boxed(&grains(&[[2.0, 2.0, 4.25]])).unwrap_err();
+    assert!(error.remedy.contains("enlarge [domain]"), "{}", error.remedy);
+}
+
+#[test]
+fn counts_are_bounded_together_and_before_anything_is_made() {
+    let bed = |name: &str, count: usize, more: &str| {
+        format!(
+            "[[{name}]]\ncount = {count}\nlower = [0, 0, 0]\nupper = [4, 4, 4]\nradius = 0.001\n\
+             density = 1.0\nseed = 1\n{more}"
+        )
+    };
+    let inserted = bed("insertions", 6_000_000, "rate = 1.0\n");
+    let error = boxed(&format!("{}{inserted}", bed("groups", 6_000_000, ""))).unwrap_err();
+    assert_eq!(error.key, "insertions");
+    assert!(error.message.contains("10000000 grains in all"), "{error}");
+    let file = std::env::temp_dir().join(format!("bedload-copies-{}.csv", std::process::id()));
+    std::fs::write(&file, "x,y,z,radius,density\n2,2,1,0.5,2\n").unwrap();
+    let table = |copies: usize, shift: [f64; 3]| {
+        boxed(&format!("[[grain_files]]\nfile = {file:?}\ncopies = {copies}\nshift = {shift:?}\n"))
+    };
+    let error = table(5_000_000, [0.0, 0.0, 0.1]).unwrap_err();
+    assert_eq!(error.key, "grain_files[0].shift");
+    assert!(error.message.contains("each copy lies in the one before it"), "{error}");
+    let error = table(20_000_000, [0.0, 0.0, 2.0]).unwrap_err();
+    assert_eq!(error.key, "grain_files[0].copies");
+    assert_eq!(table(2, [0.0, 0.0, 1.5]).unwrap().grains.len(), 2);
+    std::fs::remove_file(&file).unwrap();
+}

@@ -27,7 +27,7 @@ impl SceneSource {
     /// If the file cannot be read, is not TOML, or an override does not fit.
     pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|error| {
+        let text = protocol::input_file::read_text(path).map_err(|error| {
             SceneError::of_file(
                 &file,
                 format!("cannot read the scene: {error}"),

@@ -116,7 +116,9 @@ pub enum LogError {
     },
     /// Bytes differ from what was written.
     #[error(
-        "{file}: the log is damaged in the record at byte {offset}, {after}: {what}; `bedload log repair` keeps what stands before"
+        "{file}: the log is damaged in the record at byte {offset}, {after}: {what}{}; `bedload log \
+         repair` keeps the rest",
+        goes_on(*next)
     )]
     Damaged {
         /// Name of the file.
@@ -127,6 +129,8 @@ pub enum LogError {
         after: After,
         /// What is wrong.
         what: String,
+        /// Where the next chunk behind it begins, bytes; none if no chunk follows or none was looked for.
+        next: Option<u64>,
     },
     /// Not a Bedload log.
     #[error("{file}: not a Bedload log: {what}")]
@@ -196,6 +200,10 @@ pub enum LogError {
 
 fn place(offset: Option<u64>) -> String {
     offset.map_or_else(String::new, |byte| format!(" (record at byte {byte})"))
+}
+
+fn goes_on(next: Option<u64>) -> String {
+    next.map_or_else(String::new, |byte| format!("; the log goes on at byte {byte}"))
 }
 
 impl LogError {

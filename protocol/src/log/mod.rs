@@ -2,7 +2,7 @@
 //!
 //! Bytes, channels, times and how to read it from Python: `docs/exchange-log.md`. A run writes through a
 //! [`Recorder`]; [`LogReader`] streams it back, [`Comparison`] holds against it what a solver
-//! sends in a replay (package `bedload-run`), [`repair`] rewrites one that breaks off.
+//! sends in a replay (package `bedload-run`), [`repair`] rewrites one that is damaged.
 
 pub mod codec;
 
@@ -30,7 +30,7 @@ pub use raw::{Channel, RawItem, RawMessage, RawReader, Schema, Sizes};
 pub use reader::{Entry, LogReader, Message};
 pub use recorder::{Recorder, RecorderOptions, RecorderStatistics};
 pub use records::{Logged, Records};
-pub use repair::{Repaired, flip_bit, repair};
+pub use repair::{Repaired, flip_bit, repair, thin};
 pub use sequence::{Sequence, nanoseconds};
 pub use topic::{DATA_ENCODING, DATA_SCHEMA_ENCODING, Topic};
 pub use viewer::{Decimation, FRAMES, MOST_PLOTTED, MOST_SPHERES, OPEN_RUN};

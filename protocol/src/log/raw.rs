@@ -1,4 +1,4 @@
-//! A log as records: streams an MCAP file from its beginning to its end or to the first error.
+//! A log as records: streams an MCAP file from its beginning to its end, from chunk to chunk past damage.
 //!
 //! No index is needed, so a file without its end reads just as well. Every chunk is held against
 //! its checksum before any of its messages are given out.
@@ -18,6 +18,10 @@ use super::error::{After, LogError};
 /// Largest chunk that is unpacked, bytes: a chunk holds at least one message, and a message is
 /// bounded by the codec; twice that leaves room for what shares its chunk.
 const CHUNK_LIMIT: usize = 2 * super::codec::LIMIT;
+/// Bytes of a chunk in front of what is compressed: type, length, two times, size, checksum, `zstd`, length.
+const CHUNK_HEAD: usize = 1 + 8 + 16 + 8 + 4 + 8 + 8;
+/// Bytes of the end of a file: the footer (type, length, two places, checksum) and the end mark.
+const FILE_END: u64 = 1 + 8 + 20 + 8;
 
 /// A channel as the file declares it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -86,10 +90,17 @@ pub struct Sizes {
     pub unpacked: u64,
 }
 
-/// Streams a file. An error ends it.
+/// A file, or bytes in memory.
+trait Source: Read + Seek + Send {}
+
+impl<T: Read + Seek + Send> Source for T {}
+
+/// Streams a file. Behind damage it goes on with the next chunk; any other error ends it.
 pub struct RawReader {
-    source: Box<dyn Read + Send>,
+    source: Box<dyn Source>,
     name: String,
+    /// Bytes of the file when it was opened.
+    length: u64,
     reader: LinearReader,
     schemas: HashMap<u16, Arc<Schema>>,
     channels: HashMap<u16, Arc<Channel>>,
@@ -115,7 +126,7 @@ impl RawReader {
     pub fn open(path: &Path) -> Result<Self, LogError> {
         let name = path.display().to_string();
         let fail = |error| LogError::io(&name, "open", error);
-        let mut file = std::fs::File::open(path).map_err(fail)?;
+        let mut file = crate::input_file::open(path).map_err(fail)?;
         let length = file.metadata().map_err(fail)?.len();
         let marked = ends_in_mark(&mut file, length).map_err(fail)?;
         let source = std::io::BufReader::with_capacity(1 << 18, file);
@@ -130,7 +141,7 @@ impl RawReader {
         Self::new(Box::new(std::io::Cursor::new(bytes)), length, marked, name)
     }
 
-    fn new(source: Box<dyn Read + Send>, length: u64, marked: bool, name: &str) -> Self {
+    fn new(source: Box<dyn Source>, length: u64, marked: bool, name: &str) -> Self {
         let limit = usize::try_from(length).unwrap_or(usize::MAX);
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -142,6 +153,7 @@ impl RawReader {
         Self {
             source,
             name: name.to_owned(),
+            length,
             reader: LinearReader::new_with_options(options),
             schemas: HashMap::new(),
             channels: HashMap::new(),
@@ -171,7 +183,81 @@ impl RawReader {
     /// An error at `offset`.
     pub(crate) fn damaged(&self, offset: u64, what: String) -> LogError {
         let after = After(self.last_step);
-        LogError::Damaged { file: self.name.clone(), offset, after, what }
+        LogError::Damaged { file: self.name.clone(), offset, after, what, next: None }
+    }
+
+    /// Puts the item that was read last back in front.
+    pub(crate) fn put_back(&mut self, item: RawItem) {
+        self.ready.push_front(item);
+    }
+
+    /// Goes on with the first chunk behind the record in which `error` was met, if it is damage and there is
+    /// such a chunk; the error then says where.
+    fn go_on(&mut self, error: LogError) -> LogError {
+        let (offset, what) = match &error {
+            LogError::Damaged { offset, what, .. } => (*offset, what.clone()),
+            LogError::Truncated { offset, .. } => (*offset, "it leads beyond the end".to_owned()),
+            _ => return error,
+        };
+        let Ok(Some(found)) = self.next_chunk(offset + 1) else { return error };
+        if self.channels.is_empty() {
+            // Their chunk is the damaged one; the end of the file says them once more.
+            let _ = self.channels_at_end();
+        }
+        if self.source.seek(SeekFrom::Start(found)).is_err() {
+            return error;
+        }
+        // The checksum over all data can no longer be right; that of each chunk still is.
+        let options = LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_skip_start_magic(true)
+            .with_validate_summary_section_crc(true)
+            .with_check_finishes_after_end_magic(true)
+            .with_record_length_limit(usize::try_from(self.length).unwrap_or(usize::MAX));
+        self.reader = LinearReader::new_with_options(options);
+        (self.begin, self.sizes.file) = (found, found);
+        (self.in_index, self.done) = (false, false);
+        let (file, after) = (self.name.clone(), After(self.last_step));
+        LogError::Damaged { file, offset, after, what, next: Some(found) }
+    }
+
+    /// Where the first record at or behind byte `from` stands that looks like a chunk of a recorder.
+    fn next_chunk(&mut self, mut from: u64) -> std::io::Result<Option<u64>> {
+        let mut block = Vec::new();
+        loop {
+            self.source.seek(SeekFrom::Start(from))?;
+            block.clear();
+            (&mut self.source).take(1 << 20).read_to_end(&mut block)?;
+            let mut places = (from..).zip(block.windows(CHUNK_HEAD));
+            let found =
+                places.find(|(place, head)| is_chunk(head, self.length.saturating_sub(*place)) == Some(true));
+            if found.is_some() || block.len() < CHUNK_HEAD {
+                return Ok(found.map(|(place, _)| place));
+            }
+            from += (block.len() - CHUNK_HEAD + 1) as u64;
+        }
+    }
+
+    /// Schemas and channels as the end of a complete file says them again, if its checksum is right.
+    fn channels_at_end(&mut self) -> std::io::Result<()> {
+        let Some(footer) = self.length.checked_sub(FILE_END).filter(|_| self.marked) else { return Ok(()) };
+        self.source.seek(SeekFrom::Start(footer + 9))?;
+        let mut start = [0; 8];
+        self.source.read_exact(&mut start)?;
+        self.source.seek(SeekFrom::Start(u64::from_le_bytes(start)))?;
+        let mut end = Vec::new();
+        self.source.read_to_end(&mut end)?;
+        let Some((summed, sum)) = end.split_last_chunk::<12>() else { return Ok(()) };
+        if !sum.starts_with(&crc32(summed).to_le_bytes()) {
+            return Ok(());
+        }
+        let mut rest = Bytes(summed);
+        while let Some((opcode, body)) = rest.take(1).map(|opcode| opcode[0]).zip(rest.long()) {
+            if matches!(opcode, op::SCHEMA | op::CHANNEL) && self.declare(opcode, body, footer).is_none() {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// Reads one record of the file; `None` at its proper end.
@@ -343,8 +429,8 @@ impl RawReader {
                 Some(Err(error)) => {
                     // Messages of a chunk whose sum failed are not to be given out.
                     self.ready.clear();
-                    self.failure = Some(error);
                     self.done = true;
+                    self.failure = Some(self.go_on(error));
                 }
                 None => self.done = true,
             }
@@ -370,6 +456,19 @@ fn ends_in_mark(file: &mut std::fs::File, length: u64) -> std::io::Result<bool> 
     file.read_exact(&mut mark)?;
     file.seek(SeekFrom::Start(0))?;
     Ok(mark == mcap::MAGIC)
+}
+
+/// Whether `head` begins a chunk of a recorder that fits into `room`, the bytes of the file from there on.
+fn is_chunk(head: &[u8], room: u64) -> Option<bool> {
+    let mut rest = Bytes(head);
+    if rest.take(1)? != [op::CHUNK] {
+        return None;
+    }
+    let length = rest.u64()?;
+    let _times_sizes_sum = rest.take(16 + 8 + 4)?;
+    let zstd = rest.text()? == "zstd";
+    let whole = rest.u64()?.checked_add(CHUNK_HEAD as u64)?;
+    Some(zstd && whole <= room && length.checked_add(9) == Some(whole))
 }
 
 fn metadata(body: &[u8]) -> Option<RawItem> {

@@ -1,5 +1,6 @@
 //! A log as typed messages, in order, each step accounted for.
 
+use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -46,7 +47,7 @@ pub struct Entry {
     pub message: Message,
 }
 
-/// Streams a log. The first error ends it.
+/// Streams a log. The first error ends it, unless it was opened with [`LogReader::open_any`].
 ///
 /// ```no_run
 /// use protocol::log::{LogReader, Message};
@@ -65,6 +66,10 @@ pub struct LogReader {
     /// None: another layout, payloads stay bytes.
     sequence: Option<Sequence>,
     log_time: u64,
+    /// Whether it reads on behind damage.
+    reads_on: bool,
+    /// What was met already, and is given out next.
+    ready: VecDeque<Result<Entry, LogError>>,
     ended: bool,
 }
 
@@ -78,13 +83,14 @@ impl LogReader {
         Self::strict(RawReader::open(path)?)
     }
 
-    /// Opens a log written with any layout; if it is not ours, payloads stay bytes and their order
-    /// is not checked.
+    /// Opens a log to look at it. Written with another layout, payloads stay bytes and their order is not
+    /// checked. An error is given out where it stands and the log goes on behind it: damage with the next
+    /// chunk, a missing window with the next one. A scene that is damaged is empty.
     ///
     /// # Errors
     /// As [`LogReader::open`], without [`LogError::Layout`].
     pub fn open_any(path: &Path) -> Result<Self, LogError> {
-        Self::new(RawReader::open(path)?)
+        Self::new(RawReader::open(path)?, true)
     }
 
     /// Reads a log in memory; `name` stands for the file in messages.
@@ -96,16 +102,17 @@ impl LogReader {
     }
 
     fn strict(raw: RawReader) -> Result<Self, LogError> {
-        let reader = Self::new(raw)?;
+        let reader = Self::new(raw, false)?;
         reader.manifest.check_layout(reader.raw.name())?;
         Ok(reader)
     }
 
-    fn new(mut raw: RawReader) -> Result<Self, LogError> {
-        let manifest = read_manifest(&mut raw)?;
+    fn new(mut raw: RawReader, reads_on: bool) -> Result<Self, LogError> {
+        let mut ready = VecDeque::new();
+        let manifest = read_manifest(&mut raw, reads_on.then_some(&mut ready))?;
         let ours = manifest.check_layout(raw.name()).is_ok();
         let sequence = ours.then(|| Sequence::new(&manifest));
-        Ok(Self { raw, manifest, sequence, log_time: 0, ended: false })
+        Ok(Self { raw, manifest, sequence, log_time: 0, reads_on, ready, ended: false })
     }
 
     /// What stands at the beginning of the log.
@@ -132,38 +139,63 @@ impl LogReader {
         self.sequence.as_ref().is_none_or(Sequence::is_complete)
     }
 
-    fn entry(&mut self, raw: RawMessage) -> Result<Entry, LogError> {
+    /// What a message says; beside it what is wrong with its order.
+    fn entry(&mut self, raw: RawMessage) -> Result<(Entry, Option<LogError>), LogError> {
         if raw.log_time < self.log_time {
             let (now, before) = (raw.log_time, self.log_time);
             let what = format!("its time {now} ns is before the message in front of it, {before} ns");
             return Err(self.raw.damaged(raw.offset, what));
         }
         self.log_time = raw.log_time;
-        let size = raw.data.len();
+        let (size, step) = (raw.data.len(), u64::from(raw.sequence));
+        let mut wrong = None;
         let message = match (&mut self.sequence, Topic::from_name(&raw.channel.topic)) {
             (Some(sequence), Some(topic)) if topic.is_data() => {
                 let message = decode(topic, &raw.data)
                     .map_err(|error| self.raw.damaged(raw.offset, error.to_string()))?;
-                check(sequence, &message, u64::from(raw.sequence)).map_err(|fault| match fault {
+                wrong = check(sequence, &message, step).err().map(|fault| match fault {
                     Fault::Order(source) => {
                         let file = self.raw.name().to_owned();
                         LogError::Sequence { file, offset: Some(raw.offset), source }
                     }
                     Fault::Label(what) => self.raw.damaged(raw.offset, what),
-                })?;
+                });
+                if wrong.is_some() && self.reads_on {
+                    sequence.lose();
+                    let _ = check(sequence, &message, step);
+                }
                 message
             }
             _ => Message::Opaque(raw.data),
         };
-        Ok(Entry {
-            channel: raw.channel,
-            step: u64::from(raw.sequence),
-            log_time: raw.log_time,
-            publish_time: raw.publish_time,
-            offset: raw.offset,
-            size,
-            message,
-        })
+        let (channel, log_time, publish_time) = (raw.channel, raw.log_time, raw.publish_time);
+        Ok((Entry { channel, step, log_time, publish_time, offset: raw.offset, size, message }, wrong))
+    }
+
+    /// The next message, or the next error.
+    fn fetch(&mut self) -> Option<Result<Entry, LogError>> {
+        loop {
+            if let Some(ready) = self.ready.pop_front() {
+                return Some(ready);
+            }
+            match self.raw.next()?.and_then(|item| match item {
+                RawItem::Message(raw) => self.entry(raw).map(Some),
+                // A repaired or edited log may carry more; none of it is a message.
+                _ => Ok(None),
+            }) {
+                Ok(None) => {}
+                Ok(Some((entry, wrong))) => {
+                    self.ready.extend(wrong.map(Err));
+                    self.ready.push_back(Ok(entry));
+                }
+                Err(error) => {
+                    if let Some(sequence) = &mut self.sequence {
+                        sequence.lose();
+                    }
+                    return Some(Err(error));
+                }
+            }
+        }
     }
 }
 
@@ -171,44 +203,45 @@ impl Iterator for LogReader {
     type Item = Result<Entry, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        while !self.ended {
-            let entry = match self.raw.next()? {
-                Ok(RawItem::Message(raw)) => self.entry(raw),
-                // A repaired or edited log may carry more; none of it is a message.
-                Ok(_) => continue,
-                Err(error) => Err(error),
-            };
-            self.ended = entry.is_err();
-            return Some(entry);
-        }
-        None
+        let next = if self.ended { None } else { self.fetch() };
+        self.ended = matches!(next, Some(Err(_)) if !self.reads_on) || next.is_none();
+        next
     }
 }
 
-/// Manifest and scene stand before the first message.
-fn read_manifest(raw: &mut RawReader) -> Result<Manifest, LogError> {
+/// Manifest and scene stand before the first message. Where errors may be met, the scene may be lost.
+fn read_manifest(
+    raw: &mut RawReader,
+    mut met: Option<&mut VecDeque<Result<Entry, LogError>>>,
+) -> Result<Manifest, LogError> {
     let mut facts = None;
     loop {
-        let what = match raw.next() {
+        let scene = match raw.next() {
             Some(Ok(RawItem::Metadata(name, map))) if name == METADATA => {
                 facts = Some(map);
                 continue;
             }
             Some(Ok(RawItem::Attachment(name, _, bytes))) if name == SCENE => {
-                let facts = facts.unwrap_or_default();
-                match std::str::from_utf8(&bytes).map_err(|error| error.to_string()) {
-                    Ok(scene) => match Manifest::from_metadata(&facts, scene) {
-                        Ok(manifest) => return Ok(manifest),
-                        Err(what) => what,
-                    },
-                    Err(what) => format!("its scene is not text: {what}"),
-                }
+                String::from_utf8(bytes).map_err(|error| format!("its scene is not text: {error}"))
             }
-            Some(Ok(RawItem::Message(_))) | None => "it does not begin with a manifest".to_owned(),
+            Some(Ok(RawItem::Message(message))) if met.is_some() && facts.is_some() => {
+                raw.put_back(RawItem::Message(message));
+                Ok(String::new())
+            }
+            None if facts.is_some() && met.as_ref().is_some_and(|met| !met.is_empty()) => Ok(String::new()),
+            Some(Ok(RawItem::Message(_))) | None => Err("it does not begin with a manifest".to_owned()),
             Some(Ok(_)) => continue,
-            Some(Err(error)) => return Err(error),
+            Some(Err(error)) => match &mut met {
+                Some(met) if facts.is_some() => {
+                    met.push_back(Err(error));
+                    continue;
+                }
+                _ => return Err(error),
+            },
         };
-        return Err(LogError::NotALog { file: raw.name().to_owned(), what });
+        return scene
+            .and_then(|scene| Manifest::from_metadata(&facts.unwrap_or_default(), &scene))
+            .map_err(|what| LogError::NotALog { file: raw.name().to_owned(), what });
     }
 }
 

@@ -22,6 +22,7 @@ use super::sink::Sink;
 use super::topic::Topic;
 use super::viewer::{Decimation, Viewer};
 use crate::message::{Command, Header, Kinematics, Loads, Record, Status};
+use crate::new_file::OwnFile;
 use crate::participant::Role;
 
 /// How a log is written.
@@ -148,7 +149,7 @@ impl Recorder {
         let is_device = path.exists() && !path.is_file();
         let begun = if is_device { path.to_owned() } else { path.with_extension("begun") };
         let file = crate::new_file::new_file(&begun).map_err(|error| LogError::io(&name, "create", error))?;
-        let recorder = Self::to_writer(file, &name, manifest, options)?;
+        let recorder = Self::to_writer(OwnFile::new(file, 0), &name, manifest, options)?;
         if begun != path {
             std::fs::rename(&begun, path).map_err(|error| LogError::io(&name, "create", error))?;
         }

@@ -1,4 +1,5 @@
-//! Rewriting a log record by record: [`repair`] for one that breaks off, [`flip_bit`] for tests.
+//! Rewriting a log record by record: [`repair`] for one that is damaged, [`thin`] for viewers, [`flip_bit`]
+//! for tests.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -10,7 +11,9 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, Writer};
 
 use super::error::LogError;
+use super::manifest::SCENE;
 use super::raw::{RawItem, RawMessage, RawReader};
+use super::reader::LogReader;
 use super::sink::write_options;
 use super::topic::Topic;
 
@@ -23,21 +26,41 @@ pub struct Repaired {
     pub last_step: Option<u64>,
     /// Bytes of the old file.
     pub bytes: u64,
-    /// Bytes of it that could not be used: from the first error to the end.
+    /// Bytes of it that could not be used: from each error to the next chunk, or to the end.
     pub bytes_lost: u64,
-    /// The first error; none if the log was whole (it was rewritten all the same).
-    pub error: Option<LogError>,
+    /// Size of the new file, bytes.
+    pub bytes_kept: u64,
+    /// What was wrong, in order; nothing if the log was whole (it was rewritten all the same).
+    pub errors: Vec<LogError>,
 }
 
-/// Reads `from` to its end or first error and writes what was read to `to`, complete and indexed.
+/// Reads `from` to its end, past what is damaged, and writes what was read to `to`, complete and indexed. A
+/// scene that is lost is empty in it.
 ///
-/// `to` appears only when it is whole.
+/// `to` appears only when it is whole and can be opened as a log.
 ///
 /// # Errors
-/// [`LogError`] if nothing of `from` can be read, or `to` cannot be written. Damage in `from` is
+/// [`LogError`] if what is left of `from` is no log, or `to` cannot be written. Damage in `from` is otherwise
 /// not an error here: it is reported in [`Repaired`].
 pub fn repair(from: &Path, to: &Path) -> Result<Repaired, LogError> {
-    rewrite(from, to, &mut |_| {})
+    rewrite(from, to, &mut |_| true)
+}
+
+/// Rewrites `from` to `to` with every `every`-th frame of the viewers' channels (0 counts as 1), and without
+/// the messages of the solvers, which only a replay needs.
+///
+/// # Errors
+/// As [`repair`].
+pub fn thin(from: &Path, to: &Path, every: u64) -> Result<Repaired, LogError> {
+    let (mut frames, mut last) = (0_u64, None);
+    rewrite(from, to, &mut |message| {
+        if Topic::from_name(&message.channel.topic).is_none_or(Topic::is_data) {
+            return false;
+        }
+        // A frame is a message on each of these channels, with the same number.
+        frames += u64::from(last.replace(message.sequence) != Some(message.sequence));
+        (frames - 1).is_multiple_of(every.max(1))
+    })
 }
 
 /// Rewrites `from` to `to` with one bit of the payload of `topic` in window `step` turned over, and
@@ -63,6 +86,7 @@ pub fn flip_bit(
             }
             met += 1;
         }
+        true
     })?;
     if flipped {
         return Ok(());
@@ -73,12 +97,24 @@ pub fn flip_bit(
     Err(LogError::Value { file, what })
 }
 
-fn rewrite(from: &Path, to: &Path, edit: &mut dyn FnMut(&mut RawMessage)) -> Result<Repaired, LogError> {
+/// Changes a message, and says whether it is kept.
+type Edit<'a> = &'a mut dyn FnMut(&mut RawMessage) -> bool;
+
+fn rewrite(from: &Path, to: &Path, edit: Edit) -> Result<Repaired, LogError> {
     let mut reader = RawReader::open(from)?;
     let bytes = std::fs::metadata(from).map_err(|error| LogError::io(reader.name(), "open", error))?.len();
     // Written beside its place and moved there whole: `to` may even be `from`.
     let draft = to.with_added_extension("part");
-    let report = copy(&mut reader, &draft, edit).and_then(|report| {
+    let report = copy(&mut reader, &draft, edit).and_then(|mut report| {
+        // What no command could open is not put in place: the log's own first error says why.
+        let left = LogReader::open_any(&draft).map(|_| ());
+        left.map_err(|error| match (report.errors.first(), error) {
+            (Some(first), _) => first.clone(),
+            (_, LogError::NotALog { what, .. }) => LogError::NotALog { file: reader.name().to_owned(), what },
+            (_, error) => error,
+        })?;
+        let fail = |error| LogError::io(reader.name(), "measure", error);
+        report.bytes_kept = std::fs::metadata(&draft).map_err(fail)?.len();
         let name = to.display().to_string();
         std::fs::rename(&draft, to).map_err(|error| LogError::io(&name, "put in place", error))?;
         Ok(report)
@@ -88,36 +124,36 @@ fn rewrite(from: &Path, to: &Path, edit: &mut dyn FnMut(&mut RawMessage)) -> Res
     }
     let mut report = report?;
     report.bytes = bytes;
-    report.bytes_lost = match &report.error {
-        Some(LogError::Truncated { offset, .. } | LogError::Damaged { offset, .. }) => {
-            bytes.saturating_sub(*offset)
-        }
+    let lost = |error: &LogError| match error {
+        LogError::Damaged { offset, next, .. } => next.unwrap_or(bytes).saturating_sub(*offset),
+        LogError::Truncated { offset, .. } => bytes.saturating_sub(*offset),
         _ => 0,
     };
+    report.bytes_lost = report.errors.iter().map(lost).sum();
     Ok(report)
 }
 
 type Output = Writer<NoSeek<BufWriter<File>>>;
 
-fn copy(
-    reader: &mut RawReader,
-    to: &Path,
-    edit: &mut dyn FnMut(&mut RawMessage),
-) -> Result<Repaired, LogError> {
+fn copy(reader: &mut RawReader, to: &Path, edit: Edit) -> Result<Repaired, LogError> {
     let name = to.display().to_string();
     let file = File::create(to).map_err(|error| LogError::io(&name, "create", error))?;
     let fail = |error| LogError::write(&name, error);
     let mut writer = write_options(Some(64 << 10)).create(NoSeek::new(BufWriter::new(file))).map_err(fail)?;
     let mut report = Repaired::default();
-    let mut something = false;
+    let mut scene = false;
     for item in reader {
         match item {
             Ok(item) => {
-                something = true;
+                scene |= matches!(&item, RawItem::Attachment(name, ..) if name == SCENE);
+                if matches!(item, RawItem::Message(_)) && !std::mem::replace(&mut scene, true) {
+                    let (name, media_type) = (SCENE.to_owned(), "application/toml".to_owned());
+                    let lost = RawItem::Attachment(name, media_type, Vec::new());
+                    put(&mut writer, lost, edit, &mut report).map_err(fail)?;
+                }
                 put(&mut writer, item, edit, &mut report).map_err(fail)?;
             }
-            Err(error) if something => report.error = Some(error),
-            Err(error) => return Err(error),
+            Err(error) => report.errors.push(error),
         }
     }
     writer.finish().map_err(fail)?;
@@ -126,19 +162,16 @@ fn copy(
     Ok(report)
 }
 
-fn put(
-    writer: &mut Output,
-    item: RawItem,
-    edit: &mut dyn FnMut(&mut RawMessage),
-    report: &mut Repaired,
-) -> mcap::McapResult<()> {
+fn put(writer: &mut Output, item: RawItem, edit: Edit, report: &mut Repaired) -> mcap::McapResult<()> {
     match item {
         RawItem::Metadata(name, metadata) => writer.write_metadata(&Metadata { name, metadata }),
         RawItem::Attachment(name, media_type, data) => {
             writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data: data.into() })
         }
         RawItem::Message(mut message) => {
-            edit(&mut message);
+            if !edit(&mut message) {
+                return Ok(());
+            }
             report.last_step = Some(u64::from(message.sequence));
             *report.kept.entry(message.channel.topic.clone()).or_default() += 1;
             put_message(writer, &message)

@@ -28,6 +28,8 @@ pub struct Sequence {
     dem: bool,
     open: Option<Open>,
     clock: u64,
+    /// Behind lost messages, until a window begins.
+    lost: bool,
 }
 
 impl Sequence {
@@ -41,7 +43,13 @@ impl Sequence {
             dem: manifest.has(Role::Dem),
             open: None,
             clock: 0,
+            lost: false,
         }
+    }
+
+    /// Messages were lost: any window may be next.
+    pub(crate) fn lose(&mut self) {
+        (self.open, self.lost) = (None, true);
     }
 
     /// Simulated time of the next message, ns: the start of its window, never falling.
@@ -81,6 +89,7 @@ impl Sequence {
         let order = Order::try_from(command.order)
             .map_err(|error| SequenceError::Order { step, what: error.to_string() })?;
         match order {
+            Order::Accept | Order::Checkpoint | Order::Stop if self.lost => Ok(()),
             Order::Advance | Order::Repeat => self.begin(order, command),
             Order::Accept | Order::Checkpoint | Order::Stop => self.remark(order, command),
         }
@@ -98,14 +107,16 @@ impl Sequence {
         let expected = match (order, self.open) {
             (Order::Repeat, Some(open)) => (open.step, open.attempt + 1),
             (_, Some(open)) => (open.step + 1, 0),
+            (_, None) if self.lost => (step, attempt),
             (_, None) => (self.first_step, 0),
         };
-        if (step, attempt) != expected || (order == Order::Repeat && self.open.is_none()) {
+        if (step, attempt) != expected || (order == Order::Repeat && self.open.is_none() && !self.lost) {
             let expected = format!("{} attempt {}", expected.0, expected.1);
             return Err(SequenceError::Gap { step, attempt, expected });
         }
         self.tick(step, command.time)?;
         self.open = Some(Open { step, attempt, loads: false, kinematics: false });
+        self.lost = false;
         Ok(())
     }
 
@@ -162,6 +173,9 @@ impl Sequence {
         let Header { step, attempt, .. } = *header;
         let stray = |where_: String| SequenceError::Stray { what, step, attempt, where_ };
         let Some(open) = &mut self.open else {
+            if self.lost {
+                return Ok(());
+            }
             return Err(stray("stand before the first window".to_owned()));
         };
         if (step, attempt) != (open.step, open.attempt) {
@@ -184,7 +198,7 @@ impl Sequence {
     /// [`SequenceError::Stray`] if it is about a window not ordered yet.
     pub fn status(&mut self, status: &Status) -> Result<(), SequenceError> {
         let last = self.open.map_or(self.first_step, |open| open.step);
-        if status.step <= last {
+        if self.lost || status.step <= last {
             return Ok(());
         }
         Err(SequenceError::Stray {

@@ -1,7 +1,7 @@
 //! The command line: exit codes, errors with place and remedy, plans.
 
 use std::path::Path;
-use std::process::Output;
+use std::process::{Command, Output};
 
 use crate::fake_solvers::{Room, SPHERE, bedload, run, scene, stderr};
 
@@ -135,6 +135,64 @@ fn bad_input_is_exit_2_with_place_and_remedy() {
     assert!(stderr(&missing).contains("nowhere.toml"));
     let no_arguments = bedload(&["run"]).output().unwrap();
     assert_eq!(no_arguments.status.code(), Some(2));
+}
+
+/// A pipe waits for ever for a writer, and a device has no end.
+#[test]
+fn a_pipe_or_a_device_is_refused_at_once() {
+    let room = Room::new("pipes");
+    let pipe = room.0.join("pipe.toml");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for file in [pipe.as_path(), Path::new("/dev/zero")] {
+        let text = format!("{}[[grain_files]]\nfile = {file:?}\n", scene("good", "good", ""));
+        let scene = room.put(&text);
+        let (name, scene, out) = (file.to_str().unwrap(), scene.to_str().unwrap(), room.out());
+        for arguments in [
+            &["check", name][..],
+            &["check", scene],
+            &["run", name],
+            &["chart", name],
+            &["stability", name],
+            &["study", name],
+            &["log", "info", name],
+            &["log", "cat", name],
+            &["log", "repair", name, out.to_str().unwrap()],
+            &["replay", name, "--drive", "dem"],
+        ] {
+            let mut command = Command::new("timeout");
+            command.args(["30", env!("CARGO_BIN_EXE_bedload")]).args(arguments);
+            let output = command.output().unwrap();
+            let said = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+            let words = said.split_whitespace().collect::<Vec<_>>().join(" ").replace("│ ", "");
+            assert!(words.contains("a pipe, a socket or a device"), "{arguments:?}: {said}");
+        }
+    }
+}
+
+#[test]
+fn a_full_device_is_no_room_and_not_a_panic() {
+    let room = Room::new("full");
+    let path = room.put(&scene_with_facts(SEED, DEM, 4.0));
+    for more in [&[][..], &["--json"]] {
+        let mut arguments = vec!["check", path.to_str().unwrap(), "--allow-commands"];
+        arguments.extend(more);
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = bedload(&arguments).stdout(full).output().unwrap();
+        assert_eq!(output.status.code(), Some(5), "{}", stderr(&output));
+        assert!(stderr(&output).contains("cannot print: No space left"), "{}", stderr(&output));
+    }
+}
+
+/// No thread can have a stack of this size, as none can be had at a limit of processes.
+#[test]
+fn a_thread_that_cannot_start_is_an_error() {
+    let room = Room::new("threads");
+    let path = room.put(&scene_with_facts(SEED, DEM, 4.0));
+    let arguments = ["check", path.to_str().unwrap(), "--allow-commands"];
+    let output = bedload(&arguments).env("RUST_MIN_STACK", "1000000000000000").output().unwrap();
+    assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
 }
 
 #[test]

@@ -130,6 +130,7 @@ fn plan(dt: f64, dt_dem: f64, until: f64, adaptive: bool) -> Plan {
         cells: 0,
         grains: 1,
         memory: 0,
+        log: 0,
         steps: coupler::bounds::TimeSteps { dt_fluid: dt, dt_dem, substeps: 1, contact_time: 1.0 },
         dt_dem_target: dt_dem,
         adaptive,

@@ -147,7 +147,7 @@ fn log_info(path: &Path) -> Option<String> {
     let mut text = Vec::new();
     match coupler::log_command::info(path, &mut text) {
         // The first line is the path, which is nobody else's business.
-        Ok(()) => Some(String::from_utf8_lossy(&text).lines().skip(1).collect::<Vec<_>>().join("\n")),
-        Err(error) => Some(error.to_string()),
+        Err(error) if text.is_empty() => Some(error.to_string()),
+        _ => Some(String::from_utf8_lossy(&text).lines().skip(1).collect::<Vec<_>>().join("\n")),
     }
 }

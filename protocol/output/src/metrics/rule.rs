@@ -120,7 +120,7 @@ pub(super) fn published<T>(
     parse: impl FnOnce(&str) -> Result<T, String>,
 ) -> Result<T, SceneError> {
     let name = file.display();
-    let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read {name}: {error}"));
+    let text = protocol::input_file::read_text(file).map_err(|error| format!("cannot read {name}: {error}"));
     text.and_then(|text| parse(&text).map_err(|what| format!("{name} {what}"))).map_err(|why| {
         let remedy =
             format!("name a CSV file with the columns {columns}; paths count from the scene's folder");

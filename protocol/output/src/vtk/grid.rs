@@ -23,7 +23,8 @@ impl Vtr {
     /// What is wrong with it.
     pub fn read(path: &Path) -> Result<Self, String> {
         let place = |why: String| format!("{}: {why}", path.display());
-        let bytes = std::fs::read(path).map_err(|error| place(format!("cannot read: {error}")))?;
+        let bytes =
+            protocol::input_file::read(path).map_err(|error| place(format!("cannot read: {error}")))?;
         Self::parse(&bytes).map_err(place)
     }
 

@@ -88,7 +88,8 @@ pub fn read(path: &Path) -> Result<Vtr, String> {
         return Vtr::read(path);
     }
     let place = |why: String| format!("{}: {why}", path.display());
-    let text = std::fs::read_to_string(path).map_err(|error| place(format!("cannot read: {error}")))?;
+    let text =
+        protocol::input_file::read_text(path).map_err(|error| place(format!("cannot read: {error}")))?;
     listed(path, &text).map_err(place)
 }
 

@@ -4,7 +4,7 @@ use super::check::{Check, finite, not_negative, positive};
 use crate::domain::Geometry;
 use crate::grains::Group;
 use crate::insertions::Insertion;
-use crate::layout::MOST_GRAINS;
+use crate::layout::too_many;
 use crate::rough_walls::RoughWall;
 use crate::shared::Scene;
 use crate::source::SceneSource;
@@ -14,11 +14,14 @@ pub(super) fn groups(scene: &Scene, source: &SceneSource) -> Check {
     let rough: f64 = scene.rough_walls.iter().map(|wall| wall.count(geometry)).sum();
     let grouped = scene.groups.iter().map(|group| group.count as f64).sum::<f64>();
     let inserted = scene.insertions.iter().map(|insertion| insertion.count as f64).sum::<f64>();
+    let mut all = scene.grains.len() as f64;
     for (key, count) in [("groups", grouped), ("rough_walls", rough), ("insertions", inserted)] {
+        all += count;
+        let why = too_many(all);
         source.refuse_if(
-            count + scene.grains.len() as f64 > MOST_GRAINS as f64,
+            count > 0.0 && why.is_some(),
             key,
-            format_args!("asks for more than {MOST_GRAINS} grains"),
+            why.unwrap_or_default(),
             "ask for fewer grains",
         )?;
     }

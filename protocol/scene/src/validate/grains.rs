@@ -6,6 +6,7 @@ use crate::grains::{Grain, Motion};
 use crate::shared::Scene;
 use crate::source::SceneSource;
 use bedload_outline::Outline;
+use protocol::facts::DemFacts;
 
 /// Key of grain `index` where it is written out, of its file, layer, group or insertion where it is not.
 fn grain_key(scene: &Scene, index: usize, name: &str) -> String {
@@ -98,16 +99,17 @@ fn inside(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> C
         let x = grain.position[component];
         let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
         if x < lower || x > upper {
+            let folded = lower + (x - lower).rem_euclid(upper - lower);
+            let name = ["x", "y", "z"][component];
+            let fold = format!("{name} is periodic: write its image in the box, {name} = {folded}");
+            let remedy =
+                if domain.is_periodic(axis) { &*fold } else { "move the grain in, or enlarge [domain]" };
             let message = format!(
                 "{:?} of grain {index} is outside the box {lower}..{upper} along {:?}",
                 grain.position,
                 domain.geometry.axes()[axis]
             );
-            return Err(source.error(
-                &grain_key(scene, index, "position"),
-                message,
-                "move the grain in, or enlarge [domain]",
-            ));
+            return Err(source.error(&grain_key(scene, index, "position"), message, remedy));
         }
     }
     let mut planes = scene.walls.clone();
@@ -117,16 +119,14 @@ fn inside(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> C
         let length: f64 = wall.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
         let gap = (0..3).map(|a| (grain.position[a] - wall.point[a]) * wall.normal[a]).sum::<f64>() / length
             - grain.reach_along(wall.normal.map(|n| -n / length));
-        if gap < -0.01 * grain.radius && grain.motion == Motion::Free {
+        let (most, words) = deepest(scene, grain.radius, grain.radius);
+        if -gap > most && grain.motion == Motion::Free {
             let message = format!(
-                "{:?} puts grain {index} (radius {}) {} into the wall at {:?}; allowed: 1 % of R",
+                "{:?} puts grain {index} (radius {}) {} into the wall at {:?}; allowed: {words}",
                 grain.position, grain.radius, -gap, wall.point
             );
-            return Err(source.error(
-                &grain_key(scene, index, "position"),
-                message,
-                "move the grain or the wall",
-            ));
+            let remedy = format!("move the grain or the wall{}", going_on(scene));
+            return Err(source.error(&grain_key(scene, index, "position"), message, &remedy));
         }
     }
     Ok(())
@@ -183,7 +183,30 @@ fn resolved(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) ->
     Ok(())
 }
 
-/// No two grains overlap by more than 1 % of the smaller radius (sweep along the longest axis).
+/// Deepest overlap at the start, m, and what it is in words: 1 % of the (smaller) radius; where the run goes
+/// on from another, what that may have ended with. A coupled run ends at the bound `overlap`, a dry one does
+/// not.
+fn deepest(scene: &Scene, radius: f64, largest: f64) -> (f64, &'static str) {
+    let forced = scene.coupling.get("force").and_then(toml::Value::as_array);
+    let forced = forced.is_some_and(|names| names.iter().any(|name| name.as_str() == Some("overlap")));
+    if !scene.dem.contains_key("initial_state") {
+        (0.01 * radius, "1 % of R")
+    } else if scene.medium.is_none() || forced {
+        (radius, "R")
+    } else {
+        (DemFacts::MOST_OVERLAP * largest, "10 % of the largest radius")
+    }
+}
+
+/// What else helps where grains overlap by no more than a run may end with.
+fn going_on(scene: &Scene) -> &'static str {
+    match scene.dem.contains_key("initial_state") {
+        true => "",
+        false => "; where another run ended so, dem.initial_state = its output folder goes on from it",
+    }
+}
+
+/// No two grains overlap by more than [`deepest`] (sweep along the longest axis).
 fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
     let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
     let mut places = places(scene, grains, largest);
@@ -205,12 +228,14 @@ fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
                 overlap = penetration(a, b, [there[0] - here[0], there[2] - here[2]]);
             }
             let both_held = a.motion != Motion::Free && b.motion != Motion::Free;
-            if i != j && overlap > 0.01 * a.radius.min(b.radius) && !both_held {
+            let (most, words) = deepest(scene, a.radius.min(b.radius), largest);
+            if i != j && overlap > most && !both_held {
                 let (first, second) = (*i.min(j), *i.max(j));
                 let message = format!(
-                    "grains {first} and {second} overlap by {overlap}; allowed: 1 % of the smaller radius"
+                    "grains {first} and {second} overlap by {overlap}; allowed: {words}, R the smaller radius"
                 );
-                return Err(source.error(&grain_key(scene, second, "position"), message, "move one of them"));
+                let remedy = format!("move one of them{}", going_on(scene));
+                return Err(source.error(&grain_key(scene, second, "position"), message, &remedy));
             }
         }
     }

@@ -1,5 +1,7 @@
 //! What is measured: one rule for each key, whatever kinds have it.
 
+use std::collections::HashSet;
+
 use toml::Value;
 
 use super::check::{Check, finite, not_negative, positive};
@@ -32,10 +34,11 @@ const NUMBERS: [(&str, Rule); 11] = [
 
 /// Metrics have names of their own; they and `observe.grains` name grains that exist.
 pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Check {
+    let mut names = HashSet::new();
     for (index, metric) in scene.metrics.iter().enumerate() {
         let key = |name: &str| format!("metrics[{index}].{name}");
         source.refuse_if(
-            scene.metrics[..index].iter().any(|other| other.name == metric.name),
+            !names.insert(&metric.name),
             &key("name"),
             format_args!("is `{}` a second time", metric.name),
             "give every metric a name of its own",

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use protocol::log::{LogError, LogReader, Message, RecorderOptions, Topic, flip_bit, repair};
+use protocol::log::{
+    Decimation, LogError, LogReader, Message, RecorderOptions, Topic, flip_bit, repair, thin,
+};
 
 use crate::log::support::{coupled_log, coupled_log_with, manifest, path};
 
@@ -119,7 +121,7 @@ fn repair_makes_a_complete_file_of_a_cut_one() {
             continue;
         }
         let report = repair(&cut, &whole).unwrap();
-        assert!(report.error.is_some_and(|error| error.is_truncation()));
+        assert!(report.errors.iter().all(LogError::is_truncation) && report.errors.len() == 1);
         assert_eq!(report.kept.values().sum::<u64>(), expected.len() as u64);
         assert_eq!(report.last_step, expected.last().map(|message| message.0));
         assert_eq!(report.bytes, end as u64);
@@ -133,12 +135,98 @@ fn repair_makes_a_complete_file_of_a_cut_one() {
 }
 
 #[test]
+fn damage_costs_the_chunk_that_it_stands_in_and_no_other() {
+    let (bad, mended) = (path("flipped.mcap"), path("flipped-repaired.mcap"));
+    let bytes = small_log("to-flip.mcap");
+    let reader = LogReader::from_bytes(bytes.clone(), "test.mcap").unwrap();
+    let mut chunks = std::collections::BTreeMap::<u64, usize>::new();
+    let whole: Vec<_> = reader.map(|entry| entry.unwrap()).collect();
+    whole.iter().for_each(|entry| *chunks.entry(entry.offset).or_default() += 1);
+    let (first, most) = (*chunks.keys().next().unwrap(), *chunks.values().max().unwrap());
+    assert!(chunks.len() > 3 && 2 * most < whole.len(), "{chunks:?}");
+    let (mut refused, mut scenes_lost) = (0, 0);
+    for place in (0..bytes.len()).step_by(29) {
+        let mut flipped = bytes.clone();
+        flipped[place] ^= 1 << (place % 8);
+        std::fs::write(&bad, &flipped).unwrap();
+        let _ = std::fs::remove_file(&mended);
+        let Ok(report) = repair(&bad, &mended) else {
+            // What the log is stands before its first chunk, and nowhere else.
+            assert!((place as u64) < first && !mended.exists(), "byte {place}");
+            refused += 1;
+            continue;
+        };
+        let reader = LogReader::open_any(&mended).unwrap_or_else(|error| panic!("byte {place}: {error}"));
+        scenes_lost += usize::from(reader.manifest().scene.is_empty());
+        if (place as u64) < first && reader.manifest().layout != manifest().layout {
+            // Facts have no checksum of their own: only that of the whole file tells.
+            assert!(!report.errors.is_empty(), "byte {place}");
+            continue;
+        }
+        let mut all = whole.iter();
+        let mut kept = 0;
+        for entry in reader.filter_map(Result::ok) {
+            let is_same = |other: &&protocol::log::Entry| {
+                (other.step, &other.channel.topic, &other.message)
+                    == (entry.step, &entry.channel.topic, &entry.message)
+            };
+            assert!(all.any(|other| is_same(&other)), "byte {place}: a message that was not there");
+            kept += 1;
+        }
+        assert!(kept + most >= whole.len(), "byte {place}: {kept} of {}, {:?}", whole.len(), report.errors);
+    }
+    assert!(refused > 0 && scenes_lost > 0, "{refused} refused, {scenes_lost} without their scene");
+}
+
+#[test]
+fn a_gap_is_named_and_the_log_goes_on_behind_it() {
+    let (bad, mended) = (path("gap.mcap"), path("gap-repaired.mcap"));
+    let bytes = small_log("to-gap.mcap");
+    let entries: Vec<_> =
+        LogReader::from_bytes(bytes.clone(), "test.mcap").unwrap().map(|entry| entry.unwrap()).collect();
+    let offsets: std::collections::BTreeSet<u64> = entries.iter().map(|entry| entry.offset).collect();
+    let (lost, after) = (*offsets.iter().nth(2).unwrap(), *offsets.iter().nth(3).unwrap());
+    let mut flipped = bytes.clone();
+    // Its length: what the framing then takes for the record swallows all that follows.
+    flipped[lost as usize + 3] ^= 1;
+    std::fs::write(&bad, &flipped).unwrap();
+    let report = repair(&bad, &mended).unwrap();
+    let [LogError::Damaged { offset, next, .. }] = report.errors[..] else { panic!("{:?}", report.errors) };
+    assert_eq!((offset, next, report.bytes_lost), (lost, Some(after), after - lost));
+    let kept = entries.iter().filter(|entry| entry.offset != lost).count() as u64;
+    assert_eq!(report.kept.values().sum::<u64>(), kept);
+    // Whole as a file, with one gap: who looks reads on, a replay stops there.
+    let found: Vec<_> = LogReader::open_any(&mended).unwrap().collect();
+    assert_eq!(found.iter().filter(|entry| entry.is_ok()).count() as u64, kept);
+    assert!(matches!(
+        found.iter().filter_map(|entry| entry.as_ref().err()).collect::<Vec<_>>()[..],
+        [LogError::Sequence { .. }]
+    ));
+    let strict: Vec<_> = LogReader::open(&mended).unwrap().collect();
+    assert!(strict.last().unwrap().is_err() && strict.len() < found.len());
+}
+
+#[test]
+fn a_thinned_log_has_some_frames_and_no_messages() {
+    let (full, small) = (path("to-thin.mcap"), path("thin.mcap"));
+    let frames = |every| RecorderOptions { viewer: Decimation::Windows(every), ..RecorderOptions::default() };
+    coupled_log_with(&full, 40, &[], &manifest(), frames(1));
+    let report = thin(&full, &small, 10).unwrap();
+    let topics: Vec<_> = report.kept.iter().map(|(topic, count)| (topic.as_str(), *count)).collect();
+    let viewers = ["viewer/grains", "viewer/points", "viewer/scene", "viewer/window"];
+    assert_eq!(topics, viewers.map(|topic| (topic, 4)));
+    assert!(2 * report.bytes_kept < report.bytes, "{} of {}", report.bytes_kept, report.bytes);
+    let steps: Vec<u64> = LogReader::open(&small).unwrap().map(|entry| entry.unwrap().step).collect();
+    assert_eq!(steps.first().zip(steps.last()), Some((&0, &30)));
+}
+
+#[test]
 fn a_log_can_be_repaired_in_place() {
     let file = path("in-place.mcap");
     coupled_log(&file, 3, &[]);
     let before = read(std::fs::read(&file).unwrap()).0;
     let report = repair(&file, &file).unwrap();
-    assert!(report.error.is_none() && report.bytes_lost == 0);
+    assert!(report.errors.is_empty() && report.bytes_lost == 0);
     assert_eq!(read(std::fs::read(&file).unwrap()).0, before);
 }
 

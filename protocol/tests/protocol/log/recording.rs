@@ -83,6 +83,17 @@ fn a_killed_recorder_leaves_a_readable_log() {
     assert!(LogReader::open(&mended).unwrap().all(|entry| entry.is_ok()));
 }
 
+#[test]
+fn a_log_that_somebody_cuts_short_is_an_error_and_not_a_hole() {
+    let file = path("cut-meanwhile.mcap");
+    let recorder = Recorder::create(&file, &manifest(), RecorderOptions::default()).unwrap();
+    std::fs::File::options().write(true).open(&file).unwrap().set_len(0).unwrap();
+    let _ = recorder.record_command(&window(0, 0).command(Order::Advance));
+    let error = recorder.finish().unwrap_err().to_string();
+    assert!(error.contains("0 bytes, where") && error.contains("leave its files alone"), "{error}");
+    assert_eq!(std::fs::metadata(&file).unwrap().len(), 0);
+}
+
 /// A disk with so many bytes left.
 struct Disk {
     left: usize,
