@@ -61,8 +61,8 @@ pub(crate) fn lay_out(
                 &format!("grain_files[{index}].file"),
                 why,
                 "mend what is named; a table is a CSV file with the header \
-                 x,y,z,radius,density[,vx,vy,vz][,wx,wy,wz][,motion] and one row per grain, and its path \
-                 counts from the scene's folder",
+                 x,y,z,radius,density[,vx,vy,vz][,wx,wy,wz][,motion] and one row per grain; paths count \
+                 from the scene's folder",
             )
         })?;
         if !ignored.is_empty() {

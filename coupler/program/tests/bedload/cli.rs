@@ -184,6 +184,25 @@ fn a_full_device_is_no_room_and_not_a_panic() {
     }
 }
 
+/// What only reads a run has no checkpoint to go on from.
+#[test]
+fn a_full_disk_is_exit_5_and_no_advice_to_resume_where_nothing_resumes() {
+    let room = Room::new("full-disk");
+    let path = room.put(&scene("good", "good", ""));
+    assert_eq!(run(&room, &path, &["--until", "0.02"]).status.code(), Some(0));
+    let (out, log, new) = (room.out(), room.out().join("exchange.mcap"), room.0.join("new.mcap"));
+    let [out, log, new] = [&out, &log, &new].map(|path| path.to_str().unwrap());
+    for arguments in [&["report", out][..], &["log", "repair", log, new], &["log", "thin", log, new]] {
+        let mut command = Command::new("sh");
+        command.args(["-c", "ulimit -f 1; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_bedload")]).args(arguments);
+        let output = command.output().unwrap();
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(5), "{arguments:?}: {said}");
+        assert!(said.contains("make room") && !said.contains("--resume"), "{arguments:?}: {said}");
+    }
+    assert!(!Path::new(new).exists());
+}
+
 /// No thread can have a stack of this size, as none can be had at a limit of processes.
 #[test]
 fn a_thread_that_cannot_start_is_an_error() {

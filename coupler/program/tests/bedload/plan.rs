@@ -436,3 +436,24 @@ fn few_windows_in_a_period_and_long_ones_after_a_release_are_told() {
     assert!(told(&[], 1e9, "release").is_some());
     assert_eq!(told(&[], 1e-9, "release"), None);
 }
+
+#[test]
+fn a_wall_that_moves_in_a_fluid_and_a_face_that_lets_grains_out_are_told() {
+    let told = |overrides: &[&'static str], word: &str| {
+        let case = Case { scene: overrides.to_vec(), ..Case::new() };
+        case.plan().notices.into_iter().find(|notice| notice.starts_with(word))
+    };
+    let wall = "walls=[{ point = [0, 0, 0.5], normal = [0, 0, 1], velocity = [0, 0, 0.2] }]";
+    let moving = told(&[wall], "walls[0]").expect("a notice");
+    assert!(moving.contains("moves at 0.2 m/s") && moving.contains("does not see it"), "{moving}");
+    assert_eq!(told(&["walls=[{ point = [0, 0, 0.5], normal = [0, 0, 1] }]"], "walls"), None);
+    let lid = "domain.boundary={ x = \"periodic\", y = \"periodic\", z_lower = \"no-slip\", \
+               z_upper = \"free-slip\" }";
+    let light = "grains[0].density=0.5";
+    let out = told(&[lid, light], "buoyancy").expect("a notice");
+    assert!(out.contains("upper face of z") && out.contains("z_upper = { type = \"free-slip\""), "{out}");
+    assert_eq!(told(&[lid], "weight"), None, "the floor stops it");
+    assert_eq!(told(&[light], "buoyancy"), None, "the lid stops it");
+    let above = "walls=[{ point = [0, 0, 3.5], normal = [0, 0, -1] }]";
+    assert_eq!(told(&[lid, light, above], "buoyancy"), None, "a wall stops it");
+}

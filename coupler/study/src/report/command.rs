@@ -10,14 +10,20 @@ use coupler::failure::Failure;
 /// `stability.html` in those of maps; returns the pages.
 ///
 /// # Errors
-/// [`Failure::Input`] at the first folder that holds none of these or cannot be written.
+/// [`Failure::Input`] at the first folder that holds none of these or cannot be written, [`Failure::Full`]
+/// where there is no room.
 pub fn report(dirs: &[&Path]) -> Result<Vec<PathBuf>, Failure> {
     if dirs.is_empty() {
         let what = "no folder was named: give the output folder of at least one run";
         return Err(Failure::Input(what.into()));
     }
-    // Whatever is wrong with a folder: it was the wrong one to name.
-    let page = |dir: &&Path| report_one(dir).map_err(|failure| Failure::Input(failure.to_string()));
+    // Whatever is wrong with a folder: it was the wrong one to name, unless the disk is full.
+    let page = |dir: &&Path| {
+        report_one(dir).map_err(|failure| match failure {
+            Failure::Full(what) => Failure::Full(what),
+            other => Failure::Input(other.to_string()),
+        })
+    };
     dirs.iter().map(page).collect()
 }
 
