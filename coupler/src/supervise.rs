@@ -117,7 +117,7 @@ impl Supervisor {
         };
         let mut command = Command::new(executable);
         command.args(leading).args(arguments).process_group(0);
-        command.env(bedload_program::PARENT, std::process::id().to_string());
+        command.env(bedload_program::PARENT, bedload_program::parent_name());
         if words != StderrMode::Own {
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         }

@@ -43,7 +43,7 @@ pub use interrupts::Interrupts;
 pub use job::{Job, LogKind};
 pub use link::{Attempt, End, Link, Messages, Ordered, Schedule};
 pub use options::RunOptions;
-pub use orphan::PARENT;
+pub use orphan::{PARENT, end_with_parent, parent_name};
 pub use pipe::end_at_closed_pipe;
 pub use run::{Setup, VERSION, run, summarise};
 pub use solver::Solver;
