@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::Duration;
 
-use bedload_output::{Cost, GrainRow, OutputFolder, Summary, atomic_write, grains_table};
-use bedload_program::{End, Failure, Interrupts, Link, Messages, Ordered};
+use bedload_output::{Cost, GrainRow, OutputFolder, atomic_write, grains_table};
+use bedload_program::{Failure, Interrupts, Link, Messages, Ordered};
 use bedload_scene::{CheckedScene, Grain, Motion};
 use protocol::channel::CouplerLink;
 use protocol::memory::peak_rss_bytes;
@@ -28,8 +28,8 @@ pub(crate) struct CoupledLink<'a> {
     pub(super) ordered: VecDeque<(Command, Window)>,
     /// One slot for each window on its way; a window has the slot of its number modulo their count.
     pub(super) slots: Vec<Collected>,
-    /// The window that was done last: its slot, what came of it, its end in time.
-    latest: Option<(usize, Whole, f64)>,
+    /// The window that was done last: its slot, and what came of it.
+    latest: Option<(usize, Whole)>,
     /// Last reports.
     pub(super) fluid: Status,
     pub(super) dem: Status,
@@ -77,22 +77,6 @@ impl<'a> CoupledLink<'a> {
         self.command(Command { order: order as u64, step, time, ..Command::default() })?;
         self.collect(answer)
     }
-
-    /// `grains.csv`: the grains after the last window, whoever moved them.
-    fn write_grains(&self, folder: &OutputFolder) -> Result<(), Failure> {
-        let Some((slot, _, time)) = &self.latest else { return Ok(()) };
-        let row = |(grain, now): (&Grain, &Kinematics)| GrainRow {
-            position: now.position,
-            radius: grain.radius,
-            density: grain.density,
-            velocity: now.velocity,
-            spin: now.spin,
-            free: grain.motion == Motion::Free,
-            round: grain.shape.is_round(),
-        };
-        let rows: Vec<GrainRow> = self.scene.grains.iter().zip(&self.slots[*slot].motion).map(row).collect();
-        Ok(atomic_write(&folder.grains(), grains_table(*time, &rows).as_bytes())?)
-    }
 }
 
 impl Link for CoupledLink<'_> {
@@ -110,7 +94,7 @@ impl Link for CoupledLink<'_> {
         if let Some(error) = self.broken.take_if(|_| self.ordered.is_empty()) {
             return Err(self.diagnose(error));
         }
-        let Some((command, window)) = self.ordered.front().copied() else { return Ok(None) };
+        let Some((command, _)) = self.ordered.front().copied() else { return Ok(None) };
         let slot = slot_of(command.step);
         let whole = loop {
             if let Some(whole) = self.slots[slot].whole() {
@@ -121,12 +105,12 @@ impl Link for CoupledLink<'_> {
         };
         self.ordered.pop_front();
         self.extras = [whole.fluid.pressure_gradient];
-        self.latest = Some((slot, whole, window.time + window.dt));
+        self.latest = Some((slot, whole));
         Ok(Some(command))
     }
 
     fn messages(&self) -> Messages<'_> {
-        let Some((slot, whole, _)) = &self.latest else { return Messages::default() };
+        let Some((slot, whole)) = &self.latest else { return Messages::default() };
         let Collected { force, motion, .. } = &self.slots[*slot];
         Messages {
             loads: force,
@@ -173,14 +157,24 @@ impl Link for CoupledLink<'_> {
         cost
     }
 
-    fn finish(
-        &mut self,
-        _: &CheckedScene,
+    /// The grains after the last window, whoever moved them.
+    fn write_grains(
+        &self,
+        scene: &CheckedScene,
         folder: &OutputFolder,
-        _: &mut Summary,
-        end: Option<End>,
+        (time, motion): (f64, &[Kinematics]),
     ) -> Result<(), Failure> {
-        if end.is_some() { self.write_grains(folder) } else { Ok(()) }
+        let row = |(grain, now): (&Grain, &Kinematics)| GrainRow {
+            position: now.position,
+            radius: grain.radius,
+            density: grain.density,
+            velocity: now.velocity,
+            spin: now.spin,
+            free: grain.motion == Motion::Free,
+            round: grain.shape.is_round(),
+        };
+        let rows: Vec<GrainRow> = scene.grains.iter().zip(motion).map(row).collect();
+        Ok(atomic_write(&folder.grains(), grains_table(time, &rows).as_bytes())?)
     }
 }
 

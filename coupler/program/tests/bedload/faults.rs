@@ -164,6 +164,26 @@ fn an_interrupted_run_goes_on_bit_for_bit() {
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
 }
 
+/// As a run leaves it that is killed between its last checkpoint and its end.
+#[test]
+fn a_run_that_is_resumed_at_its_end_leaves_what_it_would_have_left() {
+    let room = Room::new("resumed-at-end");
+    let metric =
+        "[[metrics]]\nname = \"height\"\nkind = \"deposit-height\"\nhalf_length = 1.0\ncentre = 2.0\n";
+    let path = room.put(&scene("good", "good", metric));
+    let output = run(&room, &path, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let left = || (room.read("grains.csv"), room.read("deposit.csv"), room.summary()["metrics"].clone());
+    let before = left();
+    assert!(before.2["height"]["value"].as_f64().is_some_and(|height| height > 0.0), "{}", before.2);
+    for name in ["grains.csv", "deposit.csv", "summary.json"] {
+        std::fs::remove_file(room.out().join(name)).expect(name);
+    }
+    let output = run(&room, &path, &["--resume"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(left(), before);
+}
+
 #[test]
 fn a_second_signal_kills() {
     let room = Room::new("second");
