@@ -217,8 +217,8 @@ impl Solver {
 }
 
 /// The time that a solver gets to read a scene: placing grains takes it some 0.1 ms each on a free core.
-fn patience(limit: Duration, scene: &CheckedScene) -> Duration {
-    limit + Duration::from_millis(scene.grains.len() as u64)
+pub(crate) fn patience(limit: Duration, grains: usize) -> Duration {
+    limit + Duration::from_millis(grains as u64)
 }
 
 /// How solvers are asked.
@@ -244,7 +244,11 @@ pub(crate) fn fluid_facts(
 ) -> Result<FluidFacts, SolverCommandError> {
     let foreign = !solver.is_ours();
     let asked = ask.commands || !foreign;
-    let known = if asked { solver.facts(scene, path, overrides, patience(ask.limit, scene))? } else { None };
+    let known = if asked {
+        solver.facts(scene, path, overrides, patience(ask.limit, scene.grains.len()))?
+    } else {
+        None
+    };
     let mut facts: FluidFacts = match known {
         Some(facts) => facts,
         None => {
@@ -287,7 +291,11 @@ pub(crate) fn dem_facts(
     ask: Ask,
 ) -> Result<DemFacts, SolverCommandError> {
     let asked = ask.commands || solver.is_ours();
-    let known = if asked { solver.facts(scene, path, overrides, patience(ask.limit, scene))? } else { None };
+    let known = if asked {
+        solver.facts(scene, path, overrides, patience(ask.limit, scene.grains.len()))?
+    } else {
+        None
+    };
     if solver.is_ours()
         && let Some(facts) = known
     {

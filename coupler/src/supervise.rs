@@ -13,6 +13,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use bedload_program::Heartbeats;
 use protocol::participant::Role;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 
@@ -98,9 +99,21 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 pub(crate) struct Supervisor {
     children: Vec<Watched>,
     exits: Exits,
+    /// Of children that run by themselves.
+    heartbeats: Option<Heartbeats>,
 }
 
 impl Supervisor {
+    /// Of a child that runs by itself, whose heartbeats are listened to where the system has sockets.
+    pub(crate) fn listening() -> Self {
+        Self { children: Vec::new(), exits: Exits::default(), heartbeats: Heartbeats::listen().ok() }
+    }
+
+    /// Did a child send a heartbeat since this was asked last?
+    pub(crate) fn heard(&self) -> bool {
+        self.heartbeats.as_ref().is_some_and(Heartbeats::any)
+    }
+
     /// Starts a solver.
     ///
     /// # Errors
@@ -118,6 +131,7 @@ impl Supervisor {
         let mut command = Command::new(executable);
         command.args(leading).args(arguments).process_group(0);
         command.env(bedload_program::PARENT, bedload_program::parent_name());
+        command.envs(self.heartbeats.as_ref().map(Heartbeats::variable));
         if words != StderrMode::Own {
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         }

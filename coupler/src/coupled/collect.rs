@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::message_checks;
 
 /// Writing files may take longer than a window.
-const FILES_TAKE: u32 = 6;
+pub(crate) const FILES_TAKE: u32 = 6;
 
 /// Longest time for the last report of a window that the other solver has done, after a failure.
 const PATIENCE: Duration = Duration::from_millis(200);

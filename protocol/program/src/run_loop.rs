@@ -12,6 +12,7 @@ use protocol::participant::Window;
 
 use crate::checkpoint::{self, LastMotion, LoopState};
 use crate::failure::Failure;
+use crate::heartbeat::Heartbeat;
 use crate::interrupts::Interrupts;
 use crate::job::Job;
 use crate::link::{Attempt, End, Link, Schedule};
@@ -23,6 +24,7 @@ pub(crate) struct RunLoop<'a, L, S> {
     link: L,
     schedule: S,
     interrupts: &'a Interrupts,
+    heartbeat: Heartbeat,
     /// None in a replay, which only compares.
     output: Option<Output<'a>>,
     /// Window before which the run ends, where that is not its end in time.
@@ -47,7 +49,7 @@ struct Output<'a> {
 impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
     /// A loop that leaves nothing in a folder.
     pub(crate) fn new(link: L, schedule: S, interrupts: &'a Interrupts) -> Self {
-        Self { link, schedule, interrupts, output: None, last: None }
+        Self { link, schedule, interrupts, heartbeat: Heartbeat::new(), output: None, last: None }
     }
 
     /// The loop of a run, from its start or from a checkpoint; with `last`, up to that window and without a
@@ -143,6 +145,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
 
     /// A window that is done, from the log to the plan that it allows.
     fn window(&mut self, command: &Command) -> Result<(), Failure> {
+        self.heartbeat.beat();
         let window = Window::from(*command);
         let log = self.output.as_ref().and_then(|output| output.log.as_ref());
         let messages = self.link.messages();
@@ -183,6 +186,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
     /// Solvers and loop write what decides the next window. Nothing is on its way. At an `end` the last motion
     /// is written, too.
     fn checkpoint(&mut self, end: Option<End>) -> Result<(), Failure> {
+        self.heartbeat.beat();
         let Some(output) = &mut self.output else { return Ok(()) };
         let step = self.schedule.step();
         self.link.checkpoint(step, self.schedule.time())?;
@@ -202,6 +206,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
     /// # Errors
     /// [`Failure`] if a file could not be finished.
     pub(crate) fn close(mut self, summary: &mut Summary, end: Option<End>) -> Result<(), Failure> {
+        self.heartbeat.beat();
         let Some(mut output) = self.output.take() else { return Ok(()) };
         output.progress.finish();
         self.link.leave(end.is_some());

@@ -138,6 +138,50 @@ fn a_run_that_was_not_carried_out_fails_no_check() {
     assert!(said(&output).contains("long/a was not carried out"), "{}", said(&output));
 }
 
+/// A driven cavity, for hours.
+const LONG_CAVITY: &str = r#"
+until = 1e6
+[domain]
+geometry = "plane"
+lower = [0.0, 0.0]
+upper = [1.0, 1.0]
+cells = [16, 16]
+boundary = { x = "no-slip", z_lower = "no-slip", z_upper = { type = "no-slip", velocity = [1.0, 0.0, 0.0] } }
+[medium]
+density = 1.0
+viscosity = 0.01
+[observe]
+every = 10.0
+"#;
+
+/// A solver that runs by itself and is stopped, or hangs, is given up after six times the deadline, as a coupled
+/// one is while files are written; one that goes on is not.
+#[test]
+fn a_stopped_solver_that_runs_by_itself_is_given_up() {
+    for scene in [LONG_FLIGHT.to_owned(), LONG_CAVITY.to_owned()] {
+        let folder = Folder::new("stopped");
+        let (scene, out) = (folder.write("long.toml", &scene), folder.join("out"));
+        let words = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        let run = start(&[&words[..], &["--until", "1e9", "--set", "coupling.deadline=0.2"]].concat());
+        let mut found = Vec::new();
+        let begun = || std::fs::metadata(out.join("series.csv")).is_ok_and(|data| data.len() > 0);
+        wait_until(20.0, || {
+            found = children(run.id());
+            !found.is_empty() && begun()
+        })
+        .expect("the solver runs");
+        std::thread::sleep(std::time::Duration::from_millis(2500));
+        assert!(is_alive(run.id()), "twice the limit, and it goes on");
+        signal(found[0], "STOP");
+        wait_until(10.0, || !is_alive(run.id())).expect("it is given up");
+        let output = run.wait_with_output().expect("ends");
+        assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+        assert!(said(&output).contains("did nothing for 1.2 s"), "{}", said(&output));
+        assert_eq!(summary(&out)["status"], "failed");
+        assert!(!is_alive(found[0]));
+    }
+}
+
 /// A reader that goes away is no fault.
 #[test]
 fn a_closed_pipe_is_no_error() {
