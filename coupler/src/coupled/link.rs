@@ -33,6 +33,8 @@ pub(crate) struct CoupledLink<'a> {
     /// Last reports.
     pub(super) fluid: Status,
     pub(super) dem: Status,
+    /// Sub-steps that the DEM has reported.
+    pub(super) substeps: u64,
     pub(super) stopping: bool,
     /// What ends the run, once everything sent before it has been read.
     pub(super) broken: Option<ExchangeError>,
@@ -42,13 +44,14 @@ pub(crate) struct CoupledLink<'a> {
 }
 
 impl<'a> CoupledLink<'a> {
-    /// Takes over solvers that have said `Ready`.
+    /// Takes over solvers that have said `Ready`, a DEM with a count of `substeps`.
     pub(super) fn new(
         supervisor: Supervisor,
         link: CouplerLink,
         scene: &'a CheckedScene,
         deadline: Duration,
         interrupts: Interrupts,
+        substeps: u64,
     ) -> Self {
         Self {
             supervisor,
@@ -61,6 +64,7 @@ impl<'a> CoupledLink<'a> {
             latest: None,
             fluid: Status::default(),
             dem: Status::default(),
+            substeps,
             stopping: false,
             broken: None,
             failed: None,

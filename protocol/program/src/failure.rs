@@ -109,9 +109,11 @@ impl From<LogError> for Failure {
 impl From<SolverError> for Failure {
     fn from(error: SolverError) -> Self {
         match &error {
-            SolverError::Exchange(ExchangeError::PeerDied { .. } | ExchangeError::Deadline { .. }) => {
-                Self::Peer(error.to_string())
-            }
+            SolverError::Exchange(
+                ExchangeError::PeerDied { .. }
+                | ExchangeError::Deadline { .. }
+                | ExchangeError::NotJoined { .. },
+            ) => Self::Peer(error.to_string()),
             SolverError::File { source, .. } => Self::of_file(&error, is_full(source)),
             SolverError::Failed(_) | SolverError::Exchange(_) => Self::Run(error.to_string()),
         }

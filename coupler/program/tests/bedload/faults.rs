@@ -90,6 +90,19 @@ fn a_solver_that_miscounts_or_sends_nonsense_or_gives_up_stops_the_run() {
         ("good", "dt-limit:4", vec!["the dem solver reports dt_limit = NaN after window 4"]),
         ("dt-limit:4", "good", vec!["the fluid solver reports dt_limit = NaN after window 4"]),
         ("residual:4", "good", vec!["the fluid solver reports residual = NaN after window 4"]),
+        ("good", "spun:4", vec!["the spin of grain 0", "window 4"]),
+        ("good", "gap-infinite:4", vec!["gap = -inf of grain 1", "window 4"]),
+        ("good", "gap-deep:4", vec!["gap = -1e300 of grain 1", "window 4"]),
+        ("good", "smallest-gap-infinite:4", vec!["smallest_gap = -inf in window 4"]),
+        ("good", "smallest-gap-far:4", vec!["smallest_gap = 1e308", "window 4"]),
+        ("good", "contact:4", vec!["contact_force = [1e300", "of grain 1", "window 4"]),
+        ("good", "impact:4", vec!["impact_speed = -1e300 of grain 1", "window 4"]),
+        ("good", "grains:4", vec!["the dem solver reports grains = 3 after window 4", "where 2 was due"]),
+        (
+            "good",
+            "substeps:4",
+            vec!["the dem solver reports substeps = 16 after window 4", "where 20 was due"],
+        ),
         ("fail:4", "good", vec!["the fluid solver failed: the pressure solver diverged"]),
         ("good", "fail:4", vec!["the dem solver failed: the pressure solver diverged"]),
         ("leave:4", "good", vec!["bedload-fluid left with exit code 1"]),
@@ -106,6 +119,40 @@ fn a_solver_that_miscounts_or_sends_nonsense_or_gives_up_stops_the_run() {
         let steps = room.summary()["time"]["fluid_steps"].as_u64();
         // Windows 0 to 2 are done; the other solver may not have reported window 3 yet.
         assert!(matches!(steps, Some(3 | 4)), "{fluid} {dem}: {steps:?}");
+    }
+}
+
+/// A few windows of places beside the velocity: each is possible, together they are not.
+#[test]
+fn places_that_do_not_follow_the_velocity_stop_the_run() {
+    for how in ["frozen:4", "drift:4"] {
+        let room = Room::new(&format!("beside-{}", &how[..5]));
+        let path = room.put(&scene("good", how, ""));
+        let output = run(&room, &path, &["--until", "2.0"]);
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{how}: {text}");
+        assert!(text.contains("places of grain 0") && text.contains("touched nothing"), "{how}: {text}");
+    }
+}
+
+/// Which process is at fault, and in which window, whatever was ordered ahead and whatever it reports.
+#[test]
+fn the_solver_that_is_behind_is_named_with_its_window() {
+    let limits = ["--set", "coupling.deadline=0.5", "--set", "coupling.startup_deadline=2.0"];
+    for (fluid, dem, code, words) in [
+        ("good", "hang:5", 3, "dem did not answer within 0.5 s in window 5:"),
+        ("hang:5", "good", 3, "fluid did not answer within 0.5 s in window 5:"),
+        ("good", "unsent:5", 3, "dem did not answer within 0.5 s in window 5:"),
+        ("good", "spaced:5", 1, "Kinematics of window 6 attempt 0 came, where window 5 attempt 0 was due"),
+        ("good", "absent", 3, "dem did not join within 2 s"),
+        ("absent", "good", 3, "fluid did not join within 2 s"),
+    ] {
+        let room = Room::new(&format!("behind-{}-{}", fluid.replace(':', ""), dem.replace(':', "")));
+        let path = room.put(&scene(fluid, dem, ""));
+        let output = run(&room, &path, &limits);
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{fluid} {dem}: {text}");
+        assert!(text.contains(words), "{fluid} {dem}: {words:?} in {text}");
     }
 }
 
