@@ -43,6 +43,7 @@ impl CouplerLink {
         space::ask(rendezvous)?;
         let membership = Membership::found(rendezvous)?;
         let own = Member::Coupler;
+        space::make_nodes(rendezvous)?;
         let node = topics::node(rendezvous, own)?;
         let watch = Watch::new(node.config());
         let solvers = rendezvous.roles.iter().copied().map(Member::Solver);
