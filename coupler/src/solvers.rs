@@ -513,10 +513,14 @@ fn ask(command: &[String], arguments: &[OsString], limit: Duration) -> std::io::
     Ok(Answer { code: status.and_then(|status| status.code()), stdout, stderr })
 }
 
+/// Bytes of an answer that are kept: facts are some thousands.
+const LONGEST_ANSWER: u64 = 64 << 20;
+
 fn read_all(mut pipe: impl Read) -> String {
     let mut bytes = Vec::new();
-    // What was read before an error is still worth showing.
-    let _ = pipe.read_to_end(&mut bytes);
+    // What was read before an error is still worth showing. The rest is read, too, so that its writer ends.
+    let _ = pipe.by_ref().take(LONGEST_ANSWER).read_to_end(&mut bytes);
+    let _ = std::io::copy(&mut pipe, &mut std::io::sink());
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
