@@ -8,6 +8,7 @@ use std::path::Path;
 use protocol::log::{Entry, LogError, LogReader, Manifest, Message, repair as rewrite};
 use protocol::message::{Command, Header, Order, State, Status};
 use protocol::participant::Role;
+use protocol::printable::printable;
 use serde::Serialize;
 use serde_json::json;
 
@@ -143,7 +144,7 @@ pub fn info(path: &Path, out: &mut dyn Write) -> Result<(), LogCommandError> {
 }
 
 fn line(out: &mut dyn Write, name: &str, value: &str) -> Result<(), LogCommandError> {
-    Ok(writeln!(out, "  {name:<12} {value}")?)
+    Ok(writeln!(out, "  {name:<12} {}", printable(value))?)
 }
 
 fn print_manifest(manifest: &Manifest, out: &mut dyn Write) -> Result<(), LogCommandError> {
@@ -193,7 +194,7 @@ pub fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(),
         }
         match options.json {
             true => writeln!(out, "{}", as_json(&entry)?)?,
-            false => writeln!(out, "{}", as_text(&entry))?,
+            false => writeln!(out, "{}", printable(&as_text(&entry)))?,
         }
     }
     Ok(())

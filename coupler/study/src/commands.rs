@@ -67,8 +67,7 @@ pub fn chart(scene: &Path, options: &Options) -> Result<(), Failure> {
     let (table, out) = of_scene(scene, Kind::Chart, options)?;
     let (page, words) = chart::draw(&out)?;
     let csv = out.join(Kind::Chart.table());
-    print!("{words}");
-    println!("\n{}\n{}", csv.display(), page.display());
+    protocol::show!("{words}\n{}\n{}", csv.display(), page.display());
     match table.rows.iter().any(|row| row.point().is_some()) {
         true => Ok(()),
         false => Err(Failure::Run(format!("no run gave an error; the remarks in {} say why", csv.display()))),
@@ -116,7 +115,7 @@ pub fn validate(cases: &[String], quick: bool, options: &Options) -> Result<(), 
     }
     let (compared, page) = case::draw(&made, quick, &out)?;
     let path = out.join("validation.md");
-    println!("{page}");
+    protocol::show!("{page}");
     let case::Compared { checks, failed } = compared;
     if failed > 0 {
         return Err(Failure::Run(format!("{failed} of {checks} checks failed; see {}", path.display())));

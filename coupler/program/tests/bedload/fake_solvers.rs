@@ -69,6 +69,10 @@ fn misbehave(role: Role, step: u64) -> Result<&'static str, SolverError> {
         "hang" => loop {
             std::thread::sleep(std::time::Duration::from_secs(1));
         },
+        "paint" => {
+            eprintln!("\u{1b}]0;words\u{7}");
+            Err(SolverError::Failed("\u{1b}[31mred".into()))
+        }
         "fail" => Err(SolverError::Failed("the pressure solver diverged".into())),
         other => Ok(SPOILT.into_iter().find(|word| *word == other).unwrap_or("")),
     }

@@ -231,6 +231,29 @@ fn a_run_that_is_resumed_at_its_end_leaves_what_it_would_have_left() {
     assert_eq!(left(), before);
 }
 
+/// What steers a terminal, in the words of a solver and in those of a scene, is written out.
+#[test]
+fn text_of_others_does_not_steer_the_terminal() {
+    let room = Room::new("terminal");
+    let path = room.put(&scene("good", "paint:4", ""));
+    let output = run(&room, &path, &[]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("\\u{1b}[31mred"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("\\u{1b}]0;words"), "{}", stderr(&output));
+    assert!(!output.stderr.contains(&0x1b), "{}", stderr(&output));
+    let text = scene("good", "good", "\"\\u001b[31mkey\" = 1\n")
+        .replace("title = \"fakes\"", "title = \"\\u001b[31m\"");
+    let path = room.put(&text);
+    let output = run(&room, &path, &["--overwrite"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(!stderr(&output).contains("\u{1b}[31mkey"), "{}", stderr(&output));
+    let path = room.put(&text.replace("\"\\u001b[31mkey\" = 1\n", ""));
+    assert_eq!(run(&room, &path, &["--overwrite"]).status.code(), Some(0));
+    let log = room.out().join("exchange.mcap");
+    let output = bedload(&["log", "info", log.to_str().unwrap()]).output().unwrap();
+    assert!(output.status.success() && !output.stdout.contains(&0x1b));
+}
+
 #[test]
 fn a_second_signal_kills() {
     let room = Room::new("second");
