@@ -20,6 +20,7 @@
 //! | `supervise`, `by_itself`, `solvers` | solvers as child processes, one that runs by itself, and as commands |
 //! | `replay` | a log driving a solver |
 //! | `log_command`, `export`, `conformance` | logs read; files for viewers; any solver against the protocol |
+//! | `descriptors` | how many files a process may have open |
 //! | `solo_run` | a run with one solver: this process is the coupler and the other solver |
 
 pub mod accuracy;
@@ -29,6 +30,7 @@ pub mod check;
 pub mod config;
 pub mod conformance;
 mod coupled;
+mod descriptors;
 pub mod export;
 pub mod failure;
 mod iterate;

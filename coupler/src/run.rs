@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::plan::Participants;
 use crate::prepare::Prepared;
 use crate::solvers::Solver;
-use crate::{accuracy, by_itself, supervise};
+use crate::{accuracy, by_itself, descriptors, supervise};
 
 pub use crate::coupled::Report;
 
@@ -24,6 +24,7 @@ pub use crate::coupled::Report;
 /// # Errors
 /// [`Failure`], with `summary.json` written wherever there is an output folder.
 pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
+    descriptors::allow(descriptors::ANY_RUN).map_err(Failure::Run)?;
     match remove_stale_runs() {
         Ok(0) => {}
         Ok(count) => protocol::say!("bedload: removed what {count} dead run(s) had left in shared memory"),

@@ -15,6 +15,7 @@ use super::diagnosis::{alive, explain};
 use super::link::CoupledLink;
 use super::schedule::{CoupledSchedule, CoupledState};
 use crate::config::Coupling;
+use crate::descriptors;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::solvers::Solver;
@@ -57,6 +58,7 @@ impl<'a> Setup for Coupled<'a> {
             ExchangeError::NoRoom(text) => Failure::Full(text),
             other => Failure::Run(other.to_string()),
         };
+        descriptors::allow(descriptors::COUPLED_RUN).map_err(Failure::Run)?;
         let rendezvous = rendezvous(prepared).map_err(exchange)?;
         let mut link = CouplerLink::create(&rendezvous).map_err(exchange)?;
         let mut supervisor = Supervisor::default();

@@ -231,6 +231,29 @@ fn a_run_that_is_resumed_at_its_end_leaves_what_it_would_have_left() {
     assert_eq!(left(), before);
 }
 
+/// Below the limit of files that a coupled run needs it says so, and above it runs.
+#[test]
+fn a_limit_of_open_files_is_named_with_what_is_needed() {
+    let room = Room::new("descriptors");
+    let path = room.put(&scene("good", "good", ""));
+    let (out, program) = (room.out(), env!("CARGO_BIN_EXE_bedload"));
+    for limit in [8, 16, 32, 48, 64, 95, 96] {
+        let script = format!("ulimit -n {limit}; exec \"$@\"");
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", &script, "sh", program, "run"]).arg(&path);
+        let output = command.args(["--overwrite", "--out"]).arg(&out).output().unwrap();
+        let text = stderr(&output);
+        if limit < 96 {
+            assert_eq!(output.status.code(), Some(1), "{limit}: {text}");
+            let needed = if limit < 32 { 32 } else { 96 };
+            let words = format!("may have {limit} files open at once here, this run needs {needed}");
+            assert!(text.contains(&words), "{limit}: {text}");
+        } else {
+            assert_eq!(output.status.code(), Some(0), "{limit}: {text}");
+        }
+    }
+}
+
 /// What steers a terminal, in the words of a solver and in those of a scene, is written out.
 #[test]
 fn text_of_others_does_not_steer_the_terminal() {
