@@ -28,10 +28,10 @@ pub fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
     } else {
         print_plan(&prepared);
         if let Some(expected) = expected {
-            println!("\n  {expected}");
+            protocol::show!("\n  {expected}");
         }
         for proposal in proposals::all(&prepared, options) {
-            println!("\n  cheaper: {}", proposal.line());
+            protocol::show!("\n  cheaper: {}", proposal.line());
         }
     }
     prepared.refuse_broken()
@@ -47,16 +47,16 @@ pub fn cheaper(options: &RunOptions, name: &str) -> Result<(), Failure> {
 }
 
 fn print_plan(prepared: &Prepared) {
-    println!("{}", prepared.scene.source.file);
+    protocol::show!("{}", prepared.scene.source.file);
     for line in prepared.plan.lines() {
-        println!("  {line}");
+        protocol::show!("  {line}");
     }
     println!("\n  {:<8}{:<25}{:<14}{:>11}    {:>11}{:>9}", "bound", "", "", "value", "limit", "margin");
     for bound in &prepared.plan.bounds {
-        println!("  {}", row(bound, &prepared.plan.forced));
+        protocol::show!("  {}", row(bound, &prepared.plan.forced));
     }
     for notice in prepared.notices() {
-        println!("\n  {notice}");
+        protocol::show!("\n  {notice}");
     }
 }
 

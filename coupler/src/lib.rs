@@ -17,17 +17,20 @@
 //! |---|---|
 //! | `check`, `proposals`, `accuracy` | what `bedload check` prints; cheaper models; settings from the charts |
 //! | `coupled`, `message_checks`, `iterate` | the solvers of a coupled run, its windows, and their attempts |
-//! | `supervise`, `solvers` | solvers as commands and child processes |
+//! | `supervise`, `by_itself`, `solvers` | solvers as child processes, one that runs by itself, and as commands |
 //! | `replay` | a log driving a solver |
 //! | `log_command`, `export`, `conformance` | logs read; files for viewers; any solver against the protocol |
+//! | `descriptors` | how many files a process may have open |
 //! | `solo_run` | a run with one solver: this process is the coupler and the other solver |
 
 pub mod accuracy;
 pub mod bounds;
+mod by_itself;
 pub mod check;
 pub mod config;
 pub mod conformance;
 mod coupled;
+mod descriptors;
 pub mod export;
 pub mod failure;
 mod iterate;

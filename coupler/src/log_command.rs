@@ -9,6 +9,7 @@ use protocol::log::{self, Entry, LogError, LogReader, Manifest, Message, Repaire
 use protocol::message::{Command, Header, Order, State, Status};
 use protocol::new_file::is_full;
 use protocol::participant::Role;
+use protocol::printable::printable;
 use serde::Serialize;
 use serde_json::json;
 
@@ -164,7 +165,7 @@ fn print_errors(name: &str, errors: &[LogError], out: &mut dyn Write) -> Result<
 }
 
 fn line(out: &mut dyn Write, name: &str, value: &str) -> Result<(), LogCommandError> {
-    Ok(writeln!(out, "  {name:<12} {value}")?)
+    Ok(writeln!(out, "  {name:<12} {}", printable(value))?)
 }
 
 fn print_manifest(manifest: &Manifest, out: &mut dyn Write) -> Result<(), LogCommandError> {
@@ -224,7 +225,7 @@ pub fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(),
         }
         match options.json {
             true => writeln!(out, "{}", as_json(&entry)?)?,
-            false => writeln!(out, "{}", as_text(&entry))?,
+            false => writeln!(out, "{}", printable(&as_text(&entry)))?,
         }
     }
     failure.map_or(Ok(()), |error| Err(error.into()))

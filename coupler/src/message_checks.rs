@@ -2,7 +2,7 @@
 
 use bedload_scene::{CheckedScene, Motion};
 use protocol::message::{Header, Kinematics, Loads, Record, Status};
-use protocol::participant::Window;
+use protocol::participant::{Role, Window};
 
 use crate::bounds::MOST_OVERLAP;
 use crate::failure::Failure;
@@ -22,10 +22,11 @@ pub(crate) fn belongs<R: Record>(
 ) -> Result<(), Failure> {
     if window.is_none_or(|window| (header.step, header.attempt) != (window.step, window.attempt)) {
         return Err(Failure::Run(format!(
-            "{} of window {} attempt {} came, which was not ordered: a solver does not keep the order of calls",
+            "{} of window {} attempt {} came, where {} was due: a solver does not keep the order of calls",
             R::NAME,
             header.step,
-            header.attempt
+            header.attempt,
+            window.map_or("none".to_owned(), |due| format!("window {} attempt {}", due.step, due.attempt))
         )));
     }
     if records.len() != grains {
@@ -35,6 +36,39 @@ pub(crate) fn belongs<R: Record>(
             header.step,
             records.len()
         )));
+    }
+    Ok(())
+}
+
+/// A report of a window must be of the one that is due, by a solver of these grains; that of a DEM must count
+/// the sub-steps of the window, `before` being its count until then.
+///
+/// # Errors
+/// [`Failure::Run`] naming solver, field, value and window.
+pub(crate) fn report_of(
+    due: Option<Window>,
+    role: Role,
+    status: &Status,
+    grains: usize,
+    before: u64,
+) -> Result<(), Failure> {
+    let Some(due) = due else {
+        let what = format!("the {role} solver reports window {}, which was not ordered", status.step);
+        return Err(Failure::Run(what));
+    };
+    let substeps = if role == Role::Dem { before.wrapping_add(due.substeps) } else { status.substeps };
+    for (field, value, wanted) in [
+        ("step", status.step, due.step),
+        ("attempt", status.attempt, due.attempt),
+        ("grains", status.grains, grains as u64),
+        ("substeps", status.substeps, substeps),
+    ] {
+        if value != wanted {
+            return Err(Failure::Run(format!(
+                "the {role} solver reports {field} = {value} after window {} (t = {} s), where {wanted} was due",
+                due.step, due.time
+            )));
+        }
     }
     Ok(())
 }
@@ -300,6 +334,26 @@ mod tests {
         let repeated = Header { attempt: 1, ..header };
         assert!(belongs(Some(&window()), &repeated, &[Loads::default()], 1).is_err());
         assert!(belongs(None, &header, &[Loads::default()], 1).is_err());
+    }
+
+    #[test]
+    fn a_report_is_of_the_window_that_is_due_field_by_field() {
+        let good = Status { step: 3, grains: 2, substeps: 25, ..Status::default() };
+        let judged = |status: Status| report_of(Some(window()), Role::Dem, &status, 2, 15);
+        judged(good).expect("ten sub-steps more");
+        report_of(Some(window()), Role::Fluid, &Status { substeps: 7, ..good }, 2, 0)
+            .expect("a fluid has none");
+        for (field, status) in [
+            ("step = 4", Status { step: 4, ..good }),
+            ("attempt = 1", Status { attempt: 1, ..good }),
+            ("grains = 3", Status { grains: 3, ..good }),
+            ("substeps = 0", Status { substeps: 0, ..good }),
+            ("substeps = 18446744073709551615", Status { substeps: u64::MAX, ..good }),
+        ] {
+            let text = judged(status).expect_err(field).to_string();
+            assert!(text.contains(field) && text.contains("after window 3"), "{text}");
+        }
+        assert!(report_of(None, Role::Dem, &good, 2, 15).is_err());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! `bedload run`: from the scene to the output folder.
 
 use std::ffi::OsString;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use bedload_output::{OutputFolder, Sides, Summary};
 use bedload_program::{Interrupts, Job, LogKind, RunOptions, VERSION, summarise};
@@ -9,13 +9,13 @@ use protocol::channel::remove_stale_runs;
 use protocol::participant::Role;
 use rustix::process::Signal;
 
-use crate::coupled::{Coupled, draw, start};
+use crate::by_itself::Silence;
+use crate::coupled::{Coupled, draw};
 use crate::failure::Failure;
 use crate::plan::Participants;
 use crate::prepare::Prepared;
 use crate::solvers::Solver;
-use crate::supervise::{StderrMode, Supervisor};
-use crate::{accuracy, supervise};
+use crate::{accuracy, by_itself, descriptors, supervise};
 
 pub use crate::coupled::Report;
 
@@ -24,6 +24,7 @@ pub use crate::coupled::Report;
 /// # Errors
 /// [`Failure`], with `summary.json` written wherever there is an output folder.
 pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
+    descriptors::allow(descriptors::ANY_RUN).map_err(Failure::Run)?;
     match remove_stale_runs() {
         Ok(0) => {}
         Ok(count) => protocol::say!("bedload: removed what {count} dead run(s) had left in shared memory"),
@@ -90,18 +91,18 @@ fn alone(
     interrupts: &Interrupts,
     report: Report,
 ) -> Result<(), Failure> {
-    let mut supervisor = Supervisor::default();
-    start(&mut supervisor, solver, &alone_arguments(options), StderrMode::Own)?;
     let mut passed_on = 0;
-    while !supervisor.wait_all(Duration::from_millis(20)) {
+    let silence = Silence::of(&prepared.coupling, prepared.scene.grains.len());
+    let exit = by_itself::run(solver, &alone_arguments(options), silence, |supervisor| {
         let count = interrupts.count();
         if count > passed_on {
             passed_on = count;
             supervisor.signal(if count == 1 { Signal::INT } else { Signal::KILL });
         }
-    }
-    let Some(exit) = supervisor.exits().pop() else {
-        return Err(Failure::Peer(format!("{} is gone", supervise::program(solver.role))));
+    })?;
+    let exit = match exit {
+        Ok(exit) => exit,
+        Err(what) => return lost(options, prepared, solver.role, &what, false, report),
     };
     match exit.code() {
         Some(0) => {

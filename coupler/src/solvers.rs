@@ -50,7 +50,8 @@ pub(crate) enum SolverCommandError {
     Scratch(String),
     /// What it printed are no facts.
     #[error(
-        "`{command} check --json` of the {role} solver printed no facts: {what}; rebuild it with this version of bedload"
+        "`{command} check SCENE --json` of the {role} solver printed no facts: {what}; mend the solver, or rebuild it with \
+         this version of bedload"
     )]
     Facts {
         /// Which solver.
@@ -165,7 +166,7 @@ impl Solver {
         limit: Duration,
     ) -> Result<Option<F>, SolverCommandError> {
         if self.is_ours() {
-            return self.facts_of(path, overrides, limit);
+            return self.facts_of(scene, path, overrides, limit);
         }
         let folder = Scratch::new().map_err(SolverCommandError::Scratch)?;
         let path = folder.path().join("scene.toml");
@@ -175,24 +176,26 @@ impl Solver {
             .map_err(|error| {
                 SolverCommandError::Scratch(format!("cannot write {}: {error}", path.display()))
             })?;
-        self.facts_of(&path, &[], limit)
+        self.facts_of(scene, &path, &[], limit)
     }
 
     fn facts_of<F: DeserializeOwned>(
         &self,
-        scene: &Path,
+        scene: &CheckedScene,
+        path: &Path,
         overrides: &[String],
         limit: Duration,
     ) -> Result<Option<F>, SolverCommandError> {
-        let mut arguments: Vec<OsString> = vec!["check".into(), scene.into(), "--json".into()];
+        let mut arguments: Vec<OsString> = vec!["check".into(), path.into(), "--json".into()];
         for text in overrides {
             arguments.extend(["--set".into(), text.into()]);
         }
         let answer = self.ask(&arguments, limit)?;
         if answer.code == Some(0) {
-            return match parse_facts(&answer.stdout) {
+            return match parse_facts(&answer.stdout, self.foreign.then_some(scene)) {
                 Ok(facts) => Ok(Some(facts)),
-                Err(_) if self.foreign => Ok(None),
+                // One that prints something else does not know the word.
+                Err(_) if self.foreign && !answer.stdout.trim_start().starts_with(['{', '[']) => Ok(None),
                 Err(what) => Err(SolverCommandError::Facts { role: self.role, command: self.line(), what }),
             };
         }
@@ -218,8 +221,8 @@ impl Solver {
 }
 
 /// The time that a solver gets to read a scene: placing grains takes it some 0.1 ms each on a free core.
-fn patience(limit: Duration, scene: &CheckedScene) -> Duration {
-    limit + Duration::from_millis(scene.grains.len() as u64)
+pub(crate) fn patience(limit: Duration, grains: usize) -> Duration {
+    limit + Duration::from_millis(grains as u64)
 }
 
 /// How solvers are asked.
@@ -245,7 +248,11 @@ pub(crate) fn fluid_facts(
 ) -> Result<FluidFacts, SolverCommandError> {
     let foreign = !solver.is_ours();
     let asked = ask.commands || !foreign;
-    let known = if asked { solver.facts(scene, path, overrides, patience(ask.limit, scene))? } else { None };
+    let known = if asked {
+        solver.facts(scene, path, overrides, patience(ask.limit, scene.grains.len()))?
+    } else {
+        None
+    };
     let mut facts: FluidFacts = match known {
         Some(facts) => facts,
         None => {
@@ -288,7 +295,11 @@ pub(crate) fn dem_facts(
     ask: Ask,
 ) -> Result<DemFacts, SolverCommandError> {
     let asked = ask.commands || solver.is_ours();
-    let known = if asked { solver.facts(scene, path, overrides, patience(ask.limit, scene))? } else { None };
+    let known = if asked {
+        solver.facts(scene, path, overrides, patience(ask.limit, scene.grains.len()))?
+    } else {
+        None
+    };
     if solver.is_ours()
         && let Some(facts) = known
     {
@@ -395,11 +406,54 @@ fn words(value: &toml::Value) -> Option<Vec<String>> {
 }
 
 /// Facts as printed. JSON writes an infinite number as `null`; TOML, through which they are read,
-/// has both.
-fn parse_facts<F: DeserializeOwned>(text: &str) -> Result<F, String> {
+/// has both. Those of a solver of another are judged by the scene that it was asked about.
+fn parse_facts<F: DeserializeOwned>(text: &str, judged: Option<&CheckedScene>) -> Result<F, String> {
     let json: serde_json::Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
-    to_toml(json).try_into().map_err(|error: toml::de::Error| error.message().to_owned())
+    let toml::Value::Table(table) = to_toml(json) else {
+        return Err("they are no object, `{\"KEY\": VALUE, …}`".to_owned());
+    };
+    judged.map_or(Ok(()), |scene| judge(&table, scene))?;
+    table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().replace('\n', " "))
 }
+
+/// Refuses numbers that cannot be; a key that is not there says nothing.
+fn judge(facts: &toml::Table, scene: &CheckedScene) -> Result<(), String> {
+    let number = |key: &str| {
+        let value = facts.get(key)?;
+        value.as_float().or(value.as_integer().map(|whole| whole as f64))
+    };
+    let wrong = |key: &str, value: f64, allowed: &str| Err(format!("{key} is {value:?}; allowed: {allowed}"));
+    for key in ["dt", "contact_time", "spacing"] {
+        if let Some(value) = number(key).filter(|value| value.is_nan() || *value <= 0.0) {
+            return wrong(key, value, "a positive number, null for an infinite one");
+        }
+    }
+    for key in ["cfl", "cfl_limit", "step_cost", "substep_cost", "interaction_range"] {
+        if let Some(value) = number(key).filter(|value| value.is_nan() || *value < 0.0) {
+            return wrong(key, value, "a number from 0 on, null for an infinite one");
+        }
+    }
+    let grains = scene.grains.len();
+    if let Some(value) = number("grains").filter(|value| *value != grains as f64) {
+        return wrong("grains", value, &format!("{grains}, as many as the scene has"));
+    }
+    let far = FAR * diagonal(scene);
+    match number("interaction_range").filter(|range| *range > far && range.is_finite()) {
+        Some(value) => {
+            wrong("interaction_range", value, &format!("at most {far}, null where it is not known"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Of the box, m.
+pub(crate) fn diagonal(scene: &CheckedScene) -> f64 {
+    let domain = &scene.scene.domain;
+    (0..domain.dimensions()).map(|axis| domain.upper[axis] - domain.lower[axis]).fold(0.0, f64::hypot)
+}
+
+/// How many boxes away something may be that a solver speaks of.
+pub(crate) const FAR: f64 = 1e6;
 
 fn to_toml(json: serde_json::Value) -> toml::Value {
     use serde_json::Value;
@@ -462,12 +516,18 @@ fn ask(command: &[String], arguments: &[OsString], limit: Duration) -> std::io::
     Ok(Answer { code: status.and_then(|status| status.code()), stdout, stderr })
 }
 
+/// Bytes of an answer that are kept: facts are some thousands.
+const LONGEST_ANSWER: u64 = 64 << 20;
+
 /// Reads a pipe to its end in a thread of its own.
 fn read_all(pipe: Option<impl Read + Send + 'static>) -> std::io::Result<JoinHandle<String>> {
     std::thread::Builder::new().spawn(move || {
         let mut bytes = Vec::new();
-        // What was read before an error is still worth showing.
-        let _ = pipe.map(|mut pipe| pipe.read_to_end(&mut bytes));
+        if let Some(mut pipe) = pipe {
+            // What was read before an error is still worth showing. The rest is read, too, so that its writer ends.
+            let _ = pipe.by_ref().take(LONGEST_ANSWER).read_to_end(&mut bytes);
+            let _ = std::io::copy(&mut pipe, &mut std::io::sink());
+        }
         String::from_utf8_lossy(&bytes).into_owned()
     })
 }
@@ -475,7 +535,16 @@ fn read_all(pipe: Option<impl Read + Send + 'static>) -> std::io::Result<JoinHan
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bedload_scene::SceneSource;
     use protocol::facts::{Measure, Side, SolverBound};
+
+    fn two_grains() -> CheckedScene {
+        let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [8, 4, 4]\n\
+                    boundary = { x = \"periodic\", y = \"periodic\", z = \"no-slip\" }\n\
+                    [[grains]]\nposition = [1, 2, 2]\nradius = 0.5\ndensity = 2.0\n\
+                    [[grains]]\nposition = [7, 2, 2]\nradius = 0.5\ndensity = 2.0\n";
+        CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() }).expect("a scene")
+    }
 
     #[test]
     fn an_infinite_fact_survives_json() {
@@ -488,17 +557,39 @@ mod tests {
             }],
             ..DemFacts::default()
         };
-        let read: DemFacts = parse_facts(&serde_json::to_string(&facts).unwrap()).unwrap();
+        let read: DemFacts = parse_facts(&serde_json::to_string(&facts).unwrap(), None).unwrap();
         assert_eq!(read, facts);
         let fluid: FluidFacts =
-            parse_facts(r#"{"dt": 1, "cells": 12, "schemes": ["explicit"], "resolved": {"dt": 0.5}}"#)
+            parse_facts(r#"{"dt": 1, "cells": 12, "schemes": ["explicit"], "resolved": {"dt": 0.5}}"#, None)
                 .unwrap();
         assert_eq!(
             (fluid.dt, fluid.cells, fluid.schemes()),
             (1.0, 12, &[protocol::scheme::Scheme::Explicit][..])
         );
         assert_eq!(fluid.resolved["dt"].as_float(), Some(0.5));
-        assert!(parse_facts::<DemFacts>("not json").is_err());
+        assert!(parse_facts::<DemFacts>("not json", None).is_err());
+    }
+
+    #[test]
+    fn facts_that_cannot_be_are_refused_by_their_key() {
+        for (text, words) in [
+            (r#"[2, 0, 0.1]"#, "no object"),
+            (r#"{"contact_time": "0.1"}"#, "contact_time"),
+            (r#"{"contact_time": -1}"#, "contact_time is -1.0; allowed: a positive"),
+            (r#"{"contact_time": 0.0}"#, "contact_time is 0.0"),
+            (r#"{"dt": -1e-3}"#, "dt is -0.001"),
+            (r#"{"interaction_range": -1}"#, "interaction_range is -1.0"),
+            (r#"{"interaction_range": 1e300}"#, "interaction_range is 1e300"),
+            (r#"{"grains": 7}"#, "grains is 7.0; allowed: 2"),
+            (r#"{"grains": 2.5}"#, "grains is 2.5"),
+            (r#"{"substep_cost": -1}"#, "substep_cost is -1.0"),
+        ] {
+            let error = parse_facts::<DemFacts>(text, Some(&two_grains())).expect_err(text);
+            assert!(error.contains(words), "{text}: {error}");
+        }
+        for text in [r#"{"contact_time": null, "interaction_range": null}"#, r#"{"grains": 2}"#, "{}"] {
+            parse_facts::<DemFacts>(text, Some(&two_grains())).expect(text);
+        }
     }
 
     #[test]

@@ -13,11 +13,14 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use bedload_program::Heartbeats;
 use protocol::participant::Role;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 
 /// Lines of stderr kept as last words.
 const LAST_LINES: usize = 20;
+/// Bytes of a line of stderr that are kept: a bar that a solver draws has no line break.
+const LONGEST_LINE: usize = 4096;
 /// How often a wait for several children looks.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
@@ -98,9 +101,21 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 pub(crate) struct Supervisor {
     children: Vec<Watched>,
     exits: Exits,
+    /// Of children that run by themselves.
+    heartbeats: Option<Heartbeats>,
 }
 
 impl Supervisor {
+    /// Of a child that runs by itself, whose heartbeats are listened to where the system has sockets.
+    pub(crate) fn listening() -> Self {
+        Self { children: Vec::new(), exits: Exits::default(), heartbeats: Heartbeats::listen().ok() }
+    }
+
+    /// Did a child send a heartbeat since this was asked last?
+    pub(crate) fn heard(&self) -> bool {
+        self.heartbeats.as_ref().is_some_and(Heartbeats::any)
+    }
+
     /// Starts a solver.
     ///
     /// # Errors
@@ -117,7 +132,8 @@ impl Supervisor {
         };
         let mut command = Command::new(executable);
         command.args(leading).args(arguments).process_group(0);
-        command.env(bedload_program::PARENT, std::process::id().to_string());
+        command.env(bedload_program::PARENT, bedload_program::parent_name());
+        command.envs(self.heartbeats.as_ref().map(Heartbeats::variable));
         if words != StderrMode::Own {
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         }
@@ -226,27 +242,50 @@ fn await_exit(role: Role, child: &Mutex<Child>, exits: &Mutex<Vec<Exit>>) {
     locked(exits).push(Exit { role, status });
 }
 
-fn keep_words(role: Role, stderr: impl BufRead, kept: &Mutex<VecDeque<String>>, say: bool) {
-    // Lossy, because a foreign solver may write what it likes.
-    for line in stderr.split(b'\n') {
-        let Ok(bytes) = line else { return };
-        let line = String::from_utf8_lossy(&bytes).trim_end().to_owned();
-        if line.is_empty() {
+fn keep_words(role: Role, mut stderr: impl BufRead, kept: &Mutex<VecDeque<String>>, say: bool) {
+    let mut line = Vec::new();
+    while read_line(&mut stderr, &mut line) {
+        // Lossy, because a foreign solver may write what it likes.
+        let text = String::from_utf8_lossy(&line).trim_end().to_owned();
+        line.clear();
+        if text.is_empty() {
             continue;
         }
         if say {
-            protocol::say!("{role}: {line}");
+            protocol::say!("{role}: {text}");
         }
         let mut kept = locked(kept);
         if kept.len() == LAST_LINES {
             kept.pop_front();
         }
-        kept.push_back(line);
+        kept.push_back(text);
+    }
+}
+
+/// Reads up to a line break, of which the first [`LONGEST_LINE`] bytes are put into `line`; false at the end.
+fn read_line(from: &mut impl BufRead, line: &mut Vec<u8>) -> bool {
+    loop {
+        let there = match from.fill_buf() {
+            Ok([]) => return !line.is_empty(),
+            Ok(there) => there,
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+            Err(_) => return false,
+        };
+        let end = there.iter().position(|byte| *byte == b'\n');
+        let part = &there[..end.unwrap_or(there.len())];
+        line.extend_from_slice(&part[..part.len().min(LONGEST_LINE.saturating_sub(line.len()))]);
+        let read = part.len() + usize::from(end.is_some());
+        from.consume(read);
+        if end.is_some() {
+            return true;
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::Read as _;
+
     use super::*;
 
     fn shell(script: &str) -> Vec<String> {
@@ -290,6 +329,17 @@ mod tests {
         assert!(!supervisor.wait_all(Duration::from_millis(50)), "stopping is no exit");
         supervisor.end(Duration::from_millis(500));
         assert!(supervisor.any_exit());
+    }
+
+    #[test]
+    fn a_line_without_an_end_is_cut() {
+        let endless = std::io::repeat(b'z').take(1 << 30);
+        let kept = Mutex::default();
+        let begun = protocol::memory::peak_rss_bytes();
+        keep_words(Role::Dem, BufReader::new(endless.chain(&b"\nlast\nwords"[..])), &kept, false);
+        let kept: Vec<String> = locked(&kept).iter().cloned().collect();
+        assert_eq!((kept[0].len(), &kept[1..]), (LONGEST_LINE, &["last".to_owned(), "words".to_owned()][..]));
+        assert!(protocol::memory::peak_rss_bytes() < begun + (256 << 20));
     }
 
     #[test]

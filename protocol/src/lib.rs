@@ -25,14 +25,27 @@ pub mod memory;
 pub mod message;
 pub mod new_file;
 pub mod participant;
+pub mod printable;
 pub mod scheme;
 pub mod serve;
 
 /// `eprintln!` that does not panic where nobody reads any more: a process whose reader has died still
-/// has to leave in order, with its own exit code.
+/// has to leave in order, with its own exit code. What others say in it is made [`printable::printable`].
 #[macro_export]
 macro_rules! say {
     ($($text:tt)*) => {{
-        let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{}\n", format_args!($($text)*)));
+        let text = format!("{}\n", format_args!($($text)*));
+        let _ = std::io::Write::write_all(
+            &mut std::io::stderr(),
+            $crate::printable::printable(&text).as_bytes(),
+        );
     }};
+}
+
+/// `println!` of text that others may have written: made [`printable::printable`].
+#[macro_export]
+macro_rules! show {
+    ($($text:tt)*) => {
+        println!("{}", $crate::printable::printable(&format!($($text)*)))
+    };
 }

@@ -114,6 +114,17 @@ pub enum ExchangeError {
         /// Deadline, s.
         seconds: f64,
     },
+    /// A solver did not take part in time.
+    #[error(
+        "{peer} did not join within {seconds} s: it hangs, or does not know the protocol; one that is only slow to start \
+         needs a longer [coupling] startup_deadline"
+    )]
+    NotJoined {
+        /// Name of the process.
+        peer: String,
+        /// Longest time, s.
+        seconds: f64,
+    },
     /// A message of another window, or of another number of grains.
     #[error("message out of order: {what}")]
     Order {

@@ -18,8 +18,8 @@ use study::{commands, evidence};
 /// Grains in a flow: fluid and DEM solvers coupled.
 ///
 /// Exit codes: 0 done; 1 a run failed or a comparison differs; 2 bad input or a broken bound; 3 a
-/// solver died or timed out; 4 the run was unstable; 5 no room on the disk; 6 a
-/// log breaks off or is damaged; 130 interrupted (checkpoint and log are in order).
+/// solver died or timed out; 4 the run was unstable; 5 no room on the disk; 6 a log breaks off or is
+/// damaged; 7 another process writes there; 130 interrupted (checkpoint and log are in order).
 #[derive(Debug, Parser)]
 #[command(name = "bedload", version, propagate_version = true)]
 struct Arguments {
@@ -341,6 +341,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             cheaper.map_or_else(|| check::check(&options, json), |name| check::cheaper(&options, &name))
         }
         Command::Run { options, accuracy } => {
+            bedload_program::end_with_parent()?;
             study::sections::check(&options)?;
             coupler::run::run(&with_accuracy(options, accuracy), study::report::page::write)
         }

@@ -183,7 +183,7 @@ impl Report {
     /// Takes a case, and prints it.
     fn add(&mut self, options: &Options, case: Played) {
         if !options.json {
-            println!("{:5}  {:5}  {:14}  {}", self.role, case.outcome.word(), case.name, case.seen);
+            protocol::show!("{:5}  {:5}  {:14}  {}", self.role, case.outcome.word(), case.name, case.seen);
             if case.outcome != Outcome::Pass {
                 println!("{:30}wanted: {}", "", case.about);
             }
@@ -199,7 +199,7 @@ fn put(path: &Path, text: &str) -> Result<(), Failure> {
 
 fn pass_over(options: &Options, report: &mut Report, why: &str) {
     if !options.json {
-        println!("{:5}  passed over: {why}", report.role);
+        protocol::show!("{:5}  passed over: {why}", report.role);
     }
     report.passed_over = Some(why.to_owned());
 }

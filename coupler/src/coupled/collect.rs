@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::message_checks;
 
 /// Writing files may take longer than a window.
-const FILES_TAKE: u32 = 6;
+pub(crate) const FILES_TAKE: u32 = 6;
 
 /// Longest time for the last report of a window that the other solver has done, after a failure.
 const PATIENCE: Duration = Duration::from_millis(200);
@@ -60,7 +60,7 @@ impl CoupledLink<'_> {
         let slow = self.ordered.iter().any(|(_, window)| window.output) || self.ordered.is_empty();
         let limit = if slow { self.deadline * FILES_TAKE } else { self.deadline };
         let Self { link, supervisor, interrupts, stopping, .. } = self;
-        let step = self.ordered.front().map_or(0, |(_, window)| window.step);
+        let step = link.step();
         link.next(limit, &mut || alive(supervisor, interrupts, *stopping, step)).map(Some)
     }
 
@@ -68,43 +68,53 @@ impl CoupledLink<'_> {
     pub(super) fn take(&mut self, event: Event) -> Result<(), Failure> {
         match event {
             Event::Loads(lent) => {
-                let slot = self.slot_for(lent.header(), lent.records())?;
+                let due = self.due(|slot| slot.loads.is_none());
+                let slot = self.slot_for(due, lent.header(), lent.records())?;
                 slot.loads = Some(*lent.header());
                 lent.records().clone_into(&mut slot.force);
             }
             Event::Kinematics(lent) => {
-                let slot = self.slot_for(lent.header(), lent.records())?;
+                let due = self.due(|slot| slot.kinematics.is_none());
+                let slot = self.slot_for(due, lent.header(), lent.records())?;
                 slot.kinematics = Some(*lent.header());
                 lent.records().clone_into(&mut slot.motion);
             }
             Event::Status(role, status) => {
                 self.expect(role, &status, State::Done)?;
-                if self.window_of(status.step).is_none() {
-                    return Err(Failure::Run(format!(
-                        "the {role} solver reports window {}, which was not ordered",
-                        status.step
-                    )));
-                }
+                let is_due = |slot: &Collected| match role {
+                    Role::Fluid => slot.fluid.is_none(),
+                    Role::Dem => slot.dem.is_none(),
+                };
+                let (due, grains) = (self.due(is_due), self.scene.grains.len());
+                message_checks::report_of(due, role, &status, grains, self.substeps)?;
                 let slot = &mut self.slots[slot_of(status.step)];
                 match role {
                     Role::Fluid => slot.fluid = Some(status),
-                    Role::Dem => slot.dem = Some(status),
+                    Role::Dem => {
+                        slot.dem = Some(status);
+                        self.substeps = status.substeps;
+                    }
                 }
             }
         }
         Ok(())
     }
 
-    /// Where a message goes, if it belongs to a window that was ordered.
-    fn slot_for<R: Record>(&mut self, header: &Header, records: &[R]) -> Result<&mut Collected, Failure> {
-        let window = self.window_of(header.step);
-        message_checks::belongs(window, header, records, self.scene.grains.len())?;
+    /// Where a message goes, if it is of the window that is due.
+    fn slot_for<R: Record>(
+        &mut self,
+        due: Option<Window>,
+        header: &Header,
+        records: &[R],
+    ) -> Result<&mut Collected, Failure> {
+        message_checks::belongs(due.as_ref(), header, records, self.scene.grains.len())?;
         Ok(&mut self.slots[slot_of(header.step)])
     }
 
-    /// The window on its way that has this number.
-    fn window_of(&self, step: u64) -> Option<&Window> {
-        self.ordered.iter().map(|(_, window)| window).find(|window| window.step == step)
+    /// The oldest window on its way in whose slot something is due.
+    fn due(&self, is_due: impl Fn(&Collected) -> bool) -> Option<Window> {
+        let windows = self.ordered.iter().map(|(_, window)| *window);
+        windows.into_iter().find(|window| is_due(&self.slots[slot_of(window.step)]))
     }
 
     /// Keeps a report, and refuses one that is not `wanted`.
@@ -117,8 +127,10 @@ impl CoupledLink<'_> {
             return Ok(());
         }
         Err(Failure::Run(format!(
-            "the {role} solver answered with state {} where {wanted:?} was due",
-            status.state
+            "the {role} solver answered with state {} of window {} in window {}, where {wanted:?} was due",
+            status.state,
+            status.step,
+            self.link.step()
         )))
     }
 

@@ -95,7 +95,7 @@ pub(super) fn explain(
     if matches!(error, ExchangeError::Stopped) {
         return Failure::Interrupted("killed by a second signal; the last checkpoint stands".into());
     }
-    if matches!(error, ExchangeError::Deadline { .. }) {
+    if matches!(error, ExchangeError::Deadline { .. } | ExchangeError::NotJoined { .. }) {
         return Failure::Peer(error.to_string());
     }
     let exits = supervisor.exits();

@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::Duration;
 
-use bedload_output::{Cost, GrainRow, OutputFolder, Summary, atomic_write, grains_table};
-use bedload_program::{End, Failure, Interrupts, Link, Messages, Ordered};
+use bedload_output::{Cost, GrainRow, OutputFolder, atomic_write, grains_table};
+use bedload_program::{Failure, Interrupts, Link, Messages, Ordered};
 use bedload_scene::{CheckedScene, Grain, Motion};
 use protocol::channel::CouplerLink;
 use protocol::memory::peak_rss_bytes;
@@ -28,11 +28,13 @@ pub(crate) struct CoupledLink<'a> {
     pub(super) ordered: VecDeque<(Command, Window)>,
     /// One slot for each window on its way; a window has the slot of its number modulo their count.
     pub(super) slots: Vec<Collected>,
-    /// The window that was done last: its slot, what came of it, its end in time.
-    latest: Option<(usize, Whole, f64)>,
+    /// The window that was done last: its slot, and what came of it.
+    latest: Option<(usize, Whole)>,
     /// Last reports.
     pub(super) fluid: Status,
     pub(super) dem: Status,
+    /// Sub-steps that the DEM has reported.
+    pub(super) substeps: u64,
     pub(super) stopping: bool,
     /// What ends the run, once everything sent before it has been read.
     pub(super) broken: Option<ExchangeError>,
@@ -42,13 +44,14 @@ pub(crate) struct CoupledLink<'a> {
 }
 
 impl<'a> CoupledLink<'a> {
-    /// Takes over solvers that have said `Ready`.
+    /// Takes over solvers that have said `Ready`, a DEM with a count of `substeps`.
     pub(super) fn new(
         supervisor: Supervisor,
         link: CouplerLink,
         scene: &'a CheckedScene,
         deadline: Duration,
         interrupts: Interrupts,
+        substeps: u64,
     ) -> Self {
         Self {
             supervisor,
@@ -61,6 +64,7 @@ impl<'a> CoupledLink<'a> {
             latest: None,
             fluid: Status::default(),
             dem: Status::default(),
+            substeps,
             stopping: false,
             broken: None,
             failed: None,
@@ -76,28 +80,6 @@ impl<'a> CoupledLink<'a> {
     fn order_between(&mut self, order: Order, step: u64, time: f64, answer: State) -> Result<(), Failure> {
         self.command(Command { order: order as u64, step, time, ..Command::default() })?;
         self.collect(answer)
-    }
-
-    /// `grains.csv`: the grains after the last window, whoever moved them.
-    fn write_grains(&self, folder: &OutputFolder) -> Result<(), Failure> {
-        let Some((slot, _, time)) = &self.latest else { return Ok(()) };
-        let limits = self.scene.scene.domain.limits();
-        let is_inside = |now: &Kinematics| {
-            limits.iter().zip(now.position).all(|([low, high], x)| (low..=high).contains(&&x))
-        };
-        let row = |(id, (grain, now)): (usize, (&Grain, &Kinematics))| GrainRow {
-            id,
-            position: now.position,
-            radius: grain.radius,
-            density: grain.density,
-            velocity: now.velocity,
-            spin: now.spin,
-            free: grain.motion == Motion::Free,
-            round: grain.shape.is_round(),
-        };
-        let grains = self.scene.grains.iter().zip(&self.slots[*slot].motion).enumerate();
-        let rows: Vec<GrainRow> = grains.filter(|(_, (_, now))| is_inside(now)).map(row).collect();
-        Ok(atomic_write(&folder.grains(), grains_table(*time, &rows).as_bytes())?)
     }
 }
 
@@ -116,7 +98,7 @@ impl Link for CoupledLink<'_> {
         if let Some(error) = self.broken.take_if(|_| self.ordered.is_empty()) {
             return Err(self.diagnose(error));
         }
-        let Some((command, window)) = self.ordered.front().copied() else { return Ok(None) };
+        let Some((command, _)) = self.ordered.front().copied() else { return Ok(None) };
         let slot = slot_of(command.step);
         let whole = loop {
             if let Some(whole) = self.slots[slot].whole() {
@@ -127,12 +109,12 @@ impl Link for CoupledLink<'_> {
         };
         self.ordered.pop_front();
         self.extras = [whole.fluid.pressure_gradient];
-        self.latest = Some((slot, whole, window.time + window.dt));
+        self.latest = Some((slot, whole));
         Ok(Some(command))
     }
 
     fn messages(&self) -> Messages<'_> {
-        let Some((slot, whole, _)) = &self.latest else { return Messages::default() };
+        let Some((slot, whole)) = &self.latest else { return Messages::default() };
         let Collected { force, motion, .. } = &self.slots[*slot];
         Messages {
             loads: force,
@@ -179,14 +161,30 @@ impl Link for CoupledLink<'_> {
         cost
     }
 
-    fn finish(
-        &mut self,
-        _: &CheckedScene,
+    /// The grains after the last window, whoever moved them.
+    fn write_grains(
+        &self,
+        scene: &CheckedScene,
         folder: &OutputFolder,
-        _: &mut Summary,
-        end: Option<End>,
+        (time, motion): (f64, &[Kinematics]),
     ) -> Result<(), Failure> {
-        if end.is_some() { self.write_grains(folder) } else { Ok(()) }
+        let limits = scene.scene.domain.limits();
+        let is_inside = |now: &Kinematics| {
+            limits.iter().zip(now.position).all(|([low, high], x)| (low..=high).contains(&&x))
+        };
+        let row = |(id, (grain, now)): (usize, (&Grain, &Kinematics))| GrainRow {
+            id,
+            position: now.position,
+            radius: grain.radius,
+            density: grain.density,
+            velocity: now.velocity,
+            spin: now.spin,
+            free: grain.motion == Motion::Free,
+            round: grain.shape.is_round(),
+        };
+        let grains = scene.grains.iter().zip(motion).enumerate();
+        let rows: Vec<GrainRow> = grains.filter(|(_, (_, now))| is_inside(now)).map(row).collect();
+        Ok(atomic_write(&folder.grains(), grains_table(time, &rows).as_bytes())?)
     }
 }
 

@@ -21,5 +21,6 @@ mod link;
 mod schedule;
 mod setup;
 
+pub(crate) use collect::FILES_TAKE;
 pub use setup::Report;
 pub(crate) use setup::{Coupled, draw, serve_arguments, start, write_scene};

@@ -7,7 +7,7 @@ use protocol::participant::Window;
 use protocol::scheme::Scheme;
 use serde::{Deserialize, Serialize};
 
-use super::kinematics_check::KinematicsCheck;
+use super::kinematics_check::{self, KinematicsCheck};
 use crate::failure::Failure;
 use crate::iterate::{Convergence, ConvergenceMonitor, MonitorState, Tally};
 use crate::message_checks;
@@ -94,11 +94,13 @@ impl<'a> CoupledSchedule<'a> {
     /// What the run keeps to, window by window.
     fn check_bounds(&mut self, window: &Window, sent: &Sent<'_>) -> Result<(), Failure> {
         let (plan, Messages { loads, kinematics, .. }) = (&self.prepared.plan, *sent.messages);
+        // The advice of a bound is about time steps.
+        let doubt = if self.kinematics_check.is_some() { kinematics_check::DOUBT } else { "" };
         if let Some(found) = self.alternation.take(window, kinematics)
             && !plan.forced.iter().any(|name| name == unstable::NAME)
         {
             return Err(Failure::Unstable(format!(
-                "unstable from window {} on (noticed in window {}, t = {} s): {}; {}",
+                "unstable from window {} on (noticed in window {}, t = {} s): {}; {}{doubt}",
                 found.window,
                 window.step,
                 window.time,
@@ -106,14 +108,20 @@ impl<'a> CoupledSchedule<'a> {
                 unstable::REMEDY
             )));
         }
+        let with_doubt = |failure| match failure {
+            Failure::Run(text) => Failure::Run(format!("{text}{doubt}")),
+            other => other,
+        };
         let header = sent.kinematics_header;
-        message_checks::overlap(window, header, sent.dem, self.largest_radius, &plan.forced)?;
+        message_checks::overlap(window, header, sent.dem, self.largest_radius, &plan.forced)
+            .map_err(with_doubt)?;
         if let Some(check) = &mut self.kinematics_check {
-            check.window(window, loads, kinematics, &plan.forced)?;
+            check.window(window, header, loads, kinematics, &plan.forced)?;
         }
         let limit = sent.fluid.dt_limit;
         if !plan.adaptive {
-            let passed = message_checks::step_limit(window, limit, plan.cfl_reserve, &plan.forced)?;
+            let passed = message_checks::step_limit(window, limit, plan.cfl_reserve, &plan.forced)
+                .map_err(with_doubt)?;
             if passed && !self.warned_of_limit {
                 self.warned_of_limit = true;
                 protocol::say!(

@@ -8,13 +8,14 @@ use std::time::Duration;
 use bedload_output::OutputFolder;
 use bedload_program::{Interrupts, RunOptions, Setup};
 use protocol::channel::{CouplerLink, Rendezvous, Waiting};
-use protocol::participant::ExchangeError;
+use protocol::participant::{ExchangeError, Role};
 use protocol::scheme::{Scheme, SchemeKey};
 
 use super::diagnosis::{alive, explain};
 use super::link::CoupledLink;
 use super::schedule::{CoupledSchedule, CoupledState};
 use crate::config::Coupling;
+use crate::descriptors;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::solvers::Solver;
@@ -57,20 +58,24 @@ impl<'a> Setup for Coupled<'a> {
             ExchangeError::NoRoom(text) => Failure::Full(text),
             other => Failure::Run(other.to_string()),
         };
+        descriptors::allow(descriptors::COUPLED_RUN).map_err(Failure::Run)?;
         let rendezvous = rendezvous(prepared).map_err(exchange)?;
         let mut link = CouplerLink::create(&rendezvous).map_err(exchange)?;
         let mut supervisor = Supervisor::default();
         let (checkpoint, state) = from.unzip();
         start_solvers(options, prepared, folder, &mut supervisor, &link, checkpoint.as_deref())?;
-        if let Err(error) = link.wait_ready(&mut || alive(&supervisor, interrupts, false, 0)) {
+        let ready = link.wait_ready(&mut || alive(&supervisor, interrupts, false, 0)).map_err(|error| {
             // A solver that ends needs a moment to be gone.
             supervisor.wait_all(Duration::from_millis(200));
             let failure = explain(&error, None, &supervisor);
             supervisor.end(Duration::from_millis(300));
-            return Err(failure);
-        }
+            failure
+        })?;
+        let of_dem = ready.iter().find(|(role, _)| *role == Role::Dem);
+        let substeps = of_dem.map_or(0, |(_, status)| status.substeps);
         let deadline = Duration::from_secs_f64(prepared.coupling.deadline);
-        let link = CoupledLink::new(supervisor, link, &prepared.scene, deadline, interrupts.clone());
+        let link =
+            CoupledLink::new(supervisor, link, &prepared.scene, deadline, interrupts.clone(), substeps);
         Ok((link, CoupledSchedule::new(prepared, state)))
     }
 

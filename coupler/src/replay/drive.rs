@@ -53,7 +53,7 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
         Some(out) => write(&divergence, &title, request, out)?,
         None => Vec::new(),
     };
-    println!(
+    protocol::show!(
         "{} windows of {} compared, given to the {} solver `{}` in {} s; what it sends changes nothing in what it is \
          given",
         divergence.windows(),

@@ -18,18 +18,17 @@ mod request;
 mod substeps;
 
 use std::ffi::OsString;
-use std::time::Duration;
 
 use bedload_program::Interrupts;
-use protocol::log::LogReader;
+use protocol::log::{LogReader, Manifest};
 use rustix::process::Signal;
 
 pub use request::{Figure, Replay};
 
-use crate::coupled::start;
+use crate::by_itself::{self, Silence};
+use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::solvers::Solver;
-use crate::supervise::{StderrMode, Supervisor};
 
 /// Replays a log. Our own solver is started whatever command the log names: a log is data, and may come from
 /// anyone.
@@ -38,7 +37,7 @@ use crate::supervise::{StderrMode, Supervisor};
 /// [`Failure`].
 pub fn replay(replay: &Replay) -> Result<(), Failure> {
     let reader = LogReader::open(&replay.log).map_err(|error| Failure::Input(error.to_string()))?;
-    let manifest = reader.manifest();
+    let manifest = reader.manifest().clone();
     if !manifest.has(replay.drive) {
         return Err(Failure::Input(format!(
             "{}: no {} took part in this run; drive the other solver",
@@ -57,28 +56,30 @@ pub fn replay(replay: &Replay) -> Result<(), Failure> {
     if replay.compare || !replay.overrides.is_empty() {
         return drive::compare(replay, reader, &interrupts);
     }
-    by_itself(replay, &interrupts)
+    alone(replay, &manifest, &interrupts)
 }
 
 /// Starts the solver on the log and passes its exit code on: 0 the same, 1 different, 6 the log breaks off.
-fn by_itself(replay: &Replay, interrupts: &Interrupts) -> Result<(), Failure> {
+fn alone(replay: &Replay, manifest: &Manifest, interrupts: &Interrupts) -> Result<(), Failure> {
     let solver = Solver::ours(replay.drive);
-    let mut supervisor = Supervisor::default();
-    start(&mut supervisor, &solver, &arguments(replay), StderrMode::Own)?;
-    while !supervisor.wait_all(Duration::from_millis(20)) {
+    let scene = changed::logged(replay, manifest);
+    // The solver says what is wrong with it; a log of a former release may have other keys.
+    let coupling = scene.as_ref().ok().and_then(|scene| Coupling::read(scene).ok()).unwrap_or_default();
+    let silence = Silence::of(&coupling, manifest.grains());
+    let exit = by_itself::run(&solver, &arguments(replay), silence, |supervisor| {
         if interrupts.count() > 0 {
             // Nothing to save: a replay can be done again.
             supervisor.signal(Signal::TERM);
         }
-    }
-    match supervisor.exits().pop() {
-        Some(exit) => match exit.code() {
+    })?;
+    match exit {
+        Ok(exit) => match exit.code() {
             Some(0) => Ok(()),
             Some(code) => Err(Failure::Passed(u8::try_from(code).unwrap_or(1))),
             None if interrupts.count() > 0 => Err(Failure::Interrupted("the replay was not finished".into())),
             None => Err(Failure::Peer(exit.to_string())),
         },
-        None => Err(Failure::Peer(format!("the {} solver is gone", replay.drive))),
+        Err(what) => Err(Failure::Peer(what)),
     }
 }
 

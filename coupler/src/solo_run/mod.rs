@@ -22,6 +22,7 @@ use protocol::participant::{ExchangeError, Role};
 
 use crate::config::Coupling;
 use crate::coupled::serve_arguments;
+use crate::descriptors;
 use crate::supervise::{Exit, StderrMode, Supervisor};
 
 use fake_peer::Instructions;
@@ -66,6 +67,7 @@ pub(crate) struct Turn {
 impl Setup {
     /// A run of the scene's grains with the scene's limits.
     pub(crate) fn rendezvous(&self, setting: Setting<'_>) -> Result<Rendezvous, String> {
+        descriptors::allow(descriptors::COUPLED_RUN)?;
         let mut rendezvous = Rendezvous::new(self.scene.grains.len()).map_err(text)?;
         rendezvous.repeatable = setting.repeatable;
         rendezvous.join_s = self.join_s;

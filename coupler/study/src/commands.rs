@@ -67,8 +67,7 @@ pub fn chart(scene: &Path, options: &Options) -> Result<(), Failure> {
     let (table, out) = of_scene(scene, Kind::Chart, options)?;
     let (page, words) = chart::draw(&out)?;
     let csv = out.join(Kind::Chart.table());
-    print!("{words}");
-    println!("\n{}\n{}", csv.display(), page.display());
+    protocol::show!("{words}\n{}\n{}", csv.display(), page.display());
     match table.rows.iter().any(|row| row.point().is_some()) {
         true => Ok(()),
         false => Err(Failure::Run(format!("no run gave an error; the remarks in {} say why", csv.display()))),
@@ -83,7 +82,7 @@ pub fn stability(scene: &Path, options: &Options) -> Result<(), Failure> {
     let (table, out) = of_scene(scene, Kind::Stability, options)?;
     let page = stability::draw(&out)?;
     let counts = Counts::of(&table.rows);
-    println!("{counts}\n{}", page.display());
+    protocol::show!("{counts}\n{}", page.display());
     if counts.failed_accepted > 0 {
         let (failed, page) = (counts.failed_accepted, page.display());
         let what = format!("`check` accepts {failed} of {} runs that failed; see {page}", counts.runs);
@@ -116,13 +115,16 @@ pub fn validate(cases: &[String], quick: bool, options: &Options) -> Result<(), 
     }
     let (compared, page) = case::draw(&made, quick, &out)?;
     let path = out.join("validation.md");
-    println!("{page}");
+    protocol::show!("{page}");
     let case::Compared { checks, misses, failed } = compared;
     if failed > 0 {
         return Err(Failure::Run(format!("{failed} of {checks} checks failed; see {}", path.display())));
     }
     let agree = checks - misses;
-    println!("{agree} of {checks} checks agree, {misses} miss as known, none differs; {}", path.display());
+    protocol::show!(
+        "{agree} of {checks} checks agree, {misses} miss as known, none differs; {}",
+        path.display()
+    );
     Ok(())
 }
 

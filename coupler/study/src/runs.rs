@@ -79,7 +79,8 @@ fn machine() -> String {
 /// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks.
 ///
 /// # Errors
-/// [`Failure::Input`] if this program or the folders cannot be had. A run that fails is an outcome.
+/// [`Failure::Input`] if this program or the folders cannot be had; that of a run that was not carried to an end,
+/// once the others have theirs. A run that fails is an outcome.
 pub(crate) fn run_all(
     tasks: &[Task],
     jobs: usize,
@@ -93,8 +94,8 @@ pub(crate) fn run_all(
     let origin =
         Origin { commit: commit.to_owned(), machine: machine(), beside: jobs.min(tasks.len()).max(1) - 1 };
     let outcomes = at_a_time(jobs, tasks, |task| task.outcome(&program, reuse, &origin));
-    let missing = || Outcome::Failed("the run was not made".to_owned());
-    Ok(outcomes.into_iter().map(|outcome| outcome.unwrap_or_else(missing)).collect())
+    let missing = || Ok(Outcome::Failed("the run was not made".to_owned()));
+    outcomes.into_iter().map(|outcome| outcome.unwrap_or_else(missing)).collect()
 }
 
 /// What `work` makes of each item, in their order, `jobs` at a time; none where it panicked.
@@ -150,35 +151,39 @@ impl Task {
         Ok(summary.filter(|left| left.scene_sha256 == sha256 && left.version == env!("CARGO_PKG_VERSION")))
     }
 
-    fn outcome(&self, program: &Path, reuse: Reuse, origin: &Origin) -> Outcome {
+    fn outcome(&self, program: &Path, reuse: Reuse, origin: &Origin) -> Result<Outcome, Failure> {
         let left = match self.summary() {
             Ok(left) => left,
-            Err(error) => return Outcome::Failed(error),
+            Err(error) => return Ok(Outcome::Failed(error)),
         };
         let resume = left.as_ref().is_some_and(|left| left.status == RunStatus::Interrupted);
         match left.and_then(|summary| reuse.outcome(summary)) {
             Some(outcome) => {
                 protocol::say!("bedload: {}: finished before", self.name);
-                outcome
+                Ok(outcome)
             }
             None => self.make(program, reuse, resume, origin),
         }
     }
 
-    fn make(&self, program: &Path, reuse: Reuse, resume: bool, origin: &Origin) -> Outcome {
+    fn make(&self, program: &Path, reuse: Reuse, resume: bool, origin: &Origin) -> Result<Outcome, Failure> {
         let name = &self.name;
         protocol::say!("bedload: {name}: {}", if resume { "goes on" } else { "runs" });
         let said = self.beside("log");
         let note = toml::to_string(origin).unwrap_or_default();
         if let Err(error) = atomic_write(&self.beside("origin"), note.as_bytes()) {
-            return Outcome::Failed(error.to_string());
+            return Ok(Outcome::Failed(error.to_string()));
         }
         let status = match self.start(program, &said, resume) {
             Ok(status) => status,
-            Err(error) => return Outcome::Failed(error.to_string()),
+            Err(error) => return Ok(Outcome::Failed(error.to_string())),
         };
+        if let Some(failure) = self.not_carried_out(status, &said) {
+            protocol::say!("bedload: {failure}");
+            return Err(failure);
+        }
         // Only what this run wrote is taken for its result: there was nothing to reuse before it.
-        match self.finished(reuse) {
+        let outcome = match self.finished(reuse) {
             Ok(Some(Outcome::Done(summary))) if status.success() => {
                 protocol::say!("bedload: {name}: done in {:.1} s", summary.cost.wall_s);
                 Outcome::Done(summary)
@@ -194,7 +199,22 @@ impl Task {
                     _ => Outcome::Failed(plain()),
                 }
             }
-        }
+        };
+        Ok(outcome)
+    }
+
+    /// A run that was not carried to an end says nothing about its scene: neither a check nor a setting failed.
+    fn not_carried_out(&self, status: ExitStatus, said: &Path) -> Option<Failure> {
+        let kind = match status.code() {
+            Some(5) => Failure::Full,
+            Some(7) => Failure::InUse,
+            Some(130) => Failure::Interrupted,
+            _ => return None,
+        };
+        let text = std::fs::read_to_string(said).unwrap_or_default();
+        let why = text.lines().last().unwrap_or_default();
+        let name = &self.name;
+        Some(kind(format!("the run {name} was not carried out, so that nothing is judged: {why}")))
     }
 
     /// Why it was refused, with the scene by its name alone.
@@ -228,6 +248,7 @@ impl Task {
         command.arg("--threads").arg(self.threads.to_string()).arg("--out").arg(&self.folder);
         // What is kept was looked at before: a folder of a study is the study's.
         command.arg(if resume { "--resume" } else { "--overwrite" });
+        command.env(bedload_program::PARENT, bedload_program::parent_name());
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
         command.status().map_err(cannot("start", program))
     }

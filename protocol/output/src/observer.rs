@@ -1,5 +1,6 @@
 //! Everything that watches a run, fed once per accepted window.
 
+use protocol::message::Kinematics;
 use serde::{Deserialize, Serialize};
 
 use crate::columns::{Columns, Extra, Sample, Sides};
@@ -57,7 +58,8 @@ impl Observer {
         Self::begin(folder, scene, sides, extras, None)
     }
 
-    /// Watches a run that goes on from a checkpoint: rows of `series.csv` after it are cut off.
+    /// Watches a run that goes on from a checkpoint: rows of `series.csv` after it are cut off. `last`: the motion
+    /// of all grains there, for a run that may end without another window.
     ///
     /// # Errors
     /// As [`Observer::create`], and [`OutputError::Content`] if the state does not fit the scene.
@@ -67,8 +69,11 @@ impl Observer {
         sides: Sides,
         extras: &[Extra],
         state: ObserverState,
+        last: Option<&[Kinematics]>,
     ) -> Result<Self, OutputError> {
-        Self::begin(folder, scene, sides, extras, Some(state))
+        let mut observer = Self::begin(folder, scene, sides, extras, Some(state))?;
+        observer.metrics.restore_last(last.unwrap_or_default());
+        Ok(observer)
     }
 
     fn begin(

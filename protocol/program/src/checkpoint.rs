@@ -1,11 +1,13 @@
 //! The loop's part of a checkpoint, and which checkpoint is whole.
 //!
 //! A checkpoint is a folder `checkpoint/<step>`: one file of each solver and, written last,
-//! `loop.checkpoint`. A folder without that file was cut short and is never resumed from.
+//! `loop.checkpoint`. A folder without that file was cut short and is never resumed from. Where a run ends there
+//! is `motion.checkpoint`, too: what it leaves at its end is made of the last motion, also after a resume there.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bedload_output::{Cost, ObserverState, OutputFolder};
+use protocol::message::Kinematics;
 use protocol::serve::checkpoint_folder;
 use protocol::{checkpoint, checkpoints};
 use serde::de::DeserializeOwned;
@@ -22,6 +24,36 @@ pub(crate) struct LoopState<S> {
     pub(crate) cost: Cost,
     /// Of the schedule.
     pub(crate) schedule: S,
+}
+
+/// Role of the file with the last motion.
+const MOTION: &str = "motion";
+
+/// End of the last window, s, and the motion of every grain there.
+pub(crate) type LastMotion = (f64, Vec<Kinematics>);
+
+/// Writes the last motion into the checkpoint of window `step`, before that is whole.
+///
+/// # Errors
+/// [`Failure`] if the disk refuses.
+pub(crate) fn write_motion(
+    folder: &OutputFolder,
+    step: u64,
+    identity: &str,
+    motion: (f64, &[Kinematics]),
+) -> Result<(), Failure> {
+    Ok(checkpoint::write(&checkpoint_folder(folder.root(), step), MOTION, identity, &motion)?)
+}
+
+/// The last motion in a checkpoint, if a run ended there.
+///
+/// # Errors
+/// [`Failure::Input`] if the file is damaged.
+pub(crate) fn read_motion(path: &Path, identity: &str) -> Result<Option<LastMotion>, Failure> {
+    if !checkpoint::path(path, MOTION).is_file() {
+        return Ok(None);
+    }
+    checkpoint::read(path, MOTION, identity).map(Some).map_err(|error| Failure::Input(error.to_string()))
 }
 
 /// Writes the loop's file: the checkpoint of window `step` is whole from then on, and older ones go.

@@ -33,6 +33,9 @@ pub enum Failure {
     /// A log breaks off or is damaged; all that is there was read or replayed.
     #[error("{0}")]
     BreaksOff(String),
+    /// Another process writes into the folder.
+    #[error("{0}")]
+    InUse(String),
     /// Ctrl-C or SIGTERM; checkpoint and log are in order.
     #[error("interrupted: {0}")]
     Interrupted(String),
@@ -52,6 +55,7 @@ impl Failure {
             Self::Unstable(_) => 4,
             Self::Full(_) => 5,
             Self::BreaksOff(_) => 6,
+            Self::InUse(_) => 7,
             Self::Interrupted(_) => 130,
             Self::Passed(code) => *code,
         }
@@ -82,13 +86,13 @@ impl From<OutputError> for Failure {
         match error {
             OutputError::Scene(error) => Self::Scene(error),
             OutputError::Foreign { .. }
-            | OutputError::InUse(_)
             | OutputError::Finished(_)
             | OutputError::Link(_)
             | OutputError::Outside { .. }
             | OutputError::Needed { .. }
             | OutputError::NoRun(_)
             | OutputError::NothingToResume(_) => Self::Input(error.to_string()),
+            OutputError::InUse(_) => Self::InUse(error.to_string()),
             OutputError::File { .. } | OutputError::Content { .. } | OutputError::Gone(_) => {
                 Self::of_file(&error, error.is_full())
             }
@@ -105,9 +109,11 @@ impl From<LogError> for Failure {
 impl From<SolverError> for Failure {
     fn from(error: SolverError) -> Self {
         match &error {
-            SolverError::Exchange(ExchangeError::PeerDied { .. } | ExchangeError::Deadline { .. }) => {
-                Self::Peer(error.to_string())
-            }
+            SolverError::Exchange(
+                ExchangeError::PeerDied { .. }
+                | ExchangeError::Deadline { .. }
+                | ExchangeError::NotJoined { .. },
+            ) => Self::Peer(error.to_string()),
             SolverError::File { source, .. } => Self::of_file(&error, is_full(source)),
             SolverError::Failed(_) | SolverError::Exchange(_) => Self::Run(error.to_string()),
         }

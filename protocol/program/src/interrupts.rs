@@ -4,8 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::failure::Failure;
+use crate::orphan::PARENT_DIED;
 
-/// Ctrl-C, SIGTERM and SIGHUP (a terminal that closes) as a count. The first ends the run in order.
+/// Ctrl-C, SIGTERM and SIGHUP (a terminal that closes) as a count. The first ends the run in order, as the death
+/// of the `bedload` that started this program does.
 #[derive(Clone, Debug)]
 pub struct Interrupts(Arc<AtomicUsize>);
 
@@ -17,12 +19,16 @@ impl Interrupts {
     pub fn listen(last: usize) -> Result<Self, Failure> {
         use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
         let count = Arc::new(AtomicUsize::new(0));
-        let mut signals = signal_hook::iterator::Signals::new([SIGHUP, SIGINT, SIGTERM])
-            .map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
+        let mut signals =
+            signal_hook::iterator::Signals::new([SIGHUP, SIGINT, SIGTERM, PARENT_DIED.as_raw()])
+                .map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
         let shared = count.clone();
         let listener = move || {
-            for _ in signals.forever() {
-                if shared.fetch_add(1, Ordering::SeqCst) + 1 >= last {
+            for signal in signals.forever() {
+                if signal == PARENT_DIED.as_raw() {
+                    // A terminal sends its signal to the parent and to this process: one interrupt.
+                    shared.fetch_max(1, Ordering::SeqCst);
+                } else if shared.fetch_add(1, Ordering::SeqCst) + 1 >= last {
                     std::process::exit(130);
                 }
             }

@@ -114,6 +114,20 @@ pub trait Link {
         Cost::default()
     }
 
+    /// Writes `grains.csv` where the link has the grains of the whole run: `motion` at the time, s, that its last
+    /// window ended.
+    ///
+    /// # Errors
+    /// [`Failure`] if the file cannot be written.
+    fn write_grains(
+        &self,
+        _scene: &CheckedScene,
+        _folder: &OutputFolder,
+        _motion: (f64, &[Kinematics]),
+    ) -> Result<(), Failure> {
+        Ok(())
+    }
+
     /// Writes and measures what only the link can at the end of a run.
     ///
     /// # Errors

@@ -137,7 +137,10 @@ fn once<S: Setup>(
 ) -> Result<End, Failure> {
     let (start, output) = match from {
         None => (None, None),
-        Some((path, state)) => (Some((path, state.schedule)), Some((state.observer, state.cost))),
+        Some((path, state)) => {
+            let motion = checkpoint::read_motion(&path, &job.scene.state_sha256())?;
+            (Some((path, state.schedule)), Some((state.observer, state.cost, motion)))
+        }
     };
     let (link, schedule) = setup.start(start)?;
     let mut run = RunLoop::with_output(link, schedule, job, output, last)?;

@@ -7,11 +7,12 @@
 use std::time::Instant;
 
 use bedload_output::{Cost, Observer, Sample, Summary};
-use protocol::message::{Command, Order};
+use protocol::message::{Command, Kinematics, Order};
 use protocol::participant::Window;
 
-use crate::checkpoint::{self, LoopState};
+use crate::checkpoint::{self, LastMotion, LoopState};
 use crate::failure::Failure;
+use crate::heartbeat::Heartbeat;
 use crate::interrupts::Interrupts;
 use crate::job::Job;
 use crate::link::{Attempt, End, Link, Schedule};
@@ -23,6 +24,7 @@ pub(crate) struct RunLoop<'a, L, S> {
     link: L,
     schedule: S,
     interrupts: &'a Interrupts,
+    heartbeat: Heartbeat,
     /// None in a replay, which only compares.
     output: Option<Output<'a>>,
     /// Window before which the run ends, where that is not its end in time.
@@ -38,12 +40,16 @@ struct Output<'a> {
     /// Costs before a resume.
     before: Cost,
     saved: Instant,
+    /// End of the last window that was done here, s.
+    reached: Option<f64>,
+    /// What the checkpoint says, where none was.
+    resumed: Option<LastMotion>,
 }
 
 impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
     /// A loop that leaves nothing in a folder.
     pub(crate) fn new(link: L, schedule: S, interrupts: &'a Interrupts) -> Self {
-        Self { link, schedule, interrupts, output: None, last: None }
+        Self { link, schedule, interrupts, heartbeat: Heartbeat::new(), output: None, last: None }
     }
 
     /// The loop of a run, from its start or from a checkpoint; with `last`, up to that window and without a
@@ -55,7 +61,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
         link: L,
         schedule: S,
         job: &'a Job<'a>,
-        from: Option<(bedload_output::ObserverState, Cost)>,
+        from: Option<(bedload_output::ObserverState, Cost, Option<LastMotion>)>,
         last: Option<u64>,
     ) -> Result<Self, Failure> {
         let log = match (last, &job.log) {
@@ -63,13 +69,17 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
             _ => None,
         };
         let (folder, scene) = (job.folder, job.scene);
-        let (observer, before) = match from {
-            None => (Observer::create(folder, scene, job.sides, &[])?, Cost::default()),
-            Some((state, before)) => (Observer::resume(folder, scene, job.sides, &[], state)?, before),
+        let (observer, before, resumed) = match from {
+            None => (Observer::create(folder, scene, job.sides, &[])?, Cost::default(), None),
+            Some((state, before, motion)) => {
+                let last = motion.as_ref().map(|(_, motion)| motion.as_slice());
+                (Observer::resume(folder, scene, job.sides, &[], state, last)?, before, motion)
+            }
         };
         let until = scene.scene.until;
         let progress = Progress::new(job.program, schedule.time(), until, scene.scene.stop_when.is_some());
-        let output = Output { job, observer, log, progress, before, saved: Instant::now() };
+        let (saved, reached) = (Instant::now(), None);
+        let output = Output { job, observer, log, progress, before, saved, reached, resumed };
         Ok(Self { output: Some(output), last, ..Self::new(link, schedule, job.interrupts) })
     }
 
@@ -102,7 +112,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
                 (false, true) => Some(End::Rewound),
                 (false, false) => interrupted.then_some(End::Interrupted),
             };
-            self.checkpoint()?;
+            self.checkpoint(end)?;
             if let Some(end) = end {
                 self.link.stop(self.schedule.step(), self.schedule.time())?;
                 return Ok(end);
@@ -135,6 +145,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
 
     /// A window that is done, from the log to the plan that it allows.
     fn window(&mut self, command: &Command) -> Result<(), Failure> {
+        self.heartbeat.beat();
         let window = Window::from(*command);
         let log = self.output.as_ref().and_then(|output| output.log.as_ref());
         let messages = self.link.messages();
@@ -166,20 +177,27 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
             kinematics: messages.kinematics,
             extras: messages.extras,
         })?;
+        output.reached = Some(window.time + window.dt);
         let (schedule, observer) = (&self.schedule, &output.observer);
         output.progress.print(window.time + window.dt, || schedule.progress(&window, &messages, observer));
         Ok(())
     }
 
-    /// Solvers and loop write what decides the next window. Nothing is on its way.
-    fn checkpoint(&mut self) -> Result<(), Failure> {
+    /// Solvers and loop write what decides the next window. Nothing is on its way. At an `end` the last motion
+    /// is written, too.
+    fn checkpoint(&mut self, end: Option<End>) -> Result<(), Failure> {
+        self.heartbeat.beat();
         let Some(output) = &mut self.output else { return Ok(()) };
         let step = self.schedule.step();
         output.job.folder.check_place()?;
         self.link.checkpoint(step, self.schedule.time())?;
         let cost = output.cost(&self.link);
         let state = LoopState { observer: output.observer.state()?, cost, schedule: self.schedule.state() };
-        checkpoint::complete(output.job.folder, step, &output.job.scene.state_sha256(), &state)?;
+        let (folder, identity) = (output.job.folder, output.job.scene.state_sha256());
+        if let (Some(_), Some(motion)) = (end, output.last_motion(&self.link)) {
+            checkpoint::write_motion(folder, step, &identity, motion)?;
+        }
+        checkpoint::complete(folder, step, &identity, &state)?;
         output.saved = Instant::now();
         Ok(())
     }
@@ -189,6 +207,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
     /// # Errors
     /// [`Failure`] if a file could not be finished.
     pub(crate) fn close(mut self, summary: &mut Summary, end: Option<End>) -> Result<(), Failure> {
+        self.heartbeat.beat();
         let Some(mut output) = self.output.take() else { return Ok(()) };
         output.progress.finish();
         self.link.leave(end.is_some());
@@ -196,6 +215,11 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
         let logged = output.log.take().map_or(Ok(()), Log::finish);
         let job = output.job;
         output.observer.finish(summary, job.contact_time)?;
+        if end.is_some()
+            && let Some(motion) = output.last_motion(&self.link)
+        {
+            self.link.write_grains(job.scene, job.folder, motion)?;
+        }
         self.link.finish(job.scene, job.folder, summary, end)?;
         self.schedule.measure(summary);
         summary.remark(&job.scene.scene.metrics);
@@ -204,6 +228,13 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
 }
 
 impl Output<'_> {
+    /// Time and motion at the end of the last window; none where no grain was ever moved.
+    fn last_motion<'b>(&'b self, link: &'b impl Link) -> Option<(f64, &'b [Kinematics])> {
+        let here = self.reached.map(|time| (time, link.messages().kinematics));
+        let motion = here.or(self.resumed.as_ref().map(|(time, motion)| (*time, motion.as_slice())));
+        motion.filter(|(_, motion)| !motion.is_empty())
+    }
+
     /// Costs so far, those before a resume included.
     fn cost(&self, link: &impl Link) -> Cost {
         let (before, now) = (&self.before, link.cost());

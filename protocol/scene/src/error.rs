@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use miette::{Diagnostic, LabeledSpan, SourceCode};
+use protocol::printable::{printable, printable_in_place};
 
 /// What is wrong in a scene, and where.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -36,6 +37,20 @@ impl SceneError {
             remedy: remedy.to_owned(),
             span: 0..0,
             text: String::new(),
+        }
+    }
+
+    /// The same for a terminal.
+    #[must_use]
+    pub fn printable(&self) -> Self {
+        let shown = |text: &str| printable(text).into_owned();
+        Self {
+            file: shown(&self.file),
+            key: shown(&self.key),
+            message: shown(&self.message),
+            remedy: shown(&self.remedy),
+            text: printable_in_place(&self.text),
+            ..self.clone()
         }
     }
 

@@ -1,5 +1,6 @@
 //! The coupler's end of a run.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use iceoryx2::prelude::*;
@@ -25,7 +26,8 @@ pub struct CouplerLink {
     watch: Watch,
     /// Commands given that are answered by a report.
     ordered: u64,
-    step: u64,
+    /// Windows of the last of them, the newest at the end.
+    steps: VecDeque<u64>,
     rendezvous: Rendezvous,
     // Ports go before the node, the node before the membership.
     _node: Node<ipc::Service>,
@@ -41,6 +43,7 @@ impl CouplerLink {
         space::ask(rendezvous)?;
         let membership = Membership::found(rendezvous)?;
         let own = Member::Coupler;
+        space::make_nodes(rendezvous)?;
         let node = topics::node(rendezvous, own)?;
         let watch = Watch::new(node.config());
         let solvers = rendezvous.roles.iter().copied().map(Member::Solver);
@@ -57,7 +60,7 @@ impl CouplerLink {
             pace: Pace::default(),
             watch,
             ordered: 0,
-            step: 0,
+            steps: VecDeque::new(),
             rendezvous: rendezvous.clone(),
             _node: node,
             _membership: membership,
@@ -76,7 +79,7 @@ impl CouplerLink {
     /// # Errors
     /// [`ExchangeError::Mismatch`] if a solver was built against another layout or knows another
     /// number of grains, [`ExchangeError::Failed`] if it gave up, [`ExchangeError::PeerDied`],
-    /// [`ExchangeError::Deadline`], or what `alive` returned.
+    /// [`ExchangeError::NotJoined`], or what `alive` returned.
     pub fn wait_ready(
         &mut self,
         alive: &mut dyn FnMut() -> Result<(), ExchangeError>,
@@ -84,7 +87,14 @@ impl CouplerLink {
         self.ordered += 1;
         let mut ready = Vec::new();
         while ready.len() < self.rendezvous.roles.len() {
-            let Event::Status(role, status) = self.next(self.rendezvous.join(), alive)? else {
+            let event = self.next(self.rendezvous.join(), alive).map_err(|error| match error {
+                ExchangeError::Deadline { peer, seconds, .. } => {
+                    let absent = self.watch.absent(&self.rendezvous.roles);
+                    ExchangeError::NotJoined { peer: absent.map_or(peer, |role| role.to_string()), seconds }
+                }
+                other => other,
+            })?;
+            let Event::Status(role, status) = event else {
                 return Err(ExchangeError::Order {
                     what: "a solver sent data before the first command".into(),
                 });
@@ -143,10 +153,13 @@ impl CouplerLink {
                 ),
             });
         }
-        self.step = command.step;
         let sent = self.commands.send(command, command.step);
         if command.order != Order::Accept as u64 {
             self.ordered += 1;
+            self.steps.push_back(command.step);
+            while self.steps.len() as u64 > self.unanswered().max(1) {
+                self.steps.pop_front();
+            }
         }
         for role in &self.rendezvous.roles {
             self.wake.ring(Member::Solver(*role))?;
@@ -161,6 +174,13 @@ impl CouplerLink {
     #[must_use]
     pub fn unanswered(&self) -> u64 {
         self.ordered.saturating_sub(self.observer.answered())
+    }
+
+    /// Window of the oldest order that a solver has not answered, else of the last one.
+    #[must_use]
+    pub fn step(&self) -> u64 {
+        let answered = (self.steps.len() as u64).saturating_sub(self.unanswered().max(1));
+        self.steps.get(answered as usize).copied().unwrap_or(0)
     }
 
     /// Waits at most `limit` for the next event. `alive` is called every few milliseconds; with it
@@ -178,7 +198,7 @@ impl CouplerLink {
         limit: Duration,
         alive: &mut dyn FnMut() -> Result<(), ExchangeError>,
     ) -> Result<Event, ExchangeError> {
-        let step = self.step;
+        let step = self.step();
         let members: Vec<Member> = self.observer.running().collect();
         // With a window in hand nobody waits for the coupler: it looks once a window, unasked.
         let spare = self.unanswered() >= 2;

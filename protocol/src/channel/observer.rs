@@ -49,7 +49,7 @@ pub enum Event {
 struct Feed<R: Record + ZeroCopySend> {
     subscriber: Subscriber<ipc::Service, [R], Header>,
     held: Option<Lent<R>>,
-    /// Windows (and tries) begun, to tell who is behind.
+    /// Messages given out, to tell who is behind.
     given: u64,
 }
 
@@ -89,6 +89,8 @@ struct Participant {
     held: VecDeque<Status>,
     /// Reports given out.
     answered: u64,
+    /// Those about windows (and tries).
+    windows: u64,
     /// It has left in order.
     stopped: bool,
 }
@@ -104,6 +106,7 @@ impl Participant {
             subscriber,
             held: VecDeque::with_capacity(rendezvous.ahead + 8),
             answered: 0,
+            windows: 0,
             stopped: false,
         })
     }
@@ -125,6 +128,7 @@ impl Participant {
     fn give(&mut self) -> Option<Status> {
         let status = self.held.pop_front()?;
         self.answered += 1;
+        self.windows += u64::from(status.state == State::Done as u64);
         self.stopped |= status.state == State::Stopped as u64;
         Some(status)
     }
@@ -194,14 +198,16 @@ impl Observer {
         answers.min().unwrap_or(0)
     }
 
-    /// The solver that the run waits for: the one that owes a report. If both do, the one whose turn
-    /// it is to send, by the number of messages seen.
+    /// The solver that the run waits for: the DEM where it owes motion for loads, whatever it reports; else the
+    /// one that owes a report; else, of two, the DEM where all was sent, as it reports before the fluid; else the
+    /// fluid, which sends first.
     pub(crate) fn behind(&self) -> Role {
         let least = self.answered();
         let mut owing = self.participants.iter().filter(|participant| participant.answered == least);
         match (owing.next(), owing.next()) {
-            (Some(participant), None) => participant.role,
             _ if self.loads.given > self.kinematics.given => Role::Dem,
+            (Some(participant), None) => participant.role,
+            (Some(participant), _) if self.kinematics.given > participant.windows => Role::Dem,
             _ => Role::Fluid,
         }
     }

@@ -3,7 +3,8 @@
 //! once everything is there.
 
 use std::fs::{self, File};
-use std::os::unix::fs::PermissionsExt;
+use std::io::Write as _;
+use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{FallocateFlags, fallocate, statvfs};
@@ -59,8 +60,26 @@ pub(super) fn ask(rendezvous: &Rendezvous) -> Result<(), ExchangeError> {
     Err(no_room(rendezvous, &format!("{} are free", mebibytes(free))))
 }
 
-/// Takes the room of every segment of the run, and closes it to other users (iceoryx2 leaves one open to
-/// all).
+/// The segment with iceoryx2's number of nodes, after the prefix of the run, and its bytes before there is one: the
+/// version of iceoryx2, 0.10.0, and the count.
+const NODES: (&str, [u8; 16]) = (
+    "_9204dd183d1c4d8e1ff592a30766ffa6765aa8b5_node.0_10_0.global_mgmt",
+    [0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0],
+);
+
+/// Makes that segment, for this user alone, before iceoryx2 does: it opens it to all users, whatever the mask,
+/// and any of them could cut it off before [`take`] closes it. Another version of iceoryx2 makes its own.
+///
+/// # Errors
+/// [`ExchangeError::Transport`] if it cannot be made.
+pub(super) fn make_nodes(rendezvous: &Rendezvous) -> Result<(), ExchangeError> {
+    let path = Path::new(SHARED_MEMORY).join(format!("{}{}", rendezvous.prefix, NODES.0));
+    let file = File::options().write(true).create_new(true).mode(0o600).open(&path);
+    file.and_then(|mut file| file.write_all(&NODES.1))
+        .map_err(|error| super::names::failed("cannot make", &path, &error))
+}
+
+/// Takes the room of every segment of the run, and closes it to other users, should one be open.
 ///
 /// # Errors
 /// [`ExchangeError::NoRoom`], [`ExchangeError::Transport`] if a segment cannot be opened.
@@ -97,6 +116,23 @@ pub(super) fn segments(prefix: &str) -> Vec<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// It is found, not made anew: an update of iceoryx2 that calls it otherwise fails here.
+    #[test]
+    fn iceoryx2_counts_its_nodes_in_the_segment_that_was_made_for_this_user() {
+        let rendezvous = Rendezvous::new(1).expect("a run");
+        let _membership = super::super::folder::Membership::found(&rendezvous).expect("founded");
+        make_nodes(&rendezvous).expect("made");
+        let own = Path::new(SHARED_MEMORY).join(format!("{}{}", rendezvous.prefix, NODES.0));
+        let mode = || fs::metadata(&own).expect("there").permissions().mode() & 0o777;
+        let node =
+            super::super::topics::node(&rendezvous, super::super::watch::Member::Coupler).expect("a node");
+        let counts = |path: &PathBuf| path.to_string_lossy().ends_with(".global_mgmt");
+        let found: Vec<PathBuf> = segments(&rendezvous.prefix).into_iter().filter(counts).collect();
+        assert_eq!((found, mode()), (vec![own.clone()], 0o600));
+        assert_ne!(fs::read(&own).expect("read"), NODES.1, "it has counted");
+        drop(node);
+    }
 
     #[test]
     fn a_run_that_does_not_fit_is_refused_with_the_room_that_it_needs() {

@@ -182,6 +182,12 @@ impl Watch {
         }
     }
 
+    /// The solver of `roles` that has no node.
+    pub(crate) fn absent(&mut self, roles: &[Role]) -> Option<Role> {
+        let now = census(&self.config, &mut self.known)?;
+        roles.iter().find(|role| !now.alive[Member::Solver(**role).seat()]).copied()
+    }
+
     /// The member that died; one killed goes before one that left, which may have left because of it.
     fn first_dead(&mut self, members: &[Member]) -> Option<Member> {
         let orphan = self.parent.is_some_and(|process| process != parent_id());

@@ -226,7 +226,7 @@ fn a_folder_in_use_is_left_alone() {
     let sweep = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/stability/resting.toml");
     for (name, what) in [("run", &scene), ("chart", &scene), ("validate", &case), ("stability", &sweep)] {
         let (code, said) = command(name, what);
-        assert_eq!(code, Some(2), "{name}: {said}");
+        assert_eq!(code, Some(7), "{name}: {said}");
         assert!(said.contains("in use by another process"), "{name}: {said}");
     }
     drop(claim);

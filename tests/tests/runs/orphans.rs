@@ -1,6 +1,9 @@
-//! What a solver that runs alone does when its `bedload` is gone, and programs at a closed pipe.
+//! What a solver that runs alone, or a run of a study, does when its `bedload` is gone, and programs at a closed
+//! pipe.
 
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
+
+use bedload_output::Claim;
 
 use tests::harness::{
     Folder, LONG_FLIGHT, SMALL_BOUNCE, bedload, is_alive, program, said, signal, solvers, start, summary,
@@ -35,6 +38,147 @@ fn the_solver_of_a_dry_run_ends_with_its_bedload() {
         if how == "HUP" {
             assert!(out.join("summary.json").exists(), "as at SIGTERM");
         }
+    }
+}
+
+/// A solver that comes up when its `bedload` is dead already does not begin; it tells a process that nobody has
+/// waited for from one that lives, and numbers of another place from its own.
+#[test]
+fn a_solver_whose_bedload_has_died_before_it_began_ends() {
+    let folder = Folder::new("late");
+    let scene = folder.write("long.toml", LONG_FLIGHT);
+    let mut dead = Command::new("true").spawn().expect("starts");
+    wait_until(5.0, || !is_alive(dead.id())).expect("it ends");
+    let own = bedload_program::parent_name();
+    let (_, place) = own.split_once(' ').expect("a number and a place");
+    let begin = |parent: String| {
+        let arguments = ["run".into(), scene.clone(), "--until".into(), "1".into(), "--out".into()];
+        let mut command = Command::new(program("bedload-dem"));
+        command.args(arguments).arg(folder.join("out")).env(bedload_program::PARENT, parent);
+        command.stderr(Stdio::piped()).output().expect("runs")
+    };
+    let output = begin(format!("{} {place}", dead.id()));
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("has died"), "{}", said(&output));
+    assert!(!folder.join("out").exists(), "nothing was begun");
+    let output = begin(format!("{} elsewhere", dead.id()));
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    dead.wait().expect("waited for");
+}
+
+/// A case of one long run, and the folder of that.
+fn long_case(folder: &Folder) -> (std::path::PathBuf, std::path::PathBuf) {
+    let _ = folder.write("long.toml", LONG_FLIGHT);
+    let case = "[case]\nname = \"long\"\ntitle = \"t\"\nsource = \"s\"\n[[case.runs]]\nlabel = \"a\"\n\
+                scene = \"long.toml\"\n[[case.checks]]\nrun = \"a\"\nmetric = \"m\"\nkind = \"reported\"\n";
+    (folder.write("case.toml", case), folder.join("out/long/a"))
+}
+
+/// Starts `validate`, waits until its run is under way, and finds that run and its solver.
+fn validating(folder: &Folder) -> (Child, Vec<u32>) {
+    let (case, run) = long_case(folder);
+    let out = folder.join("out");
+    let words = ["validate", case.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+    let study = start(&words);
+    let mut found = Vec::new();
+    let begun = || std::fs::metadata(run.join("series.csv")).is_ok_and(|data| data.len() > 0);
+    wait_until(20.0, || {
+        found = descendants(study.id());
+        found.len() >= 2 && begun()
+    })
+    .expect("the run and its solver");
+    (study, found)
+}
+
+/// All processes that a process has started, by any of its threads, and those started by them.
+fn descendants(pid: u32) -> Vec<u32> {
+    let threads = std::fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten();
+    let text =
+        threads.map(|thread| std::fs::read_to_string(thread.path().join("children")).unwrap_or_default());
+    let own: Vec<u32> = text
+        .flat_map(|text| text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect::<Vec<_>>())
+        .collect();
+    let others = own.iter().flat_map(|pid| descendants(*pid)).collect::<Vec<_>>();
+    [own, others].concat()
+}
+
+/// A study that is killed, or ended alone, takes its runs with it, and these leave a checkpoint.
+#[test]
+fn the_runs_of_a_study_end_with_it() {
+    for how in ["KILL", "TERM", "HUP"] {
+        let folder = Folder::new(&format!("study-{how}"));
+        let (mut study, found) = validating(&folder);
+        signal(study.id(), how);
+        study.wait().expect("it ends");
+        for pid in &found {
+            wait_until(5.0, || !is_alive(*pid)).unwrap_or_else(|why| panic!("{how}: {why}"));
+        }
+        assert_eq!(summary(&folder.join("out/long/a"))["status"], "interrupted", "{how}");
+    }
+}
+
+/// A run that could not be made, as its folder is in use, or that was interrupted, is no failed check.
+#[test]
+fn a_run_that_was_not_carried_out_fails_no_check() {
+    let folder = Folder::new("not-carried-out");
+    let (case, run) = long_case(&folder);
+    std::fs::create_dir_all(&run).expect("made");
+    let claim = Claim::of(&run).expect("free");
+    let output =
+        bedload(&["validate".as_ref(), case.as_os_str(), "--out".as_ref(), folder.join("out").as_os_str()]);
+    let text = said(&output);
+    assert_eq!(output.status.code(), Some(7), "{text}");
+    assert!(text.contains("long/a was not carried out") && text.contains("in use"), "{text}");
+    assert!(!text.contains("checks failed") && !folder.join("out/validation.md").exists(), "{text}");
+    drop(claim);
+    let (study, found) = validating(&folder);
+    signal(found[0], "TERM");
+    let output = study.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    assert!(said(&output).contains("long/a was not carried out"), "{}", said(&output));
+}
+
+/// A driven cavity, for hours.
+const LONG_CAVITY: &str = r#"
+until = 1e6
+[domain]
+geometry = "plane"
+lower = [0.0, 0.0]
+upper = [1.0, 1.0]
+cells = [16, 16]
+boundary = { x = "no-slip", z_lower = "no-slip", z_upper = { type = "no-slip", velocity = [1.0, 0.0, 0.0] } }
+[medium]
+density = 1.0
+viscosity = 0.01
+[observe]
+every = 10.0
+"#;
+
+/// A solver that runs by itself and is stopped, or hangs, is given up after six times the deadline, as a coupled
+/// one is while files are written; one that goes on is not.
+#[test]
+fn a_stopped_solver_that_runs_by_itself_is_given_up() {
+    for scene in [LONG_FLIGHT.to_owned(), LONG_CAVITY.to_owned()] {
+        let folder = Folder::new("stopped");
+        let (scene, out) = (folder.write("long.toml", &scene), folder.join("out"));
+        let words = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        let run = start(&[&words[..], &["--until", "1e9", "--set", "coupling.deadline=0.2"]].concat());
+        let mut found = Vec::new();
+        let begun = || std::fs::metadata(out.join("series.csv")).is_ok_and(|data| data.len() > 0);
+        wait_until(20.0, || {
+            found = children(run.id());
+            !found.is_empty() && begun()
+        })
+        .expect("the solver runs");
+        std::thread::sleep(std::time::Duration::from_millis(2500));
+        assert!(is_alive(run.id()), "twice the limit, and it goes on");
+        signal(found[0], "STOP");
+        wait_until(10.0, || !is_alive(run.id())).expect("it is given up");
+        let output = run.wait_with_output().expect("ends");
+        assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+        assert!(said(&output).contains("did nothing for 1.2 s"), "{}", said(&output));
+        assert_eq!(summary(&out)["status"], "failed");
+        assert!(!is_alive(found[0]));
     }
 }
 

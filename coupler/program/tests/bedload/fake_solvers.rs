@@ -19,7 +19,7 @@ fn misbehaviour(role: Role) -> (String, u64) {
 }
 
 /// What a solver itself spoils of what it sends or reports.
-const SPOILT: [&str; 13] = [
+const SPOILT: [&str; 26] = [
     "nan",
     "miscount",
     "late",
@@ -33,7 +33,23 @@ const SPOILT: [&str; 13] = [
     "time",
     "dt-limit",
     "residual",
+    "frozen",
+    "drift",
+    "spun",
+    "gap-infinite",
+    "gap-deep",
+    "smallest-gap-infinite",
+    "smallest-gap-far",
+    "contact",
+    "impact",
+    "grains",
+    "substeps",
+    "unsent",
+    "spaced",
 ];
+
+/// Those that go on once they have begun.
+const LASTING: [&str; 3] = ["frozen", "drift", "spun"];
 
 /// Does what it was told to do in this window; the rest is for the solver.
 fn misbehave(role: Role, step: u64) -> Result<&'static str, SolverError> {
@@ -41,7 +57,7 @@ fn misbehave(role: Role, step: u64) -> Result<&'static str, SolverError> {
     if what == "slow" {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
-    if step != when {
+    if step < when || step > when && !LASTING.contains(&what.as_str()) {
         return Ok("");
     }
     match what.as_str() {
@@ -53,6 +69,10 @@ fn misbehave(role: Role, step: u64) -> Result<&'static str, SolverError> {
         "hang" => loop {
             std::thread::sleep(std::time::Duration::from_secs(1));
         },
+        "paint" => {
+            eprintln!("\u{1b}]0;words\u{7}");
+            Err(SolverError::Failed("\u{1b}[31mred".into()))
+        }
         "fail" => Err(SolverError::Failed("the pressure solver diverged".into())),
         other => Ok(SPOILT.into_iter().find(|word| *word == other).unwrap_or("")),
     }
@@ -126,6 +146,8 @@ impl Participant for FakeFluid {
 
 /// Symplectic Euler on unit masses.
 struct FakeDem {
+    /// Does it report one grain more?
+    miscounts: bool,
     position: Vec<[f64; 3]>,
     velocity: Vec<[f64; 3]>,
     gravity: [f64; 3],
@@ -149,7 +171,7 @@ impl Participant for FakeDem {
     const ROLE: Role = Role::Dem;
 
     fn grains(&self) -> usize {
-        self.position.len()
+        self.position.len() + usize::from(self.miscounts)
     }
 
     fn advance(
@@ -157,7 +179,8 @@ impl Participant for FakeDem {
         window: &Window,
         exchange: &mut dyn Exchange<Loads, Kinematics>,
     ) -> Result<WindowReport, SolverError> {
-        let what = misbehave(Role::Dem, window.step)?;
+        let (what, when) = (misbehave(Role::Dem, window.step)?, misbehaviour(Role::Dem).1);
+        self.miscounts = what == "grains";
         let mut forces = Vec::new();
         exchange.receive(window, &mut |_, loads| forces = loads.iter().map(|load| load.force).collect())?;
         for _ in 0..window.substeps {
@@ -168,7 +191,12 @@ impl Participant for FakeDem {
         match what {
             "smallest-gap" => header.smallest_gap = f64::NAN,
             "largest-overlap" => header.largest_overlap = f64::NAN,
+            "smallest-gap-infinite" => header.smallest_gap = f64::NEG_INFINITY,
+            "smallest-gap-far" => header.smallest_gap = 1e308,
             "time" => header.time += 0.5 * window.dt,
+            // As if it had done the window after.
+            "spaced" => header.step += 1,
+            "unsent" => return Ok(report(what, window.substeps)),
             _ => {}
         }
         exchange.send(header, &mut |out| {
@@ -187,6 +215,14 @@ impl Participant for FakeDem {
                 "jump" => out[1].position[0] += 0.3,
                 "overlap" => out[1].position = [2.0, 2.0, 2.8],
                 "gap" => out[1].gap = f64::NAN,
+                "gap-infinite" => out[1].gap = f64::NEG_INFINITY,
+                "gap-deep" => out[1].gap = -1e300,
+                "contact" => out[1].contact_force[0] = 1e300,
+                "impact" => out[1].impact_speed = -1e300,
+                "frozen" => out[0].position[0] = 2.0 + 0.25 * 0.01 * when as f64,
+                // 0.08 R in each window beside its velocity.
+                "drift" => out[0].position[0] -= 0.04 * (window.step + 1 - when) as f64,
+                "spun" => out[0].spin[1] = 50.0,
                 _ => {}
             }
         })?;
@@ -194,7 +230,7 @@ impl Participant for FakeDem {
             // The fluid has the motion, and goes on.
             std::thread::sleep(std::time::Duration::from_millis(50));
         }
-        Ok(report(what, window.substeps))
+        Ok(report(what, if what == "substeps" { 0 } else { window.substeps }))
     }
 
     fn save(&mut self) {}
@@ -232,6 +268,9 @@ pub(crate) fn play() {
             .and_then(|place| words.get(place + 1))
             .map(|word| (*word).to_owned())
     };
+    if misbehaviour(if role == "fluid" { Role::Fluid } else { Role::Dem }).0 == "absent" {
+        std::thread::sleep(std::time::Duration::from_secs(60));
+    }
     let rendezvous = Rendezvous::parse(&value("--connect").expect("a token")).expect("a good token");
     let out = PathBuf::from(value("--out").expect("a folder"));
     let source = SceneSource::read(Path::new(words[1]), &[]).expect("the resolved scene");
@@ -245,7 +284,7 @@ pub(crate) fn play() {
         let position = scene.grains.iter().map(|grain| grain.position).collect();
         let velocity = scene.grains.iter().map(|grain| grain.velocity).collect();
         serve(
-            FakeDem { position, velocity, gravity: scene.scene.gravity },
+            FakeDem { miscounts: false, position, velocity, gravity: scene.scene.gravity },
             &rendezvous,
             n,
             &out,

@@ -90,6 +90,19 @@ fn a_solver_that_miscounts_or_sends_nonsense_or_gives_up_stops_the_run() {
         ("good", "dt-limit:4", vec!["the dem solver reports dt_limit = NaN after window 4"]),
         ("dt-limit:4", "good", vec!["the fluid solver reports dt_limit = NaN after window 4"]),
         ("residual:4", "good", vec!["the fluid solver reports residual = NaN after window 4"]),
+        ("good", "spun:4", vec!["the spin of grain 0", "window 4"]),
+        ("good", "gap-infinite:4", vec!["gap = -inf of grain 1", "window 4"]),
+        ("good", "gap-deep:4", vec!["gap = -1e300 of grain 1", "window 4"]),
+        ("good", "smallest-gap-infinite:4", vec!["smallest_gap = -inf in window 4"]),
+        ("good", "smallest-gap-far:4", vec!["smallest_gap = 1e308", "window 4"]),
+        ("good", "contact:4", vec!["contact_force = [1e300", "of grain 1", "window 4"]),
+        ("good", "impact:4", vec!["impact_speed = -1e300 of grain 1", "window 4"]),
+        ("good", "grains:4", vec!["the dem solver reports grains = 3 after window 4", "where 2 was due"]),
+        (
+            "good",
+            "substeps:4",
+            vec!["the dem solver reports substeps = 16 after window 4", "where 20 was due"],
+        ),
         ("fail:4", "good", vec!["the fluid solver failed: the pressure solver diverged"]),
         ("good", "fail:4", vec!["the dem solver failed: the pressure solver diverged"]),
         ("leave:4", "good", vec!["bedload-fluid left with exit code 1"]),
@@ -106,6 +119,40 @@ fn a_solver_that_miscounts_or_sends_nonsense_or_gives_up_stops_the_run() {
         let steps = room.summary()["time"]["fluid_steps"].as_u64();
         // Windows 0 to 2 are done; the other solver may not have reported window 3 yet.
         assert!(matches!(steps, Some(3 | 4)), "{fluid} {dem}: {steps:?}");
+    }
+}
+
+/// A few windows of places beside the velocity: each is possible, together they are not.
+#[test]
+fn places_that_do_not_follow_the_velocity_stop_the_run() {
+    for how in ["frozen:4", "drift:4"] {
+        let room = Room::new(&format!("beside-{}", &how[..5]));
+        let path = room.put(&scene("good", how, ""));
+        let output = run(&room, &path, &["--until", "2.0"]);
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{how}: {text}");
+        assert!(text.contains("places of grain 0") && text.contains("touched nothing"), "{how}: {text}");
+    }
+}
+
+/// Which process is at fault, and in which window, whatever was ordered ahead and whatever it reports.
+#[test]
+fn the_solver_that_is_behind_is_named_with_its_window() {
+    let limits = ["--set", "coupling.deadline=0.5", "--set", "coupling.startup_deadline=2.0"];
+    for (fluid, dem, code, words) in [
+        ("good", "hang:5", 3, "dem did not answer within 0.5 s in window 5:"),
+        ("hang:5", "good", 3, "fluid did not answer within 0.5 s in window 5:"),
+        ("good", "unsent:5", 3, "dem did not answer within 0.5 s in window 5:"),
+        ("good", "spaced:5", 1, "Kinematics of window 6 attempt 0 came, where window 5 attempt 0 was due"),
+        ("good", "absent", 3, "dem did not join within 2 s"),
+        ("absent", "good", 3, "fluid did not join within 2 s"),
+    ] {
+        let room = Room::new(&format!("behind-{}-{}", fluid.replace(':', ""), dem.replace(':', "")));
+        let path = room.put(&scene(fluid, dem, ""));
+        let output = run(&room, &path, &limits);
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{fluid} {dem}: {text}");
+        assert!(text.contains(words), "{fluid} {dem}: {words:?} in {text}");
     }
 }
 
@@ -162,6 +209,72 @@ fn an_interrupted_run_goes_on_bit_for_bit() {
     let other = ["--until", "1.0", "--resume", "--set", "gravity=[0.0, 0.0, -2.0]"];
     let output = run(&cut, &path, &other);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+}
+
+/// As a run leaves it that is killed between its last checkpoint and its end.
+#[test]
+fn a_run_that_is_resumed_at_its_end_leaves_what_it_would_have_left() {
+    let room = Room::new("resumed-at-end");
+    let metric =
+        "[[metrics]]\nname = \"height\"\nkind = \"deposit-height\"\nhalf_length = 1.0\ncentre = 2.0\n";
+    let path = room.put(&scene("good", "good", metric));
+    let output = run(&room, &path, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let left = || (room.read("grains.csv"), room.read("deposit.csv"), room.summary()["metrics"].clone());
+    let before = left();
+    assert!(before.2["height"]["value"].as_f64().is_some_and(|height| height > 0.0), "{}", before.2);
+    for name in ["grains.csv", "deposit.csv", "summary.json"] {
+        std::fs::remove_file(room.out().join(name)).expect(name);
+    }
+    let output = run(&room, &path, &["--resume"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(left(), before);
+}
+
+/// Below the limit of files that a coupled run needs it says so, and above it runs.
+#[test]
+fn a_limit_of_open_files_is_named_with_what_is_needed() {
+    let room = Room::new("descriptors");
+    let path = room.put(&scene("good", "good", ""));
+    let (out, program) = (room.out(), env!("CARGO_BIN_EXE_bedload"));
+    for limit in [8, 16, 32, 48, 64, 95, 96] {
+        let script = format!("ulimit -n {limit}; exec \"$@\"");
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", &script, "sh", program, "run"]).arg(&path);
+        let output = command.args(["--overwrite", "--out"]).arg(&out).output().unwrap();
+        let text = stderr(&output);
+        if limit < 96 {
+            assert_eq!(output.status.code(), Some(1), "{limit}: {text}");
+            let needed = if limit < 32 { 32 } else { 96 };
+            let words = format!("may have {limit} files open at once here, this run needs {needed}");
+            assert!(text.contains(&words), "{limit}: {text}");
+        } else {
+            assert_eq!(output.status.code(), Some(0), "{limit}: {text}");
+        }
+    }
+}
+
+/// What steers a terminal, in the words of a solver and in those of a scene, is written out.
+#[test]
+fn text_of_others_does_not_steer_the_terminal() {
+    let room = Room::new("terminal");
+    let path = room.put(&scene("good", "paint:4", ""));
+    let output = run(&room, &path, &[]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("\\u{1b}[31mred"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("\\u{1b}]0;words"), "{}", stderr(&output));
+    assert!(!output.stderr.contains(&0x1b), "{}", stderr(&output));
+    let text = scene("good", "good", "\"\\u001b[31mkey\" = 1\n")
+        .replace("title = \"fakes\"", "title = \"\\u001b[31m\"");
+    let path = room.put(&text);
+    let output = run(&room, &path, &["--overwrite"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(!stderr(&output).contains("\u{1b}[31mkey"), "{}", stderr(&output));
+    let path = room.put(&text.replace("\"\\u001b[31mkey\" = 1\n", ""));
+    assert_eq!(run(&room, &path, &["--overwrite"]).status.code(), Some(0));
+    let log = room.out().join("exchange.mcap");
+    let output = bedload(&["log", "info", log.to_str().unwrap()]).output().unwrap();
+    assert!(output.status.success() && !output.stdout.contains(&0x1b));
 }
 
 #[test]

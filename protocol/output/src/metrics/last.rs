@@ -35,8 +35,7 @@ impl LastState {
 
     /// Keeps the state after a window.
     pub(super) fn record(&mut self, sample: &Sample) {
-        self.kinematics.clear();
-        self.kinematics.extend_from_slice(sample.kinematics);
+        sample.kinematics.clone_into(&mut self.kinematics);
     }
 
     /// The free grains that are there.

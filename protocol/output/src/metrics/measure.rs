@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use protocol::message::Kinematics;
 use serde::{Deserialize, Serialize};
 
 use super::accumulator::Accumulator;
@@ -123,6 +124,13 @@ impl Metrics {
             }
         }
         Ok(())
+    }
+
+    /// Takes the last motion of all grains from a checkpoint.
+    pub(crate) fn restore_last(&mut self, motion: &[Kinematics]) {
+        if let Some(last) = &mut self.last {
+            motion.clone_into(&mut last.kinematics);
+        }
     }
 
     /// Tables that belong to metrics of the last state: name of the file and text. One of each name, of the

@@ -153,7 +153,7 @@ fn run(root: &std::path::Path, scene: &CheckedScene, cut: Option<u64>) -> (Vec<u
         watch(&mut observer, cut..cut + 3);
         drop((observer, folder));
         folder = OutputFolder::resume(root).expect("opens");
-        observer = Observer::resume(&folder, scene, Sides::coupled(), &[], state).expect("resumes");
+        observer = Observer::resume(&folder, scene, Sides::coupled(), &[], state, None).expect("resumes");
         watch(&mut observer, cut..20);
     } else {
         watch(&mut observer, 0..20);
