@@ -29,8 +29,8 @@ impl Silence {
     }
 }
 
-/// Runs a solver with `arguments` to its end; `meanwhile` is called while it runs. One that does nothing for as
-/// long as `silence` says is ended. Returns how it ended, or why nobody knows.
+/// Runs a solver with `arguments` to its end; `meanwhile` is called while it runs. One that does nothing for
+/// as long as `silence` says is ended. Returns how it ended, or why nobody knows.
 ///
 /// # Errors
 /// [`Failure::Peer`] if it does not start.

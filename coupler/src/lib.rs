@@ -17,7 +17,7 @@
 //! |---|---|
 //! | `check`, `proposals`, `accuracy` | what `bedload check` prints; cheaper models; settings from the charts |
 //! | `coupled`, `message_checks`, `iterate` | the solvers of a coupled run, its windows, and their attempts |
-//! | `supervise`, `by_itself`, `solvers` | solvers as child processes, one that runs by itself, and as commands |
+//! | `supervise`, `by_itself`, `solvers` | solvers as children, by themselves, and as commands |
 //! | `replay` | a log driving a solver |
 //! | `log_command`, `export`, `conformance` | logs read; files for viewers; any solver against the protocol |
 //! | `descriptors` | how many files a process may have open |

@@ -1,5 +1,5 @@
-//! Positions, speeds, spins and overlaps of a foreign DEM, computed by the coupler from the kinematics that the DEM
-//! sends.
+//! Positions, speeds, spins and overlaps of a foreign DEM, computed by the coupler from the kinematics that
+//! the DEM sends.
 //!
 //! Tests hold our own DEM to the same limits; a foreign one may report any number of sub-steps.
 
@@ -20,16 +20,17 @@ const PUSH: f64 = MOST_OVERLAP;
 /// Reserve on the way that the speeds at both ends of a window stand for: a contact within it may be faster.
 const RESERVE: f64 = 2.0;
 
-/// By how much more a DEM may find an overlap than it reports, of a radius: it may look before its last sub-step.
+/// By how much more a DEM may find an overlap than it reports, of a radius: it may look before its last
+/// sub-step.
 const UNSEEN: f64 = 0.02;
-/// A contact may turn a grain as fast as the fastest surface slides, times 5/2 for a sphere that is pushed at its
-/// surface, for pushes of several.
+/// A contact may turn a grain as fast as the fastest surface slides, times 5/2 for a sphere that is pushed at
+/// its surface, for pushes of several.
 const TURN: f64 = 10.0;
 /// How many radii a window may move a grain by the force or speed that is reported beside its motion.
 const RADII: f64 = 1e9;
 
-/// What else may be behind a broken bound, which looks as too long a step does, and which nobody but a test of
-/// the solver can tell.
+/// What else may be behind a broken bound, which looks as too long a step does, and which nobody but a test
+/// of the solver can tell.
 pub(super) const DOUBT: &str = "; or the dem solver, which is not ours, does fewer sub-steps than it reports: `bedload \
                                 conformance --physics` tests it";
 
@@ -43,8 +44,8 @@ struct Last {
     near: bool,
 }
 
-/// By how much a grain has moved otherwise than its velocity says, since the first window, m, in windows in which
-/// it touched nothing; and how far that may be.
+/// By how much a grain has moved otherwise than its velocity says, since the first window, m, in windows in
+/// which it touched nothing; and how far that may be.
 #[derive(Clone, Copy, Default)]
 struct Drift {
     way: [f64; 3],
@@ -127,7 +128,8 @@ impl KinematicsCheck {
         Ok(())
     }
 
-    /// Speed of the fastest surface, of grains before and after the window, spins as they were before, and walls.
+    /// Speed of the fastest surface, of grains before and after the window, spins as they were before, and
+    /// walls.
     fn fastest(&self, motion: &[Kinematics]) -> f64 {
         let before = self
             .last
@@ -271,8 +273,8 @@ impl KinematicsCheck {
         })
     }
 
-    /// Which grains have something within a radius of the largest, so that they can touch it in the window before
-    /// or after; and the deepest overlap of a free grain, where any is.
+    /// Which grains have something within a radius of the largest, so that they can touch it in the window
+    /// before or after; and the deepest overlap of a free grain, where any is.
     fn surroundings(
         &self,
         window: &Window,

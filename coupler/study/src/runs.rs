@@ -79,8 +79,8 @@ fn machine() -> String {
 /// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks.
 ///
 /// # Errors
-/// [`Failure::Input`] if this program or the folders cannot be had; that of a run that was not carried to an end,
-/// once the others have theirs. A run that fails is an outcome.
+/// [`Failure::Input`] if this program or the folders cannot be had; that of a run that was not carried to an
+/// end, once the others have theirs. A run that fails is an outcome.
 pub(crate) fn run_all(
     tasks: &[Task],
     jobs: usize,
@@ -203,7 +203,8 @@ impl Task {
         Ok(outcome)
     }
 
-    /// A run that was not carried to an end says nothing about its scene: neither a check nor a setting failed.
+    /// A run that was not carried to an end says nothing about its scene: neither a check nor a setting
+    /// failed.
     fn not_carried_out(&self, status: ExitStatus, said: &Path) -> Option<Failure> {
         let kind = match status.code() {
             Some(5) => Failure::Full,

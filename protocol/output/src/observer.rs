@@ -58,8 +58,8 @@ impl Observer {
         Self::begin(folder, scene, sides, extras, None)
     }
 
-    /// Watches a run that goes on from a checkpoint: rows of `series.csv` after it are cut off. `last`: the motion
-    /// of all grains there, for a run that may end without another window.
+    /// Watches a run that goes on from a checkpoint: rows of `series.csv` after it are cut off. `last`: the
+    /// motion of all grains there, for a run that may end without another window.
     ///
     /// # Errors
     /// As [`Observer::create`], and [`OutputError::Content`] if the state does not fit the scene.

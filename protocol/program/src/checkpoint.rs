@@ -1,8 +1,9 @@
 //! The loop's part of a checkpoint, and which checkpoint is whole.
 //!
 //! A checkpoint is a folder `checkpoint/<step>`: one file of each solver and, written last,
-//! `loop.checkpoint`. A folder without that file was cut short and is never resumed from. Where a run ends there
-//! is `motion.checkpoint`, too: what it leaves at its end is made of the last motion, also after a resume there.
+//! `loop.checkpoint`. A folder without that file was cut short and is never resumed from. Where a run ends
+//! there is `motion.checkpoint`, too: what it leaves at its end is made of the last motion, also after a
+//! resume there.
 
 use std::path::{Path, PathBuf};
 

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::failure::Failure;
 use crate::orphan::PARENT_DIED;
 
-/// Ctrl-C, SIGTERM and SIGHUP (a terminal that closes) as a count. The first ends the run in order, as the death
-/// of the `bedload` that started this program does.
+/// Ctrl-C, SIGTERM and SIGHUP (a terminal that closes) as a count. The first ends the run in order, as the
+/// death of the `bedload` that started this program does.
 #[derive(Clone, Debug)]
 pub struct Interrupts(Arc<AtomicUsize>);
 

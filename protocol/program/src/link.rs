@@ -114,8 +114,8 @@ pub trait Link {
         Cost::default()
     }
 
-    /// Writes `grains.csv` where the link has the grains of the whole run: `motion` at the time, s, that its last
-    /// window ended.
+    /// Writes `grains.csv` where the link has the grains of the whole run: `motion` at the time, s, that its
+    /// last window ended.
     ///
     /// # Errors
     /// [`Failure`] if the file cannot be written.

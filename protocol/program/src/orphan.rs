@@ -1,5 +1,5 @@
-//! A program that `bedload` starts for a run ends when that `bedload` ends, for whatever reason: a solver that
-//! runs alone, a replay, a run of a study.
+//! A program that `bedload` starts for a run ends when that `bedload` ends, for whatever reason: a solver
+//! that runs alone, a replay, a run of a study.
 
 use std::path::Path;
 

@@ -183,8 +183,8 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
         Ok(())
     }
 
-    /// Solvers and loop write what decides the next window. Nothing is on its way. At an `end` the last motion
-    /// is written, too.
+    /// Solvers and loop write what decides the next window. Nothing is on its way. At an `end` the last
+    /// motion is written, too.
     fn checkpoint(&mut self, end: Option<End>) -> Result<(), Failure> {
         self.heartbeat.beat();
         let Some(output) = &mut self.output else { return Ok(()) };

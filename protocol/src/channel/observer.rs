@@ -198,9 +198,9 @@ impl Observer {
         answers.min().unwrap_or(0)
     }
 
-    /// The solver that the run waits for: the DEM where it owes motion for loads, whatever it reports; else the
-    /// one that owes a report; else, of two, the DEM where all was sent, as it reports before the fluid; else the
-    /// fluid, which sends first.
+    /// The solver that the run waits for: the DEM where it owes motion for loads, whatever it reports; else
+    /// the one that owes a report; else, of two, the DEM where all was sent, as it reports before the fluid;
+    /// else the fluid, which sends first.
     pub(crate) fn behind(&self) -> Role {
         let least = self.answered();
         let mut owing = self.participants.iter().filter(|participant| participant.answered == least);

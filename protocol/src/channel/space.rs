@@ -60,15 +60,16 @@ pub(super) fn ask(rendezvous: &Rendezvous) -> Result<(), ExchangeError> {
     Err(no_room(rendezvous, &format!("{} are free", mebibytes(free))))
 }
 
-/// The segment with iceoryx2's number of nodes, after the prefix of the run, and its bytes before there is one: the
-/// version of iceoryx2, 0.10.0, and the count.
+/// The segment with iceoryx2's number of nodes, after the prefix of the run, and its bytes before there is
+/// one: the version of iceoryx2, 0.10.0, and the count.
 const NODES: (&str, [u8; 16]) = (
-    "_9204dd183d1c4d8e1ff592a30766ffa6765aa8b5_node.0_10_0.global_mgmt",
+    "9204dd183d1c4d8e1ff592a30766ffa6765aa8b5_node.0_10_0.global_mgmt",
     [0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0],
 );
 
-/// Makes that segment, for this user alone, before iceoryx2 does: it opens it to all users, whatever the mask,
-/// and any of them could cut it off before [`take`] closes it. Another version of iceoryx2 makes its own.
+/// Makes that segment, for this user alone, before iceoryx2 does: it opens it to all users, whatever the
+/// mask, and any of them could cut it off before [`take`] closes it. Another version of iceoryx2 makes its
+/// own.
 ///
 /// # Errors
 /// [`ExchangeError::Transport`] if it cannot be made.

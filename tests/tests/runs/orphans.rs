@@ -1,5 +1,5 @@
-//! What a solver that runs alone, or a run of a study, does when its `bedload` is gone, and programs at a closed
-//! pipe.
+//! What a solver that runs alone, or a run of a study, does when its `bedload` is gone, and programs at a
+//! closed pipe.
 
 use std::process::{Child, Command, Stdio};
 
@@ -41,8 +41,8 @@ fn the_solver_of_a_dry_run_ends_with_its_bedload() {
     }
 }
 
-/// A solver that comes up when its `bedload` is dead already does not begin; it tells a process that nobody has
-/// waited for from one that lives, and numbers of another place from its own.
+/// A solver that comes up when its `bedload` is dead already does not begin; it tells a process that nobody
+/// has waited for from one that lives, and numbers of another place from its own.
 #[test]
 fn a_solver_whose_bedload_has_died_before_it_began_ends() {
     let folder = Folder::new("late");
@@ -154,8 +154,8 @@ viscosity = 0.01
 every = 10.0
 "#;
 
-/// A solver that runs by itself and is stopped, or hangs, is given up after six times the deadline, as a coupled
-/// one is while files are written; one that goes on is not.
+/// A solver that runs by itself and is stopped, or hangs, is given up after six times the deadline, as a
+/// coupled one is while files are written; one that goes on is not.
 #[test]
 fn a_stopped_solver_that_runs_by_itself_is_given_up() {
     for scene in [LONG_FLIGHT.to_owned(), LONG_CAVITY.to_owned()] {
