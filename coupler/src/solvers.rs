@@ -524,7 +524,8 @@ fn read_all(pipe: Option<impl Read + Send + 'static>) -> std::io::Result<JoinHan
     std::thread::Builder::new().spawn(move || {
         let mut bytes = Vec::new();
         if let Some(mut pipe) = pipe {
-            // What was read before an error is still worth showing. The rest is read, too, so that its writer ends.
+            // What was read before an error is still worth showing. The rest is read, too, so that its writer
+            // ends.
             let _ = pipe.by_ref().take(LONGEST_ANSWER).read_to_end(&mut bytes);
             let _ = std::io::copy(&mut pipe, &mut std::io::sink());
         }

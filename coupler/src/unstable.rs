@@ -3,9 +3,9 @@
 //! An exchange of forces once per window fails by alternating: the second difference of a velocity, d_n =
 //! (v_n − 2 v_{n−1} + v_{n−2})/4, changes its sign in every window. Nothing physical does so for long: a
 //! contact or a vortex lasts many windows, and one that a window is too long for rings and dies away. What
-//! counts is therefore growth that goes on, or alternation that stays, and of it the energy: among many grains
-//! one that rings in a contact is no failure of the exchange. Only what was exchanged is looked at, so that
-//! this holds for any solver. The same difference classifies a run of a map when it is over.
+//! counts is therefore growth that goes on, or alternation that stays, and of it the energy: among many
+//! grains one that rings in a contact is no failure of the exchange. Only what was exchanged is looked at, so
+//! that this holds for any solver. The same difference classifies a run of a map when it is over.
 
 use bedload_scene::{CheckedScene, Motion};
 use protocol::message::Kinematics;
@@ -25,8 +25,8 @@ const ROW: u32 = 54;
 const GROWING_ROW: u32 = 16;
 /// … this factor since the row began, and …
 const GROWN: f64 = 8.0;
-/// … goes on growing: the mean of ln |d_n/d_{n−1}| over the last windows, of which none counts for more than a
-/// doubling.
+/// … goes on growing: the mean of ln |d_n/d_{n−1}| over the last windows, of which none counts for more than
+/// a doubling.
 const GROWTH: f64 = 0.08;
 /// A jump by more than this factor begins a new row: a contact, which rings and is no growth. What grows so
 /// fast is soon faster than anything.

@@ -321,8 +321,8 @@ impl Domain {
         }
     }
 
-    /// Lower and upper limit of each component (x, y, z) in the box, m; infinite along periodic axes, and where
-    /// there is no axis.
+    /// Lower and upper limit of each component (x, y, z) in the box, m; infinite along periodic axes, and
+    /// where there is no axis.
     #[must_use]
     pub fn limits(&self) -> [[f64; 2]; 3] {
         let mut limits = [[f64::NEG_INFINITY, f64::INFINITY]; 3];

@@ -18,8 +18,8 @@ use crate::grid::{Geometry, Grid};
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
-/// Distance of the knots, in diameters of the largest grain. With 2 the fraction of a cubic array is exact where
-/// spheres touch, and 1.3 % off at most down to φ = 0.06; with 1.5 it was 1.2 and up to 9 % off.
+/// Distance of the knots, in diameters of the largest grain. With 2 the fraction of a cubic array is exact
+/// where spheres touch, and 1.3 % off at most down to φ = 0.06; with 1.5 it was 1.2 and up to 9 % off.
 const KNOTS: f64 = 2.0;
 
 /// Mean of w over all directions, over f Δx.
@@ -102,8 +102,8 @@ impl<const D: usize> Pores<D> {
         for (grain, motion) in motions.iter().enumerate() {
             let at: [f64; D] = along_axes(geometry, motion.centre);
             let (mut cell, mut stride) = (0, 1);
-            for a in 0..D {
-                let (n, from) = (self.count[a], (at[a] - self.start[a]) / self.length[a]);
+            for (a, at) in at.into_iter().enumerate() {
+                let (n, from) = (self.count[a], (at - self.start[a]) / self.length[a]);
                 let from = if self.periodic[a] { from - from.floor() } else { from };
                 self.centres[grain][a] = self.start[a] + from * self.length[a];
                 cell += stride * ((from * n as f64).max(0.0) as usize).min(n - 1);
@@ -114,8 +114,8 @@ impl<const D: usize> Pores<D> {
         }
     }
 
-    /// Cells along axis `a` with all grains, or images of them, that can be near `at`; along a periodic axis they
-    /// are counted on beyond the box.
+    /// Cells along axis `a` with all grains, or images of them, that can be near `at`; along a periodic axis
+    /// they are counted on beyond the box.
     fn near(&self, a: usize, at: f64) -> RangeInclusive<isize> {
         let n = self.count[a] as isize;
         let cell = |x: f64| ((x - self.start[a]) / self.length[a] * n as f64).floor() as isize;
