@@ -76,10 +76,7 @@ fn faults(command: &str, root: &Value) -> Vec<String> {
         };
         let word = value.trim_matches('"');
         let listed: String = meant.iter().filter(|node| named(node)).map(|node| node.to_string()).collect();
-        if !listed.is_empty()
-            && !meant.iter().any(|node| free(node))
-            && !listed.contains(&format!("{word:?}"))
-        {
+        if !listed.is_empty() && !meant.iter().any(free) && !listed.contains(&format!("{word:?}")) {
             faults.push(format!("{key} does not take {value}"));
         }
     }
