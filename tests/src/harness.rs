@@ -259,7 +259,7 @@ kind = "rebound-height"
 
 /// A grain that flies to and fro for hours.
 pub const LONG_FLIGHT: &str = r#"
-until = 1e9
+until = 1e6
 gravity = [0.0, 0.0, 0.0]
 [domain]
 geometry = "space"

@@ -189,7 +189,8 @@ impl LogReader {
                     self.ready.push_back(Ok(entry));
                 }
                 Err(error) => {
-                    if let Some(sequence) = &mut self.sequence {
+                    // Else the window under way stays open: it is not complete.
+                    if let Some(sequence) = self.sequence.as_mut().filter(|_| self.reads_on) {
                         sequence.lose();
                     }
                     return Some(Err(error));
