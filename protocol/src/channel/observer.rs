@@ -62,12 +62,13 @@ impl<R: Record + ZeroCopySend> Feed<R> {
         Ok(Self { subscriber, held: None, given: 0 })
     }
 
-    fn fill(&mut self) -> Result<(), ExchangeError> {
+    /// Takes the next message where none is in hand; whether one is then.
+    fn fill(&mut self) -> Result<bool, ExchangeError> {
         if self.held.is_none() {
             let taken = self.subscriber.receive();
             self.held = taken.map_err(transport("cannot observe"))?.map(Lent);
         }
-        Ok(())
+        Ok(self.held.is_some())
     }
 
     fn key(&self) -> Option<(u64, u64)> {
@@ -134,6 +135,38 @@ impl Participant {
     }
 }
 
+/// A look for messages of a kind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Look {
+    Loads,
+    Kinematics,
+    Reports,
+}
+
+/// The looks of one poll; `look` says whether a message of the kind is in hand. What is found was sent after
+/// everything that it depends on, which a later look finds too: reports follow kinematics, loads the
+/// kinematics of the window before. Kinematics found without loads were sent, like their loads, between the
+/// two looks, so a last one finds the loads.
+fn look_for_all<E>(mut look: impl FnMut(Look) -> Result<bool, E>) -> Result<(), E> {
+    look(Look::Reports)?;
+    look(Look::Loads)?;
+    if look(Look::Kinematics)? {
+        look(Look::Loads)?;
+    }
+    Ok(())
+}
+
+/// Place of the message that happened first, by its window and attempt, among loads (0), kinematics (1) and
+/// the reports (2 and on).
+fn earliest<K: Ord>(
+    loads: Option<K>,
+    kinematics: Option<K>,
+    reports: impl Iterator<Item = Option<K>>,
+) -> Option<usize> {
+    let all = [loads, kinematics].into_iter().chain(reports).enumerate();
+    all.filter_map(|(place, key)| Some((key?, place))).min().map(|(_, place)| place)
+}
+
 /// Every topic that the coupler listens to.
 #[derive(Debug)]
 pub(crate) struct Observer {
@@ -162,28 +195,22 @@ impl Observer {
     }
 
     /// The next event, if there is one: the earliest window first, in it loads, kinematics, reports.
-    ///
-    /// Reports are looked for first, then loads, then kinematics, against the order of events: what
-    /// is found was then sent after everything it depends on, which the later looks find too.
     pub(crate) fn poll(&mut self) -> Result<Option<Event>, ExchangeError> {
-        for participant in &mut self.participants {
-            participant.fill()?;
-        }
-        self.loads.fill()?;
-        self.kinematics.fill()?;
-        let data = [(self.loads.key(), 0), (self.kinematics.key(), 1)];
-        let reports =
-            self.participants.iter().zip(2..).map(|(participant, place)| (participant.key(), place));
-        let first =
-            data.into_iter().chain(reports).filter_map(|(key, place)| key.map(|key| (key, place))).min();
-        Ok(first.and_then(|(_, place): (_, usize)| match place {
-            0 => self.loads.give().map(Event::Loads),
-            1 => self.kinematics.give().map(Event::Kinematics),
-            _ => {
+        look_for_all(|look| match look {
+            Look::Reports => self.participants.iter_mut().try_for_each(Participant::fill).map(|()| true),
+            Look::Loads => self.loads.fill(),
+            Look::Kinematics => self.kinematics.fill(),
+        })?;
+        let reports = self.participants.iter().map(Participant::key);
+        Ok(match earliest(self.loads.key(), self.kinematics.key(), reports) {
+            None => None,
+            Some(0) => self.loads.give().map(Event::Loads),
+            Some(1) => self.kinematics.give().map(Event::Kinematics),
+            Some(place) => {
                 let participant = &mut self.participants[place - 2];
                 participant.give().map(|status| Event::Status(participant.role, status))
             }
-        }))
+        })
     }
 
     /// Solvers that have not left in order.
@@ -209,6 +236,81 @@ impl Observer {
             (Some(participant), None) => participant.role,
             (Some(participant), _) if self.kinematics.given > participant.windows => Role::Dem,
             _ => Role::Fluid,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Messages of windows in the order in which they are sent: loads, kinematics, the report of the DEM.
+    const SENT: [Look; 9] = [
+        Look::Loads,
+        Look::Kinematics,
+        Look::Reports,
+        Look::Loads,
+        Look::Kinematics,
+        Look::Loads,
+        Look::Reports,
+        Look::Kinematics,
+        Look::Reports,
+    ];
+
+    /// Messages taken and in hand, by kind: loads, kinematics, reports.
+    #[derive(Default)]
+    struct Model {
+        taken: [usize; 3],
+        held: [Option<usize>; 3],
+    }
+
+    impl Model {
+        /// One poll with `seen` messages sent at each look; whether the event it gives keeps the order.
+        fn poll(&mut self, seen: [usize; 4]) -> bool {
+            let mut seen = seen.into_iter();
+            look_for_all(|look| {
+                let kind = look as usize;
+                let sent = SENT[..seen.next().ok_or(())?].iter().filter(|sent| **sent == look).count();
+                if self.held[kind].is_none() && self.taken[kind] < sent {
+                    self.held[kind] = Some(self.taken[kind]);
+                    self.taken[kind] += 1;
+                }
+                Ok::<_, ()>(self.held[kind].is_some())
+            })
+            .expect("four looks at most");
+            let [loads, kinematics, reports] = self.held;
+            let Some(kind) = earliest(loads, kinematics, [reports].into_iter()) else { return true };
+            let window = self.held[kind].take().expect("in hand");
+            let given =
+                |kind: Look| self.taken[kind as usize] - usize::from(self.held[kind as usize].is_some());
+            match kind {
+                0 => given(Look::Kinematics) == window,
+                1 => given(Look::Loads) == window + 1,
+                _ => given(Look::Kinematics) > window,
+            }
+        }
+
+        fn done(&self) -> bool {
+            self.taken.iter().sum::<usize>() == SENT.len() && self.held.iter().all(Option::is_none)
+        }
+    }
+
+    /// Whatever is sent between any two looks of the first polls, events come in their order.
+    #[test]
+    fn events_keep_their_order_wherever_messages_arrive_between_the_looks() {
+        for code in 0..4_usize.pow(8) {
+            let mut model = Model::default();
+            let mut seen = 0;
+            let arrivals: [usize; 8] = std::array::from_fn(|look| {
+                seen = SENT.len().min(seen + code / 4_usize.pow(look as u32) % 4);
+                seen
+            });
+            for poll in arrivals.chunks(4) {
+                assert!(model.poll(poll.try_into().unwrap()), "messages there at the looks: {arrivals:?}");
+            }
+            while !model.done() {
+                assert!(model.poll([SENT.len(); 4]), "after {arrivals:?}");
+            }
         }
     }
 }
