@@ -4,6 +4,7 @@ use crate::field::State;
 use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
 use crate::halo::{fill_velocity, fill_velocity_across, fill_velocity_and_open};
+use crate::near_convection::NearConvection;
 use crate::scheme::Options;
 use crate::timings::Timings;
 
@@ -13,6 +14,8 @@ pub struct Flow<const D: usize> {
     pub(crate) options: Options<D>,
     pub(crate) state: State<D>,
     pub(crate) timings: Timings,
+    /// Terms of convection near grains, where there are any.
+    pub(crate) near: Option<Box<NearConvection<D>>>,
 }
 
 impl<const D: usize> Flow<D> {
@@ -29,6 +32,17 @@ impl<const D: usize> Flow<D> {
                 fill_velocity_and_open(&self.grid, open, d, u);
             }
         }
+    }
+
+    /// Computes the terms of convection near grains from the present velocity.
+    pub(crate) fn refresh_near(&mut self) {
+        let Some(near) = &mut self.near else { return };
+        if !self.grid.division.ranks().is_alone() {
+            let mut fields: Vec<_> =
+                self.state.velocity.iter_mut().map(|u| (&mut u[..], Side::Both)).collect();
+            Ghosts::new(&self.grid).fetch(2, &mut fields);
+        }
+        near.evaluate(&self.grid, &self.state.velocity);
     }
 
     /// Whether fluid passes through a face of the box.

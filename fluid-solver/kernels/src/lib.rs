@@ -62,6 +62,7 @@ pub mod immersed;
 pub mod interpolate;
 pub mod lanes;
 pub mod measure;
+pub mod near_convection;
 pub mod open;
 mod plane;
 pub mod ranks;

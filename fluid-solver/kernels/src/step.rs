@@ -19,6 +19,7 @@ use crate::field::State;
 use crate::flow::Flow;
 use crate::flow_rate::FlowRate;
 use crate::grid::{Grid, GridError};
+use crate::near_convection::NearConvection;
 use crate::scheme::{Options, Viscous};
 use crate::stages::{LastProjection, PressureUpdate, StepPlan, Sweeps};
 use crate::timings::Timings;
@@ -40,7 +41,8 @@ impl<const D: usize> Stepper<D> {
         Grid<D>: HasEngine<D>,
     {
         let engine = grid.engine(&options);
-        let flow = Flow { state: State::at_rest(&grid), timings: Timings::default(), grid, options };
+        let flow =
+            Flow { state: State::at_rest(&grid), timings: Timings::default(), near: None, grid, options };
         Self { flow, engine, flow_rate: None, left: None, broken: false }
     }
 
@@ -75,6 +77,11 @@ impl<const D: usize> Stepper<D> {
                 flow.fill_halos();
             }
             flow.convect_outflow(stage.length());
+            // The second of three stages takes those of the first: with the third one's own they are of second
+            // order all the same, as 3/4 of its weight at 2/3 of the step is 1/2.
+            if stage.number != 1 {
+                flow.refresh_near();
+            }
             engine.predict(flow, stage, force);
             engine.diffuse(flow, stage);
             if let Some(rate) = flow_rate {
@@ -99,7 +106,8 @@ impl<const D: usize> Stepper<D> {
     /// What may go in one sweep. Outflow and a prescribed flow rate look at the velocity of every
     /// stage: then no two stages share a sweep.
     fn sweeps(&self) -> Sweeps {
-        match (self.engine.fuses(), self.flow.is_open() || self.flow_rate.is_some()) {
+        let sees_stages = self.flow.is_open() || self.flow_rate.is_some() || self.flow.near.is_some();
+        match (self.engine.fuses(), sees_stages) {
             (false, _) => Sweeps::Apart,
             (true, true) => Sweeps::ApartFilled,
             (true, false) => Sweeps::Fused,
@@ -159,6 +167,14 @@ impl<const D: usize> Stepper<D> {
         let (stages, implicit) =
             (self.flow.options.scheme.stages(), self.flow.options.viscous == Viscous::Implicit);
         self.flow_rate = Some(FlowRate::new(&self.flow.grid, axis, mean, stages, implicit));
+    }
+
+    /// Refines convection near spheres (discs on two axes), given by centre (laboratory axes, m) and radius, in
+    /// the steps to come: see [`crate::near_convection`].
+    pub fn refine_near(&mut self, spheres: impl Iterator<Item = ([f64; 3], f64)>) {
+        let Flow { grid, options, near, .. } = &mut self.flow;
+        let near = near.get_or_insert_with(|| Box::new(NearConvection::new(grid, options.viscosity)));
+        near.set(grid, spheres);
     }
 
     /// The prescribed flow rate, if any.

@@ -19,6 +19,8 @@ pub struct Needs {
     pub mask_ratios: bool,
     /// Whether bodies hold points.
     pub points: bool,
+    /// Whether convection is refined near grains.
+    pub near_convection: bool,
 }
 
 impl Needs {
@@ -35,6 +37,10 @@ impl Needs {
             transport,
             local_solve: transport.is_some() && choices.calibration.sweeps != Some(0),
             mask_ratios: choices.method != Method::FictitiousDomain && (transport.is_some() || fixed),
+            near_convection: grains
+                && choices.method == Method::Calibrated
+                && choices.time.convection
+                && !choices.calibration.plain_convection,
             points: grains && choices.method == Method::FictitiousDomain,
         }
     }

@@ -31,9 +31,9 @@ pub(super) struct Row {
 
 /// A node along one axis: its index in the box, and its distance from the grain's centre.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
-    pub(super) index: usize,
-    pub(super) arm: f64,
+pub(crate) struct Node {
+    pub(crate) index: usize,
+    pub(crate) arm: f64,
 }
 
 /// How far a grain reaches on one set of nodes.
@@ -118,7 +118,7 @@ impl<const D: usize> Nodes<D> {
     /// Unwrapped indices along `axis` of the unknowns within `half` of `centre`. On a periodic axis
     /// they may lie outside `0..n`, but never hold a cell twice: the nearest image counts.
     #[inline(always)]
-    pub(super) fn range(&self, grid: &Grid<D>, axis: usize, centre: f64, half: f64) -> (isize, isize) {
+    pub(crate) fn range(&self, grid: &Grid<D>, axis: usize, centre: f64, half: f64) -> (isize, isize) {
         let nodes = grid.nodes(self.d, axis);
         let n = grid.cells[axis];
         if grid.periodic(axis) {
@@ -147,7 +147,7 @@ impl<const D: usize> Nodes<D> {
 
     /// Index in the box and arm of unwrapped index `m` along `axis`, for a grain centred at `centre`.
     #[inline(always)]
-    pub(super) fn node(&self, grid: &Grid<D>, axis: usize, centre: f64, m: isize) -> Node {
+    pub(crate) fn node(&self, grid: &Grid<D>, axis: usize, centre: f64, m: isize) -> Node {
         let nodes = grid.nodes(self.d, axis);
         let n = grid.cells[axis] as isize;
         if !grid.periodic(axis) {

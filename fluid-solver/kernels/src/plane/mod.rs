@@ -74,8 +74,8 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
     fn predict(&mut self, flow: &mut Flow<D>, stage: &PlannedStage, force: Option<&[Vec<f64>; D]>) {
         let begin = Work::begin();
         let Self { momentum, stokes, projection, rhs, .. } = self;
-        let Flow { grid, options, state: State { velocity, pressure, history, .. }, timings } = flow;
-        let (grid, velocity) = (&*grid, &*velocity);
+        let Flow { grid, options, state: State { velocity, pressure, history, .. }, timings, near } = flow;
+        let (grid, velocity, near) = (&*grid, &*velocity, near.as_deref());
         for (d, (rhs, history)) in rhs.iter_mut().zip(history).enumerate() {
             let factors = &Factors::new(options, stage, d);
             let momentum = Some(&momentum[d]).filter(|_| options.convection);
@@ -91,6 +91,7 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
                     velocity,
                     pressure,
                     force,
+                    near,
                     row,
                     rhs,
                     history,
@@ -102,7 +103,7 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
 
     fn diffuse(&mut self, flow: &mut Flow<D>, stage: &PlannedStage) {
         let begin = Work::begin();
-        let Flow { grid, options, state, timings } = flow;
+        let Flow { grid, options, state, timings, .. } = flow;
         let c = stage.diffusion(options.viscosity);
         for d in 0..D {
             let (rhs, u) = (&mut self.rhs[d], &mut state.velocity[d]);

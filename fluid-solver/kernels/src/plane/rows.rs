@@ -6,6 +6,7 @@ use super::project::Projection;
 use super::stokes::Stokes;
 use crate::grid::Grid;
 use crate::lanes::Kernel;
+use crate::near_convection::NearConvection;
 use pulp::Simd;
 
 /// One row of `rhs = dt (γ N + ζ N_old) + 2 α dt (f − ∇p + ν ∇²u)`, `history = N`.
@@ -21,6 +22,7 @@ pub(super) struct PredictRow<'a, const D: usize> {
     pub(super) velocity: &'a [Vec<f64>; D],
     pub(super) pressure: &'a [f64],
     pub(super) force: Option<&'a [f64]>,
+    pub(super) near: Option<&'a NearConvection<D>>,
     pub(super) row: usize,
     pub(super) rhs: &'a mut [f64],
     pub(super) history: &'a mut [f64],
@@ -35,6 +37,13 @@ impl<const D: usize> Kernel for PredictRow<'_, D> {
             None => {
                 let u = &velocity[self.d];
                 self.stokes.row(grid, self.projection, factors, u, pressure, row, rhs, history);
+            }
+        }
+        for (first, terms) in self.near.iter().flat_map(|near| near.terms(self.d, row)) {
+            let (rhs, history) = (&mut rhs[first..], &mut history[first..]);
+            for ((r, history), term) in rhs.iter_mut().zip(history).zip(terms) {
+                *r += factors.now * term;
+                *history += term;
             }
         }
         if let Some(force) = self.force {

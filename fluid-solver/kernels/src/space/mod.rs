@@ -36,6 +36,7 @@ use crate::stages::{PlannedStage, PressureUpdate};
 use crate::timings::Part;
 use crate::work::Work;
 use factors::Factors;
+use momentum::Given;
 use shape::Shape;
 use slab::{Fields, Private};
 use sweep::{Before, Diverge, Sweep};
@@ -126,10 +127,11 @@ impl<const D: usize> Engine<D> for SpaceEngine {
         let force = force.map(|force| std::array::from_fn(|d| force[d].as_slice()));
         let before = stage.corrects.map_or(Before::Fill, |update| Before::Correct(update.duration));
         let diverge = divergence_of(stage).filter(|_| !implicit);
+        let given = Given { force, near: flow.near.as_deref() };
         self.sweep(&mut flow.state, |sweep, fields, privates| {
             sweep.prepare_ends(fields, privates, before);
             sweep.exchange_planes(fields, privates, before);
-            sweep.momentum(fields, privates, &factors, force, before, diverge);
+            sweep.momentum(fields, privates, &factors, given, before, diverge);
         });
         flow.timings.add(Part::Momentum, begin);
     }

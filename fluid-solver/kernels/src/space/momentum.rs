@@ -8,6 +8,7 @@ use super::factors::Factors;
 use super::flux::{self, Use, Weights};
 use super::shape::Shape;
 use crate::lanes::{Aligned, Kernel};
+use crate::near_convection::NearConvection;
 use pulp::Simd;
 
 /// What goes through the lower side of a plane, from the plane below: fluxes of u and v along z, and all of
@@ -63,8 +64,17 @@ pub(super) enum Target<'a> {
     Increment([&'a mut [f64]; 3]),
 }
 
+/// What is added to the momentum equation.
+#[derive(Clone, Copy)]
+pub(super) struct Given<'a, const D: usize> {
+    /// Force of the caller, m/s².
+    pub(super) force: Option<[&'a [f64]; 3]>,
+    /// Terms of convection near grains.
+    pub(super) near: Option<&'a NearConvection<D>>,
+}
+
 /// One plane of the momentum equation.
-pub(super) struct MomentumPlane<'a> {
+pub(super) struct MomentumPlane<'a, const D: usize> {
     pub(super) shape: &'a Shape,
     pub(super) factors: &'a Factors,
     /// Number of the plane.
@@ -80,6 +90,8 @@ pub(super) struct MomentumPlane<'a> {
     pub(super) history: [&'a mut [f64]; 3],
     /// Force of the caller.
     pub(super) force: Option<[&'a [f64]; 3]>,
+    /// Terms of convection near grains.
+    pub(super) near: Option<&'a NearConvection<D>>,
     /// Pressure of this plane and the one below.
     pub(super) pressure: Option<[&'a [f64]; 2]>,
     pub(super) fluxes: &'a mut FluxesAcross,
@@ -212,7 +224,7 @@ fn row_fluxes<S: Simd>(
     flux::row(simd, weights, velocity, out::<S>(shape, j, j + 1, fluxes, lines));
 }
 
-impl Kernel for MomentumPlane<'_> {
+impl<const D: usize> Kernel for MomentumPlane<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
         let weights = Weights::new(self.shape, self.factors, self.k, self.k + 1);
@@ -226,13 +238,14 @@ impl Kernel for MomentumPlane<'_> {
             }
             self.gather(simd, j);
             for d in 0..3 {
+                self.near(d, j);
                 self.forces(d, j);
             }
         }
     }
 }
 
-impl MomentumPlane<'_> {
+impl<const D: usize> MomentumPlane<'_, D> {
     /// 2 α dt ν ∇²u on row `j` of component `d`, where viscosity is implicit.
     #[inline(always)]
     fn explicit(&mut self, d: usize, j: usize) {
@@ -283,6 +296,23 @@ impl MomentumPlane<'_> {
             out.each_mut().map(|u| &mut u[at..][..n]),
             history.each_mut().map(|x| &mut x[at..][..n]),
         );
+    }
+
+    /// The terms of convection near grains on row `j` of component `d`.
+    #[inline(always)]
+    fn near(&mut self, d: usize, j: usize) {
+        let Self { shape, factors: f, k, here, target, near: Some(near), history, .. } = self else { return };
+        let out = match target {
+            Target::Velocity => &mut *here[d],
+            Target::Increment(rhs) => &mut *rhs[d],
+        };
+        for (first, terms) in near.terms(d, j + *k * shape.n[1]) {
+            let place = shape.at(j as isize) + first..;
+            out[place.clone()].iter_mut().zip(terms).for_each(|(out, term)| *out += f.now * term);
+            if f.keep {
+                history[d][place].iter_mut().zip(terms).for_each(|(history, term)| *history += term);
+            }
+        }
     }
 
     /// 2 α dt (f − ∇p) of caller and pressure on row `j` of component `d`.

@@ -2,7 +2,7 @@
 
 use super::factors::Factors;
 use super::halo::{beyond, fill_plane};
-use super::momentum::{FirstFluxes, MomentumPlane, Target};
+use super::momentum::{FirstFluxes, Given, MomentumPlane, Target};
 use super::project::{AddPlane, CorrectPlane, DivergencePlane};
 use super::shape::Shape;
 use super::slab::{Fields, Private, Slab, planes};
@@ -168,12 +168,12 @@ impl Sweep<'_> {
 
     /// Momentum, with what is due before it ([`Sweep::prepare_ends`] did it at the ends,
     /// [`Sweep::exchange_planes`] on the second plane), and the divergence.
-    pub(super) fn momentum(
+    pub(super) fn momentum<const D: usize>(
         &self,
         fields: &mut Fields<'_>,
         privates: &mut [Private],
         factors: &Factors,
-        force: Option<[&[f64]; 3]>,
+        given: Given<'_, D>,
         before: Before,
         diverge: Option<Diverge>,
     ) {
@@ -184,7 +184,7 @@ impl Sweep<'_> {
                 if k > range.start && k + 2 < range.end {
                     self.prepare(slab, k + 1, before);
                 }
-                self.plane(slab, k, factors, force);
+                self.plane(slab, k, factors, given);
                 self.viscous.iter().enumerate().for_each(|(d, solver)| {
                     let at = self.place(slab, k);
                     let plane = &mut slab.fields.work[d][at];
@@ -320,7 +320,7 @@ impl Sweep<'_> {
     }
 
     /// Momentum of plane `k`.
-    fn plane(&self, slab: &mut Slab<'_>, k: usize, factors: &Factors, force: Option<[&[f64]; 3]>) {
+    fn plane<const D: usize>(&self, slab: &mut Slab<'_>, k: usize, factors: &Factors, given: Given<'_, D>) {
         let (at, shape) = (self.place(slab, k), self.shape);
         let Slab { fields: Fields { velocity, history, work, pressure }, privates, planes } = slab;
         let Private { below: under, above: over, pressure: low, fluxes, lines, .. } = &mut privates[0];
@@ -352,7 +352,8 @@ impl Sweep<'_> {
                 Target::Increment(work.each_mut().map(|x| &mut x[at.clone()]))
             },
             history: history.each_mut().map(|x| &mut x[at.clone()]),
-            force: force.map(|f| f.map(|f| &f[shape.planes(k as isize, k as isize + 1)])),
+            force: given.force.map(|f| f.map(|f| &f[shape.planes(k as isize, k as isize + 1)])),
+            near: given.near,
             pressure: self.has_gradient.then(|| [&pressure[at.clone()], low]),
             fluxes,
             lines,

@@ -11,6 +11,8 @@ pub struct Calibration {
     /// Sweeps of the local solve that lets viscosity feel a change of the force in its own step: as many as ν
     /// dt/Δx² needs by default, 0: no local solve.
     pub sweeps: Option<u32>,
+    /// Whether convection near grains is that of the rest of the fluid ([`crate::near_convection`]).
+    pub plain_convection: bool,
     /// Whether the loads have no virtual mass.
     pub without_virtual_mass: bool,
     /// Whether the loads do not take off ρ(∫β dV − V), the mass by which the mask on the grid differs from

@@ -8,7 +8,7 @@
 //! u  = u* + dt (λ' − λ)
 //! ```
 //! The mask is a Brinkman medium whose surface is where the flow feels it ([`crate::immersed::mask_model`]).
-//! In space its radius follows the pores ([`crate::immersed::pores`]), and in dense beds the force goes with
+//! Near grains convection is refined ([`crate::near_convection`]). In space the radius of the mask follows the pores ([`crate::immersed::pores`]), and in dense beds the force goes with
 //! the grains and viscosity feels its change in the same step ([`advection`]). Where windows are repeated,
 //! [`iterations`] mixes the attempts.
 
@@ -47,6 +47,8 @@ pub struct Calibrated<const D: usize> {
     pores: Option<Pores<D>>,
     /// Transport of the force with the grains, where the scene is one in which it may lag.
     advection: Option<Advection<D>>,
+    /// Whether convection is refined near the grains.
+    refines: bool,
     /// Attempts at the present window, where windows are repeated.
     iterations: Option<Box<Iterations<D>>>,
 }
@@ -73,6 +75,7 @@ impl<const D: usize> Calibrated<D> {
                 let sweeps = needs.local_solve.then_some(choices.calibration.sweeps);
                 Advection::new(scene, medium, transport, sweeps, grid)
             }),
+            refines: needs.near_convection,
             iterations: (scheme == Scheme::Iterated).then(|| Box::new(Iterations::new(gyration))),
         };
         method.set_radii(grid, grains);
@@ -112,6 +115,10 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
     }
 
     fn step(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        if self.refines {
+            let spheres = grains.immersed.shapes().iter().zip(&grains.predicted);
+            fluid.refine_near(spheres.map(|(shape, motion)| (motion.centre, shape.radius)));
+        }
         fluid.step(dt, grains.force());
     }
 

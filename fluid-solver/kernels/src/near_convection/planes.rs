@@ -1,0 +1,140 @@
+//! The planes about the one whose terms are computed, with what lies beyond the ends of the grid.
+
+use super::bands::Bands;
+use crate::grid::Grid;
+
+/// Values before cell 0 of a row, and a vector behind the last one.
+pub(super) const LEAD: usize = 8;
+/// Rows before row 0.
+pub(super) const ROWS: usize = 2;
+
+/// Copies of planes: rows from −2 to two behind the last, each with two values more on both sides.
+#[derive(Clone, Debug)]
+pub(super) struct Planes {
+    /// Length of a row.
+    pub(super) row: usize,
+    size: usize,
+    /// Velocity: by component, plane `k` at place `k` modulo 5.
+    velocity: [[Vec<f64>; 5]; 3],
+    /// Weights, plane `k` at place `k` modulo 2.
+    weights: [Vec<f64>; 2],
+    /// Which plane each place has.
+    loaded: [Option<isize>; 5],
+    weighed: [Option<isize>; 2],
+}
+
+impl Planes {
+    pub(super) fn new<const D: usize>(grid: &Grid<D>) -> Self {
+        let row = (grid.cells[0] + LEAD + 16).next_multiple_of(8);
+        let size = row * (grid.cells[1] + 2 * ROWS + 1);
+        let plane = || vec![0.0; size];
+        let planes = if D == 3 { 5 } else { 1 };
+        let velocity =
+            |c: usize| std::array::from_fn(|k| if c < D && k < planes { plane() } else { Vec::new() });
+        Self {
+            row,
+            size,
+            velocity: std::array::from_fn(velocity),
+            weights: std::array::from_fn(|k| if k == 0 || D == 3 { plane() } else { Vec::new() }),
+            loaded: [None; 5],
+            weighed: [None; 2],
+        }
+    }
+
+    /// A plane of zeros.
+    pub(super) fn zeros(&self) -> Vec<f64> {
+        vec![0.0; self.size]
+    }
+
+    /// Forgets the planes: the velocity has changed.
+    pub(super) fn forget(&mut self) {
+        (self.loaded, self.weighed) = ([None; 5], [None; 2]);
+    }
+
+    /// Where row `j` begins, at cell 0.
+    #[inline(always)]
+    pub(super) fn at(&self, j: isize) -> usize {
+        (j + ROWS as isize) as usize * self.row + LEAD
+    }
+
+    /// Planes from `k` − 2 to `k` + 2 by component; those that are not there are empty.
+    pub(super) fn velocities(&self, k: isize) -> [[&[f64]; 5]; 3] {
+        let place = |near: usize| (k + near as isize - 2).rem_euclid(5) as usize;
+        std::array::from_fn(|c| std::array::from_fn(|near| &self.velocity[c][place(near)][..]))
+    }
+
+    /// Weights on plane `k`.
+    pub(super) fn weights(&self, k: isize) -> &[f64] {
+        &self.weights[k.rem_euclid(2) as usize]
+    }
+
+    /// Copies plane `k` of the velocity, rows `rows` and two on each side.
+    pub(super) fn load<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        velocity: &[Vec<f64>; D],
+        k: isize,
+        rows: &std::ops::Range<usize>,
+    ) {
+        let place = k.rem_euclid(5) as usize;
+        if self.loaded[place] == Some(k) {
+            return;
+        }
+        self.loaded[place] = Some(k);
+        let n = grid.cells[0];
+        let layer = if D == 3 { wrapped(grid, D - 1, k) * grid.cells[1] } else { 0 };
+        for (planes, u) in self.velocity.iter_mut().zip(velocity) {
+            for j in rows.start as isize - 2..rows.end as isize + 2 {
+                let from = &u[grid.row(layer + wrapped(grid, 1, j))..][..n];
+                let to = &mut planes[place][(j + ROWS as isize) as usize * self.row..][..self.row];
+                to[LEAD..][..n].copy_from_slice(from);
+                for beyond in 1..=2 {
+                    to[LEAD - beyond] = from[wrapped(grid, 0, -(beyond as isize))];
+                    to[LEAD + n - 1 + beyond] = from[wrapped(grid, 0, (n - 1 + beyond) as isize)];
+                }
+            }
+        }
+    }
+
+    /// Writes the weights of plane `k`, rows `rows` and one on each side.
+    pub(super) fn weigh<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        bands: &Bands<D>,
+        k: isize,
+        rows: &std::ops::Range<usize>,
+    ) {
+        let place = k.rem_euclid(2) as usize;
+        if self.weighed[place] == Some(k) {
+            return;
+        }
+        self.weighed[place] = Some(k);
+        let layer = layer_of(grid, k);
+        for j in rows.start as isize - 1..rows.end as isize + 1 {
+            let to = &mut self.weights[place][(j + ROWS as isize) as usize * self.row..][..self.row];
+            to.fill(0.0);
+            let inside = grid.periodic(1) || (0..grid.cells[1] as isize).contains(&j);
+            if let (Some(layer), true) = (layer, inside) {
+                bands.write(grid, layer + wrapped(grid, 1, j), LEAD, to);
+            }
+        }
+    }
+}
+
+/// First row of plane `k`; none beyond the ends of an axis that is not periodic.
+pub(super) fn layer_of<const D: usize>(grid: &Grid<D>, k: isize) -> Option<usize> {
+    if D < 3 {
+        return Some(0);
+    }
+    let inside = grid.periodic(D - 1) || (0..grid.cells[D - 1] as isize).contains(&k);
+    inside.then(|| wrapped(grid, D - 1, k) * grid.cells[1])
+}
+
+/// Index along an axis, which may lie beyond its ends: round a periodic axis, else the nearest one.
+pub(super) fn wrapped<const D: usize>(grid: &Grid<D>, a: usize, index: isize) -> usize {
+    let n = grid.cells[a] as isize;
+    if (0..n).contains(&index) {
+        return index as usize;
+    }
+    (if grid.periodic(a) { index.rem_euclid(n) } else { index.clamp(0, n - 1) }) as usize
+}
