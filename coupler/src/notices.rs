@@ -6,7 +6,7 @@ use protocol::facts::DemFacts;
 use crate::bounds::{Facts, largest_overlap};
 use crate::keys;
 use crate::number::{Short, norm};
-use crate::speeds::{drive, volume, weight};
+use bedload_scene::speeds::{drive, volume, weight};
 
 /// Overlap over radius that is hardly felt: a contact time that allows no more is shorter than it need be.
 const LITTLE: f64 = 0.01;

@@ -99,14 +99,7 @@ impl<'a> CoupledSchedule<'a> {
         if let Some(found) = self.alternation.take(window, kinematics)
             && !plan.forced.iter().any(|name| name == unstable::NAME)
         {
-            return Err(Failure::Unstable(format!(
-                "unstable from window {} on (noticed in window {}, t = {} s): {}; {}{doubt}",
-                found.window,
-                window.step,
-                window.time,
-                found.text,
-                unstable::REMEDY
-            )));
+            return Err(Failure::Unstable(found.message(window, &format!("{}{doubt}", unstable::REMEDY))));
         }
         let with_doubt = |failure| match failure {
             Failure::Run(text) => Failure::Run(format!("{text}{doubt}")),

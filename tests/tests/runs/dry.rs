@@ -105,3 +105,55 @@ fn a_checkpoint_that_was_cut_short_is_passed_over() {
         assert!(read(&parts) == read(&whole), "{file} differs");
     }
 }
+
+/// Grains that fall onto a plane and come to rest there.
+const BED: &str = r#"
+until = 1.0
+gravity = [0.0, 0.0, -9.81]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [0.06, 0.06, 0.3]
+boundary = { x = "periodic", y = "periodic", z_lower = "no-slip", z_upper = "free-slip" }
+[[groups]]
+count = 200
+lower = [0.0, 0.0, 0.006]
+upper = [0.06, 0.06, 0.25]
+radius = 0.005
+density = 2000.0
+seed = 1
+[dem]
+allow_coarse_dt = true
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.5
+contact_time = 1e-3
+friction = 0.3
+[observe]
+every = 0.02
+"#;
+
+#[test]
+fn a_sub_step_that_makes_energy_ends_a_run_as_unstable() {
+    let folder = Folder::new("dry-unstable");
+    let scene = folder.write("bed.toml", BED);
+    let run = |steps: f64, more: &[&str]| {
+        let out = folder.join(&format!("out-{steps}"));
+        let steps = format!("dem.steps_per_contact={steps}");
+        let paths = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        let output = bedload(&[&paths, &["--overwrite", "--set", &steps][..], more].concat());
+        (output.status.code(), said(&output), out)
+    };
+    // Some jump out of the bed, and nothing is faster than it may be; a pile of them is.
+    for (steps, what) in [(2.2, "the grains have gained"), (1.5, "more than 20 times what forces")] {
+        let (code, text, out) = run(steps, &[]);
+        assert_eq!(code, Some(4), "{text}");
+        let error = summary(&out)["error"].as_str().expect("an error").to_owned();
+        assert_eq!(summary(&out)["status"], "unstable");
+        assert!(error.contains(what) && error.contains("dem.steps_per_contact"), "{error}");
+    }
+    let (code, text, _) = run(2.2, &["--set", "coupling.force=[\"unstable\"]"]);
+    assert_eq!(code, Some(0), "{text}");
+    let (code, text, _) = run(10.0, &[]);
+    assert_eq!(code, Some(0), "{text}");
+}
