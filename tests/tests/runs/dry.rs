@@ -61,7 +61,8 @@ fn a_finished_run_goes_on_past_its_end() {
         let out = folder.join(name);
         let paths = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
         // Windows of 2 t_c: both ends are whole numbers of them, without a rounding.
-        let keys = ["--set", "dem.contact.contact_time=0.0078125", "--until", until];
+        let time = "dem.contact.contact_time=0.0078125";
+        let keys = ["--set", time, "--set", "observe.mean_velocity=true", "--until", until];
         let output = bedload(&[&paths, &keys[..], more].concat());
         (output.status.code(), said(&output), out)
     };
