@@ -130,6 +130,8 @@ law = "linear-spring-dashpot"
 restitution = 0.5
 contact_time = 1e-3
 friction = 0.3
+[coupling]
+force = ["contact-dashpot"]
 [observe]
 every = 0.02
 "#;
@@ -153,7 +155,7 @@ fn a_sub_step_that_makes_energy_ends_a_run_as_unstable() {
         assert_eq!(summary(&out)["status"], "unstable");
         assert!(error.contains(what) && error.contains("dem.steps_per_contact"), "{error}");
     }
-    let (code, text, _) = run(2.2, &["--set", "coupling.force=[\"unstable\"]"]);
+    let (code, text, _) = run(2.2, &["--set", "coupling.force=[\"contact-dashpot\", \"unstable\"]"]);
     assert_eq!(code, Some(0), "{text}");
     let (code, text, _) = run(10.0, &[]);
     assert_eq!(code, Some(0), "{text}");
