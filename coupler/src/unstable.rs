@@ -163,8 +163,8 @@ impl Channel {
         let grows = if self.growth >= GROWTH { "and grows, " } else { "" };
         Found {
             text: format!(
-                "{what}_{axis} of grain {grain} alternates from window to window since window {began}, {grows}by {:.1} % of the \
-                 largest speed",
+                "{what}_{axis} of grain {grain} alternates from window to window since window {began}, \
+                 {grows}by {:.1} % of the largest speed",
                 100.0 * self.size() / scale
             ),
             window: began,
@@ -173,8 +173,8 @@ impl Channel {
 }
 
 /// What a user can do.
-pub(crate) const REMEDY: &str = "lower the fluid's dt, use coupling.scheme = \"iterated\" or heavier grains (docs/stability.md); to go on all the same: --set \
-     'coupling.force=[\"unstable\"]'";
+pub(crate) const REMEDY: &str = "lower the fluid's dt, use coupling.scheme = \"iterated\" or heavier grains \
+    (docs/stability.md); to go on all the same: --set 'coupling.force=[\"unstable\"]'";
 
 #[cfg(test)]
 mod tests {

@@ -210,7 +210,8 @@ impl Schedule for CoupledSchedule<'_> {
         if self.missed_contact(window, messages).1 {
             if self.late == 0 {
                 protocol::say!(
-                    "bedload: warning: something came within range in window {} although one sub-step was planned; if this worries you, --set coupling.substeps=full",
+                    "bedload: warning: something came within range in window {} although one sub-step was \
+                     planned; if this worries you, --set coupling.substeps=full",
                     window.step
                 );
             }

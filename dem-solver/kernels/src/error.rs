@@ -136,7 +136,8 @@ pub enum AdvanceError {
 pub enum RestoreError {
     /// An array has the wrong length.
     #[error(
-        "the state holds {found} values of {quantity}, this scene needs {needed}; restore it with the scene that wrote it"
+        "the state holds {found} values of {quantity}, this scene needs {needed}; restore it with the scene \
+         that wrote it"
     )]
     Length {
         /// Name of the array.
@@ -148,7 +149,8 @@ pub enum RestoreError {
     },
     /// A contact names a grain or wall that does not exist, or is out of order.
     #[error(
-        "contact {index} of the state joins {first} and {second}, which this scene does not have in this order; restore it with the scene that wrote it"
+        "contact {index} of the state joins {first} and {second}, which this scene does not have in this \
+         order; restore it with the scene that wrote it"
     )]
     Contact {
         /// Index of the contact in the state.

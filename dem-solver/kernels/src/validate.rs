@@ -62,7 +62,8 @@ impl DemSpec {
         let Some(law) = self.contact.linear() else {
             return refuse(
                 "dem.contact.law",
-                "bodies that are not round touch by springs: wan-turek is made for discs; allowed: linear-spring-dashpot",
+                "bodies that are not round touch by springs: wan-turek is made for discs; allowed: \
+                 linear-spring-dashpot",
                 "write law = \"linear-spring-dashpot\"",
             );
         };
@@ -76,7 +77,8 @@ impl DemSpec {
         if self.lubrication.settings().is_some() {
             return refuse(
                 "dem.lubrication.form",
-                "films between bodies that are not round are not modelled; the grid resolves what it can. Allowed: none",
+                "films between bodies that are not round are not modelled; the grid resolves what it can. \
+                 Allowed: none",
                 "write form = \"none\", or leave [dem.lubrication] out",
             );
         }

@@ -94,8 +94,8 @@ pub struct AloneState {
 }
 
 /// What a user can do about an unstable run of grains alone.
-const REMEDY: &str = "give more sub-steps per contact (dem.steps_per_contact, or a smaller dem.dt); to go on all the same: \
-     --set 'coupling.force=[\"unstable\"]'";
+const REMEDY: &str = "give more sub-steps per contact (dem.steps_per_contact, or a smaller dem.dt); to go on \
+    all the same: --set 'coupling.force=[\"unstable\"]'";
 
 /// The windows of a solver alone: as long as its clock says, until the scene's end or until the grains rest.
 pub(crate) struct AloneSchedule {

@@ -34,7 +34,8 @@ fn a_grain_that_leaves_the_box_is_named_when_it_leaves_and_counted_at_the_end() 
     let out = folder.join("out");
     let scene = folder.write("leaves.toml", TWO_GRAINS);
     // Enough grains take the bulk engine, a film or another integrator the general one.
-    let bed = "[[groups]]\ncount = 300\nlower = [0.0, 0.0, 0.0]\nupper = [0.4, 1.0, 0.4]\nradius = 0.01\ndensity = 2.0\nseed = 1\n";
+    let bed = "[[groups]]\ncount = 300\nlower = [0.0, 0.0, 0.0]\nupper = [0.4, 1.0, 0.4]\nradius = 0.01\n\
+        density = 2.0\nseed = 1\n";
     let many =
         folder.write("many.toml", &TWO_GRAINS.replace("[dem.contact]", &format!("{bed}[dem.contact]")));
     for scene in [scene, many] {

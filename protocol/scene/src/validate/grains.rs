@@ -147,7 +147,8 @@ fn resolved(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) ->
                 domain.geometry.axes()[axis]
             );
             let remedy = format!(
-                "the grid does not hold the grain: refine it (cells of {} and less; 8 per {what} and more for its drag)",
+                "the grid does not hold the grain: refine it (cells of {} and less; 8 per {what} and more \
+                 for its drag)",
                 0.5 * width
             );
             return Err(source.error("domain.cells", message, &remedy));
