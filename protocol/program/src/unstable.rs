@@ -109,7 +109,7 @@ pub(crate) struct Energy {
     /// Time from look to look, s.
     every: f64,
     limit: SpeedLimit,
-    /// Does anything move grains by itself: a wall, a grain that is led?
+    /// Does the scene move anything that grains touch: a wall, a prescribed grain?
     driven: bool,
     /// Kinetic energy and motion at the end of the last window; none at the start and after a resume.
     last: Option<(f64, Vec<Kinematics>)>,
