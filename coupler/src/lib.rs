@@ -49,6 +49,5 @@ pub mod scheme;
 mod scratch;
 mod solo_run;
 mod solvers;
-mod speeds;
 mod supervise;
 mod unstable;

@@ -93,7 +93,8 @@ pub(crate) fn headers(window: &Window, loads: &Header, motion: &Header) -> Resul
     for (solver, message, header) in [("fluid", "Loads", loads), ("dem", "Kinematics", motion)] {
         let refuse = |field: &str, value: f64, wanted: String| {
             Err(Failure::Run(format!(
-                "the {solver} solver sent {message} with {field} = {value} in the header of window {} (t = {} s), {wanted}",
+                "the {solver} solver sent {message} with {field} = {value} in the header of window {} (t = \
+                 {} s), {wanted}",
                 window.step, window.time
             )))
         };
@@ -221,8 +222,8 @@ pub(crate) fn motion(window: &Window, header: &Header, motion: &[Kinematics]) ->
         finite("dem", window, grain, kinematics, values)?;
         if kinematics.gap.is_nan() {
             return Err(Failure::Run(format!(
-                "the dem solver sent gap = NaN of grain {grain} in window {} (t = {} s); allowed: a number, infinite where \
-                 nothing is near",
+                "the dem solver sent gap = NaN of grain {grain} in window {} (t = {} s); allowed: a number, \
+                 infinite where nothing is near",
                 window.step, window.time
             )));
         }
@@ -243,7 +244,8 @@ fn finite<'a, R: Record>(
     let words = record.words();
     let bad = words.iter().position(|word| !f64::from_bits(*word).is_finite()).unwrap_or(0);
     Err(Failure::Run(format!(
-        "the {solver} solver sent {} = {} of grain {grain} in window {} (t = {} s): the run has become unstable; see the bounds of `bedload check`",
+        "the {solver} solver sent {} = {} of grain {grain} in window {} (t = {} s): the run has become \
+         unstable; see the bounds of `bedload check`",
         R::field_of_word(bad),
         f64::from_bits(words[bad]),
         window.step,
@@ -268,7 +270,8 @@ pub(crate) fn overlap(
         return Ok(());
     }
     Err(Failure::Run(format!(
-        "bound overlap: {:.1} % of a radius in window {} (t = {} s), at most 10 %: shorten the contact time, or --set 'coupling.force=[\"overlap\"]'",
+        "bound overlap: {:.1} % of a radius in window {} (t = {} s), at most 10 %: shorten the contact time, \
+         or --set 'coupling.force=[\"overlap\"]'",
         100.0 * ratio,
         window.step,
         window.time
@@ -288,7 +291,8 @@ pub(crate) fn step_limit(
     let passed = window.dt > limit * (1.0 + 1e-9);
     if window.dt > limit * reserve * (1.0 + 1e-9) && !forced.iter().any(|name| name == "cfl") {
         return Err(Failure::Run(format!(
-            "bound cfl: dt = {} s after window {} (t = {} s), the solver accepts {limit} s: lower dt, make it adaptive, or --set 'coupling.force=[\"cfl\"]'",
+            "bound cfl: dt = {} s after window {} (t = {} s), the solver accepts {limit} s: lower dt, make \
+             it adaptive, or --set 'coupling.force=[\"cfl\"]'",
             window.dt, window.step, window.time
         )));
     }

@@ -6,7 +6,7 @@ use protocol::facts::DemFacts;
 use crate::bounds::{Facts, largest_overlap};
 use crate::keys;
 use crate::number::{Short, norm};
-use crate::speeds::{drive, volume, weight};
+use bedload_scene::speeds::{drive, volume, weight};
 
 /// Overlap over radius that is hardly felt: a contact time that allows no more is shorter than it need be.
 const LITTLE: f64 = 0.01;
@@ -71,8 +71,9 @@ fn oscillation(facts: &Facts<'_>) -> Option<String> {
     let windows = 1.0 / (highest * facts.steps.dt_fluid);
     (windows < PERIOD).then(|| {
         format!(
-            "oscillation: {} windows in a period; with 4 to 9 the amplitude of the force was 5 to 38 % and its phase 32 to \
-             97 degrees off, with 50 it was 1.4 % and 6 degrees: fluid.time.dt = {} s makes {PERIOD}",
+            "oscillation: {} windows in a period; with 4 to 9 the amplitude of the force was 5 to 38 % and \
+             its phase 32 to 97 degrees off, with 50 it was 1.4 % and 6 degrees: fluid.time.dt = {} s makes \
+             {PERIOD}",
             Short(windows),
             Short(1.0 / (highest * PERIOD))
         )
@@ -90,8 +91,9 @@ fn release(facts: &Facts<'_>) -> Option<String> {
     let layer = facts.steps.dt_fluid * medium.kinematic_viscosity() / (radius * radius);
     (norm(&scene.scene.gravity) > 0.0 && layer > LAYER).then(|| {
         format!(
-            "release: grains start from rest with windows of {} R²/ν; with 0.08 their velocity at 0.1 R²/ν was 12 to 48 % \
-             above that of Basset and Boussinesq, with 0.008 it was 1.9 %: where the first moments matter, fluid.time.dt = {} s",
+            "release: grains start from rest with windows of {} R²/ν; with 0.08 their velocity at 0.1 R²/ν \
+             was 12 to 48 % above that of Basset and Boussinesq, with 0.008 it was 1.9 %: where the first \
+             moments matter, fluid.time.dt = {} s",
             Short(layer),
             Short(0.4 * LAYER * radius * radius / medium.kinematic_viscosity())
         )
@@ -109,9 +111,9 @@ fn contact_time(facts: &Facts<'_>, cost: f64, windows: f64) -> Option<String> {
         return None;
     }
     Some(format!(
-        "contact_time: t_c = {} s asks for {} sub-steps in a window, {} s of the {} s that the run is estimated to cost if they \
-         are all taken; grains that meet at U = {} m/s overlap by {:.1e} of a radius, U t_c/(π R). t_c = {} s lets them overlap \
-         by {} % and costs {} s",
+        "contact_time: t_c = {} s asks for {} sub-steps in a window, {} s of the {} s that the run is \
+         estimated to cost if they are all taken; grains that meet at U = {} m/s overlap by {:.1e} of a \
+         radius, U t_c/(π R). t_c = {} s lets them overlap by {} % and costs {} s",
         Short(steps.contact_time),
         steps.substeps,
         Short(of_contacts),
@@ -145,8 +147,8 @@ fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
     let Some(medium) = &scene.scene.medium else {
         let speed = norm(&scene.scene.gravity) * until;
         return Some(format!(
-            "gravity acts along {name}, which is periodic, and nothing resists: the grains fall for ever, {} m/s at the end; \
-             give a wall, or gravity = [0, 0, 0]",
+            "gravity acts along {name}, which is periodic, and nothing resists: the grains fall for ever, {} \
+             m/s at the end; give a wall, or gravity = [0, 0, 0]",
             Short(speed)
         ));
     };
@@ -166,9 +168,10 @@ fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
     }
     let balance = medium.body_force[component] - whole;
     Some(format!(
-        "gravity acts along {name}, which is periodic: no pressure balances it and nothing resists, so fluid and grains \
-         accelerate together for ever, to about {} m/s at the end; medium.body_force = {} along {name} balances both \
-         phases, medium.flow_rate = {{ axis = \"{name}\", mean_velocity = 0.0 }} holds the mean, and walls carry it",
+        "gravity acts along {name}, which is periodic: no pressure balances it and nothing resists, so fluid \
+         and grains accelerate together for ever, to about {} m/s at the end; medium.body_force = {} along \
+         {name} balances both phases, medium.flow_rate = {{ axis = \"{name}\", mean_velocity = 0.0 }} holds \
+         the mean, and walls carry it",
         Short(whole.abs() * until),
         Short(balance)
     ))
@@ -237,9 +240,10 @@ fn cells(scene: &CheckedScene) -> Option<String> {
         return None;
     }
     Some(format!(
-        "the cells are no cubes, {} to {} m: the mask is as thick as the cell is wide along the normal of the surface, so a grain \
-         is sharper along one axis than along the other; films and D/Δx count the widest side, time steps the narrowest. \
-         Masks and films were measured with cubes only: domain.cells in the ratio of the sides of the box makes cubes",
+        "the cells are no cubes, {} to {} m: the mask is as thick as the cell is wide along the normal of \
+         the surface, so a grain is sharper along one axis than along the other; films and D/Δx count the \
+         widest side, time steps the narrowest. Masks and films were measured with cubes only: domain.cells \
+         in the ratio of the sides of the box makes cubes",
         Short(least),
         Short(most)
     ))
@@ -270,13 +274,14 @@ fn roughness(facts: &Facts<'_>) -> Option<String> {
     let source = if keys::look_up(scene, keys::ROUGHNESS).is_some() {
         "stands in the scene"
     } else {
-        "is the default, which is that of Izard et al. 2014 and need not be that of these grains: give dem.lubrication.roughness"
+        "is the default, which is that of Izard et al. 2014 and need not be that of these grains: give \
+         dem.lubrication.roughness"
     };
     let range = if (ROUGH[0]..=ROUGH[1]).contains(&stokes) { "" } else { "; not measured at this St" };
     Some(format!(
-        "roughness: grains that meet at U = {} m/s do so at St = {}, where ten times the roughness raises the restitution by \
-         about {}, (1 + e) ln 10/St (films alone, Davis, Serayssol & Hinch 1986; 0.88 to 0.94 of it were measured at St = {} \
-         to {}{range}); η/R = {rough} {source}",
+        "roughness: grains that meet at U = {} m/s do so at St = {}, where ten times the roughness raises \
+         the restitution by about {}, (1 + e) ln 10/St (films alone, Davis, Serayssol & Hinch 1986; 0.88 to \
+         0.94 of it were measured at St = {} to {}{range}); η/R = {rough} {source}",
         Short(facts.speeds.approach),
         Short(stokes),
         Short((1.0 + dry) * std::f64::consts::LN_10 / stokes),
@@ -294,8 +299,8 @@ fn restitution(facts: &Facts<'_>) -> Option<String> {
     let printed = contact.get("form")?.as_str()? == "izard-2014";
     (printed && (given - asked).abs() > SAME_RESTITUTION).then(|| {
         format!(
-            "restitution: {asked} is asked for; dem.contact.form = \"izard-2014\", whose force is cut off where it would pull, \
-             gives back {:.3}; \"exact-restitution\" gives back {asked}",
+            "restitution: {asked} is asked for; dem.contact.form = \"izard-2014\", whose force is cut off \
+             where it would pull, gives back {:.3}; \"exact-restitution\" gives back {asked}",
             given
         )
     })

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+pub use bedload_scene::speeds::norm;
+
 /// A number with few digits, whatever its size, in plain letters: `0.0625`, `4.340e-4`.
 #[derive(Clone, Copy, Debug)]
 pub struct Short(pub f64);
@@ -100,12 +102,6 @@ pub fn integer(value: u64) -> String {
         text.push(digit);
     }
     text
-}
-
-/// Length of a vector.
-#[must_use]
-pub fn norm(v: &[f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

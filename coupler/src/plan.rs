@@ -12,7 +12,7 @@ use crate::bounds::{self, Bound, Facts, TimeSteps};
 use crate::config::Coupling;
 use crate::notices;
 use crate::number::Short;
-use crate::speeds::Speeds;
+use bedload_scene::speeds::Speeds;
 
 /// Which processes a scene needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

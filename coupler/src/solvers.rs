@@ -25,7 +25,9 @@ pub(crate) enum SolverCommandError {
     Scene(#[from] Box<SceneError>),
     /// The program cannot be started.
     #[error(
-        "cannot start the {role} solver `{command}`: {source}; build it beside bedload (cargo build --release), put it on PATH, or name it in [{role}] command (a path there counts from the scene's folder)"
+        "cannot start the {role} solver `{command}`: {source}; build it beside bedload (cargo build \
+         --release), put it on PATH, or name it in [{role}] command (a path there counts from the scene's \
+         folder)"
     )]
     Start {
         /// Which solver.
@@ -50,8 +52,8 @@ pub(crate) enum SolverCommandError {
     Scratch(String),
     /// What it printed are no facts.
     #[error(
-        "`{command} check SCENE --json` of the {role} solver printed no facts: {what}; mend the solver, or rebuild it with \
-         this version of bedload"
+        "`{command} check SCENE --json` of the {role} solver printed no facts: {what}; mend the solver, or \
+         rebuild it with this version of bedload"
     )]
     Facts {
         /// Which solver.
@@ -275,8 +277,8 @@ pub(crate) fn fluid_facts(
     facts.foreign = foreign;
     if foreign {
         facts.notices.push(format!(
-            "the fluid solver `{}` is not ours: density-ratio, density-range and resolution were measured with ours and are not \
-             judged; with which grains it is stable is not known",
+            "the fluid solver `{}` is not ours: density-ratio, density-range and resolution were measured \
+             with ours and are not judged; with which grains it is stable is not known",
             solver.line()
         ));
     }
@@ -336,12 +338,12 @@ pub(crate) fn dem_facts(
     let key = "dem.contact.contact_time";
     if asked {
         let what = format!(
-            "is missing, and the dem solver `{}` does not say how long a contact lasts: without it nothing holds its sub-steps \
-             far below it",
+            "is missing, and the dem solver `{}` does not say how long a contact lasts: without it nothing \
+             holds its sub-steps far below it",
             solver.line()
         );
-        let remedy = "add [dem.contact] contact_time = …, the shortest duration of a contact in seconds, or let the solver answer \
-                      `check SCENE --json`";
+        let remedy = "add [dem.contact] contact_time = …, the shortest duration of a contact in seconds, or \
+            let the solver answer `check SCENE --json`";
         return Err(Box::new(scene.source.error(key, what, remedy)).into());
     }
     if !facts.dt.is_finite() {
@@ -359,7 +361,8 @@ fn unknown(solver: &Solver, asked: bool) -> String {
         "was not started (`check --allow-commands` asks it)"
     };
     format!(
-        "the {role} solver `{line}` {why}: it is planned from the scene alone, and bounds that need its facts are not checked"
+        "the {role} solver `{line}` {why}: it is planned from the scene alone, and bounds that need its \
+         facts are not checked"
     )
 }
 

@@ -7,16 +7,12 @@
 //! grains one that rings in a contact is no failure of the exchange. Only what was exchanged is looked at, so
 //! that this holds for any solver. The same difference classifies a run of a map when it is over.
 
+pub(crate) use bedload_program::unstable::NAME;
+use bedload_program::unstable::{Found, SpeedLimit};
 use bedload_scene::{CheckedScene, Motion};
 use protocol::message::Kinematics;
 use protocol::participant::Window;
 use serde::{Deserialize, Serialize};
-
-use crate::number::{Short, norm};
-use crate::speeds::Speeds;
-
-/// Name in `coupling.force`.
-pub(crate) const NAME: &str = "unstable";
 
 /// Windows in a row whose d must alternate. Noise does so by chance with 0.73 a window, once in 2·10⁷
 /// windows.
@@ -38,8 +34,6 @@ const FORGETS: f64 = 8.0;
 const PART: f64 = 0.01;
 /// Alternation that falls to this part of its largest value dies away.
 const DECAYED: f64 = 0.3679;
-/// Speeds above this many times the largest that the scene leads to are not physical.
-const BEYOND: f64 = 20.0;
 
 /// One component of a velocity, or of a spin times the radius.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -53,14 +47,6 @@ struct Channel {
     largest: f64,
     /// How fast it grows, 1/window.
     growth: f64,
-}
-
-/// What began where.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Found {
-    pub(crate) text: String,
-    /// Window in which it began.
-    pub(crate) window: u64,
 }
 
 /// What was seen so far: part of a checkpoint. A run that is resumed when its grains rest would else take the
@@ -81,8 +67,7 @@ pub(crate) struct Alternation {
     /// Their mass.
     mass: f64,
     seen: Seen,
-    /// Beyond it no speed is physical.
-    limit: f64,
+    limit: SpeedLimit,
 }
 
 impl Alternation {
@@ -90,14 +75,11 @@ impl Alternation {
     pub(crate) fn new(scene: &CheckedScene) -> Self {
         let free = scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
         let free: Vec<_> = free.map(|(index, grain)| (index, grain.radius, grain.mass())).collect();
-        let speeds = Speeds::of(scene);
-        let expected = speeds.flow + speeds.grain;
         Self {
             seen: Seen { channels: vec![[Channel::default(); 6]; free.len()], windows: 0, scale: 0.0 },
             mass: free.iter().map(|(_, _, mass)| mass).sum(),
             free,
-            // A scene in which nothing is expected to move has no such limit.
-            limit: if expected > 0.0 { BEYOND * expected } else { f64::INFINITY },
+            limit: SpeedLimit::new(scene),
         }
     }
 
@@ -120,18 +102,7 @@ impl Alternation {
         let (mut energy, mut largest) = (0.0, None);
         for ((grain, radius, mass), channels) in self.free.iter().zip(channels) {
             let Kinematics { velocity, spin, .. } = motion[*grain];
-            let speed = norm(&velocity);
-            if speed > self.limit && found.is_none() {
-                found = Some(Found {
-                    text: format!(
-                        "grain {grain} moves at {} m/s in window {}, more than {BEYOND} times what forces and flow lead to ({} m/s)",
-                        Short(speed),
-                        window.step,
-                        Short(self.limit / BEYOND)
-                    ),
-                    window: window.step,
-                });
-            }
+            found = found.or_else(|| self.limit.judge(*grain, &motion[*grain], window));
             let values = velocity.into_iter().chain(spin.map(|spin| radius * spin));
             for (place, (channel, value)) in channels.iter_mut().zip(values).enumerate() {
                 smooth = smooth.max(channel.take(value, *windows));
@@ -192,8 +163,8 @@ impl Channel {
         let grows = if self.growth >= GROWTH { "and grows, " } else { "" };
         Found {
             text: format!(
-                "{what}_{axis} of grain {grain} alternates from window to window since window {began}, {grows}by {:.1} % of the \
-                 largest speed",
+                "{what}_{axis} of grain {grain} alternates from window to window since window {began}, \
+                 {grows}by {:.1} % of the largest speed",
                 100.0 * self.size() / scale
             ),
             window: began,
@@ -202,8 +173,8 @@ impl Channel {
 }
 
 /// What a user can do.
-pub(crate) const REMEDY: &str = "lower the fluid's dt, use coupling.scheme = \"iterated\" or heavier grains (docs/stability.md); to go on all the same: --set \
-     'coupling.force=[\"unstable\"]'";
+pub(crate) const REMEDY: &str = "lower the fluid's dt, use coupling.scheme = \"iterated\" or heavier grains \
+    (docs/stability.md); to go on all the same: --set 'coupling.force=[\"unstable\"]'";
 
 #[cfg(test)]
 mod tests {

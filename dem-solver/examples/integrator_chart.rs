@@ -166,7 +166,8 @@ fn draw(title: &str, lines: &[Curve]) -> String {
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).unwrap_or_else(|| "docs/figures".to_owned());
     let mut table = String::from(
-        "integrator,steps_per_contact,restitution_error,psi2_error,energy_error,ns_per_contact_step,ns_per_contact_time\n",
+        "integrator,steps_per_contact,restitution_error,psi2_error,energy_error,ns_per_contact_step,\
+         ns_per_contact_time\n",
     );
     let mut lines: [Vec<Curve>; 3] = [vec![], vec![], vec![]];
     for method in METHODS {

@@ -46,7 +46,8 @@ pub(crate) fn facts(
         return Err(scene.source.error(
             key,
             format!(
-                "makes sub-steps of {dt} s, t_c/{steps:.3} of the contact time {contact_time} s; allowed: t_c/{LEAST_STEPS} at most"
+                "makes sub-steps of {dt} s, t_c/{steps:.3} of the contact time {contact_time} s; allowed: \
+                 t_c/{LEAST_STEPS} at most"
             ),
             "shorten the sub-step, or accept wrong rebounds with dem.allow_coarse_dt = true",
         ));
@@ -74,8 +75,8 @@ pub(crate) fn facts(
         return Err(scene.source.error(
             key,
             format!(
-                "makes sub-steps of {dt:.3e} s, with which a packing of these grains never comes to rest (γ_t dt/m = {number:.3}, \
-                 allowed: {LARGEST_DASHPOT}); allowed: {most:.3e} s, t_c/{:.0}",
+                "makes sub-steps of {dt:.3e} s, with which a packing of these grains never comes to rest \
+                 (γ_t dt/m = {number:.3}, allowed: {LARGEST_DASHPOT}); allowed: {most:.3e} s, t_c/{:.0}",
                 (contact_time / most).ceil()
             ),
             "shorten the sub-step, lower dem.contact.damping_ratio, or accept it with dem.allow_coarse_dt = true",
@@ -88,7 +89,9 @@ pub(crate) fn facts(
 fn sliding_notice(spec: &DemSpec) -> Option<String> {
     let films = spec.lubrication_model().is_some_and(|model| model.tangential);
     (films && spec.shape == Shape::Disc && free(spec).count() > 1).then(|| {
-        "dem.lubrication.tangential = true between discs: where it is stable was not measured (one of 32 beds trembled)".into()
+        "dem.lubrication.tangential = true between discs: where it is stable was not measured (one of 32 \
+         beds trembled)"
+            .into()
     })
 }
 

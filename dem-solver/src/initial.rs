@@ -96,14 +96,9 @@ fn unpaired(scene: &CheckedScene, table: &Table) -> Option<String> {
 
 /// A grain outside the box, or two in each other.
 fn misplaced(dem: &Dem, scene: &CheckedScene) -> Option<String> {
-    let domain = &scene.scene.domain;
-    for (i, x) in dem.grains.position.iter().enumerate() {
-        for axis in 0..domain.dimensions() {
-            let at = x[domain.geometry.component(axis)];
-            if !domain.is_periodic(axis) && !(domain.lower[axis]..=domain.upper[axis]).contains(&at) {
-                return Some(format!("puts grain {i} at {:?}, outside the box", <[f64; 3]>::from(*x)));
-            }
-        }
+    let mut places = dem.grains.position.iter().map(|x| <[f64; 3]>::from(*x)).enumerate();
+    if let Some((i, x)) = places.find(|(_, x)| !scene.scene.domain.holds(x)) {
+        return Some(format!("puts grain {i} at {x:?}, outside the box"));
     }
     // The scene has judged the overlaps of a coupled run; a dry one goes on with any.
     let (i, j, overlap) = dem.overlapping(1.0)?;

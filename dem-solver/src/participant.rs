@@ -326,8 +326,9 @@ impl Participant for DemParticipant {
 
 impl Solver for DemParticipant {
     const PROGRAM: &'static str = "bedload-dem";
-    const ABOUT: &'static str = "The grains of Bedload, a soft-sphere DEM with lubrication: checks a scene, runs alone, joins a coupled run, replays a log; \
-        `bedload-dem coarse-grain --help`: fields of a continuum from a run";
+    const ABOUT: &'static str = "The grains of Bedload, a soft-sphere DEM with lubrication: checks a scene, \
+        runs alone, joins a coupled run, replays a log; `bedload-dem coarse-grain --help`: fields of a \
+        continuum from a run";
     type Facts = DemFacts;
 
     fn facts(scene: &CheckedScene) -> Result<DemFacts, SceneError> {

@@ -108,8 +108,8 @@ fn grid([across, along]: [usize; 2], ends: Boundary<3>) -> Grid<3> {
 fn print(what: &str, grid: &Grid<3>, viscous: Viscous, [cpu, wall, messages, bytes]: Cost) {
     let (per_cell, [x, y, z]) = (1e9 / grid.cell_count() as f64, grid.cells);
     println!(
-        "{what:<28} {x}x{y}x{z}, {viscous:?}: {:>6.1} ns CPU per cell and step, wall {:>6.1}, a rank sends {messages:>3} \
-         messages, {:>8.1} kB a step",
+        "{what:<28} {x}x{y}x{z}, {viscous:?}: {:>6.1} ns CPU per cell and step, wall {:>6.1}, a rank sends \
+         {messages:>3} messages, {:>8.1} kB a step",
         cpu * per_cell,
         wall * per_cell,
         bytes * 1e-3

@@ -106,8 +106,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 parts(measured, cells(ranks), ranks).map(|seconds| 1e3 * seconds);
             let total = work + beside + edges + sums;
             println!(
-                "{name}, {ranks:>4} ranks: {total:>9.3} ms = work {work:.3} + neighbours {beside:.3} + edges {edges:.3} + \
-                 sums {sums:.3}"
+                "{name}, {ranks:>4} ranks: {total:>9.3} ms = work {work:.3} + neighbours {beside:.3} + edges \
+                 {edges:.3} + sums {sums:.3}"
             );
         }
     }

@@ -46,7 +46,8 @@ fn cfl(scene: &CheckedScene, choices: &Choices, plan: &Plan) -> SolverBound {
         false => (speed::named(scene).max(plan.start) / plan.spacing, Measure::Window),
     };
     SolverBound::new("cfl", "u dt/Δx", value, Side::AtMost, limit).because(
-        "the time scheme of the convection is unstable beyond it; with a fixed dt only the speeds that the scene names are known yet",
+        "the time scheme of the convection is unstable beyond it; with a fixed dt only the speeds that the \
+         scene names are known yet",
         "docs/maps/courant-plane.csv",
         "lower the fluid's cfl or dt, or let dt be adaptive",
     )

@@ -66,7 +66,8 @@ fn start() -> Result<Option<((), Ranks)>, String> {
 
 impl Solver for Fluid {
     const PROGRAM: &'static str = "bedload-fluid";
-    const ABOUT: &'static str = "The fluid of Bedload, an immersed-boundary Navier-Stokes solver: checks a scene, runs alone, joins a coupled run, replays a log";
+    const ABOUT: &'static str = "The fluid of Bedload, an immersed-boundary Navier-Stokes solver: checks a \
+        scene, runs alone, joins a coupled run, replays a log";
     type Facts = FluidFacts;
 
     fn facts(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {

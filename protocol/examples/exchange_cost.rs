@@ -38,7 +38,8 @@ fn main() -> Outcome<()> {
     let cores = std::thread::available_parallelism()?;
     println!("{cores} cores, 3 processes, {windows} windows, idle solvers");
     println!(
-        "| grains | waiting | ahead | mean | p50 | p99 | p99.9 | CPU: coupler, fluid, DEM | sending and receiving: fluid, DEM |"
+        "| grains | waiting | ahead | mean | p50 | p99 | p99.9 | CPU: coupler, fluid, DEM | sending and \
+         receiving: fluid, DEM |"
     );
     println!("|---:|---|---|---:|---:|---:|---:|---|---|");
     for grains in grains {

@@ -125,7 +125,8 @@ record! {
     Loads {
         force: [f64; 3], "N", "Mean force of the fluid on the grain over the window, buoyancy included.";
         torque: [f64; 3], "N m", "Mean torque of the fluid on the grain about its centre.";
-        added_mass: f64, "kg", "Virtual mass C_v m_f (Schwarz et al. 2015): add to the grain's mass, and m_a A_prev to its force. A solver may ignore it (narrower stable range).";
+        added_mass: f64, "kg", "Virtual mass C_v m_f (Schwarz et al. 2015): add to the grain's mass, and m_a \
+            A_prev to its force. A solver may ignore it (narrower stable range).";
         added_inertia: f64, "kg m^2", "Virtual moment of inertia, used likewise for the spin.";
     }
 }
@@ -140,9 +141,12 @@ record! {
         spin: [f64; 3], "rad/s", "Angular velocity, laboratory frame.";
         contact_force: [f64; 3], "N", "Observation: mean contact force over the window.";
         lubrication_force: [f64; 3], "N", "Observation: mean modelled lubrication force over the window.";
-        gap: f64, "m", "Observation: gap to the nearest neighbour or wall at the end of the window (negative: overlap).";
-        impact_speed: f64, "m/s", "Observation: normal approach speed when a contact last began within the window, 0 if none.";
-        rebound_speed: f64, "m/s", "Observation: normal separation speed when a contact last ended within the window, 0 if none.";
+        gap: f64, "m", "Observation: gap to the nearest neighbour or wall at the end of the window \
+            (negative: overlap).";
+        impact_speed: f64, "m/s", "Observation: normal approach speed when a contact last began within the \
+            window, 0 if none.";
+        rebound_speed: f64, "m/s", "Observation: normal separation speed when a contact last ended within \
+            the window, 0 if none.";
     }
 }
 
@@ -153,7 +157,8 @@ record! {
         attempt: u64, "-", "0 for the first try of the window, one more for each `Repeat`.";
         time: f64, "s", "Start of the window.";
         dt: f64, "s", "Length of the window.";
-        substeps: u64, "-", "DEM sub-steps really done in the window (0 in loads): the coupler compares it with what it asked for.";
+        substeps: u64, "-", "DEM sub-steps really done in the window (0 in loads): the coupler compares it \
+            with what it asked for.";
         smallest_gap: f64, "m", "Smallest gap seen in the window over all pairs and walls (0 in loads).";
         largest_overlap: f64, "m", "Largest overlap seen in the window (0 in loads).";
     }
@@ -178,7 +183,8 @@ record! {
         state: u64, "-", "One of the `State` codes.";
         step: u64, "-", "Window the answer is about.";
         attempt: u64, "-", "Try of that window.";
-        dt_limit: f64, "s", "Largest window this solver would accept next (fluid: CFL and viscous bound); infinite if it does not care.";
+        dt_limit: f64, "s", "Largest window this solver would accept next (fluid: CFL and viscous bound); \
+            infinite if it does not care.";
         solver_s: f64, "s", "CPU time of solver work since start, without waiting, output and log.";
         exchange_s: f64, "s", "Wall time since start spent sending and receiving, waiting for the peer excluded.";
         residual: f64, "-", "Fluid: largest divergence after projection; DEM: largest overlap over radius.";
@@ -186,7 +192,8 @@ record! {
         process: u64, "-", "Process id.";
         grains: u64, "-", "Number of grains it knows.";
         substeps: u64, "-", "DEM: sub-steps done since start.";
-        pressure_gradient: f64, "Pa/m", "Fluid: mean pressure gradient that held `medium.flow_rate` in the window, 0 without one; DEM: 0.";
+        pressure_gradient: f64, "Pa/m", "Fluid: mean pressure gradient that held `medium.flow_rate` in the \
+            window, 0 without one; DEM: 0.";
         text: [[u64; 8]; 8], "-", "UTF-8 text, zero-padded, 512 bytes: last words of a failed solver.";
     }
 }

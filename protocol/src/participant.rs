@@ -116,8 +116,8 @@ pub enum ExchangeError {
     },
     /// A solver did not take part in time.
     #[error(
-        "{peer} did not join within {seconds} s: it hangs, or does not know the protocol; one that is only slow to start \
-         needs a longer [coupling] startup_deadline"
+        "{peer} did not join within {seconds} s: it hangs, or does not know the protocol; one that is only \
+         slow to start needs a longer [coupling] startup_deadline"
     )]
     NotJoined {
         /// Name of the process.

@@ -89,7 +89,8 @@ fn axis(random: &mut Random, target: f64) -> Drawn {
     let start = if rho_r > 1.0 { length - behind - 0.5 } else { behind + 0.5 };
     let cells = [(8.0 * tube).ceil(), (8.0 * length).ceil()];
     let text = format!(
-        "until = {:?}\ngravity = [0.0, 0.0, {:?}]\n[domain]\ngeometry = \"axisymmetric\"\nlower = [0.0, 0.0]\nupper = [{:?}, {:?}]\n\
+        "until = {:?}\ngravity = [0.0, 0.0, {:?}]\n[domain]\ngeometry = \"axisymmetric\"\nlower = [0.0, \
+         0.0]\nupper = [{:?}, {:?}]\n\
          cells = [{}, {}]\nboundary = {{ r_upper = \"{side}\", z = \"no-slip\" }}\n{}",
         time * unit(rho_r, diameter),
         -GRAVITY,
@@ -114,7 +115,8 @@ const SPEED: &str = "[[metrics]]\nname = \"speed\"\nkind = \"final\"\ncolumn = \
 /// Medium, sphere and contact.
 fn sphere(position: [f64; 3], diameter: f64, rho_r: f64, viscosity: f64) -> String {
     format!(
-        "[medium]\ndensity = {RHO:?}\nviscosity = {viscosity:?}\n[[grains]]\nposition = {position:?}\nradius = {:?}\ndensity = {:?}\n\
+        "[medium]\ndensity = {RHO:?}\nviscosity = {viscosity:?}\n[[grains]]\nposition = {position:?}\nradius \
+         = {:?}\ndensity = {:?}\n\
          [dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = {:?}\nfriction = 0.2\n",
         0.5 * diameter,
         rho_r * RHO,
@@ -134,7 +136,8 @@ fn space(random: &mut Random, target: f64) -> Drawn {
     let place = [random.between(0.4, 0.6), random.between(0.4, 0.6)].map(|part| part * side * diameter);
     let cells = [side, side, length].map(|edge| (8.0 * edge).ceil() as u64);
     let text = format!(
-        "until = {:?}\ngravity = [0.0, 0.0, {:?}]\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [{:?}, {:?}, {:?}]\n\
+        "until = {:?}\ngravity = [0.0, 0.0, {:?}]\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\n\
+         upper = [{:?}, {:?}, {:?}]\n\
          cells = {cells:?}\nboundary = {{ x = \"{wall}\", y = \"{wall}\", z = \"no-slip\" }}\n{}",
         time * unit(rho_r, diameter),
         -GRAVITY,
@@ -170,8 +173,10 @@ fn bounce(random: &mut Random, target: f64) -> Drawn {
     let length = way + 3.0;
     // Up again for half as long as the fall and two units more.
     let text = format!(
-        "until = {:?}\ngravity = [0.0, 0.0, {:?}]\n[domain]\ngeometry = \"axisymmetric\"\nlower = [0.0, 0.0]\nupper = [{:?}, {:?}]\n\
-         cells = [40, {}]\nboundary = {{ r_upper = \"free-slip\", z = \"no-slip\" }}\n{}[dem.lubrication]\nroughness = {roughness:?}\n",
+        "until = {:?}\ngravity = [0.0, 0.0, {:?}]\n[domain]\ngeometry = \"axisymmetric\"\nlower = [0.0, \
+         0.0]\nupper = [{:?}, {:?}]\n\
+         cells = [40, {}]\nboundary = {{ r_upper = \"free-slip\", z = \"no-slip\" }}\n{}[dem.lubrication]\n\
+         roughness = {roughness:?}\n",
         (2.0 * time + 2.0) * unit(rho_r, diameter),
         -GRAVITY,
         5.0 * diameter,
@@ -210,9 +215,12 @@ fn lattice(random: &mut Random, target: f64) -> Drawn {
     let place: [f64; 3] = std::array::from_fn(|_| edge * random.unit());
     let cells = (8.0 * edge / diameter).ceil().max(8.0) as u64;
     let text = format!(
-        "until = {:?}\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [{edge:?}, {edge:?}, {edge:?}]\ncells = [{cells}, {cells}, {cells}]\n\
-         boundary = {{ x = \"periodic\", y = \"periodic\", z = \"periodic\" }}\n[medium]\ndensity = {RHO:?}\nviscosity = {viscosity:?}\n\
-         body_force = [{force:?}, 0.0, 0.0]\n[[grains]]\nposition = {place:?}\nradius = {:?}\ndensity = {RHO:?}\nmotion = \"fixed\"\n",
+        "until = {:?}\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [{edge:?}, {edge:?}, \
+         {edge:?}]\ncells = [{cells}, {cells}, {cells}]\n\
+         boundary = {{ x = \"periodic\", y = \"periodic\", z = \"periodic\" }}\n[medium]\ndensity = {RHO:?}\n\
+         viscosity = {viscosity:?}\n\
+         body_force = [{force:?}, 0.0, 0.0]\n[[grains]]\nposition = {place:?}\nradius = {:?}\ndensity = \
+         {RHO:?}\nmotion = \"fixed\"\n",
         time * diameter * diameter / nu,
         0.5 * diameter
     );

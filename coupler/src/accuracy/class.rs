@@ -8,7 +8,7 @@ use super::charted::Charted;
 use super::numbers::{Number, Side};
 use crate::keys;
 use crate::number::norm;
-use crate::speeds::{Speeds, drive};
+use bedload_scene::speeds::{Speeds, drive};
 
 /// A class of scenes whose errors one chart tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -265,7 +265,11 @@ impl Class {
                 ),
             ],
             Self::Lattice => vec![
-                number("the solid fraction", grain.volume() / crate::speeds::volume(scene), Side::Between),
+                number(
+                    "the solid fraction",
+                    grain.volume() / bedload_scene::speeds::volume(scene),
+                    Side::Between,
+                ),
                 number("Re = U D/ν, U being estimated", speeds.flow * diameter / nu, Side::UpToLargest),
                 number("the run over D²/ν", scene.scene.until / time, Side::FromSmallest),
             ],

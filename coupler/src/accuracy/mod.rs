@@ -104,7 +104,8 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
         let names: Vec<&str> = Class::ALL.iter().map(|class| class.name()).collect();
         refuse(
             format!("has no chart for this scene: {why}; there are charts for {}", names.join(", ")),
-            "leave accuracy out and set domain.cells, fluid.time and dem.steps_per_contact, or chart a scene of this kind (bedload chart)",
+            "leave accuracy out and set domain.cells, fluid.time and dem.steps_per_contact, or chart a scene \
+             of this kind (bedload chart)",
         )
     })?;
     let chart = class.charted().map_err(|what| refuse(what, "mend the chart"))?;
@@ -119,7 +120,8 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
                 outside.join("; "),
                 class.chart_file()
             ),
-            "leave accuracy out and refine until the result stays (bedload chart), or bring the scene into the charted range",
+            "leave accuracy out and refine until the result stays (bedload chart), or bring the scene into \
+             the charted range",
         ));
     }
     let beside = beside(&numbers, &chart.runs);

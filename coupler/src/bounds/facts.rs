@@ -6,7 +6,7 @@ use protocol::scheme::Scheme;
 use serde::Serialize;
 
 use crate::config::Coupling;
-use crate::speeds::Speeds;
+use bedload_scene::speeds::Speeds;
 
 /// The time steps of a plan, without which no bound can be checked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

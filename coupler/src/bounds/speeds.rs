@@ -43,7 +43,8 @@ pub(super) fn with_speeds(bound: &SolverBound, facts: &Facts<'_>) -> SolverBound
         return bound.clone();
     }
     let why = format!(
-        "the time scheme of the convection is unstable beyond it; U = {} m/s follows from the scene (settling, drive, fall)",
+        "the time scheme of the convection is unstable beyond it; U = {} m/s follows from the scene \
+         (settling, drive, fall)",
         Short(factor * spacing)
     );
     let without_drive = bound.factor.max(facts.speeds.undriven / spacing);

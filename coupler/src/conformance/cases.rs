@@ -200,7 +200,8 @@ fn falls(bench: &Bench, command: &Command, records: &[Kinematics]) -> Result<Str
             let gained = 0.5 * gravity[c] * command.dt;
             if (now.velocity[c] - gained).abs() > 1e-6 * norm(&gravity) * command.dt {
                 return Err(format!(
-                    "grain {number} has velocity[{c}] = {:e} m/s after {} s under half its weight; ½ g dt is {gained:e}",
+                    "grain {number} has velocity[{c}] = {:e} m/s after {} s under half its weight; ½ g dt is \
+                     {gained:e}",
                     now.velocity[c], command.dt
                 ));
             }

@@ -41,20 +41,24 @@ const SUBSTEPS: u64 = 20;
 
 #[rustfmt::skip]
 pub(super) const TRIALS: [Trial; 5] = [
-    Trial { name: "fall", about: "thrown upright in a vacuum: v = v0 + g t within 1e-9, x = x0 + v0 t + g t^2/2 within 2 %",
+    Trial { name: "fall", about: "thrown upright in a vacuum: v = v0 + g t within 1e-9, x = x0 + v0 t \
+        + g t^2/2 within 2 %",
         grains: "position = [2.0, 1.5, 2.0]\nvelocity = [0.1, 0.0, 0.2]", gravity: -1.0, restitution: 1.0, torque: 0.0,
         windows: 20, check: fall },
     Trial { name: "bounce", about: "elastic, on the floor: it leaves as fast as it came, within 2 %, on its line",
         grains: "position = [2.0, 1.5, 0.53]\nvelocity = [0.0, 0.0, -0.1]", gravity: 0.0, restitution: 1.0, torque: 0.0,
         windows: 60, check: bounce },
-    Trial { name: "rest", about: "laid on the floor it comes to rest: slower than 1e-3 g t_c, sunk by less than 1 % of its radius",
+    Trial { name: "rest", about: "laid on the floor it comes to rest: slower than 1e-3 g t_c, sunk by less \
+        than 1 % of its radius",
         grains: "position = [2.0, 1.5, 0.5]", gravity: -1.0, restitution: 0.3, torque: 0.0, windows: 100, check: rest },
-    Trial { name: "collision", about: "elastic, of two equal grains head on: they exchange their velocities within 2 %, momentum within 1e-9",
+    Trial { name: "collision", about: "elastic, of two equal grains head on: they exchange their velocities \
+        within 2 %, momentum within 1e-9",
         grains: "position = [1.45, 1.5, 1.5]\nvelocity = [0.1, 0.0, 0.0]\nradius = 0.5\ndensity = 2.0\n\n[[grains]]\n\
             position = [2.5, 1.5, 1.5]\nvelocity = [-0.1, 0.0, 0.0]", gravity: 0.0, restitution: 1.0, torque: 0.0,
         windows: 60, check: collision },
     Trial { name: "spin", about: "under a constant torque: omega = T t/I within 1e-9, turned by T t^2/(2 I) within 2 %",
-        grains: "position = [2.0, 1.5, 1.5]", gravity: 0.0, restitution: 1.0, torque: TORQUE, windows: 20, check: spin },
+        grains: "position = [2.0, 1.5, 1.5]", gravity: 0.0, restitution: 1.0, torque: TORQUE, windows: 20,
+        check: spin },
 ];
 
 impl Trial {

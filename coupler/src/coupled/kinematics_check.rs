@@ -198,9 +198,10 @@ impl KinematicsCheck {
             let room = RESERVE * (speed + pull * window.dt) * window.dt + PUSH * self.radii[grain];
             if norm(&way) > room {
                 return Err(Failure::Run(format!(
-                    "the dem solver moved grain {grain} by {:.3e} m in window {} (t = {} s), where its speed, {speed:.3e} \
-                     m/s at most at both ends, lets it move {room:.3e} m in {} s: its steps are too long, or it loses \
-                     sub-steps; raise coupling.steps_per_contact, or mend the solver",
+                    "the dem solver moved grain {grain} by {:.3e} m in window {} (t = {} s), where its \
+                     speed, {speed:.3e} m/s at most at both ends, lets it move {room:.3e} m in {} s: its \
+                     steps are too long, or it loses sub-steps; raise coupling.steps_per_contact, or mend \
+                     the solver",
                     norm(&way),
                     window.step,
                     window.time,
@@ -218,9 +219,9 @@ impl KinematicsCheck {
                 norm(&std::array::from_fn(|axis| now.velocity[axis] - last.velocity[axis])) * window.dt;
             if norm(&drift.way) > drift.room + PUSH * self.radii[grain] {
                 return Err(Failure::Run(format!(
-                    "the dem solver sent places of grain {grain} that are {:.3e} m apart from where its velocities lead it, by \
-                     window {} (t = {} s), although it touched nothing: allowed are {:.3e} m; mend the solver, which does \
-                     not move grains by the velocity that it sends",
+                    "the dem solver sent places of grain {grain} that are {:.3e} m apart from where its \
+                     velocities lead it, by window {} (t = {} s), although it touched nothing: allowed are \
+                     {:.3e} m; mend the solver, which does not move grains by the velocity that it sends",
                     norm(&drift.way),
                     window.step,
                     window.time,
@@ -256,9 +257,9 @@ impl KinematicsCheck {
             let room = RESERVE * torque * dt + TURN * slides + PUSH / dt;
             if change > room {
                 return Err(Failure::Run(format!(
-                    "the dem solver changed the spin of grain {grain} by {change:.3e} rad/s in window {} (t = {} s), where the \
-                     fluid's torque and contacts as fast as the fastest surface can change it by {room:.3e} rad/s: mend the \
-                     solver",
+                    "the dem solver changed the spin of grain {grain} by {change:.3e} rad/s in window {} (t \
+                     = {} s), where the fluid's torque and contacts as fast as the fastest surface can \
+                     change it by {room:.3e} rad/s: mend the solver",
                     window.step, window.time
                 )));
             }
@@ -360,9 +361,9 @@ impl Overlap {
         let (step, time) = (window.step, window.time);
         if *overlap > MOST_OVERLAP * radius {
             return Err(Failure::Run(format!(
-                "bound overlap: grain {grain} lies {:.1} % of a radius deep in {other} after window {step} (t = {time} s), as the \
-                 coupler finds from the places that the dem solver sent; at most {:.0} %: shorten the contact time, or --set \
-                 'coupling.force=[\"overlap\"]'{DOUBT}",
+                "bound overlap: grain {grain} lies {:.1} % of a radius deep in {other} after window {step} \
+                 (t = {time} s), as the coupler finds from the places that the dem solver sent; at most \
+                 {:.0} %: shorten the contact time, or --set 'coupling.force=[\"overlap\"]'{DOUBT}",
                 100.0 * overlap / radius,
                 100.0 * MOST_OVERLAP
             )));
@@ -372,8 +373,8 @@ impl Overlap {
             return Ok(());
         }
         Err(Failure::Run(format!(
-            "the dem solver sent largest_overlap = {} in the header of window {step} (t = {time} s), where grain {grain} lies \
-             {overlap:.3e} m deep in {other} by the places that it sent: mend the solver",
+            "the dem solver sent largest_overlap = {} in the header of window {step} (t = {time} s), where \
+             grain {grain} lies {overlap:.3e} m deep in {other} by the places that it sent: mend the solver",
             header.largest_overlap
         )))
     }

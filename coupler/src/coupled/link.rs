@@ -168,10 +168,7 @@ impl Link for CoupledLink<'_> {
         folder: &OutputFolder,
         (time, motion): (f64, &[Kinematics]),
     ) -> Result<(), Failure> {
-        let limits = scene.scene.domain.limits();
-        let is_inside = |now: &Kinematics| {
-            limits.iter().zip(now.position).all(|([low, high], x)| (low..=high).contains(&&x))
-        };
+        let domain = &scene.scene.domain;
         let row = |(id, (grain, now)): (usize, (&Grain, &Kinematics))| GrainRow {
             id,
             position: now.position,
@@ -183,7 +180,8 @@ impl Link for CoupledLink<'_> {
             round: grain.shape.is_round(),
         };
         let grains = scene.grains.iter().zip(motion).enumerate();
-        let rows: Vec<GrainRow> = grains.filter(|(_, (_, now))| is_inside(now)).map(row).collect();
+        let rows: Vec<GrainRow> =
+            grains.filter(|(_, (_, now))| domain.holds(&now.position)).map(row).collect();
         Ok(atomic_write(&folder.grains(), grains_table(time, &rows).as_bytes())?)
     }
 }

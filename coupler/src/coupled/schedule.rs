@@ -99,14 +99,7 @@ impl<'a> CoupledSchedule<'a> {
         if let Some(found) = self.alternation.take(window, kinematics)
             && !plan.forced.iter().any(|name| name == unstable::NAME)
         {
-            return Err(Failure::Unstable(format!(
-                "unstable from window {} on (noticed in window {}, t = {} s): {}; {}{doubt}",
-                found.window,
-                window.step,
-                window.time,
-                found.text,
-                unstable::REMEDY
-            )));
+            return Err(Failure::Unstable(found.message(window, &format!("{}{doubt}", unstable::REMEDY))));
         }
         let with_doubt = |failure| match failure {
             Failure::Run(text) => Failure::Run(format!("{text}{doubt}")),
@@ -217,7 +210,8 @@ impl Schedule for CoupledSchedule<'_> {
         if self.missed_contact(window, messages).1 {
             if self.late == 0 {
                 protocol::say!(
-                    "bedload: warning: something came within range in window {} although one sub-step was planned; if this worries you, --set coupling.substeps=full",
+                    "bedload: warning: something came within range in window {} although one sub-step was \
+                     planned; if this worries you, --set coupling.substeps=full",
                     window.step
                 );
             }

@@ -7,7 +7,7 @@ use super::{Idea, drive, is_driven_at_faces, norm};
 use crate::keys;
 use crate::number::Short;
 use crate::prepare::Prepared;
-use crate::speeds::over_stokes;
+use bedload_scene::speeds::over_stokes;
 
 /// What a grain loses by the fluid, in parts of its velocity: buoyancy and virtual mass 3/2 ρ/ρ_p, drag over
 /// the run (Stokes, and Schiller & Naumann 1933 above), and in a bounce 1 − exp(−35/St). Twice their sum,

@@ -30,7 +30,7 @@ use crate::number::Short;
 use crate::number::norm;
 use crate::prepare::Prepared;
 use crate::scratch::Scratch;
-use crate::speeds::{drive, volume};
+use bedload_scene::speeds::{drive, volume};
 use change::Change;
 
 /// Largest error that is worth proposing.

@@ -76,8 +76,8 @@ fn solver(request: &Replay, scene: &CheckedScene) -> Result<Solver, Failure> {
     };
     if let Some(key) = started(other) {
         return Err(Failure::Input(format!(
-            "--set {key}: the {other} of this replay is the log, and only the {driven} is started; leave the key out, or \
-             drive the {other}"
+            "--set {key}: the {other} of this replay is the log, and only the {driven} is started; leave the \
+             key out, or drive the {other}"
         )));
     }
     let Some(key) = started(driven) else { return Ok(Solver::ours(driven)) };

@@ -132,8 +132,8 @@ impl Divergence {
                 let (name, unit) = self.quantities[quantity];
                 let Cell { difference, relative, grain } = row.cells[quantity];
                 format!(
-                    "first difference beyond {ROUNDING:e} of the largest logged value: window {}, t = {} s, grain {grain}, \
-                     {name}: {} {unit}, {} of it\n",
+                    "first difference beyond {ROUNDING:e} of the largest logged value: window {}, t = {} s, \
+                     grain {grain}, {name}: {} {unit}, {} of it\n",
                     row.step,
                     Short(row.time),
                     Short(difference),

@@ -41,14 +41,14 @@ pub enum SpecError {
         /// What is allowed.
         allowed: &'static str,
     },
-    /// Two images of one pair would be in reach at once.
+    /// Two images of one pair would be in reach at once, or a grain's own image.
     #[error(
-        "period {length} along axis {axis} is shorter than {least}, twice the reach of a pair (two radii, and how far \
-         its forces act beyond them); lengthen the period"
+        "the period along {axis} is {length} m; allowed: {least} m and more, twice the reach of a pair (two \
+         radii, and how far its forces act beyond them; once for a single grain); lengthen the period"
     )]
     Period {
-        /// Axis, 0 to 2.
-        axis: usize,
+        /// Axis: x, y or z.
+        axis: &'static str,
         /// Length that was given.
         length: f64,
         /// Shortest allowed length.
@@ -136,7 +136,8 @@ pub enum AdvanceError {
 pub enum RestoreError {
     /// An array has the wrong length.
     #[error(
-        "the state holds {found} values of {quantity}, this scene needs {needed}; restore it with the scene that wrote it"
+        "the state holds {found} values of {quantity}, this scene needs {needed}; restore it with the scene \
+         that wrote it"
     )]
     Length {
         /// Name of the array.
@@ -148,7 +149,8 @@ pub enum RestoreError {
     },
     /// A contact names a grain or wall that does not exist, or is out of order.
     #[error(
-        "contact {index} of the state joins {first} and {second}, which this scene does not have in this order; restore it with the scene that wrote it"
+        "contact {index} of the state joins {first} and {second}, which this scene does not have in this \
+         order; restore it with the scene that wrote it"
     )]
     Contact {
         /// Index of the contact in the state.

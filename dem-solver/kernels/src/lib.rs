@@ -30,7 +30,8 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`motion`], [`grain`], [`periods`], [`error`], [`report`], [`grains`] | vectors, grains, periodic directions, errors, loads and reports |
+//! | [`motion`], [`grain`], [`grains`], [`periods`] | vectors, grains, periodic directions |
+//! | [`error`], [`report`] | errors, loads and reports |
 //! | [`laws`] | contact: linear, tangential, rolling, Wan–Turek, walls |
 //! | `search` | cells, near pairs, half lists with contact history |
 //! | `bodies` | bodies of the plane that are not round: how they stand, where they touch |

@@ -62,7 +62,8 @@ impl DemSpec {
         let Some(law) = self.contact.linear() else {
             return refuse(
                 "dem.contact.law",
-                "bodies that are not round touch by springs: wan-turek is made for discs; allowed: linear-spring-dashpot",
+                "bodies that are not round touch by springs: wan-turek is made for discs; allowed: \
+                 linear-spring-dashpot",
                 "write law = \"linear-spring-dashpot\"",
             );
         };
@@ -76,7 +77,8 @@ impl DemSpec {
         if self.lubrication.settings().is_some() {
             return refuse(
                 "dem.lubrication.form",
-                "films between bodies that are not round are not modelled; the grid resolves what it can. Allowed: none",
+                "films between bodies that are not round are not modelled; the grid resolves what it can. \
+                 Allowed: none",
                 "write form = \"none\", or leave [dem.lubrication] out",
             );
         }
@@ -122,12 +124,17 @@ impl DemSpec {
     }
 
     fn check_periods(&self) -> Result<(), SpecError> {
-        let pairs = self.grains.len() > 1 && self.grains.iter().any(|grain| grain.motion == Motion::Free);
-        let least = if pairs { 2.0 * (2.0 * self.largest_radius() + self.range()) } else { 0.0 };
+        let reach = 2.0 * self.largest_radius() + self.range();
+        let least = match self.grains.iter().any(|grain| grain.motion == Motion::Free) {
+            false => 0.0,
+            // Its own image is out of reach.
+            true if self.grains.len() == 1 => reach,
+            true => 2.0 * reach,
+        };
         for (axis, period) in self.periods.iter().enumerate() {
             let Some((start, length)) = *period else { continue };
             if !(start.is_finite() && length > 0.0 && length >= least && length.is_finite()) {
-                return Err(SpecError::Period { axis, length, least });
+                return Err(SpecError::Period { axis: ["x", "y", "z"][axis], length, least });
             }
         }
         Ok(())

@@ -8,14 +8,16 @@ use protocol::checkpoint;
 use protocol::participant::{Participant, Window};
 
 const BODIES: &str = "until = 1.0\ngravity = [0.0, 0.0, -9.81]\n\
-    [domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [0.4, 0.6]\nboundary = { x = \"no-slip\", z = \"no-slip\" }\n\
+    [domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [0.4, 0.6]\nboundary = { x = \"no-slip\", z \
+    = \"no-slip\" }\n\
     [[grains]]\nshape = \"rectangle\"\nsides = [0.2, 0.05]\nposition = [0.15, 0.0, 0.1]\ndensity = 2500.0\n\
     orientation = [0.9659258262890683, 0.0, 0.25881904510252074, 0.0]\n\
     [[grains]]\nshape = \"ellipse\"\nsemi_axes = [0.08, 0.03]\nposition = [0.2, 0.0, 0.22]\ndensity = 2500.0\n\
     [[grains]]\nshape = \"polygon\"\nvertices = [[0.0, 0.0], [0.1, 0.0], [0.12, 0.05], [0.03, 0.09]]\n\
     position = [0.25, 0.0, 0.34]\ndensity = 2500.0\n\
     [[grains]]\nshape = \"disc\"\nradius = 0.04\nposition = [0.12, 0.0, 0.42]\ndensity = 2500.0\n";
-const CONTACT: &str = "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.5\ncontact_time = 0.002\nfriction = 0.4\n";
+const CONTACT: &str = "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.5\ncontact_time = \
+    0.002\nfriction = 0.4\n";
 
 fn read(text: &str) -> CheckedScene {
     CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() }).expect("a scene")
@@ -79,7 +81,8 @@ fn what_a_scene_with_bodies_may_not_ask_for_is_told_at_its_key() {
     refused("dem.contact.rolling", &format!("{whole}rolling = {{ friction = 0.1 }}\n"));
     refused("dem.integrator", &format!("{BODIES}[dem]\nintegrator = \"rk3\"\n{CONTACT}"));
     refused("observe.energy", &format!("{whole}[observe]\nenergy = true\n"));
-    let law = "[dem]\ndt = 1e-4\n[dem.contact]\nlaw = \"wan-turek\"\nsoftness = 1e-5\nwall_softness = 1e-5\nrange = 0.002\n";
+    let law = "[dem]\ndt = 1e-4\n[dem.contact]\nlaw = \"wan-turek\"\nsoftness = 1e-5\nwall_softness = 1e-5\n\
+        range = 0.002\n";
     refused("dem.contact.law", &format!("{BODIES}{law}"));
     let profile =
         "[observe.profile]\naxis = \"z\"\nlower = [0.0, 0.0, 0.0]\nupper = [0.4, 1.0, 0.6]\nslabs = 4\n";

@@ -227,7 +227,15 @@ fn bad_specs_are_refused_with_the_reason() {
     };
     assert!(refused(&|s| s.grains[1].radius = -1.0).contains("grain 1: radius is -1"));
     assert!(refused(&|s| s.walls.push(Wall::new([0.0; 3], [0.0; 3]))).contains("wall 0"));
-    assert!(refused(&|s| s.periods[0] = Some((0.0, 1.5))).contains("axis 0"));
+    assert!(refused(&|s| s.periods[0] = Some((0.0, 1.5))).contains("along x is 1.5 m; allowed: 2 m"));
+    // One grain has no pair, but an image of its own.
+    assert!(
+        refused(&|s| {
+            s.grains.truncate(1);
+            s.periods[1] = Some((0.0, 0.9));
+        })
+        .contains("along y is 0.9 m; allowed: 1 m")
+    );
     assert!(refused(&|s| s.gravity[2] = f64::INFINITY).contains("gravity"));
     let film =
         dem_solver::Lubrication::AsPrinted(dem_solver::lubrication::settings::LubricationSettings::new(1e-3));

@@ -187,7 +187,8 @@ fn a_restart_while_inserting_into_blocks_has_the_same_bits() {
 
 #[test]
 fn layers_cover_their_rectangle() {
-    let layer = "[[rough_walls]]\nlower = [0.0, 0.0, 0.5]\nupper = [1.0, 1.0, 0.5]\nradius = 0.05\nradius_spread = 0.1\n\
+    let layer = "[[rough_walls]]\nlower = [0.0, 0.0, 0.5]\nupper = [1.0, 1.0, 0.5]\nradius = 0.05\n\
+        radius_spread = 0.1\n\
                  density = 1.0\nseed = 3\n";
     let scene = read(&format!("{BOX}{layer}")).expect("reads");
     // rows of 11 and 10 sites at a distance of 0.1·√3/2: 12 rows in 1 m

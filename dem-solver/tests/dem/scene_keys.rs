@@ -44,7 +44,8 @@ fn all_forms_have_their_names() {
     for (text, ok) in [
         ("[contact]\nlaw = \"wan-turek\"\nsoftness = 1e-6\nwall_softness = 5e-7\nrange = 0.1\n", true),
         (
-            "[contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1.0\nform = \"exact-restitution\"\nrolling = { friction = 0.1 }\n",
+            "[contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1.0\nform \
+             = \"exact-restitution\"\nrolling = { friction = 0.1 }\n",
             true,
         ),
         (
@@ -55,7 +56,8 @@ fn all_forms_have_their_names() {
         ("[contact]\nlaw = \"hertz\"\n", false),
         ("[contact]\nlaw = \"linear-spring-dashpot\"\ncontact_time = 1.0\n", false),
         (
-            "[contact]\nlaw = \"wan-turek\"\nsoftness = 1.0\nwall_softness = 1.0\nrange = 0.1\nrolling = { friction = 0.1 }\n",
+            "[contact]\nlaw = \"wan-turek\"\nsoftness = 1.0\nwall_softness = 1.0\nrange = 0.1\nrolling = { \
+             friction = 0.1 }\n",
             false,
         ),
     ] {

@@ -135,7 +135,8 @@ pub(super) fn bounds(scene: &CheckedScene, medium: &Medium, viscous: f64) -> Vec
         let value = (factor, Measure::One);
         bounds.push(
             SolverBound::new("resting-weight", "ρ_r/(ρ_r−1)", value, Side::AtMost, 1.05).warning().because(
-                "a resting grain presses this many times its submerged weight, because the printed loads lose the buoyancy",
+                "a resting grain presses this many times its submerged weight, because the printed loads \
+                 lose the buoyancy",
                 "docs/numerics.md, Weight of a resting grain",
                 "use fluid.method = \"calibrated\" where contact forces matter",
             ),

@@ -179,15 +179,14 @@ pub(super) fn density_ratio(
     let Some(smallest) = free_grains(scene).map(Grain::equivalent_diameter).reduce(f64::min) else {
         return Vec::new();
     };
-    let bound = |limits: &Limits| {
-        SolverBound {
+    let bound = |limits: &Limits| SolverBound {
         rows: rows(scene, medium, limits),
         ..SolverBound::new("density-ratio", "ρ_p/ρ", (0.0, Measure::Window), Side::AtLeast, 0.0).because(
-            "lighter grains were found unstable, or were not measured, at this ν dt/D²: the loads answer the motion a window late",
+            "lighter grains were found unstable, or were not measured, at this ν dt/D²: the loads answer the \
+             motion a window late",
             "docs/stability.md",
             remedy,
         )
-    }
     };
     let mut bounds = match repeated {
         None => vec![bound(limits)],

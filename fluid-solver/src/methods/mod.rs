@@ -2,8 +2,8 @@
 //!
 //! | method | file | force on the fluid | loads on the grains |
 //! |---|---|---|---|
-//! | `calibrated` | `calibrated/` | λ in cells, carried from step to step, in a mask of known permeability | ρ G/dt − m_f g |
-//! | `izard-2014` | `izard2014.rs` | α (U − u)/dt, anew in each step (Izard et al. 2014, eq. 7) | −ρ ρ_p/(ρ_p − ρ) ∫ f dV |
+//! | `calibrated` | `calibrated/` | λ in cells, carried on, in a mask of known permeability | ρ G/dt − m_f g |
+//! | `izard-2014` | `izard2014.rs` | α (U − u)/dt, anew in each step (Izard et al. 2014) | −ρ ρ_p/(ρ_p − ρ) ∫ f dV |
 //! | `fictitious-domain` | `fictitious/` | λ at points of the bodies (Yu & Shao 2007) | ρ G/dt − m_f g |
 //!
 //! [`immersed_boundary`] is the trait, [`grains`] the state of the grains that all methods share, [`loads`]

@@ -123,6 +123,8 @@ enum Form {
 #[derive(Debug)]
 enum Value {
     Motion(fn(&Kinematics, usize) -> f64),
+    /// The mean of its values at both ends of the window.
+    Mean(fn(&Kinematics, usize) -> f64),
     Loads(fn(&Loads, usize) -> f64),
 }
 
@@ -130,11 +132,13 @@ enum Value {
 const ANGLE: &str = "angle";
 
 /// Name, unit, who must be there for it to be seen, form, and where it is read.
-const QUANTITIES: [Quantity; 9] = [
+const QUANTITIES: [Quantity; 11] = [
     Quantity::new("position", "m", MOTION, Form::Vector, Value::Motion(|m, c| m.position[c])),
     Quantity::new("velocity", "m/s", MOTION, Form::Vector, Value::Motion(|m, c| m.velocity[c])),
     Quantity::new("spin", "rad/s", MOTION, Form::Turn, Value::Motion(|m, c| m.spin[c])),
     Quantity::new(ANGLE, "rad", MOTION, Form::Turn, Value::Motion(|m, _| about_y(m.orientation))),
+    Quantity::new("mean_velocity", "m/s", MOTION, Form::Vector, Value::Mean(|m, c| m.velocity[c])),
+    Quantity::new("mean_spin", "rad/s", MOTION, Form::Turn, Value::Mean(|m, c| m.spin[c])),
     Quantity::new("hydrodynamic_force", "N", LOADS, Form::Vector, Value::Loads(|l, c| l.force[c])),
     Quantity::new("hydrodynamic_torque", "N m", LOADS, Form::Turn, Value::Loads(|l, c| l.torque[c])),
     Quantity::new("contact_force", "N", CONTACT, Form::Vector, Value::Motion(|m, c| m.contact_force[c])),
@@ -177,7 +181,9 @@ impl Quantity {
 
     fn value(&self, axis: usize, grain: usize, sample: &Sample) -> Option<f64> {
         match self.value {
-            Value::Motion(of) => sample.kinematics.get(grain).map(|motion| of(motion, axis)),
+            Value::Motion(of) | Value::Mean(of) => {
+                sample.kinematics.get(grain).map(|motion| of(motion, axis))
+            }
             Value::Loads(of) => sample.loads.get(grain).map(|loads| of(loads, axis)),
         }
     }
@@ -197,6 +203,9 @@ pub struct Columns {
     units: Vec<String>,
     sources: Vec<Source>,
     row: Vec<f64>,
+    /// Values at the end of the window before of which means are asked, in the order of the columns; empty
+    /// before the first window.
+    ends: Vec<f64>,
     free: Vec<FreeGrain>,
     /// Largest x of a free grain's surface at t = 0, m.
     front: f64,
@@ -247,6 +256,7 @@ impl Columns {
             units: Vec::new(),
             sources: Vec::new(),
             row: Vec::new(),
+            ends: Vec::new(),
             front: free
                 .iter()
                 .filter(|grain| grain.index < present)
@@ -301,7 +311,11 @@ impl Columns {
     fn add_grain(&mut self, grain: usize, scene: &CheckedScene, sides: Sides) {
         let geometry = scene.scene.domain.geometry;
         let round = scene.grains.get(grain).is_none_or(|grain| grain.shape.is_round());
-        let seen = |q: &&Quantity| (q.is_seen)(sides) && !(round && q.name == ANGLE);
+        let means = scene.scene.observe.mean_velocity;
+        let seen = |q: &&Quantity| {
+            let asked = means || !matches!(q.value, Value::Mean(_));
+            (q.is_seen)(sides) && asked && !(round && q.name == ANGLE)
+        };
         for quantity in QUANTITIES.iter().filter(seen) {
             for axis in quantity.components(geometry) {
                 let component = if quantity.form == Form::Scalar { "" } else { ["_x", "_y", "_z"][*axis] };
@@ -330,21 +344,49 @@ impl Columns {
         self.find(name).map(|(place, _)| self.row[place])
     }
 
-    /// The row after a window. What was not observed is NaN.
+    /// What the next row needs of this one: part of a checkpoint.
+    pub(crate) fn ends(&self) -> &[f64] {
+        &self.ends
+    }
+
+    /// Goes on from a checkpoint of the same columns.
+    pub(crate) fn resume(&mut self, ends: Vec<f64>) {
+        self.ends = ends;
+    }
+
+    /// The row after a window. What was not observed is NaN, and so is a mean of both ends of the first one.
     ///
     /// `run_out` is the way that the foremost surface of a free grain has gained along x since
     /// t = 0, `height` that of the topmost one above the lower z face of the box.
     pub fn fill(&mut self, sample: &Sample) -> &[f64] {
+        let mut means = 0;
         for place in 0..self.row.len() {
             self.row[place] = match self.sources[place] {
                 Source::Run(value) => value(self, sample),
                 Source::Extra(index) => sample.extras.get(index).copied().unwrap_or(f64::NAN),
                 Source::Grain(quantity, axis, grain) => {
-                    quantity.value(axis, grain, sample).unwrap_or(f64::NAN)
+                    let value = quantity.value(axis, grain, sample).unwrap_or(f64::NAN);
+                    if let Value::Mean(_) = quantity.value {
+                        means += 1;
+                        self.mean(means - 1, value)
+                    } else {
+                        value
+                    }
                 }
             };
         }
         &self.row
+    }
+
+    /// Mean of the value at the end of this window and of the one before, of the column `place` of means.
+    fn mean(&mut self, place: usize, value: f64) -> f64 {
+        match self.ends.get_mut(place) {
+            Some(end) => 0.5 * (std::mem::replace(end, value) + value),
+            None => {
+                self.ends.push(value);
+                f64::NAN
+            }
+        }
     }
 
     /// Σ ½ m v² + ½ I ω² over the free grains, J (plane: per unit depth).

@@ -36,7 +36,8 @@ pub enum OutputError {
              --overwrite", .0.display())]
     Finished(PathBuf),
     /// The scene needs what lies there.
-    #[error("{} holds what the scene reads ({key} = {:?}): nothing was changed; name another folder with --out", path.display(), needed.display().to_string())]
+    #[error("{} holds what the scene reads ({key} = {:?}): nothing was changed; name another folder with \
+        --out", path.display(), needed.display().to_string())]
     Needed {
         /// The folder.
         path: PathBuf,
@@ -50,7 +51,8 @@ pub enum OutputError {
              --out", .0.display())]
     Link(PathBuf),
     /// A name would lead out of the folder.
-    #[error("{name:?} is no name of a file in {}: nothing was written; allowed: {}; give another name", folder.display(), bedload_scene::FILE_NAME)]
+    #[error("{name:?} is no name of a file in {}: nothing was written; allowed: {}; give another \
+        name", folder.display(), bedload_scene::FILE_NAME)]
     Outside {
         /// The folder.
         folder: PathBuf,

@@ -31,7 +31,8 @@ pub fn grains_table(time: f64, grains: &[GrainRow]) -> String {
     if odd > 0 {
         let _ = writeln!(
             text,
-            "# not round: {odd} (their radius is the largest distance of the surface from the centre; a scene cannot read this table)"
+            "# not round: {odd} (their radius is the largest distance of the surface from the centre; a \
+             scene cannot read this table)"
         );
     }
     text += "id,x,y,z,radius,density,vx,vy,vz,wx,wy,wz,motion\n";

@@ -34,6 +34,8 @@ pub struct ObserverState {
     pub tally: Tally,
     /// How far `series.csv` goes.
     pub series: SeriesMark,
+    /// Of the columns with means: values at the end of the last window.
+    pub ends: Vec<f64>,
 }
 
 impl Observer {
@@ -83,7 +85,8 @@ impl Observer {
         extras: &[Extra],
         state: Option<ObserverState>,
     ) -> Result<Self, OutputError> {
-        let columns = Columns::new(scene, sides, extras);
+        let mut columns = Columns::new(scene, sides, extras);
+        let mut ends = Vec::new();
         let mut metrics = Metrics::new(scene, &columns, sides).map_err(Box::new)?;
         let (path, names, every) = (folder.series(), columns.names(), scene.scene.observe.every);
         let (series, tally) = match state {
@@ -91,9 +94,11 @@ impl Observer {
             Some(state) => {
                 let wrong = |what| OutputError::Content { path: folder.checkpoint(), what };
                 metrics.restore(state.metrics).map_err(wrong)?;
+                ends = state.ends;
                 (SeriesWriter::resume(&path, names, every, &state.series)?, state.tally)
             }
         };
+        columns.resume(ends);
         let (planes, folder) = (scene.scene.observe.planes.clone(), folder.clone());
         Ok(Self { columns, series, metrics, tally, has_fluid: sides.loads, planes, folder })
     }
@@ -116,7 +121,8 @@ impl Observer {
     /// [`OutputError::File`].
     pub fn state(&mut self) -> Result<ObserverState, OutputError> {
         let series = self.series.mark()?;
-        Ok(ObserverState { metrics: self.metrics.state().clone(), tally: self.tally, series })
+        let (metrics, ends) = (self.metrics.state().clone(), self.columns.ends().to_vec());
+        Ok(ObserverState { metrics, tally: self.tally, series, ends })
     }
 
     /// Value of a column after the last window.

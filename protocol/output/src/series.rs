@@ -83,8 +83,8 @@ impl SeriesWriter {
         if counted.bytes < mark.bytes || counted.digest() != mark.digest {
             let found = if counted.bytes < mark.bytes { "is shorter" } else { "has another text" };
             return Err(wrong(format!(
-                "{found} than at the checkpoint, where it had {} rows in {} bytes: somebody altered it; put back the file as \
-                 the run left it, or start anew without --resume",
+                "{found} than at the checkpoint, where it had {} rows in {} bytes: somebody altered it; put \
+                 back the file as the run left it, or start anew without --resume",
                 mark.rows, mark.bytes
             )));
         }

@@ -21,6 +21,7 @@ use crate::options::RunOptions;
 use crate::run::{self, Setup};
 use crate::solver::Solver;
 use crate::threads::with_threads;
+use crate::unstable::{self, Energy, Seen};
 
 pub use crate::clock::Clock;
 pub use crate::stand_in::{Answer, StandIn};
@@ -88,7 +89,13 @@ pub struct AloneState {
     limit: f64,
     /// Do the grains rest, where the scene ends there?
     rests: bool,
+    /// Of the energy of the grains.
+    seen: Seen,
 }
+
+/// What a user can do about an unstable run of grains alone.
+const REMEDY: &str = "give more sub-steps per contact (dem.steps_per_contact, or a smaller dem.dt); to go on \
+    all the same: --set 'coupling.force=[\"unstable\"]'";
 
 /// The windows of a solver alone: as long as its clock says, until the scene's end or until the grains rest.
 pub(crate) struct AloneSchedule {
@@ -98,14 +105,28 @@ pub(crate) struct AloneSchedule {
     rest: Option<Rest>,
     /// Is a window on its way?
     under_way: bool,
+    /// None where a run is to go on all the same.
+    energy: Option<Energy>,
     state: AloneState,
 }
 
 impl AloneSchedule {
-    pub(crate) fn new(scene: &CheckedScene, clock: Clock, from: Option<AloneState>) -> Self {
-        let start = AloneState { step: 0, time: 0.0, limit: f64::INFINITY, rests: false };
+    /// From the start of a run, or from a checkpoint; contacts last `contact_time`, s.
+    pub(crate) fn new(
+        scene: &CheckedScene,
+        clock: Clock,
+        contact_time: f64,
+        from: Option<AloneState>,
+    ) -> Self {
+        let start =
+            AloneState { step: 0, time: 0.0, limit: f64::INFINITY, rests: false, seen: Seen::default() };
+        let state = from.unwrap_or(start);
+        let forced = scene.scene.coupling.get("force").and_then(|force| force.as_array());
+        let forced =
+            forced.is_some_and(|names| names.iter().any(|name| name.as_str() == Some(unstable::NAME)));
+        let energy = (!forced).then(|| Energy::new(scene, contact_time, state.seen));
         let (until, observe) = (scene.scene.until, scene.scene.observe.clone());
-        Self { clock, until, observe, rest: Rest::new(scene), under_way: false, state: from.unwrap_or(start) }
+        Self { clock, until, observe, rest: Rest::new(scene), under_way: false, energy, state }
     }
 }
 
@@ -140,8 +161,14 @@ impl Schedule for AloneSchedule {
 
     fn accept(&mut self, window: &Window, messages: &Messages<'_>) -> Result<(), Failure> {
         let time = window.time + window.dt;
+        let found =
+            self.energy.as_mut().and_then(|energy| energy.take(window, messages.loads, messages.kinematics));
+        if let Some(found) = found {
+            return Err(Failure::Unstable(found.message(window, REMEDY)));
+        }
         let rests = self.rest.as_ref().is_some_and(|rest| rest.reached(time, messages.kinematics));
-        self.state = AloneState { step: window.step + 1, time, limit: messages.dt_limit, rests };
+        let seen = self.energy.as_ref().map_or(self.state.seen, Energy::seen);
+        self.state = AloneState { step: window.step + 1, time, limit: messages.dt_limit, rests, seen };
         self.under_way = false;
         Ok(())
     }
@@ -166,6 +193,7 @@ struct Alone<'a, S: Solver> {
     folder: &'a OutputFolder,
     facts: &'a S::Facts,
     clock: Clock,
+    contact_time: f64,
 }
 
 impl<S: Solver> Setup for Alone<'_, S> {
@@ -185,7 +213,7 @@ impl<S: Solver> Setup for Alone<'_, S> {
             state = Some(position);
         }
         let link = InProcess::alone(solver, S::stand_in(self.scene)?, self.folder.root());
-        Ok((link, AloneSchedule::new(self.scene, self.clock, state)))
+        Ok((link, AloneSchedule::new(self.scene, self.clock, self.contact_time, state)))
     }
 }
 
@@ -206,6 +234,7 @@ pub(crate) fn run<S: Solver>(options: &RunOptions) -> Result<(), Failure> {
         .and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
     let recorded = !options.no_record && key("record").and_then(|value| value.as_bool()) != Some(false);
     let clock = S::clock(&scene, &facts);
+    let contact_time = S::facts_by_role(&facts).1.map_or(f64::INFINITY, |facts| facts.contact_time);
     let job = Job {
         program: S::PROGRAM,
         scene: &scene,
@@ -217,12 +246,12 @@ pub(crate) fn run<S: Solver>(options: &RunOptions) -> Result<(), Failure> {
             Role::Dem => Sides::dry(),
         },
         dt: clock.window,
-        contact_time: S::facts_by_role(&facts).1.map_or(f64::INFINITY, |facts| facts.contact_time),
+        contact_time,
         checkpoint_every: every.unwrap_or(CHECKPOINT_EVERY),
         log: recorded.then_some(LogKind::Alone(S::ROLE)),
         begin,
     };
-    let setup = Alone::<S> { scene: &scene, folder: &folder, facts: &facts, clock };
+    let setup = Alone::<S> { scene: &scene, folder: &folder, facts: &facts, clock, contact_time };
     with_threads(options.threads(), || run::run(&job, &setup))?
 }
 

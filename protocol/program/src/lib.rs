@@ -36,6 +36,7 @@ mod serve;
 mod solver;
 mod stand_in;
 mod threads;
+pub mod unstable;
 
 pub use command::main;
 pub use disk::fail_at_file_limit;

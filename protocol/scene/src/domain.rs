@@ -321,6 +321,17 @@ impl Domain {
         }
     }
 
+    /// Is `position` (x, y, z; m) beyond a face across `axis`?
+    pub(crate) fn is_beyond(&self, axis: usize, position: &[f64; 3]) -> bool {
+        !(self.lower[axis]..=self.upper[axis]).contains(&position[self.geometry.component(axis)])
+    }
+
+    /// Is a centre at `position` (x, y, z; m) in the box? Along periodic axes it always is.
+    #[must_use]
+    pub fn holds(&self, position: &[f64; 3]) -> bool {
+        (0..self.dimensions()).all(|axis| self.is_periodic(axis) || !self.is_beyond(axis, position))
+    }
+
     /// Lower and upper limit of each component (x, y, z) in the box, m; infinite along periodic axes, and
     /// where there is no axis.
     #[must_use]

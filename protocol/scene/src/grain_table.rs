@@ -129,8 +129,8 @@ pub(crate) fn read(from: &GrainFile) -> Result<(Vec<Grain>, Vec<String>), String
     let odd = counted("# not round: ").and_then(|rest| rest.split_whitespace().next());
     if let Some(count) = odd.and_then(|count| count.parse::<usize>().ok()) {
         return Err(told(format!(
-            "holds {count} bodies that are not round, whose shapes are not in the table: write them out as [[grains]], or go on \
-             from that run with dem.initial_state"
+            "holds {count} bodies that are not round, whose shapes are not in the table: write them out as \
+             [[grains]], or go on from that run with dem.initial_state"
         )));
     }
     // A file that says how many grains it holds is checked for its end.

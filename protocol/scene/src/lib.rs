@@ -24,6 +24,7 @@ mod rough_walls;
 mod scene_tests;
 mod shared;
 mod source;
+pub mod speeds;
 pub mod table;
 mod validate;
 mod walls;

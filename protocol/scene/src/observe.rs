@@ -21,6 +21,8 @@ pub struct Observe {
     pub profile: Option<Profile>,
     /// Averages of fluid and grains over planes of cells.
     pub planes: Option<ObservedPlanes>,
+    /// Columns of the mean velocity and spin of a grain over each window, which its forces are of.
+    pub mean_velocity: bool,
     /// Columns of elastic, gravitational and dissipated energy in `series.csv` (dry scenes).
     pub energy: bool,
     /// Forces on chosen grains in each sub-step of chosen windows, from `bedload-dem`.

@@ -56,7 +56,8 @@ fn inflow(scene: &Scene, axis: usize, upper: bool, face: &Face, key: &str, sourc
                 "is {:?}: an inflow enters the box; allowed: a component along {axis} {sign} 0",
                 face.velocity
             ),
-            "give the mean velocity of what enters, as { type = \"inflow\", velocity = [x, y, z] }, or write \"outflow\"",
+            "give the mean velocity of what enters, as { type = \"inflow\", velocity = [x, y, z] }, or \
+             write \"outflow\"",
         ));
     }
     let absent = match domain.geometry {

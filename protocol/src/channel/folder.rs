@@ -52,8 +52,8 @@ impl UserLock {
             }
             if start.elapsed() > LOCK_PATIENCE {
                 return Err(ExchangeError::Transport(format!(
-                    "{} has been locked by others for {LOCK_PATIENCE:?}: some hundreds of runs start at once, or a bedload \
-                     process is stopped while it founds or removes a run",
+                    "{} has been locked by others for {LOCK_PATIENCE:?}: some hundreds of runs start at \
+                     once, or a bedload process is stopped while it founds or removes a run",
                     path.display()
                 )));
             }

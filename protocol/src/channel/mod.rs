@@ -23,8 +23,8 @@
 //!    | service | pattern | payload | user header | from → to |
 //!    |---|---|---|---|---|
 //!    | `bedload/command` | publish-subscribe | `Command` | none | coupler → solvers |
-//!    | `bedload/loads` | publish-subscribe | slice of `Loads`, one per grain | `Header` | fluid → DEM, coupler |
-//!    | `bedload/kinematics` | publish-subscribe | slice of `Kinematics`, one per grain | `Header` | DEM → fluid, coupler |
+//!    | `bedload/loads` | publish-subscribe | `[Loads]`, one per grain | `Header` | fluid → DEM, coupler |
+//!    | `bedload/kinematics` | publish-subscribe | `[Kinematics]`, one per grain | `Header` | DEM → fluid, coupler |
 //!    | `bedload/status/fluid`, `bedload/status/dem` | publish-subscribe | `Status` | none | solver → coupler |
 //!    | `bedload/wake/coupler`, `…/fluid`, `…/dem` | event, id 0 | | | whoever sent something → its owner |
 //!

@@ -104,7 +104,8 @@ pub enum LogError {
     },
     /// The file stops before its end mark: the recorder was killed, or the disk was full.
     #[error(
-        "{file}: the log breaks off at byte {offset}, {after} (no end mark): what stands before is good; `bedload log repair` rewrites it"
+        "{file}: the log breaks off at byte {offset}, {after} (no end mark): what stands before is good; \
+         `bedload log repair` rewrites it"
     )]
     Truncated {
         /// Name of the file.
@@ -142,7 +143,9 @@ pub enum LogError {
     },
     /// Written with another layout of messages.
     #[error(
-        "{file}: written by Bedload {version} with protocol {theirs_version}, layout {theirs:016x}; this build speaks protocol {PROTOCOL_VERSION}, layout {ours:016x}: replay it with the version that wrote it (`bedload log info` works with any)"
+        "{file}: written by Bedload {version} with protocol {theirs_version}, layout {theirs:016x}; this \
+         build speaks protocol {PROTOCOL_VERSION}, layout {ours:016x}: replay it with the version that wrote \
+         it (`bedload log info` works with any)"
     )]
     Layout {
         /// Name of the file.
@@ -168,7 +171,8 @@ pub enum LogError {
     },
     /// The disk does not keep up with the run.
     #[error(
-        "{file}: the queue of the recorder is full at step {step} ({limit} bytes not yet written): the disk is too slow; record to a faster one or run with --no-record"
+        "{file}: the queue of the recorder is full at step {step} ({limit} bytes not yet written): the disk \
+         is too slow; record to a faster one or run with --no-record"
     )]
     QueueFull {
         /// Name of the file.
@@ -180,7 +184,8 @@ pub enum LogError {
     },
     /// The disk took longer than the deadline to finish.
     #[error(
-        "{file}: the log was not finished within {seconds} s: the disk hangs; `bedload log repair` rewrites what is there"
+        "{file}: the log was not finished within {seconds} s: the disk hangs; `bedload log repair` rewrites \
+         what is there"
     )]
     Unfinished {
         /// Name of the file.

@@ -34,7 +34,8 @@ fn a_grain_that_leaves_the_box_is_named_when_it_leaves_and_counted_at_the_end() 
     let out = folder.join("out");
     let scene = folder.write("leaves.toml", TWO_GRAINS);
     // Enough grains take the bulk engine, a film or another integrator the general one.
-    let bed = "[[groups]]\ncount = 300\nlower = [0.0, 0.0, 0.0]\nupper = [0.4, 1.0, 0.4]\nradius = 0.01\ndensity = 2.0\nseed = 1\n";
+    let bed = "[[groups]]\ncount = 300\nlower = [0.0, 0.0, 0.0]\nupper = [0.4, 1.0, 0.4]\nradius = 0.01\n\
+        density = 2.0\nseed = 1\n";
     let many =
         folder.write("many.toml", &TWO_GRAINS.replace("[dem.contact]", &format!("{bed}[dem.contact]")));
     for scene in [scene, many] {
@@ -61,7 +62,8 @@ fn a_finished_run_goes_on_past_its_end() {
         let out = folder.join(name);
         let paths = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
         // Windows of 2 t_c: both ends are whole numbers of them, without a rounding.
-        let keys = ["--set", "dem.contact.contact_time=0.0078125", "--until", until];
+        let time = "dem.contact.contact_time=0.0078125";
+        let keys = ["--set", time, "--set", "observe.mean_velocity=true", "--until", until];
         let output = bedload(&[&paths, &keys[..], more].concat());
         (output.status.code(), said(&output), out)
     };
@@ -104,4 +106,58 @@ fn a_checkpoint_that_was_cut_short_is_passed_over() {
         let read = |out: &std::path::Path| std::fs::read(out.join(file)).expect("a file");
         assert!(read(&parts) == read(&whole), "{file} differs");
     }
+}
+
+/// Grains that fall onto a plane and come to rest there.
+const BED: &str = r#"
+until = 1.0
+gravity = [0.0, 0.0, -9.81]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [0.06, 0.06, 0.3]
+boundary = { x = "periodic", y = "periodic", z_lower = "no-slip", z_upper = "free-slip" }
+[[groups]]
+count = 200
+lower = [0.0, 0.0, 0.006]
+upper = [0.06, 0.06, 0.25]
+radius = 0.005
+density = 2000.0
+seed = 1
+[dem]
+allow_coarse_dt = true
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.5
+contact_time = 1e-3
+friction = 0.3
+[coupling]
+force = ["contact-dashpot"]
+[observe]
+every = 0.02
+"#;
+
+#[test]
+fn a_sub_step_that_makes_energy_ends_a_run_as_unstable() {
+    let folder = Folder::new("dry-unstable");
+    let scene = folder.write("bed.toml", BED);
+    let run = |steps: f64, more: &[&str]| {
+        let out = folder.join(&format!("out-{steps}"));
+        let steps = format!("dem.steps_per_contact={steps}");
+        let paths = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        let output = bedload(&[&paths, &["--overwrite", "--set", &steps][..], more].concat());
+        (output.status.code(), said(&output), out)
+    };
+    // Some jump out of the bed, and nothing is faster than it may be; a pile of them is.
+    for (steps, what) in [(2.2, "the grains have gained"), (1.5, "more than 20 times what forces")] {
+        let (code, text, out) = run(steps, &[]);
+        assert_eq!(code, Some(4), "{text}");
+        let error = summary(&out)["error"].as_str().expect("an error").to_owned();
+        assert_eq!(summary(&out)["status"], "unstable");
+        assert!(error.contains(what) && error.contains("dem.steps_per_contact"), "{error}");
+    }
+    let (code, text, _) = run(2.2, &["--set", "coupling.force=[\"contact-dashpot\", \"unstable\"]"]);
+    assert_eq!(code, Some(0), "{text}");
+    let (code, text, _) = run(10.0, &[]);
+    assert_eq!(code, Some(0), "{text}");
 }

@@ -91,7 +91,8 @@ fn the_printed_force_of_2014_is_refused_for_light_grains_by_name_and_can_be_forc
 #[test]
 fn a_sphere_at_rest_on_the_wall_presses_with_its_submerged_weight() {
     let folder = Folder::new("resting");
-    let contact = "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.97\ncontact_time = 1e-2\nfriction = 0.25\n\n[[metrics]]\nname = \"resting_force_ratio\"\nkind = \"resting-force-ratio\"";
+    let contact = "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.97\ncontact_time = 1e-2\n\
+        friction = 0.25\n\n[[metrics]]\nname = \"resting_force_ratio\"\nkind = \"resting-force-ratio\"";
     let text = release(8.0, contact)
         .replace("position = [0.0, 0.0, 5.0]", "position = [0.0, 0.0, 0.5]")
         .replace("z = \"free-slip\"", "z_lower = \"no-slip\"\nz_upper = \"free-slip\"");

@@ -1,6 +1,7 @@
 //! What a solver that runs alone, or a run of a study, does when its `bedload` is gone, and programs at a
 //! closed pipe.
 
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use bedload_output::Claim;
@@ -16,24 +17,33 @@ fn children(pid: u32) -> Vec<u32> {
     text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect()
 }
 
+/// Is a run into `out` under way?
+fn has_begun(out: &Path) -> bool {
+    std::fs::metadata(out.join("series.csv")).is_ok_and(|data| data.len() > 0)
+}
+
+/// A run of a scene that one solver does by itself, under way: the run, its folder, its solver.
+fn alone(folder: &Folder, scene: &str, more: &[&str]) -> (Child, PathBuf, u32) {
+    let (scene, out) = (folder.write("long.toml", scene), folder.join("out"));
+    let words = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+    let run = start(&[&words[..], more].concat());
+    let mut found = Vec::new();
+    wait_until(20.0, || {
+        found = children(run.id());
+        !found.is_empty() && has_begun(&out)
+    })
+    .expect("the solver runs");
+    (run, out, found[0])
+}
+
 /// Kill -9, and the end of the terminal: the solver of a dry run is gone a second later.
 #[test]
 fn the_solver_of_a_dry_run_ends_with_its_bedload() {
     for how in ["KILL", "HUP"] {
         let folder = Folder::new(&format!("orphan-{how}"));
-        let (scene, out) = (folder.write("long.toml", LONG_FLIGHT), folder.join("out"));
-        let mut run = start(&["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
-        let mut found = Vec::new();
-        let begun = || std::fs::metadata(out.join("series.csv")).is_ok_and(|data| data.len() > 0);
-        wait_until(20.0, || {
-            found = children(run.id());
-            !found.is_empty() && begun()
-        })
-        .expect("the solver runs");
+        let (mut run, out, solver) = alone(&folder, LONG_FLIGHT, &[]);
         signal(run.id(), how);
-        for pid in &found {
-            wait_until(4.0, || !is_alive(*pid)).unwrap_or_else(|why| panic!("{how}: {why}"));
-        }
+        wait_until(4.0, || !is_alive(solver)).unwrap_or_else(|why| panic!("{how}: {why}"));
         let _ = run.wait();
         if how == "HUP" {
             assert!(out.join("summary.json").exists(), "as at SIGTERM");
@@ -67,7 +77,7 @@ fn a_solver_whose_bedload_has_died_before_it_began_ends() {
 }
 
 /// A case of one long run, and the folder of that.
-fn long_case(folder: &Folder) -> (std::path::PathBuf, std::path::PathBuf) {
+fn long_case(folder: &Folder) -> (PathBuf, PathBuf) {
     let _ = folder.write("long.toml", &LONG_FLIGHT.replace("until = 1e6", "until = 1e9"));
     let case = "[case]\nname = \"long\"\ntitle = \"t\"\nsource = \"s\"\n[[case.runs]]\nlabel = \"a\"\n\
                 scene = \"long.toml\"\n[[case.checks]]\nrun = \"a\"\nmetric = \"m\"\nkind = \"reported\"\n";
@@ -81,10 +91,9 @@ fn validating(folder: &Folder) -> (Child, Vec<u32>) {
     let words = ["validate", case.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
     let study = start(&words);
     let mut found = Vec::new();
-    let begun = || std::fs::metadata(run.join("series.csv")).is_ok_and(|data| data.len() > 0);
     wait_until(20.0, || {
         found = descendants(study.id());
-        found.len() >= 2 && begun()
+        found.len() >= 2 && has_begun(&run)
     })
     .expect("the run and its solver");
     (study, found)
@@ -165,27 +174,19 @@ every = 10.0
 /// coupled one is while files are written; one that goes on is not.
 #[test]
 fn a_stopped_solver_that_runs_by_itself_is_given_up() {
-    for scene in [LONG_FLIGHT.to_owned(), LONG_CAVITY.to_owned()] {
+    for scene in [LONG_FLIGHT, LONG_CAVITY] {
         let folder = Folder::new("stopped");
-        let (scene, out) = (folder.write("long.toml", &scene), folder.join("out"));
-        let words = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
-        let run = start(&[&words[..], &["--until", "1e9", "--set", "coupling.deadline=0.2"]].concat());
-        let mut found = Vec::new();
-        let begun = || std::fs::metadata(out.join("series.csv")).is_ok_and(|data| data.len() > 0);
-        wait_until(20.0, || {
-            found = children(run.id());
-            !found.is_empty() && begun()
-        })
-        .expect("the solver runs");
+        let keys = ["--until", "1e9", "--set", "coupling.deadline=0.2"];
+        let (run, out, solver) = alone(&folder, scene, &keys);
         std::thread::sleep(std::time::Duration::from_millis(2500));
         assert!(is_alive(run.id()), "twice the limit, and it goes on");
-        signal(found[0], "STOP");
+        signal(solver, "STOP");
         wait_until(10.0, || !is_alive(run.id())).expect("it is given up");
         let output = run.wait_with_output().expect("ends");
         assert_eq!(output.status.code(), Some(3), "{}", said(&output));
         assert!(said(&output).contains("did nothing for 1.2 s"), "{}", said(&output));
         assert_eq!(summary(&out)["status"], "failed");
-        assert!(!is_alive(found[0]));
+        assert!(!is_alive(solver));
     }
 }
 
@@ -227,7 +228,7 @@ fn an_override_without_a_key_is_refused() {
 }
 
 /// A coupled run that goes on for long, its solvers up and exchanging.
-fn long_coupled(folder: &Folder) -> (std::process::Child, std::path::PathBuf) {
+fn long_coupled(folder: &Folder) -> (Child, PathBuf) {
     let (scene, out) = (folder.write("bounce.toml", SMALL_BOUNCE), folder.join("out"));
     let keys = [
         "until=1e4",

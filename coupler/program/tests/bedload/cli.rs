@@ -23,7 +23,10 @@ fn scene_with_facts(fluid: &str, dem: &str, density: f64) -> String {
 
 const DEM: &str =
     r#"{"grains": 1, "dt": 1e-4, "contact_time": 2e-3, "lubrication_dt": null, "interaction_range": 0.1}"#;
-const SEED: &str = r#"{"cells": 262144, "dt": 0.01, "spacing": 0.0625, "schemes": ["explicit"], "implicit_viscosity": true, "cfl_limit": 0.8}"#;
+const SEED: &str = concat!(
+    r#"{"cells": 262144, "dt": 0.01, "spacing": 0.0625, "schemes": ["explicit"], "#,
+    r#""implicit_viscosity": true, "cfl_limit": 0.8}"#
+);
 
 /// What our maps say of a method is not known of another fluid, whatever order of the exchange it names.
 #[test]

@@ -323,7 +323,8 @@ where
 pub(crate) fn script(role: &str, what: &str) -> String {
     let own = std::env::current_exe().expect("a test executable");
     format!(
-        "IFS='\n'; FAKE_ARGS=\"$*\" FAKE_ROLE={role} FAKE_{role}={what} exec '{}' fake_solver --exact --nocapture --quiet",
+        "IFS='\n'; FAKE_ARGS=\"$*\" FAKE_ROLE={role} FAKE_{role}={what} exec '{}' fake_solver --exact \
+         --nocapture --quiet",
         own.display()
     )
 }

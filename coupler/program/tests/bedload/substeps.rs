@@ -36,7 +36,8 @@ const RADIUS: f64 = 0.5;
 /// Two spheres on the z axis over a floor.
 fn scene(low: f64, high: f64, gravity: f64) -> CheckedScene {
     let text = format!(
-        "until = 1.0\ngravity = [0.0, 0.0, {gravity:?}]\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [8.0, 8.0, 64.0]\n\
+        "until = 1.0\ngravity = [0.0, 0.0, {gravity:?}]\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, \
+         0.0]\nupper = [8.0, 8.0, 64.0]\n\
          boundary = {{ x = \"periodic\", y = \"periodic\", z = \"no-slip\" }}\n\
          [[grains]]\nposition = [4.0, 4.0, {low:?}]\nradius = {RADIUS:?}\ndensity = 2.0\n\
          [[grains]]\nposition = [4.0, 4.0, {high:?}]\nradius = {RADIUS:?}\ndensity = 2.0\n"
@@ -108,7 +109,8 @@ fn no_contact_is_ever_missed() {
 #[test]
 fn a_prescribed_swing_and_a_moving_wall_count() {
     let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [8.0, 8.0, 8.0]\n\
-        boundary = { x = \"periodic\", y = \"periodic\", z_lower = \"no-slip\", z_upper = { type = \"no-slip\", velocity = [3.0, 0.0, 0.0] } }\n\
+        boundary = { x = \"periodic\", y = \"periodic\", z_lower = \"no-slip\", z_upper = { type \
+        = \"no-slip\", velocity = [3.0, 0.0, 0.0] } }\n\
         [[grains]]\nposition = [4.0, 4.0, 4.0]\nradius = 0.5\ndensity = 2.0\nmotion = \"prescribed\"\n\
         oscillation = { amplitude = [0.0, 0.0, 2.0], frequency = 5.0 }\n";
     let scene = CheckedScene::new(SceneSource { file: "swing.toml".into(), text: text.into() }).unwrap();

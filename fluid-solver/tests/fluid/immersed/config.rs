@@ -121,7 +121,8 @@ fn a_launcher_is_refused_what_ranks_cannot_do() {
     let (key, what) = refusal(2.0, "launcher = [\"mpirun\", \"-np\", \"9\"]");
     assert!(key == "fluid.launcher" && what.contains("1 to 8"), "{key}: {what}");
     // Two spheres that move, four planes for each rank.
-    let second = "launcher = [\"mpirun\", \"-np\", \"8\"]\n[[grains]]\nposition = [1.0, 1.0, 1.0]\nradius = 0.5\ndensity = 2.0";
+    let second = "launcher = [\"mpirun\", \"-np\", \"8\"]\n[[grains]]\nposition = [1.0, 1.0, 1.0]\nradius = \
+        0.5\ndensity = 2.0";
     let (key, what) = refusal(2.0, second);
     assert!(key == "domain.cells" && what.contains("4 planes"), "{key}: {what}");
 }

@@ -282,7 +282,8 @@ fn the_interpolation_is_of_fourth_order_in_every_geometry() {
     };
     let periodic = |lower: &str, upper: &str| {
         format!(
-            "geometry = \"plane\"\nlower = {lower}\nupper = {upper}\nboundary = {{ x = \"periodic\", z = \"periodic\" }}"
+            "geometry = \"plane\"\nlower = {lower}\nupper = {upper}\nboundary = {{ x = \"periodic\", z \
+             = \"periodic\" }}"
         )
     };
     // Wrapped along both axes.
@@ -296,7 +297,8 @@ fn the_interpolation_is_of_fourth_order_in_every_geometry() {
         let across = |s: f64| (TAU * s).sin();
         if d == 0 { along(x) * across(z) } else { -across(x) * along(z) }
     };
-    let walls = "geometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\nboundary = { x = \"no-slip\", z = \"no-slip\" }";
+    let walls = "geometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\nboundary = { x = \"no-slip\", \
+        z = \"no-slip\" }";
     let found = orders("walls", [walls, walls], &[16, 32, 64], eddy);
     assert!(found.iter().all(|order| *order > 3.5), "{found:?}");
 
@@ -309,7 +311,8 @@ fn the_interpolation_is_of_fourth_order_in_every_geometry() {
             (2.0 * left * left - 4.0 * r * r * left) * (k * z).sin()
         }
     };
-    let pipe = "geometry = \"axisymmetric\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\nboundary = { r_upper = \"no-slip\", z = \"periodic\" }";
+    let pipe = "geometry = \"axisymmetric\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\nboundary = { r_upper \
+        = \"no-slip\", z = \"periodic\" }";
     let found = orders("axisymmetric", [pipe, pipe], &[16, 32, 64], ring);
     assert!(found.iter().all(|order| *order > 3.5), "{found:?}");
 

@@ -25,7 +25,8 @@ fn fields_hold_a_shear_flow_and_a_grain() {
         lower = [0.0, 0.0, 0.0]
         upper = [2.0, 1.0, 2.0]
         cells = [20, 10, 20]
-        boundary = { x = \"periodic\", y = \"periodic\", z_lower = \"no-slip\", z_upper = { type = \"no-slip\", velocity = [3.0, 0.0, 0.0] } }
+        boundary = { x = \"periodic\", y = \"periodic\", z_lower = \"no-slip\", z_upper = { type \
+        = \"no-slip\", velocity = [3.0, 0.0, 0.0] } }
         [medium]
         density = 1.0
         viscosity = 0.1

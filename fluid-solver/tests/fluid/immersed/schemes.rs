@@ -215,8 +215,8 @@ fn table() {
                     _ => "stable",
                 };
                 println!(
-                    "nu dt/D2 {number:<6} rho {density:<5} {name:30} {verdict:10} first {:8.4} last {:8.4} jump {jump:8.1e} \
-                     windows {:3} attempts {:5.2} unconverged {}",
+                    "nu dt/D2 {number:<6} rho {density:<5} {name:30} {verdict:10} first {:8.4} last {:8.4} \
+                     jump {jump:8.1e} windows {:3} attempts {:5.2} unconverged {}",
                     error(0),
                     error(count - 1),
                     v.len(),

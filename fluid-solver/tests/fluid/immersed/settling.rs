@@ -116,7 +116,8 @@ fn full_scene() {
             let re = reynolds(&mut run, 26.0);
             println!("Re at t = 10, 14, 18, 22: {}", history.join(", "));
             println!(
-                "20D x 40D, D/dx = {across}, dt = {dt} {fluid}: Re = {re:.3}, {} steps, {:.1} s, {:.0} ns per cell and step",
+                "20D x 40D, D/dx = {across}, dt = {dt} {fluid}: Re = {re:.3}, {} steps, {:.1} s, {:.0} ns \
+                 per cell and step",
                 run.step,
                 begin.elapsed().as_secs_f64(),
                 1e9 * begin.elapsed().as_secs_f64()

@@ -37,7 +37,8 @@ pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
                 let speed = kept.value()?;
                 require(
                     way.terminal == 0.0 || speed >= RESTS * way.terminal,
-                    "the grain rests at the end of the run: end it before, or use `reynolds`, of its largest speed before the first touch",
+                    "the grain rests at the end of the run: end it before, or use `reynolds`, of its largest \
+                     speed before the first touch",
                 )?;
                 plain(density * speed * diameter / viscosity)
             },

@@ -7,7 +7,8 @@
 //! |---|---|
 //! | `measure` | all metrics of a scene, fed window by window |
 //! | `rule` | how one of them is measured |
-//! | `bounce`, `column`, `heap`, `oblique`, `end` | kinds: of a grain, of a column of `series.csv`, of heaps, of collisions, of planes and solvers |
+//! | `bounce`, `column` | kinds: of a grain, of a column of `series.csv` |
+//! | `heap`, `oblique`, `end` | kinds: of heaps, of collisions, of planes and solvers |
 //! | `accumulator`, `course`, `line`, `trajectory`, `subject`, `last` | what they keep |
 //! | `deposit`, `touching` | the profile of a heap, and which grains belong to it |
 

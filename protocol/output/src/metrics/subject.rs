@@ -4,6 +4,8 @@ use super::trajectory::Passage;
 use crate::columns::Sample;
 use bedload_scene::{CheckedScene, MetricKind};
 
+pub(super) use bedload_scene::speeds::norm;
+
 /// What the metrics need to know of a grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Subject {
@@ -58,9 +60,4 @@ impl Subject {
 /// Scalar product.
 pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Length of a vector.
-pub(super) fn norm(a: &[f64; 3]) -> f64 {
-    dot(a, a).sqrt()
 }

@@ -228,7 +228,8 @@ pub fn list(path: &Path, time: f64, file: &str) -> Result<(), OutputError> {
     entries.push((time, file.to_owned()));
     entries.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n\
+         <Collection>\n",
     );
     for (time, name) in entries {
         let _ = writeln!(text, "<DataSet timestep=\"{time:e}\" group=\"\" part=\"0\" file=\"{name}\"/>");

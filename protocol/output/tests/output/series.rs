@@ -5,7 +5,7 @@ use std::path::Path;
 use bedload_output::{Columns, OutputError, Series, SeriesMark, SeriesWriter, Sides};
 use protocol::message::{Header, Kinematics, Loads};
 
-use crate::stage::{Watch, discs, fresh, sphere};
+use crate::stage::{Watch, discs, falling, fresh, sphere};
 
 fn names(columns: &[&str]) -> Vec<String> {
     columns.iter().map(|name| (*name).to_owned()).collect()
@@ -233,4 +233,33 @@ fn a_row_holds_the_window() {
     assert!((value("kinetic_energy") - energy).abs() < 1e-12);
     // Foremost surface from 6.5 to 8.5; topmost at 3 over a floor at −1.
     assert_eq!([value("run_out"), value("height")], [2.0, 4.0]);
+}
+
+#[test]
+fn a_force_and_the_mean_velocity_of_its_window_are_of_one_time() {
+    // A drag of −2 v on a grain that is led: the force of a row is its mean over the window.
+    let (dt, rate) = (0.1, 2.0_f64);
+    let mut watch = Watch::new(&sphere("[observe]\nmean_velocity = true\n"), dt);
+    let place = |watch: &Watch, name: &str| watch.columns.find(name).unwrap_or_else(|| panic!("no {name}")).0;
+    let places =
+        ["mean_velocity_z[0]", "velocity_z[0]", "hydrodynamic_force_z[0]"].map(|name| place(&watch, name));
+    // Σ e^{iωt} of each, at the time of the row, over ten periods less the first window.
+    let mut sums = [[0.0; 2]; 3];
+    for step in 0..=314 {
+        let (start, t) = (f64::from(step) * dt, f64::from(step + 1) * dt);
+        let force = -2.0 * ((rate * start).cos() - (rate * t).cos()) / (rate * dt);
+        let loads = [Loads { force: [0.0, 0.0, force], ..Loads::default() }];
+        let row = watch.feed_all(&loads, &Header::default(), &[falling((rate * t).sin(), 1.0)], &[]);
+        assert_eq!(row[places[0]].is_nan(), step == 0, "of the first window one end alone is known");
+        if step > 0 {
+            for (sum, place) in sums.iter_mut().zip(places) {
+                sum[0] += row[place] * (rate * t).cos();
+                sum[1] += row[place] * (rate * t).sin();
+            }
+        }
+    }
+    let [mean, end, force] = sums.map(|[cosine, sine]| cosine.atan2(sine));
+    let lag = |phase: f64| (phase + std::f64::consts::PI - force).rem_euclid(std::f64::consts::TAU);
+    assert!(lag(mean) < 1e-12 || lag(mean) > std::f64::consts::TAU - 1e-12, "{}", lag(mean));
+    assert!((lag(end) - 0.5 * rate * dt).abs() < 5e-3, "{}", lag(end));
 }

@@ -98,7 +98,10 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
         return Err(source.error(
             &key,
             "is missing: every face of the box needs a boundary".to_owned(),
-            &format!("add {name} = \"periodic\", or {name}_lower and {name}_upper = \"no-slip\", \"free-slip\", an inflow or \"outflow\" (axis r: r_upper alone)"),
+            &format!(
+                "add {name} = \"periodic\", or {name}_lower and {name}_upper \
+                = \"no-slip\", \"free-slip\", an inflow or \"outflow\" (axis r: r_upper alone)"
+            ),
         ));
     };
     let periodic = faces.upper.kind == WallKind::Periodic;

@@ -98,7 +98,7 @@ fn inside(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> C
         let component = domain.geometry.component(axis);
         let x = grain.position[component];
         let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
-        if x < lower || x > upper {
+        if domain.is_beyond(axis, &grain.position) {
             let folded = lower + (x - lower).rem_euclid(upper - lower);
             let name = ["x", "y", "z"][component];
             let fold = format!("{name} is periodic: write its image in the box, {name} = {folded}");
@@ -147,7 +147,8 @@ fn resolved(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) ->
                 domain.geometry.axes()[axis]
             );
             let remedy = format!(
-                "the grid does not hold the grain: refine it (cells of {} and less; 8 per {what} and more for its drag)",
+                "the grid does not hold the grain: refine it (cells of {} and less; 8 per {what} and more \
+                 for its drag)",
                 0.5 * width
             );
             return Err(source.error("domain.cells", message, &remedy));

@@ -162,7 +162,10 @@ fn heap(scene: &Scene, source: &SceneSource, key: &dyn Fn(&str) -> String, centr
     }
     Err(source.error(
         &key("bin"),
-        format!("is {bin}; allowed: 0 (three mean radii), or {least:e} and more: {MOST_BINS:e} bins over the length of the box"),
+        format!(
+            "is {bin}; allowed: 0 (three mean radii), or {least:e} and more: {MOST_BINS:e} bins over the \
+            length of the box"
+        ),
         "give a width of a few radii",
     ))
 }

@@ -183,7 +183,7 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "no cut-off": "cut_off = 0.4" => "§cut_off = 0.0"; "dem.lubrication.cut_off", "is 0";
     "retired sweeps": "cut_off = 0.4" => "cut_off = 0.4\n§sweeps = 4"; "dem.lubrication.sweeps", "retired", "no such choice";
     "retired film": "form = \"as-printed\"" => "§form = \"continuous\""; "dem.lubrication.form", "retired", "complement";
-    "film longer than the box": "upper = [4.0, 4.0, 4.0]" => "§upper = [4.0, 4.0, 4.0]", "cut_off = 0.4" => "cut_off = 3.0"; "domain.upper", "period 4";
+    "film longer than the box": "upper = [4.0, 4.0, 4.0]" => "§upper = [4.0, 4.0, 4.0]", "cut_off = 0.4" => "cut_off = 3.0"; "domain.upper", "along x is 4 m";
     "unknown integrator": "integrator = \"symplectic-euler\"" => "§integrator = \"leapfrog\""; "dem.integrator", "leapfrog", "velocity-verlet";
     "rk3 with a film": "integrator = \"symplectic-euler\"" => "§integrator = \"rk3\""; "dem.integrator", "rk3", "implicit";
     "sub-step negative": "[dem]" => "[dem]\n§dt = -1e-4"; "dem.dt", "-0.0001", "> 0";

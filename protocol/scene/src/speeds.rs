@@ -3,9 +3,11 @@
 
 use std::collections::HashMap;
 
-use bedload_scene::{CheckedScene, Face, Freedom, Geometry, Grain, InitialVelocity, Motion, Scene, Shape};
-
-use crate::number::norm;
+use crate::checked::CheckedScene;
+use crate::domain::{Face, Geometry, InitialVelocity, WallKind};
+use crate::grains::{Freedom, Grain, Motion, Shape};
+use crate::shared::Scene;
+use crate::walls::Wall;
 
 /// Solid fraction of grains that came to rest on each other.
 const PACKED: f64 = 0.6;
@@ -15,25 +17,26 @@ const SCHILLER_NAUMANN: f64 = 1000.0;
 
 /// Speeds of a scene, m/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Speeds {
+pub struct Speeds {
     /// Largest of the fluid: faces, flow at the start, drive.
-    pub(crate) flow: f64,
+    pub flow: f64,
     /// Largest of a grain: thrown, settling, falling.
-    pub(crate) grain: f64,
+    pub grain: f64,
     /// Largest of two grains against each other, or of one against a wall at rest.
-    pub(crate) approach: f64,
+    pub approach: f64,
     /// The largest, without what a drive leads the fluid to: what resists it is known least.
-    pub(crate) undriven: f64,
+    pub undriven: f64,
     /// Largest of grains against each other or a wall that the scene itself gives them.
-    pub(crate) named_approach: f64,
+    pub named_approach: f64,
 }
 
 impl Speeds {
     /// Of a scene.
     #[must_use]
-    pub(crate) fn of(scene: &CheckedScene) -> Self {
-        let named = named_flow(scene);
-        let flow = named.max(start(scene) + driven(scene));
+    pub fn of(scene: &CheckedScene) -> Self {
+        let start = start(scene);
+        let named = named_flow(scene, start);
+        let flow = named.max(start + driven(scene));
         let falls = falls(scene).into_iter().fold(0.0, f64::max);
         let mut thrown: Vec<f64> = scene.grains.iter().map(thrown).collect();
         thrown.sort_by(|a, b| b.total_cmp(a));
@@ -47,9 +50,15 @@ impl Speeds {
 
     /// The largest.
     #[must_use]
-    pub(crate) fn largest(&self) -> f64 {
+    pub fn largest(&self) -> f64 {
         self.flow.max(self.grain)
     }
+}
+
+/// Length of a vector.
+#[must_use]
+pub fn norm(v: &[f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Speed that the scene gives a grain.
@@ -60,7 +69,7 @@ fn thrown(grain: &Grain) -> f64 {
 /// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity
 /// along periodic axes, m/s². Where a flow rate is held, a mean pressure gradient balances them.
 #[must_use]
-pub(crate) fn drive(scene: &Scene) -> [f64; 3] {
+pub fn drive(scene: &Scene) -> [f64; 3] {
     let Some(medium) = &scene.medium else { return [0.0; 3] };
     let mut drive = medium.body_force;
     for (d, gradient) in drive.iter_mut().zip(&medium.pressure_gradient) {
@@ -93,7 +102,7 @@ fn start(scene: &CheckedScene) -> f64 {
 }
 
 /// Largest speed of the fluid that the scene names: at the start, at faces, and the mean that is held.
-fn named_flow(scene: &CheckedScene) -> f64 {
+fn named_flow(scene: &CheckedScene, start: f64) -> f64 {
     let Some(medium) = &scene.scene.medium else { return 0.0 };
     let domain = &scene.scene.domain;
     let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis).map(|faces| (axis, faces)));
@@ -102,7 +111,7 @@ fn named_flow(scene: &CheckedScene) -> f64 {
         [faces.lower.map_or(0.0, |lower| peak(axis, &lower)), peak(axis, &faces.upper)]
     });
     let held = medium.flow_rate.as_ref().map_or(0.0, |flow| flow.mean_velocity.abs());
-    faces.fold(start(scene).max(held), f64::max)
+    faces.fold(start.max(held), f64::max)
 }
 
 /// What a drive leads to: until the end without resistance, laminar between walls, or against held grains.
@@ -122,7 +131,7 @@ fn driven(scene: &CheckedScene) -> f64 {
         // A bed takes its part of the width.
         let width = (extent - solid / PACKED / (volume(scene) / extent)).max(0.1 * extent);
         let walls = faces.lower.iter().chain([&faces.upper]);
-        let still = walls.filter(|face| face.kind == bedload_scene::WallKind::NoSlip).count();
+        let still = walls.filter(|face| face.kind == WallKind::NoSlip).count();
         let radial = domain.geometry == Geometry::Axisymmetric && axis == 0;
         let laminar = match (still, radial) {
             (0, _) => f64::INFINITY,
@@ -141,9 +150,9 @@ fn driven(scene: &CheckedScene) -> f64 {
     least
 }
 
-/// Volume of the box; per unit depth in the plane.
+/// Volume of the box, m³; its area in the plane, m².
 #[must_use]
-pub(crate) fn volume(scene: &CheckedScene) -> f64 {
+pub fn volume(scene: &CheckedScene) -> f64 {
     let domain = &scene.scene.domain;
     let extent = |axis: usize| domain.upper[axis] - domain.lower[axis];
     match domain.geometry {
@@ -153,14 +162,16 @@ pub(crate) fn volume(scene: &CheckedScene) -> f64 {
 }
 
 /// Drag of a sphere over Stokes's (Schiller & Naumann 1935).
-pub(crate) fn over_stokes(reynolds: f64) -> f64 {
+#[must_use]
+pub fn over_stokes(reynolds: f64) -> f64 {
     1.0 + 0.15 * reynolds.powf(0.687)
 }
 
 /// Speed at which drag balances `force` over the fluid's density, m⁴/s² (plane: m³/s²): of a sphere C_D =
 /// 24/Re (1 + 0.15 Re^0.687), 0.44 from Re = 1000 on (Schiller & Naumann 1935); of a body of the plane, as of
 /// a cylinder that surrounds it, C_D = 1 + 10 Re^(−2/3) (White 1991, eq. 3-225).
-pub(crate) fn speed_under(force: f64, shape: Shape, diameter: f64, nu: f64) -> f64 {
+#[must_use]
+pub fn speed_under(force: f64, shape: Shape, diameter: f64, nu: f64) -> f64 {
     let drag = |speed: f64| {
         let re = speed * diameter / nu;
         let (coefficient, area) = match shape {
@@ -215,8 +226,10 @@ fn falls(scene: &CheckedScene) -> Vec<f64> {
     scene.grains.iter().filter(|grain| grain.motion == Motion::Free).map(fall).collect()
 }
 
-/// Gravity less buoyancy along an axis, over the grain's mass; none where the grain is held.
-pub(crate) fn weight(scene: &CheckedScene, grain: &Grain, component: usize) -> f64 {
+/// Gravity less buoyancy along x, y or z (`component` 0, 1, 2) over the grain's mass, m/s²; 0 where the grain
+/// is held.
+#[must_use]
+pub fn weight(scene: &CheckedScene, grain: &Grain, component: usize) -> f64 {
     let freedom = [Freedom::X, Freedom::Y, Freedom::Z][component];
     if !grain.is_free(freedom, scene.scene.domain.geometry) {
         return 0.0;
@@ -287,7 +300,7 @@ impl<'a> Below<'a> {
         let at = grain.position[component];
         let walls = self.scene.contact_walls();
         let facing = walls.iter().filter(|wall| wall.normal[component] * down < 0.0 && wall.from == 0.0);
-        let distance = |wall: &bedload_scene::Wall| {
+        let distance = |wall: &Wall| {
             let offset: f64 = (0..3).map(|c| wall.normal[c] * (grain.position[c] - wall.point[c])).sum();
             offset / wall.normal[component].abs() - grain.radius
         };
@@ -308,7 +321,7 @@ impl<'a> Below<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bedload_scene::SceneSource;
+    use crate::source::SceneSource;
 
     fn scene(more: &str) -> CheckedScene {
         let text = format!(
