@@ -89,6 +89,16 @@ fn kept_bytes<const D: usize>(scene: &CheckedScene, spacing: f64) -> u64 {
     (8 * D) as u64 * scene.grains.iter().map(cells).sum::<f64>() as u64
 }
 
+/// What convection near grains keeps, bytes: terms of every cell that it reaches, and planes of each thread.
+fn near_bytes<const D: usize>(scene: &CheckedScene, grid: &Grid<D>, spacing: f64) -> u64 {
+    let across = |grain: &bedload_scene::Grain| 2.0 * grain.radius / spacing + 9.0;
+    let ball = if D == 2 { PI / 4.0 } else { PI / 6.0 };
+    let cells = scene.grains.iter().map(|grain| ball * across(grain).powi(D as i32)).sum::<f64>() as u64;
+    let (planes, threads) = if D == 3 { (27, rayon::current_num_threads()) } else { (8, 1) };
+    let plane = (grid.cells[0] + 28) * (grid.cells[1] + 5);
+    (8 * D + 1) as u64 * cells.min(grid.cell_count() as u64) + (8 * planes * threads * plane) as u64
+}
+
 fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<FluidFacts, SceneError> {
     let section = FluidSection::read(scene)?;
     let choices = section.choices(Calibration::default());
@@ -120,6 +130,7 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
             implicit,
             repeated,
             held,
+            near: if needs.near_convection { near_bytes(scene, &grid, plan.spacing) } else { 0 },
             start,
         },
         share,

@@ -49,6 +49,8 @@ pub struct Demand {
     pub repeated: bool,
     /// Kept of what the grains hold of the grid, bytes.
     pub held: u64,
+    /// Kept of convection near grains, bytes.
+    pub near: u64,
     /// Fields of the run that this one starts from, which every rank reads whole, bytes.
     pub start: u64,
 }
@@ -62,7 +64,8 @@ pub struct Demand {
 /// the grains is counted whole for each, as are the fields of a run that this one starts from, though they go
 /// before the first window.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) -> u64 {
-    let Demand { carried, along, told, implicit, repeated, held, start } = demand;
+    let Demand { carried, along, told, implicit, repeated, held, near, start } = demand;
+    let held = held + near;
     let axes = D as u64;
     let kept = 2 * axes
         + 1

@@ -19,6 +19,8 @@ mod bands;
 mod fluxes;
 mod planes;
 mod terms;
+#[cfg(test)]
+mod tests;
 
 use crate::grid::Grid;
 use crate::immersed::body::along_axes;

@@ -44,6 +44,7 @@ const AUTO: Calibration = Calibration {
     force_transport: ForceTransport::Auto,
     mask_radius: MaskRadius::Auto,
     sweeps: None,
+    plain_convection: false,
     without_virtual_mass: false,
     without_displaced_mass: false,
 };
