@@ -49,7 +49,7 @@ pub struct Demand {
     pub repeated: bool,
     /// Kept of what the grains hold of the grid, bytes.
     pub held: u64,
-    /// Kept of convection near grains, bytes.
+    /// Kept of convection near grains, bytes: a rank has the part of its planes.
     pub near: u64,
     /// Fields of the run that this one starts from, which every rank reads whole, bytes.
     pub start: u64,
@@ -65,7 +65,6 @@ pub struct Demand {
 /// before the first window.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) -> u64 {
     let Demand { carried, along, told, implicit, repeated, held, near, start } = demand;
-    let held = held + near;
     let axes = D as u64;
     let kept = 2 * axes
         + 1
@@ -80,11 +79,12 @@ pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) ->
     };
     let fields = (1 + u64::from(repeated)) * kept + work;
     if share.planes == 0 {
-        return BASE + held + start + 8 * grid.len() as u64 * fields;
+        return BASE + held + near + start + 8 * grid.len() as u64 * fields;
     }
     let edges = if implicit { EDGES * share.blocks } else { 0 } as u64;
+    let near = near * (share.planes + 2) as u64 / grid.cells[D - 1] as u64;
     let planes = (share.planes + BESIDE) as u64 * fields + edges;
-    share.ranks as u64 * (BASE + RANK + held + start + 8 * planes * grid.stride(D - 1) as u64)
+    share.ranks as u64 * (BASE + RANK + held + near + start + 8 * planes * grid.stride(D - 1) as u64)
 }
 
 /// Refuses what does not fit, where the system tells what there is.

@@ -33,6 +33,8 @@ pub struct PlannedStage {
     pub(crate) corrects: Option<PressureUpdate>,
     /// Whether a later stage or step reads N.
     pub(crate) keeps_n: bool,
+    /// Whether the terms near grains are computed before it, from a velocity that is complete.
+    pub(crate) refreshes_near: bool,
     /// The projection that ends the stage; none where the caller projects.
     pub(crate) projection: Option<PressureUpdate>,
     /// Whether the divergence of that projection is done in the sweep of predictor or viscosity.
@@ -83,11 +85,14 @@ pub(crate) struct StepPlan {
 }
 
 impl StepPlan {
-    /// Plans a step of length `dt` (s) after one of length `previous` (zero: there was none).
+    /// Plans a step of length `dt` (s) after one of length `previous` (zero: there was none). `near`: with terms
+    /// near grains. The second of three stages takes those of the first: with the third one's own they are of
+    /// second order all the same, as 3/4 of its weight at 2/3 of the step is 1/2.
     pub(crate) fn new<const D: usize>(
         options: &Options<D>,
         [dt, previous]: [f64; 2],
         sweeps: Sweeps,
+        near: bool,
         end: LastProjection,
     ) -> Self {
         let (scheme, count) = (options.scheme, options.scheme.stages());
@@ -97,6 +102,7 @@ impl StepPlan {
             let part = 2.0 * stage.alpha;
             PressureUpdate { duration: part * dt, viscosity: nu * stage.alpha / part }
         };
+        let refreshes = |number: usize| near && number != 1;
         let planned = |number: usize| {
             let coefficients = scheme.stage(number, dt, previous);
             let last = number + 1 == count;
@@ -106,11 +112,12 @@ impl StepPlan {
                 coefficients,
                 dt,
                 fills_halos: sweeps == Sweeps::Apart && number == 0,
+                refreshes_near: refreshes(number),
                 corrects: None,
                 keeps_n: !last || scheme == Scheme::AdamsBashforth2,
                 projection: projects.then(|| update(coefficients)),
                 fuses_divergence: fused && projects,
-                defers_correction: fused && projects && !last,
+                defers_correction: fused && projects && !last && !refreshes(number + 1),
             }
         };
         let mut stages = std::array::from_fn(|number| planned(number.min(count - 1)));
@@ -135,7 +142,7 @@ mod tests {
     const EVERY: Scheme = Scheme::RungeKutta3;
     const CHEAP: Scheme = Scheme::AdamsBashforth2;
 
-    fn plan(scheme: Scheme, sweeps: Sweeps, end: LastProjection) -> StepPlan {
+    fn plan(scheme: Scheme, sweeps: Sweeps, near: bool, end: LastProjection) -> StepPlan {
         let options = Options {
             viscosity: 0.1,
             scheme,
@@ -143,7 +150,7 @@ mod tests {
             convection: true,
             body_force: [0.0; 3],
         };
-        StepPlan::new(&options, [0.5, 0.0], sweeps, end)
+        StepPlan::new(&options, [0.5, 0.0], sweeps, near, end)
     }
 
     /// Whatever is fused: every scheme projects over the length of the step in all, each projection is
@@ -151,9 +158,11 @@ mod tests {
     #[test]
     fn every_projection_is_done_once() {
         for (scheme, count) in [(EVERY, 3), (CHEAP, 1)] {
-            for sweeps in [Sweeps::Apart, Sweeps::ApartFilled, Sweeps::Fused] {
+            let ways =
+                [Sweeps::Apart, Sweeps::ApartFilled, Sweeps::Fused].map(|way| [(way, false), (way, true)]);
+            for (sweeps, near) in ways.into_iter().flatten() {
                 for end in [LastProjection::Planned, LastProjection::LeftToCaller] {
-                    let plan = plan(scheme, sweeps, end);
+                    let plan = plan(scheme, sweeps, near, end);
                     let of_stages = plan.stages().iter().filter_map(|stage| stage.projection);
                     let updates: Vec<_> = of_stages.chain(plan.left).collect();
                     assert_eq!(updates.len(), count, "{scheme:?} {sweeps:?} {end:?}");
@@ -163,6 +172,10 @@ mod tests {
                     let taken = plan.stages().iter().filter(|stage| stage.corrects.is_some()).count();
                     assert_eq!(deferred, taken, "{scheme:?} {sweeps:?} {end:?}");
                     assert!(sweeps == Sweeps::Fused || deferred == 0);
+                    // What is computed from a velocity finds it complete.
+                    let complete = |stage: &PlannedStage| !stage.refreshes_near || stage.corrects.is_none();
+                    assert!(plan.stages().iter().all(complete), "{scheme:?} {sweeps:?} {end:?}");
+                    assert_eq!(plan.stages().iter().any(|stage| stage.refreshes_near), near);
                 }
             }
         }
@@ -171,7 +184,7 @@ mod tests {
     #[test]
     fn halos_are_filled_where_nothing_else_does() {
         let fills = |scheme, sweeps| {
-            let plan = plan(scheme, sweeps, LastProjection::Planned);
+            let plan = plan(scheme, sweeps, false, LastProjection::Planned);
             plan.stages().iter().map(|stage| stage.fills_halos).collect::<Vec<_>>()
         };
         assert_eq!(fills(EVERY, Sweeps::Apart), [true, false, false]);

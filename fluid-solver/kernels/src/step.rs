@@ -67,7 +67,8 @@ impl<const D: usize> Stepper<D> {
         debug_assert!(dt > 0.0 && dt.is_finite(), "the time step must be positive");
         let sweeps = self.sweeps();
         let Self { flow, engine, flow_rate, left, broken } = self;
-        let plan = StepPlan::new(&flow.options, [dt, flow.state.previous_dt], sweeps, end);
+        let plan =
+            StepPlan::new(&flow.options, [dt, flow.state.previous_dt], sweeps, flow.near.is_some(), end);
         let implicit = flow.options.viscous == Viscous::Implicit;
         let nu = if implicit { flow.options.viscosity } else { 0.0 };
         (*left, *broken) = (plan.left, false);
@@ -77,9 +78,7 @@ impl<const D: usize> Stepper<D> {
                 flow.fill_halos();
             }
             flow.convect_outflow(stage.length());
-            // The second of three stages takes those of the first: with the third one's own they are of second
-            // order all the same, as 3/4 of its weight at 2/3 of the step is 1/2.
-            if stage.number != 1 {
+            if stage.refreshes_near {
                 flow.refresh_near();
             }
             engine.predict(flow, stage, force);
@@ -106,8 +105,7 @@ impl<const D: usize> Stepper<D> {
     /// What may go in one sweep. Outflow and a prescribed flow rate look at the velocity of every
     /// stage: then no two stages share a sweep.
     fn sweeps(&self) -> Sweeps {
-        let sees_stages = self.flow.is_open() || self.flow_rate.is_some() || self.flow.near.is_some();
-        match (self.engine.fuses(), sees_stages) {
+        match (self.engine.fuses(), self.flow.is_open() || self.flow_rate.is_some()) {
             (false, _) => Sweeps::Apart,
             (true, true) => Sweeps::ApartFilled,
             (true, false) => Sweeps::Fused,

@@ -1,7 +1,7 @@
 //! The cells near grains, as segments of rows, with a weight each.
 
-use super::Ball;
 use crate::grid::Grid;
+use crate::immersed::body::along_axes;
 use crate::immersed::nodes::Nodes;
 use std::ops::Range;
 
@@ -11,6 +11,26 @@ const FULL: f64 = 2.0;
 const REACH: f64 = 3.0;
 /// Cells from there to the last value that depends on such a weight: a diagonal of a cell, and a bit.
 const MARGIN: f64 = 1.5;
+
+/// A grain: where it is, along the axes of the grid, its radius and the width of the cells about it, m.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ball<const D: usize> {
+    centre: [f64; D],
+    radius: f64,
+    /// The largest at the centre.
+    width: f64,
+}
+
+impl<const D: usize> Ball<D> {
+    pub(super) fn new(grid: &Grid<D>, centre: [f64; 3], radius: f64) -> Self {
+        let centre = along_axes(grid.geometry, centre);
+        let width = (0..D).map(|a| {
+            let axis = &grid.axes[a];
+            axis.widths[axis.faces.partition_point(|face| *face <= centre[a]).clamp(1, axis.cells()) - 1]
+        });
+        Self { centre, radius, width: width.fold(0.0, f64::max) }
+    }
+}
 
 /// Neighbouring cells of a row.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +54,10 @@ struct Reached {
 #[derive(Clone, Debug)]
 pub(super) struct Bands<const D: usize> {
     nodes: Nodes<D>,
+    /// Whether this process needs a plane: its own ones and those beside them.
+    wanted: Vec<bool>,
+    /// Rows of a plane.
+    of_a_plane: usize,
     /// Where the segments of each row begin, one entry more than rows.
     begins: Vec<usize>,
     segments: Vec<Segment>,
@@ -44,7 +68,12 @@ pub(super) struct Bands<const D: usize> {
 
 impl<const D: usize> Bands<D> {
     pub(super) fn new(grid: &Grid<D>) -> Self {
+        let (own, planes) = (grid.division.own(), grid.cells[D - 1]);
+        let beside =
+            |k: usize| own.contains(&((k + 1) % planes)) || own.contains(&((k + planes - 1) % planes));
         Self {
+            wanted: (0..planes).map(|k| own.contains(&k) || beside(k)).collect(),
+            of_a_plane: grid.rows() / planes,
             nodes: Nodes::new(grid, D),
             begins: vec![0; grid.rows() + 1],
             segments: Vec::new(),
@@ -107,7 +136,7 @@ impl<const D: usize> Bands<D> {
                 for j in j.0..j.1 {
                     let (row, across) = self.place(grid, grain, [j, k]);
                     let left = half * half - across;
-                    if left <= 0.0 {
+                    if left <= 0.0 || !self.wanted[row / self.of_a_plane] {
                         continue;
                     }
                     let (from, to) = range(self, 0, left.sqrt());

@@ -2,20 +2,21 @@
 //!
 //! Two terms are added to N = −∇·(u u_d), as fluxes, so momentum is conserved:
 //!
-//! - **Interpolation of fourth order.** The mass flux is that of [`crate::step`]; the value that it carries is
-//!   `(−u₋ + 7u + 7u₊ − u₊₊)/12` in place of `(u + u₊)/2`. With an even mass flux the difference of two such
-//!   fluxes is the derivative of fourth order. It removes what the plain mean leaves of a body that moves over
-//!   the grid, U Δx²/6 u''', and of the layer at its surface, Δx²/8 u''.
+//! - **Interpolation of fourth order.** The mass flux is that of [`crate::step`]; the value that it carries
+//!   is `(−u₋ + 7u + 7u₊ − u₊₊)/12` in place of `(u + u₊)/2`. With an even mass flux the difference of two
+//!   such fluxes is the derivative of fourth order. It removes what the plain mean leaves of a body that
+//!   moves over the grid, U Δx²/6 u''', and of the layer at its surface, Δx²/8 u''.
 //! - **The gradient stress of the mask**, −∂_j (σ² ∂_k u_i ∂_k u_j) (Leonard 1974; Clark, Ferziger & Reynolds
 //!   1979). Mask and cells smear the flow with a kernel of variance σ²; the mean of a product is then the
 //!   product of the means and this. Of the mask, −∂α/∂s = sech²(s/w)/(2w), σ² = π² w²/12, of a cell Δx²/12;
 //!   with the mean thickness w = 0.3 Δx both make 0.157 Δx².
 //!
 //! Both are exact for a uniform stream, do not depend on the frame, and are quadratic in the velocity: Stokes
-//! flow has none of them. They act within two cells of a grain and fade over a third; fluxes whose nodes would
-//! lie beyond a wall have none.
+//! flow has none of them. They act within two cells of a grain and fade over a third; fluxes whose nodes
+//! would lie beyond a wall have none.
 
 mod bands;
+mod factors;
 mod fluxes;
 mod planes;
 mod terms;
@@ -23,40 +24,12 @@ mod terms;
 mod tests;
 
 use crate::grid::Grid;
-use crate::immersed::body::along_axes;
 use crate::lanes::dispatch;
-use bands::Bands;
-use fluxes::Parts;
-use planes::{LEAD, Planes};
+use bands::{Ball, Bands};
+use factors::Factors;
+use planes::Planes;
 use std::ops::Range;
-use terms::{Fluxes, PlaneTerms};
-
-/// A grain: where it is, along the axes of the grid, its radius and the width of the cells about it, m.
-#[derive(Clone, Copy, Debug)]
-struct Ball<const D: usize> {
-    centre: [f64; D],
-    radius: f64,
-    /// The largest at the centre.
-    width: f64,
-}
-
-impl<const D: usize> Ball<D> {
-    fn new(grid: &Grid<D>, centre: [f64; 3], radius: f64) -> Self {
-        let centre = along_axes(grid.geometry, centre);
-        let width = (0..D).map(|a| {
-            let axis = &grid.axes[a];
-            axis.widths[axis.faces.partition_point(|face| *face <= centre[a]).clamp(1, axis.cells()) - 1]
-        });
-        Self { centre, radius, width: width.fold(0.0, f64::max) }
-    }
-}
-
-/// σ²/Δx² of the mask and of a cell.
-const VARIANCE: f64 = 0.157;
-
-/// Change of the velocity from cell to cell, times Δx/ν, at which the gradient stress is halved: its series
-/// in the width of the kernel no longer holds there.
-const LIMIT: f64 = 40.0;
+use terms::{Fluxes, PlaneTerms, Shared};
 
 /// Cells below which a thread is not worth its while.
 const WORTH_A_THREAD: usize = 4096;
@@ -73,86 +46,16 @@ pub struct NearConvection<const D: usize> {
     rooms: Vec<(Planes, Fluxes)>,
 }
 
-/// Factors of the terms, from grid and viscosity.
-#[derive(Clone, Debug)]
-struct Factors<const D: usize> {
-    /// Along each axis; entry `LEAD + i` belongs to index `i`, from −1 to two behind the last.
-    axes: [Lines; D],
-    half: Vec<f64>,
-    one: Vec<f64>,
-    /// Least width of a cell, m.
-    width: f64,
-    parts: Parts,
-}
-
-/// Factors along one axis.
-#[derive(Clone, Debug)]
-struct Lines {
-    /// 1 where the flux through the edge at a face has the terms, else 0: all its nodes lie in the box.
-    edge: Vec<f64>,
-    /// The same of the flux through a centre.
-    centre: Vec<f64>,
-    /// Area of the faces.
-    area: Vec<f64>,
-    /// Half of it.
-    half_area: Vec<f64>,
-    /// Area at the centres.
-    centre_area: Vec<f64>,
-    /// Half the volume of the cells below and above a face over that of the face.
-    shares: [Vec<f64>; 2],
-    /// 1 / volume of cells and of faces.
-    inverse_cell: Vec<f64>,
-    inverse_face: Vec<f64>,
-}
-
-impl Lines {
-    fn new<const D: usize>(grid: &Grid<D>, a: usize, length: usize) -> Self {
-        let (axis, n, periodic) = (&grid.axes[a], grid.cells[a] as isize, grid.periodic(a));
-        let fill = |value: &dyn Fn(isize) -> f64| {
-            let mut line = vec![0.0; length];
-            (-1..=n + 1).for_each(|i| line[(LEAD as isize + i) as usize] = value(i));
-            line
-        };
-        let cell = |i: isize| (if periodic { i.rem_euclid(n) } else { i.clamp(0, n - 1) }) as usize;
-        let face = |i: isize| (if periodic { i.rem_euclid(n) } else { i.clamp(0, n) }) as usize;
-        let inside = |low: isize, high: isize| f64::from(periodic || (low >= 0 && high < n));
-        let share =
-            |side: isize| fill(&|i| 0.5 * axis.cell_volume[cell(i + side)] / axis.face_volume[face(i)]);
-        Self {
-            edge: fill(&|i| inside(i - 2, i + 1)),
-            // A node on a wall does not count: it may be one that fluid passes through.
-            centre: fill(&|i| inside(i - 2, i + 2)),
-            area: fill(&|i| axis.face_area[face(i)]),
-            half_area: fill(&|i| 0.5 * axis.face_area[face(i)]),
-            centre_area: fill(&|i| axis.centre_area[cell(i)]),
-            shares: [share(-1), share(0)],
-            inverse_cell: fill(&|i| axis.inverse_cell_volume[cell(i)]),
-            inverse_face: fill(&|i| 1.0 / axis.face_volume[face(i)]),
-        }
-    }
-}
-
 impl<const D: usize> NearConvection<D> {
     /// For fluid of viscosity `viscosity`, m²/s. Working memory is sized for the current rayon pool.
     pub fn new(grid: &Grid<D>, viscosity: f64) -> Self {
         let planes = Planes::new(grid);
-        let length = |a: usize| if a == 0 { planes.row } else { grid.cells[a] + LEAD + 2 };
         let threads = if D == 3 { rayon::current_num_threads() } else { 1 };
         Self {
             bands: Bands::new(grid),
             values: std::array::from_fn(|_| Vec::new()),
             balls: Vec::new(),
-            factors: Factors {
-                axes: std::array::from_fn(|a| Lines::new(grid, a, length(a))),
-                half: vec![0.5; planes.row],
-                one: vec![1.0; planes.row],
-                width: grid.smallest_width(),
-                parts: Parts {
-                    fourth: 1.0 / 12.0,
-                    stress: VARIANCE,
-                    limit: (grid.smallest_width() / (LIMIT * viscosity)).powi(2),
-                },
-            },
+            factors: Factors::new(grid, viscosity, planes.row),
             rooms: (0..threads).map(|_| (planes.clone(), Fluxes::new(&planes, D))).collect(),
         }
     }
@@ -175,7 +78,8 @@ impl<const D: usize> NearConvection<D> {
         segments.map(|segment| (segment.from, &values[segment.at..][..segment.to - segment.from]))
     }
 
-    /// Computes the terms from a velocity (m/s) known on all planes of this process and two more on each side.
+    /// Computes the terms from a velocity (m/s) known on all planes of this process and two more on each
+    /// side.
     pub(crate) fn evaluate(&mut self, grid: &Grid<D>, velocity: &[Vec<f64>; D]) {
         let Self { bands, values, factors, rooms, .. } = self;
         let rows = bands.rows(grid);
@@ -189,16 +93,6 @@ impl<const D: usize> NearConvection<D> {
         let shared = Shared { grid, velocity, bands, factors, rows };
         shared.divide(planes, values, &mut rooms[..threads]);
     }
-}
-
-/// What all threads read.
-struct Shared<'a, const D: usize> {
-    grid: &'a Grid<D>,
-    velocity: &'a [Vec<f64>; D],
-    bands: &'a Bands<D>,
-    factors: &'a Factors<D>,
-    /// Rows of a plane with terms.
-    rows: Range<usize>,
 }
 
 impl<const D: usize> Shared<'_, D> {

@@ -1,12 +1,23 @@
 //! The terms on one plane.
 
-use super::bands::Segment;
+use super::bands::{Bands, Segment};
+use super::factors::{Factors, Lines};
 use super::fluxes::{Centre, Edge, over_edge, through_centre};
 use super::planes::{LEAD, Planes, layer_of, wrapped};
-use super::{Factors, Lines, Shared};
+use crate::grid::Grid;
 use crate::lanes::Kernel;
 use pulp::Simd;
 use std::ops::Range;
+
+/// What all threads read.
+pub(super) struct Shared<'a, const D: usize> {
+    pub(super) grid: &'a Grid<D>,
+    pub(super) velocity: &'a [Vec<f64>; D],
+    pub(super) bands: &'a Bands<D>,
+    pub(super) factors: &'a Factors<D>,
+    /// Rows of a plane with terms.
+    pub(super) rows: Range<usize>,
+}
 
 /// Fluxes of a plane, with rows as [`Planes`] have them; zero where there is none.
 #[derive(Clone, Debug)]

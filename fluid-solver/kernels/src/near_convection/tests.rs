@@ -1,6 +1,7 @@
 //! The terms against the formulas of the module, written out node by node.
 
-use super::{LIMIT, NearConvection, VARIANCE};
+use super::NearConvection;
+use super::factors::{LIMIT, VARIANCE};
 use crate::axis::AxisSpec;
 use crate::boundary::Boundary;
 use crate::field::set_component;

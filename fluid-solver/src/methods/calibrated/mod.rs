@@ -8,9 +8,10 @@
 //! u  = u* + dt (λ' − λ)
 //! ```
 //! The mask is a Brinkman medium whose surface is where the flow feels it ([`crate::immersed::mask_model`]).
-//! Near grains convection is refined ([`crate::near_convection`]). In space the radius of the mask follows the pores ([`crate::immersed::pores`]), and in dense beds the force goes with
-//! the grains and viscosity feels its change in the same step ([`advection`]). Where windows are repeated,
-//! [`iterations`] mixes the attempts.
+//! Near grains convection is refined ([`crate::near_convection`]). In space the radius of the mask follows
+//! the pores ([`crate::immersed::pores`]), and in dense beds the force goes with the grains and viscosity
+//! feels its change in the same step ([`advection`]). Where windows are repeated, [`iterations`] mixes the
+//! attempts.
 
 pub mod advection;
 pub mod calibration;
