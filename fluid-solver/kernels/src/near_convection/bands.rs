@@ -89,11 +89,11 @@ impl<const D: usize> Bands<D> {
 
     /// Rows of a plane between the lowest and the highest that any plane has segments on.
     pub(super) fn rows(&self, grid: &Grid<D>) -> Range<usize> {
-        let (of_a_plane, filled) =
-            (grid.cells[1], (0..grid.rows()).filter(|row| self.begins[*row] < self.begins[*row + 1]));
-        filled
-            .map(|row| row % of_a_plane)
-            .fold(usize::MAX..0, |rows, j| rows.start.min(j)..rows.end.max(j + 1))
+        let filled = (0..grid.rows()).filter(|row| self.begins[*row] < self.begins[*row + 1]);
+        let [low, high] = filled
+            .map(|row| row % grid.cells[1])
+            .fold([usize::MAX, 0], |[low, high], j| [low.min(j), high.max(j + 1)]);
+        low..high
     }
 
     /// The segments of a row, from left to right.

@@ -109,7 +109,7 @@ impl<const D: usize> Shared<'_, D> {
         }
         let middle = planes.start + planes.len() / 2;
         let cut = self.values(middle).start - self.values(planes.start).start;
-        let high = values.each_mut().map(|values| std::mem::take(values));
+        let high = values.each_mut().map(std::mem::take);
         let mut low: [&mut [f64]; D] = std::array::from_fn(|_| Default::default());
         let mut low_of = low.iter_mut();
         let high = high.map(|values| {

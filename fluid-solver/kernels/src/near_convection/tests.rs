@@ -101,7 +101,7 @@ impl<const D: usize> Plain<'_, D> {
     /// Whether the four nodes along `a` that the flux between `low` and `low` + 1 asks for lie in the box.
     fn inside(&self, a: usize, low: isize, first: isize) -> bool {
         let n = self.grid.cells[a] as isize;
-        self.grid.periodic(a) || (low - 1 >= first && low + 2 < n)
+        self.grid.periodic(a) || (low > first && low + 2 < n)
     }
 
     fn stress(&self, product: f64, square: f64) -> f64 {
