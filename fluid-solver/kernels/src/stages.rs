@@ -85,9 +85,9 @@ pub(crate) struct StepPlan {
 }
 
 impl StepPlan {
-    /// Plans a step of length `dt` (s) after one of length `previous` (zero: there was none). `near`: with terms
-    /// near grains. The second of three stages takes those of the first: with the third one's own they are of
-    /// second order all the same, as 3/4 of its weight at 2/3 of the step is 1/2.
+    /// Plans a step of length `dt` (s) after one of length `previous` (zero: there was none). `near`: with
+    /// terms near grains. The second of three stages takes those of the first: with the third one's own they
+    /// are of second order all the same, as 3/4 of its weight at 2/3 of the step is 1/2.
     pub(crate) fn new<const D: usize>(
         options: &Options<D>,
         [dt, previous]: [f64; 2],

@@ -22,7 +22,8 @@ pub(super) struct Shared<'a, const D: usize> {
 /// Fluxes of a plane, with rows as [`Planes`] have them; zero where there is none.
 #[derive(Clone, Debug)]
 pub(super) struct Fluxes {
-    /// Of each component along its own axis, through the centres; along the third axis of the plane below, too.
+    /// Of each component along its own axis, through the centres; along the third axis of the plane below,
+    /// too.
     own: [Vec<f64>; 3],
     own_below: Vec<f64>,
     /// Over the lower edges of axes 0 and 1, 0 and 2, 1 and 2: of the first component and of the second.
@@ -130,8 +131,8 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
             let first = segment.from as isize - 1;
             let run = Run { j, first, count: (segment.to - segment.from + 2).next_multiple_of(8) };
             for d in 0..D {
-                // Of the row below the first only what flows along axis 1 is wanted, of that above the last only
-                // what flows over edges.
+                // Of the row below the first only what flows along axis 1 is wanted, of that above the last
+                // only what flows over edges.
                 let wanted = (j >= rows.start as isize || d == 1) && j < rows.end as isize;
                 if wanted && (d == 2 || !self.only_along) {
                     self.centre(d, run);
@@ -165,8 +166,8 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
         ]
     }
 
-    /// Values of component `c` one place down and up along axis `b`: at the lower and the upper one of the two
-    /// nodes along `a` that a flux lies between, which for its own component are here and the next one.
+    /// Values of component `c` one place down and up along axis `b`: at the lower and the upper one of the
+    /// two nodes along `a` that a flux lies between, which for its own component are here and the next one.
     #[inline(always)]
     fn beside(&self, c: usize, run: Run, [a, b]: [usize; 2]) -> [&'a [f64]; 4] {
         let lower = if a == c { 0 } else { -1 };
