@@ -169,7 +169,7 @@ impl<const D: usize> Stepper<D> {
 
     /// Refines convection near spheres (discs on two axes), given by centre (laboratory axes, m) and radius,
     /// in the steps to come: see [`crate::near_convection`].
-    pub fn refine_near(&mut self, spheres: impl Iterator<Item = ([f64; 3], f64)>) {
+    pub fn refine_near(&mut self, spheres: impl Iterator<Item = ([f64; 3], f64)> + Clone) {
         let Flow { grid, options, near, .. } = &mut self.flow;
         let near = near.get_or_insert_with(|| Box::new(NearConvection::new(grid, options.viscosity)));
         near.set(grid, spheres);

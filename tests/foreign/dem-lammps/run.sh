@@ -6,9 +6,11 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/../python/checks.sh"
 
-bounce() { # in short windows: in long ones the place of the touch in its window decides (docs/numerics.md)
+# The rebound differs by 0.7e-3 (CFL 0.1) to 2.0e-3 (0.05): the place of the touch in its window
+# decides (docs/numerics.md), and with it which step meets the bound.
+bounce() {
   both bounce "$root/scenes/bouncing-sphere.toml" --until 0.45 --no-record --set fluid.time.cfl=0.1 --set 'dem.lubrication={ form = "none" }' &&
-    compared bounce impact_velocity_ratio=1e-3 rebound_velocity_ratio=2e-3 rebound_height_over_diameter=1e-3
+    compared bounce impact_velocity_ratio=1e-3 rebound_velocity_ratio=1e-3 rebound_height_over_diameter=1e-3
 }
 settling() { # allowed: about three times how far our own runs differ when density or end change a little
   both settling "$here/../settling-200.toml" --no-record &&

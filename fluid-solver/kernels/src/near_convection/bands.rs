@@ -13,7 +13,7 @@ const REACH: f64 = 3.0;
 const MARGIN: f64 = 1.5;
 
 /// A grain: where it is, along the axes of the grid, its radius and the width of the cells about it, m.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ball<const D: usize> {
     centre: [f64; D],
     radius: f64,
@@ -58,6 +58,8 @@ pub(super) struct Bands<const D: usize> {
     wanted: Vec<bool>,
     /// Rows of a plane.
     of_a_plane: usize,
+    /// See [`Bands::rows`].
+    rows: Range<usize>,
     /// Where the segments of each row begin, one entry more than rows.
     begins: Vec<usize>,
     segments: Vec<Segment>,
@@ -75,6 +77,7 @@ impl<const D: usize> Bands<D> {
             wanted: (0..planes).map(|k| own.contains(&k) || beside(k)).collect(),
             of_a_plane: grid.rows() / planes,
             nodes: Nodes::new(grid, D),
+            rows: 0..0,
             begins: vec![0; grid.rows() + 1],
             segments: Vec::new(),
             weights: Vec::new(),
@@ -87,13 +90,9 @@ impl<const D: usize> Bands<D> {
         self.weights.len()
     }
 
-    /// Rows of a plane between the lowest and the highest that any plane has segments on.
-    pub(super) fn rows(&self, grid: &Grid<D>) -> Range<usize> {
-        let filled = (0..grid.rows()).filter(|row| self.begins[*row] < self.begins[*row + 1]);
-        let [low, high] = filled
-            .map(|row| row % grid.cells[1])
-            .fold([usize::MAX, 0], |[low, high], j| [low.min(j), high.max(j + 1)]);
-        low..high
+    /// Rows of a plane between the lowest and the highest that any plane has segments on; empty without any.
+    pub(super) fn rows(&self) -> Range<usize> {
+        self.rows.clone()
     }
 
     /// The segments of a row, from left to right.
@@ -170,7 +169,7 @@ impl<const D: usize> Bands<D> {
     fn join(&mut self, grid: &Grid<D>, grains: &[Ball<D>]) {
         self.segments.clear();
         self.weights.clear();
-        let mut end = 0;
+        let (mut end, [mut low, mut high]) = (0, [usize::MAX, 0]);
         for row in 0..grid.rows() {
             let begin = std::mem::replace(&mut end, self.begins[row]);
             self.begins[row] = self.segments.len();
@@ -192,9 +191,12 @@ impl<const D: usize> Bands<D> {
                 self.weights.resize(self.weights.len() + added, 0);
             }
             self.weigh(grid, grains, row, begin..end);
+            if begin < end {
+                (low, high) = (low.min(row % grid.cells[1]), high.max(row % grid.cells[1] + 1));
+            }
         }
-        let rows = grid.rows();
-        self.begins[rows] = self.segments.len();
+        self.rows = low..high;
+        self.begins[grid.rows()] = self.segments.len();
     }
 
     /// Weights of a row: the largest over the grains.

@@ -79,11 +79,7 @@ impl<const D: usize> Factors<D> {
             half: vec![0.5; row],
             one: vec![1.0; row],
             width: grid.smallest_width(),
-            parts: Parts {
-                fourth: 1.0 / 12.0,
-                stress: VARIANCE,
-                limit: (grid.smallest_width() / (LIMIT * viscosity)).powi(2),
-            },
+            parts: Parts { stress: VARIANCE, limit: (grid.smallest_width() / (LIMIT * viscosity)).powi(2) },
         }
     }
 }

@@ -1,10 +1,11 @@
 //! What the fluxes near grains have more than those of second order, a line at a time.
 
-/// Numbers of the two parts.
+/// Factor of the fourth-order interpolation.
+const FOURTH: f64 = 1.0 / 12.0;
+
+/// Numbers of the gradient stress.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts {
-    /// Of the fourth-order interpolation, 1/12.
-    pub(super) fourth: f64,
     /// σ²/Δx² of the gradient stress.
     pub(super) stress: f64,
     /// (Δx/ν)² over the square of the number at which the stress is halved, s²/m².
@@ -78,8 +79,8 @@ pub(super) fn over_edge(out: &mut [f64], out_across: &mut [f64], edge: &Edge<'_>
         let mass_across = across * below[i] + across_above * above[i];
         let curve = (low[i] + high[i]) - (below[i] + above[i]);
         let curve_across = (left[i] + right[i]) - (before[i] + behind[i]);
-        out[i] = weight * (parts.fourth * mass * curve - stress);
-        out_across[i] = weight * (parts.fourth * mass_across * curve_across - stress);
+        out[i] = weight * (FOURTH * mass * curve - stress);
+        out_across[i] = weight * (FOURTH * mass_across * curve_across - stress);
     }
 }
 
@@ -125,6 +126,6 @@ pub(super) fn through_centre(out: &mut [f64], centre: &Centre<'_>, parts: Parts)
         let flux = mass[i] * before[i] + mass_behind[i] * behind[i];
         let curve = (low[i] + high[i]) - (before[i] + behind[i]);
         let stress = area[i] * parts.limited(out[i]) * out[i];
-        out[i] = centre.scale * open[i] * weight[i] * (parts.fourth * flux * curve - stress);
+        out[i] = centre.scale * open[i] * weight[i] * (FOURTH * flux * curve - stress);
     }
 }

@@ -11,9 +11,8 @@
 //!   product of the means and this. Of the mask, −∂α/∂s = sech²(s/w)/(2w), σ² = π² w²/12, of a cell Δx²/12;
 //!   with the mean thickness w = 0.3 Δx both make 0.157 Δx².
 //!
-//! Both are exact for a uniform stream, do not depend on the frame, and are quadratic in the velocity: Stokes
-//! flow has none of them. They act within two cells of a grain and fade over a third; fluxes whose nodes
-//! would lie beyond a wall have none.
+//! A uniform stream has neither, and both are quadratic in the velocity, so Stokes flow has none. They act
+//! within two cells of a grain and fade over a third; fluxes whose nodes would lie beyond a wall have none.
 
 mod bands;
 mod factors;
@@ -60,10 +59,15 @@ impl<const D: usize> NearConvection<D> {
         }
     }
 
-    /// Declares where the grains are: centres (laboratory axes) and radii, m.
-    pub fn set(&mut self, grid: &Grid<D>, spheres: impl Iterator<Item = ([f64; 3], f64)>) {
+    /// Declares where the grains are: centres (laboratory axes) and radii, m. Where none has moved nothing is
+    /// done.
+    pub fn set(&mut self, grid: &Grid<D>, spheres: impl Iterator<Item = ([f64; 3], f64)> + Clone) {
+        let balls = spheres.map(|(centre, radius)| Ball::new(grid, centre, radius));
+        if balls.clone().eq(self.balls.iter().copied()) {
+            return;
+        }
         self.balls.clear();
-        self.balls.extend(spheres.map(|(centre, radius)| Ball::new(grid, centre, radius)));
+        self.balls.extend(balls);
         self.bands.set(grid, &self.balls);
         for values in &mut self.values {
             values.resize(self.bands.len(), 0.0);
@@ -82,7 +86,7 @@ impl<const D: usize> NearConvection<D> {
     /// side.
     pub(crate) fn evaluate(&mut self, grid: &Grid<D>, velocity: &[Vec<f64>; D]) {
         let Self { bands, values, factors, rooms, .. } = self;
-        let rows = bands.rows(grid);
+        let rows = bands.rows();
         if rows.is_empty() {
             return;
         }
@@ -103,22 +107,15 @@ impl<const D: usize> Shared<'_, D> {
     }
 
     /// Divides `planes` among the threads that have `rooms`.
-    fn divide(&self, planes: Range<usize>, mut values: [&mut [f64]; D], rooms: &mut [(Planes, Fluxes)]) {
+    fn divide(&self, planes: Range<usize>, values: [&mut [f64]; D], rooms: &mut [(Planes, Fluxes)]) {
         if let [(planes_about, fluxes)] = rooms {
             return self.sweep(planes, values, planes_about, fluxes);
         }
         let middle = planes.start + planes.len() / 2;
         let cut = self.values(middle).start - self.values(planes.start).start;
-        let high = values.each_mut().map(std::mem::take);
-        let mut low: [&mut [f64]; D] = std::array::from_fn(|_| Default::default());
-        let mut low_of = low.iter_mut();
-        let high = high.map(|values| {
-            let (below, above) = values.split_at_mut(cut);
-            if let Some(low) = low_of.next() {
-                *low = below;
-            }
-            above
-        });
+        let mut cuts = values.map(|values| values.split_at_mut(cut));
+        let low = cuts.each_mut().map(|(low, _)| std::mem::take(low));
+        let high = cuts.map(|(_, high)| high);
         let (some, others) = rooms.split_at_mut(rooms.len() / 2);
         rayon::join(
             || self.divide(planes.start..middle, low, some),
@@ -148,13 +145,8 @@ impl<const D: usize> Shared<'_, D> {
                 continue;
             }
             // What comes through its lower side, where the plane below was not taken.
-            let first_of_many = here && !below && D == 3;
-            let steps = if first_of_many {
-                [Some(k as isize - 1), Some(k as isize)]
-            } else {
-                [None, Some(k as isize)]
-            };
-            for step in steps.into_iter().flatten() {
+            let (k, first_of_many) = (k as isize, here && !below && D == 3);
+            for step in k - isize::from(first_of_many)..=k {
                 let depth = if D == 3 { -2..=2 } else { 0..=0 };
                 for near in depth {
                     about.load(self.grid, self.velocity, step + near, &self.rows);
@@ -170,10 +162,10 @@ impl<const D: usize> Shared<'_, D> {
                     k: step,
                     velocity: about.velocities(step),
                     weights: [about.weights(step - 1), about.weights(step)],
-                    only_along: step < k as isize,
+                    only_along: step < k,
                     values: values.each_mut().map(|values| &mut **values),
-                    here: (step == k as isize && here).then(|| place(k)),
-                    below: (step == k as isize && below).then(|| place(k - 1)),
+                    here: (step == k && here).then(|| place(k as usize)),
+                    below: (step == k && below).then(|| place(k as usize - 1)),
                 });
             }
             below = here;
