@@ -28,7 +28,7 @@ pub(crate) fn of(
     let mut bounds = methods::bounds(scene, medium, choices.method, iterations, plan.spacing);
     bounds.push(cfl(scene, choices, plan));
     if plan.viscous == Viscous::Explicit && !scene.scene.domain.cells.is_empty() {
-        bounds.push(explicit_viscosity(scene, medium.kinematic_viscosity(), choices.time.scheme));
+        bounds.push(explicit_viscosity(scene, medium.kinematic_viscosity(), choices.scheme));
     }
     bounds
 }
@@ -36,7 +36,7 @@ pub(crate) fn of(
 /// The CFL number that an adaptive step keeps, or that the speeds written in the scene make.
 fn cfl(scene: &CheckedScene, choices: &Choices, plan: &Plan) -> SolverBound {
     let adaptive = plan.fixed.is_none();
-    let limit = match (adaptive, choices.time.scheme) {
+    let limit = match (adaptive, choices.scheme) {
         (true, scheme) => scheme.cfl_limit(),
         (false, SchemeKey::Ab2) => STREAM_AB2,
         (false, SchemeKey::Rk3) => STREAM_RK3,

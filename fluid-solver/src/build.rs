@@ -134,7 +134,7 @@ pub fn options<const D: usize>(
     let geometry = geometry(scene);
     Options {
         viscosity: medium.kinematic_viscosity(),
-        scheme: match choices.time.scheme {
+        scheme: match choices.scheme {
             SchemeKey::Rk3 => Scheme::RungeKutta3,
             SchemeKey::Ab2 => Scheme::AdamsBashforth2,
         },

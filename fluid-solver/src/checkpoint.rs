@@ -12,6 +12,7 @@ pub(crate) mod whole;
 
 use crate::field::own_planes;
 use crate::methods::grains::Memory;
+use crate::scheme::Viscous;
 use crate::solver::Solver;
 use part::{Part, ROLE};
 use protocol::checkpoint::Payload;
@@ -27,6 +28,8 @@ struct Stored<'a> {
     time: f64,
     previous_dt: f64,
     steps: u64,
+    /// Whether viscosity is part of the history.
+    explicit: bool,
     memory: &'a Memory,
     /// Files that hold the fields, from the lowest planes on.
     parts: Vec<Part>,
@@ -51,6 +54,7 @@ pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> 
         time: state.time,
         previous_dt: state.previous_dt,
         steps: state.steps,
+        explicit: solver.stepper().options().viscous == Viscous::Explicit,
         memory: solver.memory(),
         parts,
         fields: if alone { solver.fields() } else { Vec::new() },
@@ -69,6 +73,8 @@ pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) 
     let mut payload = protocol::checkpoint::open(folder, ROLE, scene)?;
     let grid: Vec<u64> = payload.part()?;
     let (time, previous_dt, steps) = payload.part()?;
+    // A run that goes on treats viscosity as before.
+    let _: bool = payload.part()?;
     let memory: Memory = payload.part()?;
     let parts: Vec<Part> = payload.part()?;
     let fields: u64 = payload.part()?;

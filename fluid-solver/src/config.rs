@@ -3,16 +3,15 @@
 use crate::methods::calibrated::calibration::Calibration;
 use crate::methods::method::Method;
 use crate::methods::{fictitious, izard2014};
-use bedload_scene::{CheckedScene, Retired, SceneError};
+use bedload_scene::{CheckedScene, Medium, Retired, SceneError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Time scheme.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SchemeKey {
     /// Three-stage Runge–Kutta for convection, Crank–Nicolson for implicit viscosity.
-    #[default]
     Rk3,
     /// Adams–Bashforth for convection, Crank–Nicolson for implicit viscosity.
     Ab2,
@@ -35,8 +34,10 @@ pub enum ViscosityKey {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TimeSection {
-    /// `rk3` or `ab2`.
-    pub scheme: SchemeKey,
+    /// `rk3` or `ab2`. Without it `ab2`; `rk3` with the method `izard-2014`, and where a fixed step is so
+    /// long that ν dt/Δx² > 2, as an adaptive one never is beside grains.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scheme: Option<SchemeKey>,
     /// `implicit`, `explicit` or `auto`.
     pub viscosity: ViscosityKey,
     /// Time step, s. Without it the step follows `cfl`.
@@ -50,13 +51,7 @@ pub struct TimeSection {
 
 impl Default for TimeSection {
     fn default() -> Self {
-        Self {
-            scheme: SchemeKey::default(),
-            viscosity: ViscosityKey::default(),
-            dt: None,
-            cfl: 0.5,
-            convection: true,
-        }
+        Self { scheme: None, viscosity: ViscosityKey::default(), dt: None, cfl: 0.5, convection: true }
     }
 }
 
@@ -83,6 +78,10 @@ pub struct FluidSection {
 const METHOD: &str = "fluid.method, \"calibrated\" (default), \"izard-2014\" or \"fictitious-domain\"";
 const BY_METHOD: &str =
     "leave it out: fluid.method decides it (\"calibrated\", \"izard-2014\" or \"fictitious-domain\")";
+/// ν dt/Δx² of a step that is long for Crank–Nicolson in one stage. Adaptive steps stay below it beside
+/// grains ([`crate::plan`]).
+pub(crate) const LONG: f64 = 2.0;
+
 const LEVELS: &str = "leave it out: an adaptive step has four lengths in an octave";
 
 /// Names that this section had before.
@@ -124,6 +123,8 @@ struct Document {
 pub struct Choices {
     /// Whether the solve along the last axis is in blocks, for ranks.
     pub blocks: bool,
+    /// Time scheme.
+    pub scheme: SchemeKey,
     /// Time integration.
     pub time: TimeSection,
     /// Method of the immersed boundary.
@@ -139,7 +140,7 @@ impl FluidSection {
     /// With the place of an unknown key, a wrong type or a value that is not allowed.
     pub fn read(scene: &CheckedScene) -> Result<Self, SceneError> {
         scene.source.refuse_retired(RETIRED)?;
-        let section = scene.source.section::<Document>()?.fluid;
+        let section = Self::of_run(scene)?;
         section.check(scene)?;
         Ok(section)
     }
@@ -149,13 +150,40 @@ impl FluidSection {
     /// # Errors
     /// With the place of an unknown key or a wrong type.
     pub(crate) fn of_run(scene: &CheckedScene) -> Result<Self, SceneError> {
-        Ok(scene.source.section::<Document>()?.fluid)
+        let mut section = scene.source.section::<Document>()?.fluid;
+        section.time.scheme = Some(section.time.scheme.unwrap_or_else(|| section.default_scheme(scene)));
+        Ok(section)
     }
 
     /// Every choice made.
     #[must_use]
     pub fn choices(&self, calibration: Calibration) -> Choices {
-        Choices { blocks: self.launcher.is_some(), time: self.time.clone(), method: self.method, calibration }
+        Choices {
+            blocks: self.launcher.is_some(),
+            scheme: self.scheme(),
+            time: self.time.clone(),
+            method: self.method,
+            calibration,
+        }
+    }
+
+    /// Time scheme.
+    #[must_use]
+    pub fn scheme(&self) -> SchemeKey {
+        self.time.scheme.unwrap_or(SchemeKey::Ab2)
+    }
+
+    /// The time scheme where none is asked for: docs/decisions/time-scheme.md.
+    fn default_scheme(&self, scene: &CheckedScene) -> SchemeKey {
+        let domain = &scene.scene.domain;
+        let number = |dt: f64| {
+            let least =
+                (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(f64::INFINITY, f64::min);
+            let nu = scene.scene.medium.as_ref().map_or(0.0, Medium::kinematic_viscosity);
+            nu * dt / (least * least)
+        };
+        let long = self.time.dt.is_some_and(|dt| number(dt) > LONG);
+        if self.method == Method::Izard2014 || long { SchemeKey::Rk3 } else { SchemeKey::Ab2 }
     }
 
     /// Refuses values and combinations that mean nothing.
@@ -169,7 +197,7 @@ impl FluidSection {
                 "give a positive time step in s, or leave it out to follow fluid.time.cfl",
             ));
         }
-        let limit = time.scheme.cfl_limit();
+        let limit = self.scheme().cfl_limit();
         if !(time.cfl > 0.0 && time.cfl <= limit) {
             return Err(source.error(
                 "fluid.time.cfl",

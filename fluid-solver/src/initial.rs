@@ -7,7 +7,7 @@
 
 use crate::build;
 use crate::checkpoint::whole::{Whole, read_whole};
-use crate::config::{Choices, FluidSection, SchemeKey, ViscosityKey};
+use crate::config::{Choices, FluidSection, SchemeKey};
 use crate::coupling;
 use crate::field::{State, own_planes};
 use crate::flow_rate::mean;
@@ -19,6 +19,7 @@ use crate::interpolate::{Kind, interpolate};
 use crate::methods::grains::Memory;
 use crate::methods::method::Method;
 use crate::open::OpenFaces;
+use crate::scheme::Viscous;
 use bedload_scene::{CheckedScene, InitialVelocity, SceneError, SceneSource};
 use protocol::checkpoints;
 use std::path::Path;
@@ -49,7 +50,7 @@ pub struct Start<const D: usize> {
     same_grains: bool,
     /// Whether the carried force means the same in both.
     same_force: bool,
-    /// Whether the convection of the last step does.
+    /// Whether the convection of the last step does, if both treat viscosity alike.
     same_history: bool,
     /// Largest speed, m/s, and largest Σ|u|/Δx, 1/s.
     fastest: [f64; 2],
@@ -202,10 +203,10 @@ impl<const D: usize> Start<D> {
         let viscosity = |scene: &CheckedScene| {
             scene.scene.medium.as_ref().map(bedload_scene::Medium::kinematic_viscosity)
         };
-        // Whether viscosity is part of what was kept must be certain.
-        let certain = mine.time.dt.is_some() || mine.time.viscosity != ViscosityKey::Auto;
-        let same_history = mine.time.scheme != SchemeKey::Ab2
-            || certain && mine.time == theirs.time && viscosity(scene) == viscosity(run);
+        let same_history = mine.scheme != SchemeKey::Ab2
+            || mine.scheme == theirs.scheme
+                && mine.time.convection == theirs.time.convection
+                && viscosity(scene) == viscosity(run);
         let goes_on = same_motion && same_method && same_order && same_grid(grid, &source);
         Ok(Self { grid: source, velocity, whole, goes_on, same_grains, same_force, same_history, fastest })
     }
@@ -234,8 +235,14 @@ impl<const D: usize> Start<D> {
     }
 
     /// Everything, where the run goes on: `fields` are those of [`crate::solver::Solver::fields_mut`]. The
-    /// length of the step before and the grains; nothing where the fields are others.
-    pub(crate) fn take(&self, grid: &Grid<D>, mut fields: Vec<&mut [f64]>) -> Option<(f64, Memory)> {
+    /// length of the step before (zero where its convection is of no use with `viscous`) and the grains;
+    /// nothing where the fields are others.
+    pub(crate) fn take(
+        &self,
+        grid: &Grid<D>,
+        viscous: Viscous,
+        mut fields: Vec<&mut [f64]>,
+    ) -> Option<(f64, Memory)> {
         let theirs = || self.velocity.iter().chain(&self.whole.fields[D..]);
         let fit = fields.iter().map(|field| field.len()).eq(theirs().map(Vec::len));
         if !self.goes_on || !fit {
@@ -246,7 +253,8 @@ impl<const D: usize> Start<D> {
             let place = if from.len() == whole { own.clone() } else { 0..from.len() };
             to[place.clone()].copy_from_slice(&from[place]);
         }
-        let previous_dt = if self.same_history { self.whole.previous_dt } else { 0.0 };
+        let alike = self.same_history && self.whole.explicit == (viscous == Viscous::Explicit);
+        let previous_dt = if alike { self.whole.previous_dt } else { 0.0 };
         Some((previous_dt, self.whole.memory.clone()))
     }
 

@@ -1,16 +1,12 @@
 //! The time step: what is asked for, what the method bears, what is proposed.
 
-use crate::config::{Choices, ViscosityKey};
+use crate::config::{Choices, LONG, ViscosityKey};
 use crate::grid::Grid;
 use crate::immersed::body::Motion;
 use crate::initial::Start;
 use crate::scheme::Viscous;
 use crate::speed;
 use bedload_scene::{CheckedScene, Medium, SceneError};
-
-/// ν dt/Δx² up to which the carried force converges in few steps in dense beds.
-/// docs/numerics.md, Forcing and viscosity
-const FORCE_NUMBER: f64 = 2.0;
 
 /// Lengths that an adaptive step may have in an octave, evenly spaced: a power of two.
 const LEVELS: u32 = 4;
@@ -53,10 +49,11 @@ impl Plan {
         let time = &choices.time;
         let width = |a: usize| grid.axes[a].widths.iter().copied().fold(f64::INFINITY, f64::min);
         let inverse: f64 = (0..D).map(|a| width(a).powi(-2)).sum();
-        let explicit = time.scheme.viscous_limit() / (nu * inverse);
+        let explicit = choices.scheme.viscous_limit() / (nu * inverse);
         let spacing = grid.smallest_width();
-        let force =
-            if scene.grains.is_empty() { f64::INFINITY } else { FORCE_NUMBER * spacing * spacing / nu };
+        // Up to it the carried force converges in few steps in dense beds: docs/numerics.md, Forcing and
+        // viscosity.
+        let force = if scene.grains.is_empty() { f64::INFINITY } else { LONG * spacing * spacing / nu };
         let fastest = start.map_or(0.0, Start::fastest);
         let speed = speed::expected(scene, medium).max(fastest);
         let by_speed = time.cfl * spacing / speed;

@@ -151,7 +151,9 @@ impl<const D: usize> Solver<D> {
     /// divergence-free. Where that run goes on, its state as it is.
     fn begin(&mut self, scene: &CheckedScene, start: Option<&Start<D>>) {
         let grid = self.stepper.grid().clone();
-        if let Some((previous_dt, memory)) = start.and_then(|start| start.take(&grid, self.fields_mut())) {
+        let viscous = self.stepper.options().viscous;
+        let taken = start.and_then(|start| start.take(&grid, viscous, self.fields_mut()));
+        if let Some((previous_dt, memory)) = taken {
             return self.restart((0.0, previous_dt, 0), memory);
         }
         match start {

@@ -184,7 +184,7 @@ impl Class {
         let is_charted = |(key, value): &&(String, toml::Value)| match key.as_str() {
             keys::CFL => true,
             keys::FLUID_DT => self != Self::Bounce,
-            keys::TIME_SCHEME => is(value, keys::RK3),
+            keys::TIME_SCHEME => is(value, keys::AB2),
             keys::INTEGRATOR | keys::CONTACT_STEPS => self == Self::Collision,
             keys::FILM => is(value, keys::COMPLEMENT),
             keys::ROUGHNESS => true,

@@ -91,6 +91,7 @@ dt = 0.01
 
 [dem.contact]
 law = "linear-spring-dashpot"
+form = "izard-2014"
 restitution = {restitution:?}
 contact_time = 0.02
 

@@ -8,7 +8,6 @@
 //! |---|---|
 //! | `axis` | r–z in place of space, for one sphere on the axis of its box |
 //! | `plane` | the plane in place of space, for a flow without grains that is the same all along y |
-//! | `stokes` | no convection, where Re ≪ 1 |
 //! | `dry` | no fluid, where the grains' inertia rules |
 //! | `substeps` | one sub-step where nothing can touch |
 //! | `coarser` | grid and step that the chart of this class of scenes has for 2 % |
@@ -19,7 +18,6 @@ mod change;
 mod coarser;
 mod dry;
 mod plane;
-mod stokes;
 mod substeps;
 
 use bedload_program::RunOptions;
@@ -30,7 +28,7 @@ use crate::number::Short;
 use crate::number::norm;
 use crate::prepare::Prepared;
 use crate::scratch::Scratch;
-use bedload_scene::speeds::{drive, volume};
+use bedload_scene::speeds::drive;
 use change::Change;
 
 /// Largest error that is worth proposing.
@@ -92,7 +90,7 @@ impl Proposal {
 /// Every proposal for a scene that was read with `options`, the cheapest first.
 #[must_use]
 pub(crate) fn all(prepared: &Prepared, options: &RunOptions) -> Vec<Proposal> {
-    let rules = [axis::idea, plane::idea, stokes::idea, dry::idea, substeps::idea, coarser::idea];
+    let rules = [axis::idea, plane::idea, dry::idea, substeps::idea, coarser::idea];
     let ideas = rules.into_iter().filter_map(|rule| rule(prepared)).filter(|idea| idea.error <= WORTH);
     let mut proposals: Vec<Proposal> = ideas.filter_map(|idea| worked_out(idea, prepared, options)).collect();
     proposals.sort_by(|a, b| b.saving.total_cmp(&a.saving));

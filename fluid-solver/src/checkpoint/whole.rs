@@ -10,6 +10,8 @@ use std::path::Path;
 pub(crate) struct Whole {
     /// Length of the last step, s; zero: there was none.
     pub(crate) previous_dt: f64,
+    /// Whether viscosity is part of the history.
+    pub(crate) explicit: bool,
     /// The grains.
     pub(crate) memory: Memory,
     /// See [`crate::solver::Solver::fields`]: velocity, history, force, pressure, open faces, points.
@@ -27,6 +29,7 @@ pub(crate) fn read_whole<const D: usize>(
     let (scene, mut payload) = protocol::checkpoint::open_any(folder, ROLE)?;
     let cells: Vec<u64> = payload.part()?;
     let (_, previous_dt, steps): (f64, f64, u64) = payload.part()?;
+    let explicit: bool = payload.part()?;
     let memory: Memory = payload.part()?;
     let parts: Vec<Part> = payload.part()?;
     let count: u64 = payload.part()?;
@@ -50,7 +53,7 @@ pub(crate) fn read_whole<const D: usize>(
     if !fields.iter().enumerate().take(3 * D + 1).all(|(at, field)| whole(at, field)) {
         return Err(payload.refuse("holds fields of another length than the grid of its run"));
     }
-    Ok((scene, Whole { previous_dt, memory, fields }))
+    Ok((scene, Whole { previous_dt, explicit, memory, fields }))
 }
 
 /// All planes of every field, from the files of all ranks.

@@ -10,6 +10,8 @@ from lammps import lammps
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python"))
 from bedload_link import Leave, is_wall, start
 
+LAW = ("linear-spring-dashpot", "izard-2014")  # with k_n and gamma_n of Izard et al. 2014, eqs 17 and 18
+
 FILE, RESTART = "dem.checkpoint", "dem.restart"
 
 
@@ -18,10 +20,10 @@ class Lammps:
         grains, domain, dem, self.lmp = scene.get("grains", []), scene["domain"], scene.get("dem", {}), None
         self.law = law = dem.get("contact", {})
         known = grains and all((g.get("shape", "sphere"), g.get("motion", "free")) == ("sphere", "free") for g in grains)
-        if not (known and domain["geometry"] in ("space", "axisymmetric") and law.get("law") == "linear-spring-dashpot" and "contact_time" in law
+        if not (known and domain["geometry"] in ("space", "axisymmetric") and (law.get("law"), law.get("form")) == LAW and "contact_time" in law
                 and dem.get("lubrication", {}).get("form") == "none" and "groups" not in scene):
             raise Leave(2, "not for this DEM; remedy: free spheres in [[grains]], in space or on the axis, [dem.contact] "
-                           'linear-spring-dashpot with contact_time, dem.lubrication.form = "none"')
+                           'linear-spring-dashpot with form = "izard-2014" and contact_time, dem.lubrication.form = "none"')
         self.grains, self.g, self.t_c = len(grains), np.array(scene["gravity"]), law["contact_time"]
         self.r, self.density = (np.array([g[key] for g in grains], float) for key in ("radius", "density"))
         self.m = self.density * 4 / 3 * math.pi * self.r**3

@@ -5,17 +5,19 @@ import numpy as np
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python"))
 from bedload_link import Leave, is_wall, start
 
+LAW = ("linear-spring-dashpot", "izard-2014")  # with k_n and gamma_n of Izard et al. 2014, eqs 17 and 18
+
 
 class Spheres:
     def __init__(self, scene):
         grains, domain, dem, zero = scene.get("grains", []), scene["domain"], scene.get("dem", {}), [0.0] * 3
         self.law, self.film = law, film = dem.get("contact", {}), dem.get("lubrication", {})
         known = grains and all((g.get("shape", "sphere"), g.get("motion", "free")) == ("sphere", "free") for g in grains)
-        if not (known and law.get("law") == "linear-spring-dashpot" and "contact_time" in law and "groups" not in scene
+        if not (known and (law.get("law"), law.get("form")) == LAW and "contact_time" in law and "groups" not in scene
                 and film.get("form") in ("none", "as-printed", "complement") and "periodic" not in str(domain)
                 and (film["form"] != "complement" or not film.get("tangential", domain["geometry"] != "axisymmetric"))):
             raise Leave(2, "not for this DEM; remedy: free spheres in [[grains]], a box without periodic sides, [dem.contact] "
-                           "linear-spring-dashpot with contact_time, a form of dem.lubrication, and if that is complement, "
+                           "linear-spring-dashpot with form = \"izard-2014\" and contact_time, a form of dem.lubrication, and if that is complement, "
                            "outside axisymmetric scenes, dem.lubrication.tangential = false")
         column = lambda key, default: np.array([g.get(key, default) for g in grains], float)
         self.grains, self.r, self.g = len(grains), column("radius", 0), np.array(scene["gravity"])

@@ -7,6 +7,8 @@ sys.path.insert(0, os.environ["BEDLOAD_LINK"])
 sys.argv = ["dem.py", *json.loads(os.environ["BEDLOAD_WORDS"])]
 from bedload_link import Leave, is_wall, start
 
+LAW = ("linear-spring-dashpot", "izard-2014")  # with k_n and gamma_n of Izard et al. 2014, eqs 17 and 18
+
 sys.stdout = os.fdopen(3, "w")  # what YADE prints of itself is no answer
 
 FILE, STATE = "dem.checkpoint", "dem.yade.gz"
@@ -18,10 +20,10 @@ class Yade:
         law, space = dem.get("contact", {}), domain["geometry"] == "space"
         known = grains and all((g.get("shape", "sphere"), g.get("motion", "free")) == ("sphere", "free") for g in grains)
         if not (known and len({(g["radius"], g["density"]) for g in grains}) == 1 and domain["geometry"] in ("space", "axisymmetric")
-                and law.get("law") == "linear-spring-dashpot" and "contact_time" in law and "groups" not in scene
+                and (law.get("law"), law.get("form")) == LAW and "contact_time" in law and "groups" not in scene
                 and dem.get("lubrication", {}).get("form") == "none" and "periodic" not in str(domain.get("boundary"))):
             raise Leave(2, "not for this DEM; remedy: free spheres of one radius and density in [[grains]], in space or on the axis, a box "
-                           'without periodic sides, [dem.contact] linear-spring-dashpot with contact_time, dem.lubrication.form = "none"')
+                           'without periodic sides, [dem.contact] linear-spring-dashpot with form = "izard-2014" and contact_time, dem.lubrication.form = "none"')
         self.grains, self.r, self.t_c, self.g = len(grains), grains[0]["radius"], law["contact_time"], np.array(scene["gravity"])
         self.m = grains[0]["density"] * 4 / 3 * math.pi * self.r**3
         self.dt = dem.get("dt", self.t_c / dem.get("steps_per_contact", 50))

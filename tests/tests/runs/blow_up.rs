@@ -97,10 +97,10 @@ fn a_fluid_in_space_leaves_the_step_before() {
     let scene = folder.write("vortex.toml", &text);
     for kind in ["explicit", "implicit"] {
         let viscosity = format!("fluid.time.viscosity={kind}");
-        let more = ["--set", "fluid.time.dt=0.2", "--set", &viscosity];
+        let more = ["--set", "fluid.time.dt=0.14", "--set", &viscosity];
         let out = folder.join(kind);
         let (window, cell) = failure(&run("bedload-fluid", &scene, &out, &more));
-        let again = ["--set", "fluid.time.dt=0.2", "--set", &viscosity, "--resume"];
+        let again = ["--set", "fluid.time.dt=0.14", "--set", &viscosity, "--resume"];
         assert_eq!(failure(&run("bedload-fluid", &scene, &out, &again)), (window, cell), "{kind}");
     }
 }

@@ -69,11 +69,11 @@ fn default_damping_ratio() -> f64 {
 #[serde(rename_all = "kebab-case")]
 pub enum RestitutionForm {
     /// Eqs 17 and 18 as printed: the clipped law gives back more than e_n in less than t_c.
-    #[default]
     #[serde(rename = "izard-2014")]
     Izard2014,
     /// k_n and γ_n chosen so that the clipped law gives e_n in t_c. Needs e_n > e⁻² ≈ 0.1353, the
     /// restitution of the critically damped clipped law.
+    #[default]
     ExactRestitution,
 }
 

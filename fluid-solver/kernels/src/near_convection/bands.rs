@@ -42,13 +42,10 @@ pub(super) struct Segment {
     pub(super) at: usize,
 }
 
-/// Part of a row that a grain reaches.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-struct Reached {
-    from: u32,
-    to: u32,
-    grain: u32,
-}
+/// What a cell within reach holds beside twice its weight.
+const REACHED: u16 = 1;
+/// Weight 1 within reach.
+const WHOLE: u16 = 2 * 255 + REACHED;
 
 /// Cells within reach of grains, and those beside them.
 #[derive(Clone, Debug)]
@@ -63,10 +60,16 @@ pub(super) struct Bands<const D: usize> {
     /// Where the segments of each row begin, one entry more than rows.
     begins: Vec<usize>,
     segments: Vec<Segment>,
-    /// Weight of each cell, 255 for 1.
-    weights: Vec<u8>,
-    reached: Vec<Reached>,
+    /// Number of cells of all segments.
+    count: usize,
+    /// Of each cell twice its weight, 255 for 1, and [`REACHED`]; 0 beyond reach.
+    cells: Vec<u16>,
+    /// Of each row the first cell within reach and the one after the last.
+    reach: Vec<[u32; 2]>,
 }
+
+/// Reach of a row without grains.
+const NOTHING: [u32; 2] = [u32::MAX, 0];
 
 impl<const D: usize> Bands<D> {
     pub(super) fn new(grid: &Grid<D>) -> Self {
@@ -80,14 +83,15 @@ impl<const D: usize> Bands<D> {
             rows: 0..0,
             begins: vec![0; grid.rows() + 1],
             segments: Vec::new(),
-            weights: Vec::new(),
-            reached: Vec::new(),
+            count: 0,
+            cells: vec![0; grid.rows() * grid.cells[0]],
+            reach: vec![NOTHING; grid.rows()],
         }
     }
 
     /// Number of cells.
     pub(super) fn len(&self) -> usize {
-        self.weights.len()
+        self.count
     }
 
     /// Rows of a plane between the lowest and the highest that any plane has segments on; empty without any.
@@ -102,146 +106,113 @@ impl<const D: usize> Bands<D> {
 
     /// Where the values of `rows` stand.
     pub(super) fn values(&self, rows: Range<usize>) -> Range<usize> {
-        let at =
-            |row: usize| self.segments.get(self.begins[row]).map_or(self.weights.len(), |first| first.at);
+        let at = |row: usize| self.segments.get(self.begins[row]).map_or(self.count, |first| first.at);
         at(rows.start)..at(rows.end)
     }
 
     /// Finds the cells near `grains`.
     pub(super) fn set(&mut self, grid: &Grid<D>, grains: &[Ball<D>]) {
-        self.begins.fill(0);
-        self.each(grid, grains, |bands, row, _| bands.begins[row] += 1);
-        // Where each row begins, for now among what grains reach of it.
-        let mut sum = 0;
-        for begin in &mut self.begins {
-            sum += std::mem::replace(begin, sum);
+        let n = grid.cells[0];
+        for (cells, reach) in self.cells.chunks_exact_mut(n).zip(&mut self.reach) {
+            if let [from, to] = std::mem::replace(reach, NOTHING)
+                && from < to
+            {
+                cells[from as usize..to as usize].fill(0);
+            }
         }
-        self.reached.clear();
-        self.reached.resize(sum, Reached::default());
-        self.each(grid, grains, |bands, row, reached| {
-            bands.reached[bands.begins[row]] = reached;
-            bands.begins[row] += 1;
-        });
-        self.join(grid, grains);
+        for grain in grains {
+            self.weigh(grid, grain);
+        }
+        self.cut(n, grid.cells[1]);
     }
 
-    /// Calls `note` for every row that a grain reaches.
-    fn each(&mut self, grid: &Grid<D>, grains: &[Ball<D>], note: impl Fn(&mut Self, usize, Reached)) {
-        for (number, grain) in grains.iter().enumerate() {
-            let half = grain.radius + (REACH + MARGIN) * grain.width;
-            let range = |bands: &Self, a: usize, half: f64| bands.nodes.range(grid, a, grain.centre[a], half);
-            let (j, k) = (range(self, 1, half), if D == 3 { range(self, D - 1, half) } else { (0, 1) });
-            for k in k.0..k.1 {
-                for j in j.0..j.1 {
-                    let (row, across) = self.place(grid, grain, [j, k]);
-                    let left = half * half - across;
-                    if left <= 0.0 || !self.wanted[row / self.of_a_plane] {
+    /// Weights of the cells near a grain, where they are above those of other grains.
+    fn weigh(&mut self, grid: &Grid<D>, grain: &Ball<D>) {
+        let Self { nodes, wanted, of_a_plane, cells, reach, .. } = self;
+        let half = grain.radius + (REACH + MARGIN) * grain.width;
+        let [scale, most] = [255.0 / ((REACH - FULL) * grain.width), 255.0 * REACH / (REACH - FULL)];
+        let most = most + scale * grain.radius;
+        // Squares of the distances up to which the weight is 1 and from which it is 0, but for rounding.
+        let [whole, none] = [(FULL, 1.0 - 1e-9), (REACH, 1.0 + 1e-9)]
+            .map(|(cells, exactly)| ((grain.radius + cells * grain.width) * exactly).powi(2));
+        let range = |a: usize, half: f64| nodes.range(grid, a, grain.centre[a], half);
+        let (n, x) = (grid.cells[0] as isize, grid.nodes(D, 0));
+        let (j_range, k_range) = (range(1, half), if D == 3 { range(D - 1, half) } else { (0, 1) });
+        for k in k_range.0..k_range.1 {
+            let deep = (D == 3).then(|| nodes.node(grid, D - 1, grain.centre[D - 1], k));
+            for j in j_range.0..j_range.1 {
+                let node = nodes.node(grid, 1, grain.centre[1], j);
+                let row = node.index + deep.map_or(0, |deep| deep.index * grid.cells[1]);
+                let across = node.arm * node.arm + deep.map_or(0.0, |deep| deep.arm * deep.arm);
+                let left = half * half - across;
+                if left <= 0.0 || !wanted[row / *of_a_plane] {
+                    continue;
+                }
+                let (from, to) = range(0, left.sqrt());
+                // On a periodic axis a part may lie beyond either end.
+                for turn in [-1, 0, 1] {
+                    let (from, to) = ((from - turn * n).clamp(0, n), (to - turn * n).clamp(0, n));
+                    if from >= to {
                         continue;
                     }
-                    let (from, to) = range(self, 0, left.sqrt());
-                    let n = grid.cells[0] as isize;
-                    // On a periodic axis a part may lie beyond either end.
-                    for turn in [-n, 0, n] {
-                        let (from, to) = ((from - turn).clamp(0, n) as u32, (to - turn).clamp(0, n) as u32);
-                        if from < to {
-                            note(self, row, Reached { from, to, grain: number as u32 });
-                        }
+                    let [first, last] = &mut reach[row];
+                    (*first, *last) = ((*first).min(from as u32), (*last).max(to as u32));
+                    let centre = grain.centre[0] - turn as f64 * grid.axes[0].length();
+                    let (from, to) = (from as usize, to as usize);
+                    let cells = &mut cells[row * n as usize + from..][..to - from];
+                    for (cell, x) in cells.iter_mut().zip(&x[from..to]) {
+                        let arm = x - centre;
+                        let square = across + arm * arm;
+                        let weight = match square {
+                            near if near < whole => WHOLE,
+                            far if far > none => REACHED,
+                            _ => 2 * u16::from((most - scale * square.sqrt()) as u8) + REACHED,
+                        };
+                        *cell = (*cell).max(weight);
                     }
                 }
             }
         }
     }
 
-    /// Row at the unwrapped indices `at` along the axes after the first, and the square of its distance from
-    /// the centre of a grain, m².
-    fn place(&self, grid: &Grid<D>, grain: &Ball<D>, at: [isize; 2]) -> (usize, f64) {
-        let (mut row, mut across, mut rows) = (0, 0.0, 1);
-        for a in 1..D {
-            let node = self.nodes.node(grid, a, grain.centre[a], at[a - 1]);
-            row += rows * node.index;
-            across += node.arm * node.arm;
-            rows *= grid.cells[a];
-        }
-        (row, across)
-    }
-
-    /// Segments and weights from what grains reach; `begins` are then the ends of the rows.
-    fn join(&mut self, grid: &Grid<D>, grains: &[Ball<D>]) {
+    /// Segments of the cells within reach, in rows of `n` cells and planes of `rows` rows.
+    fn cut(&mut self, n: usize, rows: usize) {
         self.segments.clear();
-        self.weights.clear();
-        let (mut end, [mut low, mut high]) = (0, [usize::MAX, 0]);
-        for row in 0..grid.rows() {
-            let begin = std::mem::replace(&mut end, self.begins[row]);
+        self.count = 0;
+        let [mut low, mut high] = [usize::MAX, 0];
+        for (row, (reach, cells)) in self.reach.iter().zip(self.cells.chunks_exact(n)).enumerate() {
             self.begins[row] = self.segments.len();
-            self.reached[begin..end].sort_unstable();
-            for index in begin..end {
-                let Reached { from, to, .. } = self.reached[index];
-                let (from, to) = (from as usize, to as usize);
-                let added = match self.segments[self.begins[row]..].last_mut() {
-                    Some(last) if from <= last.to => {
-                        let added = to.saturating_sub(last.to);
-                        last.to = last.to.max(to);
-                        added
-                    }
-                    _ => {
-                        self.segments.push(Segment { from, to, at: self.weights.len() });
-                        to - from
-                    }
-                };
-                self.weights.resize(self.weights.len() + added, 0);
+            let [mut from, end] = reach.map(|place| place as usize);
+            if from >= end {
+                continue;
             }
-            self.weigh(grid, grains, row, begin..end);
-            if begin < end {
-                (low, high) = (low.min(row % grid.cells[1]), high.max(row % grid.cells[1] + 1));
+            (low, high) = (low.min(row % rows), high.max(row % rows + 1));
+            while from < end {
+                let length = cells[from..end].iter().position(|cell| *cell == 0).unwrap_or(end - from);
+                let to = from + length;
+                self.segments.push(Segment { from, to, at: self.count });
+                self.count += length;
+                from = to + cells[to..end].iter().position(|cell| *cell != 0).unwrap_or(end - to);
             }
         }
+        self.begins[self.reach.len()] = self.segments.len();
         self.rows = low..high;
-        self.begins[grid.rows()] = self.segments.len();
-    }
-
-    /// Weights of a row: the largest over the grains.
-    fn weigh(&mut self, grid: &Grid<D>, grains: &[Ball<D>], row: usize, reached: Range<usize>) {
-        let indices = if D == 3 { [row % grid.cells[1], row / grid.cells[1]] } else { [row, 0] };
-        let segments = self.begins[row]..self.segments.len();
-        let centres = grid.nodes(D, 0);
-        for reached in &self.reached[reached] {
-            let grain = &grains[reached.grain as usize];
-            // Where the image of the grain lies that is nearest to cell `index`.
-            let image = |a: usize, index: usize| {
-                let (at, length) = (grid.nodes(D, a)[index], grid.axes[a].length());
-                let turns = if grid.periodic(a) { ((at - grain.centre[a]) / length).round() } else { 0.0 };
-                grain.centre[a] + turns * length
-            };
-            let arm = |a: usize, index: usize| grid.nodes(D, a)[index] - image(a, index);
-            let across: f64 = (1..D).map(|a| arm(a, indices[a - 1]).powi(2)).sum();
-            let (from, to) = (reached.from as usize, reached.to as usize);
-            let holds = |segment: &&Segment| segment.from <= from && to <= segment.to;
-            let segment = self.segments[segments.clone()].iter().find(holds).expect("every part was joined");
-            let at = segment.at + from - segment.from;
-            let centre = image(0, (from + to) / 2);
-            let [scale, most] = [255.0 / ((REACH - FULL) * grain.width), 255.0 * REACH / (REACH - FULL)];
-            let most = most + scale * grain.radius;
-            for (weight, x) in self.weights[at..][..to - from].iter_mut().zip(&centres[from..to]) {
-                let distance = (across + (x - centre) * (x - centre)).sqrt();
-                *weight = (*weight).max((most - scale * distance) as u8);
-            }
-        }
     }
 
     /// Writes the weights of a row to `out`, whose place `first` is cell 0, what lies beyond a periodic end
     /// included.
     pub(super) fn write(&self, grid: &Grid<D>, row: usize, first: usize, out: &mut [f64]) {
         let n = grid.cells[0] as isize;
+        let cells = &self.cells[row * n as usize..][..n as usize];
         let turns = if grid.periodic(0) { &[-1, 0, 1][..] } else { &[0] };
         for segment in self.row(row) {
             for turn in turns {
                 let (from, to) = (segment.from as isize + turn * n, segment.to as isize + turn * n);
                 let (low, high) = (from.max(-1), to.min(n + 1));
                 if low < high {
-                    let weights =
-                        &self.weights[segment.at + (low - from) as usize..][..(high - low) as usize];
+                    let cells = &cells[(low - turn * n) as usize..][..(high - low) as usize];
                     let out = &mut out[(low + first as isize) as usize..];
-                    out.iter_mut().zip(weights).for_each(|(out, weight)| *out = f64::from(*weight) / 255.0);
+                    out.iter_mut().zip(cells).for_each(|(out, cell)| *out = f64::from(*cell / 2) / 255.0);
                 }
             }
         }

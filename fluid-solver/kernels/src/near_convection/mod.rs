@@ -100,10 +100,10 @@ impl<const D: usize> NearConvection<D> {
 }
 
 impl<const D: usize> Shared<'_, D> {
-    /// Where the values of plane `k` stand.
+    /// Where the values of the rows of plane `k` stand.
     fn values(&self, k: usize) -> Range<usize> {
-        let each = if D == 3 { self.grid.cells[1] } else { self.grid.rows() };
-        self.bands.values(k * each..(k + 1) * each)
+        let first = k * self.grid.cells[1];
+        self.bands.values(first + self.rows.start..first + self.rows.end)
     }
 
     /// Divides `planes` among the threads that have `rooms`.
@@ -123,7 +123,7 @@ impl<const D: usize> Shared<'_, D> {
         );
     }
 
-    /// Takes plane after plane, upwards.
+    /// Takes block after block of rows.
     fn sweep(
         &self,
         planes: Range<usize>,
@@ -131,8 +131,25 @@ impl<const D: usize> Shared<'_, D> {
         about: &mut Planes,
         fluxes: &mut Fluxes,
     ) {
-        about.forget();
-        let first = self.values(planes.start).start;
+        let (rows, first) = (&self.rows, self.values(planes.start).start);
+        let blocks = rows.len().div_ceil(about.rows);
+        let cut = |block: usize| rows.start + block * rows.len() / blocks;
+        for block in 0..blocks {
+            let block = Shared { rows: cut(block)..cut(block + 1), ..*self };
+            let values = values.each_mut().map(|values| &mut **values);
+            block.sweep_block(planes.clone(), (values, first), about, fluxes);
+        }
+    }
+
+    /// Takes plane after plane of a block of rows, upwards; `values` begin with value `first` of all.
+    fn sweep_block(
+        &self,
+        planes: Range<usize>,
+        (mut values, first): ([&mut [f64]; D], usize),
+        about: &mut Planes,
+        fluxes: &mut Fluxes,
+    ) {
+        about.begin(self.rows.start);
         let place = |k: usize| {
             let at = self.values(k);
             at.start - first..at.end - first

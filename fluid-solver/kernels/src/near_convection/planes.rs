@@ -8,11 +8,18 @@ pub(super) const LEAD: usize = 8;
 /// Rows before row 0.
 pub(super) const ROWS: usize = 2;
 
-/// Copies of planes: rows from −2 to two behind the last, each with two values more on both sides.
+/// Bytes that the planes of a block of rows may take, fluxes included: they stay near the core.
+const BYTES: usize = 384 << 10;
+
+/// Copies of a block of rows of planes, two rows more on both sides, each with two values more on both sides.
 #[derive(Clone, Debug)]
 pub(super) struct Planes {
     /// Length of a row.
     pub(super) row: usize,
+    /// Most rows of a block.
+    pub(super) rows: usize,
+    /// First row of the block.
+    first: usize,
     size: usize,
     /// Velocity: by component, plane `k` at place `k` modulo 5.
     velocity: [[Vec<f64>; 5]; 3],
@@ -26,13 +33,18 @@ pub(super) struct Planes {
 impl Planes {
     pub(super) fn new<const D: usize>(grid: &Grid<D>) -> Self {
         let row = (grid.cells[0] + LEAD + 16).next_multiple_of(8);
-        let size = row * (grid.cells[1] + 2 * ROWS + 1);
+        let planes = if D == 3 { 27 } else { 7 };
+        let fits = BYTES / (size_of::<f64>() * row * planes);
+        let rows = fits.saturating_sub(2 * ROWS + 1).max(4).min(grid.cells[1]);
+        let size = row * (rows + 2 * ROWS + 1);
         let plane = || vec![0.0; size];
         let planes = if D == 3 { 5 } else { 1 };
         let velocity =
             |c: usize| std::array::from_fn(|k| if c < D && k < planes { plane() } else { Vec::new() });
         Self {
             row,
+            rows,
+            first: 0,
             size,
             velocity: std::array::from_fn(velocity),
             weights: std::array::from_fn(|k| if k == 0 || D == 3 { plane() } else { Vec::new() }),
@@ -46,15 +58,16 @@ impl Planes {
         vec![0.0; self.size]
     }
 
-    /// Forgets the planes: the velocity has changed.
-    pub(super) fn forget(&mut self) {
+    /// Begins a block of rows at row `first`.
+    pub(super) fn begin(&mut self, first: usize) {
+        self.first = first;
         (self.loaded, self.weighed) = ([None; 5], [None; 2]);
     }
 
     /// Where row `j` begins, at cell 0.
     #[inline(always)]
     pub(super) fn at(&self, j: isize) -> usize {
-        (j + ROWS as isize) as usize * self.row + LEAD
+        (j - self.first as isize + ROWS as isize) as usize * self.row + LEAD
     }
 
     /// Planes from `k` − 2 to `k` + 2 by component; those that are not there are empty.
@@ -83,10 +96,12 @@ impl Planes {
         self.loaded[place] = Some(k);
         let n = grid.cells[0];
         let layer = if D == 3 { wrapped(grid, D - 1, k) * grid.cells[1] } else { 0 };
+        let low = rows.start as isize - 2;
+        let (row, begin) = (self.row, self.at(low) - LEAD);
         for (planes, u) in self.velocity.iter_mut().zip(velocity) {
-            for j in rows.start as isize - 2..rows.end as isize + 2 {
+            let lines = planes[place][begin..].chunks_exact_mut(row);
+            for (j, to) in (low..rows.end as isize + 2).zip(lines) {
                 let from = &u[grid.row(layer + wrapped(grid, 1, j))..][..n];
-                let to = &mut planes[place][(j + ROWS as isize) as usize * self.row..][..self.row];
                 to[LEAD..][..n].copy_from_slice(from);
                 for beyond in 1..=2 {
                     to[LEAD - beyond] = from[wrapped(grid, 0, -(beyond as isize))];
@@ -109,9 +124,10 @@ impl Planes {
             return;
         }
         self.weighed[place] = Some(k);
-        let layer = layer_of(grid, k);
-        for j in rows.start as isize - 1..rows.end as isize + 1 {
-            let to = &mut self.weights[place][(j + ROWS as isize) as usize * self.row..][..self.row];
+        let (layer, low) = (layer_of(grid, k), rows.start as isize - 1);
+        let (row, begin) = (self.row, self.at(low) - LEAD);
+        let lines = self.weights[place][begin..].chunks_exact_mut(row);
+        for (j, to) in (low..rows.end as isize + 1).zip(lines) {
             to.fill(0.0);
             let inside = grid.periodic(1) || (0..grid.cells[1] as isize).contains(&j);
             if let (Some(layer), true) = (layer, inside) {

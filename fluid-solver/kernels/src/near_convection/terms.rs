@@ -2,7 +2,7 @@
 
 use super::bands::{Bands, Segment};
 use super::factors::{Factors, Lines};
-use super::fluxes::{Centre, Edge, over_edge, through_centre};
+use super::fluxes::{Centre, Edge, Line, over_edge, through_centre};
 use super::planes::{LEAD, Planes, layer_of, wrapped};
 use crate::grid::Grid;
 use crate::lanes::Kernel;
@@ -82,12 +82,18 @@ fn steps([a, b]: [usize; 2], by: [isize; 2]) -> [isize; 3] {
     steps
 }
 
+/// Values as vectors.
+#[inline(always)]
+fn vectors<S: Simd>(values: &[f64]) -> Line<'_, S> {
+    S::as_simd_f64s(values).0
+}
+
 impl<const D: usize> Kernel for PlaneTerms<'_, D> {
     #[inline(always)]
-    fn run<S: Simd>(mut self, _: S) {
+    fn run<S: Simd>(mut self, simd: S) {
         let rows = self.shared.rows.clone();
         for j in rows.start as isize - 1..=rows.end as isize {
-            self.fluxes_of_row(j);
+            self.fluxes_of_row(simd, j);
         }
         if let Some(here) = self.here.clone() {
             self.each(self.k, here, |terms, segment, j, at| terms.here(segment, j, at));
@@ -115,7 +121,7 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
 
     /// All fluxes of row `j`.
     #[inline(always)]
-    fn fluxes_of_row(&mut self, j: isize) {
+    fn fluxes_of_row<S: Simd>(&mut self, simd: S, j: isize) {
         let Shared { grid, bands, ref rows, .. } = *self.shared;
         let begin = self.about.at(j) - LEAD;
         let row = begin..begin + self.about.row;
@@ -130,19 +136,23 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
         for segment in bands.row(layer + wrapped(grid, 1, j)) {
             let first = segment.from as isize - 1;
             let run = Run { j, first, count: (segment.to - segment.from + 2).next_multiple_of(8) };
-            for d in 0..D {
-                // Of the row below the first only what flows along axis 1 is wanted, of that above the last
-                // only what flows over edges.
-                let wanted = (j >= rows.start as isize || d == 1) && j < rows.end as isize;
-                if wanted && (d == 2 || !self.only_along) {
-                    self.centre(d, run);
+            // Of the row below the first only what flows along axis 1 is wanted, of that above the last only
+            // what flows over edges. With the axes as constants, all displacements are.
+            let [starts, ends] = [j >= rows.start as isize, j < rows.end as isize];
+            if !self.only_along && ends {
+                if starts {
+                    self.centre(simd, 0, run);
                 }
+                self.centre(simd, 1, run);
             }
-            if !self.only_along && j >= rows.start as isize {
-                self.edge(0, 1, 0, run);
+            if D == 3 && starts && ends {
+                self.centre(simd, 2, run);
+            }
+            if !self.only_along && starts {
+                self.edge(simd, [0, 1], 0, run);
                 if D == 3 {
-                    self.edge(0, 2, 1, run);
-                    self.edge(1, 2, 2, run);
+                    self.edge(simd, [0, 2], 1, run);
+                    self.edge(simd, [1, 2], 2, run);
                 }
             }
         }
@@ -150,46 +160,46 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
 
     /// Values of component `c`, displaced by `steps` along the axes.
     #[inline(always)]
-    fn line(&self, c: usize, run: Run, steps: [isize; 3]) -> &'a [f64] {
+    fn line<S: Simd>(&self, c: usize, run: Run, steps: [isize; 3]) -> Line<'a, S> {
         let at = self.about.at(run.j + steps[1]) as isize + run.first + steps[0];
-        &self.velocity[c][(steps[2] + 2) as usize][at as usize..][..run.count]
+        vectors::<S>(&self.velocity[c][(steps[2] + 2) as usize][at as usize..][..run.count])
     }
 
     /// Four values of component `c` along axis `a`, from `from` on.
     #[inline(always)]
-    fn along(&self, c: usize, a: usize, from: isize, run: Run) -> [&'a [f64]; 4] {
+    fn along<S: Simd>(&self, c: usize, a: usize, from: isize, run: Run) -> [Line<'a, S>; 4] {
         [
-            self.line(c, run, steps([a, a], [0, from])),
-            self.line(c, run, steps([a, a], [0, from + 1])),
-            self.line(c, run, steps([a, a], [0, from + 2])),
-            self.line(c, run, steps([a, a], [0, from + 3])),
+            self.line::<S>(c, run, steps([a, a], [0, from])),
+            self.line::<S>(c, run, steps([a, a], [0, from + 1])),
+            self.line::<S>(c, run, steps([a, a], [0, from + 2])),
+            self.line::<S>(c, run, steps([a, a], [0, from + 3])),
         ]
     }
 
     /// Values of component `c` one place down and up along axis `b`: at the lower and the upper one of the
     /// two nodes along `a` that a flux lies between, which for its own component are here and the next one.
     #[inline(always)]
-    fn beside(&self, c: usize, run: Run, [a, b]: [usize; 2]) -> [&'a [f64]; 4] {
+    fn beside<S: Simd>(&self, c: usize, run: Run, [a, b]: [usize; 2]) -> [Line<'a, S>; 4] {
         let lower = if a == c { 0 } else { -1 };
         [
-            self.line(c, run, steps([a, b], [lower, -1])),
-            self.line(c, run, steps([a, b], [lower, 1])),
-            self.line(c, run, steps([a, b], [lower + 1, -1])),
-            self.line(c, run, steps([a, b], [lower + 1, 1])),
+            self.line::<S>(c, run, steps([a, b], [lower, -1])),
+            self.line::<S>(c, run, steps([a, b], [lower, 1])),
+            self.line::<S>(c, run, steps([a, b], [lower + 1, -1])),
+            self.line::<S>(c, run, steps([a, b], [lower + 1, 1])),
         ]
     }
 
     /// Weights, displaced likewise.
     #[inline(always)]
-    fn weight(&self, run: Run, steps: [isize; 3]) -> &'a [f64] {
+    fn weight<S: Simd>(&self, run: Run, steps: [isize; 3]) -> Line<'a, S> {
         let at = self.about.at(run.j + steps[1]) as isize + run.first + steps[0];
-        &self.weights[(steps[2] + 1) as usize][at as usize..][..run.count]
+        vectors::<S>(&self.weights[(steps[2] + 1) as usize][at as usize..][..run.count])
     }
 
     /// Part of a line of factors along axis 0.
     #[inline(always)]
-    fn part(line: &[f64], run: Run, step: isize) -> &[f64] {
-        &line[(LEAD as isize + run.first + step) as usize..][..run.count]
+    fn part<S: Simd>(line: &[f64], run: Run, step: isize) -> Line<'_, S> {
+        vectors::<S>(&line[(LEAD as isize + run.first + step) as usize..][..run.count])
     }
 
     /// Where the plane lies along axis `a`, for the lines of factors.
@@ -204,61 +214,61 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
 
     /// The flux of component `d` along its own axis.
     #[inline(always)]
-    fn centre(&mut self, d: usize, run: Run) {
+    fn centre<S: Simd>(&mut self, simd: S, d: usize, run: Run) {
         let mut out = std::mem::take(&mut self.fluxes.own[d]);
         let factors = self.shared.factors;
         let [b, c] = [(d + 1) % 3, (d + 2) % 3];
         let Lines { half_area, centre_area, centre, .. } = &factors.axes[0];
-        let (one, half) = (&factors.one[..run.count], &factors.half[..run.count]);
+        let [one, half] = [&factors.one, &factors.half].map(|line| vectors::<S>(&line[..run.count]));
         let centre = Centre {
-            u: self.along(d, d, -1, run),
+            u: self.along::<S>(d, d, -1, run),
             beside: [
-                if b < D { Some(self.beside(d, run, [d, b])) } else { None },
-                if c < D { Some(self.beside(d, run, [d, c])) } else { None },
+                if b < D { Some(self.beside::<S>(d, run, [d, b])) } else { None },
+                if c < D { Some(self.beside::<S>(d, run, [d, c])) } else { None },
             ],
             mass: if d == 0 {
-                [Self::part(half_area, run, 0), Self::part(half_area, run, 1)]
+                [Self::part::<S>(half_area, run, 0), Self::part::<S>(half_area, run, 1)]
             } else {
                 [half; 2]
             },
-            area: if d == 0 { Self::part(centre_area, run, 0) } else { one },
-            weight: self.weight(run, [0; 3]),
-            open: if d == 0 { Self::part(centre, run, 0) } else { one },
+            area: if d == 0 { Self::part::<S>(centre_area, run, 0) } else { one },
+            weight: self.weight::<S>(run, [0; 3]),
+            open: if d == 0 { Self::part::<S>(centre, run, 0) } else { one },
             scale: if d == 0 { 1.0 } else { factors.axes[d].centre[self.index(d, run.j)] },
         };
         let at = (self.about.at(run.j) as isize + run.first) as usize;
-        through_centre(&mut out[at..][..run.count], &centre, factors.parts);
+        through_centre(simd, &mut out[at..][..run.count], &centre, factors.parts);
         self.fluxes.own[d] = out;
     }
 
     /// The fluxes over the lower edge along axes `d` and `a`, `d` < `a`.
     #[inline(always)]
-    fn edge(&mut self, d: usize, a: usize, number: usize, run: Run) {
+    fn edge<S: Simd>(&mut self, simd: S, [d, a]: [usize; 2], number: usize, run: Run) {
         let [mut out, mut across] = std::mem::take(&mut self.fluxes.edges[number]);
         let factors = self.shared.factors;
         let b = 3 - a - d;
         let (first, own, last) = (&factors.axes[0], &factors.axes[d], &factors.axes[a]);
-        let one = &factors.one[..run.count];
+        let one = vectors::<S>(&factors.one[..run.count]);
         let (n, m) = (self.index(a, run.j), if d == 0 { 0 } else { self.index(d, run.j) });
         let edge = Edge {
-            u: self.along(d, a, -2, run),
-            u_along: self.beside(d, run, [a, d]),
-            v: self.along(a, d, -2, run),
-            v_along: self.beside(a, run, [d, a]),
+            u: self.along::<S>(d, a, -2, run),
+            u_along: self.beside::<S>(d, run, [a, d]),
+            v: self.along::<S>(a, d, -2, run),
+            v_along: self.beside::<S>(a, run, [d, a]),
             third: if b < D {
-                Some([self.beside(d, run, [a, b]), self.beside(a, run, [d, b])])
+                Some([self.beside::<S>(d, run, [a, b]), self.beside::<S>(a, run, [d, b])])
             } else {
                 None
             },
             weights: [
-                self.weight(run, [0; 3]),
-                self.weight(run, steps([d, a], [-1, 0])),
-                self.weight(run, steps([d, a], [0, -1])),
-                self.weight(run, steps([d, a], [-1, -1])),
+                self.weight::<S>(run, [0; 3]),
+                self.weight::<S>(run, steps([d, a], [-1, 0])),
+                self.weight::<S>(run, steps([d, a], [0, -1])),
+                self.weight::<S>(run, steps([d, a], [-1, -1])),
             ],
-            open: if d == 0 { Self::part(&first.edge, run, 0) } else { one },
+            open: if d == 0 { Self::part::<S>(&first.edge, run, 0) } else { one },
             shares: if d == 0 {
-                [Self::part(&first.shares[0], run, 0), Self::part(&first.shares[1], run, 0)]
+                [Self::part::<S>(&first.shares[0], run, 0), Self::part::<S>(&first.shares[1], run, 0)]
             } else {
                 [one; 2]
             },
@@ -267,7 +277,8 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
             share_scale: if d == 0 { [1.0; 2] } else { [own.shares[0][m], own.shares[1][m]] },
         };
         let at = (self.about.at(run.j) as isize + run.first) as usize;
-        over_edge(&mut out[at..][..run.count], &mut across[at..][..run.count], &edge, factors.parts);
+        let outs = [&mut out, &mut across].map(|out| &mut out[at..][..run.count]);
+        over_edge(simd, outs, &edge, factors.parts);
         self.fluxes.edges[number] = [out, across];
     }
 
