@@ -22,13 +22,15 @@ pub struct Memory {
     pub before: Vec<Motion>,
     /// Length of that window, s; zero: there was none.
     pub before_dt: f64,
+    /// What contacts changed of each grain's velocity in that window, m/s, see [`super::loads`].
+    pub jumps: Vec<[f64; 3]>,
 }
 
 impl Memory {
     /// Number of grains, if all parts agree on it.
     pub fn grains(&self) -> Option<usize> {
         let n = self.motions.len();
-        (self.imposed.len() == n && self.before.len() == n).then_some(n)
+        [self.imposed.len(), self.before.len(), self.jumps.len()].iter().all(|m| *m == n).then_some(n)
     }
 
     /// What drives the whole fluid along periodic axes in the first window, m/s²; zero in later windows.
@@ -86,6 +88,7 @@ impl<const D: usize> Grains<D> {
             memory: Memory {
                 imposed: motions.clone(),
                 before: motions.clone(),
+                jumps: vec![[0.0; 3]; motions.len()],
                 motions,
                 ..Memory::default()
             },

@@ -147,6 +147,9 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
     /// Masks and carried force at the motion known now. A grain that came back where it was expected is held
     /// there, where its mask is known.
     fn impose(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        if self.iterations.is_none() {
+            self.loads.find_jumps(grains, dt);
+        }
         let (grid, state) = fluid.parts_mut();
         let Grains { immersed, model, memory, predicted, force } = &mut *grains;
         if !memory.motions.is_empty() {
