@@ -8,8 +8,10 @@
 //! so that `m_p dU/dt = m_p g + F`: buoyancy is in F, weight is not. Why −m_f g is there along periodic axes
 //! too: `docs/equations-immersed.md`.
 //!
-//! The part of a window's change of velocity that its message does not explain is the jump of a contact, ΔU_c.
-//! The virtual mass of a jump is paid as momentum, over the length of the window that pays.
+//! The part of a window's change of velocity that its message does not explain is the jump of a contact,
+//! ΔU_c. The fluid gets it in its own window ([`super::calibrated::contact`]) and takes C_g m_f ΔU_c for it.
+//! The next message takes that from the grain and gives back the virtual mass of the jump, both as momentum,
+//! whatever the lengths of the two windows.
 
 use super::grains::{Grains, Memory};
 use super::virtual_mass::{self, ByGap};
@@ -26,7 +28,7 @@ const MAX_LATE_RATIO: [f64; 2] = [1.0 / 16.0, 0.5];
 
 /// Least ΔU_c that counts as a jump, over the larger of the speeds before and after, and over the change that
 /// the message explains.
-const LEAST_JUMP: [f64; 2] = [0.1, 1.5];
+const LEAST_JUMP: [f64; 2] = [0.02, 1.5];
 
 /// What is the same for all grains and steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +53,8 @@ pub(super) struct Measured {
     /// The part of a contact in it, ΔU_c over the length of the window before, and over that of this window,
     /// m/s².
     jump: [[f64; 3]; 2],
+    /// Momentum that the fluid took of the jump, over m_f and the length of this window, m/s².
+    taken: [f64; 3],
     /// Acceleration of the attempt before less that of the window before: what a DEM does not know when it
     /// adds added_mass A_prev. Zero in the first attempt at a window.
     pub(super) ahead: Wrench,
@@ -91,7 +95,8 @@ impl LoadsRule {
             // through A_prev, of which it knows nothing before the first window.
             loads.force[c] += loads.added_mass * (measured.drive[c] + measured.ahead.force[c])
                 + (measured.near_before - measured.near) * mass * a.force[c]
-                + (coefficient + measured.near_before) * mass * (in_this[c] - in_that[c]);
+                + (coefficient + measured.near_before) * mass * (in_this[c] - in_that[c])
+                - mass * measured.taken[c];
             loads.torque[c] += loads.added_inertia * measured.ahead.torque[c];
         }
         if let Some(volumes) = measured.volume {
@@ -104,13 +109,13 @@ impl LoadsRule {
     fn jump(&self, shape: &Shape, measured: &Measured, [before, now]: [&Motion; 2], dt: f64) -> [f64; 3] {
         let (loads, mass) = (self.loads(shape, measured), shape.density * shape.volume);
         let (mut jump, mut explained, mut speed) = ([0.0; 3], 0.0, 0.0);
-        for c in 0..3 {
+        for (c, jump) in jump.iter_mut().enumerate() {
             let known = loads.added_mass * measured.acceleration.force[c];
             let push = mass * self.gravity[c] + loads.force[c] + known;
             let smooth = dt * push / (mass + loads.added_mass);
             let (u, v) = (before.velocity[c], now.velocity[c]);
             // What is locked keeps its velocity to the last bit, whatever pushes.
-            jump[c] = if u == v { 0.0 } else { v - u - smooth };
+            *jump = if u == v { 0.0 } else { v - u - smooth };
             explained += smooth * smooth;
             speed += f64::max(u * u, v * v);
         }
@@ -150,8 +155,8 @@ impl LoadsRule {
         loads.added_inertia += now_spin * inertia;
         for (c, here) in volumes.into_iter().enumerate() {
             let uneven = if here > 0.0 { self.density * (here - volume) } else { 0.0 };
-            let [in_that, in_this] = measured.jump;
-            let known = a.force[c] - in_that[c] + in_this[c] + ahead.force[c] + measured.drive[c];
+            // The mask held no jump.
+            let known = a.force[c] - measured.jump[0][c] + ahead.force[c] + measured.drive[c];
             loads.force[c] -= now * mass * a.force[c] + (late * mass + (late + now) * uneven) * known;
             loads.torque[c] -=
                 inertia * (now_spin * a.torque[c] + late_spin * (a.torque[c] + ahead.torque[c]));
@@ -216,6 +221,7 @@ impl GrainLoads {
             if memory.before_dt > 0.0 {
                 let jump = memory.jumps[grain];
                 m.jump = [memory.before_dt, grains.model.dt].map(|dt| jump.map(|jump| jump / dt));
+                m.taken = memory.taken[grain].map(|taken| taken / grains.model.dt);
             }
             m.drive = drive;
             m.starts = memory.before_dt == 0.0 && drive == [0.0; 3];
@@ -236,9 +242,9 @@ impl GrainLoads {
         }
     }
 
-    /// Finds ΔU_c of the window of length `dt` whose motion came back, of grains that touch one other thing at
-    /// most: what several contacts do to each other takes more windows than one.
-    pub(super) fn find_jumps<const D: usize>(&self, grains: &mut Grains<D>, dt: f64) {
+    /// Finds ΔU_c of the window of length `dt` whose motion came back, of grains that touch one other thing
+    /// at most: what several contacts do to each other takes more windows than one.
+    pub(super) fn find_jumps<const D: usize>(&self, grid: &Grid<D>, grains: &mut Grains<D>, dt: f64) {
         let Memory { motions, before, jumps, .. } = &mut grains.memory;
         let motions = before.iter().zip(motions);
         let known = self.measured.iter().zip(grains.immersed.shapes());
@@ -248,6 +254,16 @@ impl GrainLoads {
             let counts = m.near > 0.0 && holds;
             *jump = if counts { self.rule.jump(shape, m, [before, now], dt) } else { [0.0; 3] };
         }
+        // The first rank alone knows what was sent.
+        let ranks = grid.division.ranks();
+        if !ranks.is_alone() {
+            ranks.spread(jumps.as_flattened_mut());
+        }
+    }
+
+    /// Part of the window at which each grain first touches something.
+    pub(super) fn touches(&self) -> &[f64] {
+        self.by_gap.as_ref().map_or(&[], ByGap::touches)
     }
 
     /// Finds the virtual masses of the window before.
@@ -315,11 +331,11 @@ mod tests {
         assert!(f64::abs(sum) < 1e-14, "{sum}");
     }
 
-    /// The same in windows of changing length, of momentum: what a window's virtual mass took of a jump the next
-    /// one gives back, and all of the displaced mass's share is taken, (∫β dV − V) ΣΔU_c.
+    /// The same in windows of changing length, of momentum: what a window's virtual mass took of a jump the
+    /// next one gives back; what the fluid took is taken once, and no displaced mass.
     #[test]
     fn a_jump_is_paid_as_momentum_whatever_the_window() {
-        let (mut sum, mut jumps, volume) = (0.0, 0.0, 3.3);
+        let (mut sum, mut jumps, fluid) = (0.0, 0.0, 0.7);
         let (mut jump_before, mut dt_before, mut near_before) = (0.0, 1.0, 0.0);
         for (dt, near, jump) in
             [(1.0, 0.1, 0.0), (0.8, 0.3, 5.0), (0.3, 0.3, -1.0), (0.9, 0.2, 0.5), (0.4, 0.0, 0.0)]
@@ -328,7 +344,8 @@ mod tests {
             let measured = Measured {
                 acceleration: Wrench { force: [0.0, 0.0, a], torque: [0.0; 3] },
                 jump: [dt_before, dt].map(|dt| [0.0, 0.0, jump_before / dt]),
-                volume: Some([volume; 3]),
+                taken: [0.0, 0.0, fluid * jump_before / dt],
+                volume: Some([3.3; 3]),
                 near,
                 near_before,
                 ..Measured::default()
@@ -338,7 +355,7 @@ mod tests {
             jumps += jump;
             (jump_before, dt_before, near_before) = (jump, dt, near);
         }
-        assert!(f64::abs(sum + (volume - SHAPE.volume) * jumps) < 1e-13, "{sum}");
+        assert!(f64::abs(sum + fluid * SHAPE.volume * jumps) < 1e-14, "{sum}");
     }
 
     /// A grain that moves as its message says has no jump; one that a wall throws back has that of the wall,
