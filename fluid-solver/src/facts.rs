@@ -127,6 +127,7 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
             carried: needs.force,
             along: needs.transport.is_some(),
             told: needs.local_solve,
+            jumps: needs.jumps,
             implicit,
             repeated,
             held,

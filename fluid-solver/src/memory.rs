@@ -45,6 +45,8 @@ pub struct Demand {
     pub along: bool,
     /// Whether viscosity is told of its change in its own step.
     pub told: bool,
+    /// Whether the jumps of contacts go to the fluid in their own window.
+    pub jumps: bool,
     /// Whether windows are repeated, from a copy of the state at their start.
     pub repeated: bool,
     /// Kept of what the grains hold of the grid, bytes.
@@ -64,7 +66,7 @@ pub struct Demand {
 /// the grains is counted whole for each, as are the fields of a run that this one starts from, though they go
 /// before the first window.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) -> u64 {
-    let Demand { carried, along, told, implicit, repeated, held, near, start } = demand;
+    let Demand { carried, along, told, jumps, implicit, repeated, held, near, start } = demand;
     let axes = D as u64;
     let kept = 2 * axes
         + 1
@@ -77,7 +79,9 @@ pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) ->
         (_, false) => 1,
         (_, true) => 4,
     };
-    let fields = (1 + u64::from(repeated)) * kept + work;
+    // What is projected, and φ in space.
+    let jumps = if jumps { axes + u64::from(D == 3) } else { 0 };
+    let fields = (1 + u64::from(repeated)) * kept + work + jumps;
     if share.planes == 0 {
         return BASE + held + near + start + 8 * grid.len() as u64 * fields;
     }

@@ -175,6 +175,8 @@ impl<const D: usize> Solver<D> {
         if let Some(memory) = start.memory() {
             grains.memory.before.clone_from(&memory.before);
             grains.memory.before_dt = memory.before_dt;
+            grains.memory.jumps.clone_from(&memory.jumps);
+            grains.memory.taken.clone_from(&memory.taken);
         }
         if start.interpolate_force(stepper.grid(), &mut grains.force) {
             grains.memory.imposed_dt = grains.model.dt;

@@ -134,6 +134,16 @@ impl<const D: usize> Stepper<D> {
         self.fill_halos();
     }
 
+    /// Makes a change of velocity divergence-free: nothing of it passes through a face of the box that is not
+    /// periodic, open ones included.
+    pub fn project_other(&mut self, change: &mut [Vec<f64>; D]) {
+        let open = std::mem::take(&mut self.flow.state.open);
+        std::mem::swap(&mut self.flow.state.velocity, change);
+        self.project_velocity();
+        std::mem::swap(&mut self.flow.state.velocity, change);
+        self.flow.state.open = open;
+    }
+
     /// Refreshes halo and wall faces of the velocity.
     pub fn fill_halos(&mut self) {
         self.flow.fill_halos();

@@ -22,13 +22,19 @@ pub struct Memory {
     pub before: Vec<Motion>,
     /// Length of that window, s; zero: there was none.
     pub before_dt: f64,
+    /// What contacts changed of each grain's velocity in that window, m/s, see [`super::loads`].
+    pub jumps: Vec<[f64; 3]>,
+    /// Momentum that the fluid took of them in that window, over the mass of the fluid that the grain displaces,
+    /// m/s. Of several ranks the first alone knows it.
+    pub taken: Vec<[f64; 3]>,
 }
 
 impl Memory {
     /// Number of grains, if all parts agree on it.
     pub fn grains(&self) -> Option<usize> {
         let n = self.motions.len();
-        (self.imposed.len() == n && self.before.len() == n).then_some(n)
+        let others = [self.imposed.len(), self.before.len(), self.jumps.len(), self.taken.len()];
+        others.iter().all(|m| *m == n).then_some(n)
     }
 
     /// What drives the whole fluid along periodic axes in the first window, m/s²; zero in later windows.
@@ -86,6 +92,8 @@ impl<const D: usize> Grains<D> {
             memory: Memory {
                 imposed: motions.clone(),
                 before: motions.clone(),
+                jumps: vec![[0.0; 3]; motions.len()],
+                taken: vec![[0.0; 3]; motions.len()],
                 motions,
                 ..Memory::default()
             },

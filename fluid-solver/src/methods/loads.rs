@@ -7,12 +7,17 @@
 //! ```
 //! so that `m_p dU/dt = m_p g + F`: buoyancy is in F, weight is not. Why −m_f g is there along periodic axes
 //! too: `docs/equations-immersed.md`.
+//!
+//! The part of a window's change of velocity that its message does not explain is the jump of a contact,
+//! ΔU_c. The fluid gets it in its own window ([`super::calibrated::contact`]) and takes C_g m_f ΔU_c for it.
+//! The next message takes that from the grain and gives back the virtual mass of the jump, both as momentum,
+//! whatever the lengths of the two windows.
 
-use super::grains::Grains;
+use super::grains::{Grains, Memory};
 use super::virtual_mass::{self, ByGap};
 use crate::grid::Grid;
 use crate::immersed::Wrench;
-use crate::immersed::body::Shape;
+use crate::immersed::body::{Motion, Shape};
 use crate::step::Stepper;
 use protocol::message::Loads;
 
@@ -20,6 +25,10 @@ use protocol::message::Loads;
 /// density ρ_p − ρ/2, where it is positive and where it is negative: with a third of it discs were seen to
 /// fail (docs/equations-immersed.md, section 4).
 const MAX_LATE_RATIO: [f64; 2] = [1.0 / 16.0, 0.5];
+
+/// Least ΔU_c that counts as a jump, over the larger of the speeds before and after, and over the change that
+/// the message explains.
+const LEAST_JUMP: [f64; 2] = [0.02, 1.5];
 
 /// What is the same for all grains and steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +50,11 @@ pub(super) struct Measured {
     pub(super) force: Wrench,
     /// Acceleration and angular acceleration over the window before.
     pub(super) acceleration: Wrench,
+    /// The part of a contact in it, ΔU_c over the length of the window before, and over that of this window,
+    /// m/s².
+    jump: [[f64; 3]; 2],
+    /// Momentum that the fluid took of the jump, over m_f and the length of this window, m/s².
+    taken: [f64; 3],
     /// Acceleration of the attempt before less that of the window before: what a DEM does not know when it
     /// adds added_mass A_prev. Zero in the first attempt at a window.
     pub(super) ahead: Wrench,
@@ -73,20 +87,41 @@ impl LoadsRule {
             added_inertia: coefficient * inertia,
             ..Loads::default()
         };
-        let (f, a) = (&measured.force, &measured.acceleration);
+        let (f, a, [in_that, in_this]) = (&measured.force, &measured.acceleration, &measured.jump);
         for c in 0..3 {
             loads.force[c] = -rho * f.force[c] - mass * self.gravity[c];
             loads.torque[c] = -rho * f.torque[c];
             // Virtual mass resists motion relative to the fluid. A DEM counts the part of the fluid
             // through A_prev, of which it knows nothing before the first window.
             loads.force[c] += loads.added_mass * (measured.drive[c] + measured.ahead.force[c])
-                + (measured.near_before - measured.near) * mass * a.force[c];
+                + (measured.near_before - measured.near) * mass * a.force[c]
+                + (coefficient + measured.near_before) * mass * (in_this[c] - in_that[c])
+                - mass * measured.taken[c];
             loads.torque[c] += loads.added_inertia * measured.ahead.torque[c];
         }
         if let Some(volumes) = measured.volume {
             self.displace(shape, volumes, measured, &mut loads);
         }
         loads
+    }
+
+    /// ΔU_c of a grain over a window of length `dt` in which it was sent what was `measured`.
+    fn jump(&self, shape: &Shape, measured: &Measured, [before, now]: [&Motion; 2], dt: f64) -> [f64; 3] {
+        let (loads, mass) = (self.loads(shape, measured), shape.density * shape.volume);
+        let (mut jump, mut explained, mut speed) = ([0.0; 3], 0.0, 0.0);
+        for (c, jump) in jump.iter_mut().enumerate() {
+            let known = loads.added_mass * measured.acceleration.force[c];
+            let push = mass * self.gravity[c] + loads.force[c] + known;
+            let smooth = dt * push / (mass + loads.added_mass);
+            let (u, v) = (before.velocity[c], now.velocity[c]);
+            // What is locked keeps its velocity to the last bit, whatever pushes.
+            *jump = if u == v { 0.0 } else { v - u - smooth };
+            explained += smooth * smooth;
+            speed += f64::max(u * u, v * v);
+        }
+        let size: f64 = jump.iter().map(|jump| jump * jump).sum();
+        let [of_speed, of_explained] = LEAST_JUMP.map(|least| least * least);
+        if size > of_speed * speed && size > of_explained * explained { jump } else { [0.0; 3] }
     }
 
     /// How much more inertia a body has whose volume is `ratio` times as large, less one: it goes with V^(1 +
@@ -120,7 +155,8 @@ impl LoadsRule {
         loads.added_inertia += now_spin * inertia;
         for (c, here) in volumes.into_iter().enumerate() {
             let uneven = if here > 0.0 { self.density * (here - volume) } else { 0.0 };
-            let known = a.force[c] + ahead.force[c] + measured.drive[c];
+            // The mask held no jump.
+            let known = a.force[c] - measured.jump[0][c] + ahead.force[c] + measured.drive[c];
             loads.force[c] -= now * mass * a.force[c] + (late * mass + (late + now) * uneven) * known;
             loads.torque[c] -=
                 inertia * (now_spin * a.torque[c] + late_spin * (a.torque[c] + ahead.torque[c]));
@@ -182,6 +218,11 @@ impl GrainLoads {
         let drive = memory.first_drive(fluid);
         for (grain, m) in self.measured.iter_mut().enumerate() {
             m.acceleration = memory.acceleration(grain);
+            if memory.before_dt > 0.0 {
+                let jump = memory.jumps[grain];
+                m.jump = [memory.before_dt, grains.model.dt].map(|dt| jump.map(|jump| jump / dt));
+                m.taken = memory.taken[grain].map(|taken| taken / grains.model.dt);
+            }
             m.drive = drive;
             m.starts = memory.before_dt == 0.0 && drive == [0.0; 3];
             m.volume = self.displaced_mass.then(|| self.volumes[grain]);
@@ -199,6 +240,30 @@ impl GrainLoads {
             m.near_before = if repeated { *near } else { m.near };
             m.near = *near;
         }
+    }
+
+    /// Finds ΔU_c of the window of length `dt` whose motion came back, of grains that touch one other thing
+    /// at most: what several contacts do to each other takes more windows than one.
+    pub(super) fn find_jumps<const D: usize>(&self, grid: &Grid<D>, grains: &mut Grains<D>, dt: f64) {
+        let Memory { motions, before, jumps, .. } = &mut grains.memory;
+        let motions = before.iter().zip(motions);
+        let known = self.measured.iter().zip(grains.immersed.shapes());
+        for ((jump, (m, shape)), (before, now)) in jumps.iter_mut().zip(known).zip(motions) {
+            // A grain that is out of the box holds no fluid.
+            let holds = m.volume.is_none_or(|volume| volume.iter().any(|volume| *volume > 0.0));
+            let counts = m.near > 0.0 && holds;
+            *jump = if counts { self.rule.jump(shape, m, [before, now], dt) } else { [0.0; 3] };
+        }
+        // The first rank alone knows what was sent.
+        let ranks = grid.division.ranks();
+        if !ranks.is_alone() {
+            ranks.spread(jumps.as_flattened_mut());
+        }
+    }
+
+    /// Part of the window at which each grain first touches something.
+    pub(super) fn touches(&self) -> &[f64] {
+        self.by_gap.as_ref().map_or(&[], ByGap::touches)
     }
 
     /// Finds the virtual masses of the window before.
@@ -264,6 +329,55 @@ mod tests {
             (before, near_before) = (a, near);
         }
         assert!(f64::abs(sum) < 1e-14, "{sum}");
+    }
+
+    /// The same in windows of changing length, of momentum: what a window's virtual mass took of a jump the
+    /// next one gives back; what the fluid took is taken once, and no displaced mass.
+    #[test]
+    fn a_jump_is_paid_as_momentum_whatever_the_window() {
+        let (mut sum, mut jumps, fluid) = (0.0, 0.0, 0.7);
+        let (mut jump_before, mut dt_before, mut near_before) = (0.0, 1.0, 0.0);
+        for (dt, near, jump) in
+            [(1.0, 0.1, 0.0), (0.8, 0.3, 5.0), (0.3, 0.3, -1.0), (0.9, 0.2, 0.5), (0.4, 0.0, 0.0)]
+        {
+            let a = jump_before / dt_before;
+            let measured = Measured {
+                acceleration: Wrench { force: [0.0, 0.0, a], torque: [0.0; 3] },
+                jump: [dt_before, dt].map(|dt| [0.0, 0.0, jump_before / dt]),
+                taken: [0.0, 0.0, fluid * jump_before / dt],
+                volume: Some([3.3; 3]),
+                near,
+                near_before,
+                ..Measured::default()
+            };
+            let loads = RULE.loads(&SHAPE, &measured);
+            sum += dt * (loads.force[2] - 6.0 + loads.added_mass * a) - loads.added_mass * jump;
+            jumps += jump;
+            (jump_before, dt_before, near_before) = (jump, dt, near);
+        }
+        assert!(f64::abs(sum + fluid * SHAPE.volume * jumps) < 1e-14, "{sum}");
+    }
+
+    /// A grain that moves as its message says has no jump; one that a wall throws back has that of the wall,
+    /// and none along an axis that is locked.
+    #[test]
+    fn a_jump_is_what_the_message_does_not_explain() {
+        let acceleration = Wrench { force: [0.0, 3.0, -1.0], torque: [0.0; 3] };
+        let measured = Measured { acceleration, ..Measured::default() };
+        let loads = RULE.loads(&SHAPE, &measured);
+        let mass = SHAPE.density * SHAPE.volume;
+        let (dt, before) = (0.1, Motion { velocity: [0.0, 0.0, -1.0], ..Motion::default() });
+        let push = mass * RULE.gravity[2] + loads.force[2] - loads.added_mass;
+        let explained = dt * push / (mass + loads.added_mass);
+        let jump = |u: f64| {
+            let now = Motion { velocity: [0.0, 0.0, u], ..before };
+            RULE.jump(&SHAPE, &measured, [&before, &now], dt)
+        };
+        assert_eq!(jump(-1.0 + explained), [0.0; 3]);
+        assert_eq!(jump(-1.0 + 2.0 * explained), [0.0; 3]);
+        let thrown = jump(0.75);
+        assert_eq!(thrown[..2], [0.0; 2]);
+        assert!((thrown[2] - (1.75 - explained)).abs() < 1e-14, "{thrown:?}");
     }
 
     /// A DEM solves (m_p + m_a) a = m_p g + F + m_a A_prev. With A_prev = a the message must add ρ(∫β dV − V)

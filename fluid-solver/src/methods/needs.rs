@@ -21,6 +21,8 @@ pub struct Needs {
     pub points: bool,
     /// Whether convection is refined near grains.
     pub near_convection: bool,
+    /// Whether the jumps of contacts go to the fluid in their own window.
+    pub jumps: bool,
 }
 
 impl Needs {
@@ -42,6 +44,11 @@ impl Needs {
                 && choices.time.convection
                 && !choices.calibration.plain_convection,
             points: grains && choices.method == Method::FictitiousDomain,
+            // In repeated windows the attempts would have to agree on what is a contact.
+            jumps: choices.method == Method::Calibrated
+                && scheme != Scheme::Iterated
+                && !choices.calibration.without_virtual_mass
+                && scene.grains.iter().any(|grain| grain.motion == Motion::Free),
         }
     }
 }

@@ -75,6 +75,11 @@ impl<const D: usize> Immersed<D> {
         pores.set_radii(grid.geometry, model, &mut self.shapes, motions);
     }
 
+    /// Sets the radius of the mask of one grain, m: far below zero, it has none.
+    pub fn set_mask_radius(&mut self, grain: usize, radius: f64) {
+        self.shapes[grain].mask_radius = radius;
+    }
+
     /// Declares the cells of `motions` to be those that hold force (after a restore).
     pub fn mark_forced(&mut self, grid: &Grid<D>, model: &MaskModel, motions: &[Motion]) {
         let placed = Placed { grid, model, shapes: &self.shapes, motions };

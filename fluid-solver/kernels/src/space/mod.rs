@@ -55,6 +55,8 @@ pub(crate) struct SpaceEngine {
     /// φ, which needs no field where it is the pressure; increments of implicit viscosity.
     work: [Vec<f64>; 3],
     privates: Vec<Private>,
+    /// φ of a projection outside of a step; made with the first one.
+    apart: [Vec<f64>; 3],
     /// Whether the predictor has the pressure gradient; else φ stands in the place of the pressure.
     has_gradient: bool,
 }
@@ -75,6 +77,7 @@ impl SpaceEngine {
         Self {
             privates: (0..slabs).map(|_| Private::new(&shape, &pressure, &viscous)).collect(),
             work: [field(has_gradient), field(implicit), field(implicit)],
+            apart: Default::default(),
             shape,
             pressure,
             viscous,
@@ -93,7 +96,7 @@ impl SpaceEngine {
         state: &mut State<D>,
         task: impl FnOnce(Sweep<'_>, &mut Fields<'_>, &mut [Private]),
     ) {
-        let Self { shape, pressure, viscous, work, privates, has_gradient } = self;
+        let Self { shape, pressure, viscous, work, privates, has_gradient, .. } = self;
         let sweep = Sweep { shape, pressure, viscous, has_gradient: *has_gradient };
         task(sweep, &mut fields(state, work, *has_gradient), privates);
     }
@@ -189,9 +192,11 @@ impl<const D: usize> Engine<D> for SpaceEngine {
     fn project_velocity(&mut self, flow: &mut Flow<D>) {
         self.shape.refresh(&flow.grid);
         let once = PressureUpdate { duration: 1.0, viscosity: 0.0 };
-        let mut phi = [flow.grid.new_field(), Vec::new(), Vec::new()];
-        let Self { shape, pressure, viscous, privates, .. } = self;
-        let mut fields = fields(&mut flow.state, &mut phi, true);
+        if self.apart[0].is_empty() {
+            self.apart[0] = flow.grid.new_field();
+        }
+        let Self { shape, pressure, viscous, privates, apart, .. } = self;
+        let mut fields = fields(&mut flow.state, apart, true);
         fields.pressure = Default::default();
         let sweep = Sweep { shape, pressure, viscous, has_gradient: false };
         sweep.diverge(&mut fields, privates, Diverge::of(once));

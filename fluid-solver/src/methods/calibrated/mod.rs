@@ -11,10 +11,11 @@
 //! Near grains convection is refined ([`crate::near_convection`]). In space the radius of the mask follows
 //! the pores ([`crate::immersed::pores`]), and in dense beds the force goes with the grains and viscosity
 //! feels its change in the same step ([`advection`]). Where windows are repeated, [`iterations`] mixes the
-//! attempts.
+//! attempts; elsewhere the jump of a contact goes to the fluid at once ([`contact`]).
 
 pub mod advection;
 pub mod calibration;
+pub mod contact;
 pub mod iterations;
 pub(super) mod limits;
 
@@ -22,6 +23,7 @@ use super::grains::Grains;
 use super::immersed_boundary::ImmersedBoundary;
 use super::loads::GrainLoads;
 use super::needs::Needs;
+use crate::build;
 use crate::config::Choices;
 use crate::grid::Grid;
 use crate::immersed::body::Motion;
@@ -31,6 +33,7 @@ use crate::step::Stepper;
 use advection::Advection;
 use bedload_scene::{CheckedScene, Geometry, Medium};
 use calibration::{Calibration, MaskRadius};
+use contact::Contact;
 use iterations::Iterations;
 use protocol::message::Loads;
 use protocol::participant::Window;
@@ -52,6 +55,8 @@ pub struct Calibrated<const D: usize> {
     refines: bool,
     /// Attempts at the present window, where windows are repeated.
     iterations: Option<Box<Iterations<D>>>,
+    /// What contacts do to the fluid in their own window, where there may be contacts.
+    contact: Option<Contact<D>>,
 }
 
 impl<const D: usize> Calibrated<D> {
@@ -78,6 +83,7 @@ impl<const D: usize> Calibrated<D> {
             }),
             refines: needs.near_convection,
             iterations: (scheme == Scheme::Iterated).then(|| Box::new(Iterations::new(gyration))),
+            contact: needs.jumps.then(|| Contact::new(grid, shapes, build::free(scene))),
         };
         method.set_radii(grid, grains);
         method
@@ -147,17 +153,21 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
     /// Masks and carried force at the motion known now. A grain that came back where it was expected is held
     /// there, where its mask is known.
     fn impose(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+        if self.contact.is_some() {
+            self.loads.find_jumps(fluid.grid(), grains, dt);
+        }
         let (grid, state) = fluid.parts_mut();
         let Grains { immersed, model, memory, predicted, force } = &mut *grains;
         if !memory.motions.is_empty() {
             memory.imposed_dt = model.dt;
             let near = AS_EXPECTED * grid.smallest_width();
-            for (to, (motion, predicted)) in
-                memory.imposed.iter_mut().zip(memory.motions.iter().zip(predicted))
-            {
+            let known = memory.motions.iter().zip(&memory.jumps).zip(predicted);
+            for (to, ((motion, jump), predicted)) in memory.imposed.iter_mut().zip(known) {
                 let expected = (0..3).all(|c| (motion.centre[c] - predicted.centre[c]).abs() <= near);
                 let place = if expected { predicted } else { motion };
-                *to = Motion { centre: place.centre, angle: place.angle, ..*motion };
+                // The force knows nothing of the jump.
+                let velocity = std::array::from_fn(|c| motion.velocity[c] - jump[c]);
+                *to = Motion { velocity, spin: motion.spin, ..*place };
             }
             let velocity = &mut state.velocity;
             match &mut self.advection {
@@ -170,6 +180,9 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
         }
         if let Some(iterations) = &mut self.iterations {
             iterations.note(dt, grid, grains);
+        }
+        if let Some(contact) = &mut self.contact {
+            contact.give(fluid, grains, self.loads.touches(), dt);
         }
     }
 

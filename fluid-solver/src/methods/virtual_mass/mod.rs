@@ -48,7 +48,20 @@ pub struct ByGap {
     pairs: Vec<(usize, usize, f64)>,
     /// Contacts of each grain.
     contacts: Vec<u32>,
+    /// Part of the window at which each grain first touches something; 1 where it does not.
+    touches: Vec<f64>,
     excess: Vec<f64>,
+}
+
+/// Part of a window at which a gap that goes from the first to the last of `gaps` closes; 1 if it does not.
+fn closes([first, last]: [f64; 2]) -> f64 {
+    if first <= 0.0 {
+        0.0
+    } else if last < 0.0 {
+        first / (first - last)
+    } else {
+        1.0
+    }
 }
 
 impl ByGap {
@@ -75,6 +88,7 @@ impl ByGap {
             then: vec![Motion::default(); shapes.len()],
             pairs: Vec::new(),
             contacts: vec![0; shapes.len()],
+            touches: vec![1.0; shapes.len()],
             excess: vec![0.0; shapes.len()],
         }
     }
@@ -86,16 +100,19 @@ impl ByGap {
     /// more has none: what moves together drags less fluid along than head-on; and a partner with other
     /// contacts counts as held.
     pub fn excess(&mut self, shapes: &[Shape], density: f64, now: &[Motion], dt: f64) -> &[f64] {
-        let Self { dimensions, walls, free, neighbours, then, pairs, contacts, excess } = self;
+        let Self { dimensions, walls, free, neighbours, then, pairs, contacts, touches, excess } = self;
         let dimensions = *dimensions;
         then.iter_mut().zip(now).for_each(|(then, now)| *then = now.predicted(dt));
         excess.fill(0.0);
         contacts.fill(0);
+        touches.fill(1.0);
         // The gaps are those of round bodies; others are as if alone.
         for (grain, shape) in shapes.iter().enumerate().filter(|(_, shape)| shape.outline.is_none()) {
             for wall in &*walls {
                 let gap = |m: &Motion| wall.inward * (m.centre[wall.axis] - wall.at) - shape.radius;
-                let gap = gap(&now[grain]).min(gap(&then[grain]));
+                let gaps = [gap(&now[grain]), gap(&then[grain])];
+                touches[grain] = touches[grain].min(closes(gaps));
+                let gap = gaps[0].min(gaps[1]);
                 if gap < REACH * shape.radius {
                     excess[grain] = excess[grain].max(at_a_wall(dimensions, shape.radius, gap) - ALONE);
                     contacts[grain] += u32::from(gap < TOUCH * shape.radius);
@@ -103,14 +120,17 @@ impl ByGap {
             }
         }
         pairs.clear();
-        neighbours.each_pair(shapes, now, then, |i, j, gap| {
+        neighbours.each_pair(shapes, now, then, |i, j, gaps| {
             if shapes[i].outline.is_some() || shapes[j].outline.is_some() {
                 return;
             }
+            let gap = gaps[0].min(gaps[1]);
             pairs.push((i, j, gap));
-            let touches = u32::from(gap < TOUCH * shapes[i].radius.min(shapes[j].radius));
-            contacts[i] += touches;
-            contacts[j] += touches;
+            let near = u32::from(gap < TOUCH * shapes[i].radius.min(shapes[j].radius));
+            for grain in [i, j] {
+                contacts[grain] += near;
+                touches[grain] = touches[grain].min(closes(gaps));
+            }
         });
         for &(i, j, gap) in &*pairs {
             let moves = [i, j].map(|grain| free[grain] && contacts[grain] < 2);
@@ -125,6 +145,12 @@ impl ByGap {
             }
         }
         excess
+    }
+
+    /// Part of the window of the last [`ByGap::excess`] at which each grain first touches a wall or another
+    /// grain; 1 where it does not.
+    pub fn touches(&self) -> &[f64] {
+        &self.touches
     }
 }
 

@@ -68,13 +68,13 @@ impl Neighbours {
         Self { axes, reach, order, begins: vec![0; cells + 1], cell }
     }
 
-    /// Calls `each` once with every pair and its smallest gap, at `now` and at `then`, that is within reach.
+    /// Calls `each` once with every pair and its gaps at `now` and at `then`, of which one is within reach.
     pub(super) fn each_pair(
         &mut self,
         shapes: &[Shape],
         now: &[Motion],
         then: &[Motion],
-        mut each: impl FnMut(usize, usize, f64),
+        mut each: impl FnMut(usize, usize, [f64; 2]),
     ) {
         if shapes.len() < 2 {
             return;
@@ -93,9 +93,9 @@ impl Neighbours {
                     for kx in x.around(cx) {
                         let k = (kz * y.count + ky) * x.count + kx;
                         for &j in order[begins[k]..begins[k + 1]].iter().filter(|j| **j > i) {
-                            let gap = gap(i, j, now).min(gap(i, j, then));
-                            if gap < reach * shapes[i].radius.min(shapes[j].radius) {
-                                each(i, j, gap);
+                            let gaps = [gap(i, j, now), gap(i, j, then)];
+                            if gaps[0].min(gaps[1]) < reach * shapes[i].radius.min(shapes[j].radius) {
+                                each(i, j, gaps);
                             }
                         }
                     }

@@ -22,4 +22,5 @@ mod ranks;
 mod restart;
 mod schemes;
 mod settling;
+mod touch;
 mod wall;

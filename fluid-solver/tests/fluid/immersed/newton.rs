@@ -1,4 +1,5 @@
-//! A DEM of a dozen lines: `(m_p + m_a) a = m_p g + F + m_a A_prev`, likewise for the spin.
+//! A DEM of a dozen lines: `(m_p + m_a) a = m_p g + F + m_a A_prev`, likewise for the spin, and a floor that
+//! throws grains back where one is asked for.
 
 use bedload_scene::{CheckedScene, Freedom, Geometry, Motion, SceneSource};
 use fluid_solver::methods::calibrated::calibration::Calibration;
@@ -19,6 +20,7 @@ pub(crate) fn try_scene(text: &str) -> Result<CheckedScene, bedload_scene::Scene
 }
 
 struct Body {
+    radius: f64,
     mass: f64,
     inertia: f64,
     /// Whether its orientation is followed: that of a body of the plane that is not round.
@@ -40,6 +42,8 @@ pub(crate) struct Newton {
     bodies: Vec<Body>,
     gravity: [f64; 3],
     pub(crate) drift: Drift,
+    /// Restitution of a wall at z = 0.
+    pub(crate) floor: Option<f64>,
     pub(crate) motions: Vec<Kinematics>,
     pub(crate) loads: Vec<Loads>,
     accelerations: Vec<[f64; 6]>,
@@ -50,6 +54,7 @@ impl Newton {
         let freedoms = [Freedom::X, Freedom::Y, Freedom::Z, Freedom::SpinX, Freedom::SpinY, Freedom::SpinZ];
         let geometry: Geometry = scene.scene.domain.geometry;
         let bodies = scene.grains.iter().map(|grain| Body {
+            radius: grain.radius,
             mass: grain.mass(),
             inertia: grain.gyration() * grain.mass(),
             turns: !grain.shape.is_round(),
@@ -66,6 +71,7 @@ impl Newton {
             bodies: bodies.collect(),
             gravity: scene.scene.gravity,
             drift: Drift::Mean,
+            floor: None,
             motions: motions.collect(),
             loads: vec![Loads::default(); scene.grains.len()],
             accelerations: vec![[0.0; 6]; scene.grains.len()],
@@ -87,6 +93,12 @@ impl Newton {
                 (before[c], before[c + 3]) = (linear, angular);
                 let new = if self.drift == Drift::Old { old[c] } else { motion.velocity[c] };
                 motion.position[c] += 0.5 * dt * (old[c] + new);
+            }
+            let below = body.radius - motion.position[2];
+            if let Some(restitution) = self.floor.filter(|_| below > 0.0 && motion.velocity[2] < 0.0) {
+                motion.velocity[2] *= -restitution;
+                motion.position[2] += (1.0 + restitution) * below;
+                before[2] = (motion.velocity[2] - old[2]) / dt;
             }
             if body.turns {
                 let turned = 0.5 * dt * (spin + motion.spin[1]);

@@ -1,0 +1,318 @@
+//! What a contact does to the fluid in its own window (docs/equations-immersed.md, section 11).
+//!
+//! A contact is short: the fluid feels the jump ΔU_c of a grain's velocity as an impulsive pressure, in which
+//! viscosity has no part. So the jump's flow δu is potential flow about a hard mask b,
+//! ```text
+//! δu = P Λ,   Λ = Σ_i q_i (ΔU_i − δu),   q = e^{−2s/w},   P: projection, of homogeneous walls
+//! ```
+//! or with Λ = b Y and b = q/(1 + q)
+//! ```text
+//! (1 − b) Y + P b Y = ΔU
+//! ```
+//! which, times b, is symmetric and positive: conjugate gradients with the metric ∫ b f g dV. The grain gets
+//! what the fluid took, once, with the next message.
+
+use crate::field::{for_each_own_unknown, own_planes};
+use crate::grid::Grid;
+use crate::immersed::Immersed;
+use crate::immersed::body::{Motion, Shape};
+use crate::immersed::mask_model::{Mask, MaskModel};
+use crate::immersed::places::{Places, Values};
+use crate::methods::grains::Grains;
+use crate::step::Stepper;
+
+/// Residual at which the solve ends, over that at its start: what the fluid takes is within 0.2 % of what it
+/// is at a tenth of it, for half as many projections.
+const RESIDUAL: f64 = 1e-2;
+
+/// Largest number of projections of a solve; 6 to 10 do.
+const MOST: usize = 40;
+
+/// Radius of a mask that holds nothing, over that of the grain.
+const NO_MASK: f64 = -1e3;
+
+/// The potential flow of jumps.
+pub(super) struct Contact<const D: usize> {
+    /// The grains, with a mask where they have a jump or are held.
+    immersed: Immersed<D>,
+    /// Which grains the fluid moves.
+    free: Vec<bool>,
+    motions: Vec<Motion>,
+    places: Places<D>,
+    /// What is projected.
+    field: [Vec<f64>; D],
+    /// At the places: b, and b times the control volume, m³.
+    mask: Values<D>,
+    weight: Values<D>,
+    /// Y, and ΔU less what Y makes of the left side, m/s.
+    force: Values<D>,
+    residual: Values<D>,
+    /// Where to go next, and what that makes of the left side, m/s.
+    direction: Values<D>,
+    image: Values<D>,
+}
+
+impl<const D: usize> Contact<D> {
+    /// For grains of which `free` says whether the fluid moves them.
+    pub(super) fn new(grid: &Grid<D>, shapes: &[Shape], free: Vec<bool>) -> Self {
+        let values = || std::array::from_fn(|_| Vec::new());
+        Self {
+            immersed: Immersed::new(grid, shapes.to_vec(), false),
+            free,
+            motions: vec![Motion::default(); shapes.len()],
+            places: Places::default(),
+            field: grid.new_vector(),
+            mask: values(),
+            weight: values(),
+            force: values(),
+            residual: values(),
+            direction: values(),
+            image: values(),
+        }
+    }
+
+    /// Gives the fluid the jumps of `grains`, whose contacts began at the `parts` of the window of length
+    /// `dt`, s; what it took goes to the memory.
+    pub(super) fn give(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, parts: &[f64], dt: f64) {
+        let memory = &mut grains.memory;
+        memory.taken.fill([0.0; 3]);
+        if memory.jumps.as_flattened().iter().all(|jump| *jump == 0.0) {
+            return;
+        }
+        let model = MaskModel { mask: Mask::Izard2014, dt: 1.0, ..grains.model };
+        for (grain, motion) in self.motions.iter_mut().enumerate() {
+            let jump = memory.jumps[grain];
+            let place = memory.before[grain].predicted(parts[grain] * dt);
+            *motion = Motion { velocity: jump, spin: [0.0; 3], ..place };
+            let holds = jump != [0.0; 3] || !self.free[grain];
+            let radius = self.immersed.shapes()[grain].radius;
+            self.immersed.set_mask_radius(grain, radius * if holds { 1.0 } else { NO_MASK });
+        }
+        self.solve(fluid, &model);
+        let Self { immersed, places, field, mask, force, residual, direction, image, .. } = self;
+        project(fluid, places, field, mask, force, image);
+        let own = own_planes(fluid.grid());
+        for (u, flow) in fluid.state_mut().velocity.iter_mut().zip(&*field) {
+            u[own.clone()].iter_mut().zip(&flow[own.clone()]).for_each(|(u, flow)| *u += flow);
+        }
+        // The part of Λ that is a grain's is b_i (ΔU_i + Λ − δu), less what is left of the residual.
+        multiply(mask, force, direction);
+        add(image, -1.0, direction);
+        add(image, 1.0, residual);
+        places.scatter(image, field);
+        let forces = immersed.forces(fluid.grid(), &model, &self.motions, field, None);
+        let taken = memory.taken.iter_mut().zip(&memory.jumps).zip(forces).zip(grains.immersed.shapes());
+        for (((taken, jump), force), shape) in taken.filter(|(((_, jump), _), _)| **jump != [0.0; 3]) {
+            *taken = std::array::from_fn(|c| force.force[c] / shape.volume - jump[c]);
+        }
+    }
+
+    /// Finds the places, b and Y.
+    fn solve(&mut self, fluid: &mut Stepper<D>, model: &MaskModel) {
+        let Self {
+            immersed, motions, places, field, mask, weight, force, residual, direction, image, ..
+        } = self;
+        let grid = fluid.grid();
+        clear(grid, field);
+        immersed.impose_direct(grid, model, motions, field);
+        places.clear();
+        places.add(grid, immersed);
+        // b ΔU
+        places.gather(field, residual);
+        immersed.store_mask(grid, model, motions, field);
+        places.gather(field, mask);
+        for (d, field) in field.iter_mut().enumerate() {
+            for_each_own_unknown(grid, d, |at, index| field[index] = grid.control_volume(d, at));
+        }
+        places.gather(field, image);
+        multiply(mask, image, weight);
+        let at = residual.iter_mut().flatten().zip(mask.iter().flatten());
+        at.for_each(|(residual, b)| *residual = if *b > 0.0 { *residual / b } else { 0.0 });
+        for ((force, direction), residual) in force.iter_mut().zip(&mut *direction).zip(&*residual) {
+            direction.clone_from(residual);
+            force.clear();
+            force.resize(residual.len(), 0.0);
+        }
+        let first = product(fluid.grid(), weight, residual, residual);
+        let mut size = first;
+        let mut rounds = 0;
+        while rounds < MOST && size > RESIDUAL * RESIDUAL * first {
+            rounds += 1;
+            project(fluid, places, field, mask, direction, image);
+            let at = image.iter_mut().flatten().zip(direction.iter().flatten()).zip(mask.iter().flatten());
+            at.for_each(|((image, direction), b)| *image += (1.0 - b) * direction);
+            let step = size / product(fluid.grid(), weight, direction, image);
+            add(force, step, direction);
+            add(residual, -step, image);
+            let before = size;
+            size = product(fluid.grid(), weight, residual, residual);
+            let at = direction.iter_mut().flatten().zip(residual.iter().flatten());
+            at.for_each(|(direction, residual)| *direction = residual + size / before * *direction);
+        }
+    }
+}
+
+/// Zero on the planes of this process.
+fn clear<const D: usize>(grid: &Grid<D>, field: &mut [Vec<f64>; D]) {
+    let own = own_planes(grid);
+    field.iter_mut().for_each(|field| field[own.clone()].fill(0.0));
+}
+
+/// `field` and, at the places, `out` ← P b Y.
+fn project<const D: usize>(
+    fluid: &mut Stepper<D>,
+    places: &Places<D>,
+    field: &mut [Vec<f64>; D],
+    mask: &Values<D>,
+    force: &Values<D>,
+    out: &mut Values<D>,
+) {
+    clear(fluid.grid(), field);
+    multiply(mask, force, out);
+    places.scatter(out, field);
+    fluid.project_other(field);
+    places.gather(field, out);
+}
+
+/// `out` ← a b.
+fn multiply<const D: usize>(a: &Values<D>, b: &Values<D>, out: &mut Values<D>) {
+    for ((a, b), out) in a.iter().zip(b).zip(out) {
+        out.clear();
+        out.extend(a.iter().zip(b).map(|(a, b)| a * b));
+    }
+}
+
+/// `to` += factor `from`.
+fn add<const D: usize>(to: &mut Values<D>, factor: f64, from: &Values<D>) {
+    let at = to.iter_mut().flatten().zip(from.iter().flatten());
+    at.for_each(|(to, from)| *to += factor * from);
+}
+
+/// Σ weight a b over the places of all ranks, in the order of the planes whatever the number of ranks.
+fn product<const D: usize>(grid: &Grid<D>, weight: &Values<D>, a: &Values<D>, b: &Values<D>) -> f64 {
+    let mut sums = [0.0; D];
+    grid.division.ranks().relay(&mut sums, |sums| {
+        for (sum, ((weight, a), b)) in sums.iter_mut().zip(weight.iter().zip(a).zip(b)) {
+            weight.iter().zip(a).zip(b).for_each(|((weight, a), b)| *sum += weight * a * b);
+        }
+    });
+    sums.iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::axis::AxisSpec;
+    use crate::boundary::{Boundary, Profile};
+    use crate::engines::HasEngine;
+    use crate::grid::{Geometry, GridSpec};
+    use crate::measure::momentum;
+    use crate::methods::virtual_mass::images::at_a_wall;
+    use crate::scheme::{Options, Scheme, Viscous};
+
+    const DT: f64 = 0.1;
+
+    fn fluid<const D: usize>(
+        geometry: Geometry,
+        lengths: [f64; D],
+        n: usize,
+        boundaries: [[Boundary<D>; 2]; D],
+    ) -> Stepper<D>
+    where
+        Grid<D>: HasEngine<D>,
+    {
+        let axes = lengths.map(|end| AxisSpec::Uniform { start: 0.0, end, cells: (end * n as f64) as usize });
+        let grid = Grid::new(&GridSpec { geometry, axes, boundaries }).expect("a grid");
+        let options = Options {
+            viscosity: 0.01,
+            scheme: Scheme::AdamsBashforth2,
+            viscous: Viscous::Explicit,
+            convection: true,
+            body_force: [0.0; D],
+        };
+        Stepper::new(grid, options)
+    }
+
+    /// Spheres of D = 1 at rest at these places get these jumps; what the fluid took of each.
+    fn given<const D: usize>(
+        fluid: &mut Stepper<D>,
+        centres: &[[f64; 3]],
+        jumps: &[[f64; 3]],
+        free: &[bool],
+    ) -> Vec<[f64; 3]> {
+        let volume = std::f64::consts::PI / 6.0;
+        let shape =
+            Shape { radius: 0.5, mask_radius: 0.5, outline: None, density: 2.0, volume, gyration: 0.1 };
+        let shapes = vec![shape; centres.len()];
+        let model = MaskModel { mask: Mask::ParameterFree, width: 0.5, viscosity: 0.01, dt: DT };
+        let motions = centres.iter().map(|centre| Motion { centre: *centre, ..Motion::default() }).collect();
+        let grid = fluid.grid();
+        let mut grains = Grains::new(Immersed::new(grid, shapes.clone(), false), model, motions, None);
+        let mut contact = Contact::new(grid, &shapes, free.to_vec());
+        grains.memory.jumps = jumps.to_vec();
+        contact.give(fluid, &mut grains, &vec![1.0; jumps.len()], DT);
+        grains.memory.taken
+    }
+
+    const TUBE: [[Boundary<2>; 2]; 2] =
+        [[Boundary::Axis, Boundary::FreeSlip], [Boundary::WALL, Boundary::FreeSlip]];
+
+    /// The fluid takes the added mass of an ideal fluid: far from walls, near one and touching it.
+    #[test]
+    fn the_fluid_takes_the_added_mass() {
+        for (n, limit) in [(10, 0.07), (16, 0.04), (32, 0.02)] {
+            for gap in [2.5, 0.5, 0.1, 0.0] {
+                let mut fluid = fluid(Geometry::Axisymmetric, [3.0, 6.0], n, TUBE);
+                let taken = given(&mut fluid, &[[0.0, 0.0, 0.5 + gap]], &[[0.0, 0.0, 1.0]], &[true])[0][2];
+                let exact = at_a_wall(3, 0.5, gap);
+                println!("D/dx {n} gap {gap} D: C {taken:.4}, exact {exact:.4}");
+                assert!((taken / exact - 1.0).abs() < limit, "D/dx {n} gap {gap}: {taken} {exact}");
+                let grid = fluid.grid();
+                let centre = grid.index([0, ((0.5 + gap) * n as f64) as isize]);
+                let inside = fluid.state().velocity[1][centre];
+                assert!((inside - 1.0).abs() < 0.01, "{inside}");
+            }
+        }
+    }
+
+    /// What the fluid takes of two spheres that touch, and jump aside, is what it has then: to rounding. A
+    /// third one that has no jump is not felt, unless it is held.
+    #[test]
+    fn the_fluid_has_what_it_took() {
+        let periodic = [[Boundary::Periodic; 2]; 3];
+        let centres = [[0.6, 1.1, 0.9], [1.4, 1.7, 0.9], [0.7, 0.4, 1.6]];
+        let jumps = [[1.0, -0.3, 0.2], [-0.7, 0.1, 0.0], [0.0; 3]];
+        let mut two = Vec::new();
+        for count in [2, 3] {
+            let mut fluid = fluid(Geometry::Space, [2.0; 3], 10, periodic);
+            let taken = given(&mut fluid, &centres[..count], &jumps[..count], &[true; 3][..count]);
+            for c in 0..3 {
+                let sum: f64 = taken.iter().zip(&jumps).map(|(taken, jump)| taken[c] + jump[c]).sum();
+                let found = momentum(fluid.grid(), c, &fluid.state().velocity[c]);
+                assert!((found - sum * std::f64::consts::PI / 6.0).abs() < 1e-13, "{c}: {found} {sum}");
+            }
+            if count == 3 {
+                assert_eq!(two, taken[..2]);
+                let mut fluid = self::fluid(Geometry::Space, [2.0; 3], 10, periodic);
+                assert_ne!(two, given(&mut fluid, &centres, &jumps, &[true, true, false])[..2]);
+            }
+            two = taken;
+        }
+    }
+
+    /// An impulsive pressure moves no fluid through a face, whatever flows there, nor feels a wall that
+    /// moves.
+    #[test]
+    fn faces_of_the_box_are_closed_to_a_jump() {
+        let inflow = Boundary::Inflow { velocity: [0.0, 2.0], profile: Profile::Uniform };
+        let moving = Boundary::NoSlip { velocity: [0.0, 3.0] };
+        let mut found = Vec::new();
+        for faces in [TUBE, [[Boundary::Axis, moving], [inflow, Boundary::Outflow]]] {
+            let mut fluid = fluid(Geometry::Axisymmetric, [1.5, 3.0], 10, faces);
+            let open = fluid.state().open.clone();
+            found.push(given(&mut fluid, &[[0.0, 0.0, 0.7]], &[[0.0, 0.0, 1.0]], &[true]));
+            assert_eq!(open, fluid.state().open);
+        }
+        assert_eq!(found[0], found[1]);
+    }
+}
