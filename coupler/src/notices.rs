@@ -63,9 +63,9 @@ fn substep(facts: &Facts<'_>) -> Option<String> {
     })
 }
 
-/// A driven oscillation that gets few windows a period: nothing but the Courant number limits them.
+/// A driven oscillation that gets few windows a period of a fixed length.
 fn oscillation(facts: &Facts<'_>) -> Option<String> {
-    facts.fluid?;
+    facts.fluid.filter(|fluid| !fluid.adaptive)?;
     let frequency = |grain: &Grain| grain.oscillation.as_ref().map(|swing| swing.frequency.abs());
     let highest = facts.scene.grains.iter().filter_map(frequency).fold(0.0, f64::max);
     let windows = 1.0 / (highest * facts.steps.dt_fluid);
@@ -73,17 +73,19 @@ fn oscillation(facts: &Facts<'_>) -> Option<String> {
         format!(
             "oscillation: {} windows in a period; with 4 to 9 the amplitude of the force was 5 to 38 % and \
              its phase 32 to 97 degrees off, with 50 it was 1.4 % and 6 degrees: fluid.time.dt = {} s makes \
-             {PERIOD}",
+             {PERIOD}, without fluid.time.dt there are 100",
             Short(windows),
             Short(1.0 / (highest * PERIOD))
         )
     })
 }
 
-/// A release from rest whose first windows are long for the boundary layer that grows on the grain.
+/// A release from rest in windows of a fixed length, which is long for the boundary layer that grows on the
+/// grain.
 fn release(facts: &Facts<'_>) -> Option<String> {
     let scene = facts.scene;
-    let medium = scene.scene.medium.as_ref().filter(|_| facts.fluid.is_some())?;
+    facts.fluid.filter(|fluid| !fluid.adaptive)?;
+    let medium = scene.scene.medium.as_ref()?;
     let starts = |grain: &&Grain| {
         grain.motion == Motion::Free && norm(&grain.velocity) == 0.0 && grain.density != medium.density
     };
@@ -93,7 +95,7 @@ fn release(facts: &Facts<'_>) -> Option<String> {
         format!(
             "release: grains start from rest with windows of {} R²/ν; with 0.08 their velocity at 0.1 R²/ν \
              was 12 to 48 % above that of Basset and Boussinesq, with 0.008 it was 1.9 %: where the first \
-             moments matter, fluid.time.dt = {} s",
+             moments matter, fluid.time.dt = {} s, or none, which lets the windows grow from there",
             Short(layer),
             Short(0.4 * LAYER * radius * radius / medium.kinematic_viscosity())
         )

@@ -94,7 +94,9 @@ pub struct Plan {
     pub adaptive: bool,
     /// Ratio by which the fluid's own limit on dt may be passed before its scheme is unstable.
     pub cfl_reserve: f64,
-    /// Largest window, s.
+    /// First window, s.
+    pub dt_first: f64,
+    /// Largest window of an adaptive run, s.
     pub dt_max: f64,
     /// End, s.
     pub until: f64,
@@ -182,19 +184,19 @@ impl Plan {
         let (fluid, dem) =
             (fluid.filter(|_| participants.has_fluid()), dem.filter(|_| participants.has_dem()));
         let own = fluid.map(|fluid| &fluid.bounds).into_iter().chain(dem.map(|dem| &dem.bounds));
-        coupling.check_force(own.flatten().map(|bound| bound.name.as_str()), &scene.source)?;
+        coupling.check_force(own.clone().flatten().map(|bound| bound.name.as_str()), &scene.source)?;
         let scheme = match (participants, fluid) {
             (Participants::Coupled, Some(fluid)) => Some(coupling.scheme(fluid, &scene.source)?),
             _ => None,
         };
         let adaptive = fluid.is_some_and(|fluid| fluid.adaptive);
         let contact_time = dem.map_or(f64::INFINITY, |dem| dem.contact_time);
-        let dt_max = match participants {
+        let by_contact = match participants {
             Participants::Coupled if adaptive => coupling.max_dt_over_contact_time * contact_time,
             _ => f64::INFINITY,
         };
         let dt_dem_target = substep_target(participants, coupling, dem);
-        let dt_fluid = fluid.map_or(dt_dem_target, |fluid| fluid.dt).min(dt_max).min(scene.scene.until);
+        let dt_fluid = fluid.map_or(dt_dem_target, |fluid| fluid.dt).min(by_contact).min(scene.scene.until);
         usable(scene, if participants == Participants::Dem { "dem" } else { "fluid" }, dt_fluid)?;
         usable(scene, "dem", dt_dem_target)?;
         let full = substeps(dt_fluid, dt_dem_target);
@@ -202,6 +204,10 @@ impl Plan {
         let mut facts =
             Facts { scene, fluid, dem, coupling, scheme, steps, speeds: Speeds::of(scene), memory };
         let notice = change_scheme_where_asked(&mut facts);
+        // Windows that follow what happens keep the bounds that the plan keeps.
+        let longest = |bound| Bound::longest_window(bound, facts.scheme, &steps);
+        let dt_max = own.flatten().map(longest).fold(by_contact, f64::min);
+        let dt_first = fluid.map_or(dt_fluid, FluidFacts::first).min(dt_fluid);
         let windows = (scene.scene.until / dt_fluid).ceil();
         let of_a_window = fluid.map_or(0.0, |fluid| fluid.step_cost)
             + dem.map_or(0.0, |dem| dem.substep_cost) * full as f64;
@@ -223,6 +229,7 @@ impl Plan {
             dt_dem_target,
             adaptive,
             cfl_reserve: fluid.map_or(1.0, cfl_reserve),
+            dt_first,
             dt_max,
             until: scene.scene.until,
             windows: windows as u64,

@@ -20,7 +20,7 @@ use crate::plan::Plan;
 /// latency off the critical path.
 pub const AHEAD: usize = 4;
 /// An adaptive step grows by at most this ratio from one window to the next.
-const GROWTH: f64 = 1.2;
+const GROWTH: f64 = 1.25;
 
 /// How long nothing can begin to touch.
 ///
@@ -147,7 +147,7 @@ impl Planner {
         let state = PlannerState {
             step: 0,
             time: 0.0,
-            dt: plan.steps.dt_fluid,
+            dt: plan.dt_first,
             quiet: std::iter::repeat_n(-1.0, ahead).collect(),
             limit: f64::INFINITY,
         };

@@ -40,10 +40,10 @@ pub struct TimeSection {
     pub scheme: Option<SchemeKey>,
     /// `implicit`, `explicit` or `auto`.
     pub viscosity: ViscosityKey,
-    /// Time step, s. Without it the step follows `cfl`.
+    /// Time step, s. Without it the step follows what happens.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dt: Option<f64>,
-    /// dt Σ_a |u_a|/Δx_a that an adaptive step keeps.
+    /// Largest dt Σ_a |u_a|/Δx_a of an adaptive step.
     pub cfl: f64,
     /// Convection; `false` is Stokes flow.
     pub convection: bool,
@@ -194,7 +194,7 @@ impl FluidSection {
             return Err(source.error(
                 "fluid.time.dt",
                 format!("is {dt}; allowed: a finite number > 0"),
-                "give a positive time step in s, or leave it out to follow fluid.time.cfl",
+                "give a positive time step in s, or leave it out: the step then follows what happens",
             ));
         }
         let limit = self.scheme().cfl_limit();

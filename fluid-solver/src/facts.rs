@@ -143,7 +143,7 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
     })?;
     let mut notices = slow_axes(scene, &grid);
     notices.extend(shared);
-    let number = medium.kinematic_viscosity() * plan.first() / (plan.spacing * plan.spacing);
+    let number = medium.kinematic_viscosity() * plan.expected / (plan.spacing * plan.spacing);
     if !scene.grains.is_empty() && number > 2.0 {
         notices.push(format!(
             "ν dt/Δx² = {number:.2} is above 2: in dense beds the force on the grains then settles over \
@@ -162,7 +162,8 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
     Ok(FluidFacts {
         cells,
         memory,
-        dt: plan.first(),
+        dt: plan.expected,
+        first_dt: plan.first,
         adaptive: plan.fixed.is_none(),
         cfl: choices.time.cfl,
         cfl_limit: choices.scheme.cfl_limit(),

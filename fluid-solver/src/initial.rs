@@ -20,7 +20,7 @@ use crate::methods::grains::Memory;
 use crate::methods::method::Method;
 use crate::open::OpenFaces;
 use crate::scheme::Viscous;
-use bedload_scene::{CheckedScene, InitialVelocity, SceneError, SceneSource};
+use bedload_scene::{CheckedScene, InitialVelocity, Scene, SceneError, SceneSource};
 use protocol::checkpoints;
 use std::path::Path;
 
@@ -46,6 +46,8 @@ pub struct Start<const D: usize> {
     whole: Whole,
     /// Whether this run goes on with everything.
     goes_on: bool,
+    /// Whether the same walls and forces move the fluid.
+    same_drive: bool,
     /// Whether the grains are where it left them.
     same_grains: bool,
     /// Whether the carried force means the same in both.
@@ -159,6 +161,18 @@ fn outside<const D: usize>(scene: &CheckedScene, source: &Grid<D>, grid: &Grid<D
     Ok(())
 }
 
+/// Where a run was after its last step.
+pub(crate) struct Last<'a> {
+    /// Time, s.
+    pub(crate) time: f64,
+    /// Length of the step, s.
+    pub(crate) dt: f64,
+    /// Largest Σ|u|/Δx, 1/s.
+    pub(crate) rate: f64,
+    /// The grains.
+    pub(crate) memory: &'a Memory,
+}
+
 impl<const D: usize> Start<D> {
     fn new(
         scene: &CheckedScene,
@@ -207,8 +221,19 @@ impl<const D: usize> Start<D> {
             || mine.scheme == theirs.scheme
                 && mine.time.convection == theirs.time.convection
                 && viscosity(scene) == viscosity(run);
+        let same_drive = drive(scene) == drive(run);
         let goes_on = same_motion && same_method && same_order && same_grid(grid, &source);
-        Ok(Self { grid: source, velocity, whole, goes_on, same_grains, same_force, same_history, fastest })
+        Ok(Self {
+            grid: source,
+            velocity,
+            whole,
+            goes_on,
+            same_drive,
+            same_grains,
+            same_force,
+            same_history,
+            fastest,
+        })
     }
 
     /// Largest speed, m/s, each component's put together.
@@ -227,11 +252,11 @@ impl<const D: usize> Start<D> {
         self.goes_on
     }
 
-    /// Of a run that goes on: length of its last step, s, largest Σ|u|/Δx, 1/s, and the grains.
-    pub(crate) fn last(&self) -> Option<(f64, f64, &[Motion])> {
-        let [_, rate] = self.fastest;
-        let Whole { previous_dt, memory, .. } = &self.whole;
-        (self.goes_on && *previous_dt > 0.0).then_some((*previous_dt, rate, &memory.motions[..]))
+    /// The last step of a run that goes on, moved by the same walls and forces.
+    pub(crate) fn last(&self) -> Option<Last<'_>> {
+        let Whole { time, previous_dt: dt, memory, .. } = &self.whole;
+        let last = Last { time: *time, dt: *dt, rate: self.fastest[1], memory };
+        (self.goes_on && self.same_drive && *dt > 0.0).then_some(last)
     }
 
     /// Everything, where the run goes on: `fields` are those of [`crate::solver::Solver::fields_mut`]. The
@@ -290,6 +315,16 @@ impl<const D: usize> Start<D> {
     pub(crate) fn memory(&self) -> Option<&Memory> {
         self.same_grains.then_some(&self.whole.memory)
     }
+}
+
+/// What moves the fluid: gravity, the faces of the box and the forces on the medium.
+fn drive(scene: &CheckedScene) -> impl PartialEq + '_ {
+    let Scene { gravity, domain, medium, .. } = &scene.scene;
+    let faces: Vec<_> = (0..domain.dimensions()).map(|axis| domain.boundary(axis)).collect();
+    let forces = medium.as_ref().map(|medium| {
+        (medium.density, medium.viscosity, medium.body_force, medium.pressure_gradient, medium.flow_rate)
+    });
+    (gravity, faces, forces)
 }
 
 /// Whether fields of both mean the same: walls may move otherwise.

@@ -163,7 +163,7 @@ impl Fluid {
 
     /// Step proposed for the first window, s.
     pub fn first_dt(&self) -> f64 {
-        any!(&self.solver, solver => solver.plan().first())
+        any!(&self.solver, solver => solver.plan().first)
     }
 }
 

@@ -14,7 +14,21 @@ const LEVELS: u32 = 4;
 /// Part of what is allowed at which an adaptive step still stays as it is.
 const PATIENCE: f64 = 0.5;
 
-/// Bounds on the time step.
+/// First step of a run with grains over R²/ν, R the smallest radius: a layer of √(νt) grows on each grain.
+/// docs/decisions/time-step.md
+const LAYER: f64 = 0.008;
+
+/// Largest step over the time since the start: what goes on as a power of that time is resolved alike.
+/// docs/decisions/time-step.md
+const OF_AGE: f64 = 0.1;
+
+/// Largest ratio of a step to the one before it: to the next level.
+const GROWTH: f64 = 1.25;
+
+/// Fewest steps in a period of a grain that swings. docs/decisions/time-step.md
+const OF_PERIOD: f64 = 100.0;
+
+/// Bounds on the time step, and what it follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// dt of the scene, s, if it is fixed.
@@ -23,14 +37,19 @@ pub struct Plan {
     pub cfl: f64,
     /// Largest step whatever the velocity, s.
     pub ceiling: f64,
+    /// Step at the speed that is expected of the run, s: for its cost and the bounds on its windows.
+    pub expected: f64,
+    /// First step, s.
+    pub first: f64,
+    /// Time that the flow counts as having gone on before t = 0, s: the first step over [`OF_AGE`], and the
+    /// whole run that this one goes on with.
+    pub age: f64,
     /// Treatment of viscosity.
     pub viscous: Viscous,
     /// Smallest cell, m.
     pub spacing: f64,
     /// Largest speed of the run that this one starts from, m/s; zero: there is none.
     pub start: f64,
-    /// First step of a run that goes on with another, s, where it is not fixed.
-    pub goes_on: Option<f64>,
 }
 
 impl Plan {
@@ -64,7 +83,9 @@ impl Plan {
             ViscosityKey::Auto if wanted <= explicit => Viscous::Explicit,
             ViscosityKey::Auto => Viscous::Implicit,
         };
-        let mut ceiling = by_speed.min(force).min(scene.scene.until);
+        let swings = scene.grains.iter().filter_map(|grain| grain.oscillation);
+        let highest = swings.map(|swing| swing.frequency.abs()).fold(0.0, f64::max);
+        let mut ceiling = (1.0 / (OF_PERIOD * highest)).min(force).min(scene.scene.until);
         if viscous == Viscous::Explicit {
             if let Some(dt) = time.dt.filter(|dt| *dt > explicit) {
                 return Err(scene.source.error(
@@ -75,28 +96,49 @@ impl Plan {
             }
             ceiling = ceiling.min(explicit);
         }
-        let mut plan =
-            Self { fixed: time.dt, cfl: time.cfl, ceiling, viscous, spacing, start: fastest, goes_on: None };
-        plan.goes_on = start.and_then(Start::last).map(|(dt, rate, motions)| plan.next(dt, rate, motions));
+        let smallest = scene.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+        let expected = level(by_speed.min(ceiling));
+        let first = level(expected.min(LAYER * smallest * smallest / nu));
+        let mut plan = Self {
+            fixed: time.dt,
+            cfl: time.cfl,
+            ceiling,
+            expected: time.dt.unwrap_or(expected),
+            first: time.dt.unwrap_or(first),
+            age: first / OF_AGE,
+            viscous,
+            spacing,
+            start: fastest,
+        };
+        if let Some(last) = start.and_then(Start::last) {
+            plan.age += last.time;
+            plan.first = plan.next(last.dt, 0.0, last.rate, &last.memory.motions, &last.memory.before);
+            plan.expected = plan.first;
+        }
         Ok(plan)
     }
 
-    /// Step proposed before anything moves, s.
-    pub fn first(&self) -> f64 {
-        self.fixed.or(self.goes_on).unwrap_or_else(|| level(self.ceiling))
-    }
-
-    /// Step proposed after one of length `previous`, with `rate` the largest Σ|u|/Δx.
+    /// Step proposed at `time` after one of length `previous`, s, with `rate` the largest Σ|u|/Δx, 1/s, and
+    /// the grains as they are and as they were before that step.
     ///
-    /// It is a level, and stays the same while it is allowed and twice its length is not: a new length costs
-    /// the carried force a few steps.
-    pub fn next(&self, previous: f64, rate: f64, motions: &[Motion]) -> f64 {
+    /// It is a level. While the time since the start bounds it, or nearly so, it follows that; later it stays
+    /// the same while it is allowed and twice its length is not: a new length costs the carried force a few
+    /// steps.
+    pub fn next(&self, previous: f64, time: f64, rate: f64, now: &[Motion], before: &[Motion]) -> f64 {
         if let Some(dt) = self.fixed {
             return dt;
         }
-        let fastest = motions.iter().map(|m| m.velocity.iter().map(|v| v.abs()).sum()).fold(0.0, f64::max);
+        let speed = |motion: &Motion| motion.velocity.iter().map(|v| v.abs()).sum::<f64>();
+        // What speeds up goes on to do so.
+        let next = |(now, before)| speed(now) + (speed(now) - speed(before)).max(0.0);
+        let fastest = now.iter().zip(before).map(next).fold(0.0, f64::max);
         let allowed = (self.cfl / rate.max(fastest / self.spacing)).min(self.ceiling);
-        if previous <= allowed && previous >= PATIENCE * allowed { previous } else { level(allowed) }
+        let by_age = OF_AGE * (time + self.age);
+        let settled = PATIENCE * by_age >= allowed;
+        if settled && previous <= allowed && previous >= PATIENCE * allowed {
+            return previous;
+        }
+        level(allowed.min(by_age).min(GROWTH * previous))
     }
 }
 
@@ -110,14 +152,17 @@ fn level(dt: f64) -> f64 {
 mod tests {
     use super::*;
 
+    /// Of a run that has gone on for long.
     const PLAN: Plan = Plan {
         fixed: None,
         cfl: 0.5,
         ceiling: 1.0,
+        expected: 1.0,
+        first: 1.0 / 128.0,
+        age: f64::INFINITY,
         viscous: Viscous::Implicit,
         spacing: 0.1,
         start: 0.0,
-        goes_on: None,
     };
 
     #[test]
@@ -127,14 +172,20 @@ mod tests {
             assert!(level <= dt && level > 0.8 * dt, "{level} under {dt}");
         }
         assert_eq!([1.75, 1.9375].map(level), [1.75, 1.75]);
+        // Growth reaches the next level and not the one after it.
+        for j in 0..LEVELS {
+            let [this, next, other] = [0, 1, 2].map(|more| 1.0 + f64::from(j + more) / f64::from(LEVELS));
+            assert_eq!(level(GROWTH * this), if next < 2.0 { next } else { 2.0 });
+            assert!(GROWTH * this < other);
+        }
     }
 
     /// Number of changes while the rate runs through `rates`; every step keeps the CFL number.
     fn changes(plan: &Plan, rates: impl Iterator<Item = f64>) -> usize {
-        let mut dt = 0.0;
+        let mut dt = 1.0;
         let mut changes = 0;
         for rate in rates {
-            let next = plan.next(dt, rate, &[]);
+            let next = plan.next(dt, 0.0, rate, &[], &[]);
             assert!(next * rate <= plan.cfl * (1.0 + 1e-12) && next <= plan.ceiling, "{next} at {rate}");
             changes += usize::from(next != dt);
             dt = next;
@@ -149,6 +200,37 @@ mod tests {
         let rising = changes(&PLAN, (0..1000).map(rate));
         assert!(rising <= 11, "{rising}");
         let falling = changes(&PLAN, (0..1000).rev().map(rate));
-        assert!(falling <= 4, "{falling}");
+        assert!(falling <= 11, "{falling}");
+    }
+
+    #[test]
+    fn the_first_steps_follow_the_time_since_the_start() {
+        let plan = Plan { age: PLAN.first / OF_AGE, ..PLAN };
+        let (mut time, mut dt, mut steps) = (0.0, plan.first, 0);
+        while dt < plan.ceiling {
+            time += dt;
+            steps += 1;
+            let next = plan.next(dt, time, 0.1, &[], &[]);
+            let by_age = plan.first + OF_AGE * time;
+            assert!(next >= dt && next <= GROWTH * dt && next <= by_age * (1.0 + 1e-12), "{next} at {time}");
+            // It does not wait: the level below.
+            assert!(next >= 0.8 * by_age.min(GROWTH * dt), "{next} at {time}");
+            dt = next;
+        }
+        // ln(1 + 0.1 t/first) over ln 1.1 and the levels: from 1/128 to 1 in 51 steps at best.
+        assert!((51..=66).contains(&steps), "{steps}");
+        // A run that goes on with another is as old as that one.
+        let later = Plan { age: plan.age + 1.0, ..plan };
+        assert_eq!(later.next(0.1, 0.5, 0.1, &[], &[]), plan.next(0.1, 1.5, 0.1, &[], &[]));
+    }
+
+    #[test]
+    fn a_grain_that_speeds_up_is_expected_to_go_on() {
+        let at = |speed: f64| Motion { velocity: [0.0, 0.0, speed], ..Motion::default() };
+        let step = |before: f64, now: f64| PLAN.next(1.0, 0.0, 0.0, &[at(now)], &[at(before)]);
+        assert_eq!(step(-0.1, -0.1), level(0.5));
+        assert_eq!(step(-0.05, -0.1), level(0.05 / 0.15));
+        // One that slows down, or bounces, is as fast as it is.
+        assert_eq!(step(-0.2, 0.1), level(0.5));
     }
 }

@@ -112,7 +112,7 @@ impl Solver for Fluid {
     }
 
     fn clock(_: &CheckedScene, facts: &FluidFacts) -> Clock {
-        Clock { window: facts.dt, substep: f64::INFINITY, adaptive: facts.adaptive }
+        Clock { window: facts.first(), substep: f64::INFINITY, adaptive: facts.adaptive }
     }
 
     fn scalars(&self) -> Vec<f64> {

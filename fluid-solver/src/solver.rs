@@ -126,7 +126,7 @@ impl<const D: usize> Solver<D> {
         }
         let start = start?;
         let plan = Plan::new(scene, medium, &choices, &grid, start.as_ref())?;
-        let (method, grains) = methods::build(scene, medium, &choices, scheme, &grid, plan.first());
+        let (method, grains) = methods::build(scene, medium, &choices, scheme, &grid, plan.first);
         let mut solver = Self {
             stepper: Stepper::new(grid, build::options(scene, medium, &choices, plan.viscous)),
             method,
@@ -206,8 +206,9 @@ impl<const D: usize> Solver<D> {
         // A rank that is gone is the cause of whatever else went wrong.
         self.grid().division.ranks().check()?;
         let health = outcome?;
+        let (time, Memory { motions, before, .. }) = (self.stepper.state().time, &self.grains.memory);
         Ok(WindowReport {
-            dt_limit: self.plan.next(window.dt, health.rate, &self.grains.memory.motions),
+            dt_limit: self.plan.next(window.dt, time, health.rate, motions, before),
             residual: health.divergence,
             substeps: 0,
         })

@@ -3,6 +3,7 @@
 //! They differ on purpose. The bound `cfl` may refuse a run only for a speed that is certain
 //! ([`named`]); the first step must bear the speed that the run may reach ([`expected`]).
 
+use bedload_scene::speeds::volume;
 use bedload_scene::{CheckedScene, Face, InitialVelocity, Medium, Motion};
 
 fn length(v: &[f64; 3]) -> f64 {
@@ -33,7 +34,7 @@ pub(crate) fn named(scene: &CheckedScene) -> f64 {
     grains.chain(faces).fold(start, f64::max)
 }
 
-/// An estimate of the largest speed of a run, m/s, for the first steps: walls, initial and
+/// An estimate of the largest speed of a run, m/s, for its cost and its first step: walls, initial and
 /// prescribed speeds, settling grains, driven flow. Later steps follow the flow itself.
 pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
     let nu = medium.kinematic_viscosity();
@@ -71,6 +72,9 @@ pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
             }
         }
     }
+    let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    let excess = free.map(|grain| (grain.density / medium.density - 1.0) * grain.volume()).sum::<f64>();
+    let excess = excess / volume(scene);
     let drive: [f64; 3] = std::array::from_fn(|c| {
         let axis = (0..domain.dimensions()).find(|a| domain.geometry.component(*a) == c);
         // Where the flow rate is held, a mean pressure gradient balances what drives it.
@@ -78,7 +82,9 @@ pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
         if axis.is_some_and(|a| held == Some(domain.geometry.axes()[a])) {
             return 0.0;
         }
-        let gravity = if axis.is_some_and(|a| domain.is_periodic(a)) { scene.scene.gravity[c] } else { 0.0 };
+        // Free grains hold back, or drive, by their weight.
+        let periodic = axis.is_some_and(|a| domain.is_periodic(a));
+        let gravity = if periodic { (1.0 + excess) * scene.scene.gravity[c] } else { 0.0 };
         medium.body_force[c] + gravity - medium.pressure_gradient[c] / medium.density
     });
     let width = (0..domain.dimensions()).map(extent).fold(f64::INFINITY, f64::min);

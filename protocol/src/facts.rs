@@ -12,8 +12,10 @@ pub struct FluidFacts {
     pub cells: u64,
     /// Estimated memory, bytes.
     pub memory: u64,
-    /// Largest step it proposes, s: the scene's dt, or from CFL and an estimated speed.
+    /// Step it proposes, s: the scene's dt, or from CFL and an estimated speed.
     pub dt: f64,
+    /// Its first step, s, where it is another one; zero: `dt`.
+    pub first_dt: f64,
     /// May the step be changed while the run goes (dt from CFL)?
     pub adaptive: bool,
     /// CFL number it keeps when adaptive.
@@ -42,6 +44,12 @@ pub struct FluidFacts {
 }
 
 impl FluidFacts {
+    /// Its first step, s.
+    #[must_use]
+    pub fn first(&self) -> f64 {
+        if self.first_dt > 0.0 { self.first_dt } else { self.dt }
+    }
+
     /// Orders of the exchange that it can follow, its own first.
     #[must_use]
     pub fn schemes(&self) -> &[Scheme] {

@@ -1,6 +1,6 @@
 //! One bound of a plan: a value, a limit and a direction.
 
-use protocol::facts::{Level, Side, SolverBound};
+use protocol::facts::{BoundRow, Level, Measure, Side, SolverBound};
 use protocol::scheme::Scheme;
 use serde::Serialize;
 
@@ -77,6 +77,25 @@ impl Bound {
         let found = Self::new(&bound.name, &bound.quantity, value, bound.side, limit);
         let found = found.because(bound.why.as_str(), source.as_str(), bound.remedy.as_str());
         Some(Self { level: bound.level, ..found })
+    }
+
+    /// Longest window that keeps a solver's bound if these steps do, s.
+    #[must_use]
+    pub(crate) fn longest_window(bound: &SolverBound, scheme: Option<Scheme>, steps: &TimeSteps) -> f64 {
+        let kept = Self::of_solver(bound, scheme, steps).is_some_and(|found| found.holds);
+        if !kept || bound.measure != Measure::Window {
+            return f64::INFINITY;
+        }
+        let dt = steps.dt_fluid;
+        match bound.side {
+            _ if !bound.rows.is_empty() => {
+                let holds = |row: &&BoundRow| Self::new("", "", row.value, bound.side, row.limit).holds;
+                let rows = bound.rows.iter().skip_while(|row| row.up_to < dt).take_while(holds);
+                rows.map(|row| row.up_to).fold(dt, f64::max)
+            }
+            Side::AtMost => dt.max(bound.limit / bound.factor),
+            Side::AtLeast => f64::INFINITY,
+        }
     }
 
     /// Only a warning.

@@ -8,6 +8,8 @@ use std::path::Path;
 
 /// A checkpoint with whole fields, whoever wrote it.
 pub(crate) struct Whole {
+    /// Time, s.
+    pub(crate) time: f64,
     /// Length of the last step, s; zero: there was none.
     pub(crate) previous_dt: f64,
     /// Whether viscosity is part of the history.
@@ -28,7 +30,7 @@ pub(crate) fn read_whole<const D: usize>(
 ) -> Result<(String, Whole), SolverError> {
     let (scene, mut payload) = protocol::checkpoint::open_any(folder, ROLE)?;
     let cells: Vec<u64> = payload.part()?;
-    let (_, previous_dt, steps): (f64, f64, u64) = payload.part()?;
+    let (time, previous_dt, steps): (f64, f64, u64) = payload.part()?;
     let explicit: bool = payload.part()?;
     let memory: Memory = payload.part()?;
     let parts: Vec<Part> = payload.part()?;
@@ -53,7 +55,7 @@ pub(crate) fn read_whole<const D: usize>(
     if !fields.iter().enumerate().take(3 * D + 1).all(|(at, field)| whole(at, field)) {
         return Err(payload.refuse("holds fields of another length than the grid of its run"));
     }
-    Ok((scene, Whole { previous_dt, explicit, memory, fields }))
+    Ok((scene, Whole { time, previous_dt, explicit, memory, fields }))
 }
 
 /// All planes of every field, from the files of all ranks.

@@ -5,11 +5,11 @@ use protocol::participant::Window;
 /// Steps of a solver alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
-    /// Largest window, s.
+    /// Length of a window, s; of the first alone where the solver's own limit decides the others.
     pub window: f64,
     /// DEM sub-step, s (infinite for a fluid).
     pub substep: f64,
-    /// May a window be shortened by the solver's own limit?
+    /// Does the solver's own limit, once it is known, decide the length?
     pub adaptive: bool,
 }
 
@@ -18,7 +18,7 @@ impl Clock {
     /// none is a sliver, over which the mean of a force means nothing.
     #[must_use]
     pub fn next(&self, step: u64, time: f64, until: f64, limit: f64, output: bool) -> Window {
-        let wished = if self.adaptive { self.window.min(limit) } else { self.window };
+        let wished = if self.adaptive && limit.is_finite() { limit } else { self.window };
         // A remainder of a few parts in 1e9 is rounding, not a window.
         let dt = match until - time {
             left if left <= wished * (1.0 + 1e-9) => left,

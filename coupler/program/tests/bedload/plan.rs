@@ -273,6 +273,26 @@ fn an_adaptive_window_is_held_below_the_contact_bound_and_a_fixed_one_is_refused
 }
 
 #[test]
+fn adaptive_windows_begin_with_the_first_and_keep_the_bounds_that_the_plan_keeps() {
+    let plan = |bounds: Vec<SolverBound>| {
+        let fluid = FluidFacts { adaptive: true, first_dt: 0.002, bounds, ..fluid() };
+        Case { fluid, ..Case::new() }.plan()
+    };
+    let free = plan(Vec::new());
+    assert_eq!((free.steps.dt_fluid, free.dt_first, free.windows), (0.01, 0.002, 100));
+    assert!((free.dt_max - 0.2).abs() < 1e-15, "100 t_c");
+    // A table that breaks beyond 0.01 s, a factor that does beyond 0.05 s; of another order: nothing.
+    assert_eq!(plan(vec![table()]).dt_max, 0.01);
+    assert!((plan(vec![solver_bound("cfl", 20.0, Measure::Window)]).dt_max - 0.05).abs() < 1e-15);
+    let other = SolverBound { scheme: Some(Scheme::Iterated), ..table() };
+    assert_eq!(plan(vec![other]).dt_max, free.dt_max);
+    // One that is broken already, and forced, holds nothing back.
+    assert_eq!(plan(vec![solver_bound("cfl", 200.0, Measure::Window)]).dt_max, free.dt_max);
+    // A fluid that names no first step begins with its own.
+    assert_eq!(Case::new().plan().dt_first, 0.01);
+}
+
+#[test]
 fn the_smaller_of_two_sub_steps_wins() {
     let mut case = Case::new();
     case.dem.dt = 5e-5;
@@ -435,6 +455,14 @@ fn few_windows_in_a_period_and_long_ones_after_a_release_are_told() {
     assert_eq!(told(swing, 0.001, "oscillation"), None);
     assert!(told(&[], 1e9, "release").is_some());
     assert_eq!(told(&[], 1e-9, "release"), None);
+    // Adaptive windows resolve both.
+    let adaptive = |overrides: &[&'static str], dt: f64| {
+        let fluid = FluidFacts { dt, adaptive: true, ..fluid() };
+        Case { scene: overrides.to_vec(), fluid, ..Case::new() }.plan().notices
+    };
+    let words = ["oscillation", "release"];
+    let found = [adaptive(swing, 0.01), adaptive(&[], 1e9)].concat();
+    assert!(found.iter().all(|notice| words.iter().all(|word| !notice.starts_with(word))), "{found:?}");
 }
 
 #[test]

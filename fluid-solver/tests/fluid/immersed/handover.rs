@@ -160,6 +160,26 @@ fn on_the_same_grid_a_run_goes_on_with_the_same_bits() {
     }
 }
 
+#[test]
+fn where_another_force_moves_the_flow_the_step_begins_anew() {
+    let folder = Folder::new("drive");
+    let first = text(PLANE, "[32, 48]", UNIFORM, &grains(&[at([0.1, 0.0, 2.0])], "free"), "");
+    let mut run = Run::new(&first);
+    let begin = run.dt;
+    run.windows(20);
+    assert!(run.dt > 1.5 * begin, "{} after {begin}", run.dt);
+    leave(&run, &first, &folder.0);
+    let second = text(PLANE, "[32, 48]", &from(&folder.0), &grains(&run.newton.motions, "free"), "");
+    assert_eq!(Run::new(&second).dt, run.dt);
+    for (as_before, other) in
+        [("body_force = [0.5", "body_force = [0.6"), ("[0.0, 0.0, -1.0]", "[0.0, 0.0, -0.9]")]
+    {
+        let pushed = second.replace(as_before, other);
+        assert!(pushed != second);
+        assert_eq!(Run::new(&pushed).dt, begin, "{other}");
+    }
+}
+
 /// Without what was handed over a run of the same grains does not give those bits.
 #[test]
 fn the_state_decides_the_bits() {
