@@ -3,9 +3,10 @@
 use dem_solver::{ContactLaw, Dem, DemSpec, Grain, State, Wall};
 use dem_solver::{LinearSpringDashpot, laws::linear::RestitutionForm};
 
-/// A frictionless law with restitution `e` and contact time `t_c`.
+/// A frictionless law as printed (Izard et al. 2014, eqs 17 and 18) with restitution `e` and contact time
+/// `t_c`.
 pub(crate) fn law(e: f64, t_c: f64) -> LinearSpringDashpot {
-    LinearSpringDashpot::new(e, t_c, 0.0)
+    LinearSpringDashpot { form: RestitutionForm::Izard2014, ..LinearSpringDashpot::new(e, t_c, 0.0) }
 }
 
 pub(crate) fn exact(mut law: LinearSpringDashpot) -> LinearSpringDashpot {

@@ -28,7 +28,8 @@ fn table() -> Vec<Row> {
 
 /// The acetate spheres of Izard et al. (2014) with their tangential law: no dashpot.
 fn acetate(ratio: f64, friction: f64) -> LinearSpringDashpot {
-    let mut law = LinearSpringDashpot::new(0.87, 1e-5, friction);
+    let mut law = crate::common::law(0.87, 1e-5);
+    law.friction = friction;
     law.stiffness_ratio = ratio;
     law.damping_ratio = 0.0;
     law

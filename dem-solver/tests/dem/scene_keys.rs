@@ -30,7 +30,8 @@ fn models_read_with_their_defaults() {
          [[walls]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 2.0]\nuntil = 1.5\n",
     )
     .expect("reads");
-    assert_eq!(section.contact, ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(0.97, 1e-4, 0.25)));
+    let law = LinearSpringDashpot::new(0.97, 1e-4, 0.25);
+    assert_eq!(section.contact, ContactLaw::LinearSpringDashpot(law));
     let film = section.lubrication.settings().expect("a film");
     assert_eq!((film.roughness, film.cut_off, film.sweeps), (1e-4, 0.5, 8));
     assert_eq!(section.integrator, Integrator::VelocityVerlet);

@@ -24,8 +24,8 @@ pub struct Memory {
     pub before_dt: f64,
     /// What contacts changed of each grain's velocity in that window, m/s, see [`super::loads`].
     pub jumps: Vec<[f64; 3]>,
-    /// Momentum that the fluid took of them in that window, over the mass of the fluid that the grain displaces,
-    /// m/s. Of several ranks the first alone knows it.
+    /// Momentum that the fluid took of them in that window, over the mass of the fluid that the grain
+    /// displaces, m/s. Of several ranks the first alone knows it.
     pub taken: Vec<[f64; 3]>,
 }
 

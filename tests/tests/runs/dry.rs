@@ -128,6 +128,7 @@ seed = 1
 allow_coarse_dt = true
 [dem.contact]
 law = "linear-spring-dashpot"
+form = "izard-2014"
 restitution = 0.5
 contact_time = 1e-3
 friction = 0.3

@@ -271,7 +271,7 @@ fn a_dem_alone_that_goes_on_begins_another_part() {
     ends(&replay(&rest, "dem", &["--verify"]), 2, &["--checkpoint"]);
     ends(&replay(&rest, "dem", &["--verify", "--checkpoint", path(&kept)]), 0, &["10 messages compared"]);
     // Of another scene it is refused.
-    let other = folder.write("other.toml", &DRY.replace("restitution = ", "restitution = 0.1 # "));
+    let other = folder.write("other.toml", &DRY.replace("restitution = ", "restitution = 0.2 # "));
     let elsewhere = folder.join("elsewhere");
     ends(&bedload(&["run", path(&other), "--out", path(&elsewhere), "--until", "0.5"]), 0, &[]);
     let theirs = protocol::checkpoints::newest_of_run(&elsewhere);

@@ -142,7 +142,7 @@ impl LinearSpringDashpot {
             contact_time: Some(contact_time),
             stiffness: None,
             friction,
-            form: RestitutionForm::Izard2014,
+            form: RestitutionForm::default(),
             stiffness_ratio: default_stiffness_ratio(),
             damping_ratio: default_damping_ratio(),
             rolling: None,

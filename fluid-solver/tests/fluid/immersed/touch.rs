@@ -49,8 +49,9 @@ fn energy(run: &Run, density: f64) -> f64 {
 /// than the dry contact made it, wherever in its window it touches.
 #[test]
 fn a_touch_gives_no_energy() {
+    // The first windows of a light sphere that is thrown swing: it has short ones.
     for (density, viscosity, cfl) in
-        [(2.6, 0.002, 0.5), (8.0, 0.02, 0.5), (2.6, 0.002, 0.1), (0.5, 0.01, 0.5)]
+        [(2.6, 0.002, 0.5), (8.0, 0.02, 0.5), (2.6, 0.002, 0.1), (0.5, 0.01, 0.1)]
     {
         for phase in 0..3 {
             let mut run = thrown(0.1 + 0.017 * f64::from(phase), density, viscosity, cfl);
