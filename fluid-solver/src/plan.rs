@@ -41,7 +41,7 @@ pub struct Plan {
     pub expected: f64,
     /// First step, s.
     pub first: f64,
-    /// Time that the flow counts as having gone on before t = 0, s: the first step over [`OF_AGE`], and the
+    /// Time that the flow counts as having gone on before t = 0, s: ten times the first step, and the
     /// whole run that this one goes on with.
     pub age: f64,
     /// Treatment of viscosity.
