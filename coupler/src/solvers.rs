@@ -259,8 +259,6 @@ pub(crate) fn fluid_facts(
         Some(facts) => facts,
         None => {
             let domain = &scene.scene.domain;
-            let spacing =
-                (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(f64::INFINITY, f64::min);
             FluidFacts {
                 cells: domain.cell_count() as u64,
                 dt: match section_number(scene, "fluid", &scene.scene.fluid, "dt")? {
@@ -268,7 +266,7 @@ pub(crate) fn fluid_facts(
                     None if asked => return Err(needs_dt(scene).into()),
                     None => scene.scene.until,
                 },
-                spacing,
+                spacing: domain.smallest_spacing(),
                 notices: vec![unknown(solver, asked)],
                 ..FluidFacts::default()
             }

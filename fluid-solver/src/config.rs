@@ -3,7 +3,7 @@
 use crate::methods::calibrated::calibration::Calibration;
 use crate::methods::method::Method;
 use crate::methods::{fictitious, izard2014};
-use bedload_scene::{CheckedScene, Medium, Retired, SceneError};
+use bedload_scene::{CheckedScene, Retired, SceneError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -175,14 +175,11 @@ impl FluidSection {
 
     /// The time scheme where none is asked for: docs/decisions/time-scheme.md.
     fn default_scheme(&self, scene: &CheckedScene) -> SchemeKey {
-        let domain = &scene.scene.domain;
-        let number = |dt: f64| {
-            let least =
-                (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(f64::INFINITY, f64::min);
-            let nu = scene.scene.medium.as_ref().map_or(0.0, Medium::kinematic_viscosity);
-            nu * dt / (least * least)
-        };
-        let long = self.time.dt.is_some_and(|dt| number(dt) > LONG);
+        // Without a fluid there are no cells, and the scene is refused ([`FluidSection::check`]).
+        let long = scene.scene.medium.as_ref().zip(self.time.dt).is_some_and(|(medium, dt)| {
+            let spacing = scene.scene.domain.smallest_spacing();
+            medium.kinematic_viscosity() * dt / (spacing * spacing) > LONG
+        });
         if self.method == Method::Izard2014 || long { SchemeKey::Rk3 } else { SchemeKey::Ab2 }
     }
 

@@ -321,6 +321,12 @@ impl Domain {
         }
     }
 
+    /// The least of [`Domain::spacing`] over the axes, m.
+    #[must_use]
+    pub fn smallest_spacing(&self) -> f64 {
+        (0..self.dimensions()).map(|axis| self.spacing(axis)).fold(f64::INFINITY, f64::min)
+    }
+
     /// Is `position` (x, y, z; m) beyond a face across `axis`?
     pub(crate) fn is_beyond(&self, axis: usize, position: &[f64; 3]) -> bool {
         !(self.lower[axis]..=self.upper[axis]).contains(&position[self.geometry.component(axis)])

@@ -1,6 +1,7 @@
 //! The `[fluid]` section: defaults, and errors that name key, value and remedy.
 
 use crate::immersed::newton::try_scene;
+use fluid_solver::config::{FluidSection, SchemeKey};
 use fluid_solver::facts::facts;
 use protocol::scheme::Scheme;
 
@@ -125,4 +126,33 @@ fn a_launcher_is_refused_what_ranks_cannot_do() {
         0.5\ndensity = 2.0";
     let (key, what) = refusal(2.0, second);
     assert!(key == "domain.cells" && what.contains("4 planes"), "{key}: {what}");
+}
+
+/// Windows of 2 Δx²/ν are the longest for one stage: docs/decisions/time-scheme.md.
+#[test]
+fn the_time_scheme_follows_method_and_fixed_step() {
+    let scheme = |fluid: &str| {
+        let scene = try_scene(&text(2.0, "[32, 32, 32]", fluid)).expect("right");
+        FluidSection::read(&scene).expect(fluid).scheme()
+    };
+    assert_eq!(scheme(""), SchemeKey::Ab2);
+    assert_eq!(scheme("method = \"izard-2014\""), SchemeKey::Rk3);
+    // Δx = 1/8, ν = 0.01.
+    assert_eq!(scheme("time = { dt = 3.1 }"), SchemeKey::Ab2);
+    assert_eq!(scheme("time = { dt = 3.2 }"), SchemeKey::Rk3);
+    assert_eq!(scheme("time = { dt = 3.2, scheme = \"ab2\" }"), SchemeKey::Ab2);
+    assert_eq!(scheme("method = \"izard-2014\"\ntime = { scheme = \"ab2\" }"), SchemeKey::Ab2);
+}
+
+/// Without a fluid there may be no cells either.
+#[test]
+fn a_dry_scene_is_refused_with_a_fixed_step_as_without_one() {
+    for fluid in ["", "time = { dt = 0.01 }"] {
+        let dry = text(2.0, "[]", fluid)
+            .replace("cells = []\n", "")
+            .replace("[medium]\ndensity = 1.0\nviscosity = 0.01\n", "");
+        let scene = try_scene(&dry).expect("a dry scene");
+        assert!(scene.scene.medium.is_none() && scene.scene.domain.cells.is_empty());
+        assert_eq!(FluidSection::read(&scene).expect_err(fluid).key, "medium");
+    }
 }
