@@ -221,7 +221,7 @@ impl<const D: usize> Start<D> {
             || mine.scheme == theirs.scheme
                 && mine.time.convection == theirs.time.convection
                 && viscosity(scene) == viscosity(run);
-        let same_drive = drive(scene) == drive(run);
+        let same_drive = moved_by(scene) == moved_by(run);
         let goes_on = same_motion && same_method && same_order && same_grid(grid, &source);
         Ok(Self {
             grid: source,
@@ -318,7 +318,7 @@ impl<const D: usize> Start<D> {
 }
 
 /// What moves the fluid: gravity, the faces of the box and the forces on the medium.
-fn drive(scene: &CheckedScene) -> impl PartialEq + '_ {
+fn moved_by(scene: &CheckedScene) -> impl PartialEq + '_ {
     let Scene { gravity, domain, medium, .. } = &scene.scene;
     let faces: Vec<_> = (0..domain.dimensions()).map(|axis| domain.boundary(axis)).collect();
     let forces = medium.as_ref().map(|medium| {

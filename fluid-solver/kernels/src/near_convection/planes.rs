@@ -33,6 +33,7 @@ pub(super) struct Planes {
 impl Planes {
     pub(super) fn new<const D: usize>(grid: &Grid<D>) -> Self {
         let row = (grid.cells[0] + LEAD + 16).next_multiple_of(8);
+        // Velocity, weights and fluxes: 5 × 3 + 2 + 10, or 2 + 1 + 4 on two axes.
         let planes = if D == 3 { 27 } else { 7 };
         let fits = BYTES / (size_of::<f64>() * row * planes);
         let rows = fits.saturating_sub(2 * ROWS + 1).max(4).min(grid.cells[1]);
