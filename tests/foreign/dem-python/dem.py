@@ -3,9 +3,7 @@ import copy, json, math, os, sys
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python"))
-from bedload_link import Leave, is_wall, start
-
-LAW = ("linear-spring-dashpot", "izard-2014")  # with k_n and gamma_n of Izard et al. 2014, eqs 17 and 18
+from bedload_link import LAW, Leave, is_wall, start
 
 
 class Spheres:

@@ -5,9 +5,7 @@ from yade import *  # YADE's names are made when it starts
 
 sys.path.insert(0, os.environ["BEDLOAD_LINK"])
 sys.argv = ["dem.py", *json.loads(os.environ["BEDLOAD_WORDS"])]
-from bedload_link import Leave, is_wall, start
-
-LAW = ("linear-spring-dashpot", "izard-2014")  # with k_n and gamma_n of Izard et al. 2014, eqs 17 and 18
+from bedload_link import LAW, Leave, is_wall, start
 
 sys.stdout = os.fdopen(3, "w")  # what YADE prints of itself is no answer
 

@@ -155,6 +155,8 @@ class Run:
 
 
 # ---- What a DEM reads of a scene ----
+LAW = ("linear-spring-dashpot", "izard-2014")  # law and form: k_n and gamma_n of Izard et al. 2014, eqs 17 and 18
+
 def is_wall(domain, axis, end):
     """Do grains touch this side of the box? As `serve` is given a scene, each side says so: `x`, or `x_lower` and `x_upper`."""
     sides = domain.get("boundary", {})
