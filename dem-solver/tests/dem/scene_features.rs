@@ -4,7 +4,7 @@ use bedload_scene::{CheckedScene, Motion, Rest, SceneError, SceneSource};
 use dem_solver::participant::DemParticipant;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Participant, Window};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const BOX: &str = "until = 10.0\ngravity = [0.0, 0.0, -9.81]\n\
     [domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [1.0, 1.0, 3.0]\n\
@@ -17,10 +17,18 @@ fn read(text: &str) -> Result<CheckedScene, SceneError> {
     CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() })
 }
 
-fn folder(name: &str) -> PathBuf {
-    let path = std::env::temp_dir().join(format!("bedload-features-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&path).expect("makes");
-    path
+/// An empty folder, gone when the value is dropped.
+struct Folder(tempfile::TempDir);
+
+impl std::ops::Deref for Folder {
+    type Target = Path;
+    fn deref(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+fn folder() -> Folder {
+    Folder(tempfile::tempdir().expect("makes"))
 }
 
 struct Run {
@@ -54,7 +62,7 @@ impl Run {
 fn grains_come_at_their_rate_without_overlap_and_rest() {
     let scene = read(&format!("{BOX}stop = 1\n").replace("stop = 1\n", INSERTION)).expect("reads");
     assert_eq!((scene.present(), scene.grains.len()), (0, 60));
-    let mut run = Run::new(&scene, &folder("insertion"));
+    let mut run = Run::new(&scene, &folder());
     run.go(10);
     assert_eq!(run.there(), 0, "the first is due at t = 0.1");
     run.go(10);
@@ -87,7 +95,7 @@ fn a_region_rises_with_the_bed() {
     let scene =
         read(&format!("{BOX}{low}").replace("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, 0.0]"))
             .expect("reads");
-    let mut run = Run::new(&scene, &folder("rise"));
+    let mut run = Run::new(&scene, &folder());
     run.go(41);
     assert_eq!(run.there(), 60);
     // No gravity: each falls at 1 m/s from where it appeared, 5 m/s higher the later.
@@ -108,7 +116,7 @@ fn a_full_region_delays_grains_and_loses_none() {
         .replace("lower = [0.1, 0.1, 2.0]", "lower = [0.4, 0.4, 2.6]")
         .replace("upper = [0.9, 0.9", "upper = [0.62, 0.62");
     let scene = read(&format!("{BOX}{tight}")).expect("reads");
-    let mut run = Run::new(&scene, &folder("tight"));
+    let mut run = Run::new(&scene, &folder());
     run.go(41);
     let early = run.there();
     assert!(early < 30, "{early}: there is room for one at a time");
@@ -119,7 +127,7 @@ fn a_full_region_delays_grains_and_loses_none() {
 #[test]
 fn a_restart_while_inserting_has_the_same_bits() {
     let scene = read(&format!("{BOX}{INSERTION}")).expect("reads");
-    let out = folder("restart");
+    let out = folder();
     let mut run = Run::new(&scene, &out);
     run.go(25);
     let there = run.there();
@@ -148,7 +156,7 @@ fn threads_of_a_run_are_those_of_its_pool() {
     let go = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("builds");
         pool.install(|| {
-            let mut run = Run::new(&scene, &folder("threads"));
+            let mut run = Run::new(&scene, &folder());
             run.go(50);
             (run.solver.dem().threads(), run.solver.dem().save())
         })
@@ -167,7 +175,7 @@ fn a_restart_while_inserting_into_blocks_has_the_same_bits() {
         INSERTION.replace("60", "4000").replace("0.08", "0.02").replace("rate = 200.0", "rate = 6000.0");
     let scene = read(&format!("{BOX}{insertion}{layer}")).expect("reads");
     assert!(scene.present() > 512, "{}", scene.present());
-    let out = folder("restart-blocks");
+    let out = folder();
     let mut run = Run::new(&scene, &out);
     run.go(40);
     let there = run.solver.dem().grains.len() - scene.present();
@@ -241,9 +249,9 @@ fn bad_insertions_and_stops_are_refused() {
 }
 
 /// A few grains that have come to rest, and the folder that they left.
-fn settled(name: &str) -> (Run, PathBuf) {
+fn settled() -> (Run, Folder) {
     let scene = read(&format!("{BOX}{INSERTION}")).expect("reads");
-    let out = folder(name);
+    let out = folder();
     let mut run = Run::new(&scene, &out);
     run.go(300);
     run.solver.write_checkpoint(&out.join("checkpoint")).expect("writes");
@@ -252,7 +260,7 @@ fn settled(name: &str) -> (Run, PathBuf) {
 
 #[test]
 fn a_table_of_grains_reads_back_to_the_same_bits_and_a_damaged_one_is_refused() {
-    let (run, out) = settled("table");
+    let (run, out) = settled();
     let dem = run.solver.dem();
     let text = dem_solver::output::grain_files::table(dem.time(), &dem.grains, run.solver.spec(), &[]);
     let file = out.join("grains.csv");
@@ -300,7 +308,7 @@ fn a_table_of_grains_reads_back_to_the_same_bits_and_a_damaged_one_is_refused() 
 
 #[test]
 fn a_run_starts_from_the_state_of_another_with_its_springs() {
-    let (run, out) = settled("state");
+    let (run, out) = settled();
     let text = format!("{BOX}{INSERTION}");
     let from = |text: &str, out: &Path| {
         let key = format!("[dem]\ninitial_state = {:?}\n[dem.contact]", out.display().to_string());
@@ -360,7 +368,7 @@ fn retired_names_of_insertions_and_rough_walls_are_refused_with_the_new_ones() {
 
 #[test]
 fn a_fault_names_its_own_cause() {
-    let out = folder("causes");
+    let out = folder();
     let pair = "[[grains]]\nposition = [0.25, 0.5, 1.0]\nradius = 0.2\ndensity = 1000.0\n\
                 [[grains]]\nposition = [0.25, 0.5, 2.0]\nradius = 0.2\ndensity = 1000.0\n";
     let narrow = BOX.replace("upper = [1.0", "upper = [0.5").replace("x = \"no-slip\"", "x = \"periodic\"");
@@ -373,5 +381,5 @@ fn a_fault_names_its_own_cause() {
     let window = Window { step: 0, attempt: 0, time: 0.0, dt: 0.01, substeps: 100, output: false };
     let error = run.solver.advance(&window, &mut run.exchange).expect_err("through the floor").to_string();
     assert!(error.contains("dem.contact.contact_time") && !error.contains("[dem] dt"), "{error}");
-    std::fs::remove_dir_all(out).expect("removes");
+    std::fs::remove_dir_all(&*out).expect("removes");
 }
