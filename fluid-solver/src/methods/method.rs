@@ -1,5 +1,6 @@
 //! `fluid.method`: the names of the methods.
 
+use crate::grid::Geometry;
 use crate::immersed::mask_model::{Mask, MaskModel};
 use protocol::scheme::Scheme;
 use schemars::JsonSchema;
@@ -37,9 +38,10 @@ impl Method {
 
     /// Its mask in a fluid of kinematic viscosity `viscosity` (m²/s); dt is to be set. With
     /// `fictitious-domain` it serves the start and the output.
-    pub(crate) fn mask(self, viscosity: f64) -> MaskModel {
+    pub(crate) fn mask(self, geometry: Geometry, viscosity: f64) -> MaskModel {
         let (mask, width) = match self {
             Self::Izard2014 => (Mask::Izard2014, 1.0),
+            Self::Calibrated if geometry == Geometry::Plane => (Mask::ExactShear, 0.5),
             Self::Calibrated | Self::FictitiousDomain => (Mask::ParameterFree, 0.5),
         };
         MaskModel { mask, width, viscosity, dt: 0.0 }

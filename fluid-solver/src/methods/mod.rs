@@ -49,7 +49,7 @@ pub(crate) fn build<const D: usize>(
     dt: f64,
 ) -> (Box<dyn ImmersedBoundary<D>>, Grains<D>) {
     let needs = Needs::of(scene, choices, scheme);
-    let model = MaskModel { dt, ..choices.method.mask(medium.kinematic_viscosity()) };
+    let model = MaskModel { dt, ..choices.method.mask(grid.geometry, medium.kinematic_viscosity()) };
     let immersed = Immersed::new(grid, build::shapes(scene), needs.mask_ratios);
     let mut grains = Grains::new(immersed, model, build::motions(scene), needs.force.then_some(grid));
     let loads = |displaced_mass: bool| {

@@ -11,7 +11,7 @@
 //! 1/w = s² / (2^½ f L P A^½),   Σ n_a⁴ Δx_a² = F/s²
 //! ```
 
-use super::mask_model::{EDGE, Mask, MaskModel, SIGMA, SIGMA_SLOPE, SOLID};
+use super::mask_model::{EDGE, Mask, MaskModel, SIGMA, SIGMA_SLOPE, SOLID, exact_shear};
 use super::nodes::Row;
 use super::piece::Piece;
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
@@ -55,6 +55,8 @@ pub(super) struct Law {
     solid: f64,
     /// Whether cells are equally wide along all axes.
     even: bool,
+    /// ν dt for the mask of exact shear, m².
+    exact: Option<f64>,
 }
 
 impl Sums {
@@ -90,18 +92,15 @@ impl Profile {
     }
 }
 
-/// Mask ratio of a row of cells; only arguments tell that the result overlaps nothing.
+/// Mask ratio of a row of cells, `ratio` of what axis 0 and the rest bring; only arguments tell that the
+/// result overlaps nothing.
 #[inline(always)]
-fn evaluate<const EVEN: bool>(law: &Law, out: &mut [f64], profile: [&[f64]; 4], rest: &Sums) {
+fn evaluate(out: &mut [f64], profile: [&[f64]; 4], rest: &Sums, ratio: impl Fn(Sums, &Sums) -> f64) {
     let n = out.len();
     let [square, size, across, fourth] = profile.map(|values| &values[..n]);
     for k in 0..n {
-        out[k] = law.ratio::<EVEN>(Sums {
-            square: rest.square + square[k],
-            size: rest.size + size[k],
-            across: rest.across + across[k],
-            fourth: rest.fourth + fourth[k],
-        });
+        let along = Sums { square: square[k], size: size[k], across: across[k], fourth: fourth[k] };
+        out[k] = ratio(along, rest);
     }
 }
 
@@ -110,15 +109,20 @@ impl Law {
     /// all axes if they are.
     #[inline(always)]
     pub(super) fn new(model: &MaskModel, radius: f64, inner: f64, even: Option<f64>) -> Self {
+        let mut exact = None;
         let (rate, shift, plain) = match model.mask {
             Mask::Izard2014 => (0.0, 0.0, 1.0),
+            Mask::ExactShear => {
+                exact = Some(model.viscosity * model.dt);
+                (0.0, 0.0, 0.0)
+            }
             Mask::ParameterFree => {
                 let [rate, shift] = model.rate_and_shift();
                 (rate, shift, 0.0)
             }
         };
         let thin = FRAC_1_SQRT_2 / (model.width * even.unwrap_or(1.0));
-        Self { thin, rate, shift, plain, radius, solid: inner * inner, even: even.is_some() }
+        Self { thin, rate, shift, plain, radius, solid: inner * inner, even: even.is_some(), exact }
     }
 
     /// Appends the mask ratios of a row to `out`: the places `window` of the piece; `rest` are the sums over
@@ -129,16 +133,34 @@ impl Law {
         out.resize(first + window.len(), 0.0);
         let Profile { square, size, across, fourth } = profile;
         let profile = [square, size, across, fourth].map(|values| &values[window.clone()]);
-        if self.even {
-            evaluate::<true>(self, &mut out[first..], profile, rest);
-        } else {
-            evaluate::<false>(self, &mut out[first..], profile, rest);
+        let out = &mut out[first..];
+        match self.exact {
+            Some(spread) => evaluate(out, profile, rest, |along, rest| self.exact_shear(spread, along, rest)),
+            None if self.even => evaluate(out, profile, rest, |along, rest| self.ratio::<true>(along, rest)),
+            None => evaluate(out, profile, rest, |along, rest| self.ratio::<false>(along, rest)),
         }
     }
 
+    /// In the plane: the sums of each axis are its own.
     #[inline(always)]
-    fn ratio<const EVEN: bool>(&self, sums: Sums) -> f64 {
-        let Sums { square, size, across, fourth } = sums;
+    fn exact_shear(&self, spread: f64, along: Sums, rest: &Sums) -> f64 {
+        let (square, across) = (along.square + rest.square, along.across + rest.across);
+        let distance = square.sqrt();
+        let x = (distance - self.radius) * distance / across.sqrt();
+        let axis = |of: &Sums| {
+            let arm = of.square.max(f64::MIN_POSITIVE);
+            [(of.across / across).sqrt(), of.across.max(f64::MIN_POSITIVE) / arm]
+        };
+        let ratio = exact_shear(spread, x, [axis(&along), axis(rest)]);
+        if square < self.solid { SOLID } else { ratio }
+    }
+
+    #[inline(always)]
+    fn ratio<const EVEN: bool>(&self, along: Sums, rest: &Sums) -> f64 {
+        let square = rest.square + along.square;
+        let size = rest.size + along.size;
+        let across = rest.across + along.across;
+        let fourth = rest.fourth + along.fourth;
         let distance = square.sqrt();
         // P = σ s
         let sigma = SIGMA * square - SIGMA_SLOPE * (size * size);
@@ -233,14 +255,53 @@ mod tests {
         }
     }
 
+    /// The mask of exact shear in a row of the plane, with widths equal and not.
+    #[test]
+    fn exact_shear_of_rows_is_that_of_single_points() {
+        let model = MaskModel { mask: Mask::ExactShear, width: 0.5, viscosity: 1e-2, dt: 0.03 };
+        let (radius, inner, outer, across) = (0.5, 0.2, 2.0, 0.09);
+        let row = Row {
+            at: (0..40).map(|k| -0.7 + 0.035 * f64::from(k)).collect(),
+            spacing: (0..40).map(|k| 0.1 + 0.001 * f64::from(k % 7)).collect(),
+            volume: vec![1.0; 40],
+        };
+        let piece = Piece { first: 0, count: 40, begin: 3, end: 37, shift: 0.01, arm: -0.69, rate: 0.0 };
+        let mut profile = Profile::default();
+        profile.set(&row, &piece, outer);
+        let law = Law::new(&model, radius, inner, None);
+        let mut felt = 0;
+        for z in [0.0, 0.1, -0.33, 0.55, 0.6] {
+            let (mut rest, mut out) = (Sums::default(), Vec::new());
+            rest.add(z, across);
+            law.row(&profile, 0..40, &rest, &mut out);
+            for (k, (x, width)) in row.at.iter().zip(&row.spacing).enumerate() {
+                let distance = (x + 0.01).hypot(z);
+                let n = [(x + 0.01) / distance, z / distance];
+                let exact = point_mask::ratio(&model, distance - radius, &n, &[*width, across]);
+                let exact = if distance < inner { SOLID } else { exact };
+                let exact = if (3..37).contains(&k) { exact } else { 0.0 };
+                felt += usize::from(exact > 0.0 && exact < SOLID);
+                assert!((out[k] - exact).abs() <= 1e-9 * exact + 1e-15, "{z} {k}: {} and {exact}", out[k]);
+            }
+        }
+        assert!(felt > 40, "{felt}");
+    }
+
     const MODEL: MaskModel = MaskModel { mask: Mask::ParameterFree, width: 0.5, viscosity: 1e-2, dt: 0.5 };
 
     /// Mask ratio at distance `s` outside a unit sphere, along the normal `n`, as rows have it.
     fn at_distance(model: &MaskModel, s: f64, n: [f64; 2], h: f64) -> f64 {
         let [inner, _] = model.reach(1.0, h, h);
-        let mut sums = Sums::default();
-        n.into_iter().for_each(|n| sums.add((1.0 + s) * n, h));
-        Law::new(model, 1.0, inner, None).ratio::<false>(sums)
+        let [along, rest] = n.map(|n| {
+            let mut sums = Sums::default();
+            sums.add((1.0 + s) * n, h);
+            sums
+        });
+        let law = Law::new(model, 1.0, inner, None);
+        match law.exact {
+            Some(spread) => law.exact_shear(spread, along, &rest),
+            None => law.ratio::<false>(along, &rest),
+        }
     }
 
     #[test]
@@ -256,7 +317,7 @@ mod tests {
 
     #[test]
     fn inside_is_solid_outside_is_fluid_and_the_reach_knows_it() {
-        for mask in [Mask::ParameterFree, Mask::Izard2014] {
+        for mask in [Mask::ParameterFree, Mask::Izard2014, Mask::ExactShear] {
             for dt in [1e-4, 0.5, 100.0] {
                 let model = MaskModel { mask, dt, ..MODEL };
                 let [inner, outer] = model.reach(1.0, 0.1, 0.1);

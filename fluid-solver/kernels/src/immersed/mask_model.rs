@@ -1,6 +1,6 @@
 //! How strongly a grain holds the fluid at a point: the mask ratios `q`, with `β = q / (1 + q)`.
 //!
-//! **Parameter-free** (the default). With the force λ carried from step to step, the steady state is
+//! **Parameter-free** (r–z and space). With the force λ carried from step to step, the steady state is
 //! a Brinkman medium of inverse permeability `e^{−2s/w} / τ`, and the no-slip surface that the
 //! flow sees is where the grain ends if
 //!
@@ -8,7 +8,15 @@
 //! τ = (w² / 4ν) exp(2 γ_E − 0.0566 (n_x⁴ + n_y⁴ + n_z⁴) Δx² / w²),   q = (dt / τ) e^{−2s/w}
 //! ```
 //!
-//! Derivation: `docs/equations-immersed.md`. **Izard et al.**: `q = e^{−2s/w}` (Izard et al. 2014, eq. 8).
+//! **Exact shear** (the plane). χ is made of the profile u(s) that the grid shall have, so that the discrete
+//! equation ν∇²u = χu holds for it at every node, wherever a wall lies between the nodes:
+//!
+//! ```text
+//! u = Δ g(s/Δ),   g(x) = ∫ max(0, x − y) dy over |y| < ½,   Δ = (Σ n_a² Δx_a²)^½,   m_a = n_a Δx_a/Δ
+//! q = ν dt Σ_a [g(x + m_a) + g(x − m_a) − 2 g(x)] / (Δx_a² g(x)),   x = s/Δ
+//! ```
+//!
+//! Derivations: `docs/equations-immersed.md`. **Izard et al.**: `q = e^{−2s/w}` (Izard et al. 2014, eq. 8).
 //! q is called the mask ratio here.
 //!
 //! Thickness w (Izard et al. 2014, eqs 8–10):
@@ -43,6 +51,9 @@ pub const SOLID: f64 = 1e8;
 /// (`docs/equations-immersed.md`).
 pub const EDGE: f64 = 1e4;
 
+/// Where the mask of exact shear ends, in cells: solid further inside, not felt further outside.
+pub(super) const BAND: [f64; 2] = [0.5, 1.5];
+
 /// Logarithm of [`EDGE`].
 pub(super) const LOG_EDGE: f64 = 9.210_340_371_976_184;
 
@@ -51,6 +62,8 @@ pub(super) const LOG_EDGE: f64 = 9.210_340_371_976_184;
 pub enum Mask {
     /// The surface is where the flow feels it, at any dt and resolution.
     ParameterFree,
+    /// A shear along a wall is exact at every node, and vanishes at the wall.
+    ExactShear,
     /// Izard et al. (2014), eq. 8.
     Izard2014,
 }
@@ -90,9 +103,52 @@ impl MaskModel {
         let rates = match self.mask {
             Mask::Izard2014 => [0.0, 0.0],
             Mask::ParameterFree => [self.log_rate(thick, 0.0), self.log_rate(thin, most * most)],
+            Mask::ExactShear => return [radius - BAND[0] * most, radius + BAND[1] * most],
         };
         let inner = radius - 0.5 * thick * (LOG_EDGE - rates[0]).max(0.0);
         let outer = radius + 0.5 * thick * (LOG_EDGE + rates[1]).max(0.0);
         [inner.min(radius), outer]
+    }
+}
+
+/// g of the mask of exact shear.
+#[inline(always)]
+pub(super) fn rounded(x: f64) -> f64 {
+    let part = (x + BAND[0]).clamp(0.0, 1.0);
+    0.5 * part * part + (x - BAND[0]).max(0.0)
+}
+
+/// q of the mask of exact shear at `x` from the surface, in Δ. `spread`: ν dt, m²; `axes`: m_a and Δx_a² of
+/// each axis, 1 and m².
+#[inline(always)]
+pub(super) fn exact_shear<const D: usize>(spread: f64, x: f64, axes: [[f64; 2]; D]) -> f64 {
+    let here = rounded(x);
+    let mut bend = 0.0;
+    for [step, square] in axes {
+        bend += (rounded(x + step) + rounded(x - step) - 2.0 * here) / square;
+    }
+    // At its end there is round-off only.
+    let ratio = if x < BAND[1] - 1e-6 { spread * bend / here.max(1.0 / SOLID) } else { 0.0 };
+    if here < 1.0 / SOLID { SOLID } else { ratio.min(SOLID) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The discrete shear along a plane wall vanishes at the wall, wherever that lies between the nodes, and
+    /// is one over all nodes but its tail: the mask is exact, not in the mean of places only.
+    #[test]
+    fn a_shear_along_a_wall_is_seen_at_the_wall_at_every_place() {
+        for place in (0..40).map(|k| f64::from(k) / 40.0) {
+            let ratio = |node: i32| exact_shear(1.0, f64::from(node) + place, [[1.0, 1.0]]);
+            // u(+) = (2 + q) u − u(−), from inside
+            let (mut before, mut u) = (0.0, 1.0);
+            for node in -1..9 {
+                (before, u) = (u, (2.0 + ratio(node)) * u - before);
+            }
+            let wall = 9.0 + place - u / (u - before);
+            assert!(wall.abs() < 1e-7, "{place}: the wall is seen at {wall}");
+        }
     }
 }

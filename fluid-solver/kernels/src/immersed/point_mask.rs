@@ -1,7 +1,7 @@
 //! The mask of one point as its formulas are printed: of bodies that are not round, and for tests of the rows
 //! of round ones.
 
-use super::mask_model::{LOG_EDGE, Mask, MaskModel, SIGMA, SIGMA_SLOPE, SOLID};
+use super::mask_model::{LOG_EDGE, Mask, MaskModel, SIGMA, SIGMA_SLOPE, SOLID, exact_shear};
 
 /// Thickness w of the transition, m, for the outward unit normal `n` (eqs 9–10).
 ///
@@ -34,13 +34,18 @@ fn exponent<const D: usize>(model: &MaskModel, s: f64, n: &[f64; D], spacing: &[
     let w = thickness(model.width, n, spacing);
     let fourth: f64 = (0..D).map(|a| (n[a] * n[a] * spacing[a]).powi(2)).sum();
     match model.mask {
-        Mask::Izard2014 => log_ratio(s, w),
         Mask::ParameterFree => log_ratio(s, w) + model.log_rate(w, fourth),
+        _ => log_ratio(s, w),
     }
 }
 
 /// Mask ratio at distance `s`: [`SOLID`] above [`EDGE`], zero below 1/[`EDGE`].
 pub(super) fn ratio<const D: usize>(model: &MaskModel, s: f64, n: &[f64; D], spacing: &[f64; D]) -> f64 {
+    if model.mask == Mask::ExactShear {
+        let width = (0..D).map(|a| (n[a] * spacing[a]).powi(2)).sum::<f64>().sqrt();
+        let axes = std::array::from_fn(|a| [n[a] * spacing[a] / width, spacing[a] * spacing[a]]);
+        return exact_shear::<D>(model.viscosity * model.dt, s / width, axes);
+    }
     match exponent(model, s, n, spacing) {
         e if e < -LOG_EDGE => 0.0,
         e if e > LOG_EDGE => SOLID,

@@ -1,4 +1,4 @@
-//! The radius that a mask needs for the flow to feel a sphere of radius R (docs/equations-immersed.md,
+//! The radius that a mask needs for the flow to feel a sphere or disc of radius R (docs/equations-immersed.md,
 //! section 8).
 //!
 //! The mask puts the wall right for a linear profile. Where the profile is curved the wall stands too far
@@ -7,13 +7,17 @@
 //! ```text
 //! δR = (π²/12) w̄² (1/R + 1/r_h) + Δx²/(24 r_h),   w̄ = 0.6 f Δx
 //! ```
+//! That is for spheres in space; for discs in the plane, whose mask has another shape,
+//! ```text
+//! δR = (7/48) Δx² (1/R + 1/r_h),   r_h = R (1 − φ)/(2φ), at least Δx
+//! ```
 //! φ is the solid fraction about the grain: the volumes of all grains, weighed with a cubic B-spline of the
 //! distance along each axis, two diameters of the largest grain between its knots, over the part of it that
 //! lies in the box. The grain's own share counts as far as others, or its own images, do as much: a grain
 //! alone is in no pore. Sums over pairs depend on distances alone, not on units, nor on where the box begins.
 
 use super::body::{Motion, Shape, along_axes};
-use super::mask_model::MaskModel;
+use super::mask_model::{Mask, MaskModel};
 use crate::grid::{Geometry, Grid};
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
@@ -52,13 +56,13 @@ pub struct Pores<const D: usize> {
 }
 
 impl<const D: usize> Pores<D> {
-    /// For spheres in the box of `grid`. On an axis of symmetry there are no pores: φ is zero.
+    /// For grains in the box of `grid`. On an axis of symmetry there are no pores: φ is zero.
     pub fn new(grid: &Grid<D>, shapes: &[Shape]) -> Self {
         let largest = shapes.iter().map(|shape| shape.radius).fold(0.0, f64::max);
         let knots = 2.0 * KNOTS * largest;
         let length: [f64; D] = std::array::from_fn(|a| grid.axes[a].length());
         let count = length.map(|length| ((length / (2.0 * knots)) as usize).max(1));
-        let grains = if grid.geometry == Geometry::Space { shapes.len() } else { 0 };
+        let grains = if grid.geometry == Geometry::Axisymmetric { 0 } else { shapes.len() };
         // More cells than grains find nothing faster.
         let most = ((8 * grains) as f64).powf(1.0 / D as f64).ceil().max(1.0) as usize;
         let count = count.map(|count| count.min(most));
@@ -92,7 +96,11 @@ impl<const D: usize> Pores<D> {
         }
         for (grain, shape) in shapes.iter_mut().enumerate() {
             let fraction = self.fractions.get(grain).copied().unwrap_or(0.0);
-            shape.mask_radius = shape.radius + excess(model.width, self.spacing, shape.radius, fraction);
+            let excess = match model.mask {
+                Mask::ExactShear => excess_of_disc(self.spacing, shape.radius, fraction),
+                _ => excess(model.width, self.spacing, shape.radius, fraction),
+            };
+            shape.mask_radius = shape.radius + excess;
         }
     }
 
@@ -188,6 +196,12 @@ pub fn excess(width: f64, spacing: f64, radius: f64, fraction: f64) -> f64 {
     let pore = 3.0 * fraction / (radius * (1.0 - fraction));
     let mean = MEAN_WIDTH * width * spacing;
     PI * PI / 12.0 * mean * mean * (1.0 / radius + pore) + spacing * spacing / 24.0 * pore
+}
+
+/// The same of a disc with the mask of exact shear.
+fn excess_of_disc(spacing: f64, radius: f64, fraction: f64) -> f64 {
+    let pore = radius * (1.0 - fraction).max(0.0) / (2.0 * fraction);
+    7.0 / 48.0 * spacing * spacing * (1.0 / radius + 1.0 / pore.max(spacing))
 }
 
 #[cfg(test)]

@@ -26,8 +26,8 @@ pub enum Transport {
     WhereItLags,
 }
 
-/// When the carried force goes with the grains of a scene: among spheres in space of which two or more move,
-/// or that fill more than a twentieth of their box. A repeated window needs the force where the window began:
+/// When the carried force goes with the grains of a scene: with discs of the plane, and among spheres in space
+/// of which two or more move, or that fill more than a twentieth of their box. A repeated window needs the force where the window began:
 /// there, never.
 pub(crate) fn transport(
     scene: &CheckedScene,
@@ -38,11 +38,15 @@ pub(crate) fn transport(
     if moving == 0 || scheme == Scheme::Iterated {
         return None;
     }
-    let in_space = scene.scene.domain.geometry == Geometry::Space;
     match calibration.force_transport {
         ForceTransport::Advected => Some(Transport::Always),
         ForceTransport::Auto => {
-            (in_space && (moving > 1 || is_full(scene))).then_some(Transport::WhereItLags)
+            let lags = match scene.scene.domain.geometry {
+                Geometry::Plane => true,
+                Geometry::Space => moving > 1 || is_full(scene),
+                Geometry::Axisymmetric => false,
+            };
+            lags.then_some(Transport::WhereItLags)
         }
         ForceTransport::Eulerian => None,
     }
@@ -57,9 +61,10 @@ fn is_full(scene: &CheckedScene) -> bool {
 /// Longest step in which every free grain is stable with the local solve, s.
 fn longest_local_step(scene: &CheckedScene, medium: &Medium) -> f64 {
     let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
+    let disc = scene.scene.domain.geometry == Geometry::Plane;
     let longest = |grain: &Grain| {
         let diameter = 2.0 * grain.radius;
-        largest_viscous_number(grain.density / medium.density) * diameter * diameter
+        largest_viscous_number(disc, grain.density / medium.density) * diameter * diameter
             / medium.kinematic_viscosity()
     };
     free.map(longest).fold(f64::INFINITY, f64::min)

@@ -8,7 +8,7 @@
 //! u  = u* + dt (λ' − λ)
 //! ```
 //! The mask is a Brinkman medium whose surface is where the flow feels it ([`crate::immersed::mask_model`]).
-//! Near grains convection is refined ([`crate::near_convection`]). In space the radius of the mask follows
+//! Near grains convection is refined ([`crate::near_convection`]). In space and in the plane the radius of the mask follows
 //! the pores ([`crate::immersed::pores`]), and in dense beds the force goes with the grains and viscosity
 //! feels its change in the same step ([`advection`]). Where windows are repeated, [`iterations`] mixes the
 //! attempts; elsewhere the jump of a contact goes to the fluid at once ([`contact`]).
@@ -97,10 +97,10 @@ impl<const D: usize> Calibrated<D> {
     }
 }
 
-/// Whether masks have the radius that the flow feels: where the correction was measured, in space.
+/// Whether masks have the radius that the flow feels: where the correction was measured, off an axis of symmetry.
 fn corrects_radius(scene: &CheckedScene, calibration: &Calibration) -> bool {
     match calibration.mask_radius {
-        MaskRadius::Auto => scene.scene.domain.geometry == Geometry::Space,
+        MaskRadius::Auto => scene.scene.domain.geometry != Geometry::Axisymmetric,
         MaskRadius::Nominal => false,
         MaskRadius::Corrected => true,
     }

@@ -16,7 +16,7 @@ fn box_with(density: f64, drive: &str, gravity: f64, displaced: bool) -> Run {
         boundary = {{ x = \"periodic\", z = \"periodic\" }}
         [medium]
         density = 2.0
-        viscosity = 0.02
+        viscosity = 0.033 # the mask is as large as the grain, not smaller: light ones neglect that
         {drive}
         [[grains]]
         position = [1.97, 0.0, 0.4]

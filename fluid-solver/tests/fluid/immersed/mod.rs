@@ -9,6 +9,7 @@ mod bodies;
 mod bounds;
 mod config;
 mod dense;
+mod discs;
 mod drift;
 mod fictitious;
 mod handover;

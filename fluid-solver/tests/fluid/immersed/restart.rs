@@ -49,7 +49,8 @@ const AUTO: Calibration = Calibration {
     without_displaced_mass: false,
 };
 
-const FORMS: [(&str, Calibration); 6] = [
+const FORMS: [(&str, Calibration); 7] = [
+    ("", AUTO),
     ("time = { scheme = \"ab2\" }", AUTO),
     ("method = \"izard-2014\"", AUTO),
     ("", ADVECTED),
@@ -155,10 +156,10 @@ fn the_number_of_threads_changes_no_bit() {
         time = { scheme = \"ab2\" }
         ";
     let eulerian = Calibration { force_transport: ForceTransport::Eulerian, ..AUTO };
-    for transport in [eulerian, ADVECTED, AUTO] {
+    for (text, transport) in [eulerian, ADVECTED, AUTO].into_iter().flat_map(|t| [(TEXT, t), (PLANE, t)]) {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-            pool.install(|| messages(&mut Run::calibrated(TEXT, transport), 5))
+            pool.install(|| messages(&mut Run::calibrated(text, transport), 5))
         };
         let one = run(1);
         assert_eq!(one, run(2), "{transport:?}");
