@@ -56,10 +56,10 @@ const BEYOND_LARGEST_ORDER: f64 = LARGEST_ORDER + 0.05;
 /// Largest distance of the finest of some pairs (h, value), each h once, finest first, from their limit, in
 /// the unit of the value; none of one alone.
 ///
-/// From two the larger of two: as if the order were 1, the worst of 1 to 2; and were 2, with the factor of two
-/// grids, which is for an order that is not seen. From the three finest by [`richardson`]. Where they show no
-/// order, or one above 2 as values do that turn back, their spread counts: with the factor of three grids if
-/// the limit may lie between them, with that of two if they drift ever faster.
+/// From two the larger of two: as if the order were 1, the worst of 1 to 2; and were 2, with the factor of
+/// two grids, which is for an order that is not seen. From the three finest by [`richardson`]. Where they
+/// show no order, or one above 2 as values do that turn back, their spread counts: with the factor of three
+/// grids if the limit may lie between them, with that of two if they drift ever faster.
 #[must_use]
 pub fn band(points: &[(f64, f64)]) -> Option<f64> {
     let (h, f): (Vec<f64>, Vec<f64>) = points.iter().take(3).copied().unzip();

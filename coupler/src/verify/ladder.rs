@@ -25,8 +25,8 @@ pub(super) struct Ladder<'a> {
     coarsest: f64,
     /// Those up to this one are run, whatever they cost: two, and that of the chart.
     pub(super) needed: usize,
-    /// The coarsest that may be the run itself: that of the chart; the third where a rebound is measured, since
-    /// where in its cell and window a sphere touches makes values swing by themselves.
+    /// The coarsest that may be the run itself: that of the chart; the third where a rebound is measured,
+    /// since where in its cell and window a sphere touches makes values swing by themselves.
     pub(super) least: usize,
 }
 

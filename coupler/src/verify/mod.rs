@@ -235,8 +235,8 @@ fn climb(
         if place + 1 == planned.len() {
             return Err(Failure::Run(format!(
                 "not as exact as asked: {name} is within {} % by estimate, {} % was asked for; the \
-                 next grid costs more than {DEAREST} times the first two and {CHEAP} s, or breaks a bound: ask \
-                 for less{}{}",
+                 next grid costs more than {DEAREST} times the first two and {CHEAP} s, or breaks a bound: \
+                 ask for less{}{}",
                 Short(100.0 * error),
                 Short(100.0 * target),
                 if follows { "" } else { "; " },
@@ -248,8 +248,8 @@ fn climb(
 }
 
 impl Found {
-    /// Are the steps of the finest grid as much shorter than those of the one before as its cells, or at least
-    /// half as much, in the logarithm? Else what two grids share hides the error of the steps.
+    /// Are the steps of the finest grid as much shorter than those of the one before as its cells, or at
+    /// least half as much, in the logarithm? Else what two grids share hides the error of the steps.
     fn steps_follow(&self) -> bool {
         let ([.., before, last], [.., wide, narrow]) = (&self.summaries[..], &self.widths[..]) else {
             return false;
