@@ -8,14 +8,16 @@
 //! | [`prepare::Prepared`] | from a scene file to its plan, with what the solvers say of themselves |
 //! | [`plan::Plan`], [`bounds`] | who takes part, time steps, cost; every bound with its source and remedy |
 //! | [`run::run`] | a run, from the scene to the output folder |
+//! | [`verify::run`] | the same, on finer and finer grids until it is as exact as asked |
 //! | [`failure::Failure`] | how all of them fail |
 //!
-//! Behind these: [`config`], the `[coupling]` section; [`scheme`], which window comes next; [`keys`], what
-//! rules name of the solvers. The command line and the studies are crates above this one.
+//! Behind these: [`config`], the `[coupling]` section; [`scheme`], which window comes next; [`keys`],
+//! what rules name of the solvers; [`limit`], where a refinement leads. The command line and the studies
+//! are crates above this one.
 //!
 //! | inside | what it holds |
 //! |---|---|
-//! | `check`, `proposals`, `accuracy` | what `bedload check` prints; cheaper models; settings from the charts |
+//! | `check`, `proposals`, `accuracy` | what `bedload check` prints; cheaper models; charts' settings |
 //! | `coupled`, `message_checks`, `iterate` | the solvers of a coupled run, its windows, and their attempts |
 //! | `supervise`, `by_itself`, `solvers` | solvers as children, by themselves, and as commands |
 //! | `replay` | a log driving a solver |
@@ -35,6 +37,7 @@ pub mod export;
 pub mod failure;
 mod iterate;
 pub mod keys;
+pub mod limit;
 pub mod log_command;
 mod message_checks;
 mod notices;
@@ -51,3 +54,4 @@ mod solo_run;
 mod solvers;
 mod supervise;
 mod unstable;
+pub mod verify;

@@ -1,6 +1,9 @@
-//! D/Δx of a scene.
+//! D/Δx of a scene, and numbers of cells.
 
 use bedload_scene::CheckedScene;
+
+/// The least that is run: nothing was measured on coarser grids.
+pub(crate) const LEAST: f64 = 5.0;
 
 /// Cells over the diameter (least width) of the thinnest grain, where they are widest; none without a grid or
 /// without grains.
@@ -11,4 +14,20 @@ pub fn of(scene: &CheckedScene) -> Option<f64> {
     let diameter = smallest.filter(|_| !domain.cells.is_empty())?;
     let spacing = (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(0.0, f64::max);
     Some(diameter / spacing)
+}
+
+/// Even, with no factors but 2, 3 and 5: all transforms take such numbers of cells fast.
+pub(crate) fn is_fast(count: &u64) -> bool {
+    let mut rest = *count;
+    for factor in [2, 3, 5] {
+        while rest > 0 && rest.is_multiple_of(factor) {
+            rest /= factor;
+        }
+    }
+    count.is_multiple_of(2) && rest == 1
+}
+
+/// The least such number from `least` on.
+pub(crate) fn fast(least: u64) -> u64 {
+    (least..).find(is_fast).unwrap_or(least)
 }

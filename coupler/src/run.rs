@@ -24,12 +24,7 @@ pub use crate::coupled::Report;
 /// # Errors
 /// [`Failure`], with `summary.json` written wherever there is an output folder.
 pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
-    descriptors::allow(descriptors::ANY_RUN).map_err(Failure::Run)?;
-    match remove_stale_runs() {
-        Ok(0) => {}
-        Ok(count) => protocol::say!("bedload: removed what {count} dead run(s) had left in shared memory"),
-        Err(error) => protocol::say!("bedload: warning: cannot remove what dead runs left: {error}"),
-    }
+    begin()?;
     let (options, expected) = &accuracy::resolve(options)?;
     if let Some(expected) = expected {
         protocol::say!("bedload: {expected}");
@@ -39,21 +34,43 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
         protocol::say!("bedload: {line}");
     }
     prepared.refuse_broken()?;
-    // The first signal ends the run in order, the second kills the solvers, the third the coupler itself.
-    let interrupts = Interrupts::listen(3)?;
+    carry_out(options, &prepared, &listen()?, report)
+}
+
+/// Before the first run of this process.
+pub(crate) fn begin() -> Result<(), Failure> {
+    descriptors::allow(descriptors::ANY_RUN).map_err(Failure::Run)?;
+    match remove_stale_runs() {
+        Ok(0) => {}
+        Ok(count) => protocol::say!("bedload: removed what {count} dead run(s) had left in shared memory"),
+        Err(error) => protocol::say!("bedload: warning: cannot remove what dead runs left: {error}"),
+    }
+    Ok(())
+}
+
+/// The first signal ends the run in order, the second kills the solvers, the third the coupler itself.
+pub(crate) fn listen() -> Result<Interrupts, Failure> {
+    Interrupts::listen(3)
+}
+
+/// Makes the run that is prepared.
+pub(crate) fn carry_out(
+    options: &RunOptions,
+    prepared: &Prepared,
+    interrupts: &Interrupts,
+    report: Report,
+) -> Result<(), Failure> {
     match (prepared.plan.participants, &prepared.fluid, &prepared.dem) {
-        (Participants::Fluid, Some(fluid), _) => {
-            alone(options, &prepared, &fluid.solver, &interrupts, report)
-        }
-        (Participants::Dem, _, Some(dem)) => alone(options, &prepared, &dem.solver, &interrupts, report),
-        _ => coupled(options, &prepared, interrupts, report),
+        (Participants::Fluid, Some(fluid), _) => alone(options, prepared, &fluid.solver, interrupts, report),
+        (Participants::Dem, _, Some(dem)) => alone(options, prepared, &dem.solver, interrupts, report),
+        _ => coupled(options, prepared, interrupts, report),
     }
 }
 
 fn coupled(
     options: &RunOptions,
     prepared: &Prepared,
-    interrupts: Interrupts,
+    interrupts: &Interrupts,
     report: Report,
 ) -> Result<(), Failure> {
     let begin = Instant::now();
@@ -69,7 +86,7 @@ fn coupled(
         scene: &prepared.scene,
         folder: &folder,
         resume: options.resume,
-        interrupts: &interrupts,
+        interrupts,
         sides: Sides::coupled(),
         dt: plan.steps.dt_fluid,
         contact_time: plan.steps.contact_time,

@@ -1,14 +1,19 @@
-//! Counts the promises of `--accuracy` on scenes drawn at random:
-//! `cargo run --release -p tests --example promises -- FIRST LAST OUT.csv`, with the programs built
-//! (`cargo build --release`). Each seed's scene is run as `--accuracy` has it and on two finer grids with
-//! steps as much shorter; what it is compared with is their limit (Richardson 1911, order 1 to 2), or the
-//! finest value where the three do not go one way.
+//! Counts the promises of `--accuracy … --verify` on scenes drawn at random: `cargo run --release -p tests
+//! --example promises -- FIRST LAST OUT.csv`, with the programs built (`cargo build --release`). What each
+//! seed's scene is served with is compared with the limit of the grids that it ran and of finer ones, 1.5
+//! times as fine each (Richardson 1911), or the finest value where these do not go one way. Its price is
+//! that of all grids over that of the coarsest which would have done.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
+use coupler::limit::richardson;
+use serde_json::Value;
 use tests::drawn::{Drawn, scene};
 use tests::harness::{Folder, bedload, metric, said, summary};
+
+/// Most CPU time of a finer grid, s; the second is run where it is estimated to take no longer.
+const LONGEST: f64 = 60.0;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -20,26 +25,26 @@ fn main() -> ExitCode {
         eprintln!("promises: FIRST and LAST are seeds");
         return ExitCode::from(2);
     };
-    let mut table = String::from("seed,kind,numbers,asked,verdict,error,resolution,why\n");
+    let mut table = String::from("seed,kind,numbers,asked,verdict,error,estimate,dearer,cpu_s,grids,why\n");
     let mut counts = [0; 4];
     for seed in first..=last {
         let drawn = scene(seed);
-        let outcome = outcome(seed, &drawn);
-        let (place, verdict, error, cells, why) = match outcome {
-            Outcome::Kept(error, cells) => (0, "kept", Some(error), cells, String::new()),
-            Outcome::Broken(error, cells) => (1, "broken", Some(error), cells, String::new()),
-            Outcome::Failed(why) => (2, "failed", None, String::new(), why),
-            Outcome::Refused(why) => (3, "refused", None, String::new(), why),
+        let (place, verdict, cells) = match outcome(seed, &drawn) {
+            Outcome::Served(served) => {
+                let kept = served.error <= drawn.target;
+                let dearer = served.dearer.map_or(String::new(), |dearer| format!("{dearer:.1}"));
+                let cells = format!(
+                    "{:.5},{:.5},{dearer},{:.1},{},",
+                    served.error, served.estimate, served.cpu, served.grids
+                );
+                (usize::from(!kept), if kept { "kept" } else { "broken" }, cells)
+            }
+            Outcome::Failed(why) => (2, "failed", format!(",,,,,{}", cell(&why))),
+            Outcome::Refused(why) => (3, "refused", format!(",,,,,{}", cell(&why))),
         };
         counts[place] += 1;
-        let error = error.map_or(String::new(), |error| format!("{error:.5}"));
-        let line = format!(
-            "{seed},{},{},{},{verdict},{error},{cells},{}",
-            drawn.kind,
-            drawn.numbers.replace(',', ";"),
-            drawn.target,
-            why.replace([',', '\n'], ";")
-        );
+        let numbers = cell(&drawn.numbers);
+        let line = format!("{seed},{},{numbers},{},{verdict},{cells}", drawn.kind, drawn.target);
         println!("{line}");
         let _ = writeln!(table, "{line}");
         std::fs::write(out, &table).expect("the table is written");
@@ -49,10 +54,27 @@ fn main() -> ExitCode {
     ExitCode::from(u8::from(broken + failed > 0))
 }
 
+/// Text as a cell of a table.
+fn cell(text: &str) -> String {
+    text.replace([',', '\n'], ";")
+}
+
+/// What a scene was served with.
+struct Served {
+    /// Largest relative error of its metrics.
+    error: f64,
+    /// The same as the program estimated it.
+    estimate: f64,
+    /// CPU time of all its grids over that of the coarsest which would have done, if one would.
+    dearer: Option<f64>,
+    /// CPU time of all its grids, s.
+    cpu: f64,
+    /// D/Δx of its grids.
+    grids: String,
+}
+
 enum Outcome {
-    /// Largest error, grid.
-    Kept(f64, String),
-    Broken(f64, String),
+    Served(Served),
     Failed(String),
     Refused(String),
 }
@@ -61,94 +83,105 @@ fn outcome(seed: u64, drawn: &Drawn) -> Outcome {
     let folder = Folder::new(&format!("promises-{seed}"));
     let path = folder.write("scene.toml", &drawn.text);
     let path = path.to_str().expect("UTF-8");
-    let target = format!("{}%", 100.0 * drawn.target);
-    let run = |name: &str, more: &[String]| -> Result<Vec<f64>, String> {
+    let run = |name: &str, more: &[String]| {
         let out = folder.join(name);
-        let out_text = out.to_str().expect("UTF-8");
+        let out = out.to_str().expect("UTF-8");
         let mut arguments: Vec<String> =
-            ["run", path, "--out", out_text, "--no-record", "--threads", "1"].map(str::to_owned).into();
+            ["run", path, "--out", out, "--no-record", "--threads", "1"].map(str::to_owned).into();
         arguments.extend_from_slice(more);
         let output = bedload(&arguments);
-        if output.status.success() {
-            Ok(drawn.metrics.iter().map(|name| metric(&out, name)).collect())
-        } else {
-            Err(format!("{:?}: {}", output.status.code(), said(&output)))
-        }
+        (output.status.code(), said(&output))
     };
-    let asked = ["--accuracy".to_owned(), target];
-    let values = match run("asked", &asked) {
-        Ok(values) => values,
-        Err(words) if words.starts_with("Some(2)") && words.contains("accuracy") => {
+    let asked = ["--accuracy".to_owned(), format!("{}%", 100.0 * drawn.target), "--verify".to_owned()];
+    match run("asked", &asked) {
+        (Some(0), _) => {}
+        (Some(1), words) if words.contains("not as exact as asked") => {
             return Outcome::Refused(reason(&words));
         }
-        Err(words) => return Outcome::Failed(words),
-    };
-    let chosen = summary(&folder.join("asked"));
-    let cells = chosen_cells(&folder);
-    let dt = chosen["time"]["dt_fluid"].as_f64();
-    let mut ladder = vec![(1.0, values)];
-    for finer in &drawn.finer {
-        let grid: Vec<u64> = cells.iter().map(|count| even(finer * *count as f64)).collect();
-        let mut more = vec!["--set".to_owned(), format!("domain.cells={grid:?}")];
-        match dt.filter(|_| drawn.kind != "bounces in r-z") {
-            Some(dt) => more.extend(["--set".to_owned(), format!("fluid.time.dt={:?}", dt / finer)]),
-            None => more.extend(["--set".to_owned(), format!("fluid.time.cfl={:?}", 0.5)]),
-        }
-        match run(&format!("finer-{finer}"), &more) {
-            Ok(values) => ladder.push((1.0 / finer, values)),
-            Err(words) => return Outcome::Failed(format!("finer grid {words}")),
-        }
+        (Some(2), words) => return Outcome::Refused(reason(&words)),
+        (code, words) => return Outcome::Failed(format!("{code:?}: {}", reason(&words))),
     }
-    let error = (0..drawn.metrics.len())
-        .map(|place| {
-            let points: Vec<(f64, f64)> = ladder.iter().map(|(h, values)| (*h, values[place])).collect();
-            (points[0].1 / limit(&points) - 1.0).abs()
-        })
-        .fold(0.0, f64::max);
-    let grid = format!("{cells:?}").replace(',', "");
-    if error <= drawn.target { Outcome::Kept(error, grid) } else { Outcome::Broken(error, grid) }
+    let verification = summary(&folder.join("asked"))["verification"].take();
+    let grids = verification["grids"].as_array().expect("grids");
+    let cells = |grid: &Value| -> Vec<f64> {
+        grid["cells"].as_array().expect("cells").iter().filter_map(Value::as_f64).collect()
+    };
+    let costs: Vec<f64> = grids.iter().filter_map(|grid| grid["cpu_s"].as_f64()).collect();
+    let finest = cells(&grids[grids.len() - 1]);
+    let width = |cells: &[f64]| cells.iter().product::<f64>().powf(-1.0 / cells.len() as f64);
+    let mut widths: Vec<f64> = grids.iter().map(|grid| width(&cells(grid))).collect();
+    let mut values: Vec<Vec<f64>> = drawn.metrics.iter().map(|name| on_grids(&verification, name)).collect();
+    let (served, mut last) = (grids.len(), costs[costs.len() - 1]);
+    for step in 1..=2 {
+        if step == 2 && last * 1.5_f64.powi(finest.len() as i32 + 1) > LONGEST {
+            break;
+        }
+        let finer: Vec<f64> = finest.iter().map(|count| fast(count * 1.5_f64.powi(step))).collect();
+        let (name, grid) = (format!("finer-{step}"), format!("domain.cells={finer:?}").replace(".0", ""));
+        let (Some(0), _) = run(&name, &["--set".to_owned(), grid]) else {
+            return Outcome::Failed(format!("a grid {}", name));
+        };
+        let out = folder.join(&name);
+        for (values, name) in values.iter_mut().zip(&drawn.metrics) {
+            values.push(metric(&out, name));
+        }
+        let cost = &summary(&out)["cost"];
+        last = cost["fluid_cpu_s"].as_f64().unwrap_or(0.0) + cost["dem_cpu_s"].as_f64().unwrap_or(0.0);
+        widths.push(width(&finer));
+    }
+    let limits: Vec<f64> = values.iter().map(|values| limit(&widths, values)).collect();
+    // Of the grids that were run, the coarsest from which on all are exact enough.
+    let error = |grid: usize| {
+        let of = values.iter().zip(&limits).map(|(values, limit)| (values[grid] / limit - 1.0).abs());
+        of.fold(0.0, f64::max)
+    };
+    let enough = (0..served).rev().take_while(|grid| error(*grid) <= drawn.target).last();
+    let cpu: f64 = costs.iter().sum();
+    let resolutions = grids.iter().filter_map(|grid| grid["resolution"].as_f64());
+    Outcome::Served(Served {
+        error: error(served - 1),
+        estimate: verification["error"].as_f64().unwrap_or(f64::NAN),
+        dearer: enough.map(|grid| cpu / costs[grid]),
+        cpu,
+        grids: resolutions.map(|cells| format!("{cells:.1}")).collect::<Vec<_>>().join(" "),
+    })
+}
+
+/// Values of a metric on the grids of a run.
+fn on_grids(verification: &Value, name: &str) -> Vec<f64> {
+    let values = verification["metrics"][name]["values"].as_array().expect(name);
+    values.iter().map(|value| value.as_f64().unwrap_or(f64::NAN)).collect()
 }
 
 /// What the program said was wrong, without its remedy.
 fn reason(words: &str) -> String {
     let joined = words.replace('│', " ");
-    let said = joined.split_once("accuracy:").map_or(joined.as_str(), |(_, rest)| rest);
+    let marks = ["not as exact as asked: ", "accuracy:", "bedload: "];
+    let said =
+        marks.iter().find_map(|mark| joined.rsplit_once(mark)).map_or(joined.as_str(), |(_, rest)| rest);
     let said = said.split_once('╭').map_or(said, |(message, _)| message);
     said.split_whitespace().collect::<Vec<_>>().join(" ").replace("/ ", "/")
 }
 
-/// The grid that was chosen.
-fn chosen_cells(folder: &Folder) -> Vec<u64> {
-    let text = std::fs::read_to_string(folder.join("asked").join("scene.toml")).expect("scene.toml");
-    let scene: toml::Table = toml::from_str(&text).expect("TOML");
-    let cells = scene["domain"]["cells"].as_array().expect("cells");
-    cells.iter().filter_map(toml::Value::as_integer).map(|count| count.unsigned_abs()).collect()
-}
-
-/// The nearest even number from `count` on.
-fn even(count: f64) -> u64 {
-    2 * (0.5 * count - 1e-9).ceil() as u64
-}
-
-/// Limit of three values (h, f), coarsest first.
-fn limit(points: &[(f64, f64)]) -> f64 {
-    let [(h3, f3), (h2, f2), (h1, f1)] = *points else { return points[points.len() - 1].1 };
-    let asked = (f3 - f2) / (f2 - f1);
-    let ratio = |p: f64| (h3.powf(p) - h2.powf(p)) / (h2.powf(p) - h1.powf(p));
-    if !(asked.is_finite() && asked > 0.0) {
-        return f1;
-    }
-    let order = if asked < ratio(1.0) {
-        1.0
-    } else if asked > ratio(2.0) {
-        2.0
-    } else {
-        let (mut low, mut high) = (1.0, 2.0);
-        for _ in 0..40 {
-            let middle: f64 = 0.5 * (low + high);
-            if ratio(middle) < asked { low = middle } else { high = middle }
-        }
-        0.5 * (low + high)
+/// The least even number from `count` on whose factors are 2, 3 and 5.
+fn fast(count: f64) -> f64 {
+    let mut cells = 2 * (0.5 * count - 1e-9).ceil() as u64;
+    let smooth = |cells: u64| {
+        [2, 3, 5].iter().fold(cells, |mut rest, factor| {
+            while rest % factor == 0 {
+                rest /= factor;
+            }
+            rest
+        }) == 1
     };
-    f1 + (f1 - f2) / ((h2 / h1).powf(order) - 1.0)
+    while !smooth(cells) {
+        cells += 2;
+    }
+    cells as f64
+}
+
+/// Limit of the values on these grids, coarsest first.
+fn limit(widths: &[f64], values: &[f64]) -> f64 {
+    let points: Vec<(f64, f64)> = widths.iter().copied().zip(values.iter().copied()).collect();
+    richardson(&points).map_or(values[values.len() - 1], |limit| limit.value)
 }

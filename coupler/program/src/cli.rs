@@ -60,6 +60,10 @@ enum Command {
         /// Error that is good enough, such as 2%: settings from the chart of this class of scenes
         #[arg(long, value_name = "PART")]
         accuracy: Option<String>,
+        /// Measure the error by coarser grids of the scene itself, and refine until it is small enough: also
+        /// for scenes without a chart
+        #[arg(long)]
+        verify: bool,
     },
     /// Drive one solver from a log, at full speed; with other values of the scene, or another solver
     Replay {
@@ -341,10 +345,11 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             let options = with_accuracy(options, accuracy);
             cheaper.map_or_else(|| check::check(&options, json), |name| check::cheaper(&options, &name))
         }
-        Command::Run { options, accuracy } => {
+        Command::Run { options, accuracy, verify } => {
             bedload_program::end_with_parent()?;
             study::sections::check(&options)?;
-            coupler::run::run(&with_accuracy(options, accuracy), study::report::page::write)
+            let run = if verify { coupler::verify::run } else { coupler::run::run };
+            run(&with_accuracy(options, accuracy), study::report::page::write)
         }
         Command::Replay { log, drive, verify, overrides, compare, allow_commands, checkpoint, out } => {
             let drive = drive.into();

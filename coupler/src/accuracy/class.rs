@@ -50,7 +50,7 @@ fn first<const N: usize>(reasons: [(bool, &str); N]) -> Option<Reason> {
 }
 
 /// Is a rebound measured?
-fn bounces(scene: &CheckedScene) -> bool {
+pub(crate) fn bounces(scene: &CheckedScene) -> bool {
     scene.scene.metrics.iter().any(|metric| {
         matches!(
             metric.kind,

@@ -29,10 +29,14 @@ use crate::failure::Failure;
 use crate::number::Short;
 pub use charted::{Charted, Run};
 pub use class::Class;
+pub(crate) use class::bounces;
 pub use numbers::Number;
 
 /// Part of the error asked for that the chart may have.
 const FROM_CHART: f64 = 0.5;
+
+/// What can be done about a scene that no chart serves.
+const MEASURE: &str = "add --verify, which measures on grids of the scene itself";
 
 /// The one key that is read here.
 #[derive(Deserialize)]
@@ -77,18 +81,24 @@ impl std::fmt::Display for Expected {
 /// # Errors
 /// [`Failure::Scene`] if the scene is wrong, of no class with a chart, or asks for more than its chart has.
 pub(crate) fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), Failure> {
-    let source = SceneSource::read(&options.scene, &options.all_overrides()).map_err(Box::new)?;
-    // The key alone: most scenes have none, and to lay out many grains twice takes its time.
-    let Asked { accuracy } = source.section().map_err(Box::new)?;
-    let Some(text) = accuracy else { return Ok((options.clone(), None)) };
-    let scene = CheckedScene::new(source).map_err(Box::new)?;
-    let target = fraction(&text).ok_or_else(|| {
-        let message = format!("is {text:?}; allowed: a part of the value, 0.01 % to 50 %");
-        Box::new(scene.source.error("accuracy", message, "write accuracy = \"2%\""))
-    })?;
-    let expected = choose(&scene, target, &text).map_err(Box::new)?;
+    let source = SceneSource::read(&options.scene, &options.all_overrides())?;
+    let Some((target, text)) = asked(&source)? else { return Ok((options.clone(), None)) };
+    let scene = CheckedScene::new(source)?;
+    let expected = choose(&scene, target, &text)?;
     let overrides = [&expected.set[..], &options.overrides[..]].concat();
     Ok((RunOptions { overrides, ..options.clone() }, Some(expected)))
+}
+
+/// The relative error that a scene asks for, as a part and as it is written. It reads the key alone: most
+/// scenes have none, and to lay out many grains twice takes its time.
+pub(crate) fn asked(source: &SceneSource) -> Result<Option<(f64, String)>, SceneError> {
+    let Asked { accuracy } = source.section()?;
+    let Some(text) = accuracy else { return Ok(None) };
+    let target = fraction(&text).ok_or_else(|| {
+        let message = format!("is {text:?}; allowed: a part of the value, 0.01 % to 50 %");
+        source.error("accuracy", message, "write accuracy = \"2%\"")
+    })?;
+    Ok(Some((target, text)))
 }
 
 /// What a scene that asks for no accuracy would get for `target`, if its class has a chart that knows.
@@ -97,15 +107,19 @@ pub(crate) fn offered(scene: &CheckedScene, target: f64) -> Option<Expected> {
     accuracy.is_none().then(|| choose(scene, target, "").ok())?
 }
 
-/// `text`: the target as the user wrote it.
-fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, SceneError> {
+/// What the chart of a scene's class has for `target`; `text`: the target as the user wrote it.
+///
+/// # Errors
+/// At `accuracy`, if the scene is of no class with a chart, or asks for more than its chart has.
+pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, SceneError> {
     let refuse = |message: String, remedy: &str| scene.source.error("accuracy", message, remedy);
     let class = Class::of(scene).map_err(|why| {
         let names: Vec<&str> = Class::ALL.iter().map(|class| class.name()).collect();
         refuse(
             format!("has no chart for this scene: {why}; there are charts for {}", names.join(", ")),
-            "leave accuracy out and set domain.cells, fluid.time and dem.steps_per_contact, or chart a scene \
-             of this kind (bedload chart)",
+            &format!(
+                "{MEASURE}; or leave accuracy out and set domain.cells, fluid.time and dem.steps_per_contact"
+            ),
         )
     })?;
     let chart = class.charted().map_err(|what| refuse(what, "mend the chart"))?;
@@ -120,8 +134,7 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
                 outside.join("; "),
                 class.chart_file()
             ),
-            "leave accuracy out and refine until the result stays (bedload chart), or bring the scene into \
-             the charted range",
+            &format!("{MEASURE}; or bring the scene into the charted range"),
         ));
     }
     let beside = beside(&numbers, &chart.runs);
@@ -132,7 +145,7 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
                 class.chart_file(),
                 Short(100.0 * best)
             ),
-            "ask for less, or refine by hand",
+            &format!("ask for less; or {MEASURE}"),
         )
     })?;
     if let Some(stale) = &chart.stale {
@@ -141,7 +154,7 @@ fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, Sce
             format!(
                 "rests on {table}, which is stale: the build gives other values for its sample ({stale})"
             ),
-            &format!("make the table again: bedload study {}; or leave accuracy out", chart.scene),
+            &format!("make the table again: bedload study {}; or {MEASURE}", chart.scene),
         ));
     }
     Ok(Expected {

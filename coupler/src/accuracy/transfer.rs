@@ -1,13 +1,11 @@
 //! A setting of a chart, transferred to another scene.
 
-use std::collections::BTreeSet;
-
 use bedload_scene::CheckedScene;
 
 use super::charted::Run;
 use super::class::Class;
 use crate::keys;
-use crate::resolution;
+use crate::resolution::{self, fast};
 
 /// Sections whose varied keys are transferred as they are.
 const METHOD: [&str; 3] = ["fluid.", "dem.", "coupling."];
@@ -57,19 +55,6 @@ fn refined(scene: &CheckedScene, wanted: f64) -> Vec<String> {
         set.push(format!("domain.stretching.spacing={:?}", diameter / wanted));
     }
     set
-}
-
-/// The least even number from `least` on with no factors but 2, 3 and 5, which all transforms take fast.
-fn fast(least: u64) -> u64 {
-    let numbers: BTreeSet<u64> = (0..24u32)
-        .flat_map(|a| (0..15u32).flat_map(move |b| (0..11u32).map(move |c| (a, b, c))))
-        .filter_map(|(a, b, c)| {
-            2u64.checked_mul(2u64.checked_pow(a)?)?
-                .checked_mul(3u64.checked_pow(b)?)?
-                .checked_mul(5u64.checked_pow(c)?)
-        })
-        .collect();
-    numbers.range(least..).next().copied().unwrap_or(least)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use protocol::facts::Side;
 
 use super::bound::Bound;
 use super::facts::Facts;
+use crate::resolution::LEAST;
 
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     // What a cell does to a grain was measured with our fluid; another one may have none.
@@ -15,7 +16,7 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
 
 fn add_resolution(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     let Some(cells) = crate::resolution::of(facts.scene) else { return };
-    bounds.push(Bound::new("resolution", "D/Δx", cells, Side::AtLeast, 5.0).because(
+    bounds.push(Bound::new("resolution", "D/Δx", cells, Side::AtLeast, LEAST).because(
         "nothing was measured on coarser grids; a rebound at 5 is already 28 % too high",
         "docs/numerics.md, Resolution",
         "refine domain.cells, or enlarge the smallest grain",

@@ -36,3 +36,4 @@ pub use observer::{Observer, ObserverState};
 pub use points::points;
 pub use series::{Series, SeriesMark, SeriesWriter};
 pub use summary::{Cost, MetricValue, PeakRss, RunStatus, Size, SubstepRange, Summary, Tally, Time};
+pub use summary::{Verification, VerifiedGrid, VerifiedMetric};

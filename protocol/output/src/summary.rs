@@ -45,6 +45,46 @@ pub struct Summary {
     pub cost: Cost,
     /// Numbers that the scene asked for, by name.
     pub metrics: BTreeMap<String, MetricValue>,
+    /// How exact they are, where coarser grids were run to see.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verification: Option<Verification>,
+}
+
+/// How exact a run is, by coarser grids of its scene.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Verification {
+    /// Relative error asked for.
+    pub target: f64,
+    /// Estimated largest relative error over the metrics; `null` where there is no estimate.
+    pub error: Option<f64>,
+    /// The metric that has it.
+    pub metric: String,
+    /// The grids, coarsest first; the last is that of this run.
+    pub grids: Vec<VerifiedGrid>,
+    /// Of each metric.
+    pub metrics: BTreeMap<String, VerifiedMetric>,
+}
+
+/// A grid that was run to see how exact the finest is.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct VerifiedGrid {
+    /// Cells along each axis.
+    pub cells: Vec<u64>,
+    /// D/Δx; `null` without grains.
+    pub resolution: Option<f64>,
+    /// CPU time of the solvers, s.
+    pub cpu_s: f64,
+}
+
+/// A metric on these grids.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct VerifiedMetric {
+    /// Its value on each grid, `null` where there is none.
+    pub values: Vec<Option<f64>>,
+    /// Observed order of the three finest; `null` where they do not go one way, ever slower.
+    pub order: Option<f64>,
+    /// Estimated relative error of the finest value; `null` where there is no estimate.
+    pub error: Option<f64>,
 }
 
 /// Time and steps.
@@ -210,6 +250,7 @@ impl Summary {
             },
             cost: Cost::default(),
             metrics: BTreeMap::new(),
+            verification: None,
         }
     }
 

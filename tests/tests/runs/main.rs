@@ -21,3 +21,4 @@ mod stability;
 mod storm;
 mod unstable;
 mod vectors;
+mod verify;

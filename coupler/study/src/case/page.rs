@@ -202,6 +202,7 @@ checks = [{ run = "*", metric = "Re", reference = 20.0, tolerance = 0.01, source
             size: Size { cells: 1, grains: 1, geometry: Geometry::Axisymmetric },
             cost: Default::default(),
             metrics: [("Re".to_owned(), MetricValue::measured(reynolds, "-", None, None))].into(),
+            verification: None,
         };
         Outcome::Done(Box::new(summary))
     }
