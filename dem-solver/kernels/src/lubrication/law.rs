@@ -48,7 +48,7 @@ pub struct LineResolution {
 
 impl LineResolution {
     /// With a mask of cells.
-    pub const MASK: Self = Self { normal: 0.34, slip: [0.33, 20.0], roll: [0.22, 4.0] };
+    pub const MASK: Self = Self { normal: 0.48, slip: [0.275, 4.2], roll: [0.31, 4.4] };
 
     /// With points of the bodies.
     pub const POINTS: Self = Self { normal: 0.47, slip: [0.145, 4.0], roll: [0.175, 1.0] };
