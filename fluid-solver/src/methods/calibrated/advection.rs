@@ -27,8 +27,8 @@ pub enum Transport {
 }
 
 /// When the carried force goes with the grains of a scene: with discs of the plane, and among spheres in space
-/// of which two or more move, or that fill more than a twentieth of their box. A repeated window needs the force where the window began:
-/// there, never.
+/// of which two or more move, or that fill more than a twentieth of their box. A repeated window needs the
+/// force where the window began: there, never.
 pub(crate) fn transport(
     scene: &CheckedScene,
     calibration: &Calibration,
