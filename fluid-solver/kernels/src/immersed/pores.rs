@@ -1,5 +1,5 @@
-//! The radius that a mask needs for the flow to feel a sphere or disc of radius R (docs/equations-immersed.md,
-//! section 8).
+//! The radius that a mask needs for the flow to feel a sphere or disc of radius R
+//! (docs/equations-immersed.md, section 8).
 //!
 //! The mask puts the wall right for a linear profile. Where the profile is curved the wall stands too far
 //! inside, by a length of order Δx² times the curvature: 1/R beside a sphere alone, 1/R + 1/r_h in a pore of
