@@ -187,7 +187,7 @@ mod tests {
             let rung = Ladder::of(&scene, false).rung(0);
             let coarse = CheckedScene::new(scene.source.with_overrides(&rung.set).unwrap()).unwrap();
             let cells = resolution::of(&coarse).unwrap();
-            assert!(cells >= LEAST && cells < 1.4 * LEAST, "{upper}: {cells}");
+            assert!((LEAST..1.4 * LEAST).contains(&cells), "{upper}: {cells}");
         }
     }
 
