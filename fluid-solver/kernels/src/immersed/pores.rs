@@ -98,7 +98,9 @@ impl<const D: usize> Pores<D> {
             let fraction = self.fractions.get(grain).copied().unwrap_or(0.0);
             let excess = match model.mask {
                 Mask::ExactShear => excess_of_disc(self.spacing, shape.radius, fraction),
-                _ => excess(model.width, self.spacing, shape.radius, fraction),
+                Mask::ParameterFree | Mask::Izard2014 => {
+                    excess(model.width, self.spacing, shape.radius, fraction)
+                }
             };
             shape.mask_radius = shape.radius + excess;
         }
