@@ -8,10 +8,10 @@
 //! ```
 //! from which, with λ = L/s^½ and P = σ s, distance, thickness and the mask follow:
 //! ```text
-//! 1/w = s² / (2^½ f L P A^½),   Σ n_a⁴ Δx_a² = F/s²
+//! 1/w = s² / (2^½ f L P A^½),   Σ n_a⁴ Δx_a² = F/s²,   Δx² = A/s,   N = F/(s A)
 //! ```
 
-use super::mask_model::{EDGE, Mask, MaskModel, SIGMA, SIGMA_SLOPE, SOLID, exact_shear};
+use super::mask_model::{EDGE, Mask, MaskModel, ROUND, SIGMA, SIGMA_SLOPE, SOLID, exact_shear, wave};
 use super::nodes::Row;
 use super::piece::Piece;
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
@@ -50,6 +50,11 @@ pub(super) struct Law {
     shift: f64,
     /// Factor in place of `rate`/w² for the mask of Izard et al., else zero.
     plain: f64,
+    /// Amplitude of the wave in the distance, cells.
+    swing: f64,
+    /// Width of the cells if they are even, m, and 1 over it.
+    width: f64,
+    inverse_width: f64,
     radius: f64,
     /// Squared radius within which a cell is solid, m².
     solid: f64,
@@ -118,8 +123,20 @@ impl Law {
                 (rate, shift, 0.0)
             }
         };
-        let thin = FRAC_1_SQRT_2 / (model.width * even.unwrap_or(1.0));
-        Self { thin, rate, shift, plain, radius, solid: inner * inner, even: even.is_some(), exact }
+        let width = even.unwrap_or(1.0);
+        Self {
+            thin: FRAC_1_SQRT_2 / (model.width * width),
+            rate,
+            shift,
+            plain,
+            swing: model.swing(),
+            width,
+            inverse_width: 1.0 / width,
+            radius,
+            solid: inner * inner,
+            even: even.is_some(),
+            exact,
+        }
     }
 
     /// Appends the mask ratios of a row to `out`: the places `window` of the piece; `rest` are the sums over
@@ -170,7 +187,13 @@ impl Law {
         };
         let inverse = square * part;
         let edge = self.shift * fourth * (part * part);
-        let exponent = edge - 2.0 * (distance - self.radius) * inverse;
+        let beyond = distance - self.radius;
+        // N, 1 where the surface is parallel to nodes, and Δx.
+        let aligned = fourth / (square * across);
+        let width = if EVEN { self.width } else { (across / square).sqrt() };
+        let cells = if EVEN { beyond * self.inverse_width } else { beyond / width };
+        let swung = beyond + self.swing * width * (aligned * aligned) * wave(cells);
+        let exponent = edge - 2.0 * swung * inverse;
         let ratio = (self.rate * (inverse * inverse) + self.plain) * exp(exponent.clamp(-200.0, 200.0));
         let ratio = if ratio < 1.0 / EDGE { 0.0 } else { ratio };
         let full = square < self.solid || ratio > EDGE;
@@ -181,8 +204,6 @@ impl Law {
 /// eˣ for |x| ≤ 200 to 1e-11 of itself: 2^k e^r with |r| ≤ ln 2/2, e^r by its series.
 #[inline(always)]
 fn exp(x: f64) -> f64 {
-    /// Adding it leaves the nearest whole number in the last bits.
-    const ROUND: f64 = 6_755_399_441_055_744.0;
     let shifted = x * LOG2_E + ROUND;
     let r = x - (shifted - ROUND) * LN_2;
     // by pairs (Estrin), so that little waits for what came before: rows are short, and time goes by waiting.
@@ -306,8 +327,10 @@ mod tests {
         let (n, s) = ([0.6, 0.8], 0.03);
         let w = point_mask::thickness(0.5, &n, &[0.1; 2]);
         let fourth = n[0].powi(4) + n[1].powi(4);
-        let tau = w * w / (4.0 * 1e-2) * (2.0 * 0.5772156649_f64 - 0.0566 * fourth * 0.01 / (w * w)).exp();
-        let beta = 1.0 / (1.0 + tau / 0.5 * (2.0 * s / w).exp());
+        let tau = w * w / (4.0 * 1e-2) * (2.0 * 0.5772156649_f64 - 0.0617 * fourth * 0.01 / (w * w)).exp();
+        // 0.3 of a cell: 8 · 0.3 (1 − 2 · 0.3) = 0.96
+        let swung = s + 0.092 * fourth * fourth * 0.1 * 0.96;
+        let beta = 1.0 / (1.0 + tau / 0.5 * (2.0 * swung / w).exp());
         let ours = point_mask::fraction(at_distance(&MODEL, s, n, 0.1));
         assert!((ours - beta).abs() < 1e-9, "{ours} against {beta}");
     }
