@@ -2,10 +2,15 @@
 
 use super::fluxes::Parts;
 use super::planes::LEAD;
-use crate::grid::Grid;
+use crate::grid::{Geometry, Grid};
 
-/// σ²/Δx² of the mask and of a cell.
-pub(super) const VARIANCE: f64 = 0.157;
+/// σ²/Δx² of the mask and of a cell, 1/12 each but for the mask of spheres.
+pub(super) fn variance(geometry: Geometry) -> f64 {
+    match geometry {
+        Geometry::Plane => 1.0 / 6.0,
+        Geometry::Axisymmetric | Geometry::Space => 0.162,
+    }
+}
 
 /// Change of the velocity from cell to cell, times Δx/ν, at which the gradient stress is halved: its series
 /// in the width of the kernel no longer holds there.
@@ -79,7 +84,10 @@ impl<const D: usize> Factors<D> {
             half: vec![0.5; row],
             one: vec![1.0; row],
             width: grid.smallest_width(),
-            parts: Parts { stress: VARIANCE, limit: (grid.smallest_width() / (LIMIT * viscosity)).powi(2) },
+            parts: Parts {
+                stress: variance(grid.geometry),
+                limit: (grid.smallest_width() / (LIMIT * viscosity)).powi(2),
+            },
         }
     }
 }

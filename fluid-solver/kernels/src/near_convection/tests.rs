@@ -1,7 +1,7 @@
 //! The terms against the formulas of the module, written out node by node.
 
 use super::NearConvection;
-use super::factors::{LIMIT, VARIANCE};
+use super::factors::{LIMIT, variance};
 use crate::axis::AxisSpec;
 use crate::boundary::Boundary;
 use crate::field::set_component;
@@ -106,7 +106,7 @@ impl<const D: usize> Plain<'_, D> {
 
     fn stress(&self, product: f64, square: f64) -> f64 {
         let number = square.sqrt() * self.grid.smallest_width() / (VISCOSITY * LIMIT);
-        VARIANCE * product / (1.0 + number.powi(4))
+        variance(self.grid.geometry) * product / (1.0 + number.powi(4))
     }
 
     fn curve(&self, c: usize, a: usize, low: At) -> f64 {
@@ -182,7 +182,7 @@ impl<const D: usize> Plain<'_, D> {
         let r = self.grid.axes[0].faces[at[0] as usize];
         if self.grid.geometry == Geometry::Axisymmetric && d == 0 && r > 0.0 {
             let rate = self.u(0, at) / r * self.grid.smallest_width();
-            sum += VARIANCE * self.weight(at) * rate * rate / r;
+            sum += variance(self.grid.geometry) * self.weight(at) * rate * rate / r;
         }
         sum
     }
