@@ -90,7 +90,7 @@ impl LoadsRule {
         let (f, a, [in_that, in_this]) = (&measured.force, &measured.acceleration, &measured.jump);
         for c in 0..3 {
             loads.force[c] = -rho * f.force[c] - mass * self.gravity[c];
-            loads.torque[c] = -rho * f.torque[c];
+            loads.torque[c] = -rho * self.of_rotation(shape) * f.torque[c];
             // Virtual mass resists motion relative to the fluid. A DEM counts the part of the fluid
             // through A_prev, of which it knows nothing before the first window.
             loads.force[c] += loads.added_mass * (measured.drive[c] + measured.ahead.force[c])
@@ -124,10 +124,17 @@ impl LoadsRule {
         if size > of_speed * speed && size > of_explained * explained { jump } else { [0.0; 3] }
     }
 
-    /// How much more inertia a body has whose volume is `ratio` times as large, less one: it goes with V^(1 +
-    /// 2/d).
-    fn swollen(&self, ratio: f64) -> f64 {
-        ratio.powf(1.0 + 2.0 / f64::from(self.dimensions)) - 1.0
+    /// The torque on a grain over that on its mask, whose radius is that of translation: a sphere or disc that
+    /// turns in Stokes flow bends the shear at its surface by the curvature alone and needs no larger one
+    /// (docs/equations-immersed.md, section 8). The torque goes with R^d.
+    fn of_rotation(&self, shape: &Shape) -> f64 {
+        (shape.radius / shape.mask_radius).powi(self.dimensions)
+    }
+
+    /// How much more inertia the mask has in the torque than the grain's volume, less one, where its volume is
+    /// `ratio` times as large: inertia goes with V^(1 + 2/d).
+    fn swollen(&self, shape: &Shape, ratio: f64) -> f64 {
+        self.of_rotation(shape) * ratio.powf(1.0 + 2.0 / f64::from(self.dimensions)) - 1.0
     }
 
     /// Puts the mass ρ(∫β dV − V), by which the mask differs from the grain, on the grain's side of the
@@ -142,7 +149,7 @@ impl LoadsRule {
         let filled = volumes.iter().filter(|v| **v > 0.0).count().max(1);
         let volume = volumes.iter().sum::<f64>() / filled as f64;
         let mass = self.density * (volume - shape.volume);
-        let inertia = self.density * shape.volume * shape.gyration * self.swollen(volume / shape.volume);
+        let inertia = self.density * shape.volume * shape.gyration * self.swollen(shape, volume / shape.volume);
         let bears = MAX_LATE_RATIO[usize::from(mass < 0.0)] * (shape.density / self.density - 0.5).max(0.0);
         // Parts that go with the force and with the mass.
         let parts = |extra: f64, own: f64| {
