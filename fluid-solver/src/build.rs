@@ -161,6 +161,7 @@ pub fn shapes(scene: &CheckedScene) -> Vec<Shape> {
     let shape = |grain: &bedload_scene::Grain| Shape {
         radius: grain.radius,
         mask_radius: grain.radius,
+        wave: 1.0,
         outline: grain.outline().map(Arc::new),
         density: grain.density,
         volume: grain.volume(),

@@ -149,7 +149,8 @@ impl LoadsRule {
         let filled = volumes.iter().filter(|v| **v > 0.0).count().max(1);
         let volume = volumes.iter().sum::<f64>() / filled as f64;
         let mass = self.density * (volume - shape.volume);
-        let inertia = self.density * shape.volume * shape.gyration * self.swollen(shape, volume / shape.volume);
+        let inertia =
+            self.density * shape.volume * shape.gyration * self.swollen(shape, volume / shape.volume);
         let bears = MAX_LATE_RATIO[usize::from(mass < 0.0)] * (shape.density / self.density - 0.5).max(0.0);
         // Parts that go with the force and with the mass.
         let parts = |extra: f64, own: f64| {
@@ -293,8 +294,15 @@ impl GrainLoads {
 mod tests {
     use super::*;
 
-    const SHAPE: Shape =
-        Shape { radius: 1.0, mask_radius: 1.0, outline: None, density: 4.0, volume: 3.0, gyration: 0.4 };
+    const SHAPE: Shape = Shape {
+        radius: 1.0,
+        mask_radius: 1.0,
+        wave: 1.0,
+        outline: None,
+        density: 4.0,
+        volume: 3.0,
+        gyration: 0.4,
+    };
 
     const RULE: LoadsRule =
         LoadsRule { virtual_mass: 0.5, gravity: [0.0, 0.0, -2.0], density: 1.0, dimensions: 3 };

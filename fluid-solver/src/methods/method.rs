@@ -44,7 +44,7 @@ impl Method {
             Self::Calibrated if geometry == Geometry::Plane => (Mask::ExactShear, 0.5),
             Self::Calibrated | Self::FictitiousDomain => (Mask::ParameterFree, 0.5),
         };
-        MaskModel { mask, width, viscosity, dt: 0.0 }
+        MaskModel { mask, width, wave: 1.0, viscosity, dt: 0.0 }
     }
 }
 

@@ -15,6 +15,8 @@ pub struct Shape {
     pub outline: Option<Arc<Outline>>,
     /// Radius of its mask, m: see [`super::pores`].
     pub mask_radius: f64,
+    /// Part of the wave in the distance that its mask has, 0 to 1: see [`super::pores`].
+    pub wave: f64,
     /// Density of the grain, kg/m³.
     pub density: f64,
     /// Volume, m³ (plane: m² per metre of depth).

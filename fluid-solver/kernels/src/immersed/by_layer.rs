@@ -72,12 +72,14 @@ impl<const D: usize> GrainsByLayer<D> {
         for (grain, (shape, motion)) in shapes.iter().zip(motions).enumerate() {
             let at = along_axes::<D>(grid.geometry, motion.centre);
             let same_angle = turned[grain].as_ref().is_none_or(|turned| turned.angle == motion.angle);
-            if known && same_angle && extents[grain].radius == shape.mask_radius && extents[grain].at == at {
+            let mask = (shape.mask_radius, shape.wave);
+            let same_mask = |extent: &Extent<D>| (extent.radius, extent.wave) == mask;
+            if known && same_angle && same_mask(&extents[grain]) && extents[grain].at == at {
                 continue;
             }
             turned[grain] = shape.outline.as_ref().map(|outline| Turned::new(outline, motion.angle));
             stays = false;
-            let extent = nodes.extent(grid, model, motion.centre, shape.mask_radius);
+            let extent = nodes.extent(grid, model, motion.centre, mask);
             if known {
                 (extents[grain], stamps[grain]) = (extent, *placings);
             } else {

@@ -171,7 +171,8 @@ impl<const D: usize> Fill<'_, D> {
         }
         let mut sums = Sums::default();
         sums.add(slice.arm, nodes.spacing[D - 1][k]);
-        let law = Law::new(model, extent.radius, extent.inner, nodes.even);
+        let law =
+            Law::new(&MaskModel { wave: extent.wave, ..*model }, extent.radius, extent.inner, nodes.even);
         let weight = grid.turn() * grid.volumes(nodes.component(), D - 1)[k];
         if let Some(outline) = grains.outline(slice.grain) {
             self.outlined_row(pieces, chord, outline, slice.arm, weight);

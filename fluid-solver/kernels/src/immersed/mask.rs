@@ -239,7 +239,7 @@ mod tests {
         for (mask, even) in
             [(Mask::ParameterFree, None), (Mask::ParameterFree, Some(0.1)), (Mask::Izard2014, None)]
         {
-            let model = MaskModel { mask, width: 0.5, viscosity: 1e-2, dt: 0.03 };
+            let model = MaskModel { mask, width: 0.5, wave: 1.0, viscosity: 1e-2, dt: 0.03 };
             let [across, over] = widths(even);
             let (radius, inner, outer) = (0.5, 0.2, 2.0);
             let row = Row {
@@ -276,7 +276,7 @@ mod tests {
     /// The mask of exact shear in a row of the plane, with widths equal and not.
     #[test]
     fn exact_shear_of_rows_is_that_of_single_points() {
-        let model = MaskModel { mask: Mask::ExactShear, width: 0.5, viscosity: 1e-2, dt: 0.03 };
+        let model = MaskModel { mask: Mask::ExactShear, width: 0.5, wave: 1.0, viscosity: 1e-2, dt: 0.03 };
         let (radius, inner, outer, across) = (0.5, 0.2, 2.0, 0.09);
         let row = Row {
             at: (0..40).map(|k| -0.7 + 0.035 * f64::from(k)).collect(),
@@ -305,7 +305,8 @@ mod tests {
         assert!(felt > 40, "{felt}");
     }
 
-    const MODEL: MaskModel = MaskModel { mask: Mask::ParameterFree, width: 0.5, viscosity: 1e-2, dt: 0.5 };
+    const MODEL: MaskModel =
+        MaskModel { mask: Mask::ParameterFree, width: 0.5, wave: 1.0, viscosity: 1e-2, dt: 0.5 };
 
     /// Mask ratio at distance `s` outside a unit sphere, along the normal `n`, as rows have it.
     fn at_distance(model: &MaskModel, s: f64, n: [f64; 2], h: f64) -> f64 {

@@ -44,9 +44,9 @@ pub const LAMBDA_SIGMA: [f64; 2] = [0.39, 0.4634];
 /// Euler's constant γ_E.
 const EULER: f64 = 0.577_215_664_901_532_9;
 
-/// Shift of the surface by the grid, in the mean over places; with [`SWING`] fitted on exact one-dimensional
-/// discrete solutions (docs/equations-immersed.md, eq. 5).
-const GRID_SHIFT: f64 = 0.0617;
+/// Shift of the surface by the grid, in the mean over places, of a mask without and with the wave; with
+/// [`SWING`] fitted on exact one-dimensional discrete solutions (docs/equations-immersed.md, eq. 5).
+const GRID_SHIFT: [f64; 2] = [0.0566, 0.0617];
 
 /// Cells by which the distance from the surface is corrected for the place on the grid.
 pub(super) const SWING: f64 = 0.092;
@@ -99,6 +99,8 @@ pub struct MaskModel {
     pub mask: Mask,
     /// Factor on the thickness of Izard et al. (2014), eqs 8–10.
     pub width: f64,
+    /// Part of the wave that it has, 0 to 1: that of the grain ([`super::body::Shape::wave`]).
+    pub wave: f64,
     /// Kinematic viscosity, m²/s.
     pub viscosity: f64,
     /// Time step, s.
@@ -108,13 +110,17 @@ pub struct MaskModel {
 impl MaskModel {
     /// `a` and `b` in dt/τ = (a/w²) exp(b Σ n_a⁴ Δx_a²/w²), m² and 1.
     pub fn rate_and_shift(&self) -> [f64; 2] {
-        [4.0 * self.viscosity * self.dt * (-2.0 * EULER).exp(), GRID_SHIFT]
+        [4.0 * self.viscosity * self.dt * (-2.0 * EULER).exp(), self.shift()]
+    }
+
+    fn shift(&self) -> f64 {
+        GRID_SHIFT[0] + (GRID_SHIFT[1] - GRID_SHIFT[0]) * self.wave
     }
 
     /// Amplitude of the wave in the distance, cells.
     pub(super) fn swing(&self) -> f64 {
         match self.mask {
-            Mask::ParameterFree => SWING,
+            Mask::ParameterFree => SWING * self.wave,
             Mask::Izard2014 | Mask::ExactShear => 0.0,
         }
     }
@@ -123,7 +129,7 @@ impl MaskModel {
     #[inline]
     pub(super) fn log_rate(&self, w: f64, fourth: f64) -> f64 {
         let w2 = w * w;
-        (4.0 * self.viscosity * self.dt / w2).ln() - 2.0 * EULER + GRID_SHIFT * fourth / w2
+        (4.0 * self.viscosity * self.dt / w2).ln() - 2.0 * EULER + self.shift() * fourth / w2
     }
 
     /// Radii within which a grain is solid and beyond which it is not felt, for spacings between

@@ -41,7 +41,10 @@ pub(crate) struct Node {
 pub(super) struct Extent<const D: usize> {
     /// Centre, axes of the grid.
     pub(super) at: [f64; D],
+    /// Radius of the mask, m.
     pub(super) radius: f64,
+    /// Part of the wave that the mask has.
+    pub(super) wave: f64,
     /// Where it is solid, m from the centre.
     pub(super) inner: f64,
     /// Where it is no longer felt.
@@ -82,18 +85,18 @@ impl<const D: usize> Nodes<D> {
         self.row.at[k]
     }
 
-    /// Reach of a grain of radius `radius` at `centre` (laboratory axes, m).
+    /// Reach of a grain's mask of radius `radius` and `wave` at `centre` (laboratory axes, m).
     pub(super) fn extent(
         &self,
         grid: &Grid<D>,
         model: &MaskModel,
         centre: [f64; 3],
-        radius: f64,
+        (radius, wave): (f64, f64),
     ) -> Extent<D> {
         let at = along_axes(grid.geometry, centre);
         let [least, most] = self.bounds(grid, &at, radius);
-        let [inner, outer] = model.reach(radius, least, most);
-        Extent { at, radius, inner: inner.max(0.0), outer }
+        let [inner, outer] = MaskModel { wave, ..*model }.reach(radius, least, most);
+        Extent { at, radius, wave, inner: inner.max(0.0), outer }
     }
 
     /// Spacings that a grain can meet: on a stretched axis, those within reach of its centre.

@@ -88,7 +88,7 @@ mod tests {
     /// and slope 1 does. (2 + q) u = u₋ + u₊ + force, ν dt/Δx² being 1.
     fn wall(place: f64) -> [f64; 2] {
         const CELLS: i32 = 14;
-        let model = MaskModel { mask: Mask::ParameterFree, width: 0.5, viscosity: 1.0, dt: 1.0 };
+        let model = MaskModel { mask: Mask::ParameterFree, width: 0.5, wave: 1.0, viscosity: 1.0, dt: 1.0 };
         // From within outwards, u is a part of the next value and an offset by the force.
         let (mut part, mut offset) = (0.0, 0.0);
         for cell in -CELLS..CELLS {

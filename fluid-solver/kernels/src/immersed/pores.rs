@@ -7,7 +7,9 @@
 //! ```text
 //! δR = [(π²/12) w̄² + 0.0047 Δx²] (1/R + 1/r_h) + Δx²/(24 r_h),   w̄ = 0.6 f Δx
 //! ```
-//! That is for spheres in space; for discs in the plane, whose mask has another shape,
+//! The second term is that of the wave in the mask's distance. The wave puts the wall right for a shear beyond
+//! the band of the mask, two cells wide: in pores it has the part 1 − (2Δx/r_h)², none below two cells, and so
+//! has this term. That is for spheres in space; for discs in the plane, whose mask has another shape,
 //! ```text
 //! δR = (7/48) Δx² (1/R + 1/r_h),   r_h = R (1 − φ)/(2φ), at least Δx
 //! ```
@@ -103,7 +105,9 @@ impl<const D: usize> Pores<D> {
             let excess = match model.mask {
                 Mask::ExactShear => excess_of_disc(self.spacing, shape.radius, fraction),
                 Mask::ParameterFree | Mask::Izard2014 => {
-                    excess(model.width, self.spacing, shape.radius, fraction)
+                    let pore = inverse_pore(shape.radius, fraction);
+                    shape.wave = (1.0 - (2.0 * self.spacing * pore).powi(2)).max(0.0);
+                    excess(&MaskModel { wave: shape.wave, ..*model }, self.spacing, shape.radius, pore)
                 }
             };
             shape.mask_radius = shape.radius + excess;
@@ -196,12 +200,17 @@ fn below(x: f64) -> f64 {
     if x <= 0.0 { left(x) } else { 1.0 - left(-x) }
 }
 
-/// δR of a sphere of radius `radius` in a packing of solid fraction `fraction`, m; `width`: the factor f.
-pub fn excess(width: f64, spacing: f64, radius: f64, fraction: f64) -> f64 {
+/// 1/r_h of a packing of spheres of radius `radius` with solid fraction `fraction`, 1/m.
+fn inverse_pore(radius: f64, fraction: f64) -> f64 {
     let fraction = fraction.clamp(0.0, PACKED);
-    let pore = 3.0 * fraction / (radius * (1.0 - fraction));
-    let (mean, square) = (MEAN_WIDTH * width, spacing * spacing);
-    square * ((PI * PI / 12.0 * mean * mean + WAVE_BEND) * (1.0 / radius + pore) + pore / 24.0)
+    3.0 * fraction / (radius * (1.0 - fraction))
+}
+
+/// δR of a sphere of radius `radius` in pores of 1/r_h = `pore`, m.
+fn excess(model: &MaskModel, spacing: f64, radius: f64, pore: f64) -> f64 {
+    let (mean, square) = (MEAN_WIDTH * model.width, spacing * spacing);
+    let mask = PI * PI / 12.0 * mean * mean + WAVE_BEND * model.wave;
+    square * (mask * (1.0 / radius + pore) + pore / 24.0)
 }
 
 /// The same of a disc with the mask of exact shear.

@@ -268,10 +268,17 @@ mod tests {
         free: &[bool],
     ) -> Vec<[f64; 3]> {
         let volume = std::f64::consts::PI / 6.0;
-        let shape =
-            Shape { radius: 0.5, mask_radius: 0.5, outline: None, density: 2.0, volume, gyration: 0.1 };
+        let shape = Shape {
+            radius: 0.5,
+            mask_radius: 0.5,
+            wave: 1.0,
+            outline: None,
+            density: 2.0,
+            volume,
+            gyration: 0.1,
+        };
         let shapes = vec![shape; centres.len()];
-        let model = MaskModel { mask: Mask::ParameterFree, width: 0.5, viscosity: 0.01, dt: DT };
+        let model = MaskModel { mask: Mask::ParameterFree, width: 0.5, wave: 1.0, viscosity: 0.01, dt: DT };
         let motions = centres.iter().map(|centre| Motion { centre: *centre, ..Motion::default() }).collect();
         let grid = fluid.grid();
         let mut grains = Grains::new(Immersed::new(grid, shapes.clone(), false), model, motions, None);

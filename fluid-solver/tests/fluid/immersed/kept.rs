@@ -24,11 +24,12 @@ fn motion(centre: [f64; 3]) -> Motion {
 /// Forces on grains at each of `places` in turn.
 fn forces(caches: bool, places: &[[[f64; 3]; 4]]) -> Vec<Vec<Wrench>> {
     let grid = grid();
-    let model = MaskModel { mask: Mask::ParameterFree, width: 1.0, viscosity: 0.01, dt: 0.01 };
+    let model = MaskModel { mask: Mask::ParameterFree, width: 1.0, wave: 1.0, viscosity: 0.01, dt: 0.01 };
     let volume = 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
     let shape = Shape {
         radius: RADIUS,
         mask_radius: RADIUS,
+        wave: 1.0,
         outline: None,
         density: 2.0,
         volume,
