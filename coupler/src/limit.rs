@@ -141,7 +141,8 @@ mod tests {
 
     #[test]
     fn a_band_holds_the_error_of_the_finest_value_whatever_the_order() {
-        let cases: [(&str, fn(f64) -> f64); 6] = [
+        type Case = (&'static str, fn(f64) -> f64);
+        let cases: [Case; 6] = [
             ("1", |h| 1.0 + h),
             ("1.5", |h| 1.0 - h.powf(1.5)),
             ("2", |h| 1.0 + 3.0 * h * h),

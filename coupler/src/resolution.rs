@@ -16,6 +16,14 @@ pub fn of(scene: &CheckedScene) -> Option<f64> {
     Some(diameter / spacing)
 }
 
+/// `KEY=VALUE` of a grid: numbers of cells, and the width of the cells in the even part of a stretched axis,
+/// m.
+#[must_use]
+pub fn set(cells: &[u64], stretched: Option<f64>) -> Vec<String> {
+    let spacing = stretched.map(|width| format!("domain.stretching.spacing={width:?}"));
+    [format!("domain.cells={cells:?}")].into_iter().chain(spacing).collect()
+}
+
 /// Even, with no factors but 2, 3 and 5: all transforms take such numbers of cells fast.
 pub(crate) fn is_fast(count: &u64) -> bool {
     let mut rest = *count;
@@ -28,6 +36,7 @@ pub(crate) fn is_fast(count: &u64) -> bool {
 }
 
 /// The least such number from `least` on.
-pub(crate) fn fast(least: u64) -> u64 {
+#[must_use]
+pub fn fast(least: u64) -> u64 {
     (least..).find(is_fast).unwrap_or(least)
 }

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use coupler::limit::richardson;
+use coupler::resolution::{fast, set};
 use serde_json::Value;
 use tests::drawn::{Drawn, scene};
 use tests::harness::{Folder, bedload, metric, said, summary};
@@ -116,9 +117,10 @@ fn outcome(seed: u64, drawn: &Drawn) -> Outcome {
         if step == 2 && last * 1.5_f64.powi(finest.len() as i32 + 1) > LONGEST {
             break;
         }
-        let finer: Vec<f64> = finest.iter().map(|count| fast(count * 1.5_f64.powi(step))).collect();
-        let (name, grid) = (format!("finer-{step}"), format!("domain.cells={finer:?}").replace(".0", ""));
-        let (Some(0), _) = run(&name, &["--set".to_owned(), grid]) else {
+        let times = 1.5_f64.powi(step);
+        let finer: Vec<u64> = finest.iter().map(|count| fast((count * times - 1e-6).ceil() as u64)).collect();
+        let (name, grid) = (format!("finer-{step}"), set(&finer, None));
+        let (Some(0), _) = run(&name, &["--set".to_owned(), grid.concat()]) else {
             return Outcome::Failed(format!("a grid {}", name));
         };
         let out = folder.join(&name);
@@ -127,7 +129,7 @@ fn outcome(seed: u64, drawn: &Drawn) -> Outcome {
         }
         let cost = &summary(&out)["cost"];
         last = cost["fluid_cpu_s"].as_f64().unwrap_or(0.0) + cost["dem_cpu_s"].as_f64().unwrap_or(0.0);
-        widths.push(width(&finer));
+        widths.push(width(&finer.iter().map(|count| *count as f64).collect::<Vec<_>>()));
     }
     let limits: Vec<f64> = values.iter().map(|values| limit(&widths, values)).collect();
     // Of the grids that were run, the coarsest from which on all are exact enough.
@@ -161,23 +163,6 @@ fn reason(words: &str) -> String {
         marks.iter().find_map(|mark| joined.rsplit_once(mark)).map_or(joined.as_str(), |(_, rest)| rest);
     let said = said.split_once('╭').map_or(said, |(message, _)| message);
     said.split_whitespace().collect::<Vec<_>>().join(" ").replace("/ ", "/")
-}
-
-/// The least even number from `count` on whose factors are 2, 3 and 5.
-fn fast(count: f64) -> f64 {
-    let mut cells = 2 * (0.5 * count - 1e-9).ceil() as u64;
-    let smooth = |cells: u64| {
-        [2, 3, 5].iter().fold(cells, |mut rest, factor| {
-            while rest % factor == 0 {
-                rest /= factor;
-            }
-            rest
-        }) == 1
-    };
-    while !smooth(cells) {
-        cells += 2;
-    }
-    cells as f64
 }
 
 /// Limit of the values on these grids, coarsest first.

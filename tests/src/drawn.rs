@@ -45,6 +45,11 @@ fn fall(ar: f64, rho_r: f64, way: f64, until: f64) -> (f64, f64, f64) {
     (v, x, t)
 }
 
+/// A scene of which nothing is asked yet.
+fn drawn(kind: &'static str, numbers: String, text: String, metrics: &[&'static str]) -> Drawn {
+    Drawn { kind, numbers, text, metrics: metrics.to_vec(), target: 0.0 }
+}
+
 /// The scene of a seed.
 #[must_use]
 pub fn scene(seed: u64) -> Drawn {
@@ -95,6 +100,16 @@ fn domain(until: f64, geometry: &str, upper: &[f64], diameter: f64, boundary: &s
     )
 }
 
+/// The same of a box of a width and a height: flat with these sides, or periodic in space.
+fn standing(flat: bool, until: f64, [width, height]: [f64; 2], diameter: f64, sides: &str) -> String {
+    if flat {
+        let boundary = format!("x = \"{sides}\", z = \"no-slip\"");
+        return domain(until, "plane", &[width, height], diameter, &boundary);
+    }
+    let boundary = "x = \"periodic\", y = \"periodic\", z = \"no-slip\"";
+    domain(until, "space", &[width, width, height], diameter, boundary)
+}
+
 /// Medium and contact.
 fn medium(diameter: f64, viscosity: f64, restitution: f64) -> String {
     format!(
@@ -131,13 +146,12 @@ fn axis(random: &mut Random) -> Drawn {
     let text = domain(until, "axisymmetric", &[tube, length], diameter, &boundary)
         + &medium(diameter, viscosity(ar, rho_r, diameter), 0.9)
         + &grain([0.0, 0.0, start(rho_r, length, behind)], diameter, rho_r, "");
-    Drawn {
-        kind: "sphere in r-z",
-        numbers: format!("Ar {ar:.3e}, ρ_r {rho_r:.2}, tube {tube:.2} D ({side}), t {time:.1}"),
-        text: text + SPEED,
-        metrics: vec!["speed"],
-        target: 0.0,
-    }
+    drawn(
+        "sphere in r-z",
+        format!("Ar {ar:.3e}, ρ_r {rho_r:.2}, tube {tube:.2} D ({side}), t {time:.1}"),
+        text + SPEED,
+        &["speed"],
+    )
 }
 
 fn disc(random: &mut Random) -> Drawn {
@@ -149,13 +163,12 @@ fn disc(random: &mut Random) -> Drawn {
     let text = domain(until, "plane", &[width, length], diameter, "x = \"no-slip\", z = \"no-slip\"")
         + &medium(diameter, viscosity(ar, rho_r, diameter), 0.9)
         + &grain([0.5 * width, 0.0, start(rho_r, length, behind)], diameter, rho_r, "");
-    Drawn {
-        kind: "disc in the plane",
-        numbers: format!("Ar {ar:.3e}, ρ_r {rho_r:.2}, box {width:.2} D, t {time:.1}"),
-        text: text + SPEED,
-        metrics: vec!["speed"],
-        target: 0.0,
-    }
+    drawn(
+        "disc in the plane",
+        format!("Ar {ar:.3e}, ρ_r {rho_r:.2}, box {width:.2} D, t {time:.1}"),
+        text + SPEED,
+        &["speed"],
+    )
 }
 
 fn space(random: &mut Random) -> Drawn {
@@ -170,13 +183,12 @@ fn space(random: &mut Random) -> Drawn {
     let text = domain(until, "space", &[side, side, length], diameter, &boundary)
         + &medium(diameter, viscosity(ar, rho_r, diameter), 0.9)
         + &grain([place[0], place[1], start(rho_r, length, behind)], diameter, rho_r, "");
-    Drawn {
-        kind: "sphere in space",
-        numbers: format!("Ar {ar:.3e}, ρ_r {rho_r:.2}, box {side:.2} D ({wall}), t {time:.1}"),
-        text: text + SPEED,
-        metrics: vec!["speed"],
-        target: 0.0,
-    }
+    drawn(
+        "sphere in space",
+        format!("Ar {ar:.3e}, ρ_r {rho_r:.2}, box {side:.2} D ({wall}), t {time:.1}"),
+        text + SPEED,
+        &["speed"],
+    )
 }
 
 fn bounce(random: &mut Random) -> Drawn {
@@ -195,15 +207,12 @@ fn bounce(random: &mut Random) -> Drawn {
         + &grain([0.0, 0.0, way + 0.5], diameter, rho_r, "");
     let metrics = "[[metrics]]\nname = \"restitution\"\nkind = \"restitution-at-gap\"\ngap = 0.1\n\
                    [[metrics]]\nname = \"apex\"\nkind = \"rebound-height\"\n";
-    Drawn {
-        kind: "bounce in r-z",
-        numbers: format!(
-            "St {stokes:.0}, ρ_r {rho_r:.1}, η/R {roughness:.1e}, e {restitution:.2}, fall {way:.1} D"
-        ),
-        text: text + metrics,
-        metrics: vec!["restitution", "apex"],
-        target: 0.0,
-    }
+    drawn(
+        "bounce in r-z",
+        format!("St {stokes:.0}, ρ_r {rho_r:.1}, η/R {roughness:.1e}, e {restitution:.2}, fall {way:.1} D"),
+        text + metrics,
+        &["restitution", "apex"],
+    )
 }
 
 /// Two discs or spheres, one behind the other or side by side.
@@ -225,26 +234,20 @@ fn pair(random: &mut Random) -> Drawn {
         [[middle - apart, middle, top], [middle + apart, middle, top]]
     };
     let until = time * unit(rho_r, diameter);
-    let (geometry, upper, boundary) = if flat {
-        ("plane", vec![width, length], "x = \"no-slip\", z = \"no-slip\"")
-    } else {
-        ("space", vec![width, width, length], "x = \"periodic\", y = \"periodic\", z = \"no-slip\"")
-    };
     let grains = centres.map(|[x, y, z]| grain([x, if flat { 0.0 } else { y }, z], diameter, rho_r, ""));
-    let text = domain(until, geometry, &upper, diameter, boundary)
+    let text = standing(flat, until, [width, length], diameter, "no-slip")
         + &medium(diameter, viscosity(ar, rho_r, diameter), 0.9)
         + &grains.concat();
-    Drawn {
-        kind: "pair",
-        numbers: format!(
+    drawn(
+        "pair",
+        format!(
             "{}, {}, gap {gap:.2} D, Ar {ar:.3e}, ρ_r {rho_r:.2}, box {width:.2} D, t {time:.1}",
             if flat { "discs" } else { "spheres" },
             if tandem { "tandem" } else { "side by side" }
         ),
-        text: text + ENERGY,
-        metrics: vec!["energy"],
-        target: 0.0,
-    }
+        text + ENERGY,
+        &["energy"],
+    )
 }
 
 /// Grains that are held in a periodic box, and a force that drives the fluid through.
@@ -281,25 +284,23 @@ fn held(random: &mut Random, solid: f64, reynolds: f64, axes: usize) -> (String,
 fn lattice(random: &mut Random) -> Drawn {
     let (solid, reynolds) = (random.scale(0.03, 0.5), random.scale(1e-3, 60.0));
     let (text, time) = held(random, solid, reynolds, 3);
-    Drawn {
-        kind: "array of spheres",
-        numbers: format!("c {solid:.3}, Re {reynolds:.2e}, t {time:.1}"),
+    drawn(
+        "array of spheres",
+        format!("c {solid:.3}, Re {reynolds:.2e}, t {time:.1}"),
         text,
-        metrics: vec!["superficial_velocity_x"],
-        target: 0.0,
-    }
+        &["superficial_velocity_x"],
+    )
 }
 
 fn discs(random: &mut Random) -> Drawn {
     let (solid, reynolds) = (random.scale(0.01, 0.5), random.scale(1e-3, 60.0));
     let (text, time) = held(random, solid, reynolds, 2);
-    Drawn {
-        kind: "array of discs",
-        numbers: format!("c {solid:.3}, Re {reynolds:.2e}, t {time:.1}"),
+    drawn(
+        "array of discs",
+        format!("c {solid:.3}, Re {reynolds:.2e}, t {time:.1}"),
         text,
-        metrics: vec!["superficial_velocity_x"],
-        target: 0.0,
-    }
+        &["superficial_velocity_x"],
+    )
 }
 
 /// Grains on a lattice that is shaken, which settle together.
@@ -326,24 +327,18 @@ fn suspension(random: &mut Random) -> Drawn {
         count += 1;
     }
     let until = time * unit(rho_r, diameter);
-    let (geometry, upper, boundary) = if flat {
-        ("plane", vec![width, length], "x = \"periodic\", z = \"no-slip\"")
-    } else {
-        ("space", vec![width, width, length], "x = \"periodic\", y = \"periodic\", z = \"no-slip\"")
-    };
-    let text = domain(until, geometry, &upper, diameter, boundary)
+    let text = standing(flat, until, [width, length], diameter, "periodic")
         + &medium(diameter, viscosity(ar, rho_r, diameter), 0.8)
         + &grains;
-    Drawn {
-        kind: "suspension",
-        numbers: format!(
+    drawn(
+        "suspension",
+        format!(
             "{count} {}, Ar {ar:.3e}, ρ_r {rho_r:.2}, spacing {spacing:.2} D, t {time:.1}",
             if flat { "discs" } else { "spheres" }
         ),
-        text: text + ENERGY,
-        metrics: vec!["energy"],
-        target: 0.0,
-    }
+        text + ENERGY,
+        &["energy"],
+    )
 }
 
 #[cfg(test)]

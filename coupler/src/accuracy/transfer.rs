@@ -48,13 +48,9 @@ fn refined(scene: &CheckedScene, wanted: f64) -> Vec<String> {
             Some(stretched) if stretched == *name => domain.cells[axis] as f64 * wanted / written,
             _ => extent * wanted / diameter,
         };
-        fast((exact - 1e-6).ceil() as u64).to_string()
+        fast((exact - 1e-6).ceil() as u64)
     });
-    let mut set = vec![format!("domain.cells=[{}]", cells.collect::<Vec<_>>().join(", "))];
-    if stretched.is_some() {
-        set.push(format!("domain.stretching.spacing={:?}", diameter / wanted));
-    }
-    set
+    resolution::set(&cells.collect::<Vec<_>>(), stretched.map(|_| diameter / wanted))
 }
 
 #[cfg(test)]

@@ -73,11 +73,7 @@ impl<'a> Ladder<'a> {
         let is_stretched = |axis: usize| stretched == Some(domain.geometry.axes()[axis]);
         let written: Vec<f64> = domain.cells.iter().map(|count| *count as f64).collect();
         let (finer, cells) = fitting(&written, is_stretched, self.coarsest * RATIO.powi(place as i32));
-        let counts: Vec<String> = cells.iter().map(u64::to_string).collect();
-        let mut set = vec![format!("domain.cells=[{}]", counts.join(", "))];
-        if let Some(stretching) = &domain.stretching {
-            set.push(format!("domain.stretching.spacing={:?}", stretching.spacing / finer));
-        }
+        let mut set = resolution::set(&cells, domain.stretching.map(|stretching| stretching.spacing / finer));
         if let Some(dt) = keys::look_up(self.scene, keys::FLUID_DT).and_then(toml::Value::as_float) {
             set.push(format!("{}={:?}", keys::FLUID_DT, dt / finer));
         }
@@ -187,7 +183,7 @@ mod tests {
             let rung = Ladder::of(&scene, false).rung(0);
             let coarse = CheckedScene::new(scene.source.with_overrides(&rung.set).unwrap()).unwrap();
             let cells = resolution::of(&coarse).unwrap();
-            assert!(cells >= LEAST && cells < 1.4 * LEAST, "{upper}: {cells}");
+            assert!((LEAST..1.4 * LEAST).contains(&cells), "{upper}: {cells}");
         }
     }
 

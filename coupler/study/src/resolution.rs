@@ -2,7 +2,7 @@
 
 use bedload_scene::CheckedScene;
 
-use coupler::resolution::of;
+use coupler::resolution::{of, set};
 
 /// How far from a whole number the cells of an axis may come out, from rounding alone.
 const ROUNDING: f64 = 1e-6;
@@ -32,13 +32,9 @@ pub(super) fn scaled(scene: &CheckedScene, wanted: f64) -> Result<Vec<String>, S
                 written * whole / *count as f64
             ));
         }
-        cells.push(whole.to_string());
+        cells.push(whole as u64);
     }
-    let mut set = vec![format!("domain.cells=[{}]", cells.join(", "))];
-    if let Some(stretching) = &domain.stretching {
-        set.push(format!("domain.stretching.spacing={:?}", stretching.spacing / factor));
-    }
-    Ok(set)
+    Ok(set(&cells, domain.stretching.map(|stretching| stretching.spacing / factor)))
 }
 
 #[cfg(test)]

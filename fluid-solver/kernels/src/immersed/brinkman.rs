@@ -546,7 +546,8 @@ mod tests {
             assert!(largest_viscous_number(false, unstable) < number);
         }
         assert!(largest_viscous_number(false, 8.0) < 0.8);
-        // Beds of twelve discs (light-bed) with the local solve: 4 was stable at 0.08, 2 was not, nor 4 at 0.2.
+        // Beds of twelve discs (light-bed) with the local solve: 4 was stable at 0.08; 2 was not, nor 4 at
+        // 0.2.
         assert!(largest_viscous_number(true, 4.0) > 0.08 && largest_viscous_number(true, 2.0) < 0.08);
         assert!(largest_viscous_number(true, 4.0) < 0.2);
     }

@@ -109,13 +109,10 @@ impl Law {
     /// all axes if they are.
     #[inline(always)]
     pub(super) fn new(model: &MaskModel, radius: f64, inner: f64, even: Option<f64>) -> Self {
-        let mut exact = None;
+        let exact = (model.mask == Mask::ExactShear).then_some(model.viscosity * model.dt);
         let (rate, shift, plain) = match model.mask {
             Mask::Izard2014 => (0.0, 0.0, 1.0),
-            Mask::ExactShear => {
-                exact = Some(model.viscosity * model.dt);
-                (0.0, 0.0, 0.0)
-            }
+            Mask::ExactShear => (0.0, 0.0, 0.0),
             Mask::ParameterFree => {
                 let [rate, shift] = model.rate_and_shift();
                 (rate, shift, 0.0)

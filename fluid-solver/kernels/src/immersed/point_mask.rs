@@ -29,24 +29,23 @@ pub(super) fn fraction(ratio: f64) -> f64 {
     ratio / (1.0 + ratio)
 }
 
-/// Logarithm of the mask ratios at distance `s` outside the surface with outward normal `n`.
-fn exponent<const D: usize>(model: &MaskModel, s: f64, n: &[f64; D], spacing: &[f64; D]) -> f64 {
-    let w = thickness(model.width, n, spacing);
-    let fourth: f64 = (0..D).map(|a| (n[a] * n[a] * spacing[a]).powi(2)).sum();
-    match model.mask {
-        Mask::ParameterFree => log_ratio(s, w) + model.log_rate(w, fourth),
-        _ => log_ratio(s, w),
-    }
-}
-
-/// Mask ratio at distance `s`: [`SOLID`] above [`EDGE`], zero below 1/[`EDGE`].
+/// Mask ratio at distance `s` outside the surface with outward normal `n`; of masks that are exponentials,
+/// [`SOLID`] above [`EDGE`] and zero below 1/[`EDGE`].
 pub(super) fn ratio<const D: usize>(model: &MaskModel, s: f64, n: &[f64; D], spacing: &[f64; D]) -> f64 {
-    if model.mask == Mask::ExactShear {
-        let width = (0..D).map(|a| (n[a] * spacing[a]).powi(2)).sum::<f64>().sqrt();
-        let axes = std::array::from_fn(|a| [n[a] * spacing[a] / width, spacing[a] * spacing[a]]);
-        return exact_shear::<D>(model.viscosity * model.dt, s / width, axes);
-    }
-    match exponent(model, s, n, spacing) {
+    let w = thickness(model.width, n, spacing);
+    let exponent = match model.mask {
+        Mask::ExactShear => {
+            let width = (0..D).map(|a| (n[a] * spacing[a]).powi(2)).sum::<f64>().sqrt();
+            let axes = std::array::from_fn(|a| [n[a] * spacing[a] / width, spacing[a] * spacing[a]]);
+            return exact_shear::<D>(model.viscosity * model.dt, s / width, axes);
+        }
+        Mask::Izard2014 => log_ratio(s, w),
+        Mask::ParameterFree => {
+            let fourth: f64 = (0..D).map(|a| (n[a] * n[a] * spacing[a]).powi(2)).sum();
+            log_ratio(s, w) + model.log_rate(w, fourth)
+        }
+    };
+    match exponent {
         e if e < -LOG_EDGE => 0.0,
         e if e > LOG_EDGE => SOLID,
         e => e.exp(),

@@ -1,5 +1,5 @@
-//! The radius that a mask needs for the flow to feel a sphere or disc of radius R (docs/equations-immersed.md,
-//! section 8).
+//! The radius that a mask needs for the flow to feel a sphere or disc of radius R
+//! (docs/equations-immersed.md, section 8).
 //!
 //! The mask puts the wall right for a linear profile. Where the profile is curved the wall stands too far
 //! inside, by a length of order Δx² times the curvature: 1/R beside a sphere alone, 1/R + 1/r_h in a pore of
@@ -98,7 +98,9 @@ impl<const D: usize> Pores<D> {
             let fraction = self.fractions.get(grain).copied().unwrap_or(0.0);
             let excess = match model.mask {
                 Mask::ExactShear => excess_of_disc(self.spacing, shape.radius, fraction),
-                _ => excess(model.width, self.spacing, shape.radius, fraction),
+                Mask::ParameterFree | Mask::Izard2014 => {
+                    excess(model.width, self.spacing, shape.radius, fraction)
+                }
             };
             shape.mask_radius = shape.radius + excess;
         }

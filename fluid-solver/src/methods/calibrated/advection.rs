@@ -26,9 +26,9 @@ pub enum Transport {
     WhereItLags,
 }
 
-/// When the carried force goes with the grains of a scene: with discs of the plane, and among spheres in space
-/// of which two or more move, or that fill more than a twentieth of their box. A repeated window needs the
-/// force where the window began: there, never.
+/// When the carried force goes with the grains of a scene: with discs of the plane, and among spheres in
+/// space of which two or more move, or that fill more than a twentieth of their box. A repeated window needs
+/// the force where the window began: there, never.
 pub(crate) fn transport(
     scene: &CheckedScene,
     calibration: &Calibration,

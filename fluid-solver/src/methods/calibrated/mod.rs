@@ -8,10 +8,11 @@
 //! u  = u* + dt (λ' − λ)
 //! ```
 //! The mask is a Brinkman medium whose surface is where the flow feels it ([`crate::immersed::mask_model`]).
-//! Near grains convection is refined ([`crate::near_convection`]). In space and in the plane the radius of the
-//! mask follows the pores ([`crate::immersed::pores`]), and in dense beds the force goes with the grains and
-//! viscosity feels its change in the same step ([`advection`]). Where windows are repeated, [`iterations`]
-//! mixes the attempts; elsewhere the jump of a contact goes to the fluid at once ([`contact`]).
+//! Near grains convection is refined ([`crate::near_convection`]). In space and in the plane the radius of
+//! the mask follows the pores ([`crate::immersed::pores`]), and in dense beds the force goes with the grains
+//! and viscosity feels its change in the same step ([`advection`]). Where windows are repeated,
+//! [`iterations`] mixes the attempts; elsewhere the jump of a contact goes to the fluid at once
+//! ([`contact`]).
 
 pub mod advection;
 pub mod calibration;
