@@ -3,17 +3,16 @@
 use protocol::facts::Side;
 
 use super::bound::Bound;
-use super::drag::{self, DragErrors};
+use super::drag;
 use super::facts::Facts;
-use crate::number::Short;
 use crate::resolution::LEAST;
 
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     // What a cell does to a grain was measured with our fluid; another one may have none.
     if facts.fluid.is_some_and(|fluid| !fluid.foreign) {
         add_resolution(facts, bounds);
-        add_drag(facts, bounds);
     }
+    bounds.extend(drag::of(facts).and_then(|drag| drag.bound()));
     add_memory(facts, bounds);
 }
 
@@ -25,36 +24,9 @@ fn add_resolution(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
         "refine domain.cells, or enlarge the smallest grain",
     ));
     bounds.push(Bound::new("resolution-accuracy", "D/Δx", cells, Side::AtLeast, 8.0).warning().because(
-        "drag is right to a few per cent from 8 cells per diameter on",
+        "slow drag is right to a few per cent from 8 cells per diameter on",
         "docs/numerics.md, Resolution",
         "refine domain.cells",
-    ));
-}
-
-/// Error of the drag above which a plan warns.
-const DRAG_ERROR: f64 = 0.05;
-
-fn add_drag(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
-    let (speeds, scene) = (&facts.speeds, facts.scene);
-    let reynolds = drag::reynolds(scene, speeds.flow, speeds.grain);
-    let Some((cells, reynolds)) = crate::resolution::of(scene).zip(reynolds) else { return };
-    let Ok(chart) = DragErrors::parse(DragErrors::TEXT) else { return };
-    let error = chart.at(reynolds, cells);
-    let most = chart.reynolds.last().copied().unwrap_or(0.0);
-    let beyond = if reynolds > most {
-        format!("; more beyond Re = {}, where nothing was charted", Short(most))
-    } else {
-        String::new()
-    };
-    bounds.push(Bound::new("drag-accuracy", "error of the drag", error, Side::AtMost, DRAG_ERROR).warning().because(
-        format!(
-            "a sphere alone at Re = {}, estimated from above, on {} cells per diameter: the largest error of \
-             its places on the grid{beyond}",
-            Short(reynolds),
-            Short(cells)
-        ),
-        "docs/charts.md, A sphere that is towed over the grid",
-        "refine domain.cells, or run with --accuracy 5% --verify",
     ));
 }
 
