@@ -7,6 +7,10 @@ use toml::Value;
 
 /// Is momentum convected? By default it is.
 pub const CONVECTION: &str = "fluid.time.convection";
+/// The method of the immersed boundary.
+pub const METHOD: &str = "fluid.method";
+/// The default, which charts of the drag are of.
+pub const CALIBRATED: &str = "calibrated";
 /// Order of the time steps.
 pub const TIME_SCHEME: &str = "fluid.time.scheme";
 /// Two steps, one stage each.
@@ -37,8 +41,9 @@ pub const INTEGRATOR: &str = "dem.integrator";
 pub const CONTACT_STEPS: &str = "dem.steps_per_contact";
 
 /// All of them, with the values that rules name.
-pub const ALL: [(&str, &[&str]); 10] = [
+pub const ALL: [(&str, &[&str]); 11] = [
     (CONVECTION, &[]),
+    (METHOD, &[CALIBRATED]),
     (TIME_SCHEME, &[AB2, RK3]),
     (FLUID_DT, &[]),
     (CFL, &[]),

@@ -8,7 +8,7 @@ use protocol::participant::Role;
 use protocol::scheme::{Scheme, SchemeKey};
 use serde::Serialize;
 
-use crate::bounds::{self, Bound, Facts, TimeSteps};
+use crate::bounds::{self, Bound, Drag, Facts, TimeSteps};
 use crate::config::Coupling;
 use crate::notices;
 use crate::number::Short;
@@ -104,6 +104,8 @@ pub struct Plan {
     pub windows: u64,
     /// Cost of the run on one core, estimated, s; 0 where no solver gave an estimate.
     pub cost: f64,
+    /// Error of the drag that the cells leave, as charted; none where nothing moves a grain against the fluid.
+    pub drag: Option<Drag>,
     /// Bounds.
     pub bounds: Vec<Bound>,
     /// Names of bounds that may be broken.
@@ -234,6 +236,7 @@ impl Plan {
             until: scene.scene.until,
             windows: windows as u64,
             cost,
+            drag: bounds::drag::of(&facts),
             bounds: bounds::all(&facts),
             forced: coupling.force.clone(),
             notices: of_solvers.flatten().chain(&scene.notes).cloned().chain(notice).chain(more).collect(),
@@ -285,6 +288,7 @@ impl Plan {
             lines.push(line("dt_fluid/t_c", Short(steps.dt_fluid / steps.contact_time).to_string()));
             lines.push(line("sub-steps", format!("{} in a full window", steps.substeps)));
         }
+        lines.extend(self.drag.iter().map(|drag| line("drag error", drag.said.clone())));
         lines.push(line("windows", format!("{} to t = {} s", self.windows, Short(self.until))));
         let cost = if self.cost > 0.0 {
             format!("{} s on one core, estimated", Short(self.cost))

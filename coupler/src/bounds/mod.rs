@@ -5,6 +5,7 @@
 //! with its margin, and a run refuses to start while one of level [`Level::Refuse`] is broken and not forced.
 
 mod bound;
+pub(crate) mod drag;
 mod facts;
 pub(crate) mod names;
 mod resolution;
@@ -12,6 +13,7 @@ mod speeds;
 mod steps;
 
 pub use bound::Bound;
+pub use drag::{Drag, DragChart, DragError, DragGrid};
 pub use facts::{Facts, TimeSteps};
 pub use names::NAMES;
 pub use protocol::facts::{Level, Side};

@@ -18,6 +18,7 @@ pub const NAMES: &[&str] = &[
     "tangential-dashpot",
     "resolution",
     "resolution-accuracy",
+    "drag-accuracy",
     "memory",
     OVERLAP,
     crate::unstable::NAME,

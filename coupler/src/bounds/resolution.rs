@@ -3,6 +3,7 @@
 use protocol::facts::Side;
 
 use super::bound::Bound;
+use super::drag;
 use super::facts::Facts;
 use crate::resolution::LEAST;
 
@@ -11,6 +12,7 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     if facts.fluid.is_some_and(|fluid| !fluid.foreign) {
         add_resolution(facts, bounds);
     }
+    bounds.extend(drag::of(facts).and_then(|drag| drag.bound()));
     add_memory(facts, bounds);
 }
 
@@ -22,7 +24,7 @@ fn add_resolution(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
         "refine domain.cells, or enlarge the smallest grain",
     ));
     bounds.push(Bound::new("resolution-accuracy", "D/Δx", cells, Side::AtLeast, 8.0).warning().because(
-        "drag is right to a few per cent from 8 cells per diameter on",
+        "slow drag is right to a few per cent from 8 cells per diameter on",
         "docs/numerics.md, Resolution",
         "refine domain.cells",
     ));

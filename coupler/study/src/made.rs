@@ -1,11 +1,12 @@
-//! Makes the coupler's `accuracy/data/*.toml` from docs/charts and the scenes, and checks that they are the
-//! same. Compiled for tests only.
+//! Makes the coupler's `accuracy/data/*.toml` and `bounds/drag.toml` from docs/charts and the scenes, and checks
+//! that they are the same. Compiled for tests only.
 
 use std::path::{Path, PathBuf};
 
 use bedload_scene::{CheckedScene, SceneSource};
 
 use coupler::accuracy::{Charted, Class, Run};
+use coupler::bounds::DragChart;
 use coupler::{keys, resolution};
 
 use crate::kind::Kind;
@@ -61,11 +62,40 @@ fn made(class: Class, root: &Path, scene: &str) -> Charted {
         run.step = dt.zip(class.time(&scene)).map(|(dt, time)| dt / time);
         run.set.clone_from(&point.set);
     }
+    let stale = stale(&file, root);
+    Charted { scene: scene.to_owned(), table: file, stale, runs }
+}
+
+/// Why a table is stale, if it is.
+fn stale(file: &str, root: &Path) -> Option<String> {
     let evidence = std::fs::read_to_string(root.join(crate::evidence::FILE)).unwrap();
     let (_, tables) = parse_csv(&evidence).unwrap();
-    let known = tables.iter().find(|cells| cells[0] == file).expect(&file);
-    let stale = known.last().filter(|stale| !stale.is_empty()).cloned();
-    Charted { scene: scene.to_owned(), table: file, stale, runs }
+    let known = tables.iter().find(|cells| cells[0] == file).expect(file);
+    known.last().filter(|stale| !stale.is_empty()).cloned()
+}
+
+/// The chart of a towed sphere: every run with an error, whatever else was varied.
+fn drag(root: &Path) -> DragChart {
+    let file = "docs/charts/towed-sphere.csv";
+    let table = Table::read(&root.join(file)).unwrap();
+    let [re, resolution] =
+        ["Re", "resolution"].map(|key| table.keys.iter().position(|other| other == key).expect(key));
+    let row = |(number, row): (usize, &Row)| {
+        let error = row.error.filter(|error| error.is_finite())?;
+        Some([table.number(number, re)?, table.number(number, resolution)?, error])
+    };
+    let rows: Vec<[f64; 3]> = table.rows.iter().enumerate().filter_map(row).collect();
+    DragChart::new(file, stale(file, root), &rows)
+}
+
+/// `made` as the text of a file that the coupler holds; written where `BEDLOAD_MAKE_DATA` is set.
+fn written<T: serde::Serialize>(made: &T, path: &Path) -> bool {
+    let asked = std::env::var_os("BEDLOAD_MAKE_DATA").is_some();
+    if asked {
+        let text = format!("# Made by a test, study/src/made.rs.\n{}", toml::to_string(made).unwrap());
+        std::fs::write(path, text).unwrap();
+    }
+    asked
 }
 
 #[test]
@@ -81,7 +111,7 @@ fn runs_with_an_error_and_a_cost_count_but_for_the_reference() {
     assert_eq!(runs[0].others, ["good"], "not the case");
 }
 
-/// With `BEDLOAD_MAKE_DATA` set, writes them.
+/// With `BEDLOAD_MAKE_DATA` set, writes them: `BEDLOAD_MAKE_DATA=1 cargo test -p bedload-study --lib made`.
 #[test]
 fn the_data_are_those_of_the_charts() {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -96,13 +126,16 @@ fn the_data_are_those_of_the_charts() {
             _ => format!("scenes/accuracy/{stem}.toml"),
         };
         let made = made(class, &root, scene);
-        if std::env::var_os("BEDLOAD_MAKE_DATA").is_some() {
-            let name = Path::new(scene).file_name().unwrap();
-            let text = format!("# Made by a test, accuracy/made.rs.\n{}", toml::to_string(&made).unwrap());
-            std::fs::write(package.join("../src/accuracy/data").join(name), text).unwrap();
+        let name = Path::new(scene).file_name().unwrap();
+        if written(&made, &package.join("../src/accuracy/data").join(name)) {
             continue;
         }
         let there = Charted::parse(class.data()).unwrap();
         assert_eq!(there, made, "{}: run this test with BEDLOAD_MAKE_DATA=1", made.scene);
+    }
+    let made = drag(&root);
+    if !written(&made, &package.join("../src/bounds/drag.toml")) {
+        let there = DragChart::parse(DragChart::TEXT).unwrap();
+        assert_eq!(there, made, "run this test with BEDLOAD_MAKE_DATA=1");
     }
 }

@@ -45,6 +45,17 @@ pub struct Extra {
     pub name: String,
     /// Unit, `-` if it has none.
     pub unit: String,
+    /// When its values are of.
+    pub when: When,
+}
+
+/// When the value of a row is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum When {
+    /// The end of the window.
+    End,
+    /// The whole window: a mean, a sum or an extreme over it.
+    Window,
 }
 
 /// What `observe.energy` adds behind other extras: a DEM alone gives the values in this order.
@@ -58,14 +69,14 @@ pub fn energy_columns() -> [Extra; 6] {
         "dissipated_sliding",
         "dissipated_energy",
     ]
-    .map(|name| Extra { name: name.to_owned(), unit: "J".to_owned() })
+    .map(|name| Extra { name: name.to_owned(), unit: "J".to_owned(), when: When::End })
 }
 
 /// The mean pressure gradient that `medium.flow_rate` adds: behind other extras, as energies are.
 fn flow_rate_column(scene: &CheckedScene) -> Option<Extra> {
     let flow = scene.scene.medium.as_ref()?.flow_rate?;
     let name = format!("pressure_gradient_{}", ["x", "y", "z"][flow.axis.component()]);
-    Some(Extra { name, unit: "Pa/m".to_owned() })
+    Some(Extra { name, unit: "Pa/m".to_owned(), when: When::Window })
 }
 
 /// An accepted window as observed. A slice may be empty where [`Sides`] says so.
@@ -94,8 +105,8 @@ impl Sample<'_> {
 /// Where a column's value comes from.
 #[derive(Clone, Copy, Debug)]
 enum Source {
-    Run(fn(&Columns, &Sample) -> f64),
-    Extra(usize),
+    Run(When, fn(&Columns, &Sample) -> f64),
+    Extra(When, usize),
     /// Quantity, component and grain.
     Grain(&'static Quantity, usize, usize),
 }
@@ -123,6 +134,8 @@ enum Form {
 #[derive(Debug)]
 enum Value {
     Motion(fn(&Kinematics, usize) -> f64),
+    /// What the DEM has averaged over the window.
+    Averaged(fn(&Kinematics, usize) -> f64),
     /// The mean of its values at both ends of the window.
     Mean(fn(&Kinematics, usize) -> f64),
     Loads(fn(&Loads, usize) -> f64),
@@ -141,13 +154,13 @@ const QUANTITIES: [Quantity; 11] = [
     Quantity::new("mean_spin", "rad/s", MOTION, Form::Turn, Value::Mean(|m, c| m.spin[c])),
     Quantity::new("hydrodynamic_force", "N", LOADS, Form::Vector, Value::Loads(|l, c| l.force[c])),
     Quantity::new("hydrodynamic_torque", "N m", LOADS, Form::Turn, Value::Loads(|l, c| l.torque[c])),
-    Quantity::new("contact_force", "N", CONTACT, Form::Vector, Value::Motion(|m, c| m.contact_force[c])),
+    Quantity::new("contact_force", "N", CONTACT, Form::Vector, Value::Averaged(|m, c| m.contact_force[c])),
     Quantity::new(
         "lubrication_force",
         "N",
         CONTACT,
         Form::Vector,
-        Value::Motion(|m, c| m.lubrication_force[c]),
+        Value::Averaged(|m, c| m.lubrication_force[c]),
     ),
     Quantity::new("gap", "m", CONTACT, Form::Scalar, Value::Motion(|m, _| m.gap)),
 ];
@@ -181,7 +194,7 @@ impl Quantity {
 
     fn value(&self, axis: usize, grain: usize, sample: &Sample) -> Option<f64> {
         match self.value {
-            Value::Motion(of) | Value::Mean(of) => {
+            Value::Motion(of) | Value::Averaged(of) | Value::Mean(of) => {
                 sample.kinematics.get(grain).map(|motion| of(motion, axis))
             }
             Value::Loads(of) => sample.loads.get(grain).map(|loads| of(loads, axis)),
@@ -285,26 +298,34 @@ impl Columns {
     }
 
     fn add_scalars(&mut self, geometry: Geometry, sides: Sides, extras: &[Extra]) {
-        self.add("t", "s", Source::Run(|_, sample| sample.time()));
-        self.add("dt", "s", Source::Run(|_, sample| sample.window.dt));
+        self.add("t", "s", Source::Run(When::End, |_, sample| sample.time()));
+        self.add("dt", "s", Source::Run(When::Window, |_, sample| sample.window.dt));
         if sides.contact {
-            self.add("substeps", "-", Source::Run(|_, sample| sample.header.substeps as f64));
-            self.add("smallest_gap", "m", Source::Run(|_, sample| sample.header.smallest_gap));
-            self.add("largest_overlap", "m", Source::Run(|_, sample| sample.header.largest_overlap));
+            self.add("substeps", "-", Source::Run(When::Window, |_, sample| sample.header.substeps as f64));
+            self.add("smallest_gap", "m", Source::Run(When::Window, |_, sample| sample.header.smallest_gap));
+            self.add(
+                "largest_overlap",
+                "m",
+                Source::Run(When::Window, |_, sample| sample.header.largest_overlap),
+            );
         }
         if sides.motion && !self.free.is_empty() {
-            self.add("kinetic_energy", "J", Source::Run(Columns::kinetic_energy));
+            self.add("kinetic_energy", "J", Source::Run(When::End, Columns::kinetic_energy));
         }
         if sides.motion && self.free.len() > 1 && geometry != Geometry::Axisymmetric {
             self.add(
                 "run_out",
                 "m",
-                Source::Run(|columns, sample| columns.extent(sample, 0) - columns.front),
+                Source::Run(When::End, |columns, sample| columns.extent(sample, 0) - columns.front),
             );
-            self.add("height", "m", Source::Run(|columns, sample| columns.extent(sample, 2) - columns.floor));
+            self.add(
+                "height",
+                "m",
+                Source::Run(When::End, |columns, sample| columns.extent(sample, 2) - columns.floor),
+            );
         }
         for (index, extra) in extras.iter().enumerate() {
-            self.add(&extra.name, &extra.unit, Source::Extra(index));
+            self.add(&extra.name, &extra.unit, Source::Extra(extra.when, index));
         }
     }
 
@@ -338,6 +359,15 @@ impl Columns {
         Some((place, &self.units[place]))
     }
 
+    /// When the values of the column at `place` are of.
+    pub(crate) fn when(&self, place: usize) -> When {
+        match self.sources[place] {
+            Source::Run(when, _) | Source::Extra(when, _) => when,
+            Source::Grain(Quantity { value: Value::Motion(_), .. }, ..) => When::End,
+            Source::Grain(..) => When::Window,
+        }
+    }
+
     /// Value of a column in the last row.
     #[must_use]
     pub fn latest(&self, name: &str) -> Option<f64> {
@@ -362,8 +392,8 @@ impl Columns {
         let mut means = 0;
         for place in 0..self.row.len() {
             self.row[place] = match self.sources[place] {
-                Source::Run(value) => value(self, sample),
-                Source::Extra(index) => sample.extras.get(index).copied().unwrap_or(f64::NAN),
+                Source::Run(_, value) => value(self, sample),
+                Source::Extra(_, index) => sample.extras.get(index).copied().unwrap_or(f64::NAN),
                 Source::Grain(quantity, axis, grain) => {
                     let value = quantity.value(axis, grain, sample).unwrap_or(f64::NAN);
                     if let Value::Mean(_) = quantity.value {

@@ -26,7 +26,7 @@ mod summary;
 pub mod vtk;
 
 pub use claim::Claim;
-pub use columns::{Columns, Extra, Sample, Sides, energy_columns};
+pub use columns::{Columns, Extra, Sample, Sides, When, energy_columns};
 pub use error::OutputError;
 pub use file::atomic_write;
 pub use folder::{OutputFolder, in_full, resolved_scene, state_of};

@@ -1,7 +1,7 @@
 //! Every bound of the plan with a case below and one above its limit, and the ladder of steps.
 
 use bedload_scene::{CheckedScene, SceneSource};
-use coupler::bounds::{Bound, NAMES};
+use coupler::bounds::{Bound, DragChart, DragGrid, NAMES};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan, substeps};
 use protocol::facts::{BoundRow, DemFacts, FluidFacts, Level, Measure, Side, SolverBound};
@@ -228,6 +228,58 @@ fn grid_and_memory() {
         },
     );
     below_and_above("memory", 1 << 29, 1 << 31, |case, bytes| case.fluid.memory = bytes);
+}
+
+/// The sphere towed at a Reynolds number over a grid.
+fn towed(reynolds: f64, resolution: f64) -> Case {
+    let cells = (4.0 * resolution).round();
+    let viscosity = if reynolds > 0.0 { 1.0 / reynolds } else { 1.0 };
+    let set = [
+        "gravity=[0,0,0]".to_owned(),
+        "grains=[{position=[2,2,2],radius=0.5,density=1.0,motion=\"prescribed\",velocity=[0,0,1]}]"
+            .to_owned(),
+        format!("domain.cells=[{cells},{cells},{cells}]"),
+        format!("medium.viscosity={viscosity:?}"),
+        format!("fluid.time.convection={}", reynolds > 0.0),
+    ];
+    Case { scene: set.into_iter().map(|text| &*text.leak()).collect(), ..Case::new() }
+}
+
+#[test]
+fn the_drag_has_the_error_of_the_chart_and_none_beyond_it() {
+    let chart = DragChart::parse(DragChart::TEXT).expect("the chart");
+    assert!(chart.grids.len() >= 16, "{}", chart.grids.len());
+    for grid in chart.grids.iter().filter(|grid| (4.0 * grid.resolution).fract() == 0.0) {
+        let plan = towed(grid.reynolds, grid.resolution).plan();
+        let error = plan.drag.as_ref().and_then(|drag| drag.error).expect("within the chart");
+        assert_eq!(error, grid.error);
+        let line = plan.lines().into_iter().find(|line| line.starts_with("drag error ")).expect("a line");
+        assert!(line.contains("a sphere alone in r-z, the nearest that is charted"), "{line}");
+        let bound = plan.bounds.iter().find(|bound| bound.name == "drag-accuracy").expect("a bound");
+        assert_eq!((bound.value, bound.holds, bound.level), (error.mean, error.mean <= 0.05, Level::Warn));
+    }
+    let [most, finest] = [|grid: &DragGrid| grid.reynolds, |grid: &DragGrid| grid.resolution]
+        .map(|of| chart.grids.iter().map(of).fold(0.0, f64::max));
+    for beyond in [towed(2.0 * most, 10.0), towed(20.0, 2.0 * finest)] {
+        let drag = beyond.plan().drag.expect("a sphere that moves");
+        assert!(drag.error.is_none() && drag.said.starts_with("not known at Re = "), "{}", drag.said);
+        assert!(beyond.bound("drag-accuracy").is_none());
+    }
+}
+
+#[test]
+fn nothing_is_said_of_the_drag_of_other_methods_other_solvers_and_grains_that_only_drift() {
+    let said = |change: fn(&mut Case)| {
+        let mut case = towed(20.0, 10.0);
+        change(&mut case);
+        case.plan().drag
+    };
+    assert!(said(|_| {}).is_some());
+    assert!(said(|case| case.scene.push("fluid.method=\"izard-2014\"")).is_none());
+    assert!(said(|case| case.fluid.foreign = true).is_none());
+    assert!(
+        said(|case| case.scene.extend(["grains[0].velocity=[0,0,0]", "grains[0].motion=\"free\""])).is_none()
+    );
 }
 
 /// Bounds that our solvers own: the tests of these crates put them below and above their limits

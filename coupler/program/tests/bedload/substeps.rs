@@ -142,6 +142,7 @@ fn plan(dt: f64, dt_dem: f64, until: f64, adaptive: bool) -> Plan {
         until,
         windows: 0,
         cost: 0.0,
+        drag: None,
         bounds: Vec::new(),
         forced: Vec::new(),
         notices: Vec::new(),

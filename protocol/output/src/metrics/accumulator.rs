@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::course::Course;
 use super::line::Line;
 use super::trajectory::Crossing;
-use crate::columns::Sample;
+use crate::columns::{Sample, When};
 
 /// What one metric keeps.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -22,6 +22,8 @@ pub enum Accumulator {
         time: f64,
         /// Integral over that time.
         integral: f64,
+        /// How the value goes on from window to window.
+        between: Between,
     },
     /// Standard deviation over time from an instant on.
     Deviation {
@@ -33,6 +35,8 @@ pub enum Accumulator {
         mean: f64,
         /// Integral of the squared distance from it.
         square: f64,
+        /// How the value goes on from window to window.
+        between: Between,
     },
     /// Straight line over time.
     Line(Line),
@@ -55,26 +59,33 @@ pub enum Accumulator {
 
 impl Accumulator {
     /// A mean from an instant on, s.
-    pub(super) fn mean(from: f64) -> Self {
-        Self::Mean { from, time: 0.0, integral: 0.0 }
+    pub(super) fn mean(from: f64, when: When) -> Self {
+        Self::Mean { from, time: 0.0, integral: 0.0, between: Between::of(when) }
+    }
+
+    /// A standard deviation from an instant on, s.
+    pub(super) fn deviation(from: f64, when: When) -> Self {
+        Self::Deviation { from, time: 0.0, mean: 0.0, square: 0.0, between: Between::of(when) }
     }
 
     /// Adds a value of a window; means weigh it with the part of the window after their start.
     pub(super) fn add(&mut self, value: f64, sample: &Sample) {
         match self {
             Self::First(first) => *first = first.or(Some(value)),
-            Self::Mean { from, time, integral } => {
-                let weight = (sample.time() - *from).clamp(0.0, sample.window.dt);
-                // Outside its span not even a NaN counts.
-                if weight > 0.0 {
+            Self::Mean { from, time, integral, between } => {
+                if let Some((weight, start)) = between.part(*from, value, sample) {
                     *time += weight;
-                    *integral += weight * value;
+                    *integral += weight * 0.5 * (start + value);
                 }
             }
-            Self::Deviation { from, time, mean, square } => {
-                let weight = (sample.time() - *from).clamp(0.0, sample.window.dt);
-                if weight > 0.0 {
-                    deviate((time, mean, square), weight, value);
+            Self::Deviation { from, time, mean, square, between } => {
+                if let Some((weight, start)) = between.part(*from, value, sample) {
+                    // A value of the whole window counts once.
+                    let parts =
+                        if start == value { &[(1.0, value)][..] } else { &[(0.5, start), (0.5, value)] };
+                    for (part, value) in parts {
+                        deviate((time, mean, square), part * weight, *value);
+                    }
                 }
             }
             Self::Line(line) => line.add(sample.time(), sample.window.dt, value),
@@ -108,6 +119,39 @@ impl Accumulator {
             Self::Course(course) => course.value(),
             Self::Trajectory | Self::Crossing(_) | Self::Line(_) => Err("is not a single number".into()),
         }
+    }
+}
+
+/// How a value goes on from window to window, as integrals over time need it.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub enum Between {
+    /// It is of whole windows.
+    Windows,
+    /// It is of their ends, with a straight line between them: the value at the last one, once it is known.
+    Ends(Option<f64>),
+}
+
+impl Between {
+    fn of(when: When) -> Self {
+        match when {
+            When::Window => Self::Windows,
+            When::End => Self::Ends(None),
+        }
+    }
+
+    /// The part of a window after `from`, s, and the value at its start, where `value` is the window's; none
+    /// before it, where not even a NaN counts. What stood at the start of the first window, or of one after a
+    /// NaN, is not known: there the value is taken for the whole of it.
+    fn part(&mut self, from: f64, value: f64, sample: &Sample) -> Option<(f64, f64)> {
+        let weight = (sample.time() - from).clamp(0.0, sample.window.dt);
+        let start = match self {
+            Self::Windows => value,
+            Self::Ends(before) => {
+                let rise = before.replace(value).map(|before| value - before);
+                value - rise.filter(|rise| rise.is_finite()).unwrap_or(0.0) * (weight / sample.window.dt)
+            }
+        };
+        (weight > 0.0).then_some((weight, start))
     }
 }
 

@@ -6,7 +6,7 @@ use super::accumulator::Accumulator;
 use super::rule::{Moved, Outcome, Rule, plain, require};
 use super::subject::{Subject, dot, norm};
 use super::trajectory::{Crossing, Trajectory};
-use crate::columns::Sample;
+use crate::columns::{Sample, When};
 
 /// Part of the run, at its end, over which "terminal" and "resting" are averaged.
 const TAIL: f64 = 0.1;
@@ -27,10 +27,10 @@ pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
         let touch = way.first_touch.ok_or("there was no contact")?;
         plain((then.ok_or(otherwise)? - touch) / (diameter / gravity).sqrt())
     };
-    let tail = Accumulator::mean((1.0 - TAIL) * scene.scene.until);
+    let tail = |when| Accumulator::mean((1.0 - TAIL) * scene.scene.until, when);
     Some(match *kind {
         MetricKind::TerminalReynolds(_) => fed(
-            tail,
+            tail(When::End),
             |now, sample, kept| kept.add(now.passage.speed, sample),
             move |kept, way| {
                 let (density, viscosity) = fluid()?;
@@ -102,7 +102,7 @@ pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
             of_way(move |way| after_touch(way, way.second_touch, "there was no second contact"))
         }
         MetricKind::RestingForceRatio(_) => fed(
-            tail,
+            tail(When::Window),
             move |_, sample, kept| {
                 let force = sample.kinematics[subject.grain].contact_force;
                 kept.add(-dot(&force, &subject.settling), sample);

@@ -28,10 +28,8 @@ pub(super) fn rule(
         return Ok(Rule::at_end("-", move |_| Err(why.clone())));
     };
     let keeps = match kind {
-        MetricKind::Mean(of) => Accumulator::mean(of.from),
-        MetricKind::Deviation(of) => {
-            Accumulator::Deviation { from: of.from, time: 0.0, mean: 0.0, square: 0.0 }
-        }
+        MetricKind::Mean(of) => Accumulator::mean(of.from, columns.when(place)),
+        MetricKind::Deviation(of) => Accumulator::deviation(of.from, columns.when(place)),
         MetricKind::Max(of) => Accumulator::Largest { from: of.from, value: None },
         MetricKind::Frequency { from, level, .. } => Accumulator::Passages(Passages::of(*from, *level)),
         MetricKind::SeriesDifference { file, .. } => {

@@ -28,7 +28,7 @@ mod subject;
 mod touching;
 mod trajectory;
 
-pub use accumulator::{Accumulator, Passages};
+pub use accumulator::{Accumulator, Between, Passages};
 pub use course::Course;
 pub use line::Line;
 pub use measure::{Metrics, MetricsState};

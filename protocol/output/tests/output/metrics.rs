@@ -1,7 +1,8 @@
 //! Metrics against exact values of analytic trajectories.
 
-use bedload_output::{Columns, Extra, Metrics, MetricsState, Sides};
+use bedload_output::{Columns, Extra, Metrics, MetricsState, Sides, When};
 use protocol::message::{Header, Kinematics, Loads};
+use protocol::participant::Window;
 
 use crate::stage::{Watch, falling, sphere};
 
@@ -232,7 +233,7 @@ column = "flow_rate"
 
 #[test]
 fn means_weigh_with_time_from_their_start() {
-    let extras = [Extra { name: "flow_rate".into(), unit: "m^3/s".into() }];
+    let extras = [Extra { name: "flow_rate".into(), unit: "m^3/s".into(), when: When::Window }];
     let mut watch = Watch::with_extras(&sphere(COLUMNS), 1.0, &extras);
     for (step, rate) in [7.0, 2.0, 8.0].into_iter().enumerate() {
         let motion = falling(-(step as f64), 1.0);
@@ -243,6 +244,60 @@ fn means_weigh_with_time_from_their_start() {
     assert_eq!(watch.value("last"), -2.0);
     assert_eq!(watch.value("most"), 8.0);
     assert_eq!(watch.metrics.finish()["mean"].unit, "m^3/s");
+}
+
+/// Of a sphere whose velocity is 2 + sin 3t and whose force is the mean of that over each window, in uneven
+/// windows, `parts` of each: mean velocity from 0 and from within a window, its deviation, mean force.
+fn in_uneven_windows(parts: u32) -> [f64; 4] {
+    let metric = |name: &str, kind: &str, column: &str, from: f64| {
+        format!(
+            "[[metrics]]\nname = \"{name}\"\nkind = \"{kind}\"\ncolumn = \"{column}_z[0]\"\nfrom = {from:?}\n"
+        )
+    };
+    let metrics = [
+        metric("whole", "mean", "velocity", 0.0),
+        metric("part", "mean", "velocity", FROM),
+        metric("deviation", "deviation", "velocity", FROM),
+        metric("force", "mean", "hydrodynamic_force", 0.0),
+    ];
+    let mut watch = Watch::new(&sphere(&metrics.concat()), 1.0);
+    let mut time = 0.0;
+    for step in [0.1, 0.3, 0.05, 0.2].repeat(3).into_iter().flat_map(|step| vec![step; parts as usize]) {
+        let dt = step / f64::from(parts);
+        let force = (INTEGRAL(time + dt) - INTEGRAL(time)) / dt;
+        let window = Window { time, dt, ..crate::stage::window(watch.step, dt) };
+        time += dt;
+        let loads = [Loads { force: [0.0, 0.0, force], ..Loads::default() }];
+        let motion = [falling(2.0 + (3.0 * time).sin(), 1.0)];
+        watch.feed_window(&window, &loads, &Header::default(), &motion, &[]);
+    }
+    assert!((time - UNTIL).abs() < 1e-12);
+    ["whole", "part", "deviation", "force"].map(|name| watch.value(name))
+}
+
+/// Within a window, however it is divided.
+const FROM: f64 = 0.237;
+const UNTIL: f64 = 1.95;
+/// ∫ 2 + sin 3t.
+const INTEGRAL: fn(f64) -> f64 = |t| 2.0 * t - (3.0 * t).cos() / 3.0;
+
+#[test]
+fn means_of_what_is_of_the_ends_of_windows_are_of_second_order_and_those_of_windows_exact() {
+    let mean = |from: f64| (INTEGRAL(UNTIL) - INTEGRAL(from)) / (UNTIL - from);
+    // ∫ (2 + sin 3t)².
+    let squares = |t: f64| 4.5 * t - 4.0 / 3.0 * (3.0 * t).cos() - (6.0 * t).sin() / 12.0;
+    let square = (squares(UNTIL) - squares(FROM)) / (UNTIL - FROM);
+    let exact = [mean(0.0), mean(FROM), (square - mean(FROM).powi(2)).sqrt(), mean(0.0)];
+    let off = |parts| {
+        let found = in_uneven_windows(parts);
+        std::array::from_fn::<f64, 4, _>(|k| (found[k] - exact[k]).abs())
+    };
+    let (coarse, fine) = (off(8), off(32));
+    for k in 0..3 {
+        let order = (coarse[k] / fine[k]).log(4.0);
+        assert!((order - 2.0).abs() < 0.15, "{order} of {coarse:?} and {fine:?}");
+    }
+    assert!(coarse[3] < 1e-12 && fine[3] < 1e-12, "{coarse:?}, {fine:?}");
 }
 
 #[test]

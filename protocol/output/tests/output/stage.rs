@@ -88,8 +88,18 @@ impl Watch {
         kinematics: &[Kinematics],
         extras: &[f64],
     ) -> Vec<f64> {
-        let window = window(self.step, self.dt);
-        let sample = Sample { window: &window, loads, header, kinematics, extras };
+        self.feed_window(&window(self.step, self.dt), loads, header, kinematics, extras)
+    }
+
+    pub(crate) fn feed_window(
+        &mut self,
+        window: &Window,
+        loads: &[Loads],
+        header: &Header,
+        kinematics: &[Kinematics],
+        extras: &[f64],
+    ) -> Vec<f64> {
+        let sample = Sample { window, loads, header, kinematics, extras };
         let row = self.columns.fill(&sample).to_vec();
         self.metrics.record(&sample, &row);
         self.step += 1;
