@@ -104,7 +104,8 @@ pub struct Plan {
     pub windows: u64,
     /// Cost of the run on one core, estimated, s; 0 where no solver gave an estimate.
     pub cost: f64,
-    /// Error of the drag that the cells leave, as charted; none where nothing moves a grain against the fluid.
+    /// Error of the drag that the cells leave, as charted; none where nothing moves a grain against the
+    /// fluid.
     pub drag: Option<Drag>,
     /// Bounds.
     pub bounds: Vec<Bound>,

@@ -1,5 +1,5 @@
-//! Makes the coupler's `accuracy/data/*.toml` and `bounds/drag.toml` from docs/charts and the scenes, and checks
-//! that they are the same. Compiled for tests only.
+//! Makes the coupler's `accuracy/data/*.toml` and `bounds/drag.toml` from docs/charts and the scenes, and
+//! checks that they are the same. Compiled for tests only.
 
 use std::path::{Path, PathBuf};
 

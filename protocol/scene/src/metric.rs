@@ -63,8 +63,8 @@ pub enum MetricKind {
     Reynolds(OfGrain),
     /// Mean contact force over submerged weight in the last tenth of the run.
     RestingForceRatio(OfGrain),
-    /// Mean of a column of `series.csv` over time, from an instant on: trapezoidal where its values are of the
-    /// ends of windows, weighed with their lengths where they are of whole windows.
+    /// Mean of a column of `series.csv` over time, from an instant on: trapezoidal where its values are of
+    /// the ends of windows, weighed with their lengths where they are of whole windows.
     Mean(OfColumn),
     /// Standard deviation of a column of `series.csv` over time, from an instant on.
     Deviation(OfColumn),
