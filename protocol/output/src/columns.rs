@@ -232,7 +232,6 @@ impl FreeGrain {
 }
 
 /// Grains that the scene wants columns of.
-#[must_use]
 pub(crate) fn observed_grains(scene: &CheckedScene) -> Vec<usize> {
     let by_default = || (0..scene.grains.len().min(GRAINS_BY_DEFAULT)).collect();
     scene.scene.observe.grains.clone().unwrap_or_else(by_default)

@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use protocol::new_file::{OwnFile, new_file};
+use protocol::new_file::{OwnFile, is_at, new_file};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -138,7 +138,11 @@ impl SeriesWriter {
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.flushed = Instant::now();
         self.file.flush().map_err(OutputError::file("write", &self.path))?;
-        if self.file.get_ref().is_at(&self.path) { Ok(()) } else { Err(OutputError::Gone(self.path.clone())) }
+        if is_at(self.file.get_ref().file.file(), &self.path) {
+            Ok(())
+        } else {
+            Err(OutputError::Gone(self.path.clone()))
+        }
     }
 
     /// Puts every row on the disk, before a checkpoint, and says how far the file goes.
@@ -213,16 +217,6 @@ impl Counted {
             self.digest.update(chunk);
             self.bytes += length as u64;
             reader.consume(length);
-        }
-    }
-
-    /// Is the file still the one at that path?
-    fn is_at(&self, path: &Path) -> bool {
-        use std::os::unix::fs::MetadataExt;
-        let identity = |data: std::fs::Metadata| (data.dev(), data.ino());
-        match (std::fs::metadata(path), self.file.file().metadata()) {
-            (Ok(there), Ok(ours)) => identity(there) == identity(ours),
-            _ => false,
         }
     }
 }

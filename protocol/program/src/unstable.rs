@@ -120,11 +120,6 @@ impl Energy {
     /// For the free grains of a scene whose contacts last `contact_time`, s.
     pub(crate) fn new(scene: &CheckedScene, contact_time: f64, seen: Seen) -> Self {
         let shared = &scene.scene;
-        let mut periods = [None; 3];
-        for axis in (0..shared.domain.dimensions()).filter(|axis| shared.domain.is_periodic(*axis)) {
-            let extent = shared.domain.upper[axis] - shared.domain.lower[axis];
-            periods[shared.domain.geometry.component(axis)] = Some(extent);
-        }
         let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
         let g = norm(&shared.gravity);
         Self {
@@ -135,7 +130,7 @@ impl Energy {
                 })
                 .collect(),
             gravity: shared.gravity,
-            periods,
+            periods: shared.domain.periods().map(|period| period.map(|(_, length)| length)),
             stored: free().map(|(_, grain)| grain.mass() * g * grain.radius).sum(),
             every: LOOK * contact_time,
             limit: SpeedLimit::new(scene),

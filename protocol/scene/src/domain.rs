@@ -274,15 +274,25 @@ impl Domain {
         self.boundary(axis).is_some_and(|faces| faces.upper.kind == WallKind::Periodic)
     }
 
-    /// Lower corner and length, m, along each component (x, y, z) that is periodic and that the region
-    /// between these corners spans from face to face; there the region has no ends.
+    /// Lower end and length, m, along each component (x, y, z) that is periodic.
     #[must_use]
-    pub(crate) fn spanned(&self, lower: &[f64; 3], upper: &[f64; 3]) -> [Option<[f64; 2]>; 3] {
-        let mut spanned = [None; 3];
+    pub fn periods(&self) -> [Option<(f64, f64)>; 3] {
+        let mut periods = [None; 3];
         for axis in (0..self.dimensions()).filter(|axis| self.is_periodic(*axis)) {
-            let (component, low, high) = (self.geometry.component(axis), self.lower[axis], self.upper[axis]);
-            if lower[component] <= low && upper[component] >= high {
-                spanned[component] = Some([low, high - low]);
+            let lower = self.lower[axis];
+            periods[self.geometry.component(axis)] = Some((lower, self.upper[axis] - lower));
+        }
+        periods
+    }
+
+    /// Those that the region between these corners spans from face to face; there it has no ends.
+    pub(crate) fn spanned(&self, lower: &[f64; 3], upper: &[f64; 3]) -> [Option<(f64, f64)>; 3] {
+        let mut spanned = self.periods();
+        for axis in 0..self.dimensions() {
+            let component = self.geometry.component(axis);
+            let spans = lower[component] <= self.lower[axis] && upper[component] >= self.upper[axis];
+            if !spans {
+                spanned[component] = None;
             }
         }
         spanned

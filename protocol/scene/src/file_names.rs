@@ -39,7 +39,6 @@ pub fn is_file_name(name: &str) -> bool {
 
 /// Has the output folder a file of its own of this name? Some systems make no difference between small and
 /// capital letters.
-#[must_use]
 pub(crate) fn is_taken(name: &str) -> bool {
     OUTPUT_FILES.iter().any(|own| own.eq_ignore_ascii_case(name))
 }

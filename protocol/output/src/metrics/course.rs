@@ -19,9 +19,6 @@ pub struct Course {
 
 impl Course {
     /// A table with the columns `t` and `value`.
-    ///
-    /// # Errors
-    /// What is wrong with it.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         let mut table = points(text, "t", "value")?;
         if table.is_empty() || !table.iter().all(|(t, value)| t.is_finite() && value.is_finite()) {
