@@ -66,7 +66,6 @@ pub(crate) struct MonitorState {
 
 impl ConvergenceMonitor {
     /// For the grains of a scene.
-    #[must_use]
     pub(crate) fn new(scene: &CheckedScene, rule: Iterations, state: MonitorState) -> Self {
         Self {
             rule,
@@ -79,13 +78,11 @@ impl ConvergenceMonitor {
     }
 
     /// What a checkpoint keeps.
-    #[must_use]
     pub(crate) fn state(&self) -> &MonitorState {
         &self.state
     }
 
     /// Counts so far.
-    #[must_use]
     pub(crate) fn tally(&self) -> Tally {
         self.state.tally
     }

@@ -93,9 +93,6 @@ pub(crate) struct Solver {
 
 impl Solver {
     /// The solver of `role`: `command` of its section, or ours beside this program, or on PATH.
-    ///
-    /// # Errors
-    /// [`SceneError`] if `command` is not a list of words.
     pub(crate) fn of(role: Role, scene: &CheckedScene) -> Result<Self, SceneError> {
         let section = match role {
             Role::Fluid => &scene.scene.fluid,
@@ -123,19 +120,16 @@ impl Solver {
     }
 
     /// What starts it in a run: by its launcher, if it has one.
-    #[must_use]
     pub(crate) fn run_command(&self) -> Vec<String> {
         [&self.launcher[..], &self.command[..]].concat()
     }
 
     /// Our solver of a role: beside this program, or on PATH.
-    #[must_use]
     pub(crate) fn ours(role: Role) -> Self {
         Self { role, command: vec![sibling(program(role))], launcher: Vec::new(), foreign: false }
     }
 
     /// Is it the solver of this build, by whatever path the scene names it?
-    #[must_use]
     pub(crate) fn is_ours(&self) -> bool {
         let real = |command: &String| std::fs::canonicalize(command).ok();
         let ours = Self::ours(self.role);
@@ -145,7 +139,6 @@ impl Solver {
     }
 
     /// The command as one line.
-    #[must_use]
     pub(crate) fn line(&self) -> String {
         self.command.join(" ")
     }
@@ -215,7 +208,6 @@ impl Solver {
     }
 
     /// JSON Schema of the solver's section; `None` if it is not there or does not print one.
-    #[must_use]
     pub(crate) fn schema(&self, limit: Duration) -> Option<serde_json::Value> {
         let answer = self.ask(&["schema".into()], limit).ok()?;
         serde_json::from_str(&answer.stdout).ok()
@@ -238,9 +230,6 @@ pub(crate) struct Ask {
 
 /// What the fluid solver says of the scene; a foreign one that does not know `check`, or that is not to be
 /// asked, is described from the scene, with a notice.
-///
-/// # Errors
-/// [`SolverCommandError`].
 pub(crate) fn fluid_facts(
     solver: &Solver,
     scene: &CheckedScene,
@@ -284,9 +273,6 @@ pub(crate) fn fluid_facts(
 }
 
 /// As [`fluid_facts`], of the DEM. Where it gives no contact time, that of the scene counts.
-///
-/// # Errors
-/// [`SolverCommandError`], also where neither gives one although grains can touch.
 pub(crate) fn dem_facts(
     solver: &Solver,
     scene: &CheckedScene,

@@ -136,9 +136,6 @@ impl Outcome {
 
 impl Task {
     /// What the same run of the same version left, if it is to be kept.
-    ///
-    /// # Errors
-    /// If the scene cannot be read.
     pub(crate) fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, String> {
         Ok(self.summary()?.and_then(|summary| reuse.outcome(summary)))
     }

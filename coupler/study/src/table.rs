@@ -362,7 +362,6 @@ pub(super) fn flag(text: &str) -> Result<bool, String> {
 }
 
 /// Text as a cell: one line without commas and quotes.
-#[must_use]
 pub(crate) fn cell(text: &str) -> String {
     let text = text.replace("\r\n", " ").replace(['\n', '\r', '\t'], " ").replace('"', "'");
     let inside = text.trim_start_matches(['[', '\'']).len() < text.len();
@@ -380,9 +379,6 @@ fn write(lines: impl Iterator<Item = Vec<String>>) -> String {
 }
 
 /// Header and rows of such a table; empty lines and lines that begin with `#` are passed over.
-///
-/// # Errors
-/// What is wrong with the text: no header, or a row with another number of cells.
 pub(crate) fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), String> {
     let table = bedload_scene::table::Table::parse(text)?;
     if table.columns.is_empty() {

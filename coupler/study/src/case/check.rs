@@ -9,9 +9,6 @@ use crate::section::{Check, Expected, Rule, Section, matches};
 use crate::sweep::is_folder_name;
 
 /// Checks the section.
-///
-/// # Errors
-/// [`SceneError`] at the key that is missing or does not fit.
 pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     let wrong = |key: &str, message: String, remedy: &str| Err(source.error(key, message, remedy));
     if section.title.is_empty() || section.source.is_none() || section.checks.is_empty() {

@@ -20,7 +20,6 @@ pub(super) struct End {
 }
 
 /// Every panel and x whose y are numbers, in order of appearance.
-#[must_use]
 pub(super) fn of(table: &Table, x: usize, y: usize) -> Vec<End> {
     let at = |row: &Row| (row.panel(x, y), row.values[x].clone());
     let ends = grouped(&table.rows, at).into_iter().filter_map(|((panel, x), rows)| {
