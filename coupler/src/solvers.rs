@@ -29,24 +29,10 @@ pub(crate) enum SolverCommandError {
          --release), put it on PATH, or name it in [{role}] command (a path there counts from the scene's \
          folder)"
     )]
-    Start {
-        /// Which solver.
-        role: Role,
-        /// Its command.
-        command: String,
-        /// Cause.
-        source: std::io::Error,
-    },
+    Start { role: Role, command: String, source: std::io::Error },
     /// It refused the scene: its own words.
     #[error("the {role} solver refuses the scene (exit code {code}):\n{words}")]
-    Refused {
-        /// Which solver.
-        role: Role,
-        /// Its exit code, −1 if it was killed.
-        code: i32,
-        /// What it wrote to stderr.
-        words: String,
-    },
+    Refused { role: Role, code: i32, words: String },
     /// The scene that it is to be asked about cannot be written down for it.
     #[error("{0}; free some room there, or name another folder in TMPDIR")]
     Scratch(String),
@@ -55,14 +41,7 @@ pub(crate) enum SolverCommandError {
         "`{command} check SCENE --json` of the {role} solver printed no facts: {what}; mend the solver, or \
          rebuild it with this version of bedload"
     )]
-    Facts {
-        /// Which solver.
-        role: Role,
-        /// Its command.
-        command: String,
-        /// What is wrong.
-        what: String,
-    },
+    Facts { role: Role, command: String, what: String },
 }
 
 impl From<SolverCommandError> for Failure {

@@ -18,27 +18,14 @@ pub const LIMIT: usize = 1 << 30;
 
 /// A payload that does not decode.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum CodecError {
     /// Bytes missing, left over, or over the limit.
     #[error("payload of {bytes} bytes does not hold {wanted}: {what}")]
-    Decode {
-        /// Length of the payload.
-        bytes: usize,
-        /// What it should hold.
-        wanted: &'static str,
-        /// What bincode says.
-        what: String,
-    },
+    Decode { bytes: usize, wanted: &'static str, what: String },
     /// The count before a slice disagrees with the payload's length.
     #[error("payload of {bytes} bytes claims {count} records of {size} bytes")]
-    Count {
-        /// Length of the payload.
-        bytes: usize,
-        /// Claimed number of records.
-        count: u64,
-        /// Bytes of a record.
-        size: usize,
-    },
+    Count { bytes: usize, count: u64, size: usize },
     /// A value that bincode cannot write.
     #[error("cannot encode: {0}")]
     Encode(String),
