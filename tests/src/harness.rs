@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 #[must_use]
 pub fn program(name: &str) -> PathBuf {
     let own = std::env::current_exe().expect("this program has a path");
-    // A test lies in target/<profile>/deps, a command in target/<profile>.
+    // A test lies in target/<profile>/deps, an example in target/<profile>/examples.
     let mut places = own.ancestors().skip(1).take(2).map(|folder| folder.join(name));
     let missing = "is missing: `cargo build --release` or `cargo test --workspace` builds it";
     places.find(|path| path.is_file()).unwrap_or_else(|| panic!("{name} {missing}"))
