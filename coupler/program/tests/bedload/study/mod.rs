@@ -1,4 +1,6 @@
-//! Studies: their runs, and how a run is classified.
+//! Studies: cases, sweeps, tables, and how a run is classified.
 
+mod case;
 mod classify;
 mod sweep;
+mod table;
