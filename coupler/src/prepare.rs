@@ -16,7 +16,6 @@ use crate::solvers::{Ask, Solver, dem_facts, fluid_facts};
 /// A solver that takes part, and what it says of itself.
 #[derive(Clone, Debug)]
 pub struct Participant<F> {
-    /// Its command.
     pub(crate) solver: Solver,
     /// Its facts.
     pub facts: F,

@@ -114,7 +114,6 @@ fn time_to_cover(room: f64, v: f64, a: f64) -> f64 {
 /// State of the planner: everything that decides the next window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannerState {
-    /// Next window.
     step: u64,
     /// Its start, s.
     time: f64,

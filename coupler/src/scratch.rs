@@ -26,7 +26,6 @@ impl Scratch {
         }
     }
 
-    /// Where it is.
     pub(crate) fn path(&self) -> &Path {
         &self.0
     }

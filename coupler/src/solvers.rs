@@ -60,7 +60,6 @@ impl From<SolverCommandError> for Failure {
 /// A solver as a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Solver {
-    /// Its side.
     pub(crate) role: Role,
     /// Executable and leading arguments.
     pub(crate) command: Vec<String>,
@@ -198,7 +197,6 @@ pub(crate) fn patience(limit: Duration, grains: usize) -> Duration {
     limit + Duration::from_millis(grains as u64)
 }
 
-/// How solvers are asked.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ask {
     /// Longest time for an answer, that for reading a large scene apart.

@@ -27,7 +27,6 @@ const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// What became of a child.
 #[derive(Clone, Debug)]
 pub(crate) struct Exit {
-    /// Which solver.
     pub(crate) role: Role,
     /// How it ended; none if the system would not tell.
     pub(crate) status: Option<ExitStatus>,
@@ -78,7 +77,6 @@ pub(crate) enum StderrMode {
     Own,
 }
 
-/// One child.
 struct Watched {
     role: Role,
     child: Arc<Mutex<Child>>,
@@ -113,7 +111,6 @@ impl Supervisor {
         self.heartbeats.as_ref().is_some_and(Heartbeats::any)
     }
 
-    /// Starts a solver.
     pub(crate) fn start(
         &mut self,
         role: Role,

@@ -170,7 +170,6 @@ impl DemParticipant {
             .map_err(|source| SolverError::File { path: path.display().to_string(), source })
     }
 
-    /// The contacts now.
     pub(crate) fn contacts(&self) -> Vec<Contact> {
         self.dem.contact_list(self.present_loads())
     }

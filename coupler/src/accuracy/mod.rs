@@ -51,7 +51,6 @@ pub(crate) struct Expected {
     pub(crate) target: f64,
     /// Relative error that the chart has for this setting.
     pub(crate) error: f64,
-    /// Class of the scene.
     pub(crate) class: &'static str,
     /// File of the chart.
     pub(crate) chart: String,

@@ -42,7 +42,6 @@ struct Idea {
     /// What is done, in words.
     what: &'static str,
     change: Change,
-    /// Expected relative error.
     error: f64,
     /// How many times less it costs at most, where the plans do not say.
     saving: Option<f64>,

@@ -36,7 +36,6 @@ struct Cell {
     grain: usize,
 }
 
-/// A window.
 #[derive(Clone, Debug)]
 struct Row {
     step: u64,
@@ -105,7 +104,6 @@ impl Divergence {
         cells
     }
 
-    /// Windows compared.
     pub(super) fn windows(&self) -> usize {
         self.rows.len()
     }

@@ -68,7 +68,6 @@ pub struct Sweep {
 /// Builds the points of one scene.
 struct Builder<'a> {
     scene: &'a CheckedScene,
-    /// Path of the scene.
     path: &'a Path,
     /// The file that asks for the runs.
     source: &'a SceneSource,

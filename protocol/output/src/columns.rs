@@ -110,7 +110,6 @@ struct Quantity {
     value: Value,
 }
 
-/// Which components it has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
     Vector,

@@ -175,7 +175,6 @@ impl Record {
         Ok(Self { mean: Planes::mean(&inside), samples })
     }
 
-    /// Text of the mean.
     pub(super) fn table(&self) -> Option<String> {
         self.mean.as_ref().map(Planes::to_string)
     }

@@ -21,9 +21,7 @@ use crate::failure::Failure;
 pub(crate) struct LoopState<S> {
     /// Series, metrics and counts.
     pub(crate) observer: ObserverState,
-    /// Costs up to here.
     pub(crate) cost: Cost,
-    /// Of the schedule.
     pub(crate) schedule: S,
 }
 

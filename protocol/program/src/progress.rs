@@ -10,7 +10,6 @@ const BAR_EVERY: Duration = Duration::from_millis(200);
 /// Resolution of the bar.
 const TICKS: f64 = 10_000.0;
 
-/// Progress of a run.
 #[derive(Debug)]
 pub(crate) struct Progress {
     program: &'static str,

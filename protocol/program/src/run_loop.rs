@@ -19,7 +19,6 @@ use crate::link::{Attempt, End, Link, Schedule};
 use crate::log::Log;
 use crate::progress::Progress;
 
-/// A run under way.
 pub(crate) struct RunLoop<'a, L, S> {
     link: L,
     schedule: S,

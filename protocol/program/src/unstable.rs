@@ -73,7 +73,6 @@ impl SpeedLimit {
     }
 }
 
-/// A free grain.
 #[derive(Clone, Copy, Debug)]
 struct Free {
     grain: usize,

@@ -18,7 +18,6 @@ pub(crate) fn copies<'a>(from: &'a GrainFile, once: &'a [Grain]) -> impl Iterato
     (0..from.copies).flat_map(moved).filter(below)
 }
 
-/// Columns that are read.
 pub(crate) const READ: [&str; 12] =
     ["x", "y", "z", "radius", "density", "vx", "vy", "vz", "wx", "wy", "wz", "motion"];
 

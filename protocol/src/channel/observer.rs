@@ -88,7 +88,6 @@ struct Participant {
     role: Role,
     subscriber: Subscriber<ipc::Service, Status, ()>,
     held: VecDeque<Status>,
-    /// Reports given out.
     answered: u64,
     /// Those about windows (and tries).
     windows: u64,

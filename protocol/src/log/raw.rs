@@ -180,7 +180,6 @@ impl RawReader {
         self.sizes
     }
 
-    /// An error at `offset`.
     pub(crate) fn damaged(&self, offset: u64, what: String) -> LogError {
         let after = After(self.last_step);
         LogError::Damaged { file: self.name.clone(), offset, after, what, next: None }

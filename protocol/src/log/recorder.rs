@@ -104,7 +104,6 @@ struct Shared {
     state: Mutex<State>,
     /// Wakes the writer: enough bytes, or closing.
     work: Condvar,
-    /// Wakes [`Recorder::finish`].
     done: Condvar,
     bytes: Arc<AtomicU64>,
 }

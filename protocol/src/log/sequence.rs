@@ -10,7 +10,6 @@ use super::manifest::Manifest;
 use crate::message::{Command, Header, Order, Status};
 use crate::participant::Role;
 
-/// A window under way.
 #[derive(Clone, Copy, Debug)]
 struct Open {
     step: u64,

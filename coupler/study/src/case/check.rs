@@ -8,7 +8,6 @@ use super::formula;
 use crate::section::{Check, Expected, Rule, Section, matches};
 use crate::sweep::is_folder_name;
 
-/// Checks the section.
 pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     let wrong = |key: &str, message: String, remedy: &str| Err(source.error(key, message, remedy));
     if section.title.is_empty() || section.source.is_none() || section.checks.is_empty() {
@@ -67,7 +66,6 @@ fn names(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// One check.
 fn one(section: &Section, check: &Check) -> Result<(), String> {
     let what = format!("the check of {:?} in run {:?}", check.metric, check.run);
     if !section.runs.iter().any(|run| matches(&check.run, &run.label)) {

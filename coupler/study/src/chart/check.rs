@@ -5,7 +5,6 @@ use bedload_scene::{CheckedScene, SceneError, SceneSource};
 use crate::section::{Reference, Section};
 use crate::vary::Vary;
 
-/// Checks the section.
 pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     published(section, &scene.source)?;
     metrics(section, scene)?;
@@ -24,7 +23,6 @@ pub(crate) fn baseline(section: &Section, labels: &[&str], source: &SceneSource)
     }
 }
 
-/// Published points.
 fn published(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     for (index, point) in section.published.iter().enumerate() {
         let place = format!("chart.published[{index}]");

@@ -55,7 +55,6 @@ impl Tone {
     }
 }
 
-/// The picture.
 pub(crate) struct Raster {
     pub(crate) width: usize,
     pub(crate) height: usize,

@@ -8,7 +8,6 @@ use crate::sweep::Column;
 use coupler::bounds;
 use coupler::plan::Participants;
 
-/// Checks the section.
 pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     let wrong = |key: &str, message: &str, remedy: &str| Err(scene.source.error(key, message, remedy));
     if section.vary.is_empty() && section.runs.is_empty() {

@@ -11,7 +11,6 @@ use crate::table::{Row, Table};
 pub(super) struct End {
     /// Values of what varies besides the axes.
     pub(super) panel: String,
-    /// Value along x.
     pub(super) x: String,
     /// Largest y that is not stable.
     pub(super) last_bad: Option<f64>,

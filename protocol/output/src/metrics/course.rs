@@ -10,7 +10,6 @@ use crate::points::points;
 pub struct Course {
     /// Time, s, and published value, in the order of time.
     table: Vec<(f64, f64)>,
-    /// Rows that have passed.
     passed: usize,
     /// Time and value of the window before.
     before: Option<(f64, f64)>,
