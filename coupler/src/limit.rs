@@ -25,7 +25,6 @@ pub struct Limit {
 
 impl Limit {
     /// Uncertainty over the value; itself where that is 0.
-    #[must_use]
     pub fn relative_uncertainty(&self) -> f64 {
         self.uncertainty / if self.value == 0.0 { 1.0 } else { self.value.abs() }
     }
@@ -33,7 +32,6 @@ impl Limit {
 
 /// The limit of the three finest of some pairs (h, value), each h once. With the ratios of h alike
 /// it is f₁ + (f₁ − f₂)/(r^p − 1), p = ln((f₃ − f₂)/(f₂ − f₁))/ln r.
-#[must_use]
 pub fn richardson(points: &[(f64, f64)]) -> Option<Limit> {
     let mut points = points.to_vec();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -60,7 +58,6 @@ const BEYOND_LARGEST_ORDER: f64 = LARGEST_ORDER + 0.05;
 /// two grids, which is for an order that is not seen. From the three finest by [`richardson`]. Where they
 /// show no order, or one above 2 as values do that turn back, their spread counts: with the factor of three
 /// grids if the limit may lie between them, with that of two if they drift ever faster.
-#[must_use]
 pub fn band(points: &[(f64, f64)]) -> Option<f64> {
     let (h, f): (Vec<f64>, Vec<f64>) = points.iter().take(3).copied().unzip();
     if let ([h1, h2], [f1, f2]) = (&h[..], &f[..]) {

@@ -76,7 +76,6 @@ impl Prepared {
     }
 
     /// Does a solver that is not ours take part?
-    #[must_use]
     pub fn has_others(&self) -> bool {
         let fluid = self.fluid.as_ref().map(|fluid| &fluid.solver);
         let dem = self.dem.as_ref().map(|dem| &dem.solver);
@@ -93,7 +92,6 @@ impl Prepared {
     }
 
     /// What the user should know before the run, line by line.
-    #[must_use]
     pub fn notices(&self) -> Vec<String> {
         let mut lines: Vec<String> =
             self.plan.notices.iter().map(|notice| format!("note: {notice}")).collect();

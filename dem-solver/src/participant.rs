@@ -181,13 +181,11 @@ impl DemParticipant {
     }
 
     /// The solver.
-    #[must_use]
     pub fn dem(&self) -> &Dem {
         &self.dem
     }
 
     /// What it is made of, all grains included.
-    #[must_use]
     pub fn spec(&self) -> &DemSpec {
         &self.spec
     }

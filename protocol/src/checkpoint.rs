@@ -30,7 +30,6 @@ const MOST_IDENTITY: u64 = 1 << 10;
 pub type Digest = [u8; 32];
 
 /// File of `role` in `folder`.
-#[must_use]
 pub fn path(folder: &Path, role: &str) -> PathBuf {
     folder.join(format!("{role}.checkpoint"))
 }
@@ -291,7 +290,6 @@ impl Payload {
     }
 
     /// Digest of the payload.
-    #[must_use]
     pub fn digest(&self) -> &Digest {
         &self.digest
     }
@@ -301,7 +299,6 @@ impl Payload {
     }
 
     /// The error that this file is no good, and why.
-    #[must_use]
     pub fn refuse(&self, why: &str) -> SolverError {
         SolverError::Failed(format!("{}: {why}", self.path.display()))
     }

@@ -42,13 +42,11 @@ pub struct OwnFile {
 
 impl OwnFile {
     /// Over a file that holds so many bytes, and is written behind them.
-    #[must_use]
     pub fn new(file: File, bytes: u64) -> Self {
         Self { file, bytes }
     }
 
     /// The file.
-    #[must_use]
     pub fn file(&self) -> &File {
         &self.file
     }
@@ -87,7 +85,6 @@ impl io::Write for OwnFile {
 }
 
 /// Does `path` still name the opened file or folder?
-#[must_use]
 pub fn is_at(file: &File, path: &Path) -> bool {
     let identity = |data: std::fs::Metadata| (data.dev(), data.ino());
     match (file.metadata(), std::fs::metadata(path)) {
@@ -97,7 +94,6 @@ pub fn is_at(file: &File, path: &Path) -> bool {
 }
 
 /// Is there no room for what was to be written: a full disk, a quota, a limit of the file's size?
-#[must_use]
 pub fn is_full(error: &io::Error) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)

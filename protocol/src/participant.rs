@@ -47,13 +47,11 @@ pub struct Window {
 
 impl Window {
     /// The header of a message of this window; the DEM fills in the last three fields.
-    #[must_use]
     pub fn header(&self) -> Header {
         Header { step: self.step, attempt: self.attempt, time: self.time, dt: self.dt, ..Header::default() }
     }
 
     /// The command that gives an order about this window.
-    #[must_use]
     pub fn command(&self, order: Order) -> Command {
         Command {
             order: order as u64,

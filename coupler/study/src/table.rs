@@ -136,7 +136,6 @@ pub(super) fn value_columns(kind: Kind, metrics: &[&str]) -> Vec<String> {
 
 impl Table {
     /// The text of the file.
-    #[must_use]
     pub fn csv(&self) -> String {
         let fixed = columns(self.kind);
         let expand = |name: &&str| match *name {
@@ -199,7 +198,6 @@ impl Table {
     }
 
     /// Time that making the table takes, s: the wall times of its runs, as far as they are known.
-    #[must_use]
     pub fn seconds(&self) -> Option<f64> {
         let of = |row: &Row| Some(row.wall?.median * row.repeats.max(1) as f64);
         self.rows.iter().map(of).sum()

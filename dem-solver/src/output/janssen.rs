@@ -32,7 +32,6 @@ pub struct Silo {
 impl Silo {
     /// From the slabs of `range`: ρ_g is their mean, and h where a column of that density ends.
     /// `None` if there is no grain or no slab.
-    #[must_use]
     pub fn new(profile: &Profile, range: [f64; 2], gravity: f64) -> Option<Self> {
         let filled: Vec<f64> = profile.slabs_in(range).map(|slab| profile.cells[slab].density).collect();
         // Slabs above the top, and the one that holds it, say nothing of the density.
@@ -50,20 +49,17 @@ impl Silo {
     }
 
     /// Janssen's pressure at `z` for k = f_w K, Pa.
-    #[must_use]
     pub fn pressure(&self, z: f64, k: f64) -> f64 {
         let depth = (self.top - z).max(0.0);
         self.density * self.gravity * self.section / k * -(-k * depth / self.section).exp_m1()
     }
 
     /// Hydrostatic pressure at `z`, Pa.
-    #[must_use]
     pub fn hydrostatic(&self, z: f64) -> f64 {
         self.density * self.gravity * (self.top - z).max(0.0)
     }
 
     /// k of least squares over the slabs of `range` below the top.
-    #[must_use]
     pub fn fit(&self, profile: &Profile, range: [f64; 2]) -> Option<Measured> {
         let below = [range[0], range[1].min(self.top)];
         let points: Vec<(f64, f64)> =
@@ -103,13 +99,11 @@ fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
 }
 
 /// f_w K measured: friction of the side walls over granular pressure, slab by slab.
-#[must_use]
 pub fn direct(profile: &Profile, range: [f64; 2]) -> Option<Measured> {
     mean(profile, range, |slab| profile.wall_shear(slab) / profile.pressure(slab))
 }
 
 /// Mean granular pressure, Pa.
-#[must_use]
 pub fn plateau(profile: &Profile, range: [f64; 2]) -> Option<Measured> {
     mean(profile, range, |slab| profile.pressure(slab))
 }

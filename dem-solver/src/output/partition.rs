@@ -49,7 +49,6 @@ pub enum Partition {
 
 impl Partition {
     /// Number of cells.
-    #[must_use]
     pub fn len(&self) -> usize {
         match self {
             Self::Slabs(slabs) => slabs.count,
@@ -58,13 +57,11 @@ impl Partition {
     }
 
     /// Whether there is none.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// Volume of each cell, m³ (m² for discs).
-    #[must_use]
     pub fn volume(&self) -> f64 {
         match self {
             Self::Slabs(slabs) => slabs.area * slabs.width,

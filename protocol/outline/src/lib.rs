@@ -41,7 +41,6 @@ impl Outline {
     pub const MOST_VERTICES: usize = 64;
 
     /// A rectangle with `sides` along x and z, m.
-    #[must_use]
     pub fn rectangle([along_x, along_z]: [f64; 2]) -> Self {
         let (a, b) = (0.5 * along_x, 0.5 * along_z);
         Self::Polygon { vertices: vec![[-a, -b], [a, -b], [a, b], [-a, b]] }
@@ -103,7 +102,6 @@ impl Outline {
     }
 
     /// Area, m².
-    #[must_use]
     pub fn area(&self) -> f64 {
         match self {
             Self::Ellipse { semi_axes: [a, b] } => PI * a * b,
@@ -112,7 +110,6 @@ impl Outline {
     }
 
     /// Moment of inertia about the centre of mass over mass, m².
-    #[must_use]
     pub fn gyration(&self) -> f64 {
         match self {
             Self::Ellipse { semi_axes: [a, b] } => 0.25 * (a * a + b * b),
@@ -126,7 +123,6 @@ impl Outline {
     }
 
     /// Largest distance of the surface from the centre of mass, m.
-    #[must_use]
     pub fn reach(&self) -> f64 {
         match self {
             Self::Ellipse { semi_axes: [a, b] } => a.max(*b),
@@ -135,7 +131,6 @@ impl Outline {
     }
 
     /// Least width between two parallel lines, m.
-    #[must_use]
     pub fn thickness(&self) -> f64 {
         match self {
             Self::Ellipse { semi_axes: [a, b] } => 2.0 * a.min(*b),
@@ -151,7 +146,6 @@ impl Outline {
     }
 
     /// The point of the surface farthest along `direction`.
-    #[must_use]
     pub fn support(&self, direction: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Ellipse { semi_axes: [a, b] } => {
@@ -169,7 +163,6 @@ impl Outline {
     }
 
     /// Distance of `point` from the surface, negative inside, and the outward unit normal there, m and 1.
-    #[must_use]
     pub fn distance(&self, point: [f64; 2]) -> (f64, [f64; 2]) {
         match self {
             Self::Ellipse { semi_axes } => from_ellipse(*semi_axes, point),

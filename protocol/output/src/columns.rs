@@ -20,19 +20,16 @@ pub struct Sides {
 
 impl Sides {
     /// Fluid and DEM.
-    #[must_use]
     pub fn coupled() -> Self {
         Self { loads: true, motion: true, contact: true }
     }
 
     /// DEM without fluid.
-    #[must_use]
     pub fn dry() -> Self {
         Self { loads: false, motion: true, contact: true }
     }
 
     /// Fluid without DEM, about grains whose motion is given (`motion`: it is passed on, too).
-    #[must_use]
     pub fn fluid_alone(motion: bool) -> Self {
         Self { loads: true, motion, contact: false }
     }
@@ -48,7 +45,6 @@ pub struct Extra {
 }
 
 /// What `observe.energy` adds behind other extras: a DEM alone gives the values in this order.
-#[must_use]
 pub fn energy_columns() -> [Extra; 6] {
     [
         "elastic_energy",
@@ -85,7 +81,6 @@ pub struct Sample<'a> {
 
 impl Sample<'_> {
     /// End of the window, s: the instant that `kinematics` are of.
-    #[must_use]
     pub fn time(&self) -> f64 {
         self.window.time + self.window.dt
     }
@@ -238,7 +233,6 @@ pub(crate) fn observed_grains(scene: &CheckedScene) -> Vec<usize> {
 
 impl Columns {
     /// The columns of `scene` as `sides` sees it; scalars first, then grain by grain.
-    #[must_use]
     pub fn new(scene: &CheckedScene, sides: Sides, extras: &[Extra]) -> Self {
         let present = scene.present();
         let free: Vec<FreeGrain> = scene
@@ -324,20 +318,17 @@ impl Columns {
     }
 
     /// Names, `t` first.
-    #[must_use]
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
     /// Place and unit of a column.
-    #[must_use]
     pub fn find(&self, name: &str) -> Option<(usize, &str)> {
         let place = self.names.iter().position(|known| known == name)?;
         Some((place, &self.units[place]))
     }
 
     /// Value of a column in the last row.
-    #[must_use]
     pub fn latest(&self, name: &str) -> Option<f64> {
         self.find(name).map(|(place, _)| self.row[place])
     }

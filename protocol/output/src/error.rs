@@ -56,7 +56,6 @@ pub enum OutputError {
 
 impl OutputError {
     /// Was there no room for what was to be written?
-    #[must_use]
     pub fn is_full(&self) -> bool {
         matches!(self, Self::File { source, .. } if protocol::new_file::is_full(source))
     }

@@ -287,32 +287,27 @@ impl Series {
     }
 
     /// Names of the columns.
-    #[must_use]
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
     /// A column by name.
-    #[must_use]
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         let place = self.names.iter().position(|known| known == name)?;
         Some(&self.columns[place])
     }
 
     /// The times.
-    #[must_use]
     pub fn time(&self) -> &[f64] {
         self.column("t").unwrap_or(&[])
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
 
     /// Has it no row?
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

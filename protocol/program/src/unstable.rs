@@ -36,7 +36,6 @@ pub struct Found {
 
 impl Found {
     /// The message of a run that ends in `window`, with what a user can do.
-    #[must_use]
     pub fn message(&self, window: &Window, remedy: &str) -> String {
         let Self { text, window: began } = self;
         let Window { step, time, .. } = window;
@@ -50,7 +49,6 @@ pub struct SpeedLimit(f64);
 
 impl SpeedLimit {
     /// Of a scene; none where nothing is expected to move.
-    #[must_use]
     pub fn new(scene: &CheckedScene) -> Self {
         let speeds = Speeds::of(scene);
         let expected = speeds.flow + speeds.grain.max(speeds.approach);
@@ -58,7 +56,6 @@ impl SpeedLimit {
     }
 
     /// Judges the speed of a grain at the end of a window.
-    #[must_use]
     pub fn judge(&self, grain: usize, motion: &Kinematics, window: &Window) -> Option<Found> {
         let speed = norm(&motion.velocity);
         (speed > self.0).then(|| Found {

@@ -21,13 +21,11 @@ const COMMANDS: [&str; 2] = ["fluid.command", "dem.command"];
 
 impl SceneSource {
     /// Folder of the scene, from which the files that it names are looked up.
-    #[must_use]
     pub fn folder(&self) -> &Path {
         Path::new(&self.file).parent().unwrap_or(Path::new(""))
     }
 
     /// The text with every file by its whole path, so that it says the same in any folder.
-    #[must_use]
     pub fn text_for_any_folder(&self) -> Cow<'_, str> {
         let Ok(mut document) = self.text.parse::<DocumentMut>() else { return Cow::Borrowed(&self.text) };
         let mut changed = false;
@@ -49,7 +47,6 @@ impl SceneSource {
     }
 
     /// Whole paths of the files and folders that the scene names, with their keys.
-    #[must_use]
     pub fn files(&self) -> Vec<(&'static str, PathBuf)> {
         let Ok(mut document) = self.text.parse::<DocumentMut>() else { return Vec::new() };
         let mut files = Vec::new();

@@ -45,7 +45,6 @@ pub struct ObservedSubsteps {
 
 impl ObservedSubsteps {
     /// Is the window from `start` to `end`, s, one of them?
-    #[must_use]
     pub fn has(&self, start: f64, end: f64) -> bool {
         start < early(self.to) && early(end) > self.from
     }
@@ -88,13 +87,11 @@ pub struct ObservedPlanes {
 
 impl ObservedPlanes {
     /// Is a sample due in the window from `start` to `end`, s?
-    #[must_use]
     pub fn due(&self, start: f64, end: f64) -> bool {
         periods(end, self.every) > periods(start, self.every)
     }
 
     /// Does a sample of time `time`, s, count for the mean?
-    #[must_use]
     pub fn counts(&self, time: f64) -> bool {
         early(self.from) <= time && early(time) <= self.to
     }
@@ -120,7 +117,6 @@ fn upward() -> Axis {
 impl Observe {
     /// Are fields due in the window from `start` to `end`, s? A time is due in the first window that ends
     /// then or later, where rounding does not count; t = 0 in the first of all.
-    #[must_use]
     pub fn fields_due(&self, start: f64, end: f64) -> bool {
         let asked = self
             .fields_at

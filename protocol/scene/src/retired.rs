@@ -21,19 +21,16 @@ pub struct Retired {
 
 impl Retired {
     /// A retired key, and what to write now.
-    #[must_use]
     pub const fn key(key: &'static str, now: &'static str) -> Self {
         Self { key, value: None, now, dropped: false }
     }
 
     /// A retired key without a successor, and what to do about it.
-    #[must_use]
     pub const fn dropped(key: &'static str, remedy: &'static str) -> Self {
         Self { key, value: None, now: remedy, dropped: true }
     }
 
     /// A retired value of a key that stays, and what to write now.
-    #[must_use]
     pub const fn value(key: &'static str, value: &'static str, now: &'static str) -> Self {
         Self { key, value: Some(value), now, dropped: false }
     }

@@ -73,7 +73,6 @@ impl SceneSource {
 
     /// The text as it would stand without `[chart]` and `[stability]`, which are about other runs
     /// than the scene's own. Comments above a table go with it.
-    #[must_use]
     pub fn without_sweeps(&self) -> Cow<'_, str> {
         let Ok(mut document) = self.text.parse::<toml_edit::DocumentMut>() else {
             return Cow::Borrowed(&self.text);
@@ -126,7 +125,6 @@ impl SceneSource {
     }
 
     /// An error at a key; without a line where no part of the key stands in the text.
-    #[must_use]
     pub fn error(&self, key: &str, message: impl Into<String>, remedy: &str) -> SceneError {
         let span = self.tree().ok().map_or(0..0, |tree| find(&tree, &key_path(key)).0);
         if span.is_empty() {

@@ -32,7 +32,6 @@ pub struct Speeds {
 
 impl Speeds {
     /// Of a scene.
-    #[must_use]
     pub fn of(scene: &CheckedScene) -> Self {
         let start = start(scene);
         let named = named_flow(scene, start);
@@ -49,14 +48,12 @@ impl Speeds {
     }
 
     /// The largest.
-    #[must_use]
     pub fn largest(&self) -> f64 {
         self.flow.max(self.grain)
     }
 }
 
 /// Length of a vector.
-#[must_use]
 pub fn norm(v: &[f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
@@ -68,7 +65,6 @@ fn thrown(grain: &Grain) -> f64 {
 
 /// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity
 /// along periodic axes, m/s². Where a flow rate is held, a mean pressure gradient balances them.
-#[must_use]
 pub fn drive(scene: &Scene) -> [f64; 3] {
     let Some(medium) = &scene.medium else { return [0.0; 3] };
     let mut drive = medium.body_force;
@@ -151,7 +147,6 @@ fn driven(scene: &CheckedScene) -> f64 {
 }
 
 /// Volume of the box, m³; its area in the plane, m².
-#[must_use]
 pub fn volume(scene: &CheckedScene) -> f64 {
     let domain = &scene.scene.domain;
     let extent = |axis: usize| domain.upper[axis] - domain.lower[axis];
@@ -162,7 +157,6 @@ pub fn volume(scene: &CheckedScene) -> f64 {
 }
 
 /// Drag of a sphere over Stokes's (Schiller & Naumann 1935).
-#[must_use]
 pub fn over_stokes(reynolds: f64) -> f64 {
     1.0 + 0.15 * reynolds.powf(0.687)
 }
@@ -170,7 +164,6 @@ pub fn over_stokes(reynolds: f64) -> f64 {
 /// Speed at which drag balances `force` over the fluid's density, m⁴/s² (plane: m³/s²): of a sphere C_D =
 /// 24/Re (1 + 0.15 Re^0.687), 0.44 from Re = 1000 on (Schiller & Naumann 1935); of a body of the plane, as of
 /// a cylinder that surrounds it, C_D = 1 + 10 Re^(−2/3) (White 1991, eq. 3-225).
-#[must_use]
 pub fn speed_under(force: f64, shape: Shape, diameter: f64, nu: f64) -> f64 {
     let drag = |speed: f64| {
         let re = speed * diameter / nu;
@@ -228,7 +221,6 @@ fn falls(scene: &CheckedScene) -> Vec<f64> {
 
 /// Gravity less buoyancy along x, y or z (`component` 0, 1, 2) over the grain's mass, m/s²; 0 where the grain
 /// is held.
-#[must_use]
 pub fn weight(scene: &CheckedScene, grain: &Grain, component: usize) -> f64 {
     let freedom = [Freedom::X, Freedom::Y, Freedom::Z][component];
     if !grain.is_free(freedom, scene.scene.domain.geometry) {

@@ -94,7 +94,6 @@ impl Rendezvous {
     }
 
     /// The token: one line of JSON.
-    #[must_use]
     pub fn token(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
     }
@@ -159,7 +158,6 @@ impl Rendezvous {
     }
 
     /// The other solver, if it takes part.
-    #[must_use]
     pub fn peer_of(&self, role: Role) -> Option<Role> {
         self.roles.iter().copied().find(|other| *other != role)
     }
@@ -173,7 +171,6 @@ impl Rendezvous {
     }
 
     /// What a solver puts into the text of its `Ready`, so that the coupler knows its build too.
-    #[must_use]
     pub fn greeting() -> String {
         format!("bedload {PROTOCOL_VERSION} {:016x}", layout_hash())
     }

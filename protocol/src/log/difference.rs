@@ -81,25 +81,21 @@ struct At {
 
 impl Comparison {
     /// With `verify` it ends at the first difference; without, all differences are counted.
-    #[must_use]
     pub fn new(verify: bool) -> Self {
         Self { verify, ..Self::default() }
     }
 
     /// First difference met.
-    #[must_use]
     pub fn first(&self) -> Option<&Difference> {
         self.first.as_ref()
     }
 
     /// Is there nothing more to compare? Only with `verify`.
-    #[must_use]
     pub fn is_over(&self) -> bool {
         self.verify && self.first.is_some()
     }
 
     /// Messages compared.
-    #[must_use]
     pub fn messages(&self) -> u64 {
         self.messages
     }
@@ -142,7 +138,6 @@ impl Comparison {
     }
 
     /// How far each field is off, over all messages; empty with `verify`.
-    #[must_use]
     pub fn fields(&self) -> BTreeMap<String, FieldDifference> {
         let mut fields = self.fields.clone();
         for field in fields.values_mut() {

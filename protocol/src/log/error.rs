@@ -122,7 +122,6 @@ impl LogError {
     }
 
     /// Whether the log merely breaks off: everything before is good.
-    #[must_use]
     pub fn is_truncation(&self) -> bool {
         matches!(self, Self::Truncated { .. })
     }

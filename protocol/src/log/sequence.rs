@@ -33,7 +33,6 @@ pub struct Sequence {
 
 impl Sequence {
     /// For the run of `manifest`.
-    #[must_use]
     pub fn new(manifest: &Manifest) -> Self {
         Self {
             first_step: manifest.first_step,
@@ -52,19 +51,16 @@ impl Sequence {
     }
 
     /// Simulated time of the next message, ns: the start of its window, never falling.
-    #[must_use]
     pub fn clock(&self) -> u64 {
         self.clock
     }
 
     /// Window and attempt under way.
-    #[must_use]
     pub fn window(&self) -> Option<(u64, u64)> {
         self.open.map(|open| (open.step, open.attempt))
     }
 
     /// Whether the window under way has all its messages.
-    #[must_use]
     pub fn is_complete(&self) -> bool {
         self.missing().is_none()
     }
@@ -210,7 +206,6 @@ impl Sequence {
 }
 
 /// Seconds as whole nanoseconds, the clock of an MCAP file; what is not a time is 0.
-#[must_use]
 pub fn nanoseconds(seconds: f64) -> u64 {
     // `as` saturates and turns NaN and negative values into 0.
     (seconds * 1e9).round() as u64

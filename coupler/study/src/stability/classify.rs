@@ -62,7 +62,6 @@ impl Class {
     pub const ALL: [Self; 3] = [Self::Stable, Self::Oscillating, Self::Failed];
 
     /// From its word in a table.
-    #[must_use]
     pub fn parse(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|class| class.to_string() == word)
     }
@@ -100,7 +99,6 @@ pub struct Finding {
 /// let swings: Vec<f64> = (0..200).map(|n| falls(n) + if n % 2 == 0 { 0.1 } else { -0.1 }).collect();
 /// assert_eq!(classify(&swings, None).class, Class::Oscillating);
 /// ```
-#[must_use]
 pub fn classify(signal: &[f64], scale: Option<f64>) -> Finding {
     if let Some(at) = signal.iter().position(|value| !value.is_finite()) {
         return Finding {
@@ -131,7 +129,6 @@ pub fn classify(signal: &[f64], scale: Option<f64>) -> Finding {
 /// Growth per window up to the largest value of a signal: of a run that ended early or left what is
 /// possible, after which (flung out of the box, say) the signal means nothing. NaN where it took fewer
 /// than four windows.
-#[must_use]
 pub fn growth(signal: &[f64]) -> f64 {
     let end = signal.iter().position(|value| !value.is_finite()).unwrap_or(signal.len());
     // Reversed, for the last of equals is found: the first is wanted.

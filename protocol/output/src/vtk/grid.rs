@@ -57,7 +57,6 @@ impl Vtr {
     }
 
     /// Cells along x, y and z.
-    #[must_use]
     pub fn counts(&self) -> [usize; 3] {
         std::array::from_fn(|axis| self.faces[axis].len().saturating_sub(1).max(1))
     }

@@ -30,19 +30,16 @@ pub struct Array {
 
 impl Array {
     /// One float per point.
-    #[must_use]
     pub fn scalar(name: &'static str, values: Vec<f64>) -> Self {
         Self { name, components: 1, values: Values::Real(values) }
     }
 
     /// `components` floats per point.
-    #[must_use]
     pub fn real(name: &'static str, components: usize, values: Vec<f64>) -> Self {
         Self { name, components, values: Values::Real(values) }
     }
 
     /// One whole number per point.
-    #[must_use]
     pub fn whole(name: &'static str, values: Vec<i64>) -> Self {
         Self { name, components: 1, values: Values::Whole(values) }
     }
@@ -133,7 +130,6 @@ impl<'a> Writer<'a> {
 }
 
 /// Points with data, `.vtp`; every point is a vertex, so that it shows without a filter.
-#[must_use]
 pub fn points(time: f64, position: Vec<f64>, data: &[Array]) -> Vec<u8> {
     let ends = (1..=position.len() as i64 / 3).collect();
     poly_data(time, position, ends, "Verts", data)
@@ -141,7 +137,6 @@ pub fn points(time: f64, position: Vec<f64>, data: &[Array]) -> Vec<u8> {
 
 /// Polygons with data, `.vtp`: polygon k ends before the point number `ends[k]` and begins where the one
 /// before ends.
-#[must_use]
 pub fn polygons(time: f64, position: Vec<f64>, ends: Vec<i64>, data: &[Array]) -> Vec<u8> {
     poly_data(time, position, ends, "Polys", data)
 }
@@ -167,7 +162,6 @@ fn poly_data(time: f64, position: Vec<f64>, ends: Vec<i64>, kind: &str, data: &[
 }
 
 /// Cell data on a uniform grid, `.vti`; x fastest.
-#[must_use]
 pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], data: &[Array]) -> Vec<u8> {
     let extent = extent(cells);
     let list = |v: [f64; 3]| format!("{:e} {:e} {:e}", v[0], v[1], v[2]);
@@ -187,7 +181,6 @@ pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], 
 /// Cell data on the part of a rectilinear grid with these faces along x, y and z (m; one number along an axis
 /// that the grid has not) that begins at layer `first` of cells along z, see [`super::parts()`], `.vtr`; x
 /// fastest.
-#[must_use]
 pub fn rectilinear_part(time: f64, faces: &[Vec<f64>; 3], first: usize, data: &[Array]) -> Vec<u8> {
     let [nx, ny, nz] = faces.each_ref().map(|faces| faces.len() - 1);
     let extent = format!("0 {nx} 0 {ny} {first} {}", first + nz);
