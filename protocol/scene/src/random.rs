@@ -58,7 +58,8 @@ mod tests {
     #[test]
     fn a_region_that_does_not_span_the_axis_keeps_its_places() {
         let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\n\
-                    upper = [4.0, 4.0, 4.0]\nboundary = { x = \"periodic\", y = \"no-slip\", z = \"free-slip\" }\n\
+                    upper = [4.0, 4.0, 4.0]\n\
+                    boundary = { x = \"periodic\", y = \"no-slip\", z = \"free-slip\" }\n\
                     [[groups]]\ncount = 25\nlower = [0.25, 0.0, 0.0]\nupper = [4.0, 4.0, 4.0]\nradius = 0.4\n\
                     radius_spread = 0.25\ndensity = 1.0\nseed = 7\n";
         let source = SceneSource { file: "s.toml".into(), text: text.into() };
