@@ -31,9 +31,6 @@ impl Silence {
 
 /// Runs a solver with `arguments` to its end; `meanwhile` is called while it runs. One that does nothing for
 /// as long as `silence` says is ended. Returns how it ended, or why nobody knows.
-///
-/// # Errors
-/// [`Failure::Peer`] if it does not start.
 pub(crate) fn run(
     solver: &Solver,
     arguments: &[OsString],

@@ -80,7 +80,6 @@ fn row(bound: &Bound, forced: &[String]) -> String {
 }
 
 /// The JSON Schema of a solver's own section, from our solver of this role; none where it is not found.
-#[must_use]
 pub fn section_schema(role: Role) -> Option<Value> {
     Solver::ours(role).schema(Duration::from_secs(10))
 }

@@ -9,9 +9,6 @@ pub(crate) const ANY_RUN: u64 = 32;
 pub(crate) const COUPLED_RUN: u64 = 96;
 
 /// Sees to it that this process, and those that it starts, may open so many, where the system lets it.
-///
-/// # Errors
-/// What the limit is, what is needed and what to do.
 pub(crate) fn allow(needed: u64) -> Result<(), String> {
     let limit = getrlimit(Resource::Nofile);
     let Some(current) = limit.current.filter(|current| *current < needed) else { return Ok(()) };

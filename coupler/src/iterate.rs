@@ -13,12 +13,9 @@ use crate::number::norm;
 /// the whole of it is far above any speed that a grain reaches.
 const OF_WEIGHT: f64 = 0.3;
 
-/// Counts over a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Tally {
-    /// Windows accepted.
     pub(crate) windows: u64,
-    /// Attempts at them.
     pub(crate) attempts: u64,
     /// Windows accepted without having converged.
     pub(crate) unconverged: u64,
@@ -27,9 +24,7 @@ pub(crate) struct Tally {
 /// What to do after an attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Convergence {
-    /// Once more.
     Repeat,
-    /// The window is accepted.
     Converged,
     /// The window is accepted because no attempt is left; the last relative change.
     Unconverged(f64),
@@ -66,7 +61,6 @@ pub(crate) struct MonitorState {
 
 impl ConvergenceMonitor {
     /// For the grains of a scene.
-    #[must_use]
     pub(crate) fn new(scene: &CheckedScene, rule: Iterations, state: MonitorState) -> Self {
         Self {
             rule,
@@ -78,14 +72,10 @@ impl ConvergenceMonitor {
         }
     }
 
-    /// What a checkpoint keeps.
-    #[must_use]
     pub(crate) fn state(&self) -> &MonitorState {
         &self.state
     }
 
-    /// Counts so far.
-    #[must_use]
     pub(crate) fn tally(&self) -> Tally {
         self.state.tally
     }

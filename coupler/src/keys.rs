@@ -56,7 +56,6 @@ pub const ALL: [(&str, &[&str]); 11] = [
 ];
 
 /// What the scene says at such a key.
-#[must_use]
 pub fn look_up<'a>(scene: &'a CheckedScene, key: &str) -> Option<&'a Value> {
     let (section, path) = key.split_once('.')?;
     let section = if section == "fluid" { &scene.scene.fluid } else { &scene.scene.dem };

@@ -11,9 +11,6 @@ use crate::failure::Failure;
 const UNIT: f64 = 1e-3;
 
 /// A message must be of a window that was ordered, with one record per grain.
-///
-/// # Errors
-/// [`Failure::Run`] naming what came and what was expected.
 pub(crate) fn belongs<R: Record>(
     window: Option<&Window>,
     header: &Header,
@@ -42,9 +39,6 @@ pub(crate) fn belongs<R: Record>(
 
 /// A report of a window must be of the one that is due, by a solver of these grains; that of a DEM must count
 /// the sub-steps of the window, `before` being its count until then.
-///
-/// # Errors
-/// [`Failure::Run`] naming solver, field, value and window.
 pub(crate) fn report_of(
     due: Option<Window>,
     role: Role,
@@ -74,9 +68,6 @@ pub(crate) fn report_of(
 }
 
 /// The loads must be numbers.
-///
-/// # Errors
-/// [`Failure::Run`] naming grain, field and window.
 pub(crate) fn loads(window: &Window, loads: &[Loads]) -> Result<(), Failure> {
     for (grain, load) in loads.iter().enumerate() {
         let values = load.force.iter().chain(&load.torque).chain([&load.added_mass, &load.added_inertia]);
@@ -86,9 +77,6 @@ pub(crate) fn loads(window: &Window, loads: &[Loads]) -> Result<(), Failure> {
 }
 
 /// Headers must be of the window's time, and what they report must be numbers.
-///
-/// # Errors
-/// [`Failure::Run`] naming solver, field, value and window.
 pub(crate) fn headers(window: &Window, loads: &Header, motion: &Header) -> Result<(), Failure> {
     for (solver, message, header) in [("fluid", "Loads", loads), ("dem", "Kinematics", motion)] {
         let refuse = |field: &str, value: f64, wanted: String| {
@@ -123,9 +111,6 @@ pub(crate) fn headers(window: &Window, loads: &Header, motion: &Header) -> Resul
 }
 
 /// What the solvers report of a window must be numbers.
-///
-/// # Errors
-/// [`Failure::Run`] naming solver, field, value and window.
 pub(crate) fn reports(window: &Window, fluid: &Status, dem: &Status) -> Result<(), Failure> {
     for (solver, status) in [("fluid", fluid), ("dem", dem)] {
         let counted = |value: f64| value >= 0.0 && value.is_finite();
@@ -158,9 +143,6 @@ pub(crate) fn reports(window: &Window, fluid: &Status, dem: &Status) -> Result<(
 }
 
 /// Directions must be of length one, grains in the box and held ones where they are held.
-///
-/// # Errors
-/// [`Failure::Run`] naming grain, field, value and window.
 pub(crate) fn places(window: &Window, motion: &[Kinematics], scene: &CheckedScene) -> Result<(), Failure> {
     // Through other faces grains may leave.
     let domain = &scene.scene.domain;
@@ -200,9 +182,6 @@ pub(crate) fn places(window: &Window, motion: &[Kinematics], scene: &CheckedScen
 }
 
 /// The motion must be numbers, after as many sub-steps as were ordered.
-///
-/// # Errors
-/// [`Failure::Run`] naming the solver and both counts, or grain, field and window.
 pub(crate) fn motion(window: &Window, header: &Header, motion: &[Kinematics]) -> Result<(), Failure> {
     if header.substeps != window.substeps {
         return Err(Failure::Run(format!(
@@ -254,9 +233,6 @@ fn finite<'a, R: Record>(
 }
 
 /// Grains must not sink into each other.
-///
-/// # Errors
-/// [`Failure::Run`] naming the bound `overlap`, unless it is forced.
 pub(crate) fn overlap(
     window: &Window,
     header: &Header,
@@ -279,9 +255,6 @@ pub(crate) fn overlap(
 }
 
 /// A fixed step must stay stable as the flow grows; says whether the solver's own limit is passed.
-///
-/// # Errors
-/// [`Failure::Run`] naming the bound `cfl`, unless it is forced.
 pub(crate) fn step_limit(
     window: &Window,
     limit: f64,

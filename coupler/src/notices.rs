@@ -28,7 +28,6 @@ const BOUNCES: [f64; 2] = [10.0, 200.0];
 /// Restitutions that differ by no more are the same.
 const SAME_RESTITUTION: f64 = 0.002;
 
-/// All of them.
 pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
     [
         substep(facts),

@@ -29,7 +29,6 @@ fn trimmed(text: &str) -> &str {
 }
 
 /// Four digits, with a power of ten where that is shorter: `0.0625`, `4.34·10⁻⁴`.
-#[must_use]
 pub fn number(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
@@ -46,19 +45,16 @@ pub fn number(value: f64) -> String {
 }
 
 /// An error in per cent, three digits.
-#[must_use]
 pub fn percent(error: f64) -> String {
     format!("{} %", number(rounded(100.0 * error, 3)))
 }
 
 /// A value to so many digits.
-#[must_use]
 pub fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 /// A measured value of a table, so that values of one kind stand with the same number of places.
-#[must_use]
 pub fn measured(value: f64) -> String {
     match value.abs() {
         size if value != 0.0 && !(1e-3..1e5).contains(&size) => format!("{value:.3e}"),
@@ -69,7 +65,6 @@ pub fn measured(value: f64) -> String {
 }
 
 /// A tick of a logarithmic axis.
-#[must_use]
 pub fn decade(value: f64) -> String {
     let power = value.log10().round();
     if (-2.0..=3.0).contains(&power) {
@@ -91,7 +86,6 @@ fn raised(power: &str) -> String {
 }
 
 /// A count with its thousands apart.
-#[must_use]
 pub fn integer(value: u64) -> String {
     let digits = value.to_string();
     let mut text = String::new();

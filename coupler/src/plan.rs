@@ -28,7 +28,6 @@ pub enum Participants {
 
 impl Participants {
     /// Of a scene.
-    #[must_use]
     pub fn of(scene: &CheckedScene) -> Self {
         match (scene.scene.medium.is_some(), scene.has_free_grains()) {
             (false, _) => Self::Dem,
@@ -38,7 +37,6 @@ impl Participants {
     }
 
     /// What its observer sees.
-    #[must_use]
     pub fn sides(self) -> Sides {
         match self {
             Self::Coupled => Sides::coupled(),
@@ -48,7 +46,6 @@ impl Participants {
     }
 
     /// The solver that runs alone; none where both take part.
-    #[must_use]
     pub fn alone(self) -> Option<Role> {
         match self {
             Self::Coupled => None,
@@ -58,13 +55,11 @@ impl Participants {
     }
 
     /// Does a fluid take part?
-    #[must_use]
     pub fn has_fluid(self) -> bool {
         self != Self::Dem
     }
 
     /// Does a DEM take part?
-    #[must_use]
     pub fn has_dem(self) -> bool {
         self != Self::Fluid
     }
@@ -144,7 +139,6 @@ fn change_scheme_where_asked(facts: &mut Facts<'_>) -> Option<String> {
 }
 
 /// ceil(dt/dt_dem), where a ratio that is whole up to rounding counts as whole.
-#[must_use]
 pub fn substeps(dt: f64, dt_dem: f64) -> u64 {
     ((dt / dt_dem) * (1.0 - 1e-12)).ceil().max(1.0) as u64
 }
@@ -255,13 +249,11 @@ impl Plan {
     }
 
     /// Sub-steps of a full window of length `dt`.
-    #[must_use]
     pub fn full_substeps(&self, dt: f64) -> u64 {
         if self.dt_dem_target.is_finite() { substeps(dt, self.dt_dem_target) } else { 1 }
     }
 
     /// The plan as lines of text.
-    #[must_use]
     pub fn lines(&self) -> Vec<String> {
         let steps = &self.steps;
         let who = match self.participants {

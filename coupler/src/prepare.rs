@@ -16,7 +16,6 @@ use crate::solvers::{Ask, Solver, dem_facts, fluid_facts};
 /// A solver that takes part, and what it says of itself.
 #[derive(Clone, Debug)]
 pub struct Participant<F> {
-    /// Its command.
     pub(crate) solver: Solver,
     /// Its facts.
     pub facts: F,
@@ -77,7 +76,6 @@ impl Prepared {
     }
 
     /// Does a solver that is not ours take part?
-    #[must_use]
     pub fn has_others(&self) -> bool {
         let fluid = self.fluid.as_ref().map(|fluid| &fluid.solver);
         let dem = self.dem.as_ref().map(|dem| &dem.solver);
@@ -94,7 +92,6 @@ impl Prepared {
     }
 
     /// What the user should know before the run, line by line.
-    #[must_use]
     pub fn notices(&self) -> Vec<String> {
         let mut lines: Vec<String> =
             self.plan.notices.iter().map(|notice| format!("note: {notice}")).collect();

@@ -7,7 +7,6 @@ pub(crate) const LEAST: f64 = 5.0;
 
 /// Cells over the diameter (least width) of the thinnest grain, where they are widest; none without a grid or
 /// without grains.
-#[must_use]
 pub fn of(scene: &CheckedScene) -> Option<f64> {
     let domain = &scene.scene.domain;
     let smallest = scene.grains.iter().map(|grain| grain.thickness()).reduce(f64::min);
@@ -18,7 +17,6 @@ pub fn of(scene: &CheckedScene) -> Option<f64> {
 
 /// `KEY=VALUE` of a grid: numbers of cells, and the width of the cells in the even part of a stretched axis,
 /// m.
-#[must_use]
 pub fn set(cells: &[u64], stretched: Option<f64>) -> Vec<String> {
     let spacing = stretched.map(|width| format!("domain.stretching.spacing={width:?}"));
     [format!("domain.cells={cells:?}")].into_iter().chain(spacing).collect()
@@ -36,7 +34,6 @@ pub(crate) fn is_fast(count: &u64) -> bool {
 }
 
 /// The least such number from `least` on.
-#[must_use]
 pub fn fast(least: u64) -> u64 {
     (least..).find(is_fast).unwrap_or(least)
 }

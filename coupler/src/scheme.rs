@@ -44,7 +44,6 @@ fn swing_acceleration(swing: &Oscillation) -> f64 {
 
 impl ContactFreeHorizon {
     /// For a scene whose contact and lubrication begin at the gap `range`.
-    #[must_use]
     pub fn new(scene: &CheckedScene, range: f64) -> Self {
         let held = |motion: Motion| motion != Motion::Free;
         let walls = scene.contact_walls();
@@ -77,7 +76,6 @@ impl ContactFreeHorizon {
 
     /// Time, counted from the end of the window of these messages, in which nothing can begin to
     /// touch; 0 where something touches already or a gap is not known.
-    #[must_use]
     pub fn contact_free_for(&self, loads: &[Loads], kinematics: &[Kinematics]) -> f64 {
         // A DEM may not watch far pairs of many grains and leave their gap infinite: that is no
         // knowledge, except of a grain that has no other.
@@ -114,7 +112,6 @@ fn time_to_cover(room: f64, v: f64, a: f64) -> f64 {
 /// State of the planner: everything that decides the next window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannerState {
-    /// Next window.
     step: u64,
     /// Its start, s.
     time: f64,
@@ -139,7 +136,6 @@ pub struct Planner {
 
 impl Planner {
     /// From the start of a run.
-    #[must_use]
     pub fn new(plan: &Plan, coupling: &Coupling, observe: &Observe) -> Self {
         // The plan of a window that may be repeated waits for its last attempt.
         let iterated = plan.scheme == Some(Scheme::Iterated);
@@ -155,25 +151,21 @@ impl Planner {
     }
 
     /// Windows that may be on their way at once.
-    #[must_use]
     pub fn ahead(&self) -> usize {
         self.ahead
     }
 
     /// Next window to plan.
-    #[must_use]
     pub fn step(&self) -> u64 {
         self.state.step
     }
 
     /// Its start, s.
-    #[must_use]
     pub fn time(&self) -> f64 {
         self.state.time
     }
 
     /// For a checkpoint: to be asked only while nothing is on its way.
-    #[must_use]
     pub fn state(&self) -> &PlannerState {
         &self.state
     }
@@ -184,7 +176,6 @@ impl Planner {
     }
 
     /// Is the end reached?
-    #[must_use]
     pub fn is_over(&self) -> bool {
         self.remaining() <= 0.0
     }
@@ -262,7 +253,6 @@ impl Planner {
 
 /// Did a window that got one sub-step see something begin to touch after all? Then the rule's
 /// margin was too small for this flow.
-#[must_use]
 pub fn was_late(window: &Window, full: u64, header: &Header, range: f64) -> bool {
     full > 1 && window.substeps == 1 && header.smallest_gap < range
 }

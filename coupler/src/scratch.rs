@@ -10,9 +10,6 @@ pub(crate) struct Scratch(PathBuf);
 
 impl Scratch {
     /// A new one among the temporary files, ours alone.
-    ///
-    /// # Errors
-    /// What the system says, with the path.
     pub(crate) fn new() -> Result<Self, String> {
         static MADE: AtomicU64 = AtomicU64::new(0);
         let mut attempt = 0;
@@ -29,7 +26,6 @@ impl Scratch {
         }
     }
 
-    /// Where it is.
     pub(crate) fn path(&self) -> &Path {
         &self.0
     }

@@ -29,24 +29,10 @@ pub(crate) enum SolverCommandError {
          --release), put it on PATH, or name it in [{role}] command (a path there counts from the scene's \
          folder)"
     )]
-    Start {
-        /// Which solver.
-        role: Role,
-        /// Its command.
-        command: String,
-        /// Cause.
-        source: std::io::Error,
-    },
+    Start { role: Role, command: String, source: std::io::Error },
     /// It refused the scene: its own words.
     #[error("the {role} solver refuses the scene (exit code {code}):\n{words}")]
-    Refused {
-        /// Which solver.
-        role: Role,
-        /// Its exit code, −1 if it was killed.
-        code: i32,
-        /// What it wrote to stderr.
-        words: String,
-    },
+    Refused { role: Role, code: i32, words: String },
     /// The scene that it is to be asked about cannot be written down for it.
     #[error("{0}; free some room there, or name another folder in TMPDIR")]
     Scratch(String),
@@ -55,14 +41,7 @@ pub(crate) enum SolverCommandError {
         "`{command} check SCENE --json` of the {role} solver printed no facts: {what}; mend the solver, or \
          rebuild it with this version of bedload"
     )]
-    Facts {
-        /// Which solver.
-        role: Role,
-        /// Its command.
-        command: String,
-        /// What is wrong.
-        what: String,
-    },
+    Facts { role: Role, command: String, what: String },
 }
 
 impl From<SolverCommandError> for Failure {
@@ -81,7 +60,6 @@ impl From<SolverCommandError> for Failure {
 /// A solver as a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Solver {
-    /// Its side.
     pub(crate) role: Role,
     /// Executable and leading arguments.
     pub(crate) command: Vec<String>,
@@ -93,9 +71,6 @@ pub(crate) struct Solver {
 
 impl Solver {
     /// The solver of `role`: `command` of its section, or ours beside this program, or on PATH.
-    ///
-    /// # Errors
-    /// [`SceneError`] if `command` is not a list of words.
     pub(crate) fn of(role: Role, scene: &CheckedScene) -> Result<Self, SceneError> {
         let section = match role {
             Role::Fluid => &scene.scene.fluid,
@@ -123,19 +98,16 @@ impl Solver {
     }
 
     /// What starts it in a run: by its launcher, if it has one.
-    #[must_use]
     pub(crate) fn run_command(&self) -> Vec<String> {
         [&self.launcher[..], &self.command[..]].concat()
     }
 
     /// Our solver of a role: beside this program, or on PATH.
-    #[must_use]
     pub(crate) fn ours(role: Role) -> Self {
         Self { role, command: vec![sibling(program(role))], launcher: Vec::new(), foreign: false }
     }
 
     /// Is it the solver of this build, by whatever path the scene names it?
-    #[must_use]
     pub(crate) fn is_ours(&self) -> bool {
         let real = |command: &String| std::fs::canonicalize(command).ok();
         let ours = Self::ours(self.role);
@@ -145,7 +117,6 @@ impl Solver {
     }
 
     /// The command as one line.
-    #[must_use]
     pub(crate) fn line(&self) -> String {
         self.command.join(" ")
     }
@@ -215,7 +186,6 @@ impl Solver {
     }
 
     /// JSON Schema of the solver's section; `None` if it is not there or does not print one.
-    #[must_use]
     pub(crate) fn schema(&self, limit: Duration) -> Option<serde_json::Value> {
         let answer = self.ask(&["schema".into()], limit).ok()?;
         serde_json::from_str(&answer.stdout).ok()
@@ -227,7 +197,6 @@ pub(crate) fn patience(limit: Duration, grains: usize) -> Duration {
     limit + Duration::from_millis(grains as u64)
 }
 
-/// How solvers are asked.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ask {
     /// Longest time for an answer, that for reading a large scene apart.
@@ -238,9 +207,6 @@ pub(crate) struct Ask {
 
 /// What the fluid solver says of the scene; a foreign one that does not know `check`, or that is not to be
 /// asked, is described from the scene, with a notice.
-///
-/// # Errors
-/// [`SolverCommandError`].
 pub(crate) fn fluid_facts(
     solver: &Solver,
     scene: &CheckedScene,
@@ -284,9 +250,6 @@ pub(crate) fn fluid_facts(
 }
 
 /// As [`fluid_facts`], of the DEM. Where it gives no contact time, that of the scene counts.
-///
-/// # Errors
-/// [`SolverCommandError`], also where neither gives one although grains can touch.
 pub(crate) fn dem_facts(
     solver: &Solver,
     scene: &CheckedScene,

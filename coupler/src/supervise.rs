@@ -27,7 +27,6 @@ const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// What became of a child.
 #[derive(Clone, Debug)]
 pub(crate) struct Exit {
-    /// Which solver.
     pub(crate) role: Role,
     /// How it ended; none if the system would not tell.
     pub(crate) status: Option<ExitStatus>,
@@ -35,13 +34,11 @@ pub(crate) struct Exit {
 
 impl Exit {
     /// Was it killed by a signal?
-    #[must_use]
     pub(crate) fn was_killed(&self) -> bool {
         self.status.is_none_or(|status| status.signal().is_some())
     }
 
     /// Exit code, if it left by itself.
-    #[must_use]
     pub(crate) fn code(&self) -> Option<i32> {
         self.status.and_then(|status| status.code())
     }
@@ -62,7 +59,6 @@ impl std::fmt::Display for Exit {
 }
 
 /// Name of our solver in a role.
-#[must_use]
 pub(crate) fn program(role: Role) -> &'static str {
     match role {
         Role::Fluid => "bedload-fluid",
@@ -81,7 +77,6 @@ pub(crate) enum StderrMode {
     Own,
 }
 
-/// One child.
 struct Watched {
     role: Role,
     child: Arc<Mutex<Child>>,
@@ -116,10 +111,6 @@ impl Supervisor {
         self.heartbeats.as_ref().is_some_and(Heartbeats::any)
     }
 
-    /// Starts a solver.
-    ///
-    /// # Errors
-    /// The system's, if the program cannot be started.
     pub(crate) fn start(
         &mut self,
         role: Role,
@@ -154,19 +145,16 @@ impl Supervisor {
     }
 
     /// Children that have exited, in the order in which that was seen.
-    #[must_use]
     pub(crate) fn exits(&self) -> Vec<Exit> {
         locked(&self.exits).clone()
     }
 
     /// Has any child exited? Costs a lock, so that it can be asked every few milliseconds.
-    #[must_use]
     pub(crate) fn any_exit(&self) -> bool {
         !locked(&self.exits).is_empty()
     }
 
     /// Last lines that a solver wrote to stderr.
-    #[must_use]
     pub(crate) fn last_words(&self, role: Role) -> String {
         let of_role = self.children.iter().find(|watched| watched.role == role);
         of_role.map_or_else(String::new, |watched| {

@@ -64,7 +64,6 @@ pub(crate) struct Seen {
 pub(crate) struct Alternation {
     /// Number, radius and mass of each.
     free: Vec<(usize, f64, f64)>,
-    /// Their mass.
     mass: f64,
     seen: Seen,
     limit: SpeedLimit,

@@ -57,7 +57,6 @@ fn three<T: std::str::FromStr>(text: &str) -> Result<[T; 3], String> {
 }
 
 /// The whole program: the one command that is about grains alone, or those of every solver.
-#[must_use]
 pub fn main() -> ExitCode {
     if std::env::args().nth(1).as_deref() == Some("coarse-grain") {
         return average();

@@ -236,17 +236,12 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         Grain { outline, ..self::grain(grain, shared.domain.geometry) }
     });
     let grains = grains.collect();
-    let mut periods = [None; 3];
-    for axis in (0..shared.domain.dimensions()).filter(|axis| shared.domain.is_periodic(*axis)) {
-        let lower = shared.domain.lower[axis];
-        periods[shared.domain.geometry.component(axis)] = Some((lower, shared.domain.upper[axis] - lower));
-    }
     Ok(DemSpec {
         grains,
         shape: if shared.domain.geometry == Geometry::Plane { Shape::Disc } else { Shape::Sphere },
         outlines,
         walls,
-        periods,
+        periods: shared.domain.periods(),
         gravity: shared.gravity,
         contact,
         lubrication,

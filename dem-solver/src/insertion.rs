@@ -26,7 +26,6 @@ pub struct Insertions {
 
 impl Insertions {
     /// As the scene has it.
-    #[must_use]
     pub fn new(scene: &CheckedScene) -> Self {
         Self {
             insertions: scene.scene.insertions.clone(),
@@ -38,7 +37,6 @@ impl Insertions {
 
     /// Places of the grains to add to those there now (`grains`), in window `step` that begins at
     /// `time`; `all` holds every grain of the scene.
-    #[must_use]
     pub fn places(
         &self,
         grains: &Grains,

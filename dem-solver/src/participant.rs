@@ -170,7 +170,6 @@ impl DemParticipant {
             .map_err(|source| SolverError::File { path: path.display().to_string(), source })
     }
 
-    /// The contacts now.
     pub(crate) fn contacts(&self) -> Vec<Contact> {
         self.dem.contact_list(self.present_loads())
     }
@@ -182,13 +181,11 @@ impl DemParticipant {
     }
 
     /// The solver.
-    #[must_use]
     pub fn dem(&self) -> &Dem {
         &self.dem
     }
 
     /// What it is made of, all grains included.
-    #[must_use]
     pub fn spec(&self) -> &DemSpec {
         &self.spec
     }

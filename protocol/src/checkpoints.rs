@@ -9,7 +9,6 @@ use crate::checkpoint;
 pub const LAST: &str = "loop";
 
 /// Newest whole checkpoint in `parent`, the folder `checkpoint` of a run.
-#[must_use]
 pub fn newest(parent: &Path) -> Option<PathBuf> {
     let mut found = folders(parent);
     found.retain(|(_, path)| checkpoint::path(path, LAST).is_file());
@@ -19,7 +18,6 @@ pub fn newest(parent: &Path) -> Option<PathBuf> {
 
 /// Folder of the newest whole checkpoint of a run, alone or coupled, in its output folder `out`; where it
 /// left none, the folder in which it would lie.
-#[must_use]
 pub fn newest_of_run(out: &Path) -> PathBuf {
     let parent = out.join("checkpoint");
     newest(&parent).unwrap_or(parent)

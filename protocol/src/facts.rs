@@ -45,13 +45,11 @@ pub struct FluidFacts {
 
 impl FluidFacts {
     /// Its first step, s.
-    #[must_use]
     pub fn first(&self) -> f64 {
         if self.first_dt > 0.0 { self.first_dt } else { self.dt }
     }
 
     /// Orders of the exchange that it can follow, its own first.
-    #[must_use]
     pub fn schemes(&self) -> &[Scheme] {
         if self.schemes.is_empty() { &[Scheme::SemiImplicit, Scheme::Iterated] } else { &self.schemes }
     }
@@ -181,7 +179,6 @@ pub struct SolverBound {
 impl SolverBound {
     /// A bound that refuses; what goes wrong, the source and the remedy are added by
     /// [`SolverBound::because`].
-    #[must_use]
     pub fn new(name: &str, quantity: &str, value: (f64, Measure), side: Side, limit: f64) -> Self {
         Self {
             name: name.to_owned(),

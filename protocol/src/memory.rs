@@ -13,7 +13,6 @@ pub struct Available {
 }
 
 /// The smallest of what the machine and the control groups can still give; none where no system tells.
-#[must_use]
 pub fn available() -> Option<Available> {
     below(Path::new("/"))
 }
@@ -73,7 +72,6 @@ fn left(root: &Path, group: &Path, limit: &str, usage: &str, cache: &str) -> Opt
 }
 
 /// Peak resident memory of this process, bytes; 0 where the system does not tell.
-#[must_use]
 pub fn peak_rss_bytes() -> u64 {
     let Ok(status) = std::fs::read_to_string("/proc/self/status") else { return 0 };
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -22,7 +22,6 @@ pub trait Record: Copy + Default + PartialEq + std::fmt::Debug + Send + Sync + '
     fn words(&self) -> Vec<u64>;
 
     /// Name of the field, with its component, that holds word `index` (`force[2]`).
-    #[must_use]
     fn field_of_word(index: usize) -> String {
         let mut start = 0;
         for field in Self::FIELDS {
@@ -271,7 +270,6 @@ impl Status {
     }
 
     /// The text, without its padding; bytes that are not UTF-8 are replaced.
-    #[must_use]
     pub fn text(&self) -> String {
         let bytes: Vec<u8> = self.text.as_flattened().iter().flat_map(|word| word.to_le_bytes()).collect();
         let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
@@ -282,7 +280,6 @@ impl Status {
 /// Hash of every record's name, field names, types, order and units: the first 8 bytes of SHA-256.
 /// Carried as an attribute of each service, because iceoryx2 itself compares only name, size and
 /// alignment of a type.
-#[must_use]
 pub fn layout_hash() -> u64 {
     let mut digest = Sha256::new();
     digest.update(PROTOCOL_VERSION.to_le_bytes());
@@ -304,13 +301,11 @@ fn add_layout<R: Record>(digest: &mut Sha256) {
 
 impl Kinematics {
     /// A grain at rest with its centre at `position`, not turned.
-    #[must_use]
     pub fn at_rest(position: [f64; 3]) -> Self {
         Self { position, orientation: [1.0, 0.0, 0.0, 0.0], ..Self::default() }
     }
 
     /// Is the grain in the run yet? One that is still to be inserted has no orientation.
-    #[must_use]
     pub fn is_there(&self) -> bool {
         self.orientation != [0.0; 4]
     }

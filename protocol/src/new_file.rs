@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io;
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
 /// Opens a new file to write, in place of the one that stood at that path. A link there is removed, not
@@ -41,13 +42,11 @@ pub struct OwnFile {
 
 impl OwnFile {
     /// Over a file that holds so many bytes, and is written behind them.
-    #[must_use]
     pub fn new(file: File, bytes: u64) -> Self {
         Self { file, bytes }
     }
 
     /// The file.
-    #[must_use]
     pub fn file(&self) -> &File {
         &self.file
     }
@@ -85,47 +84,17 @@ impl io::Write for OwnFile {
     }
 }
 
+/// Does `path` still name the opened file or folder?
+pub fn is_at(file: &File, path: &Path) -> bool {
+    let identity = |data: std::fs::Metadata| (data.dev(), data.ino());
+    match (file.metadata(), std::fs::metadata(path)) {
+        (Ok(ours), Ok(there)) => identity(ours) == identity(there),
+        _ => false,
+    }
+}
+
 /// Is there no room for what was to be written: a full disk, a quota, a limit of the file's size?
-#[must_use]
 pub fn is_full(error: &io::Error) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_file_that_somebody_cuts_short_is_not_written_on() {
-        use io::Write;
-        let path = std::env::temp_dir().join(format!("bedload-own-file-{}", std::process::id()));
-        let mut own = OwnFile::new(new_file(&path).expect("a file"), 0);
-        own.write_all(b"first").expect("written");
-        own.flush().expect("whole");
-        File::options().write(true).open(&path).expect("there").set_len(2).expect("cut");
-        for error in [own.write_all(b"second").expect_err("cut"), own.flush().expect_err("cut")] {
-            assert!(error.to_string().contains("2 bytes, where 5 were written"), "{error}");
-        }
-        assert_eq!(std::fs::read(&path).expect("read"), b"fi");
-        std::fs::remove_file(&path).expect("removed");
-        // A device has no length.
-        OwnFile::new(new_file(Path::new("/dev/null")).expect("a device"), 0)
-            .write_all(b"x")
-            .expect("written");
-    }
-
-    #[test]
-    fn a_link_is_replaced_and_not_followed() {
-        let folder = std::env::temp_dir().join(format!("bedload-new-file-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a folder");
-        let (aim, link) = (folder.join("aim"), folder.join("link"));
-        std::fs::write(&aim, "dear").expect("written");
-        std::os::unix::fs::symlink(&aim, &link).expect("linked");
-        write_new(&link, b"new").expect("written");
-        assert_eq!(std::fs::read(&aim).expect("read"), b"dear");
-        assert_eq!(std::fs::read(&link).expect("read"), b"new");
-        assert!(!is_full(&new_file(&folder.join("none/file")).expect_err("no folder")));
-        std::fs::remove_dir_all(&folder).expect("removed");
-    }
 }

@@ -47,13 +47,11 @@ pub struct Window {
 
 impl Window {
     /// The header of a message of this window; the DEM fills in the last three fields.
-    #[must_use]
     pub fn header(&self) -> Header {
         Header { step: self.step, attempt: self.attempt, time: self.time, dt: self.dt, ..Header::default() }
     }
 
     /// The command that gives an order about this window.
-    #[must_use]
     pub fn command(&self, order: Order) -> Command {
         Command {
             order: order as u64,
@@ -93,66 +91,33 @@ pub struct WindowReport {
 
 /// Why an exchange did not happen.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum ExchangeError {
     /// The peer process is gone.
     #[error("{peer} died during window {step}")]
-    PeerDied {
-        /// Name of the process.
-        peer: String,
-        /// Window.
-        step: u64,
-    },
+    PeerDied { peer: String, step: u64 },
     /// The peer lives but did not answer.
     #[error(
         "{peer} did not answer within {seconds} s in window {step}: it hangs, or raise [coupling] deadline"
     )]
-    Deadline {
-        /// Name of the process.
-        peer: String,
-        /// Window.
-        step: u64,
-        /// Deadline, s.
-        seconds: f64,
-    },
+    Deadline { peer: String, step: u64, seconds: f64 },
     /// A solver did not take part in time.
     #[error(
         "{peer} did not join within {seconds} s: it hangs, or does not know the protocol; one that is only \
          slow to start needs a longer [coupling] startup_deadline"
     )]
-    NotJoined {
-        /// Name of the process.
-        peer: String,
-        /// Longest time, s.
-        seconds: f64,
-    },
+    NotJoined { peer: String, seconds: f64 },
     /// A message of another window, or of another number of grains.
     #[error("message out of order: {what}")]
-    Order {
-        /// What was expected and what came.
-        what: String,
-    },
+    Order { what: String },
     /// The peer was built against another protocol or layout, or reads another scene.
     #[error(
         "{peer} has {what} {theirs}, we have {ours}: rebuild both from one version and start both from one scene"
     )]
-    Mismatch {
-        /// Name of the process.
-        peer: String,
-        /// What differs.
-        what: String,
-        /// Theirs.
-        theirs: String,
-        /// Ours.
-        ours: String,
-    },
+    Mismatch { peer: String, what: String, theirs: String, ours: String },
     /// The peer gave up and said why.
     #[error("{peer} failed: {text}")]
-    Failed {
-        /// Name of the process.
-        peer: String,
-        /// Its last words.
-        text: String,
-    },
+    Failed { peer: String, text: String },
     /// There is no room for the shared memory.
     #[error("{0}")]
     NoRoom(String),
@@ -166,6 +131,7 @@ pub enum ExchangeError {
 
 /// Why a solver cannot go on.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum SolverError {
     /// The state or the method failed: not finite, out of bounds, refused by the solver.
     #[error("{0}")]
@@ -175,12 +141,7 @@ pub enum SolverError {
     Exchange(#[from] ExchangeError),
     /// A file could not be written or read.
     #[error("{path}: {source}")]
-    File {
-        /// Path.
-        path: String,
-        /// Cause.
-        source: std::io::Error,
-    },
+    File { path: String, source: std::io::Error },
 }
 
 /// One exchange each way per window, zero-copy where the transport allows it.

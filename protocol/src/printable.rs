@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 
 /// The text with what is no character to be seen written out, such as `\u{1b}`; line breaks and tabs stay.
-#[must_use]
 pub fn printable(text: &str) -> Cow<'_, str> {
     if text.chars().all(is_seen) {
         return Cow::Borrowed(text);
@@ -19,7 +18,6 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 }
 
 /// The same with a question mark for each byte of it, so that places in the text stay.
-#[must_use]
 pub fn printable_in_place(text: &str) -> String {
     let shown = |c: char| if is_seen(c) { c.to_string() } else { "?".repeat(c.len_utf8()) };
     text.chars().map(shown).collect()

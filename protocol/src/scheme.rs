@@ -50,7 +50,6 @@ pub enum SchemeKey {
 
 impl SchemeKey {
     /// The scheme that is named, if one is.
-    #[must_use]
     pub fn named(self) -> Option<Scheme> {
         match self {
             Self::Auto => None,

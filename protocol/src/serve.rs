@@ -23,7 +23,6 @@ const MEMORY_EVERY: Duration = Duration::from_secs(1);
 
 /// Folder of the checkpoint at the start of window `step`. Each gets its own, so that a run killed
 /// while writing one still has the one before.
-#[must_use]
 pub fn checkpoint_folder(out_dir: &Path, step: u64) -> PathBuf {
     out_dir.join("checkpoint").join(format!("{step:010}"))
 }

@@ -9,10 +9,9 @@ use std::time::{Duration, Instant};
 ///
 /// # Panics
 /// If it is not there: `cargo build --release` and `cargo test --workspace` build it.
-#[must_use]
 pub fn program(name: &str) -> PathBuf {
     let own = std::env::current_exe().expect("this program has a path");
-    // A test lies in target/<profile>/deps, a command in target/<profile>.
+    // A test lies in target/<profile>/deps, an example in target/<profile>/examples.
     let mut places = own.ancestors().skip(1).take(2).map(|folder| folder.join(name));
     let missing = "is missing: `cargo build --release` or `cargo test --workspace` builds it";
     places.find(|path| path.is_file()).unwrap_or_else(|| panic!("{name} {missing}"))
@@ -22,7 +21,6 @@ pub fn program(name: &str) -> PathBuf {
 ///
 /// # Panics
 /// If the file does not name the table.
-#[must_use]
 pub fn is_stale(table: &str) -> bool {
     let evidence = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/evidence.csv");
     let text = std::fs::read_to_string(evidence).expect("docs/evidence.csv");
@@ -38,7 +36,6 @@ impl Folder {
     ///
     /// # Panics
     /// If the system refuses.
-    #[must_use]
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("bedload-test-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&path);
@@ -47,7 +44,6 @@ impl Folder {
     }
 
     /// A path in it.
-    #[must_use]
     pub fn join(&self, name: &str) -> PathBuf {
         self.0.join(name)
     }
@@ -56,7 +52,6 @@ impl Folder {
     ///
     /// # Panics
     /// If the system refuses.
-    #[must_use]
     pub fn write(&self, name: &str, text: &str) -> PathBuf {
         let path = self.join(name);
         std::fs::write(&path, text).expect("a file for the test");
@@ -76,7 +71,6 @@ impl Drop for Folder {
 ///
 /// # Panics
 /// If it does not start.
-#[must_use]
 pub fn bedload<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Output {
     Command::new(program("bedload")).args(arguments).output().expect("bedload starts")
 }
@@ -85,7 +79,6 @@ pub fn bedload<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Output {
 ///
 /// # Panics
 /// If it does not start.
-#[must_use]
 pub fn start<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Child {
     Command::new(program("bedload"))
         .args(arguments)
@@ -97,7 +90,6 @@ pub fn start<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Child {
 }
 
 /// What a program said, for assertions.
-#[must_use]
 pub fn said(output: &Output) -> String {
     format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
 }
@@ -106,7 +98,6 @@ pub fn said(output: &Output) -> String {
 ///
 /// # Panics
 /// If the file or the metric is not there.
-#[must_use]
 pub fn metric(folder: &Path, name: &str) -> f64 {
     let value = &summary(folder)["metrics"][name]["value"];
     value.as_f64().unwrap_or_else(|| panic!("{name} is {value} in {}", folder.display()))
@@ -116,7 +107,6 @@ pub fn metric(folder: &Path, name: &str) -> f64 {
 ///
 /// # Panics
 /// If it cannot be read.
-#[must_use]
 pub fn summary(folder: &Path) -> serde_json::Value {
     let text = std::fs::read_to_string(folder.join("summary.json")).expect("summary.json");
     serde_json::from_str(&text).expect("summary.json is JSON")
@@ -151,7 +141,6 @@ pub struct Solver {
 }
 
 /// The solvers that `parent` has started so far.
-#[must_use]
 pub fn solvers(parent: u32) -> Vec<Solver> {
     let children = format!("/proc/{parent}/task/{parent}/children");
     let text = std::fs::read_to_string(children).unwrap_or_default();
@@ -184,7 +173,6 @@ fn solver(pid: u32) -> Option<Solver> {
 }
 
 /// Does the process run (a zombie does not)?
-#[must_use]
 pub fn is_alive(pid: u32) -> bool {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     stat.rsplit_once(") ").is_some_and(|(_, rest)| !rest.starts_with('Z') && !rest.starts_with('X'))
@@ -199,7 +187,6 @@ pub fn signal(pid: u32, name: &str) {
 }
 
 /// What is left of a run in shared memory.
-#[must_use]
 pub fn leftovers(solver: &Solver) -> Vec<PathBuf> {
     let segments = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten().map(|entry| entry.path());
     let of_run =

@@ -1,6 +1,5 @@
 //! What tests that cross crates share.
 
-pub mod drawn;
 pub mod harness;
 pub mod random;
 pub mod storm;

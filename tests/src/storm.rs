@@ -93,7 +93,6 @@ const COLUMNS: [&str; 11] = [
 
 impl Report {
     /// The table, in Markdown.
-    #[must_use]
     pub fn table(&self) -> String {
         let mut text =
             format!("| run | victim | {} |\n|---|---|{}\n", COLUMNS.join(" | "), "---:|".repeat(11));
@@ -109,7 +108,6 @@ impl Report {
     }
 
     /// Kills so far.
-    #[must_use]
     pub fn kills(&self) -> usize {
         self.counts.values().map(|counts| counts.kills).sum()
     }

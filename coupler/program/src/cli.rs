@@ -297,7 +297,6 @@ impl Format {
 }
 
 /// The whole program.
-#[must_use]
 pub(crate) fn main() -> ExitCode {
     bedload_program::end_where_nothing_is_printed();
     bedload_program::fail_at_file_limit();

@@ -9,9 +9,6 @@ use study::kind::Kind;
 use study::section::Section;
 
 /// The JSON Schema of a whole scene: the shared part, and each section from who owns it.
-///
-/// # Errors
-/// [`Failure::Run`] if the schema cannot be made.
 pub(crate) fn schema() -> Result<Value, Failure> {
     let failed = |error: serde_json::Error| Failure::Run(error.to_string());
     let mut whole = serde_json::to_value(schemars::schema_for!(bedload_scene::Scene)).map_err(failed)?;

@@ -116,7 +116,6 @@ impl Class {
     }
 
     /// Its name for people.
-    #[must_use]
     pub fn name(self) -> &'static str {
         KNOWN[self as usize].0
     }

@@ -51,7 +51,6 @@ pub(crate) struct Expected {
     pub(crate) target: f64,
     /// Relative error that the chart has for this setting.
     pub(crate) error: f64,
-    /// Class of the scene.
     pub(crate) class: &'static str,
     /// File of the chart.
     pub(crate) chart: String,
@@ -77,9 +76,6 @@ impl std::fmt::Display for Expected {
 }
 
 /// The options with the settings that `accuracy` asks for before the user's own, if it is given.
-///
-/// # Errors
-/// [`Failure::Scene`] if the scene is wrong, of no class with a chart, or asks for more than its chart has.
 pub(crate) fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), Failure> {
     let source = SceneSource::read(&options.scene, &options.all_overrides())?;
     let Some((target, text)) = asked(&source)? else { return Ok((options.clone(), None)) };
@@ -108,9 +104,6 @@ pub(crate) fn offered(scene: &CheckedScene, target: f64) -> Option<Expected> {
 }
 
 /// What the chart of a scene's class has for `target`; `text`: the target as the user wrote it.
-///
-/// # Errors
-/// At `accuracy`, if the scene is of no class with a chart, or asks for more than its chart has.
 pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, SceneError> {
     let refuse = |message: String, remedy: &str| scene.source.error("accuracy", message, remedy);
     let class = Class::of(scene).map_err(|why| {

@@ -11,7 +11,6 @@ const LEEWAY: f64 = 0.02;
 /// Which way from the charted numbers a chart still tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Between them.
     Between,
     /// From the smallest on: with more of it there is less to resolve.
     FromSmallest,

@@ -53,7 +53,6 @@ pub struct Options {
     pub physics: bool,
 }
 
-/// How a case ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum Outcome {

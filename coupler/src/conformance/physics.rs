@@ -62,7 +62,6 @@ pub(super) const TRIALS: [Trial; 5] = [
 ];
 
 impl Trial {
-    /// Its scene.
     pub(super) fn scene(&self) -> String {
         let Self { grains, gravity, restitution, .. } = self;
         format!(

@@ -12,7 +12,6 @@ pub(super) struct Collected {
     pub(super) dem: Option<Status>,
     /// Loads, one per grain, once there is a header of them.
     pub(super) force: Vec<Loads>,
-    /// Kinematics likewise.
     pub(super) motion: Vec<Kinematics>,
 }
 

@@ -72,10 +72,6 @@ impl KinematicsCheck {
     /// Of a run from its start, or from a checkpoint: then the first window shows where the grains are.
     pub(super) fn new(scene: &CheckedScene, resumed: bool) -> Self {
         let (domain, grains) = (&scene.scene.domain, &scene.grains);
-        let mut periods = [None; 3];
-        for axis in (0..domain.dimensions()).filter(|axis| domain.is_periodic(*axis)) {
-            periods[domain.geometry.component(axis)] = Some(domain.upper[axis] - domain.lower[axis]);
-        }
         let at_start = |grain: &Grain| Last {
             position: grain.position,
             velocity: grain.velocity,
@@ -88,7 +84,7 @@ impl KinematicsCheck {
             free: grains.iter().map(|grain| grain.motion == Motion::Free).collect(),
             round: grains.iter().map(|grain| grain.shape.is_round()).collect(),
             walls: scene.contact_walls(),
-            periods,
+            periods: domain.periods().map(|period| period.map(|(_, length)| length)),
             gravity: norm(&scene.scene.gravity),
             diagonal: diagonal(scene),
             last: if resumed { Vec::new() } else { grains.iter().map(at_start).collect() },
@@ -97,9 +93,6 @@ impl KinematicsCheck {
     }
 
     /// Checks a window: every field possible, no grain further than its speeds let it come, none in another.
-    ///
-    /// # Errors
-    /// [`Failure::Run`] naming grain, window and both numbers.
     pub(super) fn window(
         &mut self,
         window: &Window,

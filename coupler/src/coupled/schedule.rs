@@ -19,7 +19,6 @@ use crate::unstable::{self, Alternation, Seen};
 /// Everything of the coupler that decides, or counts, what comes next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CoupledState {
-    /// Windows.
     planner: PlannerState,
     /// Windows in which something began to touch against the sub-step rule.
     late: u64,
@@ -39,7 +38,6 @@ pub(crate) struct CoupledSchedule<'a> {
     watch: Option<ConvergenceMonitor>,
     warned_of_limit: bool,
     largest_radius: f64,
-    /// Checks a foreign DEM.
     kinematics_check: Option<KinematicsCheck>,
     /// Whether the motion alternates from window to window.
     alternation: Alternation,

@@ -31,7 +31,6 @@ pub(crate) fn draw(folder: &Path, report: Report) {
     }
 }
 
-/// A coupled run.
 pub(crate) struct Coupled<'a> {
     pub(crate) options: &'a RunOptions,
     pub(crate) prepared: &'a Prepared,
@@ -152,7 +151,6 @@ pub(crate) fn serve_arguments(
     arguments
 }
 
-/// Starts a solver.
 pub(crate) fn start(
     supervisor: &mut Supervisor,
     solver: &Solver,

@@ -42,7 +42,6 @@ struct Idea {
     /// What is done, in words.
     what: &'static str,
     change: Change,
-    /// Expected relative error.
     error: f64,
     /// How many times less it costs at most, where the plans do not say.
     saving: Option<f64>,
@@ -69,7 +68,6 @@ pub(crate) struct Proposal {
 
 impl Proposal {
     /// One line for `check`.
-    #[must_use]
     pub(crate) fn line(&self) -> String {
         let error = if self.error > 0.0 {
             format!("error {} % expected", Short(100.0 * self.error))
@@ -88,7 +86,6 @@ impl Proposal {
 }
 
 /// Every proposal for a scene that was read with `options`, the cheapest first.
-#[must_use]
 pub(crate) fn all(prepared: &Prepared, options: &RunOptions) -> Vec<Proposal> {
     let rules = [axis::idea, plane::idea, dry::idea, substeps::idea, coarser::idea];
     let ideas = rules.into_iter().filter_map(|rule| rule(prepared)).filter(|idea| idea.error <= WORTH);
@@ -98,9 +95,6 @@ pub(crate) fn all(prepared: &Prepared, options: &RunOptions) -> Vec<Proposal> {
 }
 
 /// The scene of proposal `name`.
-///
-/// # Errors
-/// [`Failure::Input`] if there is no such proposal for this scene.
 pub(crate) fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> Result<String, Failure> {
     let proposals = all(prepared, options);
     let names: Vec<&str> = proposals.iter().map(|proposal| proposal.name).collect();

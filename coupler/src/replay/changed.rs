@@ -45,9 +45,6 @@ pub(super) fn changed(request: &Replay, manifest: &Manifest) -> Result<Changed, 
 }
 
 /// The scene as it was run.
-///
-/// # Errors
-/// [`Failure::Scene`] if this build does not read it any more.
 pub(super) fn logged(request: &Replay, manifest: &Manifest) -> Result<CheckedScene, Failure> {
     let file = format!("{} (its scene)", request.log.display());
     Ok(CheckedScene::new(SceneSource { file, text: manifest.scene.clone() })?)

@@ -36,7 +36,6 @@ struct Cell {
     grain: usize,
 }
 
-/// A window.
 #[derive(Clone, Debug)]
 struct Row {
     step: u64,
@@ -64,7 +63,9 @@ impl Divergence {
             Role::Fluid => LOADS.map(|(name, unit, _)| (name, unit)).to_vec(),
             Role::Dem => MOTION.map(|(name, unit, _)| (name, unit)).to_vec(),
         };
-        Self { scales: vec![0.0; quantities.len()], quantities, periods: periods(scene), rows: Vec::new() }
+        let periods = scene.scene.domain.periods();
+        let periods = periods.map(|period| period.map_or(f64::INFINITY, |(_, length)| length));
+        Self { scales: vec![0.0; quantities.len()], quantities, periods, rows: Vec::new() }
     }
 
     /// Compares the loads of a window.
@@ -103,7 +104,6 @@ impl Divergence {
         cells
     }
 
-    /// Windows compared.
     pub(super) fn windows(&self) -> usize {
         self.rows.len()
     }
@@ -221,15 +221,6 @@ fn apart(logged: [f64; 3], sent: [f64; 3], periods: [f64; 3]) -> f64 {
     };
     let apart = norm(&std::array::from_fn(along));
     if apart.is_nan() { f64::INFINITY } else { apart }
-}
-
-fn periods(scene: &CheckedScene) -> [f64; 3] {
-    let domain = &scene.scene.domain;
-    let mut periods = [f64::INFINITY; 3];
-    for axis in (0..domain.dimensions()).filter(|axis| domain.is_periodic(*axis)) {
-        periods[domain.geometry.component(axis)] = domain.upper[axis] - domain.lower[axis];
-    }
-    periods
 }
 
 #[cfg(test)]

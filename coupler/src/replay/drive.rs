@@ -250,7 +250,6 @@ fn peer(driven: Role, scene: &CheckedScene, grains: usize) -> Peer {
     }
 }
 
-/// Writes `divergence.csv` and `divergence.svg`.
 fn write(
     divergence: &Divergence,
     title: &str,

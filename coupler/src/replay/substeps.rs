@@ -33,9 +33,6 @@ impl Substeps {
 }
 
 /// The sub-step that a scene asks for: of our DEM what it says, of another one `dem.dt`.
-///
-/// # Errors
-/// [`Failure`] where our solver refuses the scene in the file `path`.
 pub(super) fn aimed_at(
     solver: &Solver,
     scene: &CheckedScene,

@@ -38,7 +38,6 @@ pub(crate) struct Setup {
     pub(crate) command: Vec<String>,
     pub(crate) scene: CheckedScene,
     pub(crate) coupling: Coupling,
-    /// Where it writes.
     pub(crate) folder: OutputFolder,
     /// The scene's file in there that it is given.
     pub(crate) file: PathBuf,
@@ -177,7 +176,6 @@ impl<'a> SoloRun<'a> {
         let _ = self.replacements.send(records);
     }
 
-    /// Gives an order.
     pub(crate) fn order(&mut self, command: Command) -> Result<(), String> {
         let link = self.link.as_mut().ok_or("the coupler has left")?;
         link.order(command).map_err(text)
@@ -300,7 +298,6 @@ impl Drop for SoloRun<'_> {
     }
 }
 
-/// How it left.
 pub(crate) fn how(exit: &Exit) -> String {
     match exit.status {
         Some(status) => status.to_string(),

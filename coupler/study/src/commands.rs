@@ -157,9 +157,6 @@ fn chosen(cases: &[String], quick: bool) -> Result<Vec<Study>, Failure> {
 }
 
 /// Makes figure and page of a study's folder again; returns the page. None: the folder holds no study.
-///
-/// # Errors
-/// [`Failure`] if the folder holds no plan, or cannot be written.
 pub(crate) fn redraw(dir: &Path) -> Option<Result<PathBuf, Failure>> {
     let holds = |kind: Kind| dir.join(kind.table()).exists();
     match (holds(Kind::Chart), holds(Kind::Stability)) {

@@ -22,7 +22,6 @@ use coupler::failure::Failure;
 /// What is known of every table, seen from the root of the repository.
 pub(crate) const FILE: &str = "docs/evidence.csv";
 
-/// Where its scenes are.
 const SCENES: &str = "scenes";
 
 /// Longest wall time of a run that is sampled, s.
@@ -50,7 +49,6 @@ pub(super) struct Evidence {
     /// The file of its study.
     pub(super) study: PathBuf,
     pub(super) kind: Kind,
-    /// The table.
     pub(super) path: PathBuf,
 }
 
@@ -114,7 +112,6 @@ fn collect(folder: &Path, all: &mut Vec<Evidence>) -> Result<(), Failure> {
 /// What the sample of a table says.
 #[derive(Clone, Debug, PartialEq)]
 struct Sampled {
-    /// Labels of its runs.
     labels: Vec<String>,
     /// What differs; nothing where the table is what this build gives.
     stale: String,

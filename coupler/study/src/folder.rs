@@ -12,7 +12,6 @@ use protocol::new_file::is_full;
 /// The file of the study, beside the table.
 pub(super) const SCENE: &str = "scene.toml";
 
-/// Cores of this machine.
 pub(super) fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
@@ -30,7 +29,6 @@ pub(super) fn make(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(cannot("make", folder))
 }
 
-/// Text of a file.
 pub(super) fn read(path: &Path) -> Result<String, Failure> {
     protocol::input_file::read_text(path).map_err(cannot("read", path))
 }

@@ -16,7 +16,6 @@ impl Kind {
     pub const ALL: [Self; 3] = [Self::Chart, Self::Stability, Self::Case];
 
     /// Name of the section, of the table and of the figure.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Chart => "chart",
@@ -26,13 +25,11 @@ impl Kind {
     }
 
     /// File of the table in the folder of a study.
-    #[must_use]
     pub fn table(self) -> String {
         format!("{}.csv", self.name())
     }
 
     /// Folder of the committed tables, seen from the root of the repository.
-    #[must_use]
     pub fn tables(self) -> &'static str {
         match self {
             Self::Chart => "docs/charts",

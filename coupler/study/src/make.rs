@@ -12,14 +12,12 @@ use super::table::{Row, Spread, Table, value_columns};
 use super::{chart, stability};
 use coupler::failure::Failure;
 
-/// How runs are made.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct How {
     /// Runs at a time.
     pub(super) jobs: usize,
     /// Threads of each solver, at least.
     pub(super) threads: usize,
-    /// Commit of this build.
     pub(super) commit: &'static str,
 }
 

@@ -60,9 +60,6 @@ pub(super) fn or_dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> St
 }
 
 /// The text of a template with these data.
-///
-/// # Errors
-/// [`Failure::Run`] if the template and the data do not fit: a fault of this program.
 pub(super) fn render(template: &str, data: impl Serialize) -> Result<String, Failure> {
     let page = || {
         let mut pages = environment();

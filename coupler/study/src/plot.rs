@@ -21,12 +21,10 @@ const SHAPES: [Shape; 6] =
 /// Grey of what was not measured here.
 pub(super) const GREY: &str = "#444444";
 
-/// Colour of series `number`.
 pub(super) fn colour(number: usize) -> &'static str {
     COLOURS[number % COLOURS.len()]
 }
 
-/// Marker of series `number`.
 pub(super) fn shape(number: usize) -> Shape {
     SHAPES[number % SHAPES.len()]
 }
@@ -34,10 +32,8 @@ pub(super) fn shape(number: usize) -> Shape {
 /// A point, in the units of the axes or of the picture.
 pub(super) type Point = (f64, f64);
 
-/// A plot to draw.
 #[derive(Default)]
 pub(super) struct Plot {
-    /// Width and height.
     pub(super) size: Point,
     pub(super) title: String,
     pub(super) x: Axis,
@@ -75,10 +71,16 @@ pub(super) struct Series {
 
 #[derive(Clone)]
 pub(super) enum Look {
-    /// Width of the line.
-    Line { width: f64, dashed: bool },
+    Line {
+        width: f64,
+        dashed: bool,
+    },
     /// Words that appear under the pointer, one for each point or none.
-    Points { shape: Shape, size: f64, words: Vec<String> },
+    Points {
+        shape: Shape,
+        size: f64,
+        words: Vec<String>,
+    },
     /// Filled rectangles: the points are their lower left and upper right corners in turn.
     Rectangles,
 }

@@ -15,7 +15,6 @@ use coupler::failure::Failure;
 /// What became of a run.
 #[derive(Clone, Debug)]
 pub(crate) enum Outcome {
-    /// It left a result.
     Done(Box<Summary>),
     /// It left none, and why.
     Failed(String),
@@ -48,11 +47,9 @@ impl Reuse {
 pub(crate) struct Task {
     /// Name in messages.
     pub(crate) name: String,
-    /// Scene file.
     pub(crate) scene: PathBuf,
     /// `KEY=VALUE` for `--set`.
     pub(crate) set: Vec<String>,
-    /// Output folder.
     pub(crate) folder: PathBuf,
     /// Threads of each solver.
     pub(crate) threads: usize,
@@ -61,7 +58,6 @@ pub(crate) struct Task {
 /// Where a run was made: left beside its folder, for later studies that do not repeat it.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Origin {
-    /// Commit of the build.
     pub(crate) commit: String,
     /// Model of the processor.
     pub(crate) machine: String,
@@ -136,9 +132,6 @@ impl Outcome {
 
 impl Task {
     /// What the same run of the same version left, if it is to be kept.
-    ///
-    /// # Errors
-    /// If the scene cannot be read.
     pub(crate) fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, String> {
         Ok(self.summary()?.and_then(|summary| reuse.outcome(summary)))
     }

@@ -483,7 +483,6 @@ impl Section {
     }
 
     /// The JSON Schema of the section of this kind, with the definitions that it refers to.
-    #[must_use]
     pub fn schema(kind: Kind) -> serde_json::Value {
         let mut schema = schemars::schema_for!(Self).to_value();
         let part =
@@ -509,7 +508,6 @@ impl Section {
     }
 
     /// The metrics charted, none where a curve is; or those that a case compares.
-    #[must_use]
     pub fn metrics(&self) -> Vec<&str> {
         let mut all: Vec<&str> = self.metric.iter().chain(&self.metrics).map(String::as_str).collect();
         for check in &self.checks {

@@ -89,7 +89,6 @@ impl Study {
     }
 
     /// Name of the study: that of a case, else of the file.
-    #[must_use]
     pub fn name(&self) -> String {
         match self.kind {
             Kind::Case => self.section.name.clone(),

@@ -136,7 +136,6 @@ pub(super) fn value_columns(kind: Kind, metrics: &[&str]) -> Vec<String> {
 
 impl Table {
     /// The text of the file.
-    #[must_use]
     pub fn csv(&self) -> String {
         let fixed = columns(self.kind);
         let expand = |name: &&str| match *name {
@@ -199,7 +198,6 @@ impl Table {
     }
 
     /// Time that making the table takes, s: the wall times of its runs, as far as they are known.
-    #[must_use]
     pub fn seconds(&self) -> Option<f64> {
         let of = |row: &Row| Some(row.wall?.median * row.repeats.max(1) as f64);
         self.rows.iter().map(of).sum()
@@ -362,7 +360,6 @@ pub(super) fn flag(text: &str) -> Result<bool, String> {
 }
 
 /// Text as a cell: one line without commas and quotes.
-#[must_use]
 pub(crate) fn cell(text: &str) -> String {
     let text = text.replace("\r\n", " ").replace(['\n', '\r', '\t'], " ").replace('"', "'");
     let inside = text.trim_start_matches(['[', '\'']).len() < text.len();
@@ -380,9 +377,6 @@ fn write(lines: impl Iterator<Item = Vec<String>>) -> String {
 }
 
 /// Header and rows of such a table; empty lines and lines that begin with `#` are passed over.
-///
-/// # Errors
-/// What is wrong with the text: no header, or a row with another number of cells.
 pub(crate) fn parse_csv(text: &str) -> Result<(Vec<String>, Vec<Vec<String>>), String> {
     let table = bedload_scene::table::Table::parse(text)?;
     if table.columns.is_empty() {
@@ -438,25 +432,6 @@ pub(super) mod tests {
         };
         table.mark_front();
         table
-    }
-
-    #[test]
-    fn a_table_of_runs_that_set_different_keys_is_read_back() {
-        let row = |label: &str, values: &[&str]| Row {
-            label: label.to_owned(),
-            values: values.iter().map(|value| (*value).to_owned()).collect(),
-            measured: vec![Some(1.5)],
-            repeats: 1,
-            ..Row::default()
-        };
-        let rows = vec![row("one", &["0.8", "9.4"]), row("two", &[])];
-        let table =
-            Table { kind: Kind::Case, keys: Vec::new(), metrics: value_columns(Kind::Case, &["m"]), rows };
-        let text = table.csv();
-        assert_eq!(text.lines().count(), 3, "{text}");
-        let labels: Vec<String> =
-            Table::parse(&text).unwrap().rows.into_iter().map(|row| row.label).collect();
-        assert_eq!(labels, ["one", "two"]);
     }
 
     #[test]
@@ -519,19 +494,5 @@ pub(super) mod tests {
         assert_eq!((spread.min, spread.median, spread.max), (1.0, 2.0, 3.0));
         assert_eq!(Spread::of(vec![1.0, 2.0]).map(|spread| spread.median), Some(1.5));
         assert_eq!(Spread::of(Vec::new()), None);
-    }
-
-    #[test]
-    fn a_map_of_an_older_build_is_read_and_comes_back_with_its_growth_in_full() {
-        let text = "form,nu_dt,verdict,growth,bound_margin,label,note,refused\n\
-                    a,0.024,failed,0.125,,a_0.024,grows,1\n";
-        let table = Table::parse(text).unwrap();
-        let row = &table.rows[0];
-        assert_eq!((table.kind, table.keys.len(), row.class), (Kind::Stability, 2, Some(Class::Failed)));
-        assert_eq!((row.growth, row.margin, row.refused, table.seconds()), (Some(0.125), None, true, None));
-        let full = Table { rows: vec![Row { growth: Some(1.0 / 3.0), ..row.clone() }], ..table.clone() };
-        assert_eq!(Table::parse(&full.csv()), Ok(full));
-        assert!(Table::parse(&text.replace(",failed", ",broken")).unwrap_err().contains("row 1"));
-        assert!(Table::parse("a,b\n").unwrap_err().contains("no column label"));
     }
 }

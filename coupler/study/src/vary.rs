@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 /// D/Δx of the smallest grain: scales the grid.
 pub(super) const RESOLUTION: &str = "resolution";
 
-/// Threads of each solver.
 pub(super) const THREADS: &str = "threads";
 
 /// A list of values of one key, or of bundles of keys.

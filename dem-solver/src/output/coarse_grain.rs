@@ -37,13 +37,11 @@ pub struct Cell {
 
 impl Cell {
     /// Kinetic and contact stress, Pa.
-    #[must_use]
     pub fn stress(&self) -> Matrix3<f64> {
         self.kinetic + self.contact
     }
 
     /// Granular pressure, Pa, of spheres or discs.
-    #[must_use]
     pub fn pressure(&self, shape: Shape) -> f64 {
         match shape {
             Shape::Sphere => self.stress().trace() / 3.0,
@@ -53,7 +51,6 @@ impl Cell {
 }
 
 /// Averages of the free grains whose centres are `inside`, cell by cell.
-#[must_use]
 pub fn coarse_grain(
     grains: &Grains,
     shape: Shape,

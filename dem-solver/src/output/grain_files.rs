@@ -31,7 +31,6 @@ fn data(grains: &Grains, seen: &Observations, of: &[usize]) -> Vec<Array> {
 }
 
 /// Points with radius, velocity, spin, mean contact force of the last window, number and motion.
-#[must_use]
 pub fn vtp(time: f64, grains: &Grains, seen: &Observations) -> Vec<u8> {
     let all: Vec<usize> = (0..grains.len()).collect();
     let mut data = data(grains, seen, &all);
@@ -43,7 +42,6 @@ pub fn vtp(time: f64, grains: &Grains, seen: &Observations) -> Vec<u8> {
 const ALONG_ELLIPSE: u32 = 64;
 
 /// Polygons of the bodies that are not round, with the same but the radius; none where all are round.
-#[must_use]
 pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Outline]) -> Option<Vec<u8>> {
     let (mut position, mut ends, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..grains.len() {
@@ -71,7 +69,6 @@ pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Out
 }
 
 /// `grains.csv`, of the grains that `is_out` does not say to be outside the box.
-#[must_use]
 pub fn table(time: f64, grains: &Grains, spec: &DemSpec, is_out: &[bool]) -> String {
     let row = |i: usize| GrainRow {
         id: i,

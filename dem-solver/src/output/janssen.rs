@@ -32,7 +32,6 @@ pub struct Silo {
 impl Silo {
     /// From the slabs of `range`: ρ_g is their mean, and h where a column of that density ends.
     /// `None` if there is no grain or no slab.
-    #[must_use]
     pub fn new(profile: &Profile, range: [f64; 2], gravity: f64) -> Option<Self> {
         let filled: Vec<f64> = profile.slabs_in(range).map(|slab| profile.cells[slab].density).collect();
         // Slabs above the top, and the one that holds it, say nothing of the density.
@@ -50,20 +49,17 @@ impl Silo {
     }
 
     /// Janssen's pressure at `z` for k = f_w K, Pa.
-    #[must_use]
     pub fn pressure(&self, z: f64, k: f64) -> f64 {
         let depth = (self.top - z).max(0.0);
         self.density * self.gravity * self.section / k * -(-k * depth / self.section).exp_m1()
     }
 
     /// Hydrostatic pressure at `z`, Pa.
-    #[must_use]
     pub fn hydrostatic(&self, z: f64) -> f64 {
         self.density * self.gravity * (self.top - z).max(0.0)
     }
 
     /// k of least squares over the slabs of `range` below the top.
-    #[must_use]
     pub fn fit(&self, profile: &Profile, range: [f64; 2]) -> Option<Measured> {
         let below = [range[0], range[1].min(self.top)];
         let points: Vec<(f64, f64)> =
@@ -103,13 +99,11 @@ fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
 }
 
 /// f_w K measured: friction of the side walls over granular pressure, slab by slab.
-#[must_use]
 pub fn direct(profile: &Profile, range: [f64; 2]) -> Option<Measured> {
     mean(profile, range, |slab| profile.wall_shear(slab) / profile.pressure(slab))
 }
 
 /// Mean granular pressure, Pa.
-#[must_use]
 pub fn plateau(profile: &Profile, range: [f64; 2]) -> Option<Measured> {
     mean(profile, range, |slab| profile.pressure(slab))
 }
@@ -122,51 +116,4 @@ fn mean(profile: &Profile, range: [f64; 2], of: impl Fn(usize) -> f64) -> Option
     let value = values.iter().sum::<f64>() / count;
     let spread = (values.iter().map(|v| (v - value).powi(2)).sum::<f64>() / count).sqrt();
     (!values.is_empty()).then_some(Measured { value, spread, slabs: values.len() })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::grain::Shape;
-    use crate::output::coarse_grain::Cell;
-
-    /// A profile that is Janssen's curve with k = 0.3, as far as the fit can see.
-    fn exact(k: f64) -> (Profile, Silo) {
-        let silo = Silo { density: 800.0, gravity: 10.0, section: 0.025, top: 1.0 };
-        let mut profile = Profile {
-            axis: 2,
-            first: 0.01,
-            width: 0.02,
-            area: 0.01,
-            perimeter: 0.4,
-            shape: Shape::Sphere,
-            cells: vec![Cell::default(); 60],
-            inward: vec![0.0; 60],
-        };
-        for slab in 0..60 {
-            let z = profile.middle(slab);
-            let p = silo.pressure(z, k);
-            let cell = &mut profile.cells[slab];
-            cell.density = if z < 1.0 { 800.0 } else { 0.0 };
-            cell.contact = nalgebra::Matrix3::identity() * p;
-            cell.boundary.z = k * p * 0.4 * 0.02;
-        }
-        (profile, silo)
-    }
-
-    #[test]
-    fn the_fit_finds_the_curve_it_was_given_and_the_balance_agrees() {
-        let (profile, silo) = exact(0.3);
-        let found = Silo::new(&profile, [0.1, 0.9], -10.0).expect("filled");
-        assert!((found.top - 1.0).abs() < 1e-12 && (found.density - 800.0).abs() < 1e-9, "{found:?}");
-        assert!((found.section - silo.section).abs() < 1e-15);
-        let fit = found.fit(&profile, [0.1, 2.0]).expect("fits");
-        assert!((fit.value - 0.3).abs() < 1e-6 && fit.spread < 1e-6, "{fit:?}");
-        let direct = direct(&profile, [0.1, 0.9]).expect("slabs");
-        assert!((direct.value - 0.3).abs() < 1e-12 && direct.spread < 1e-12 && direct.slabs == 40);
-        // far down ρ g S/(k P), near the top hydrostatic
-        assert!((found.pressure(-10.0, 0.3) / (800.0 * 10.0 * 0.025 / 0.3) - 1.0).abs() < 1e-12);
-        assert!((found.pressure(0.9999, 0.3) / found.hydrostatic(0.9999) - 1.0).abs() < 1e-3);
-        assert!(Silo::new(&profile, [1.1, 1.2], 10.0).is_none(), "empty");
-    }
 }

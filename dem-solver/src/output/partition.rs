@@ -49,7 +49,6 @@ pub enum Partition {
 
 impl Partition {
     /// Number of cells.
-    #[must_use]
     pub fn len(&self) -> usize {
         match self {
             Self::Slabs(slabs) => slabs.count,
@@ -58,13 +57,11 @@ impl Partition {
     }
 
     /// Whether there is none.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// Volume of each cell, m³ (m² for discs).
-    #[must_use]
     pub fn volume(&self) -> f64 {
         match self {
             Self::Slabs(slabs) => slabs.area * slabs.width,
@@ -189,64 +186,5 @@ impl Grid {
         if sum > 0.0 {
             visit(whole / sum, share);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn slabs(shape: Shape, period: Option<f64>) -> Partition {
-        Partition::Slabs(Slabs { axis: 2, lower: 0.0, width: 0.3, count: 10, area: 2.0, period, shape })
-    }
-
-    fn total(partition: &Partition, x: f64) -> f64 {
-        let mut sum = 0.0;
-        partition.ball(&Vec3::new(0.5, 0.5, x), 0.4, |_, part| sum += part);
-        sum
-    }
-
-    #[test]
-    fn parts_add_up_to_what_lies_inside() {
-        for shape in [Shape::Sphere, Shape::Disc] {
-            let walls = slabs(shape, None);
-            assert!((total(&walls, 1.234) - 1.0).abs() < 1e-15);
-            assert!((total(&walls, 0.0) - 0.5).abs() < 1e-15, "half of it is outside");
-            assert!((total(&slabs(shape, Some(3.0)), 0.1) - 1.0).abs() < 1e-15, "the image has the rest");
-        }
-        // A unit cap of height 0.3/0.4: (2 − h)(1 + h)²/4 at h = −0.25
-        let mut first = 0.0;
-        slabs(Shape::Sphere, None).ball(&Vec3::new(0.0, 0.0, 0.4), 0.4, |slab, part| {
-            if slab == 0 {
-                first = part;
-            }
-        });
-        assert!((first - 0.25 * 2.25 * 0.75f64.powi(2)).abs() < 1e-15, "{first}");
-    }
-
-    #[test]
-    fn lines_are_cut_at_the_edges() {
-        let partition = slabs(Shape::Sphere, None);
-        let mut parts = [0.0; 10];
-        partition
-            .line(&Vec3::new(0.0, 0.0, 0.9), &Vec3::new(1.0, 0.0, 0.15), |slab, part| parts[slab] += part);
-        let expected = [0.2, 0.4, 0.4];
-        for (part, expected) in parts.iter().zip(expected) {
-            assert!((part - expected).abs() < 1e-14, "{parts:?}");
-        }
-        let mut level = 0.0;
-        partition.line(&Vec3::new(0.0, 0.0, 0.5), &Vec3::new(1.0, 0.0, 0.5), |_, part| level += part);
-        assert_eq!(level, 1.0);
-    }
-
-    #[test]
-    fn the_grid_gives_everything_to_its_cells() {
-        let grid = Grid { lower: [0.0; 3], spacing: [0.2; 3], cells: [5; 3], width: 0.3 };
-        let partition = Partition::Grid(grid);
-        assert_eq!((partition.len(), partition.is_empty()), (125, false));
-        assert!((total(&partition, 0.9) - 1.0).abs() < 1e-14);
-        let mut sum = 0.0;
-        partition.line(&Vec3::zeros(), &Vec3::new(1.0, 0.7, 0.2), |_, part| sum += part);
-        assert!((sum - 1.0).abs() < 1e-14);
     }
 }

@@ -38,7 +38,6 @@ fn lateral(axis: usize) -> [usize; 2] {
 
 impl Profile {
     /// Averages over the region of `asked`.
-    #[must_use]
     pub fn new(
         asked: &bedload_scene::Profile,
         spec: &DemSpec,
@@ -74,25 +73,21 @@ impl Profile {
     }
 
     /// Middle of a slab along the axis, m.
-    #[must_use]
     pub fn middle(&self, slab: usize) -> f64 {
         self.first + self.width * slab as f64
     }
 
     /// Granular pressure of a slab, Pa.
-    #[must_use]
     pub fn pressure(&self, slab: usize) -> f64 {
         self.cells[slab].pressure(self.shape)
     }
 
     /// Force of the side walls along the axis per area of wall, Pa.
-    #[must_use]
     pub fn wall_shear(&self, slab: usize) -> f64 {
         self.cells[slab].boundary[self.axis] / (self.perimeter * self.width)
     }
 
     /// Force of the side walls inward per area of wall, Pa.
-    #[must_use]
     pub fn wall_pressure(&self, slab: usize) -> f64 {
         self.inward[slab] / (self.perimeter * self.width)
     }
@@ -103,7 +98,6 @@ impl Profile {
     }
 
     /// As CSV; `more` are columns by name, one number per slab.
-    #[must_use]
     pub fn table(&self, more: &[(&str, Vec<f64>)]) -> String {
         let mut text = String::from(["x", "y", "z"][self.axis]);
         text += ",solid_fraction,density,velocity_x,velocity_y,velocity_z,stress_xx,stress_yy,stress_zz,stress_xy,\

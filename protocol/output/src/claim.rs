@@ -1,8 +1,9 @@
 //! One process at a time writes into a folder.
 
-use std::fs::{File, Metadata, TryLockError};
-use std::os::unix::fs::MetadataExt;
+use std::fs::{File, TryLockError};
 use std::path::Path;
+
+use protocol::new_file::is_at;
 
 use crate::error::OutputError;
 
@@ -33,12 +34,6 @@ impl Claim {
 
     /// Is the claimed folder still the one at `path`?
     pub(crate) fn is_at(&self, path: &Path) -> bool {
-        let identity = |data: Metadata| (data.dev(), data.ino());
-        let ours = self.folder.as_ref().map(|folder| folder.metadata().map(identity));
-        match (ours, std::fs::metadata(path).map(identity)) {
-            (Some(Ok(ours)), Ok(there)) => ours == there,
-            (None, _) => true,
-            _ => false,
-        }
+        self.folder.as_ref().is_none_or(|folder| is_at(folder, path))
     }
 }

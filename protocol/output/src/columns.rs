@@ -20,19 +20,16 @@ pub struct Sides {
 
 impl Sides {
     /// Fluid and DEM.
-    #[must_use]
     pub fn coupled() -> Self {
         Self { loads: true, motion: true, contact: true }
     }
 
     /// DEM without fluid.
-    #[must_use]
     pub fn dry() -> Self {
         Self { loads: false, motion: true, contact: true }
     }
 
     /// Fluid without DEM, about grains whose motion is given (`motion`: it is passed on, too).
-    #[must_use]
     pub fn fluid_alone(motion: bool) -> Self {
         Self { loads: true, motion, contact: false }
     }
@@ -59,7 +56,6 @@ pub enum When {
 }
 
 /// What `observe.energy` adds behind other extras: a DEM alone gives the values in this order.
-#[must_use]
 pub fn energy_columns() -> [Extra; 6] {
     [
         "elastic_energy",
@@ -96,7 +92,6 @@ pub struct Sample<'a> {
 
 impl Sample<'_> {
     /// End of the window, s: the instant that `kinematics` are of.
-    #[must_use]
     pub fn time(&self) -> f64 {
         self.window.time + self.window.dt
     }
@@ -121,7 +116,6 @@ struct Quantity {
     value: Value,
 }
 
-/// Which components it has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
     Vector,
@@ -245,7 +239,6 @@ impl FreeGrain {
 }
 
 /// Grains that the scene wants columns of.
-#[must_use]
 pub(crate) fn observed_grains(scene: &CheckedScene) -> Vec<usize> {
     let by_default = || (0..scene.grains.len().min(GRAINS_BY_DEFAULT)).collect();
     scene.scene.observe.grains.clone().unwrap_or_else(by_default)
@@ -253,7 +246,6 @@ pub(crate) fn observed_grains(scene: &CheckedScene) -> Vec<usize> {
 
 impl Columns {
     /// The columns of `scene` as `sides` sees it; scalars first, then grain by grain.
-    #[must_use]
     pub fn new(scene: &CheckedScene, sides: Sides, extras: &[Extra]) -> Self {
         let present = scene.present();
         let free: Vec<FreeGrain> = scene
@@ -347,13 +339,11 @@ impl Columns {
     }
 
     /// Names, `t` first.
-    #[must_use]
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
     /// Place and unit of a column.
-    #[must_use]
     pub fn find(&self, name: &str) -> Option<(usize, &str)> {
         let place = self.names.iter().position(|known| known == name)?;
         Some((place, &self.units[place]))
@@ -369,7 +359,6 @@ impl Columns {
     }
 
     /// Value of a column in the last row.
-    #[must_use]
     pub fn latest(&self, name: &str) -> Option<f64> {
         self.find(name).map(|(place, _)| self.row[place])
     }

@@ -4,29 +4,18 @@ use std::path::{Path, PathBuf};
 
 /// Why the output could not be written or read.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum OutputError {
     /// The system refused.
     #[error("cannot {action} {}: {source}", path.display())]
-    File {
-        /// What was tried.
-        action: &'static str,
-        /// On which path.
-        path: PathBuf,
-        /// Cause.
-        source: std::io::Error,
-    },
+    File { action: &'static str, path: PathBuf, source: std::io::Error },
     /// The folder holds something else.
     #[error(
         "{} is not empty and not an output folder of Bedload (its scene.toml does not begin with \
          `{marker}`): nothing was changed; name an empty or new folder with --out",
         path.display()
     )]
-    Foreign {
-        /// The folder.
-        path: PathBuf,
-        /// First words of a `scene.toml` that Bedload wrote.
-        marker: &'static str,
-    },
+    Foreign { path: PathBuf, marker: &'static str },
     /// Another process writes there.
     #[error("{} is in use by another process of Bedload: nothing was changed; wait until it ends, or name another \
              folder with --out", .0.display())]
@@ -38,14 +27,7 @@ pub enum OutputError {
     /// The scene needs what lies there.
     #[error("{} holds what the scene reads ({key} = {:?}): nothing was changed; name another folder with \
         --out", path.display(), needed.display().to_string())]
-    Needed {
-        /// The folder.
-        path: PathBuf,
-        /// Key of the scene.
-        key: &'static str,
-        /// The file or folder that it names.
-        needed: PathBuf,
-    },
+    Needed { path: PathBuf, key: &'static str, needed: PathBuf },
     /// A link stands where a folder should.
     #[error("{} is a symbolic link, which is not followed: nothing was changed; remove it, or name another folder with \
              --out", .0.display())]
@@ -53,12 +35,7 @@ pub enum OutputError {
     /// A name would lead out of the folder.
     #[error("{name:?} is no name of a file in {}: nothing was written; allowed: {}; give another \
         name", folder.display(), bedload_scene::FILE_NAME)]
-    Outside {
-        /// The folder.
-        folder: PathBuf,
-        /// The name.
-        name: String,
-    },
+    Outside { folder: PathBuf, name: String },
     /// A file went away under the run.
     #[error("{} was removed, or another put in its place, while the run wrote it: nothing \
              more was written; start the run again, and leave its folder alone", .0.display())]
@@ -74,17 +51,11 @@ pub enum OutputError {
     Scene(#[from] Box<bedload_scene::SceneError>),
     /// A file does not hold what it should.
     #[error("{}: {what}", path.display())]
-    Content {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, what was expected, what to do.
-        what: String,
-    },
+    Content { path: PathBuf, what: String },
 }
 
 impl OutputError {
     /// Was there no room for what was to be written?
-    #[must_use]
     pub fn is_full(&self) -> bool {
         matches!(self, Self::File { source, .. } if protocol::new_file::is_full(source))
     }

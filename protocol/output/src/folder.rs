@@ -24,7 +24,6 @@ macro_rules! files {
 
         impl OutputFolder {
             $($(#[$doc])*
-            #[must_use]
             pub fn $method(&self) -> PathBuf {
                 self.root.join($name)
             })*
@@ -194,7 +193,6 @@ impl OutputFolder {
     }
 
     /// Did the run in the folder come to its end?
-    #[must_use]
     pub fn is_finished(&self) -> bool {
         // Of whatever version wrote it: only its status counts.
         let text = protocol::input_file::read_text(&self.summary()).unwrap_or_default();
@@ -203,7 +201,6 @@ impl OutputFolder {
     }
 
     /// Did it come to its end, and does the scene ask for no later one?
-    #[must_use]
     pub fn is_finished_to(&self, until: f64) -> bool {
         let text = protocol::input_file::read_text(&self.scene()).unwrap_or_default();
         let old: toml::Table = toml::from_str(&text).unwrap_or_default();
@@ -275,19 +272,16 @@ impl OutputFolder {
     }
 
     /// The folder itself.
-    #[must_use]
     pub fn root(&self) -> &Path {
         &self.root
     }
 
     /// The scene as it was run.
-    #[must_use]
     pub fn scene(&self) -> PathBuf {
         self.root.join("scene.toml")
     }
 
     /// Path of part `part` of the log, counted from 1: a resume begins a new one.
-    #[must_use]
     pub fn log_part(&self, part: u32) -> PathBuf {
         match part {
             1 => self.log(),
@@ -296,7 +290,6 @@ impl OutputFolder {
     }
 
     /// The first part of the log that is not there yet.
-    #[must_use]
     pub fn next_log_part(&self) -> u32 {
         (1..u32::MAX).find(|part| !self.log_part(*part).exists()).unwrap_or(u32::MAX)
     }
@@ -315,13 +308,11 @@ impl OutputFolder {
     }
 
     /// Folder of the field files.
-    #[must_use]
     pub fn fields(&self) -> PathBuf {
         self.root.join("fields")
     }
 
     /// Folder of the checkpoint.
-    #[must_use]
     pub fn checkpoint(&self) -> PathBuf {
         self.root.join("checkpoint")
     }
@@ -337,7 +328,6 @@ fn write_in(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), OutputError> 
 /// [`CheckedScene::state_sha256`] of the scene from which a run was made, which the checkpoint of a solver
 /// alone and of the coupler bear, from the text of the `scene.toml` in its output folder; none if another
 /// program or an earlier version wrote that.
-#[must_use]
 pub fn state_of(scene: &str) -> Option<&str> {
     let mut head = scene.lines().take_while(|line| line.starts_with('#'));
     head.next().filter(|line| line.starts_with(MARKER))?;
@@ -367,7 +357,6 @@ fn remove_files(folder: &Path, ours: impl Fn(&Path) -> bool) -> Result<(), Outpu
 }
 
 /// The scene with every grain that is there from the start as one of `grains`.
-#[must_use]
 pub fn in_full(scene: &CheckedScene) -> CheckedScene {
     let mut full = scene.clone();
     full.scene.grains = scene.grains[..scene.grains.len() - scene.inserted.len()].to_vec();

@@ -24,7 +24,6 @@ pub struct GrainRow {
 }
 
 /// CSV that `[[grain_files]]` reads back to the same bits. Springs of contacts are not in it.
-#[must_use]
 pub fn grains_table(time: f64, grains: &[GrainRow]) -> String {
     let mut text = format!("# grains: {}\n# t = {time} s\n", grains.len());
     let odd = grains.iter().filter(|grain| !grain.round).count();

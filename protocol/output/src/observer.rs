@@ -126,13 +126,11 @@ impl Observer {
     }
 
     /// Value of a column after the last window.
-    #[must_use]
     pub fn latest(&self, column: &str) -> Option<f64> {
         self.columns.latest(column)
     }
 
     /// Counts so far.
-    #[must_use]
     pub fn tally(&self) -> &Tally {
         &self.tally
     }

@@ -41,7 +41,6 @@ pub struct Planes {
 
 impl Planes {
     /// Name of the file of a sample.
-    #[must_use]
     pub fn file_name(step: u64) -> String {
         format!("{NAME}{step:08}.csv")
     }
@@ -75,7 +74,6 @@ impl Planes {
     }
 
     /// Mean of samples of the same planes, each phase weighed with how much of it there is.
-    #[must_use]
     pub fn mean(samples: &[Self]) -> Option<Self> {
         let last = samples.last()?;
         let mut mean = last.clone();
@@ -175,7 +173,6 @@ impl Record {
         Ok(Self { mean: Planes::mean(&inside), samples })
     }
 
-    /// Text of the mean.
     pub(super) fn table(&self) -> Option<String> {
         self.mean.as_ref().map(Planes::to_string)
     }

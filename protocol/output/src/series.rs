@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use protocol::new_file::{OwnFile, new_file};
+use protocol::new_file::{OwnFile, is_at, new_file};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -138,7 +138,11 @@ impl SeriesWriter {
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.flushed = Instant::now();
         self.file.flush().map_err(OutputError::file("write", &self.path))?;
-        if self.file.get_ref().is_at(&self.path) { Ok(()) } else { Err(OutputError::Gone(self.path.clone())) }
+        if is_at(self.file.get_ref().file.file(), &self.path) {
+            Ok(())
+        } else {
+            Err(OutputError::Gone(self.path.clone()))
+        }
     }
 
     /// Puts every row on the disk, before a checkpoint, and says how far the file goes.
@@ -215,16 +219,6 @@ impl Counted {
             reader.consume(length);
         }
     }
-
-    /// Is the file still the one at that path?
-    fn is_at(&self, path: &Path) -> bool {
-        use std::os::unix::fs::MetadataExt;
-        let identity = |data: std::fs::Metadata| (data.dev(), data.ino());
-        match (std::fs::metadata(path), self.file.file().metadata()) {
-            (Ok(there), Ok(ours)) => identity(there) == identity(ours),
-            _ => false,
-        }
-    }
 }
 
 impl Write for Counted {
@@ -293,32 +287,27 @@ impl Series {
     }
 
     /// Names of the columns.
-    #[must_use]
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
     /// A column by name.
-    #[must_use]
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         let place = self.names.iter().position(|known| known == name)?;
         Some(&self.columns[place])
     }
 
     /// The times.
-    #[must_use]
     pub fn time(&self) -> &[f64] {
         self.column("t").unwrap_or(&[])
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
 
     /// Has it no row?
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

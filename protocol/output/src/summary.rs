@@ -189,7 +189,6 @@ pub struct MetricValue {
 
 impl MetricValue {
     /// A measured value; one that is not finite counts as not measured.
-    #[must_use]
     pub fn measured(value: f64, unit: &str, reference: Option<f64>, source: Option<String>) -> Self {
         if !value.is_finite() {
             return Self::missing(format!("the value is {value}"), unit, reference, source);
@@ -207,7 +206,6 @@ impl MetricValue {
     }
 
     /// What a metric came to: its value, perhaps with a note, or why there is none.
-    #[must_use]
     pub fn of(metric: &Metric, unit: &str, outcome: Result<(f64, Option<String>), String>) -> Self {
         let (reference, source) = (metric.reference, metric.source.clone());
         match outcome {
@@ -220,7 +218,6 @@ impl MetricValue {
     }
 
     /// A metric that could not be measured, and why.
-    #[must_use]
     pub fn missing(
         note: impl Into<String>,
         unit: &str,
@@ -233,7 +230,6 @@ impl MetricValue {
 
 impl Summary {
     /// A summary of `scene` in which nothing has been done yet.
-    #[must_use]
     pub fn new(scene: &CheckedScene, version: &str) -> Self {
         let domain = &scene.scene.domain;
         let cells = domain.cells.iter().map(|count| *count as u64).product();
@@ -341,7 +337,6 @@ impl Tally {
     }
 
     /// The `time` part of the summary; `contact_time` in s, infinite where nothing can touch.
-    #[must_use]
     pub fn time(&self, has_fluid: bool, contact_time: f64) -> Time {
         let mean = |count: u64| (count > 0).then(|| self.simulated / count as f64);
         Time {

@@ -27,7 +27,6 @@ pub use crate::clock::Clock;
 pub use crate::stand_in::{Answer, StandIn};
 
 /// The motion that the scene prescribes, at the end of each window.
-#[must_use]
 pub fn prescribed_motion(scene: &CheckedScene) -> Answer<Kinematics> {
     let grains = scene.grains.clone();
     Box::new(move |window, out| {
@@ -39,7 +38,6 @@ pub fn prescribed_motion(scene: &CheckedScene) -> Answer<Kinematics> {
 }
 
 /// State of a grain that forces do not move, at time `t`.
-#[must_use]
 pub fn motion_at(grain: &Grain, t: f64) -> Kinematics {
     let (displacement, velocity, spin) = match (grain.motion, grain.oscillation) {
         (Motion::Prescribed, Some(swing)) => swung(&swing, t),
@@ -68,7 +66,6 @@ fn swung(swing: &Oscillation, t: f64) -> ([f64; 3], [f64; 3], [f64; 3]) {
 }
 
 /// Buoyancy alone: −m_f g on every grain, where the scene has a fluid.
-#[must_use]
 pub fn buoyancy(scene: &CheckedScene) -> Answer<Loads> {
     let gravity = scene.scene.gravity;
     let density = scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);

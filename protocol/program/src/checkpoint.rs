@@ -21,9 +21,7 @@ use crate::failure::Failure;
 pub(crate) struct LoopState<S> {
     /// Series, metrics and counts.
     pub(crate) observer: ObserverState,
-    /// Costs up to here.
     pub(crate) cost: Cost,
-    /// Of the schedule.
     pub(crate) schedule: S,
 }
 
@@ -34,9 +32,6 @@ const MOTION: &str = "motion";
 pub(crate) type LastMotion = (f64, Vec<Kinematics>);
 
 /// Writes the last motion into the checkpoint of window `step`, before that is whole.
-///
-/// # Errors
-/// [`Failure`] if the disk refuses.
 pub(crate) fn write_motion(
     folder: &OutputFolder,
     step: u64,
@@ -47,9 +42,6 @@ pub(crate) fn write_motion(
 }
 
 /// The last motion in a checkpoint, if a run ended there.
-///
-/// # Errors
-/// [`Failure::Input`] if the file is damaged.
 pub(crate) fn read_motion(path: &Path, identity: &str) -> Result<Option<LastMotion>, Failure> {
     if !checkpoint::path(path, MOTION).is_file() {
         return Ok(None);
@@ -58,9 +50,6 @@ pub(crate) fn read_motion(path: &Path, identity: &str) -> Result<Option<LastMoti
 }
 
 /// Writes the loop's file: the checkpoint of window `step` is whole from then on, and older ones go.
-///
-/// # Errors
-/// [`Failure`] if the disk refuses.
 pub(crate) fn complete(
     folder: &OutputFolder,
     step: u64,
@@ -74,9 +63,6 @@ pub(crate) fn complete(
 }
 
 /// Newest whole checkpoint: its folder and the state of the loop.
-///
-/// # Errors
-/// [`Failure::Input`] if there is none, or it is of another scene.
 pub(crate) fn latest<S: DeserializeOwned>(
     folder: &OutputFolder,
     identity: &str,

@@ -16,7 +16,6 @@ pub struct Clock {
 impl Clock {
     /// The next window from `time`, ending at `until` at the latest; the last two share what is left, so that
     /// none is a sliver, over which the mean of a force means nothing.
-    #[must_use]
     pub fn next(&self, step: u64, time: f64, until: f64, limit: f64, output: bool) -> Window {
         let wished = if self.adaptive && limit.is_finite() { limit } else { self.window };
         // A remainder of a few parts in 1e9 is rounding, not a window.

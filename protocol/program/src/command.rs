@@ -70,7 +70,6 @@ enum Command {
 }
 
 /// The whole program.
-#[must_use]
 pub fn main<S>() -> ExitCode
 where
     S: Solver,

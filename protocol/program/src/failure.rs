@@ -46,7 +46,6 @@ pub enum Failure {
 
 impl Failure {
     /// Exit code (docs/conventions.md).
-    #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Run(_) => 1,

@@ -33,13 +33,11 @@ impl Heartbeats {
     }
 
     /// The variable that tells a solver where to send: name and value.
-    #[must_use]
     pub fn variable(&self) -> (&str, &str) {
         (SOCKET, &self.name)
     }
 
     /// Has one come since it was asked last?
-    #[must_use]
     pub fn any(&self) -> bool {
         let mut any = false;
         while self.socket.recv(&mut [0]).is_ok() {

@@ -40,13 +40,11 @@ impl Interrupts {
     }
 
     /// Listens to nothing: for a run inside another program.
-    #[must_use]
     pub fn never() -> Self {
         Self(Arc::default())
     }
 
     /// Signals so far.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.0.load(Ordering::SeqCst)
     }

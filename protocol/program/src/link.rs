@@ -48,7 +48,6 @@ pub struct Messages<'a> {
 
 impl Messages<'_> {
     /// Header of the kinematics; without a DEM that of the loads.
-    #[must_use]
     pub fn header(&self) -> Header {
         self.kinematics_header.or(self.loads_header).copied().unwrap_or_default()
     }

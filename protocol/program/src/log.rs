@@ -23,7 +23,6 @@ const FRAME: [f64; 2] = [140.0, 32.0];
 
 /// Size of the log of a run of so many windows, bytes, before compression; of few grains it packs to an
 /// eighth, of many hardly. `alone` is the solver that runs alone.
-#[must_use]
 pub fn log_bytes(alone: Option<Role>, grains: usize, windows: f64) -> f64 {
     let (loads, kinematics) = (size_of::<Loads>(), size_of::<Kinematics>());
     let (record, most) = match alone {

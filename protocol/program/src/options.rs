@@ -39,7 +39,6 @@ pub struct RunOptions {
 
 impl RunOptions {
     /// Options that ask for nothing but a scene.
-    #[must_use]
     pub fn of_scene(scene: &Path) -> Self {
         Self {
             scene: scene.to_owned(),
@@ -64,7 +63,6 @@ impl RunOptions {
 
     /// `--set` as given, then `--until` as `until=T`: what a solver process needs to read
     /// the same scene.
-    #[must_use]
     pub fn all_overrides(&self) -> Vec<String> {
         let mut all = self.overrides.clone();
         // `{:?}` keeps the point of a whole number, so that TOML reads a float.
@@ -73,7 +71,6 @@ impl RunOptions {
     }
 
     /// Path of the output folder: `--out`, or `out/<name of the scene>`.
-    #[must_use]
     pub fn out_path(&self) -> PathBuf {
         let name = self.scene.file_stem().unwrap_or("scene".as_ref());
         self.out.clone().unwrap_or_else(|| Path::new("out").join(name))
@@ -92,7 +89,6 @@ impl RunOptions {
     }
 
     /// Number of threads: `--threads`, or as many as the machine offers.
-    #[must_use]
     pub fn threads(&self) -> usize {
         let offered = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
         self.threads.map_or_else(offered, NonZeroUsize::get)

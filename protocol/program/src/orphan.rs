@@ -15,7 +15,6 @@ pub const PARENT: &str = "BEDLOAD_PARENT";
 pub(crate) const PARENT_DIED: Signal = Signal::USR1;
 
 /// This process, for [`PARENT`]: its number, and where processes have these numbers.
-#[must_use]
 pub fn parent_name() -> String {
     format!("{} {}", std::process::id(), numbered_in())
 }

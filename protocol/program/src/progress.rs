@@ -10,7 +10,6 @@ const BAR_EVERY: Duration = Duration::from_millis(200);
 /// Resolution of the bar.
 const TICKS: f64 = 10_000.0;
 
-/// Progress of a run.
 #[derive(Debug)]
 pub(crate) struct Progress {
     program: &'static str,
@@ -26,7 +25,6 @@ pub(crate) struct Progress {
 impl Progress {
     /// Of a run of `program` from time `from` to `until`, s. One that `may_end_sooner` is promised at
     /// most the time left.
-    #[must_use]
     pub(crate) fn new(program: &'static str, from: f64, until: f64, may_end_sooner: bool) -> Self {
         let most = if may_end_sooner { "at most " } else { "" };
         let bar = std::io::stderr().is_terminal().then(|| {

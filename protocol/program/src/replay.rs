@@ -60,7 +60,6 @@ pub struct LogSchedule<'a, C> {
 
 impl<'a, C: Compare> LogSchedule<'a, C> {
     /// The windows of `log`, which `compare` is given.
-    #[must_use]
     pub fn new(log: LogReader, compare: C, options: LogOptions<'a>) -> Self {
         Self {
             options,

@@ -19,7 +19,6 @@ use crate::link::{Attempt, End, Link, Schedule};
 use crate::log::Log;
 use crate::progress::Progress;
 
-/// A run under way.
 pub(crate) struct RunLoop<'a, L, S> {
     link: L,
     schedule: S,
@@ -54,9 +53,6 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
 
     /// The loop of a run, from its start or from a checkpoint; with `last`, up to that window and without a
     /// log.
-    ///
-    /// # Errors
-    /// [`Failure`] if the output cannot be opened.
     pub(crate) fn with_output(
         link: L,
         schedule: S,
@@ -94,9 +90,6 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
     }
 
     /// Runs to the end, or to an interrupt.
-    ///
-    /// # Errors
-    /// [`Failure`]; solvers may live still, [`RunLoop::close`] ends them.
     pub(crate) fn advance(&mut self) -> Result<End, Failure> {
         loop {
             let interrupted = self.interrupts.count() > 0;
@@ -203,9 +196,6 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
     }
 
     /// Ends the solvers, finishes log and series, and fills the summary.
-    ///
-    /// # Errors
-    /// [`Failure`] if a file could not be finished.
     pub(crate) fn close(mut self, summary: &mut Summary, end: Option<End>) -> Result<(), Failure> {
         self.heartbeat.beat();
         let Some(mut output) = self.output.take() else { return Ok(()) };

@@ -21,7 +21,6 @@ pub struct StandIn<In: Record, Out: Record> {
 
 impl<In: Record, Out: Record> StandIn<In, Out> {
     /// For `grains` grains, with `answer` in place of the peer.
-    #[must_use]
     pub fn new(grains: usize, answer: Answer<In>) -> Self {
         Self { answer: Some(answer), ..Self::of_log(grains) }
     }
@@ -40,7 +39,6 @@ impl<In: Record, Out: Record> StandIn<In, Out> {
     }
 
     /// What the solver sent in the last window.
-    #[must_use]
     pub fn outgoing(&self) -> (&Header, &[Out]) {
         (&self.header, &self.outgoing)
     }

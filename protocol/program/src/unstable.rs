@@ -36,7 +36,6 @@ pub struct Found {
 
 impl Found {
     /// The message of a run that ends in `window`, with what a user can do.
-    #[must_use]
     pub fn message(&self, window: &Window, remedy: &str) -> String {
         let Self { text, window: began } = self;
         let Window { step, time, .. } = window;
@@ -50,7 +49,6 @@ pub struct SpeedLimit(f64);
 
 impl SpeedLimit {
     /// Of a scene; none where nothing is expected to move.
-    #[must_use]
     pub fn new(scene: &CheckedScene) -> Self {
         let speeds = Speeds::of(scene);
         let expected = speeds.flow + speeds.grain.max(speeds.approach);
@@ -58,7 +56,6 @@ impl SpeedLimit {
     }
 
     /// Judges the speed of a grain at the end of a window.
-    #[must_use]
     pub fn judge(&self, grain: usize, motion: &Kinematics, window: &Window) -> Option<Found> {
         let speed = norm(&motion.velocity);
         (speed > self.0).then(|| Found {
@@ -73,7 +70,6 @@ impl SpeedLimit {
     }
 }
 
-/// A free grain.
 #[derive(Clone, Copy, Debug)]
 struct Free {
     grain: usize,
@@ -120,11 +116,6 @@ impl Energy {
     /// For the free grains of a scene whose contacts last `contact_time`, s.
     pub(crate) fn new(scene: &CheckedScene, contact_time: f64, seen: Seen) -> Self {
         let shared = &scene.scene;
-        let mut periods = [None; 3];
-        for axis in (0..shared.domain.dimensions()).filter(|axis| shared.domain.is_periodic(*axis)) {
-            let extent = shared.domain.upper[axis] - shared.domain.lower[axis];
-            periods[shared.domain.geometry.component(axis)] = Some(extent);
-        }
         let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
         let g = norm(&shared.gravity);
         Self {
@@ -135,7 +126,7 @@ impl Energy {
                 })
                 .collect(),
             gravity: shared.gravity,
-            periods,
+            periods: shared.domain.periods().map(|period| period.map(|(_, length)| length)),
             stored: free().map(|(_, grain)| grain.mass() * g * grain.radius).sum(),
             every: LOOK * contact_time,
             limit: SpeedLimit::new(scene),

@@ -75,19 +75,16 @@ impl CheckedScene {
     }
 
     /// Number of grains that are there from the start.
-    #[must_use]
     pub fn present(&self) -> usize {
         self.grains.len() - self.inserted.len()
     }
 
     /// Is any grain free, so that a DEM is needed?
-    #[must_use]
     pub fn has_free_grains(&self) -> bool {
         self.grains.iter().any(|grain| matches!(grain.motion, Motion::Free))
     }
 
     /// The planes that grains touch: explicit walls, then the domain's faces that are walls.
-    #[must_use]
     pub fn contact_walls(&self) -> Vec<Wall> {
         let mut walls = self.scene.walls.clone();
         walls.extend(self.scene.domain.contact_faces());
@@ -96,14 +93,12 @@ impl CheckedScene {
 
     /// SHA-256 of the text in hexadecimal: the identity of the scene. `[chart]` and `[stability]` do
     /// not count: they say which other runs to make, and nothing about this one.
-    #[must_use]
     pub fn sha256(&self) -> String {
         hexadecimal(&self.source.without_sweeps())
     }
 
     /// SHA-256 in hexadecimal of what the scene says, its end aside: what a checkpoint is of. So a run goes
     /// on past the end that it had, and with other comments.
-    #[must_use]
     pub fn state_sha256(&self) -> String {
         self.written_from.clone().unwrap_or_else(|| hexadecimal(&self.source.without_end()))
     }

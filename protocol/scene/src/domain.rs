@@ -32,7 +32,6 @@ pub enum Axis {
 
 impl Axis {
     /// `x`, `y`, `z` or `r`.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::X => "x",
@@ -43,7 +42,6 @@ impl Axis {
     }
 
     /// Component of a laboratory vector along this axis; the radial one stands for x.
-    #[must_use]
     pub fn component(self) -> usize {
         match self {
             Self::X | Self::R => 0,
@@ -55,7 +53,6 @@ impl Axis {
 
 impl Geometry {
     /// The grid's axes in order.
-    #[must_use]
     pub fn axes(self) -> &'static [Axis] {
         match self {
             Self::Plane => &[Axis::X, Axis::Z],
@@ -66,7 +63,6 @@ impl Geometry {
 
     /// Component (0 = x, 1 = y, 2 = z) of a laboratory vector along grid axis `axis`; the radial
     /// axis maps to x.
-    #[must_use]
     pub fn component(self, axis: usize) -> usize {
         self.axes()[axis].component()
     }
@@ -90,7 +86,6 @@ pub enum WallKind {
 
 impl WallKind {
     /// Does fluid pass through?
-    #[must_use]
     pub fn is_open(self) -> bool {
         matches!(self, Self::Inflow | Self::Outflow)
     }
@@ -109,7 +104,6 @@ pub enum InflowProfile {
 
 impl InflowProfile {
     /// Is it [`InflowProfile::Uniform`]?
-    #[must_use]
     pub fn is_uniform(&self) -> bool {
         *self == Self::Uniform
     }
@@ -205,7 +199,6 @@ pub struct Faces {
 
 impl Faces {
     /// (both, lower, upper) as written for an axis.
-    #[must_use]
     pub fn of(&self, axis: Axis) -> (Option<Face>, Option<Face>, Option<Face>) {
         match axis {
             Axis::X => (self.x, self.x_lower, self.x_upper),
@@ -250,13 +243,11 @@ pub struct Domain {
 
 impl Domain {
     /// Number of axes of the grid.
-    #[must_use]
     pub fn dimensions(&self) -> usize {
         self.geometry.axes().len()
     }
 
     /// Faces of grid axis `axis`, once validated.
-    #[must_use]
     pub fn boundary(&self, axis: usize) -> Option<Boundary> {
         let name = self.geometry.axes()[axis];
         let (both, lower, upper) = self.boundary.of(name);
@@ -269,27 +260,34 @@ impl Domain {
     }
 
     /// Is grid axis `axis` periodic?
-    #[must_use]
     pub fn is_periodic(&self, axis: usize) -> bool {
         self.boundary(axis).is_some_and(|faces| faces.upper.kind == WallKind::Periodic)
     }
 
-    /// Lower corner and length, m, along each component (x, y, z) that is periodic and that the region
-    /// between these corners spans from face to face; there the region has no ends.
-    #[must_use]
-    pub(crate) fn spanned(&self, lower: &[f64; 3], upper: &[f64; 3]) -> [Option<[f64; 2]>; 3] {
-        let mut spanned = [None; 3];
+    /// Lower end and length, m, along each component (x, y, z) that is periodic.
+    pub fn periods(&self) -> [Option<(f64, f64)>; 3] {
+        let mut periods = [None; 3];
         for axis in (0..self.dimensions()).filter(|axis| self.is_periodic(*axis)) {
-            let (component, low, high) = (self.geometry.component(axis), self.lower[axis], self.upper[axis]);
-            if lower[component] <= low && upper[component] >= high {
-                spanned[component] = Some([low, high - low]);
+            let lower = self.lower[axis];
+            periods[self.geometry.component(axis)] = Some((lower, self.upper[axis] - lower));
+        }
+        periods
+    }
+
+    /// Those that the region between these corners spans from face to face; there it has no ends.
+    pub(crate) fn spanned(&self, lower: &[f64; 3], upper: &[f64; 3]) -> [Option<(f64, f64)>; 3] {
+        let mut spanned = self.periods();
+        for axis in 0..self.dimensions() {
+            let component = self.geometry.component(axis);
+            let spans = lower[component] <= self.lower[axis] && upper[component] >= self.upper[axis];
+            if !spans {
+                spanned[component] = None;
             }
         }
         spanned
     }
 
     /// Does a face of grid axis `axis` hold the fluid?
-    #[must_use]
     pub fn has_wall(&self, axis: usize) -> bool {
         let faces = self.boundary(axis);
         faces.is_some_and(|b| b.lower.iter().chain([&b.upper]).any(|f| f.kind == WallKind::NoSlip))
@@ -297,7 +295,6 @@ impl Domain {
 
     /// Largest over mean velocity of the inflow through a face of grid axis `axis`: 1 if uniform, 3/2
     /// for each pair of walls (or wall and free side) across, 2 in a tube.
-    #[must_use]
     pub fn peak_over_mean(&self, axis: usize, face: &Face) -> f64 {
         if face.kind != WallKind::Inflow || face.profile.is_uniform() {
             return 1.0;
@@ -307,13 +304,11 @@ impl Domain {
     }
 
     /// Number of cells.
-    #[must_use]
     pub fn cell_count(&self) -> usize {
         self.cells.iter().product()
     }
 
     /// Spacing near the grains along grid axis `axis`: of the uniform part where it is stretched.
-    #[must_use]
     pub fn spacing(&self, axis: usize) -> f64 {
         match self.stretching {
             Some(stretching) if stretching.axis == self.geometry.axes()[axis] => stretching.spacing,
@@ -322,7 +317,6 @@ impl Domain {
     }
 
     /// The least of [`Domain::spacing`] over the axes, m.
-    #[must_use]
     pub fn smallest_spacing(&self) -> f64 {
         (0..self.dimensions()).map(|axis| self.spacing(axis)).fold(f64::INFINITY, f64::min)
     }
@@ -333,14 +327,12 @@ impl Domain {
     }
 
     /// Is a centre at `position` (x, y, z; m) in the box? Along periodic axes it always is.
-    #[must_use]
     pub fn holds(&self, position: &[f64; 3]) -> bool {
         (0..self.dimensions()).all(|axis| self.is_periodic(axis) || !self.is_beyond(axis, position))
     }
 
     /// Lower and upper limit of each component (x, y, z) in the box, m; infinite along periodic axes, and
     /// where there is no axis.
-    #[must_use]
     pub fn limits(&self) -> [[f64; 2]; 3] {
         let mut limits = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
         for axis in (0..self.dimensions()).filter(|axis| !self.is_periodic(*axis)) {
@@ -350,7 +342,6 @@ impl Domain {
     }
 
     /// The same where grains can leave: infinite too at faces that they touch.
-    #[must_use]
     pub fn open_limits(&self) -> [[f64; 2]; 3] {
         let mut limits = self.limits();
         for wall in self.contact_faces() {
@@ -363,7 +354,6 @@ impl Domain {
     }
 
     /// The faces that grains touch, as plane walls.
-    #[must_use]
     pub fn contact_faces(&self) -> Vec<Wall> {
         let mut walls = Vec::new();
         for axis in 0..self.dimensions() {
@@ -460,7 +450,6 @@ pub struct FlowRate {
 
 impl Medium {
     /// Kinematic viscosity ν = μ/ρ, m²/s.
-    #[must_use]
     pub fn kinematic_viscosity(&self) -> f64 {
         self.viscosity / self.density
     }

@@ -27,7 +27,6 @@ pub struct SceneError {
 
 impl SceneError {
     /// An error that has no place in a text.
-    #[must_use]
     pub fn of_file(file: &str, message: String, remedy: &str) -> Self {
         Self {
             file: file.to_owned(),
@@ -41,7 +40,6 @@ impl SceneError {
     }
 
     /// The same for a terminal.
-    #[must_use]
     pub fn printable(&self) -> Self {
         let shown = |text: &str| printable(text).into_owned();
         Self {
@@ -55,7 +53,6 @@ impl SceneError {
     }
 
     /// `file:line: key`, as far as each is known.
-    #[must_use]
     pub fn place(&self) -> String {
         let mut place = self.file.clone();
         if self.line > 0 {

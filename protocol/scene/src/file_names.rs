@@ -31,7 +31,6 @@ pub const FILE_NAME: &str =
     "1 to 100 letters (a to z, A to Z), digits, `-`, `_` and `.`, not beginning with `.`";
 
 /// Is this the name of a file in one folder, whatever the system: [`FILE_NAME`]?
-#[must_use]
 pub fn is_file_name(name: &str) -> bool {
     let sign = |sign: char| sign.is_ascii_alphanumeric() || "-_.".contains(sign);
     (1..=MOST).contains(&name.len()) && !name.starts_with('.') && name.chars().all(sign)
@@ -39,7 +38,6 @@ pub fn is_file_name(name: &str) -> bool {
 
 /// Has the output folder a file of its own of this name? Some systems make no difference between small and
 /// capital letters.
-#[must_use]
 pub(crate) fn is_taken(name: &str) -> bool {
     OUTPUT_FILES.iter().any(|own| own.eq_ignore_ascii_case(name))
 }

@@ -21,13 +21,11 @@ const COMMANDS: [&str; 2] = ["fluid.command", "dem.command"];
 
 impl SceneSource {
     /// Folder of the scene, from which the files that it names are looked up.
-    #[must_use]
     pub fn folder(&self) -> &Path {
         Path::new(&self.file).parent().unwrap_or(Path::new(""))
     }
 
     /// The text with every file by its whole path, so that it says the same in any folder.
-    #[must_use]
     pub fn text_for_any_folder(&self) -> Cow<'_, str> {
         let Ok(mut document) = self.text.parse::<DocumentMut>() else { return Cow::Borrowed(&self.text) };
         let mut changed = false;
@@ -49,7 +47,6 @@ impl SceneSource {
     }
 
     /// Whole paths of the files and folders that the scene names, with their keys.
-    #[must_use]
     pub fn files(&self) -> Vec<(&'static str, PathBuf)> {
         let Ok(mut document) = self.text.parse::<DocumentMut>() else { return Vec::new() };
         let mut files = Vec::new();
@@ -133,45 +130,5 @@ fn at(item: &mut Item, key: &str, visit: &mut dyn FnMut(&mut Value)) {
 fn in_table(table: &mut dyn TableLike, key: &str, visit: &mut dyn FnMut(&mut Value)) {
     if let Some(value) = table.get_mut(key).and_then(Item::as_value_mut) {
         visit(value);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_file_is_looked_up_from_the_scene_and_all_else_stays() {
-        let text = "# a bed\nuntil = 1.0\ngrain_files = [{ file = \"a.csv\" }]\n[[metrics]] # one\nname = \"u\"\n\
-                    file = \"../b.csv\" # here\n[[metrics]]\nname = \"n\"\n[chart]\nreference = { file = \"/c.csv\" }\n\
-                    [dem]\ninitial_state = \"runs/d\"\ncommand = [\"bin/dem\", \"-q\", \"no-file\"]\n\
-                    [fluid]\ncommand = [\"fluid\"]\n\
-                    [medium]\ninitial = { type = \"run\", folder = \"runs/f\" }\n";
-        let source = SceneSource { file: "/scenes/s.toml (with --set)".into(), text: text.into() };
-        let expected = text
-            .replace("a.csv", "/scenes/a.csv")
-            .replace("../b.csv", "/b.csv")
-            .replace("runs/d", "/scenes/runs/d")
-            .replace("runs/f", "/scenes/runs/f")
-            .replace("bin/dem", "/scenes/bin/dem");
-        assert_eq!(source.text_for_any_folder(), expected);
-        let files = source.files();
-        assert_eq!(files.len(), 5);
-        assert!(files.contains(&("dem.initial_state", PathBuf::from("/scenes/runs/d"))), "{files:?}");
-        let again = SceneSource { file: "/other/s.toml".into(), text: expected.clone() };
-        assert_eq!(again.text_for_any_folder(), expected);
-    }
-
-    #[test]
-    fn a_word_of_a_command_is_a_path_if_the_file_is_there() {
-        let folder = std::env::temp_dir().join(format!("bedload-files-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(folder.join("my-dem.py"), "").unwrap();
-        let text = "[dem]\ncommand = [\"python3\", \"my-dem.py\", \"other.py\"]\n".to_owned();
-        let file = folder.join("s.toml").display().to_string();
-        let found = SceneSource { file, text: text.clone() }.text_for_any_folder().into_owned();
-        std::fs::remove_dir_all(&folder).unwrap();
-        let path = folder.join("my-dem.py").display().to_string();
-        assert_eq!(found, text.replace("my-dem.py", &path));
     }
 }

@@ -28,7 +28,6 @@ pub enum Shape {
 
 impl Shape {
     /// Whether it is a sphere or a disc.
-    #[must_use]
     pub fn is_round(self) -> bool {
         matches!(self, Self::Sphere | Self::Disc)
     }
@@ -126,7 +125,6 @@ fn not_given() -> f64 {
 
 impl Grain {
     /// A free sphere at rest.
-    #[must_use]
     pub fn at(position: [f64; 3], radius: f64, density: f64) -> Self {
         Self {
             shape: Shape::Sphere,
@@ -146,7 +144,6 @@ impl Grain {
     }
 
     /// Volume (plane: per unit depth), m³ or m².
-    #[must_use]
     pub fn volume(&self) -> f64 {
         use std::f64::consts::PI;
         match self.shape {
@@ -159,7 +156,6 @@ impl Grain {
     }
 
     /// Moment of inertia over mass, m²: 2R²/5 for a sphere, R²/2 for a disc.
-    #[must_use]
     pub fn gyration(&self) -> f64 {
         match self.shape {
             Shape::Sphere => 0.4 * self.radius * self.radius,
@@ -171,7 +167,6 @@ impl Grain {
     }
 
     /// Outline of a body that is not round; of a scene that was checked every such body has one.
-    #[must_use]
     pub fn outline(&self) -> Option<Outline> {
         match self.shape {
             Shape::Sphere | Shape::Disc => None,
@@ -182,13 +177,11 @@ impl Grain {
     }
 
     /// Angle by which the body is turned about y, from z to x, rad.
-    #[must_use]
     pub fn angle(&self) -> f64 {
         2.0 * self.orientation[2].atan2(self.orientation[0])
     }
 
     /// How far the surface reaches from the centre along `direction`, a unit vector of the laboratory, m.
-    #[must_use]
     pub fn reach_along(&self, direction: [f64; 3]) -> f64 {
         let Some(outline) = self.outline() else { return self.radius };
         let (sine, cosine) = self.angle().sin_cos();
@@ -199,7 +192,6 @@ impl Grain {
     }
 
     /// Diameter of the round body of the same volume, m.
-    #[must_use]
     pub fn equivalent_diameter(&self) -> f64 {
         if self.shape.is_round() {
             2.0 * self.radius
@@ -209,19 +201,16 @@ impl Grain {
     }
 
     /// Least width of the body, m.
-    #[must_use]
     pub fn thickness(&self) -> f64 {
         self.outline().map_or(2.0 * self.radius, |outline| outline.thickness())
     }
 
     /// Mass (plane: per unit depth).
-    #[must_use]
     pub fn mass(&self) -> f64 {
         self.density * self.volume()
     }
 
     /// Is this degree of freedom free in `geometry`?
-    #[must_use]
     pub fn is_free(&self, freedom: Freedom, geometry: Geometry) -> bool {
         let allowed: &[Freedom] = match geometry {
             Geometry::Plane => &[Freedom::X, Freedom::Z, Freedom::SpinY],

@@ -54,7 +54,6 @@ pub struct Inserted {
 
 impl Insertion {
     /// How far the region has moved at `time`, m.
-    #[must_use]
     pub fn shift(&self, time: f64) -> [f64; 3] {
         let moving = (time - self.start).clamp(0.0, self.count as f64 / self.rate);
         self.rise.map(|speed| speed * moving)
@@ -62,7 +61,6 @@ impl Insertion {
 
     /// Place in the region as it was at t = 0 for `grain` at `attempt` in window `step`: the same
     /// numbers, the same place.
-    #[must_use]
     pub fn place(&self, domain: &Domain, radius: f64, grain: u64, step: u64, attempt: u64) -> [f64; 3] {
         let mut mixed = SplitMix64(self.seed);
         for number in [grain, step, attempt] {

@@ -170,12 +170,12 @@ fn stir(group: &Group, geometry: Geometry, grains: &mut [Grain]) {
 struct Cells {
     width: f64,
     /// Lower corner and length along the axes that go round.
-    spanned: [Option<[f64; 2]>; 3],
+    spanned: [Option<(f64, f64)>; 3],
     grains: std::collections::HashMap<[i64; 3], Vec<usize>>,
 }
 
 impl Cells {
-    fn new(width: f64, spanned: [Option<[f64; 2]>; 3]) -> Self {
+    fn new(width: f64, spanned: [Option<(f64, f64)>; 3]) -> Self {
         Self { width, spanned, grains: std::collections::HashMap::new() }
     }
 
@@ -187,7 +187,7 @@ impl Cells {
     fn cell(&self, position: &[f64; 3]) -> [i64; 3] {
         std::array::from_fn(|axis| match self.spanned[axis] {
             None => (position[axis] / self.width).floor() as i64,
-            Some([lower, length]) => {
+            Some((lower, length)) => {
                 let count = self.round(length);
                 ((position[axis] - lower) / length * count as f64).floor() as i64
             }
@@ -198,7 +198,7 @@ impl Cells {
     fn folded(&self, cell: [i64; 3]) -> [i64; 3] {
         std::array::from_fn(|axis| match self.spanned[axis] {
             None => cell[axis],
-            Some([_, length]) => cell[axis].rem_euclid(self.round(length)),
+            Some((_, length)) => cell[axis].rem_euclid(self.round(length)),
         })
     }
 
@@ -216,7 +216,7 @@ impl Cells {
             let other = &grains[*other];
             let square = |axis: usize| {
                 let apart = position[axis] - other.position[axis];
-                let turn = |[_, length]: [f64; 2]| length * (apart / length).round();
+                let turn = |(_, length): (f64, f64)| length * (apart / length).round();
                 (apart - self.spanned[axis].map_or(0.0, turn)).powi(2)
             };
             let distance2: f64 = (0..3).map(square).sum();

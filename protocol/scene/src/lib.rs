@@ -20,8 +20,6 @@ mod random;
 mod rest;
 mod retired;
 mod rough_walls;
-#[cfg(test)]
-mod scene_tests;
 mod shared;
 mod source;
 pub mod speeds;

@@ -312,7 +312,6 @@ pub struct HeapReference {
 
 impl Column {
     /// A column that ends at the first gap, let go at once, with bins of the default width.
-    #[must_use]
     pub fn at_rest(half_length: f64, centre: f64) -> Self {
         Self { half_length, centre, release: 0.0, bin: 0.0, end: HeapEnd::Gap, floor: None }
     }
@@ -320,26 +319,22 @@ impl Column {
 
 impl MetricKind {
     /// The values of its keys, as `scene.toml` has them.
-    #[must_use]
     pub fn keys(&self) -> toml::Table {
         toml::Table::try_from(self).unwrap_or_default()
     }
 
     /// The table that a metric of this kind and of this name leaves in the output folder under its own name,
     /// if it leaves one.
-    #[must_use]
     pub fn table(&self, name: &str) -> Option<String> {
         matches!(self, Self::VelocityDifference { .. }).then(|| format!("{name}.csv"))
     }
 
     /// The grain that it is about, if it is about one.
-    #[must_use]
     pub fn grain(&self) -> Option<usize> {
         self.keys().get("grain")?.as_integer()?.try_into().ok()
     }
 
     /// The column that it is about, if it is about one.
-    #[must_use]
     pub fn column(&self) -> Option<Column> {
         match self {
             Self::DepositRunOut(column)

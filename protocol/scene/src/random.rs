@@ -2,11 +2,9 @@
 
 use crate::domain::Geometry;
 
-/// The stream.
 pub(crate) struct SplitMix64(pub(crate) u64);
 
 impl SplitMix64 {
-    /// Next 64 bits.
     pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -31,7 +29,7 @@ impl SplitMix64 {
     pub(crate) fn place(
         &mut self,
         geometry: Geometry,
-        spanned: &[Option<[f64; 2]>; 3],
+        spanned: &[Option<(f64, f64)>; 3],
         lower: &[f64; 3],
         upper: &[f64; 3],
         radius: f64,
@@ -40,12 +38,48 @@ impl SplitMix64 {
             if axis == 1 && geometry == Geometry::Plane {
                 return 0.0;
             }
-            if let Some([lower, length]) = spanned[axis] {
+            if let Some((lower, length)) = spanned[axis] {
                 let place = lower + length * self.unit();
                 return if place < lower + length { place } else { lower };
             }
             let (lower, upper) = (lower[axis] + radius, upper[axis] - radius);
             lower + (upper - lower) * self.unit()
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::checked::CheckedScene;
+    use crate::source::SceneSource;
+
+    /// As grains were placed before periodic axes were spanned: whole within the region, one by one.
+    #[test]
+    fn a_region_that_does_not_span_the_axis_keeps_its_places() {
+        let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\n\
+                    upper = [4.0, 4.0, 4.0]\n\
+                    boundary = { x = \"periodic\", y = \"no-slip\", z = \"free-slip\" }\n\
+                    [[groups]]\ncount = 25\nlower = [0.25, 0.0, 0.0]\nupper = [4.0, 4.0, 4.0]\nradius = 0.4\n\
+                    radius_spread = 0.25\ndensity = 1.0\nseed = 7\n";
+        let source = SceneSource { file: "s.toml".into(), text: text.into() };
+        let scene = CheckedScene::new(source).expect("room");
+        let (mut random, mut expected) = (SplitMix64(7), Vec::<([f64; 3], f64)>::new());
+        for _ in 0..25 {
+            let radius = random.about(0.4, 0.25);
+            let place = loop {
+                let place = [0.25, 0.0, 0.0].map(|lower: f64| {
+                    let (lower, upper) = (lower + radius, 4.0 - radius);
+                    lower + (upper - lower) * random.unit()
+                });
+                let square = |other: &[f64; 3]| (0..3).map(|k| (place[k] - other[k]).powi(2)).sum::<f64>();
+                if expected.iter().all(|(other, r)| square(other) >= (radius + r).powi(2)) {
+                    break place;
+                }
+            };
+            expected.push((place, radius));
+        }
+        let grains: Vec<_> = scene.grains.iter().map(|grain| (grain.position, grain.radius)).collect();
+        assert_eq!(grains, expected);
     }
 }

@@ -19,7 +19,6 @@ pub struct Rest {
 
 impl Rest {
     /// For the scene's `stop_when`, if it has one.
-    #[must_use]
     pub fn new(scene: &CheckedScene) -> Option<Self> {
         let stop = scene.scene.stop_when?;
         let gravity = scene.scene.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
@@ -33,7 +32,6 @@ impl Rest {
     }
 
     /// Kinetic energy of translation over Σ m g R; none while grains are still to be inserted.
-    #[must_use]
     pub fn energy(&self, kinematics: &[Kinematics]) -> Option<f64> {
         let mut energy = 0.0;
         for &(index, mass) in &self.free {
@@ -47,7 +45,6 @@ impl Rest {
     }
 
     /// Do the grains rest at `time`?
-    #[must_use]
     pub fn reached(&self, time: f64, kinematics: &[Kinematics]) -> bool {
         time >= self.stop.after
             && self.energy(kinematics).is_some_and(|energy| energy < self.stop.kinetic_energy_per_grain_below)

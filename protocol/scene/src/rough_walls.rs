@@ -65,13 +65,11 @@ impl RoughWall {
     }
 
     /// Centre-to-centre distance, m.
-    #[must_use]
     pub fn spacing(&self) -> f64 {
         self.spacing.unwrap_or(2.0 * self.radius)
     }
 
     /// Whether it is flat: a rectangle, or a line in the plane.
-    #[must_use]
     pub fn is_flat(&self, geometry: Geometry) -> bool {
         self.axes(geometry).is_some()
     }

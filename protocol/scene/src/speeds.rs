@@ -32,7 +32,6 @@ pub struct Speeds {
 
 impl Speeds {
     /// Of a scene.
-    #[must_use]
     pub fn of(scene: &CheckedScene) -> Self {
         let start = start(scene);
         let named = named_flow(scene, start);
@@ -49,14 +48,12 @@ impl Speeds {
     }
 
     /// The largest.
-    #[must_use]
     pub fn largest(&self) -> f64 {
         self.flow.max(self.grain)
     }
 }
 
 /// Length of a vector.
-#[must_use]
 pub fn norm(v: &[f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
@@ -68,7 +65,6 @@ fn thrown(grain: &Grain) -> f64 {
 
 /// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity
 /// along periodic axes, m/s². Where a flow rate is held, a mean pressure gradient balances them.
-#[must_use]
 pub fn drive(scene: &Scene) -> [f64; 3] {
     let Some(medium) = &scene.medium else { return [0.0; 3] };
     let mut drive = medium.body_force;
@@ -151,7 +147,6 @@ fn driven(scene: &CheckedScene) -> f64 {
 }
 
 /// Volume of the box, m³; its area in the plane, m².
-#[must_use]
 pub fn volume(scene: &CheckedScene) -> f64 {
     let domain = &scene.scene.domain;
     let extent = |axis: usize| domain.upper[axis] - domain.lower[axis];
@@ -162,7 +157,6 @@ pub fn volume(scene: &CheckedScene) -> f64 {
 }
 
 /// Drag of a sphere over Stokes's (Schiller & Naumann 1935).
-#[must_use]
 pub fn over_stokes(reynolds: f64) -> f64 {
     1.0 + 0.15 * reynolds.powf(0.687)
 }
@@ -170,7 +164,6 @@ pub fn over_stokes(reynolds: f64) -> f64 {
 /// Speed at which drag balances `force` over the fluid's density, m⁴/s² (plane: m³/s²): of a sphere C_D =
 /// 24/Re (1 + 0.15 Re^0.687), 0.44 from Re = 1000 on (Schiller & Naumann 1935); of a body of the plane, as of
 /// a cylinder that surrounds it, C_D = 1 + 10 Re^(−2/3) (White 1991, eq. 3-225).
-#[must_use]
 pub fn speed_under(force: f64, shape: Shape, diameter: f64, nu: f64) -> f64 {
     let drag = |speed: f64| {
         let re = speed * diameter / nu;
@@ -228,7 +221,6 @@ fn falls(scene: &CheckedScene) -> Vec<f64> {
 
 /// Gravity less buoyancy along x, y or z (`component` 0, 1, 2) over the grain's mass, m/s²; 0 where the grain
 /// is held.
-#[must_use]
 pub fn weight(scene: &CheckedScene, grain: &Grain, component: usize) -> f64 {
     let freedom = [Freedom::X, Freedom::Y, Freedom::Z][component];
     if !grain.is_free(freedom, scene.scene.domain.geometry) {
@@ -323,61 +315,6 @@ mod tests {
     use super::*;
     use crate::source::SceneSource;
 
-    fn scene(more: &str) -> CheckedScene {
-        let text = format!(
-            "until = 10.0\ngravity = [0.0, 0.0, -2.0]\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\n\
-             upper = [4, 4, 8]\ncells = [8, 8, 16]\n{more}"
-        );
-        CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect("a scene")
-    }
-
-    const CLOSED: &str = "boundary = { x = \"no-slip\", y = \"no-slip\", z = \"no-slip\" }\n";
-    const GRAIN: &str = "[[grains]]\nposition = [2, 2, 4.5]\nradius = 0.5\ndensity = 3.0\n";
-
-    #[test]
-    fn drag_and_speed_are_those_of_stokes_and_of_schiller_and_naumann() {
-        // Stokes: F/ρ = 3π ν D U.
-        let slow = speed_under(3.0 * std::f64::consts::PI * 1e-6, Shape::Sphere, 1.0, 1.0);
-        assert!((slow / 1e-6 - 1.0).abs() < 1e-4, "{slow}");
-        // Ar = 800: the correlation has Re = 20.32.
-        let nu = (3.0_f64 / 800.0).sqrt();
-        let force = 3.0 * std::f64::consts::PI / 6.0;
-        let re = speed_under(force, Shape::Sphere, 1.0, nu) / nu;
-        assert!((re - 20.32).abs() < 0.01, "{re}");
-        assert_eq!(speed_under(0.0, Shape::Disc, 1.0, 1.0), 0.0);
-    }
-
-    #[test]
-    fn a_dry_grain_falls_as_far_as_there_is_room_and_time() {
-        // 4 m down to the floor less the radius: v² = 2 · 2 · 4.
-        let falls = Speeds::of(&scene(&format!("{CLOSED}{GRAIN}")));
-        assert!((falls.grain - 4.0).abs() < 1e-12, "{falls:?}");
-        // Without a floor it falls to the end: 2 · 10.
-        let open = CLOSED.replace("z = \"no-slip\"", "z = \"free-slip\"");
-        let falls = Speeds::of(&scene(&format!("{open}{GRAIN}")));
-        assert!((falls.grain - 20.0).abs() < 1e-12, "{falls:?}");
-        let thrown = GRAIN.replace("density", "velocity = [30.0, 0, 0]\ndensity");
-        assert_eq!(Speeds::of(&scene(&format!("{open}{thrown}"))).grain, 30.0);
-        // A held grain 3 m below, surface to surface 2 m: v² = 2 · 2 · 2.
-        let onto = format!("{open}{GRAIN}{}motion = \"fixed\"\n", GRAIN.replace("4.5", "1.5"));
-        assert!((Speeds::of(&scene(&onto)).grain - 8.0_f64.sqrt()).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_driven_flow_is_as_fast_as_walls_time_and_held_grains_let_it_be() {
-        let open = "boundary = { x = \"periodic\", y = \"periodic\", z = \"periodic\" }\n";
-        let channel = open.replace("z = \"periodic\"", "z = \"no-slip\"");
-        let medium = "[medium]\ndensity = 1.0\nviscosity = 1.0\nbody_force = [0.5, 0, 0]\n";
-        // Laminar: 0.5 · 8²/(8 · 1).
-        let speed = |text: &str| Speeds::of(&scene(text)).flow;
-        assert!((speed(&format!("{channel}{medium}")) - 4.0).abs() < 1e-12);
-        // Free along z too, gravity drives it as well: |(0.5, 0, −2)| · 10.
-        assert!((speed(&format!("{open}{medium}")) - 10.0 * 4.25_f64.sqrt()).abs() < 1e-9);
-        let held = format!("{channel}{medium}{GRAIN}motion = \"fixed\"\n");
-        let alone = speed_under(0.5 * 128.0, Shape::Sphere, 1.0, 1.0);
-        assert!(speed(&held) <= alone && speed(&held) > 0.0);
-    }
-
     #[test]
     fn held_grains_are_found_by_their_columns() {
         let at = |x: f64, y: f64, z: f64, motion: &str| {
@@ -387,7 +324,12 @@ mod tests {
         };
         let held = (0..12).map(|n| at(0.3 + 0.3 * f64::from(n), 1.9 - 0.1 * f64::from(n % 3), 1.0, "fixed"));
         let free = (0..5).map(|n| at(0.4 + 0.75 * f64::from(n), 1.6, 6.0, "free"));
-        let scene = scene(&(CLOSED.to_owned() + &held.chain(free).collect::<String>()));
+        let text = format!(
+            "until = 10.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [4, 4, 8]\n\
+             boundary = {{ x = \"no-slip\", y = \"no-slip\", z = \"no-slip\" }}\n{}",
+            held.chain(free).collect::<String>()
+        );
+        let scene = CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect("a scene");
         let below = Below::new(&scene);
         for grain in scene.grains.iter().filter(|grain| grain.motion == Motion::Free) {
             let held = scene.grains.iter().filter(|grain| grain.motion != Motion::Free);

@@ -46,7 +46,6 @@ impl Table {
     }
 
     /// Place of a column.
-    #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column == name)
     }
@@ -61,13 +60,11 @@ impl Table {
 }
 
 /// A cell as a number.
-#[must_use]
 pub fn number(row: &StringRecord, column: usize) -> Option<f64> {
     row.get(column)?.parse().ok()
 }
 
 /// A row as a line of text, for messages.
-#[must_use]
 pub fn line(row: &StringRecord) -> String {
     row.iter().collect::<Vec<_>>().join(",")
 }

@@ -28,7 +28,6 @@ pub(crate) fn forever() -> f64 {
 
 impl Wall {
     /// A wall that stays.
-    #[must_use]
     pub fn at_rest(point: [f64; 3], normal: [f64; 3]) -> Self {
         Self { point, normal, velocity: [0.0; 3], from: 0.0, until: f64::INFINITY }
     }

@@ -68,7 +68,6 @@ impl CouplerLink {
     }
 
     /// The run; its [`Rendezvous::token`] goes to the solvers.
-    #[must_use]
     pub fn rendezvous(&self) -> &Rendezvous {
         &self.rendezvous
     }
@@ -171,13 +170,11 @@ impl CouplerLink {
     }
 
     /// Orders that some solver has not answered yet.
-    #[must_use]
     pub fn unanswered(&self) -> u64 {
         self.ordered.saturating_sub(self.observer.answered())
     }
 
     /// Window of the oldest order that a solver has not answered, else of the last one.
-    #[must_use]
     pub fn step(&self) -> u64 {
         let answered = (self.steps.len() as u64).saturating_sub(self.unanswered().max(1));
         self.steps.get(answered as usize).copied().unwrap_or(0)

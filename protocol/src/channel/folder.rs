@@ -6,13 +6,14 @@
 
 use std::fs::{self, DirBuilder, File, TryLockError};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::names::{failed, is_private, prefix_of, user, user_folders};
 use super::rendezvous::Rendezvous;
 use super::space::segments;
+use crate::new_file::is_at;
 use crate::participant::ExchangeError;
 
 const RUN_LOCK: &str = "run.lock";
@@ -95,14 +96,6 @@ fn make_private(folder: &Path) -> Result<(), ExchangeError> {
 
 fn open_lock(path: &Path) -> io::Result<File> {
     File::options().read(true).write(true).create(true).truncate(false).mode(0o600).open(path)
-}
-
-/// Whether `path` still names the opened file.
-fn is_at(file: &File, path: &Path) -> bool {
-    match (file.metadata(), fs::metadata(path)) {
-        (Ok(ours), Ok(there)) => ours.ino() == there.ino() && ours.dev() == there.dev(),
-        _ => false,
-    }
 }
 
 /// This process's part in a run: the shared lock. Leaving (drop) as the last one removes the run.

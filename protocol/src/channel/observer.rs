@@ -20,13 +20,11 @@ pub struct Lent<R: Record + ZeroCopySend>(Sample<ipc::Service, [R], Header>);
 
 impl<R: Record + ZeroCopySend> Lent<R> {
     /// What stands before the slice.
-    #[must_use]
     pub fn header(&self) -> &Header {
         self.0.user_header()
     }
 
     /// One record per grain.
-    #[must_use]
     pub fn records(&self) -> &[R] {
         self.0.payload()
     }
@@ -88,7 +86,6 @@ struct Participant {
     role: Role,
     subscriber: Subscriber<ipc::Service, Status, ()>,
     held: VecDeque<Status>,
-    /// Reports given out.
     answered: u64,
     /// Those about windows (and tries).
     windows: u64,

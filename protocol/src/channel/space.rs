@@ -47,9 +47,6 @@ fn mebibytes(bytes: u64) -> String {
 }
 
 /// Refuses a run for which there is no room.
-///
-/// # Errors
-/// [`ExchangeError::NoRoom`].
 pub(super) fn ask(rendezvous: &Rendezvous) -> Result<(), ExchangeError> {
     // Where the system does not say, what follows does.
     let Ok(system) = statvfs(SHARED_MEMORY) else { return Ok(()) };
@@ -70,9 +67,6 @@ const NODES: (&str, [u8; 16]) = (
 /// Makes that segment, for this user alone, before iceoryx2 does: it opens it to all users, whatever the
 /// mask, and any of them could cut it off before [`take`] closes it. Another version of iceoryx2 makes its
 /// own.
-///
-/// # Errors
-/// [`ExchangeError::Transport`] if it cannot be made.
 pub(super) fn make_nodes(rendezvous: &Rendezvous) -> Result<(), ExchangeError> {
     let path = Path::new(SHARED_MEMORY).join(format!("{}{}", rendezvous.prefix, NODES.0));
     let file = File::options().write(true).create_new(true).mode(0o600).open(&path);
@@ -81,9 +75,6 @@ pub(super) fn make_nodes(rendezvous: &Rendezvous) -> Result<(), ExchangeError> {
 }
 
 /// Takes the room of every segment of the run, and closes it to other users, should one be open.
-///
-/// # Errors
-/// [`ExchangeError::NoRoom`], [`ExchangeError::Transport`] if a segment cannot be opened.
 pub(super) fn take(rendezvous: &Rendezvous) -> Result<(), ExchangeError> {
     for path in segments(&rendezvous.prefix) {
         let told = |error: std::io::Error| super::names::failed("cannot take the room of", &path, &error);

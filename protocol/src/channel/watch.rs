@@ -36,7 +36,6 @@ impl Member {
     pub(crate) const ALL: [Self; 3] = [Self::Coupler, Self::Solver(Role::Fluid), Self::Solver(Role::Dem)];
 
     /// Name of its iceoryx2 node.
-    #[must_use]
     pub fn node_name(self) -> &'static str {
         match self {
             Self::Coupler => "coupler",

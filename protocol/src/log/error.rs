@@ -20,187 +20,83 @@ impl fmt::Display for After {
 
 /// What is out of order.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum SequenceError {
     /// A window that does not follow.
     #[error("step gap: window {step} attempt {attempt} where window {expected} was expected")]
-    Gap {
-        /// Window that came.
-        step: u64,
-        /// Attempt that came.
-        attempt: u64,
-        /// What should have come, in words.
-        expected: String,
-    },
+    Gap { step: u64, attempt: u64, expected: String },
     /// A window ended without a message.
     #[error("step gap: window {step} attempt {attempt} has no {what}")]
-    Missing {
-        /// Window.
-        step: u64,
-        /// Attempt.
-        attempt: u64,
-        /// `loads` or `kinematics`.
-        what: &'static str,
-    },
+    Missing { step: u64, attempt: u64, what: &'static str },
     /// A message outside its window, or twice.
     #[error("{what} of window {step} attempt {attempt} {where_}")]
-    Stray {
-        /// Kind of message.
-        what: &'static str,
-        /// Its window.
-        step: u64,
-        /// Its attempt.
-        attempt: u64,
-        /// Where it was found.
-        where_: String,
-    },
+    Stray { what: &'static str, step: u64, attempt: u64, where_: String },
     /// Another number of grains.
     #[error("{what} of window {step} have {found} grains, the scene has {expected}")]
-    Grains {
-        /// Kind of message.
-        what: &'static str,
-        /// Its window.
-        step: u64,
-        /// Number in the message.
-        found: usize,
-        /// Number in the manifest.
-        expected: usize,
-    },
+    Grains { what: &'static str, step: u64, found: usize, expected: usize },
     /// Time went backwards.
     #[error("window {step} begins at {time} s, before the window in front of it")]
     Time {
-        /// Window.
         step: u64,
         /// Its start, s, as text (so that the error can be compared).
         time: String,
     },
     /// An order that this protocol does not know.
     #[error("command of window {step}: {what}")]
-    Order {
-        /// Window.
-        step: u64,
-        /// What is wrong.
-        what: String,
-    },
+    Order { step: u64, what: String },
     /// More windows than an MCAP sequence number can count.
     #[error("window {step} is beyond 4294967295, the last that a log can number")]
-    TooMany {
-        /// Window.
-        step: u64,
-    },
+    TooMany { step: u64 },
 }
 
 /// Why a log could not be written or read. Cloneable, because a recorder's first error stays.
 #[derive(Clone, Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum LogError {
     /// The operating system refused.
     #[error("{file}: cannot {action} the log: {source}")]
-    File {
-        /// Name of the file.
-        file: String,
-        /// What was tried.
-        action: &'static str,
-        /// Cause.
-        source: Arc<std::io::Error>,
-    },
+    File { file: String, action: &'static str, source: Arc<std::io::Error> },
     /// The file stops before its end mark: the recorder was killed, or the disk was full.
     #[error(
         "{file}: the log breaks off at byte {offset}, {after} (no end mark): what stands before is good; \
          `bedload log repair` rewrites it"
     )]
-    Truncated {
-        /// Name of the file.
-        file: String,
-        /// Where the last whole record ends, bytes.
-        offset: u64,
-        /// Last step read.
-        after: After,
-    },
+    Truncated { file: String, offset: u64, after: After },
     /// Bytes differ from what was written.
     #[error(
         "{file}: the log is damaged in the record at byte {offset}, {after}: {what}{}; `bedload log \
          repair` keeps the rest",
         goes_on(*next)
     )]
-    Damaged {
-        /// Name of the file.
-        file: String,
-        /// Where the bad record begins, bytes.
-        offset: u64,
-        /// Last step read.
-        after: After,
-        /// What is wrong.
-        what: String,
-        /// Where the next chunk behind it begins, bytes; none if no chunk follows or none was looked for.
-        next: Option<u64>,
-    },
+    Damaged { file: String, offset: u64, after: After, what: String, next: Option<u64> },
     /// Not a Bedload log.
     #[error("{file}: not a Bedload log: {what}")]
-    NotALog {
-        /// Name of the file.
-        file: String,
-        /// What is missing.
-        what: String,
-    },
+    NotALog { file: String, what: String },
     /// Written with another layout of messages.
     #[error(
         "{file}: written by Bedload {version} with protocol {theirs_version}, layout {theirs:016x}; this \
          build speaks protocol {PROTOCOL_VERSION}, layout {ours:016x}: replay it with the version that wrote \
          it (`bedload log info` works with any)"
     )]
-    Layout {
-        /// Name of the file.
-        file: String,
-        /// Version of Bedload that wrote it.
-        version: String,
-        /// Its protocol version.
-        theirs_version: u64,
-        /// Its layout hash.
-        theirs: u64,
-        /// Ours.
-        ours: u64,
-    },
+    Layout { file: String, version: String, theirs_version: u64, theirs: u64, ours: u64 },
     /// A step is missing, doubled or out of order, or a message has another number of grains.
     #[error("{file}: {source}{}", place(*offset))]
-    Sequence {
-        /// Name of the file.
-        file: String,
-        /// Where the message stands when read, bytes; none while recording.
-        offset: Option<u64>,
-        /// What is out of order.
-        source: SequenceError,
-    },
+    Sequence { file: String, offset: Option<u64>, source: SequenceError },
     /// The disk does not keep up with the run.
     #[error(
         "{file}: the queue of the recorder is full at step {step} ({limit} bytes not yet written): the disk \
          is too slow; record to a faster one or run with --no-record"
     )]
-    QueueFull {
-        /// Name of the file.
-        file: String,
-        /// First step that was not recorded.
-        step: u64,
-        /// Room of the queue, bytes.
-        limit: usize,
-    },
+    QueueFull { file: String, step: u64, limit: usize },
     /// The disk took longer than the deadline to finish.
     #[error(
         "{file}: the log was not finished within {seconds} s: the disk hangs; `bedload log repair` rewrites \
          what is there"
     )]
-    Unfinished {
-        /// Name of the file.
-        file: String,
-        /// Deadline, s.
-        seconds: f64,
-    },
+    Unfinished { file: String, seconds: f64 },
     /// A value cannot be put in a log.
     #[error("{file}: cannot record {what}")]
-    Value {
-        /// Name of the file.
-        file: String,
-        /// What, and what is allowed.
-        what: String,
-    },
+    Value { file: String, what: String },
 }
 
 fn place(offset: Option<u64>) -> String {
@@ -226,7 +122,6 @@ impl LogError {
     }
 
     /// Whether the log merely breaks off: everything before is good.
-    #[must_use]
     pub fn is_truncation(&self) -> bool {
         matches!(self, Self::Truncated { .. })
     }

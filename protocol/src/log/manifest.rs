@@ -42,7 +42,6 @@ pub struct Manifest {
 
 impl Manifest {
     /// A manifest of this build for a run from the start with both solvers.
-    #[must_use]
     pub fn new(title: &str, scene: &str, radii: Vec<f64>, dt: f64, until: f64) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -61,13 +60,11 @@ impl Manifest {
     }
 
     /// Number of grains in every message.
-    #[must_use]
     pub fn grains(&self) -> usize {
         self.radii.len()
     }
 
     /// Whether a solver of that role takes part.
-    #[must_use]
     pub fn has(&self, role: Role) -> bool {
         match role {
             Role::Fluid => !self.fluid_command.is_empty(),

@@ -40,7 +40,6 @@ impl Batch {
         self.frames.clear();
     }
 
-    /// Messages in order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (Frame, &[u8])> {
         let mut start = 0;
         self.frames.iter().map(move |frame| {

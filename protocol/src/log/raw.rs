@@ -134,7 +134,6 @@ impl RawReader {
     }
 
     /// Reads a file in memory; `name` stands for it in messages.
-    #[must_use]
     pub fn from_bytes(bytes: Vec<u8>, name: &str) -> Self {
         let marked = bytes.len() > 2 * mcap::MAGIC.len() && bytes.ends_with(mcap::MAGIC);
         let length = bytes.len() as u64;
@@ -169,18 +168,15 @@ impl RawReader {
     }
 
     /// Name of the file.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// Sizes met so far.
-    #[must_use]
     pub fn sizes(&self) -> Sizes {
         self.sizes
     }
 
-    /// An error at `offset`.
     pub(crate) fn damaged(&self, offset: u64, what: String) -> LogError {
         let after = After(self.last_step);
         LogError::Damaged { file: self.name.clone(), offset, after, what, next: None }

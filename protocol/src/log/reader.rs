@@ -116,25 +116,21 @@ impl LogReader {
     }
 
     /// What stands at the beginning of the log.
-    #[must_use]
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }
 
     /// Name of the file.
-    #[must_use]
     pub fn name(&self) -> &str {
         self.raw.name()
     }
 
     /// Sizes met so far.
-    #[must_use]
     pub fn sizes(&self) -> Sizes {
         self.raw.sizes()
     }
 
     /// Whether the last window read has all its messages.
-    #[must_use]
     pub fn is_complete(&self) -> bool {
         self.sequence.as_ref().is_none_or(Sequence::is_complete)
     }

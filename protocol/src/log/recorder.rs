@@ -104,7 +104,6 @@ struct Shared {
     state: Mutex<State>,
     /// Wakes the writer: enough bytes, or closing.
     work: Condvar,
-    /// Wakes [`Recorder::finish`].
     done: Condvar,
     bytes: Arc<AtomicU64>,
 }
@@ -237,13 +236,11 @@ impl Recorder {
     }
 
     /// What went wrong, if anything did.
-    #[must_use]
     pub fn error(&self) -> Option<LogError> {
         self.shared.lock().error.clone()
     }
 
     /// What recording has cost so far.
-    #[must_use]
     pub fn statistics(&self) -> RecorderStatistics {
         let bytes = self.shared.bytes.load(Ordering::Relaxed);
         RecorderStatistics { bytes, ..self.shared.lock().statistics }

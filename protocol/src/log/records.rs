@@ -16,19 +16,16 @@ pub enum Records {
 /// A record that a log holds: that of the fluid or that of the DEM.
 pub trait Logged: Record + Serialize {
     /// The loads, if these are loads.
-    #[must_use]
     fn loads(_records: &[Self]) -> &[Loads] {
         &[]
     }
 
     /// The kinematics, if these are kinematics.
-    #[must_use]
     fn kinematics(_records: &[Self]) -> &[Kinematics] {
         &[]
     }
 
     /// The records of this kind; none of the other kind.
-    #[must_use]
     fn of(records: Records) -> Vec<Self>;
 }
 

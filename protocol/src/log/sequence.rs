@@ -10,7 +10,6 @@ use super::manifest::Manifest;
 use crate::message::{Command, Header, Order, Status};
 use crate::participant::Role;
 
-/// A window under way.
 #[derive(Clone, Copy, Debug)]
 struct Open {
     step: u64,
@@ -34,7 +33,6 @@ pub struct Sequence {
 
 impl Sequence {
     /// For the run of `manifest`.
-    #[must_use]
     pub fn new(manifest: &Manifest) -> Self {
         Self {
             first_step: manifest.first_step,
@@ -53,19 +51,16 @@ impl Sequence {
     }
 
     /// Simulated time of the next message, ns: the start of its window, never falling.
-    #[must_use]
     pub fn clock(&self) -> u64 {
         self.clock
     }
 
     /// Window and attempt under way.
-    #[must_use]
     pub fn window(&self) -> Option<(u64, u64)> {
         self.open.map(|open| (open.step, open.attempt))
     }
 
     /// Whether the window under way has all its messages.
-    #[must_use]
     pub fn is_complete(&self) -> bool {
         self.missing().is_none()
     }
@@ -211,87 +206,7 @@ impl Sequence {
 }
 
 /// Seconds as whole nanoseconds, the clock of an MCAP file; what is not a time is 0.
-#[must_use]
 pub fn nanoseconds(seconds: f64) -> u64 {
     // `as` saturates and turns NaN and negative values into 0.
     (seconds * 1e9).round() as u64
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn sequence(first_step: u64) -> Sequence {
-        let mut manifest = Manifest::new("", "", vec![1.0], 0.1, 1.0);
-        manifest.first_step = first_step;
-        Sequence::new(&manifest)
-    }
-
-    fn order(order: Order, step: u64, attempt: u64) -> Command {
-        Command { order: order as u64, step, attempt, time: step as f64, ..Command::default() }
-    }
-
-    fn window(sequence: &mut Sequence, step: u64, attempt: u64) {
-        let kind = if attempt == 0 { Order::Advance } else { Order::Repeat };
-        sequence.command(&order(kind, step, attempt)).unwrap();
-        let header = Header { step, attempt, ..Header::default() };
-        sequence.loads(&header, 1).unwrap();
-        sequence.kinematics(&header, 1).unwrap();
-    }
-
-    #[test]
-    fn windows_and_repeats_in_order_pass() {
-        let mut sequence = sequence(5);
-        window(&mut sequence, 5, 0);
-        window(&mut sequence, 5, 1);
-        sequence.command(&order(Order::Accept, 5, 1)).unwrap();
-        window(&mut sequence, 6, 0);
-        sequence.command(&order(Order::Stop, 7, 0)).unwrap();
-        assert_eq!(sequence.clock(), 6_000_000_000);
-    }
-
-    #[test]
-    fn every_kind_of_gap_is_named() {
-        let mut s = sequence(0);
-        assert!(matches!(s.command(&order(Order::Advance, 1, 0)), Err(SequenceError::Gap { step: 1, .. })));
-        assert!(matches!(s.command(&order(Order::Repeat, 0, 0)), Err(SequenceError::Gap { .. })));
-        window(&mut s, 0, 0);
-        assert!(matches!(s.command(&order(Order::Advance, 2, 0)), Err(SequenceError::Gap { step: 2, .. })));
-        assert!(matches!(s.command(&order(Order::Repeat, 0, 2)), Err(SequenceError::Gap { attempt: 2, .. })));
-        s.command(&order(Order::Advance, 1, 0)).unwrap();
-        let header = Header { step: 1, ..Header::default() };
-        assert!(matches!(s.loads(&header, 2), Err(SequenceError::Grains { found: 2, .. })));
-        s.loads(&header, 1).unwrap();
-        assert!(matches!(s.loads(&header, 1), Err(SequenceError::Stray { .. })));
-        assert!(matches!(
-            s.command(&order(Order::Advance, 2, 0)),
-            Err(SequenceError::Missing { step: 1, what: "kinematics", .. })
-        ));
-    }
-
-    #[test]
-    fn a_solver_alone_is_not_observed_in_every_window() {
-        let mut manifest = Manifest::new("", "", vec![1.0], 0.1, 1.0);
-        manifest.fluid_command.clear();
-        let mut s = Sequence::new(&manifest);
-        s.command(&order(Order::Advance, 0, 0)).unwrap();
-        assert!(s.is_complete());
-        s.command(&order(Order::Advance, 1, 0)).unwrap();
-        let header = Header { step: 1, ..Header::default() };
-        s.kinematics(&header, 1).unwrap();
-        assert!(matches!(s.kinematics(&header, 1), Err(SequenceError::Stray { .. })));
-    }
-
-    #[test]
-    fn time_must_not_run_backwards() {
-        let mut s = sequence(0);
-        window(&mut s, 0, 0);
-        let mut back = order(Order::Advance, 1, 0);
-        back.time = f64::NAN;
-        assert!(matches!(s.command(&back), Err(SequenceError::Time { .. })));
-        window(&mut s, 1, 0);
-        back = order(Order::Advance, 2, 0);
-        back.time = 0.5;
-        assert!(matches!(s.command(&back), Err(SequenceError::Time { step: 2, .. })));
-    }
 }

@@ -43,7 +43,6 @@ impl Topic {
     ];
 
     /// Name in the file.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Command => "bedload/command",
@@ -58,13 +57,11 @@ impl Topic {
     }
 
     /// The topic of that name.
-    #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|topic| topic.name() == name)
     }
 
     /// Name of the schema.
-    #[must_use]
     pub fn schema_name(self) -> &'static str {
         match self {
             Self::Command => "bedload.Command",
@@ -79,13 +76,11 @@ impl Topic {
     }
 
     /// Whether a replay needs it (else it is for viewers).
-    #[must_use]
     pub fn is_data(self) -> bool {
         self <= Self::Status
     }
 
     /// The textual schema of a data channel: one field per line, in byte order, no padding.
-    #[must_use]
     pub fn layout(self) -> String {
         match self {
             Self::Command => text(self, &[("", Command::FIELDS)], None),

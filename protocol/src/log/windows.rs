@@ -20,13 +20,11 @@ pub struct LoggedWindow {
 
 impl LoggedWindow {
     /// The window as a participant sees it.
-    #[must_use]
     pub fn window(&self) -> Window {
         self.command.into()
     }
 
     /// Whether it is another try of the window before it.
-    #[must_use]
     pub fn is_repeat(&self) -> bool {
         self.command.order == Order::Repeat as u64
     }
@@ -46,7 +44,6 @@ pub struct Windows {
 
 impl LogReader {
     /// The windows of this log.
-    #[must_use]
     pub fn windows(self) -> Windows {
         Windows { reader: self, open: None, failure: None, unfinished: None, ahead: None }
     }
@@ -54,13 +51,11 @@ impl LogReader {
 
 impl Windows {
     /// The log they come from.
-    #[must_use]
     pub fn reader(&self) -> &LogReader {
         &self.reader
     }
 
     /// Step and attempt of a window that breaks off at the end, once the end was met.
-    #[must_use]
     pub fn unfinished(&self) -> Option<(u64, u64)> {
         self.unfinished
     }

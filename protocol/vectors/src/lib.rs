@@ -9,7 +9,6 @@ use pulp::Arch;
 pub const VARIABLE: &str = "BEDLOAD_VECTORS";
 
 /// The vectors to use.
-#[must_use]
 pub fn arch() -> Arch {
     static ARCH: OnceLock<Arch> = OnceLock::new();
     *ARCH.get_or_init(|| {

@@ -15,7 +15,6 @@ pub struct Kind {
 
 impl Kind {
     /// The scene.
-    #[must_use]
     pub fn scene(&self) -> String {
         let text = self.replace.iter().fold(self.text.to_owned(), |text, (from, to)| text.replace(from, to));
         text + "\n[coupling]\ncheckpoint_every = 0.02\n"

@@ -1,4 +1,4 @@
-//! A small storm of kills (`cargo run --release -p tests --bin storm` does a large one).
+//! A small storm of kills (`cargo run --release -p tests --example storm` does a large one).
 
 use tests::harness::Folder;
 use tests::storm::{KINDS, Plan, storm};

@@ -5,9 +5,12 @@ mod cli;
 mod conformance;
 mod fake_solvers;
 mod faults;
+mod limit;
+mod log_command;
 mod plan;
 mod report;
 mod speeds;
+mod study;
 mod substeps;
 
 /// No test of its own: the part of a solver when this executable is started as one.

@@ -8,10 +8,6 @@ use super::formula;
 use crate::section::{Check, Expected, Rule, Section, matches};
 use crate::sweep::is_folder_name;
 
-/// Checks the section.
-///
-/// # Errors
-/// [`SceneError`] at the key that is missing or does not fit.
 pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     let wrong = |key: &str, message: String, remedy: &str| Err(source.error(key, message, remedy));
     if section.title.is_empty() || section.source.is_none() || section.checks.is_empty() {
@@ -70,7 +66,6 @@ fn names(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// One check.
 fn one(section: &Section, check: &Check) -> Result<(), String> {
     let what = format!("the check of {:?} in run {:?}", check.metric, check.run);
     if !section.runs.iter().any(|run| matches(&check.run, &run.label)) {
@@ -104,66 +99,4 @@ fn one(section: &Section, check: &Check) -> Result<(), String> {
         formula::evaluate(text, &|_| Some(1.0)).map_err(|error| format!("{what}: {error}"))?;
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::kind::Kind;
-
-    const GOOD: &str = r#"
-[case]
-name = "fall"
-title = "A fall"
-source = "nobody, never"
-quick = true
-[[case.runs]]
-label = "coarse-8"
-scene = "../falling-sphere.toml"
-set = ["domain.cells=[52, 320]"]
-quick = true
-at = 8
-[[case.checks]]
-run = "coarse-*"
-metric = "terminal_reynolds"
-reference = 19.6
-tolerance = 0.01
-kind = "agrees"
-[[case.checks]]
-run = "coarse-8"
-metric = "e"
-reference = "exp(-35/stokes)"
-kind = "reported"
-"#;
-
-    fn read(text: &str) -> Result<Section, SceneError> {
-        let source = SceneSource { file: "case.toml".into(), text: text.to_owned() };
-        let section = Section::of_text(&source, Kind::Case)?;
-        check(&section, &source).map(|()| section)
-    }
-
-    fn refusal(from: &str, to: &str) -> String {
-        assert!(GOOD.contains(from));
-        read(&GOOD.replacen(from, to, 1)).expect_err(to).to_string()
-    }
-
-    #[test]
-    fn a_wrong_case_is_refused_with_what_is_wrong() {
-        let case = read(GOOD).unwrap();
-        assert_eq!((case.runs[0].at, case.metrics()), (Some(8.0), vec!["terminal_reynolds", "e"]));
-        assert_eq!(case.checks[1].reference, Some(Expected::Formula("exp(-35/stokes)".into())));
-        assert!(refusal("tolerance = 0.01", "").contains("needs a tolerance"));
-        assert!(refusal("reference = 19.6", "").contains("no reference"));
-        assert!(refusal("coarse-*", "fine-*").contains("there are coarse-8"));
-        assert!(refusal("\"coarse-8\"", "\"../../x\"").contains("becomes a folder"));
-        assert!(refusal("exp(-35/stokes)", "exp(-35/").contains("formula"));
-        assert!(refusal("quick = true", "quik = true").contains("quik"));
-        assert!(refusal("quick = true", "signal = \"x\"").contains("a key of [stability]"));
-        let axes = "title = \"\"\nx = { label = \"\" }\ny = { label = \"\" }\n";
-        let twice = read(&format!("{GOOD}[case.figure]\n{axes}[[case.figures]]\n{axes}"));
-        assert!(twice.expect_err("two without a name").to_string().contains("becomes a file"));
-        let pictures = "[[case.pictures]]\nname = \"grains\"\ntitle = \"\"\nrun = \"fine-8\"\n";
-        let of_none = read(&format!("{GOOD}{pictures}")).expect_err("no such run").to_string();
-        assert!(of_none.contains("of no run"), "{of_none}");
-    }
 }

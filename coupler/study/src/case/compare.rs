@@ -8,18 +8,14 @@ use crate::runs::Outcome;
 use crate::section::{Check, Expected, Rule, matches};
 use crate::table::error;
 
-/// What a comparison says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Comparison {
-    /// Within the tolerance.
     Agrees,
-    /// Outside.
     Differs,
     /// Outside by as much as is known.
     Misses,
     /// There should be a value to compare, and there is none.
     NoValue,
-    /// Shown, not compared.
     Reported,
 }
 

@@ -43,9 +43,6 @@ pub(crate) struct Compared {
 
 /// Compares all values, draws the figures into `out/figures`, and writes `out/validation.md`; returns the
 /// page, too.
-///
-/// # Errors
-/// [`Failure`] if a file of a run cannot be read, or a page not written.
 pub(crate) fn draw(all: &[Made<'_>], quick: bool, out: &Path) -> Result<(Compared, String), Failure> {
     let figures = out.join("figures");
     folder::make(&figures)?;

@@ -15,13 +15,11 @@ use coupler::failure::Failure;
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Drawing {
     pub(super) title: String,
-    /// Name of its file.
     pub(super) file: String,
     #[serde(skip)]
     pub(super) svg: String,
 }
 
-/// A case.
 #[derive(Serialize)]
 pub(super) struct Case<'a> {
     name: &'a str,
@@ -64,7 +62,6 @@ struct Apart<'a> {
     source: Option<&'a str>,
 }
 
-/// The whole page.
 pub(super) fn page(quick: bool, cases: &[Case<'_>]) -> Result<String, Failure> {
     #[derive(Serialize)]
     struct Page<'a> {

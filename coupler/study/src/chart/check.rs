@@ -5,10 +5,6 @@ use bedload_scene::{CheckedScene, SceneError, SceneSource};
 use crate::section::{Reference, Section};
 use crate::vary::Vary;
 
-/// Checks the section.
-///
-/// # Errors
-/// [`SceneError`] at the key that is missing or out of range.
 pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     published(section, &scene.source)?;
     metrics(section, scene)?;
@@ -16,9 +12,6 @@ pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), Scene
 }
 
 /// The run that the baseline names is one of these.
-///
-/// # Errors
-/// [`SceneError`] at the key.
 pub(crate) fn baseline(section: &Section, labels: &[&str], source: &SceneSource) -> Result<(), SceneError> {
     match &section.baseline {
         Some(baseline) if !labels.contains(&baseline.as_str()) => Err(source.error(
@@ -30,7 +23,6 @@ pub(crate) fn baseline(section: &Section, labels: &[&str], source: &SceneSource)
     }
 }
 
-/// Published points.
 fn published(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     for (index, point) in section.published.iter().enumerate() {
         let place = format!("chart.published[{index}]");

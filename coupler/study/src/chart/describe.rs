@@ -151,7 +151,6 @@ fn with(names: &Names, values: &[String], column: Option<usize>) -> String {
 /// What one refinement shows of its order.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Order {
-    /// Key that is refined.
     pub(super) key: String,
     /// The others.
     pub(super) with: String,

@@ -30,9 +30,6 @@ use describe::Names;
 use page::Page;
 
 /// Fills in errors and the Pareto front; `runs` holds the folder of each run.
-///
-/// # Errors
-/// [`Failure::Input`] if the curve of the reference cannot be read.
 pub(crate) fn errors(study: &Study, table: &mut Table, runs: &Path) -> Result<(), Failure> {
     if let Some(Reference::Curve(curve)) = &study.section.reference {
         let text = read(&curve.file)?;
@@ -63,9 +60,6 @@ struct Shown {
 
 /// Draws figure and page of a chart's folder from its table and scene; returns the page, and what it says in
 /// words for the terminal.
-///
-/// # Errors
-/// [`Failure`] if one of both cannot be read, or the page not written.
 pub(crate) fn draw(dir: &Path) -> Result<(PathBuf, String), Failure> {
     let source = SceneSource::read(&dir.join(SCENE), &[])?;
     let chart = Section::of_text(&source, Kind::Chart)?;

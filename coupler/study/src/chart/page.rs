@@ -63,7 +63,6 @@ impl<'a> Page<'a> {
         }
     }
 
-    /// The whole page.
     pub(super) fn html(self, title: &str, source: &str, figure: Option<&str>) -> Result<String, Failure> {
         render("chart.html", Page { title, source, figure, ..self })
     }

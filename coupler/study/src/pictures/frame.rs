@@ -119,7 +119,6 @@ impl Shape {
     }
 }
 
-/// Files of one instant.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Instant {
     fluid: Option<PathBuf>,
@@ -228,7 +227,6 @@ pub(crate) fn around((low, high): View, (low2, high2): View) -> View {
     ((low.0.min(low2.0), low.1.min(low2.1)), (high.0.max(high2.0), high.1.max(high2.1)))
 }
 
-/// One frame.
 pub(crate) struct Frame {
     pub(crate) time: f64,
     pub(crate) view: View,

@@ -155,9 +155,6 @@ struct Picture<'a> {
 
 /// Frames of one size beside and below each other as SVG, each below its caption, with the scale of their
 /// colours in `unit`, a size with its name. None: there is no frame.
-///
-/// # Errors
-/// [`Failure::Run`] if a picture cannot be encoded, or the template fails: a fault of this program.
 pub(crate) fn sheet<'a>(
     frames: &[Frame],
     captions: &'a [String],
@@ -203,9 +200,6 @@ pub(crate) struct GrainSheet {
 }
 
 /// The grains of these files coloured by speed, as [`sheet`] has them.
-///
-/// # Errors
-/// As [`sheet`].
 pub(crate) fn sheet_of_grains(files: &[PathBuf]) -> Result<GrainSheet, Failure> {
     let shape = Shape { mirrored: false, periodic: [false; 3], ends: None };
     let read = |path: &PathBuf| Frame::read(&Instant::of_grains(path), &|_| None, Quantity::GRAINS, shape);

@@ -55,7 +55,6 @@ impl Tone {
     }
 }
 
-/// The picture.
 pub(crate) struct Raster {
     pub(crate) width: usize,
     pub(crate) height: usize,
@@ -150,9 +149,6 @@ impl Raster {
     }
 
     /// The picture as a PNG file.
-    ///
-    /// # Errors
-    /// The encoder's.
     pub(crate) fn png(&self) -> Result<Vec<u8>, String> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);

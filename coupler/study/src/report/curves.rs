@@ -13,7 +13,6 @@ const SIZE: Point = (560.0, 370.0);
 /// A logarithmic axis ends at this part of the largest value.
 const DECADES: f64 = 1e-6;
 
-/// A chart.
 pub(super) struct Chart {
     /// Caption, also read out in place of the picture.
     pub(super) caption: String,

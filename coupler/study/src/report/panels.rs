@@ -18,7 +18,6 @@ const MOST_GRAIN_PICTURES: usize = 12;
 /// as figure 6 of Izard et al. (2014) does.
 const REACH: [f64; 3] = [1.6, 1.0, 2.2];
 
-/// Pictures of one kind.
 #[derive(Serialize)]
 pub(super) struct Panel {
     /// SVG; none if there is nothing to draw.

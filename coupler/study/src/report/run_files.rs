@@ -22,7 +22,6 @@ pub(super) fn column(quantity: &str, axis: usize, grain: usize) -> String {
 
 /// The files of one run. Only the summary must be there.
 pub(super) struct RunFiles {
-    /// Name of the folder.
     pub(super) name: String,
     pub(super) summary: Summary,
     /// None: there is none, or it cannot be read here any more.

@@ -8,10 +8,6 @@ use crate::sweep::Column;
 use coupler::bounds;
 use coupler::plan::Participants;
 
-/// Checks the section.
-///
-/// # Errors
-/// [`SceneError`] at the key that is missing, unknown or out of range.
 pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     let wrong = |key: &str, message: &str, remedy: &str| Err(scene.source.error(key, message, remedy));
     if section.vary.is_empty() && section.runs.is_empty() {
@@ -79,9 +75,6 @@ fn columns(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
 }
 
 /// Numbers of the varied keys along x and y.
-///
-/// # Errors
-/// [`SceneError`] where one does not vary, or both are the same.
 pub(crate) fn axes(
     section: &Section,
     columns: &[Column],

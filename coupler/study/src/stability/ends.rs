@@ -11,7 +11,6 @@ use crate::table::{Row, Table};
 pub(super) struct End {
     /// Values of what varies besides the axes.
     pub(super) panel: String,
-    /// Value along x.
     pub(super) x: String,
     /// Largest y that is not stable.
     pub(super) last_bad: Option<f64>,
@@ -20,7 +19,6 @@ pub(super) struct End {
 }
 
 /// Every panel and x whose y are numbers, in order of appearance.
-#[must_use]
 pub(super) fn of(table: &Table, x: usize, y: usize) -> Vec<End> {
     let at = |row: &Row| (row.panel(x, y), row.values[x].clone());
     let ends = grouped(&table.rows, at).into_iter().filter_map(|((panel, x), rows)| {

@@ -36,7 +36,6 @@ pub(super) struct Frame<'a> {
     /// Numbers of the columns along x and y, and their names.
     pub(super) x: (usize, &'a str),
     pub(super) y: (usize, &'a str),
-    /// Name of the bound.
     pub(super) bound: &'a str,
 }
 

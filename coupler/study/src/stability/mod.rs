@@ -32,9 +32,6 @@ use coupler::failure::Failure;
 use map::Frame;
 
 /// Makes map and page of a folder from its table and scene; returns the page.
-///
-/// # Errors
-/// [`Failure`] if one of both cannot be read, or the page not written.
 pub(crate) fn draw(dir: &Path) -> Result<PathBuf, Failure> {
     let scene = CheckedScene::new(SceneSource::read(&dir.join(SCENE), &[])?)?;
     let Study { section, columns, .. } = Study::of_scene(&scene, &dir.join(SCENE), Kind::Stability)?;

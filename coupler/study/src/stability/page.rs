@@ -16,7 +16,6 @@ struct Page<'a> {
     about: &'a str,
     map: &'a str,
     counts: Counts,
-    /// Names of the axes.
     x: &'a str,
     y: &'a str,
     /// None where y has names.
@@ -25,7 +24,6 @@ struct Page<'a> {
     runs: &'a [Row],
 }
 
-/// The page.
 pub(super) fn page(table: &Table, frame: &Frame<'_>, about: &str, map: &str) -> Result<String, Failure> {
     let page = Page {
         title: frame.title,

@@ -48,7 +48,6 @@ fn refusal(section: &Section, task: &Task) -> Result<(Option<f64>, bool), Failur
 }
 
 /// Keys that every run sets: no bound stops it, every window is in the series, and nothing is logged.
-#[must_use]
 pub fn imposed() -> [String; 3] {
     let names: Vec<String> = NAMES.iter().map(|name| format!("{name:?}")).collect();
     [
@@ -115,7 +114,6 @@ fn violation(limit: &Limit, series: &Series) -> Option<(usize, String)> {
 
 /// Margin of the bound `name` (`any`: the least of those that refuse), and whether it refuses the plan,
 /// whatever the scene forces.
-#[must_use]
 pub fn held(bounds: &[Bound], name: &str) -> (f64, bool) {
     let counts = |bound: &&Bound| if name == ANY { bound.level == Level::Refuse } else { bound.name == name };
     let margin = bounds.iter().filter(counts).map(|bound| bound.margin).reduce(f64::min);

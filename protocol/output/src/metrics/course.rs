@@ -10,7 +10,6 @@ use crate::points::points;
 pub struct Course {
     /// Time, s, and published value, in the order of time.
     table: Vec<(f64, f64)>,
-    /// Rows that have passed.
     passed: usize,
     /// Time and value of the window before.
     before: Option<(f64, f64)>,
@@ -19,9 +18,6 @@ pub struct Course {
 
 impl Course {
     /// A table with the columns `t` and `value`.
-    ///
-    /// # Errors
-    /// What is wrong with it.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         let mut table = points(text, "t", "value")?;
         if table.is_empty() || !table.iter().all(|(t, value)| t.is_finite() && value.is_finite()) {

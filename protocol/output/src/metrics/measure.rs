@@ -93,7 +93,6 @@ impl Metrics {
     }
 
     /// All that decides the final values, for a checkpoint.
-    #[must_use]
     pub fn state(&self) -> &MetricsState {
         &self.state
     }
@@ -135,7 +134,6 @@ impl Metrics {
 
     /// Tables that belong to metrics of the last state: name of the file and text. One of each name, of the
     /// first metric that leaves it.
-    #[must_use]
     pub fn tables(&self) -> Vec<(&'static str, String)> {
         let Some(last) = self.last.as_ref().filter(|last| !last.kinematics.is_empty()) else {
             return Vec::new();
@@ -155,7 +153,6 @@ impl Metrics {
     }
 
     /// The values so far, by name.
-    #[must_use]
     pub fn finish(&self) -> BTreeMap<String, MetricValue> {
         let value = |(index, metric): (usize, &Metric)| {
             let (rule, kept) = (&self.rules[index], &self.state.accumulators[index]);

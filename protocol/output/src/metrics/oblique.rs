@@ -114,7 +114,6 @@ impl Oblique {
         Ok(all.iter().map(Collision::error).fold(0.0, f64::max))
     }
 
-    /// The curve as CSV.
     fn table(&self, grains: &[Grain], last: &[Kinematics]) -> Result<String, String> {
         let mut text = String::from("psi1,psi2,reference,relative_error\n");
         for hit in self.collisions(grains, last)? {

@@ -56,7 +56,6 @@ pub struct Trajectory {
 
 impl Trajectory {
     /// At t = 0, with the initial settling speed, m/s.
-    #[must_use]
     pub fn new(speed: f64) -> Self {
         Self { speed, terminal: speed.max(0.0), ..Self::default() }
     }

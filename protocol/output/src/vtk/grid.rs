@@ -57,31 +57,7 @@ impl Vtr {
     }
 
     /// Cells along x, y and z.
-    #[must_use]
     pub fn counts(&self) -> [usize; 3] {
         std::array::from_fn(|axis| self.faces[axis].len().saturating_sub(1).max(1))
-    }
-
-    /// Centres of the cells along an axis, m.
-    #[must_use]
-    pub fn centres(&self, axis: usize) -> Vec<f64> {
-        match self.faces[axis].as_slice() {
-            [] => Vec::new(),
-            [only] => vec![*only],
-            faces => faces.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect(),
-        }
-    }
-
-    /// A component of an array on the plane (x, z) of cells with index `j` along y: rows of constant
-    /// z, from below.
-    #[must_use]
-    pub fn slice(&self, name: &str, component: usize, j: usize) -> Option<Vec<Vec<f64>>> {
-        let (components, values) = self.arrays.get(name)?;
-        let [nx, ny, nz] = self.counts();
-        if component >= *components || j >= ny {
-            return None;
-        }
-        let value = |i: usize, k: usize| values[components * (i + nx * (j + ny * k)) + component];
-        Some((0..nz).map(|k| (0..nx).map(|i| value(i, k)).collect()).collect())
     }
 }

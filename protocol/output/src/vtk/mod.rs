@@ -1,7 +1,7 @@
 //! Files for ParaView and other viewers of VTK, appended raw binary, 64-bit floats: points with data
 //! (`.vtp`), cell data on a uniform (`.vti`) or a rectilinear grid (`.vtr`, in several files `.pvtr`), and
 //! the list of files over time (`.pvd`). What is written here is read here: [`points`] by [`Appended`],
-//! [`rectilinear`] by [`Vtr`].
+//! [`rectilinear_part`] by [`Vtr`].
 //!
 //! ```
 //! use bedload_output::vtk::{Appended, Array, points};
@@ -20,4 +20,4 @@ mod write;
 pub use grid::Vtr;
 pub use parts::{Part, parts, read};
 pub use read::{Appended, Entry};
-pub use write::{Array, Values, image, list, points, polygons, rectilinear, rectilinear_part};
+pub use write::{Array, Values, image, list, points, polygons, rectilinear_part};

@@ -42,7 +42,6 @@ pub struct Part {
 /// assert_eq!(whole.arrays["solid"].1, [0.0, 1.0]);
 /// # Ok::<(), String>(())
 /// ```
-#[must_use]
 pub fn parts([nx, ny]: [usize; 2], data: &[Array], parts: &[Part]) -> String {
     let nz = parts.last().map_or(0, |part| part.layers[1]);
     let mut text = opening("PRectilinearGrid");

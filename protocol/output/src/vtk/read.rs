@@ -36,7 +36,6 @@ impl<'a> Appended<'a> {
     }
 
     /// Time, s; not a number if the file has none.
-    #[must_use]
     pub fn time(&self) -> f64 {
         let text = self.header.split_once("Name=\"TimeValue\"").and_then(|(_, rest)| rest.split_once('>'));
         let text = text.and_then(|(_, rest)| rest.split_once('<')).map_or("", |(text, _)| text.trim());

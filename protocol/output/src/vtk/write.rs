@@ -30,19 +30,16 @@ pub struct Array {
 
 impl Array {
     /// One float per point.
-    #[must_use]
     pub fn scalar(name: &'static str, values: Vec<f64>) -> Self {
         Self { name, components: 1, values: Values::Real(values) }
     }
 
     /// `components` floats per point.
-    #[must_use]
     pub fn real(name: &'static str, components: usize, values: Vec<f64>) -> Self {
         Self { name, components, values: Values::Real(values) }
     }
 
     /// One whole number per point.
-    #[must_use]
     pub fn whole(name: &'static str, values: Vec<i64>) -> Self {
         Self { name, components: 1, values: Values::Whole(values) }
     }
@@ -133,7 +130,6 @@ impl<'a> Writer<'a> {
 }
 
 /// Points with data, `.vtp`; every point is a vertex, so that it shows without a filter.
-#[must_use]
 pub fn points(time: f64, position: Vec<f64>, data: &[Array]) -> Vec<u8> {
     let ends = (1..=position.len() as i64 / 3).collect();
     poly_data(time, position, ends, "Verts", data)
@@ -141,7 +137,6 @@ pub fn points(time: f64, position: Vec<f64>, data: &[Array]) -> Vec<u8> {
 
 /// Polygons with data, `.vtp`: polygon k ends before the point number `ends[k]` and begins where the one
 /// before ends.
-#[must_use]
 pub fn polygons(time: f64, position: Vec<f64>, ends: Vec<i64>, data: &[Array]) -> Vec<u8> {
     poly_data(time, position, ends, "Polys", data)
 }
@@ -167,7 +162,6 @@ fn poly_data(time: f64, position: Vec<f64>, ends: Vec<i64>, kind: &str, data: &[
 }
 
 /// Cell data on a uniform grid, `.vti`; x fastest.
-#[must_use]
 pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], data: &[Array]) -> Vec<u8> {
     let extent = extent(cells);
     let list = |v: [f64; 3]| format!("{:e} {:e} {:e}", v[0], v[1], v[2]);
@@ -184,15 +178,9 @@ pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], 
     writer.finish("</Piece>\n</ImageData>\n")
 }
 
-/// Cell data on a rectilinear grid with these faces along x, y and z (m; one number along an axis that the
-/// grid has not), `.vtr`; x fastest.
-#[must_use]
-pub fn rectilinear(time: f64, faces: &[Vec<f64>; 3], data: &[Array]) -> Vec<u8> {
-    rectilinear_part(time, faces, 0, data)
-}
-
-/// The same for the part of a grid that begins at layer `first` of cells along z, see [`super::parts()`].
-#[must_use]
+/// Cell data on the part of a rectilinear grid with these faces along x, y and z (m; one number along an axis
+/// that the grid has not) that begins at layer `first` of cells along z, see [`super::parts()`], `.vtr`; x
+/// fastest.
 pub fn rectilinear_part(time: f64, faces: &[Vec<f64>; 3], first: usize, data: &[Array]) -> Vec<u8> {
     let [nx, ny, nz] = faces.each_ref().map(|faces| faces.len() - 1);
     let extent = format!("0 {nx} 0 {ny} {first} {}", first + nz);
@@ -236,35 +224,4 @@ pub fn list(path: &Path, time: f64, file: &str) -> Result<(), OutputError> {
     }
     text += "</Collection>\n</VTKFile>\n";
     atomic_write(path, text.as_bytes())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn offsets_point_at_the_blocks() {
-        let bytes = points(0.5, vec![1.0, 2.0, 3.0], &[Array::scalar("radius", vec![0.25])]);
-        let text = String::from_utf8_lossy(&bytes);
-        let mark = b"<AppendedData encoding=\"raw\">\n_";
-        let start = bytes.windows(mark.len()).position(|window| window == mark).unwrap() + mark.len();
-        let real = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
-        assert!(text.contains("Name=\"radius\" NumberOfComponents=\"1\" format=\"appended\" offset=\"0\""));
-        assert_eq!(u64::from_le_bytes(bytes[start..start + 8].try_into().unwrap()), 8);
-        assert_eq!(real(start + 8), 0.25);
-        assert!(text.contains("offset=\"16\"") && real(start + 24) == 1.0 && real(start + 40) == 3.0);
-    }
-
-    #[test]
-    fn the_list_is_in_order_of_time_and_names_each_file_once() {
-        let path = std::env::temp_dir().join(format!("bedload-list-{}.pvd", std::process::id()));
-        let _ = std::fs::remove_file(&path);
-        for (time, name) in [(0.2, "b.vtp"), (0.1, "a.vtp"), (0.3, "b.vtp")] {
-            list(&path, time, name).unwrap();
-        }
-        let text = std::fs::read_to_string(&path).unwrap();
-        std::fs::remove_file(&path).unwrap();
-        let (a, b) = (text.find("a.vtp").unwrap(), text.find("b.vtp").unwrap());
-        assert!(a < b && text.matches("b.vtp").count() == 1 && text.contains("timestep=\"3e-1\""));
-    }
 }

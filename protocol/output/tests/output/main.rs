@@ -6,3 +6,4 @@ mod metrics;
 mod series;
 mod stage;
 mod summary;
+mod vtk;

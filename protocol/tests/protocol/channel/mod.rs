@@ -6,6 +6,7 @@ mod faults;
 mod leftovers;
 mod participants;
 mod refusals;
+mod rendezvous;
 mod stage;
 
 /// Entry of the child processes; on its own it has nothing to play and checks just that.

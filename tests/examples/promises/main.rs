@@ -4,14 +4,17 @@
 //! times as fine each (Richardson 1911), or the finest value where these do not go one way. Its price is
 //! that of all grids over that of the coarsest which would have done.
 
+mod drawn;
+
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use coupler::limit::richardson;
 use coupler::resolution::{fast, set};
 use serde_json::Value;
-use tests::drawn::{Drawn, scene};
 use tests::harness::{Folder, bedload, metric, said, summary};
+
+use drawn::{Drawn, scene};
 
 /// Most CPU time of a finer grid, s; the second is run where it is estimated to take no longer.
 const LONGEST: f64 = 60.0;

@@ -4,21 +4,21 @@
 
 use std::f64::consts::PI;
 
-use crate::random::Random;
+use ::tests::random::Random;
 
 /// A scene, what is measured in it and what is asked for.
 #[derive(Clone, Debug)]
-pub struct Drawn {
+pub(crate) struct Drawn {
     /// Kind of scene.
-    pub kind: &'static str,
+    pub(crate) kind: &'static str,
     /// Its numbers, for the table.
-    pub numbers: String,
+    pub(crate) numbers: String,
     /// The scene (TOML), without metrics' references.
-    pub text: String,
+    pub(crate) text: String,
     /// The metrics that were promised.
-    pub metrics: Vec<&'static str>,
+    pub(crate) metrics: Vec<&'static str>,
     /// Error asked for.
-    pub target: f64,
+    pub(crate) target: f64,
 }
 
 /// Fluid of the drawn scenes: water's density, m/s².
@@ -51,8 +51,7 @@ fn drawn(kind: &'static str, numbers: String, text: String, metrics: &[&'static 
 }
 
 /// The scene of a seed.
-#[must_use]
-pub fn scene(seed: u64) -> Drawn {
+pub(crate) fn scene(seed: u64) -> Drawn {
     let mut random = Random::new(seed.wrapping_mul(0x2545_f491_4f6c_dd1d));
     let target = random.one_of(&[0.02, 0.05, 0.1]);
     let kinds: [fn(&mut Random) -> Drawn; 10] =

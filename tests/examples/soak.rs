@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo build --release
-//! cargo run --release -p tests --bin soak -- --windows 10000000 [--minutes 15] [--no-record]
+//! cargo run --release -p tests --example soak -- --windows 10000000 [--minutes 15] [--no-record]
 //! ```
 //!
 //! After `--minutes` the run is interrupted, and the table says how far it came.

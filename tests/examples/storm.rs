@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo build --release
-//! cargo run --release -p tests --bin storm -- --kills 1000 --seed 1 [--kind dry]
+//! cargo run --release -p tests --example storm -- --kills 1000 --seed 1 [--kind dry]
 //! ```
 //!
 //! Exit code 1: a promise is broken. The seed decides what is drawn; when a process is hit within its work

@@ -1,0 +1,6 @@
+//! Studies: cases, sweeps, tables, and how a run is classified.
+
+mod case;
+mod classify;
+mod sweep;
+mod table;

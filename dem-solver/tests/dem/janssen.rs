@@ -1,0 +1,46 @@
+//! Janssen's k, fitted and from stresses.
+
+use dem_solver::Shape;
+use dem_solver::output::coarse_grain::Cell;
+use dem_solver::output::janssen::{Silo, direct};
+use dem_solver::output::profile::Profile;
+
+/// A profile that is Janssen's curve with k = 0.3, as far as the fit can see.
+fn exact(k: f64) -> (Profile, Silo) {
+    let silo = Silo { density: 800.0, gravity: 10.0, section: 0.025, top: 1.0 };
+    let mut profile = Profile {
+        axis: 2,
+        first: 0.01,
+        width: 0.02,
+        area: 0.01,
+        perimeter: 0.4,
+        shape: Shape::Sphere,
+        cells: vec![Cell::default(); 60],
+        inward: vec![0.0; 60],
+    };
+    for slab in 0..60 {
+        let z = profile.middle(slab);
+        let p = silo.pressure(z, k);
+        let cell = &mut profile.cells[slab];
+        cell.density = if z < 1.0 { 800.0 } else { 0.0 };
+        cell.contact = nalgebra::Matrix3::identity() * p;
+        cell.boundary.z = k * p * 0.4 * 0.02;
+    }
+    (profile, silo)
+}
+
+#[test]
+fn the_fit_finds_the_curve_it_was_given_and_the_balance_agrees() {
+    let (profile, silo) = exact(0.3);
+    let found = Silo::new(&profile, [0.1, 0.9], -10.0).expect("filled");
+    assert!((found.top - 1.0).abs() < 1e-12 && (found.density - 800.0).abs() < 1e-9, "{found:?}");
+    assert!((found.section - silo.section).abs() < 1e-15);
+    let fit = found.fit(&profile, [0.1, 2.0]).expect("fits");
+    assert!((fit.value - 0.3).abs() < 1e-6 && fit.spread < 1e-6, "{fit:?}");
+    let direct = direct(&profile, [0.1, 0.9]).expect("slabs");
+    assert!((direct.value - 0.3).abs() < 1e-12 && direct.spread < 1e-12 && direct.slabs == 40);
+    // far down ρ g S/(k P), near the top hydrostatic
+    assert!((found.pressure(-10.0, 0.3) / (800.0 * 10.0 * 0.025 / 0.3) - 1.0).abs() < 1e-12);
+    assert!((found.pressure(0.9999, 0.3) / found.hydrostatic(0.9999) - 1.0).abs() < 1e-3);
+    assert!(Silo::new(&profile, [1.1, 1.2], 10.0).is_none(), "empty");
+}

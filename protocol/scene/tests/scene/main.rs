@@ -1,0 +1,9 @@
+//! The scene from outside: its text, the grains laid out, what follows from it before a run.
+
+mod files;
+mod grain_table;
+mod observe;
+mod retired;
+mod source;
+mod speeds;
+mod whole;

@@ -1,0 +1,59 @@
+//! Speeds that follow from a scene.
+
+use bedload_scene::speeds::{Speeds, speed_under};
+use bedload_scene::{CheckedScene, SceneSource, Shape};
+
+fn scene(more: &str) -> CheckedScene {
+    let text = format!(
+        "until = 10.0\ngravity = [0.0, 0.0, -2.0]\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\n\
+         upper = [4, 4, 8]\ncells = [8, 8, 16]\n{more}"
+    );
+    CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect("a scene")
+}
+
+const CLOSED: &str = "boundary = { x = \"no-slip\", y = \"no-slip\", z = \"no-slip\" }\n";
+const GRAIN: &str = "[[grains]]\nposition = [2, 2, 4.5]\nradius = 0.5\ndensity = 3.0\n";
+
+#[test]
+fn drag_and_speed_are_those_of_stokes_and_of_schiller_and_naumann() {
+    // Stokes: F/ρ = 3π ν D U.
+    let slow = speed_under(3.0 * std::f64::consts::PI * 1e-6, Shape::Sphere, 1.0, 1.0);
+    assert!((slow / 1e-6 - 1.0).abs() < 1e-4, "{slow}");
+    // Ar = 800: the correlation has Re = 20.32.
+    let nu = (3.0_f64 / 800.0).sqrt();
+    let force = 3.0 * std::f64::consts::PI / 6.0;
+    let re = speed_under(force, Shape::Sphere, 1.0, nu) / nu;
+    assert!((re - 20.32).abs() < 0.01, "{re}");
+    assert_eq!(speed_under(0.0, Shape::Disc, 1.0, 1.0), 0.0);
+}
+
+#[test]
+fn a_dry_grain_falls_as_far_as_there_is_room_and_time() {
+    // 4 m down to the floor less the radius: v² = 2 · 2 · 4.
+    let falls = Speeds::of(&scene(&format!("{CLOSED}{GRAIN}")));
+    assert!((falls.grain - 4.0).abs() < 1e-12, "{falls:?}");
+    // Without a floor it falls to the end: 2 · 10.
+    let open = CLOSED.replace("z = \"no-slip\"", "z = \"free-slip\"");
+    let falls = Speeds::of(&scene(&format!("{open}{GRAIN}")));
+    assert!((falls.grain - 20.0).abs() < 1e-12, "{falls:?}");
+    let thrown = GRAIN.replace("density", "velocity = [30.0, 0, 0]\ndensity");
+    assert_eq!(Speeds::of(&scene(&format!("{open}{thrown}"))).grain, 30.0);
+    // A held grain 3 m below, surface to surface 2 m: v² = 2 · 2 · 2.
+    let onto = format!("{open}{GRAIN}{}motion = \"fixed\"\n", GRAIN.replace("4.5", "1.5"));
+    assert!((Speeds::of(&scene(&onto)).grain - 8.0_f64.sqrt()).abs() < 1e-12);
+}
+
+#[test]
+fn a_driven_flow_is_as_fast_as_walls_time_and_held_grains_let_it_be() {
+    let open = "boundary = { x = \"periodic\", y = \"periodic\", z = \"periodic\" }\n";
+    let channel = open.replace("z = \"periodic\"", "z = \"no-slip\"");
+    let medium = "[medium]\ndensity = 1.0\nviscosity = 1.0\nbody_force = [0.5, 0, 0]\n";
+    // Laminar: 0.5 · 8²/(8 · 1).
+    let speed = |text: &str| Speeds::of(&scene(text)).flow;
+    assert!((speed(&format!("{channel}{medium}")) - 4.0).abs() < 1e-12);
+    // Free along z too, gravity drives it as well: |(0.5, 0, −2)| · 10.
+    assert!((speed(&format!("{open}{medium}")) - 10.0 * 4.25_f64.sqrt()).abs() < 1e-9);
+    let held = format!("{channel}{medium}{GRAIN}motion = \"fixed\"\n");
+    let alone = speed_under(0.5 * 128.0, Shape::Sphere, 1.0, 1.0);
+    assert!(speed(&held) <= alone && speed(&held) > 0.0);
+}
