@@ -11,7 +11,7 @@ use protocol::scheme::Iterations;
 
 /// Largest U dt/Δx at which a stream past a fixed disc was stable, U its mean velocity: Adams–Bashforth, and
 /// three-stage Runge–Kutta. docs/maps/courant-plane.csv
-const STREAM_AB2: f64 = 0.5;
+const STREAM_AB2: f64 = 0.4;
 /// docs/maps/courant-plane.csv
 const STREAM_RK3: f64 = 1.2;
 /// Where the stability region of third-order Runge–Kutta ends on the real axis.

@@ -10,7 +10,7 @@ const DISC: ([f64; 5], &str) = ([0.1, 0.3, 0.3, 0.8, 0.8], "docs/maps/fictitious
 /// of the disc of the same area.
 const LIMITS: Limits = Limits {
     alone: [DISC; 3],
-    together: Some(([0.01, 0.01, 0.2, 0.5, 0.8], "docs/maps/fictitious-domain-bed.csv")),
+    together: Some(([0.1, 0.5, 0.1, 0.5, 0.8], "docs/maps/fictitious-domain-bed.csv")),
     at_walls: Some(([0.01, 0.3, 0.8, 1.001, 1.5], "docs/maps/light-wall.csv")),
     bodies: Some(([0.8; 5], "docs/maps/bodies.csv")),
 };
