@@ -124,15 +124,15 @@ impl LoadsRule {
         if size > of_speed * speed && size > of_explained * explained { jump } else { [0.0; 3] }
     }
 
-    /// The torque on a grain over that on its mask, whose radius is that of translation: a sphere or disc that
-    /// turns in Stokes flow bends the shear at its surface by the curvature alone and needs no larger one
-    /// (docs/equations-immersed.md, section 8). The torque goes with R^d.
+    /// The torque on a grain over that on its mask, whose radius is that of translation: a sphere or disc
+    /// that turns in Stokes flow bends the shear at its surface by the curvature alone and needs no larger
+    /// one (docs/equations-immersed.md, section 8). The torque goes with R^d.
     fn of_rotation(&self, shape: &Shape) -> f64 {
         (shape.radius / shape.mask_radius).powi(self.dimensions)
     }
 
-    /// How much more inertia the mask has in the torque than the grain's volume, less one, where its volume is
-    /// `ratio` times as large: inertia goes with V^(1 + 2/d).
+    /// How much more inertia the mask has in the torque than the grain's volume, less one, where its volume
+    /// is `ratio` times as large: inertia goes with V^(1 + 2/d).
     fn swollen(&self, shape: &Shape, ratio: f64) -> f64 {
         self.of_rotation(shape) * ratio.powf(1.0 + 2.0 / f64::from(self.dimensions)) - 1.0
     }

@@ -9,8 +9,8 @@
 //! q = (dt / τ) e^{−2s'/w},   s' = s + 0.092 N² Δx W(s/Δx)
 //! ```
 //!
-//! W is a wave of period 1, `8 x (1 − 2|x|)` for |x| ≤ ½. A mask without it shifts the surface by up to 0.12 Δx
-//! to and fro as it moves over the nodes, where it is parallel to them; with it by 0.035 Δx at most.
+//! W is a wave of period 1, `8 x (1 − 2|x|)` for |x| ≤ ½. A mask without it shifts the surface by up to 0.12
+//! Δx to and fro as it moves over the nodes, where it is parallel to them; with it by 0.035 Δx at most.
 //!
 //! **Exact shear** (the plane). χ is made of the profile u(s) that the grid shall have, so that the discrete
 //! equation ν∇²u = χu holds for it at every node, wherever a wall lies between the nodes:

@@ -84,8 +84,8 @@ mod tests {
     }
 
     /// A flow along a wall, solved exactly on nodes that lie `place` + a whole number of cells outside it:
-    /// where a shear vanishes, in cells outside the wall, and how much further inside a parabola with u'' = −1
-    /// and slope 1 does. (2 + q) u = u₋ + u₊ + force, ν dt/Δx² being 1.
+    /// where a shear vanishes, in cells outside the wall, and how much further inside a parabola with u'' =
+    /// −1 and slope 1 does. (2 + q) u = u₋ + u₊ + force, ν dt/Δx² being 1.
     fn wall(place: f64) -> [f64; 2] {
         const CELLS: i32 = 14;
         let model = MaskModel { mask: Mask::ParameterFree, width: 0.5, wave: 1.0, viscosity: 1.0, dt: 1.0 };

@@ -7,9 +7,10 @@
 //! ```text
 //! δR = [(π²/12) w̄² + 0.0047 Δx²] (1/R + 1/r_h) + Δx²/(24 r_h),   w̄ = 0.6 f Δx
 //! ```
-//! The second term is that of the wave in the mask's distance. The wave puts the wall right for a shear beyond
-//! the band of the mask, two cells wide: in pores it has the part 1 − (2Δx/r_h)², none below two cells, and so
-//! has this term. That is for spheres in space; for discs in the plane, whose mask has another shape,
+//! The second term is that of the wave in the mask's distance. The wave puts the wall right for a shear
+//! beyond the band of the mask, two cells wide: in pores it has the part 1 − (2Δx/r_h)², none below two
+//! cells, and so has this term. That is for spheres in space; for discs in the plane, whose mask has another
+//! shape,
 //! ```text
 //! δR = (7/48) Δx² (1/R + 1/r_h),   r_h = R (1 − φ)/(2φ), at least Δx
 //! ```

@@ -9,8 +9,8 @@
 //! - **The gradient stress of the mask**, −∂_j (σ² ∂_k u_i ∂_k u_j) (Leonard 1974; Clark, Ferziger & Reynolds
 //!   1979). Mask and cells smear the flow with a kernel of variance σ²; the mean of a product is then the
 //!   product of the means and this. Of the mask, −∂α/∂s = sech²(s/w)/(2w), σ² = π² w²/12, of a cell Δx²/12;
-//!   with the mean thickness w = 0.3 Δx, and the 0.0047 Δx² of the mask's wave, both make 0.162 Δx². The mask of
-//!   exact shear has Δx²/12, as a cell.
+//!   with the mean thickness w = 0.3 Δx, and the 0.0047 Δx² of the mask's wave, both make 0.162 Δx². The mask
+//!   of exact shear has Δx²/12, as a cell.
 //!
 //! A uniform stream has neither, and both are quadratic in the velocity, so Stokes flow has none. They act
 //! within two cells of a grain and fade over a third; fluxes whose nodes would lie beyond a wall have none.

@@ -64,7 +64,8 @@ fn longest_local_step(scene: &CheckedScene, medium: &Medium) -> f64 {
     let disc = scene.scene.domain.geometry == Geometry::Plane;
     let longest = |grain: &Grain| {
         let diameter = 2.0 * grain.radius;
-        // Of a body that is not round: it turns more easily than the disc about it, whose torque it has at most.
+        // Of a body that is not round: it turns more easily than the disc about it, whose torque it has at
+        // most.
         let about = 0.5 * std::f64::consts::PI * grain.radius.powi(4);
         let share = if grain.shape.is_round() { 1.0 } else { grain.volume() * grain.gyration() / about };
         largest_viscous_number(disc, grain.density / medium.density, share) * diameter * diameter
