@@ -76,16 +76,5 @@ fn light_spheres_end_as_unstable_where_their_map_says_so_and_nowhere_else() {
     println!("fired {}/{}, false alarms {}/{}", should.0, should.1, should_not.0, should_not.1);
     assert!(should.1 >= 20 && should_not.1 >= 20, "{should:?} {should_not:?}");
     assert_eq!(should_not.0, 0);
-    // The rows of the calibrated method are of its former default (docs/stability.md): these are stable
-    // today.
-    let known = [
-        "calibrated_0.08_density-0.01",
-        "calibrated_0.08_density-0.1",
-        "calibrated_0.2_density-0.01",
-        "calibrated_0.2_density-0.1",
-        "calibrated_0.8_density-0.01",
-        "calibrated_0.8_density-0.1",
-        "calibrated_0.8_density-0.3",
-    ];
-    assert_eq!(missed, known);
+    assert!(missed.is_empty(), "{missed:?}");
 }
