@@ -50,7 +50,7 @@ fn holds(bound: &SolverBound, dt: f64) -> bool {
 #[test]
 fn the_cfl_number_is_bound_by_the_time_scheme() {
     // With a fixed step: the sphere's own speed times 0.01 over 0.0625.
-    for (time, good, bad) in [("scheme = \"ab2\"", 2.4, 2.6), ("scheme = \"rk3\"", 7.4, 7.6)] {
+    for (time, good, bad) in [("scheme = \"ab2\"", 3.1, 3.2), ("scheme = \"rk3\"", 7.4, 7.6)] {
         for (velocity, expected) in [(good, true), (bad, false)] {
             let bound = find(&bounds(&format!("time = {{ dt = 0.01, {time} }}"), velocity), "cfl").unwrap();
             assert_eq!(holds(&bound, 0.01), expected, "{time} {velocity}");
