@@ -215,6 +215,7 @@ impl Plan {
         };
         let cost = windows * attempts * of_a_window;
         let more = notices::of(&facts, cost, windows * attempts);
+        let drag = bounds::drag::of(&facts);
         Ok(Self {
             participants,
             scheme: facts.scheme,
@@ -231,8 +232,8 @@ impl Plan {
             until: scene.scene.until,
             windows: windows as u64,
             cost,
-            drag: bounds::drag::of(&facts),
-            bounds: bounds::all(&facts),
+            bounds: bounds::all(&facts, drag.as_ref()),
+            drag,
             forced: coupling.force.clone(),
             notices: of_solvers.flatten().chain(&scene.notes).cloned().chain(notice).chain(more).collect(),
         })

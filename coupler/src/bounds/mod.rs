@@ -19,12 +19,14 @@ pub use names::NAMES;
 pub use protocol::facts::{Level, Side};
 pub(crate) use speeds::{MOST_OVERLAP, largest_overlap};
 
-/// Every bound that applies to a plan, the coupler's and the solvers', in the order of [`NAMES`].
+/// Every bound that applies to a plan, the coupler's and the solvers', in the order of [`NAMES`]; `drag`:
+/// what the chart says of its scene.
 #[must_use]
-pub fn all(facts: &Facts<'_>) -> Vec<Bound> {
+pub fn all(facts: &Facts<'_>, drag: Option<&Drag>) -> Vec<Bound> {
     let mut bounds = Vec::new();
     steps::add(facts, &mut bounds);
     resolution::add(facts, &mut bounds);
+    bounds.extend(drag.and_then(Drag::bound));
     speeds::add(facts, &mut bounds);
     let fluid = facts.fluid.into_iter().flat_map(|fluid| &fluid.bounds);
     let dem = facts.dem.into_iter().flat_map(|dem| &dem.bounds);

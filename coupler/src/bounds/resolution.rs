@@ -3,7 +3,6 @@
 use protocol::facts::Side;
 
 use super::bound::Bound;
-use super::drag;
 use super::facts::Facts;
 use crate::resolution::LEAST;
 
@@ -12,7 +11,6 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     if facts.fluid.is_some_and(|fluid| !fluid.foreign) {
         add_resolution(facts, bounds);
     }
-    bounds.extend(drag::of(facts).and_then(|drag| drag.bound()));
     add_memory(facts, bounds);
 }
 

@@ -21,8 +21,8 @@ const MARGINS: [(&str, f64); 13] = [
     // With a mask bodies that are not round take the limits of discs, of which one that only turns fails
     // below 0.8 at ν dt/D² = 0.8; a body that falls does not.
     ("bodies", 80.1),
-    // A sphere that is let go in windows of ν dt/D² = 0.8 has 20 times its speed after the first, below 0.3:
-    // not in these maps, whose spheres are thrown.
+    // A run whose sphere is let go in windows of ν dt/D² = 0.8 ends as unstable below 0.3: not in these maps,
+    // whose spheres are thrown.
     ("light-axisymmetric", 30.1),
     ("light-space", 30.1),
     // The same as of bodies, of a disc that falls.

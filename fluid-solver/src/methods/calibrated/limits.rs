@@ -8,8 +8,8 @@ use protocol::scheme::Iterations;
 /// One exchange per window.
 const ONCE: Limits = Limits {
     alone: [
-        // Mapped down to 0.01. A sphere that is let go in windows of ν dt/D² = 0.8 has 20 times the speed
-        // that it settles to after the first, if it is lighter than 0.3.
+        // Mapped down to 0.01. A run whose sphere is let go in windows of ν dt/D² = 0.8 ends as unstable in
+        // the first at 0.1, not at 0.3.
         ([0.01, 0.01, 0.01, 0.01, 0.3], "docs/maps/light-axisymmetric.csv"),
         ([0.01, 0.01, 0.01, 0.01, 0.3], "docs/maps/light-space.csv"),
         // A disc that turns; one that does not is stable from 0.01 on (light-plane).
