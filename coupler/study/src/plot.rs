@@ -12,11 +12,18 @@ use kuva::render::plots::Plot as Drawn;
 use kuva::render_to_svg;
 
 /// Colours that stay apart for colour-blind eyes (Okabe & Ito 2008).
-const COLOURS: [&str; 6] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
+const COLOURS: [&str; 7] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"];
 
 /// Marker of each series: colour is never the only difference.
-const SHAPES: [Shape; 6] =
-    [Shape::Circle, Shape::Square, Shape::Triangle, Shape::Diamond, Shape::TriangleDown, Shape::Plus];
+const SHAPES: [Shape; 7] = [
+    Shape::Circle,
+    Shape::Square,
+    Shape::Triangle,
+    Shape::Diamond,
+    Shape::TriangleDown,
+    Shape::Plus,
+    Shape::Cross,
+];
 
 /// Grey of what was not measured here.
 pub(super) const GREY: &str = "#444444";
@@ -211,7 +218,8 @@ impl Series {
             Look::Line { width, dashed } => {
                 let line =
                     LinePlot::new().with_data(points).with_color(self.colour).with_stroke_width(*width);
-                let line = if named { line.with_legend(self.name.as_str()) } else { line };
+                let line =
+                    if named && !self.name.is_empty() { line.with_legend(self.name.as_str()) } else { line };
                 Drawn::Line(if *dashed { line.with_dashed() } else { line })
             }
             Look::Points { shape, size, words } => {

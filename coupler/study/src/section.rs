@@ -24,7 +24,7 @@ impl Kind {
     /// Keys of the section besides those that every kind has.
     fn keys(self) -> &'static [&'static str] {
         match self {
-            Self::Chart => &["metric", "metrics", "reference", "published", "baseline"],
+            Self::Chart => &["metric", "metrics", "reference", "published", "baseline", "x"],
             Self::Stability => &["signal", "scale", "bound", "x", "y", "limits"],
             Self::Case => {
                 &["name", "scene", "quick", "checks", "figure", "figures", "pictures", "differences"]
@@ -91,7 +91,7 @@ pub struct Section {
     /// Name of the bound of `bedload check` that is drawn, or `any`: the one with the least margin.
     #[serde(default = "any")]
     pub bound: String,
-    /// Name or key of the varied one along the horizontal axis.
+    /// Name or key of the varied one along the horizontal axis; of a chart the cost by default.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub x: String,
     /// Name or key of the varied one along the vertical axis.

@@ -269,6 +269,7 @@ fn wrong_sections_are_refused_at_file_line_and_key() {
     assert_eq!(read(good).expect("the section is right"), 8);
     let cases = [
         ("metric = \"speed\"", "metric§ = \"sped\"", "chart.metric", "metrics are speed"),
+        ("metric = \"speed\"", "metric = \"speed\"\nx§ = \"size\"", "chart.x", "which is not varied"),
         ("metric = \"speed\"", "", "chart", "no `metric`"),
         ("metric = \"speed\"", "metrik§ = \"speed\"", "chart.metrik", "unknown field"),
         ("reference = 0.0873421", "", "chart.metric", "no reference"),

@@ -7,6 +7,7 @@ use crate::vary::Vary;
 
 pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     published(section, &scene.source)?;
+    axis(section, &scene.source)?;
     metrics(section, scene)?;
     reference(section, &scene.source)
 }
@@ -34,6 +35,16 @@ fn published(section: &Section, source: &SceneSource) -> Result<(), SceneError> 
         }
     }
     Ok(())
+}
+
+/// The key along the horizontal axis is a varied one.
+fn axis(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
+    let headers: Vec<&str> = section.vary.iter().map(Vary::header).collect();
+    if section.x.is_empty() || headers.contains(&section.x.as_str()) {
+        return Ok(());
+    }
+    let message = format!("names {:?}, which is not varied; varied are {}", section.x, headers.join(", "));
+    Err(source.error("chart.x", message, "name a key of [[chart.vary]], or leave x out for the cost"))
 }
 
 /// The metrics that are charted.

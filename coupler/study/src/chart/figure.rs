@@ -1,11 +1,11 @@
-//! The figure: error against CPU time, both logarithmic, with the Pareto front.
+//! The figure: error against CPU time, or against a varied key; both logarithmic, with the Pareto front.
 
 use serde::Serialize;
 
 use super::describe::Names;
 use crate::page::render;
 use crate::plot::{Axis, GREY, Look, Plot, Point, Rule, Series, Shape, colour, shape};
-use crate::section::Published;
+use crate::section::Section;
 use crate::table::{FLOOR, Row, Table};
 use coupler::failure::Failure;
 use coupler::number::{number, percent};
@@ -20,16 +20,19 @@ const LEGEND: f64 = 230.0;
 const TOLERANCES: [f64; 3] = [0.01, 0.02, 0.05];
 
 /// At most so many colours; a key with more values has no colours.
-const MOST_FAMILIES: usize = 6;
+const MOST_FAMILIES: usize = 7;
 
 /// The figure, or nothing if no run has both a cost and an error.
 pub(super) fn draw(
     table: &Table,
     names: &Names,
     title: &str,
-    published: &[Published],
-    baseline: Option<&str>,
+    chart: &Section,
 ) -> Result<Option<String>, Failure> {
+    if let Some(over) = table.keys.iter().position(|key| *key == chart.x) {
+        return over_key(table, names, title, over).map(Some);
+    }
+    let (published, baseline) = (&chart.published, chart.baseline.as_deref());
     let drawn: Vec<Run> = (0..table.rows.len())
         .filter_map(|row| {
             table.rows[row].point().map(|(cost, error)| (row, (cost.max(1e-9), error.max(FLOOR))))
@@ -47,7 +50,7 @@ pub(super) fn draw(
         points: way.clone(),
         look: Look::Line { width: 1.6, dashed: false },
     }];
-    series.extend(families(table, names, &drawn));
+    series.extend(families(table, names, &drawn, None));
     series.extend(published.iter().map(|point| Series {
         name: point.name.clone(),
         colour: GREY,
@@ -58,7 +61,7 @@ pub(super) fn draw(
             words: vec![format!("published: {}; {}", point.name, point.source)],
         },
     }));
-    let picture = plot(title, series).draw();
+    let picture = plot(title, "CPU time / s", series).draw();
     let baseline = baseline.and_then(|label| table.rows.iter().position(|row| row.label == label));
     let named = |row: &usize| {
         let (cost, error) = table.rows[*row].point().unwrap_or_default();
@@ -71,6 +74,27 @@ pub(super) fn draw(
         front: front.iter().map(named).collect(),
     };
     render("chart.svg", shown).map(Some)
+}
+
+/// The figure with the values of a key in place of the cost, runs of one family joined.
+fn over_key(table: &Table, names: &Names, title: &str, over: usize) -> Result<String, Failure> {
+    let point = |row: usize| {
+        let error = table.rows[row].point()?.1;
+        Some((row, (table.number(row, over)?, error.max(FLOOR))))
+    };
+    let drawn: Vec<Run> = (0..table.rows.len()).filter_map(point).collect();
+    let mut series = families(table, names, &drawn, Some(over));
+    let joined = |of: &Series| {
+        let mut points = of.points.clone();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let look = Look::Line { width: 1.0, dashed: false };
+        Series { name: String::new(), colour: of.colour, points, look }
+    };
+    let mut lines: Vec<Series> = series.iter().map(joined).collect();
+    lines.append(&mut series);
+    let picture = plot(title, &names.all()[over], lines).draw();
+    let shown = Shown { inner: picture.inner(), way: Vec::new(), ring: None, front: Vec::new() };
+    render("chart.svg", shown)
 }
 
 /// What `templates/chart.svg` shows, in the units of the picture.
@@ -97,8 +121,8 @@ struct Named {
 type Run = (usize, Point);
 
 /// Runs by the values of one key, if there is one with few; each with a name to hover.
-fn families(table: &Table, names: &Names, drawn: &[Run]) -> Vec<Series> {
-    let column = family(table);
+fn families(table: &Table, names: &Names, drawn: &[Run], over: Option<usize>) -> Vec<Series> {
+    let column = family(table, over);
     let value_of = |row: usize| column.map_or("", |column| table.rows[row].values[column].as_str());
     let mut values: Vec<&str> = Vec::new();
     for (row, _) in drawn {
@@ -120,7 +144,7 @@ fn families(table: &Table, names: &Names, drawn: &[Run]) -> Vec<Series> {
 }
 
 /// The key by which runs are coloured: words rather than numbers, and no refinement of resolution.
-fn family(table: &Table) -> Option<usize> {
+fn family(table: &Table, over: Option<usize>) -> Option<usize> {
     let few = |column: &usize| {
         let mut values: Vec<&str> = table.rows.iter().map(|row| row.values[*column].as_str()).collect();
         values.sort_unstable();
@@ -129,7 +153,7 @@ fn family(table: &Table) -> Option<usize> {
     };
     let wordy = |column: &usize| (0..table.rows.len()).any(|row| table.number(row, *column).is_none());
     let refines = |column: &usize| super::limit::refines(&table.keys[*column]).is_some();
-    let fit: Vec<usize> = (0..table.keys.len()).filter(few).collect();
+    let fit: Vec<usize> = (0..table.keys.len()).filter(|column| Some(*column) != over).filter(few).collect();
     let word = fit.iter().copied().find(|column| wordy(column) && !refines(column));
     word.or(fit.iter().copied().find(|column| !refines(column)))
         .or(fit.first().copied().filter(|_| fit.len() > 1))
@@ -143,7 +167,7 @@ fn hover(row: &Row, names: &Names) -> String {
     format!("{keys}\nCPU {} s\nerror {}{note}", number(cost), percent(error))
 }
 
-fn plot(title: &str, series: Vec<Series>) -> Plot {
+fn plot(title: &str, along: &str, series: Vec<Series>) -> Plot {
     let wide = (f64::INFINITY, 0.0_f64);
     let (x, y) = series.iter().flat_map(|series| &series.points).fold((wide, wide), |(x, y), point| {
         ((x.0.min(point.0), x.1.max(point.0)), (y.0.min(point.1), y.1.max(point.1)))
@@ -159,11 +183,32 @@ fn plot(title: &str, series: Vec<Series>) -> Plot {
     Plot {
         size: SIZE,
         title: title.to_owned(),
-        x: axis("CPU time / s", x, number),
+        x: axis(along, x, number),
         y: axis("relative error", y, percent),
         series,
         rules: TOLERANCES.into_iter().filter(shown).map(|at| Rule::Level { at }).collect(),
         legend: Some(LEGEND),
         ticks: 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::tests::chart as table;
+
+    #[test]
+    fn over_a_key_runs_of_one_family_are_joined_and_there_is_no_front() {
+        let table = table(&[(16.0, "a", 4.0, 0.01), (8.0, "a", 1.0, 0.04), (8.0, "b", 2.0, 0.02)]);
+        let vary = "[[vary]]\nkey = \"resolution\"\nname = \"D/Δx\"\nvalues = [8, 16]\n\
+                    [[vary]]\nname = \"method\"\nvalues = []\n";
+        let cost: Section = toml::from_str(vary).unwrap();
+        let over: Section = toml::from_str(&format!("x = \"resolution\"\n{vary}")).unwrap();
+        let [cost, over] = [cost, over].map(|chart| {
+            draw(&table, &Names::new(&chart, &table), "title", &chart).unwrap().expect("a figure")
+        });
+        assert!(cost.contains("Pareto") && cost.contains("CPU time"));
+        assert!(over.contains("D/Δx") && !over.contains("Pareto") && !over.contains("CPU time / s"));
+        assert!(over.contains(">a<") && over.contains(">b<"), "{over}");
     }
 }

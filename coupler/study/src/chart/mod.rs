@@ -69,7 +69,7 @@ pub(crate) fn draw(dir: &Path) -> Result<(PathBuf, String), Failure> {
     let known = reference::values(&chart, &shown.metrics, &table);
     let title = [&chart.title, &shown.title].into_iter().find(|title| !title.is_empty());
     let title = title.map_or("Speed against accuracy", String::as_str);
-    let figure = figure::draw(&table, &names, title, &chart.published, chart.baseline.as_deref())?;
+    let figure = figure::draw(&table, &names, title, &chart)?;
     if let Some(svg) = &figure {
         atomic_write(&dir.join("chart.svg"), svg.as_bytes())?;
     }
