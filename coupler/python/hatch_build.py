@@ -37,6 +37,8 @@ class Programs(BuildHookInterface):
                 )
         for file in files:
             build_data["force_include"][str(file)] = f"bedload/bin/{file.name}"
+        for file in Path(self.root, "../..").resolve().glob("LICENSE-*"):
+            build_data["force_include"][str(file)] = f"bedload/{file.name}"
         major, minor = glibc(files)
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-manylinux_{major}_{minor}_{platform.machine()}"
