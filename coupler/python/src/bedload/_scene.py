@@ -12,7 +12,7 @@ import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Union, cast
+from typing import Any, Union
 
 if sys.version_info >= (3, 11):
     import tomllib as toml
@@ -102,4 +102,5 @@ def value_of(text: str) -> Any:
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     """A TOML file as a dictionary."""
     with open(path, "rb") as file:
-        return cast("dict[str, Any]", toml.load(file))
+        scene: dict[str, Any] = toml.load(file)
+    return scene
