@@ -23,6 +23,16 @@ def test_series_is_the_table(finished):
         finished.table("planes.csv")
 
 
+def test_a_series_under_way_is_read_as_far_as_it_goes(finished, tmp_path):
+    lines = (finished.path / "series.csv").read_text().splitlines(keepends=True)
+    (tmp_path / "series.csv").write_text("".join(lines[:4]) + lines[4][:-3])
+    table = _results.columns(tmp_path / "series.csv")
+    assert [len(values) for values in table.values()] == [3] * len(table)
+    (tmp_path / "series.csv").write_text("".join(lines[:4]) + "1,2\n")
+    with pytest.raises(bedload.BedloadError, match="as many values"):
+        _results.columns(tmp_path / "series.csv")
+
+
 def test_series_without_pandas(finished):
     script = (
         "import sys; sys.modules['pandas'] = None; import bedload; "

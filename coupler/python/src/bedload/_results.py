@@ -29,11 +29,16 @@ Table = Union["pandas.DataFrame", dict[str, "NDArray[Any]"]]
 
 
 def columns(path: Path) -> dict[str, NDArray[Any]]:
-    """A CSV file as an array by column: of floats where all are numbers, nothing being nan, else of texts."""
-    with open(path, newline="", encoding="utf-8") as file:
-        head, *rows = csv.reader(line for line in file if not line.startswith("#"))
+    """A CSV file as an array by column: of floats where all are numbers, nothing being nan, else of texts. A
+    last line that a run has not ended yet is left out."""
+    text = path.read_text(encoding="utf-8")
+    lines = text.split("\n")[:-1]
+    head, *rows = csv.reader(line for line in lines if not line.startswith("#"))
+    if any(len(row) != len(head) for row in rows):
+        raise BedloadError(2, f"{path}: a row has not as many values as the header; remedy: run again")
     table = {}
-    for name, values in zip(head, zip(*rows) if rows else [()] * len(head)):
+    for n, name in enumerate(head):
+        values = [row[n] for row in rows]
         try:
             table[name] = np.array([float(value or "nan") for value in values])
         except ValueError:
