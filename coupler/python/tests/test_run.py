@@ -1,6 +1,7 @@
 """Runs, checks, and how they fail."""
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -59,6 +60,10 @@ def test_a_plan_and_one_that_breaks_a_bound(scene):
     assert all(bound["holds"] for bound in plan["bounds"])
     with pytest.raises(bedload.BedloadError, match="cfl") as error:
         bedload.check(scene, set={"fluid.time.dt": 2.0})
+    again = pickle.loads(pickle.dumps(error.value))
+    assert (again.kind, again.plan) == ("bad-input", error.value.plan), (
+        "it comes back from a process of a pool"
+    )
     assert [bound["name"] for bound in error.value.plan["bounds"] if not bound["holds"]].count("cfl") == 1
 
 

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable
 
-from ._program import BedloadError, Ended, Progress, call, listener
+from ._program import BedloadError, Progress, call, listener
 from ._scene import Scene, file_of, settings
 
 if TYPE_CHECKING:
@@ -71,7 +71,8 @@ def run(
         try:
             call("run", file, *words, *settings(set), line=listener(progress))
         except BedloadError as error:
-            raise BedloadError(error.code, error.message, out=folder) from None
+            error.out = folder
+            raise
     return Run(folder)
 
 
@@ -94,9 +95,9 @@ def check(
     with file_of(scene) as file:
         try:
             plan: dict[str, Any] = json.loads(call("check", file, "--json", *words, *settings(set)))
-        except Ended as error:
-            plan = json.loads(error.printed) if error.printed else {}
-            raise BedloadError(error.code, error.message, plan=plan or None) from None
+        except BedloadError as error:
+            error.plan = json.loads(error.printed) if error.printed.startswith("{") else None
+            raise
     return plan
 
 

@@ -34,14 +34,20 @@ LEFT_OPEN = 2.0
 
 class BedloadError(Exception):
     """A program of Bedload failed. `code` is its exit code, `kind` what the code means (docs/results.md),
-    `message` what it said; `plan` the plan that broke a bound (of `check`), `out` the output folder of a
-    run."""
+    `message` what it said, `printed` what it had printed until then; `plan` the plan that broke a bound (of
+    `check`), `out` the output folder of a run."""
 
     def __init__(
-        self, code: int, message: str, out: Path | None = None, plan: dict[str, Any] | None = None
+        self,
+        code: int,
+        message: str,
+        *,
+        printed: str = "",
+        out: Path | None = None,
+        plan: dict[str, Any] | None = None,
     ) -> None:
         super().__init__(code, message)
-        self.code, self.message, self.out, self.plan = code, message, out, plan
+        self.code, self.message, self.printed, self.out, self.plan = code, message, printed, out, plan
 
     @property
     def kind(self) -> str:
@@ -178,16 +184,8 @@ def call(*words: object, line: Callable[[str], object] | None = None, name: str 
             line(text)
     if process.returncode:
         words_of_it = "".join(text for text in said if not _TIME.search(text)).strip()
-        raise Ended(process.returncode, words_of_it or shlex.join(command), "".join(printed))
+        raise BedloadError(process.returncode, words_of_it or shlex.join(command), printed="".join(printed))
     return "".join(printed)
-
-
-class Ended(BedloadError):
-    """With what the program printed."""
-
-    def __init__(self, code: int, message: str, printed: str) -> None:
-        super().__init__(code, message)
-        self.printed = printed
 
 
 _TIME = re.compile(r"\bt = (\S+) of (\S+) s\b.* to go$")
