@@ -184,15 +184,11 @@ def has_ensembles():
 def test_an_ensemble_has_a_mean(scene):
     del scene["grains"]
     scene["until"] = 0.1
-    scene["groups"] = [
-        {
-            "count": 1,
-            "lower": [0.0, 0.0, 2.0],
-            "upper": [0.0, 0.0, 7.0],
-            "radius": 0.5,
-            "density": 4.0,
-            "seed": 1,
-        }
-    ]
+    scene["domain"] = {"geometry": "plane", "lower": [0.0, 0.0], "upper": [5.0, 8.0], "cells": [50, 80]}
+    scene["domain"]["boundary"] = {"x": "periodic", "z": "no-slip"}
+    region = {"lower": [0.0, 0.0, 2.0], "upper": [5.0, 0.0, 7.0]}
+    scene["groups"] = [{"count": 3, **region, "radius": 0.5, "density": 4.0, "seed": 1}]
+    del scene["metrics"]
     table = bedload.ensemble(scene, 2, jobs=1, out="ensemble")
-    assert "mean" in table and len(table["mean"]) > 0
+    row = list(table["name"]).index("position_z[0]")
+    assert table["runs"][row] == 2 and 2.0 < table["mean"][row] < 7.0 and 0.0 < table["standard_error"][row]
