@@ -118,8 +118,9 @@ def _wait(process: subprocess.Popen[str]) -> None:
 
 
 def _interrupt(process: subprocess.Popen[str]) -> None:
-    """Ends a program in order, with checkpoint and log; one more Ctrl-C ends it at once, a third kills it."""
-    for number in (signal.SIGINT, signal.SIGINT, signal.SIGKILL):
+    """Ends a program in order, with checkpoint and log. One more Ctrl-C kills the solvers, a third ends the
+    program, a fourth kills it."""
+    for number in (signal.SIGINT, signal.SIGINT, signal.SIGINT, signal.SIGKILL):
         if process.poll() is None:
             process.send_signal(number)
         try:
