@@ -90,10 +90,12 @@ def program(name: str = "bedload") -> Path:
             with open(path, "rb") as file:
                 if file.read(2) != b"#!":
                     return path.absolute()
-    where = f"in {named}, which BEDLOAD_BIN names" if named else "in this package and on the PATH"
+    nowhere = (
+        f"not in {named}, which BEDLOAD_BIN names" if named else "neither in this package nor on the PATH"
+    )
     raise BedloadError(
         2,
-        f"the program {name} is not {where}; remedy: install the wheel, or set BEDLOAD_BIN to the "
+        f"the program {name} is {nowhere}; remedy: install the wheel, or set BEDLOAD_BIN to the "
         "folder with the programs, such as target/release",
     )
 
@@ -209,7 +211,8 @@ def _become(name: str) -> NoReturn:
     try:
         path = str(program(name))
     except BedloadError as error:
-        sys.exit(f"{name}: {error.message}")
+        print(f"{name}: {error.message}", file=sys.stderr)
+        sys.exit(error.code)
     os.execv(path, [path, *sys.argv[1:]])
 
 
