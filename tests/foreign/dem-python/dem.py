@@ -1,15 +1,15 @@
-"""A DEM in Python: spheres with soft contacts, friction and a film. How it takes part in a run: bedload_link.py."""
-import copy, json, math, os, sys
+"""A DEM in Python: spheres with soft contacts, friction and a film. How it takes part in a run: bedload.solver."""
+import math
 import numpy as np
-
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python"))
-from bedload_link import LAW, Leave, is_wall, start
+from bedload.solver import LAW, Dem, Leave, start
 
 
-class Spheres:
+class Spheres(Dem):
+    state = (*Dem.state, "springs")
+
     def __init__(self, scene):
-        grains, domain, dem, zero = scene.get("grains", []), scene["domain"], scene.get("dem", {}), [0.0] * 3
-        self.law, self.film = law, film = dem.get("contact", {}), dem.get("lubrication", {})
+        grains, domain, dem = scene.get("grains", []), scene["domain"], scene.get("dem", {})
+        law, film = dem.get("contact", {}), dem.get("lubrication", {})
         known = grains and all((g.get("shape", "sphere"), g.get("motion", "free")) == ("sphere", "free") for g in grains)
         if not (known and (law.get("law"), law.get("form")) == LAW and "contact_time" in law and "groups" not in scene
                 and film.get("form") in ("none", "as-printed", "complement") and "periodic" not in str(domain)
@@ -17,28 +17,13 @@ class Spheres:
             raise Leave(2, "not for this DEM; remedy: free spheres in [[grains]], a box without periodic sides, [dem.contact] "
                            "linear-spring-dashpot with form = \"izard-2014\" and contact_time, a form of dem.lubrication, and if that is complement, "
                            "outside axisymmetric scenes, dem.lubrication.tangential = false")
-        column = lambda key, default: np.array([g.get(key, default) for g in grains], float)
-        self.grains, self.r, self.g = len(grains), column("radius", 0), np.array(scene["gravity"])
-        self.m, axes = column("density", 0) * 4 / 3 * math.pi * self.r**3, "xyz" if domain["geometry"] == "space" else "xz"
-        self.walls = [("xyz".index(axis), sign, place) for end, sign in (("lower", 1), ("upper", -1))
-                      for axis, place in zip(axes, domain[end]) if is_wall(domain, axis, end)]
-        log_e, self.t_c = math.log(law["restitution"]), law["contact_time"]
+        super().__init__(scene)
+        self.film, self.springs = film, {}
+        log_e = math.log(law["restitution"])
         self.k, self.c = (math.pi**2 + log_e**2) / self.t_c**2, -2 * log_e / self.t_c  # over m*: Izard et al. 2014, eqs 17, 18
         self.reach = film.get("cut_off", 0.5) if film["form"] != "none" else 0.0  # of the film, over the radius
         self.length = film.get("resolved_length", (domain["upper"][-1] - domain["lower"][-1]) / domain["cells"][-1])
         self.viscous = 6 * math.pi * scene["medium"]["viscosity"] if self.reach else 0.0
-        self.dt = dem.get("dt", self.t_c / dem.get("steps_per_contact", 50))
-        self.state = {"x": column("position", zero), "q": column("orientation", [1.0, 0, 0, 0]), "v": column("velocity", zero),
-                      "w": column("spin", zero), "a": column("none", zero), "alpha": column("none", zero), "springs": {}}
-
-    def gaps(self, below):
-        """(grains, name, normal of the first, gap) of pairs, and of grains at walls, whose gap is below a limit."""
-        x, r = self.state["x"], self.r
-        for axis, sign, place in self.walls:
-            for i in np.flatnonzero(sign * (x[:, axis] - place) - r < below):
-                yield [i], f"{i} {axis} {sign}", sign * np.eye(3)[axis], sign * (x[i, axis] - place) - r[i]
-        for i, j in np.argwhere(np.triu(np.linalg.norm(x[:, None] - x, axis=2) - r[:, None] - r < below, 1)):
-            yield [i, j], f"{i} {j}", (x[i] - x[j]) / math.dist(x[i], x[j]), math.dist(x[i], x[j]) - r[i] - r[j]
 
     def squeezed(self, u, gap, rate, h, radius):
         """u after h in the film: u' + rate (P(gap + h u') − P(gap)) = u, P the integral of its law over 0 ≤ gap ≤ reach."""
@@ -56,10 +41,10 @@ class Spheres:
 
     def window(self, of, loads):
         """The sub-steps of a window under its loads; returns the kinematics and the smallest gap."""
-        s, h, signs = self.state, of.dt / of.substeps, (1, -1)
-        light, turns = 1 / (self.m + loads[:, 6]), 1 / (0.4 * self.m * self.r**2 + loads[:, 7])  # with the virtual mass
-        pull = self.m[:, None] * self.g + loads[:, :3] + loads[:, 6:7] * s["a"]
-        twist, x, v, w = loads[:, 3:6] + loads[:, 7:] * s["alpha"], s["x"], s["v"], s["w"]
+        h, signs, x, v, w = of.dt / of.substeps, (1, -1), self.x, self.v, self.w
+        light, turns = 1 / (self.m + loads[:, 6]), 1 / (self.inertia + loads[:, 7])  # with the virtual mass
+        pull = self.m[:, None] * self.g + loads[:, :3] + loads[:, 6:7] * self.a
+        twist = loads[:, 3:6] + loads[:, 7:] * self.alpha
         start, seen, least = (v.copy(), w.copy()), np.zeros((len(x), 9)), math.inf  # seen: Kinematics from byte 104 on
         for _ in range(of.substeps):
             force, torque, touching = pull.copy(), twist.copy(), {}
@@ -72,12 +57,12 @@ class Spheres:
                     continue
                 u = sum(sign * v[k] for sign, k in zip(signs, who)) - np.cross(arms @ w[who], n)
                 un, slide, part, dash = u @ n, u - (u @ n) * n, 1.0, 1.0
-                if name not in s["springs"]:  # it touches for a part of its first sub-step
+                if name not in self.springs:  # it touches for a part of its first sub-step
                     part, seen[who, 7] = min(1.0, gap / (un * h)) if un < 0 else 1.0, -un
                     dash = part + 0.5
                 k, c, mu = mass * self.k, mass * dash * self.c, self.law.get("friction", 0.0)
                 normal, kt, ct = max(0.0, -k * gap - c * un), k * self.law.get("stiffness_ratio", 0.2), c * self.law.get("damping_ratio", 1.0)
-                spring = np.array(s["springs"].get(name, [[0.0] * 3])[0])
+                spring = np.array(self.springs.get(name, [[0.0] * 3])[0])
                 spring += slide * h * part - (spring @ n) * n
                 drag = -kt * spring - ct * slide
                 if (size := math.hypot(*drag)) > mu * normal:
@@ -88,10 +73,10 @@ class Spheres:
                     force[k] += sign * push
                     torque[k] -= arm * np.cross(n, push)
                     seen[k, :3] += sign * push / of.substeps
-            for name in s["springs"].keys() - touching.keys():
-                _, n, who = s["springs"][name]
+            for name in self.springs.keys() - touching.keys():
+                _, n, who = self.springs[name]
                 seen[who, 8] = sum(sign * v[k] for sign, k in zip(signs, who)) @ n
-            s["springs"] = touching
+            self.springs = touching
             x += (v if not touching and not films else 0.0) * h / 2  # a flight is exact under a constant force
             v += h * light[:, None] * force
             for who, n, gap, mass, radius in films:
@@ -102,35 +87,14 @@ class Spheres:
                     seen[k, 3:6] += sign * push / of.dt
             w += h * turns[:, None] * torque
             x += h * v / (1 if touching or films else 2)
-            for q, turn in zip(s["q"], h * w):
-                q[:] = [q[0] - turn @ q[1:] / 2, *(q[1:] + (q[0] * turn + np.cross(turn, q[1:])) / 2)]
-                q /= math.hypot(*q)
-        s["a"], s["alpha"], seen[:, 6] = (v - start[0]) / of.dt, (w - start[1]) / of.dt, math.inf
+            self.turn(h)
+        self.a, self.alpha, seen[:, 6] = (v - start[0]) / of.dt, (w - start[1]) / of.dt, math.inf
         for who, _, _, gap in self.gaps(math.inf):
             seen[who, 6] = np.minimum(seen[who, 6], gap)
-        return np.hstack([x, s["q"], v, w, seen]), min(least, seen[:, 6].min())
+        return np.hstack([x, self.q, v, w, seen]), min(least, seen[:, 6].min())
 
     def facts(self):
-        return {"grains": self.grains, "dt": self.dt, "contact_time": self.t_c, "interaction_range": self.reach * self.r.max()}
-
-    def keep(self):
-        self.kept = copy.deepcopy(self.state)
-
-    def back(self):
-        self.state = copy.deepcopy(self.kept)
-
-    def save(self, folder):
-        state = {key: value if key == "springs" else value.tolist() for key, value in self.state.items()}
-        with open(f"{folder}/dem.checkpoint.partial", "w") as file:
-            json.dump(state, file), file.flush(), os.fsync(file.fileno())
-        os.rename(file.name, f"{folder}/dem.checkpoint")
-
-    def load(self, folder):
-        try:
-            with open(f"{folder}/dem.checkpoint") as file:
-                self.state = {key: value if key == "springs" else np.array(value) for key, value in json.load(file).items()}
-        except (OSError, ValueError) as error:
-            raise Leave(2, f"{folder}/dem.checkpoint: {error}; remedy: resume from another checkpoint") from error
+        return {**super().facts(), "interaction_range": self.reach * self.r.max()}
 
 
 start(Spheres)

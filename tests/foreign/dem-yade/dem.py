@@ -1,18 +1,19 @@
-"""YADE as the DEM of a run: its contacts, collider and integrator. dem.sh starts it; the run: ../python/bedload_link.py."""
+"""YADE as the DEM of a run: its contacts, collider and integrator. dem.sh starts it; the run: bedload.solver."""
 import json, math, os, sys
 import numpy as np
 from yade import *  # YADE's names are made when it starts
 
-sys.path.insert(0, os.environ["BEDLOAD_LINK"])
 sys.argv = ["dem.py", *json.loads(os.environ["BEDLOAD_WORDS"])]
-from bedload_link import LAW, Leave, is_wall, start
+from bedload.solver import LAW, Dem, Leave, is_wall, start
 
 sys.stdout = os.fdopen(3, "w")  # what YADE prints of itself is no answer
 
-FILE, STATE = "dem.checkpoint", "dem.yade.gz"
+STATE = "dem.yade.gz"
 
 
-class Yade:
+class Yade(Dem):
+    state = ("a", "alpha", "normal")
+
     def __init__(self, scene):
         grains, domain, dem = scene.get("grains", []), scene["domain"], scene.get("dem", {})
         law, space = dem.get("contact", {}), domain["geometry"] == "space"
@@ -22,12 +23,11 @@ class Yade:
                 and dem.get("lubrication", {}).get("form") == "none" and "periodic" not in str(domain.get("boundary"))):
             raise Leave(2, "not for this DEM; remedy: free spheres of one radius and density in [[grains]], in space or on the axis, a box "
                            'without periodic sides, [dem.contact] linear-spring-dashpot with form = "izard-2014" and contact_time, dem.lubrication.form = "none"')
-        self.grains, self.r, self.t_c, self.g = len(grains), grains[0]["radius"], law["contact_time"], np.array(scene["gravity"])
-        self.m = grains[0]["density"] * 4 / 3 * math.pi * self.r**3
-        self.dt = dem.get("dt", self.t_c / dem.get("steps_per_contact", 50))
+        super().__init__(scene)
+        # All of one radius and mass.
+        self.r, self.m, self.normal = float(self.r[0]), float(self.m[0]), np.zeros((self.grains, 3))
         self.walls = [("xyz".index(axis), sign, domain[end][n]) for end, sign in (("lower", 1), ("upper", -1))
                       for axis, n in (zip("xyz", range(3)) if space else [("z", 1)]) if is_wall(domain, axis, end)]
-        self.a, self.alpha, self.normal = np.zeros((self.grains, 3)), np.zeros((self.grains, 3)), np.zeros((self.grains, 3))
         log_e = math.log(law["restitution"])
         k, c = (math.pi**2 + log_e**2) / self.t_c**2, -2 * log_e / self.t_c  # over m*: Izard et al. 2014, eqs 17 and 18
         kt, ct = law.get("stiffness_ratio", 0.2) * k, law.get("damping_ratio", 1.0) * c
@@ -48,9 +48,6 @@ class Yade:
         O.engines = [ForceResetter(), InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()]),
                      InteractionLoop([Ig2_Sphere_Sphere_ScGeom(), Ig2_Wall_Sphere_ScGeom()], [Ip2_ViscElMat_ViscElMat_ViscElPhys()],
                                      [Law2_ScGeom_ViscElPhys_Basic()]), NewtonIntegrator(damping=0.0)]
-
-    def facts(self):
-        return {"grains": self.grains, "dt": self.dt, "contact_time": self.t_c, "interaction_range": 0.0}
 
     def read(self, what):
         return np.array([getattr(O.bodies[i].state, what) for i in range(self.grains)], float)
@@ -104,18 +101,14 @@ class Yade:
 
     def save(self, folder):
         O.save(f"{folder}/{STATE}")
-        with open(f"{folder}/{FILE}.partial", "w") as file:
-            json.dump({key: getattr(self, key).tolist() for key in ("a", "alpha", "normal")}, file), file.flush(), os.fsync(file.fileno())
-        os.rename(file.name, f"{folder}/{FILE}")
+        super().save(folder)
 
     def load(self, folder):
+        super().load(folder)
         try:
-            with open(f"{folder}/{FILE}") as file:
-                for key, value in json.load(file).items():
-                    setattr(self, key, np.array(value))
             O.load(f"{folder}/{STATE}")
         except Exception as error:
-            raise Leave(2, f"{folder}/{FILE}: {error}; remedy: resume from another checkpoint") from error
+            raise Leave(2, f"{folder}/{STATE}: {error}; remedy: resume from another checkpoint") from error
 
 
 try:

@@ -5,5 +5,6 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 venv=${1:-${CARGO_TARGET_DIR:-$here/../../../target}/foreign/python}
 [ -x "$venv/bin/python" ] || python3 -m venv "$venv"
-"$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$here/requirements.txt" >&2
+"$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$here/requirements.txt" \
+    -e "$here/../../../coupler/python[iceoryx2]" >&2
 echo "$(cd "$venv" && pwd)/bin/python"

@@ -271,3 +271,40 @@ fn replay_and_export_say_what_they_cannot_do() {
     assert_eq!(vtk.status.code(), Some(2));
     assert!(stderr(&vtk).contains("fields_every"), "{}", stderr(&vtk));
 }
+
+/// Shells and manuals know every command, and the version says which commit was built.
+#[test]
+fn completions_manual_pages_and_version_are_of_this_build() {
+    let room = Room::new("words");
+    let printed = |arguments: &[&str]| {
+        let output = bedload(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let help = printed(&["--help"]);
+    let commands = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let names = commands.take_while(|line| !line.is_empty()).filter(|line| !line.starts_with("   "));
+    let names: Vec<&str> = names.filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(names.contains(&"run") && names.contains(&"man"), "{help}");
+
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let text = printed(&["completions", shell]);
+        let missing: Vec<&&str> = names.iter().filter(|name| !text.contains(**name)).collect();
+        assert!(missing.is_empty(), "{shell} lacks {missing:?}");
+    }
+    let folder = room.out();
+    printed(&["man", folder.to_str().unwrap()]);
+    for name in names.iter().filter(|name| **name != "help") {
+        let page = std::fs::read_to_string(folder.join(format!("bedload-{name}.1"))).expect(name);
+        assert!(page.contains(".SH SYNOPSIS"), "{page}");
+    }
+    let file = room.put("");
+    let output = bedload(&["man", file.join("man").to_str().unwrap()]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("remedy: name a folder"), "{}", stderr(&output));
+
+    let version = printed(&["--version"]);
+    let commit = version.trim().strip_prefix(concat!("bedload ", env!("CARGO_PKG_VERSION"), " ("));
+    let commit = commit.and_then(|rest| rest.strip_suffix(')')).expect(&version);
+    assert!(!commit.is_empty() && commit.chars().all(|c| c.is_ascii_hexdigit() || c == '.'), "{version}");
+}
