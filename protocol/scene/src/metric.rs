@@ -65,7 +65,7 @@ pub enum MetricKind {
     RestingForceRatio(OfGrain),
     /// Mean of a column of `series.csv` over time, from an instant on: trapezoidal where its values are of
     /// the ends of windows, weighed with their lengths where they are of whole windows.
-    Mean(OfColumn),
+    Mean(MeanOf),
     /// Standard deviation of a column of `series.csv` over time, from an instant on.
     Deviation(OfColumn),
     /// Last value of a column of `series.csv`.
@@ -203,6 +203,41 @@ pub struct OfColumn {
     /// Start, s.
     #[serde(default)]
     pub from: f64,
+}
+
+/// What a mean over time is of.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeanOf {
+    /// Column.
+    pub column: String,
+    /// Where it begins.
+    #[serde(default)]
+    pub from: MeanFrom,
+}
+
+/// Where a mean over time begins.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged, expecting = "from is no start of a mean; allowed: a time in s, or \"stationary\"")]
+pub enum MeanFrom {
+    /// At this time, s.
+    Time(f64),
+    /// Where a test finds the column stationary; then the mean has a standard error.
+    Test(MeanTest),
+}
+
+/// Tests of where a mean begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeanTest {
+    /// MSER-5 (White 1997).
+    Stationary,
+}
+
+impl Default for MeanFrom {
+    fn default() -> Self {
+        Self::Time(0.0)
+    }
 }
 
 /// At the surface of a bed.
