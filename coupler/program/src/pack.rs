@@ -52,7 +52,7 @@ pub(crate) struct Pack {
     #[arg(long = "box", value_name = "L", num_args = 2..=3, required = true, allow_negative_numbers = true)]
     size: Vec<f64>,
     /// Periodic axes, such as xy; at the others grains lie whole between the faces
-    #[arg(long, value_name = "AXES", default_value = "")]
+    #[arg(long, value_name = "AXES", default_value = "", hide_default_value = true)]
     periodic: String,
     /// Part of the box that grains fill, up to 0.64 in space and 0.84 in the plane
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
@@ -416,8 +416,9 @@ impl Bounds {
         self.fraction(grains) * least.powi(if self.space { 3 } else { 2 })
     }
 
-    /// Moves grains apart until none overlap; the first `fixed` stay. Sweeps that it took; of a packing that
-    /// jams or does not end, as an error.
+    /// Moves grains apart until none overlap; the first `fixed`, those of a floor, keep their height: held in
+    /// place they could catch another between them. Sweeps that it took; of a packing that jams or does not
+    /// end, as an error.
     fn relax(&self, grains: &mut [Ball], fixed: usize) -> Result<u32, u32> {
         let reach = REACH * self.mean_diameter(grains);
         let mut pairs = self.pairs(grains, reach);
@@ -433,7 +434,7 @@ impl Bounds {
                 known.iter_mut().zip(grains.iter()).for_each(|(known, ball)| *known = ball.place);
             }
             let clear = self.push(grains, &pairs, &mut force);
-            force[..fixed].fill([0.0; 3]);
+            force[..fixed].iter_mut().for_each(|force| force[2] = 0.0);
             let largest = force.iter().map(norm).fold(0.0, f64::max);
             if clear {
                 grains.iter_mut().for_each(|ball| self.wrap(ball));

@@ -4,9 +4,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use bedload_output::{Series, Summary, atomic_write};
+use bedload_output::{MetricValue, Series, Summary, atomic_write};
 use bedload_program::RunOptions;
 use bedload_scene::SceneSource;
+use serde::Deserialize;
 
 use super::commands::Options;
 use super::folder::{self, content, cores};
@@ -14,7 +15,7 @@ use super::plot::{Axis, Look, Plot, Series as Line, colour, panels};
 use super::runs::{Outcome, Reuse, Task, run_chains};
 use super::table::{cell, interpolated};
 use coupler::failure::Failure;
-use coupler::number::measured;
+use coupler::number::Short;
 
 /// From one run to the next each seed grows by this: seeds 1, 2, 3 of groups of one scene never meet.
 const STRIDE: i64 = 1000;
@@ -48,6 +49,13 @@ struct Stage<'a> {
     name: String,
     set: Vec<String>,
     source: SceneSource,
+}
+
+/// What a figure is called.
+#[derive(Deserialize)]
+struct Titled {
+    #[serde(default)]
+    title: String,
 }
 
 /// A quantity over the runs.
@@ -110,7 +118,8 @@ pub fn ensemble(asked: &Ensemble, options: &Options) -> Result<(), Failure> {
     // A fault of the first scene is one of the command, not of eight runs.
     let first = &chains[0][0];
     let first = RunOptions { overrides: first.set.clone(), ..RunOptions::of_scene(&first.scene) };
-    let title = first.read_scene()?.scene.title;
+    first.read_scene()?;
+    let title = last.source.section::<Titled>()?.title;
     let _claim = folder::open(&out, &last.source)?;
     let slices: Vec<&[Task]> = chains.iter().map(Vec::as_slice).collect();
     let outcomes = run_chains(&slices, jobs, Reuse::Completed, options.commit)?;
@@ -307,22 +316,26 @@ fn table(rows: &[Row]) -> String {
     std::iter::once(header.to_owned()).chain(rows.iter().map(line)).collect()
 }
 
-/// The metrics for the terminal.
-fn words(rows: &[Row], summary: &Summary) -> String {
-    let metrics = rows.iter().filter(|row| row.part == "metric");
-    let line = |Row { name, spread, .. }: &Row| {
-        let unit = summary.metrics.get(name).map_or("-", |metric| metric.unit.as_str());
-        let error = spread.error.map_or_else(String::new, |error| format!(" ± {}", measured(error)));
-        let unit = if unit == "-" { String::new() } else { format!(" {unit}") };
-        format!("{name}: {}{error}{unit} ({} runs)\n", measured(spread.mean), spread.runs)
+/// The metrics for the terminal; of one that no run has, why the first has none.
+fn words(rows: &[Row], first: &Summary) -> String {
+    let line = |(name, metric): (&String, &MetricValue)| {
+        let found = rows.iter().find(|row| row.part == "metric" && row.name == *name);
+        let Some(Row { spread, .. }) = found else {
+            return format!("{name}: none ({})\n", metric.note.as_deref().unwrap_or("no run has a value"));
+        };
+        let error = spread.error.map_or_else(String::new, |error| format!(" ± {}", Short(error)));
+        let unit = if metric.unit == "-" { String::new() } else { format!(" {}", metric.unit) };
+        format!("{name}: {}{error}{unit} ({} runs)\n", Short(spread.mean), spread.runs)
     };
-    metrics.map(line).collect()
+    first.metrics.iter().map(line).collect()
 }
 
 /// A panel for each column that is about no single grain, and for each of a profile: the mean, in a band of
-/// its standard error.
+/// its standard error. Steps and widths are no results.
 fn figure(title: &str, rows: &[Row]) -> Option<String> {
+    let unlike = ["dt", "width", "substeps"];
     let drawn = rows.iter().filter(|row| row.part != "metric" && !row.name.contains('['));
+    let drawn = drawn.filter(|row| !unlike.contains(&row.name.as_str()));
     let key = |row: &&Row| (row.part, row.name.clone());
     let plot = |((part, name), rows): ((&str, String), Vec<&&Row>)| Plot {
         size: (380.0, 260.0),
@@ -338,7 +351,10 @@ fn figure(title: &str, rows: &[Row]) -> Option<String> {
         ..Plot::default()
     };
     let drawn: Vec<&Row> = drawn.collect();
-    let plots: Vec<Plot> = super::table::grouped(&drawn, key).into_iter().map(plot).collect();
+    let mut groups = super::table::grouped(&drawn, key);
+    // In a plane nothing moves along y.
+    groups.retain(|(_, rows)| rows.iter().any(|row| row.spread.least != 0.0 || row.spread.largest != 0.0));
+    let plots: Vec<Plot> = groups.into_iter().map(plot).collect();
     (!plots.is_empty()).then(|| panels(title, &plots, 3))
 }
 
