@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, Unexpected};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::domain::Axis;
 use crate::walls::forever;
@@ -217,8 +218,8 @@ pub struct MeanOf {
 }
 
 /// Where a mean over time begins.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged, expecting = "from is no start of a mean; allowed: a time in s, or \"stationary\"")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
 pub enum MeanFrom {
     /// At this time, s.
     Time(f64),
@@ -232,6 +233,25 @@ pub enum MeanFrom {
 pub enum MeanTest {
     /// MSER-5 (White 1997).
     Stationary,
+}
+
+impl<'de> Deserialize<'de> for MeanFrom {
+    // By hand, so that an error has the value, by which its place is found.
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged, expecting = "expected a time in s, or \"stationary\"")]
+        enum Written {
+            Time(f64),
+            Test(String),
+        }
+        match Written::deserialize(from)? {
+            Written::Time(time) => Ok(Self::Time(time)),
+            Written::Test(name) if name == "stationary" => Ok(Self::Test(MeanTest::Stationary)),
+            Written::Test(name) => {
+                Err(D::Error::invalid_value(Unexpected::Str(&name), &"a time in s, or \"stationary\""))
+            }
+        }
+    }
 }
 
 impl Default for MeanFrom {

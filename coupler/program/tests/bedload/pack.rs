@@ -108,7 +108,7 @@ fn fractions_are_exact_and_no_two_grains_overlap() {
 fn the_same_seed_is_the_same_packing() {
     let room = Room::new("pack-seed");
     let arguments = "--box 6 6 6 --periodic xyz --fraction 0.5 --diameter 1 --seed";
-    let mut made = |seed: u32| {
+    let made = |seed: u32| {
         let (code, said) = pack(&room.0, &format!("{arguments} {seed}"));
         assert_eq!(code, Some(0), "{said}");
         std::fs::read(room.0.join("grains.csv")).unwrap()

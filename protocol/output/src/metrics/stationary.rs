@@ -129,13 +129,15 @@ fn truncation(means: &[f64]) -> usize {
 /// Mean, its standard error, and the independent values that this is worth.
 fn with_error(values: &[f64]) -> (f64, f64, f64) {
     let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
+    let first = values[0];
+    let mean = first + values.iter().map(|value| value - first).sum::<f64>() / count;
     let covariance = |lag: usize| {
         let pairs = values.iter().zip(&values[lag..]);
         pairs.map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / (count - lag as f64)
     };
     let variance = covariance(0);
-    if variance <= 0.0 {
+    // A constant, to round-off.
+    if variance <= (4.0 * f64::EPSILON * mean).powi(2) {
         return (mean, 0.0, count);
     }
     let (mut time, mut lag) = (0.5, 1);
