@@ -9,11 +9,13 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use protocol::participant::Role;
 
+use crate::pack::Pack;
 use coupler::export::Viewer;
 use coupler::failure::{Failure, explain};
 use coupler::log_command::{self, CatOptions, LogCommandError};
 use coupler::replay::{self, Replay};
 use coupler::{check, conformance};
+use study::ensemble::Ensemble;
 use study::{commands, evidence};
 
 /// Release, and the commit of this build.
@@ -140,6 +142,33 @@ enum Command {
         #[arg(long, value_name = "N")]
         jobs: Option<NonZeroUsize>,
     },
+    /// Run a scene once per seed: mean and standard error of every metric, column and profile. Exit 1 if a
+    /// seed failed; the table is then of the others
+    Ensemble {
+        /// Scene files (TOML): one, or a chain in which each starts from the one before, such as
+        /// settling.toml flow.toml, where flow.toml reads out/settling/grains.csv
+        #[arg(required = true)]
+        scenes: Vec<PathBuf>,
+        /// Runs; run k, from 0, adds 1000 k to every seed of groups, insertions and rough walls
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=1000))]
+        seeds: u16,
+        /// Override any key of the last scene, or with NAME:KEY=VALUE of the scene NAME.toml; may be repeated
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        /// End of the last scene, s, instead of its `until`
+        #[arg(long, value_name = "T", allow_negative_numbers = true)]
+        until: Option<f64>,
+        /// Folder of runs, ensemble.csv and ensemble.svg; by default out/SCENE-ensemble; finished runs in it
+        /// are not repeated
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Runs at a time; by default as many as there are cores
+        #[arg(long, value_name = "N")]
+        jobs: Option<NonZeroUsize>,
+    },
+    /// Make a random packing of a solid fraction: a table of grains for [[grain_files]]; exit 1 where grains
+    /// do not reach it
+    Pack(Pack),
     /// Make studies: the charts, maps and cases of these files, or of the whole repository
     Study {
         /// Files with a section `chart`, `stability` or `case`
@@ -385,6 +414,11 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             commands::validate(&cases, quick, &studied(Some(out), jobs))
         }
         Command::Stability { scene, out, jobs } => commands::stability(&scene, &studied(out, jobs)),
+        Command::Ensemble { scenes, seeds, overrides, until, out, jobs } => {
+            let asked = Ensemble { scenes, seeds: seeds.into(), overrides, until };
+            study::ensemble::ensemble(&asked, &studied(out, jobs))
+        }
+        Command::Pack(pack) => crate::pack::pack(&pack),
         Command::Study { files, all, list, sample, mark, out, jobs } => {
             let options = studied(out, jobs);
             match (all && list, sample || mark) {

@@ -1,6 +1,7 @@
-//! `bedload`: plans, starts, drives and records coupled runs, and studies over many.
+//! `bedload`: plans, starts, drives and records coupled runs, studies over many, and packings.
 
 mod cli;
+mod pack;
 mod schema;
 
 fn main() -> std::process::ExitCode {

@@ -7,6 +7,7 @@
 //! | [`section`] | a study as it is written: `[chart]`, `[stability]` or `[case]` |
 //! | [`study`] | a study, checked, and its runs laid out |
 //! | [`commands`] | `bedload chart`, `stability`, `validate` |
+//! | [`ensemble`] | `bedload ensemble`: a scene, or a chain of them, once per seed |
 //! | [`evidence`] | `bedload study`: the committed tables, made again, sampled, marked |
 //! | `chart` | error against cost |
 //! | [`stability`] | where each method fails, beside the bound |
@@ -28,6 +29,7 @@ mod case;
 mod chart;
 pub mod commands;
 pub mod divergence;
+pub mod ensemble;
 pub mod evidence;
 pub mod film;
 mod folder;

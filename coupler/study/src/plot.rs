@@ -88,6 +88,10 @@ pub(super) enum Look {
         size: f64,
         words: Vec<String>,
     },
+    /// A line in a band: half its width at each point.
+    Band {
+        half: Vec<f64>,
+    },
     /// Filled rectangles: the points are their lower left and upper right corners in turn.
     Rectangles,
 }
@@ -221,6 +225,14 @@ impl Series {
                 let line =
                     if named && !self.name.is_empty() { line.with_legend(self.name.as_str()) } else { line };
                 Drawn::Line(if *dashed { line.with_dashed() } else { line })
+            }
+            Look::Band { half } => {
+                let (x, y): (Vec<f64>, Vec<f64>) = points.clone().unzip();
+                let edge = |sign: f64| y.iter().zip(half).map(move |(y, half)| y + sign * half);
+                let band = BandPlot::new(x, edge(-1.0), edge(1.0)).with_color(self.colour).with_opacity(0.25);
+                let line = LinePlot::new().with_data(points).with_color(self.colour).with_stroke_width(1.6);
+                let line = if named { line.with_legend(self.name.as_str()) } else { line };
+                return vec![Drawn::Band(band), Drawn::Line(line)];
             }
             Look::Points { shape, size, words } => {
                 let plot = ScatterPlot::new().with_data(points).with_color(self.colour).with_size(*size);

@@ -83,15 +83,48 @@ pub(crate) fn run_all(
     reuse: Reuse,
     commit: &str,
 ) -> Result<Vec<Outcome>, Failure> {
+    run_chains(&tasks.chunks(1).collect::<Vec<_>>(), jobs, reuse, commit)
+}
+
+/// The same of chains of runs, each of which starts from the one before: what a chain came to is what its
+/// last run did, or the first that failed.
+pub(crate) fn run_chains(
+    chains: &[&[Task]],
+    jobs: usize,
+    reuse: Reuse,
+    commit: &str,
+) -> Result<Vec<Outcome>, Failure> {
     let program = std::env::current_exe().map_err(cannot("find", Path::new("bedload")))?;
-    for folder in tasks.iter().filter_map(|task| task.folder.parent()) {
+    for folder in chains.iter().copied().flatten().filter_map(|task| task.folder.parent()) {
         make(folder)?;
     }
-    let origin =
-        Origin { commit: commit.to_owned(), machine: machine(), beside: jobs.min(tasks.len()).max(1) - 1 };
-    let outcomes = at_a_time(jobs, tasks, |task| task.outcome(&program, reuse, &origin));
+    let beside = jobs.min(chains.len()).max(1) - 1;
+    let origin = Origin { commit: commit.to_owned(), machine: machine(), beside };
+    let outcomes = at_a_time(jobs, chains, |chain| in_turn(chain, &program, reuse, &origin));
     let missing = || Ok(Outcome::Failed("the run was not made".to_owned()));
     outcomes.into_iter().map(|outcome| outcome.unwrap_or_else(missing)).collect()
+}
+
+fn in_turn(chain: &[Task], program: &Path, reuse: Reuse, origin: &Origin) -> Result<Outcome, Failure> {
+    let mut last = Outcome::Failed("there is no run".to_owned());
+    for (place, task) in chain.iter().enumerate() {
+        let later = &chain[place + 1..];
+        // What started from an earlier state of this run is nothing to keep.
+        if !later.is_empty() && !matches!(task.finished(reuse), Ok(Some(_))) {
+            for summary in
+                later.iter().map(|task| task.folder.join("summary.json")).filter(|path| path.exists())
+            {
+                std::fs::remove_file(&summary).map_err(cannot("remove", &summary))?;
+            }
+        }
+        last = match task.outcome(program, reuse, origin)? {
+            Outcome::Failed(why) if !later.is_empty() => {
+                return Ok(Outcome::Failed(format!("{}: {why}", task.name)));
+            }
+            outcome => outcome,
+        };
+    }
+    Ok(last)
 }
 
 /// What `work` makes of each item, in their order, `jobs` at a time; none where it panicked.

@@ -168,6 +168,9 @@ pub struct PeakRss {
 pub struct MetricValue {
     /// Measured value, `null` if it could not be measured.
     pub value: Option<f64>,
+    /// Its standard error, of means that have one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard_error: Option<f64>,
     /// Unit, `-` if it has none.
     pub unit: String,
     /// Published or exact value.

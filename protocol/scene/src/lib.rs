@@ -38,10 +38,11 @@ pub use file_names::{FILE_NAME, OUTPUT_FILES, is_file_name};
 pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape};
 pub use insertions::{Inserted, Insertion};
 pub use metric::{
-    Column, HeapEnd, HeapReference, HeapSlope, InRange, Metric, MetricKind, OfColumn, OfComponent, OfGrain,
-    OfSurface, Span,
+    Column, HeapEnd, HeapReference, HeapSlope, InRange, MeanFrom, MeanOf, MeanTest, Metric, MetricKind,
+    OfColumn, OfComponent, OfGrain, OfSurface, Span,
 };
 pub use observe::{Observe, ObservedPlanes, ObservedSubsteps, Profile};
+pub use random::SplitMix64;
 pub use rest::Rest;
 pub use retired::Retired;
 pub use rough_walls::{Arrangement, RoughWall};

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, Unexpected};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::domain::Axis;
 use crate::walls::forever;
@@ -65,7 +66,7 @@ pub enum MetricKind {
     RestingForceRatio(OfGrain),
     /// Mean of a column of `series.csv` over time, from an instant on: trapezoidal where its values are of
     /// the ends of windows, weighed with their lengths where they are of whole windows.
-    Mean(OfColumn),
+    Mean(MeanOf),
     /// Standard deviation of a column of `series.csv` over time, from an instant on.
     Deviation(OfColumn),
     /// Last value of a column of `series.csv`.
@@ -203,6 +204,60 @@ pub struct OfColumn {
     /// Start, s.
     #[serde(default)]
     pub from: f64,
+}
+
+/// What a mean over time is of.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeanOf {
+    /// Column.
+    pub column: String,
+    /// Where it begins.
+    #[serde(default)]
+    pub from: MeanFrom,
+}
+
+/// Where a mean over time begins.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MeanFrom {
+    /// At this time, s.
+    Time(f64),
+    /// Where a test finds the column stationary; then the mean has a standard error.
+    Test(MeanTest),
+}
+
+/// Tests of where a mean begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeanTest {
+    /// MSER-5 (White 1997).
+    Stationary,
+}
+
+impl<'de> Deserialize<'de> for MeanFrom {
+    // By hand, so that an error has the value, by which its place is found.
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged, expecting = "expected a time in s, or \"stationary\"")]
+        enum Written {
+            Time(f64),
+            Test(String),
+        }
+        match Written::deserialize(from)? {
+            Written::Time(time) => Ok(Self::Time(time)),
+            Written::Test(name) if name == "stationary" => Ok(Self::Test(MeanTest::Stationary)),
+            Written::Test(name) => {
+                Err(D::Error::invalid_value(Unexpected::Str(&name), &"a time in s, or \"stationary\""))
+            }
+        }
+    }
+}
+
+impl Default for MeanFrom {
+    fn default() -> Self {
+        Self::Time(0.0)
+    }
 }
 
 /// At the surface of a bed.

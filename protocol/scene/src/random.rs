@@ -2,9 +2,15 @@
 
 use crate::domain::Geometry;
 
-pub(crate) struct SplitMix64(pub(crate) u64);
+/// Random numbers from a seed.
+pub struct SplitMix64(pub(crate) u64);
 
 impl SplitMix64 {
+    /// The numbers of a seed, from the first on.
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
     pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -14,12 +20,12 @@ impl SplitMix64 {
     }
 
     /// Uniform in [0, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform about `mean`, relative half-width `spread`.
-    pub(crate) fn about(&mut self, mean: f64, spread: f64) -> f64 {
+    pub fn about(&mut self, mean: f64, spread: f64) -> f64 {
         mean * (1.0 + spread * (2.0 * self.unit() - 1.0))
     }
 

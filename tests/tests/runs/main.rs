@@ -6,6 +6,7 @@ mod chart;
 mod conformance;
 mod coupled;
 mod dry;
+mod ensemble;
 mod evidence;
 mod film;
 mod handover;

@@ -7,6 +7,7 @@ mod fake_solvers;
 mod faults;
 mod limit;
 mod log_command;
+mod pack;
 mod plan;
 mod report;
 mod speeds;

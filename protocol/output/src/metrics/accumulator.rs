@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::course::Course;
 use super::line::Line;
+use super::stationary::Stationary;
 use super::trajectory::Crossing;
 use crate::columns::{Sample, When};
 
@@ -23,6 +24,13 @@ pub enum Accumulator {
         /// Integral over that time.
         integral: f64,
         /// How the value goes on from window to window.
+        between: Between,
+    },
+    /// Mean over the time in which the value is stationary.
+    Stationary {
+        /// The value over time.
+        series: Stationary,
+        /// How it goes on from window to window.
         between: Between,
     },
     /// Standard deviation over time from an instant on.
@@ -63,6 +71,11 @@ impl Accumulator {
         Self::Mean { from, time: 0.0, integral: 0.0, between: Between::of(when) }
     }
 
+    /// A mean over the time in which the value is stationary.
+    pub(super) fn stationary(when: When) -> Self {
+        Self::Stationary { series: Stationary::new(), between: Between::of(when) }
+    }
+
     /// A standard deviation from an instant on, s.
     pub(super) fn deviation(from: f64, when: When) -> Self {
         Self::Deviation { from, time: 0.0, mean: 0.0, square: 0.0, between: Between::of(when) }
@@ -76,6 +89,11 @@ impl Accumulator {
                 if let Some((weight, start)) = between.part(*from, value, sample) {
                     *time += weight;
                     *integral += weight * 0.5 * (start + value);
+                }
+            }
+            Self::Stationary { series, between } => {
+                if let Some((weight, start)) = between.part(f64::NEG_INFINITY, value, sample) {
+                    series.add(sample.window.time, weight, 0.5 * (start + value));
                 }
             }
             Self::Deviation { from, time, mean, square, between } => {
@@ -100,6 +118,14 @@ impl Accumulator {
         }
     }
 
+    /// Standard error of its value, if it has one.
+    pub(super) fn standard_error(&self) -> Option<f64> {
+        match self {
+            Self::Stationary { series, .. } => series.estimate().ok().map(|found| found.error),
+            _ => None,
+        }
+    }
+
     /// The number it stands for, or why there is none.
     pub(super) fn value(&self) -> Result<f64, String> {
         match self {
@@ -117,6 +143,7 @@ impl Accumulator {
             }
             Self::Passages(passages) => passages.frequency(),
             Self::Course(course) => course.value(),
+            Self::Stationary { series, .. } => series.estimate().map(|found| found.mean),
             Self::Trajectory | Self::Crossing(_) | Self::Line(_) => Err("is not a single number".into()),
         }
     }

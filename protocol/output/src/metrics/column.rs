@@ -2,7 +2,7 @@
 //! published course, and Haff's law of a cooling granular gas (Haff 1983): the kinetic energy falls as
 //! (1 + t/τ)⁻², a straight line in E^(−1/2).
 
-use bedload_scene::{CheckedScene, MetricKind, SceneError};
+use bedload_scene::{CheckedScene, MeanFrom, MetricKind, SceneError};
 
 use super::accumulator::{Accumulator, Passages};
 use super::course::Course;
@@ -28,7 +28,10 @@ pub(super) fn rule(
         return Ok(Rule::at_end("-", move |_| Err(why.clone())));
     };
     let keeps = match kind {
-        MetricKind::Mean(of) => Accumulator::mean(of.from, columns.when(place)),
+        MetricKind::Mean(of) => match of.from {
+            MeanFrom::Time(from) => Accumulator::mean(from, columns.when(place)),
+            MeanFrom::Test(_) => Accumulator::stationary(columns.when(place)),
+        },
         MetricKind::Deviation(of) => Accumulator::deviation(of.from, columns.when(place)),
         MetricKind::Max(of) => Accumulator::Largest { from: of.from, value: None },
         MetricKind::Frequency { from, level, .. } => Accumulator::Passages(Passages::of(*from, *level)),
@@ -63,6 +66,9 @@ pub(super) fn rule(
             }
             Accumulator::Course(course) if !course.is_whole() => {
                 Ok((course.value()?, Some("of the part of the table that the run reached".into())))
+            }
+            Accumulator::Stationary { series, .. } => {
+                series.estimate().map(|found| (found.mean, Some(found.note())))
             }
             _ => plain(kept.value()?),
         },

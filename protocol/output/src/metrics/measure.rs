@@ -158,7 +158,8 @@ impl Metrics {
             let (rule, kept) = (&self.rules[index], &self.state.accumulators[index]);
             let way = self.subject_of[index].map(|place| &self.state.trajectories[place]);
             let end = End { way, last: self.last.as_ref(), planes: self.planes.as_ref() };
-            (metric.name.clone(), MetricValue::of(metric, &rule.unit, (rule.give)(kept, &end)))
+            let value = MetricValue::of(metric, &rule.unit, (rule.give)(kept, &end));
+            (metric.name.clone(), MetricValue { standard_error: kept.standard_error(), ..value })
         };
         self.metrics.iter().enumerate().map(value).collect()
     }

@@ -9,7 +9,7 @@
 //! | `rule` | how one of them is measured |
 //! | `bounce`, `column` | kinds: of a grain, of a column of `series.csv` |
 //! | `heap`, `oblique`, `end` | kinds: of heaps, of collisions, of planes and solvers |
-//! | `accumulator`, `course`, `line`, `trajectory`, `subject`, `last` | what they keep |
+//! | `accumulator`, `course`, `line`, `stationary`, `trajectory`, `subject`, `last` | what they keep |
 //! | `deposit`, `touching` | the profile of a heap, and which grains belong to it |
 
 mod accumulator;
@@ -24,6 +24,7 @@ mod line;
 mod measure;
 mod oblique;
 mod rule;
+mod stationary;
 mod subject;
 mod touching;
 mod trajectory;
@@ -32,4 +33,5 @@ pub use accumulator::{Accumulator, Between, Passages};
 pub use course::Course;
 pub use line::Line;
 pub use measure::{Metrics, MetricsState};
+pub use stationary::Stationary;
 pub use trajectory::{Crossing, Trajectory};

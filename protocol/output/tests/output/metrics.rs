@@ -330,6 +330,36 @@ fn a_resumed_run_measures_the_same_bits() {
     }
 }
 
+/// Of a velocity that relaxes to −2 m/s and swings about it; cut anywhere it comes to the same bits.
+#[test]
+fn a_stationary_mean_has_its_standard_error_beside_it() {
+    let text = "[[metrics]]\nname = \"v\"\nkind = \"mean\"\ncolumn = \"velocity_z[0]\"\n\
+                from = \"stationary\"\n[[metrics]]\nname = \"all\"\nkind = \"mean\"\ncolumn = \"velocity_z[0]\"\n";
+    let scene = sphere(text);
+    let velocity =
+        |step: i32| -2.0 - 5.0 * (-0.1 * f64::from(step)).exp() + 0.1 * (1.7 * f64::from(step)).sin();
+    let mut whole = Watch::new(&scene, 0.1);
+    let mut second = Watch::new(&scene, 0.1);
+    for step in 0..2000 {
+        whole.feed(falling(velocity(step), 1.0));
+        second.feed(falling(velocity(step), 1.0));
+        if step == 777 {
+            let json = serde_json::to_string(second.metrics.state()).expect("state to JSON");
+            let mut resumed = Watch::new(&scene, 0.1);
+            resumed.step = second.step;
+            resumed.metrics.restore(serde_json::from_str(&json).expect("state")).expect("the same metrics");
+            second = resumed;
+        }
+    }
+    let found = &whole.metrics.finish()["v"];
+    assert_eq!(second.metrics.finish()["v"], *found);
+    let (value, error) = (found.value.expect("a mean"), found.standard_error.expect("its error"));
+    assert!((value + 2.0).abs() < 3.0 * error && error < 5e-3, "{value} ± {error}");
+    assert!(found.note.as_ref().is_some_and(|note| note.contains("stationary")), "{found:?}");
+    let all = &whole.metrics.finish()["all"];
+    assert!(all.value.is_some_and(|all| all < -2.02) && all.standard_error.is_none(), "{all:?}");
+}
+
 #[test]
 fn a_state_of_other_metrics_is_refused() {
     let other = Watch::new(&sphere(&COLUMNS.replace("flow_rate", "t")), 1.0);
