@@ -37,3 +37,5 @@ pub mod planes;
 pub mod program;
 pub mod solver;
 mod speed;
+mod stress;
+mod totals;

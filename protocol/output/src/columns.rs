@@ -4,6 +4,8 @@ use bedload_scene::{CheckedScene, Geometry, Grain, Motion};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
 
+use crate::totals::{Bed, Made};
+
 /// Grains with columns of their own where the scene does not say.
 const GRAINS_BY_DEFAULT: usize = 16;
 
@@ -102,6 +104,7 @@ impl Sample<'_> {
 enum Source {
     Run(When, fn(&Columns, &Sample) -> f64),
     Extra(When, usize),
+    Bed(Made),
     /// Quantity, component and grain.
     Grain(&'static Quantity, usize, usize),
 }
@@ -220,6 +223,8 @@ pub struct Columns {
     floor: f64,
     /// Number of grains that are there from the start.
     present: usize,
+    /// What `observe.totals` asks for.
+    bed: Option<Bed>,
 }
 
 /// What the sums over free grains need.
@@ -270,12 +275,14 @@ impl Columns {
             floor: scene.scene.domain.lower.last().copied().unwrap_or(0.0),
             free,
             present,
+            bed: None,
         };
         let energies = scene.scene.observe.energy && sides == Sides::dry();
         let mut more = if energies { energy_columns().to_vec() } else { Vec::new() };
         more.extend(sides.loads.then(|| flow_rate_column(scene)).flatten());
         let extras = [extras, &more].concat();
         columns.add_scalars(scene.scene.domain.geometry, sides, &extras);
+        columns.add_totals(scene, sides, extras.len());
         for grain in observed_grains(scene) {
             columns.add_grain(grain, scene, sides);
         }
@@ -321,6 +328,16 @@ impl Columns {
         }
     }
 
+    /// Columns of the bed; `before`: number of the other extras.
+    fn add_totals(&mut self, scene: &CheckedScene, sides: Sides, before: usize) {
+        let Some((bed, columns)) = Bed::new(scene, sides, before) else { return };
+        for (extra, made) in columns {
+            let source = made.map_or_else(|place| Source::Extra(extra.when, place), Source::Bed);
+            self.add(&extra.name, &extra.unit, source);
+        }
+        self.bed = Some(bed);
+    }
+
     fn add_grain(&mut self, grain: usize, scene: &CheckedScene, sides: Sides) {
         let geometry = scene.scene.domain.geometry;
         let round = scene.grains.get(grain).is_none_or(|grain| grain.shape.is_round());
@@ -353,7 +370,7 @@ impl Columns {
     pub(crate) fn when(&self, place: usize) -> When {
         match self.sources[place] {
             Source::Run(when, _) | Source::Extra(when, _) => when,
-            Source::Grain(Quantity { value: Value::Motion(_), .. }, ..) => When::End,
+            Source::Bed(_) | Source::Grain(Quantity { value: Value::Motion(_), .. }, ..) => When::End,
             Source::Grain(..) => When::Window,
         }
     }
@@ -379,10 +396,12 @@ impl Columns {
     /// t = 0, `height` that of the topmost one above the lower z face of the box.
     pub fn fill(&mut self, sample: &Sample) -> &[f64] {
         let mut means = 0;
+        self.bed.iter_mut().for_each(|bed| bed.look(sample));
         for place in 0..self.row.len() {
             self.row[place] = match self.sources[place] {
                 Source::Run(_, value) => value(self, sample),
                 Source::Extra(_, index) => sample.extras.get(index).copied().unwrap_or(f64::NAN),
+                Source::Bed(made) => self.bed.as_ref().map_or(f64::NAN, |bed| bed.value(made, sample)),
                 Source::Grain(quantity, axis, grain) => {
                     let value = quantity.value(axis, grain, sample).unwrap_or(f64::NAN);
                     if let Value::Mean(_) = quantity.value {

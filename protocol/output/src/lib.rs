@@ -23,6 +23,7 @@ pub mod planes;
 mod points;
 mod series;
 mod summary;
+pub mod totals;
 pub mod vtk;
 
 pub use claim::Claim;

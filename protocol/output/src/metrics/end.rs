@@ -13,7 +13,8 @@ pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
         MetricKind::MeanFluidVelocity(of) => mean_velocity(0, of.component.component()),
         MetricKind::MeanGrainVelocity(of) => mean_velocity(1, of.component.component()),
         MetricKind::Shields(of) => {
-            let balance = StressBalance::of(scene);
+            let planes = scene.scene.observe.planes.as_ref().map_or(Axis::Z, |planes| planes.axis);
+            let balance = StressBalance::of(scene, planes);
             shields(scene, of, move |planes| balance.at_surface(planes, of.surface))
         }
         MetricKind::FluidShields(of) => {
@@ -71,7 +72,7 @@ fn shields(
     of: OfSurface,
     stress: impl Fn(&Planes) -> Option<f64> + Send + Sync + 'static,
 ) -> Rule {
-    let weight = excess_density(scene) * norm(&scene.scene.gravity) * diameter(scene);
+    let weight = weight_per_area(scene);
     Rule::at_end("-", move |end| {
         let record = record(end)?;
         let planes = match of.at {
@@ -98,28 +99,29 @@ fn excess_density(scene: &CheckedScene) -> f64 {
     mean_of(scene, |grain| grain.density) - scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density)
 }
 
-fn diameter(scene: &CheckedScene) -> f64 {
-    mean_of(scene, |grain| 2.0 * grain.radius)
+/// (ρ_p − ρ) g D of the free grains, Pa: what makes a stress a Shields number.
+pub(crate) fn weight_per_area(scene: &CheckedScene) -> f64 {
+    excess_density(scene) * norm(&scene.scene.gravity) * mean_of(scene, |grain| 2.0 * grain.radius)
 }
 
 /// What makes the whole shear stress on a plane, of fluid and grains together, in steady flow: that of the
 /// lid, and the forces on all that is between.
-struct StressBalance {
+pub(crate) struct StressBalance {
     /// Component across the planes.
     across: usize,
     /// Viscosity, Pa s, and velocity of the lid, m/s; none where it is free of shear.
     lid: Option<(f64, [f64; 3])>,
     /// Force on the mixture along periodic axes, N/m³: where there is fluid alone, and more where there is
     /// solid.
-    drive: [f64; 3],
+    pub(crate) drive: [f64; 3],
     excess: [f64; 3],
 }
 
 impl StressBalance {
-    fn of(scene: &CheckedScene) -> Self {
+    /// Across `planes`.
+    pub(crate) fn of(scene: &CheckedScene, planes: Axis) -> Self {
         let domain = &scene.scene.domain;
         let axes = domain.geometry.axes();
-        let planes = scene.scene.observe.planes.as_ref().map_or(Axis::Z, |planes| planes.axis);
         let axis = axes.iter().position(|axis| *axis == planes).unwrap_or(0);
         let medium = scene.scene.medium.as_ref();
         let face =
@@ -128,7 +130,9 @@ impl StressBalance {
         for along in (0..domain.dimensions()).filter(|along| domain.is_periodic(*along)) {
             let c = domain.geometry.component(along);
             let gravity = scene.scene.gravity[c];
-            drive[c] = medium.map_or(0.0, |medium| medium.density * (gravity + medium.body_force[c]));
+            drive[c] = medium.map_or(0.0, |medium| {
+                medium.density * (gravity + medium.body_force[c]) - medium.pressure_gradient[c]
+            });
             excess[c] = excess_density(scene) * gravity;
         }
         Self {
