@@ -50,13 +50,14 @@ pub fn write<const D: usize>(
     window: &Window,
     folder: &Path,
 ) -> Result<(), SolverError> {
-    let whole = solver.whole_force();
+    let gathered = solver.gather_force();
     if !solver.show() {
         return Ok(());
     }
     let mut planes = averages(solver, axis);
-    if let (Some(force), Some(kept)) = (whole, solver.kept_forces()) {
-        for (plane, found) in planes.iter_mut().zip(stresses(solver, axis, &force, kept)) {
+    if let Some(kept) = solver.kept_forces() {
+        let force = gathered.as_ref().or(solver.force());
+        for (plane, found) in planes.iter_mut().zip(stresses(solver, axis, force, kept)) {
             plane.stresses = plane.stresses.map(|had| Stresses { temperature: had.temperature, ..found });
         }
     }
@@ -86,7 +87,9 @@ pub fn averages<const D: usize>(solver: &Solver<D>, axis: usize) -> Vec<Plane> {
             solid_fraction: sums.solid / (sums.solid + sums.fluid),
             fluid_velocity: mean(0, sums.fluid),
             grain_velocity: mean(1, sums.solid),
-            stresses: solver.kept_forces().map(|_| Stresses { temperature: sums.temperature(D), ..Stresses::default() }),
+            stresses: solver
+                .kept_forces()
+                .map(|_| Stresses { temperature: sums.temperature(D), ..Stresses::default() }),
         }
     };
     sums.iter().enumerate().map(plane).collect()

@@ -8,6 +8,7 @@ use crate::coupling;
 use crate::engines::HasEngine;
 use crate::field::{State, copy_own};
 use crate::first_non_finite::FirstNonFinite;
+use crate::grain_forces::GrainForces;
 use crate::grid::Grid;
 use crate::halo::fill_velocity;
 use crate::health::Health;
@@ -23,7 +24,6 @@ use crate::methods::immersed_boundary::ImmersedBoundary;
 use crate::plan::Plan;
 use crate::ranks::Ranks;
 use crate::step::Stepper;
-use crate::stress::GrainForces;
 use crate::work::Work;
 use bedload_scene::{CheckedScene, Medium, SceneError};
 use fluid_kernels::gather;
@@ -374,15 +374,18 @@ impl<const D: usize> Solver<D> {
         self.kept.as_deref()
     }
 
-    /// A copy of the carried force, whole on the first rank, where forces are kept. All ranks must call it.
-    pub(crate) fn whole_force(&self) -> Option<[Vec<f64>; D]> {
-        self.kept.as_ref()?;
+    /// The carried force as the first rank needs it for stresses, where several ranks have it. All must call it.
+    pub(crate) fn gather_force(&self) -> Option<[Vec<f64>; D]> {
         let grid = self.grid();
-        let mut force = if self.grains.force[0].is_empty() { grid.new_vector() } else { self.grains.force.clone() };
-        if !grid.division.ranks().is_alone() {
-            gather::to_first(grid, force.iter_mut());
-        }
+        self.kept.as_ref().filter(|_| !grid.division.ranks().is_alone())?;
+        let mut force = self.grains.force()?.clone();
+        gather::to_first(grid, force.iter_mut());
         Some(force)
+    }
+
+    /// The carried force per unit mass, m/s²; none where there is no grain.
+    pub(crate) fn force(&self) -> Option<&[Vec<f64>; D]> {
+        self.grains.force()
     }
 
     /// What decides the next window besides the fields.

@@ -14,41 +14,11 @@
 
 use crate::boundary::Boundary;
 use crate::field::for_each_unknown;
+use crate::grain_forces::GrainForces;
 use crate::grid::Grid;
 use crate::immersed::body::laboratory;
 use crate::solver::Solver;
 use bedload_output::planes::Stresses;
-use protocol::message::{Kinematics, Loads};
-
-/// Forces on the grains in the last window, N.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct GrainForces {
-    /// Acceleration of gravity, m/s².
-    gravity: [f64; 3],
-    /// Of the fluid, without buoyancy; of contacts; of lubrication.
-    of: [Vec<[f64; 3]>; 3],
-}
-
-impl GrainForces {
-    pub(crate) fn new(gravity: [f64; 3], grains: usize) -> Self {
-        Self { gravity, of: std::array::from_fn(|_| vec![[0.0; 3]; grains]) }
-    }
-
-    /// Keeps what the fluid sends of grains that displace `masses` of it, kg.
-    pub(crate) fn keep_loads(&mut self, masses: impl Iterator<Item = f64>, loads: &[Loads]) {
-        for ((kept, mass), sent) in self.of[0].iter_mut().zip(masses).zip(loads) {
-            *kept = std::array::from_fn(|c| sent.force[c] + mass * self.gravity[c]);
-        }
-    }
-
-    /// Keeps what comes back.
-    pub(crate) fn keep_kinematics(&mut self, records: &[Kinematics]) {
-        let [_, contact, lubrication] = &mut self.of;
-        for ((contact, lubrication), record) in contact.iter_mut().zip(lubrication).zip(records) {
-            (*contact, *lubrication) = (record.contact_force, record.lubrication_force);
-        }
-    }
-}
 
 /// Sums over one plane of cells and its lower face, by component.
 #[derive(Clone, Copy, Default)]
@@ -60,22 +30,23 @@ struct Sums {
     pressure: f64,
 }
 
-/// Pressure and stresses on the planes across grid axis `axis`, with the force `lambda` whole and the halos
-/// filled. The granular temperature is left zero.
+/// Pressure and stresses on the planes across grid axis `axis`, with the force `lambda` whole, if there is one,
+/// and the halos filled. The granular temperature is left zero.
 pub(crate) fn stresses<const D: usize>(
     solver: &Solver<D>,
     axis: usize,
-    lambda: &[Vec<f64>; D],
+    lambda: Option<&[Vec<f64>; D]>,
     forces: &GrainForces,
 ) -> Vec<Stresses> {
     let grid = solver.grid();
     let n = grid.cells[axis];
     let mut sums = vec![Sums::default(); n + 1];
     for d in 0..D {
+        let lambda = lambda.map(|lambda| lambda[d].as_slice());
         if d == axis {
-            add_across(solver, axis, &lambda[d], &mut sums);
+            add_across(solver, axis, lambda, &mut sums);
         } else {
-            add_along(solver, axis, d, &lambda[d], &mut sums);
+            add_along(solver, axis, d, lambda, &mut sums);
         }
     }
     let area: f64 = (0..D).filter(|a| *a != axis).map(|a| grid.axes[a].length()).product();
@@ -104,7 +75,7 @@ fn add_along<const D: usize>(
     solver: &Solver<D>,
     axis: usize,
     d: usize,
-    lambda: &[f64],
+    lambda: Option<&[f64]>,
     sums: &mut [Sums],
 ) {
     let grid: &Grid<D> = solver.grid();
@@ -118,7 +89,7 @@ fn add_along<const D: usize>(
         let k = at[axis];
         let volume = grid.control_volume(d, at);
         let area = volume / widths[k];
-        sums[k].force[c] += rho * lambda[index] * volume;
+        sums[k].force[c] += rho * lambda.map_or(0.0, |lambda| lambda[index]) * volume;
         if k > 0 {
             let rate = (u[index] - u[index - one]) / grid.axes[axis].distances[k];
             sums[k].fluxes[0][c] += viscosity * rate * area;
@@ -136,13 +107,14 @@ fn add_along<const D: usize>(
 }
 
 /// The component across the planes, and the pressure.
-fn add_across<const D: usize>(solver: &Solver<D>, axis: usize, lambda: &[f64], sums: &mut [Sums]) {
+fn add_across<const D: usize>(solver: &Solver<D>, axis: usize, lambda: Option<&[f64]>, sums: &mut [Sums]) {
     let grid: &Grid<D> = solver.grid();
     let state = solver.stepper().state();
     let (w, c) = (&state.velocity[axis], laboratory(grid.geometry, axis));
     let (rho, viscosity) = (solver.density(), solver.density() * solver.stepper().options().viscosity);
     for_each_unknown(grid, axis, |at, index| {
-        sums[at[axis]].force[c] += rho * lambda[index] * grid.control_volume(axis, at);
+        sums[at[axis]].force[c] +=
+            rho * lambda.map_or(0.0, |lambda| lambda[index]) * grid.control_volume(axis, at);
     });
     for row in 0..grid.rows() {
         let rest = [0, row % grid.cells[1], row / grid.cells[1]];

@@ -343,12 +343,15 @@ mod tests {
     fn numbers_in_a_text_keep_their_bits() {
         let mut status = Status::default();
         let long = -1.234_567_890_123_456_7e-308;
-        let numbers: Vec<f64> = (0..20).map(|i| if i == 3 { f64::INFINITY } else { long * f64::from(i) }).collect();
+        let numbers: Vec<f64> =
+            (0..20).map(|i| if i == 3 { f64::INFINITY } else { long * f64::from(i) }).collect();
         status.set_numbers(&numbers);
         let mut read = vec![7.0];
         status.numbers(20, &mut read);
-        assert_eq!(read[1..].iter().map(|x| x.to_bits()).collect::<Vec<_>>(),
-            numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>());
+        assert_eq!(
+            read[1..].iter().map(|x| x.to_bits()).collect::<Vec<_>>(),
+            numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+        );
         read.clear();
         Status::default().numbers(2, &mut read);
         assert!(read.len() == 2 && read.iter().all(|x| x.is_nan()));

@@ -117,8 +117,7 @@ impl Dem {
         let force = self.force(&near, response, pairs.spring[k])?;
         let point = g.position[i] - near.normal * (g.radius[i] + 0.5 * gap);
         let start = g.position[i] - apart;
-        let contact =
-            Contact { grain: i, force, end: g.position[i], start, point, held: false, wall: None };
+        let contact = Contact { grain: i, force, end: g.position[i], start, point, held: false, wall: None };
         match (is_free(g, i), is_free(g, j)) {
             (true, true) => Some(contact),
             (true, false) => Some(Contact { start: point, held: true, ..contact }),

@@ -291,6 +291,27 @@ mod tests {
         assert!(Planes::parse("# t = 1 s\nz\n").unwrap_err().contains("other columns"));
     }
 
+    /// Also with stresses; of two samples whose grains creep at 0.1 and 0.3 the temperature is about 0.2.
+    #[test]
+    fn stresses_read_back_and_fluctuations_are_about_the_mean_over_time() {
+        let with = |time: f64, speed: f64| {
+            let mut planes = sample(time, speed);
+            for (k, plane) in planes.planes.iter_mut().enumerate() {
+                let parts = std::array::from_fn(|part| [1.0, 0.0, time].map(|x| x * (part + k) as f64));
+                plane.stresses = Some(Stresses { pressure: 3.0 * time, temperature: 0.5, parts });
+            }
+            planes
+        };
+        let planes = with(1.0 / 3.0, 0.1);
+        assert_eq!(Planes::parse(&planes.to_string()), Ok(planes.clone()));
+        let cut = planes.to_string().replace(",lubrication_stress_z", "");
+        assert!(Planes::parse(&cut).unwrap_err().contains("other columns"));
+        let mean = Planes::mean(&[with(1.0, 0.1), with(2.0, 0.3)]).unwrap();
+        let [low, high] = [0, 7].map(|k: usize| mean.planes[k].stresses.unwrap());
+        assert!((low.temperature - (0.5 + 0.01 / 2.0)).abs() < 1e-15, "{low:?}");
+        assert_eq!((high.temperature, high.pressure, high.parts[4]), (0.0, 4.5, [11.0, 0.0, 16.5]));
+    }
+
     #[test]
     fn phases_are_weighed_with_how_much_of_them_there_is() {
         let mean = Planes::mean(&[sample(1.0, 0.1), sample(2.0, 0.3)]).unwrap();

@@ -5,8 +5,8 @@
 
 use bedload_scene::{CheckedScene, Face, Geometry, Motion, ObservedTotals, Total, WallKind};
 
-use crate::columns::{Extra, Sample, Sides, When};
-use crate::metrics::{StressBalance, weight_per_area};
+use crate::balance::{StressBalance, weight_per_area};
+use crate::sample::{Extra, Sample, Sides, When};
 
 /// Letters of the components.
 const LETTERS: [&str; 3] = ["x", "y", "z"];
@@ -152,7 +152,8 @@ impl Bed {
         let along = || components(scene).into_iter().filter(|c| *c != across);
         let mut columns = Vec::new();
         for column in &totals.columns {
-            let mut make = |name: &str, unit: &str, made| columns.push((value(name.to_owned(), unit), Ok(made)));
+            let mut make =
+                |name: &str, unit: &str, made| columns.push((value(name.to_owned(), unit), Ok(made)));
             match column {
                 Total::GrainFlux if sides.motion => along().for_each(|c| {
                     make(&format!("grain_flux_{}", LETTERS[c]), "m^2/s", Made::GrainFlux(c));
@@ -191,7 +192,8 @@ impl Bed {
         let grains: Vec<Counted> = scene.grains.iter().map(counted).collect();
         let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len().max(1) as f64;
         let thickness = if domain.cells.is_empty() { mean } else { domain.spacing(axis) };
-        let planes = if thickness > 0.0 { ((upper - lower) / thickness).round().max(1.0) as usize } else { 1 };
+        let planes =
+            if thickness > 0.0 { ((upper - lower) / thickness).round().max(1.0) as usize } else { 1 };
         let bed = Self {
             across,
             lower,

@@ -100,10 +100,14 @@ fn the_sum_of_the_stresses_is_that_of_the_walls_on_every_plane() {
     run.until(8.0);
     let mut found = Vec::new();
     run.fluid.totals(&mut found);
-    let samples: Vec<Planes> = std::fs::read_dir(folder.join("fields")).expect("samples").map(|entry| {
-        let text = std::fs::read_to_string(entry.expect("a file").path()).expect("a sample");
-        Planes::parse(&text).expect("planes")
-    }).filter(|sample| sample.time > 5.0).collect();
+    let samples: Vec<Planes> = std::fs::read_dir(folder.join("fields"))
+        .expect("samples")
+        .map(|entry| {
+            let text = std::fs::read_to_string(entry.expect("a file").path()).expect("a sample");
+            Planes::parse(&text).expect("planes")
+        })
+        .filter(|sample| sample.time > 5.0)
+        .collect();
     assert_eq!(samples.len(), 15);
     let mean = Planes::mean(&samples).expect("a mean");
     let shear = |p: &Plane| p.stresses.expect("stresses").parts.map(|part| part[0]);
@@ -111,6 +115,8 @@ fn the_sum_of_the_stresses_is_that_of_the_walls_on_every_plane() {
     let total = sums.iter().sum::<f64>() / sums.len() as f64;
     let off = sums.iter().map(|sum| (sum / total - 1.0).abs()).fold(0.0, f64::max);
     println!("total {total}, off {off}, walls {found:?}");
-    for p in &mean.planes { println!("{} {:?} {}", p.at, shear(p), shear(p).iter().sum::<f64>()); }
+    for p in &mean.planes {
+        println!("{} {:?} {}", p.at, shear(p), shear(p).iter().sum::<f64>());
+    }
     assert!(off < 0.01, "{off}: {sums:?}");
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::course::Course;
 use super::line::Line;
 use super::trajectory::Crossing;
-use crate::columns::{Sample, When};
+use crate::sample::{Sample, When};
 
 /// What one metric keeps.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]

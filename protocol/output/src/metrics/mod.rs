@@ -30,7 +30,6 @@ mod trajectory;
 
 pub use accumulator::{Accumulator, Between, Passages};
 pub use course::Course;
-pub(crate) use end::{StressBalance, weight_per_area};
 pub use line::Line;
 pub use measure::{Metrics, MetricsState};
 pub use trajectory::{Crossing, Trajectory};
