@@ -262,8 +262,7 @@ impl Columns {
     fn add_totals(&mut self, scene: &CheckedScene, sides: Sides, before: usize) {
         let Some((bed, columns)) = Bed::new(scene, sides, before) else { return };
         for (extra, made) in columns {
-            let source = made.map_or_else(|place| Source::Extra(extra.when, place), Source::Bed);
-            self.add(&extra.name, &extra.unit, source);
+            self.add(&extra.name, &extra.unit, Source::Bed(made));
         }
         self.bed = Some(bed);
     }

@@ -75,7 +75,7 @@ const COORDINATION: &str = "coordination_number";
 const FLUID_ON: &str = "wall_force";
 const CONTACTS_ON: &str = "wall_contact_force";
 
-/// A column that is made here.
+/// How a column is made.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Made {
     /// Component.
@@ -85,6 +85,8 @@ pub(crate) enum Made {
     Height,
     Moving,
     Shields,
+    /// By a solver: where it stands among the extras.
+    Given(usize),
 }
 
 /// A grain as the bed counts it.
@@ -133,13 +135,13 @@ struct Stress {
 }
 
 impl Bed {
-    /// The bed of `scene`, with the columns in order: name, unit, when, and how each is made or where it
-    /// stands among the extras, of which there are `before` others. Also all values that solvers give.
+    /// The bed of `scene`, with its columns in order. What solvers give of it stands behind `before` others among
+    /// the extras.
     pub(crate) fn new(
         scene: &CheckedScene,
         sides: Sides,
         before: usize,
-    ) -> Option<(Self, Vec<(Extra, Result<Made, usize>)>)> {
+    ) -> Option<(Self, Vec<(Extra, Made)>)> {
         let totals = asked(scene)?;
         let domain = &scene.scene.domain;
         let axis = domain.geometry.axes().iter().position(|axis| *axis == totals.axis)?;
@@ -152,8 +154,7 @@ impl Bed {
         let along = || components(scene).into_iter().filter(|c| *c != across);
         let mut columns = Vec::new();
         for column in &totals.columns {
-            let mut make =
-                |name: &str, unit: &str, made| columns.push((value(name.to_owned(), unit), Ok(made)));
+            let mut make = |name: &str, unit: &str, made| columns.push((value(name.to_owned(), unit), made));
             match column {
                 Total::GrainFlux if sides.motion => along().for_each(|c| {
                     make(&format!("grain_flux_{}", LETTERS[c]), "m^2/s", Made::GrainFlux(c));
@@ -169,7 +170,7 @@ impl Bed {
                 Total::CoordinationNumber | Total::WallForce => {
                     let name = if *column == Total::WallForce { "wall_" } else { COORDINATION };
                     let named = given.iter().enumerate().filter(|(_, known)| known.name.starts_with(name));
-                    columns.extend(named.map(|(place, known)| (known.clone(), Err(before + place))));
+                    columns.extend(named.map(|(place, known)| (known.clone(), Made::Given(before + place))));
                 }
                 _ => {}
             }
@@ -256,6 +257,7 @@ impl Bed {
     pub(crate) fn value(&self, made: Made, sample: &Sample) -> f64 {
         let extra = |place: usize| sample.extras.get(place).copied();
         match made {
+            Made::Given(place) => extra(place).unwrap_or(f64::NAN),
             _ if sample.kinematics.len() != self.grains.len() => f64::NAN,
             Made::GrainFlux(c) => self.flux[c],
             Made::FluidFlux(c, place) => {

@@ -116,7 +116,17 @@ fn the_sum_of_the_stresses_is_that_of_the_walls_on_every_plane() {
     let off = sums.iter().map(|sum| (sum / total - 1.0).abs()).fold(0.0, f64::max);
     println!("total {total}, off {off}, walls {found:?}");
     for p in &mean.planes {
-        println!("{} {:?} {}", p.at, shear(p), shear(p).iter().sum::<f64>());
+        println!("{} {} {:?} {:?}", p.at, p.solid_fraction, shear(p), p.stresses.map(|s| s.temperature));
     }
     assert!(off < 0.01, "{off}: {sums:?}");
+    // mean velocity, then the floor and the lid, along x and z: each drags the other way
+    for (wall, side) in [(found[1], 1.0), (found[3], -1.0)] {
+        assert!((side * wall / (3.0 * total) - 1.0).abs() < 0.01, "{wall} for {total}");
+    }
+    assert!(found[0].abs() < 0.02 && found.len() == 5, "{found:?}");
+    let most = mean.planes.iter().map(|p| shear(p)[2]).fold(0.0, f64::max);
+    assert!(most > 0.1 * total, "what grains carry: {most} of {total}");
+    for p in mean.planes.iter().filter(|p| p.solid_fraction == 0.0) {
+        assert!(shear(p)[2].abs() < 1e-3 * total, "no grain at {}: {:?}", p.at, shear(p));
+    }
 }
