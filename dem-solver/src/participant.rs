@@ -21,6 +21,7 @@ use crate::initial;
 use crate::insertion::Insertions;
 use crate::output::profile::Profile;
 use crate::output::substeps::Substeps;
+use crate::output::totals::Totals;
 use crate::output::{finish, grain_files};
 use crate::outside::Outside;
 use crate::report::GrainLoad;
@@ -37,6 +38,7 @@ pub struct DemParticipant {
     insertions: Insertions,
     outside: Outside,
     profile: Option<bedload_scene::Profile>,
+    totals: Option<Totals>,
     substeps: Option<Substeps>,
     fields: PathBuf,
     /// Whether forces on grains are read after every window, or only when fields are written.
@@ -74,6 +76,7 @@ impl DemParticipant {
             insertions: Insertions::new(scene),
             outside: Outside::new(scene),
             profile: scene.scene.observe.profile.clone(),
+            totals: Totals::of(scene),
             substeps: observe
                 .substeps
                 .as_ref()
@@ -318,6 +321,12 @@ impl Participant for DemParticipant {
 
     fn solver_seconds(&self) -> f64 {
         self.work.as_secs_f64()
+    }
+
+    fn totals(&self, out: &mut Vec<f64>) {
+        if let Some(asked) = &self.totals {
+            asked.add(&self.dem.grains, &self.contacts(), out);
+        }
     }
 }
 

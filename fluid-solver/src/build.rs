@@ -199,33 +199,15 @@ pub fn motions(scene: &CheckedScene) -> Vec<Motion> {
 /// Sets the velocity at t = 0.
 pub fn set_initial<const D: usize>(scene: &CheckedScene, grid: &Grid<D>, state: &mut State<D>) {
     let Some(medium) = &scene.scene.medium else { return };
-    let axes = scene.scene.domain.geometry.axes();
-    match medium.initial {
+    if matches!(medium.initial, InitialVelocity::Rest | InitialVelocity::Run { .. }) {
         // A run gives it as a whole: see `crate::initial`.
-        InitialVelocity::Rest | InitialVelocity::Run { .. } => {}
-        InitialVelocity::Uniform { velocity } => {
-            for d in 0..D {
-                let value = velocity[laboratory(grid.geometry, d)];
-                set_component(grid, d, &mut state.velocity[d], |_| value);
-            }
-        }
-        InitialVelocity::Shear { direction, gradient, rate, origin } => {
-            let place = |axis| axes.iter().position(|a| *a == axis);
-            if let (Some(d), Some(g)) = (place(direction), place(gradient)) {
-                set_component(grid, d, &mut state.velocity[d], |x| rate * (x[g] - origin));
-            }
-        }
-        InitialVelocity::TaylorGreen { amplitude } => {
-            // In space (x, z) too; the wave fills the box along both.
-            let last = D - 1;
-            let k = |a: usize| std::f64::consts::TAU / grid.axes[a].length();
-            let (kx, kz) = (k(0), k(last));
-            set_component(grid, 0, &mut state.velocity[0], |x| {
-                amplitude * (kx * x[0]).sin() * (kz * x[last]).cos()
-            });
-            set_component(grid, last, &mut state.velocity[last], |x| {
-                -amplitude * kx / kz * (kx * x[0]).cos() * (kz * x[last]).sin()
-            });
-        }
+        return;
+    }
+    for d in 0..D {
+        set_component(grid, d, &mut state.velocity[d], |x| {
+            let mut at = [0.0; 3];
+            (0..D).for_each(|a| at[laboratory(grid.geometry, a)] = x[a]);
+            medium.initial.at(&scene.scene.domain, at)[0][laboratory(grid.geometry, d)]
+        });
     }
 }

@@ -102,6 +102,14 @@ fn near_bytes<const D: usize>(scene: &CheckedScene, grid: &Grid<D>, spacing: f64
 fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<FluidFacts, SceneError> {
     let section = FluidSection::read(scene)?;
     let choices = section.choices(Calibration::default());
+    let stress = scene.scene.observe.planes.as_ref().is_some_and(|planes| planes.stress);
+    if stress && choices.method != Method::Calibrated {
+        return Err(scene.source.error(
+            "observe.planes.stress",
+            "asks for the force on the fluid in every cell, which this fluid.method does not keep".to_owned(),
+            "take fluid.method = \"calibrated\", or leave the key out",
+        ));
+    }
     let medium = scene.scene.medium.as_ref().expect("FluidSection::read demands a medium");
     let grid = build::divided::<D>(scene, &choices, ranks.unwrap_or(&Ranks::alone()))?;
     let start = initial::read(scene, &choices, &grid)?;

@@ -8,6 +8,7 @@ use crate::methods::calibrated::calibration::Calibration;
 use crate::orders::{Leader, Order, tell, told};
 use crate::ranks::Ranks;
 use crate::solver::Solver;
+use crate::totals::Totals;
 use crate::{output, planes};
 use bedload_output::{MetricValue, OutputFolder};
 use bedload_scene::{CheckedScene, ObservedPlanes, SceneError};
@@ -26,6 +27,9 @@ pub struct Fluid {
     scene: String,
     fields: PathBuf,
     planes: Option<(ObservedPlanes, usize)>,
+    totals: Option<Totals>,
+    /// What [`Totals`] found after the last window.
+    measured: Vec<f64>,
     lines: Vec<Line>,
     ranks: Ranks,
 }
@@ -101,7 +105,7 @@ impl Fluid {
             ));
         }
         let (lines, deadline) = ready?;
-        let solver = match scene.scene.domain.dimensions() {
+        let mut solver = match scene.scene.domain.dimensions() {
             2 => Any::Two(Box::new(Solver::with_ranks(scene, ranks, calibration)?)),
             _ => Any::Three(Box::new(Solver::with_ranks(scene, ranks, calibration)?)),
         };
@@ -109,9 +113,13 @@ impl Fluid {
         let axis = |asked: &ObservedPlanes| axes.iter().position(|axis| *axis == asked.axis);
         let planes = scene.scene.observe.planes.clone();
         let planes = planes.and_then(|asked| axis(&asked).map(|axis| (asked, axis)));
+        if planes.as_ref().is_some_and(|(asked, _)| asked.stress) {
+            any!(&mut solver, solver => solver.keep_forces(scene.scene.gravity));
+        }
         ranks.set_patience(deadline.mul_f64(EARLIER));
         let (fields, ranks) = (folder.join("fields"), ranks.clone());
-        Ok(Self { solver, scene: scene.state_sha256(), fields, planes, lines, ranks })
+        let (totals, measured) = (Totals::of(scene), Vec::new());
+        Ok(Self { solver, scene: scene.state_sha256(), fields, planes, totals, measured, lines, ranks })
     }
 
     /// Brings the fields of all ranks to the first one, for what looks at them.
@@ -161,6 +169,11 @@ impl Fluid {
         })
     }
 
+    /// Is a flow rate held?
+    pub fn holds_flow_rate(&self) -> bool {
+        any!(&self.solver, solver => solver.stepper().flow_rate().is_some())
+    }
+
     /// Step proposed for the first window, s.
     pub fn first_dt(&self) -> f64 {
         any!(&self.solver, solver => solver.plan().first)
@@ -193,7 +206,15 @@ impl Participant for Fluid {
         {
             any!(&mut self.solver, solver => planes::write(solver, *axis, window, &self.fields))?;
         }
+        if let Some(totals) = &self.totals {
+            self.measured.clear();
+            any!(&self.solver, solver => totals.measure(solver, &mut self.measured));
+        }
         Ok(report)
+    }
+
+    fn totals(&self, out: &mut Vec<f64>) {
+        out.extend_from_slice(&self.measured);
     }
 
     fn save(&mut self) {

@@ -6,13 +6,15 @@
 //! ```text
 //! φ = ⟨α⟩,   ū = ⟨(1 − α) u⟩/⟨1 − α⟩,   v̄ = ⟨α v⟩/⟨α⟩
 //! ```
+//! Stresses: [`crate::stress`].
 
 use crate::grid::Grid;
 use crate::immersed::body::laboratory;
 use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::immersed::mask_model::{Mask, MaskModel};
 use crate::solver::Solver;
-use bedload_output::planes::{Plane, Planes};
+use crate::stress::stresses;
+use bedload_output::planes::{Plane, Planes, Stresses};
 use protocol::new_file::write_new;
 use protocol::participant::{SolverError, Window};
 use std::path::Path;
@@ -23,6 +25,19 @@ struct Sums {
     solid: f64,
     fluid: f64,
     momentum: [[f64; 3]; 2],
+    /// Of the velocities of centres, and of their squares.
+    centres: ([f64; 3], f64),
+}
+
+impl Sums {
+    /// (⟨v²⟩ − ⟨v⟩²)/`axes` of the centres' velocities v, weighed with what is solid, m²/s².
+    fn temperature(&self, axes: usize) -> f64 {
+        if self.solid == 0.0 {
+            return 0.0;
+        }
+        let mean = self.centres.0.map(|sum| sum / self.solid);
+        (self.centres.1 / self.solid - mean.iter().map(|v| v * v).sum::<f64>()).max(0.0) / axes as f64
+    }
 }
 
 /// Writes the averages after `window`.
@@ -35,10 +50,18 @@ pub fn write<const D: usize>(
     window: &Window,
     folder: &Path,
 ) -> Result<(), SolverError> {
+    let gathered = solver.gather_force();
     if !solver.show() {
         return Ok(());
     }
-    let planes = Planes { time: window.time + window.dt, planes: averages(solver, axis) };
+    let mut planes = averages(solver, axis);
+    if let Some(kept) = solver.kept_forces() {
+        let force = gathered.as_ref().or(solver.force());
+        for (plane, found) in planes.iter_mut().zip(stresses(solver, axis, force, kept)) {
+            plane.stresses = plane.stresses.map(|had| Stresses { temperature: had.temperature, ..found });
+        }
+    }
+    let planes = Planes { time: window.time + window.dt, planes };
     let path = folder.join(Planes::file_name(window.step));
     let save = || {
         std::fs::create_dir_all(folder)?;
@@ -64,6 +87,9 @@ pub fn averages<const D: usize>(solver: &Solver<D>, axis: usize) -> Vec<Plane> {
             solid_fraction: sums.solid / (sums.solid + sums.fluid),
             fluid_velocity: mean(0, sums.fluid),
             grain_velocity: mean(1, sums.solid),
+            stresses: solver
+                .kept_forces()
+                .map(|_| Stresses { temperature: sums.temperature(D), ..Stresses::default() }),
         }
     };
     sums.iter().enumerate().map(plane).collect()
@@ -96,8 +122,10 @@ fn add_grains<const D: usize>(solver: &Solver<D>, axis: usize, sums: &mut [Sums]
                             * span.weight;
                         let plane = [i, span.at / grid.stride(1), k][if axis == D - 1 { 2 } else { axis }];
                         sums[plane].solid += part;
+                        sums[plane].centres.1 += part * motion.velocity.iter().map(|v| v * v).sum::<f64>();
                         for c in 0..3 {
                             sums[plane].momentum[1][c] += part * motion.velocity_at(c, arm);
+                            sums[plane].centres.0[c] += part * motion.velocity[c];
                         }
                     }
                 }

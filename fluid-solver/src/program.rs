@@ -116,7 +116,7 @@ impl Solver for Fluid {
     }
 
     fn scalars(&self) -> Vec<f64> {
-        vec![self.pressure_gradient()]
+        if self.holds_flow_rate() { vec![self.pressure_gradient()] } else { Vec::new() }
     }
 
     fn facts_by_role(facts: &FluidFacts) -> (Option<&FluidFacts>, Option<&DemFacts>) {

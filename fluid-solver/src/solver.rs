@@ -8,6 +8,7 @@ use crate::coupling;
 use crate::engines::HasEngine;
 use crate::field::{State, copy_own};
 use crate::first_non_finite::FirstNonFinite;
+use crate::grain_forces::GrainForces;
 use crate::grid::Grid;
 use crate::halo::fill_velocity;
 use crate::health::Health;
@@ -57,6 +58,8 @@ pub struct Solver<const D: usize> {
     /// Largest Σ|u|/Δx after the last window, 1/s; zero: not known.
     rate: f64,
     seconds: f64,
+    /// Forces on grains, where stresses are asked for.
+    kept: Option<Box<GrainForces>>,
 }
 
 impl<const D: usize> Solver<D> {
@@ -137,6 +140,7 @@ impl<const D: usize> Solver<D> {
             density: medium.density,
             rate: 0.0,
             seconds: 0.0,
+            kept: None,
         };
         if let Some(flow) = &medium.flow_rate {
             let axes = scene.scene.domain.geometry.axes();
@@ -231,10 +235,12 @@ impl<const D: usize> Solver<D> {
 
     /// Sends the loads and takes over the motion that comes back.
     fn exchange(&mut self, window: &Window, exchange: &mut FluidExchange<'_>) -> Result<(), SolverError> {
-        let Self { stepper, method, grains, beyond, .. } = self;
+        let Self { stepper, method, grains, beyond, kept, density, .. } = self;
         exchange.send(window.header(), &mut |out| {
             method.loads(grains, out);
             beyond.replace(grains.immersed.shapes(), &grains.memory.motions, out);
+            let masses = grains.immersed.shapes().iter().map(|shape| *density * shape.volume);
+            kept.iter_mut().for_each(|kept| kept.keep_loads(masses.clone(), out));
         })?;
         let memory = &mut grains.memory;
         std::mem::swap(&mut memory.before, &mut memory.motions);
@@ -243,6 +249,7 @@ impl<const D: usize> Solver<D> {
         let mut count = 0;
         exchange.receive(window, &mut |_, records| {
             count = records.len();
+            kept.iter_mut().for_each(|kept| kept.keep_kinematics(records));
             for (motion, record) in memory.motions.iter_mut().zip(records) {
                 *motion = Motion::received(geometry, record);
             }
@@ -355,6 +362,30 @@ impl<const D: usize> Solver<D> {
             }
         }
         shown
+    }
+
+    /// Keeps the forces on grains from now on, under `gravity`.
+    pub(crate) fn keep_forces(&mut self, gravity: [f64; 3]) {
+        self.kept = Some(Box::new(GrainForces::new(gravity, self.grains.memory.motions.len())));
+    }
+
+    /// Those of the last window, where they are kept.
+    pub(crate) fn kept_forces(&self) -> Option<&GrainForces> {
+        self.kept.as_deref()
+    }
+
+    /// The carried force as the first rank needs it for stresses, where several ranks have it. All must call it.
+    pub(crate) fn gather_force(&self) -> Option<[Vec<f64>; D]> {
+        let grid = self.grid();
+        self.kept.as_ref().filter(|_| !grid.division.ranks().is_alone())?;
+        let mut force = self.grains.force()?.clone();
+        gather::to_first(grid, force.iter_mut());
+        Some(force)
+    }
+
+    /// The carried force per unit mass, m/s²; none where there is no grain.
+    pub(crate) fn force(&self) -> Option<&[Vec<f64>; D]> {
+        self.grains.force()
     }
 
     /// What decides the next window besides the fields.

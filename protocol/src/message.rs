@@ -193,7 +193,8 @@ record! {
         substeps: u64, "-", "DEM: sub-steps done since start.";
         pressure_gradient: f64, "Pa/m", "Fluid: mean pressure gradient that held `medium.flow_rate` in the \
             window, 0 without one; DEM: 0.";
-        text: [[u64; 8]; 8], "-", "UTF-8 text, zero-padded, 512 bytes: last words of a failed solver.";
+        text: [[u64; 8]; 8], "-", "UTF-8 text, zero-padded, 512 bytes: last words of a failed solver; of a window \
+            that is done the numbers that `observe.totals` asks for, apart by spaces.";
     }
 }
 
@@ -269,6 +270,19 @@ impl Status {
         }
     }
 
+    /// Puts numbers in as text that reads back to the same bits: at most 20, apart by spaces.
+    pub fn set_numbers(&mut self, numbers: &[f64]) {
+        let words: Vec<String> = numbers.iter().map(|number| format!("{number:e}")).collect();
+        self.set_text(&words.join(" "));
+    }
+
+    /// Adds the `count` numbers of the text; what is missing, or no number, is NaN.
+    pub fn numbers(&self, count: usize, out: &mut Vec<f64>) {
+        let text = if count > 0 { self.text() } else { String::new() };
+        let words = text.split_whitespace().map(|word| word.parse().unwrap_or(f64::NAN));
+        out.extend(words.chain(std::iter::repeat(f64::NAN)).take(count));
+    }
+
     /// The text, without its padding; bytes that are not UTF-8 are replaced.
     pub fn text(&self) -> String {
         let bytes: Vec<u8> = self.text.as_flattened().iter().flat_map(|word| word.to_le_bytes()).collect();
@@ -323,6 +337,24 @@ mod tests {
         assert_eq!(status.text(), "é".repeat(256));
         status.set_text("short");
         assert_eq!(status.text(), "short");
+    }
+
+    #[test]
+    fn numbers_in_a_text_keep_their_bits() {
+        let mut status = Status::default();
+        let long = -1.234_567_890_123_456_7e-308;
+        let numbers: Vec<f64> =
+            (0..20).map(|i| if i == 3 { f64::INFINITY } else { long * f64::from(i) }).collect();
+        status.set_numbers(&numbers);
+        let mut read = vec![7.0];
+        status.numbers(20, &mut read);
+        assert_eq!(
+            read[1..].iter().map(|x| x.to_bits()).collect::<Vec<_>>(),
+            numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+        );
+        read.clear();
+        Status::default().numbers(2, &mut read);
+        assert!(read.len() == 2 && read.iter().all(|x| x.is_nan()));
     }
 
     #[test]

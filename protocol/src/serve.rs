@@ -117,6 +117,7 @@ where
         substeps: 0,
         memory: peak_rss_bytes(),
         measured: Instant::now(),
+        totals: Vec::new(),
     };
     match served.run() {
         Ok(()) | Err(SolverError::Exchange(ExchangeError::Stopped)) => {
@@ -144,6 +145,8 @@ struct Served<'a, P: Participant> {
     substeps: u64,
     memory: u64,
     measured: Instant,
+    /// What `observe.totals` asks for, of the last window.
+    totals: Vec<f64>,
 }
 
 impl<P: Participant> Served<'_, P> {
@@ -193,7 +196,13 @@ impl<P: Participant> Served<'_, P> {
         self.report = self.participant.advance(&window, self.link)?;
         self.substeps += self.report.substeps;
         self.last = Some(window);
-        self.answer(State::Done)?;
+        self.totals.clear();
+        self.participant.totals(&mut self.totals);
+        let mut status = self.status(State::Done);
+        if !self.totals.is_empty() {
+            status.set_numbers(&self.totals);
+        }
+        self.link.report(status)?;
         if self.measured.elapsed() >= MEMORY_EVERY {
             self.memory = peak_rss_bytes();
             self.measured = Instant::now();

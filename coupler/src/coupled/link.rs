@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::Duration;
 
-use bedload_output::{Cost, GrainRow, OutputFolder, atomic_write, grains_table};
+use bedload_output::{Cost, GrainRow, OutputFolder, atomic_write, grains_table, totals};
 use bedload_program::{Failure, Interrupts, Link, Messages, Ordered};
 use bedload_scene::{CheckedScene, Grain, Motion};
 use protocol::channel::CouplerLink;
@@ -40,7 +40,9 @@ pub(crate) struct CoupledLink<'a> {
     pub(super) broken: Option<ExchangeError>,
     /// Solver that reported its failure, and the text.
     pub(super) failed: Option<(String, String)>,
-    extras: [f64; 1],
+    /// Numbers that the fluid and the DEM give for `observe.totals`.
+    totals: [usize; 2],
+    extras: Vec<f64>,
 }
 
 impl<'a> CoupledLink<'a> {
@@ -68,7 +70,8 @@ impl<'a> CoupledLink<'a> {
             stopping: false,
             broken: None,
             failed: None,
-            extras: [0.0],
+            totals: [totals::fluid_values(scene).len(), totals::dem_values(scene).len()],
+            extras: Vec::new(),
         }
     }
 
@@ -108,7 +111,11 @@ impl Link for CoupledLink<'_> {
             self.take(event)?;
         };
         self.ordered.pop_front();
-        self.extras = [whole.fluid.pressure_gradient];
+        self.extras.clear();
+        let medium = self.scene.scene.medium.as_ref();
+        self.extras.extend(medium.and_then(|m| m.flow_rate).map(|_| whole.fluid.pressure_gradient));
+        whole.fluid.numbers(self.totals[0], &mut self.extras);
+        whole.dem.numbers(self.totals[1], &mut self.extras);
         self.latest = Some((slot, whole));
         Ok(Some(command))
     }

@@ -4,6 +4,7 @@ use crate::general::contact::{Frame, Kinematics, Near, SpringStep, resolve};
 use crate::general::forces::Scene;
 use crate::grains::{Grains, Response};
 use crate::laws::table::PairLaw;
+use crate::laws::walls::Plane;
 use crate::motion::{Motion, Vec3};
 use crate::report::GrainLoad;
 use crate::search::contact_list::ContactList;
@@ -26,6 +27,8 @@ pub struct Contact {
     pub point: Vec3,
     /// Is the other one a wall or a held grain?
     pub held: bool,
+    /// Number of the wall, if it is one.
+    pub wall: Option<usize>,
 }
 
 impl Dem {
@@ -56,14 +59,20 @@ impl Dem {
             let (i, force, end) = (place.first, space(force), g.position[place.first]);
             let (arm, far) = (space(place.arms.0), space(place.arms.1));
             let point = end + arm;
-            let contact = Contact { grain: i, force, end, start: point, point, held: true };
+            let contact = Contact { grain: i, force, end, start: point, point, held: true, wall: None };
             match place.second.map(|j| (j, is_free(g, j))) {
                 Some((_, true)) if is_free(g, i) => {
                     all.push(Contact { start: point - far, held: false, ..contact });
                 }
                 Some((j, true)) => {
                     let (end, point) = (g.position[j], g.position[j] + far);
-                    all.push(Contact { grain: j, force: -force, end, start: point, point, held: true });
+                    all.push(Contact { grain: j, force: -force, end, point, start: point, ..contact });
+                }
+                None if is_free(g, i) => {
+                    let off = |wall: &Plane| wall.gap(&point, 0.0, t).abs();
+                    let walls = around.walls.iter().enumerate();
+                    let nearest = walls.min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
+                    all.push(Contact { wall: nearest.map(|(wall, _)| wall), ..contact });
                 }
                 _ if is_free(g, i) => all.push(contact),
                 _ => {}
@@ -108,14 +117,14 @@ impl Dem {
         let force = self.force(&near, response, pairs.spring[k])?;
         let point = g.position[i] - near.normal * (g.radius[i] + 0.5 * gap);
         let start = g.position[i] - apart;
-        let contact = Contact { grain: i, force, end: g.position[i], start, point, held: false };
+        let contact = Contact { grain: i, force, end: g.position[i], start, point, held: false, wall: None };
         match (is_free(g, i), is_free(g, j)) {
             (true, true) => Some(contact),
             (true, false) => Some(Contact { start: point, held: true, ..contact }),
             (false, true) => {
                 // seen from the other grain, where that one is
                 let (end, point) = (g.position[j], point + (g.position[j] - start));
-                Some(Contact { grain: j, force: -force, end, start: point, point, held: true })
+                Some(Contact { grain: j, force: -force, end, start: point, point, held: true, wall: None })
             }
             (false, false) => None,
         }
@@ -123,14 +132,15 @@ impl Dem {
 
     /// Entry `k` of the grains at walls, of grain `i`.
     fn at_wall(&self, i: usize, k: usize, walls: &ContactList, response: &Response) -> Option<Contact> {
-        let (g, wall) = (&self.grains, &self.around.walls[walls.other[k] as usize]);
+        let number = walls.other[k] as usize;
+        let (g, wall) = (&self.grains, &self.around.walls[number]);
         let gap = wall.gap(&g.position[i], g.radius[i], self.time);
         if !wall.acts(self.time) || gap > self.around.range {
             return None;
         }
         let force = self.force(&Near::wall(i, wall, gap), response, walls.spring[k])?;
         let (end, point) = (g.position[i], g.position[i] - wall.normal * (g.radius[i] + gap));
-        Some(Contact { grain: i, force, end, start: point, point, held: true })
+        Some(Contact { grain: i, force, end, start: point, point, held: true, wall: Some(number) })
     }
 }
 

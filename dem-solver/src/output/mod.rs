@@ -7,3 +7,4 @@ pub mod janssen;
 pub mod partition;
 pub mod profile;
 pub(crate) mod substeps;
+pub(crate) mod totals;

@@ -1,59 +1,13 @@
 //! The columns of `series.csv`: which there are, and their values after a window.
 
 use bedload_scene::{CheckedScene, Geometry, Grain, Motion};
-use protocol::message::{Header, Kinematics, Loads};
-use protocol::participant::Window;
+use protocol::message::{Kinematics, Loads};
+
+use crate::sample::{Extra, Sample, Sides, When};
+use crate::totals::{Bed, Made};
 
 /// Grains with columns of their own where the scene does not say.
 const GRAINS_BY_DEFAULT: usize = 16;
-
-/// What a run sees of the exchange.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sides {
-    /// Loads of the fluid.
-    pub loads: bool,
-    /// Motion of the grains.
-    pub motion: bool,
-    /// Contacts, lubrication and sub-steps of a DEM.
-    pub contact: bool,
-}
-
-impl Sides {
-    /// Fluid and DEM.
-    pub fn coupled() -> Self {
-        Self { loads: true, motion: true, contact: true }
-    }
-
-    /// DEM without fluid.
-    pub fn dry() -> Self {
-        Self { loads: false, motion: true, contact: true }
-    }
-
-    /// Fluid without DEM, about grains whose motion is given (`motion`: it is passed on, too).
-    pub fn fluid_alone(motion: bool) -> Self {
-        Self { loads: true, motion, contact: false }
-    }
-}
-
-/// A scalar column that the caller adds (a flow rate, say).
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Extra {
-    /// Name of the column.
-    pub name: String,
-    /// Unit, `-` if it has none.
-    pub unit: String,
-    /// When its values are of.
-    pub when: When,
-}
-
-/// When the value of a row is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum When {
-    /// The end of the window.
-    End,
-    /// The whole window: a mean, a sum or an extreme over it.
-    Window,
-}
 
 /// What `observe.energy` adds behind other extras: a DEM alone gives the values in this order.
 pub fn energy_columns() -> [Extra; 6] {
@@ -75,33 +29,12 @@ fn flow_rate_column(scene: &CheckedScene) -> Option<Extra> {
     Some(Extra { name, unit: "Pa/m".to_owned(), when: When::Window })
 }
 
-/// An accepted window as observed. A slice may be empty where [`Sides`] says so.
-#[derive(Clone, Copy, Debug)]
-pub struct Sample<'a> {
-    /// The window.
-    pub window: &'a Window,
-    /// Loads of the window, one per grain.
-    pub loads: &'a [Loads],
-    /// Header of the kinematics ([`Window::header`] without a DEM).
-    pub header: &'a Header,
-    /// Motion at the end of the window, one per grain.
-    pub kinematics: &'a [Kinematics],
-    /// Values of the [`Extra`] columns, in their order.
-    pub extras: &'a [f64],
-}
-
-impl Sample<'_> {
-    /// End of the window, s: the instant that `kinematics` are of.
-    pub fn time(&self) -> f64 {
-        self.window.time + self.window.dt
-    }
-}
-
 /// Where a column's value comes from.
 #[derive(Clone, Copy, Debug)]
 enum Source {
     Run(When, fn(&Columns, &Sample) -> f64),
     Extra(When, usize),
+    Bed(Made),
     /// Quantity, component and grain.
     Grain(&'static Quantity, usize, usize),
 }
@@ -220,6 +153,8 @@ pub struct Columns {
     floor: f64,
     /// Number of grains that are there from the start.
     present: usize,
+    /// What `observe.totals` asks for.
+    bed: Option<Bed>,
 }
 
 /// What the sums over free grains need.
@@ -270,12 +205,14 @@ impl Columns {
             floor: scene.scene.domain.lower.last().copied().unwrap_or(0.0),
             free,
             present,
+            bed: None,
         };
         let energies = scene.scene.observe.energy && sides == Sides::dry();
         let mut more = if energies { energy_columns().to_vec() } else { Vec::new() };
         more.extend(sides.loads.then(|| flow_rate_column(scene)).flatten());
         let extras = [extras, &more].concat();
         columns.add_scalars(scene.scene.domain.geometry, sides, &extras);
+        columns.add_totals(scene, sides, extras.len());
         for grain in observed_grains(scene) {
             columns.add_grain(grain, scene, sides);
         }
@@ -321,6 +258,15 @@ impl Columns {
         }
     }
 
+    /// Columns of the bed; `before`: number of the other extras.
+    fn add_totals(&mut self, scene: &CheckedScene, sides: Sides, before: usize) {
+        let Some((bed, columns)) = Bed::new(scene, sides, before) else { return };
+        for (extra, made) in columns {
+            self.add(&extra.name, &extra.unit, Source::Bed(made));
+        }
+        self.bed = Some(bed);
+    }
+
     fn add_grain(&mut self, grain: usize, scene: &CheckedScene, sides: Sides) {
         let geometry = scene.scene.domain.geometry;
         let round = scene.grains.get(grain).is_none_or(|grain| grain.shape.is_round());
@@ -353,7 +299,7 @@ impl Columns {
     pub(crate) fn when(&self, place: usize) -> When {
         match self.sources[place] {
             Source::Run(when, _) | Source::Extra(when, _) => when,
-            Source::Grain(Quantity { value: Value::Motion(_), .. }, ..) => When::End,
+            Source::Bed(_) | Source::Grain(Quantity { value: Value::Motion(_), .. }, ..) => When::End,
             Source::Grain(..) => When::Window,
         }
     }
@@ -379,10 +325,12 @@ impl Columns {
     /// t = 0, `height` that of the topmost one above the lower z face of the box.
     pub fn fill(&mut self, sample: &Sample) -> &[f64] {
         let mut means = 0;
+        self.bed.iter_mut().for_each(|bed| bed.look(sample));
         for place in 0..self.row.len() {
             self.row[place] = match self.sources[place] {
                 Source::Run(_, value) => value(self, sample),
                 Source::Extra(_, index) => sample.extras.get(index).copied().unwrap_or(f64::NAN),
+                Source::Bed(made) => self.bed.as_ref().map_or(f64::NAN, |bed| bed.value(made, sample)),
                 Source::Grain(quantity, axis, grain) => {
                     let value = quantity.value(axis, grain, sample).unwrap_or(f64::NAN);
                     if let Value::Mean(_) = quantity.value {

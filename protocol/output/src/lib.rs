@@ -11,6 +11,7 @@
 //! | write and read files of VTK | [`mod@vtk`] |
 //! | read columns of a published table | [`points()`] |
 
+mod balance;
 mod claim;
 mod columns;
 mod error;
@@ -21,12 +22,14 @@ pub mod metrics;
 mod observer;
 pub mod planes;
 mod points;
+mod sample;
 mod series;
 mod summary;
+pub mod totals;
 pub mod vtk;
 
 pub use claim::Claim;
-pub use columns::{Columns, Extra, Sample, Sides, When, energy_columns};
+pub use columns::{Columns, energy_columns};
 pub use error::OutputError;
 pub use file::atomic_write;
 pub use folder::{OutputFolder, in_full, resolved_scene, state_of};
@@ -34,6 +37,7 @@ pub use grains_table::{GrainRow, grains_table};
 pub use metrics::{Metrics, MetricsState};
 pub use observer::{Observer, ObserverState};
 pub use points::points;
+pub use sample::{Extra, Sample, Sides, When};
 pub use series::{Series, SeriesMark, SeriesWriter};
 pub use summary::{Cost, MetricValue, PeakRss, RunStatus, Size, SubstepRange, Summary, Tally, Time};
 pub use summary::{Verification, VerifiedGrid, VerifiedMetric};

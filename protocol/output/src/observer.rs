@@ -3,12 +3,13 @@
 use protocol::message::Kinematics;
 use serde::{Deserialize, Serialize};
 
-use crate::columns::{Columns, Extra, Sample, Sides};
+use crate::columns::Columns;
 use crate::error::OutputError;
 use crate::file::atomic_write;
 use crate::folder::OutputFolder;
 use crate::metrics::{Metrics, MetricsState};
 use crate::planes::Record;
+use crate::sample::{Extra, Sample, Sides};
 use crate::series::{SeriesMark, SeriesWriter};
 use crate::summary::{Summary, Tally};
 use bedload_scene::{CheckedScene, ObservedPlanes, SceneError};

@@ -12,6 +12,48 @@ use bedload_scene::table::{Table, line};
 const HEADER: &str = "at,width,solid_fraction,fluid_velocity_x,fluid_velocity_y,fluid_velocity_z,grain_velocity_x,\
                       grain_velocity_y,grain_velocity_z";
 
+/// Further columns with stresses: each of [`PARTS`] by component.
+const MORE: &str = ",pressure,granular_temperature";
+
+/// What the stress on a plane is made of; their sum is that of the mixture.
+pub const PARTS: [&str; 5] = ["viscous", "turbulent", "hydrodynamic", "contact", "lubrication"];
+
+/// What `observe.planes.stress` adds of a plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stresses {
+    /// Pressure over the whole plane, Pa.
+    pub pressure: f64,
+    /// Mean square fluctuation of the velocities of grains along each axis, m²/s².
+    pub temperature: f64,
+    /// Force of what is above on what is below per area, by part and component, Pa.
+    pub parts: [[f64; 3]; 5],
+}
+
+impl Stresses {
+    fn to_cells(self) -> impl Iterator<Item = f64> {
+        [self.pressure, self.temperature].into_iter().chain(self.parts.into_iter().flatten())
+    }
+
+    fn of_cells(cells: &[f64]) -> Option<Self> {
+        let (&[pressure, temperature], parts) = cells.split_first_chunk::<2>()?;
+        let mut stresses = Self { pressure, temperature, ..Self::default() };
+        (parts.len() == 15).then(|| stresses.parts.as_flattened_mut().copy_from_slice(parts))?;
+        Some(stresses)
+    }
+}
+
+/// Columns of a file with stresses or without.
+fn header(stresses: bool) -> String {
+    let mut header = HEADER.to_owned();
+    if stresses {
+        header += MORE;
+        for (part, c) in PARTS.iter().flat_map(|part| ["x", "y", "z"].map(|c| (part, c))) {
+            header += &format!(",{part}_stress_{c}");
+        }
+    }
+    header
+}
+
 /// What begins the names of the files of samples.
 const NAME: &str = "planes_";
 
@@ -28,6 +70,8 @@ pub struct Plane {
     pub fluid_velocity: [f64; 3],
     /// Mean velocity of the solid, m/s; zero where there is none (in files NaN).
     pub grain_velocity: [f64; 3],
+    /// Where they are asked for.
+    pub stresses: Option<Stresses>,
 }
 
 /// All planes at one instant, or their mean.
@@ -54,20 +98,27 @@ impl Planes {
         let time = first.strip_prefix("# t = ").and_then(|rest| rest.trim_end_matches(" s").parse().ok());
         let time = time.ok_or_else(|| format!("begins with {first:?}; `# t = TIME s` was expected"))?;
         let table = Table::parse(text)?;
-        if table.columns.join(",") != HEADER {
-            return Err(format!("has other columns than {HEADER}"));
+        let columns = table.columns.join(",");
+        let with_stresses = columns == header(true);
+        if columns != HEADER && !with_stresses {
+            return Err(format!("has other columns than {HEADER}, with those of stresses or without"));
         }
         let plane = |row: &csv::StringRecord| {
             let cells: Result<Vec<f64>, _> = row.iter().map(str::parse::<f64>).collect();
             match cells.as_deref() {
-                Ok(&[at, width, solid_fraction, ux, uy, uz, vx, vy, vz]) => Ok(Plane {
-                    at,
-                    width,
-                    solid_fraction,
-                    fluid_velocity: [ux, uy, uz].map(known),
-                    grain_velocity: [vx, vy, vz].map(known),
-                }),
-                _ => Err(format!("the line {:?} is not nine numbers", line(row))),
+                Ok(&[at, width, solid_fraction, ux, uy, uz, vx, vy, vz, ref more @ ..])
+                    if with_stresses != more.is_empty() =>
+                {
+                    Ok(Plane {
+                        at,
+                        width,
+                        solid_fraction,
+                        fluid_velocity: [ux, uy, uz].map(known),
+                        grain_velocity: [vx, vy, vz].map(known),
+                        stresses: Stresses::of_cells(more),
+                    })
+                }
+                _ => Err(format!("the line {:?} is not a number for each column", line(row))),
             }
         };
         Ok(Self { time, planes: table.rows.iter().map(plane).collect::<Result<_, _>>()? })
@@ -88,6 +139,7 @@ impl Planes {
             };
             plane.fluid_velocity = over(|p| p.fluid_velocity, |p| 1.0 - p.solid_fraction);
             plane.grain_velocity = over(|p| p.grain_velocity, |p| p.solid_fraction);
+            plane.stresses = mean_stresses(&here, plane.grain_velocity);
             plane.solid_fraction = here.iter().map(|p| p.solid_fraction).sum::<f64>() / here.len() as f64;
         }
         Some(mean)
@@ -122,6 +174,23 @@ impl Planes {
     }
 }
 
+/// Mean of the stresses of samples of one plane. The granular temperature is that about the mean velocity of
+/// the grains over all samples, `mean`.
+fn mean_stresses(samples: &[&Plane], mean: [f64; 3]) -> Option<Stresses> {
+    let all: Vec<(&Plane, Stresses)> = samples.iter().filter_map(|p| Some((*p, p.stresses?))).collect();
+    let (count, solid) = (all.len() as f64, all.iter().map(|(p, _)| p.solid_fraction).sum::<f64>());
+    let axes = if samples.iter().all(|p| p.fluid_velocity[1] == 0.0) { 2.0 } else { 3.0 };
+    let about = |p: &Plane| (0..3).map(|c| (p.grain_velocity[c] - mean[c]).powi(2)).sum::<f64>() / axes;
+    let fluctuation = all.iter().map(|(p, s)| p.solid_fraction * (s.temperature + about(p))).sum::<f64>();
+    (count > 0.0).then(|| Stresses {
+        pressure: all.iter().map(|(_, s)| s.pressure).sum::<f64>() / count,
+        temperature: if solid > 0.0 { fluctuation / solid } else { 0.0 },
+        parts: std::array::from_fn(|part| {
+            std::array::from_fn(|c| all.iter().map(|(_, s)| s.parts[part][c]).sum::<f64>() / count)
+        }),
+    })
+}
+
 /// A velocity as it was written, zero in place of NaN: there is none of the phase.
 fn known(velocity: f64) -> f64 {
     if velocity.is_nan() { 0.0 } else { velocity }
@@ -129,7 +198,8 @@ fn known(velocity: f64) -> f64 {
 
 impl std::fmt::Display for Planes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        writeln!(f, "# t = {} s\n{HEADER}", self.time)?;
+        let with_stresses = self.planes.iter().any(|p| p.stresses.is_some());
+        writeln!(f, "# t = {} s\n{}", self.time, header(with_stresses))?;
         for p in &self.planes {
             write!(f, "{},{},{}", p.at, p.width, p.solid_fraction)?;
             for (velocity, share) in
@@ -138,6 +208,9 @@ impl std::fmt::Display for Planes {
                 for v in velocity {
                     write!(f, ",{}", if share > 0.0 { v } else { f64::NAN })?;
                 }
+            }
+            for cell in p.stresses.filter(|_| with_stresses).into_iter().flat_map(Stresses::to_cells) {
+                write!(f, ",{cell}")?;
             }
             f.write_char('\n')?;
         }
@@ -200,6 +273,7 @@ mod tests {
                 solid_fraction: solid,
                 fluid_velocity: [3.0 * at, 0.0, 0.0],
                 grain_velocity: [if solid > 0.0 { speed } else { 0.0 }, 0.0, 0.0],
+                stresses: None,
             }
         };
         Planes { time, planes: (0..8).map(plane).collect() }
@@ -215,6 +289,27 @@ mod tests {
         assert_eq!(Planes::parse(&planes.to_string()), Ok(planes));
         assert!(Planes::parse("").is_err());
         assert!(Planes::parse("# t = 1 s\nz\n").unwrap_err().contains("other columns"));
+    }
+
+    /// Also with stresses; of two samples whose grains creep at 0.1 and 0.3 the temperature is about 0.2.
+    #[test]
+    fn stresses_read_back_and_fluctuations_are_about_the_mean_over_time() {
+        let with = |time: f64, speed: f64| {
+            let mut planes = sample(time, speed);
+            for (k, plane) in planes.planes.iter_mut().enumerate() {
+                let parts = std::array::from_fn(|part| [1.0, 0.0, time].map(|x| x * (part + k) as f64));
+                plane.stresses = Some(Stresses { pressure: 3.0 * time, temperature: 0.5, parts });
+            }
+            planes
+        };
+        let planes = with(1.0 / 3.0, 0.1);
+        assert_eq!(Planes::parse(&planes.to_string()), Ok(planes.clone()));
+        let cut = planes.to_string().replace(",lubrication_stress_z", "");
+        assert!(Planes::parse(&cut).unwrap_err().contains("other columns"));
+        let mean = Planes::mean(&[with(1.0, 0.1), with(2.0, 0.3)]).unwrap();
+        let [low, high] = [0, 7].map(|k: usize| mean.planes[k].stresses.unwrap());
+        assert!((low.temperature - (0.5 + 0.01 / 2.0)).abs() < 1e-15, "{low:?}");
+        assert_eq!((high.temperature, high.pressure, high.parts[4]), (0.0, 4.5, [11.0, 0.0, 16.5]));
     }
 
     #[test]

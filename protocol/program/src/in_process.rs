@@ -100,6 +100,7 @@ where
             self.solver.write_fields(&window)?;
         }
         self.extras.0 = self.extras.1(&self.solver);
+        self.solver.totals(&mut self.extras.0);
         Ok(Some(command))
     }
 

@@ -416,6 +416,35 @@ pub enum InitialVelocity {
     },
 }
 
+impl InitialVelocity {
+    /// Velocity, m/s, and half the vorticity, rad/s, in the box of `domain` at `x` (x, y, z); at rest where
+    /// another run says it.
+    pub fn at(&self, domain: &Domain, x: [f64; 3]) -> [[f64; 3]; 2] {
+        let [mut velocity, mut spin] = [[0.0; 3]; 2];
+        match *self {
+            Self::Rest | Self::Run { .. } => {}
+            Self::Uniform { velocity: everywhere } => velocity = everywhere,
+            Self::Shear { direction, gradient, rate, origin } => {
+                let (c, g) = (direction.component(), gradient.component());
+                velocity[c] = rate * (x[g] - origin);
+                if c != g {
+                    spin[3 - c - g] = if (g + 1) % 3 == c { 0.5 * rate } else { -0.5 * rate };
+                }
+            }
+            Self::TaylorGreen { amplitude } => {
+                // In space (x, z) too; the wave fills the box along both.
+                let last = domain.dimensions() - 1;
+                let k = |a: usize| std::f64::consts::TAU / (domain.upper[a] - domain.lower[a]);
+                let (kx, kz) = (k(0), k(last));
+                let ((sx, cx), (sz, cz)) = ((kx * x[0]).sin_cos(), (kz * x[2]).sin_cos());
+                velocity = [amplitude * sx * cz, 0.0, -amplitude * kx / kz * cx * sz];
+                spin[1] = -0.5 * amplitude * (kz + kx * kx / kz) * sx * sz;
+            }
+        }
+        [velocity, spin]
+    }
+}
+
 /// The fluid.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -113,6 +113,9 @@ pub struct Grain {
     /// Degrees of freedom that are locked, besides those that the geometry has not.
     #[serde(default)]
     pub locked: Vec<Freedom>,
+    /// Does it start as the fluid moves and turns at its centre? `velocity` and `spin` come on top.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub with_fluid: bool,
 }
 
 fn upright() -> [f64; 4] {
@@ -140,6 +143,7 @@ impl Grain {
             motion: Motion::Free,
             oscillation: None,
             locked: Vec::new(),
+            with_fluid: false,
         }
     }
 
@@ -240,6 +244,9 @@ pub struct GrainFile {
     /// height. Copies are cut too.
     #[serde(default = "forever")]
     pub below: f64,
+    /// Do they start as the fluid moves and turns at their centres? Velocities of the table come on top.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub with_fluid: bool,
 }
 
 fn once() -> usize {
@@ -275,4 +282,7 @@ pub struct Group {
     /// Degrees of freedom that are locked.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub locked: Vec<Freedom>,
+    /// Do they start as the fluid moves and turns at their centres? Random velocities come on top.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub with_fluid: bool,
 }

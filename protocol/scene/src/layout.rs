@@ -85,7 +85,8 @@ pub(crate) fn lay_out(
             let remedy = "shift it by the size of the packing at least, or lay it once";
             return Err(source.error(&format!("grain_files[{index}].shift"), why, remedy));
         }
-        grains.extend(grain_table::copies(from, &once));
+        let copies = grain_table::copies(from, &once).into_iter();
+        grains.extend(copies.map(|grain| Grain { with_fluid: from.with_fluid, ..grain }));
     }
     for wall in &scene.rough_walls {
         wall.lay(geometry, &mut grains);
@@ -101,8 +102,24 @@ pub(crate) fn lay_out(
     }
     let (more, inserted) = insertions::lay_out(&scene.insertions, geometry);
     grains.extend(more);
-    let grains = grains.into_iter().map(|grain| with_shape(grain, geometry)).collect();
+    let mut grains: Vec<Grain> = grains.into_iter().map(|grain| with_shape(grain, geometry)).collect();
+    grains.iter_mut().filter(|grain| grain.with_fluid).for_each(|grain| start_with_fluid(grain, scene));
     Ok((grains, inserted))
+}
+
+/// Adds the motion of the fluid at t = 0 along the degrees of freedom that are free.
+fn start_with_fluid(grain: &mut Grain, scene: &Scene) {
+    use Freedom::{SpinX, SpinY, SpinZ, X, Y, Z};
+    let (domain, Some(medium)) = (&scene.domain, &scene.medium) else { return };
+    let [velocity, spin] = medium.initial.at(domain, grain.position);
+    for (c, (along, about)) in [(X, SpinX), (Y, SpinY), (Z, SpinZ)].into_iter().enumerate() {
+        if grain.is_free(along, domain.geometry) {
+            grain.velocity[c] += velocity[c];
+        }
+        if grain.is_free(about, domain.geometry) {
+            grain.spin[c] += spin[c];
+        }
+    }
 }
 
 fn with_shape(mut grain: Grain, geometry: Geometry) -> Grain {
@@ -137,7 +154,8 @@ fn place(group: &Group, domain: &Domain, grains: &mut Vec<Grain>) -> Result<(), 
             })?;
         cells.add(grains.len(), &position);
         let (motion, locked) = (group.motion, group.locked.clone());
-        grains.push(Grain { motion, locked, ..Grain::at(position, radius, group.density) });
+        let with_fluid = group.with_fluid;
+        grains.push(Grain { motion, locked, with_fluid, ..Grain::at(position, radius, group.density) });
     }
     if group.velocity_deviation > 0.0 {
         let first = grains.len() - group.count;

@@ -41,7 +41,7 @@ pub use metric::{
     Column, HeapEnd, HeapReference, HeapSlope, InRange, MeanFrom, MeanOf, MeanTest, Metric, MetricKind,
     OfColumn, OfComponent, OfGrain, OfSurface, Span,
 };
-pub use observe::{Observe, ObservedPlanes, ObservedSubsteps, Profile};
+pub use observe::{Observe, ObservedPlanes, ObservedSubsteps, ObservedTotals, Profile, Total};
 pub use random::SplitMix64;
 pub use rest::Rest;
 pub use retired::Retired;

@@ -27,6 +27,52 @@ pub struct Observe {
     pub energy: bool,
     /// Forces on chosen grains in each sub-step of chosen windows, from `bedload-dem`.
     pub substeps: Option<ObservedSubsteps>,
+    /// Columns of `series.csv` about the whole bed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub totals: Option<ObservedTotals>,
+}
+
+/// What is written down of the whole bed, window by window.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObservedTotals {
+    /// The columns.
+    pub columns: Vec<Total>,
+    /// Axis across the bed, upwards; it is not periodic.
+    #[serde(default = "upward")]
+    pub axis: Axis,
+    /// Solid fraction that marks the surface of the bed.
+    #[serde(default = "surface")]
+    pub surface: f64,
+    /// Speed from which on a grain counts as moving, m/s.
+    pub speed: Option<f64>,
+}
+
+impl ObservedTotals {
+    /// Is one of these columns asked for?
+    pub fn has(&self, columns: &[Total]) -> bool {
+        self.columns.iter().any(|column| columns.contains(column))
+    }
+}
+
+/// A quantity of the whole bed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Total {
+    /// Volume flux of the grains per width, m²/s.
+    GrainFlux,
+    /// Volume flux of the fluid per width, m²/s.
+    FluidFlux,
+    /// Height of the bed, m.
+    BedHeight,
+    /// Number of free grains that move.
+    MovingGrains,
+    /// Shields number of the total stress.
+    Shields,
+    /// Mean number of contacts of a free grain.
+    CoordinationNumber,
+    /// Force of the fluid, and of contacts, on each wall of the box, N.
+    WallForce,
 }
 
 /// Whose forces are written down sub-step by sub-step, and when.
@@ -83,6 +129,9 @@ pub struct ObservedPlanes {
     /// Times whose nearest samples are kept under their own names, s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at: Vec<f64>,
+    /// Also stresses, pressure and granular temperature?
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stress: bool,
 }
 
 impl ObservedPlanes {
@@ -112,6 +161,10 @@ fn periods(t: f64, every: f64) -> f64 {
 
 fn upward() -> Axis {
     Axis::Z
+}
+
+fn surface() -> f64 {
+    0.3
 }
 
 impl Observe {

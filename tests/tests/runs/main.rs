@@ -20,6 +20,7 @@ mod replay;
 mod schemes;
 mod stability;
 mod storm;
+mod totals;
 mod unstable;
 mod vectors;
 mod verify;

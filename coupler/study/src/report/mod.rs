@@ -6,8 +6,10 @@
 //! | `page`, `split` | the page of a run, and the split of its cost |
 //! | `run_files` | what is read of a run, and the scales of its pictures |
 //! | `plots`, `curves` | what is drawn against time, and how |
+//! | `bed` | totals of a bed, and profiles over its height |
 //! | `panels` | pictures of vorticity and of grains |
 
+mod bed;
 mod command;
 mod curves;
 pub mod page;

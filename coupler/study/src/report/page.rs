@@ -6,6 +6,7 @@ use bedload_output::{Summary, atomic_write};
 use serde::Serialize;
 use serde_json::Value;
 
+use super::bed;
 use super::panels::{self, Panel};
 use super::plots;
 use super::run_files::RunFiles;
@@ -52,7 +53,7 @@ fn page(run: &RunFiles) -> Result<String, Failure> {
         name: &run.name,
         identity: summary.scene_sha256.get(..12).unwrap_or(&summary.scene_sha256),
         faults: &run.remarks,
-        curves: plots::all(run),
+        curves: [plots::all(run), bed::all(run)].concat(),
         vorticity: panels::vorticity(run)?,
         grains: panels::grains(run)?,
         plan: run.plan.as_ref(),

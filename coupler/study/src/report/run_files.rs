@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bedload_output::planes::Planes;
 use bedload_output::{Series, Summary};
 use bedload_scene::{CheckedScene, SceneSource};
 use serde_json::Value;
@@ -27,6 +28,8 @@ pub(super) struct RunFiles {
     /// None: there is none, or it cannot be read here any more.
     pub(super) scene: Option<CheckedScene>,
     pub(super) series: Series,
+    /// Means over planes.
+    pub(super) planes: Option<Planes>,
     /// `plan.json` as it is: of whatever version wrote it.
     pub(super) plan: Option<Value>,
     /// Files of fields and grains in order of time.
@@ -84,6 +87,10 @@ impl RunFiles {
         let scene = scene.inspect_err(|error| keep("The scene is not shown", error)).ok();
         let series = Series::read(&dir.join("series.csv"));
         let series = series.inspect_err(|error| keep("There are no curves", error)).unwrap_or_default();
+        let planes = std::fs::read_to_string(dir.join("planes.csv")).ok();
+        let planes = planes.map(|text| Planes::parse(&text));
+        let planes =
+            planes.and_then(|read| read.inspect_err(|what| keep("There are no profiles", what)).ok());
         let plan = std::fs::read_to_string(dir.join("plan.json")).ok();
         let plan = plan.and_then(|text| serde_json::from_str(&text).ok());
         let grain = observed(&series).first().copied().unwrap_or(0);
@@ -92,7 +99,7 @@ impl RunFiles {
         let name = name.file_name().unwrap_or(dir.as_os_str()).to_string_lossy().into_owned();
         let (instants, log) = (instants(&dir.join("fields")), log_info(&dir.join("exchange.mcap")));
         let grain_files = files(&dir.join("fields"), "grains_", ".vtp");
-        Ok(Self { name, summary, scene, series, plan, instants, grain_files, log, remarks, scales })
+        Ok(Self { name, summary, scene, series, planes, plan, instants, grain_files, log, remarks, scales })
     }
 
     /// Title of the page: the scene's, or the folder's name.

@@ -1,8 +1,12 @@
 //! Averages over planes against what is known of them.
 
-use crate::immersed::newton::scene;
+use crate::immersed::newton::{Run, scene};
+use crate::immersed::restart::folder;
+use bedload_output::planes::{Plane, Planes};
 use fluid_solver::participant::Fluid;
 use fluid_solver::planes::averages;
+use fluid_solver::ranks::Ranks;
+use protocol::participant::Participant;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -54,4 +58,75 @@ fn planes_hold_the_grain_and_both_velocities() {
     assert_eq!((low.solid_fraction, high.solid_fraction), (0.0, 0.0));
     // the fluid moves only where the grain pushes it aside: its mean far away is the stream's, nearly
     assert!((low.fluid_velocity[0] - 0.3).abs() < 0.05, "{low:?}");
+}
+
+/// Neutral discs in plane Couette flow, each on a height of its own; more observed things.
+fn couette(observe: &str) -> String {
+    let disc = |x: f64, z: f64| {
+        format!("[[grains]]\nposition = [{x}, 0.0, {z}]\nradius = 0.25\ndensity = 1.0\nwith_fluid = true\n")
+    };
+    let discs: String = [(0.4, 0.5), (1.2, 0.8), (2.0, 1.2), (2.7, 1.6)].map(|(x, z)| disc(x, z)).concat();
+    format!(
+        r#"until = 8.0
+        [domain]
+        geometry = "plane"
+        lower = [0.0, 0.0]
+        upper = [3.0, 2.0]
+        cells = [48, 32]
+        [domain.boundary]
+        x = "periodic"
+        z_lower = {{ type = "no-slip", velocity = [-1.0, 0.0, 0.0] }}
+        z_upper = {{ type = "no-slip", velocity = [1.0, 0.0, 0.0] }}
+        [medium]
+        density = 1.0
+        viscosity = 0.5
+        initial = {{ type = "shear", direction = "x", gradient = "z", rate = 1.0, origin = 1.0 }}
+        [fluid.time]
+        dt = 0.01
+        [observe]
+        totals = {{ columns = ["wall-force", "fluid-flux"] }}
+        planes = {{ every = 0.2, from = 5.0, stress = true{observe} }}
+        {discs}"#
+    )
+}
+
+/// The shear stress that all parts transmit is the same on every plane, and that of the walls.
+#[test]
+fn the_sum_of_the_stresses_is_that_of_the_walls_on_every_plane() {
+    let folder = folder("stress");
+    let mut run = Run::with_ranks(&couette(""), &Ranks::alone(), &folder);
+    let first = run.newton.motions[3];
+    assert!((first.velocity[0] - 0.6).abs() < 1e-15 && (first.spin[1] - 0.5).abs() < 1e-15, "{first:?}");
+    run.until(8.0);
+    let mut found = Vec::new();
+    run.fluid.totals(&mut found);
+    let samples: Vec<Planes> = std::fs::read_dir(folder.join("fields"))
+        .expect("samples")
+        .map(|entry| {
+            let text = std::fs::read_to_string(entry.expect("a file").path()).expect("a sample");
+            Planes::parse(&text).expect("planes")
+        })
+        .filter(|sample| sample.time > 5.0)
+        .collect();
+    assert_eq!(samples.len(), 15);
+    let mean = Planes::mean(&samples).expect("a mean");
+    let shear = |p: &Plane| p.stresses.expect("stresses").parts.map(|part| part[0]);
+    let sums: Vec<f64> = mean.planes.iter().map(|p| shear(p).iter().sum()).collect();
+    let total = sums.iter().sum::<f64>() / sums.len() as f64;
+    let off = sums.iter().map(|sum| (sum / total - 1.0).abs()).fold(0.0, f64::max);
+    println!("total {total}, off {off}, walls {found:?}");
+    for p in &mean.planes {
+        println!("{} {} {:?} {:?}", p.at, p.solid_fraction, shear(p), p.stresses.map(|s| s.temperature));
+    }
+    assert!(off < 0.01, "{off}: {sums:?}");
+    // mean velocity, then the floor and the lid, along x and z: each drags the other way
+    for (wall, side) in [(found[1], 1.0), (found[3], -1.0)] {
+        assert!((side * wall / (3.0 * total) - 1.0).abs() < 0.01, "{wall} for {total}");
+    }
+    assert!(found[0].abs() < 0.02 && found.len() == 5, "{found:?}");
+    let most = mean.planes.iter().map(|p| shear(p)[2]).fold(0.0, f64::max);
+    assert!(most > 0.1 * total, "what grains carry: {most} of {total}");
+    for p in mean.planes.iter().filter(|p| p.solid_fraction == 0.0) {
+        assert!(shear(p)[2].abs() < 1e-3 * total, "no grain at {}: {:?}", p.at, shear(p));
+    }
 }

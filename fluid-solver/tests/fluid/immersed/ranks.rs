@@ -93,6 +93,35 @@ fn ranks_do_not_change_a_bit_of_the_loads() {
     }
 }
 
+/// Totals of the box and averages over planes, stresses and pressure with them, to the last bit: of one process
+/// and of 2 and 3 ranks, across the slabs and along them.
+#[test]
+fn ranks_do_not_change_a_bit_of_totals_and_stresses() {
+    for axis in ["z", "x"] {
+        let observe = format!(
+            "[observe]
+            totals = {{ columns = [\"wall-force\", \"fluid-flux\", \"shields\"], axis = \"{axis}\" }}
+            planes = {{ axis = \"{axis}\", every = 1e-9, stress = true }}"
+        );
+        let text = text("no-slip", "free", &observe).replace("x = \"periodic\"", "x = \"no-slip\"");
+        let sums = |run: &mut Run, folder: &Path| {
+            run.windows(3);
+            let mut totals = Vec::new();
+            run.fluid.totals(&mut totals);
+            let planes = std::fs::read_to_string(folder.join("fields/planes_00000002.csv")).expect("planes");
+            std::fs::remove_dir_all(folder).expect("a folder");
+            (totals.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), planes)
+        };
+        let folder = folder(&format!("ranks-totals-{axis}"));
+        let one = sums(&mut Run::with_ranks(&text, &Ranks::alone(), &folder), &folder);
+        assert_eq!(one.0.len(), 2 + 4 * 3);
+        for size in [2, 3] {
+            let several = shared(&text, size, &folder, |run| sums(run, &folder));
+            assert!(one == several, "{size} ranks, {axis}: {one:?} {several:?}");
+        }
+    }
+}
+
 /// Does a run of three windows and writes its checkpoint; the messages of the three windows after it.
 fn write_and_go_on(run: &mut Run, folder: &Path) -> Vec<u64> {
     run.windows(3);

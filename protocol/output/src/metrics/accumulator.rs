@@ -6,7 +6,7 @@ use super::course::Course;
 use super::line::Line;
 use super::stationary::Stationary;
 use super::trajectory::Crossing;
-use crate::columns::{Sample, When};
+use crate::sample::{Sample, When};
 
 /// What one metric keeps.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]

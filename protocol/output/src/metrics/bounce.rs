@@ -6,7 +6,7 @@ use super::accumulator::Accumulator;
 use super::rule::{Moved, Outcome, Rule, plain, require};
 use super::subject::{Subject, dot, norm};
 use super::trajectory::{Crossing, Trajectory};
-use crate::columns::{Sample, When};
+use crate::sample::{Sample, When};
 
 /// Part of the run, at its end, over which "terminal" and "resting" are averaged.
 const TAIL: f64 = 0.1;

@@ -8,7 +8,8 @@ use super::accumulator::{Accumulator, Passages};
 use super::course::Course;
 use super::line::Line;
 use super::rule::{Rule, plain, published, require};
-use crate::columns::{Columns, Sides};
+use crate::columns::Columns;
+use crate::sample::Sides;
 
 /// The rule of metric `index`, which is about a column.
 pub(super) fn rule(

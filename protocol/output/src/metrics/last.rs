@@ -1,7 +1,7 @@
 //! The last state of all grains, for metrics of heaps and collisions.
 
 use super::touching::Ball;
-use crate::columns::Sample;
+use crate::sample::Sample;
 use bedload_scene::{CheckedScene, Grain, Motion};
 use protocol::message::Kinematics;
 

@@ -11,8 +11,9 @@ use super::rule::{End, Moved, Rule, Seen};
 use super::subject::Subject;
 use super::trajectory::Trajectory;
 use super::{bounce, column, end, heap, oblique};
-use crate::columns::{Columns, Sample, Sides};
+use crate::columns::Columns;
 use crate::planes::Record;
+use crate::sample::{Sample, Sides};
 use crate::summary::MetricValue;
 use bedload_scene::{CheckedScene, Metric, MetricKind, SceneError};
 

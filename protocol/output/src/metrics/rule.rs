@@ -6,8 +6,8 @@ use std::path::Path;
 use super::accumulator::Accumulator;
 use super::last::LastState;
 use super::trajectory::{Passage, Trajectory};
-use crate::columns::Sample;
 use crate::planes::Record;
+use crate::sample::Sample;
 use bedload_scene::{CheckedScene, SceneError};
 
 /// What a metric comes to: a value, perhaps with a remark, or why there is none.

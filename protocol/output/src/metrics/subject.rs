@@ -1,7 +1,7 @@
 //! A grain as its metrics see it: which way it settles, how fast, and what it does in a window.
 
 use super::trajectory::Passage;
-use crate::columns::Sample;
+use crate::sample::Sample;
 use bedload_scene::{CheckedScene, MetricKind};
 
 pub(super) use bedload_scene::speeds::norm;

@@ -6,4 +6,5 @@ mod metrics;
 mod series;
 mod stage;
 mod summary;
+mod totals;
 mod vtk;

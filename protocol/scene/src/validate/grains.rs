@@ -1,7 +1,7 @@
 //! Grains as they begin: alone, in the grid, and from each other.
 
 use super::check::{Check, finite, positive};
-use crate::domain::{Axis, Geometry};
+use crate::domain::{Axis, Geometry, InitialVelocity};
 use crate::grains::{Grain, Motion};
 use crate::shared::Scene;
 use crate::source::SceneSource;
@@ -61,6 +61,13 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
             "give a unit quaternion (w, x, y, z)",
         ));
     }
+    let initial = scene.medium.as_ref().map(|medium| &medium.initial);
+    source.refuse_if(
+        grain.with_fluid && matches!(initial, None | Some(InitialVelocity::Run { .. })),
+        &key("with_fluid"),
+        "starts a grain with a fluid whose velocity the scene does not say",
+        "give [medium] with an `initial` other than \"run\", or leave the key out and give velocities",
+    )?;
     if grain.oscillation.is_some() && grain.motion != Motion::Prescribed {
         return Err(source.error(
             &key("oscillation"),

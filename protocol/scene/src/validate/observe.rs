@@ -1,7 +1,8 @@
 //! What is written down and measured.
 
 use super::check::{Check, finite, not_negative, positive};
-use crate::domain::{Axis, Geometry};
+use crate::domain::{Axis, Geometry, WallKind};
+use crate::observe::Total;
 use crate::shared::Scene;
 use crate::source::SceneSource;
 
@@ -17,6 +18,7 @@ pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
     )?;
     observed_planes(scene, source)?;
     observed_substeps(scene, source)?;
+    observed_totals(scene, source)?;
     let Some(profile) = &scene.observe.profile else { return Ok(()) };
     finite(source, "observe.profile.lower", &profile.lower)?;
     finite(source, "observe.profile.upper", &profile.upper)?;
@@ -84,5 +86,64 @@ fn observed_planes(scene: &Scene, source: &SceneSource) -> Check {
         "observe.planes.axis",
         format_args!("is {:?}; the axes of this geometry are {axes:?}", planes.axis),
         "name one of them",
+    )?;
+    if planes.stress { across_walls(scene, source, "observe.planes.axis", planes.axis) } else { Ok(()) }
+}
+
+/// Planes whose stresses are counted from the upper face end at a wall on both sides.
+fn across_walls(scene: &Scene, source: &SceneSource, key: &str, axis: Axis) -> Check {
+    let domain = &scene.domain;
+    let place = domain.geometry.axes().iter().position(|known| *known == axis);
+    let faces = place.filter(|_| domain.geometry != Geometry::Axisymmetric);
+    let faces = faces.and_then(|place| domain.boundary(place));
+    let is_wall = |kind| matches!(kind, WallKind::NoSlip | WallKind::FreeSlip);
+    let walls = faces.is_some_and(|faces| {
+        is_wall(faces.upper.kind) && faces.lower.is_none_or(|lower| is_wall(lower.kind))
+    });
+    source.refuse_if(
+        !walls,
+        key,
+        format_args!("is \"{}\", where there is no wall on both sides", axis.name()),
+        "name an axis of a plane or of space whose faces are no-slip or free-slip",
+    )
+}
+
+fn observed_totals(scene: &Scene, source: &SceneSource) -> Check {
+    let Some(totals) = &scene.observe.totals else { return Ok(()) };
+    let columns = &totals.columns;
+    let repeated = columns.iter().enumerate().any(|(i, column)| columns[..i].contains(column));
+    source.refuse_if(
+        columns.is_empty() || repeated,
+        "observe.totals.columns",
+        if repeated { "holds a column twice" } else { "is empty: no column is chosen" },
+        "name each column that is wanted once",
+    )?;
+    across_walls(scene, source, "observe.totals.axis", totals.axis)?;
+    source.refuse_if(
+        !(totals.surface > 0.0 && totals.surface < 1.0),
+        "observe.totals.surface",
+        format_args!("is {}; allowed: a solid fraction between 0 and 1", totals.surface),
+        "take 0.3, or 0.05 for the last grains",
+    )?;
+    match totals.speed {
+        Some(speed) => positive(source, "observe.totals.speed", speed)?,
+        None => source.refuse_if(
+            totals.has(&[Total::MovingGrains]),
+            "observe.totals.speed",
+            "is not given",
+            "say from which speed on, m/s, a grain counts as moving",
+        )?,
+    }
+    source.refuse_if(
+        totals.has(&[Total::FluidFlux, Total::Shields]) && scene.medium.is_none(),
+        "observe.totals.columns",
+        "asks for a flux or a stress of the fluid, and the scene has none",
+        "leave out \"fluid-flux\" and \"shields\", or add [medium]",
+    )?;
+    source.refuse_if(
+        totals.has(&[Total::Shields]) && scene.gravity == [0.0; 3],
+        "observe.totals.columns",
+        "asks for the Shields number, and nothing has a weight",
+        "leave out \"shields\", or give gravity",
     )
 }

@@ -204,6 +204,16 @@ pub(crate) const SECTIONS: &[Case] = cases! {
 pub(crate) const OBSERVATIONS: &[Case] = cases! {
     "rows backwards": "every = 0.1" => "§every = -0.1"; "observe.every", "-0.1";
     "fields never": "every = 0.1" => "every = 0.1\n§fields_at = [0.1, nan]"; "observe.fields_at", "NaN";
+    "no total": "every = 0.1" => "every = 0.1\n§totals = { columns = [] }"; "observe.totals.columns", "no column";
+    "a total twice": "every = 0.1" => "every = 0.1\n§totals = { columns = [\"bed-height\", \"bed-height\"] }"; "observe.totals.columns", "twice";
+    "unknown total": "every = 0.1" => "every = 0.1\n§totals = { columns = [\"height\"] }"; "observe.totals.columns[0]", "unknown variant", "bed-height";
+    "a bed across a periodic axis": "every = 0.1" => "every = 0.1\n§totals = { columns = [\"bed-height\"], axis = \"x\" }"; "observe.totals.axis", "\"x\"", "no wall";
+    "a surface without solid": "every = 0.1" => "every = 0.1\n§totals = { columns = [\"bed-height\"], surface = 0.0 }"; "observe.totals.surface", "is 0", "between 0 and 1";
+    "moving grains without a speed": "every = 0.1" => "every = 0.1\n§totals = { columns = [\"moving-grains\"] }"; "observe.totals.speed", "not given";
+    "a speed below zero": "every = 0.1" => "every = 0.1\n§totals = { columns = [\"moving-grains\"], speed = -1.0 }"; "observe.totals.speed", "is -1";
+    "stresses across a periodic axis": "every = 0.1" => "every = 0.1\n§planes = { every = 0.1, axis = \"y\", stress = true }"; "observe.planes.axis", "no wall";
+    "stresses of another method": "every = 0.1" => "every = 0.1\n§planes = { every = 0.1, stress = true }", "[fluid.time]" => "[fluid]\nmethod = \"izard-2014\"\n[fluid.time]"; "observe.planes.stress", "does not keep";
+    "a Shields number without weight": "gravity = [0.0, 0.0, -1.0]" => "gravity = [0.0, 0.0, 0.0]", "every = 0.1" => "every = 0.1\n§totals = { columns = [\"shields\"] }"; "observe.totals.columns", "nothing has a weight";
     "observed grain that is not there": "every = 0.1" => "every = 0.1\n§grains = [0, 2]"; "observe.grains", "holds 2", "2 grains";
     "unknown kind": "kind = \"max\"" => "§kind = \"median\""; "metrics[0].kind", "median", "terminal-reynolds";
     "kind missing": "[[metrics]]\nname = \"speed\"\nkind = \"max\"" => "§[[metrics]]\nname = \"speed\""; "metrics[0].kind", "missing field";
@@ -253,6 +263,8 @@ pub(crate) const IN_A_PLANE: &[Case] = cases! {
     "group in a grain": "position = [10.0, 0.0, 19.0]" => "position = [5.0, 0.0, 5.0]", "[[groups]]\ncount = 20" => "§[[groups]]\ncount = 200";
         "groups[0]", "no room";
     "film without fluid": "[dem.contact]" => "§[dem.lubrication]\nform = \"as-printed\"\nroughness = 1e-3\n[dem.contact]"; "dem.lubrication", "dry";
+    "a flux of no fluid": "[dem.contact]" => "[observe]\n§totals = { columns = [\"fluid-flux\"] }\n[dem.contact]"; "observe.totals.columns", "the scene has none";
+    "with a fluid that is not there": "position = [10.0, 0.0, 19.0]" => "position = [10.0, 0.0, 19.0]\n§with_fluid = true"; "grains[0].with_fluid", "does not say";
     "neither fluid nor grains": "[[grains]]\nposition = [10.0, 0.0, 19.0]\nradius = 0.5\ndensity = 2.5\n" => "",
         "[[groups]]\ncount = 20\nlower = [1.0, 0.0, 0.0]\nupper = [9.0, 0.0, 9.0]\nradius = 0.5\nradius_spread = 0.1\ndensity = 2.5\nseed = 7\n" => "";
         "grains", "neither fluid nor grains";

@@ -1,0 +1,48 @@
+//! Sums over contacts that `observe.totals` asks for.
+
+use bedload_output::totals;
+use bedload_scene::{CheckedScene, Total};
+
+use crate::contacts::{Contact, is_free};
+use crate::grains::Grains;
+
+/// What is asked for.
+#[derive(Clone, Debug)]
+pub(crate) struct Totals {
+    coordination: bool,
+    forces: bool,
+    /// Number of walls before the faces of the box.
+    walls: usize,
+    faces: usize,
+    /// Components of the geometry.
+    components: &'static [usize],
+}
+
+impl Totals {
+    pub(crate) fn of(scene: &CheckedScene) -> Option<Self> {
+        let asked = scene.scene.observe.totals.as_ref()?;
+        let (domain, coordination) = (&scene.scene.domain, asked.has(&[Total::CoordinationNumber]));
+        let components: &[usize] = if domain.dimensions() == 3 { &[0, 1, 2] } else { &[0, 2] };
+        Some(Self {
+            coordination,
+            forces: totals::dem_values(scene).len() > usize::from(coordination),
+            walls: scene.scene.walls.len(),
+            faces: domain.contact_faces().len(),
+            components,
+        })
+    }
+
+    /// The values in the order of [`totals::dem_values`].
+    pub(crate) fn add(&self, grains: &Grains, contacts: &[Contact], out: &mut Vec<f64>) {
+        if self.coordination {
+            let free = (0..grains.len()).filter(|i| is_free(grains, *i)).count();
+            let ends: usize = contacts.iter().map(|contact| if contact.held { 1 } else { 2 }).sum();
+            out.push(ends as f64 / free.max(1) as f64);
+        }
+        for face in 0..if self.forces { self.faces } else { 0 } {
+            let here = contacts.iter().filter(|contact| contact.wall == Some(self.walls + face));
+            let push = here.fold([0.0; 3], |sum, contact| std::array::from_fn(|c| sum[c] - contact.force[c]));
+            out.extend(self.components.iter().map(|c| push[*c]));
+        }
+    }
+}

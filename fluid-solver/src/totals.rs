@@ -1,0 +1,91 @@
+//! Sums over the box that `observe.totals` asks for, in the order of [`bedload_output::totals::fluid_values`].
+
+use crate::boundary::Boundary;
+use crate::field::for_each_own_unknown;
+use crate::solver::Solver;
+use bedload_scene::{CheckedScene, Total};
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Totals {
+    /// The mean velocity along every axis but this one.
+    across: Option<usize>,
+    forces: bool,
+}
+
+impl Totals {
+    pub(crate) fn of(scene: &CheckedScene) -> Option<Self> {
+        let asked = scene.scene.observe.totals.as_ref()?;
+        let across = scene.scene.domain.geometry.axes().iter().position(|axis| *axis == asked.axis);
+        let forces = asked.has(&[Total::WallForce, Total::Shields]);
+        Some(Self { across: across.filter(|_| asked.has(&[Total::FluidFlux])), forces })
+    }
+
+    /// The values now. Every rank must call it; one adds its planes after the other.
+    pub(crate) fn measure<const D: usize>(&self, solver: &Solver<D>, out: &mut Vec<f64>) {
+        let grid = solver.grid();
+        // Velocity times volume and volume by component, then forces by axis, side and component.
+        let mut sums = [[0.0; 3]; 2 + 6];
+        let flat = sums.as_flattened_mut();
+        grid.division.ranks().relay(flat, |flat| {
+            let sums: &mut [[f64; 3]] = flat.as_chunks_mut().0;
+            for d in 0..D {
+                self.add_component(solver, d, sums);
+            }
+            self.add_pressure(solver, sums);
+        });
+        if let Some(across) = self.across {
+            out.extend((0..D).filter(|d| *d != across).map(|d| sums[0][d] / sums[1][d]));
+        }
+        for (a, sides) in grid.boundaries.iter().enumerate().filter(|_| self.forces) {
+            for side in (0..2).filter(|side| is_wall(&sides[*side])) {
+                out.extend_from_slice(&sums[2 + 2 * a + side][..D]);
+            }
+        }
+    }
+
+    /// Momentum, and friction on walls: μ (u − U)/(½ Δ) over the face, with the value next to it.
+    fn add_component<const D: usize>(&self, solver: &Solver<D>, d: usize, sums: &mut [[f64; 3]]) {
+        let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[d]);
+        let friction = 2.0 * solver.density() * solver.stepper().options().viscosity;
+        for_each_own_unknown(grid, d, |at, index| {
+            let volume = grid.control_volume(d, at);
+            sums[0][d] += u[index] * volume;
+            sums[1][d] += volume;
+            for a in (0..D).filter(|a| self.forces && *a != d) {
+                for (side, face) in [0, grid.cells[a] - 1].into_iter().enumerate() {
+                    let boundary = &grid.boundaries[a][side];
+                    if at[a] == face && matches!(boundary, Boundary::NoSlip { .. }) {
+                        let width = grid.axes[a].widths[face];
+                        let area = volume / width;
+                        sums[2 + 2 * a + side][d] +=
+                            friction * (u[index] - boundary.velocity(d)) / width * area;
+                    }
+                }
+            }
+        });
+    }
+
+    /// Pressure on walls, whose slope across them is zero.
+    fn add_pressure<const D: usize>(&self, solver: &Solver<D>, sums: &mut [[f64; 3]]) {
+        let (grid, p) = (solver.grid(), &solver.stepper().state().pressure);
+        for row in grid.own_rows().filter(|_| self.forces) {
+            let rest = [0, row % grid.cells[1], row / grid.cells[1]];
+            for i in 0..grid.cells[0] {
+                let at: [usize; D] = std::array::from_fn(|a| if a == 0 { i } else { rest[a] });
+                for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
+                    let face = if side == 0 { 0 } else { grid.cells[a] - 1 };
+                    if at[a] == face && is_wall(&grid.boundaries[a][side]) {
+                        let area = grid.cell_volume(at) / grid.axes[a].widths[face];
+                        let outward = if side == 0 { -1.0 } else { 1.0 };
+                        sums[2 + 2 * a + side][a] += outward * solver.density() * p[grid.row(row) + i] * area;
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn is_wall<const D: usize>(boundary: &Boundary<D>) -> bool {
+    matches!(boundary, Boundary::NoSlip { .. } | Boundary::FreeSlip)
+}

@@ -1,0 +1,292 @@
+//! Columns of `series.csv` about the whole bed (`observe.totals`).
+//!
+//! Sums over grains are made here, of the motion that everyone sees. What a solver alone knows it gives in the
+//! order of [`fluid_values`] and [`dem_values`].
+
+use bedload_scene::{CheckedScene, Face, Geometry, Motion, ObservedTotals, Total, WallKind};
+
+use crate::balance::{StressBalance, weight_per_area};
+use crate::sample::{Extra, Sample, Sides, When};
+
+/// Letters of the components.
+const LETTERS: [&str; 3] = ["x", "y", "z"];
+
+fn asked(scene: &CheckedScene) -> Option<&ObservedTotals> {
+    scene.scene.observe.totals.as_ref()
+}
+
+fn components(scene: &CheckedScene) -> Vec<usize> {
+    let geometry = scene.scene.domain.geometry;
+    (0..geometry.axes().len()).map(|axis| geometry.component(axis)).collect()
+}
+
+fn value(name: String, unit: &str) -> Extra {
+    Extra { name, unit: unit.to_owned(), when: When::End }
+}
+
+/// `<name>_<axis>_<side>_<component>` for each face of the box that `counts`.
+fn at_faces(scene: &CheckedScene, name: &str, counts: impl Fn(&Face) -> bool) -> Vec<Extra> {
+    let (domain, components) = (&scene.scene.domain, components(scene));
+    let mut values = Vec::new();
+    for (axis, a) in components.iter().enumerate() {
+        let Some(faces) = domain.boundary(axis) else { continue };
+        for (face, side) in [(faces.lower, "lower"), (Some(faces.upper), "upper")] {
+            if face.as_ref().is_some_and(&counts) {
+                let name = |c: &usize| format!("{name}_{}_{side}_{}", LETTERS[*a], LETTERS[*c]);
+                values.extend(components.iter().map(|c| value(name(c), "N")));
+            }
+        }
+    }
+    values
+}
+
+/// What the fluid gives after a window: its mean velocity over the box along each axis but that across the
+/// bed, m/s, then its force on each face that is a wall, N (plane: per unit depth). Empty where none is asked
+/// for.
+pub fn fluid_values(scene: &CheckedScene) -> Vec<Extra> {
+    let Some(totals) = asked(scene) else { return Vec::new() };
+    let mut values = Vec::new();
+    if totals.has(&[Total::FluidFlux]) {
+        let along = components(scene).into_iter().filter(|c| *c != totals.axis.component());
+        values.extend(along.map(|c| value(format!("mean_velocity_{}", LETTERS[c]), "m/s")));
+    }
+    if totals.has(&[Total::WallForce, Total::Shields]) {
+        let is_wall = |face: &Face| matches!(face.kind, WallKind::NoSlip | WallKind::FreeSlip);
+        values.extend(at_faces(scene, FLUID_ON, is_wall));
+    }
+    values
+}
+
+/// What the DEM gives after a window: contacts per free grain, then the force of contacts on each face that
+/// grains touch, N, in the order of [`bedload_scene::Domain::contact_faces`].
+pub fn dem_values(scene: &CheckedScene) -> Vec<Extra> {
+    let Some(totals) = asked(scene) else { return Vec::new() };
+    let mut values = Vec::new();
+    if totals.has(&[Total::CoordinationNumber]) {
+        values.push(value(COORDINATION.to_owned(), "-"));
+    }
+    if totals.has(&[Total::WallForce, Total::Shields]) {
+        values.extend(at_faces(scene, CONTACTS_ON, |face| face.contact));
+    }
+    values
+}
+
+const COORDINATION: &str = "coordination_number";
+const FLUID_ON: &str = "wall_force";
+const CONTACTS_ON: &str = "wall_contact_force";
+
+/// How a column is made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Made {
+    /// Component.
+    GrainFlux(usize),
+    /// Component, and where the fluid's mean velocity stands among the extras.
+    FluidFlux(usize, usize),
+    Height,
+    Moving,
+    Shields,
+    /// By a solver: where it stands among the extras.
+    Given(usize),
+}
+
+/// A grain as the bed counts it.
+#[derive(Clone, Copy, Debug)]
+struct Counted {
+    volume: f64,
+    /// Of the round body of that volume, m.
+    radius: f64,
+    free: bool,
+}
+
+/// The bed of a run, and its sums after a window.
+#[derive(Clone, Debug)]
+pub(crate) struct Bed {
+    /// Component across.
+    across: usize,
+    lower: f64,
+    upper: f64,
+    /// Area of the box across, m² (plane: m).
+    area: f64,
+    surface: f64,
+    speed: f64,
+    discs: bool,
+    grains: Vec<Counted>,
+    /// Of the grains from here on each is there once it is inserted.
+    present: usize,
+    stress: Option<Stress>,
+    /// Solid in each plane, m³; its thickness is the same for all.
+    solid: Vec<f64>,
+    flux: [f64; 3],
+    height: f64,
+    moving: usize,
+}
+
+/// What makes a Shields number.
+#[derive(Clone, Debug)]
+struct Stress {
+    /// Force on the mixture along each axis, N/m³.
+    drive: [f64; 3],
+    /// Component along which a flow rate is held: the gradient that holds it is the first extra.
+    held: Option<usize>,
+    /// (ρ_p − ρ) g D, Pa.
+    weight: f64,
+    /// Forces on the upper face by component, among the extras: of the fluid, and of contacts.
+    top: Vec<(usize, usize)>,
+}
+
+impl Bed {
+    /// The bed of `scene`, with its columns in order. What solvers give of it stands behind `before` others among
+    /// the extras.
+    pub(crate) fn new(
+        scene: &CheckedScene,
+        sides: Sides,
+        before: usize,
+    ) -> Option<(Self, Vec<(Extra, Made)>)> {
+        let totals = asked(scene)?;
+        let domain = &scene.scene.domain;
+        let axis = domain.geometry.axes().iter().position(|axis| *axis == totals.axis)?;
+        let across = totals.axis.component();
+        let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
+        let area = (0..domain.dimensions()).filter(|a| *a != axis).map(|a| domain.upper[a] - domain.lower[a]);
+        let mut given = if sides.loads { fluid_values(scene) } else { Vec::new() };
+        given.extend(if sides.contact { dem_values(scene) } else { Vec::new() });
+        let at = |name: &str| given.iter().position(|known| known.name == name).map(|place| before + place);
+        let along = || components(scene).into_iter().filter(|c| *c != across);
+        let mut columns = Vec::new();
+        for column in &totals.columns {
+            let mut make = |name: &str, unit: &str, made| columns.push((value(name.to_owned(), unit), made));
+            match column {
+                Total::GrainFlux if sides.motion => along().for_each(|c| {
+                    make(&format!("grain_flux_{}", LETTERS[c]), "m^2/s", Made::GrainFlux(c));
+                }),
+                Total::FluidFlux if sides.loads => along().for_each(|c| {
+                    if let Some(place) = at(&format!("mean_velocity_{}", LETTERS[c])) {
+                        make(&format!("fluid_flux_{}", LETTERS[c]), "m^2/s", Made::FluidFlux(c, place));
+                    }
+                }),
+                Total::BedHeight if sides.motion => make("bed_height", "m", Made::Height),
+                Total::MovingGrains if sides.motion => make("moving_grains", "-", Made::Moving),
+                Total::Shields if sides.loads && sides.motion => make("shields", "-", Made::Shields),
+                Total::CoordinationNumber | Total::WallForce => {
+                    let name = if *column == Total::WallForce { "wall_" } else { COORDINATION };
+                    let named = given.iter().enumerate().filter(|(_, known)| known.name.starts_with(name));
+                    columns.extend(named.map(|(place, known)| (known.clone(), Made::Given(before + place))));
+                }
+                _ => {}
+            }
+        }
+        let top = |name: &str, c: usize| {
+            let place = at(&format!("{name}_{}_upper_{}", LETTERS[across], LETTERS[c]));
+            place.unwrap_or(usize::MAX)
+        };
+        let stress = totals.has(&[Total::Shields]).then(|| Stress {
+            drive: StressBalance::of(scene, totals.axis).drive,
+            held: scene.scene.medium.as_ref().and_then(|m| m.flow_rate).map(|flow| flow.axis.component()),
+            weight: weight_per_area(scene),
+            top: (0..3).map(|c| (top(FLUID_ON, c), top(CONTACTS_ON, c))).collect(),
+        });
+        let counted = |grain: &bedload_scene::Grain| Counted {
+            volume: grain.volume(),
+            radius: 0.5 * grain.equivalent_diameter(),
+            free: grain.motion == Motion::Free,
+        };
+        let grains: Vec<Counted> = scene.grains.iter().map(counted).collect();
+        let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len().max(1) as f64;
+        let thickness = if domain.cells.is_empty() { mean } else { domain.spacing(axis) };
+        let planes =
+            if thickness > 0.0 { ((upper - lower) / thickness).round().max(1.0) as usize } else { 1 };
+        let bed = Self {
+            across,
+            lower,
+            upper,
+            area: area.product(),
+            surface: totals.surface,
+            speed: totals.speed.unwrap_or(f64::INFINITY),
+            discs: domain.geometry == Geometry::Plane,
+            grains,
+            present: scene.present(),
+            stress,
+            solid: vec![0.0; planes],
+            flux: [0.0; 3],
+            height: 0.0,
+            moving: 0,
+        };
+        Some((bed, columns))
+    }
+
+    /// Makes the sums of a window.
+    pub(crate) fn look(&mut self, sample: &Sample) {
+        let Self { across, lower, solid, grains, .. } = self;
+        let thickness = (self.upper - *lower) / solid.len() as f64;
+        solid.fill(0.0);
+        (self.flux, self.moving) = ([0.0; 3], 0);
+        for (index, (grain, motion)) in grains.iter().zip(sample.kinematics).enumerate() {
+            if index >= self.present && !motion.is_there() {
+                continue;
+            }
+            for (flux, v) in self.flux.iter_mut().zip(motion.velocity) {
+                *flux += grain.volume * v / self.area;
+            }
+            let square: f64 = motion.velocity.iter().map(|v| v * v).sum();
+            self.moving += usize::from(grain.free && square.sqrt() >= self.speed);
+            let Counted { volume, radius, .. } = *grain;
+            let at = (motion.position[*across] - *lower) / thickness;
+            let (first, last) = (at - radius / thickness, at + radius / thickness);
+            let most = solid.len() as f64;
+            for k in first.floor().clamp(0.0, most) as usize..last.ceil().clamp(0.0, most) as usize {
+                let below = |face: f64| part_below((face - at) * thickness / radius, self.discs);
+                solid[k] += volume * (below(k as f64 + 1.0) - below(k as f64));
+            }
+        }
+        self.height = self.surface_height(thickness);
+    }
+
+    /// Where the solid fraction falls below that of the surface for the last time, above the lower face, m:
+    /// linear between the middles of planes.
+    fn surface_height(&self, thickness: f64) -> f64 {
+        let fraction = |k: usize| self.solid[k] / (self.area * thickness);
+        let Some(k) = (0..self.solid.len()).rposition(|k| fraction(k) >= self.surface) else { return 0.0 };
+        if k + 1 == self.solid.len() {
+            return self.upper - self.lower;
+        }
+        let (below, above) = (fraction(k), fraction(k + 1));
+        (k as f64 + 0.5 + (below - self.surface) / (below - above)) * thickness
+    }
+
+    /// The value of a column; NaN where what it needs was not observed.
+    pub(crate) fn value(&self, made: Made, sample: &Sample) -> f64 {
+        let extra = |place: usize| sample.extras.get(place).copied();
+        match made {
+            Made::Given(place) => extra(place).unwrap_or(f64::NAN),
+            _ if sample.kinematics.len() != self.grains.len() => f64::NAN,
+            Made::GrainFlux(c) => self.flux[c],
+            Made::FluidFlux(c, place) => {
+                extra(place).map_or(f64::NAN, |mean| mean * (self.upper - self.lower) - self.flux[c])
+            }
+            Made::Height => self.height,
+            Made::Moving => self.moving as f64,
+            Made::Shields => self.stress.as_ref().map_or(f64::NAN, |stress| {
+                let above = self.upper - self.lower - self.height;
+                let along = (0..3).filter(|c| *c != self.across && !(self.discs && *c == 1));
+                let square = along.map(|c| {
+                    let held = if stress.held == Some(c) { extra(0).unwrap_or(f64::NAN) } else { 0.0 };
+                    let (fluid, contacts) = stress.top[c];
+                    let top = extra(fluid).unwrap_or(f64::NAN) + extra(contacts).unwrap_or(0.0);
+                    ((stress.drive[c] - held) * above - top / self.area).powi(2)
+                });
+                let stress_here = square.sum::<f64>().sqrt();
+                if stress.weight > 0.0 { stress_here / stress.weight } else { f64::NAN }
+            }),
+        }
+    }
+}
+
+/// Part of a sphere or disc of radius 1 below the height `h` of its centre.
+fn part_below(h: f64, disc: bool) -> f64 {
+    let h = h.clamp(-1.0, 1.0);
+    if disc {
+        0.5 + (h * (1.0 - h * h).max(0.0).sqrt() + h.asin()) / std::f64::consts::PI
+    } else {
+        0.25 * (2.0 - h) * (1.0 + h) * (1.0 + h)
+    }
+}
