@@ -159,7 +159,9 @@ fn stir(group: &Group, geometry: Geometry, grains: &mut [Grain]) {
         let scale = if square > 0.0 { group.velocity_deviation / square.sqrt() } else { 0.0 };
         for (grain, value) in grains.iter_mut().zip(drawn) {
             if grain.is_free(freedom, geometry) {
-                grain.velocity[axis] = (value - mean) * scale;
+                let mut velocity = grain.velocity.start();
+                velocity[axis] = (value - mean) * scale;
+                grain.velocity = velocity.into();
             }
         }
     }

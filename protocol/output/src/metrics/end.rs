@@ -71,7 +71,7 @@ fn shields(
     of: OfSurface,
     stress: impl Fn(&Planes) -> Option<f64> + Send + Sync + 'static,
 ) -> Rule {
-    let weight = excess_density(scene) * norm(&scene.scene.gravity) * diameter(scene);
+    let weight = excess_density(scene) * norm(&scene.scene.peak_gravity()) * diameter(scene);
     Rule::at_end("-", move |end| {
         let record = record(end)?;
         let planes = match of.at {
@@ -124,16 +124,18 @@ impl StressBalance {
         let medium = scene.scene.medium.as_ref();
         let face =
             domain.boundary(axis).map(|faces| faces.upper).filter(|face| face.kind == WallKind::NoSlip);
+        let until = scene.scene.until;
         let (mut drive, mut excess) = ([0.0; 3], [0.0; 3]);
         for along in (0..domain.dimensions()).filter(|along| domain.is_periodic(*along)) {
             let c = domain.geometry.component(along);
-            let gravity = scene.scene.gravity[c];
-            drive[c] = medium.map_or(0.0, |medium| medium.density * (gravity + medium.body_force[c]));
+            let gravity = scene.scene.peak_gravity()[c];
+            drive[c] =
+                medium.map_or(0.0, |medium| medium.density * (gravity + medium.body_force.peak(until)[c]));
             excess[c] = excess_density(scene) * gravity;
         }
         Self {
             across: domain.geometry.component(axis),
-            lid: face.zip(medium).map(|(face, medium)| (medium.viscosity, face.velocity)),
+            lid: face.zip(medium).map(|(face, medium)| (medium.viscosity, face.velocity.peak(until))),
             drive,
             excess,
         }
