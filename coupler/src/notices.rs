@@ -1,6 +1,6 @@
 //! What a scene costs or does, where it breaks no bound but is hardly meant so.
 
-use bedload_scene::{CheckedScene, Grain, Motion, Shape, WallKind};
+use bedload_scene::{CheckedScene, Grain, Motion, OverTime, Shape, WallKind, changing};
 use protocol::facts::DemFacts;
 
 use crate::bounds::{Facts, largest_overlap};
@@ -65,8 +65,8 @@ fn substep(facts: &Facts<'_>) -> Option<String> {
 /// A driven oscillation that gets few windows a period of a fixed length.
 fn oscillation(facts: &Facts<'_>) -> Option<String> {
     facts.fluid.filter(|fluid| !fluid.adaptive)?;
-    let frequency = |grain: &Grain| grain.oscillation.as_ref().map(|swing| swing.frequency.abs());
-    let highest = facts.scene.grains.iter().filter_map(frequency).fold(0.0, f64::max);
+    let frequency = |value: &OverTime<_>| if let OverTime::Sine(swing) = value { swing.frequency } else { 0.0 };
+    let highest = changing(facts.scene).iter().map(|value| frequency(&value.value)).fold(0.0, f64::max);
     let windows = 1.0 / (highest * facts.steps.dt_fluid);
     (windows < PERIOD).then(|| {
         format!(
@@ -86,11 +86,11 @@ fn release(facts: &Facts<'_>) -> Option<String> {
     facts.fluid.filter(|fluid| !fluid.adaptive)?;
     let medium = scene.scene.medium.as_ref()?;
     let starts = |grain: &&Grain| {
-        grain.motion == Motion::Free && norm(&grain.velocity) == 0.0 && grain.density != medium.density
+        grain.motion == Motion::Free && grain.velocity.is_zero() && grain.density != medium.density
     };
     let radius = scene.grains.iter().filter(starts).map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     let layer = facts.steps.dt_fluid * medium.kinematic_viscosity() / (radius * radius);
-    (norm(&scene.scene.gravity) > 0.0 && layer > LAYER).then(|| {
+    (norm(&scene.scene.peak_gravity()) > 0.0 && layer > LAYER).then(|| {
         format!(
             "release: grains start from rest with windows of {} R²/ν; with 0.08 their velocity at 0.1 R²/ν \
              was 12 to 48 % above that of Basset and Boussinesq, with 0.008 it was 1.9 %: where the first \
@@ -133,7 +133,7 @@ fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
     let periodic = |axis: usize| domain.is_periodic(axis);
     let along = (0..domain.dimensions()).filter(|axis| periodic(*axis)).find(|axis| {
         let component = domain.geometry.component(*axis);
-        scene.scene.gravity[component] != 0.0
+        scene.scene.peak_gravity()[component] != 0.0
     })?;
     let held = scene.grains.iter().any(|grain| grain.motion != Motion::Free);
     let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis));
@@ -146,7 +146,7 @@ fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
     let name = ["x", "y", "z"][domain.geometry.component(along)];
     let until = scene.scene.until;
     let Some(medium) = &scene.scene.medium else {
-        let speed = norm(&scene.scene.gravity) * until;
+        let speed = norm(&scene.scene.peak_gravity()) * until;
         return Some(format!(
             "gravity acts along {name}, which is periodic, and nothing resists: the grains fall for ever, {} \
              m/s at the end; give a wall, or gravity = [0, 0, 0]",
@@ -162,12 +162,12 @@ fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
     let solid = |weight: &dyn Fn(f64) -> f64| -> f64 {
         scene.grains.iter().map(|grain| weight(grain.density) * grain.volume()).sum::<f64>() / volume
     };
-    let excess = solid(&|density| density / medium.density - 1.0) * scene.scene.gravity[component];
+    let excess = solid(&|density| density / medium.density - 1.0) * scene.scene.peak_gravity()[component];
     let whole = drive(&scene.scene)[component] + excess;
-    if whole.abs() <= 1e-6 * scene.scene.gravity[component].abs() {
+    if whole.abs() <= 1e-6 * scene.scene.peak_gravity()[component].abs() {
         return None;
     }
-    let balance = medium.body_force[component] - whole;
+    let balance = medium.body_force.peak(until)[component] - whole;
     Some(format!(
         "gravity acts along {name}, which is periodic: no pressure balances it and nothing resists, so fluid \
          and grains accelerate together for ever, to about {} m/s at the end; medium.body_force = {} along \
@@ -181,12 +181,12 @@ fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
 /// Walls that move through a fluid, which does not see them.
 fn moving_walls(scene: &CheckedScene) -> Option<String> {
     scene.scene.medium.as_ref()?;
-    let wall = scene.scene.walls.iter().position(|wall| norm(&wall.velocity) > 0.0)?;
+    let wall = scene.scene.walls.iter().position(|wall| !wall.velocity.is_zero())?;
     Some(format!(
         "walls[{wall}] moves at {} m/s: grains touch it, the fluid does not see it and flows through; a face \
          of the box moves along itself with both, domain.boundary, and a body that moves a fluid is a grain \
          with motion = \"prescribed\"",
-        Short(norm(&scene.scene.walls[wall].velocity))
+        Short(scene.scene.walls[wall].velocity.largest(scene.scene.until))
     ))
 }
 
@@ -200,7 +200,7 @@ fn leaving(scene: &CheckedScene) -> Option<String> {
         let leads_to = |down: f64| {
             let is_led = |grain: &&Grain| weight(scene, grain, component) * down > 0.0;
             let grain = scene.grains[..scene.present()].iter().find(is_led)?;
-            let face = if down > 0.0 { Some(faces.upper) } else { faces.lower }?;
+            let face = if down > 0.0 { Some(&faces.upper) } else { faces.lower.as_ref() }?;
             let stops = walls.iter().any(|wall| wall.normal[component] * down < 0.0);
             let name = ["x", "y", "z"][component];
             let side = if down > 0.0 { "upper" } else { "lower" };

@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use bedload_scene::{CheckedScene, Motion, Observe, Oscillation, Wall};
+use bedload_scene::{CheckedScene, Motion, Observe, Wall};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
 use protocol::scheme::Scheme;
@@ -35,32 +35,26 @@ pub struct ContactFreeHorizon {
     /// Acceleration that the scene prescribes, by grain, m/s².
     swings: Vec<f64>,
     wall_speed: f64,
-}
-
-/// Largest acceleration of a swing: 2π f times its amplitude.
-fn swing_acceleration(swing: &Oscillation) -> f64 {
-    2.0 * std::f64::consts::PI * swing.frequency * norm(&swing.amplitude)
+    /// Largest acceleration of a wall, m/s².
+    wall_acceleration: f64,
 }
 
 impl ContactFreeHorizon {
     /// For a scene whose contact and lubrication begin at the gap `range`.
     pub fn new(scene: &CheckedScene, range: f64) -> Self {
         let held = |motion: Motion| motion != Motion::Free;
-        let walls = scene.contact_walls();
+        let (walls, until) = (scene.contact_walls(), scene.scene.until);
         Self {
             range,
-            gravity: norm(&scene.scene.gravity),
+            gravity: norm(&scene.scene.peak_gravity()),
             masses: scene
                 .grains
                 .iter()
                 .map(|grain| if held(grain.motion) { f64::INFINITY } else { grain.mass() })
                 .collect(),
-            swings: scene
-                .grains
-                .iter()
-                .map(|grain| grain.oscillation.as_ref().map_or(0.0, swing_acceleration))
-                .collect(),
-            wall_speed: walls.iter().map(|wall: &Wall| norm(&wall.velocity)).fold(0.0, f64::max),
+            swings: scene.grains.iter().map(|grain| grain.velocity.fastest(until)).collect(),
+            wall_speed: walls.iter().map(|wall: &Wall| wall.velocity.largest(until)).fold(0.0, f64::max),
+            wall_acceleration: walls.iter().map(|wall| wall.velocity.fastest(until)).fold(0.0, f64::max),
         }
     }
 
@@ -90,7 +84,8 @@ impl ContactFreeHorizon {
         }
         let speeds = kinematics.iter().map(|grain| norm(&grain.velocity));
         let accelerations = loads.iter().enumerate().map(|(index, load)| self.acceleration(index, load));
-        let (v, a) = (largest_pair(speeds, self.wall_speed), largest_pair(accelerations, 0.0));
+        let (v, a) =
+            (largest_pair(speeds, self.wall_speed), largest_pair(accelerations, self.wall_acceleration));
         time_to_cover(room, 2.0 * v, 2.0 * a)
     }
 }

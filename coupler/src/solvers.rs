@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use bedload_output::{in_full, resolved_scene};
-use bedload_scene::{CheckedScene, SceneError};
+use bedload_scene::{CheckedScene, SceneError, changing};
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::participant::Role;
 use serde::de::DeserializeOwned;
@@ -239,6 +239,9 @@ pub(crate) fn fluid_facts(
         }
     };
     facts.foreign = foreign;
+    if asked && !facts.values_over_time {
+        refuse_changes(solver, scene, |key| !key.starts_with("walls") && !key.starts_with("grains"))?;
+    }
     if foreign {
         facts.notices.push(format!(
             "the fluid solver `{}` is not ours: density-ratio, density-range and resolution were measured \
@@ -279,6 +282,9 @@ pub(crate) fn dem_facts(
         notices: vec![unknown(solver, asked)],
         ..DemFacts::default()
     });
+    if asked && !facts.values_over_time {
+        refuse_changes(solver, scene, |key| !key.starts_with("medium"))?;
+    }
     if scene.scene.observe.substeps.is_some() {
         let line = solver.line();
         facts
@@ -312,6 +318,23 @@ pub(crate) fn dem_facts(
     }
     facts.notices.push(format!("t_c, and every bound with it, is not known: {key} is not in the scene"));
     Ok(facts)
+}
+
+/// A solver that does not say that it follows values over time would go on with the first of them.
+fn refuse_changes(
+    solver: &Solver,
+    scene: &CheckedScene,
+    concerns: impl Fn(&str) -> bool,
+) -> Result<(), SolverCommandError> {
+    let Some(value) = changing(scene).into_iter().find(|value| concerns(&value.key)) else { return Ok(()) };
+    let what = format!(
+        "changes over time, and the {} solver `{}` does not say that it follows such values",
+        solver.role,
+        solver.line()
+    );
+    let remedy = "give a constant, or let the solver read the value (docs/coupling.md) and answer `check SCENE \
+        --json` with values_over_time = true";
+    Err(Box::new(scene.source.error(&value.key, what, remedy)).into())
 }
 
 fn unknown(solver: &Solver, asked: bool) -> String {
@@ -555,6 +578,36 @@ mod tests {
         for text in [r#"{"contact_time": null, "interaction_range": null}"#, r#"{"grains": 2}"#, "{}"] {
             parse_facts::<DemFacts>(text, Some(&two_grains())).expect(text);
         }
+    }
+
+    #[test]
+    fn a_foreign_solver_that_knows_no_values_over_time_is_refused() {
+        let tilted = "gravity=[[0.0, [0.0, 0.0, -1.0]], [1.0, [1.0, 0.0, -1.0]]]".to_owned();
+        let pushed = "medium={ density = 1.0, viscosity = 1.0, body_force = { amplitude = [1.0, 0.0, 0.0], \
+            frequency = 1.0 } }";
+        let cells = "domain.cells=[16, 16, 16]".to_owned();
+        let source = two_grains().source;
+        let with = |changes: &[String]| {
+            CheckedScene::new(source.clone().with_overrides(changes).expect("fits")).expect("a scene")
+        };
+        let ask = Ask { limit: Duration::from_secs(20), commands: true };
+        let says = |answer: &str| Solver {
+            role: Role::Dem,
+            command: ["sh", "-c", &format!("echo '{answer}'")].map(str::to_owned).into(),
+            launcher: Vec::new(),
+            foreign: true,
+        };
+        let facts = |answer: &str, scene: &CheckedScene| {
+            dem_facts(&says(answer), scene, Path::new("s.toml"), &[], ask).map_err(|error| error.to_string())
+        };
+        let (knows, knows_not) =
+            (r#"{"contact_time": 1, "values_over_time": true}"#, r#"{"contact_time": 1}"#);
+        let tilted = with(&[tilted]);
+        let error = facts(knows_not, &tilted).expect_err("it takes the first gravity");
+        assert!(error.contains("gravity") && error.contains("values_over_time"), "{error}");
+        assert!(facts(knows, &tilted).is_ok_and(|facts| facts.values_over_time));
+        // The fluid's own is no matter of a DEM's.
+        assert!(facts(knows_not, &with(&[pushed.to_owned(), cells])).is_ok());
     }
 
     #[test]

@@ -109,7 +109,7 @@ fn cost(method: Method) -> Result<f64, Box<dyn Error>> {
     }
     let mut spec =
         DemSpec::new(grains, ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(0.3, 1e-4, 0.25)));
-    spec.gravity = [0.0, 0.0, -9.81];
+    spec.gravity = [0.0, 0.0, -9.81].into();
     let wall = |point: [f64; 3], normal: [f64; 3]| Wall::new(point, normal);
     spec.walls = vec![
         wall([0.0; 3], [0.0, 0.0, 1.0]),

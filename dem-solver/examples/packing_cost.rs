@@ -81,7 +81,7 @@ fn spec(grains: Vec<Grain>) -> DemSpec {
     law.stiffness_ratio = 2.0 / 7.0;
     law.damping_ratio = 0.5;
     let mut spec = DemSpec::new(grains, ContactLaw::LinearSpringDashpot(law));
-    spec.gravity = [0.0, 0.0, -9.81];
+    spec.gravity = [0.0, 0.0, -9.81].into();
     spec.walls = vec![
         Wall::new([0.0; 3], [0.0, 0.0, 1.0]),
         Wall::new([0.0; 3], [1.0, 0.0, 0.0]),

@@ -242,7 +242,7 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         outlines,
         walls,
         periods: shared.domain.periods(),
-        gravity: shared.gravity,
+        gravity: shared.gravity.clone(),
         contact,
         lubrication,
         line_resolution: match dem.line_film {
@@ -283,7 +283,7 @@ fn coarsest_spacing(scene: &CheckedScene) -> f64 {
 
 fn wall(wall: &bedload_scene::Wall) -> Wall {
     Wall {
-        velocity: wall.velocity,
+        velocity: wall.velocity.clone(),
         from: wall.from,
         until: Some(wall.until).filter(|until| until.is_finite()),
         ..Wall::new(wall.point, wall.normal)
@@ -293,24 +293,16 @@ fn wall(wall: &bedload_scene::Wall) -> Wall {
 fn grain(grain: &bedload_scene::Grain, geometry: Geometry) -> Grain {
     use LockedFreedom::{SpinX, SpinY, SpinZ, X, Y, Z};
     let is_free = |freedom| grain.is_free(freedom, geometry);
-    let motion = match (grain.motion, grain.oscillation) {
-        (SceneMotion::Free, _) => Motion::Free,
-        (SceneMotion::Fixed, _) => Motion::Fixed,
-        (SceneMotion::Prescribed, None) => Motion::Prescribed { velocity: grain.velocity, spin: grain.spin },
-        (SceneMotion::Prescribed, Some(swing)) => {
-            let rate = 2.0 * std::f64::consts::PI * swing.frequency;
-            // Position amplitude A of x = A sin(ωt + φ') has velocity Aω cos: shift the phase by −π/2.
-            Motion::Oscillating {
-                amplitude: swing.amplitude.map(|speed| speed / rate),
-                angle: [0.0; 3],
-                frequency: rate,
-                phase: swing.phase - std::f64::consts::FRAC_PI_2,
-            }
+    let motion = match grain.motion {
+        SceneMotion::Free => Motion::Free,
+        SceneMotion::Fixed => Motion::Fixed,
+        SceneMotion::Prescribed => {
+            Motion::Prescribed { velocity: grain.velocity.clone(), spin: grain.spin.clone() }
         }
     };
     Grain {
-        velocity: grain.velocity,
-        spin: grain.spin,
+        velocity: grain.velocity.start(),
+        spin: grain.spin.start(),
         orientation: grain.orientation,
         motion,
         free: Freedom {

@@ -64,6 +64,7 @@ pub(crate) fn facts(
         contact_time,
         coarse_dt: step.coarse,
         interaction_range: spec.range(),
+        values_over_time: true,
         bounds: bounds::of(scene, spec, &limits),
         substep_cost: 2e-7 * grains as f64,
         notices: sliding_notice(spec).into_iter().collect(),

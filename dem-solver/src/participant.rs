@@ -162,7 +162,7 @@ impl DemParticipant {
     /// What acted in the sub-steps of window `step`; a window that is done again is written again.
     fn write_substeps(&self, step: u64) -> Result<(), SolverError> {
         let Some(substeps) = &self.substeps else { return Ok(()) };
-        let table = substeps.table(&self.dem, self.spec.gravity, &self.loads);
+        let table = substeps.table(&self.dem, &self.spec.gravity, &self.loads);
         self.write_field(&format!("substeps_{step:08}.csv"), table.as_bytes())
     }
 

@@ -5,13 +5,16 @@ use crate::boundary::{Boundary, Profile};
 use crate::config::{Choices, SchemeKey};
 use crate::coupling;
 use crate::division::{Division, DivisionError};
+use crate::drive::Drive;
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
 use crate::methods::needs::Needs;
 use crate::ranks::Ranks;
 use crate::scheme::{Options, Scheme, Viscous};
-use bedload_scene::{CheckedScene, Face, InflowProfile, InitialVelocity, Medium, SceneError, WallKind};
+use bedload_scene::{
+    CheckedScene, Face, InflowProfile, InitialVelocity, Medium, OverTime, SceneError, WallKind,
+};
 use std::sync::Arc;
 
 /// Geometry of the scene in this crate's words.
@@ -39,7 +42,7 @@ pub fn grid<const D: usize>(scene: &CheckedScene) -> Result<Grid<D>, SceneError>
     });
     let boundaries = std::array::from_fn(|a| {
         let faces = domain.boundary(a).expect("the scene's faces were checked");
-        let lower = faces.lower.map_or(Boundary::Axis, |face| boundary(geometry, &face));
+        let lower = faces.lower.as_ref().map_or(Boundary::Axis, |face| boundary(geometry, face));
         [lower, boundary(geometry, &faces.upper)]
     });
     Grid::new(&GridSpec { geometry, axes, boundaries }).map_err(|error| {
@@ -108,7 +111,7 @@ pub fn refuse_for_ranks(scene: &CheckedScene, choices: &Choices, least: usize) -
 }
 
 fn boundary<const D: usize>(geometry: Geometry, face: &Face) -> Boundary<D> {
-    let velocity = along_axes(geometry, face.velocity);
+    let velocity = along_axes(geometry, face.velocity.start());
     match face.kind {
         WallKind::Periodic => Boundary::Periodic,
         WallKind::FreeSlip => Boundary::FreeSlip,
@@ -147,8 +150,27 @@ pub fn options<const D: usize>(
 /// What drives the fluid along grid axis `axis`, m/s²: body force, mean pressure gradient, and
 /// gravity where the axis is periodic, so that no pressure can balance it.
 fn drive(scene: &CheckedScene, medium: &Medium, axis: usize, c: usize) -> f64 {
-    let gravity = if scene.scene.domain.is_periodic(axis) { scene.scene.gravity[c] } else { 0.0 };
-    medium.body_force[c] + gravity - medium.pressure_gradient[c] / medium.density
+    let gravity = if scene.scene.domain.is_periodic(axis) { scene.scene.gravity.start()[c] } else { 0.0 };
+    medium.body_force.start()[c] + gravity - medium.pressure_gradient.start()[c] / medium.density
+}
+
+/// What of that, and of the walls, changes over time.
+pub fn drive_over_time(scene: &CheckedScene, medium: &Medium) -> Drive {
+    let domain = &scene.scene.domain;
+    let faces = (0..domain.dimensions()).filter_map(|axis| Some((axis, domain.boundary(axis)?)));
+    let sides = faces.flat_map(|(axis, faces)| {
+        [(axis, 0, faces.lower), (axis, 1, Some(faces.upper))].into_iter().filter_map(|(axis, side, face)| {
+            let face = face.filter(|face| face.velocity.varies())?;
+            Some((axis, side, face.velocity))
+        })
+    });
+    let periodic: [bool; 3] = domain.periods().map(|period| period.is_some());
+    let fall = |g: &[f64; 3]| std::array::from_fn(|c| if periodic[c] { g[c] } else { 0.0 });
+    let per_mass = |gradient: &[f64; 3]| gradient.map(|slope| -slope / medium.density);
+    let parts =
+        [medium.body_force.clone(), scene.scene.gravity.map(fall), medium.pressure_gradient.map(per_mass)];
+    let constant = !parts.iter().any(OverTime::varies);
+    Drive { walls: sides.collect(), force: if constant { Vec::new() } else { parts.into() } }
 }
 
 /// Which grains the fluid moves.
@@ -174,16 +196,10 @@ pub fn shapes(scene: &CheckedScene) -> Vec<Shape> {
 pub fn motions(scene: &CheckedScene) -> Vec<Motion> {
     let geometry = geometry(scene);
     let motion = |grain: &bedload_scene::Grain| {
-        let mut velocity = grain.velocity;
-        if let Some(swing) = &grain.oscillation {
-            for (v, amplitude) in velocity.iter_mut().zip(swing.amplitude) {
-                *v += amplitude * swing.phase.sin();
-            }
-        }
         let from = protocol::message::Kinematics {
             position: grain.position,
-            velocity,
-            spin: grain.spin,
+            velocity: grain.velocity.start(),
+            spin: grain.spin.start(),
             orientation: grain.orientation,
             ..Default::default()
         };

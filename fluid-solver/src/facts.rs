@@ -179,6 +179,7 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
         schemes: choices.method.schemes().to_vec(),
         for_dem: for_dem(choices.method),
         foreign: false,
+        values_over_time: true,
         bounds: bounds::of(scene, medium, &choices, &iterations, &plan),
         step_cost: cells as f64 * cost::<D>(choices.scheme, implicit, cells),
         notices,

@@ -5,21 +5,24 @@ use protocol::message::{Kinematics, Loads};
 /// Forces on the grains in the last window, N.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GrainForces {
-    /// Acceleration of gravity, m/s².
-    gravity: [f64; 3],
     /// Of the fluid, without buoyancy; of contacts; of lubrication.
     pub(crate) of: [Vec<[f64; 3]>; 3],
 }
 
 impl GrainForces {
-    pub(crate) fn new(gravity: [f64; 3], grains: usize) -> Self {
-        Self { gravity, of: std::array::from_fn(|_| vec![[0.0; 3]; grains]) }
+    pub(crate) fn new(grains: usize) -> Self {
+        Self { of: std::array::from_fn(|_| vec![[0.0; 3]; grains]) }
     }
 
-    /// Keeps what the fluid sends of grains that displace `masses` of it, kg.
-    pub(crate) fn keep_loads(&mut self, masses: impl Iterator<Item = f64>, loads: &[Loads]) {
+    /// Keeps what the fluid sends of grains that displace `masses` of it, kg, under `gravity`, m/s².
+    pub(crate) fn keep_loads(
+        &mut self,
+        gravity: [f64; 3],
+        masses: impl Iterator<Item = f64>,
+        loads: &[Loads],
+    ) {
         for ((kept, mass), sent) in self.of[0].iter_mut().zip(masses).zip(loads) {
-            *kept = std::array::from_fn(|c| sent.force[c] + mass * self.gravity[c]);
+            *kept = std::array::from_fn(|c| sent.force[c] + mass * gravity[c]);
         }
     }
 

@@ -114,7 +114,7 @@ impl Fluid {
         let planes = scene.scene.observe.planes.clone();
         let planes = planes.and_then(|asked| axis(&asked).map(|axis| (asked, axis)));
         if planes.as_ref().is_some_and(|(asked, _)| asked.stress) {
-            any!(&mut solver, solver => solver.keep_forces(scene.scene.gravity));
+            any!(&mut solver, solver => solver.keep_forces());
         }
         ranks.set_patience(deadline.mul_f64(EARLIER));
         let (fields, ranks) = (folder.join("fields"), ranks.clone());

@@ -6,7 +6,7 @@ use crate::immersed::body::Motion;
 use crate::initial::Start;
 use crate::scheme::Viscous;
 use crate::speed;
-use bedload_scene::{CheckedScene, Medium, SceneError};
+use bedload_scene::{CheckedScene, Medium, OverTime, SceneError, changing};
 
 /// Lengths that an adaptive step may have in an octave, evenly spaced: a power of two.
 const LEVELS: u32 = 4;
@@ -24,9 +24,6 @@ const OF_AGE: f64 = 0.1;
 
 /// Largest ratio of a step to the one before it: to the next level.
 const GROWTH: f64 = 1.25;
-
-/// Fewest steps in a period of a grain that swings. docs/decisions/time-step.md
-const OF_PERIOD: f64 = 100.0;
 
 /// Bounds on the time step, and what it follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,9 +80,9 @@ impl Plan {
             ViscosityKey::Auto if wanted <= explicit => Viscous::Explicit,
             ViscosityKey::Auto => Viscous::Implicit,
         };
-        let swings = scene.grains.iter().filter_map(|grain| grain.oscillation);
-        let highest = swings.map(|swing| swing.frequency.abs()).fold(0.0, f64::max);
-        let mut ceiling = (1.0 / (OF_PERIOD * highest)).min(force).min(scene.scene.until);
+        let changes = changes(scene);
+        let swings = changes.iter().filter(|value| matches!(value, OverTime::Sine(_)));
+        let mut ceiling = shortest(swings, 0.0).min(force).min(scene.scene.until);
         if viscous == Viscous::Explicit {
             if let Some(dt) = time.dt.filter(|dt| *dt > explicit) {
                 return Err(scene.source.error(
@@ -98,7 +95,7 @@ impl Plan {
         }
         let smallest = scene.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
         let expected = level(by_speed.min(ceiling));
-        let first = level(expected.min(LAYER * smallest * smallest / nu));
+        let first = level(expected.min(LAYER * smallest * smallest / nu).min(shortest(&changes, 0.0)));
         let mut plan = Self {
             fixed: time.dt,
             cfl: time.cfl,
@@ -116,6 +113,11 @@ impl Plan {
             plan.expected = plan.first;
         }
         Ok(plan)
+    }
+
+    /// The same, with no step longer than resolves `changes` from `time` on.
+    pub fn until_change(&self, changes: &[OverTime<[f64; 3]>], time: f64) -> Self {
+        Self { ceiling: self.ceiling.min(shortest(changes, time)), ..*self }
     }
 
     /// Step proposed at `time` after one of length `previous`, s, with `rate` the largest Σ|u|/Δx, 1/s, and
@@ -140,6 +142,16 @@ impl Plan {
         }
         level(allowed.min(by_age).min(GROWTH * previous))
     }
+}
+
+/// What the scene changes over time: walls, drives, grains, a flow rate.
+pub(crate) fn changes(scene: &CheckedScene) -> Vec<OverTime<[f64; 3]>> {
+    changing(scene).into_iter().map(|changing| changing.value).collect()
+}
+
+/// The longest step from `time` on, s, that resolves all of them.
+fn shortest<'a>(changes: impl IntoIterator<Item = &'a OverTime<[f64; 3]>>, time: f64) -> f64 {
+    changes.into_iter().map(|value| value.longest_step(time)).fold(f64::INFINITY, f64::min)
 }
 
 /// The largest 2^k (1 + j/[`LEVELS`]), 0 ≤ j < `LEVELS`, that is not above `dt`: with few digits, so that

@@ -21,11 +21,11 @@ use crate::methods::beyond::Beyond;
 use crate::methods::calibrated::calibration::Calibration;
 use crate::methods::grains::{Grains, Memory};
 use crate::methods::immersed_boundary::ImmersedBoundary;
-use crate::plan::Plan;
+use crate::plan::{self, Plan};
 use crate::ranks::Ranks;
 use crate::step::Stepper;
 use crate::work::Work;
-use bedload_scene::{CheckedScene, Medium, SceneError};
+use bedload_scene::{CheckedScene, Medium, OverTime, SceneError};
 use fluid_kernels::gather;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, SolverError, Window, WindowReport};
@@ -53,6 +53,10 @@ pub struct Solver<const D: usize> {
     plan: Plan,
     saved: Option<Box<Saved<D>>>,
     beyond: Beyond,
+    /// Gravity, m/s².
+    gravity: OverTime<[f64; 3]>,
+    /// What a step must resolve of what the scene changes over time.
+    changes: Vec<OverTime<[f64; 3]>>,
     /// Density of the fluid, kg/m³.
     density: f64,
     /// Largest Σ|u|/Δx after the last window, 1/s; zero: not known.
@@ -137,6 +141,8 @@ impl<const D: usize> Solver<D> {
             plan,
             saved: None,
             beyond: Beyond::new(scene),
+            gravity: scene.scene.gravity.clone(),
+            changes: plan::changes(scene),
             density: medium.density,
             rate: 0.0,
             seconds: 0.0,
@@ -145,8 +151,9 @@ impl<const D: usize> Solver<D> {
         if let Some(flow) = &medium.flow_rate {
             let axes = scene.scene.domain.geometry.axes();
             let axis = axes.iter().position(|axis| *axis == flow.axis).expect("the scene's axis was checked");
-            solver.stepper.prescribe_flow_rate(axis, flow.mean_velocity);
+            solver.stepper.prescribe_flow_rate(axis, flow.mean_velocity.clone());
         }
+        solver.stepper.set_drive(build::drive_over_time(scene, medium));
         solver.begin(scene, start.as_ref());
         Ok(solver)
     }
@@ -212,7 +219,13 @@ impl<const D: usize> Solver<D> {
         let health = outcome?;
         let (time, Memory { motions, before, .. }) = (self.stepper.state().time, &self.grains.memory);
         Ok(WindowReport {
-            dt_limit: self.plan.next(window.dt, time, health.rate, motions, before),
+            dt_limit: self.plan.until_change(&self.changes, time).next(
+                window.dt,
+                time,
+                health.rate,
+                motions,
+                before,
+            ),
             residual: health.divergence,
             substeps: 0,
         })
@@ -221,6 +234,7 @@ impl<const D: usize> Solver<D> {
     fn window(&mut self, window: &Window, exchange: &mut FluidExchange<'_>) -> Result<Health, SolverError> {
         let work = Work::begin();
         self.grains.model.dt = window.dt;
+        self.grains.gravity = self.gravity.mean(window.time, window.time + window.dt);
         self.method.place(&self.stepper, &mut self.grains, window);
         self.method.step(&mut self.stepper, &mut self.grains, window.dt);
         let health = self.health(window)?;
@@ -238,9 +252,9 @@ impl<const D: usize> Solver<D> {
         let Self { stepper, method, grains, beyond, kept, density, .. } = self;
         exchange.send(window.header(), &mut |out| {
             method.loads(grains, out);
-            beyond.replace(grains.immersed.shapes(), &grains.memory.motions, out);
+            beyond.replace(grains, out);
             let masses = grains.immersed.shapes().iter().map(|shape| *density * shape.volume);
-            kept.iter_mut().for_each(|kept| kept.keep_loads(masses.clone(), out));
+            kept.iter_mut().for_each(|kept| kept.keep_loads(grains.gravity, masses.clone(), out));
         })?;
         let memory = &mut grains.memory;
         std::mem::swap(&mut memory.before, &mut memory.motions);
@@ -364,9 +378,9 @@ impl<const D: usize> Solver<D> {
         shown
     }
 
-    /// Keeps the forces on grains from now on, under `gravity`.
-    pub(crate) fn keep_forces(&mut self, gravity: [f64; 3]) {
-        self.kept = Some(Box::new(GrainForces::new(gravity, self.grains.memory.motions.len())));
+    /// Keeps the forces on grains from now on.
+    pub(crate) fn keep_forces(&mut self) {
+        self.kept = Some(Box::new(GrainForces::new(self.grains.memory.motions.len())));
     }
 
     /// Those of the last window, where they are kept.

@@ -14,11 +14,10 @@ fn length(v: &[f64; 3]) -> f64 {
 /// estimated, so that a bound on it refuses only what is certain.
 pub(crate) fn named(scene: &CheckedScene) -> f64 {
     let domain = &scene.scene.domain;
-    let grains = scene.grains.iter().map(|grain| {
-        length(&grain.velocity) + grain.oscillation.map_or(0.0, |swing| length(&swing.amplitude))
-    });
+    let until = scene.scene.until;
+    let grains = scene.grains.iter().map(|grain| grain.velocity.largest(until));
     let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis)).flat_map(|faces| {
-        [faces.lower.map_or(0.0, |lower| length(&lower.velocity)), length(&faces.upper.velocity)]
+        [faces.lower, Some(faces.upper)].into_iter().flatten().map(|face| face.velocity.largest(until))
     });
     let start = match scene.scene.medium.as_ref().map(|medium| &medium.initial) {
         Some(InitialVelocity::Uniform { velocity }) => length(velocity),
@@ -37,7 +36,7 @@ pub(crate) fn named(scene: &CheckedScene) -> f64 {
 /// An estimate of the largest speed of a run, m/s, for its cost and its first step: walls, initial and
 /// prescribed speeds, settling grains, driven flow. Later steps follow the flow itself.
 pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
-    let nu = medium.kinematic_viscosity();
+    let (nu, until) = (medium.kinematic_viscosity(), scene.scene.until);
     let domain = &scene.scene.domain;
     let extent = |a: usize| domain.upper[a] - domain.lower[a];
     let mut speed = match &medium.initial {
@@ -50,18 +49,17 @@ pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
     };
     for a in 0..domain.dimensions() {
         if let Some(faces) = domain.boundary(a) {
-            let fastest = |f: &Face| domain.peak_over_mean(a, f) * length(&f.velocity);
+            let fastest = |f: &Face| domain.peak_over_mean(a, f) * f.velocity.largest(until);
             speed = faces.lower.iter().chain([&faces.upper]).fold(speed, |s, f| s.max(fastest(f)));
         }
     }
     if let Some(flow) = &medium.flow_rate {
         // The largest ratio of peak to mean of the common laminar profiles is that of a duct.
-        speed = speed.max(2.25 * flow.mean_velocity.abs());
+        speed = speed.max(2.25 * flow.mean_velocity.largest(until));
     }
-    let gravity = length(&scene.scene.gravity);
+    let gravity = length(&scene.scene.peak_gravity());
     for grain in &scene.grains {
-        let swing = grain.oscillation.map_or(0.0, |o| length(&o.amplitude));
-        speed = speed.max(length(&grain.velocity) + swing + length(&grain.spin) * grain.radius);
+        speed = speed.max(grain.velocity.largest(until) + grain.spin.largest(until) * grain.radius);
         if grain.motion == Motion::Free {
             let weight = (grain.density / medium.density - 1.0).abs() * gravity * 2.0 * grain.radius;
             let stokes = weight * 2.0 * grain.radius / (18.0 * nu);
@@ -84,8 +82,8 @@ pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
         }
         // Free grains hold back, or drive, by their weight.
         let periodic = axis.is_some_and(|a| domain.is_periodic(a));
-        let gravity = if periodic { (1.0 + excess) * scene.scene.gravity[c] } else { 0.0 };
-        medium.body_force[c] + gravity - medium.pressure_gradient[c] / medium.density
+        let gravity = if periodic { (1.0 + excess) * scene.scene.peak_gravity()[c] } else { 0.0 };
+        medium.body_force.peak(until)[c] + gravity - medium.pressure_gradient.peak(until)[c] / medium.density
     });
     let width = (0..domain.dimensions()).map(extent).fold(f64::INFINITY, f64::min);
     let drive = length(&drive);

@@ -33,6 +33,8 @@ pub struct FluidFacts {
     /// Is it another's solver? What our measurements say of resolution is not known of it.
     #[serde(skip)]
     pub foreign: bool,
+    /// Does it follow values of a scene that change over time? Else such a scene is refused.
+    pub values_over_time: bool,
     /// Its own bounds.
     pub bounds: Vec<SolverBound>,
     /// Estimated cost of a step, s.
@@ -71,6 +73,8 @@ pub struct DemFacts {
     pub coarse_dt: bool,
     /// Range within which contact or lubrication acts, as a gap, m.
     pub interaction_range: f64,
+    /// Does it follow values of a scene that change over time? Else such a scene is refused.
+    pub values_over_time: bool,
     /// Its own bounds.
     pub bounds: Vec<SolverBound>,
     /// Estimated cost of a sub-step, s.

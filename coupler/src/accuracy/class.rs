@@ -1,7 +1,8 @@
 //! Classes of scenes that have a chart, and what a scene must be to belong to one.
 
 use bedload_scene::{
-    Axis, CheckedScene, Face, Geometry, Grain, InitialVelocity, Metric, MetricKind, Motion, Shape, WallKind,
+    Axis, CheckedScene, Face, Geometry, Grain, InitialVelocity, Metric, MetricKind, Motion, OverTime, Shape,
+    WallKind,
 };
 
 use super::charted::Charted;
@@ -68,7 +69,8 @@ pub(crate) fn bounces(scene: &CheckedScene) -> bool {
 fn archimedes(scene: &CheckedScene, grain: &Grain) -> f64 {
     let Some(medium) = &scene.scene.medium else { return f64::INFINITY };
     let excess = (grain.density / medium.density - 1.0).abs();
-    excess * norm(&scene.scene.gravity) * (2.0 * grain.radius).powi(3) / medium.kinematic_viscosity().powi(2)
+    excess * norm(&scene.scene.peak_gravity()) * (2.0 * grain.radius).powi(3)
+        / medium.kinematic_viscosity().powi(2)
 }
 
 /// Number of `[dem.contact]`, `default` where the scene leaves it out.
@@ -211,7 +213,7 @@ impl Class {
         let density = grain.density / medium.density;
         let domain = &scene.scene.domain;
         let z = domain.geometry.axes().len() - 1;
-        let down = if scene.scene.gravity[2] * (density - 1.0) < 0.0 { -1.0 } else { 1.0 };
+        let down = if scene.scene.peak_gravity()[2] * (density - 1.0) < 0.0 { -1.0 } else { 1.0 };
         let to = |edge: f64| (edge - grain.position[2]).abs() / diameter - 0.5;
         let (below, above) = if down < 0.0 {
             (to(domain.lower[z]), to(domain.upper[z]))
@@ -303,15 +305,17 @@ fn alone(scene: &CheckedScene) -> Option<Reason> {
         return Some(format!("one sphere was charted, the scene has {}", scene.grains.len()));
     }
     let grain = &scene.grains[0];
-    let moves = norm(&grain.velocity) + norm(&grain.spin) > 0.0 || grain.oscillation.is_some();
+    let moves = !grain.velocity.is_zero() || !grain.spin.is_zero();
     let faces = || (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis));
     let mut faces = faces().flat_map(|both| [both.lower, Some(both.upper)]).flatten();
     let closed = [WallKind::Periodic, WallKind::NoSlip, WallKind::FreeSlip];
     let flows = medium.initial != InitialVelocity::Rest || medium.flow_rate.is_some();
-    let open = faces.any(|face| norm(&face.velocity) > 0.0 || !closed.contains(&face.kind));
+    let open = faces.any(|face| !face.velocity.is_zero() || !closed.contains(&face.kind));
     let more = !scene.scene.walls.is_empty() || scene.scene.stop_when.is_some();
+    let drives = [&scene.scene.gravity, &medium.body_force, &medium.pressure_gradient];
     first([
         (grain.shape != Shape::Sphere, "a sphere was charted"),
+        (drives.into_iter().any(OverTime::varies), "constant gravity and drives were charted"),
         (moves, "a sphere that is at rest at first was charted"),
         (flows, "a fluid that is at rest at first was charted, and no flow rate is held"),
         (open, "closed faces at rest were charted"),
@@ -322,7 +326,7 @@ fn alone(scene: &CheckedScene) -> Option<Reason> {
 /// What settling and bouncing spheres share besides.
 fn settling(scene: &CheckedScene, class: Class) -> Option<Reason> {
     let grain = &scene.grains[0];
-    let gravity = scene.scene.gravity;
+    let gravity = scene.scene.peak_gravity();
     let along_z = gravity[2] != 0.0 && gravity[0] == 0.0 && gravity[1] == 0.0;
     let domain = &scene.scene.domain;
     let stretched = domain.stretching.map(|stretching| stretching.axis);
@@ -377,7 +381,7 @@ fn collision(scene: &CheckedScene) -> Option<Reason> {
         Some(format!("collisions of {COLLIDING} free spheres were charted"))
     } else {
         first([(
-            norm(&scene.scene.gravity) > 0.0 || !plain,
+            norm(&scene.scene.peak_gravity()) > 0.0 || !plain,
             "collisions without gravity and walls were charted",
         )])
     }

@@ -15,6 +15,7 @@ pub const NAMES: &[&str] = &[
     "contact-accuracy",
     "contact-dashpot",
     "window-over-contact",
+    "wall-speed",
     "tangential-dashpot",
     "resolution",
     "resolution-accuracy",

@@ -13,6 +13,7 @@ pub(crate) const MOST_OVERLAP: f64 = DemFacts::MOST_OVERLAP;
 /// Two equal grains of a linear spring that meet at U overlap by U t_c/π at most, whatever their mass: half a
 /// period of the spring. A dashpot makes it less.
 pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
+    bounds.extend(wall_speed(facts));
     let Some(part) = largest_overlap(facts) else { return };
     let speed = facts.speeds.approach;
     let named = part * facts.speeds.named_approach > MOST_OVERLAP * speed;
@@ -24,6 +25,21 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     );
     // A coupled run ends at this overlap; a DEM alone goes on. What is estimated warns, and is watched.
     bounds.push(if facts.fluid.is_some() && named { bound } else { bound.warning() });
+}
+
+/// The way of a wall whose velocity changes over time in a window: what it meets must be known before.
+fn wall_speed(facts: &Facts<'_>) -> Option<Bound> {
+    let (scene, until) = (facts.scene, facts.scene.scene.until);
+    let radius = scene.grains.iter().map(|grain| grain.radius).reduce(f64::min)?;
+    let walls = scene.contact_walls().into_iter().filter(|wall| wall.velocity.varies());
+    let speed = walls.map(|wall| wall.velocity.largest(until)).reduce(f64::max)?;
+    Some(
+        Bound::new("wall-speed", "V dt/R", speed * facts.steps.dt_fluid / radius, Side::AtMost, 1.0).because(
+            format!("a wall that moves at V = {} m/s passes a grain's radius within a window", Short(speed)),
+            "geometry: a grain that is beside a wall at the start of a window is behind it at the end",
+            "lower the velocity of the wall, or the step (fluid.time.dt, dem.dt)",
+        ),
+    )
 }
 
 /// U t_c/(π R) of the smallest free grain, where anything can touch.

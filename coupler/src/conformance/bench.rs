@@ -51,7 +51,7 @@ impl Bench {
                     .grains
                     .iter()
                     .map(|grain| Loads {
-                        force: scene.scene.gravity.map(|g| -0.5 * g * grain.mass()),
+                        force: scene.scene.gravity.start().map(|g| -0.5 * g * grain.mass()),
                         ..Loads::default()
                     })
                     .collect(),
@@ -67,7 +67,7 @@ impl Bench {
         let begin = |grain: &Grain| Kinematics {
             position: grain.position,
             orientation: grain.orientation,
-            velocity: grain.velocity,
+            velocity: grain.velocity.start(),
             ..Kinematics::default()
         };
         self.setup.scene.grains.iter().map(begin).collect()

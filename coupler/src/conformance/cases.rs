@@ -187,11 +187,11 @@ fn units(bench: &Bench) -> Result<String, String> {
 /// Free grains at rest that nothing touches gain g dt/2.
 fn falls(bench: &Bench, command: &Command, records: &[Kinematics]) -> Result<String, String> {
     let scene = &bench.setup.scene;
-    let gravity = scene.scene.gravity;
+    let gravity = scene.scene.gravity.mean(command.time, command.time + command.dt);
     let mut seen = 0;
     for (number, (grain, now)) in scene.grains.iter().zip(records).enumerate() {
         let alone = now.contact_force == [0.0; 3] && now.lubrication_force == [0.0; 3];
-        let free = grain.motion == Motion::Free && grain.locked.is_empty() && grain.velocity == [0.0; 3];
+        let free = grain.motion == Motion::Free && grain.locked.is_empty() && grain.velocity.is_zero();
         if !(alone && free) {
             continue;
         }
@@ -227,7 +227,7 @@ fn floats(bench: &Bench, records: &[Loads]) -> Result<String, String> {
     }
     let mut worst = 0.0f64;
     for (number, (grain, loads)) in scene.grains.iter().zip(records).enumerate() {
-        let buoyancy = scene.scene.gravity.map(|g| -density * g * grain.volume());
+        let buoyancy = scene.scene.gravity.start().map(|g| -density * g * grain.volume());
         let wrong = norm(&std::array::from_fn(|c| loads.force[c] - buoyancy[c])) / norm(&buoyancy);
         if wrong.is_nan() || wrong > 0.05 {
             return Err(format!(

@@ -74,8 +74,8 @@ impl KinematicsCheck {
         let (domain, grains) = (&scene.scene.domain, &scene.grains);
         let at_start = |grain: &Grain| Last {
             position: grain.position,
-            velocity: grain.velocity,
-            spin: grain.spin,
+            velocity: grain.velocity.start(),
+            spin: grain.spin.start(),
             near: true,
         };
         Self {
@@ -85,7 +85,7 @@ impl KinematicsCheck {
             round: grains.iter().map(|grain| grain.shape.is_round()).collect(),
             walls: scene.contact_walls(),
             periods: domain.periods().map(|period| period.map(|(_, length)| length)),
-            gravity: norm(&scene.scene.gravity),
+            gravity: norm(&scene.scene.peak_gravity()),
             diagonal: diagonal(scene),
             last: if resumed { Vec::new() } else { grains.iter().map(at_start).collect() },
             drifts: vec![Drift::default(); grains.len()],
@@ -130,7 +130,7 @@ impl KinematicsCheck {
             .zip(&self.radii)
             .map(|(last, radius)| norm(&last.velocity) + radius * norm(&last.spin));
         let now = motion.iter().map(|grain| norm(&grain.velocity));
-        let walls = self.walls.iter().map(|wall| norm(&wall.velocity));
+        let walls = self.walls.iter().map(|wall| wall.velocity.largest(f64::INFINITY));
         before.chain(now).chain(walls).fold(0.0, f64::max)
     }
 
@@ -295,10 +295,9 @@ impl KinematicsCheck {
                 self.walls.iter().enumerate().filter(|(_, wall)| wall.from <= time && time < wall.until)
             {
                 let normal = norm(&wall.normal);
+                let moved = wall.velocity.integral(time);
                 let height: f64 = (0..3)
-                    .map(|c| {
-                        wall.normal[c] / normal * (now.position[c] - wall.point[c] - wall.velocity[c] * time)
-                    })
+                    .map(|c| wall.normal[c] / normal * (now.position[c] - wall.point[c] - moved[c]))
                     .sum();
                 let radius = self.radii[grain];
                 take(grain, height - radius, radius, &|| format!("wall {number}"));

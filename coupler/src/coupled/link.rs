@@ -113,7 +113,7 @@ impl Link for CoupledLink<'_> {
         self.ordered.pop_front();
         self.extras.clear();
         let medium = self.scene.scene.medium.as_ref();
-        self.extras.extend(medium.and_then(|m| m.flow_rate).map(|_| whole.fluid.pressure_gradient));
+        self.extras.extend(medium.and_then(|m| m.flow_rate.as_ref()).map(|_| whole.fluid.pressure_gradient));
         whole.fluid.numbers(self.totals[0], &mut self.extras);
         whole.dem.numbers(self.totals[1], &mut self.extras);
         self.latest = Some((slot, whole));

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use bedload_scene::{Geometry, InitialVelocity, Shape, WallKind};
+use bedload_scene::{Geometry, InitialVelocity, OverTime, Shape, WallKind};
 use toml::{Table, Value};
 
 use super::change::Change;
@@ -34,9 +34,8 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
         |axis: usize| same(grain.position[axis], 0.5 * (domain.lower[axis] + domain.upper[axis]), side);
     let square =
         same(extent(1), side, side) && centred(0) && centred(1) && domain.cells[0] == domain.cells[1];
-    let along = |v: &[f64; 3]| v[0] == 0.0 && v[1] == 0.0;
-    let swings = grain.oscillation.is_none_or(|swing| along(&swing.amplitude));
-    let moves = along(&grain.velocity) && along(&grain.spin) && swings && grain.shape == Shape::Sphere;
+    let along = |v: &OverTime<[f64; 3]>| v.extremes().all(|v| v[0] == 0.0 && v[1] == 0.0);
+    let moves = along(&grain.velocity) && along(&grain.spin) && grain.shape == Shape::Sphere;
     let kinds = |axis: usize| {
         let faces = domain.boundary(axis)?;
         Some([faces.lower?.kind, faces.upper.kind])
@@ -46,7 +45,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let kind = kinds(0)?[0];
     let sides = [kinds(0)?, kinds(1)?].concat();
     let alike = closed(kind) && sides.iter().all(|side| *side == kind);
-    let drives = along(&scene.scene.gravity) && along(&drive(&scene.scene));
+    let drives = along(&scene.scene.gravity) && along(&drive(&scene.scene).into());
     let at_rest = medium.initial == InitialVelocity::Rest && !is_driven_at_faces(&scene.scene);
     if !(square && moves && alike && drives && at_rest) {
         return None;

@@ -16,7 +16,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let scene = &prepared.scene;
     let medium = scene.scene.medium.as_ref()?;
     let at_rest = medium.initial == bedload_scene::InitialVelocity::Rest;
-    let driven = norm(&medium.body_force) + norm(&medium.pressure_gradient) > 0.0;
+    let driven = !medium.body_force.is_zero() || !medium.pressure_gradient.is_zero();
     if !scene.has_free_grains() || !at_rest || driven || is_driven_at_faces(&scene.scene) {
         return None;
     }
@@ -25,14 +25,14 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
         return None;
     }
     let domain = &scene.scene.domain;
-    let (until, gravity) = (scene.scene.until, norm(&scene.scene.gravity));
+    let (until, gravity) = (scene.scene.until, norm(&scene.scene.peak_gravity()));
     let tallest = (0..domain.dimensions()).map(|axis| domain.upper[axis] - domain.lower[axis]);
     let fall = until.min((2.0 * tallest.fold(0.0, f64::max) / gravity).sqrt());
     let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);
     let loss = |grain: &bedload_scene::Grain| {
         let (diameter, mu) = (2.0 * grain.radius, medium.viscosity);
-        let fast = norm(&grain.velocity) + gravity * fall;
-        let slow = norm(&grain.velocity).max(gravity * fall);
+        let fast = norm(&grain.velocity.start()) + gravity * fall;
+        let slow = norm(&grain.velocity.start()).max(gravity * fall);
         let reynolds = fast * diameter * medium.density / mu;
         let drag = 18.0 * mu / (grain.density * diameter * diameter) * over_stokes(reynolds);
         let stokes = grain.density * slow * diameter / (9.0 * mu);

@@ -135,6 +135,6 @@ fn same(a: f64, b: f64, size: f64) -> bool {
 /// Does a face move or let fluid in, or is a flow rate held?
 fn is_driven_at_faces(scene: &Scene) -> bool {
     let faces = (0..scene.domain.dimensions()).filter_map(|axis| scene.domain.boundary(axis));
-    let moves = faces.flat_map(|b| [b.lower, Some(b.upper)]).flatten().any(|f| norm(&f.velocity) > 0.0);
+    let moves = faces.flat_map(|b| [b.lower, Some(b.upper)]).flatten().any(|f| !f.velocity.is_zero());
     moves || scene.medium.as_ref().is_some_and(|medium| medium.flow_rate.is_some())
 }

@@ -1,6 +1,6 @@
 //! The plane in place of space.
 
-use bedload_scene::{Axis, Geometry, InitialVelocity, WallKind};
+use bedload_scene::{Axis, Geometry, InitialVelocity, OverTime, WallKind};
 use toml::Value;
 
 use super::Idea;
@@ -11,22 +11,22 @@ use crate::prepare::Prepared;
 pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let scene = &prepared.scene;
     let (domain, medium) = (&scene.scene.domain, scene.scene.medium.as_ref()?);
-    let flat = |v: &[f64; 3]| v[1] == 0.0;
+    let flat = |v: &OverTime<[f64; 3]>| v.extremes().all(|v| v[1] == 0.0);
     let y = if domain.geometry == Geometry::Space { domain.boundary(1)? } else { return None };
     let open = |kind: WallKind| matches!(kind, WallKind::Periodic | WallKind::FreeSlip);
-    let sides_are_open = y.lower.is_some_and(|lower| open(lower.kind)) && open(y.upper.kind);
+    let sides_are_open = y.lower.as_ref().is_some_and(|lower| open(lower.kind)) && open(y.upper.kind);
     let faces = [0, 2].into_iter().filter_map(|axis| domain.boundary(axis));
     let faces_are_flat = faces.flat_map(|b| [b.lower, Some(b.upper)]).flatten().all(|f| flat(&f.velocity));
     let initial_is_flat = match &medium.initial {
         InitialVelocity::Rest => true,
-        InitialVelocity::Uniform { velocity } => flat(velocity),
+        InitialVelocity::Uniform { velocity } => velocity[1] == 0.0,
         InitialVelocity::Shear { direction, gradient, .. } => *direction != Axis::Y && *gradient != Axis::Y,
         InitialVelocity::TaylorGreen { .. } | InitialVelocity::Run { .. } => false,
     };
     let drives_are_flat = flat(&medium.body_force)
         && flat(&medium.pressure_gradient)
         && flat(&scene.scene.gravity)
-        && medium.flow_rate.is_none_or(|flow| flow.axis != Axis::Y);
+        && medium.flow_rate.as_ref().is_none_or(|flow| flow.axis != Axis::Y);
     let stretched = domain.stretching.is_some_and(|stretching| stretching.axis == Axis::Y);
     let fits = scene.grains.is_empty()
         && sides_are_open

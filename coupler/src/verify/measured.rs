@@ -31,7 +31,7 @@ pub(super) fn metrics(scene: &CheckedScene) -> Option<String> {
             format!("{{name=\"force-{place}\",kind=\"final\",column=\"hydrodynamic_force_{axis}[{place}]\"}}")
         };
         list.extend(of(|motion| *motion != Motion::Free).filter(|place| *place < HELD).map(force));
-    } else if free.len() <= ONE_BY_ONE && scene.scene.gravity != [0.0; 3] {
+    } else if free.len() <= ONE_BY_ONE && !scene.scene.gravity.is_zero() {
         for place in free {
             list.push(format!("{{name=\"speed-{place}\",kind=\"reynolds\",grain={place}}}"));
             if !scene.contact_walls().is_empty() {
@@ -75,19 +75,25 @@ fn letter(component: usize) -> &'static str {
 /// grains that move, or a flow at the start, the first that it has; none where nothing does.
 fn direction(scene: &CheckedScene) -> Option<usize> {
     let medium = scene.scene.medium.as_ref()?;
-    let domain = &scene.scene.domain;
+    let (domain, until) = (&scene.scene.domain, scene.scene.until);
     let mut held = [0.0; 3];
     if let Some(flow) = &medium.flow_rate {
-        held[flow.axis.component()] = flow.mean_velocity;
+        held[flow.axis.component()] = flow.mean_velocity.peak(until);
     }
     let start = match medium.initial {
         InitialVelocity::Uniform { velocity } => velocity,
         _ => [0.0; 3],
     };
     let boundaries = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis));
-    let faces =
-        boundaries.flat_map(|both| [both.lower, Some(both.upper)]).flatten().map(|face| face.velocity);
-    let grains = scene.grains.iter().filter(|grain| grain.motion != Motion::Free).map(|grain| grain.velocity);
+    let faces = boundaries
+        .flat_map(|both| [both.lower, Some(both.upper)])
+        .flatten()
+        .map(|face| face.velocity.peak(until));
+    let grains = scene
+        .grains
+        .iter()
+        .filter(|grain| grain.motion != Motion::Free)
+        .map(|grain| grain.velocity.peak(until));
     let all = [held, drive(&scene.scene)].into_iter().chain(faces).chain(grains).chain([start]);
     let moves = all.into_iter().find(|of| *of != [0.0; 3])?;
     (0..3).max_by(|a, b| moves[*a].abs().total_cmp(&moves[*b].abs()))

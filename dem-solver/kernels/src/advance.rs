@@ -7,6 +7,7 @@ use crate::general::bodies::BodyContacts;
 use crate::general::engine::General;
 use crate::general::evaluation::Window;
 use crate::grains::Grains;
+use crate::motion::Vec3;
 use crate::report::{GrainLoad, NonFinite, Observations, Outcome, WindowReport};
 use crate::solver::{Dem, Running};
 use crate::surroundings::Surroundings;
@@ -40,13 +41,16 @@ impl Dem {
         check(self.grains.len(), dt_window, n_sub, loads)?;
         let Self { grains, engine, around, response, observed, gravity, .. } = self;
         let (time, dt) = (self.time, dt_window / f64::from(n_sub));
+        // Where gravity changes, each sub-step adds its difference from this one.
+        let first = Vec3::from(gravity.start());
+        let gravity = Some(&*gravity).filter(|gravity| gravity.varies());
         self.time += dt_window;
         self.windows += 1;
         self.substeps += u64::from(n_sub);
         let done = match engine {
             Running::General(general) => {
-                response.set(grains, gravity, loads);
-                let mut window = Window { grains, around, response, observed };
+                response.set(grains, &first, loads);
+                let mut window = Window { grains, around, response, observed, gravity };
                 let done = advance_general(general, &mut window, time, dt_window, n_sub);
                 gaps_to_walls(grains, around, general.evaluation.bodies.as_deref(), observed, self.time);
                 done
@@ -54,11 +58,11 @@ impl Dem {
             Running::Bulk(bulk) => {
                 let loaded = loads.iter().any(|load| *load != GrainLoad::default());
                 if loaded {
-                    response.set(grains, gravity, loads);
+                    response.set(grains, &first, loads);
                 }
                 let wanted =
                     Wanted { observations: !observed.gap_end.is_empty(), orientation: self.orientation };
-                bulk.begin(grains, loaded.then_some(&*response), gravity, wanted);
+                bulk.begin(grains, loaded.then_some(&*response), &first, wanted);
                 let done = advance_bulk(bulk, grains, time, dt_window, n_sub);
                 observed.clear();
                 if wanted.observations {

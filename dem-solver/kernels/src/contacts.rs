@@ -36,7 +36,7 @@ impl Dem {
     #[must_use]
     pub fn contact_list(&self, loads: &[GrainLoad]) -> Vec<Contact> {
         let (g, lists) = (&self.grains, self.lists_now());
-        let response = Response::new(g, &self.gravity, loads);
+        let response = Response::new(g, &self.gravity.at(self.time).into(), loads);
         let pairs =
             lists.pairs.entries().filter_map(|(i, k)| self.between_grains(i, k, &lists.pairs, &response));
         let walls = lists.walls.entries().filter(|&(i, _)| is_free(g, i));
@@ -138,7 +138,7 @@ impl Dem {
         if !wall.acts(self.time) || gap > self.around.range {
             return None;
         }
-        let force = self.force(&Near::wall(i, wall, gap), response, walls.spring[k])?;
+        let force = self.force(&Near::wall(i, wall, gap, self.time), response, walls.spring[k])?;
         let (end, point) = (g.position[i], g.position[i] - wall.normal * (g.radius[i] + gap));
         Some(Contact { grain: i, force, end, start: point, point, held: true, wall: Some(number) })
     }

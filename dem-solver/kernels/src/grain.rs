@@ -39,7 +39,7 @@ impl Shape {
 }
 
 /// One grain at time zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Grain {
     /// Centre, m.
     pub position: [f64; 3],

@@ -79,7 +79,7 @@ impl Grains {
             grains.outline.push(grain.outline);
             grains.mass.push(mass);
             grains.inertia.push(inertia);
-            grains.motion.push(grain.motion);
+            grains.motion.push(grain.motion.clone());
             grains.translation.push(translation);
             grains.rotation.push(rotation);
         }
@@ -156,6 +156,8 @@ pub struct Response {
     pub acceleration: Vec<Vec3>,
     /// (T + I_a dω/dt_prev)/(I_p + I_a) about free axes, rad/s².
     pub spin_acceleration: Vec<Vec3>,
+    /// g in it, m/s².
+    gravity: Vec3,
 }
 
 impl Response {
@@ -179,6 +181,7 @@ impl Response {
     /// Takes the loads of a window; no load at all is a dry run.
     pub fn set(&mut self, grains: &Grains, gravity: &Vec3, loads: &[GrainLoad]) {
         self.resize(grains.len());
+        self.gravity = *gravity;
         for i in 0..grains.len() {
             let load = loads.get(i).copied().unwrap_or_default();
             let inverse = 1.0 / (grains.mass[i] + load.added_mass);
@@ -191,6 +194,14 @@ impl Response {
             self.contact_inverse_mass[i] = if moves { inverse } else { 0.0 };
             self.acceleration[i] = self.inverse_mass[i].component_mul(&force);
             self.spin_acceleration[i] = self.inverse_inertia[i].component_mul(&torque);
+        }
+    }
+
+    /// Puts `gravity` in the place of what was taken before.
+    pub(crate) fn set_gravity(&mut self, grains: &Grains, gravity: Vec3) {
+        let change = gravity - std::mem::replace(&mut self.gravity, gravity);
+        for i in 0..grains.len() {
+            self.acceleration[i] += self.inverse_mass[i].component_mul(&change) * grains.mass[i];
         }
     }
 

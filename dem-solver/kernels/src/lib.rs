@@ -74,6 +74,7 @@ mod surroundings;
 mod validate;
 mod vector;
 
+pub use bedload_over_time::{OverTime, Sine};
 pub use error::{AdvanceError, RestoreError, SpecError};
 pub use grain::{Grain, Shape};
 pub use laws::linear::LinearSpringDashpot;

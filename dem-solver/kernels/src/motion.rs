@@ -1,5 +1,6 @@
 //! Vectors; who moves a grain, and along which axes; how an orientation turns.
 
+use bedload_over_time::OverTime;
 use nalgebra::{Quaternion, UnitQuaternion};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub type Vec3 = nalgebra::Vector3<f64>;
 
 /// Who moves a grain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Motion {
     /// Forces do.
@@ -16,28 +17,14 @@ pub enum Motion {
     Free,
     /// Nothing does.
     Fixed,
-    /// Constant velocity and spin.
+    /// Velocity and spin are given.
     Prescribed {
         /// Velocity, m/s.
         #[serde(default)]
-        velocity: [f64; 3],
-        /// Angular velocity, rad/s.
+        velocity: OverTime<[f64; 3]>,
+        /// Angular velocity about an axis that does not turn, rad/s.
         #[serde(default)]
-        spin: [f64; 3],
-    },
-    /// x(t) = x₀ + A (sin(ωt + φ) − sin φ), and likewise an angle about a fixed axis.
-    Oscillating {
-        /// A, m.
-        #[serde(default)]
-        amplitude: [f64; 3],
-        /// Amplitude of the angle, along its axis, rad.
-        #[serde(default)]
-        angle: [f64; 3],
-        /// ω, rad/s.
-        frequency: f64,
-        /// φ, rad.
-        #[serde(default)]
-        phase: f64,
+        spin: OverTime<[f64; 3]>,
     },
 }
 
@@ -45,35 +32,35 @@ impl Motion {
     /// Velocity and spin at time `t` of a grain that forces do not move.
     #[must_use]
     pub fn velocity_at(&self, t: f64) -> (Vec3, Vec3) {
-        match *self {
+        match self {
             Self::Free | Self::Fixed => (Vec3::zeros(), Vec3::zeros()),
-            Self::Prescribed { velocity, spin } => (velocity.into(), spin.into()),
-            Self::Oscillating { amplitude, angle, frequency, phase } => {
-                let rate = frequency * (frequency * t + phase).cos();
-                (Vec3::from(amplitude) * rate, Vec3::from(angle) * rate)
-            }
+            Self::Prescribed { velocity, spin } => (velocity.at(t).into(), spin.at(t).into()),
         }
     }
 
     /// Mean velocity and spin between `t` and `t + dt`: times `dt` they give the exact path.
     #[must_use]
     pub fn mean_velocity(&self, t: f64, dt: f64) -> (Vec3, Vec3) {
-        match *self {
-            Self::Oscillating { amplitude, angle, frequency, phase } => {
-                let rate = ((frequency * (t + dt) + phase).sin() - (frequency * t + phase).sin()) / dt;
-                (Vec3::from(amplitude) * rate, Vec3::from(angle) * rate)
+        match self {
+            Self::Free | Self::Fixed => (Vec3::zeros(), Vec3::zeros()),
+            Self::Prescribed { velocity, spin } => {
+                (velocity.mean(t, t + dt).into(), spin.mean(t, t + dt).into())
             }
-            _ => self.velocity_at(t),
         }
+    }
+
+    /// Whether velocity or spin change over time.
+    #[must_use]
+    pub fn varies(&self) -> bool {
+        matches!(self, Self::Prescribed { velocity, spin } if velocity.varies() || spin.varies())
     }
 
     /// All its numbers.
     pub(crate) fn values(&self) -> Vec<f64> {
-        match *self {
+        match self {
             Self::Free | Self::Fixed => Vec::new(),
-            Self::Prescribed { velocity, spin } => [velocity, spin].concat(),
-            Self::Oscillating { amplitude, angle, frequency, phase } => {
-                [&amplitude[..], &angle, &[frequency, phase]].concat()
+            Self::Prescribed { velocity, spin } => {
+                velocity.extremes().chain(spin.extremes()).flatten().collect()
             }
         }
     }

@@ -15,6 +15,7 @@ use crate::search::lists::Neighbours;
 use crate::spec::DemSpec;
 use crate::state::SavedContact;
 use crate::surroundings::Surroundings;
+use bedload_over_time::OverTime;
 
 /// The solver.
 #[derive(Clone, Debug)]
@@ -25,7 +26,7 @@ pub struct Dem {
     pub(crate) around: Surroundings,
     pub(crate) response: Response,
     pub(crate) observed: Observations,
-    pub(crate) gravity: Vec3,
+    pub(crate) gravity: OverTime<[f64; 3]>,
     pub(crate) time: f64,
     pub(crate) substeps: u64,
     pub(crate) windows: u64,
@@ -72,7 +73,7 @@ impl Dem {
             observed: Observations::new(if is_bulk && !spec.observations { 0 } else { grains.len() }),
             engine,
             around,
-            gravity: spec.gravity.into(),
+            gravity: spec.gravity.clone(),
             time: 0.0,
             substeps: 0,
             windows: 0,

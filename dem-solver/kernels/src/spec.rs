@@ -7,6 +7,7 @@ use crate::lubrication::law::{LineResolution, LubricationModel};
 use crate::lubrication::settings::Lubrication;
 use crate::motion::Freedom;
 use bedload_outline::Outline;
+use bedload_over_time::OverTime;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +63,7 @@ pub struct DemSpec {
     /// Lower end and length of the period per axis, m; none where the axis is not periodic.
     pub periods: [Option<(f64, f64)>; 3],
     /// Gravity, m/s².
-    pub gravity: [f64; 3],
+    pub gravity: OverTime<[f64; 3]>,
     /// Law of contact.
     pub contact: ContactLaw,
     /// Model of lubrication.
@@ -101,7 +102,7 @@ impl DemSpec {
             outlines: Vec::new(),
             walls: Vec::new(),
             periods: [None; 3],
-            gravity: [0.0; 3],
+            gravity: OverTime::default(),
             contact,
             lubrication: Lubrication::None,
             line_resolution: LineResolution::MASK,

@@ -54,9 +54,10 @@ impl Dem {
     #[must_use]
     pub fn potential_energy(&self) -> f64 {
         let g = &self.grains;
+        let gravity = Vec3::from(self.gravity.at(self.time));
         let fall = |i: usize| {
             let x = self.around.periods.unwrap(&g.position[i], &g.image[i]);
-            -g.mass[i] * self.gravity.dot(&x)
+            -g.mass[i] * gravity.dot(&x)
         };
         (0..g.len()).filter(|&i| g.responds(i)).map(fall).sum()
     }

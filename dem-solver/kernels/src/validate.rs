@@ -21,7 +21,7 @@ impl DemSpec {
         for (index, wall) in self.walls.iter().enumerate() {
             wall.validate(index, periodic)?;
         }
-        if let Some(&value) = self.gravity.iter().find(|c| !c.is_finite()) {
+        if let Some(value) = self.gravity.extremes().flatten().find(|c| !c.is_finite()) {
             return model("gravity", "a component", value, "finite");
         }
         if self.lubrication.settings().is_some() && !(self.viscosity > 0.0 && self.viscosity.is_finite()) {

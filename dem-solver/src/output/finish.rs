@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::motion::Vec3;
 use crate::output::grain_files;
 use crate::output::janssen::{Measured, Silo, direct, plateau};
 use crate::output::profile::Profile;
@@ -39,7 +38,7 @@ pub(crate) fn finish(
         );
     }
     let Some(profile) = profile else { return Ok(BTreeMap::new()) };
-    let gravity = Vec3::from(spec.gravity)[profile.axis];
+    let gravity = spec.gravity.at(dem.time())[profile.axis];
     let fit = scene.scene.metrics.iter().find_map(|metric| match metric.kind {
         MetricKind::JanssenFit(InRange { range }) => {
             let silo = Silo::new(profile, range, gravity)?;

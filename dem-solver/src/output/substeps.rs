@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use bedload_scene::{Geometry, ObservedSubsteps};
+use bedload_scene::{Geometry, ObservedSubsteps, OverTime};
 
 use crate::grains::Grains;
 use crate::motion::Vec3;
@@ -41,8 +41,7 @@ impl Substeps {
     /// The table of the window that was done under `loads` and `gravity`. Along free axes of a free grain m
     /// dv/dt is the sum of the forces, with the weight m g: the force of the virtual mass m_a is m_a (A_prev
     /// − dv/dt).
-    pub(crate) fn table(&self, dem: &Dem, gravity: [f64; 3], loads: &[GrainLoad]) -> String {
-        let gravity = Vec3::from(gravity);
+    pub(crate) fn table(&self, dem: &Dem, gravity: &OverTime<[f64; 3]>, loads: &[GrainLoad]) -> String {
         let components = components(self.geometry);
         let mut text = String::from("substep,t,grain");
         for name in NAMES {
@@ -53,7 +52,8 @@ impl Substeps {
         text.push('\n');
         for (place, row) in dem.observations().split.rows().iter().enumerate() {
             let place = place % self.grains.len();
-            let values = values(row, &dem.grains, gravity, loads[row.grain], self.before[place]);
+            let values =
+                values(row, &dem.grains, gravity.at(row.time).into(), loads[row.grain], self.before[place]);
             let _ = write!(text, "{},{},{}", row.substep, row.time, row.grain);
             for value in values {
                 for &(c, _) in components {

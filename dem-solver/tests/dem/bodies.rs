@@ -178,7 +178,7 @@ fn incline(outline: Outline, slope: f64, friction: f64) -> Dem {
     law.friction = friction;
     let mut set_up = empty(law);
     set_up.walls.push(floor());
-    set_up.gravity = [9.81 * slope.sin(), 0.0, -9.81 * slope.cos()];
+    set_up.gravity = [9.81 * slope.sin(), 0.0, -9.81 * slope.cos()].into();
     let height = outline.support([0.0, 1.0])[1];
     set_up.add_body(outline, [0.0, 0.0, height], 1000.0);
     dem(&set_up)
@@ -230,7 +230,7 @@ fn heap(angle: f64) -> DemSpec {
     let mut set_up = empty(law);
     let (s, c) = angle.sin_cos();
     let out = |[x, z]: [f64; 2]| [x * c + z * s, 0.0, z * c - x * s];
-    set_up.gravity = out([0.0, -9.81]);
+    set_up.gravity = out([0.0, -9.81]).into();
     set_up.walls.push(Wall::new([0.0; 3], out([0.0, 1.0])));
     set_up.walls.push(Wall::new(out([-0.7, 0.0]), out([1.0, 0.0])));
     set_up.walls.push(Wall::new(out([0.7, 0.0]), out([-1.0, 0.0])));
@@ -338,7 +338,7 @@ fn a_stack_of_five_squares_stands() {
     law.friction = 0.5;
     let mut set_up = empty(law);
     set_up.walls.push(floor());
-    set_up.gravity = [0.0, 0.0, -9.81];
+    set_up.gravity = [0.0, 0.0, -9.81].into();
     for k in 0..5 {
         // One has slipped a little.
         let x = if k == 2 { 1e-3 } else { 0.0 };

@@ -2,8 +2,10 @@
 use crate::common::{Random, cloud, dem, floor, law, repeats, spec};
 use dem_solver::BulkSettings;
 use dem_solver::{
-    Dem, DemSpec, Engine, Freedom, Grain, GrainLoad, Integrator, Motion, Shape, State, Vec3, Wall,
+    Dem, DemSpec, Engine, Freedom, Grain, GrainLoad, Integrator, Motion, OverTime, Shape, Sine, State, Vec3,
+    Wall,
 };
+use std::f64::consts::TAU;
 
 /// Grains that fall and shear: periodic faces, a floor, a lid that moves, a gate that vanishes, fixed and
 /// driven grains.
@@ -15,24 +17,27 @@ fn busy(n: usize, friction: f64) -> DemSpec {
     for k in (0..n).step_by(37) {
         grains[k].motion = match k % 3 {
             0 => Motion::Fixed,
-            1 => Motion::Prescribed { velocity: [0.2, 0.0, 0.05], spin: [0.0, 1.0, 0.0] },
-            _ => Motion::Oscillating {
-                amplitude: [0.02, 0.0, 0.01],
-                angle: [0.0; 3],
-                frequency: 9.0,
-                phase: 0.3,
+            1 => Motion::Prescribed { velocity: [0.2, 0.0, 0.05].into(), spin: [0.0, 1.0, 0.0].into() },
+            _ => Motion::Prescribed {
+                velocity: OverTime::sine(Sine {
+                    amplitude: [0.18, 0.0, 0.09],
+                    frequency: 9.0 / TAU,
+                    phase: 1.9,
+                    offset: [0.0; 3],
+                }),
+                spin: OverTime::table(vec![(0.0, [0.0; 3]), (0.03, [0.0, 2.0, 0.0])]),
             },
         };
     }
     let mut set_up = spec(grains, law);
     set_up.walls = vec![
         floor(),
-        Wall { velocity: [0.3, 0.0, -0.4], ..Wall::new([0.0, 0.0, side + 0.2], [0.0, 0.0, -1.0]) },
+        Wall { velocity: [0.3, 0.0, -0.4].into(), ..Wall::new([0.0, 0.0, side + 0.2], [0.0, 0.0, -1.0]) },
         Wall { until: Some(0.05), ..Wall::new([0.1, 0.0, 0.0], [1.0, 0.0, 0.0]) },
         Wall { from: 0.03, ..Wall::new([side, 0.0, 0.0], [-1.0, 0.0, 0.0]) },
     ];
     set_up.periods = [None, Some((-0.3, side)), None];
-    set_up.gravity = [1.0, 0.0, -9.0];
+    set_up.gravity = [1.0, 0.0, -9.0].into();
     set_up.engine = Engine::Bulk;
     set_up
 }
@@ -123,6 +128,7 @@ fn they_agree_under_loads_and_locks() {
         added_mass: 0.2,
         added_inertia: 0.01,
     };
+    set_up.gravity = OverTime::table(vec![(0.01, [0.0, 0.0, -9.0]), (0.03, [2.0, 1.0, -8.0])]);
     agree(&set_up, &(0..300).map(load).collect::<Vec<_>>(), 20);
 }
 
@@ -144,7 +150,7 @@ fn they_agree_for_discs() {
     set_up.shape = Shape::Disc;
     set_up.walls = vec![floor()];
     set_up.periods = [Some((0.0, 22.0)), None, None];
-    set_up.gravity = [0.0, 0.0, -60.0];
+    set_up.gravity = [0.0, 0.0, -60.0].into();
     set_up.engine = Engine::Bulk;
     agree(&set_up, &[], 30);
 }
@@ -195,7 +201,7 @@ fn rain_on_a_bed() -> DemSpec {
     law.friction = 0.4;
     let mut set_up = spec(grains, law);
     set_up.walls = vec![floor()];
-    set_up.gravity = [0.0, 0.0, -9.0];
+    set_up.gravity = [0.0, 0.0, -9.0].into();
     set_up.engine = Engine::Bulk;
     set_up
 }
@@ -247,7 +253,7 @@ fn outrun_lists_are_noticed() {
         grain.spin = [0.0; 3];
     }
     set_up.walls.truncate(1);
-    set_up.gravity = [0.0, 0.0, -400.0];
+    set_up.gravity = [0.0, 0.0, -400.0].into();
     set_up.bulk.skin = Some(0.01);
     let (mut bulk, mut plain) = (dem(&set_up), dem(&general(&set_up)));
     for _ in 0..2 {

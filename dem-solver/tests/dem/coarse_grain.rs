@@ -99,7 +99,7 @@ fn a_stack_bears_the_weight_above() {
         (0..n).map(|k| Grain::new([0.0, 0.0, r + 2.0 * r * f64::from(k)], r, 3.0)).collect();
     let mass = 3.0 * 4.0 / 3.0 * std::f64::consts::PI * r.powi(3);
     let mut set_up = spec(grains, law(0.3, 0.01));
-    set_up.gravity = [0.0, 0.0, -g];
+    set_up.gravity = [0.0, 0.0, -g].into();
     set_up.walls.push(floor());
     let mut stack = dem(&set_up);
     stack.advance(8.0, 40_000, &[]).expect("advances");

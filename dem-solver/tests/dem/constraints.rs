@@ -1,7 +1,9 @@
 //! Locked, fixed and prescribed motion; walls that vanish; periods; faults.
 use crate::common::{dem, exact, floor, law, spec};
-use dem_solver::{AdvanceError, Dem, Freedom, Grain, GrainLoad, Motion, Shape, SpecError, Vec3, Wall};
-use std::f64::consts::PI;
+use dem_solver::{
+    AdvanceError, Dem, Freedom, Grain, GrainLoad, Motion, OverTime, Shape, Sine, SpecError, Vec3, Wall,
+};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 #[test]
 fn locked_components_stay_put() {
@@ -17,7 +19,7 @@ fn locked_components_stay_put() {
         let mut law = law(0.8, 0.05);
         law.friction = 0.5;
         let mut set_up = spec(grains.clone(), law);
-        set_up.gravity = [0.3, 0.2, -1.0];
+        set_up.gravity = [0.3, 0.2, -1.0].into();
         let mut solver = dem(&set_up);
         let load = GrainLoad {
             force: Vec3::new(0.1, 0.2, 0.3),
@@ -52,16 +54,16 @@ fn disc_mass_and_inertia_are_per_unit_length() {
 #[test]
 fn prescribed_and_oscillating_grains_follow_their_path() {
     let mut steady = Grain::new([0.0; 3], 0.5, 1.0);
-    steady.motion = Motion::Prescribed { velocity: [1.0, 0.0, -0.5], spin: [0.0, 2.0, 0.0] };
+    steady.motion = Motion::Prescribed { velocity: [1.0, 0.0, -0.5].into(), spin: [0.0, 2.0, 0.0].into() };
     let mut swinging = Grain::new([5.0, 0.0, 0.0], 0.5, 1.0);
-    swinging.motion = Motion::Oscillating {
-        amplitude: [0.3, 0.0, 0.1],
-        angle: [0.0, 0.7, 0.0],
-        frequency: 5.0,
-        phase: 0.4,
+    // x₀ + A (sin(ωt + φ) − sin φ), ω = 5: the velocity is Aω cos(ωt + φ).
+    let swing = |amplitude: [f64; 3]| {
+        let (frequency, phase) = (5.0 / TAU, 0.4 + FRAC_PI_2);
+        OverTime::sine(Sine { amplitude: amplitude.map(|a| 5.0 * a), frequency, phase, offset: [0.0; 3] })
     };
+    swinging.motion = Motion::Prescribed { velocity: swing([0.3, 0.0, 0.1]), spin: swing([0.0, 0.7, 0.0]) };
     let mut set_up = spec(vec![steady, swinging], law(0.9, 1e-3));
-    set_up.gravity = [0.0, 0.0, -9.0];
+    set_up.gravity = [0.0, 0.0, -9.0].into();
     let mut solver = dem(&set_up);
     for _ in 0..10 {
         solver
@@ -81,7 +83,7 @@ fn prescribed_and_oscillating_grains_follow_their_path() {
 #[test]
 fn prescribed_grain_is_infinitely_heavy() {
     let mut hammer = Grain::new([-0.5, 0.0, 0.0], 0.5, 1.0);
-    hammer.motion = Motion::Prescribed { velocity: [1e-3, 0.0, 0.0], spin: [0.0; 3] };
+    hammer.motion = Motion::Prescribed { velocity: [1e-3, 0.0, 0.0].into(), spin: [0.0; 3].into() };
     let law = exact(law(0.6, 1e-3));
     let mut solver = dem(&spec(vec![hammer, Grain::new([0.5, 0.0, 0.0], 0.5, 1.0)], law));
     solver.advance(2e-3, 20_000, &[]).expect("advances");
@@ -93,7 +95,7 @@ fn prescribed_grain_is_infinitely_heavy() {
 fn a_gate_vanishes_at_its_time() {
     let mut set_up = spec(vec![Grain::new([0.0, 0.0, 0.5], 0.5, 1.0)], law(0.5, 0.01));
     set_up.walls = vec![Wall { until: Some(1.0), ..floor() }];
-    set_up.gravity = [0.0, 0.0, -1.0];
+    set_up.gravity = [0.0, 0.0, -1.0].into();
     let mut solver = dem(&set_up);
     for _ in 0..100 {
         solver.advance(0.01, 20, &[]).expect("advances");
@@ -109,9 +111,10 @@ fn a_gate_vanishes_at_its_time() {
 fn a_floor_that_takes_over_goes_down_with_its_grain() {
     let mut set_up = spec(vec![Grain::new([0.0, 0.0, 0.5], 0.5, 1.0)], law(0.5, 0.01));
     // Level with the first when that vanishes, then at 0.1 m/s downwards.
-    let next = Wall { from: 1.0, velocity: [0.0, 0.0, -0.1], ..Wall::new([0.0, 0.0, 0.1], [0.0, 0.0, 1.0]) };
+    let next =
+        Wall { from: 1.0, velocity: [0.0, 0.0, -0.1].into(), ..Wall::new([0.0, 0.0, 0.1], [0.0, 0.0, 1.0]) };
     set_up.walls = vec![Wall { until: Some(1.0), ..floor() }, next];
-    set_up.gravity = [0.0, 0.0, -1.0];
+    set_up.gravity = [0.0, 0.0, -1.0].into();
     let mut solver = dem(&set_up);
     for _ in 0..100 {
         solver.advance(0.01, 20, &[]).expect("advances");
@@ -160,7 +163,7 @@ fn sphere_comes_to_rest_on_a_rough_row() {
     let mut law = law(0.5, 5e-3);
     law.friction = 0.3;
     let mut set_up = spec(grains, law);
-    set_up.gravity = [0.0, 0.0, -1.0];
+    set_up.gravity = [0.0, 0.0, -1.0].into();
     let mut solver = dem(&set_up);
     for _ in 0..1500 {
         solver.advance(0.01, 40, &[]).expect("advances");
@@ -236,7 +239,7 @@ fn bad_specs_are_refused_with_the_reason() {
         })
         .contains("along y is 0.9 m; allowed: 1 m")
     );
-    assert!(refused(&|s| s.gravity[2] = f64::INFINITY).contains("gravity"));
+    assert!(refused(&|s| s.gravity = [0.0, 0.0, f64::INFINITY].into()).contains("gravity"));
     let film =
         dem_solver::Lubrication::AsPrinted(dem_solver::lubrication::settings::LubricationSettings::new(1e-3));
     assert!(refused(&|s| s.lubrication = film).contains("viscosity"));

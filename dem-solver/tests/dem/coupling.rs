@@ -20,7 +20,7 @@ fn buoyancy() -> GrainLoad {
 fn release_starts_with_the_virtual_mass() {
     for density in [0.01, 0.5, 1.02, 2.0, 8.0] {
         let mut set_up = spec(vec![Grain::new([0.0; 3], R, density)], law(0.9, 1e-3));
-        set_up.gravity = [0.0, 0.0, -1.0];
+        set_up.gravity = [0.0, 0.0, -1.0].into();
         let mut solver = dem(&set_up);
         solver.advance(0.01, 7, &[buoyancy()]).expect("advances");
         let first = (density - 1.0) / (density + 0.5);
@@ -61,7 +61,7 @@ fn resting_grain_bears_its_submerged_weight() {
         for added in [0.0, 0.5] {
             let mut set_up = spec(vec![Grain::new([0.0, 0.0, R], R, density)], law(0.3, 0.05));
             set_up.walls.push(floor());
-            set_up.gravity = [0.0, 0.0, -1.0];
+            set_up.gravity = [0.0, 0.0, -1.0].into();
             let mut solver = dem(&set_up);
             let load = GrainLoad { added_mass: added * volume(), ..buoyancy() };
             for _ in 0..400 {
@@ -117,7 +117,7 @@ fn mean_forces_close_the_momentum_balance() {
         law.friction = 0.3;
         let mut set_up = spec(vec![grain], law);
         set_up.walls.push(floor());
-        set_up.gravity = [0.0, 0.0, -1.0];
+        set_up.gravity = [0.0, 0.0, -1.0].into();
         set_up.viscosity = 0.02;
         set_up.lubrication = Lubrication::AsPrinted(LubricationSettings::new(1e-3));
         set_up.integrator = integrator;
@@ -146,7 +146,7 @@ fn mean_forces_close_the_momentum_balance() {
 #[test]
 fn windows_of_one_sub_step_keep_the_parabola() {
     let mut set_up = spec(vec![Grain::new([0.0, 0.0, 9.0], R, 2.0)], law(0.9, 1e-2));
-    set_up.gravity = [0.0, 0.0, -1.0];
+    set_up.gravity = [0.0, 0.0, -1.0].into();
     set_up.walls.push(floor());
     let mut solver = dem(&set_up);
     for _ in 0..40 {

@@ -24,7 +24,7 @@ fn bed() -> DemSpec {
         (grain.velocity, grain.spin) = ([0.0; 3], [0.0; 3]);
         grain.position[2] += 0.5;
     }
-    (set_up.walls, set_up.gravity) = (vec![floor()], [0.0, 0.0, -1.0]);
+    (set_up.walls, set_up.gravity) = (vec![floor()], [0.0, 0.0, -1.0].into());
     set_up.periods[2] = None;
     set_up
 }

@@ -13,7 +13,7 @@ fn swing(integrator: Integrator, n: u32) -> (f64, f64) {
     let away = 0.2 * rest;
     let mut set_up = spec(vec![Grain::new([0.0, 0.0, 0.5 + rest + away], 0.5, 1.0)], law);
     set_up.walls.push(floor());
-    set_up.gravity = [0.0, 0.0, -g];
+    set_up.gravity = [0.0, 0.0, -g].into();
     set_up.integrator = integrator;
     let mut solver = dem(&set_up);
     solver.advance(1.0, n, &[]).expect("advances");
@@ -45,7 +45,7 @@ fn order_with_the_tangential_spring() {
         grain.velocity = [1e-4, 0.0, 0.0];
         let mut set_up = spec(vec![grain], law);
         set_up.walls.push(floor());
-        set_up.gravity = [0.0, 0.0, -g];
+        set_up.gravity = [0.0, 0.0, -g].into();
         set_up.integrator = integrator;
         let mut solver = dem(&set_up);
         solver.advance(1.0, n, &[]).expect("advances");
@@ -100,7 +100,7 @@ fn energy_does_not_drift_without_damping() {
     for (integrator, bound) in [(Integrator::SymplecticEuler, 2e-2f64), (Integrator::VelocityVerlet, 2e-3)] {
         let mut set_up = spec(vec![Grain::new([0.0, 0.0, 0.6], 0.5, 1.0)], law(1.0, 0.1));
         set_up.walls.push(floor());
-        set_up.gravity = [0.0, 0.0, -1.0];
+        set_up.gravity = [0.0, 0.0, -1.0].into();
         set_up.integrator = integrator;
         let mut solver = dem(&set_up);
         let mass = solver.grains.mass[0];

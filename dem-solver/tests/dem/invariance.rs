@@ -43,7 +43,7 @@ fn a_turned_frame_sees_the_turned_run() {
     let turned: Vec<Grain> = grains
         .iter()
         .map(|grain| {
-            let mut turned = *grain;
+            let mut turned = grain.clone();
             turned.position = (turn * Vec3::from(grain.position)).into();
             turned.velocity = (turn * Vec3::from(grain.velocity)).into();
             turned.spin = (turn * Vec3::from(grain.spin)).into();

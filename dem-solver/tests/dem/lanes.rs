@@ -14,14 +14,17 @@ fn busy(n: usize) -> DemSpec {
         if k % 37 == 0 {
             grain.motion = Motion::Fixed;
         } else if k % 41 == 0 {
-            grain.motion = Motion::Prescribed { velocity: [0.2, 0.0, 0.05], spin: [0.0, 1.0, 0.0] };
+            grain.motion =
+                Motion::Prescribed { velocity: [0.2, 0.0, 0.05].into(), spin: [0.0, 1.0, 0.0].into() };
         }
     }
     let mut set_up = spec(grains, rough);
-    set_up.walls =
-        vec![floor(), Wall { velocity: [0.3, 0.0, -0.4], ..Wall::new([0.0, 0.0, 8.0], [0.0, 0.0, -1.0]) }];
+    set_up.walls = vec![
+        floor(),
+        Wall { velocity: [0.3, 0.0, -0.4].into(), ..Wall::new([0.0, 0.0, 8.0], [0.0, 0.0, -1.0]) },
+    ];
     set_up.periods = [None, Some((-0.3, 7.9)), None];
-    set_up.gravity = [1.0, 0.0, -9.0];
+    set_up.gravity = [1.0, 0.0, -9.0].into();
     set_up.engine = Engine::General;
     set_up
 }
@@ -104,7 +107,7 @@ fn films_converge_and_keep_momentum() {
     let free = |sweeps: u32| {
         let mut set_up = immersed(200);
         set_up.walls.clear();
-        set_up.gravity = [0.0; 3];
+        set_up.gravity = [0.0; 3].into();
         set_up.grains.iter_mut().for_each(|grain| grain.motion = Motion::Free);
         if let Lubrication::Complement(settings) = &mut set_up.lubrication {
             (settings.sweeps, settings.tangential) = (sweeps, Some(false));

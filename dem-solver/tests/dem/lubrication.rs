@@ -76,7 +76,7 @@ fn stopped_grain_never_touches() {
 fn pressed_grain_never_tunnels() {
     for dt in [1e-3, 1e-1, 1e1] {
         let mut set_up = approach(0.1, -1e-9, 1e-9, LubricationSettings::new(1e-4), 1e-3);
-        set_up.gravity = [0.0, 0.0, -1e-3];
+        set_up.gravity = [0.0, 0.0, -1e-3].into();
         let mut solver = dem(&set_up);
         let mut last = 0.1;
         for _ in 0..200 {
@@ -270,7 +270,7 @@ fn sub_steps_within_a_window_agree_with_windows_of_one_sub_step() {
         grain
     });
     let mut set_up = spec(grains.collect(), law(0.97, 1e-2));
-    set_up.gravity = [0.0, 0.0, -1.0];
+    set_up.gravity = [0.0, 0.0, -1.0].into();
     set_up.viscosity = 0.05;
     set_up.lubrication =
         Lubrication::AsPrinted(LubricationSettings { sweeps: 100, ..LubricationSettings::new(1e-4) });
@@ -291,7 +291,7 @@ fn sub_steps_within_a_window_agree_with_windows_of_one_sub_step() {
 #[test]
 fn moving_wall_carries_the_grain() {
     let mut set_up = approach(0.01, -1e-12, 1e-12, LubricationSettings::new(1e-3), 1e-3);
-    set_up.walls = vec![Wall { velocity: [0.0, 0.0, 0.3], ..floor() }];
+    set_up.walls = vec![Wall { velocity: [0.0, 0.0, 0.3].into(), ..floor() }];
     let mut solver = dem(&set_up);
     solver.advance(1.0, 100, &[]).expect("advances");
     assert!((solver.grains.velocity[0].z - 0.3).abs() < 1e-6);

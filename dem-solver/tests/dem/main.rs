@@ -19,6 +19,7 @@ mod janssen;
 mod lanes;
 mod lubrication;
 mod oblique;
+mod over_time;
 mod partition;
 mod rest;
 mod restitution;

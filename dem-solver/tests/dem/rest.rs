@@ -16,7 +16,7 @@ fn column() -> DemSpec {
         grain
     });
     let mut set_up = spec(grains.collect(), law);
-    (set_up.walls, set_up.gravity) = (vec![floor()], [0.0, 0.0, -1.0]);
+    (set_up.walls, set_up.gravity) = (vec![floor()], [0.0, 0.0, -1.0].into());
     set_up
 }
 

@@ -17,7 +17,7 @@ fn on_plane(rolling: Rolling, slope: f64, speed: f64, integrator: Integrator) ->
     grain.spin = [0.0, speed / R, 0.0];
     let mut set_up = spec(vec![grain], law);
     set_up.walls.push(floor());
-    set_up.gravity = [G * slope.sin(), 0.0, -G * slope.cos()];
+    set_up.gravity = [G * slope.sin(), 0.0, -G * slope.cos()].into();
     set_up.integrator = integrator;
     dem(&set_up)
 }

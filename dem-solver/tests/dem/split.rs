@@ -20,7 +20,7 @@ fn set_up(integrator: Integrator, film: bool) -> DemSpec {
     let lower = Grain::new([0.0, 0.0, R + 0.002], R, 2.0);
     let mut set_up = spec(vec![lower, upper], law(0.7, 0.02));
     set_up.walls.push(floor());
-    set_up.gravity = [0.0, 0.0, -G];
+    set_up.gravity = [0.0, 0.0, -G].into();
     set_up.integrator = integrator;
     set_up.split = true;
     set_up.viscosity = 0.05;

@@ -10,10 +10,10 @@ fn busy(integrator: Integrator, n: usize) -> DemSpec {
     let side = 4.4;
     set_up.walls = vec![
         floor(),
-        Wall { velocity: [0.1, 0.0, -0.05], ..Wall::new([0.0, 0.0, side + 0.5], [0.0, 0.0, -1.0]) },
+        Wall { velocity: [0.1, 0.0, -0.05].into(), ..Wall::new([0.0, 0.0, side + 0.5], [0.0, 0.0, -1.0]) },
     ];
     set_up.periods = [Some((0.0, side)), Some((-0.3, side)), None];
-    set_up.gravity = [0.0, 0.0, -5.0];
+    set_up.gravity = [0.0, 0.0, -5.0].into();
     set_up.integrator = integrator;
     if integrator != Integrator::Rk3 {
         set_up.viscosity = 0.01;

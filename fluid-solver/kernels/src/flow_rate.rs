@@ -11,11 +11,12 @@
 
 use crate::grid::Grid;
 use crate::helmholtz::{Helmholtz, Unknown, Write};
+use bedload_over_time::OverTime;
 
 /// Keeps the mean velocity along one axis at a prescribed value.
 pub struct FlowRate<const D: usize> {
     axis: usize,
-    mean: f64,
+    mean: OverTime<f64>,
     solver: Option<Helmholtz<D>>,
     /// One per stage of the scheme.
     answers: Vec<Answer>,
@@ -35,7 +36,7 @@ struct Answer {
 
 impl<const D: usize> FlowRate<D> {
     /// Keeps the mean of component `axis` of the velocity at `mean` (m/s), in schemes of `stages`.
-    pub fn new(grid: &Grid<D>, axis: usize, mean: f64, stages: usize, implicit: bool) -> Self {
+    pub fn new(grid: &Grid<D>, axis: usize, mean: OverTime<f64>, stages: usize, implicit: bool) -> Self {
         debug_assert!(grid.periodic(axis), "elsewhere the faces decide what flows");
         let answer = || Answer { diffusion: f64::NAN, field: grid.new_field(), mean: 1.0 };
         Self {
@@ -54,11 +55,17 @@ impl<const D: usize> FlowRate<D> {
         self.impulse = 0.0;
     }
 
-    /// After stage `k`, with `diffusion` its α ν dt (0 with explicit viscosity): gives `velocity` its
-    /// mean back.
-    pub(crate) fn correct(&mut self, grid: &Grid<D>, k: usize, diffusion: f64, velocity: &mut [Vec<f64>; D]) {
+    /// After stage `k`, with `diffusion` its α ν dt (0 with explicit viscosity) and `time`, s, its end: gives
+    /// `velocity` its mean back.
+    pub(crate) fn correct(
+        &mut self,
+        grid: &Grid<D>,
+        k: usize,
+        (diffusion, time): (f64, f64),
+        velocity: &mut [Vec<f64>; D],
+    ) {
         let u = &mut velocity[self.axis];
-        let lacking = self.mean - mean(grid, self.axis, u);
+        let lacking = self.mean.at(time) - mean(grid, self.axis, u);
         let Some(solver) = self.solver.as_mut().filter(|_| diffusion > 0.0) else {
             for row in grid.own_rows() {
                 u[grid.row(row)..][..grid.cells[0]].iter_mut().for_each(|u| *u += lacking);

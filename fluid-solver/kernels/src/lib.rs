@@ -44,6 +44,7 @@
 pub mod axis;
 pub mod boundary;
 pub mod division;
+pub mod drive;
 mod engine;
 pub mod engines;
 pub mod field;

@@ -13,6 +13,7 @@
 //! because another part does it is planned beforehand (`stages`).
 
 use crate::boundary::Boundary;
+use crate::drive::Drive;
 use crate::engine::Engine;
 use crate::engines::HasEngine;
 use crate::field::State;
@@ -23,12 +24,15 @@ use crate::near_convection::NearConvection;
 use crate::scheme::{Options, Viscous};
 use crate::stages::{LastProjection, PressureUpdate, StepPlan, Sweeps};
 use crate::timings::Timings;
+use bedload_over_time::OverTime;
 
 /// The incompressible Navier–Stokes equations on one grid, advanced in time.
 pub struct Stepper<const D: usize> {
     flow: Flow<D>,
     engine: Box<dyn Engine<D>>,
     flow_rate: Option<FlowRate<D>>,
+    /// What changes over time, where anything does.
+    drive: Option<Box<Drive>>,
     /// The projection that the caller still has to ask for.
     left: Option<PressureUpdate>,
     broken: bool,
@@ -43,7 +47,7 @@ impl<const D: usize> Stepper<D> {
         let engine = grid.engine(&options);
         let flow =
             Flow { state: State::at_rest(&grid), timings: Timings::default(), near: None, grid, options };
-        Self { flow, engine, flow_rate: None, left: None, broken: false }
+        Self { flow, engine, flow_rate: None, drive: None, left: None, broken: false }
     }
 
     /// One full time step of length `dt` (s), ending in a divergence-free velocity.
@@ -66,14 +70,21 @@ impl<const D: usize> Stepper<D> {
     fn stages(&mut self, dt: f64, force: Option<&[Vec<f64>; D]>, end: LastProjection) {
         debug_assert!(dt > 0.0 && dt.is_finite(), "the time step must be positive");
         let sweeps = self.sweeps();
-        let Self { flow, engine, flow_rate, left, broken } = self;
+        let Self { flow, engine, flow_rate, drive, left, broken } = self;
         let plan =
             StepPlan::new(&flow.options, [dt, flow.state.previous_dt], sweeps, flow.near.is_some(), end);
         let implicit = flow.options.viscous == Viscous::Implicit;
         let nu = if implicit { flow.options.viscosity } else { 0.0 };
         (*left, *broken) = (plan.left, false);
         flow_rate.iter_mut().for_each(FlowRate::begin);
+        let mut time = flow.state.time;
+        if let Some(drive) = drive {
+            drive.move_walls(&mut flow.grid, time);
+            flow.fill_halos();
+        }
         for stage in plan.stages() {
+            let start = time;
+            time += stage.length();
             if stage.fills_halos {
                 flow.fill_halos();
             }
@@ -81,11 +92,20 @@ impl<const D: usize> Stepper<D> {
             if stage.refreshes_near {
                 flow.refresh_near();
             }
+            if let Some(drive) = drive {
+                drive.act(flow, start, time);
+                if !engine.fuses() {
+                    flow.fill_halos();
+                }
+            }
             engine.predict(flow, stage, force);
             engine.diffuse(flow, stage);
+            if let Some(drive) = drive {
+                drive.move_walls(&mut flow.grid, time);
+            }
             if let Some(rate) = flow_rate {
                 let velocity = &mut flow.state.velocity;
-                rate.correct(&flow.grid, stage.number, stage.diffusion(nu), velocity);
+                rate.correct(&flow.grid, stage.number, (stage.diffusion(nu), time), velocity);
             }
             let Some(update) = stage.projection else { continue };
             *broken = !engine.project(flow, update, stage.fuses_divergence);
@@ -170,11 +190,24 @@ impl<const D: usize> Stepper<D> {
         self.flow.options.body_force = force;
     }
 
+    /// Moves walls, and drives the fluid, as functions of the time of the state, from now on.
+    pub fn set_drive(&mut self, drive: Drive) {
+        self.drive = (!drive.is_empty()).then(|| Box::new(drive));
+        self.move_walls();
+    }
+
+    /// Gives walls that change the velocity that they have at the time of the state.
+    fn move_walls(&mut self) {
+        if let Some(drive) = &self.drive {
+            drive.move_walls(&mut self.flow.grid, self.flow.state.time);
+        }
+    }
+
     /// Prescribes the mean velocity (m/s) along `axis`, which is periodic, from now on.
-    pub fn prescribe_flow_rate(&mut self, axis: usize, mean: f64) {
+    pub fn prescribe_flow_rate(&mut self, axis: usize, mean: impl Into<OverTime<f64>>) {
         let (stages, implicit) =
             (self.flow.options.scheme.stages(), self.flow.options.viscous == Viscous::Implicit);
-        self.flow_rate = Some(FlowRate::new(&self.flow.grid, axis, mean, stages, implicit));
+        self.flow_rate = Some(FlowRate::new(&self.flow.grid, axis, mean.into(), stages, implicit));
     }
 
     /// Refines convection near spheres (discs on two axes), given by centre (laboratory axes, m) and radius,
@@ -235,6 +268,7 @@ impl<const D: usize> Stepper<D> {
     pub fn restore(&mut self, state: &State<D>) {
         self.flow.state.copy_from(&self.flow.grid, state);
         (self.left, self.broken) = (None, false);
+        self.move_walls();
     }
 
     /// Goes on from the present fields; a step that was begun is forgotten.
@@ -242,6 +276,7 @@ impl<const D: usize> Stepper<D> {
         (self.flow.state.time, self.flow.state.previous_dt, self.flow.state.steps) =
             (time, previous_dt, steps);
         (self.left, self.broken) = (None, false);
+        self.move_walls();
     }
 
     /// Time spent in each part so far.

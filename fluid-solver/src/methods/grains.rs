@@ -69,6 +69,8 @@ pub struct Grains<const D: usize> {
     pub immersed: Immersed<D>,
     /// Mask with the dt of the present window.
     pub model: MaskModel,
+    /// Mean gravity of the present window (x, y, z), m/s².
+    pub gravity: [f64; 3],
     /// What decides the next window.
     pub memory: Memory,
     /// Motion expected at the end of the window.
@@ -88,6 +90,7 @@ impl<const D: usize> Grains<D> {
         Self {
             immersed,
             model,
+            gravity: [0.0; 3],
             predicted: vec![Motion::default(); motions.len()],
             memory: Memory {
                 imposed: motions.clone(),

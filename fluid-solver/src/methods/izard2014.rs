@@ -26,8 +26,6 @@ const LEAST_DIFFERENCE: f64 = 1e-6;
 pub struct Izard2014 {
     /// Density of the fluid, kg/m³.
     density: f64,
-    /// Gravity, m/s².
-    gravity: [f64; 3],
     /// Of each grain: the motions along x, y, z and about them that obey Newton's law.
     free: Vec<[bool; 6]>,
     /// ∫ f dV of each grain.
@@ -45,7 +43,7 @@ impl Izard2014 {
             .iter()
             .map(|grain| freedoms.map(|freedom| grain.is_free(freedom, geometry)))
             .collect();
-        Self { density, gravity: scene.scene.gravity, forces: vec![Wrench::default(); free.len()], free }
+        Self { density, forces: vec![Wrench::default(); free.len()], free }
     }
 }
 
@@ -72,7 +70,7 @@ impl<const D: usize> ImmersedBoundary<D> for Izard2014 {
             *loads = Loads::default();
             for c in 0..3 {
                 // From zero, so that no load is −0.
-                let held = (0.0 - rho * f.force[c]) + mass * (a.force[c] - self.gravity[c]);
+                let held = (0.0 - rho * f.force[c]) + mass * (a.force[c] - grains.gravity[c]);
                 loads.force[c] = if self.free[i][c] { 0.0 - scale * f.force[c] } else { held };
                 let held = (0.0 - rho * f.torque[c]) + inertia * a.torque[c];
                 loads.torque[c] = if self.free[i][3 + c] { 0.0 - scale * f.torque[c] } else { held };

@@ -35,7 +35,7 @@ const LEAST_JUMP: [f64; 2] = [0.02, 1.5];
 struct LoadsRule {
     /// Virtual mass coefficient C_v of a grain with nothing near it.
     virtual_mass: f64,
-    /// Gravity, m/s².
+    /// Mean gravity of the window, m/s².
     gravity: [f64; 3],
     /// Density of the fluid, kg/m³.
     density: f64,
@@ -189,12 +189,11 @@ impl GrainLoads {
         grid: &Grid<D>,
         shapes: Vec<Shape>,
         free: Vec<bool>,
-        gravity: [f64; 3],
         density: f64,
     ) -> Self {
         let dimensions = grid.geometry.grain_dimensions();
         Self {
-            rule: LoadsRule { virtual_mass: virtual_mass::ALONE, gravity, density, dimensions },
+            rule: LoadsRule { virtual_mass: virtual_mass::ALONE, gravity: [0.0; 3], density, dimensions },
             by_gap: free.contains(&true).then(|| ByGap::new(grid, &shapes, free)),
             displaced_mass: true,
             measured: vec![Measured::default(); shapes.len()],
@@ -223,6 +222,7 @@ impl GrainLoads {
         if self.displaced_mass {
             grains.immersed.volumes(fluid.grid().geometry, &mut self.volumes);
         }
+        self.rule.gravity = grains.gravity;
         let drive = memory.first_drive(fluid);
         for (grain, m) in self.measured.iter_mut().enumerate() {
             m.acceleration = memory.acceleration(grain);

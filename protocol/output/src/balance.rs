@@ -1,6 +1,6 @@
 //! The whole stress on a plane by a balance of forces, and the weight that makes a Shields number of it.
 
-use bedload_scene::{Axis, CheckedScene, Grain, Motion, WallKind};
+use bedload_scene::{Axis, CheckedScene, Grain, Medium, Motion, OverTime, WallKind};
 
 use crate::planes::{Plane, Planes};
 
@@ -18,24 +18,32 @@ fn excess_density(scene: &CheckedScene) -> f64 {
     mean_of(scene, |grain| grain.density) - scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density)
 }
 
-/// (ρ_p − ρ) g D of the free grains, Pa: what makes a stress a Shields number.
+/// (ρ_p − ρ) g D of the free grains with the largest gravity of the run, Pa: what makes a stress a Shields
+/// number.
 pub(crate) fn weight_per_area(scene: &CheckedScene) -> f64 {
     excess_density(scene)
-        * scene.scene.gravity.iter().map(|g| g * g).sum::<f64>().sqrt()
+        * scene.scene.peak_gravity().iter().map(|g| g * g).sum::<f64>().sqrt()
         * mean_of(scene, |grain| 2.0 * grain.radius)
 }
 
 /// What makes the whole shear stress on a plane, of fluid and grains together, in steady flow: that of the
-/// lid, and the forces on all that is between.
+/// lid, and the forces on all that is between. What the scene changes over time is that of the time asked
+/// for.
+#[derive(Clone, Debug)]
 pub(crate) struct StressBalance {
     /// Component across the planes.
     across: usize,
+    /// Which components lie along periodic axes.
+    periodic: [bool; 3],
     /// Viscosity, Pa s, and velocity of the lid, m/s; none where it is free of shear.
-    lid: Option<(f64, [f64; 3])>,
-    /// Force on the mixture along periodic axes, N/m³: where there is fluid alone, and more where there is
-    /// solid.
-    pub(crate) drive: [f64; 3],
-    excess: [f64; 3],
+    lid: Option<(f64, OverTime<[f64; 3]>)>,
+    /// Density of the fluid, and that of the grains less this one, kg/m³.
+    density: f64,
+    excess: f64,
+    /// Gravity and body force, m/s², and the pressure gradient, Pa/m.
+    gravity: OverTime<[f64; 3]>,
+    body_force: OverTime<[f64; 3]>,
+    pressure_gradient: OverTime<[f64; 3]>,
 }
 
 impl StressBalance {
@@ -47,32 +55,44 @@ impl StressBalance {
         let medium = scene.scene.medium.as_ref();
         let face =
             domain.boundary(axis).map(|faces| faces.upper).filter(|face| face.kind == WallKind::NoSlip);
-        let (mut drive, mut excess) = ([0.0; 3], [0.0; 3]);
+        let mut periodic = [false; 3];
         for along in (0..domain.dimensions()).filter(|along| domain.is_periodic(*along)) {
-            let c = domain.geometry.component(along);
-            let gravity = scene.scene.gravity[c];
-            drive[c] = medium.map_or(0.0, |medium| {
-                medium.density * (gravity + medium.body_force[c]) - medium.pressure_gradient[c]
-            });
-            excess[c] = excess_density(scene) * gravity;
+            periodic[domain.geometry.component(along)] = true;
         }
+        let of = |value: fn(&Medium) -> &OverTime<[f64; 3]>| medium.map(value).cloned().unwrap_or_default();
         Self {
             across: domain.geometry.component(axis),
-            lid: face.zip(medium).map(|(face, medium)| (medium.viscosity, face.velocity)),
-            drive,
-            excess,
+            periodic,
+            lid: face.zip(medium).map(|(face, medium)| (medium.viscosity, face.velocity.clone())),
+            density: medium.map_or(0.0, |medium| medium.density),
+            excess: excess_density(scene),
+            gravity: scene.scene.gravity.clone(),
+            body_force: of(|medium| &medium.body_force),
+            pressure_gradient: of(|medium| &medium.pressure_gradient),
         }
+    }
+
+    /// Force on the mixture along periodic axes at time `t` where there is fluid alone, and how much more where
+    /// there is solid, N/m³.
+    pub(crate) fn drive(&self, t: f64) -> [[f64; 3]; 2] {
+        let [gravity, body_force, gradient] =
+            [&self.gravity, &self.body_force, &self.pressure_gradient].map(|value| value.at(t));
+        let along = |c: usize, force: f64| if self.periodic[c] { force } else { 0.0 };
+        let fluid = |c: usize| along(c, self.density * (gravity[c] + body_force[c]) - gradient[c]);
+        let solid = |c: usize| along(c, self.excess * gravity[c]);
+        [std::array::from_fn(fluid), std::array::from_fn(solid)]
     }
 
     /// Stress where the solid fraction falls below `fraction` for the last time, Pa.
     pub(crate) fn at_surface(&self, planes: &Planes, fraction: f64) -> Option<f64> {
         let above = planes.above_surface(fraction)?;
         let top = above.last()?;
+        let [fluid, solid] = self.drive(planes.time);
         let square = (0..3).filter(|c| *c != self.across).map(|c| {
-            let lid = self.lid.map_or(0.0, |(viscosity, velocity)| {
-                viscosity * (velocity[c] - top.fluid_velocity[c]) / (0.5 * top.width)
+            let lid = self.lid.as_ref().map_or(0.0, |(viscosity, velocity)| {
+                viscosity * (velocity.at(planes.time)[c] - top.fluid_velocity[c]) / (0.5 * top.width)
             });
-            let force = |p: &Plane| p.width * (self.drive[c] + p.solid_fraction * self.excess[c]);
+            let force = |p: &Plane| p.width * (fluid[c] + p.solid_fraction * solid[c]);
             (lid + above.iter().map(force).sum::<f64>()).powi(2)
         });
         Some(square.sum::<f64>().sqrt())
@@ -99,13 +119,28 @@ mod tests {
         Planes { time: 0.0, planes: (0..8).map(plane).collect() }
     }
 
+    /// Under gravity in a fluid of density 1, without a lid.
+    fn of(gravity: [f64; 3], excess: f64) -> StressBalance {
+        let still = || OverTime::Constant([0.0; 3]);
+        StressBalance {
+            across: 2,
+            periodic: [true, true, false],
+            lid: None,
+            density: 1.0,
+            excess,
+            gravity: OverTime::Constant(gravity),
+            body_force: still(),
+            pressure_gradient: still(),
+        }
+    }
+
     #[test]
     fn under_a_lid_the_whole_stress_is_the_lids_wherever_grains_carry_it() {
         // Grains carry so much above z = 2 that the fluid there is sheared at 1 where it is sheared at 3 by
         // the lid.
         let velocity = |z: f64| if z < 3.0 { z } else { 3.0 * (z - 3.0) + 3.0 };
-        let balance =
-            StressBalance { across: 2, lid: Some((0.7, [6.0, 0.0, 0.0])), drive: [0.0; 3], excess: [0.0; 3] };
+        let lid = Some((0.7, OverTime::table(vec![(0.0, [6.0, 0.0, 0.0]), (1.0, [9.0, 0.0, 0.0])])));
+        let balance = StressBalance { lid, ..of([0.0; 3], 0.0) };
         let stress = balance.at_surface(&planes(velocity), 0.3).unwrap();
         assert!((stress - 0.7 * 3.0).abs() < 1e-12, "{stress}");
         assert_eq!(planes(velocity).shear_at_surface(0.3), Some(1.0));
@@ -114,7 +149,7 @@ mod tests {
 
     #[test]
     fn under_a_free_surface_the_stress_is_the_weight_along_the_slope() {
-        let balance = StressBalance { across: 2, lid: None, drive: [0.4, 0.0, 0.0], excess: [0.6, 0.0, 0.0] };
+        let balance = of([0.4, 0.0, 0.0], 1.5);
         // The surface at 0.5 is that of the last plane of the bed; 2 of clear fluid stand above it.
         let stress = balance.at_surface(&planes(|_| 0.0), 0.5).unwrap();
         assert!((stress - 0.4 * 2.0).abs() < 1e-12, "{stress}");

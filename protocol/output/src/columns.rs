@@ -1,6 +1,6 @@
 //! The columns of `series.csv`: which there are, and their values after a window.
 
-use bedload_scene::{CheckedScene, Geometry, Grain, Motion};
+use bedload_scene::{Changing, CheckedScene, Geometry, Grain, Motion, OverTime, acts_along, changing};
 use protocol::message::{Kinematics, Loads};
 
 use crate::sample::{Extra, Sample, Sides, When};
@@ -24,7 +24,7 @@ pub fn energy_columns() -> [Extra; 6] {
 
 /// The mean pressure gradient that `medium.flow_rate` adds: behind other extras, as energies are.
 fn flow_rate_column(scene: &CheckedScene) -> Option<Extra> {
-    let flow = scene.scene.medium.as_ref()?.flow_rate?;
+    let flow = scene.scene.medium.as_ref()?.flow_rate.as_ref()?;
     let name = format!("pressure_gradient_{}", ["x", "y", "z"][flow.axis.component()]);
     Some(Extra { name, unit: "Pa/m".to_owned(), when: When::Window })
 }
@@ -35,6 +35,8 @@ enum Source {
     Run(When, fn(&Columns, &Sample) -> f64),
     Extra(When, usize),
     Bed(Made),
+    /// Place of a value of the scene, component.
+    Scene(usize, usize),
     /// Quantity, component and grain.
     Grain(&'static Quantity, usize, usize),
 }
@@ -146,6 +148,8 @@ pub struct Columns {
     /// Values at the end of the window before of which means are asked, in the order of the columns; empty
     /// before the first window.
     ends: Vec<f64>,
+    /// What the scene changes over time, where columns of it are asked for.
+    changing: Vec<OverTime<[f64; 3]>>,
     free: Vec<FreeGrain>,
     /// Largest x of a free grain's surface at t = 0, m.
     front: f64,
@@ -197,6 +201,7 @@ impl Columns {
             sources: Vec::new(),
             row: Vec::new(),
             ends: Vec::new(),
+            changing: Vec::new(),
             front: free
                 .iter()
                 .filter(|grain| grain.index < present)
@@ -213,6 +218,9 @@ impl Columns {
         let extras = [extras, &more].concat();
         columns.add_scalars(scene.scene.domain.geometry, sides, &extras);
         columns.add_totals(scene, sides, extras.len());
+        if scene.scene.observe.values_over_time {
+            columns.add_changing(scene);
+        }
         for grain in observed_grains(scene) {
             columns.add_grain(grain, scene, sides);
         }
@@ -267,6 +275,18 @@ impl Columns {
         self.bed = Some(bed);
     }
 
+    /// The components that a value ever has.
+    fn add_changing(&mut self, scene: &CheckedScene) {
+        for Changing { name: [before, behind], unit, value, scalar, .. } in changing(scene) {
+            for component in (0..3).filter(|component| acts_along(&value, *component)) {
+                let letter = if scalar { "" } else { ["_x", "_y", "_z"][component] };
+                let source = Source::Scene(self.changing.len(), component);
+                self.add(&format!("{before}{letter}{behind}"), unit, source);
+            }
+            self.changing.push(value);
+        }
+    }
+
     fn add_grain(&mut self, grain: usize, scene: &CheckedScene, sides: Sides) {
         let geometry = scene.scene.domain.geometry;
         let round = scene.grains.get(grain).is_none_or(|grain| grain.shape.is_round());
@@ -299,7 +319,8 @@ impl Columns {
     pub(crate) fn when(&self, place: usize) -> When {
         match self.sources[place] {
             Source::Run(when, _) | Source::Extra(when, _) => when,
-            Source::Bed(_) | Source::Grain(Quantity { value: Value::Motion(_), .. }, ..) => When::End,
+            Source::Scene(..) | Source::Bed(_) => When::End,
+            Source::Grain(Quantity { value: Value::Motion(_), .. }, ..) => When::End,
             Source::Grain(..) => When::Window,
         }
     }
@@ -329,6 +350,7 @@ impl Columns {
         for place in 0..self.row.len() {
             self.row[place] = match self.sources[place] {
                 Source::Run(_, value) => value(self, sample),
+                Source::Scene(value, component) => self.changing[value].at(sample.time())[component],
                 Source::Extra(_, index) => sample.extras.get(index).copied().unwrap_or(f64::NAN),
                 Source::Bed(made) => self.bed.as_ref().map_or(f64::NAN, |bed| bed.value(made, sample)),
                 Source::Grain(quantity, axis, grain) => {

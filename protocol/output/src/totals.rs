@@ -124,8 +124,8 @@ pub(crate) struct Bed {
 /// What makes a Shields number.
 #[derive(Clone, Debug)]
 struct Stress {
-    /// Force on the mixture along each axis, N/m³.
-    drive: [f64; 3],
+    /// Forces on the mixture.
+    balance: StressBalance,
     /// Component along which a flow rate is held: the gradient that holds it is the first extra.
     held: Option<usize>,
     /// (ρ_p − ρ) g D, Pa.
@@ -180,8 +180,8 @@ impl Bed {
             place.unwrap_or(usize::MAX)
         };
         let stress = totals.has(&[Total::Shields]).then(|| Stress {
-            drive: StressBalance::of(scene, totals.axis).drive,
-            held: scene.scene.medium.as_ref().and_then(|m| m.flow_rate).map(|flow| flow.axis.component()),
+            balance: StressBalance::of(scene, totals.axis),
+            held: scene.scene.medium.as_ref().and_then(|m| m.flow_rate.as_ref()).map(|flow| flow.axis.component()),
             weight: weight_per_area(scene),
             top: (0..3).map(|c| (top(FLUID_ON, c), top(CONTACTS_ON, c))).collect(),
         });
@@ -267,12 +267,13 @@ impl Bed {
             Made::Moving => self.moving as f64,
             Made::Shields => self.stress.as_ref().map_or(f64::NAN, |stress| {
                 let above = self.upper - self.lower - self.height;
+                let [drive, _] = stress.balance.drive(sample.time());
                 let along = (0..3).filter(|c| *c != self.across && !(self.discs && *c == 1));
                 let square = along.map(|c| {
                     let held = if stress.held == Some(c) { extra(0).unwrap_or(f64::NAN) } else { 0.0 };
                     let (fluid, contacts) = stress.top[c];
                     let top = extra(fluid).unwrap_or(f64::NAN) + extra(contacts).unwrap_or(0.0);
-                    ((stress.drive[c] - held) * above - top / self.area).powi(2)
+                    ((drive[c] - held) * above - top / self.area).powi(2)
                 });
                 let stress_here = square.sum::<f64>().sqrt();
                 if stress.weight > 0.0 { stress_here / stress.weight } else { f64::NAN }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use bedload_output::{Observer, OutputFolder, Sides};
-use bedload_scene::{CheckedScene, Grain, Motion, Observe, Oscillation, Rest};
+use bedload_scene::{CheckedScene, Grain, Motion, Observe, Rest};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Role, Window};
 use serde::{Deserialize, Serialize};
@@ -39,15 +39,18 @@ pub fn prescribed_motion(scene: &CheckedScene) -> Answer<Kinematics> {
 
 /// State of a grain that forces do not move, at time `t`.
 pub fn motion_at(grain: &Grain, t: f64) -> Kinematics {
-    let (displacement, velocity, spin) = match (grain.motion, grain.oscillation) {
-        (Motion::Prescribed, Some(swing)) => swung(&swing, t),
-        (Motion::Prescribed, None) => (grain.velocity.map(|v| v * t), grain.velocity, grain.spin),
-        (Motion::Free, _) => ([0.0; 3], grain.velocity, grain.spin),
-        (Motion::Fixed, _) => ([0.0; 3], [0.0; 3], [0.0; 3]),
+    let zero = [0.0; 3];
+    let (displacement, velocity, turned, spin) = match grain.motion {
+        Motion::Prescribed => {
+            let Grain { velocity, spin, .. } = grain;
+            (velocity.integral(t), velocity.at(t), spin.integral(t), spin.at(t))
+        }
+        Motion::Free => (zero, grain.velocity.start(), grain.spin.start().map(|w| w * t), grain.spin.start()),
+        Motion::Fixed => (zero, zero, zero, zero),
     };
     let [w, x, y, z] = grain.orientation;
     let start = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
-    let turned = nalgebra::UnitQuaternion::from_scaled_axis(nalgebra::Vector3::from(spin) * t) * start;
+    let turned = nalgebra::UnitQuaternion::from_scaled_axis(nalgebra::Vector3::from(turned)) * start;
     Kinematics {
         position: std::array::from_fn(|axis| grain.position[axis] + displacement[axis]),
         orientation: [turned.w, turned.i, turned.j, turned.k],
@@ -57,20 +60,13 @@ pub fn motion_at(grain: &Grain, t: f64) -> Kinematics {
     }
 }
 
-/// Displacement since t = 0, velocity and spin of a swinging grain.
-fn swung(swing: &Oscillation, t: f64) -> ([f64; 3], [f64; 3], [f64; 3]) {
-    let rate = 2.0 * std::f64::consts::PI * swing.frequency;
-    let angle = rate * t + swing.phase;
-    let displacement = swing.amplitude.map(|speed| speed / rate * (swing.phase.cos() - angle.cos()));
-    (displacement, swing.amplitude.map(|speed| speed * angle.sin()), [0.0; 3])
-}
-
-/// Buoyancy alone: −m_f g on every grain, where the scene has a fluid.
+/// Buoyancy alone: −m_f g on every grain, g the mean of the window, where the scene has a fluid.
 pub fn buoyancy(scene: &CheckedScene) -> Answer<Loads> {
-    let gravity = scene.scene.gravity;
+    let gravity = scene.scene.gravity.clone();
     let density = scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);
     let displaced: Vec<f64> = scene.grains.iter().map(|grain| density * grain.volume()).collect();
-    Box::new(move |_, out| {
+    Box::new(move |window, out| {
+        let gravity = gravity.mean(window.time, window.time + window.dt);
         for (mass, loads) in displaced.iter().zip(out) {
             *loads = Loads { force: gravity.map(|g| -mass * g), ..Loads::default() };
         }
@@ -268,15 +264,5 @@ mod tests {
             step += 1;
         }
         assert_eq!((time, step), (1.05, 11));
-    }
-
-    #[test]
-    fn a_swing_is_the_integral_of_its_velocity() {
-        let swing = Oscillation { amplitude: [0.0, 0.0, 2.0], frequency: 0.5, phase: 0.3 };
-        let h = 1e-5;
-        let (before, after) = (swung(&swing, 0.7 - h).0[2], swung(&swing, 0.7 + h).0[2]);
-        let velocity = swung(&swing, 0.7).1[2];
-        assert!(((after - before) / (2.0 * h) - velocity).abs() < 1e-8);
-        assert_eq!(swung(&swing, 0.0).0, [0.0; 3]);
     }
 }

@@ -1,7 +1,7 @@
 //! Speeds and energies that nothing in a scene leads to: such a run is no result.
 
 use bedload_scene::speeds::{Speeds, norm};
-use bedload_scene::{CheckedScene, Motion};
+use bedload_scene::{CheckedScene, Motion, OverTime};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::Window;
 use serde::{Deserialize, Serialize};
@@ -97,7 +97,7 @@ pub(crate) struct Seen {
 /// or give back what they had stored. Too long a sub-step makes some.
 pub(crate) struct Energy {
     free: Vec<Free>,
-    gravity: [f64; 3],
+    gravity: OverTime<[f64; 3]>,
     /// Length along each component that is periodic, m.
     periods: [Option<f64>; 3],
     /// Least energy that contacts may have stored: Σ m g R, J.
@@ -117,7 +117,7 @@ impl Energy {
     pub(crate) fn new(scene: &CheckedScene, contact_time: f64, seen: Seen) -> Self {
         let shared = &scene.scene;
         let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
-        let g = norm(&shared.gravity);
+        let g = norm(&shared.peak_gravity());
         Self {
             free: free()
                 .map(|(index, grain)| {
@@ -125,12 +125,12 @@ impl Energy {
                     Free { grain: index, mass, inertia: mass * grain.gyration() }
                 })
                 .collect(),
-            gravity: shared.gravity,
+            gravity: shared.gravity.clone(),
             periods: shared.domain.periods().map(|period| period.map(|(_, length)| length)),
             stored: free().map(|(_, grain)| grain.mass() * g * grain.radius).sum(),
             every: LOOK * contact_time,
             limit: SpeedLimit::new(scene),
-            driven: scene.contact_walls().iter().any(|wall| wall.velocity != [0.0; 3])
+            driven: scene.contact_walls().iter().any(|wall| !wall.velocity.is_zero())
                 || scene.grains.iter().any(|grain| grain.motion == Motion::Prescribed),
             last: None,
             seen,
@@ -144,6 +144,7 @@ impl Energy {
     /// Takes what acted in a window and the motion at its end; says what is wrong.
     pub(crate) fn take(&mut self, window: &Window, loads: &[Loads], motion: &[Kinematics]) -> Option<Found> {
         let there = |free: &&Free| motion.get(free.grain).is_some_and(Kinematics::is_there);
+        let gravity = self.gravity.mean(window.time, window.time + window.dt);
         let (mut kinetic, mut given) = (0.0, 0.0);
         for free in self.free.iter().filter(there) {
             let now = &motion[free.grain];
@@ -156,7 +157,7 @@ impl Energy {
             given += match &self.last {
                 Some((_, before)) if before[free.grain].is_there() => {
                     let load = loads.get(free.grain).map_or([0.0; 3], |load| load.force);
-                    self.work(free, &load, [&before[free.grain], now], window.dt)
+                    self.work(free, (gravity, load), [&before[free.grain], now], window.dt)
                 }
                 // An inserted grain brings its energy with it.
                 _ => energy,
@@ -179,7 +180,13 @@ impl Energy {
     }
 
     /// Work of gravity and load on a grain in a window, J.
-    fn work(&self, free: &Free, load: &[f64; 3], [before, now]: [&Kinematics; 2], dt: f64) -> f64 {
+    fn work(
+        &self,
+        free: &Free,
+        (gravity, load): ([f64; 3], [f64; 3]),
+        [before, now]: [&Kinematics; 2],
+        dt: f64,
+    ) -> f64 {
         let along = |c: usize| {
             let way = now.position[c] - before.position[c];
             // Images: the one nearest to where its velocities lead.
@@ -187,7 +194,7 @@ impl Energy {
                 let led = 0.5 * (before.velocity[c] + now.velocity[c]) * dt;
                 period * ((led - way) / period).round()
             });
-            (free.mass * self.gravity[c] + load[c]) * (way + period)
+            (free.mass * gravity[c] + load[c]) * (way + period)
         };
         (0..3).map(along).sum()
     }

@@ -5,6 +5,7 @@ use crate::form;
 use crate::grains::{Grain, Motion};
 use crate::insertions::Inserted;
 use crate::layout;
+use crate::over_time;
 use crate::retired::Retired;
 use crate::shared::Scene;
 use crate::source::SceneSource;
@@ -12,8 +13,11 @@ use crate::validate;
 use crate::walls::Wall;
 
 /// Keys of the shared part that have another name now.
-const RETIRED: [Retired; 2] =
-    [Retired::key("pours", "[[insertions]]"), Retired::key("layers", "[[rough_walls]]")];
+const RETIRED: [Retired; 3] = [
+    Retired::key("pours", "[[insertions]]"),
+    Retired::key("layers", "[[rough_walls]]"),
+    Retired::key("grains[].oscillation", "velocity = { amplitude, frequency, phase, offset }"),
+];
 
 /// A scene that passed every check, with its grains laid out.
 ///
@@ -66,6 +70,7 @@ impl CheckedScene {
         let mut scene: Scene = source.section()?;
         source.refuse_longer_lists(&scene)?;
         form::settle(&mut scene, &source)?;
+        over_time::settle(&mut scene, &source)?;
         validate::shared(&scene, &source)?;
         let mut notes = Vec::new();
         let (grains, inserted) = layout::lay_out(&scene, &source, &mut notes)?;

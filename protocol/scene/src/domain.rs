@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::walls::Wall;
+use bedload_over_time::OverTime;
 
 /// How many axes, and with what metric.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -110,13 +111,13 @@ impl InflowProfile {
 }
 
 /// One face, written either as a name (`"no-slip"`) or as a table.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Face {
     /// Kind.
     #[serde(rename = "type")]
     pub kind: WallKind,
     /// Velocity of a no-slip wall along itself, or mean velocity of an inflow (x, y, z), m/s.
-    pub velocity: [f64; 3],
+    pub velocity: OverTime<[f64; 3]>,
     /// How an inflow is spread.
     #[serde(skip_serializing_if = "InflowProfile::is_uniform")]
     pub profile: InflowProfile,
@@ -131,7 +132,7 @@ struct FaceTable {
     #[serde(rename = "type")]
     kind: WallKind,
     #[serde(default)]
-    velocity: [f64; 3],
+    velocity: OverTime<[f64; 3]>,
     #[serde(default)]
     profile: InflowProfile,
     contact: Option<bool>,
@@ -160,7 +161,7 @@ impl<'de> Deserialize<'de> for Face {
             fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Face, E> {
                 let kind = WallKind::deserialize(serde::de::value::StrDeserializer::new(name))?;
                 let profile = InflowProfile::default();
-                Ok(FaceTable { kind, velocity: [0.0; 3], profile, contact: None }.into())
+                Ok(FaceTable { kind, velocity: OverTime::default(), profile, contact: None }.into())
             }
 
             fn visit_map<M: serde::de::MapAccess<'de>>(self, map: M) -> Result<Face, M::Error> {
@@ -172,7 +173,7 @@ impl<'de> Deserialize<'de> for Face {
 }
 
 /// The two faces of one axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Boundary {
     /// At the smaller coordinate; `None` at the axis of symmetry.
     pub lower: Option<Face>,
@@ -198,13 +199,31 @@ pub struct Faces {
 }
 
 impl Faces {
+    /// The velocity of each face that is written, with its name.
+    pub(crate) fn velocities(&mut self) -> impl Iterator<Item = (&'static str, &mut OverTime<[f64; 3]>)> {
+        let Self { x, x_lower, x_upper, y, y_lower, y_upper, z, z_lower, z_upper, r_upper } = self;
+        let faces = [
+            ("x", x),
+            ("x_lower", x_lower),
+            ("x_upper", x_upper),
+            ("y", y),
+            ("y_lower", y_lower),
+            ("y_upper", y_upper),
+            ("z", z),
+            ("z_lower", z_lower),
+            ("z_upper", z_upper),
+            ("r_upper", r_upper),
+        ];
+        faces.into_iter().filter_map(|(name, face)| Some((name, &mut face.as_mut()?.velocity)))
+    }
+
     /// (both, lower, upper) as written for an axis.
     pub fn of(&self, axis: Axis) -> (Option<Face>, Option<Face>, Option<Face>) {
         match axis {
-            Axis::X => (self.x, self.x_lower, self.x_upper),
-            Axis::Y => (self.y, self.y_lower, self.y_upper),
-            Axis::Z => (self.z, self.z_lower, self.z_upper),
-            Axis::R => (None, None, self.r_upper),
+            Axis::X => (self.x.clone(), self.x_lower.clone(), self.x_upper.clone()),
+            Axis::Y => (self.y.clone(), self.y_lower.clone(), self.y_upper.clone()),
+            Axis::Z => (self.z.clone(), self.z_lower.clone(), self.z_upper.clone()),
+            Axis::R => (None, None, self.r_upper.clone()),
         }
     }
 }
@@ -251,7 +270,7 @@ impl Domain {
     pub fn boundary(&self, axis: usize) -> Option<Boundary> {
         let name = self.geometry.axes()[axis];
         let (both, lower, upper) = self.boundary.of(name);
-        let lower = lower.or(both);
+        let lower = lower.or_else(|| both.clone());
         let upper = upper.or(both)?;
         if name != Axis::R && lower.is_none() {
             return None;
@@ -372,7 +391,7 @@ impl Domain {
                 wall.normal[component] = sign;
                 // Only a wall moves: at an inflow face the velocity is that of the fluid that enters.
                 if face.kind == WallKind::NoSlip {
-                    wall.velocity = face.velocity;
+                    wall.velocity = face.velocity.clone();
                 }
                 walls.push(wall);
             }
@@ -459,22 +478,22 @@ pub struct Medium {
     /// Uniform body force on the fluid per unit mass, besides gravity, m/s². Gravity itself is
     /// carried by the hydrostatic pressure, except along periodic axes, where nothing balances it.
     #[serde(default)]
-    pub body_force: [f64; 3],
+    pub body_force: OverTime<[f64; 3]>,
     /// Mean pressure gradient ∂p/∂x, Pa/m: drives the flow along periodic axes.
     #[serde(default)]
-    pub pressure_gradient: [f64; 3],
+    pub pressure_gradient: OverTime<[f64; 3]>,
     /// Flow that is held along a periodic axis by a mean pressure gradient which follows from it.
     pub flow_rate: Option<FlowRate>,
 }
 
 /// A flow rate that is held.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FlowRate {
     /// Axis along which the fluid flows; it must be periodic.
     pub axis: Axis,
     /// Mean velocity over the whole box (bulk velocity), grains included, m/s.
-    pub mean_velocity: f64,
+    pub mean_velocity: OverTime<f64>,
 }
 
 impl Medium {

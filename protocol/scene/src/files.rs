@@ -8,12 +8,29 @@ use toml_edit::{DocumentMut, Item, TableLike, Value};
 use crate::source::SceneSource;
 
 /// Keys that name a file or a folder; `[]` stands for each entry of a list.
-const FILES: [&str; 5] = [
+const FILES: [&str; 22] = [
     "grain_files[].file",
     "metrics[].file",
     "chart.reference.file",
     "dem.initial_state",
     "medium.initial.folder",
+    "gravity.file",
+    "medium.body_force.file",
+    "medium.pressure_gradient.file",
+    "medium.flow_rate.mean_velocity.file",
+    "grains[].velocity.file",
+    "grains[].spin.file",
+    "walls[].velocity.file",
+    "domain.boundary.x.velocity.file",
+    "domain.boundary.x_lower.velocity.file",
+    "domain.boundary.x_upper.velocity.file",
+    "domain.boundary.y.velocity.file",
+    "domain.boundary.y_lower.velocity.file",
+    "domain.boundary.y_upper.velocity.file",
+    "domain.boundary.z.velocity.file",
+    "domain.boundary.z_lower.velocity.file",
+    "domain.boundary.z_upper.velocity.file",
+    "domain.boundary.r_upper.velocity.file",
 ];
 
 /// Keys that hold a command: its program if it is a path, and every word that is a file there.

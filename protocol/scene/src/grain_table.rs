@@ -189,8 +189,8 @@ impl Columns {
         let ([x, y, z], [radius, density]) = (self.position, self.size);
         let vector = |[a, b, c]: [Option<usize>; 3]| Ok::<_, String>([or_zero(a)?, or_zero(b)?, or_zero(c)?]);
         Ok(Grain {
-            velocity: vector(self.velocity)?,
-            spin: vector(self.spin)?,
+            velocity: vector(self.velocity)?.into(),
+            spin: vector(self.spin)?.into(),
             motion,
             ..Grain::at([value(x)?, value(y)?, value(z)?], positive(radius)?, positive(density)?)
         })

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::domain::Geometry;
 use crate::walls::forever;
 use bedload_outline::Outline;
+use bedload_over_time::OverTime;
 
 /// Form of a grain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -31,19 +32,6 @@ impl Shape {
     pub fn is_round(self) -> bool {
         matches!(self, Self::Sphere | Self::Disc)
     }
-}
-
-/// Velocity that swings in place of a constant one: amplitude·sin(2π frequency t + phase).
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Oscillation {
-    /// Amplitude of the velocity (x, y, z), m/s.
-    pub amplitude: [f64; 3],
-    /// Frequency, Hz.
-    pub frequency: f64,
-    /// Phase, rad.
-    #[serde(default)]
-    pub phase: f64,
 }
 
 /// Who decides the motion.
@@ -90,12 +78,12 @@ pub struct Grain {
     pub vertices: Vec<[f64; 2]>,
     /// Centre (x, y, z), m. Plane: y = 0; axisymmetric: x = y = 0.
     pub position: [f64; 3],
-    /// Velocity at t = 0, m/s.
+    /// Velocity at t = 0, m/s; at all times of a prescribed grain.
     #[serde(default)]
-    pub velocity: [f64; 3],
-    /// Spin at t = 0, rad/s.
+    pub velocity: OverTime<[f64; 3]>,
+    /// Spin at t = 0, rad/s; at all times of a prescribed grain, about an axis that does not turn.
     #[serde(default)]
-    pub spin: [f64; 3],
+    pub spin: OverTime<[f64; 3]>,
     /// Orientation at t = 0, unit quaternion (w, x, y, z).
     #[serde(default = "upright")]
     pub orientation: [f64; 4],
@@ -108,8 +96,6 @@ pub struct Grain {
     /// `free`, `fixed` or `prescribed`.
     #[serde(default)]
     pub motion: Motion,
-    /// Swing of a prescribed grain, in place of its `velocity` and `spin`.
-    pub oscillation: Option<Oscillation>,
     /// Degrees of freedom that are locked, besides those that the geometry has not.
     #[serde(default)]
     pub locked: Vec<Freedom>,
@@ -135,13 +121,12 @@ impl Grain {
             semi_axes: None,
             vertices: Vec::new(),
             position,
-            velocity: [0.0; 3],
-            spin: [0.0; 3],
+            velocity: OverTime::default(),
+            spin: OverTime::default(),
             orientation: upright(),
             radius,
             density,
             motion: Motion::Free,
-            oscillation: None,
             locked: Vec::new(),
             with_fluid: false,
         }

@@ -79,7 +79,7 @@ impl Insertion {
         }
         (0..self.count).map(move |_| {
             let radius = random.about(self.radius, self.radius_spread);
-            Grain { velocity: self.velocity, ..Grain::at(middle, radius, self.density) }
+            Grain { velocity: self.velocity.into(), ..Grain::at(middle, radius, self.density) }
         })
     }
 }

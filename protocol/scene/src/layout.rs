@@ -1,5 +1,7 @@
 //! Grains laid out one by one.
 
+use bedload_over_time::OverTime;
+
 use crate::domain::{Domain, Geometry};
 use crate::error::SceneError;
 use crate::grain_table;
@@ -112,12 +114,20 @@ fn start_with_fluid(grain: &mut Grain, scene: &Scene) {
     use Freedom::{SpinX, SpinY, SpinZ, X, Y, Z};
     let (domain, Some(medium)) = (&scene.domain, &scene.medium) else { return };
     let [velocity, spin] = medium.initial.at(domain, grain.position);
+    let mut along_with = [[0.0; 3]; 2];
     for (c, (along, about)) in [(X, SpinX), (Y, SpinY), (Z, SpinZ)].into_iter().enumerate() {
         if grain.is_free(along, domain.geometry) {
-            grain.velocity[c] += velocity[c];
+            along_with[0][c] = velocity[c];
         }
         if grain.is_free(about, domain.geometry) {
-            grain.spin[c] += spin[c];
+            along_with[1][c] = spin[c];
+        }
+    }
+    // Only a prescribed motion changes over time, and that has no free degree.
+    for (value, more) in [&mut grain.velocity, &mut grain.spin].into_iter().zip(along_with) {
+        if more != [0.0; 3] {
+            let own = value.start();
+            *value = OverTime::Constant(std::array::from_fn(|c| own[c] + more[c]));
         }
     }
 }
@@ -177,7 +187,9 @@ fn stir(group: &Group, geometry: Geometry, grains: &mut [Grain]) {
         let scale = if square > 0.0 { group.velocity_deviation / square.sqrt() } else { 0.0 };
         for (grain, value) in grains.iter_mut().zip(drawn) {
             if grain.is_free(freedom, geometry) {
-                grain.velocity[axis] = (value - mean) * scale;
+                let mut velocity = grain.velocity.start();
+                velocity[axis] = (value - mean) * scale;
+                grain.velocity = velocity.into();
             }
         }
     }

@@ -16,6 +16,7 @@ mod layout;
 mod metric;
 mod observe;
 mod open;
+mod over_time;
 mod random;
 mod rest;
 mod retired;
@@ -28,6 +29,7 @@ mod validate;
 mod walls;
 
 pub use bedload_outline::Outline;
+pub use bedload_over_time::{OverTime, Sine};
 pub use checked::CheckedScene;
 pub use domain::{
     Axis, Boundary, Domain, Face, Faces, FlowRate, Geometry, InflowProfile, InitialVelocity, Medium,
@@ -35,13 +37,14 @@ pub use domain::{
 };
 pub use error::SceneError;
 pub use file_names::{FILE_NAME, OUTPUT_FILES, is_file_name};
-pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Oscillation, Shape};
+pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Shape};
 pub use insertions::{Inserted, Insertion};
 pub use metric::{
     Column, HeapEnd, HeapReference, HeapSlope, InRange, MeanFrom, MeanOf, MeanTest, Metric, MetricKind,
     OfColumn, OfComponent, OfGrain, OfSurface, Span,
 };
 pub use observe::{Observe, ObservedPlanes, ObservedSubsteps, ObservedTotals, Profile, Total};
+pub use over_time::{Changing, acts_along, changing};
 pub use random::SplitMix64;
 pub use rest::Rest;
 pub use retired::Retired;

@@ -1,5 +1,6 @@
 //! The scene as written, shared part.
 
+use bedload_over_time::OverTime;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +44,7 @@ pub struct Scene {
     pub stop_when: Option<StopWhen>,
     /// Acceleration of gravity (x, y, z), m/s². Axisymmetric: (0, 0, z).
     #[serde(default)]
-    pub gravity: [f64; 3],
+    pub gravity: OverTime<[f64; 3]>,
     /// Box, grid and boundaries.
     pub domain: Domain,
     /// The fluid; without it the scene is dry and no fluid process is started.
@@ -92,4 +93,11 @@ pub struct Scene {
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "serde_json::Value")]
     pub stability: toml::Table,
+}
+
+impl Scene {
+    /// The largest gravity of the run, m/s².
+    pub fn peak_gravity(&self) -> [f64; 3] {
+        self.gravity.peak(self.until)
+    }
 }

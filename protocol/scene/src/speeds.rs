@@ -37,10 +37,11 @@ impl Speeds {
         let named = named_flow(scene, start);
         let flow = named.max(start + driven(scene));
         let falls = falls(scene).into_iter().fold(0.0, f64::max);
-        let mut thrown: Vec<f64> = scene.grains.iter().map(thrown).collect();
+        let until = scene.scene.until;
+        let mut thrown: Vec<f64> = scene.grains.iter().map(|grain| grain.velocity.largest(until)).collect();
         thrown.sort_by(|a, b| b.total_cmp(a));
         let fastest = thrown.first().copied().unwrap_or(0.0);
-        let walls = scene.contact_walls().iter().map(|wall| norm(&wall.velocity)).fold(0.0, f64::max);
+        let walls = scene.contact_walls().iter().map(|wall| wall.velocity.largest(until)).fold(0.0, f64::max);
         let meeting = fastest + thrown.get(1).copied().unwrap_or(0.0).max(walls);
         let grain = fastest.max(falls);
         let undriven = named.max(grain);
@@ -58,22 +59,17 @@ pub fn norm(v: &[f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Speed that the scene gives a grain.
-fn thrown(grain: &Grain) -> f64 {
-    norm(&grain.velocity) + grain.oscillation.map_or(0.0, |swing| norm(&swing.amplitude))
-}
-
 /// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity
-/// along periodic axes, m/s². Where a flow rate is held, a mean pressure gradient balances them.
+/// along periodic axes, each at its largest, m/s². Where a flow rate is held, a mean pressure gradient balances them.
 pub fn drive(scene: &Scene) -> [f64; 3] {
     let Some(medium) = &scene.medium else { return [0.0; 3] };
-    let mut drive = medium.body_force;
-    for (d, gradient) in drive.iter_mut().zip(&medium.pressure_gradient) {
+    let mut drive = medium.body_force.peak(scene.until);
+    for (d, gradient) in drive.iter_mut().zip(medium.pressure_gradient.peak(scene.until)) {
         *d -= gradient / medium.density;
     }
     for axis in (0..scene.domain.dimensions()).filter(|axis| scene.domain.is_periodic(*axis)) {
         let component = scene.domain.geometry.component(axis);
-        drive[component] += scene.gravity[component];
+        drive[component] += scene.peak_gravity()[component];
         if medium.flow_rate.as_ref().is_some_and(|flow| flow.axis == scene.domain.geometry.axes()[axis]) {
             drive[component] = 0.0;
         }
@@ -102,11 +98,13 @@ fn named_flow(scene: &CheckedScene, start: f64) -> f64 {
     let Some(medium) = &scene.scene.medium else { return 0.0 };
     let domain = &scene.scene.domain;
     let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis).map(|faces| (axis, faces)));
-    let peak = |axis: usize, face: &Face| domain.peak_over_mean(axis, face) * norm(&face.velocity);
+    let peak = |axis: usize, face: &Face| {
+        domain.peak_over_mean(axis, face) * face.velocity.largest(scene.scene.until)
+    };
     let faces = faces.flat_map(|(axis, faces)| {
-        [faces.lower.map_or(0.0, |lower| peak(axis, &lower)), peak(axis, &faces.upper)]
+        [faces.lower.as_ref().map_or(0.0, |lower| peak(axis, lower)), peak(axis, &faces.upper)]
     });
-    let held = medium.flow_rate.as_ref().map_or(0.0, |flow| flow.mean_velocity.abs());
+    let held = medium.flow_rate.as_ref().map_or(0.0, |flow| flow.mean_velocity.largest(scene.scene.until));
     faces.fold(start.max(held), f64::max)
 }
 
@@ -203,7 +201,7 @@ fn falls(scene: &CheckedScene) -> Vec<f64> {
                 }
                 let inertia = medium.map_or(1.0, |medium| 1.0 + 0.5 * medium.density / grain.density);
                 let room = below.room(grain, component, weight);
-                let start = grain.velocity[component] * weight.signum();
+                let start = grain.velocity.start()[component] * weight.signum();
                 let by_time = (start + weight.abs() / inertia * until).max(0.0);
                 let by_room = (start * start + 2.0 * weight.abs() / inertia * room).sqrt();
                 by_time.min(by_room).powi(2)
@@ -227,7 +225,7 @@ pub fn weight(scene: &CheckedScene, grain: &Grain, component: usize) -> f64 {
         return 0.0;
     }
     let floats = scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density / grain.density);
-    scene.scene.gravity[component] * (1.0 - floats)
+    scene.scene.peak_gravity()[component] * (1.0 - floats)
 }
 
 /// Cell of a grain across an axis, by the other two coordinates.

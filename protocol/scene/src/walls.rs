@@ -1,5 +1,6 @@
 //! Plane walls as written.
 
+use bedload_over_time::OverTime;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +14,7 @@ pub struct Wall {
     pub normal: [f64; 3],
     /// Velocity, m/s.
     #[serde(default)]
-    pub velocity: [f64; 3],
+    pub velocity: OverTime<[f64; 3]>,
     /// The wall is there from this time on, s; it moves from time zero on all the same.
     #[serde(default)]
     pub from: f64,
@@ -29,6 +30,6 @@ pub(crate) fn forever() -> f64 {
 impl Wall {
     /// A wall that stays.
     pub fn at_rest(point: [f64; 3], normal: [f64; 3]) -> Self {
-        Self { point, normal, velocity: [0.0; 3], from: 0.0, until: f64::INFINITY }
+        Self { point, normal, velocity: OverTime::default(), from: 0.0, until: f64::INFINITY }
     }
 }

@@ -15,6 +15,7 @@ mod light;
 mod memory;
 mod no_room;
 mod orphans;
+mod over_time;
 mod proposals;
 mod replay;
 mod schemes;

@@ -278,13 +278,13 @@ pub(crate) fn play() {
     let checkpoint = value("--checkpoint").map(PathBuf::from);
     let n = scene.grains.len();
     let outcome = if role == "fluid" {
-        let velocity = scene.grains.iter().map(|grain| grain.velocity).collect();
+        let velocity = scene.grains.iter().map(|grain| grain.velocity.start()).collect();
         serve(FakeFluid { velocity }, &rendezvous, n, &out, checkpoint.as_deref())
     } else {
         let position = scene.grains.iter().map(|grain| grain.position).collect();
-        let velocity = scene.grains.iter().map(|grain| grain.velocity).collect();
+        let velocity = scene.grains.iter().map(|grain| grain.velocity.start()).collect();
         serve(
-            FakeDem { miscounts: false, position, velocity, gravity: scene.scene.gravity },
+            FakeDem { miscounts: false, position, velocity, gravity: scene.scene.gravity.start() },
             &rendezvous,
             n,
             &out,

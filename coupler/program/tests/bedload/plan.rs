@@ -101,6 +101,16 @@ fn table() -> SolverBound {
 }
 
 #[test]
+fn a_wall_that_speeds_up_is_not_to_pass_a_grain_in_a_window() {
+    // A radius of 0.5 m in windows of 0.01 s.
+    let slow = "domain.boundary.z={ type = \"no-slip\", velocity = [[0.0, [0.0, 0.0, 0.0]], [0.5, [49.0, 0.0, 0.0]]] }";
+    let fast = "domain.boundary.z={ type = \"no-slip\", velocity = [[0.0, [0.0, 0.0, 0.0]], [0.5, [51.0, 0.0, 0.0]]] }";
+    below_and_above("wall-speed", slow, fast, |case, face| case.scene = vec![face]);
+    let constant = "domain.boundary.z={ type = \"no-slip\", velocity = [51.0, 0.0, 0.0] }";
+    assert!(Case { scene: vec![constant], ..Case::new() }.bound("wall-speed").is_none());
+}
+
+#[test]
 fn a_table_of_the_fluid_is_looked_up_at_the_length_of_the_window() {
     below_and_above("density-ratio", 0.01, 0.011, |case, dt| {
         case.fluid.dt = dt;
@@ -500,7 +510,7 @@ fn few_windows_in_a_period_and_long_ones_after_a_release_are_told() {
     };
     let swing: &[&str] = &[
         "grains[0].motion=prescribed",
-        "grains[0].oscillation={ amplitude = [0.0, 0.0, 0.1], frequency = 10.0 }",
+        "grains[0].velocity={ amplitude = [0.0, 0.0, 0.1], frequency = 10.0 }",
     ];
     let few = told(swing, 0.01, "oscillation").expect("a notice");
     assert!(few.contains("10 windows in a period") && few.contains("fluid.time.dt = 0.002 s"), "{few}");

@@ -112,7 +112,7 @@ fn a_prescribed_swing_and_a_moving_wall_count() {
         boundary = { x = \"periodic\", y = \"periodic\", z_lower = \"no-slip\", z_upper = { type \
         = \"no-slip\", velocity = [3.0, 0.0, 0.0] } }\n\
         [[grains]]\nposition = [4.0, 4.0, 4.0]\nradius = 0.5\ndensity = 2.0\nmotion = \"prescribed\"\n\
-        oscillation = { amplitude = [0.0, 0.0, 2.0], frequency = 5.0 }\n";
+        velocity = { amplitude = [0.0, 0.0, 2.0], frequency = 5.0 }\n";
     let scene = CheckedScene::new(SceneSource { file: "swing.toml".into(), text: text.into() }).unwrap();
     let rule = ContactFreeHorizon::new(&scene, 0.1);
     // At rest for an instant, 1 m from the wall: with a = 2π·5·2 = 62.8 the rule must not wait long.

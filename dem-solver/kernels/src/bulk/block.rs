@@ -14,6 +14,7 @@ use crate::vector::images::Images;
 use crate::vector::kernel::{Kernel, dispatch};
 use crate::vector::lane_pair::LanePair;
 use crate::vector::lanes::Lanes8;
+use bedload_over_time::{OverTime, Quantity};
 
 /// What is the same for all blocks.
 #[derive(Clone, Debug)]
@@ -26,6 +27,8 @@ pub(super) struct Common {
     pub(super) law: LinearPair,
     /// Leave the widest vectors unused (tests).
     pub(super) plain: bool,
+    /// Gravity, where it changes over time.
+    pub(super) gravity: Option<OverTime<[f64; 3]>>,
 }
 
 /// Pairs that may come into the lists of a block until the next search, ascending.
@@ -69,6 +72,8 @@ pub(super) struct Block {
     pub(super) segments: Vec<Segment>,
     /// Inverse moments of inertia, 1/(kg m²); one per grain.
     pub(super) inverse_inertia: Vec<f64>,
+    /// Masses, kg, where gravity changes over time.
+    pub(super) mass: Vec<f64>,
     /// What acts on the grains: one entry for all, or one each.
     pub(super) drive: Vec<BodyForce>,
     /// Grains that forces do not move, ascending.
@@ -193,6 +198,12 @@ impl Kernel for Step<'_> {
         }
         let n = block.inverse_inertia.len();
         push[n] = ForceTorque::default(); // where lanes without a grain add their nothing
+        if let Some(gravity) = &common.gravity {
+            let change = gravity.mean(t, t + dt).plus(-1.0, &gravity.start());
+            for (ForceTorque(push), mass) in push.iter_mut().zip(&block.mass) {
+                push.iter_mut().zip(change).for_each(|(push, change)| *push += mass * change);
+            }
+        }
         integrate::advance::<L>(token, dt, old, push, &block.inverse_inertia, &block.drive, new)
     }
 }

@@ -66,11 +66,17 @@ impl Bulk {
         let settings = spec.bulk;
         let threads = useful_threads(settings.threads, moving);
         let radii: Vec<f64> = spec.grains.iter().map(|grain| grain.radius).collect();
-        let wall_speeds = walls.iter().map(|wall| wall.velocity.dot(&wall.normal).abs());
+        let wall_speeds = walls.iter().map(Plane::approach);
         let wall_speed = wall_speeds.fold(0.0, f64::max);
         Some(Self {
             settings,
-            common: Common { walls, length, law, plain: settings.plain },
+            common: Common {
+                walls,
+                length,
+                law,
+                plain: settings.plain,
+                gravity: Some(&spec.gravity).filter(|gravity| gravity.varies()).cloned(),
+            },
             periods,
             n,
             moving,

@@ -57,7 +57,7 @@ impl Bulk {
                     rows.push(GrainRecord::NONE);
                 }
                 if !grains.responds(i as usize) {
-                    block.prescribed.push((k as u16, grains.motion[i as usize]));
+                    block.prescribed.push((k as u16, grains.motion[i as usize].clone()));
                 }
             }
             block.inverse_inertia.resize(numbers.len(), 0.0);

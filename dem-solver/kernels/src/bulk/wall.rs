@@ -35,7 +35,7 @@ pub(super) fn wall_forces<L: Lanes8>(
         }
         let [x, y, z, r, vx, vy, vz, inverse_mass] = L::transpose(rows);
         let apart = Vec3Lanes(x, y, z).minus(Vec3Lanes::splat(token, plane.point.into()));
-        let moved = L::splat(token, plane.velocity.dot(&plane.normal) * t);
+        let moved = L::splat(token, plane.moved(t));
         let distance = apart.dot(n) - moved;
         let overlap = r - distance;
         // a lane without a grain has no radius and no mass
@@ -62,7 +62,7 @@ pub(super) fn wall_forces<L: Lanes8>(
             before: pack.touching,
             n,
             overlap,
-            v: Vec3Lanes(vx, vy, vz).minus(Vec3Lanes::splat(token, plane.velocity.into())),
+            v: Vec3Lanes(vx, vy, vz).minus(Vec3Lanes::splat(token, plane.velocity_at(t).into())),
             rolling: w.scale(arm),
             spin: w,
             inverse_distance: None,

@@ -171,7 +171,7 @@ impl Bulk {
             own.push(GrainRecord::NONE);
             block.inverse_inertia = vec![0.0; numbers.len()];
             let prescribed = (0u16..).zip(numbers).filter(|(_, i)| !grains.responds(**i as usize));
-            block.prescribed = prescribed.map(|(k, &i)| (k, grains.motion[i as usize])).collect();
+            block.prescribed = prescribed.map(|(k, &i)| (k, grains.motion[i as usize].clone())).collect();
             rows.push([own.clone().into(), own.into()]);
             blocks.push(block.into());
         }
@@ -216,11 +216,13 @@ impl Bulk {
 
     /// Masses, and gravity or whatever acts on each grain.
     fn set_loads(&mut self, grains: &Grains, response: &Response) {
-        let order = &self.order;
+        let (order, falls) = (&self.order, self.common.gravity.is_some());
         for (block, rows) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows) {
             let block = mutex_mut(block);
             let order = &order[block.first as usize..][..block.len()];
             block.drive.clear();
+            block.mass.clear();
+            block.mass.extend(order.iter().filter(|_| falls).map(|&i| grains.mass[i as usize]));
             for (k, &i) in order.iter().enumerate() {
                 let i = i as usize;
                 for rows in &mut *rows {

@@ -169,7 +169,14 @@ impl BodyContacts {
                 // A wall does not yield: the point lies in its plane.
                 let arm = [x[0] - normal[0] * gap, x[1] - normal[1] * gap];
                 let arms = (arm, [0.0; 2]);
-                let place = Place { first: i, second: None, wall: flat(&wall.velocity), normal, gap, arms };
+                let place = Place {
+                    first: i,
+                    second: None,
+                    wall: flat(&wall.velocity_at(scene.kinematics.t)),
+                    normal,
+                    gap,
+                    arms,
+                };
                 act(scene, law, walls, (second, feature, old), place, &mut met);
             };
             match placed.form(grains, i) {

@@ -86,8 +86,8 @@ impl Near {
 
     /// Grain `i` at a wall.
     #[inline(always)]
-    pub(crate) fn wall(i: usize, wall: &Plane, gap: f64) -> Self {
-        let partners = Partners { first: i, second: None, wall: wall.velocity };
+    pub(crate) fn wall(i: usize, wall: &Plane, gap: f64, t: f64) -> Self {
+        let partners = Partners { first: i, second: None, wall: wall.velocity_at(t) };
         Self { partners, normal: wall.normal, gap, distance: f64::INFINITY }
     }
 

@@ -105,6 +105,7 @@ impl General {
             Integrator::VelocityVerlet => {
                 evaluation.tally(window.observed, 0.5);
                 self.kick_and_drift(window, t, dt, 0.5 * dt);
+                window.fall(t + 0.5 * dt, t + dt);
                 self.evaluate_ahead(window, t + dt, dt);
                 self.evaluation.tally(window.observed, 0.5);
                 self.evaluation.kick(0.5 * dt, window.grains, window.response)
@@ -120,6 +121,7 @@ impl General {
     /// Kick of `h`, lists, lubrication and drift of `dt`.
     fn kick_and_drift(&mut self, window: &mut Window<'_>, t: f64, dt: f64, h: f64) -> Speed {
         let evaluation = &mut self.evaluation;
+        window.fall(t, t + h);
         let speed = evaluation.kick(h, window.grains, window.response);
         evaluation.refresh(&speed, window.grains, window.around, t, dt);
         evaluation.lubricate(window, t, dt);
@@ -130,7 +132,7 @@ impl General {
     /// Forces after a Verlet drift: springs take the half-step velocity, dashpots see the velocity
     /// predicted for the full step, without which they would be first order.
     fn evaluate_ahead(&mut self, window: &mut Window<'_>, t: f64, dt: f64) {
-        let Window { grains, around, response, observed } = window;
+        let Window { grains, around, response, observed, .. } = window;
         self.ahead.0.copy_from_slice(&grains.velocity);
         self.ahead.1.copy_from_slice(&grains.spin);
         self.evaluation.push(0.5 * dt, (&mut self.ahead.0, &mut self.ahead.1), response);

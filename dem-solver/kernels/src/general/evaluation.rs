@@ -7,6 +7,7 @@ use crate::general::forces::{Forces, Scene, contact_forces};
 use crate::general::integrate::{Speed, kick};
 use crate::general::pair_lanes::PairLanes;
 use crate::grains::{Grains, Response};
+use crate::laws::walls::Plane;
 use crate::lubrication::law::LubricationModel;
 use crate::lubrication::simultaneous::LubricationSolver;
 use crate::motion::{Motion, Vec3};
@@ -14,13 +15,25 @@ use crate::report::Observations;
 use crate::search::lists::Neighbours;
 use crate::spec::DemSpec;
 use crate::surroundings::Surroundings;
+use bedload_over_time::OverTime;
 
 /// What the engine works on over a window.
 pub(crate) struct Window<'a> {
     pub(crate) grains: &'a mut Grains,
     pub(crate) around: &'a Surroundings,
-    pub(crate) response: &'a Response,
+    pub(crate) response: &'a mut Response,
     pub(crate) observed: &'a mut Observations,
+    /// Where it changes over time.
+    pub(crate) gravity: Option<&'a OverTime<[f64; 3]>>,
+}
+
+impl Window<'_> {
+    /// Takes the mean gravity between two times, s.
+    pub(super) fn fall(&mut self, from: f64, to: f64) {
+        if let Some(gravity) = self.gravity {
+            self.response.set_gravity(self.grains, gravity.mean(from, to).into());
+        }
+    }
 }
 
 /// Lists, forces and models: what one evaluation needs.
@@ -43,8 +56,8 @@ pub(crate) struct Evaluation {
 impl Evaluation {
     pub(super) fn new(spec: &DemSpec, grains: &Grains, around: &Surroundings) -> Self {
         let sweeps = spec.lubrication.settings().map(|settings| settings.sweeps);
-        let speed = around.walls.iter().map(|wall| wall.velocity.dot(&wall.normal).abs());
-        let oscillates = |(_, motion): &(u32, &Motion)| matches!(motion, Motion::Oscillating { .. });
+        let speed = around.walls.iter().map(Plane::approach);
+        let varies = |(_, motion): &(u32, &Motion)| motion.varies();
         Self {
             lists: Neighbours::new(around.range, spec.skin(), grains.len()),
             forces: Forces::new(grains.len()),
@@ -53,7 +66,7 @@ impl Evaluation {
             model: spec.lubrication_model().zip(sweeps),
             lubrication: LubricationSolver::new(spec.bulk.plain),
             lanes: PairLanes::new(spec.bulk.plain),
-            prescribed: (0u32..).zip(&grains.motion).filter(oscillates).map(|(i, _)| i).collect(),
+            prescribed: (0u32..).zip(&grains.motion).filter(varies).map(|(i, _)| i).collect(),
             wall_speed: speed.fold(0.0, f64::max),
         }
     }
@@ -66,7 +79,7 @@ impl Evaluation {
 
     /// Forces at the present state; springs take `dt` of the present slip.
     pub(super) fn evaluate(&mut self, window: &mut Window<'_>, t: f64, dt: f64, spring: SpringStep) {
-        let Window { grains, around, response, observed } = window;
+        let Window { grains, around, response, observed, .. } = window;
         let (velocity, spin) = (&grains.velocity, &grains.spin);
         let kinematics = Kinematics { velocity, spin, path: None, dt, spring, t };
         self.evaluate_with(grains, around, response, observed, &kinematics);
@@ -125,7 +138,7 @@ impl Evaluation {
     /// Lubrication over `dt`.
     pub(super) fn lubricate(&mut self, window: &mut Window<'_>, t: f64, dt: f64) {
         if let Some((model, sweeps)) = self.model {
-            let Window { grains, around, response, observed } = window;
+            let Window { grains, around, response, observed, .. } = window;
             let force = &mut self.forces.lubrication;
             self.lubrication.apply(around, (&model, sweeps), grains, response, (t, dt), force);
             for (mean, force) in observed.mean_lubrication.iter_mut().zip(&*force) {

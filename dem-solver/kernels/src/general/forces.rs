@@ -133,7 +133,7 @@ fn wall_forces(
             }
             note_gap(observed, forces, i, gap);
             if acts(&around.law, gap, list.touching[k]) {
-                let near = Near::wall(i, wall, gap);
+                let near = Near::wall(i, wall, gap, kinematics.t);
                 touch(scene, &near, list, k, forces, observed, account.as_deref_mut());
             }
         }

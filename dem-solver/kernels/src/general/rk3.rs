@@ -45,6 +45,7 @@ impl Rk3 {
         for (at, old, weight) in STAGES {
             let time = t + at * dt;
             evaluation.set_prescribed(window.grains, time);
+            window.fall(time, time);
             evaluation.evaluate(window, time, dt, SpringStep::After);
             evaluation.tally(window.observed, weight);
             let grains = &mut *window.grains;

@@ -34,12 +34,18 @@ impl Rows {
     }
 
     /// Takes the present state; `spins` where surfaces that slide have a film.
-    pub(super) fn load(&mut self, grains: &Grains, response: &Response, walls: &[Plane], spins: bool) {
+    pub(super) fn load(
+        &mut self,
+        grains: &Grains,
+        response: &Response,
+        (walls, t): (&[Plane], f64),
+        spins: bool,
+    ) {
         let n = grains.len();
         self.grains = n;
         let row = |v: &Vec3, last: f64| [v.x, v.y, v.z, last];
         let even = |v: &Vec3| v.x == v.y && v.y == v.z;
-        let wall_speed2 = walls.iter().map(|wall| wall.velocity.norm_squared()).fold(0.0, f64::max);
+        let wall_speed2 = walls.iter().map(|wall| wall.velocity_at(t).norm_squared()).fold(0.0, f64::max);
         let mut fastest2 = wall_speed2;
         self.place.clear();
         self.motion.clear();
@@ -52,7 +58,7 @@ impl Rows {
             self.motion.push(row(v, weight.max()));
         }
         self.fastest = fastest2.sqrt();
-        self.motion.extend(walls.iter().map(|wall| row(&wall.velocity, 0.0)));
+        self.motion.extend(walls.iter().map(|wall| row(&wall.velocity_at(t), 0.0)));
         self.motion.push([0.0; 4]);
         self.place.resize(self.motion.len(), [0.0; 4]);
         self.turning.clear();

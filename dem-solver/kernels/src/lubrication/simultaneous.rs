@@ -73,7 +73,7 @@ impl LubricationSolver {
     ) {
         force.fill(Vec3::zeros());
         let Self { list, packs, rows, plain } = self;
-        rows.load(grains, response, &around.walls, model.tangential);
+        rows.load(grains, response, (&around.walls, t), model.tangential);
         let length = std::array::from_fn(|axis| around.periods.of(axis).1);
         dispatch(Geometry { list, rows, length, dt }, *plain);
         list.meet_walls(rows, &around.walls, (t, dt));

@@ -172,6 +172,7 @@ impl<const D: usize> Engine<D> for SpaceEngine {
 
     fn correct(&mut self, flow: &mut Flow<D>, update: PressureUpdate) {
         let begin = Work::begin();
+        self.shape.refresh(&flow.grid);
         self.sweep(&mut flow.state, |sweep, fields, privates| {
             sweep.finish(fields, privates, update.duration);
         });

@@ -112,7 +112,7 @@ impl<const D: usize> Advection<D> {
 
     /// Takes the force to where the grains will be, if it would lag.
     pub(super) fn move_force(&mut self, grid: &Grid<D>, grains: &mut Grains<D>) {
-        let Grains { immersed, model, memory, predicted, force } = grains;
+        let Grains { immersed, model, memory, predicted, force, .. } = grains;
         self.lag = match self.transport {
             Transport::Always => f64::INFINITY,
             Transport::WhereItLags => lag(grid, model, immersed.shapes(), &memory.motions),

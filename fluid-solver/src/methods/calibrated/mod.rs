@@ -159,7 +159,7 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
             self.loads.find_jumps(fluid.grid(), grains, dt);
         }
         let (grid, state) = fluid.parts_mut();
-        let Grains { immersed, model, memory, predicted, force } = &mut *grains;
+        let Grains { immersed, model, memory, predicted, force, .. } = &mut *grains;
         if !memory.motions.is_empty() {
             memory.imposed_dt = model.dt;
             let near = AS_EXPECTED * grid.smallest_width();

@@ -3,6 +3,7 @@
 mod common;
 mod reference;
 
+mod drive;
 mod equations;
 mod flow_rate;
 mod identities;

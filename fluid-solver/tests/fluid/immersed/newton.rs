@@ -63,13 +63,13 @@ impl Newton {
         let motions = scene.grains.iter().map(|grain| Kinematics {
             position: grain.position,
             orientation: grain.orientation,
-            velocity: if grain.motion == Motion::Fixed { [0.0; 3] } else { grain.velocity },
+            velocity: if grain.motion == Motion::Fixed { [0.0; 3] } else { grain.velocity.start() },
             spin: grain.spin,
             ..Kinematics::default()
         });
         Self {
             bodies: bodies.collect(),
-            gravity: scene.scene.gravity,
+            gravity: scene.scene.gravity.start(),
             drift: Drift::Mean,
             floor: None,
             motions: motions.collect(),

@@ -61,7 +61,8 @@ impl Metrics {
             }))
         };
         let subject_of = metrics.iter().map(&mut place).collect();
-        let start = |subject: &Subject| Trajectory::new(subject.speed(&scene.grains[subject.grain].velocity));
+        let start =
+            |subject: &Subject| Trajectory::new(subject.speed(&scene.grains[subject.grain].velocity.start()));
         let state = MetricsState {
             trajectories: subjects.iter().map(start).collect(),
             accumulators: rules.iter().map(|rule| rule.keeps.clone()).collect(),

@@ -91,7 +91,8 @@ impl Oblique {
                 (surface - n * n.dot(&surface), n.dot(&surface))
             };
             let (a, b) = (&grains[i], &grains[j]);
-            let (before, approach) = slip(a.velocity, b.velocity, a.spin, b.spin);
+            let (before, approach) =
+                slip(a.velocity.start(), b.velocity.start(), a.spin.start(), b.spin.start());
             let (a, b) = (&last[i], &last[j]);
             let (after, leave) = slip(a.velocity, b.velocity, a.spin, b.spin);
             if !(approach < 0.0 && leave > 0.0) {

@@ -26,12 +26,13 @@ impl Subject {
     pub(super) fn of(scene: &CheckedScene, kind: &MetricKind) -> Option<Self> {
         let grain = kind.grain()?;
         let data = &scene.grains[grain];
-        let gravity = norm(&scene.scene.gravity);
+        let pull = scene.scene.peak_gravity();
+        let gravity = norm(&pull);
         let excess = data.density - scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);
         let way = if excess < 0.0 { -1.0 } else { 1.0 };
         Some(Self {
             grain,
-            settling: scene.scene.gravity.map(|g| if gravity > 0.0 { way * g / gravity } else { 0.0 }),
+            settling: pull.map(|g| if gravity > 0.0 { way * g / gravity } else { 0.0 }),
             radius: data.radius,
             density: data.density,
             submerged_weight: excess.abs() * data.volume() * gravity,

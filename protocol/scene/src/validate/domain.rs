@@ -3,6 +3,7 @@
 use super::check::{Check, finite, positive};
 use crate::domain::{Axis, Geometry, WallKind};
 use crate::open;
+use crate::over_time::acts_along;
 use crate::shared::Scene;
 use crate::source::SceneSource;
 
@@ -40,16 +41,16 @@ pub(super) fn domain(scene: &Scene, source: &SceneSource) -> Check {
             "an axisymmetric box starts at r = 0",
         )?;
         source.refuse_if(
-            scene.gravity[0] != 0.0 || scene.gravity[1] != 0.0,
+            acts_along(&scene.gravity, 0) || acts_along(&scene.gravity, 1),
             "gravity",
-            format_args!("is {:?}: across the axis of symmetry", scene.gravity),
+            format_args!("is {:?}: across the axis of symmetry", scene.peak_gravity()),
             "write gravity = [0.0, 0.0, g] along z, or use geometry = \"space\"",
         )?;
     }
     source.refuse_if(
-        domain.geometry == Geometry::Plane && scene.gravity[1] != 0.0,
+        domain.geometry == Geometry::Plane && acts_along(&scene.gravity, 1),
         "gravity",
-        format_args!("is {:?}: out of the plane (x, z)", scene.gravity),
+        format_args!("is {:?}: out of the plane (x, z)", scene.peak_gravity()),
         "set its y component to 0",
     )?;
     boundary(scene, source)?;
@@ -63,7 +64,7 @@ fn boundary(scene: &Scene, source: &SceneSource) -> Check {
         let (both, lower, upper) = domain.boundary.of(axis);
         let name = axis.name();
         let given =
-            [(both, name.to_owned()), (lower, format!("{name}_lower")), (upper, format!("{name}_upper"))];
+            [(&both, name.to_owned()), (&lower, format!("{name}_lower")), (&upper, format!("{name}_upper"))];
         if let Some((_, face)) = given.iter().find(|(face, _)| face.is_some() && !axes.contains(&axis)) {
             return Err(source.error(
                 &format!("domain.boundary.{face}"),
@@ -112,7 +113,7 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
         "the outer cylinder is no-slip or free-slip",
     )?;
     source.refuse_if(
-        faces.lower.is_some_and(|lower| (lower.kind == WallKind::Periodic) != periodic),
+        faces.lower.as_ref().is_some_and(|lower| (lower.kind == WallKind::Periodic) != periodic),
         &format!("{pair}_{}", if periodic { "lower" } else { "upper" }),
         format_args!("is not periodic, but the other face of {name} is"),
         &format!("write {name} = \"periodic\" for both"),
@@ -120,22 +121,24 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
     let component = domain.geometry.component(axis);
     for (face, side) in faces.lower.iter().map(|lower| (lower, "_lower")).chain([(&faces.upper, "_upper")]) {
         let key = format!("{pair}{}.velocity", if both.is_some() { "" } else { side });
-        finite(source, &key, &face.velocity)?;
         let written = key.trim_end_matches(".velocity");
         open::face(scene, axis, side == "_upper", face, written, source)?;
         if face.kind == WallKind::Inflow {
             continue;
         }
         source.refuse_if(
-            face.velocity[component] != 0.0,
+            acts_along(&face.velocity, component),
             &key,
-            format_args!("moves a face of {name} through itself at {}", face.velocity[component]),
+            format_args!(
+                "moves a face of {name} through itself at {}",
+                face.velocity.map(|v| v[component]).peak(f64::INFINITY)
+            ),
             "a wall's velocity lies in its plane: set this component to 0",
         )?;
-        if face.velocity != [0.0; 3] && face.kind != WallKind::NoSlip {
+        if !face.velocity.is_zero() && face.kind != WallKind::NoSlip {
             return Err(source.error(
                 &key,
-                format!("is {:?} on a face of {name} that is not no-slip", face.velocity),
+                format!("is {:?} on a face of {name} that is not no-slip", face.velocity.peak(scene.until)),
                 "only a no-slip wall or an inflow has a velocity: remove it, or make the face one of them",
             ));
         }

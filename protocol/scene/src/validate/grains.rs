@@ -51,8 +51,6 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
     positive(source, &key("radius"), grain.radius)?;
     positive(source, &key("density"), grain.density)?;
     finite(source, &key("position"), &grain.position)?;
-    finite(source, &key("velocity"), &grain.velocity)?;
-    finite(source, &key("spin"), &grain.spin)?;
     let norm: f64 = grain.orientation.iter().map(|q| q * q).sum();
     if (norm - 1.0).abs() > 1e-6 || norm.is_nan() {
         return Err(source.error(
@@ -68,18 +66,6 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
         "starts a grain with a fluid whose velocity the scene does not say",
         "give [medium] with an `initial` other than \"run\", or leave the key out and give velocities",
     )?;
-    if grain.oscillation.is_some() && grain.motion != Motion::Prescribed {
-        return Err(source.error(
-            &key("oscillation"),
-            "swings a grain that is not prescribed".to_owned(),
-            "add motion = \"prescribed\"",
-        ));
-    }
-    if let Some(swing) = grain.oscillation {
-        positive(source, &key("oscillation.frequency"), swing.frequency)?;
-        finite(source, &key("oscillation.amplitude"), &swing.amplitude)?;
-        finite(source, &key("oscillation.phase"), &[swing.phase])?;
-    }
     let geometry = scene.domain.geometry;
     if geometry == Geometry::Axisymmetric && (grain.position[0] != 0.0 || grain.position[1] != 0.0) {
         return Err(source.error(

@@ -21,6 +21,7 @@ use super::domain::InitialVelocity;
 use super::open;
 use super::shared::Scene;
 use super::source::SceneSource;
+use crate::over_time::acts_along;
 use check::{Check, finite, not_negative, positive};
 pub(super) use grains::grains;
 pub(super) use metrics::metrics;
@@ -28,7 +29,6 @@ pub(super) use metrics::metrics;
 /// Everything but the grains themselves.
 pub(super) fn shared(scene: &Scene, source: &SceneSource) -> Check {
     positive(source, "until", scene.until)?;
-    finite(source, "gravity", &scene.gravity)?;
     domain::domain(scene, source)?;
     medium(scene, source)?;
     beds::rough_walls(scene, source)?;
@@ -43,12 +43,10 @@ fn medium(scene: &Scene, source: &SceneSource) -> Check {
     let Some(medium) = &scene.medium else { return Ok(()) };
     positive(source, "medium.density", medium.density)?;
     positive(source, "medium.viscosity", medium.viscosity)?;
-    finite(source, "medium.body_force", &medium.body_force)?;
-    finite(source, "medium.pressure_gradient", &medium.pressure_gradient)?;
     for axis in 0..scene.domain.dimensions() {
         let component = scene.domain.geometry.component(axis);
         source.refuse_if(
-            medium.pressure_gradient[component] != 0.0 && !scene.domain.is_periodic(axis),
+            acts_along(&medium.pressure_gradient, component) && !scene.domain.is_periodic(axis),
             "medium.pressure_gradient",
             "drives along an axis with walls, where the pressure balances it",
             "make that axis periodic, or remove the gradient",
@@ -87,7 +85,7 @@ fn stop(scene: &Scene, source: &SceneSource) -> Check {
         "ends dry runs only",
         "leave it out, and let `until` end the run",
     )?;
-    if scene.gravity == [0.0; 3] {
+    if scene.gravity.is_zero() {
         return Err(source.error(
             "stop_when",
             "measures energy in m g R, but the scene has no gravity",
@@ -101,7 +99,6 @@ fn walls(scene: &Scene, source: &SceneSource) -> Check {
     for (index, wall) in scene.walls.iter().enumerate() {
         let key = |name: &str| format!("walls[{index}].{name}");
         finite(source, &key("point"), &wall.point)?;
-        finite(source, &key("velocity"), &wall.velocity)?;
         let length: f64 = wall.normal.iter().map(|n| n * n).sum();
         source.refuse_if(
             !(length.is_finite() && length > 0.0),

@@ -3,6 +3,7 @@
 mod files;
 mod grain_table;
 mod observe;
+mod over_time;
 mod retired;
 mod source;
 mod speeds;

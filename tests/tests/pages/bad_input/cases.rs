@@ -131,9 +131,17 @@ pub(crate) const GRAINS: &[Case] = cases! {
     "rectangle": "radius = 0.5" => "radius = 0.5\n§shape = \"rectangle\""; "grains[0].shape", "rectangle", "sphere";
     "larger than the periodic box": "radius = 0.5" => "§radius = 2.1\nmotion = \"fixed\""; "grains[0].radius", "diameter 4.2", "larger than the periodic box";
     "unknown motion": "radius = 0.5" => "radius = 0.5\n§motion = \"dancing\""; "grains[0].motion", "dancing", "prescribed";
-    "swing of a free grain": "radius = 0.5" => "radius = 0.5\n§oscillation = { amplitude = [0.0, 0.0, 1.0], frequency = 1.0 }"; "grains[0].oscillation", "not prescribed";
-    "swing without frequency": "radius = 0.5" => "radius = 0.5\nmotion = \"prescribed\"\n§oscillation = { amplitude = [0.0, 0.0, 1.0], frequency = 0.0 }";
-        "grains[0].oscillation.frequency", "is 0";
+    "swing of a free grain": "radius = 0.5" => "radius = 0.5\n§velocity = { amplitude = [0.0, 0.0, 1.0], frequency = 1.0 }"; "grains[0].velocity", "not prescribed";
+    "swing under its old name": "radius = 0.5" => "radius = 0.5\n§oscillation = { amplitude = [0.0, 0.0, 1.0], frequency = 1.0 }"; "grains[0].oscillation", "retired";
+    "swing without frequency": "radius = 0.5" => "radius = 0.5\nmotion = \"prescribed\"\n§velocity = { amplitude = [0.0, 0.0, 1.0], frequency = 0.0 }";
+        "grains[0].velocity.frequency", "is 0";
+    "swing of a negative frequency": "gravity = [0.0, 0.0, -1.0]" => "§gravity = { amplitude = [0.0, 0.0, 1.0], frequency = -2.0 }"; "gravity.frequency", "-2";
+    "swing that is not finite": "gravity = [0.0, 0.0, -1.0]" => "§gravity = { amplitude = [0.0, 0.0, inf], frequency = 2.0 }"; "gravity", "inf";
+    "table without rows": "gravity = [0.0, 0.0, -1.0]" => "§gravity = []"; "gravity", "no rows";
+    "table whose times go back": "gravity = [0.0, 0.0, -1.0]" => "§gravity = [[1.0, [0.0, 0.0, 0.0]], [1.0, [0.0, 0.0, -1.0]]]"; "gravity", "row 2";
+    "table without a value": "gravity = [0.0, 0.0, -1.0]" => "§gravity = [[1.0, [0.0, nan, 0.0]]]"; "gravity", "NaN";
+    "table in no file": "gravity = [0.0, 0.0, -1.0]" => "§gravity = { file = \"nowhere.csv\" }"; "gravity", "nowhere.csv";
+    "table and sine": "gravity = [0.0, 0.0, -1.0]" => "§gravity = { file = \"a.csv\", frequency = 1.0 }"; "gravity", "give one";
     "unknown lock": "radius = 0.5" => "radius = 0.5\n§locked = [\"x\", \"roll\"]"; "grains[0].locked[1]", "roll", "spin-x";
     "wall without normal": "normal = [0.0, 0.0, 1.0]" => "§normal = [0.0, 0.0, 0.0]"; "walls[0].normal", "0.0";
     "wall nowhere": "point = [0.0, 0.0, 0.25]" => "§point = [0.0, 0.0, nan]"; "walls[0].point", "NaN";
@@ -259,6 +267,7 @@ pub(crate) const IN_A_PLANE: &[Case] = cases! {
     "outflow of nothing": "z_upper = \"free-slip\"" => "§z_upper = \"outflow\""; "domain.boundary.z_upper", "no fluid";
     "grain out of the plane": "position = [10.0, 0.0, 19.0]" => "§position = [10.0, 1.0, 19.0]"; "grains[0].position", "out of the plane";
     "gravity out of the plane": "gravity = [0.0, 0.0, -1.0]" => "§gravity = [0.0, -1.0, 0.0]"; "gravity", "out of the plane";
+    "gravity that leaves the plane": "gravity = [0.0, 0.0, -1.0]" => "§gravity = [[0.0, [0.0, 0.0, -1.0]], [1.0, [0.0, 2.0, -1.0]]]"; "gravity", "out of the plane";
     "three coordinates in a plane": "upper = [20.0, 20.0]" => "§upper = [20.0, 1.0, 20.0]"; "domain.upper", "3 numbers";
     "group in a grain": "position = [10.0, 0.0, 19.0]" => "position = [5.0, 0.0, 5.0]", "[[groups]]\ncount = 20" => "§[[groups]]\ncount = 200";
         "groups[0]", "no room";

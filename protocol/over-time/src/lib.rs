@@ -1,0 +1,326 @@
+//! Values that a scene gives as functions of time: a constant, a table, a sine.
+//!
+//! A value is a function of time alone, so that a run keeps no state of it: what goes on from a checkpoint or
+//! is repeated finds the same bits. Means and integrals have closed forms, so that a path is exact and an
+//! impulse complete whatever the step.
+
+mod quantity;
+mod written;
+
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+pub use quantity::{Quantity, length};
+
+/// Steps in the time that the fastest change needs for the largest value: a hundred in a period of a sine.
+const STEPS: f64 = 16.0;
+
+/// Steps in a period of a sine. docs/decisions/time-step.md
+const OF_PERIOD: f64 = 100.0;
+
+/// A number or a vector that may change over time.
+///
+/// ```
+/// use bedload_over_time::OverTime;
+///
+/// let ramp = OverTime::table(vec![(1.0, 0.0), (3.0, 4.0)]);
+/// assert_eq!([0.0, 2.0, 9.0].map(|t| ramp.at(t)), [0.0, 2.0, 4.0]);
+/// assert_eq!(ramp.mean(0.0, 4.0), 2.0);
+/// assert_eq!(ramp.largest(2.0), 2.0);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub enum OverTime<T> {
+    /// The same at all times.
+    Constant(T),
+    /// Linear between rows, constant outside.
+    Table(Arc<Table<T>>),
+    /// offset + amplitude · sin(2π frequency t + phase).
+    Sine(Arc<Sine<T>>),
+}
+
+/// Rows of time, s, and value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table<T> {
+    rows: Vec<(f64, T)>,
+    /// Integral from the first row to each.
+    path: Vec<T>,
+    file: Option<PathBuf>,
+}
+
+/// offset + amplitude · sin(2π frequency t + phase).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sine<T> {
+    /// Amplitude.
+    pub amplitude: T,
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Phase at t = 0, rad.
+    pub phase: f64,
+    /// Mean value.
+    pub offset: T,
+}
+
+impl<T: Quantity> Default for OverTime<T> {
+    fn default() -> Self {
+        Self::Constant(T::ZERO)
+    }
+}
+
+impl<T> From<T> for OverTime<T> {
+    fn from(value: T) -> Self {
+        Self::Constant(value)
+    }
+}
+
+/// A constant equals a value over time that is that constant.
+impl<T: PartialEq> PartialEq<T> for OverTime<T> {
+    fn eq(&self, value: &T) -> bool {
+        matches!(self, Self::Constant(own) if own == value)
+    }
+}
+
+impl<T: Quantity> OverTime<T> {
+    /// A table of its rows, times ascending.
+    #[must_use]
+    pub fn table(rows: Vec<(f64, T)>) -> Self {
+        Self::Table(Arc::new(Table::new(rows, None)))
+    }
+
+    /// A sine.
+    #[must_use]
+    pub fn sine(sine: Sine<T>) -> Self {
+        Self::Sine(Arc::new(sine))
+    }
+
+    /// The constant that it is, if it is one.
+    #[must_use]
+    pub fn constant(&self) -> Option<T> {
+        if let Self::Constant(value) = self { Some(*value) } else { None }
+    }
+
+    /// Whether it changes, or may.
+    #[must_use]
+    pub fn varies(&self) -> bool {
+        self.constant().is_none()
+    }
+
+    /// The value at time `t`, s.
+    #[must_use]
+    pub fn at(&self, t: f64) -> T {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Table(table) => table.at(t),
+            Self::Sine(sine) => sine.offset.plus(sine.angle(t).sin(), &sine.amplitude),
+        }
+    }
+
+    /// The value at t = 0.
+    #[must_use]
+    pub fn start(&self) -> T {
+        self.at(0.0)
+    }
+
+    /// The mean from `from` to `to`, s.
+    #[must_use]
+    pub fn mean(&self, from: f64, to: f64) -> T {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Table(table) => table.mean(from, to),
+            Self::Sine(sine) => {
+                // cos a − cos b over b − a, without the difference of near numbers
+                let half = 0.5 * (to - from) * TAU * sine.frequency;
+                let spread = if half == 0.0 { 1.0 } else { half.sin() / half };
+                sine.offset.plus(sine.angle(0.5 * (from + to)).sin() * spread, &sine.amplitude)
+            }
+        }
+    }
+
+    /// The integral from 0 to `t`, s.
+    #[must_use]
+    pub fn integral(&self, t: f64) -> T {
+        match self {
+            Self::Table(table) => table.integral(t).plus(-1.0, &table.integral(0.0)),
+            other => T::ZERO.plus(t, &other.mean(0.0, t)),
+        }
+    }
+
+    /// What is linear in the value, such as a component: the same function of time of `of`(value).
+    #[must_use]
+    pub fn map<U: Quantity>(&self, of: impl Fn(&T) -> U) -> OverTime<U> {
+        match self {
+            Self::Constant(value) => OverTime::Constant(of(value)),
+            Self::Table(table) => {
+                let rows = table.rows.iter().map(|(t, value)| (*t, of(value))).collect();
+                OverTime::Table(Arc::new(Table::new(rows, table.file.clone())))
+            }
+            Self::Sine(sine) => OverTime::sine(Sine {
+                amplitude: of(&sine.amplitude),
+                frequency: sine.frequency,
+                phase: sine.phase,
+                offset: of(&sine.offset),
+            }),
+        }
+    }
+
+    /// The values between which it moves: all rows, or the ends of a swing.
+    pub fn extremes(&self) -> impl Iterator<Item = T> + '_ {
+        let (ends, rows): ([Option<T>; 2], &[(f64, T)]) = match self {
+            Self::Constant(value) => ([Some(*value), None], &[]),
+            Self::Table(table) => ([None; 2], &table.rows),
+            Self::Sine(sine) => ([-1.0, 1.0].map(|way| Some(sine.offset.plus(way, &sine.amplitude))), &[]),
+        };
+        ends.into_iter().flatten().chain(rows.iter().map(|(_, value)| *value))
+    }
+
+    /// Whether all its values are zero.
+    #[must_use]
+    pub fn is_zero(&self) -> bool {
+        self.extremes().all(|value| value == T::ZERO)
+    }
+
+    /// The largest value, by its length, from 0 to `until`, s; of a sine that of its whole period.
+    #[must_use]
+    pub fn peak(&self, until: f64) -> T {
+        let longer = |a: T, b: T| if length(&b) > length(&a) { b } else { a };
+        match self {
+            Self::Table(table) => {
+                let between = table.rows.iter().filter(|(t, _)| (0.0..=until).contains(t));
+                between.map(|(_, value)| *value).fold(longer(table.at(0.0), table.at(until)), longer)
+            }
+            Self::Constant(value) => *value,
+            Self::Sine(_) => self.extremes().fold(T::ZERO, longer),
+        }
+    }
+
+    /// Its length.
+    #[must_use]
+    pub fn largest(&self, until: f64) -> f64 {
+        length(&self.peak(until))
+    }
+
+    /// Largest length of its rate of change from 0 to `until`, s.
+    #[must_use]
+    pub fn fastest(&self, until: f64) -> f64 {
+        match self {
+            Self::Constant(_) => 0.0,
+            Self::Table(table) => {
+                let slopes = table.slopes().filter(|(from, to, _)| *to > 0.0 && *from < until);
+                slopes.map(|(_, _, slope)| slope).fold(0.0, f64::max)
+            }
+            Self::Sine(sine) => TAU * sine.frequency * length(&sine.amplitude),
+        }
+    }
+
+    /// The longest step from `t` on, s, that resolves the change: a hundredth of a period, or, where a table
+    /// changes, a sixteenth of the time in which it would go from zero to its largest value. A step may reach
+    /// a row from which on the table changes faster, and no farther than such a part of what follows.
+    #[must_use]
+    pub fn longest_step(&self, t: f64) -> f64 {
+        match self {
+            Self::Constant(_) => f64::INFINITY,
+            Self::Sine(sine) if length(&sine.amplitude) == 0.0 => f64::INFINITY,
+            Self::Sine(sine) => 1.0 / (OF_PERIOD * sine.frequency),
+            Self::Table(table) => {
+                let largest = table.rows.iter().map(|(_, value)| length(value)).fold(0.0, f64::max);
+                let mut longest = f64::INFINITY;
+                for (from, _, slope) in table.slopes_from(t) {
+                    if from - t >= longest {
+                        break;
+                    }
+                    longest = longest.min((largest / (STEPS * slope)).max(from - t));
+                }
+                longest
+            }
+        }
+    }
+}
+
+impl<T: Quantity> Sine<T> {
+    fn angle(&self, t: f64) -> f64 {
+        TAU * self.frequency * t + self.phase
+    }
+}
+
+impl<T: Quantity> Table<T> {
+    /// Rows with ascending times, and the file that they are read from; of a file that is still to be read
+    /// there are none.
+    #[must_use]
+    pub fn new(rows: Vec<(f64, T)>, file: Option<PathBuf>) -> Self {
+        let mut way = T::ZERO;
+        let steps = rows.windows(2).map(|pair| {
+            let half = 0.5 * (pair[1].0 - pair[0].0);
+            way = way.plus(half, &pair[0].1).plus(half, &pair[1].1);
+            way
+        });
+        let path = rows.first().map(|_| T::ZERO).into_iter().chain(steps).collect();
+        Self { rows, path, file }
+    }
+
+    /// Rows of time, s, and value.
+    pub fn rows(&self) -> &[(f64, T)] {
+        &self.rows
+    }
+
+    /// The file that they are read from.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    /// The integral from the first row to `t`.
+    fn integral(&self, t: f64) -> T {
+        let last = self.before(t).saturating_sub(1);
+        let Some((from, value)) = self.rows.get(last) else { return T::ZERO };
+        let half = 0.5 * (t - from);
+        self.path[last].plus(half, value).plus(half, &self.at(t))
+    }
+
+    /// Number of rows up to `t`.
+    fn before(&self, t: f64) -> usize {
+        self.rows.partition_point(|(time, _)| *time <= t)
+    }
+
+    fn at(&self, t: f64) -> T {
+        let next = self.before(t);
+        match (next.checked_sub(1).map(|last| &self.rows[last]), self.rows.get(next)) {
+            (Some((from, a)), Some((to, b))) => {
+                let part = (t - from) / (to - from);
+                T::ZERO.plus(1.0 - part, a).plus(part, b)
+            }
+            (Some((_, value)), None) | (None, Some((_, value))) => *value,
+            (None, None) => T::ZERO,
+        }
+    }
+
+    /// Trapezia between the rows on the way; the middle where there are none.
+    fn mean(&self, from: f64, to: f64) -> T {
+        let (first, last) = (self.before(from), self.before(to));
+        if first >= last {
+            return self.at(0.5 * (from + to));
+        }
+        let (mut sum, mut at) = (T::ZERO, (from, self.at(from)));
+        for row in self.rows[first..last].iter().copied().chain([(to, self.at(to))]) {
+            let half = 0.5 * (row.0 - at.0);
+            sum = sum.plus(half, &at.1).plus(half, &row.1);
+            at = row;
+        }
+        T::ZERO.plus(1.0 / (to - from), &sum)
+    }
+
+    /// Start, end and slope of each part.
+    fn slopes(&self) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
+        slopes(&self.rows)
+    }
+
+    /// The same of those that end after `t`.
+    fn slopes_from(&self, t: f64) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
+        slopes(&self.rows[self.before(t).saturating_sub(1)..])
+    }
+}
+
+fn slopes<T: Quantity>(rows: &[(f64, T)]) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
+    rows.windows(2).map(|pair| {
+        let ((from, a), (to, b)) = (&pair[0], &pair[1]);
+        (*from, *to, length(&b.plus(-1.0, a)) / (to - from))
+    })
+}

@@ -1,0 +1,238 @@
+//! Values that may change over time: their files are read, and what they hold is checked, key by key.
+
+use crate::checked::CheckedScene;
+use crate::error::SceneError;
+use crate::grains::Motion;
+use crate::shared::Scene;
+use crate::source::SceneSource;
+use crate::table::{Table, number};
+use bedload_over_time::{OverTime, Quantity};
+use std::sync::Arc;
+
+type Check = Result<(), SceneError>;
+
+/// Reads the tables that stand in files, and checks every value that may change.
+pub(crate) fn settle(scene: &mut Scene, source: &SceneSource) -> Check {
+    Place { key: &|| "gravity".to_owned(), source }.settle(&mut scene.gravity)?;
+    for (face, velocity) in scene.domain.boundary.velocities() {
+        Place { key: &|| format!("domain.boundary.{face}.velocity"), source }.settle(velocity)?;
+    }
+    if let Some(medium) = &mut scene.medium {
+        let drives =
+            [("body_force", &mut medium.body_force), ("pressure_gradient", &mut medium.pressure_gradient)];
+        for (name, drive) in drives {
+            Place { key: &|| format!("medium.{name}"), source }.settle(drive)?;
+        }
+        if let Some(flow) = &mut medium.flow_rate {
+            let key = || "medium.flow_rate.mean_velocity".to_owned();
+            Place { key: &key, source }.settle(&mut flow.mean_velocity)?;
+        }
+    }
+    for (index, wall) in scene.walls.iter_mut().enumerate() {
+        Place { key: &|| format!("walls[{index}].velocity"), source }.settle(&mut wall.velocity)?;
+    }
+    for (index, grain) in scene.grains.iter_mut().enumerate() {
+        for (name, value) in [("velocity", &mut grain.velocity), ("spin", &mut grain.spin)] {
+            let place = Place { key: &|| format!("grains[{index}].{name}"), source };
+            place.settle(value)?;
+            if value.varies() && grain.motion != Motion::Prescribed {
+                return Err(place.error(
+                    "changes over time, but the grain is not prescribed",
+                    "add motion = \"prescribed\", or give the constant that it starts with",
+                ));
+            }
+        }
+        if !turns_about_one_axis(&grain.spin) {
+            return Err(source.error(
+                &format!("grains[{index}].spin"),
+                "turns about an axis that changes",
+                "give values along one line, such as [0.0, w, 0.0]",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A value of a scene that changes over time.
+#[derive(Clone, Debug)]
+pub struct Changing {
+    /// Its key.
+    pub key: String,
+    /// Name of its columns: before the component, and behind it.
+    pub name: [String; 2],
+    /// Unit.
+    pub unit: &'static str,
+    /// The value; a number stands along x.
+    pub value: OverTime<[f64; 3]>,
+    /// Is it one number?
+    pub scalar: bool,
+}
+
+/// What the scene changes over time, in the order of its keys.
+pub fn changing(scene: &CheckedScene) -> Vec<Changing> {
+    let Scene { gravity, domain, medium, walls, grains, .. } = &scene.scene;
+    let mut all = Vec::new();
+    let mut add = |key: String, name: [String; 2], unit, value: &OverTime<[f64; 3]>| {
+        if value.varies() {
+            all.push(Changing { key, name, unit, value: value.clone(), scalar: false });
+        }
+    };
+    let plain = |name: &str| [name.to_owned(), String::new()];
+    add("gravity".into(), plain("gravity"), "m/s^2", gravity);
+    for (face, velocity) in domain.boundary.clone().velocities() {
+        let name = plain(&format!("velocity_of_{face}"));
+        add(format!("domain.boundary.{face}.velocity"), name, "m/s", velocity);
+    }
+    if let Some(medium) = medium {
+        add("medium.body_force".into(), plain("body_force"), "m/s^2", &medium.body_force);
+        let gradient = plain("pressure_gradient");
+        add("medium.pressure_gradient".into(), gradient, "Pa/m", &medium.pressure_gradient);
+    }
+    for (index, wall) in walls.iter().enumerate() {
+        let name = ["wall_velocity".to_owned(), format!("[{index}]")];
+        add(format!("walls[{index}].velocity"), name, "m/s", &wall.velocity);
+    }
+    for (index, grain) in grains.iter().enumerate() {
+        let parts = [("velocity", "m/s", &grain.velocity), ("spin", "rad/s", &grain.spin)];
+        for (part, unit, value) in parts {
+            let name = [format!("prescribed_{part}"), format!("[{index}]")];
+            add(format!("grains[{index}].{part}"), name, unit, value);
+        }
+    }
+    let flow = medium.as_ref().and_then(|medium| medium.flow_rate.as_ref());
+    if let Some(mean) = flow.map(|flow| &flow.mean_velocity).filter(|mean| mean.varies()) {
+        all.push(Changing {
+            key: "medium.flow_rate.mean_velocity".into(),
+            name: plain("mean_flow"),
+            unit: "m/s",
+            value: mean.map(|mean| [*mean, 0.0, 0.0]),
+            scalar: true,
+        });
+    }
+    all
+}
+
+/// Does the value ever have this component?
+pub fn acts_along(value: &OverTime<[f64; 3]>, component: usize) -> bool {
+    value.extremes().any(|value| value[component] != 0.0)
+}
+
+/// Do all its values lie along one line, to round-off?
+fn turns_about_one_axis(spin: &OverTime<[f64; 3]>) -> bool {
+    let axis = spin.peak(f64::INFINITY);
+    let across = |w: [f64; 3]| {
+        let parts =
+            (0..3).map(|c| (w[(c + 1) % 3] * axis[(c + 2) % 3] - w[(c + 2) % 3] * axis[(c + 1) % 3]).abs());
+        parts.fold(0.0, f64::max)
+    };
+    let size = axis.iter().map(|w| w * w).sum::<f64>();
+    spin.extremes().all(|w| across(w) <= 1e-12 * size)
+}
+
+/// Where a value is written.
+struct Place<'a> {
+    key: &'a dyn Fn() -> String,
+    source: &'a SceneSource,
+}
+
+impl Place<'_> {
+    fn error(&self, message: impl Into<String>, remedy: &str) -> SceneError {
+        self.source.error(&(self.key)(), message, remedy)
+    }
+
+    fn settle<T: Quantity>(&self, value: &mut OverTime<T>) -> Check {
+        if let OverTime::Table(table) = value
+            && let Some(file) = table.file()
+        {
+            let rows = read(file).map_err(|what| {
+                let columns = T::COLUMNS.join(", ");
+                self.error(
+                    what,
+                    &format!("give a CSV file with the columns t, {columns} and rows of numbers"),
+                )
+            })?;
+            *value = OverTime::Table(Arc::new(bedload_over_time::Table::new(rows, Some(file.to_owned()))));
+        }
+        match value {
+            OverTime::Constant(value) => self.finite("", value),
+            OverTime::Table(table) => self.rows(table.rows()),
+            OverTime::Sine(sine) => {
+                let parts = [("amplitude ", &sine.amplitude), ("offset ", &sine.offset)];
+                parts.into_iter().try_for_each(|(name, part)| self.finite(name, part))?;
+                self.finite("phase ", &sine.phase)?;
+                if sine.frequency > 0.0 && sine.frequency.is_finite() {
+                    return Ok(());
+                }
+                Err(self.source.error(
+                    &format!("{}.frequency", (self.key)()),
+                    format!("is {}; allowed: a finite number > 0", sine.frequency),
+                    "give the frequency in Hz, or a constant instead",
+                ))
+            }
+        }
+    }
+
+    fn finite<T: Quantity>(&self, what: &str, value: &T) -> Check {
+        match value.numbers().iter().find(|number| !number.is_finite()) {
+            None => Ok(()),
+            Some(number) => {
+                Err(self
+                    .error(format!("{what}holds {number}; allowed: finite numbers"), "give finite numbers"))
+            }
+        }
+    }
+
+    fn rows<T: Quantity>(&self, rows: &[(f64, T)]) -> Check {
+        if rows.is_empty() {
+            return Err(
+                self.error("has no rows; allowed: one row [t, value] and more", "give rows of times, s")
+            );
+        }
+        let mut before = f64::NEG_INFINITY;
+        for (index, (t, value)) in rows.iter().enumerate() {
+            self.finite(&format!("row {} ", index + 1), value)?;
+            if !(t.is_finite() && *t > before) {
+                return Err(self.error(
+                    format!(
+                        "has t = {t} in row {}; allowed: finite times, each above the one before",
+                        index + 1
+                    ),
+                    "put the rows in the order of their times; a jump takes two rows a short time apart",
+                ));
+            }
+            before = *t;
+        }
+        Ok(())
+    }
+}
+
+/// The rows of a file.
+fn read<T: Quantity>(path: &std::path::Path) -> Result<Vec<(f64, T)>, String> {
+    let name = path.display();
+    let text =
+        protocol::input_file::read_text(path).map_err(|error| format!("cannot read {name}: {error}"))?;
+    let table = Table::parse(&text).map_err(|what| format!("{name} {what}"))?;
+    let known = |column: &&String| *column == "t" || T::COLUMNS.contains(&column.as_str());
+    if let Some(other) = table.columns.iter().find(|column| !known(column)) {
+        return Err(format!("{name} has a column `{other}`, which is not read"));
+    }
+    let time = table.need("t").map_err(|what| format!("{name} {what}"))?;
+    let columns: Vec<Option<usize>> = T::COLUMNS.iter().map(|column| table.find(column)).collect();
+    if columns.iter().all(Option::is_none) {
+        return Err(format!("{name} has times, but no column of values"));
+    }
+    let row = |row: &csv::StringRecord| {
+        let line = row.position().map_or(0, csv::Position::line);
+        let cell = |column: usize| {
+            let text = row.get(column).unwrap_or("");
+            number(row, column).ok_or_else(|| format!("{name}:{line}: `{text}` is not a number"))
+        };
+        let mut value = T::ZERO;
+        for (number, column) in value.numbers_mut().iter_mut().zip(&columns) {
+            // A component without a column is zero.
+            *number = column.map_or(Ok(0.0), cell)?;
+        }
+        Ok((cell(time)?, value))
+    };
+    table.rows.iter().map(row).collect()
+}

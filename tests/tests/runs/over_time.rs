@@ -1,0 +1,93 @@
+//! Values that change over time, in a coupled run: the same bits after a resume and in a replay, and columns
+//! that say what they were.
+
+use tests::harness::{Folder, bedload, said};
+
+const SCENE: &str = r#"
+until = 0.5
+gravity = { file = "tilt.csv" }
+
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [3.0, 3.0, 2.5]
+cells = [18, 18, 15]
+
+[domain.boundary]
+x = "periodic"
+y = "periodic"
+z_lower = "no-slip"
+z_upper = { type = "no-slip", velocity = { amplitude = [0.5, 0.0, 0.0], frequency = 1.5, phase = 0.5 } }
+
+[medium]
+density = 1.0
+viscosity = 0.1
+body_force = [[0.1, [0.0, 0.0, 0.0]], [0.3, [0.4, 0.0, 0.0]]]
+
+[[grains]]
+position = [0.8, 0.8, 0.6]
+radius = 0.45
+density = 4.0
+
+[[grains]]
+position = [2.2, 2.2, 1.4]
+radius = 0.45
+density = 2.0
+motion = "prescribed"
+velocity = [[0.0, [0.0, 0.0, 0.0]], [0.2, [0.3, 0.0, 0.2]], [0.4, [0.0, 0.0, -0.2]]]
+spin = { amplitude = [0.0, 1.0, 0.0], frequency = 1.0 }
+
+[fluid.time]
+dt = 0.0078125
+
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.7
+contact_time = 4e-3
+friction = 0.3
+
+[observe]
+values_over_time = true
+"#;
+
+const TABLE: &str = "t,x,z\n0.0,0.0,-1.0\n0.35,0.6,-1.0\n";
+
+#[test]
+fn a_run_goes_on_and_replays_in_the_same_bits() {
+    let folder = Folder::new("over-time");
+    let scene = folder.write("scene.toml", SCENE);
+    let _ = folder.write("tilt.csv", TABLE);
+    let run = |out: &str, more: &[&str]| {
+        let (scene, out) = (scene.display().to_string(), folder.join(out));
+        let output = bedload(&[&["run", &scene, "--out", &out.display().to_string()], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        out
+    };
+    let whole = run("whole", &[]);
+    run("parts", &["--until", "0.25"]);
+    let parts = run("parts", &["--resume"]);
+    let series = |out: &std::path::Path| std::fs::read_to_string(out.join("series.csv")).expect("series.csv");
+    assert!(series(&parts) == series(&whole), "series.csv differs");
+    let log = whole.join("exchange.mcap").display().to_string();
+    for side in ["dem", "fluid"] {
+        let output = bedload(&["replay", &log, "--drive", side, "--verify"]);
+        assert_eq!(output.status.code(), Some(0), "{side}: {}", said(&output));
+    }
+    // The last row: t = 0.5.
+    let text = series(&whole);
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let last: Vec<f64> =
+        lines.next_back().expect("rows").split(',').map(|cell| cell.parse().expect("a number")).collect();
+    let of = |name: &str| {
+        last[names.iter().position(|other| *other == name).unwrap_or_else(|| panic!("no {name}: {names:?}"))]
+    };
+    assert_eq!((of("t"), of("gravity_x"), of("gravity_z"), of("body_force_x")), (0.5, 0.6, -1.0, 0.4));
+    let lid = 0.5 * (std::f64::consts::TAU * 1.5 * 0.5 + 0.5).sin();
+    assert!((of("velocity_of_z_upper_x") - lid).abs() < 1e-12);
+    // The prescribed grain is where the integral of its table leads, and turns as its swing says.
+    assert!((of("position_x[1]") - 2.26).abs() < 1e-12 && (of("position_z[1]") - 1.4).abs() < 1e-12);
+    assert_eq!((of("velocity_z[1]"), of("prescribed_velocity_z[1]")), (-0.2, -0.2));
+    assert!((of("spin_y[1]") - (std::f64::consts::TAU * 0.5).sin()).abs() < 1e-12);
+    assert!(of("velocity_x[0]").abs() > 1e-3, "gravity and the flow take the free one along");
+}
