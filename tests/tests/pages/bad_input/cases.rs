@@ -236,7 +236,7 @@ pub(crate) const OBSERVATIONS: &[Case] = cases! {
     "table of velocities missing": "kind = \"max\"\ncolumn = \"velocity_z[0]\"" => "kind = \"velocity-difference\"\ncomponent = \"x\"\nalong = \"z\"\nthrough = [0.0, 0.0, 0.0]\n§file = \"no/such.csv\"\ncolumn = \"u\""; "metrics[0].file", "no/such.csv", "cannot be read";
     "published course missing": "kind = \"max\"\ncolumn = \"velocity_z[0]\"" => "kind = \"series-difference\"\n§file = \"no/such.csv\"\ncolumn = \"velocity_z[0]\""; "metrics[0].file", "no/such.csv", "cannot read";
     "velocity along a foreign axis": "kind = \"max\"\ncolumn = \"velocity_z[0]\"" => "§kind = \"velocity-difference\"\ncomponent = \"x\"\nalong = \"r\"\nthrough = [0.0, 0.0, 0.0]\nfile = \"no/such.csv\"\ncolumn = \"u\""; "metrics[0].kind", "x along r";
-    "mean from an unknown test": "kind = \"max\"" => "§kind = \"mean\"\n§from = \"steady\""; "metrics[0].from", "steady", "stationary";
+    "mean from an unknown test": "kind = \"max\"" => "kind = \"mean\"\n§from = \"steady\""; "metrics[0].from", "steady", "stationary";
     "mean from before": "kind = \"max\"" => "kind = \"mean\"\n§from = -1.0"; "metrics[0].from", "-1";
     "frequency from before": "kind = \"max\"" => "kind = \"frequency\"\n§from = -1.0"; "metrics[0].from", "-1";
     "rebound below the surface": "kind = \"terminal-reynolds\"" => "kind = \"restitution-at-gap\"\n§gap = -0.1"; "metrics[1].gap", "-0.1";
