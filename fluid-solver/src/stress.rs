@@ -2,15 +2,17 @@
 //!
 //! With z across the planes, ⟨ ⟩ the mean over a plane of the box, grains' places included, λ the force of the
 //! immersed boundary per unit mass, F_i, C_i, L_i the forces of fluid, contacts and lubrication on grain i,
-//! m_f g the buoyancy in F_i, H(z_i − z) one below the centre z_i of a grain and zero above, A the area:
+//! −m_f g the buoyancy in F_i, a_i its acceleration, H(z_i − z) one below the centre z_i of a grain and zero
+//! above, A the area:
 //! ```text
 //! viscous        μ ∂⟨u⟩/∂z
 //! turbulent      −ρ ⟨u w⟩                                    ⟨w⟩ = 0
-//! hydrodynamic   −ρ ∫_z ⟨λ⟩ dz' − Σ H (F_i + m_f g)/A        within grains alone
+//! hydrodynamic   −ρ ∫_z ⟨λ⟩ dz' − Σ H (F_i + m_f g − m_f a_i)/A   within grains alone
 //! contact        −Σ H C_i/A,   lubrication  −Σ H L_i/A       (Irving & Kirkwood 1950: centre to centre)
 //! ```
 //! The momentum of the fluid in the box gives d(first three without F)/dz = ρ ∂⟨u⟩/∂t − ρ f, and that of each
-//! grain cancels F_i + C_i + L_i against its inertia and submerged weight: the sum is the stress of the mixture.
+//! grain cancels F_i + C_i + L_i against its inertia and weight: the sum is the stress of the mixture, whose slope
+//! is the change of the momentum of both phases less the forces on them.
 
 use crate::boundary::Boundary;
 use crate::field::for_each_unknown;
@@ -140,7 +142,9 @@ fn add_grains<const D: usize>(
     planes: &mut [Stresses],
 ) {
     let (axis, across) = (&solver.grid().axes[axis], laboratory(solver.grid().geometry, axis));
-    for (i, motion) in solver.motions().iter().enumerate() {
+    for (i, (motion, shape)) in solver.motions().iter().zip(solver.immersed().shapes()).enumerate() {
+        let acceleration = solver.memory().acceleration(i).force;
+        let inertia = acceleration.map(|a| solver.density() * shape.volume * a);
         for (k, plane) in planes.iter_mut().enumerate() {
             let below = ((motion.centre[across] - axis.faces[k]) / axis.widths[k]).clamp(0.0, 1.0);
             if below == 0.0 {
@@ -149,6 +153,7 @@ fn add_grains<const D: usize>(
             for (of, part) in forces.of.iter().zip(&mut plane.parts[2..]) {
                 (0..3).for_each(|c| part[c] -= below * of[i][c] / area);
             }
+            (0..3).for_each(|c| plane.parts[2][c] += below * inertia[c] / area);
         }
     }
 }
