@@ -65,7 +65,8 @@ fn substep(facts: &Facts<'_>) -> Option<String> {
 /// A driven oscillation that gets few windows a period of a fixed length.
 fn oscillation(facts: &Facts<'_>) -> Option<String> {
     facts.fluid.filter(|fluid| !fluid.adaptive)?;
-    let frequency = |value: &OverTime<_>| if let OverTime::Sine(swing) = value { swing.frequency } else { 0.0 };
+    let frequency =
+        |value: &OverTime<_>| if let OverTime::Sine(swing) = value { swing.frequency } else { 0.0 };
     let highest = changing(facts.scene).iter().map(|value| frequency(&value.value)).fold(0.0, f64::max);
     let windows = 1.0 / (highest * facts.steps.dt_fluid);
     (windows < PERIOD).then(|| {

@@ -23,7 +23,8 @@ pub struct Observe {
     pub planes: Option<ObservedPlanes>,
     /// Columns of the mean velocity and spin of a grain over each window, which its forces are of.
     pub mean_velocity: bool,
-    /// Columns of what the scene changes over time (gravity, velocities of walls, …) at the end of each window.
+    /// Columns of what the scene changes over time (gravity, velocities of walls, …), at the end of each
+    /// window.
     pub values_over_time: bool,
     /// Columns of elastic, gravitational and dissipated energy in `series.csv` (dry scenes).
     pub energy: bool,

@@ -59,8 +59,9 @@ pub fn norm(v: &[f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity
-/// along periodic axes, each at its largest, m/s². Where a flow rate is held, a mean pressure gradient balances them.
+/// Acceleration that drives the fluid as a whole: body force, mean pressure gradient, and gravity along
+/// periodic axes, each at its largest, m/s². Where a flow rate is held, a mean pressure gradient balances
+/// them.
 pub fn drive(scene: &Scene) -> [f64; 3] {
     let Some(medium) = &scene.medium else { return [0.0; 3] };
     let mut drive = medium.body_force.peak(scene.until);
