@@ -181,7 +181,12 @@ impl Bed {
         };
         let stress = totals.has(&[Total::Shields]).then(|| Stress {
             balance: StressBalance::of(scene, totals.axis),
-            held: scene.scene.medium.as_ref().and_then(|m| m.flow_rate.as_ref()).map(|flow| flow.axis.component()),
+            held: scene
+                .scene
+                .medium
+                .as_ref()
+                .and_then(|m| m.flow_rate.as_ref())
+                .map(|flow| flow.axis.component()),
             weight: weight_per_area(scene),
             top: (0..3).map(|c| (top(FLUID_ON, c), top(CONTACTS_ON, c))).collect(),
         });
