@@ -131,7 +131,9 @@ fn a_table_leads_along_its_integral() {
         let mut set_up = spec(vec![grain.clone()], law(0.5, 0.01));
         (set_up.engine, set_up.integrator) = (*engine, *integrator);
         let mut solver = dem(&set_up);
-        (0..10).for_each(|_| drop(solver.advance(0.1, 7, &[]).expect("advances")));
+        for _ in 0..10 {
+            solver.advance(0.1, 7, &[]).expect("advances");
+        }
         let g = &solver.grains;
         for c in 0..3 {
             let wrong = g.position[0][c] - velocity.integral(1.0)[c];

@@ -64,7 +64,7 @@ impl Newton {
             position: grain.position,
             orientation: grain.orientation,
             velocity: if grain.motion == Motion::Fixed { [0.0; 3] } else { grain.velocity.start() },
-            spin: grain.spin,
+            spin: grain.spin.start(),
             ..Kinematics::default()
         });
         Self {

@@ -131,7 +131,7 @@ mod tests {
     const TABLE: &str = "# remark\nratio,psi1,psi2\n0.2,1.0,0.5\n0.2,2.0,1.5\n0.3,1.0,9.0\n0.3,2.0,9.0\n";
 
     fn grain(x: f64, velocity: [f64; 3]) -> Grain {
-        Grain { velocity, ..Grain::at([x, 0.0, 0.0], 0.5, 1.0) }
+        Grain { velocity: velocity.into(), ..Grain::at([x, 0.0, 0.0], 0.5, 1.0) }
     }
 
     #[test]
@@ -152,7 +152,9 @@ mod tests {
             table
                 .largest_error(
                     &grains,
-                    &grains.clone().map(|g| Kinematics { velocity: g.velocity, ..Kinematics::default() })
+                    &grains
+                        .clone()
+                        .map(|g| Kinematics { velocity: g.velocity.start(), ..Kinematics::default() })
                 )
                 .is_err()
         );
