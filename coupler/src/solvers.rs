@@ -604,7 +604,7 @@ mod tests {
             (r#"{"contact_time": 1, "values_over_time": true}"#, r#"{"contact_time": 1}"#);
         let tilted = with(&[tilted]);
         let error = facts(knows_not, &tilted).expect_err("it takes the first gravity");
-        assert!(error.contains("gravity") && error.contains("values_over_time"), "{error}");
+        assert!(error.contains("gravity") && error.contains("does not say that it follows"), "{error}");
         assert!(facts(knows, &tilted).is_ok_and(|facts| facts.values_over_time));
         // The fluid's own is no matter of a DEM's.
         assert!(facts(knows_not, &with(&[pushed.to_owned(), cells])).is_ok());

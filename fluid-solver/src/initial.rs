@@ -19,9 +19,8 @@ use crate::interpolate::{Kind, interpolate};
 use crate::methods::grains::Memory;
 use crate::methods::method::Method;
 use crate::open::OpenFaces;
-use crate::plan::changes;
 use crate::scheme::Viscous;
-use bedload_scene::{CheckedScene, InitialVelocity, Medium, Scene, SceneError, SceneSource};
+use bedload_scene::{CheckedScene, InitialVelocity, Medium, Scene, SceneError, SceneSource, changing};
 use protocol::checkpoints;
 use std::path::Path;
 
@@ -223,7 +222,7 @@ impl<const D: usize> Start<D> {
                 && mine.time.convection == theirs.time.convection
                 && viscosity(scene) == viscosity(run);
         // What changes over time is not where it was: the time of a run begins at zero.
-        let same_drive = changes(scene).is_empty() && moved_by(scene) == moved_by(run);
+        let same_drive = changing(scene).is_empty() && moved_by(scene) == moved_by(run);
         let goes_on = same_motion && same_method && same_order && same_grid(grid, &source);
         Ok(Self {
             grid: source,

@@ -284,8 +284,8 @@ impl<T: Quantity> Table<T> {
         let next = self.before(t);
         match (next.checked_sub(1).map(|last| &self.rows[last]), self.rows.get(next)) {
             (Some((from, a)), Some((to, b))) => {
-                let part = (t - from) / (to - from);
-                T::ZERO.plus(1.0 - part, a).plus(part, b)
+                // equal rows make a constant to the last bit
+                a.plus((t - from) / (to - from), &b.plus(-1.0, a))
             }
             (Some((_, value)), None) | (None, Some((_, value))) => *value,
             (None, None) => T::ZERO,

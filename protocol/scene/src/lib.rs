@@ -3,6 +3,7 @@
 //!
 //! SI units, or any consistent set. `docs/scene.md` documents every key.
 
+mod changing;
 mod checked;
 mod domain;
 mod error;
@@ -30,6 +31,7 @@ mod walls;
 
 pub use bedload_outline::Outline;
 pub use bedload_over_time::{OverTime, Sine};
+pub use changing::{Changing, changing};
 pub use checked::CheckedScene;
 pub use domain::{
     Axis, Boundary, Domain, Face, Faces, FlowRate, Geometry, InflowProfile, InitialVelocity, Medium,
@@ -44,7 +46,7 @@ pub use metric::{
     OfColumn, OfComponent, OfGrain, OfSurface, Span,
 };
 pub use observe::{Observe, ObservedPlanes, ObservedSubsteps, ObservedTotals, Profile, Total};
-pub use over_time::{Changing, acts_along, changing};
+pub use over_time::acts_along;
 pub use random::SplitMix64;
 pub use rest::Rest;
 pub use retired::Retired;
