@@ -1,7 +1,7 @@
 //! Columns of `series.csv` about the whole bed (`observe.totals`).
 //!
-//! Sums over grains are made here, of the motion that everyone sees. What a solver alone knows it gives in the
-//! order of [`fluid_values`] and [`dem_values`].
+//! Sums over grains are made here, of the motion that everyone sees. What a solver alone knows it gives in
+//! the order of [`fluid_values`] and [`dem_values`].
 
 use bedload_scene::{CheckedScene, Face, Geometry, Motion, ObservedTotals, Total, WallKind};
 
@@ -135,8 +135,8 @@ struct Stress {
 }
 
 impl Bed {
-    /// The bed of `scene`, with its columns in order. What solvers give of it stands behind `before` others among
-    /// the extras.
+    /// The bed of `scene`, with its columns in order. What solvers give of it stands behind `before` others
+    /// among the extras.
     pub(crate) fn new(
         scene: &CheckedScene,
         sides: Sides,
