@@ -1,9 +1,9 @@
 //! Stress on planes of cells, as both phases transmit it: what `observe.planes.stress` adds.
 //!
-//! With z across the planes, ⟨ ⟩ the mean over a plane of the box, grains' places included, λ the force of
-//! the immersed boundary per unit mass, F_i, C_i, L_i the forces of fluid, contacts and lubrication on grain i,
-//! −m_f g the buoyancy in F_i, a_i its acceleration, H(z_i − z) one below the centre z_i of a grain and zero
-//! above, A the area:
+//! With z across the planes, ⟨ ⟩ the mean over a plane of the box, grains' places included, λ the force
+//! of the immersed boundary per unit mass, F_i, C_i, L_i the forces of fluid, contacts and lubrication on
+//! grain i, −m_f g the buoyancy in F_i, a_i its acceleration, H(z_i − z) one below the centre z_i of a
+//! grain and zero above, A the area:
 //! ```text
 //! viscous        μ ∂⟨u⟩/∂z
 //! turbulent      −ρ ⟨u w⟩                                    ⟨w⟩ = 0
