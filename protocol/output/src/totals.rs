@@ -233,9 +233,10 @@ impl Bed {
             let at = (motion.position[*across] - *lower) / thickness;
             let (first, last) = (at - radius / thickness, at + radius / thickness);
             let most = solid.len() as f64;
-            for k in first.floor().clamp(0.0, most) as usize..last.ceil().clamp(0.0, most) as usize {
+            let span = first.floor().clamp(0.0, most) as usize..last.ceil().clamp(0.0, most) as usize;
+            for (solid, k) in solid[span.clone()].iter_mut().zip(span) {
                 let below = |face: f64| part_below((face - at) * thickness / radius, self.discs);
-                solid[k] += volume * (below(k as f64 + 1.0) - below(k as f64));
+                *solid += volume * (below(k as f64 + 1.0) - below(k as f64));
             }
         }
         self.height = self.surface_height(thickness);
