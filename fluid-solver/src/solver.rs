@@ -388,7 +388,8 @@ impl<const D: usize> Solver<D> {
         self.kept.as_deref()
     }
 
-    /// The carried force as the first rank needs it for stresses, where several ranks have it. All must call it.
+    /// The carried force as the first rank needs it for stresses, where several ranks have it. All must call
+    /// it.
     pub(crate) fn gather_force(&self) -> Option<[Vec<f64>; D]> {
         let grid = self.grid();
         self.kept.as_ref().filter(|_| !grid.division.ranks().is_alone())?;

@@ -1,9 +1,9 @@
 //! Stress on planes of cells, as both phases transmit it: what `observe.planes.stress` adds.
 //!
-//! With z across the planes, ⟨ ⟩ the mean over a plane of the box, grains' places included, λ the force of the
-//! immersed boundary per unit mass, F_i, C_i, L_i the forces of fluid, contacts and lubrication on grain i,
-//! −m_f g the buoyancy in F_i, a_i its acceleration, H(z_i − z) one below the centre z_i of a grain and zero
-//! above, A the area:
+//! With z across the planes, ⟨ ⟩ the mean over a plane of the box, grains' places included, λ the force
+//! of the immersed boundary per unit mass, F_i, C_i, L_i the forces of fluid, contacts and lubrication on
+//! grain i, −m_f g the buoyancy in F_i, a_i its acceleration, H(z_i − z) one below the centre z_i of a
+//! grain and zero above, A the area:
 //! ```text
 //! viscous        μ ∂⟨u⟩/∂z
 //! turbulent      −ρ ⟨u w⟩                                    ⟨w⟩ = 0
@@ -11,8 +11,8 @@
 //! contact        −Σ H C_i/A,   lubrication  −Σ H L_i/A       (Irving & Kirkwood 1950: centre to centre)
 //! ```
 //! The momentum of the fluid in the box gives d(first three without F)/dz = ρ ∂⟨u⟩/∂t − ρ f, and that of each
-//! grain cancels F_i + C_i + L_i against its inertia and weight: the sum is the stress of the mixture, whose slope
-//! is the change of the momentum of both phases less the forces on them.
+//! grain cancels F_i + C_i + L_i against its inertia and weight: the sum is the stress of the mixture, whose
+//! slope is the change of the momentum of both phases less the forces on them.
 
 use crate::boundary::Boundary;
 use crate::field::for_each_unknown;
@@ -32,8 +32,8 @@ struct Sums {
     pressure: f64,
 }
 
-/// Pressure and stresses on the planes across grid axis `axis`, with the force `lambda` whole, if there is one,
-/// and the halos filled. The granular temperature is left zero.
+/// Pressure and stresses on the planes across grid axis `axis`, with the force `lambda` whole, if there is
+/// one, and the halos filled. The granular temperature is left zero.
 pub(crate) fn stresses<const D: usize>(
     solver: &Solver<D>,
     axis: usize,

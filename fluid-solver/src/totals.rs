@@ -1,4 +1,5 @@
-//! Sums over the box that `observe.totals` asks for, in the order of [`bedload_output::totals::fluid_values`].
+//! Sums over the box that `observe.totals` asks for, in the order of
+//! [`bedload_output::totals::fluid_values`].
 
 use crate::boundary::Boundary;
 use crate::field::for_each_own_unknown;

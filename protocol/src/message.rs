@@ -193,8 +193,8 @@ record! {
         substeps: u64, "-", "DEM: sub-steps done since start.";
         pressure_gradient: f64, "Pa/m", "Fluid: mean pressure gradient that held `medium.flow_rate` in the \
             window, 0 without one; DEM: 0.";
-        text: [[u64; 8]; 8], "-", "UTF-8 text, zero-padded, 512 bytes: last words of a failed solver; of a window \
-            that is done the numbers that `observe.totals` asks for, apart by spaces.";
+        text: [[u64; 8]; 8], "-", "UTF-8 text, zero-padded, 512 bytes: last words of a failed solver; of a \
+            window that is done the numbers that `observe.totals` asks for, apart by spaces.";
     }
 }
 

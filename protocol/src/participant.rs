@@ -218,7 +218,7 @@ pub trait Participant {
         0.0
     }
 
-    /// Adds the values that the scene's `observe.totals` asks of it, of the state after the last window, in the
-    /// order that docs/coupling.md says. None where none is asked for.
+    /// Adds the values that the scene's `observe.totals` asks of it, of the state after the last window, in
+    /// the order that docs/coupling.md says. None where none is asked for.
     fn totals(&self, _out: &mut Vec<f64>) {}
 }

@@ -1,7 +1,7 @@
 //! Columns of `series.csv` about the whole bed (`observe.totals`).
 //!
-//! Sums over grains are made here, of the motion that everyone sees. What a solver alone knows it gives in the
-//! order of [`fluid_values`] and [`dem_values`].
+//! Sums over grains are made here, of the motion that everyone sees. What a solver alone knows it gives in
+//! the order of [`fluid_values`] and [`dem_values`].
 
 use bedload_scene::{CheckedScene, Face, Geometry, Motion, ObservedTotals, Total, WallKind};
 
@@ -135,8 +135,8 @@ struct Stress {
 }
 
 impl Bed {
-    /// The bed of `scene`, with its columns in order. What solvers give of it stands behind `before` others among
-    /// the extras.
+    /// The bed of `scene`, with its columns in order. What solvers give of it stands behind `before` others
+    /// among the extras.
     pub(crate) fn new(
         scene: &CheckedScene,
         sides: Sides,
@@ -238,9 +238,10 @@ impl Bed {
             let at = (motion.position[*across] - *lower) / thickness;
             let (first, last) = (at - radius / thickness, at + radius / thickness);
             let most = solid.len() as f64;
-            for k in first.floor().clamp(0.0, most) as usize..last.ceil().clamp(0.0, most) as usize {
+            let span = first.floor().clamp(0.0, most) as usize..last.ceil().clamp(0.0, most) as usize;
+            for (solid, k) in solid[span.clone()].iter_mut().zip(span) {
                 let below = |face: f64| part_below((face - at) * thickness / radius, self.discs);
-                solid[k] += volume * (below(k as f64 + 1.0) - below(k as f64));
+                *solid += volume * (below(k as f64 + 1.0) - below(k as f64));
             }
         }
         self.height = self.surface_height(thickness);

@@ -87,7 +87,7 @@ pub(crate) fn lay_out(
             let remedy = "shift it by the size of the packing at least, or lay it once";
             return Err(source.error(&format!("grain_files[{index}].shift"), why, remedy));
         }
-        let copies = grain_table::copies(from, &once).into_iter();
+        let copies = grain_table::copies(from, &once);
         grains.extend(copies.map(|grain| Grain { with_fluid: from.with_fluid, ..grain }));
     }
     for wall in &scene.rough_walls {

@@ -93,8 +93,8 @@ fn ranks_do_not_change_a_bit_of_the_loads() {
     }
 }
 
-/// Totals of the box and averages over planes, stresses and pressure with them, to the last bit: of one process
-/// and of 2 and 3 ranks, across the slabs and along them.
+/// Totals of the box and averages over planes, stresses and pressure with them, to the last bit: of one
+/// process and of 2 and 3 ranks, across the slabs and along them.
 #[test]
 fn ranks_do_not_change_a_bit_of_totals_and_stresses() {
     for axis in ["z", "x"] {

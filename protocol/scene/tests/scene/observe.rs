@@ -61,6 +61,6 @@ fn the_ends_of_a_span_are_not_a_matter_of_rounding() {
     let forever = ObservedSubsteps { to: f64::INFINITY, ..substeps };
     assert!(forever.has(1e9, 2e9));
     let planes =
-        ObservedPlanes { stress: false, axis: Axis::Z, every: 0.1, from: 0.1, to: 0.3, at: Vec::new() };
+        ObservedPlanes { axis: Axis::Z, every: 0.1, from: 0.1, to: 0.3, at: Vec::new(), stress: false };
     assert!(planes.counts(before) && planes.counts(0.300_000_000_000_000_04) && !planes.counts(0.31));
 }
