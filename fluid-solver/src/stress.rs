@@ -58,14 +58,17 @@ pub(crate) fn stresses<const D: usize>(
     for (k, plane) in planes.iter_mut().enumerate().rev() {
         let (lower, upper) = (sums[k], sums[k + 1]);
         plane.pressure = lower.pressure / area;
-        for c in 0..3 {
+        for (c, above) in above.iter_mut().enumerate() {
             for part in 0..2 {
                 let ends = lower.fluxes[part][c] + upper.fluxes[part][c];
                 plane.parts[part][c] = if c == across { lower.fluxes[part][c] } else { 0.5 * ends } / area;
             }
-            let half = if c == across { upper.force[c] } else { 0.5 * lower.force[c] };
-            plane.parts[2][c] = -(above[c] + half) / area;
-            above[c] += if c == across { upper.force[c] } else { lower.force[c] };
+            let (half, whole) = match c == across {
+                true => (upper.force[c], upper.force[c]),
+                false => (0.5 * lower.force[c], lower.force[c]),
+            };
+            plane.parts[2][c] = -(*above + half) / area;
+            *above += whole;
         }
     }
     add_grains(solver, axis, area, forces, &mut planes);
