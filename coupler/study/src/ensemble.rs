@@ -15,7 +15,7 @@ use super::plot::{Axis, Look, Plot, Series as Line, colour, panels};
 use super::runs::{Outcome, Reuse, Task, run_chains};
 use super::table::{cell, interpolated};
 use coupler::failure::Failure;
-use coupler::number::Short;
+use coupler::number::{Short, number};
 
 /// From one run to the next each seed grows by this: seeds 1, 2, 3 of groups of one scene never meet.
 const STRIDE: i64 = 1000;
@@ -341,6 +341,7 @@ fn figure(title: &str, rows: &[Row]) -> Option<String> {
         size: (380.0, 260.0),
         title: name,
         x: Axis { label: if part == "series" { "t, s" } else { "at, m" }.to_owned(), ..Axis::default() },
+        y: Axis { format: Some(number), ..Axis::default() },
         series: vec![Line {
             name: "mean ± standard error".to_owned(),
             colour: colour(0),

@@ -72,8 +72,8 @@ impl StressBalance {
         }
     }
 
-    /// Force on the mixture along periodic axes at time `t` where there is fluid alone, and how much more where
-    /// there is solid, N/m³.
+    /// Force on the mixture along periodic axes at time `t` where there is fluid alone, and how much more
+    /// where there is solid, N/m³.
     pub(crate) fn drive(&self, t: f64) -> [[f64; 3]; 2] {
         let [gravity, body_force, gradient] =
             [&self.gravity, &self.body_force, &self.pressure_gradient].map(|value| value.at(t));

@@ -3,7 +3,9 @@
 //!
 //! Waking a sleeper costs its sender a system call and an interrupt to another core, and the sleeper
 //! some 50 µs, in every window. Windows are much alike, so a [`Rhythm`] naps by its own timer until
-//! shortly before the message is due and yields from there on: the sender finds its receiver awake.
+//! shortly before the message is due and yields from there on: the sender finds its receiver awake. Where
+//! long waits scatter by more than [`YIELDED`] it sleeps from there on: 50 µs are little beside them, and
+//! yielding would take a core that others need.
 
 use std::time::{Duration, Instant};
 
@@ -22,6 +24,8 @@ const EARLY: Duration = Duration::from_micros(60);
 const SCATTER: u32 = 24;
 /// A message that is late by more than this and its usual scatter is slept for.
 const LATE: Duration = Duration::from_micros(300);
+/// Longest time before a message is due that is yielded through.
+const YIELDED: Duration = Duration::from_micros(500);
 /// Shorter naps are not worth the timer.
 const SHORTEST_NAP: Duration = Duration::from_micros(80);
 
@@ -36,14 +40,18 @@ pub(crate) struct Rhythm {
 impl Rhythm {
     /// What is left to nap after `waited`, in pieces after which the sender is looked at.
     pub(crate) fn nap(&self, waited: Duration) -> Option<Duration> {
-        let early = 2 * self.deviation + EARLY.max(self.mean / SCATTER);
-        let left = self.mean.saturating_sub(early).saturating_sub(waited);
+        let left = self.mean.saturating_sub(self.early()).saturating_sub(waited);
         (left >= SHORTEST_NAP).then_some(left.min(LOOK_EVERY))
+    }
+
+    /// How long before the message is due a nap ends.
+    fn early(&self) -> Duration {
+        2 * self.deviation + EARLY.max(self.mean / SCATTER)
     }
 
     /// Until when yielding is better than sleeping.
     fn awake(&self, spin: Duration) -> Duration {
-        if self.mean.is_zero() {
+        if self.mean.is_zero() || self.early() > YIELDED {
             return spin;
         }
         spin.max(self.mean + (4 * self.deviation).min(LATE) + LATE)
@@ -230,6 +238,17 @@ mod tests {
         assert!(lain.iter().all(Duration::is_zero), "{lain:?}");
         assert!(rhythm.nap(Duration::ZERO).unwrap() > micros(1700));
         assert!(rhythm.awake(micros(50)) > micros(2500));
+    }
+
+    #[test]
+    fn long_waits_are_slept_through_where_they_scatter() {
+        let mut rhythm = Rhythm::default();
+        keep(&mut rhythm, &[600_000; 200]);
+        assert!(rhythm.nap(Duration::ZERO).is_some());
+        assert_eq!(rhythm.awake(micros(50)), micros(50));
+        let mut uneven = Rhythm::default();
+        keep(&mut uneven, &[4_000, 6_000].repeat(100));
+        assert_eq!(uneven.awake(micros(50)), micros(50));
     }
 
     #[test]
