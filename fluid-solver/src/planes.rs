@@ -6,7 +6,7 @@
 //! ```text
 //! φ = ⟨α⟩,   ū = ⟨(1 − α) u⟩/⟨1 − α⟩,   v̄ = ⟨α v⟩/⟨α⟩
 //! ```
-//! Stresses: [`crate::stress`].
+//! Stresses: `crate::stress`.
 
 use crate::grid::Grid;
 use crate::immersed::body::laboratory;
