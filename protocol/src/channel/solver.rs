@@ -169,17 +169,16 @@ impl<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> SharedMemory<In, Out
             self.wake.ring(Member::Solver(peer))?;
             let watch = &mut self.watch;
             let members = [Member::Coupler, Member::Solver(peer)];
+            // The coupler finds out first who did not join, and says so.
+            let limit = self.rendezvous.join() + self.rendezvous.deadline();
             self.wake
-                .wait(
-                    self.rendezvous.join(),
-                    &mut Rhythm::default(),
-                    &mut || Ok(there().then_some(())),
-                    &mut || watch.check(&members, 0),
-                )?
+                .wait(limit, &mut Rhythm::default(), &mut || Ok(there().then_some(())), &mut || {
+                    watch.check(&members, 0)
+                })?
                 .ok_or_else(|| ExchangeError::Deadline {
                     peer: peer.to_string(),
                     step: 0,
-                    seconds: self.rendezvous.join_s,
+                    seconds: limit.as_secs_f64(),
                 })?;
             self.wake.ring(Member::Solver(peer))?;
         }

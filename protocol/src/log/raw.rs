@@ -469,7 +469,8 @@ fn is_chunk(head: &[u8], room: u64) -> Option<bool> {
 
 fn metadata(body: &[u8]) -> Option<RawItem> {
     let mut body = Bytes(body);
-    Some(RawItem::Metadata(body.text()?.to_owned(), body.map()?))
+    let item = RawItem::Metadata(body.text()?.to_owned(), body.map()?);
+    body.0.is_empty().then_some(item)
 }
 
 fn attachment(body: &[u8]) -> Option<RawItem> {
@@ -480,7 +481,8 @@ fn attachment(body: &[u8]) -> Option<RawItem> {
     let summed = body.len() - rest.0.len();
     let sum = rest.u32()?;
     // 0 stands for "no sum" (specification).
-    (sum == 0 || sum == crc32(&body[..summed])).then_some(RawItem::Attachment(name, media, data))
+    (rest.0.is_empty() && (sum == 0 || sum == crc32(&body[..summed])))
+        .then_some(RawItem::Attachment(name, media, data))
 }
 
 /// Nothing in it is needed; only that it is one.
@@ -501,7 +503,9 @@ fn chunk_sizes(body: &[u8]) -> Option<(u64, u64)> {
     // compresses always.
     let zstd = body.text()? == "zstd";
     let packed = body.long()?.len() as u64;
-    (zstd && usize::try_from(unpacked).is_ok_and(|size| size <= CHUNK_LIMIT)).then_some((packed, unpacked))
+    // What is left was another record's: the length of this one is wrong.
+    (body.0.is_empty() && zstd && usize::try_from(unpacked).is_ok_and(|size| size <= CHUNK_LIMIT))
+        .then_some((packed, unpacked))
 }
 
 /// CRC-32 (ISO-HDLC), for attachments only: a scene is a few kilobytes.
