@@ -230,9 +230,8 @@ impl Series {
                 let (x, y): (Vec<f64>, Vec<f64>) = points.clone().unzip();
                 let edge = |sign: f64| y.iter().zip(half).map(move |(y, half)| y + sign * half);
                 let band = BandPlot::new(x, edge(-1.0), edge(1.0)).with_color(self.colour).with_opacity(0.25);
-                let line = LinePlot::new().with_data(points).with_color(self.colour).with_stroke_width(1.6);
-                let line = if named { line.with_legend(self.name.as_str()) } else { line };
-                return vec![Drawn::Band(band), Drawn::Line(line)];
+                let line = Self { look: Look::Line { width: 1.6, dashed: false }, ..self.clone() };
+                return [Drawn::Band(band)].into_iter().chain(line.drawn(named)).collect();
             }
             Look::Points { shape, size, words } => {
                 let plot = ScatterPlot::new().with_data(points).with_color(self.colour).with_size(*size);
