@@ -63,18 +63,27 @@ pub(crate) fn aligned(memory: &mut [Lanes]) -> &mut [Lanes] {
 }
 
 /// Working memory that begins on a cache line.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Aligned {
     values: Vec<f64>,
     skip: usize,
+    count: usize,
 }
 
 impl Aligned {
     /// `count` zeros.
     pub(crate) fn zeros(count: usize) -> Self {
-        let values = vec![0.0; count + 7];
-        let skip = values.as_ptr().align_offset(64).min(7);
-        Self { values, skip }
+        let values = vec![0.0; if count > 0 { count + 7 } else { 0 }];
+        let skip = values.as_ptr().align_offset(64).min(values.len() - count);
+        Self { values, skip, count }
+    }
+}
+
+impl Clone for Aligned {
+    fn clone(&self) -> Self {
+        let mut copy = Self::zeros(self.count);
+        copy.copy_from_slice(self);
+        copy
     }
 }
 
@@ -83,14 +92,14 @@ impl std::ops::Deref for Aligned {
 
     #[inline(always)]
     fn deref(&self) -> &[f64] {
-        &self.values[self.skip..]
+        &self.values[self.skip..][..self.count]
     }
 }
 
 impl std::ops::DerefMut for Aligned {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [f64] {
-        &mut self.values[self.skip..]
+        &mut self.values[self.skip..][..self.count]
     }
 }
 

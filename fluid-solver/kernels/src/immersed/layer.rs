@@ -5,7 +5,7 @@
 
 use super::body::{Motion, Turned};
 use super::by_layer::{GrainsByLayer, Slice};
-use super::mask::{Law, Profile, Sums};
+use super::mask::{Cells, Law, Profile, Sums};
 use super::mask_model::MaskModel;
 use super::piece::{PIECES, Piece};
 use super::point_mask;
@@ -43,8 +43,9 @@ pub struct Part {
     pub arm: f64,
     /// When the grain was last moved.
     stamp: u64,
-    /// Number of its spans.
+    /// Number of its spans, and of their places.
     spans: usize,
+    places: usize,
 }
 
 /// What is the same for all places of a row.
@@ -64,6 +65,8 @@ type Profiles = [Profile; PIECES];
 #[derive(Clone, Debug, Default)]
 pub(super) struct Room {
     profiles: Profiles,
+    /// Cells of a part.
+    cells: Cells,
     /// What was known of the layer.
     before: Layer,
 }
@@ -100,7 +103,7 @@ impl Layer {
         if std::mem::replace(&mut self.fresh, grains.caches) || self.holds(grains, k) {
             return;
         }
-        let Room { profiles, before } = room;
+        let Room { profiles, cells, before } = room;
         std::mem::swap(self, before);
         self.fresh = before.fresh;
         if !grains.caches {
@@ -110,7 +113,7 @@ impl Layer {
         self.parts.clear();
         self.spans.clear();
         self.ratios.clear();
-        dispatch(Fill { layer: self, before, grid, grains, model, k, profiles });
+        dispatch(Fill { layer: self, before, grid, grains, model, k, profiles, cells });
     }
 
     /// Whether this is what the grains hold of layer `k` as they are placed.
@@ -131,8 +134,7 @@ impl Layer {
         let (mut spans, mut ratios) = (self.spans.as_slice(), self.ratios.as_slice());
         self.parts.iter().map(move |part| {
             let (mine, rest) = spans.split_at(part.spans);
-            let cells = mine.iter().map(|span| span.count).sum::<usize>();
-            let (held, left) = ratios.split_at(cells);
+            let (held, left) = ratios.split_at(part.places);
             (spans, ratios) = (rest, left);
             (part, mine, held)
         })
@@ -148,18 +150,24 @@ struct Fill<'a, const D: usize> {
     model: &'a MaskModel,
     k: usize,
     profiles: &'a mut Profiles,
+    cells: &'a mut Cells,
 }
 
 impl<const D: usize> Fill<'_, D> {
     /// Adds what the grain of `slice` holds of layer `k`.
     #[inline(always)]
-    fn part(&mut self, slice: &Slice) {
+    fn part<S: Simd>(&mut self, simd: S, slice: &Slice) {
         let Self { grid, grains, model, k, .. } = *self;
         let (nodes, extent) = (&grains.nodes, &grains.extents[slice.grain]);
-        let first = self.layer.spans.len();
+        let first = [self.layer.spans.len(), self.layer.ratios.len()];
         let chord = extent.outer * extent.outer - slice.arm * slice.arm;
-        let mut part =
-            Part { grain: slice.grain, arm: slice.arm, stamp: grains.stamp(slice.grain), spans: 0 };
+        let mut part = Part {
+            grain: slice.grain,
+            arm: slice.arm,
+            stamp: grains.stamp(slice.grain),
+            spans: 0,
+            places: 0,
+        };
         if chord <= 0.0 {
             self.layer.parts.push(part);
             return;
@@ -174,12 +182,16 @@ impl<const D: usize> Fill<'_, D> {
         let law =
             Law::new(&MaskModel { wave: extent.wave, ..*model }, extent.radius, extent.inner, nodes.even);
         let weight = grid.turn() * grid.volumes(nodes.component(), D - 1)[k];
+        let places = pieces.iter().map(|piece| piece.count).sum::<usize>();
+        self.cells.begin(0);
         if let Some(outline) = grains.outline(slice.grain) {
             self.outlined_row(pieces, chord, outline, slice.arm, weight);
         } else if D == 2 {
-            self.row(pieces, chord, &law, sums, Row { index: 0, arm: 0.0, weight });
+            self.cells.begin(places);
+            self.row(simd, pieces, chord.sqrt(), &law, sums, Row { index: 0, arm: 0.0, weight });
         } else {
             let (low, high) = nodes.range(grid, 1, extent.at[1], chord.sqrt());
+            self.cells.begin(places * (high - low) as usize);
             for m in low..high {
                 let near = nodes.node(grid, 1, extent.at[1], m);
                 let chord = chord - near.arm * near.arm;
@@ -189,19 +201,27 @@ impl<const D: usize> Fill<'_, D> {
                 let mut sums = sums;
                 sums.add(near.arm, nodes.spacing[1][near.index]);
                 let weight = weight * grid.volumes(nodes.component(), 1)[near.index];
-                self.row(pieces, chord, &law, sums, Row { index: near.index, arm: near.arm, weight });
+                self.row(
+                    simd,
+                    pieces,
+                    chord.sqrt(),
+                    &law,
+                    sums,
+                    Row { index: near.index, arm: near.arm, weight },
+                );
             }
         }
-        part.spans = self.layer.spans.len() - first;
+        law.finish(self.cells, &mut self.layer.ratios);
+        [part.spans, part.places] = [self.layer.spans.len() - first[0], self.layer.ratios.len() - first[1]];
         self.layer.parts.push(part);
     }
 
-    /// Adds the places of one row of which the grain holds some, `chord` being its squared half.
+    /// Adds the places of one row of which the grain holds some, `half` of its chord to each side.
     #[inline(always)]
-    fn row(&mut self, pieces: &[Piece], chord: f64, law: &Law, sums: Sums, row: Row) {
+    fn row<S: Simd>(&mut self, simd: S, pieces: &[Piece], half: f64, law: &Law, sums: Sums, row: Row) {
         let stride = self.grid.stride(1);
         for (index, (piece, profile)) in pieces.iter().zip(&*self.profiles).enumerate() {
-            let window = piece.window(chord.sqrt());
+            let window = piece.window(half);
             if window.is_empty() {
                 continue;
             }
@@ -216,7 +236,7 @@ impl<const D: usize> Fill<'_, D> {
                 shift: piece.shift,
                 middle: row.arm,
             });
-            law.row(profile, window, &sums, &mut self.layer.ratios);
+            law.row(simd, profile, window, &sums, (&mut *self.cells, &mut self.layer.ratios));
         }
     }
 }
@@ -249,7 +269,7 @@ impl<const D: usize> Fill<'_, D> {
 
 impl<const D: usize> lanes::Kernel for Fill<'_, D> {
     #[inline(always)]
-    fn run<S: Simd>(mut self, _: S) {
+    fn run<S: Simd>(mut self, simd: S) {
         // Both are in the order of the grains.
         let mut known = self.before.parts();
         let mut next = known.next();
@@ -264,7 +284,7 @@ impl<const D: usize> lanes::Kernel for Fill<'_, D> {
                 self.layer.spans.extend_from_slice(spans);
                 self.layer.ratios.extend_from_slice(ratios);
             } else {
-                self.part(slice);
+                self.part(simd, slice);
             }
         }
     }

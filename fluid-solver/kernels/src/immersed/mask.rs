@@ -14,6 +14,7 @@
 use super::mask_model::{EDGE, Mask, MaskModel, ROUND, SIGMA, SIGMA_SLOPE, SOLID, exact_shear, wave};
 use super::nodes::Row;
 use super::piece::Piece;
+use pulp::Simd;
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
 use std::ops::Range;
 
@@ -77,6 +78,12 @@ impl Sums {
 }
 
 impl Profile {
+    /// Square, size, across and fourth.
+    #[inline(always)]
+    fn lines(&self) -> [&[f64]; 4] {
+        [&self.square, &self.size, &self.across, &self.fourth]
+    }
+
     /// For a grain that is not felt beyond `outer` (m).
     #[inline(always)]
     pub(super) fn set(&mut self, row: &Row, piece: &Piece, outer: f64) {
@@ -97,15 +104,48 @@ impl Profile {
     }
 }
 
-/// Mask ratio of a row of cells, `ratio` of what axis 0 and the rest bring; only arguments tell that the
-/// result overlaps nothing.
+/// Sums over all axes of the cells of several rows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cells {
+    sums: Profile,
+    count: usize,
+}
+
+impl Cells {
+    /// Forgets all cells; there is room for as many as `most` to come.
+    #[inline(always)]
+    pub(super) fn begin(&mut self, most: usize) {
+        self.count = 0;
+        let Profile { square, size, across, fourth } = &mut self.sums;
+        for values in [square, size, across, fourth] {
+            values.resize(most.max(values.len()), 0.0);
+        }
+    }
+
+    /// Adds the places `window` of a piece, whole vectors; `rest` are the sums over the other axes.
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, simd: S, profile: &Profile, window: Range<usize>, rest: &Sums) {
+        let (at, n) = (self.count, window.len());
+        self.count += n;
+        let rest = [rest.square, rest.size, rest.across, rest.fourth].map(|rest| simd.splat_f64s(rest));
+        let along = profile.lines().map(|line| S::as_simd_f64s(&line[window.clone()]).0);
+        let Profile { square, size, across, fourth } = &mut self.sums;
+        let out = [square, size, across, fourth].map(|line| S::as_mut_simd_f64s(&mut line[at..at + n]).0);
+        for ((out, along), rest) in out.into_iter().zip(along).zip(rest) {
+            for (out, along) in out.iter_mut().zip(along) {
+                *out = simd.add_f64s(rest, *along);
+            }
+        }
+    }
+}
+
+/// `ratio` of the sums of each cell; only arguments tell that the result overlaps nothing.
 #[inline(always)]
-fn evaluate(out: &mut [f64], profile: [&[f64]; 4], rest: &Sums, ratio: impl Fn(Sums, &Sums) -> f64) {
+fn evaluate(out: &mut [f64], sums: [&[f64]; 4], ratio: impl Fn(Sums) -> f64) {
     let n = out.len();
-    let [square, size, across, fourth] = profile.map(|values| &values[..n]);
+    let [square, size, across, fourth] = sums.map(|values| &values[..n]);
     for k in 0..n {
-        let along = Sums { square: square[k], size: size[k], across: across[k], fourth: fourth[k] };
-        out[k] = ratio(along, rest);
+        out[k] = ratio(Sums { square: square[k], size: size[k], across: across[k], fourth: fourth[k] });
     }
 }
 
@@ -140,18 +180,34 @@ impl Law {
     }
 
     /// Appends the mask ratios of a row to `out`: the places `window` of the piece; `rest` are the sums over
-    /// the other axes.
+    /// the other axes. Those of all but the mask of exact shear are kept for [`Law::finish`], as one loop
+    /// over many cells: rows are so short that most of their time would go by waiting.
     #[inline(always)]
-    pub(super) fn row(&self, profile: &Profile, window: Range<usize>, rest: &Sums, out: &mut Vec<f64>) {
+    pub(super) fn row<S: Simd>(
+        &self,
+        simd: S,
+        profile: &Profile,
+        window: Range<usize>,
+        rest: &Sums,
+        (cells, out): (&mut Cells, &mut Vec<f64>),
+    ) {
+        let Some(spread) = self.exact else { return cells.add(simd, profile, window, rest) };
         let first = out.len();
         out.resize(first + window.len(), 0.0);
-        let Profile { square, size, across, fourth } = profile;
-        let profile = [square, size, across, fourth].map(|values| &values[window.clone()]);
-        let out = &mut out[first..];
-        match self.exact {
-            Some(spread) => evaluate(out, profile, rest, |along, rest| self.exact_shear(spread, along, rest)),
-            None if self.even => evaluate(out, profile, rest, |along, rest| self.ratio::<true>(along, rest)),
-            None => evaluate(out, profile, rest, |along, rest| self.ratio::<false>(along, rest)),
+        let profile = profile.lines().map(|line| &line[window.clone()]);
+        evaluate(&mut out[first..], profile, |along| self.exact_shear(spread, along, rest));
+    }
+
+    /// Appends the mask ratios of the rows that were kept.
+    #[inline(always)]
+    pub(super) fn finish(&self, cells: &Cells, out: &mut Vec<f64>) {
+        let (first, n) = (out.len(), cells.count);
+        out.resize(first + n, 0.0);
+        let sums = cells.sums.lines().map(|line| &line[..n]);
+        if self.even {
+            evaluate(&mut out[first..], sums, |sums| self.ratio::<true>(sums));
+        } else {
+            evaluate(&mut out[first..], sums, |sums| self.ratio::<false>(sums));
         }
     }
 
@@ -170,11 +226,7 @@ impl Law {
     }
 
     #[inline(always)]
-    fn ratio<const EVEN: bool>(&self, along: Sums, rest: &Sums) -> f64 {
-        let square = rest.square + along.square;
-        let size = rest.size + along.size;
-        let across = rest.across + along.across;
-        let fourth = rest.fourth + along.fourth;
+    fn ratio<const EVEN: bool>(&self, Sums { square, size, across, fourth }: Sums) -> f64 {
         let distance = square.sqrt();
         // P = σ s
         let sigma = SIGMA * square - SIGMA_SLOPE * (size * size);
@@ -251,12 +303,13 @@ mod tests {
             let mut profile = Profile::default();
             profile.set(&row, &piece, outer);
             let law = Law::new(&model, radius, inner, even);
-            let (mut out, mut expected) = (Vec::new(), Vec::new());
+            let (mut out, mut expected, mut cells) = (Vec::new(), Vec::new(), Cells::default());
+            cells.begin(200);
             for (y, z) in [(0.0, 0.0), (0.1, -0.2), (0.3, 0.35), (-0.55, 0.1), (0.6, 0.6)] {
                 let mut rest = Sums::default();
                 rest.add(y, across);
                 rest.add(z, over);
-                law.row(&profile, 0..40, &rest, &mut out);
+                law.row(pulp::Scalar, &profile, 0..40, &rest, (&mut cells, &mut out));
                 for (k, (x, width)) in row.at.iter().zip(&row.spacing).enumerate() {
                     let r = [x + 0.01, y, z];
                     let distance = r.iter().map(|r| r * r).sum::<f64>().sqrt();
@@ -266,6 +319,7 @@ mod tests {
                     expected.push(if (piece.begin..piece.end).contains(&k) { ratio } else { 0.0 });
                 }
             }
+            law.finish(&cells, &mut out);
             assert_eq!(out.len(), expected.len());
             for (k, (ours, exact)) in out.iter().zip(&expected).enumerate() {
                 assert!((ours - exact).abs() <= 1e-10 * exact, "{mask:?} {k}: {ours} against {exact}");
@@ -291,7 +345,7 @@ mod tests {
         for z in [0.0, 0.1, -0.33, 0.55, 0.6] {
             let (mut rest, mut out) = (Sums::default(), Vec::new());
             rest.add(z, across);
-            law.row(&profile, 0..40, &rest, &mut out);
+            law.row(pulp::Scalar, &profile, 0..40, &rest, (&mut Cells::default(), &mut out));
             for (k, (x, width)) in row.at.iter().zip(&row.spacing).enumerate() {
                 let distance = (x + 0.01).hypot(z);
                 let n = [(x + 0.01) / distance, z / distance];
@@ -319,7 +373,12 @@ mod tests {
         let law = Law::new(model, 1.0, inner, None);
         match law.exact {
             Some(spread) => law.exact_shear(spread, along, &rest),
-            None => law.ratio::<false>(along, &rest),
+            None => {
+                let mut both = Sums::default();
+                both.add((1.0 + s) * n[1], h);
+                both.add((1.0 + s) * n[0], h);
+                law.ratio::<false>(both)
+            }
         }
     }
 

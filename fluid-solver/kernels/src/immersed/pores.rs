@@ -159,8 +159,10 @@ impl<const D: usize> Pores<D> {
             let mut other = self.first[place];
             while other != NONE {
                 let number = other as usize;
-                if number != grain || shift != [0.0; D] {
-                    let distance = |a: usize| (self.centres[number][a] + shift[a] - at[a]) / self.knots;
+                let distance = |a: usize| (self.centres[number][a] + shift[a] - at[a]) / self.knots;
+                // Most pairs are out of reach along some axis.
+                let felt = (0..D).all(|a| distance(a).abs() < 2.0);
+                if felt && (number != grain || shift != [0.0; D]) {
                     let weight: f64 = (0..D).map(|a| spline(distance(a))).product();
                     others += weight * shapes[number].volume;
                 }

@@ -3,6 +3,8 @@
 use crate::grid::Grid;
 use crate::immersed::body::along_axes;
 use crate::immersed::nodes::Nodes;
+use crate::lanes::{Kernel, dispatch};
+use pulp::Simd;
 use std::ops::Range;
 
 /// Cells from the surface of a grain within which the weight is 1, and beyond which it is 0.
@@ -53,8 +55,6 @@ pub(super) struct Bands<const D: usize> {
     nodes: Nodes<D>,
     /// Whether this process needs a plane: its own ones and those beside them.
     wanted: Vec<bool>,
-    /// Rows of a plane.
-    of_a_plane: usize,
     /// See [`Bands::rows`].
     rows: Range<usize>,
     /// Where the segments of each row begin, one entry more than rows.
@@ -68,6 +68,65 @@ pub(super) struct Bands<const D: usize> {
     reach: Vec<[u32; 2]>,
 }
 
+/// The cells of a row about a grain.
+#[derive(Clone, Copy)]
+struct Arms<'a> {
+    /// Positions, m.
+    x: &'a [f64],
+    /// Of the grain, m.
+    centre: f64,
+    /// Squared distance of the row from it, m².
+    across: f64,
+    /// Mean number of cells per metre, 1/m.
+    rate: f64,
+}
+
+impl Arms<'_> {
+    /// Squared distance of a cell, m².
+    #[inline(always)]
+    fn square(&self, x: f64) -> f64 {
+        let arm = x - self.centre;
+        self.across + arm * arm
+    }
+
+    /// The first of the cells `range` that is `behind` a place near `guess`, which all from there on are.
+    #[inline(always)]
+    fn first(&self, range: Range<usize>, guess: f64, behind: impl Fn(f64) -> bool) -> usize {
+        let guess = ((guess - self.x[0]) * self.rate).ceil().max(0.0) as usize;
+        let mut first = guess.clamp(range.start, range.end);
+        while first > range.start && behind(self.x[first - 1]) {
+            first -= 1;
+        }
+        while first < range.end && !behind(self.x[first]) {
+            first += 1;
+        }
+        first
+    }
+
+    /// The cells whose squared distance is `inside` of what is about `limit`, m²: it falls up to the centre,
+    /// where cell `middle` is, and rises from there.
+    #[inline(always)]
+    fn within(&self, middle: usize, limit: f64, inside: impl Fn(f64) -> bool) -> Range<usize> {
+        let half = (limit - self.across).max(0.0).sqrt();
+        let low = self.first(0..middle, self.centre - half, |x| inside(self.square(x)));
+        low..self.first(middle..self.x.len(), self.centre + half, |x| !inside(self.square(x)))
+    }
+}
+
+/// The weights of the cells near all grains.
+struct Weigh<'a, const D: usize> {
+    bands: &'a mut Bands<D>,
+    grid: &'a Grid<D>,
+    grains: &'a [Ball<D>],
+}
+
+impl<const D: usize> Kernel for Weigh<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        self.grains.iter().for_each(|grain| self.bands.weigh(self.grid, grain));
+    }
+}
+
 /// Reach of a row without grains.
 const NOTHING: [u32; 2] = [u32::MAX, 0];
 
@@ -78,7 +137,6 @@ impl<const D: usize> Bands<D> {
             |k: usize| own.contains(&((k + 1) % planes)) || own.contains(&((k + planes - 1) % planes));
         Self {
             wanted: (0..planes).map(|k| own.contains(&k) || beside(k)).collect(),
-            of_a_plane: grid.rows() / planes,
             nodes: Nodes::new(grid, D),
             rows: 0..0,
             begins: vec![0; grid.rows() + 1],
@@ -120,15 +178,14 @@ impl<const D: usize> Bands<D> {
                 cells[from as usize..to as usize].fill(0);
             }
         }
-        for grain in grains {
-            self.weigh(grid, grain);
-        }
+        dispatch(Weigh { bands: self, grid, grains });
         self.cut(n, grid.cells[1]);
     }
 
     /// Weights of the cells near a grain, where they are above those of other grains.
+    #[inline(always)]
     fn weigh(&mut self, grid: &Grid<D>, grain: &Ball<D>) {
-        let Self { nodes, wanted, of_a_plane, cells, reach, .. } = self;
+        let Self { nodes, wanted, cells, reach, .. } = self;
         let half = grain.radius + (REACH + MARGIN) * grain.width;
         let [scale, most] = [255.0 / ((REACH - FULL) * grain.width), 255.0 * REACH / (REACH - FULL)];
         let most = most + scale * grain.radius;
@@ -140,12 +197,15 @@ impl<const D: usize> Bands<D> {
         let (j_range, k_range) = (range(1, half), if D == 3 { range(D - 1, half) } else { (0, 1) });
         for k in k_range.0..k_range.1 {
             let deep = (D == 3).then(|| nodes.node(grid, D - 1, grain.centre[D - 1], k));
+            if !wanted[deep.map_or(0, |deep| deep.index)] {
+                continue;
+            }
             for j in j_range.0..j_range.1 {
                 let node = nodes.node(grid, 1, grain.centre[1], j);
                 let row = node.index + deep.map_or(0, |deep| deep.index * grid.cells[1]);
                 let across = node.arm * node.arm + deep.map_or(0.0, |deep| deep.arm * deep.arm);
                 let left = half * half - across;
-                if left <= 0.0 || !wanted[row / *of_a_plane] {
+                if left <= 0.0 {
                     continue;
                 }
                 let (from, to) = range(0, left.sqrt());
@@ -160,15 +220,21 @@ impl<const D: usize> Bands<D> {
                     let centre = grain.centre[0] - turn as f64 * grid.axes[0].length();
                     let (from, to) = (from as usize, to as usize);
                     let cells = &mut cells[row * n as usize + from..][..to - from];
-                    for (cell, x) in cells.iter_mut().zip(&x[from..to]) {
-                        let arm = x - centre;
-                        let square = across + arm * arm;
-                        let weight = match square {
-                            near if near < whole => WHOLE,
-                            far if far > none => REACHED,
-                            _ => 2 * u16::from((most - scale * square.sqrt()) as u8) + REACHED,
-                        };
-                        *cell = (*cell).max(weight);
+                    let rate = (to - from) as f64 / (x[to - 1] - x[from] + grain.width);
+                    let arms = Arms { x: &x[from..to], centre, across, rate };
+                    let middle = arms.first(0..to - from, centre, |x| x >= centre);
+                    let solid = arms.within(middle, whole, |square| square < whole);
+                    let felt = arms.within(middle, none, |square| square <= none);
+                    let raise = |cells: &mut [u16]| cells.iter_mut().for_each(|c| *c = (*c).max(REACHED));
+                    raise(&mut cells[..felt.start]);
+                    raise(&mut cells[felt.end..]);
+                    let solid = if solid.is_empty() { felt.end..felt.end } else { solid };
+                    cells[solid.clone()].fill(WHOLE);
+                    for edge in [felt.start..solid.start, solid.end..felt.end] {
+                        for (cell, x) in cells[edge.clone()].iter_mut().zip(&arms.x[edge]) {
+                            let weight = (most - scale * arms.square(*x).sqrt()) as u8;
+                            *cell = (*cell).max(2 * u16::from(weight) + REACHED);
+                        }
                     }
                 }
             }

@@ -2,9 +2,11 @@
 
 use super::bands::Bands;
 use crate::grid::Grid;
+use crate::lanes::Aligned;
 
-/// Values before cell 0 of a row, and a vector behind the last one.
-pub(super) const LEAD: usize = 8;
+/// Values before cell 0 of a row: cell −1, with which the fluxes of whole rows begin, lies at the beginning of
+/// a vector. Behind the last cell there is room for a vector and more.
+pub(super) const LEAD: usize = 9;
 /// Rows before row 0.
 pub(super) const ROWS: usize = 2;
 
@@ -22,9 +24,9 @@ pub(super) struct Planes {
     first: usize,
     size: usize,
     /// Velocity: by component, plane `k` at place `k` modulo 5.
-    velocity: [[Vec<f64>; 5]; 3],
+    velocity: [[Aligned; 5]; 3],
     /// Weights, plane `k` at place `k` modulo 2.
-    weights: [Vec<f64>; 2],
+    weights: [Aligned; 2],
     /// Which plane each place has.
     loaded: [Option<isize>; 5],
     weighed: [Option<isize>; 2],
@@ -38,25 +40,26 @@ impl Planes {
         let fits = BYTES / (size_of::<f64>() * row * planes);
         let rows = fits.saturating_sub(2 * ROWS + 1).max(4).min(grid.cells[1]);
         let size = row * (rows + 2 * ROWS + 1);
-        let plane = || vec![0.0; size];
+        let plane = || Aligned::zeros(size);
         let planes = if D == 3 { 5 } else { 1 };
-        let velocity =
-            |c: usize| std::array::from_fn(|k| if c < D && k < planes { plane() } else { Vec::new() });
+        let velocity = |c: usize| {
+            std::array::from_fn(|k| if c < D && k < planes { plane() } else { Aligned::default() })
+        };
         Self {
             row,
             rows,
             first: 0,
             size,
             velocity: std::array::from_fn(velocity),
-            weights: std::array::from_fn(|k| if k == 0 || D == 3 { plane() } else { Vec::new() }),
+            weights: std::array::from_fn(|k| if k == 0 || D == 3 { plane() } else { Aligned::default() }),
             loaded: [None; 5],
             weighed: [None; 2],
         }
     }
 
     /// A plane of zeros.
-    pub(super) fn zeros(&self) -> Vec<f64> {
-        vec![0.0; self.size]
+    pub(super) fn zeros(&self) -> Aligned {
+        Aligned::zeros(self.size)
     }
 
     /// Begins a block of rows at row `first`.

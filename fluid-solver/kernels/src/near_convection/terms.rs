@@ -5,7 +5,7 @@ use super::factors::{Factors, Lines};
 use super::fluxes::{Centre, Edge, Line, over_edge, through_centre};
 use super::planes::{LEAD, Planes, layer_of, wrapped};
 use crate::grid::Grid;
-use crate::lanes::Kernel;
+use crate::lanes::{Aligned, Kernel};
 use pulp::Simd;
 use std::ops::Range;
 
@@ -24,15 +24,15 @@ pub(super) struct Shared<'a, const D: usize> {
 pub(super) struct Fluxes {
     /// Of each component along its own axis, through the centres; along the third axis of the plane below,
     /// too.
-    own: [Vec<f64>; 3],
-    own_below: Vec<f64>,
+    own: [Aligned; 3],
+    own_below: Aligned,
     /// Over the lower edges of axes 0 and 1, 0 and 2, 1 and 2: of the first component and of the second.
-    edges: [[Vec<f64>; 2]; 3],
+    edges: [[Aligned; 2]; 3],
 }
 
 impl Fluxes {
     pub(super) fn new(planes: &Planes, axes: usize) -> Self {
-        let plane = |wanted: bool| if wanted { planes.zeros() } else { Vec::new() };
+        let plane = |wanted: bool| if wanted { planes.zeros() } else { Aligned::default() };
         let deep = axes == 3;
         Self {
             own: [plane(true), plane(true), plane(deep)],
@@ -134,8 +134,9 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
         let inside = grid.periodic(1) || (0..grid.cells[1] as isize).contains(&j);
         let Some(layer) = layer_of(grid, self.k).filter(|_| inside) else { return };
         for segment in bands.row(layer + wrapped(grid, 1, j)) {
-            let first = segment.from as isize - 1;
-            let run = Run { j, first, count: (segment.to - segment.from + 2).next_multiple_of(8) };
+            // From the vector on that holds the node before the first.
+            let from = segment.from / 8 * 8;
+            let run = Run { j, first: from as isize - 1, count: (segment.to - from + 2).next_multiple_of(8) };
             // Of the row below the first only what flows along axis 1 is wanted, of that above the last only
             // what flows over edges. With the axes as constants, all displacements are.
             let [starts, ends] = [j >= rows.start as isize, j < rows.end as isize];
@@ -300,11 +301,16 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
         let inverse_cell = &first.inverse_cell[LEAD + segment.from..][..m];
         let areas = &first.area[LEAD + segment.from..][..m + 1];
         let mut outs = values.iter_mut().map(|values| &mut values[at..][..m]);
+        let deep = &factors.axes[D - 1];
         if let Some(out) = outs.next() {
-            across(out, inverse_face, &xx[place - 1..][..m], &xx[place..][..m]);
-            add(out, along.inverse_cell[second], &xy[0][place..][..m], &xy[0][place + row..][..m]);
+            let along = (along.inverse_cell[second], [&xy[0][place..][..m], &xy[0][place + row..][..m]]);
+            let x = [&xx[place - 1..][..m], &xx[place..][..m]];
             if D == 3 {
-                take(out, factors.axes[D - 1].inverse_cell[third], &xz[0][place..][..m]);
+                let through = (deep.inverse_cell[third], &xz[0][place..][..m]);
+                let flux = |i: usize| inverse_face[i] * (x[1][i] - x[0][i]);
+                sum(out, flux, along, |i| through.0 * through.1[i]);
+            } else {
+                sum(out, |i| inverse_face[i] * (x[1][i] - x[0][i]), along, |_| 0.0);
             }
             if grid.axes[0].radial {
                 let u = &velocity[0][2][place..][..m];
@@ -312,16 +318,22 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
             }
         }
         if let Some(out) = outs.next() {
-            metric(out, [inverse_cell, areas], &xy[1][place..][..m + 1]);
-            add(out, along.inverse_face[second], &yy[place - row..][..m], &yy[place..][..m]);
+            let along = (along.inverse_face[second], [&yy[place - row..][..m], &yy[place..][..m]]);
+            let x = &xy[1][place..][..m + 1];
+            let flux = |i: usize| inverse_cell[i] * (areas[i + 1] * x[i + 1] - areas[i] * x[i]);
             if D == 3 {
-                take(out, factors.axes[D - 1].inverse_cell[third], &yz[0][place..][..m]);
+                let through = (deep.inverse_cell[third], &yz[0][place..][..m]);
+                sum(out, flux, along, |i| through.0 * through.1[i]);
+            } else {
+                sum(out, flux, along, |_| 0.0);
             }
         }
         if let Some(out) = outs.next() {
-            metric(out, [inverse_cell, areas], &xz[1][place..][..m + 1]);
-            add(out, along.inverse_cell[second], &yz[1][place..][..m], &yz[1][place + row..][..m]);
-            add(out, factors.axes[D - 1].inverse_face[third], &own_below[place..][..m], &zz[place..][..m]);
+            let along = (along.inverse_cell[second], [&yz[1][place..][..m], &yz[1][place + row..][..m]]);
+            let x = &xz[1][place..][..m + 1];
+            let flux = |i: usize| inverse_cell[i] * (areas[i + 1] * x[i + 1] - areas[i] * x[i]);
+            let (weight, low, high) = (deep.inverse_face[third], &own_below[place..][..m], &zz[place..][..m]);
+            sum(out, flux, along, |i| -(weight * (high[i] - low[i])));
         }
     }
 
@@ -339,23 +351,18 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
     }
 }
 
-/// out = factor (high − low), factor by factor.
+/// out = x + factor (high − low) − z.
 #[inline(always)]
-fn across(out: &mut [f64], factors: &[f64], low: &[f64], high: &[f64]) {
-    let n = out.len();
-    let (factors, low, high) = (&factors[..n], &low[..n], &high[..n]);
-    for i in 0..n {
-        out[i] = factors[i] * (high[i] - low[i]);
-    }
-}
-
-/// out += factor (high − low).
-#[inline(always)]
-fn add(out: &mut [f64], factor: f64, low: &[f64], high: &[f64]) {
+fn sum(
+    out: &mut [f64],
+    x: impl Fn(usize) -> f64,
+    (factor, [low, high]): (f64, [&[f64]; 2]),
+    z: impl Fn(usize) -> f64,
+) {
     let n = out.len();
     let (low, high) = (&low[..n], &high[..n]);
     for i in 0..n {
-        out[i] += factor * (high[i] - low[i]);
+        out[i] = x(i) + factor * (high[i] - low[i]) - z(i);
     }
 }
 
@@ -366,16 +373,6 @@ fn take(out: &mut [f64], factor: f64, flux: &[f64]) {
     let flux = &flux[..n];
     for i in 0..n {
         out[i] -= factor * flux[i];
-    }
-}
-
-/// out = the fluxes over the faces along axis 0, with their areas, over the volume.
-#[inline(always)]
-fn metric(out: &mut [f64], [inverse, areas]: [&[f64]; 2], flux: &[f64]) {
-    let n = out.len();
-    let (inverse, areas, flux) = (&inverse[..n], &areas[..n + 1], &flux[..n + 1]);
-    for i in 0..n {
-        out[i] = inverse[i] * (areas[i + 1] * flux[i + 1] - areas[i] * flux[i]);
     }
 }
 
