@@ -94,6 +94,32 @@ pub fn said(output: &Output) -> String {
     format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
 }
 
+/// What headless Chromium says of a page in a window of this size, without network; none where there is no
+/// such browser, which is said.
+///
+/// # Panics
+/// If the browser does not start.
+pub fn browse(page: &Path, (width, height): (u32, u32), arguments: &[&str]) -> Option<String> {
+    let browser = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
+        .into_iter()
+        .find(|path| Path::new(path).exists());
+    let Some(browser) = browser else {
+        println!("no Chromium here: the page was not opened");
+        return None;
+    };
+    let folder = Folder::new("browser");
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"])
+        .arg(format!("--window-size={width},{height}"))
+        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
+        .arg("--host-resolver-rules=MAP * ~NOTFOUND")
+        .args(arguments)
+        .arg(format!("file://{}", page.display()))
+        .output()
+        .expect("the browser starts");
+    Some(said(&output))
+}
+
 /// A metric of `summary.json`.
 ///
 /// # Panics

@@ -1,5 +1,5 @@
 //! Pages, figures and reports: HTML, SVG and text from templates. A page needs nothing but itself: no
-//! script, no outside style, font or picture.
+//! outside script, style, font or picture.
 //!
 //! | filter | writes |
 //! |---|---|
@@ -17,11 +17,12 @@ use coupler::failure::Failure;
 use coupler::number;
 
 /// Templates by name; the style is one, too.
-const TEMPLATES: [(&str, &str); 10] = [
+const TEMPLATES: [(&str, &str); 11] = [
     ("page.html", include_str!("templates/page.html")),
     ("parts.html", include_str!("templates/parts.html")),
     ("style.css", include_str!("templates/style.css")),
     ("report.html", include_str!("templates/report.html")),
+    ("player.js", include_str!("templates/player.js")),
     ("chart.html", include_str!("templates/chart.html")),
     ("chart.svg", include_str!("templates/chart.svg")),
     ("chart.txt", include_str!("templates/chart.txt")),

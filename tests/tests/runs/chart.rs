@@ -2,14 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::SystemTime;
 
 use bedload_output::Claim;
 use bedload_scene::{CheckedScene, SceneSource};
 use study::kind::Kind;
 use study::study::Study;
-use tests::harness::{Folder, bedload, said};
+use tests::harness::{Folder, bedload, browse, said};
 
 /// A grain that flies against a wall; its speed afterwards is that of the law, eqs 17 and 18 clipped:
 /// exp(−r (π − atan2(2r, 1 − r²))), r = −ln e/π.
@@ -165,30 +164,11 @@ fn a_chart_is_run_once_and_its_page_made_again() {
 /// The page in headless Chromium: it is drawn, and its console stays empty. Without the browser only
 /// a remark is left.
 fn in_a_browser(page: &Path) {
-    let browser = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
-        .into_iter()
-        .find(|path| Path::new(path).exists());
-    let Some(browser) = browser else {
-        println!("no Chromium here: the page was not opened");
+    let folder = Folder::new("chart-browser");
+    let picture = folder.join("page.png");
+    let Some(said) = browse(page, (1300, 2400), &[&format!("--screenshot={}", picture.display())]) else {
         return;
     };
-    let folder = Folder::new("chart-browser");
-    let (profile, picture) = (folder.join("profile"), folder.join("page.png"));
-    let output = Command::new(browser)
-        .args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--enable-logging=stderr",
-            "--window-size=1300,2400",
-        ])
-        .arg(format!("--user-data-dir={}", profile.display()))
-        .arg("--host-resolver-rules=MAP * ~NOTFOUND")
-        .arg(format!("--screenshot={}", picture.display()))
-        .arg(format!("file://{}", page.display()))
-        .output()
-        .expect("the browser starts");
-    let said = said(&output);
     assert!(!said.contains("CONSOLE"), "{said}");
     let bytes = std::fs::metadata(&picture).map_or(0, |data| data.len());
     assert!(bytes > 20_000, "a picture of {bytes} bytes: {said}");

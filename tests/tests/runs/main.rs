@@ -16,6 +16,7 @@ mod memory;
 mod no_room;
 mod orphans;
 mod over_time;
+mod player;
 mod proposals;
 mod replay;
 mod schemes;

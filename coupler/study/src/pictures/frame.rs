@@ -30,6 +30,7 @@ impl Quantity {
     pub(crate) const GRAINS: Self = Self { name: "grains", array: None, component: None };
     pub(crate) const VORTICITY: Self =
         Self { name: "vorticity", array: Some("vorticity"), component: Some(1) };
+    pub(crate) const PRESSURE: Self = Self { name: "pressure", array: Some("pressure"), component: Some(0) };
     const ALL: [Self; 10] = [
         Self::SPEED,
         Self { name: "velocity-x", array: Some("velocity"), component: Some(0) },
@@ -38,7 +39,7 @@ impl Quantity {
         Self { name: "vorticity-x", array: Some("vorticity"), component: Some(0) },
         Self::VORTICITY,
         Self { name: "vorticity-z", array: Some("vorticity"), component: Some(2) },
-        Self { name: "pressure", array: Some("pressure"), component: Some(0) },
+        Self::PRESSURE,
         Self { name: "solid", array: Some("solid"), component: Some(0) },
         Self::GRAINS,
     ];
@@ -54,6 +55,16 @@ impl Quantity {
     /// Are the grains coloured by their speed, and nothing else?
     pub(crate) fn is_of_grains(self) -> bool {
         self.array.is_none()
+    }
+
+    /// Unit of the values.
+    pub(crate) fn unit(self) -> &'static str {
+        match self.array {
+            Some("vorticity") => "1/s",
+            Some("pressure") => "Pa",
+            Some("solid") => "1",
+            _ => "m/s",
+        }
     }
 
     pub(crate) fn label(self) -> &'static str {
@@ -134,6 +145,12 @@ impl Instant {
 
     pub(crate) fn has_fluid(&self) -> bool {
         self.fluid.is_some()
+    }
+
+    /// Size of its files.
+    pub(crate) fn bytes(&self) -> u64 {
+        let paths = [&self.fluid, &self.grains, &self.bodies].into_iter().flatten();
+        paths.map(|path| std::fs::metadata(path).map_or(0, |data| data.len())).sum()
     }
 
     pub(crate) fn name(&self) -> String {
@@ -231,11 +248,46 @@ pub(crate) struct Frame {
     pub(crate) time: f64,
     pub(crate) view: View,
     pub(crate) field: Option<Field>,
+    /// What the plane cuts, with images beyond periodic faces.
     pub(crate) bodies: Vec<Body>,
+    /// All grains of the file, wherever the plane lies.
+    pub(crate) grains: Vec<Grain>,
     /// What is coloured.
     pub(crate) quantity: Quantity,
     /// Plane that cuts spheres; none for grains that all lie in it.
     pub(crate) cut: Option<Slice>,
+}
+
+/// A grain of a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Grain {
+    pub(crate) at: [f64; 3],
+    pub(crate) radius: f64,
+    pub(crate) speed: f64,
+    /// Is it fixed, or moved by prescription?
+    pub(crate) held: bool,
+}
+
+/// Time and grains of a file of grains.
+fn grains_of(path: &Path) -> Result<(f64, Vec<Grain>), String> {
+    let place = |why: String| format!("{}: {why}", path.display());
+    let bytes = std::fs::read(path).map_err(|error| place(format!("cannot read: {error}")))?;
+    let file = Appended::parse(&bytes, "PolyData").map_err(place)?;
+    let real = |name: &str| file.real(&file.find(name)?).map_err(place);
+    let (position, radius, speed) = (real("position")?, real("radius")?, real("speed")?);
+    let held = file.whole(&file.find("held").map_err(place)?).map_err(place)?;
+    let places = position.as_chunks::<3>().0;
+    if [places.len(), speed.len(), held.len()].iter().any(|length| *length != radius.len()) {
+        return Err(place(format!("its arrays are not of {} grains each", radius.len())));
+    }
+    let grains = places.iter().zip(radius.iter().zip(&speed).zip(&held));
+    let grain = |(at, ((radius, speed), held)): (&[f64; 3], ((&f64, &f64), &i64))| Grain {
+        at: *at,
+        radius: *radius,
+        speed: *speed,
+        held: *held != 0,
+    };
+    Ok((file.time(), grains.map(grain).collect()))
 }
 
 impl Frame {
@@ -246,8 +298,29 @@ impl Frame {
         quantity: Quantity,
         shape: Shape,
     ) -> Result<Self, String> {
-        let mut frame =
-            Self { time: f64::NAN, view: NOWHERE, field: None, bodies: Vec::new(), quantity, cut: None };
+        let (mut frame, fields) = Self::read_several(instant, slice, &[quantity], shape)?;
+        frame.field = fields.into_iter().next().flatten();
+        Ok(frame)
+    }
+
+    /// The same with several fields, none for the grains; the first quantity is that of the frame.
+    pub(crate) fn read_several(
+        instant: &Instant,
+        slice: &dyn Fn(f64) -> Option<Slice>,
+        quantities: &[Quantity],
+        shape: Shape,
+    ) -> Result<(Self, Vec<Option<Field>>), String> {
+        let quantity = quantities.first().copied().unwrap_or(Quantity::GRAINS);
+        let mut fields = Vec::new();
+        let mut frame = Self {
+            time: f64::NAN,
+            view: NOWHERE,
+            field: None,
+            bodies: Vec::new(),
+            grains: Vec::new(),
+            quantity,
+            cut: None,
+        };
         if let Some(path) = &instant.fluid {
             let grid = vtk::read(path)?;
             frame.time = grid.time;
@@ -256,7 +329,9 @@ impl Frame {
             if grid.counts()[plane.axis] > 1 {
                 frame.cut = Some(plane);
             }
-            frame.take_field(&grid, plane, shape.mirrored)?;
+            for quantity in quantities {
+                fields.push(frame.take_field(&grid, plane, shape.mirrored, *quantity)?);
+            }
         }
         if let Some(path) = &instant.grains {
             frame.take_grains(path, slice, shape)?;
@@ -264,11 +339,11 @@ impl Frame {
         if let Some(path) = &instant.bodies {
             frame.take_bodies(path)?;
         }
-        if frame.field.is_some() || shape.ends.is_some() {
+        if fields.iter().any(Option::is_some) || shape.ends.is_some() {
             frame.repeat(frame.axes().map(|axis| shape.periodic[axis]));
         }
         if frame.view.1.0 > frame.view.0.0 && frame.view.1.1 > frame.view.0.1 {
-            return Ok(frame);
+            return Ok((frame, fields));
         }
         Err(format!("{}: nothing to see: no grid, and no grain that the plane cuts", instant.name()))
     }
@@ -282,7 +357,7 @@ impl Frame {
     }
 
     /// Axes of the picture: to the right and upwards.
-    fn axes(&self) -> [usize; 2] {
+    pub(crate) fn axes(&self) -> [usize; 2] {
         Slice::seen(self.cut.map_or(1, |slice| slice.axis))
     }
 
@@ -304,8 +379,13 @@ impl Frame {
         }
     }
 
-    fn take_field(&mut self, grid: &Vtr, plane: Slice, mirrored: bool) -> Result<(), String> {
-        let quantity = self.quantity;
+    fn take_field(
+        &mut self,
+        grid: &Vtr,
+        plane: Slice,
+        mirrored: bool,
+        quantity: Quantity,
+    ) -> Result<Option<Field>, String> {
         let [right, up] = Slice::seen(plane.axis);
         let faces = [grid.faces[right].clone(), grid.faces[up].clone()];
         let (Some((left, end)), Some((bottom, top))) = (ends(&faces[0]), ends(&faces[1])) else {
@@ -313,7 +393,7 @@ impl Frame {
             return Err(format!("the grid has no extent along {a} and {b}: choose another --slice"));
         };
         self.view = ((if mirrored { -end } else { left }, bottom), (end, top));
-        let Some(array) = quantity.array else { return Ok(()) };
+        let Some(array) = quantity.array else { return Ok(None) };
         let Some((components, values)) = grid.arrays.get(array) else {
             let names: Vec<&str> = grid.arrays.keys().map(String::as_str).collect();
             return Err(format!("the files hold no {array}, only {}", names.join(", ")));
@@ -333,8 +413,7 @@ impl Frame {
         let values = (0..counts[up]).map(|k| (0..counts[right]).map(|i| value(i, k)).collect()).collect();
         // What points outwards, or turns about y, changes its sign on the other side of the axis.
         let turns = matches!(quantity.name, "velocity-x" | "vorticity");
-        self.field = Some(Field { faces, values, mirrored, mirror_sign: if turns { -1.0 } else { 1.0 } });
-        Ok(())
+        Ok(Some(Field { faces, values, mirrored, mirror_sign: if turns { -1.0 } else { 1.0 } }))
     }
 
     fn take_grains(
@@ -343,24 +422,15 @@ impl Frame {
         slice: &dyn Fn(f64) -> Option<Slice>,
         shape: Shape,
     ) -> Result<(), String> {
-        let place = |why: String| format!("{}: {why}", path.display());
-        let bytes = std::fs::read(path).map_err(|error| place(format!("cannot read: {error}")))?;
-        let file = Appended::parse(&bytes, "PolyData").map_err(place)?;
-        let real = |name: &str| file.real(&file.find(name)?).map_err(place);
-        let (position, radius, speed) = (real("position")?, real("radius")?, real("speed")?);
-        let held = file.whole(&file.find("held").map_err(place)?).map_err(place)?;
-        let places = position.as_chunks::<3>().0;
-        if [places.len(), speed.len(), held.len()].iter().any(|length| *length != radius.len()) {
-            return Err(place(format!("its arrays are not of {} grains each", radius.len())));
-        }
+        let (time, grains) = grains_of(path)?;
         // Without a fluid the picture shows the box, and the plane goes through its middle; where the box is
         // not known, all grains, and the middle of them.
         let alone = !self.view.0.0.is_finite();
         if alone {
-            self.time = file.time();
+            self.time = time;
             let of_grains = || {
-                places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
-                    (low.min(at[1]), high.max(at[1]))
+                grains.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), grain| {
+                    (low.min(grain.at[1]), high.max(grain.at[1]))
                 })
             };
             let (low, high) = shape.ends.map_or_else(of_grains, |ends| ends[1]);
@@ -372,14 +442,15 @@ impl Frame {
             let left = if shape.mirrored { -ends[right].1 } else { ends[right].0 };
             self.view = ((left, ends[up].0), (ends[right].1, ends[up].1));
         }
-        for (at, ((radius, speed), held)) in places.iter().zip(radius.iter().zip(&speed).zip(&held)) {
+        for Grain { at, radius, speed, held } in &grains {
             let known = self.bodies.len();
-            self.add_sphere(*at, *radius, *speed, *held != 0, shape.mirrored);
+            self.add_sphere(*at, *radius, *speed, *held, shape.mirrored);
             if alone && shape.ends.is_none() && self.bodies.len() > known {
                 let (x, z) = (at[right], at[up]);
                 self.view = around(self.view, ((x - radius, z - radius), (x + radius, z + radius)));
             }
         }
+        self.grains = grains;
         Ok(())
     }
 

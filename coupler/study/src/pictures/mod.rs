@@ -16,9 +16,9 @@ use crate::page::render;
 use coupler::failure::Failure;
 use coupler::number::Short;
 
-pub(crate) use frame::{Frame, Instant, Point, Quantity, Shape, Slice, View, instants};
+pub(crate) use frame::{Field, Frame, Grain, Instant, Point, Quantity, Shape, Slice, View, instants};
 pub(crate) use frame::{NOWHERE, around};
-pub(crate) use raster::{COLOURS, Raster, Tone};
+pub(crate) use raster::{COLOURS, Raster, Tone, stops};
 
 /// Part of the values beyond which a colour scale does not reach: single cells beside a wall would leave the
 /// rest dark.
@@ -222,7 +222,7 @@ fn columns(pictures: usize, aspect: f64) -> usize {
 }
 
 /// Bytes as a data URL has them (RFC 4648).
-fn base64(bytes: &[u8]) -> String {
+pub(crate) fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {
@@ -241,7 +241,8 @@ mod tests {
 
     fn heap(time: f64, speed: f64) -> Frame {
         let (quantity, cut) = (Quantity::GRAINS, None);
-        let mut frame = Frame { time, view: NOWHERE, field: None, bodies: Vec::new(), quantity, cut };
+        let (bodies, grains) = (Vec::new(), Vec::new());
+        let mut frame = Frame { time, view: NOWHERE, field: None, bodies, grains, quantity, cut };
         for i in 0..500_u32 {
             frame.add_sphere([f64::from(i % 50), 0.0, f64::from(i / 50)], 0.5, speed, false, false);
         }

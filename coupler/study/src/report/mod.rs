@@ -8,12 +8,14 @@
 //! | `plots`, `curves` | what is drawn against time, and how |
 //! | `bed` | totals of a bed, and profiles over its height |
 //! | `panels` | pictures of vorticity and of grains |
+//! | `player` | the film of the page: grains and a plane of the flow over time |
 
 mod bed;
 mod command;
 mod curves;
 pub mod page;
 mod panels;
+mod player;
 mod plots;
 mod run_files;
 mod split;

@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use super::bed;
 use super::panels::{self, Panel};
+use super::player::{Film, film};
 use super::plots;
 use super::run_files::RunFiles;
 use super::split::{Part, parts};
@@ -25,6 +26,7 @@ struct Page<'a> {
     identity: &'a str,
     faults: &'a [String],
     curves: Vec<Figure>,
+    player: Option<Film>,
     vorticity: Option<Panel>,
     grains: Option<Panel>,
     plan: Option<&'a Value>,
@@ -54,6 +56,7 @@ fn page(run: &RunFiles) -> Result<String, Failure> {
         identity: summary.scene_sha256.get(..12).unwrap_or(&summary.scene_sha256),
         faults: &run.remarks,
         curves: [plots::all(run), bed::all(run)].concat(),
+        player: film(run)?,
         vorticity: panels::vorticity(run)?,
         grains: panels::grains(run)?,
         plan: run.plan.as_ref(),

@@ -35,11 +35,17 @@ fn some<T: Clone>(all: &[T], most: usize) -> Vec<T> {
     chosen
 }
 
-/// Vorticity around the first grain; nothing if the run left no fields or has no grain.
+/// Most grains of a scene whose first one is shown in particular.
+const FEW: usize = 8;
+
+/// Vorticity around the first grain; nothing if the run left no fields, has no grain, or many.
 pub(super) fn vorticity(run: &RunFiles) -> Result<Option<Panel>, Failure> {
     let Some(scene) = &run.scene else { return Ok(None) };
     let grain = run.grains().first().copied().unwrap_or(0);
-    let Some(radius) = scene.grains.get(grain).map(|grain| grain.radius) else { return Ok(None) };
+    let few = scene.grains.len() <= FEW;
+    let Some(radius) = scene.grains.get(grain).filter(|_| few).map(|grain| grain.radius) else {
+        return Ok(None);
+    };
     let shape = Shape::of(&run.summary, Some(scene));
     let plane = |time: f64| {
         let position = position(run, scene, grain, time)[1];
