@@ -7,7 +7,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 . "$here/../python/checks.sh"
 
 bounce() { # FILM: velocity of impact and of rebound, over the largest; rebound height
-  both "$1" "$root/scenes/bouncing-sphere.toml" --until 0.45 --no-record --set "dem.lubrication=$2" &&
+  both "$1" "$root/scenes/bouncing-sphere-izard.toml" --until 0.45 --no-record --set "dem.lubrication=$2" &&
     compared "$1" impact_velocity_ratio=1e-3 rebound_velocity_ratio=1e-3 rebound_height_over_diameter=1e-3
 }
 

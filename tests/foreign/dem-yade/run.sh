@@ -22,7 +22,7 @@ export BEDLOAD_YADE_PYTHON=${CARGO_TARGET_DIR:-$root/target}/foreign/yade
 # The rebound differs by 0.9e-3 (CFL 0.05) to 2.6e-3 (0.25): the place of the touch in its window
 # decides (docs/numerics.md), and with it which step meets the bound.
 bounce() {
-  both bounce "$root/scenes/bouncing-sphere.toml" --until 0.45 --no-record --set fluid.time.cfl=0.05 --set 'dem.lubrication={ form = "none" }' &&
+  both bounce "$root/scenes/bouncing-sphere-izard.toml" --until 0.45 --no-record --set fluid.time.cfl=0.05 --set 'dem.lubrication={ form = "none" }' &&
     compared bounce impact_velocity_ratio=1e-3 rebound_velocity_ratio=1e-3 rebound_height_over_diameter=1e-2
 }
 settling() { # allowed: about three times how far our own runs differ when density or end change a little

@@ -8,7 +8,7 @@ use tests::harness::{Folder, program, said};
 /// Scene and what shortens it: r–z with a film and contacts, plane with points, space with many grains, a dry
 /// packing, a bed with films.
 const RUNS: [(&str, &[&str]); 5] = [
-    ("bouncing-sphere.toml", &["until=0.5"]),
+    ("bouncing-sphere-izard.toml", &["until=0.5"]),
     ("drafting-discs.toml", &["until=0.2", "fluid.method=fictitious-domain"]),
     ("bench/spheres-200.toml", &["until=0.02"]),
     ("bench/packing-8000.toml", &["until=0.002"]),
