@@ -1,4 +1,4 @@
-//! `bedload`: plans, starts, drives and records coupled runs, studies over many, packings, scenes to start from.
+//! `bedload`: plans, starts, drives and records coupled runs; studies over many, packings, new scenes.
 
 mod cli;
 mod new;
