@@ -325,6 +325,10 @@ struct Format {
     /// Fields for ParaView
     #[arg(long)]
     vtk: bool,
+    /// A script that opens them in ParaView, with grains as spheres: paraview --script=FILE, or pvbatch FILE
+    /// PICTURE.png
+    #[arg(long)]
+    paraview: bool,
     /// Tables
     #[arg(long)]
     csv: bool,
@@ -335,9 +339,10 @@ struct Format {
 
 impl Format {
     fn viewer(self) -> Viewer {
-        match (self.vtk, self.csv) {
-            (true, _) => Viewer::Vtk,
-            (_, true) => Viewer::Csv,
+        match self {
+            Self { vtk: true, .. } => Viewer::Vtk,
+            Self { paraview: true, .. } => Viewer::Paraview,
+            Self { csv: true, .. } => Viewer::Csv,
             _ => Viewer::Foxglove,
         }
     }
