@@ -47,8 +47,9 @@ pub fn export(folder: &Path, viewer: Viewer) -> Result<(), Failure> {
 fn script(folder: &OutputFolder) -> Result<PathBuf, Failure> {
     let path = folder.root().join("open_fields.py");
     let root = std::path::absolute(folder.root()).unwrap_or_else(|_| folder.root().to_owned());
-    // A Rust string with its escapes is one of Python, but for \u{…}, which control characters alone have.
-    let text = include_str!("open_fields.py").replace("\"FOLDER\"", &format!("{:?}", root.to_string_lossy()));
+    // A string of JSON is one of Python.
+    let text = include_str!("open_fields.py")
+        .replace("\"FOLDER\"", &serde_json::json!(root.to_string_lossy()).to_string());
     atomic_write(&path, text.as_bytes())?;
     Ok(path)
 }

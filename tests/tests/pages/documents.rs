@@ -103,7 +103,8 @@ fn the_summary_of_the_site_names_every_page_once() {
     let mut pages: Vec<_> = files(&docs, ".md").into_iter().map(page).collect();
     pages.retain(|page| page != "SUMMARY.md");
     let mut named = links(&read(&docs.join("SUMMARY.md")));
-    (pages.sort(), named.sort());
+    pages.sort();
+    named.sort();
     assert_eq!(pages, named, "docs/SUMMARY.md");
 }
 
