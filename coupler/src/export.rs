@@ -1,9 +1,9 @@
 //! `bedload export`: where a run's files for viewers are. Runs write them as they go, so nothing is
-//! converted.
+//! converted; for ParaView there is a script that opens them.
 
 use std::path::{Path, PathBuf};
 
-use bedload_output::OutputFolder;
+use bedload_output::{OutputFolder, atomic_write};
 
 use crate::failure::Failure;
 
@@ -12,6 +12,8 @@ use crate::failure::Failure;
 pub enum Viewer {
     /// ParaView and the like: fields of the fluid.
     Vtk,
+    /// ParaView: a script that opens fields and grains.
+    Paraview,
     /// Tables.
     Csv,
     /// Foxglove, Lichtblick, Rerun: the log, which has channels for them.
@@ -24,10 +26,11 @@ pub enum Viewer {
 /// [`Failure::Input`] if the folder is no run or has none of these files, with how to get them.
 pub fn export(folder: &Path, viewer: Viewer) -> Result<(), Failure> {
     let folder = OutputFolder::open(folder)?;
+    let of_fields = "ask for them with [observe] fields_at or fields_every, and run again";
     let (files, remedy) = match viewer {
-        Viewer::Vtk => {
-            (fields(&folder), "ask for them with [observe] fields_at or fields_every, and run again")
-        }
+        Viewer::Vtk => (fields(&folder), of_fields),
+        Viewer::Paraview if fields(&folder).is_empty() => (Vec::new(), of_fields),
+        Viewer::Paraview => (vec![script(&folder)?], of_fields),
         Viewer::Csv => (existing(folder.series()), "the run was killed before its first row"),
         Viewer::Foxglove => (existing(folder.log()), "run again without --no-record"),
     };
@@ -38,6 +41,17 @@ pub fn export(folder: &Path, viewer: Viewer) -> Result<(), Failure> {
         println!("{}", file.display());
     }
     Ok(())
+}
+
+/// Writes `open_fields.py` into the output folder, which finds the fields by their place.
+fn script(folder: &OutputFolder) -> Result<PathBuf, Failure> {
+    let path = folder.root().join("open_fields.py");
+    let root = std::path::absolute(folder.root()).unwrap_or_else(|_| folder.root().to_owned());
+    // A string of JSON is one of Python.
+    let text = include_str!("open_fields.py")
+        .replace("\"FOLDER\"", &serde_json::json!(root.to_string_lossy()).to_string());
+    atomic_write(&path, text.as_bytes())?;
+    Ok(path)
 }
 
 fn existing(path: PathBuf) -> Vec<PathBuf> {

@@ -1,5 +1,6 @@
 //! Field files for ParaView: VTK rectilinear grids (`.vtr`). Of several ranks each writes its planes to a
-//! file of its own, and the first one the list of them (`.pvtr`), which opens as one grid.
+//! file of its own, and the first one the list of them (`.pvtr`), which opens as one grid. `fluid.pvd` lists
+//! them over time.
 //!
 //! Cell data: velocity at the centres, pressure without its hydrostatic part and mean gradient,
 //! vorticity, solid fraction. A plane or (r, z) grid lies in the plane y = 0, r along x.
@@ -9,7 +10,7 @@ use crate::immersed::body::laboratory;
 use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::solver::Solver;
 use bedload_output::atomic_write;
-use bedload_output::vtk::{Array, Part, parts, rectilinear_part};
+use bedload_output::vtk::{Array, Part, list, parts, rectilinear_part};
 use protocol::new_file::write_new;
 use protocol::participant::{SolverError, Window};
 use std::path::Path;
@@ -34,21 +35,27 @@ pub fn write<const D: usize>(
         Part { file, layers: [layers.start, layers.end] }
     };
     let name = if ranks.is_alone() { format!("{stem}.vtr") } else { part(ranks.rank()).file };
-    let path = folder.join(name);
+    let (path, time) = (folder.join(&name), window.time + window.dt);
     let first = if D == 3 { own.start } else { 0 };
     let save = || -> std::io::Result<()> {
         std::fs::create_dir_all(folder)?;
-        write_new(&path, &rectilinear_part(window.time + window.dt, &faces(grid), first, &data))
+        write_new(&path, &rectilinear_part(time, &faces(grid), first, &data))
     };
     let saved = save().map_err(|source| SolverError::File { path: path.display().to_string(), source });
     ranks.report(saved.map(|()| Vec::new()))?;
-    if ranks.is_alone() || !ranks.is_first() {
+    if !ranks.is_first() {
         return Ok(());
     }
-    let all: Vec<Part> = (0..ranks.size()).map(part).collect();
-    let text = parts([grid.cells[0], grid.cells[1]], &data, &all);
-    atomic_write(&folder.join(format!("{stem}.pvtr")), text.as_bytes())
-        .map_err(|error| SolverError::Failed(error.to_string()))
+    let whole = || {
+        if ranks.is_alone() {
+            return list(&folder.join("fluid.pvd"), time, &name);
+        }
+        let all: Vec<Part> = (0..ranks.size()).map(part).collect();
+        let (name, text) = (format!("{stem}.pvtr"), parts([grid.cells[0], grid.cells[1]], &data, &all));
+        atomic_write(&folder.join(&name), text.as_bytes())?;
+        list(&folder.join("fluid.pvd"), time, &name)
+    };
+    whole().map_err(|error| SolverError::Failed(error.to_string()))
 }
 
 /// Faces along x, y and z of the planes of this process, m; 0 alone along an axis that the grid has not.

@@ -9,6 +9,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use protocol::participant::Role;
 
+use crate::new::New;
 use crate::pack::Pack;
 use coupler::export::Viewer;
 use coupler::failure::{Failure, explain};
@@ -35,6 +36,8 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Make a folder with a commented scene to start from, and print the commands that come next
+    New(New),
     /// Validate a scene and print its plan: steps, bounds, cost
     Check {
         /// Scene file (TOML)
@@ -322,6 +325,10 @@ struct Format {
     /// Fields for ParaView
     #[arg(long)]
     vtk: bool,
+    /// A script that opens them in ParaView, with grains as spheres: paraview --script=FILE, or pvbatch FILE
+    /// PICTURE.png
+    #[arg(long)]
+    paraview: bool,
     /// Tables
     #[arg(long)]
     csv: bool,
@@ -332,9 +339,10 @@ struct Format {
 
 impl Format {
     fn viewer(self) -> Viewer {
-        match (self.vtk, self.csv) {
-            (true, _) => Viewer::Vtk,
-            (_, true) => Viewer::Csv,
+        match self {
+            Self { vtk: true, .. } => Viewer::Vtk,
+            Self { paraview: true, .. } => Viewer::Paraview,
+            Self { csv: true, .. } => Viewer::Csv,
             _ => Viewer::Foxglove,
         }
     }
@@ -381,6 +389,7 @@ fn log(word: &LogWord) -> Result<(), LogCommandError> {
 
 fn dispatch(command: Command) -> Result<(), Failure> {
     match command {
+        Command::New(asked) => crate::new::new(&asked),
         Command::Check { scene, overrides, until, json, cheaper, accuracy, allow_commands } => {
             let options =
                 RunOptions { overrides, until, no_commands: !allow_commands, ..RunOptions::of_scene(&scene) };

@@ -1,6 +1,7 @@
-//! `bedload`: plans, starts, drives and records coupled runs, studies over many, and packings.
+//! `bedload`: plans, starts, drives and records coupled runs; studies over many, packings, new scenes.
 
 mod cli;
+mod new;
 mod pack;
 mod schema;
 

@@ -118,10 +118,16 @@ fn draw(frame: &Frame, scale: &Scale, width: usize) -> Result<Raster, Failure> {
     }
     let mut raster = pictures::draw(frame, scale, width, STRIP);
     (0..width).for_each(|i| raster.set(i, height, Tone::INK));
-    raster.text(8, height + 12, &format!("t = {} s", Short(frame.time)));
-    let legend = format!("{} {} ", frame.quantity.label(), Short(scale.low));
+    let time = format!("t = {} s", Short(frame.time));
+    raster.text(8, height + 12, &time);
     let (bar, end) = (width / 6, format!(" {}", Short(scale.high)));
-    let start = width.saturating_sub(8 + bar + Raster::wide(&legend) + Raster::wide(&end));
+    let begin = |legend: &str| width.saturating_sub(8 + bar + Raster::wide(legend) + Raster::wide(&end));
+    let mut legend = format!("{} {} ", frame.quantity.label(), Short(scale.low));
+    // A narrow frame has no room for the name beside the time.
+    if begin(&legend) < 24 + Raster::wide(&time) {
+        legend = format!("{} ", Short(scale.low));
+    }
+    let start = begin(&legend);
     raster.text(start, height + 12, &legend);
     let left = start + Raster::wide(&legend);
     for i in 0..bar {

@@ -90,6 +90,60 @@ fn links_lead_somewhere() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
+/// Files that the links of a document name.
+fn links(text: &str) -> Vec<String> {
+    let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
+    links.map(str::to_owned).collect()
+}
+
+#[test]
+fn the_summary_of_the_site_names_every_page_once() {
+    let docs = repository().join("docs");
+    let page = |path: PathBuf| path.strip_prefix(&docs).expect("below docs").to_string_lossy().into_owned();
+    let mut pages: Vec<_> = files(&docs, ".md").into_iter().map(page).collect();
+    pages.retain(|page| page != "SUMMARY.md");
+    let mut named = links(&read(&docs.join("SUMMARY.md")));
+    pages.sort();
+    named.sort();
+    assert_eq!(pages, named, "docs/SUMMARY.md");
+}
+
+/// Up to twelve, small, each below the commands that make it, which `.ci/gallery` does.
+#[test]
+fn the_gallery_is_small_and_says_how_it_was_made() {
+    let docs = repository().join("docs");
+    let text = read(&docs.join("gallery.md"));
+    let parts: Vec<_> = text.split("\n## ").skip(1).collect();
+    assert!((8..=12).contains(&parts.len()), "{} pictures", parts.len());
+    let maker = read(&repository().join(".ci/gallery"));
+    let mut all = 0;
+    for part in parts {
+        let name = part.split("figures/gallery/").nth(1).and_then(|rest| rest.split([')', '"']).next());
+        let name = name.unwrap_or_else(|| panic!("no picture: {part}"));
+        let bytes = std::fs::metadata(docs.join("figures/gallery").join(name)).expect(name).len();
+        assert!(bytes <= 200_000, "{name}: {bytes} bytes");
+        assert!(maker.contains(name.trim_end_matches(".png")), ".ci/gallery does not make {name}");
+        assert!(part.contains("```sh\nbedload ") && part.contains(" s.\n"), "no command or no time: {part}");
+        all += bytes;
+    }
+    assert!(all <= 1_500_000, "{all} bytes");
+}
+
+/// Scripts in documents, such as that for SLURM, are ones that bash can read.
+#[test]
+fn scripts_of_documents_are_bash() {
+    let mut found = 0;
+    for path in files(&repository().join("docs"), ".md") {
+        for block in read(&path).split("\n```bash\n").skip(1) {
+            let script = block.split("\n```").next().expect("a block");
+            let check = std::process::Command::new("bash").args(["-n", "-c", script]).status();
+            assert!(check.expect("bash").success(), "{}", path.display());
+            found += 1;
+        }
+    }
+    assert!(found > 0);
+}
+
 #[test]
 fn only_prose_counts() {
     let text = "a\n```\ncode\n```\n| table |\nb\n";

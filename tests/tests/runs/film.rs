@@ -74,6 +74,42 @@ fn a_film_has_a_frame_for_every_instant_and_says_what_it_cannot_show() {
     }
 }
 
+/// Names and times in a list of files over time.
+fn listed(list: &str) -> Vec<(f64, String)> {
+    let part = |line: &str, key: &str| Some(line.split_once(key)?.1.split('"').next()?.to_owned());
+    let entry = |line: &str| Some((part(line, "timestep=\"")?.parse().ok()?, part(line, "file=\"")?));
+    list.lines().filter_map(entry).collect()
+}
+
+/// Both lists name every file, at the same times; the script for ParaView knows the folder.
+#[test]
+fn paraview_is_given_lists_over_time_and_a_script() {
+    let folder = Folder::new("export");
+    let (scene, out) = (folder.write("falls.toml", SCENE), folder.join("it's\"here"));
+    let out = out.to_str().expect("UTF-8");
+    let export = || bedload(&["export", out, "--paraview"]);
+    for more in ["observe.fields_every=0.0", "observe.fields_every=0.1"] {
+        let run = ["run", scene.to_str().expect("UTF-8"), "--out", out, "--overwrite", "--set", more];
+        let run = bedload(&run);
+        assert!(run.status.success(), "{}", said(&run));
+        if more.ends_with("=0.0") {
+            assert_eq!(export().status.code(), Some(2), "{}", said(&export()));
+            assert!(said(&export()).contains("fields_every"), "{}", said(&export()));
+        }
+    }
+    assert!(export().status.success(), "{}", said(&export()));
+    let out = std::path::Path::new(out);
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).expect("a file");
+    let [fluid, grains] = ["fields/fluid.pvd", "fields/grains.pvd"].map(|list| listed(&read(list)));
+    let times = |list: &[(f64, String)]| list.iter().map(|(time, _)| *time).collect::<Vec<_>>();
+    assert!(fluid.len() >= 4 && times(&fluid) == times(&grains), "{fluid:?} {grains:?}");
+    assert!(fluid.iter().chain(&grains).all(|(_, name)| out.join("fields").join(name).is_file()));
+    assert!(
+        read("open_fields.py").contains("it's\\\"here\", \"fields\""),
+        "the folder as a string of Python"
+    );
+}
+
 #[test]
 fn a_film_of_a_dry_run_shows_the_box_while_its_grains_move() {
     let folder = Folder::new("film-dry");

@@ -13,6 +13,7 @@ mod handover;
 mod kill;
 mod light;
 mod memory;
+mod new;
 mod no_room;
 mod orphans;
 mod over_time;
