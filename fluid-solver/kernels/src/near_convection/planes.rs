@@ -4,8 +4,8 @@ use super::bands::Bands;
 use crate::grid::Grid;
 use crate::lanes::Aligned;
 
-/// Values before cell 0 of a row: cell −1, with which the fluxes of whole rows begin, lies at the beginning of
-/// a vector. Behind the last cell there is room for a vector and more.
+/// Values before cell 0 of a row: cell −1, with which the fluxes of whole rows begin, is the first of a vector.
+/// Behind the last cell there is room for a vector and more.
 pub(super) const LEAD: usize = 9;
 /// Rows before row 0.
 pub(super) const ROWS: usize = 2;
