@@ -180,7 +180,8 @@ impl Bed {
                     make(&format!("velocity_flux_{}", LETTERS[c]), "m^2/s", Made::VelocityFlux(c));
                 }),
                 Total::WallStress => {
-                    for (side, c) in ["lower", "upper"].iter().flat_map(|s| all.iter().map(move |c| (s, *c))) {
+                    for (side, c) in ["lower", "upper"].iter().flat_map(|s| all.iter().map(move |c| (s, *c)))
+                    {
                         let face = format!("{}_{side}_{}", LETTERS[across], LETTERS[c]);
                         let place = |name| at(&format!("{name}_{face}")).unwrap_or(usize::MAX);
                         let places = [FLUID_ON, CONTACTS_ON, FILMS_ON].map(place);

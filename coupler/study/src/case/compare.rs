@@ -72,7 +72,9 @@ pub(super) fn lines<'a>(made: &Made<'a>) -> Vec<Line<'a>> {
             rows.push(match outcome {
                 _ if check.mean => match all().find_map(failed) {
                     Some(why) => missing(check, &check.run, why),
-                    None => line(check, &check.run, &all().filter_map(|(_, o)| o.summary()).collect::<Vec<_>>()),
+                    None => {
+                        line(check, &check.run, &all().filter_map(|(_, o)| o.summary()).collect::<Vec<_>>())
+                    }
                 },
                 Outcome::Failed(why) => missing(check, label, why.clone()),
                 Outcome::Done(summary) => line(check, label, &[summary]),

@@ -33,7 +33,11 @@ pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, F
     let tables = tables(made, figure)?;
     let measured: Vec<(Vec<Point>, Vec<f64>)> =
         figure.series.iter().map(|series| measured(made, figure, series)).collect();
-    let abscissae = measured.iter().flat_map(|(points, _)| points).chain(tables.iter().flat_map(|(_, t)| t)).map(|(x, _)| *x);
+    let abscissae = measured
+        .iter()
+        .flat_map(|(points, _)| points)
+        .chain(tables.iter().flat_map(|(_, t)| t))
+        .map(|(x, _)| *x);
     let marks = figure.marks.iter().map(|mark| mark.at);
     let (from, to) = abscissae
         .chain(marks)

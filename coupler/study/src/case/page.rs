@@ -109,7 +109,9 @@ impl<'a> Line<'a> {
             label: row.label,
             metric: &row.check.metric,
             value: row.value,
-            standard_error: row.standard_error.map_or(String::new(), |error| format!(" ± {}", two_digits(error))),
+            standard_error: row
+                .standard_error
+                .map_or(String::new(), |error| format!(" ± {}", two_digits(error))),
             unit: if has_unit { format!(" {}", row.unit) } else { String::new() },
             reference: row.reference,
             error: deviation(row.error, absolute, true),
