@@ -18,7 +18,7 @@ impl Totals {
     pub(crate) fn of(scene: &CheckedScene) -> Option<Self> {
         let asked = scene.scene.observe.totals.as_ref()?;
         let across = scene.scene.domain.geometry.axes().iter().position(|axis| *axis == asked.axis);
-        let forces = asked.has(&[Total::WallForce, Total::Shields]);
+        let forces = asked.has(&[Total::WallForce, Total::WallStress, Total::Shields]);
         Some(Self { across: across.filter(|_| asked.has(&[Total::FluidFlux])), forces })
     }
 

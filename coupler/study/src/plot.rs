@@ -82,11 +82,12 @@ pub(super) enum Look {
         width: f64,
         dashed: bool,
     },
-    /// Words that appear under the pointer, one for each point or none.
+    /// Words that appear under the pointer and half-lengths of upright bars, one for each point or none.
     Points {
         shape: Shape,
         size: f64,
         words: Vec<String>,
+        bars: Vec<f64>,
     },
     /// A line in a band: half its width at each point.
     Band {
@@ -233,8 +234,9 @@ impl Series {
                 let line = Self { look: Look::Line { width: 1.6, dashed: false }, ..self.clone() };
                 return [Drawn::Band(band)].into_iter().chain(line.drawn(named)).collect();
             }
-            Look::Points { shape, size, words } => {
+            Look::Points { shape, size, words, bars } => {
                 let plot = ScatterPlot::new().with_data(points).with_color(self.colour).with_size(*size);
+                let plot = if bars.is_empty() { plot } else { plot.with_y_err(bars.iter().copied()) };
                 let plot = plot.with_marker(*shape).with_legend(self.name.as_str());
                 Drawn::Scatter(if words.is_empty() {
                     plot

@@ -238,6 +238,9 @@ pub struct Check {
     pub kind: Rule,
     /// The error of a miss that is known, as it was measured.
     pub known_error: Option<f64>,
+    /// Is the mean over the runs compared, in place of each?
+    #[serde(default)]
+    pub mean: bool,
 }
 
 /// A number, or a formula of the other metrics of the run.
@@ -378,6 +381,9 @@ pub struct Series {
     /// Divides the metric.
     #[serde(default = "one")]
     pub over: f64,
+    /// Is the mean over the runs at each x drawn, with its standard error, in place of each?
+    #[serde(default)]
+    pub mean: bool,
 }
 
 fn one() -> f64 {

@@ -1,16 +1,17 @@
 //! Sums over contacts that `observe.totals` asks for.
 
-use bedload_output::totals;
 use bedload_scene::{CheckedScene, Total};
 
 use crate::contacts::{Contact, is_free};
 use crate::grains::Grains;
+use crate::motion::Vec3;
 
 /// What is asked for.
 #[derive(Clone, Debug)]
 pub(crate) struct Totals {
     coordination: bool,
     forces: bool,
+    films: bool,
     /// Number of walls before the faces of the box.
     walls: usize,
     faces: usize,
@@ -25,15 +26,16 @@ impl Totals {
         let components: &[usize] = if domain.dimensions() == 3 { &[0, 1, 2] } else { &[0, 2] };
         Some(Self {
             coordination,
-            forces: totals::dem_values(scene).len() > usize::from(coordination),
+            forces: asked.has(&[Total::WallForce, Total::WallStress, Total::Shields]),
+            films: asked.has(&[Total::WallStress]),
             walls: scene.scene.walls.len(),
             faces: domain.contact_faces().len(),
             components,
         })
     }
 
-    /// The values in the order of [`totals::dem_values`].
-    pub(crate) fn add(&self, grains: &Grains, contacts: &[Contact], out: &mut Vec<f64>) {
+    /// The values in the order of [`bedload_output::totals::dem_values`]; `films` push each wall.
+    pub(crate) fn add(&self, grains: &Grains, contacts: &[Contact], films: &[Vec3], out: &mut Vec<f64>) {
         if self.coordination {
             let free = (0..grains.len()).filter(|i| is_free(grains, *i)).count();
             let ends: usize = contacts.iter().map(|contact| if contact.held { 1 } else { 2 }).sum();
@@ -42,6 +44,10 @@ impl Totals {
         for face in 0..if self.forces { self.faces } else { 0 } {
             let here = contacts.iter().filter(|contact| contact.wall == Some(self.walls + face));
             let push = here.fold([0.0; 3], |sum, contact| std::array::from_fn(|c| sum[c] - contact.force[c]));
+            out.extend(self.components.iter().map(|c| push[*c]));
+        }
+        for face in 0..if self.films { self.faces } else { 0 } {
+            let push = films.get(self.walls + face).copied().unwrap_or_default();
             out.extend(self.components.iter().map(|c| push[*c]));
         }
     }

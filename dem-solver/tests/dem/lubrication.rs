@@ -371,6 +371,9 @@ fn a_sphere_beside_a_wall_slides_and_rolls_as_published() {
     println!("velocity {ours} for {u}, spin times radius {spin} for {w}");
     assert!(u < 0.2 && w > 0.02, "the film acts");
     assert!((ours / u - 1.0).abs() < 1e-3 && (spin / w - 1.0).abs() < 1e-3);
+    // It drags the wall along as much.
+    let (drag, on_wall) = (solver.lubrication_force()[0].x, solver.films_on_walls()[0].x);
+    assert!(drag < 0.0 && on_wall == -drag, "{on_wall} for {drag}");
     // Without it nothing brakes.
     let settings = LubricationSettings { tangential: Some(false), ..settings };
     set_up.lubrication = Lubrication::Complement(settings);

@@ -50,7 +50,7 @@ pub fn fluid_values(scene: &CheckedScene) -> Vec<Extra> {
         let along = components(scene).into_iter().filter(|c| *c != totals.axis.component());
         values.extend(along.map(|c| value(format!("mean_velocity_{}", LETTERS[c]), "m/s")));
     }
-    if totals.has(&[Total::WallForce, Total::Shields]) {
+    if totals.has(&[Total::WallForce, Total::WallStress, Total::Shields]) {
         let is_wall = |face: &Face| matches!(face.kind, WallKind::NoSlip | WallKind::FreeSlip);
         values.extend(at_faces(scene, FLUID_ON, is_wall));
     }
@@ -58,15 +58,18 @@ pub fn fluid_values(scene: &CheckedScene) -> Vec<Extra> {
 }
 
 /// What the DEM gives after a window: contacts per free grain, then the force of contacts on each face that
-/// grains touch, N, in the order of [`bedload_scene::Domain::contact_faces`].
+/// grains touch, N, in the order of [`bedload_scene::Domain::contact_faces`], and that of films.
 pub fn dem_values(scene: &CheckedScene) -> Vec<Extra> {
     let Some(totals) = asked(scene) else { return Vec::new() };
     let mut values = Vec::new();
     if totals.has(&[Total::CoordinationNumber]) {
         values.push(value(COORDINATION.to_owned(), "-"));
     }
-    if totals.has(&[Total::WallForce, Total::Shields]) {
+    if totals.has(&[Total::WallForce, Total::WallStress, Total::Shields]) {
         values.extend(at_faces(scene, CONTACTS_ON, |face| face.contact));
+    }
+    if totals.has(&[Total::WallStress]) {
+        values.extend(at_faces(scene, FILMS_ON, |face| face.contact));
     }
     values
 }
@@ -74,6 +77,7 @@ pub fn dem_values(scene: &CheckedScene) -> Vec<Extra> {
 const COORDINATION: &str = "coordination_number";
 const FLUID_ON: &str = "wall_force";
 const CONTACTS_ON: &str = "wall_contact_force";
+const FILMS_ON: &str = "film_force";
 
 /// How a column is made.
 #[derive(Clone, Copy, Debug)]
@@ -82,9 +86,13 @@ pub(crate) enum Made {
     GrainFlux(usize),
     /// Component, and where the fluid's mean velocity stands among the extras.
     FluidFlux(usize, usize),
+    /// Component.
+    VelocityFlux(usize),
     Height,
     Moving,
     Shields,
+    /// Where the forces of fluid, contacts and films on a face stand among the extras.
+    WallStress([usize; 3]),
     /// By a solver: where it stands among the extras.
     Given(usize),
 }
@@ -116,7 +124,10 @@ pub(crate) struct Bed {
     stress: Option<Stress>,
     /// Solid in each plane, m³; its thickness is the same for all.
     solid: Vec<f64>,
+    /// Velocity times solid in each plane, m⁴/s.
+    carried: Vec<[f64; 3]>,
     flux: [f64; 3],
+    velocity_flux: [f64; 3],
     height: f64,
     moving: usize,
 }
@@ -151,7 +162,8 @@ impl Bed {
         let mut given = if sides.loads { fluid_values(scene) } else { Vec::new() };
         given.extend(if sides.contact { dem_values(scene) } else { Vec::new() });
         let at = |name: &str| given.iter().position(|known| known.name == name).map(|place| before + place);
-        let along = || components(scene).into_iter().filter(|c| *c != across);
+        let all = components(scene);
+        let along = || all.iter().copied().filter(|c| *c != across);
         let mut columns = Vec::new();
         for column in &totals.columns {
             let mut make = |name: &str, unit: &str, made| columns.push((value(name.to_owned(), unit), made));
@@ -164,6 +176,18 @@ impl Bed {
                         make(&format!("fluid_flux_{}", LETTERS[c]), "m^2/s", Made::FluidFlux(c, place));
                     }
                 }),
+                Total::VelocityFlux if sides.motion => along().for_each(|c| {
+                    make(&format!("velocity_flux_{}", LETTERS[c]), "m^2/s", Made::VelocityFlux(c));
+                }),
+                Total::WallStress => {
+                    for (side, c) in ["lower", "upper"].iter().flat_map(|s| all.iter().map(move |c| (s, *c)))
+                    {
+                        let face = format!("{}_{side}_{}", LETTERS[across], LETTERS[c]);
+                        let place = |name| at(&format!("{name}_{face}")).unwrap_or(usize::MAX);
+                        let places = [FLUID_ON, CONTACTS_ON, FILMS_ON].map(place);
+                        make(&format!("wall_stress_{face}"), "Pa", Made::WallStress(places));
+                    }
+                }
                 Total::BedHeight if sides.motion => make("bed_height", "m", Made::Height),
                 Total::MovingGrains if sides.motion => make("moving_grains", "-", Made::Moving),
                 Total::Shields if sides.loads && sides.motion => make("shields", "-", Made::Shields),
@@ -212,6 +236,8 @@ impl Bed {
             present: scene.present(),
             stress,
             solid: vec![0.0; planes],
+            carried: vec![[0.0; 3]; planes],
+            velocity_flux: [0.0; 3],
             flux: [0.0; 3],
             height: 0.0,
             moving: 0,
@@ -221,9 +247,10 @@ impl Bed {
 
     /// Makes the sums of a window.
     pub(crate) fn look(&mut self, sample: &Sample) {
-        let Self { across, lower, solid, grains, .. } = self;
+        let Self { across, lower, solid, carried, grains, .. } = self;
         let thickness = (self.upper - *lower) / solid.len() as f64;
         solid.fill(0.0);
+        carried.fill([0.0; 3]);
         (self.flux, self.moving) = ([0.0; 3], 0);
         for (index, (grain, motion)) in grains.iter().zip(sample.kinematics).enumerate() {
             if index >= self.present && !motion.is_there() {
@@ -239,11 +266,16 @@ impl Bed {
             let (first, last) = (at - radius / thickness, at + radius / thickness);
             let most = solid.len() as f64;
             let span = first.floor().clamp(0.0, most) as usize..last.ceil().clamp(0.0, most) as usize;
-            for (solid, k) in solid[span.clone()].iter_mut().zip(span) {
+            for k in span {
                 let below = |face: f64| part_below((face - at) * thickness / radius, self.discs);
-                *solid += volume * (below(k as f64 + 1.0) - below(k as f64));
+                let part = volume * (below(k as f64 + 1.0) - below(k as f64));
+                solid[k] += part;
+                (0..3).for_each(|c| carried[k][c] += part * motion.velocity[c]);
             }
         }
+        let planes = || carried.iter().zip(&*solid).filter(|(_, solid)| **solid > 0.0);
+        self.velocity_flux =
+            std::array::from_fn(|c| planes().map(|(carried, solid)| carried[c] / solid * thickness).sum());
         self.height = self.surface_height(thickness);
     }
 
@@ -264,11 +296,16 @@ impl Bed {
         let extra = |place: usize| sample.extras.get(place).copied();
         match made {
             Made::Given(place) => extra(place).unwrap_or(f64::NAN),
+            Made::WallStress(places) => {
+                let force = places.into_iter().filter_map(extra).reduce(|a, b| a + b);
+                force.unwrap_or(f64::NAN) / self.area
+            }
             _ if sample.kinematics.len() != self.grains.len() => f64::NAN,
             Made::GrainFlux(c) => self.flux[c],
             Made::FluidFlux(c, place) => {
                 extra(place).map_or(f64::NAN, |mean| mean * (self.upper - self.lower) - self.flux[c])
             }
+            Made::VelocityFlux(c) => self.velocity_flux[c],
             Made::Height => self.height,
             Made::Moving => self.moving as f64,
             Made::Shields => self.stress.as_ref().map_or(f64::NAN, |stress| {

@@ -66,6 +66,8 @@ pub enum Total {
     GrainFlux,
     /// Volume flux of the fluid per width, m²/s.
     FluidFlux,
+    /// Mean velocity of the grains in each plane, integrated across the bed, m²/s.
+    VelocityFlux,
     /// Height of the bed, m.
     BedHeight,
     /// Number of free grains that move.
@@ -76,6 +78,8 @@ pub enum Total {
     CoordinationNumber,
     /// Force of the fluid, and of contacts, on each wall of the box, N.
     WallForce,
+    /// Force of fluid, contacts and films together per area on the walls across the bed, Pa.
+    WallStress,
 }
 
 /// Whose forces are written down sub-step by sub-step, and when.

@@ -42,7 +42,7 @@ friction = 0.5
 [observe]
 grains = []
 planes = { every = 0.015625, from = 1.0, stress = true }
-totals = { columns = ["grain-flux", "fluid-flux", "bed-height", "moving-grains", "shields", "coordination-number", "wall-force"], surface = 0.05, speed = 0.5 }
+totals = { columns = ["grain-flux", "fluid-flux", "bed-height", "moving-grains", "shields", "coordination-number", "wall-force", "wall-stress"], surface = 0.05, speed = 0.5 }
 "#;
 
 fn path(path: &Path) -> &str {
@@ -104,6 +104,10 @@ fn parts_of_the_stress_add_up_and_totals_resume() {
         of.fold(0.0, f64::max) / total
     };
     assert!(carried(4) > 0.2, "films carry {}", carried(4));
+    // Fluid, contacts and films on both walls are in balance, and are the stress of the mixture.
+    let walls = [mean_of("wall_stress_z_lower_x"), -mean_of("wall_stress_z_upper_x")];
+    let fluid = mean_of("wall_force_z_lower_x") / 4.0;
+    println!("stress {total}, on walls {walls:?}, of it the fluid {fluid}");
     assert!(mean_of("moving_grains") > 0.0);
     let flux = mean_of("grain_flux_x") + mean_of("fluid_flux_x");
     assert!(flux.abs() < 0.1, "{flux}");

@@ -6,6 +6,7 @@ use super::formula;
 use crate::make::Made;
 use crate::runs::Outcome;
 use crate::section::{Check, Expected, Rule, matches};
+use crate::sweep::Point;
 use crate::table::error;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,12 +36,14 @@ impl Comparison {
     }
 }
 
-/// One check of one run.
+/// One check of one run, or of the mean over several.
 #[derive(Clone, Debug)]
 pub(super) struct Line<'a> {
     pub(super) check: &'a Check,
     pub(super) label: &'a str,
     pub(super) value: Option<f64>,
+    /// Of the mean over a run, or over runs.
+    pub(super) standard_error: Option<f64>,
     pub(super) unit: String,
     pub(super) reference: Option<f64>,
     /// Relative; absolute where the reference is 0.
@@ -48,56 +51,89 @@ pub(super) struct Line<'a> {
     pub(super) comparison: Comparison,
     /// What to know about the value, or why there is none.
     pub(super) note: Option<String>,
-    /// Wall time of the run, s.
+    /// Wall time of the run, or of all, s.
     pub(super) wall_s: Option<f64>,
 }
 
-/// Every check of every run that was made, in the order of the runs.
+/// Every check of every run that was made, in the order of the runs; a mean stands with its first run.
 pub(super) fn lines<'a>(made: &Made<'a>) -> Vec<Line<'a>> {
     let mut rows = Vec::new();
     for (point, outcome) in made.runs() {
         let label = &point.label;
         for check in made.study.section.checks.iter().filter(|check| matches(&check.run, label)) {
+            let all = || made.runs().filter(|(other, _)| matches(&check.run, &other.label));
+            if check.mean && all().next().is_some_and(|(first, _)| first.label != *label) {
+                continue;
+            }
+            let failed = |(run, outcome): (&Point, &Outcome)| match outcome {
+                Outcome::Failed(why) => Some(format!("{}: {why}", run.label)),
+                Outcome::Done(_) => None,
+            };
             rows.push(match outcome {
+                _ if check.mean => match all().find_map(failed) {
+                    Some(why) => missing(check, &check.run, why),
+                    None => {
+                        line(check, &check.run, &all().filter_map(|(_, o)| o.summary()).collect::<Vec<_>>())
+                    }
+                },
                 Outcome::Failed(why) => missing(check, label, why.clone()),
-                Outcome::Done(summary) => line(check, label, summary),
+                Outcome::Done(summary) => line(check, label, &[summary]),
             });
         }
     }
     rows
 }
 
+/// Mean, and its standard error by the scatter: none of a single value.
+pub(super) fn mean(values: &[f64]) -> (f64, Option<f64>) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+    (mean, (n > 1.0).then(|| (square / (n * (n - 1.0))).sqrt()))
+}
+
 fn missing<'a>(check: &'a Check, label: &'a str, why: String) -> Line<'a> {
     // Even a value that is only reported must be there: its run is part of the case.
     let comparison = Comparison::NoValue;
-    let (value, reference, error, wall_s) = (None, None, None, None);
-    Line { check, label, value, unit: String::new(), reference, error, comparison, note: Some(why), wall_s }
+    let (value, standard_error, reference, error, wall_s) = (None, None, None, None, None);
+    let (unit, note) = (String::new(), Some(why));
+    Line { check, label, value, standard_error, unit, reference, error, comparison, note, wall_s }
 }
 
-fn line<'a>(check: &'a Check, label: &'a str, summary: &Summary) -> Line<'a> {
-    let Some(metric) = summary.metrics.get(&check.metric) else {
-        let there: Vec<&str> = summary.metrics.keys().map(String::as_str).collect();
+/// The mean of a metric over runs, if all have it.
+fn over(runs: &[&Summary], name: &str) -> Option<f64> {
+    let value = |run: &&Summary| run.metrics.get(name).and_then(|metric| metric.value);
+    Some(mean(&runs.iter().map(value).collect::<Option<Vec<_>>>()?).0)
+}
+
+/// The comparison of the mean over `runs`, or of a single one.
+fn line<'a>(check: &'a Check, label: &'a str, runs: &[&Summary]) -> Line<'a> {
+    let all: Vec<&MetricValue> = runs.iter().filter_map(|run| run.metrics.get(&check.metric)).collect();
+    let (Some(first), true) = (all.first(), all.len() == runs.len()) else {
+        let there = runs.iter().flat_map(|run| run.metrics.keys().map(String::as_str));
+        let there: Vec<&str> = there.take(runs[0].metrics.len()).collect();
         return missing(check, label, format!("the scene has no such metric; it has {}", there.join(", ")));
     };
-    let (reference, fault) = match reference(check, summary) {
+    let (reference, fault) = match reference(check, &|name| over(runs, name)) {
         Ok(reference) => (reference, None),
         Err(fault) => (None, Some(fault)),
     };
-    let MetricValue { value, unit, note, .. } = metric.clone();
+    let value = over(runs, &check.metric);
+    let values: Vec<f64> = all.iter().filter_map(|metric| metric.value).collect();
+    let standard_error = if runs.len() > 1 { mean(&values).1 } else { first.standard_error };
     let error = value.zip(reference).map(|(value, reference)| error(value, reference));
     let comparison = compare(check, value, error);
-    let note = note.or(fault);
-    Line { check, label, value, unit, reference, error, comparison, note, wall_s: Some(summary.cost.wall_s) }
+    let note = all.iter().find_map(|metric| metric.note.clone()).or(fault);
+    let wall_s = Some(runs.iter().map(|run| run.cost.wall_s).sum());
+    let unit = first.unit.clone();
+    Line { check, label, value, standard_error, unit, reference, error, comparison, note, wall_s }
 }
 
-fn reference(check: &Check, summary: &Summary) -> Result<Option<f64>, String> {
+fn reference(check: &Check, value: &dyn Fn(&str) -> Option<f64>) -> Result<Option<f64>, String> {
     match &check.reference {
         None => Ok(None),
         Some(Expected::Number(number)) => Ok(Some(*number)),
-        Some(Expected::Formula(text)) => {
-            let value = |name: &str| summary.metrics.get(name).and_then(|metric| metric.value);
-            formula::evaluate(text, &value).map(Some)
-        }
+        Some(Expected::Formula(text)) => formula::evaluate(text, value).map(Some),
     }
 }
 
@@ -137,6 +173,7 @@ mod tests {
             source: None,
             kind,
             known_error: None,
+            mean: false,
         }
     }
 

@@ -2,6 +2,7 @@
 
 use bedload_output::Summary;
 
+use super::compare::mean;
 use super::formula;
 use crate::folder::columns;
 use crate::make::Made;
@@ -19,20 +20,29 @@ const LEGEND: f64 = 250.0;
 /// More published points than this are a line of small crosses.
 const CROWD: usize = 60;
 
+/// Marker of a set of published points.
+fn published(number: usize) -> Shape {
+    [Shape::Cross, Shape::Plus, Shape::TriangleDown, Shape::Diamond][number % 4]
+}
+
 /// Points along a curve.
 const STEPS: usize = 200;
 
 /// A figure, or nothing if no run gave a point.
 pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, Failure> {
     let tables = tables(made, figure)?;
-    let measured: Vec<Vec<Point>> =
+    let measured: Vec<(Vec<Point>, Vec<f64>)> =
         figure.series.iter().map(|series| measured(made, figure, series)).collect();
-    let abscissae = measured.iter().flatten().chain(tables.iter().flat_map(|(_, t)| t)).map(|(x, _)| *x);
+    let abscissae = measured
+        .iter()
+        .flat_map(|(points, _)| points)
+        .chain(tables.iter().flat_map(|(_, t)| t))
+        .map(|(x, _)| *x);
     let marks = figure.marks.iter().map(|mark| mark.at);
     let (from, to) = abscissae
         .chain(marks)
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), x| (x.min(from), x.max(to)));
-    if measured.iter().all(Vec::is_empty) && tables.is_empty() {
+    if measured.iter().all(|(points, _)| points.is_empty()) && tables.is_empty() {
         return Ok(None);
     }
     let mut drawn = curves(figure, from, to);
@@ -42,21 +52,21 @@ pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, F
             let look = Look::Line { width: 1.8, dashed: false };
             plot::Series { name: table.name.clone(), colour: colour(number), points, look }
         } else {
-            scatter(points, &table.name, colour(number), shape(number), 4.5)
+            scatter(points, &table.name, colour(number), (shape(number), 4.5), Vec::new())
         });
     }
-    for (number, (series, points)) in figure.series.iter().zip(measured).enumerate() {
+    for (number, (series, (points, bars))) in figure.series.iter().zip(measured).enumerate() {
         if !points.is_empty() {
             // Smaller and smaller, so that points of two series at one place both show.
             let size = 7.5 - 0.7 * number.min(5) as f64;
-            drawn.push(scatter(points, &series.name, colour(number), shape(number), size));
+            drawn.push(scatter(points, &series.name, colour(number), (shape(number), size), bars));
         }
     }
     // Over the measured ones, which are larger.
-    for from in &figure.points {
+    for (number, from) in figure.points.iter().enumerate() {
         let points = columns(&made.study.folder().join(&from.file), &from.x, &from.y)?;
         let size = if points.len() > CROWD { 2.0 } else { 5.0 };
-        drawn.push(scatter(points, &from.name, GREY, Shape::Cross, size));
+        drawn.push(scatter(points, &from.name, GREY, (published(number), size), Vec::new()));
     }
     Ok(Some(plot_of(figure, drawn).draw().svg))
 }
@@ -86,16 +96,31 @@ fn drawable(value: f64, log: bool) -> bool {
     value.is_finite() && (value > 0.0 || !log)
 }
 
-/// Points of a series: one per run that has both values.
-fn measured(made: &Made<'_>, figure: &Figure, series: &Series) -> Vec<Point> {
+/// Points of a series, one per run that has both values or one per x, and their standard errors: zero where
+/// there is none, empty where no point has one.
+fn measured(made: &Made<'_>, figure: &Figure, series: &Series) -> (Vec<Point>, Vec<f64>) {
     let of = |(run, summary): (&Run, &Summary)| {
         let value = |name: &String| summary.metrics.get(name).and_then(|metric| metric.value);
         let x = figure.x.metric.as_ref().map_or(run.at, value)?;
-        let y = value(series.metric.as_ref().or(figure.y.metric.as_ref())?)? / series.over;
+        let metric = summary.metrics.get(series.metric.as_ref().or(figure.y.metric.as_ref())?)?;
+        let (y, bar) = (metric.value? / series.over, metric.standard_error.map(|e| e / series.over.abs()));
         let drawn = drawable(x, figure.log_x) && drawable(y, figure.log_y);
-        (matches(&series.run, &run.label) && drawn).then_some((x, y))
+        (matches(&series.run, &run.label) && drawn).then_some((x, y, bar))
     };
-    made.results().filter_map(of).collect()
+    let mut points: Vec<_> = made.results().filter_map(of).collect();
+    if series.mean {
+        let single = std::mem::take(&mut points);
+        for (x, ..) in &single {
+            let here: Vec<_> = single.iter().filter(|(other, ..)| other == x).collect();
+            let (y, scatter) = mean(&here.iter().map(|(_, y, _)| *y).collect::<Vec<_>>());
+            if points.iter().all(|(other, ..)| other != x) {
+                points.push((*x, y, scatter.or(here[0].2)));
+            }
+        }
+    }
+    let bars = points.iter().any(|(.., bar)| bar.is_some());
+    let bars = points.iter().filter(|_| bars).map(|(.., bar)| bar.unwrap_or(0.0)).collect();
+    (points.into_iter().map(|(x, y, _)| (x, y)).collect(), bars)
 }
 
 /// A table and its points.
@@ -132,11 +157,17 @@ fn curves(figure: &Figure, from: f64, to: f64) -> Vec<plot::Series> {
     figure.curves.iter().enumerate().map(curve).collect()
 }
 
-fn scatter(points: Vec<Point>, name: &str, colour: &'static str, shape: Shape, size: f64) -> plot::Series {
+fn scatter(
+    points: Vec<Point>,
+    name: &str,
+    colour: &'static str,
+    (shape, size): (Shape, f64),
+    bars: Vec<f64>,
+) -> plot::Series {
     plot::Series {
         name: name.to_owned(),
         colour,
         points,
-        look: Look::Points { shape, size, words: Vec::new() },
+        look: Look::Points { shape, size, words: Vec::new(), bars },
     }
 }

@@ -43,6 +43,8 @@ struct Line<'a> {
     label: &'a str,
     metric: &'a str,
     value: Option<f64>,
+    /// With ± before it.
+    standard_error: String,
     /// With a blank before it.
     unit: String,
     reference: Option<f64>,
@@ -107,6 +109,9 @@ impl<'a> Line<'a> {
             label: row.label,
             metric: &row.check.metric,
             value: row.value,
+            standard_error: row
+                .standard_error
+                .map_or(String::new(), |error| format!(" ± {}", two_digits(error))),
             unit: if has_unit { format!(" {}", row.unit) } else { String::new() },
             reference: row.reference,
             error: deviation(row.error, absolute, true),
@@ -151,6 +156,12 @@ fn command(case: &str, run: &Point) -> String {
         text += &format!(" --set {quoted}");
     }
     text + &format!(" --out out/{case}/{}", run.label)
+}
+
+/// To two digits, as an error is written.
+fn two_digits(value: f64) -> String {
+    let places = if value > 0.0 { (1.0 - value.log10().floor()).max(0.0) as usize } else { 0 };
+    format!("{value:.places$}")
 }
 
 fn deviation(value: Option<f64>, absolute: bool, signed: bool) -> String {
@@ -235,5 +246,14 @@ checks = [{ run = "*", metric = "Re", reference = 20.0, tolerance = 0.01, source
         }
         assert_eq!(text.matches("bedload run").count(), 3);
         assert_eq!(rows.iter().filter(|row| row.comparison.is_failure()).count(), 2);
+        let mut section = study.section.clone();
+        section.checks[0].mean = true;
+        let points = study.points[..2].to_vec();
+        let study = Study { section, points, ..study.clone() };
+        let made = Made::of(&study, vec![done(19.9), done(20.3)]);
+        let rows = compare::lines(&made);
+        let mean = page(false, &[Case::new(&made, &rows, &[], vec![])]).unwrap();
+        let line = "| fall | * | `Re` | 20.10 ± 0.20 | 20.00 | +0.50 % | 1 % | agrees | 0.0 |";
+        assert!(mean.contains(line) && rows.len() == 1, "{line} is not in\n{mean}");
     }
 }

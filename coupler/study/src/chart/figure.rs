@@ -59,6 +59,7 @@ pub(super) fn draw(
             shape: Shape::Cross,
             size: 6.5,
             words: vec![format!("published: {}; {}", point.name, point.source)],
+            bars: Vec::new(),
         },
     }));
     let picture = plot(title, "CPU time / s", series).draw();
@@ -137,7 +138,7 @@ fn families(table: &Table, names: &Names, drawn: &[Run], over: Option<usize>) ->
             name: column.map_or("runs".to_owned(), |column| names.value(column, value)),
             colour: colour(place),
             points: here.iter().map(|(_, point)| *point).collect(),
-            look: Look::Points { shape: shape(place), size: 6.0, words },
+            look: Look::Points { shape: shape(place), size: 6.0, words, bars: Vec::new() },
         }
     };
     values.iter().enumerate().map(series).collect()

@@ -7,13 +7,15 @@ use super::run_files::{AXES, RunFiles};
 use crate::page::Figure;
 
 /// Charts of `observe.totals`: caption, unit, and what the names of their columns begin with.
-const TOTALS: [(&str, &str, &[&str]); 6] = [
+const TOTALS: [(&str, &str, &[&str]); 8] = [
     ("Volume flux per width", "q, m²/s", &["grain_flux_", "fluid_flux_"]),
+    ("Velocity of the grains across the bed", "q_v, m²/s", &["velocity_flux_"]),
     ("Height of the bed", "h, m", &["bed_height"]),
     ("Grains that move", "number", &["moving_grains"]),
     ("Shields number of the total stress", "θ", &["shields"]),
     ("Contacts per free grain", "number", &["coordination_number"]),
     ("Forces on the walls", "F, N", &["wall_force_", "wall_contact_force_"]),
+    ("Stress on the walls", "τ, Pa", &["wall_stress_"]),
 ];
 
 /// Every chart for which the run has columns or planes.

@@ -71,7 +71,12 @@ fn panel(title: String, rows: &[&Row], frame: &Frame<'_>, (x, y): (&Samples, &Sa
         let point = |row: &&Row| place(row).map(|(i, j)| (x.value(x.heights[i]), y.value(y.heights[j])));
         let words = runs().map(|row| words(row, &title, frame)).collect();
         let points = runs().filter_map(point).collect();
-        Series { name: class.to_string(), colour, points, look: Look::Points { shape, size, words } }
+        Series {
+            name: class.to_string(),
+            colour,
+            points,
+            look: Look::Points { shape, size, words, bars: Vec::new() },
+        }
     };
     let series = std::iter::once(refused).chain(LOOKS.map(of_class)).collect();
     let (x, y) = (x.axis(frame.x.1), y.axis(frame.y.1));

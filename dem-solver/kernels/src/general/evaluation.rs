@@ -135,6 +135,11 @@ impl Evaluation {
         }
     }
 
+    /// Force of films on each wall at the last sub-step, N.
+    pub(crate) fn films_on_walls(&self) -> &[Vec3] {
+        self.lubrication.on_walls()
+    }
+
     /// Lubrication over `dt`.
     pub(super) fn lubricate(&mut self, window: &mut Window<'_>, t: f64, dt: f64) {
         if let Some((model, sweeps)) = self.model {

@@ -32,6 +32,8 @@ pub(crate) struct LubricationSolver {
     list: FilmList,
     packs: Packs,
     rows: Rows,
+    /// Mean force of the films on each wall over the last sub-step, N.
+    on_walls: Vec<Vec3>,
     /// Leave the widest vectors unused (tests).
     plain: bool,
 }
@@ -52,12 +54,18 @@ impl LubricationSolver {
     ) {
         self.packs.keep(&self.list);
         self.list.build(model, grains, around.walls.len(), lists);
+        self.on_walls.resize(around.walls.len(), Vec3::zeros());
         self.packs.reserve(self.list.first.len(), grains.len() + around.walls.len() + 1);
     }
 
     /// A window begins: the next sub-step starts from nothing.
     pub(crate) fn forget(&mut self) {
         self.packs.forget();
+    }
+
+    /// Mean force of the films on each wall over the last sub-step, N.
+    pub(crate) fn on_walls(&self) -> &[Vec3] {
+        &self.on_walls
     }
 
     /// Applies the impulses of all gaps over `dt` to the velocities, in place, and writes the mean
@@ -72,7 +80,8 @@ impl LubricationSolver {
         force: &mut [Vec3],
     ) {
         force.fill(Vec3::zeros());
-        let Self { list, packs, rows, plain } = self;
+        let Self { list, packs, rows, on_walls, plain } = self;
+        on_walls.fill(Vec3::zeros());
         rows.load(grains, response, (&around.walls, t), model.tangential);
         let length = std::array::from_fn(|axis| around.periods.of(axis).1);
         dispatch(Geometry { list, rows, length, dt }, *plain);
@@ -82,7 +91,8 @@ impl LubricationSolver {
             return;
         }
         let sweeps = if packs.films == 1 { 1 } else { sweeps };
-        dispatch(Pass { model, list, packs: &mut packs.packs, rows, sweeps, dt, force }, *plain);
+        let pass = Pass { model, list, packs: &mut packs.packs, rows, sweeps, dt, force, on_walls };
+        dispatch(pass, *plain);
         rows.store(grains);
     }
 }

@@ -26,6 +26,8 @@ pub(super) struct Pass<'a> {
     pub(super) dt: f64,
     /// Mean force on each grain, N: added to.
     pub(super) force: &'a mut [Vec3],
+    /// Mean force on each wall, N: added to.
+    pub(super) on_walls: &'a mut [Vec3],
 }
 
 impl Kernel for Pass<'_> {
@@ -44,7 +46,7 @@ impl Kernel for Pass<'_> {
 impl Pass<'_> {
     #[inline(always)]
     fn all<L: Lanes8, const LOCKED: bool>(self, token: L::Token) {
-        let Self { model, list, packs, rows, sweeps, dt, force } = self;
+        let Self { model, list, packs, rows, sweeps, dt, force, on_walls } = self;
         let (motion, free) = (&mut rows.motion[..], &rows.free[..]);
         for pack in &mut *packs {
             begin::<L, LOCKED>(token, model, list, pack, (motion, free), dt);
@@ -66,24 +68,31 @@ impl Pass<'_> {
                     push = slid.scale_plus(L::splat(token, rate), push);
                 }
             }
-            add(token, pack, push, force);
+            add(token, pack, push, (force, on_walls));
         }
     }
 }
 
 /// Adds the forces `push` on first partners to the sums; second ones get as much less.
 #[inline(always)]
-fn add<L: Lanes8>(_: L::Token, pack: &FilmPack, push: Vec3Lanes<L>, force: &mut [Vec3]) {
+fn add<L: Lanes8>(
+    _: L::Token,
+    pack: &FilmPack,
+    push: Vec3Lanes<L>,
+    (force, on_walls): (&mut [Vec3], &mut [Vec3]),
+) {
     let mut lanes = [[0.0; 8]; 3];
     push.store(&mut lanes);
     let [x, y, z] = &lanes;
     for (k, (i, j)) in pack.i.iter().zip(&pack.j).enumerate() {
         let push = Vec3::new(x[k], y[k], z[k]);
-        // rows of walls, and of lanes without a film, are none of the grains
+        // the last row, of lanes without a film, is of no grain and no wall
         if let Some(first) = force.get_mut(*i as usize) {
             *first += push;
         }
-        if let Some(second) = force.get_mut(*j as usize) {
+        let (n, second) = (force.len(), *j as usize);
+        let second = if second < n { force.get_mut(second) } else { on_walls.get_mut(second - n) };
+        if let Some(second) = second {
             *second -= push;
         }
     }

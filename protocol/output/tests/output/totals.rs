@@ -26,7 +26,7 @@ fn bed(medium: &str, more: &str) -> CheckedScene {
          [medium]\ndensity = 1.0\nviscosity = 0.5\n{medium}\n{discs}\
          [observe]\ngrains = []\n\
          totals = {{ columns = [\"grain-flux\", \"fluid-flux\", \"bed-height\", \"moving-grains\", \"shields\", \
-         \"coordination-number\", \"wall-force\"], speed = 0.1 }}\n{more}"
+         \"coordination-number\", \"wall-force\", \"wall-stress\", \"velocity-flux\"], speed = 0.1 }}\n{more}"
     ))
 }
 
@@ -39,10 +39,10 @@ fn motion(scene: &CheckedScene) -> Vec<Kinematics> {
     motion
 }
 
-/// What the solvers give: mean velocity; forces on floor and lid; contacts; forces of contacts.
-const GIVEN: [f64; 10] = [0.7, 0.01, 0.02, 0.03, 0.04, 2.5, 0.05, 0.06, 0.07, 0.08];
+/// What the solvers give: mean velocity; forces on floor and lid; contacts; forces of contacts, and of films.
+const GIVEN: [f64; 14] = [0.7, 0.01, 0.02, 0.03, 0.04, 2.5, 0.05, 0.06, 0.07, 0.08, 0.1, 0.2, 0.3, 0.4];
 
-const NAMES: [&str; 14] = [
+const NAMES: [&str; 19] = [
     "grain_flux_x",
     "fluid_flux_x",
     "bed_height",
@@ -57,6 +57,11 @@ const NAMES: [&str; 14] = [
     "wall_contact_force_z_lower_z",
     "wall_contact_force_z_upper_x",
     "wall_contact_force_z_upper_z",
+    "wall_stress_z_lower_x",
+    "wall_stress_z_lower_z",
+    "wall_stress_z_upper_x",
+    "wall_stress_z_upper_z",
+    "velocity_flux_x",
 ];
 
 /// Where the exact solid fraction of the layer, 2 (R² − (z − R)²)^½, falls to 0.3.
@@ -68,7 +73,7 @@ fn surface() -> f64 {
 fn totals_are_those_of_a_layer_of_discs() {
     let metric = "[[metrics]]\nname = \"flux\"\nkind = \"mean\"\ncolumn = \"grain_flux_x\"\n";
     let scene = bed("body_force = [0.2, 0.0, 0.0]\npressure_gradient = [-0.4, 0.0, 0.0]", metric);
-    assert_eq!((fluid_values(&scene).len(), dem_values(&scene).len()), (5, 5));
+    assert_eq!((fluid_values(&scene).len(), dem_values(&scene).len()), (5, 9));
     let mut watch = Watch::new(&scene, 0.1);
     let row = watch.feed_all(&[], &window(0, 0.1).header(), &motion(&scene), &GIVEN);
     watch.feed_all(&[], &window(1, 0.1).header(), &motion(&scene), &GIVEN);
@@ -82,9 +87,15 @@ fn totals_are_those_of_a_layer_of_discs() {
     // the drive on what is above, and what the lid takes, over (ρ_p − ρ) g D
     let stress = (0.2 + 0.4) * (3.0 - height) - (0.03 + 0.07) / 4.0;
     assert!((value("shields") - stress / 10.0).abs() < 1e-15, "{} for {stress}", value("shields"));
-    for (name, given) in NAMES[6..].iter().zip(GIVEN[1..5].iter().chain(&GIVEN[6..])) {
+    for (name, given) in NAMES[6..].iter().zip(GIVEN[1..5].iter().chain(&GIVEN[6..10])) {
         assert_eq!(value(name), *given, "{name}");
     }
+    for (k, name) in NAMES[14..18].iter().enumerate() {
+        let stress = (GIVEN[1 + k] + GIVEN[6 + k] + GIVEN[10 + k]) / 4.0;
+        assert!((value(name) - stress).abs() < 1e-15, "{name}");
+    }
+    // of each of the eight planes that the four discs fill a quarter moves at 0.2
+    assert!((value("velocity_flux_x") - 0.2 / 4.0).abs() < 1e-14, "{}", value("velocity_flux_x"));
     let first = watch.columns.names().iter().position(|name| name == NAMES[0]).expect("the first");
     assert_eq!(watch.columns.names()[first..], NAMES);
     assert!((watch.value("flux") - flux).abs() < 1e-15);
