@@ -1,5 +1,5 @@
-//! The film of a report, in a browser: it plays, scrubs and turns, in space and in the plane, on a desk and on a
-//! telephone, and its console stays empty.
+//! The film of a report, in a browser: it plays, scrubs and turns, in space and in the plane, in wide and
+//! narrow windows, and its console stays empty.
 
 use tests::harness::{Folder, bedload, browse, said};
 

@@ -4,7 +4,7 @@ use super::bands::Bands;
 use crate::grid::Grid;
 use crate::lanes::Aligned;
 
-/// Values before cell 0 of a row: cell −1, with which the fluxes of whole rows begin, is the first of a vector.
+/// Values before cell 0 of a row: fluxes of whole rows begin with cell −1, which is the first of a vector.
 /// Behind the last cell there is room for a vector and more.
 pub(super) const LEAD: usize = 9;
 /// Rows before row 0.
