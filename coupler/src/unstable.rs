@@ -1,53 +1,20 @@
 //! A run that alternates from window to window, or outgrows every physical speed, is no result.
 //!
-//! An exchange of forces once per window fails by alternating: the second difference of a velocity, d_n =
-//! (v_n − 2 v_{n−1} + v_{n−2})/4, changes its sign in every window. Nothing physical does so for long: a
+//! An exchange of forces once per window fails by alternating
+//! ([`alternation`](bedload_program::alternation)): the second difference of a velocity changes its sign in
+//! every window. Nothing physical does so for long: a
 //! contact or a vortex lasts many windows, and one that a window is too long for rings and dies away. What
 //! counts is therefore growth that goes on, or alternation that stays, and of it the energy: among many
 //! grains one that rings in a contact is no failure of the exchange. Only what was exchanged is looked at, so
 //! that this holds for any solver. The same difference classifies a run of a map when it is over.
 
+use bedload_program::alternation::{Channel, PART};
 pub(crate) use bedload_program::unstable::NAME;
 use bedload_program::unstable::{Found, SpeedLimit};
 use bedload_scene::{CheckedScene, Motion};
 use protocol::message::Kinematics;
 use protocol::participant::Window;
 use serde::{Deserialize, Serialize};
-
-/// Windows in a row whose d must alternate. Noise does so by chance with 0.73 a window, once in 2·10⁷
-/// windows.
-const ROW: u32 = 54;
-/// Fewer suffice where d has grown by …
-const GROWING_ROW: u32 = 16;
-/// … this factor since the row began, and …
-const GROWN: f64 = 8.0;
-/// … goes on growing: the mean of ln |d_n/d_{n−1}| over the last windows, of which none counts for more than
-/// a doubling.
-const GROWTH: f64 = 0.08;
-/// A jump by more than this factor begins a new row: a contact, which rings and is no growth. What grows so
-/// fast is soon faster than anything.
-const JUMP: f64 = 4.0;
-/// Windows over which that mean forgets.
-const FORGETS: f64 = 8.0;
-/// Alternation counts whose energy is above the square of this part of the energy that all free grains would
-/// have at the largest smooth speed so far. Of one grain: 1 % of that speed, as in a map.
-const PART: f64 = 0.01;
-/// Alternation that falls to this part of its largest value dies away.
-const DECAYED: f64 = 0.3679;
-
-/// One component of a velocity, or of a spin times the radius.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Channel {
-    last: [f64; 2],
-    difference: f64,
-    /// Windows in a row with d of alternating sign.
-    row: u32,
-    /// |d| when the row began, its largest since.
-    first: f64,
-    largest: f64,
-    /// How fast it grows, 1/window.
-    growth: f64,
-}
 
 /// What was seen so far: part of a checkpoint. A run that is resumed when its grains rest would else take the
 /// last digits of their speeds for the largest speed so far, and their alternation for one that counts.
@@ -106,7 +73,7 @@ impl Alternation {
             for (place, (channel, value)) in channels.iter_mut().zip(values).enumerate() {
                 smooth = smooth.max(channel.take(value, *windows));
                 if channel.alternates() {
-                    energy += mass * channel.difference.powi(2);
+                    energy += mass * channel.size().powi(2);
                     if largest.is_none_or(|(other, ..): (Channel, _, _)| channel.size() > other.size()) {
                         largest = Some((*channel, *grain, place));
                     }
@@ -114,60 +81,14 @@ impl Alternation {
             }
         }
         if found.is_none() && energy >= self.mass * (PART * *scale).powi(2) {
-            found = largest.map(|(channel, grain, place)| channel.found(grain, place, window, *scale));
+            found = largest.map(|(channel, grain, place)| {
+                let what = ["velocity", "spin"][place / 3];
+                let what = format!("{what}_{} of grain {grain}", ["x", "y", "z"][place % 3]);
+                channel.found(&what, window, (*scale, "the largest speed"))
+            });
         }
         *scale = smooth;
         found
-    }
-}
-
-impl Channel {
-    /// Returns the smooth part.
-    fn take(&mut self, value: f64, windows: u64) -> f64 {
-        let [before, last] = self.last;
-        self.last = [last, value];
-        if windows < 3 {
-            return 0.0;
-        }
-        let difference = (value - 2.0 * last + before) / 4.0;
-        let alternates = difference * self.difference < 0.0;
-        let (size, before) = (difference.abs(), self.difference.abs());
-        let goes_on = (0.5 * before..=JUMP * before).contains(&size);
-        if alternates && goes_on {
-            self.row += 1;
-            self.largest = self.largest.max(size);
-            let grew = (size / before).min(2.0).ln();
-            self.growth += (grew - self.growth) / FORGETS;
-        } else {
-            *self = Self { row: 0, first: size, largest: size, growth: 0.0, ..*self };
-        }
-        self.difference = difference;
-        ((value + 2.0 * last + before) / 4.0).abs()
-    }
-
-    fn size(&self) -> f64 {
-        self.difference.abs()
-    }
-
-    /// Growth that goes on, or what stays.
-    fn alternates(&self) -> bool {
-        let grows = self.row >= GROWING_ROW && self.size() >= GROWN * self.first && self.growth >= GROWTH;
-        grows || (self.row >= ROW && self.size() >= DECAYED * self.largest)
-    }
-
-    fn found(&self, grain: usize, place: usize, window: &Window, scale: f64) -> Found {
-        let what = ["velocity", "spin"][place / 3];
-        let axis = ["x", "y", "z"][place % 3];
-        let began = window.step.saturating_sub(u64::from(self.row));
-        let grows = if self.growth >= GROWTH { "and grows, " } else { "" };
-        Found {
-            text: format!(
-                "{what}_{axis} of grain {grain} alternates from window to window since window {began}, \
-                 {grows}by {:.1} % of the largest speed",
-                100.0 * self.size() / scale
-            ),
-            window: began,
-        }
     }
 }
 

@@ -174,6 +174,11 @@ impl Fluid {
         any!(&self.solver, solver => solver.stepper().flow_rate().is_some())
     }
 
+    /// Largest Σ|u|/Δx after the last window times the smallest Δx, m/s.
+    pub fn fastest(&self) -> f64 {
+        any!(&self.solver, solver => solver.fastest())
+    }
+
     /// Step proposed for the first window, s.
     pub fn first_dt(&self) -> f64 {
         any!(&self.solver, solver => solver.plan().first)

@@ -119,6 +119,10 @@ impl Solver for Fluid {
         if self.holds_flow_rate() { vec![self.pressure_gradient()] } else { Vec::new() }
     }
 
+    fn speed(&self) -> Option<f64> {
+        Some(self.fastest())
+    }
+
     fn facts_by_role(facts: &FluidFacts) -> (Option<&FluidFacts>, Option<&DemFacts>) {
         (Some(facts), None)
     }

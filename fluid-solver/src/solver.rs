@@ -284,6 +284,11 @@ impl<const D: usize> Solver<D> {
         }
     }
 
+    /// Largest Σ|u|/Δx after the last window times the smallest Δx, m/s.
+    pub fn fastest(&self) -> f64 {
+        self.rate * self.plan.spacing
+    }
+
     /// Checks the projected velocity.
     fn health(&mut self, window: &Window) -> Result<Health, SolverError> {
         let (grid, velocity) = (self.stepper.grid(), &self.stepper.state().velocity);

@@ -131,6 +131,7 @@ impl Link for CoupledLink<'_> {
             reports: Some([&whole.fluid, &whole.dem]),
             dt_limit: whole.fluid.dt_limit.min(whole.dem.dt_limit),
             extras: &self.extras,
+            speed: None,
         }
     }
 

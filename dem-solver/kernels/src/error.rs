@@ -43,8 +43,9 @@ pub enum SpecError {
     },
     /// Two images of one pair would be in reach at once, or a grain's own image.
     #[error(
-        "the period along {axis} is {length} m; allowed: {least} m and more, twice the reach of a pair (two \
-         radii, and how far its forces act beyond them; once for a single grain); lengthen the period"
+        "the period along {axis} is {length} m; allowed: {least} m and more, twice the reach of a pair (the two \
+         largest radii, and how far forces act beyond them) and once that of a grain to its own image; lengthen \
+         the period"
     )]
     Period {
         /// Axis: x, y or z.

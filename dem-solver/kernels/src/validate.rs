@@ -124,12 +124,17 @@ impl DemSpec {
     }
 
     fn check_periods(&self) -> Result<(), SpecError> {
-        let reach = 2.0 * self.largest_radius() + self.range();
+        // The two largest: no pair reaches farther, and no grain farther towards its own image.
+        let (mut largest, mut second) = (0.0_f64, 0.0_f64);
+        for grain in &self.grains {
+            second = second.max(grain.radius.min(largest));
+            largest = largest.max(grain.radius);
+        }
+        let range = self.range();
         let least = match self.grains.iter().any(|grain| grain.motion == Motion::Free) {
             false => 0.0,
-            // Its own image is out of reach.
-            true if self.grains.len() == 1 => reach,
-            true => 2.0 * reach,
+            true if self.grains.len() == 1 => 2.0 * largest + range,
+            true => (2.0 * largest + range).max(2.0 * (largest + second + range)),
         };
         for (axis, period) in self.periods.iter().enumerate() {
             let Some((start, length)) = *period else { continue };

@@ -1,7 +1,8 @@
 //! Locked, fixed and prescribed motion; walls that vanish; periods; faults.
 use crate::common::{dem, exact, floor, law, spec};
 use dem_solver::{
-    AdvanceError, Dem, Freedom, Grain, GrainLoad, Motion, OverTime, Shape, Sine, SpecError, Vec3, Wall,
+    AdvanceError, Dem, Engine, Freedom, Grain, GrainLoad, Motion, OverTime, Shape, Sine, SpecError, Vec3,
+    Wall,
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -147,6 +148,46 @@ fn grains_collide_through_a_periodic_face() {
     let unrolled: f64 =
         (0..2).map(|i| solver.grains.position[i].x + 10.0 * f64::from(solver.grains.image[i][0])).sum();
     assert!((unrolled - (0.8 + 9.3 + 12.0)).abs() < 1e-9, "the centre of mass moves on at ½: {unrolled}");
+}
+
+/// A large sphere and a small one in a period of three large radii; twice as many in twice the period.
+#[test]
+fn a_short_period_is_half_of_one_twice_as_long() {
+    let course = |copies: usize, engine: Engine| {
+        let period = 1.5 * copies as f64;
+        let pairs = (0..copies).flat_map(|copy| {
+            let along = 1.5 * copy as f64;
+            let mut small = Grain::new([along + 1.2, 0.1, 1.25], 0.1, 1.0);
+            small.velocity = [0.7, 0.0, -1.0];
+            [Grain::new([along + 0.3, 0.0, 0.5], 0.5, 1.0), small]
+        });
+        let mut law = law(0.8, 0.02);
+        law.friction = 0.4;
+        let mut set_up = spec(pairs.collect(), law);
+        (set_up.engine, set_up.gravity) = (engine, [0.0, 0.0, -1.0].into());
+        set_up.walls = vec![floor()];
+        set_up.periods = [Some((0.0, period)), Some((-1.0, 2.0)), None];
+        let mut solver = dem(&set_up);
+        let met: usize = (0..400).map(|_| solver.advance(0.01, 10, &[]).expect("advances").contacts).sum();
+        (met, solver.grains.velocity.clone(), set_up)
+    };
+    for engine in [Engine::General, Engine::Bulk] {
+        let ((met, short, set_up), (twice, long, _)) = (course(1, engine), course(2, engine));
+        assert!(met > 0 && twice == 2 * met, "{met} {twice}");
+        // Rounding differs, and grows by every bounce.
+        assert!(short.iter().zip(&long).all(|(a, b)| (a - b).norm() < 1e-7), "{short:?} {long:?}");
+        assert!(short[1].y.abs() > 0.01, "they met");
+        // Two large ones: a pair of them would touch twice.
+        let mut crowded = set_up.clone();
+        crowded.grains[1].radius = 0.5;
+        assert!(
+            matches!(crowded.validate(), Err(SpecError::Period { axis: "x", least, .. }) if least >= 2.0)
+        );
+        // A grain that reaches its own image.
+        let mut narrow = set_up;
+        narrow.periods[0] = Some((0.0, 0.99));
+        assert!(matches!(narrow.validate(), Err(SpecError::Period { axis: "x", .. })));
+    }
 }
 
 /// A sphere let go on a rough row of fixed grains comes to rest in a hollow: touching two, bearing its

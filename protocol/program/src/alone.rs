@@ -12,6 +12,7 @@ use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Role, Window};
 use serde::{Deserialize, Serialize};
 
+use crate::alternation::{Flow, FlowSeen};
 use crate::failure::Failure;
 use crate::in_process::InProcess;
 use crate::interrupts::Interrupts;
@@ -84,11 +85,17 @@ pub struct AloneState {
     rests: bool,
     /// Of the energy of the grains.
     seen: Seen,
+    /// Of the fluid.
+    #[serde(default)]
+    flow: FlowSeen,
 }
 
 /// What a user can do about an unstable run of grains alone.
 const REMEDY: &str = "give more sub-steps per contact (dem.steps_per_contact, or a smaller dem.dt); to go on \
     all the same: --set 'coupling.force=[\"unstable\"]'";
+/// The same of a fluid alone.
+const FLOW_REMEDY: &str = "give a smaller fluid.time.dt or fluid.time.cfl; to go on all the same: \
+    --set 'coupling.force=[\"unstable\"]'";
 
 /// The windows of a solver alone: as long as its clock says, until the scene's end or until the grains rest.
 pub(crate) struct AloneSchedule {
@@ -99,7 +106,7 @@ pub(crate) struct AloneSchedule {
     /// Is a window on its way?
     under_way: bool,
     /// None where a run is to go on all the same.
-    energy: Option<Energy>,
+    watch: Option<(Energy, Flow)>,
     state: AloneState,
 }
 
@@ -111,15 +118,16 @@ impl AloneSchedule {
         contact_time: f64,
         from: Option<AloneState>,
     ) -> Self {
-        let start =
-            AloneState { step: 0, time: 0.0, limit: f64::INFINITY, rests: false, seen: Seen::default() };
+        let (seen, flow) = (Seen::default(), FlowSeen::default());
+        let start = AloneState { step: 0, time: 0.0, limit: f64::INFINITY, rests: false, seen, flow };
         let state = from.unwrap_or(start);
         let forced = scene.scene.coupling.get("force").and_then(|force| force.as_array());
         let forced =
             forced.is_some_and(|names| names.iter().any(|name| name.as_str() == Some(unstable::NAME)));
-        let energy = (!forced).then(|| Energy::new(scene, contact_time, state.seen));
+        let watch = (!forced)
+            .then(|| (Energy::new(scene, contact_time, state.seen), Flow::new(scene, state.flow.clone())));
         let (until, observe) = (scene.scene.until, scene.scene.observe.clone());
-        Self { clock, until, observe, rest: Rest::new(scene), under_way: false, energy, state }
+        Self { clock, until, observe, rest: Rest::new(scene), under_way: false, watch, state }
     }
 }
 
@@ -127,7 +135,11 @@ impl Schedule for AloneSchedule {
     type State = AloneState;
 
     fn state(&self) -> AloneState {
-        self.state.clone()
+        let mut state = self.state.clone();
+        if let Some((energy, flow)) = &self.watch {
+            (state.seen, state.flow) = (energy.seen(), flow.seen().clone());
+        }
+        state
     }
 
     fn step(&self) -> u64 {
@@ -154,14 +166,18 @@ impl Schedule for AloneSchedule {
 
     fn accept(&mut self, window: &Window, messages: &Messages<'_>) -> Result<(), Failure> {
         let time = window.time + window.dt;
-        let found =
-            self.energy.as_mut().and_then(|energy| energy.take(window, messages.loads, messages.kinematics));
-        if let Some(found) = found {
-            return Err(Failure::Unstable(found.message(window, REMEDY)));
+        if let Some((energy, flow)) = &mut self.watch {
+            let Messages { loads, kinematics, speed, .. } = messages;
+            if let Some(found) = energy.take(window, loads, kinematics) {
+                return Err(Failure::Unstable(found.message(window, REMEDY)));
+            }
+            if let Some(found) = speed.and_then(|speed| flow.take(window, loads, speed)) {
+                return Err(Failure::Unstable(found.message(window, FLOW_REMEDY)));
+            }
         }
         let rests = self.rest.as_ref().is_some_and(|rest| rest.reached(time, messages.kinematics));
-        let seen = self.energy.as_ref().map_or(self.state.seen, Energy::seen);
-        self.state = AloneState { step: window.step + 1, time, limit: messages.dt_limit, rests, seen };
+        let AloneState { step, time: at, limit, rests: over, .. } = &mut self.state;
+        (*step, *at, *limit, *over) = (window.step + 1, time, messages.dt_limit, rests);
         self.under_way = false;
         Ok(())
     }

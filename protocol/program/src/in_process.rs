@@ -32,6 +32,8 @@ pub(crate) struct InProcess<P: Participant> {
     root: PathBuf,
     /// Values of its own columns, and how they are found.
     extras: (Vec<f64>, Extras<P>),
+    /// Its largest speed, where it is a fluid.
+    speed: fn(&P) -> Option<f64>,
     finish: Finish<P>,
     dt_limit: f64,
 }
@@ -45,6 +47,7 @@ impl<P: Participant> InProcess<P> {
             ordered: None,
             root: PathBuf::new(),
             extras: (Vec::new(), |_| Vec::new()),
+            speed: |_| None,
             finish: |_, _, _| Ok(BTreeMap::new()),
             dt_limit: f64::INFINITY,
         }
@@ -62,6 +65,7 @@ impl<S: Solver> InProcess<S> {
         Self {
             root: root.to_owned(),
             extras: (Vec::new(), S::scalars),
+            speed: S::speed,
             finish: S::finish,
             ..Self::new(solver, Some(answer))
         }
@@ -118,6 +122,7 @@ where
             reports: None,
             dt_limit: self.dt_limit,
             extras: &self.extras.0,
+            speed: (self.speed)(&self.solver),
         }
     }
 

@@ -14,6 +14,7 @@
 //! | `replay LOG [--verify] [--out DIR]` | does again what the log says it did |
 
 pub mod alone;
+pub mod alternation;
 mod checkpoint;
 mod clock;
 mod command;

@@ -44,6 +44,8 @@ pub struct Messages<'a> {
     pub dt_limit: f64,
     /// Values of the columns that only a solver knows ([`bedload_output::Sample::extras`]).
     pub extras: &'a [f64],
+    /// Largest speed of a fluid that runs alone, m/s.
+    pub speed: Option<f64>,
 }
 
 impl Messages<'_> {

@@ -63,6 +63,11 @@ pub trait Solver: Participant<Incoming: Logged, Outgoing: Logged> + Send + Sized
         Vec::new()
     }
 
+    /// Largest speed of a fluid after the last window, m/s.
+    fn speed(&self) -> Option<f64> {
+        None
+    }
+
     /// The facts under the role they belong to.
     fn facts_by_role(facts: &Self::Facts) -> (Option<&FluidFacts>, Option<&DemFacts>);
 }

@@ -37,6 +37,9 @@ contact_time = 0.01
 friction = 0.0
 "#;
 
+/// The velocity outgrows the scene before it is not finite.
+const GO_ON: [&str; 2] = ["--set", "coupling.force=[\"unstable\"]"];
+
 /// Runs a program on a scene with overrides.
 fn run(name: &str, scene: &Path, out: &Path, more: &[&str]) -> Output {
     let path = |path: &Path| path.to_str().expect("UTF-8").to_owned();
@@ -69,6 +72,12 @@ fn a_fluid_alone_leaves_the_step_before() {
         ("implicit", vec!["--set", "fluid.time.dt=0.2", "--set", "fluid.time.viscosity=implicit"]),
     ] {
         let out = folder.join(kind);
+        let ended = run("bedload-fluid", &scene, &out, &more);
+        assert_eq!(ended.status.code(), Some(4), "{}", said(&ended));
+        assert!(said(&ended).contains("smaller fluid.time.dt"), "{}", said(&ended));
+        assert_eq!(summary(&out)["status"], "unstable");
+        let out = folder.join(&format!("{kind}-on"));
+        let more = [more, GO_ON.to_vec()].concat();
         let (window, cell) = failure(&run("bedload-fluid", &scene, &out, &more));
         assert!(window > 0, "{kind} fails in window {window}: it should do some first");
         let summary = summary(&out);
@@ -97,10 +106,10 @@ fn a_fluid_in_space_leaves_the_step_before() {
     let scene = folder.write("vortex.toml", &text);
     for kind in ["explicit", "implicit"] {
         let viscosity = format!("fluid.time.viscosity={kind}");
-        let more = ["--set", "fluid.time.dt=0.14", "--set", &viscosity];
+        let more = [&["--set", "fluid.time.dt=0.14", "--set", &viscosity], &GO_ON[..]].concat();
         let out = folder.join(kind);
         let (window, cell) = failure(&run("bedload-fluid", &scene, &out, &more));
-        let again = ["--set", "fluid.time.dt=0.14", "--set", &viscosity, "--resume"];
+        let again = [&more[..], &["--resume"]].concat();
         assert_eq!(failure(&run("bedload-fluid", &scene, &out, &again)), (window, cell), "{kind}");
     }
 }
