@@ -1,8 +1,9 @@
 //! A value that alternates from window to window, and a fluid alone that does so or outgrows its speeds.
 //!
 //! What fails by its windows alternates with them: the second difference d_n = (v_n − 2 v_{n−1} + v_{n−2})/4
-//! changes its sign in every window. Of a fluid alone the loads on held grains and the largest speed are
-//! looked at: what carries the force on grains from window to window, and convection, fail so.
+//! changes its sign in every window. Of a fluid alone the loads on held grains are looked at: what carries the
+//! force on grains from window to window fails so. The largest speed of a field is no such value: beside a
+//! cylinder it alternates by 1.6 % for long after a sudden start with AB2, and the drag is right.
 
 use bedload_scene::CheckedScene;
 use bedload_scene::speeds::Speeds;
@@ -106,10 +107,9 @@ pub(crate) struct FlowSeen {
     windows: u64,
     /// Largest speed after the first window, m/s.
     first: f64,
-    /// Largest smooth force and speed so far, N and m/s.
-    scale: [f64; 2],
+    /// Largest smooth force so far, N.
+    scale: f64,
     forces: Vec<[Channel; 3]>,
-    speed: Channel,
 }
 
 /// Watches a fluid alone, window by window.
@@ -131,7 +131,7 @@ impl Flow {
 
     /// Takes loads and largest speed, m/s, of a window; says what is wrong.
     pub(crate) fn take(&mut self, window: &Window, loads: &[Loads], speed: f64) -> Option<Found> {
-        let FlowSeen { windows, first, scale, forces, speed: fastest } = &mut self.seen;
+        let FlowSeen { windows, first, scale, forces } = &mut self.seen;
         *windows += 1;
         if *windows == 1 {
             *first = speed;
@@ -145,12 +145,12 @@ impl Flow {
             );
             return Some(Found { text, window: window.step });
         }
-        let mut smooth = [scale[0], scale[1].max(fastest.take(speed, *windows))];
+        let mut smooth = *scale;
         // Σ d² of what alternates, and the largest of it.
         let (mut sum, mut largest) = (0.0, None);
         for (grain, (load, channels)) in loads.iter().zip(forces).enumerate() {
             for (axis, (channel, value)) in channels.iter_mut().zip(load.force).enumerate() {
-                smooth[0] = smooth[0].max(channel.take(value, *windows));
+                smooth = smooth.max(channel.take(value, *windows));
                 if channel.alternates() {
                     sum += channel.size().powi(2);
                     if largest.is_none_or(|(other, ..): (Channel, _, _)| channel.size() > other.size()) {
@@ -159,15 +159,10 @@ impl Flow {
                 }
             }
         }
-        let force = largest.filter(|_| sum >= loads.len() as f64 * (PART * scale[0]).powi(2));
+        let force = largest.filter(|_| sum >= loads.len() as f64 * (PART * *scale).powi(2));
         let found = force.map(|(channel, grain, axis)| {
             let what = format!("force_{} of grain {grain}", ["x", "y", "z"][axis]);
-            channel.found(&what, window, (scale[0], "the largest force"))
-        });
-        let found = found.or_else(|| {
-            let counts = fastest.alternates() && fastest.size() >= PART * scale[1];
-            counts
-                .then(|| fastest.found("the fluid's largest speed", window, (scale[1], "the largest so far")))
+            channel.found(&what, window, (*scale, "the largest force"))
         });
         *scale = smooth;
         found
@@ -209,7 +204,6 @@ mod tests {
             |found: Option<String>, what: &str| assert!(found.clone().unwrap().contains(what), "{found:?}");
         says(ends(|n| decays(n) + 0.05 * sign(n), decays), "force_x of grain 0 alternates");
         says(ends(|n| decays(n) + 1e-9 * 1.15_f64.powf(n as f64) * sign(n), decays), "and grows");
-        says(ends(decays, |n| decays(n) + 0.05 * sign(n)), "the fluid's largest speed alternates");
         says(ends(decays, |n| 1.1_f64.powf(n as f64)), "more than 100 times");
     }
 
@@ -218,6 +212,7 @@ mod tests {
         let decays = |n: u64| 1.0 + (-(n as f64) / 30.0).exp();
         assert_eq!(ends(|n| decays(n) + 0.4 * 0.95_f64.powf(n as f64) * sign(n), decays), None);
         assert_eq!(ends(|n| decays(n) + 0.005 * sign(n), decays), None);
+        assert_eq!(ends(decays, |n| decays(n) + 0.05 * sign(n)), None);
         assert_eq!(ends(|n| (std::f64::consts::TAU * n as f64 / 5.0).sin(), |_| 1.0), None);
         // 300 times the speed of the scene from the first window on: a narrow gap.
         assert_eq!(ends(decays, |n| 300.0 * decays(n)), None);
