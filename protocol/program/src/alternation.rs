@@ -1,9 +1,9 @@
 //! A value that alternates from window to window, and a fluid alone that does so or outgrows its speeds.
 //!
 //! What fails by its windows alternates with them: the second difference d_n = (v_n − 2 v_{n−1} + v_{n−2})/4
-//! changes its sign in every window. Of a fluid alone the loads on held grains are looked at: what carries the
-//! force on grains from window to window fails so. The largest speed of a field is no such value: beside a
-//! cylinder it alternates by 1.6 % for long after a sudden start with AB2, and the drag is right.
+//! changes its sign in every window. Of a fluid alone the loads on held grains are looked at: what carries
+//! the force on grains from window to window fails so. The largest speed of a field is no such value: beside
+//! a cylinder it alternates by 1.6 % for long after a sudden start with AB2, and the drag is right.
 
 use bedload_scene::CheckedScene;
 use bedload_scene::speeds::Speeds;
