@@ -4,6 +4,7 @@
 use bedload_scene::{CheckedScene, Geometry};
 use serde::Serialize;
 
+use super::player::spread;
 use super::run_files::{RunFiles, column};
 use crate::pictures::{Frame, GrainSheet, Quantity, Shape, Slice, sheet, sheet_of_grains};
 use crate::table::interpolated;
@@ -27,14 +28,6 @@ pub(super) struct Panel {
     faults: Vec<String>,
 }
 
-/// Some of many, evenly, always with the last: the final state.
-fn some<T: Clone>(all: &[T], most: usize) -> Vec<T> {
-    let step = all.len().div_ceil(most).max(1);
-    let mut chosen: Vec<T> = all.iter().rev().step_by(step).cloned().collect();
-    chosen.reverse();
-    chosen
-}
-
 /// Most grains of a scene whose first one is shown in particular.
 const FEW: usize = 8;
 
@@ -51,10 +44,10 @@ pub(super) fn vorticity(run: &RunFiles) -> Result<Option<Panel>, Failure> {
         let position = position(run, scene, grain, time)[1];
         (run.summary.size.geometry == Geometry::Space).then_some(Slice { axis: 1, position })
     };
-    let with_field: Vec<_> = run.instants.iter().filter(|instant| instant.has_fluid()).cloned().collect();
+    let with_field: Vec<_> = run.instants.iter().filter(|instant| instant.has_fluid()).collect();
     let (mut frames, mut faults) = (Vec::new(), Vec::new());
-    for instant in some(&with_field, MOST_PICTURES) {
-        match Frame::read(&instant, &plane, Quantity::VORTICITY, shape) {
+    for number in spread(with_field.len(), MOST_PICTURES) {
+        match Frame::read(with_field[number], &plane, Quantity::VORTICITY, shape) {
             Ok(frame) => frames.push(frame),
             Err(fault) => faults.push(fault),
         }
@@ -101,7 +94,8 @@ fn position(run: &RunFiles, scene: &CheckedScene, grain: usize, time: f64) -> [f
 /// The grains, coloured by speed.
 pub(super) fn grains(run: &RunFiles) -> Result<Option<Panel>, Failure> {
     let files = &run.grain_files;
-    let chosen = some(files, MOST_GRAIN_PICTURES);
+    let chosen = spread(files.len(), MOST_GRAIN_PICTURES);
+    let chosen: Vec<_> = chosen.into_iter().map(|number| files[number].clone()).collect();
     let GrainSheet { pictures, cut, faults } = sheet_of_grains(&chosen)?;
     let cut = cut.map(|plane| format!(" Spheres are cut by the plane y = {} m.", number(plane.position)));
     let about = format!(

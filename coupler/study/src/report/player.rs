@@ -208,8 +208,8 @@ impl Player {
     }
 }
 
-/// At most `most` numbers below `count`, evenly, the last one among them.
-fn spread(count: usize, most: usize) -> Vec<usize> {
+/// At most `most` numbers below `count`, evenly, always with the last: the final state.
+pub(super) fn spread(count: usize, most: usize) -> Vec<usize> {
     let step = count.div_ceil(most).max(1);
     let mut chosen: Vec<usize> = (0..count).rev().step_by(step).collect();
     chosen.reverse();

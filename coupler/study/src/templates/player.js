@@ -14,6 +14,7 @@
   // Grains of an instant: position, radius, speed from 0 to 1, held.
   function grains(instant) {
     if (!known.has(instant)) {
+      if (known.size > 120) known.delete(known.keys().next().value);
       const raw = bytes(data.grains[instant]), view = new DataView(raw.buffer), list = [];
       for (let at = 0; at < raw.length; at += 10) {
         const value = (k) => data.steps[k][0] + data.steps[k][1] * view.getUint16(at + 2 * k, true);
@@ -163,12 +164,18 @@
     part("high").textContent = `${short(high)} ${unit}`;
   }
 
+  // First and last time of the curve.
+  function span() {
+    const times = data.series.times;
+    return [Math.min(times[0], data.times[0]), Math.max(times[times.length - 1], data.times[count - 1])];
+  }
+
   function drawCurve() {
     const ratio = window.devicePixelRatio || 1, [w, h] = [curve.clientWidth * ratio, 160 * ratio];
     [curve.width, curve.height] = [w, h];
     const values = data.series.values[Number(part("column").value)], times = data.series.times;
     if (!values || times.length < 2) return;
-    const [t0, t1] = [Math.min(times[0], data.times[0]), Math.max(times[times.length - 1], data.times[count - 1])];
+    const [t0, t1] = span();
     const [low, high] = [Math.min(...values), Math.max(...values)];
     const [left, foot, head] = [8 * ratio, 20 * ratio, 20 * ratio];
     const x = (t) => left + ((w - 2 * left) * (t - t0)) / (t1 - t0);
@@ -250,7 +257,7 @@
     draw();
   });
   curve.addEventListener("click", (event) => {
-    const times = data.series.times, [t0, t1] = [Math.min(times[0], data.times[0]), Math.max(times[times.length - 1], data.times[count - 1])];
+    const [t0, t1] = span();
     const t = t0 + ((t1 - t0) * (event.offsetX - 8)) / (curve.clientWidth - 16);
     let nearest = 0;
     data.times.forEach((time, k) => (Math.abs(time - t) < Math.abs(data.times[nearest] - t) ? (nearest = k) : null));
