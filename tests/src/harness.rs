@@ -168,19 +168,23 @@ pub struct Solver {
 
 /// The solvers that `parent` has started so far.
 pub fn solvers(parent: u32) -> Vec<Solver> {
-    let children = format!("/proc/{parent}/task/{parent}/children");
-    let text = std::fs::read_to_string(children).unwrap_or_default();
-    let mut pids: Vec<u32> = text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect();
-    // Threads of the coupler may have started them.
-    if let Ok(threads) = std::fs::read_dir(format!("/proc/{parent}/task")) {
-        for thread in threads.flatten() {
-            let text = std::fs::read_to_string(thread.path().join("children")).unwrap_or_default();
-            pids.extend(text.split_whitespace().filter_map(|pid| pid.parse::<u32>().ok()));
-        }
-    }
-    pids.sort_unstable();
-    pids.dedup();
-    pids.into_iter().filter_map(solver).collect()
+    children(parent).into_iter().filter_map(solver).collect()
+}
+
+/// Processes that a process has started, by any of its threads.
+pub fn children(pid: u32) -> Vec<u32> {
+    let threads = std::fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten();
+    let texts =
+        threads.map(|thread| std::fs::read_to_string(thread.path().join("children")).unwrap_or_default());
+    let text = texts.collect::<Vec<_>>().join(" ");
+    text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect()
+}
+
+/// All processes that a process has started, and those started by them.
+pub fn descendants(pid: u32) -> Vec<u32> {
+    let own = children(pid);
+    let others = own.iter().flat_map(|pid| descendants(*pid)).collect::<Vec<_>>();
+    [own, others].concat()
 }
 
 fn solver(pid: u32) -> Option<Solver> {

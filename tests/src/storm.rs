@@ -1,6 +1,6 @@
-//! A storm of kills: runs of small scenes lose a random process at a random time. What is promised of that is
-//! checked: nothing stays, every log can be read, and `--resume` ends with the bits of a run that was left
-//! alone.
+//! A storm of kills: runs, replays and ensembles of small scenes lose a random process at a random time. What
+//! is promised of that is checked: nothing stays, every log can be read, and `--resume`, or the same command
+//! once more, ends with the bits of one that was left alone.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -9,12 +9,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Output};
 use std::time::{Duration, Instant, SystemTime};
 
-use crate::harness::{bedload, is_alive, said, signal, start, wait_until};
+use bedload_program::ignores_hangups;
+
+use crate::harness::{bedload, descendants, is_alive, said, signal, start, wait_until};
 use crate::random::Random;
 
 mod scenes;
 mod traces;
 
+use scenes::Work;
 pub use scenes::{KINDS, Kind};
 use traces::{Traces, processes};
 
@@ -22,6 +25,8 @@ use traces::{Traces, processes};
 const GONE: f64 = 2.0;
 /// Nothing here takes so long, s: what does hangs.
 const HANGS: f64 = 60.0;
+/// The log of a run.
+const LOG: &str = "exchange.mcap";
 /// Share of the wall time of a whole run in which the kill falls.
 const LATEST: f64 = 0.98;
 
@@ -141,7 +146,9 @@ struct Strike {
 
 impl Strike {
     fn draw(random: &mut Random, kind: &Kind, takes: f64) -> Self {
-        let signal = random.one_of(&["KILL", "KILL", "KILL", "KILL", "TERM", "HUP"]);
+        // under `nohup` a hangup is ignored
+        let hangup = if ignores_hangups() { "TERM" } else { "HUP" };
+        let signal = random.one_of(&["KILL", "KILL", "KILL", "KILL", "TERM", hangup]);
         Self { victim: random.one_of(kind.victims), signal, at: random.between(0.0, LATEST * takes) }
     }
 }
@@ -166,9 +173,10 @@ pub fn storm(plan: &Plan, tell: &mut dyn FnMut(&Report)) -> Report {
     report
 }
 
-/// A run that nobody disturbed.
+/// Work that nobody disturbed.
 struct Reference {
     kind: &'static Kind,
+    /// What it wrote.
     out: PathBuf,
     /// Wall time of a whole run, s. It follows the load of the machine, so that kills fall within runs.
     takes: Cell<f64>,
@@ -178,9 +186,15 @@ impl Reference {
     fn make(kind: &'static Kind, folder: &Path) -> Self {
         let home = folder.join(format!("whole-{}", kind.name.replace(' ', "-")));
         let (scene, out) = write_scene(kind, &home);
+        let done = |arguments: &[String]| {
+            let output = bedload(arguments);
+            assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        };
+        if kind.work == Work::Replay {
+            done(&arguments(Work::Run, &scene, &out, false));
+        }
         let begin = Instant::now();
-        let output = bedload(&arguments(&scene, &out, false));
-        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        done(&arguments(kind.work, &scene, &out, false));
         Self { kind, out, takes: Cell::new(begin.elapsed().as_secs_f64()) }
     }
 
@@ -198,11 +212,16 @@ fn write_scene(kind: &Kind, home: &Path) -> (PathBuf, PathBuf) {
     (scene, home.join("out"))
 }
 
-fn arguments(scene: &Path, out: &Path, resume: bool) -> Vec<String> {
-    let mut words = vec!["run".to_owned(), scene.display().to_string()];
-    words.extend(["--out".to_owned(), out.display().to_string(), "--threads".to_owned(), "1".to_owned()]);
-    words.extend(resume.then(|| "--resume".to_owned()));
-    words
+fn arguments(work: Work, scene: &Path, out: &Path, resume: bool) -> Vec<String> {
+    let (scene, log) = (scene.display().to_string(), out.join(LOG).display().to_string());
+    let out = out.display().to_string();
+    let mut words = match work {
+        Work::Run => vec!["run", &scene, "--out", &out, "--threads", "1"],
+        Work::Replay => vec!["replay", &log, "--drive", "fluid", "--verify"],
+        Work::Ensemble => vec!["ensemble", &scene, "--seeds", "3", "--jobs", "2", "--out", &out],
+    };
+    words.extend(resume.then_some("--resume"));
+    words.into_iter().map(str::to_owned).collect()
 }
 
 /// A run that is struck, perhaps more than once, and brought to its end.
@@ -222,6 +241,10 @@ impl<'a> Run<'a> {
     fn new(reference: &'a Reference, folder: &Path, number: usize, seed: u64) -> Self {
         let home = folder.join(format!("run-{number}"));
         let (scene, out) = write_scene(reference.kind, &home);
+        if reference.kind.work == Work::Replay {
+            std::fs::create_dir_all(&out).expect("a folder");
+            std::fs::copy(reference.out.join(LOG), out.join(LOG)).expect("the log of the whole run");
+        }
         let name = format!("seed {seed}, run {number} ({})", reference.kind.name);
         Self { reference, home, scene, out, name, traces: Traces::default(), victim: "" }
     }
@@ -261,7 +284,8 @@ impl<'a> Run<'a> {
     fn strike(&mut self, strike: &Strike, report: &mut Report) -> bool {
         let resume = self.has_checkpoint();
         let began = SystemTime::now();
-        let mut child = start(&arguments(&self.scene, &self.out, resume));
+        let work = self.reference.kind.work;
+        let mut child = start(&arguments(work, &self.scene, &self.out, resume));
         let begin = Instant::now();
         while begin.elapsed().as_secs_f64() < strike.at {
             std::thread::sleep(Duration::from_micros(200));
@@ -271,7 +295,7 @@ impl<'a> Run<'a> {
             self.end(&output, report);
             return false;
         };
-        let family = processes(&self.home);
+        let family = self.family(&child);
         let traces = Traces::of(&family);
         signal(pid, strike.signal);
         let after = format!(
@@ -286,14 +310,18 @@ impl<'a> Run<'a> {
         let counts = self.counts(report);
         counts.kills += 1;
         counts.asked += usize::from(strike.signal != "KILL");
-        let home = self.home.clone();
-        let gone = wait_until(GONE, || {
+        // an ensemble that loses a run goes on with the others
+        let goes_on = work == Work::Ensemble && strike.victim != "coupler";
+        let left = |child: &mut Child| {
             reap(&family, child.id());
             let _ = child.try_wait();
-            processes(&home).is_empty()
-        });
+            let mut left = processes(&self.home);
+            left.extend(family.iter().filter(|pid| is_alive(**pid)));
+            left
+        };
+        let gone = wait_until(if goes_on { HANGS } else { GONE }, || left(&mut child).is_empty());
         if gone.is_err() {
-            let left = processes(&self.home);
+            let left = left(&mut child);
             self.blame(
                 report,
                 |counts| &mut counts.processes,
@@ -304,7 +332,7 @@ impl<'a> Run<'a> {
         let output = ended(child);
         let stayed = !self.traces.left().is_empty();
         self.counts(report).until_next += usize::from(stayed);
-        if strike.victim != "coupler" || strike.signal != "KILL" {
+        if work == Work::Run && (strike.victim != "coupler" || strike.signal != "KILL") {
             self.check_words(&output, began, &after, report);
         }
         self.check_logs(&after, report);
@@ -319,11 +347,21 @@ impl<'a> Run<'a> {
             if !matches!(child.try_wait(), Ok(None)) {
                 return true;
             }
-            found = if victim == "coupler" { Some(own) } else { traces::child_of(own, victim) };
+            found = if victim == "coupler" { Some(own) } else { traces::solver_of(own, victim) };
             found.is_some()
         });
         waited.expect("the victim starts, or the run ends");
         found
+    }
+
+    /// The work's processes, its first one too.
+    fn family(&self, child: &Child) -> Vec<u32> {
+        let mut family = processes(&self.home);
+        family.push(child.id());
+        family.extend(descendants(child.id()));
+        family.sort_unstable();
+        family.dedup();
+        family
     }
 
     fn has_checkpoint(&self) -> bool {
@@ -381,7 +419,8 @@ impl<'a> Run<'a> {
     /// Goes on, or begins anew where there is nothing to go on from, and compares.
     fn go_on(&mut self, report: &mut Report) {
         let resume = self.has_checkpoint();
-        let output = ended(start(&arguments(&self.scene, &self.out, resume)));
+        let work = self.reference.kind.work;
+        let output = ended(start(&arguments(work, &self.scene, &self.out, resume)));
         self.check_traces(report);
         let counts = self.counts(report);
         counts.resumed += usize::from(resume);
@@ -398,7 +437,7 @@ impl<'a> Run<'a> {
             self.blame(report, |counts| &mut counts.refused, &words);
             return;
         }
-        for file in differences(&self.reference.out, &self.out) {
+        for file in differences(self.reference.kind.work, &self.reference.out, &self.out) {
             self.blame(report, |counts| &mut counts.other_bits, &format!("{file} differs"));
         }
     }
@@ -462,9 +501,18 @@ fn readable(log: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Files of two finished runs whose bytes differ: the series, the grains, and the solvers' last checkpoints.
-fn differences(whole: &Path, out: &Path) -> Vec<String> {
-    let mut names = vec![PathBuf::from("series.csv")];
+/// Files whose bytes differ: of runs the series, the grains, and the solvers' last checkpoints; of ensembles the
+/// table; of replays, whose exit code says that every message is the same, the log that they read.
+fn differences(work: Work, whole: &Path, out: &Path) -> Vec<String> {
+    let mut names = vec![PathBuf::from(match work {
+        Work::Run => "series.csv",
+        Work::Replay => LOG,
+        Work::Ensemble => "ensemble.csv",
+    })];
+    let differs = |name: &PathBuf| std::fs::read(whole.join(name)).ok() != std::fs::read(out.join(name)).ok();
+    if work != Work::Run {
+        return names.into_iter().filter(differs).map(|name| name.display().to_string()).collect();
+    }
     names.extend(whole.join("grains.csv").exists().then(|| PathBuf::from("grains.csv")));
     for folder in std::fs::read_dir(whole.join("checkpoint")).into_iter().flatten().flatten() {
         for role in ["fluid", "dem"] {
@@ -473,6 +521,5 @@ fn differences(whole: &Path, out: &Path) -> Vec<String> {
         }
     }
     assert!(names.len() > 1, "a finished run has a checkpoint");
-    let differs = |name: &PathBuf| std::fs::read(whole.join(name)).ok() != std::fs::read(out.join(name)).ok();
     names.into_iter().filter(differs).map(|name| name.display().to_string()).collect()
 }

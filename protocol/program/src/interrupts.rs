@@ -7,7 +7,8 @@ use crate::failure::Failure;
 use crate::orphan::PARENT_DIED;
 
 /// Ctrl-C, SIGTERM and SIGHUP (a terminal that closes) as a count. The first ends the run in order, as the
-/// death of the `bedload` that started this program does.
+/// death of the `bedload` that started this program does. A SIGHUP that is ignored from the start, as under
+/// `nohup`, stays ignored.
 #[derive(Clone, Debug)]
 pub struct Interrupts(Arc<AtomicUsize>);
 
@@ -19,9 +20,14 @@ impl Interrupts {
     pub fn listen(last: usize) -> Result<Self, Failure> {
         use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
         let count = Arc::new(AtomicUsize::new(0));
-        let mut signals =
-            signal_hook::iterator::Signals::new([SIGHUP, SIGINT, SIGTERM, PARENT_DIED.as_raw()])
-                .map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
+        let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, PARENT_DIED.as_raw()])
+            .and_then(|signals| {
+                if !ignores_hangups() {
+                    signals.add_signal(SIGHUP)?;
+                }
+                Ok(signals)
+            })
+            .map_err(|error| Failure::Run(format!("cannot handle signals: {error}")))?;
         let shared = count.clone();
         let listener = move || {
             for signal in signals.forever() {
@@ -48,4 +54,11 @@ impl Interrupts {
     pub fn count(&self) -> usize {
         self.0.load(Ordering::SeqCst)
     }
+}
+
+/// Does this process ignore SIGHUP, as under `nohup`?
+pub fn ignores_hangups() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 1 == 1)
 }

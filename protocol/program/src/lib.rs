@@ -43,7 +43,7 @@ pub use command::main;
 pub use disk::fail_at_file_limit;
 pub use failure::Failure;
 pub use heartbeat::Heartbeats;
-pub use interrupts::Interrupts;
+pub use interrupts::{Interrupts, ignores_hangups};
 pub use job::{Job, LogKind};
 pub use link::{Attempt, End, Link, Messages, Ordered, Schedule};
 pub use log::log_bytes;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::harness::is_alive;
+use crate::harness::{descendants, is_alive};
 
 /// Living processes whose command line names the folder.
 pub(super) fn processes(home: &Path) -> Vec<u32> {
@@ -20,15 +20,9 @@ fn command_line(pid: u32) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// The solver of a role that `parent` has started for its run; one that only checks the scene has gone before
-/// a signal reaches it.
-pub(super) fn child_of(parent: u32, role: &str) -> Option<u32> {
-    let threads = std::fs::read_dir(format!("/proc/{parent}/task")).into_iter().flatten().flatten();
-    let texts =
-        threads.map(|thread| std::fs::read_to_string(thread.path().join("children")).unwrap_or_default());
-    let pids: Vec<u32> = texts
-        .flat_map(|text| text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect::<Vec<_>>())
-        .collect();
+/// The solver of a role that `parent`, or what it started, has started for a run; one that only checks the
+/// scene has gone before a signal reaches it.
+pub(super) fn solver_of(parent: u32, role: &str) -> Option<u32> {
     let program = format!("bedload-{role}");
     let is_solver = |pid: &u32| {
         let line = command_line(*pid);
@@ -37,7 +31,7 @@ pub(super) fn child_of(parent: u32, role: &str) -> Option<u32> {
             && words.next().is_some_and(|word| word != "check")
             && is_alive(*pid)
     };
-    pids.into_iter().find(is_solver)
+    descendants(parent).into_iter().find(is_solver)
 }
 
 /// What a run has in shared memory: its folder, and the prefix of its segments.

@@ -5,17 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use bedload_output::Claim;
+use bedload_program::ignores_hangups;
 
 use tests::harness::{
-    Folder, LONG_FLIGHT, SMALL_BOUNCE, bedload, is_alive, program, said, signal, solvers, start, summary,
-    wait_until,
+    Folder, LONG_FLIGHT, SMALL_BOUNCE, bedload, children, descendants, is_alive, program, said, signal,
+    solvers, start, summary, wait_until,
 };
-
-/// Children of a process.
-fn children(pid: u32) -> Vec<u32> {
-    let text = std::fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
-    text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect()
-}
 
 /// Is a run into `out` under way?
 fn has_begun(out: &Path) -> bool {
@@ -39,7 +34,7 @@ fn alone(folder: &Folder, scene: &str, more: &[&str]) -> (Child, PathBuf, u32) {
 /// Kill -9, and the end of the terminal: the solver of a dry run is gone a second later.
 #[test]
 fn the_solver_of_a_dry_run_ends_with_its_bedload() {
-    for how in ["KILL", "HUP"] {
+    for how in ["KILL", "HUP"].into_iter().filter(|how| *how != "HUP" || !ignores_hangups()) {
         let folder = Folder::new(&format!("orphan-{how}"));
         let (mut run, out, solver) = alone(&folder, LONG_FLIGHT, &[]);
         signal(run.id(), how);
@@ -49,6 +44,33 @@ fn the_solver_of_a_dry_run_ends_with_its_bedload() {
             assert!(out.join("summary.json").exists(), "as at SIGTERM");
         }
     }
+}
+
+/// Under `nohup` a run goes on when its terminal closes: neither the run nor its solver heeds the hangup.
+#[test]
+fn a_run_that_ignores_hangups_goes_on() {
+    let folder = Folder::new("nohup");
+    let (scene, out) = (folder.write("long.toml", LONG_FLIGHT), folder.join("out"));
+    let mut run = Command::new("sh")
+        .args(["-c", "trap '' HUP; exec \"$0\" run \"$1\" --out \"$2\""])
+        .args([program("bedload"), scene, out.clone()])
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("starts");
+    let mut found = Vec::new();
+    wait_until(20.0, || {
+        found = children(run.id());
+        !found.is_empty() && has_begun(&out)
+    })
+    .expect("the solver runs");
+    for pid in [run.id(), found[0]] {
+        signal(pid, "HUP");
+    }
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    assert!(is_alive(run.id()) && is_alive(found[0]), "a hangup ended what ignores it");
+    signal(run.id(), "TERM");
+    run.wait().expect("it ends");
+    assert_eq!(summary(&out)["status"], "interrupted");
 }
 
 /// A solver that comes up when its `bedload` is dead already does not begin; it tells a process that nobody
@@ -97,25 +119,6 @@ fn validating(folder: &Folder) -> (Child, Vec<u32>) {
     })
     .expect("the run and its solver");
     (study, found)
-}
-
-/// All processes that a process has started, by any of its threads, and those started by them.
-fn descendants(pid: u32) -> Vec<u32> {
-    let threads = std::fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten();
-    let text =
-        threads.map(|thread| std::fs::read_to_string(thread.path().join("children")).unwrap_or_default());
-    let own: Vec<u32> = text
-        .flat_map(|text| text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect::<Vec<_>>())
-        .collect();
-    let others = own.iter().flat_map(|pid| descendants(*pid)).collect::<Vec<_>>();
-    [own, others].concat()
-}
-
-/// Does this process, and what it starts, ignore SIGHUP, as under `nohup`?
-fn ignores_hangups() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").expect("a status");
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).expect("a mask");
-    u64::from_str_radix(ignored.trim(), 16).expect("a number") & 1 == 1
 }
 
 /// A study that is killed, or ended alone, takes its runs with it, and these leave a checkpoint.
