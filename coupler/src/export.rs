@@ -26,13 +26,15 @@ pub enum Viewer {
 /// [`Failure::Input`] if the folder is no run or has none of these files, with how to get them.
 pub fn export(folder: &Path, viewer: Viewer) -> Result<(), Failure> {
     let folder = OutputFolder::open(folder)?;
+    let of_log =
+        "a fluid alone without grains exchanges nothing and has no log; others have one without --no-record";
     let of_fields = "ask for them with [observe] fields_at or fields_every, and run again";
     let (files, remedy) = match viewer {
         Viewer::Vtk => (fields(&folder), of_fields),
         Viewer::Paraview if fields(&folder).is_empty() => (Vec::new(), of_fields),
         Viewer::Paraview => (vec![script(&folder)?], of_fields),
         Viewer::Csv => (existing(folder.series()), "the run was killed before its first row"),
-        Viewer::Foxglove => (existing(folder.log()), "run again without --no-record"),
+        Viewer::Foxglove => (existing(folder.log()), of_log),
     };
     if files.is_empty() {
         return Err(Failure::Input(format!("{} holds no such files: {remedy}", folder.root().display())));

@@ -64,7 +64,7 @@ impl ConvergenceMonitor {
     pub(crate) fn new(scene: &CheckedScene, rule: Iterations, state: MonitorState) -> Self {
         Self {
             rule,
-            gravity: norm(&scene.scene.peak_gravity()),
+            gravity: scene.scene.largest_gravity(),
             radii: scene.grains.iter().map(|grain| grain.radius).collect(),
             last: Vec::new(),
             expected: Vec::new(),

@@ -5,8 +5,8 @@ use protocol::facts::DemFacts;
 
 use crate::bounds::{Facts, largest_overlap};
 use crate::keys;
-use crate::number::{Short, norm};
-use bedload_scene::speeds::{drive, volume, weight};
+use crate::number::Short;
+use bedload_scene::speeds::{drive, volume, weights};
 
 /// Overlap over radius that is hardly felt: a contact time that allows no more is shorter than it need be.
 const LITTLE: f64 = 0.01;
@@ -91,7 +91,7 @@ fn release(facts: &Facts<'_>) -> Option<String> {
     };
     let radius = scene.grains.iter().filter(starts).map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     let layer = facts.steps.dt_fluid * medium.kinematic_viscosity() / (radius * radius);
-    (norm(&scene.scene.peak_gravity()) > 0.0 && layer > LAYER).then(|| {
+    (scene.scene.largest_gravity() > 0.0 && layer > LAYER).then(|| {
         format!(
             "release: grains start from rest with windows of {} R²/ν; with 0.08 their velocity at 0.1 R²/ν \
              was 12 to 48 % above that of Basset and Boussinesq, with 0.008 it was 1.9 %: where the first \
@@ -147,7 +147,7 @@ fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
     let name = ["x", "y", "z"][domain.geometry.component(along)];
     let until = scene.scene.until;
     let Some(medium) = &scene.scene.medium else {
-        let speed = norm(&scene.scene.peak_gravity()) * until;
+        let speed = scene.scene.largest_gravity() * until;
         return Some(format!(
             "gravity acts along {name}, which is periodic, and nothing resists: the grains fall for ever, {} \
              m/s at the end; give a wall, or gravity = [0, 0, 0]",
@@ -199,7 +199,8 @@ fn leaving(scene: &CheckedScene) -> Option<String> {
         let faces = domain.boundary(axis).filter(|_| !domain.is_periodic(axis))?;
         let component = domain.geometry.component(axis);
         let leads_to = |down: f64| {
-            let is_led = |grain: &&Grain| weight(scene, grain, component) * down > 0.0;
+            let is_led =
+                |grain: &&Grain| weights(scene, grain, component).iter().any(|weight| weight * down > 0.0);
             let grain = scene.grains[..scene.present()].iter().find(is_led)?;
             let face = if down > 0.0 { Some(&faces.upper) } else { faces.lower.as_ref() }?;
             let stops = walls.iter().any(|wall| wall.normal[component] * down < 0.0);

@@ -46,7 +46,7 @@ impl ContactFreeHorizon {
         let (walls, until) = (scene.contact_walls(), scene.scene.until);
         Self {
             range,
-            gravity: norm(&scene.scene.peak_gravity()),
+            gravity: scene.scene.largest_gravity(),
             masses: scene
                 .grains
                 .iter()

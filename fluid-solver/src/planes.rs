@@ -1,15 +1,16 @@
 //! Averages of both phases over planes of cells: `fields/planes_<step>.csv`, and their mean over time.
 //!
 //! The phases part a cell by the smooth volume fraction of the grains (Izard et al. 2014, eq. 8), which
-//! depends neither on the time step nor on the mask that forces the fluid. With α the fraction, u the
-//! velocity of the fluid at the centres and v = U + ω × r that of the grains,
+//! depends neither on the time step nor on the mask that forces the fluid, of a radius with which it holds
+//! the grain's own volume. With α the fraction, u the velocity of the fluid at the centres and v = U + ω × r
+//! that of the grains,
 //! ```text
 //! φ = ⟨α⟩,   ū = ⟨(1 − α) u⟩/⟨1 − α⟩,   v̄ = ⟨α v⟩/⟨α⟩
 //! ```
 //! Stresses: `crate::stress`.
 
-use crate::grid::Grid;
-use crate::immersed::body::laboratory;
+use crate::grid::{Geometry, Grid};
+use crate::immersed::body::{Motion, Shape, laboratory};
 use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::immersed::mask_model::{Mask, MaskModel};
 use crate::solver::Solver;
@@ -95,16 +96,50 @@ pub fn averages<const D: usize>(solver: &Solver<D>, axis: usize) -> Vec<Plane> {
     sums.iter().enumerate().map(plane).collect()
 }
 
+/// Mean of (λσ)² of the smooth fraction (Izard et al. 2014, eqs 9, 10) over the normals of a disc and of a
+/// sphere.
+const THICKNESS: [f64; 2] = [0.195_21, 0.208_45];
+
+/// Radius with which a smooth fraction holds the volume of a round grain. An edge whose slope has the
+/// variance s² = π² w²/12 along the normal makes a disc of radius r hold π (r² + s²), a sphere
+/// 4π/3 (r³ + 3 r s²).
+fn radius<const D: usize>(grid: &Grid<D>, width: f64, shape: &Shape, motion: &Motion) -> f64 {
+    let disc = grid.geometry == Geometry::Plane;
+    let cell = |a: usize| {
+        let axis = &grid.axes[a];
+        let place = axis.faces.partition_point(|face| *face <= motion.centre[laboratory(grid.geometry, a)]);
+        axis.widths[place.clamp(1, grid.cells[a]) - 1]
+    };
+    let square = (0..D).map(cell).product::<f64>().powf(2.0 / D as f64);
+    let s2 = std::f64::consts::PI.powi(2) / 6.0 * width.powi(2) * THICKNESS[usize::from(!disc)] * square;
+    let whole = shape.radius;
+    if shape.outline.is_some() || whole * whole <= 3.0 * s2 {
+        whole
+    } else if disc {
+        (whole * whole - s2).sqrt()
+    } else {
+        // r (r² + 3 s²) = R³ by Newton's method
+        (0..6).fold(whole, |r, _| r - (r * (r * r + 3.0 * s2) - whole.powi(3)) / (3.0 * (r * r + s2)))
+    }
+}
+
 /// Adds what the grains fill and how it moves; returns the mask ratios of the solid in every cell.
 fn add_grains<const D: usize>(solver: &Solver<D>, axis: usize, sums: &mut [Sums]) -> Vec<f64> {
     let grid = solver.grid();
     let model = MaskModel { mask: Mask::Izard2014, ..*solver.mask_model() };
+    let pairs = solver.immersed().shapes().iter().zip(solver.motions());
+    let shapes: Vec<Shape> = pairs
+        .map(|(shape, motion)| Shape {
+            mask_radius: radius(grid, model.width, shape, motion),
+            ..shape.clone()
+        })
+        .collect();
     let mut ratios = grid.new_field();
     for_each_layer(
         grid,
         0..grid.cells[D - 1],
         &model,
-        solver.immersed().shapes(),
+        &shapes,
         solver.motions(),
         |k, layer_sums, grains, nodes| {
             let layer = &mut ratios[first(grid, k)..];

@@ -4,7 +4,7 @@
 //! ([`named`]); the first step must bear the speed that the run may reach ([`expected`]).
 
 use bedload_scene::speeds::volume;
-use bedload_scene::{CheckedScene, Face, InitialVelocity, Medium, Motion};
+use bedload_scene::{CheckedScene, Face, InitialVelocity, Medium, Motion, peak_of_sum};
 
 fn length(v: &[f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
@@ -57,7 +57,7 @@ pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
         // The largest ratio of peak to mean of the common laminar profiles is that of a duct.
         speed = speed.max(2.25 * flow.mean_velocity.largest(until));
     }
-    let gravity = length(&scene.scene.peak_gravity());
+    let gravity = scene.scene.largest_gravity();
     for grain in &scene.grains {
         speed = speed.max(grain.velocity.largest(until) + grain.spin.largest(until) * grain.radius);
         if grain.motion == Motion::Free {
@@ -82,8 +82,10 @@ pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
         }
         // Free grains hold back, or drive, by their weight.
         let periodic = axis.is_some_and(|a| domain.is_periodic(a));
-        let gravity = if periodic { (1.0 + excess) * scene.scene.peak_gravity()[c] } else { 0.0 };
-        medium.body_force.peak(until)[c] + gravity - medium.pressure_gradient.peak(until)[c] / medium.density
+        let loaded = if periodic { 1.0 + excess } else { 0.0 };
+        let gravity = scene.scene.gravity.map(|g| loaded * g[c]);
+        let gradient = medium.pressure_gradient.map(|g| -g[c] / medium.density);
+        peak_of_sum(&[medium.body_force.map(|f| f[c]), gravity, gradient], until)
     });
     let width = (0..domain.dimensions()).map(extent).fold(f64::INFINITY, f64::min);
     let drive = length(&drive);

@@ -501,8 +501,8 @@ fn readable(log: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Files whose bytes differ: of runs the series, the grains, and the solvers' last checkpoints; of ensembles the
-/// table; of replays, whose exit code says that every message is the same, the log that they read.
+/// Files whose bytes differ: of runs the series, the grains, and the solvers' last checkpoints; of ensembles
+/// the table; of replays, whose exit code says that every message is the same, the log that they read.
 fn differences(work: Work, whole: &Path, out: &Path) -> Vec<String> {
     let mut names = vec![PathBuf::from(match work {
         Work::Run => "series.csv",

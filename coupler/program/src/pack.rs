@@ -78,6 +78,9 @@ pub(crate) struct Pack {
     /// Table (CSV) of the grains, for [[grain_files]] of a scene
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Replace the table that stands there
+    #[arg(long)]
+    overwrite: bool,
 }
 
 /// A round grain; y = 0 in the plane.
@@ -112,6 +115,7 @@ struct Packed {
 /// [`Failure::Input`] at the option that cannot be, [`Failure::Run`] where the fraction was not reached.
 pub(crate) fn pack(asked: &Pack) -> Result<(), Failure> {
     let bounds = asked.bounds()?;
+    asked.refuse_to_replace()?;
     let packed = asked.packed(&bounds)?;
     let row = |(id, ball): (usize, &Ball)| GrainRow {
         id,
@@ -151,6 +155,19 @@ fn refuse<T>(option: &str, what: impl std::fmt::Display) -> Result<T, Failure> {
 }
 
 impl Pack {
+    /// Refuses what stands at `--out`, but for a file that may be overwritten.
+    fn refuse_to_replace(&self) -> Result<(), Failure> {
+        let out = self.out.display();
+        match std::fs::symlink_metadata(&self.out).map(|data| data.is_file()) {
+            Ok(true) if !self.overwrite => refuse(
+                "--out",
+                format_args!("{out} exists: name another file, or replace it with --overwrite"),
+            ),
+            Ok(false) => refuse("--out", format_args!("{out} is no plain file: name another")),
+            _ => Ok(()),
+        }
+    }
+
     fn bounds(&self) -> Result<Bounds, Failure> {
         let space = self.size.len() == 3;
         if let Some(wrong) = self.size.iter().find(|length| !(**length > 0.0 && length.is_finite())) {
@@ -196,12 +213,17 @@ impl Pack {
             let text =
                 protocol::input_file::read_text(path).map_err(|error| format!("cannot be read: {error}"))?;
             let table = Table::parse(&text)?;
+            table.refuse_odd().map_err(|what| format!("line {what}"))?;
             let diameter = table.need("diameter")?;
             let (share, by_mass) = match (table.find("number"), table.find("mass")) {
                 (Some(share), None) => (share, false),
                 (None, Some(share)) => (share, true),
                 _ => return Err("needs one column `number` or `mass` beside `diameter`".into()),
             };
+            let known = |name: &&String| ["diameter", "number", "mass"].contains(&name.as_str());
+            if let Some(other) = table.columns.iter().find(|name| !known(name)) {
+                return Err(format!("has a column `{other}`, which is not read: remove it"));
+            }
             let mut sum = 0.0;
             let row = |row| {
                 let known = number(row, diameter).zip(number(row, share));

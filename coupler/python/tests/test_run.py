@@ -67,6 +67,20 @@ def test_a_plan_and_one_that_breaks_a_bound(scene):
     assert [bound["name"] for bound in error.value.plan["bounds"] if not bound["holds"]].count("cfl") == 1
 
 
+def test_the_schema_takes_every_scene():
+    jsonschema = pytest.importorskip("jsonschema")
+    tomllib = pytest.importorskip("tomllib")
+    root = Path(__file__).parents[3]
+    check = jsonschema.Draft202012Validator(bedload.schema())
+    scenes = [*root.glob("scenes/*.toml"), *root.glob("coupler/program/src/templates/*/*.toml")]
+    assert len(scenes) > 30
+    for scene in scenes:
+        errors = [error.message for error in check.iter_errors(tomllib.loads(scene.read_text("utf-8")))]
+        assert not errors, f"{scene}: {errors[0]}"
+    wrong = {"until": 1.0, "domain": {"boundary": {"x": {"type": "no-slip", "speed": 1.0}}}}
+    assert list(check.iter_errors(wrong))
+
+
 def test_the_schema_names_the_keys():
     assert {"gravity", "domain", "grains", "medium"} <= set(bedload.schema()["properties"])
 

@@ -8,7 +8,6 @@ use bedload_scene::{
 use super::charted::Charted;
 use super::numbers::{Number, Side};
 use crate::keys;
-use crate::number::norm;
 use bedload_scene::speeds::{Speeds, drive};
 
 /// A class of scenes whose errors one chart tells.
@@ -69,7 +68,7 @@ pub(crate) fn bounces(scene: &CheckedScene) -> bool {
 fn archimedes(scene: &CheckedScene, grain: &Grain) -> f64 {
     let Some(medium) = &scene.scene.medium else { return f64::INFINITY };
     let excess = (grain.density / medium.density - 1.0).abs();
-    excess * norm(&scene.scene.peak_gravity()) * (2.0 * grain.radius).powi(3)
+    excess * scene.scene.largest_gravity() * (2.0 * grain.radius).powi(3)
         / medium.kinematic_viscosity().powi(2)
 }
 
@@ -381,7 +380,7 @@ fn collision(scene: &CheckedScene) -> Option<Reason> {
         Some(format!("collisions of {COLLIDING} free spheres were charted"))
     } else {
         first([(
-            norm(&scene.scene.peak_gravity()) > 0.0 || !plain,
+            scene.scene.largest_gravity() > 0.0 || !plain,
             "collisions without gravity and walls were charted",
         )])
     }

@@ -85,7 +85,7 @@ impl KinematicsCheck {
             round: grains.iter().map(|grain| grain.shape.is_round()).collect(),
             walls: scene.contact_walls(),
             periods: domain.periods().map(|period| period.map(|(_, length)| length)),
-            gravity: norm(&scene.scene.peak_gravity()),
+            gravity: scene.scene.largest_gravity(),
             diagonal: diagonal(scene),
             last: if resumed { Vec::new() } else { grains.iter().map(at_start).collect() },
             drifts: vec![Drift::default(); grains.len()],

@@ -25,7 +25,7 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
         return None;
     }
     let domain = &scene.scene.domain;
-    let (until, gravity) = (scene.scene.until, norm(&scene.scene.peak_gravity()));
+    let (until, gravity) = (scene.scene.until, scene.scene.largest_gravity());
     let tallest = (0..domain.dimensions()).map(|axis| domain.upper[axis] - domain.lower[axis]);
     let fall = until.min((2.0 * tallest.fold(0.0, f64::max) / gravity).sqrt());
     let free = scene.grains.iter().filter(|grain| grain.motion == Motion::Free);

@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(measured(-9.81, &grains(2, "")), ["speed-0", "rebound-0", "speed-1", "rebound-1"]);
         assert_eq!(measured(-9.81, &grains(3, "")), ["energy"]);
         assert_eq!(measured(0.0, &grains(1, "")), ["energy"]);
-        let driven = "body_force = [0.0, 2.0, 1.0]\n";
+        let driven = "body_force = [1.0, 2.0, 0.0]\n";
         let held = format!("{driven}{}", grains(2, "motion = \"fixed\"\n"));
         assert_eq!(measured(0.0, &held), ["force-0", "force-1", "superficial_velocity_y"]);
         assert_eq!(measured(0.0, driven), ["superficial_velocity_y"]);

@@ -16,11 +16,25 @@ pub(super) fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Makes and claims the folder, and leaves the scene in it.
+/// First line of that file.
+const MARKER: &str = "# A study by Bedload, of";
+
+/// Makes and claims the folder, and leaves the scene in it. What holds files of others is left alone.
 pub(super) fn open(folder: &Path, scene: &SceneSource) -> Result<Claim, Failure> {
+    let is_empty = std::fs::read_dir(folder).map_or(true, |mut entries| entries.next().is_none());
+    let file = folder.join(SCENE);
+    if !is_empty && !read(&file).is_ok_and(|text| text.starts_with(MARKER)) {
+        return Err(Failure::Input(format!(
+            "{} is not empty, and no folder of a study by Bedload: nothing was changed; name another with --out",
+            folder.display()
+        )));
+    }
     make(folder)?;
     let claim = Claim::of(folder)?;
-    atomic_write(&folder.join(SCENE), scene.text_for_any_folder().as_bytes())?;
+    // a name with a line break would end the comment
+    let name = scene.file.replace(['\n', '\r'], " ");
+    let text = format!("{MARKER} {name}\n{}", scene.text_for_any_folder());
+    atomic_write(&file, text.as_bytes())?;
     Ok(claim)
 }
 

@@ -21,14 +21,15 @@ pub struct Profile {
     pub width: f64,
     /// Area of the region across the axis, m² (m for discs).
     pub area: f64,
-    /// Perimeter of that area, m (2 for discs).
+    /// Length of that area's sides along which walls may stand, those across periodic axes left out, m (2 for
+    /// discs).
     pub perimeter: f64,
     /// Shape of the grains.
     pub shape: Shape,
     /// Averages, slab by slab.
     pub cells: Vec<Cell>,
-    /// Inward normal force of the boundary per slab, N.
-    pub inward: Vec<f64>,
+    /// Force of the side walls per slab, inward and along the axis, N.
+    pub walls: Vec<[f64; 2]>,
 }
 
 /// The two other components.
@@ -58,18 +59,23 @@ impl Profile {
             period: spec.periods[axis].map(|(_, length)| length),
             shape: spec.shape,
         };
-        let perimeter = if disc { 2.0 } else { 2.0 * sides.iter().map(extent).sum::<f64>() };
+        let walled: Vec<usize> = sides.iter().copied().filter(|c| spec.periods[*c].is_none()).collect();
+        let length = |c: &usize| sides.iter().filter(|other| *other != c).map(extent).product::<f64>();
+        let perimeter = 2.0 * walled.iter().map(length).sum::<f64>();
         let inside = |x: &Vec3| sides.iter().all(|&c| (asked.lower[c]..=asked.upper[c]).contains(&x[c]));
         let area = slabs.area;
         let partition = Partition::Slabs(slabs);
         let cells = coarse_grain(grains, spec.shape, contacts, &partition, inside);
-        let mut inward = vec![0.0; asked.slabs];
+        let mut walls = vec![[0.0; 2]; asked.slabs];
         for contact in contacts.iter().filter(|contact| contact.held && inside(&contact.end)) {
-            let push = inward_part(contact, asked, &sides);
-            partition.line(&contact.point, &contact.point, |slab, part| inward[slab] += push * part);
+            let Some(push) = inward_part(contact, asked, axis, &walled) else { continue };
+            partition.line(&contact.point, &contact.point, |slab, part| {
+                walls[slab][0] += push * part;
+                walls[slab][1] += contact.force[axis] * part;
+            });
         }
         let first = asked.lower[axis] + 0.5 * width;
-        Self { axis, first, width, area, perimeter, shape: spec.shape, cells, inward }
+        Self { axis, first, width, area, perimeter, shape: spec.shape, cells, walls }
     }
 
     /// Middle of a slab along the axis, m.
@@ -84,12 +90,18 @@ impl Profile {
 
     /// Force of the side walls along the axis per area of wall, Pa.
     pub fn wall_shear(&self, slab: usize) -> f64 {
-        self.cells[slab].boundary[self.axis] / (self.perimeter * self.width)
+        self.per_wall(slab, 1)
     }
 
     /// Force of the side walls inward per area of wall, Pa.
     pub fn wall_pressure(&self, slab: usize) -> f64 {
-        self.inward[slab] / (self.perimeter * self.width)
+        self.per_wall(slab, 0)
+    }
+
+    /// Zero where there are no side walls.
+    fn per_wall(&self, slab: usize, which: usize) -> f64 {
+        let area = self.perimeter * self.width;
+        if area > 0.0 { self.walls[slab][which] / area } else { 0.0 }
     }
 
     /// Slabs whose middle lies in `range`.
@@ -121,12 +133,22 @@ impl Profile {
     }
 }
 
-/// Part of a boundary force along the inward normal of the nearest side of the region, N.
-fn inward_part(contact: &Contact, asked: &bedload_scene::Profile, sides: &[usize]) -> f64 {
-    let faces = sides.iter().flat_map(|&c| {
+/// Part of a boundary force along the inward normal of the nearest of the `walled` sides of the region, N;
+/// none of a contact that lies along the axis from the grain, at a floor or a lid.
+fn inward_part(
+    contact: &Contact,
+    asked: &bedload_scene::Profile,
+    axis: usize,
+    walled: &[usize],
+) -> Option<f64> {
+    let away = contact.point - contact.end;
+    if walled.iter().all(|c| away[*c].abs() <= away[axis].abs()) {
+        return None;
+    }
+    let faces = walled.iter().flat_map(|&c| {
         let x = contact.point[c];
         [((x - asked.lower[c]).abs(), c, 1.0), ((asked.upper[c] - x).abs(), c, -1.0)]
     });
     let nearest = faces.min_by(|a, b| a.0.total_cmp(&b.0));
-    nearest.map_or(0.0, |(_, c, sign)| sign * contact.force[c])
+    nearest.map(|(_, c, sign)| sign * contact.force[c])
 }

@@ -16,7 +16,7 @@ fn exact(k: f64) -> (Profile, Silo) {
         perimeter: 0.4,
         shape: Shape::Sphere,
         cells: vec![Cell::default(); 60],
-        inward: vec![0.0; 60],
+        walls: vec![[0.0; 2]; 60],
     };
     for slab in 0..60 {
         let z = profile.middle(slab);
@@ -24,7 +24,7 @@ fn exact(k: f64) -> (Profile, Silo) {
         let cell = &mut profile.cells[slab];
         cell.density = if z < 1.0 { 800.0 } else { 0.0 };
         cell.contact = nalgebra::Matrix3::identity() * p;
-        cell.boundary.z = k * p * 0.4 * 0.02;
+        profile.walls[slab][1] = k * p * 0.4 * 0.02;
     }
     (profile, silo)
 }

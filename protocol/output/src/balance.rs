@@ -21,9 +21,7 @@ fn excess_density(scene: &CheckedScene) -> f64 {
 /// (ρ_p − ρ) g D of the free grains with the largest gravity of the run, Pa: what makes a stress a Shields
 /// number.
 pub(crate) fn weight_per_area(scene: &CheckedScene) -> f64 {
-    excess_density(scene)
-        * scene.scene.peak_gravity().iter().map(|g| g * g).sum::<f64>().sqrt()
-        * mean_of(scene, |grain| 2.0 * grain.radius)
+    excess_density(scene) * scene.scene.largest_gravity() * mean_of(scene, |grain| 2.0 * grain.radius)
 }
 
 /// What makes the whole shear stress on a plane, of fluid and grains together, in steady flow: that of the

@@ -3,7 +3,7 @@
 //! Sums over grains are made here, of the motion that everyone sees. What a solver alone knows it gives in
 //! the order of [`fluid_values`] and [`dem_values`].
 
-use bedload_scene::{CheckedScene, Face, Geometry, Motion, ObservedTotals, Total, WallKind};
+use bedload_scene::{CheckedScene, Domain, Face, Geometry, Motion, ObservedTotals, Total, WallKind};
 
 use crate::balance::{StressBalance, weight_per_area};
 use crate::sample::{Extra, Sample, Sides, When};
@@ -79,6 +79,9 @@ const FLUID_ON: &str = "wall_force";
 const CONTACTS_ON: &str = "wall_contact_force";
 const FILMS_ON: &str = "film_force";
 
+/// Planes of a dry box at most: a taller one has thicker planes.
+const MOST_PLANES: f64 = 1e6;
+
 /// How a column is made.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Made {
@@ -109,6 +112,7 @@ struct Counted {
 /// The bed of a run, and its sums after a window.
 #[derive(Clone, Debug)]
 pub(crate) struct Bed {
+    domain: Domain,
     /// Component across.
     across: usize,
     lower: f64,
@@ -222,9 +226,10 @@ impl Bed {
         let grains: Vec<Counted> = scene.grains.iter().map(counted).collect();
         let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len().max(1) as f64;
         let thickness = if domain.cells.is_empty() { mean } else { domain.spacing(axis) };
-        let planes =
-            if thickness > 0.0 { ((upper - lower) / thickness).round().max(1.0) as usize } else { 1 };
+        let planes = if thickness > 0.0 { ((upper - lower) / thickness).round().max(1.0) } else { 1.0 };
+        let planes = planes.min(MOST_PLANES) as usize;
         let bed = Self {
+            domain: domain.clone(),
             across,
             lower,
             upper,
@@ -247,13 +252,14 @@ impl Bed {
 
     /// Makes the sums of a window.
     pub(crate) fn look(&mut self, sample: &Sample) {
-        let Self { across, lower, solid, carried, grains, .. } = self;
+        let Self { domain, across, lower, solid, carried, grains, .. } = self;
         let thickness = (self.upper - *lower) / solid.len() as f64;
         solid.fill(0.0);
         carried.fill([0.0; 3]);
         (self.flux, self.moving) = ([0.0; 3], 0);
         for (index, (grain, motion)) in grains.iter().zip(sample.kinematics).enumerate() {
-            if index >= self.present && !motion.is_there() {
+            let is_there = index < self.present || motion.is_there();
+            if !is_there || !domain.holds(&motion.position) {
                 continue;
             }
             for (flux, v) in self.flux.iter_mut().zip(motion.velocity) {

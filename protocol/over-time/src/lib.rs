@@ -179,24 +179,56 @@ impl<T: Quantity> OverTime<T> {
         self.extremes().all(|value| value == T::ZERO)
     }
 
-    /// The largest value, by its length, from 0 to `until`, s; of a sine that of its whole period.
+    /// The lowest and the highest value of each component from 0 to `until`, s; of a sine those of its whole
+    /// period.
+    #[must_use]
+    pub fn range(&self, until: f64) -> [T; 2] {
+        let mut values = self.values(until);
+        let first = values.next().unwrap_or(T::ZERO);
+        values.fold([first; 2], |[mut low, mut high], value| {
+            let ends = low.numbers_mut().iter_mut().zip(high.numbers_mut());
+            for ((low, high), value) in ends.zip(value.numbers()) {
+                (*low, *high) = (low.min(*value), high.max(*value));
+            }
+            [low, high]
+        })
+    }
+
+    /// The value of each component that is largest in size from 0 to `until`, s.
     #[must_use]
     pub fn peak(&self, until: f64) -> T {
-        let longer = |a: T, b: T| if length(&b) > length(&a) { b } else { a };
-        match self {
-            Self::Table(table) => {
-                let between = table.rows.iter().filter(|(t, _)| (0.0..=until).contains(t));
-                between.map(|(_, value)| *value).fold(longer(table.at(0.0), table.at(until)), longer)
-            }
-            Self::Constant(value) => *value,
-            Self::Sine(_) => self.extremes().fold(T::ZERO, longer),
+        let [low, mut peak] = self.range(until);
+        for (peak, low) in peak.numbers_mut().iter_mut().zip(low.numbers()) {
+            *peak = larger(*peak, *low);
         }
+        peak
+    }
+
+    /// The longest value from 0 to `until`, s; of a sine that of its whole period.
+    #[must_use]
+    pub fn longest(&self, until: f64) -> T {
+        let longer = |a: T, b: T| if length(&b) > length(&a) { b } else { a };
+        self.values(until).fold(T::ZERO, longer)
     }
 
     /// Its length.
     #[must_use]
     pub fn largest(&self, until: f64) -> f64 {
-        length(&self.peak(until))
+        length(&self.longest(until))
+    }
+
+    /// The values between which it moves from 0 to `until`, s.
+    fn values(&self, until: f64) -> impl Iterator<Item = T> + '_ {
+        let table = matches!(self, Self::Table(_));
+        let between = self.rows().filter(move |(t, _)| (0.0..=until).contains(t)).map(|(_, value)| value);
+        let ends = [0.0, until].into_iter().filter(move |_| table).map(|t| self.at(t));
+        ends.chain(between).chain(self.extremes().filter(move |_| !table))
+    }
+
+    /// Rows of a table.
+    fn rows(&self) -> impl Iterator<Item = (f64, T)> + '_ {
+        let rows: &[(f64, T)] = if let Self::Table(table) = self { &table.rows } else { &[] };
+        rows.iter().copied()
     }
 
     /// Largest length of its rate of change from 0 to `until`, s.
@@ -234,6 +266,27 @@ impl<T: Quantity> OverTime<T> {
             }
         }
     }
+}
+
+/// The value of a sum that is largest in size from 0 to `until`, s: exact for tables; amplitudes of sines are
+/// added to it.
+#[must_use]
+pub fn peak_of_sum(terms: &[OverTime<f64>], until: f64) -> f64 {
+    let (mut swing, mut times) = (0.0, vec![0.0, until]);
+    for term in terms {
+        times.extend(term.rows().map(|(t, _)| t).filter(|t| (0.0..=until).contains(t)));
+        swing += if let OverTime::Sine(sine) = term { sine.amplitude.abs() } else { 0.0 };
+    }
+    let middle =
+        |term: &OverTime<f64>, t| if let OverTime::Sine(sine) = term { sine.offset } else { term.at(t) };
+    let sums = times.into_iter().map(|t| terms.iter().map(|term| middle(term, t)).sum());
+    let peak = sums.fold(0.0, larger);
+    peak + swing.copysign(peak)
+}
+
+/// The one that is larger in size.
+fn larger(a: f64, b: f64) -> f64 {
+    if b.abs() > a.abs() { b } else { a }
 }
 
 impl<T: Quantity> Sine<T> {

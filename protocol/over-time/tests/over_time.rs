@@ -1,6 +1,6 @@
 //! Values over time: forms, means and integrals against quadrature, steps that resolve them.
 
-use bedload_over_time::{OverTime, Sine};
+use bedload_over_time::{OverTime, Sine, peak_of_sum};
 
 fn values() -> [OverTime<[f64; 3]>; 3] {
     let rows =
@@ -52,6 +52,21 @@ fn largest_values_and_rates_hold() {
     // The rows up to 0.25 alone, not what follows; from there on z grows.
     assert_eq!(table.largest(0.25), 10.0_f64.sqrt());
     assert!(table.largest(0.3) > table.largest(0.25) && table.largest(0.3) < table.largest(3.0));
+}
+
+/// Each component has its own largest value, and sources that swing one against the other do not cancel.
+#[test]
+fn components_and_sums_have_their_own_peaks() {
+    let turned = OverTime::table(vec![(0.0, [0.0, 0.0, -10.0]), (1.0, [6.0, 0.0, -8.0]), (2.0, [0.0; 3])]);
+    assert_eq!(turned.peak(2.0), [6.0, 0.0, -10.0]);
+    assert_eq!(turned.peak(0.5), [3.0, 0.0, -10.0]);
+    assert_eq!(turned.range(2.0), [[0.0, 0.0, -10.0], [6.0, 0.0, 0.0]]);
+    assert_eq!(turned.largest(2.0), 10.0);
+    let ramp = OverTime::table(vec![(0.0, 0.0), (1.0, 0.05)]);
+    let back = OverTime::table(vec![(0.0, 0.0), (0.5, 0.05), (1.0, -0.05)]);
+    assert!((peak_of_sum(&[ramp.clone(), back.clone()], 1.0) - 0.075).abs() < 1e-15);
+    let sine = OverTime::sine(Sine { amplitude: -0.3, frequency: 2.0, phase: 0.0, offset: 0.1 });
+    assert!((peak_of_sum(&[ramp, sine, back, OverTime::from(-1.0)], 1.0) + 1.2).abs() < 1e-12);
 }
 
 /// A step never passes the part of a table that it has to resolve, and a jump ends in few steps.

@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use bedload_output::{Observer, OutputFolder, Sides};
 use bedload_scene::{CheckedScene, Grain, Motion, Observe, Rest};
+use protocol::facts::DemFacts;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Role, Window};
 use serde::{Deserialize, Serialize};
@@ -97,6 +98,9 @@ const REMEDY: &str = "give more sub-steps per contact (dem.steps_per_contact, or
 const FLOW_REMEDY: &str = "give a smaller fluid.time.dt or fluid.time.cfl; to go on all the same: \
     --set 'coupling.force=[\"unstable\"]'";
 
+/// Overlap over the largest radius that ends a run of grains alone: beyond it they pass through each other.
+const MOST_OVERLAP: f64 = 1.0;
+
 /// The windows of a solver alone: as long as its clock says, until the scene's end or until the grains rest.
 pub(crate) struct AloneSchedule {
     clock: Clock,
@@ -107,7 +111,41 @@ pub(crate) struct AloneSchedule {
     under_way: bool,
     /// None where a run is to go on all the same.
     watch: Option<(Energy, Flow)>,
+    overlap: Option<Overlap>,
     state: AloneState,
+}
+
+/// How deep grains may lie in each other.
+struct Overlap {
+    /// Of the largest grain, m.
+    radius: f64,
+    /// Was the user told that contacts are too soft?
+    told: bool,
+}
+
+impl Overlap {
+    fn take(&mut self, window: &Window, overlap: f64) -> Result<(), Failure> {
+        let part = overlap / self.radius;
+        if part <= DemFacts::MOST_OVERLAP || self.told && part <= MOST_OVERLAP {
+            return Ok(());
+        }
+        let found = format!(
+            "overlap: grains lie {:.1} % of the largest radius in each other in window {} (t = {} s)",
+            100.0 * part,
+            window.step,
+            window.time
+        );
+        let remedy = "shorten the contact time (dem.contact.contact_time), or stiffen the law";
+        if part > MOST_OVERLAP {
+            return Err(Failure::Run(format!(
+                "{found}, at most {:.0} %; to go on all the same: --set 'coupling.force=[\"overlap\"]'; {remedy}",
+                100.0 * MOST_OVERLAP
+            )));
+        }
+        self.told = true;
+        protocol::say!("warning: {found}; contacts are softer than at 10 %: {remedy}");
+        Ok(())
+    }
 }
 
 impl AloneSchedule {
@@ -123,11 +161,15 @@ impl AloneSchedule {
         let state = from.unwrap_or(start);
         let forced = scene.scene.coupling.get("force").and_then(|force| force.as_array());
         let forced =
-            forced.is_some_and(|names| names.iter().any(|name| name.as_str() == Some(unstable::NAME)));
-        let watch = (!forced)
+            |name: &str| forced.is_some_and(|names| names.iter().any(|forced| forced.as_str() == Some(name)));
+        let radius = scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+        // What too few sub-steps do is told as unstable.
+        let resolved = contact_time >= DemFacts::LEAST_CONTACT_STEPS * clock.substep;
+        let overlap = (resolved && !forced("overlap")).then_some(Overlap { radius, told: false });
+        let watch = (!forced(unstable::NAME))
             .then(|| (Energy::new(scene, contact_time, state.seen), Flow::new(scene, state.flow.clone())));
         let (until, observe) = (scene.scene.until, scene.scene.observe.clone());
-        Self { clock, until, observe, rest: Rest::new(scene), under_way: false, watch, state }
+        Self { clock, until, observe, rest: Rest::new(scene), under_way: false, watch, overlap, state }
     }
 }
 
@@ -174,6 +216,9 @@ impl Schedule for AloneSchedule {
             if let Some(found) = speed.and_then(|speed| flow.take(window, loads, speed)) {
                 return Err(Failure::Unstable(found.message(window, FLOW_REMEDY)));
             }
+        }
+        if let (Some(overlap), Some(header)) = (&mut self.overlap, messages.kinematics_header) {
+            overlap.take(window, header.largest_overlap)?;
         }
         let rests = self.rest.as_ref().is_some_and(|rest| rest.reached(time, messages.kinematics));
         let AloneState { step, time: at, limit, rests: over, .. } = &mut self.state;

@@ -75,7 +75,8 @@ pub(crate) fn latest<S: DeserializeOwned>(
     };
     let state = checkpoint::read(&path, checkpoints::LAST, identity).map_err(|error| {
         Failure::Input(format!(
-            "{error}; --resume needs the scene and --set as they were, --until alone may be later"
+            "{error}; --resume needs the scene, the tables of grains and values that it names, and --set as they \
+             were, --until alone may be later"
         ))
     })?;
     Ok((path, state))

@@ -117,7 +117,7 @@ impl Energy {
     pub(crate) fn new(scene: &CheckedScene, contact_time: f64, seen: Seen) -> Self {
         let shared = &scene.scene;
         let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
-        let g = norm(&shared.peak_gravity());
+        let g = shared.largest_gravity();
         Self {
             free: free()
                 .map(|(index, grain)| {

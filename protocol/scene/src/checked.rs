@@ -56,6 +56,8 @@ pub struct CheckedScene {
     /// [`CheckedScene::state_sha256`] of the scene from which this one was written out; none where its text
     /// says it.
     pub written_from: Option<String>,
+    /// SHA-256 of the grain tables and values over time that files hold; none where there are no such files.
+    pub files_sha256: Option<String>,
     /// What the user should know though no rule is broken, such as columns of a table that are not read.
     pub notes: Vec<String>,
 }
@@ -76,7 +78,8 @@ impl CheckedScene {
         let (grains, inserted) = layout::lay_out(&scene, &source, &mut notes)?;
         validate::grains(&scene, &grains, grains.len() - inserted.len(), &source)?;
         validate::metrics(&scene, grains.len(), &source)?;
-        Ok(Self { scene, grains, inserted, source, written_from: None, notes })
+        let files_sha256 = contents(&source);
+        Ok(Self { scene, grains, inserted, source, written_from: None, files_sha256, notes })
     }
 
     /// Number of grains that are there from the start.
@@ -99,13 +102,17 @@ impl CheckedScene {
     /// SHA-256 of the text in hexadecimal: the identity of the scene. `[chart]` and `[stability]` do
     /// not count: they say which other runs to make, and nothing about this one.
     pub fn sha256(&self) -> String {
-        hexadecimal(&self.source.without_sweeps())
+        hexadecimal(self.source.without_sweeps().as_bytes())
     }
 
-    /// SHA-256 in hexadecimal of what the scene says, its end aside: what a checkpoint is of. So a run goes
-    /// on past the end that it had, and with other comments.
+    /// SHA-256 in hexadecimal of what the scene says, its end aside, and, behind a `-`, of the files that it
+    /// reads: what a checkpoint is of. So a run goes on past the end that it had, and with other comments.
     pub fn state_sha256(&self) -> String {
-        self.written_from.clone().unwrap_or_else(|| hexadecimal(&self.source.without_end()))
+        let of_text = || hexadecimal(self.source.without_end().as_bytes());
+        self.written_from.clone().unwrap_or_else(|| match &self.files_sha256 {
+            Some(files) => format!("{}-{files}", of_text()),
+            None => of_text(),
+        })
     }
 
     /// Refuses to go on from `time`, s, if that is past the end.
@@ -125,8 +132,22 @@ impl CheckedScene {
     }
 }
 
-/// SHA-256 of a text.
-fn hexadecimal(text: &str) -> String {
+/// SHA-256 of bytes.
+fn hexadecimal(bytes: &[u8]) -> String {
     use sha2::Digest;
-    sha2::Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
+
+/// SHA-256 of the files in which a scene keeps grains and values over time, one after the other.
+fn contents(source: &SceneSource) -> Option<String> {
+    let files = source.files().into_iter().filter(|(key, _)| !NO_STATE.contains(key));
+    let each: String = files
+        .filter_map(|(_, path)| protocol::input_file::read(&path).ok())
+        .map(|bytes| hexadecimal(&bytes))
+        .collect();
+    (!each.is_empty()).then(|| hexadecimal(each.as_bytes()))
+}
+
+/// Files that a run does not read anew when it goes on, or that only its judge reads.
+const NO_STATE: [&str; 4] =
+    ["metrics[].file", "chart.reference.file", "dem.initial_state", "medium.initial.folder"];

@@ -111,7 +111,7 @@ impl InflowProfile {
 }
 
 /// One face, written either as a name (`"no-slip"`) or as a table.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Face {
     /// Kind.
     #[serde(rename = "type")]
@@ -129,13 +129,36 @@ pub struct Face {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct FaceTable {
+    /// Kind.
     #[serde(rename = "type")]
     kind: WallKind,
+    /// Velocity of a no-slip wall along itself, or mean velocity of an inflow (x, y, z), m/s.
     #[serde(default)]
     velocity: OverTime<[f64; 3]>,
+    /// How an inflow is spread.
     #[serde(default)]
     profile: InflowProfile,
+    /// Do grains touch it? By default no-slip faces yes, others no.
     contact: Option<bool>,
+}
+
+/// One face, written either as a name (`"no-slip"`) or as a table.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[allow(dead_code)]
+enum WrittenFace {
+    Name(WallKind),
+    Table(FaceTable),
+}
+
+impl JsonSchema for Face {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Face".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        WrittenFace::json_schema(generator)
+    }
 }
 
 impl From<FaceTable> for Face {

@@ -68,24 +68,18 @@ fn meant(column: &str) -> Option<&'static str> {
     READ.into_iter().find(|known| *known == name).or(other)
 }
 
-/// Columns that are not read. A name that stands twice or is all but that of a column which is read is
-/// refused.
+/// Columns that are not read. A name that is all but that of a column which is read is refused.
 fn ignored(table: &Table) -> Result<Vec<String>, String> {
     let mut ignored = Vec::new();
     for (index, name) in table.columns.iter().enumerate() {
-        let place = |what: String| format!("column {} `{name}` {what}", index + 1);
-        if let Some(first) = table.columns[..index].iter().position(|other| other == name && !name.is_empty())
-        {
-            return Err(place(format!(
-                "has the name of column {}: rename or remove one of the two",
-                first + 1
-            )));
-        }
         if READ.contains(&name.as_str()) || name == NUMBER {
             continue;
         }
         if let Some(known) = meant(name) {
-            return Err(place(format!("would not be read: name it {known}, or remove it")));
+            return Err(format!(
+                "column {} `{name}` would not be read: name it {known}, or remove it",
+                index + 1
+            ));
         }
         if !name.is_empty() {
             ignored.push(format!("`{name}`"));
@@ -108,6 +102,7 @@ pub(crate) fn read(from: &GrainFile) -> Result<(Vec<Grain>, Vec<String>), String
     if table.columns.is_empty() {
         return Err(format!("the file {} is empty", path.display()));
     }
+    table.refuse_odd().map_err(|what| format!("{}:{what}", path.display()))?;
     let need = |name: &str| table.need(name).map_err(told);
     let ignored =
         ignored(&table).map_err(|what| format!("{}:{}: {what}", path.display(), table.header_line))?;
@@ -155,14 +150,6 @@ struct Columns {
 
 impl Columns {
     fn grain(&self, row: &csv::StringRecord, table: &Table) -> Result<Grain, String> {
-        let last = table.columns.len();
-        if let Some(place) = (last..row.len()).find(|place| !row[*place].is_empty()) {
-            return Err(format!(
-                "`{}` in column {} is past the last column, {last}: remove the cell, or name its column in the header",
-                &row[place],
-                place + 1
-            ));
-        }
         let value = |column: usize| {
             let finite = number(row, column).filter(|value| value.is_finite());
             let (text, name) = (row.get(column).unwrap_or(""), &table.columns[column]);
@@ -186,6 +173,14 @@ impl Columns {
             Some("fixed") => Motion::Fixed,
             Some(other) => return Err(format!("column motion: `{other}`; allowed: free, fixed")),
         };
+        let moves = || self.velocity.iter().chain(&self.spin).flatten().any(|c| number(row, *c) != Some(0.0));
+        if motion == Motion::Fixed && moves() {
+            return Err(
+                "is `fixed`, and has a velocity or spin, as a grain that its scene moved: write it as \
+                        [[grains]] with motion = \"prescribed\", or set them to 0 to hold it"
+                    .into(),
+            );
+        }
         let ([x, y, z], [radius, density]) = (self.position, self.size);
         let vector = |[a, b, c]: [Option<usize>; 3]| Ok::<_, String>([or_zero(a)?, or_zero(b)?, or_zero(c)?]);
         Ok(Grain {

@@ -30,7 +30,7 @@ mod validate;
 mod walls;
 
 pub use bedload_outline::Outline;
-pub use bedload_over_time::{OverTime, Sine};
+pub use bedload_over_time::{OverTime, Sine, peak_of_sum};
 pub use changing::{Changing, changing};
 pub use checked::CheckedScene;
 pub use domain::{

@@ -59,7 +59,7 @@ pub fn acts_along(value: &OverTime<[f64; 3]>, component: usize) -> bool {
 
 /// Do all its values lie along one line, to round-off?
 fn turns_about_one_axis(spin: &OverTime<[f64; 3]>) -> bool {
-    let axis = spin.peak(f64::INFINITY);
+    let axis = spin.longest(f64::INFINITY);
     let across = |w: [f64; 3]| {
         let parts =
             (0..3).map(|c| (w[(c + 1) % 3] * axis[(c + 2) % 3] - w[(c + 2) % 3] * axis[(c + 1) % 3]).abs());
@@ -152,6 +152,7 @@ fn read<T: Quantity>(path: &std::path::Path) -> Result<Vec<(f64, T)>, String> {
     let text =
         protocol::input_file::read_text(path).map_err(|error| format!("cannot read {name}: {error}"))?;
     let table = Table::parse(&text).map_err(|what| format!("{name} {what}"))?;
+    table.refuse_odd().map_err(|what| format!("{name}:{what}"))?;
     let known = |column: &&String| *column == "t" || T::COLUMNS.contains(&column.as_str());
     if let Some(other) = table.columns.iter().find(|column| !known(column)) {
         return Err(format!("{name} has a column `{other}`, which is not read"));

@@ -21,7 +21,7 @@ impl Rest {
     /// For the scene's `stop_when`, if it has one.
     pub fn new(scene: &CheckedScene) -> Option<Self> {
         let stop = scene.scene.stop_when?;
-        let gravity = scene.scene.peak_gravity().iter().map(|g| g * g).sum::<f64>().sqrt();
+        let gravity = scene.scene.largest_gravity();
         let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
         Some(Self {
             stop,

@@ -96,8 +96,13 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The largest gravity of the run, m/s².
+    /// Each component of gravity where it is largest in size, m/s².
     pub fn peak_gravity(&self) -> [f64; 3] {
         self.gravity.peak(self.until)
+    }
+
+    /// The largest gravity of the run, m/s².
+    pub fn largest_gravity(&self) -> f64 {
+        self.gravity.largest(self.until)
     }
 }

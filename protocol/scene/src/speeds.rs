@@ -8,6 +8,7 @@ use crate::domain::{Face, Geometry, InitialVelocity, WallKind};
 use crate::grains::{Freedom, Grain, Motion, Shape};
 use crate::shared::Scene;
 use crate::walls::Wall;
+use bedload_over_time::peak_of_sum;
 
 /// Solid fraction of grains that came to rest on each other.
 const PACKED: f64 = 0.6;
@@ -64,18 +65,19 @@ pub fn norm(v: &[f64; 3]) -> f64 {
 /// them.
 pub fn drive(scene: &Scene) -> [f64; 3] {
     let Some(medium) = &scene.medium else { return [0.0; 3] };
-    let mut drive = medium.body_force.peak(scene.until);
-    for (d, gradient) in drive.iter_mut().zip(medium.pressure_gradient.peak(scene.until)) {
-        *d -= gradient / medium.density;
-    }
-    for axis in (0..scene.domain.dimensions()).filter(|axis| scene.domain.is_periodic(*axis)) {
-        let component = scene.domain.geometry.component(axis);
-        drive[component] += scene.peak_gravity()[component];
-        if medium.flow_rate.as_ref().is_some_and(|flow| flow.axis == scene.domain.geometry.axes()[axis]) {
-            drive[component] = 0.0;
+    let domain = &scene.domain;
+    let component = |axis: usize| domain.geometry.component(axis);
+    std::array::from_fn(|c| {
+        let axis = (0..domain.dimensions()).find(|axis| component(*axis) == c && domain.is_periodic(*axis));
+        let held = medium.flow_rate.as_ref().map(|flow| flow.axis);
+        if axis.is_some_and(|axis| held == Some(domain.geometry.axes()[axis])) {
+            return 0.0;
         }
-    }
-    drive
+        let body = medium.body_force.map(|f| f[c]);
+        let gradient = medium.pressure_gradient.map(|g| -g[c] / medium.density);
+        let gravity = axis.map(|_| scene.gravity.map(|g| g[c])).unwrap_or_default();
+        peak_of_sum(&[body, gradient, gravity], scene.until)
+    })
 }
 
 /// Largest speed of the fluid at the start.
@@ -194,22 +196,28 @@ fn falls(scene: &CheckedScene) -> Vec<f64> {
     let medium = scene.scene.medium.as_ref();
     let below = Below::new(scene);
     let fall = |grain: &Grain| {
+        let inertia = medium.map_or(1.0, |medium| 1.0 + 0.5 * medium.density / grain.density);
+        let along = |component: usize, weight: f64| {
+            if weight == 0.0 {
+                return 0.0;
+            }
+            let room = below.room(grain, component, weight);
+            let start = grain.velocity.start()[component] * weight.signum();
+            let by_time = (start + weight.abs() / inertia * until).max(0.0);
+            let by_room = (start * start + 2.0 * weight.abs() / inertia * room).sqrt();
+            by_time.min(by_room).powi(2)
+        };
         let speed2: f64 = (0..3)
             .map(|component| {
-                let weight = weight(scene, grain, component);
-                if weight == 0.0 {
-                    return 0.0;
-                }
-                let inertia = medium.map_or(1.0, |medium| 1.0 + 0.5 * medium.density / grain.density);
-                let room = below.room(grain, component, weight);
-                let start = grain.velocity.start()[component] * weight.signum();
-                let by_time = (start + weight.abs() / inertia * until).max(0.0);
-                let by_room = (start * start + 2.0 * weight.abs() / inertia * room).sqrt();
-                by_time.min(by_room).powi(2)
+                let [low, high] = weights(scene, grain, component).map(|weight| along(component, weight));
+                low.max(high)
             })
             .sum();
         let terminal = medium.map_or(f64::INFINITY, |medium| {
-            let pull = norm(&std::array::from_fn(|component| weight(scene, grain, component)));
+            let pull = norm(&std::array::from_fn(|component| {
+                let [low, high] = weights(scene, grain, component);
+                low.abs().max(high.abs())
+            }));
             let force = pull * grain.mass() / medium.density;
             speed_under(force, grain.shape, 2.0 * grain.radius, medium.kinematic_viscosity())
         });
@@ -218,15 +226,15 @@ fn falls(scene: &CheckedScene) -> Vec<f64> {
     scene.grains.iter().filter(|grain| grain.motion == Motion::Free).map(fall).collect()
 }
 
-/// Gravity less buoyancy along x, y or z (`component` 0, 1, 2) over the grain's mass, m/s²; 0 where the grain
-/// is held.
-pub fn weight(scene: &CheckedScene, grain: &Grain, component: usize) -> f64 {
+/// Gravity less buoyancy along x, y or z (`component` 0, 1, 2) over the grain's mass, m/s², at its lowest and
+/// highest; 0 where the grain is held.
+pub fn weights(scene: &CheckedScene, grain: &Grain, component: usize) -> [f64; 2] {
     let freedom = [Freedom::X, Freedom::Y, Freedom::Z][component];
     if !grain.is_free(freedom, scene.scene.domain.geometry) {
-        return 0.0;
+        return [0.0; 2];
     }
     let floats = scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density / grain.density);
-    scene.scene.peak_gravity()[component] * (1.0 - floats)
+    scene.scene.gravity.range(scene.scene.until).map(|gravity| gravity[component] * (1.0 - floats))
 }
 
 /// Cell of a grain across an axis, by the other two coordinates.

@@ -45,6 +45,36 @@ impl Table {
         Ok(Self { columns, header_line, rows: rows.collect() })
     }
 
+    /// Refuses two columns of one name and cells past the last column.
+    ///
+    /// # Errors
+    /// Line and place of the first such.
+    pub fn refuse_odd(&self) -> Result<(), String> {
+        for (index, name) in self.columns.iter().enumerate().filter(|(_, name)| !name.is_empty()) {
+            if let Some(first) = self.columns[..index].iter().position(|other| other == name) {
+                return Err(format!(
+                    "{}: column {} `{name}` has the name of column {}: rename or remove one of the two",
+                    self.header_line,
+                    index + 1,
+                    first + 1
+                ));
+            }
+        }
+        let last = self.columns.len();
+        for row in &self.rows {
+            let line = row.position().map_or(0, csv::Position::line);
+            if let Some(place) = (last..row.len()).find(|place| !row[*place].is_empty()) {
+                return Err(format!(
+                    "{line}: `{}` in column {} is past the last column, {last}: remove the cell, or name its \
+                     column in the header",
+                    &row[place],
+                    place + 1
+                ));
+            }
+        }
+        Ok(())
+    }
+
     /// Place of a column.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column == name)

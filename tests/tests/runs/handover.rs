@@ -83,8 +83,9 @@ fn grains(out: &Path) -> Vec<String> {
 fn state(out: &Path, role: &str, head: usize) -> Vec<u8> {
     let folder = protocol::checkpoints::newest_of_run(out);
     let bytes = std::fs::read(protocol::checkpoint::path(&folder, role)).expect("a checkpoint");
-    // The frame, and the identity with its length.
-    bytes[56 + 72 + head..].to_vec()
+    // The frame, and the identity behind its length.
+    let identity = u64::from_le_bytes(bytes[56..64].try_into().expect("a length")) as usize;
+    bytes[64 + identity + head..].to_vec()
 }
 
 /// Numbers of a column of `series.csv`.

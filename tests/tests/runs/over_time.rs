@@ -65,6 +65,16 @@ fn a_run_goes_on_and_replays_in_the_same_bits() {
     };
     let whole = run("whole", &[]);
     run("parts", &["--until", "0.25"]);
+    // Another table is another run.
+    folder.write("tilt.csv", &TABLE.replace("0.6", "0.5"));
+    let words = [scene.display().to_string(), folder.join("parts").display().to_string()];
+    let output = bedload(&["run", &words[0], "--out", &words[1], "--resume"]);
+    let refused = said(&output);
+    assert!(
+        output.status.code() == Some(2) && refused.contains("the tables of grains and values"),
+        "{refused}"
+    );
+    folder.write("tilt.csv", TABLE);
     let parts = run("parts", &["--resume"]);
     let series = |out: &std::path::Path| std::fs::read_to_string(out.join("series.csv")).expect("series.csv");
     assert!(series(&parts) == series(&whole), "series.csv differs");

@@ -282,7 +282,8 @@ fn a_dem_alone_that_goes_on_begins_another_part() {
 fn a_fluid_alone_is_logged_too() {
     let folder = Folder::new("replay-fluid-alone");
     let held = ["--set", "grains[0].motion=fixed", "--set", "grains[0].density=1.0", "--until", "0.5"];
-    let push = ["--set", "medium.body_force=[0.0, 0.0, 1.0]", "--set", "observe.every=0.1"];
+    let wall = "domain.boundary.r_upper={ type = \"no-slip\", velocity = [0.0, 0.0, 1.0] }";
+    let push = ["--set", wall, "--set", "observe.every=0.1"];
     let log = log(&folder, SMALL_BOUNCE, &[&held[..], &push].concat());
     ends(&replay(&log, "fluid", &["--verify"]), 0, &["5 messages compared"]);
     ends(&replay(&log, "fluid", &["--compare"]), 0, &["no difference"]);

@@ -10,7 +10,7 @@ use crate::fake_solvers::{Room, bedload};
 fn pack(folder: &Path, arguments: &str) -> (Option<i32>, String) {
     let out = folder.join("grains.csv");
     let words = ["pack"].into_iter().chain(arguments.split_whitespace());
-    let arguments: Vec<&str> = words.chain(["--out", out.to_str().unwrap()]).collect();
+    let arguments: Vec<&str> = words.chain(["--overwrite", "--out", out.to_str().unwrap()]).collect();
     let output = bedload(&arguments).output().unwrap();
     let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     (output.status.code(), said.concat())
@@ -167,6 +167,36 @@ fn sizes_come_from_a_distribution() {
     let (code, said) = pack(&room.0, &format!("--box 9 9 --fraction 0.2 --sizes {}", sizes.display()));
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("-1,1") && said.contains("above 0"), "{said}");
+    for (text, words) in [
+        ("diameter,number,foo\n1,1,2\n", "`foo`, which is not read"),
+        ("diameter,number\n1,1,7\n", "`7` in column 3 is past the last column"),
+        ("diameter,number,number\n1,1,7\n", "has the name of column 2"),
+    ] {
+        std::fs::write(&sizes, text).unwrap();
+        let (code, said) = pack(&room.0, &format!("--box 9 9 --fraction 0.2 --sizes {}", sizes.display()));
+        assert!(code == Some(2) && said.contains(words), "{said}");
+    }
+}
+
+/// What stands at `--out` stays, unless it is a file that may be replaced.
+#[test]
+fn nothing_is_replaced_unasked() {
+    let room = Room::new("pack-out");
+    let (out, link) = (room.0.join("mine.toml"), room.0.join("link"));
+    std::fs::write(&out, "mine").unwrap();
+    std::os::unix::fs::symlink(&out, &link).unwrap();
+    let words = "pack --box 9 9 9 --fraction 0.2 --diameter 1 --out".split(' ').collect::<Vec<_>>();
+    for (path, more, what) in
+        [(&out, "", "exists"), (&link, "", "no plain file"), (&link, "--overwrite", "no plain file")]
+    {
+        let more = Some(more).filter(|more| !more.is_empty());
+        let path = path.to_str().unwrap();
+        let arguments: Vec<&str> = words.iter().copied().chain([path]).chain(more).collect();
+        let output = bedload(&arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&output.stderr).contains(what), "{output:?}");
+        assert_eq!(std::fs::read_to_string(&out).unwrap(), "mine");
+    }
 }
 
 #[test]

@@ -89,6 +89,8 @@ class Dem:
             )
         ):
             raise Leave(2, "not for this DEM; remedy: free spheres or discs in [[grains]]")
+        if scene.get("walls") or any(grain.get("locked") for grain in grains):
+            raise Leave(2, "[[walls]] and `locked` are not for this DEM; remedy: faces of the box, and leave it out")
         if np.shape(gravity := scene["gravity"]) != (3,):
             raise Leave(2, f"gravity: {gravity} is not for this DEM; remedy: three numbers")
 

@@ -89,7 +89,8 @@ impl Plots<'_> {
 
     /// The component along which gravity pulls most, or the first there is.
     fn main_axis(&self, along: &[usize]) -> Option<usize> {
-        let gravity = self.run.scene.as_ref().map_or([0.0; 3], |scene| scene.scene.peak_gravity());
+        let gravity =
+            self.run.scene.as_ref().map_or([0.0; 3], |scene| scene.scene.gravity.longest(scene.scene.until));
         let strongest = along.iter().copied().max_by(|a, b| gravity[*a].abs().total_cmp(&gravity[*b].abs()));
         strongest.filter(|axis| gravity[*axis] != 0.0).or(along.first().copied())
     }

@@ -62,7 +62,7 @@ impl Scales {
 
     /// Of the scene's grain `grain`.
     fn of(scene: &CheckedScene, grain: usize) -> Self {
-        let gravity = scene.scene.peak_gravity().iter().map(|g| g * g).sum::<f64>().sqrt();
+        let gravity = scene.scene.largest_gravity();
         let Some(grain) = scene.grains.get(grain).filter(|_| gravity > 0.0) else { return Self::SI };
         let length = 2.0 * grain.radius;
         let density = scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);

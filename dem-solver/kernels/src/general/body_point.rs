@@ -56,8 +56,9 @@ impl Place {
             x * x * weight.x + z * z * weight.z + lever * lever * turn
         };
         let sum = inverse(self.first, self.arms.0) + self.second.map_or(0.0, |j| inverse(j, self.arms.1));
-        // Nothing here moves along the normal: the mass of the first.
-        if sum > 0.0 { 1.0 / sum } else { grains.mass[self.first] }
+        // What turns alone about an arm of round-off weighs no more than itself.
+        let most = self.second.map_or(0.0, |j| grains.mass[j]).max(grains.mass[self.first]);
+        if sum > 0.0 { (1.0 / sum).min(most) } else { grains.mass[self.first] }
     }
 
     /// Force on the first, and the gap rate; the spring takes its step. The rules are those of discs

@@ -39,7 +39,7 @@ fn planes_hold_the_grain_and_both_velocities() {
     for (axis, section) in [(0, 5.0), (1, 5.0), (2, 4.0)] {
         let planes = averages(solver, axis);
         let solid: f64 = planes.iter().map(|p| p.solid_fraction * p.width * section).sum();
-        assert!((solid / volume - 1.0).abs() < 0.02, "axis {axis}: volume {solid} for {volume}");
+        assert!((solid / volume - 1.0).abs() < 1e-3, "axis {axis}: volume {solid} for {volume}");
         let mean: [f64; 3] = std::array::from_fn(|c| {
             let sum = planes.iter().map(|p| p.solid_fraction * p.width * section * p.grain_velocity[c]);
             sum.sum::<f64>() / solid
@@ -58,6 +58,51 @@ fn planes_hold_the_grain_and_both_velocities() {
     assert_eq!((low.solid_fraction, high.solid_fraction), (0.0, 0.0));
     // the fluid moves only where the grain pushes it aside: its mean far away is the stream's, nearly
     assert!((low.fluid_velocity[0] - 0.3).abs() < 0.05, "{low:?}");
+}
+
+/// A grain fills its own volume, coarse or fine, in the plane, in space and in r–z, of either method.
+#[test]
+fn the_solid_fraction_is_that_of_the_grain() {
+    for (geometry, upper, lengths, whole) in [
+        ("plane", "[2.0, 2.0]", &[2, 2][..], PI / 4.0),
+        ("space", "[2.0, 2.0, 2.0]", &[2, 2, 2], PI / 6.0),
+        ("axisymmetric", "[1.0, 2.0]", &[1, 2], PI / 6.0),
+    ] {
+        let (lower, section) =
+            (vec![0.0; lengths.len()], [PI, 2.0, 4.0][lengths.iter().sum::<usize>() / 2 - 1]);
+        let x = if geometry == "axisymmetric" { "r_upper = \"no-slip\"" } else { "x = \"periodic\"" };
+        let y = if geometry == "space" { "y = \"periodic\"\n" } else { "" };
+        for (resolution, method) in
+            [6, 10, 16].into_iter().flat_map(|n| [(n, "calibrated"), (n, "izard-2014")])
+        {
+            let cells: Vec<usize> = lengths.iter().map(|length| length * resolution).collect();
+            // A sharp edge on few cells swings with its place by 1 %: the mean of sixteen.
+            let solid = |k: usize| {
+                let [a, b, c] = [0.618, 0.755, 0.57].map(|part| 0.9 + (k as f64 * part).fract() / 6.0);
+                let place = match geometry {
+                    "plane" => [a, 0.0, c],
+                    "space" => [a, b, c],
+                    _ => [0.0, 0.0, c],
+                };
+                let scene = scene(&format!(
+                    "until = 1.0\n[domain]\ngeometry = \"{geometry}\"\nlower = {lower:?}\nupper = {upper}\n\
+                 cells = {cells:?}\n[domain.boundary]\n{x}\n{y}z = \"no-slip\"\n[medium]\ndensity = 1.0\n\
+                 viscosity = 0.1\n[fluid]\nmethod = \"{method}\"\n[fluid.time]\ndt = 1e-3\n[[grains]]\n\
+                 position = {place:?}\nradius = 0.5\ndensity = 2.0\nmotion = \"fixed\"\n",
+                ));
+                let fluid = Fluid::new(&scene, Path::new("unused")).expect("a valid scene");
+                let planes = match fluid.three() {
+                    Some(solver) => averages(solver, 2),
+                    None => averages(fluid.two().expect("two axes"), 1),
+                };
+                planes.iter().map(|p| p.solid_fraction * p.width * section).sum::<f64>()
+            };
+            let error = (0..16).map(solid).sum::<f64>() / (16.0 * whole) - 1.0;
+            // On the axis there is but one place across.
+            let bar = if geometry == "axisymmetric" { 1.4 } else { 0.3 } / (resolution * resolution) as f64;
+            assert!(error.abs() < bar, "{geometry}, {method}, {resolution} cells: {error}");
+        }
+    }
 }
 
 /// Neutral discs in plane Couette flow, each on a height of its own; more observed things.

@@ -4,7 +4,7 @@ use bedload_scene::{CheckedScene, MetricKind};
 
 use super::accumulator::Accumulator;
 use super::rule::{Moved, Outcome, Rule, plain, require};
-use super::subject::{Subject, dot, norm};
+use super::subject::{Subject, dot};
 use super::trajectory::{Crossing, Trajectory};
 use crate::sample::{Sample, When};
 
@@ -20,7 +20,7 @@ pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
     let (diameter, weight) = (2.0 * subject.radius, subject.submerged_weight);
     let medium = scene.scene.medium.as_ref().map(|medium| (medium.density, medium.viscosity));
     let fluid = move || medium.ok_or_else(|| "the scene has no fluid".to_owned());
-    let gravity = norm(&scene.scene.peak_gravity());
+    let gravity = scene.scene.largest_gravity();
     // Time from the first touch to `then` over (D/g)^½.
     let after_touch = move |way: &Trajectory, then: Option<f64>, otherwise: &str| {
         require(gravity > 0.0, "the scene has no gravity")?;

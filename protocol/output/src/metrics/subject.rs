@@ -26,7 +26,7 @@ impl Subject {
     pub(super) fn of(scene: &CheckedScene, kind: &MetricKind) -> Option<Self> {
         let grain = kind.grain()?;
         let data = &scene.grains[grain];
-        let pull = scene.scene.peak_gravity();
+        let pull = scene.scene.gravity.longest(scene.scene.until);
         let gravity = norm(&pull);
         let excess = data.density - scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);
         let way = if excess < 0.0 { -1.0 } else { 1.0 };

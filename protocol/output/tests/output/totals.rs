@@ -99,6 +99,12 @@ fn totals_are_those_of_a_layer_of_discs() {
     let first = watch.columns.names().iter().position(|name| name == NAMES[0]).expect("the first");
     assert_eq!(watch.columns.names()[first..], NAMES);
     assert!((watch.value("flux") - flux).abs() < 1e-15);
+    // what has left through an open face counts no more
+    let mut left = motion(&scene);
+    left[0].position[2] = 3.01;
+    let row = watch.feed_all(&[], &window(2, 0.1).header(), &left, &GIVEN);
+    let value = |name: &str| row[watch.columns.find(name).unwrap_or_else(|| panic!("{name}")).0];
+    assert_eq!(["grain_flux_x", "velocity_flux_x", "moving_grains"].map(value), [0.0; 3]);
 }
 
 #[test]

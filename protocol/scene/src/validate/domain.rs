@@ -1,6 +1,7 @@
 //! Box, grid and faces.
 
 use super::check::{Check, finite, positive};
+use super::missing;
 use crate::domain::{Axis, Geometry, WallKind};
 use crate::open;
 use crate::over_time::acts_along;
@@ -40,19 +41,8 @@ pub(super) fn domain(scene: &Scene, source: &SceneSource) -> Check {
             format_args!("starts at r = {}", domain.lower[0]),
             "an axisymmetric box starts at r = 0",
         )?;
-        source.refuse_if(
-            acts_along(&scene.gravity, 0) || acts_along(&scene.gravity, 1),
-            "gravity",
-            format_args!("is {:?}: across the axis of symmetry", scene.peak_gravity()),
-            "write gravity = [0.0, 0.0, g] along z, or use geometry = \"space\"",
-        )?;
     }
-    source.refuse_if(
-        domain.geometry == Geometry::Plane && acts_along(&scene.gravity, 1),
-        "gravity",
-        format_args!("is {:?}: out of the plane (x, z)", scene.peak_gravity()),
-        "set its y component to 0",
-    )?;
+    missing::along_axis(&scene.gravity, domain.geometry, "gravity", source)?;
     boundary(scene, source)?;
     cells(scene, source)
 }
@@ -123,6 +113,7 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
         let key = format!("{pair}{}.velocity", if both.is_some() { "" } else { side });
         let written = key.trim_end_matches(".velocity");
         open::face(scene, axis, side == "_upper", face, written, source)?;
+        missing::in_geometry(&face.velocity, domain.geometry, &key, source)?;
         if face.kind == WallKind::Inflow {
             continue;
         }

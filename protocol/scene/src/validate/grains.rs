@@ -1,6 +1,7 @@
 //! Grains as they begin: alone, in the grid, and from each other.
 
 use super::check::{Check, finite, positive};
+use super::missing;
 use crate::domain::{Axis, Geometry, InitialVelocity};
 use crate::grains::{Grain, Motion};
 use crate::shared::Scene;
@@ -81,6 +82,7 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
             "set y = 0",
         ));
     }
+    missing::along_axis(&grain.velocity, geometry, &key("velocity"), source)?;
     inside(scene, index, grain, source)?;
     resolved(scene, index, grain, source)
 }

@@ -8,6 +8,7 @@
 //! | `beds` | grains that are made: groups, rough walls, insertions |
 //! | `grains` | grains as they begin: alone, in the grid, and from each other |
 //! | `observe` | what is written down |
+//! | `missing` | components that a geometry does not have |
 //! | `metrics` | what is measured |
 
 mod beds;
@@ -15,6 +16,7 @@ mod check;
 mod domain;
 mod grains;
 mod metrics;
+mod missing;
 mod observe;
 
 use super::domain::InitialVelocity;
@@ -43,8 +45,17 @@ fn medium(scene: &Scene, source: &SceneSource) -> Check {
     let Some(medium) = &scene.medium else { return Ok(()) };
     positive(source, "medium.density", medium.density)?;
     positive(source, "medium.viscosity", medium.viscosity)?;
+    let geometry = scene.domain.geometry;
+    missing::along_axis(&medium.body_force, geometry, "medium.body_force", source)?;
+    missing::along_axis(&medium.pressure_gradient, geometry, "medium.pressure_gradient", source)?;
     for axis in 0..scene.domain.dimensions() {
         let component = scene.domain.geometry.component(axis);
+        source.refuse_if(
+            acts_along(&medium.body_force, component) && !scene.domain.is_periodic(axis),
+            "medium.body_force",
+            "drives along an axis with walls or open faces, where the pressure balances it and nothing moves",
+            "make that axis periodic, set this component to 0, or give gravity, which grains weigh in",
+        )?;
         source.refuse_if(
             acts_along(&medium.pressure_gradient, component) && !scene.domain.is_periodic(axis),
             "medium.pressure_gradient",
@@ -56,7 +67,10 @@ fn medium(scene: &Scene, source: &SceneSource) -> Check {
     match &medium.initial {
         // The fluid looks into the folder of a run.
         InitialVelocity::Rest | InitialVelocity::Run { .. } => Ok(()),
-        InitialVelocity::Uniform { velocity } => finite(source, "medium.initial.velocity", velocity),
+        InitialVelocity::Uniform { velocity } => {
+            finite(source, "medium.initial.velocity", velocity)?;
+            missing::in_geometry(&(*velocity).into(), geometry, "medium.initial.velocity", source)
+        }
         InitialVelocity::Shear { direction, gradient, rate, origin } => {
             finite(source, "medium.initial", &[*rate, *origin])?;
             let axes = scene.domain.geometry.axes();
@@ -106,6 +120,9 @@ fn walls(scene: &Scene, source: &SceneSource) -> Check {
             format_args!("is {:?}", wall.normal),
             "give a normal of non-zero length that points to the grains",
         )?;
+        let geometry = scene.domain.geometry;
+        missing::along_axis(&wall.normal.into(), geometry, &key("normal"), source)?;
+        missing::along_axis(&wall.velocity, geometry, &key("velocity"), source)?;
         source.refuse_if(
             !(wall.from.is_finite() && wall.until > wall.from),
             &key("until"),

@@ -52,6 +52,8 @@ fn wrong_tables_and_values_are_named() {
         ("0.0, 0.0, -1.0", "0.0, north, -1.0", "gravity", "`north`"),
         ("t, x, z", "t, x, w", "gravity", "column `w`"),
         ("t, x, z", "time, x, z", "gravity", "column `time`"),
+        ("t, x, z", "t, x, x", "gravity", "tilt.csv:2: column 3 `x` has the name of column 2"),
+        ("0.0, 0.0, -1.0", "0.0, 0.0, -1.0, 5", "gravity", "tilt.csv:3: `5` in column 4"),
         ("2.0, 1.0", "0.0, 1.0", "gravity", "row 2"),
         (
             "[[0.0, [0.0, 0.0, 0.0]], [1.0, [2.0, 0.0, 0.0]]]",

@@ -24,6 +24,15 @@ fn overrides_reach_tables_arrays_and_new_keys() {
     assert_eq!(table["until"].as_integer(), Some(3));
     assert!(source(text).with_overrides(&["grains[3].density=4".into()]).is_err());
     assert!(source(text).with_overrides(&["nonsense".into()]).is_err());
+    // a key more of an inline table, and of one within it
+    let inline = source("observe = { every = 0.01 }\n")
+        .with_overrides(&["observe.planes.every=0.05".into(), "observe.energy=true".into()])
+        .expect("two keys more");
+    let read: toml::Table = inline.text.parse().expect("TOML");
+    assert_eq!(
+        read.to_string(),
+        "[observe]\nenergy = true\nevery = 0.01\n\n[observe.planes]\nevery = 0.05\n"
+    );
 }
 
 #[test]

@@ -43,6 +43,26 @@ fn a_dry_grain_falls_as_far_as_there_is_room_and_time() {
     assert!((Speeds::of(&scene(&onto)).grain - 8.0_f64.sqrt()).abs() < 1e-12);
 }
 
+/// Gravity of one length that turns: the speed along each axis is that of its own largest component, in both
+/// directions.
+#[test]
+fn turned_gravity_has_components_of_its_own() {
+    let turns = |rows: &str| {
+        let mut scene = scene(&format!("{CLOSED}{GRAIN}"));
+        scene.scene.gravity = toml::from_str::<std::collections::BTreeMap<String, _>>(&format!("g = {rows}"))
+            .expect("a table")
+            .remove("g")
+            .expect("gravity");
+        Speeds::of(&scene).grain
+    };
+    // 4 m down, and 1.5 m along x to the wall: v² = 4 · 4 + 2 · 1.6 · 1.5.
+    let speed = turns("[[0.0, [0.0, 0.0, -2.0]], [1.0, [1.6, 0.0, -1.2]]]");
+    assert!((speed - 20.8_f64.sqrt()).abs() < 1e-12, "{speed}");
+    // Up, too, where there are 3 m.
+    let speed = turns("[[0.0, [0.0, 0.0, -2.0]], [1.0, [0.0, 0.0, 4.0]]]");
+    assert!((speed - 24.0_f64.sqrt()).abs() < 1e-12, "{speed}");
+}
+
 #[test]
 fn a_driven_flow_is_as_fast_as_walls_time_and_held_grains_let_it_be() {
     let open = "boundary = { x = \"periodic\", y = \"periodic\", z = \"periodic\" }\n";
