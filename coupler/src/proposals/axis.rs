@@ -45,9 +45,11 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let kind = kinds(0)?[0];
     let sides = [kinds(0)?, kinds(1)?].concat();
     let alike = closed(kind) && sides.iter().all(|side| *side == kind);
+    let walls = &scene.scene.walls;
+    let level = walls.iter().all(|wall| along(&wall.normal.into()) && along(&wall.velocity));
     let drives = along(&scene.scene.gravity) && along(&drive(&scene.scene).into());
     let at_rest = medium.initial == InitialVelocity::Rest && !is_driven_at_faces(&scene.scene);
-    if !(square && moves && alike && drives && at_rest) {
+    if !(square && moves && alike && level && drives && at_rest) {
         return None;
     }
     // Cells as near to square as a whole number of them lets them be.

@@ -183,6 +183,9 @@ impl Task {
             Err(error) => return Ok(Outcome::Failed(error)),
         };
         let resume = left.as_ref().is_some_and(|left| left.status == RunStatus::Interrupted);
+        if left.is_none() && self.folder.join("summary.json").exists() {
+            protocol::say!("bedload: {}: its scene, a table of it or the version has changed", self.name);
+        }
         match left.and_then(|summary| reuse.outcome(summary)) {
             Some(outcome) => {
                 protocol::say!("bedload: {}: finished before", self.name);

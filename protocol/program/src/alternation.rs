@@ -98,8 +98,8 @@ impl Channel {
 }
 
 /// Speeds of a fluid above this many times the largest that the scene leads to, or that it had in its first
-/// window, are not physical; a jet beside a grain that leaves a twentieth of a channel open is.
-const BEYOND: f64 = 100.0;
+/// window, are not physical; a jet through a gap of one of some hundred cells is.
+const BEYOND: f64 = 1000.0;
 
 /// What was seen so far of a fluid alone: part of a checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -204,7 +204,7 @@ mod tests {
             |found: Option<String>, what: &str| assert!(found.clone().unwrap().contains(what), "{found:?}");
         says(ends(|n| decays(n) + 0.05 * sign(n), decays), "force_x of grain 0 alternates");
         says(ends(|n| decays(n) + 1e-9 * 1.15_f64.powf(n as f64) * sign(n), decays), "and grows");
-        says(ends(decays, |n| 1.1_f64.powf(n as f64)), "more than 100 times");
+        says(ends(decays, |n| 1.2_f64.powf(n as f64)), "more than 1000 times");
     }
 
     #[test]

@@ -99,10 +99,15 @@ impl CheckedScene {
         walls
     }
 
-    /// SHA-256 of the text in hexadecimal: the identity of the scene. `[chart]` and `[stability]` do
-    /// not count: they say which other runs to make, and nothing about this one.
+    /// SHA-256 of the text, and of the files that it reads, in hexadecimal: the identity of the scene.
+    /// `[chart]` and `[stability]` do not count: they say which other runs to make, and nothing about this
+    /// one.
     pub fn sha256(&self) -> String {
-        hexadecimal(self.source.without_sweeps().as_bytes())
+        let text = self.source.without_sweeps();
+        match &self.files_sha256 {
+            Some(files) => hexadecimal(format!("{text}{files}").as_bytes()),
+            None => hexadecimal(text.as_bytes()),
+        }
     }
 
     /// SHA-256 in hexadecimal of what the scene says, its end aside, and, behind a `-`, of the files that it
