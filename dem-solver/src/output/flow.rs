@@ -54,7 +54,7 @@ pub fn exponent(profile: &Profile, range: [f64; 2], gravity: f64) -> Option<Meas
     }
     // v of the line through (depth^n, v), at each point.
     let line = |n: f64| {
-        let x = |depth: f64| depth.powf(n);
+        let x = move |depth: f64| depth.powf(n);
         let [mx, mv] = [points.iter().map(|(d, _)| x(*d)).sum::<f64>(), points.iter().map(|(_, v)| v).sum()]
             .map(|sum: f64| sum / count);
         let slope = points.iter().map(|(d, v)| (x(*d) - mx) * (v - mv)).sum::<f64>()
