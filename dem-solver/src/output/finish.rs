@@ -82,9 +82,7 @@ fn metrics(
             MetricKind::JanssenDirect(InRange { range }) => (direct(profile, range), "-"),
             MetricKind::PlateauPressure(InRange { range }) => (plateau(profile, range), "Pa"),
             MetricKind::StressRatio(InRange { range }) => (stress_ratio(profile, range), "-"),
-            MetricKind::InertialNumber(InRange { range }) => {
-                (inertial_number(profile, range, diameter), "-")
-            }
+            MetricKind::InertialNumber(InRange { range }) => (inertial_number(profile, range, diameter), "-"),
             MetricKind::ShearExponent(InRange { range }) => (exponent(profile, range, gravity), "-"),
             _ => continue,
         };
