@@ -1,7 +1,9 @@
-//! What a run of the DEM alone leaves at its end: `grains.csv`, `profile.csv`, metrics of a silo.
+//! What a run of the DEM alone leaves at its end: `grains.csv`, `profile.csv`, metrics of a silo and of a dense flow.
 
 use std::collections::BTreeMap;
 
+use crate::contacts::is_free;
+use crate::output::flow::{exponent, inertial_number, stress_ratio};
 use crate::output::grain_files;
 use crate::output::janssen::{Measured, Silo, direct, plateau};
 use crate::output::profile::Profile;
@@ -48,7 +50,7 @@ pub(crate) fn finish(
     });
     let curves = fit.map_or_else(Vec::new, |(silo, fit)| curves(profile, &silo, fit.value));
     atomic_write(&folder.profile(), profile.table(&curves).as_bytes()).map_err(failed)?;
-    Ok(metrics(scene, profile, gravity))
+    Ok(metrics(scene, profile, gravity, mean_diameter(dem)))
 }
 
 /// Janssen's and the hydrostatic pressure beside the measured one.
@@ -58,7 +60,19 @@ fn curves(profile: &Profile, silo: &Silo, k: f64) -> Vec<(&'static str, Vec<f64>
     vec![("janssen", along(&|z| silo.pressure(z, k))), ("hydrostatic", along(&|z| silo.hydrostatic(z)))]
 }
 
-fn metrics(scene: &CheckedScene, profile: &Profile, gravity: f64) -> BTreeMap<String, MetricValue> {
+/// Mean diameter of the free grains, m.
+fn mean_diameter(dem: &Dem) -> f64 {
+    let free = (0..dem.grains.len()).filter(|&i| is_free(&dem.grains, i));
+    let (count, sum) = free.fold((0.0, 0.0), |(n, sum), i| (n + 1.0, sum + 2.0 * dem.grains.radius[i]));
+    sum / f64::max(count, 1.0)
+}
+
+fn metrics(
+    scene: &CheckedScene,
+    profile: &Profile,
+    gravity: f64,
+    diameter: f64,
+) -> BTreeMap<String, MetricValue> {
     let mut values = BTreeMap::new();
     for metric in &scene.scene.metrics {
         let (measured, unit) = match metric.kind {
@@ -67,6 +81,9 @@ fn metrics(scene: &CheckedScene, profile: &Profile, gravity: f64) -> BTreeMap<St
             }
             MetricKind::JanssenDirect(InRange { range }) => (direct(profile, range), "-"),
             MetricKind::PlateauPressure(InRange { range }) => (plateau(profile, range), "Pa"),
+            MetricKind::StressRatio(InRange { range }) => (stress_ratio(profile, range), "-"),
+            MetricKind::InertialNumber(InRange { range }) => (inertial_number(profile, range, diameter), "-"),
+            MetricKind::ShearExponent(InRange { range }) => (exponent(profile, range, gravity), "-"),
             _ => continue,
         };
         let told =

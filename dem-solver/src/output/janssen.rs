@@ -80,7 +80,7 @@ impl Silo {
 }
 
 /// Place of the least value between `low` and `high`: the best of a coarse walk, then golden section.
-fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
+pub(crate) fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
     const WALK: usize = 400;
     let step = (high - low) / WALK as f64;
     let best = (0..=WALK).min_by(|a, b| f(low + step * *a as f64).total_cmp(&f(low + step * *b as f64)));
@@ -100,18 +100,22 @@ fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
 
 /// f_w K measured: friction of the side walls over granular pressure, slab by slab.
 pub fn direct(profile: &Profile, range: [f64; 2]) -> Option<Measured> {
-    mean(profile, range, |slab| profile.wall_shear(slab) / profile.pressure(slab))
+    mean(bearing(profile, range).map(|slab| profile.wall_shear(slab) / profile.pressure(slab)))
 }
 
 /// Mean granular pressure, Pa.
 pub fn plateau(profile: &Profile, range: [f64; 2]) -> Option<Measured> {
-    mean(profile, range, |slab| profile.pressure(slab))
+    mean(bearing(profile, range).map(|slab| profile.pressure(slab)))
 }
 
-/// Mean and standard deviation over the slabs of `range` that bear a pressure.
-fn mean(profile: &Profile, range: [f64; 2], of: impl Fn(usize) -> f64) -> Option<Measured> {
-    let values: Vec<f64> =
-        profile.slabs_in(range).filter(|&slab| profile.pressure(slab) > 0.0).map(of).collect();
+/// Slabs of `range` that bear a pressure.
+fn bearing(profile: &Profile, range: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
+    profile.slabs_in(range).filter(|&slab| profile.pressure(slab) > 0.0)
+}
+
+/// Mean and standard deviation of the values of slabs.
+pub(crate) fn mean(values: impl Iterator<Item = f64>) -> Option<Measured> {
+    let values: Vec<f64> = values.collect();
     let count = values.len() as f64;
     let value = values.iter().sum::<f64>() / count;
     let spread = (values.iter().map(|v| (v - value).powi(2)).sum::<f64>() / count).sqrt();

@@ -2,6 +2,7 @@
 
 pub mod coarse_grain;
 pub mod finish;
+pub mod flow;
 pub mod grain_files;
 pub mod janssen;
 pub mod partition;

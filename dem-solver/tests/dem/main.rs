@@ -12,6 +12,7 @@ mod coarse_grain;
 mod constraints;
 mod coupling;
 mod energy;
+mod flow;
 mod haff;
 mod integrators;
 mod invariance;

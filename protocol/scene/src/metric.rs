@@ -154,6 +154,12 @@ pub enum MetricKind {
     JanssenDirect(InRange),
     /// Mean granular pressure of the profile, Pa.
     PlateauPressure(InRange),
+    /// Shear stress over normal stress across the slabs of the profile, sums over those of the range.
+    StressRatio(InRange),
+    /// I = γ̇ d/√(σ/ρ_p) of the profile (GDR MiDi 2004), mean over slabs; σ is the normal stress across them.
+    InertialNumber(InRange),
+    /// n of the best fit of v = a − b (h − z)^n to the velocity of the profile, h its top; 3/2 is Bagnold's.
+    ShearExponent(InRange),
     /// Mean velocity of the fluid over its volume and the time of the mean of `observe.planes`.
     MeanFluidVelocity(OfComponent),
     /// The same of the grains.

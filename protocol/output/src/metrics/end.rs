@@ -39,7 +39,12 @@ pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
                 |kept, _| plain(kept.value().map_err(|_| "so many grains never moved so fast")?),
             )
         }
-        MetricKind::JanssenFit(_) | MetricKind::JanssenDirect(_) | MetricKind::PlateauPressure(_) => {
+        MetricKind::JanssenFit(_)
+        | MetricKind::JanssenDirect(_)
+        | MetricKind::PlateauPressure(_)
+        | MetricKind::StressRatio(_)
+        | MetricKind::InertialNumber(_)
+        | MetricKind::ShearExponent(_) => {
             elsewhere("-", "bedload-dem at the end of a dry run with [observe.profile]")
         }
         MetricKind::VelocityDifference { .. } => elsewhere("m/s", FLUID),
