@@ -250,6 +250,7 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
             LineFilm::Points => LineResolution::POINTS,
         },
         viscosity: shared.medium.as_ref().map_or(0.0, |medium| medium.viscosity),
+        fluid_density: shared.medium.as_ref().map_or(0.0, |medium| medium.density),
         integrator: dem.integrator,
         skin: None,
         engine: Engine::Auto,

@@ -50,7 +50,8 @@ impl Dem {
         let done = match engine {
             Running::General(general) => {
                 response.set(grains, &first, loads);
-                let mut window = Window { grains, around, response, observed, gravity };
+                let loaded = !loads.is_empty();
+                let mut window = Window { grains, around, response, observed, gravity, loaded };
                 let done = advance_general(general, &mut window, time, dt_window, n_sub);
                 gaps_to_walls(grains, around, general.evaluation.bodies.as_deref(), observed, self.time);
                 done

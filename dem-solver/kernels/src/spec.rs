@@ -70,8 +70,10 @@ pub struct DemSpec {
     pub lubrication: Lubrication,
     /// What the flow resolves of the films of discs.
     pub line_resolution: LineResolution,
-    /// Viscosity μ of the fluid, Pa s; used by lubrication only.
+    /// Viscosity μ of the fluid, Pa s; used by lubrication and by the drag within a window.
     pub viscosity: f64,
+    /// Density ρ of the fluid, kg/m³; zero: no drag within a window.
+    pub fluid_density: f64,
     /// Time integration.
     pub integrator: Integrator,
     /// Width of the neighbour list beyond the range of forces, m; a tenth of the mean diameter if
@@ -107,6 +109,7 @@ impl DemSpec {
             lubrication: Lubrication::None,
             line_resolution: LineResolution::MASK,
             viscosity: 0.0,
+            fluid_density: 0.0,
             integrator: Integrator::default(),
             skin: None,
             engine: Engine::default(),

@@ -29,3 +29,4 @@ mod scene_features;
 mod scene_keys;
 mod split;
 mod state;
+mod window_drag;

@@ -128,8 +128,10 @@ pub(crate) struct Bed {
     stress: Option<Stress>,
     /// Solid in each plane, m³; its thickness is the same for all.
     solid: Vec<f64>,
-    /// Velocity times solid in each plane, m⁴/s.
-    carried: Vec<[f64; 3]>,
+    /// Mean radius, m: the height of a bin of centres, from the surface down.
+    bin: f64,
+    /// Sum of the velocities in each bin, m/s, and its grains.
+    bins: Vec<([f64; 3], u32)>,
     flux: [f64; 3],
     velocity_flux: [f64; 3],
     height: f64,
@@ -225,6 +227,7 @@ impl Bed {
         };
         let grains: Vec<Counted> = scene.grains.iter().map(counted).collect();
         let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len().max(1) as f64;
+        let bins = if mean > 0.0 { ((upper - lower) / mean).ceil().min(MOST_PLANES) as usize } else { 0 };
         let thickness = if domain.cells.is_empty() { mean } else { domain.spacing(axis) };
         let planes = if thickness > 0.0 { ((upper - lower) / thickness).round().max(1.0) } else { 1.0 };
         let planes = planes.min(MOST_PLANES) as usize;
@@ -241,7 +244,8 @@ impl Bed {
             present: scene.present(),
             stress,
             solid: vec![0.0; planes],
-            carried: vec![[0.0; 3]; planes],
+            bin: mean,
+            bins: vec![([0.0; 3], 0); bins],
             velocity_flux: [0.0; 3],
             flux: [0.0; 3],
             height: 0.0,
@@ -252,10 +256,9 @@ impl Bed {
 
     /// Makes the sums of a window.
     pub(crate) fn look(&mut self, sample: &Sample) {
-        let Self { domain, across, lower, solid, carried, grains, .. } = self;
+        let Self { domain, across, lower, solid, grains, .. } = self;
         let thickness = (self.upper - *lower) / solid.len() as f64;
         solid.fill(0.0);
-        carried.fill([0.0; 3]);
         (self.flux, self.moving) = ([0.0; 3], 0);
         for (index, (grain, motion)) in grains.iter().zip(sample.kinematics).enumerate() {
             let is_there = index < self.present || motion.is_there();
@@ -274,15 +277,32 @@ impl Bed {
             let span = first.floor().clamp(0.0, most) as usize..last.ceil().clamp(0.0, most) as usize;
             for k in span {
                 let below = |face: f64| part_below((face - at) * thickness / radius, self.discs);
-                let part = volume * (below(k as f64 + 1.0) - below(k as f64));
-                solid[k] += part;
-                (0..3).for_each(|c| carried[k][c] += part * motion.velocity[c]);
+                solid[k] += volume * (below(k as f64 + 1.0) - below(k as f64));
             }
         }
-        let planes = || carried.iter().zip(&*solid).filter(|(_, solid)| **solid > 0.0);
-        self.velocity_flux =
-            std::array::from_fn(|c| planes().map(|(carried, solid)| carried[c] / solid * thickness).sum());
         self.height = self.surface_height(thickness);
+        self.sum_velocities(sample);
+    }
+
+    /// q_v = Σ v̄ R, v̄ the mean velocity of the grains whose centres lie in a bin (Biegert et al. 2017, eq. 34
+    /// and section 6.2).
+    fn sum_velocities(&mut self, sample: &Sample) {
+        let Self { domain, across, lower, height, bin, bins, grains, present, .. } = self;
+        bins.fill(([0.0; 3], 0));
+        for (index, motion) in sample.kinematics.iter().enumerate().take(grains.len()) {
+            let depth = (*lower + *height - motion.position[*across]) / *bin;
+            if depth >= 0.0
+                && (index < *present || motion.is_there())
+                && domain.holds(&motion.position)
+                && let Some((sum, number)) = bins.get_mut(depth as usize)
+            {
+                sum.iter_mut().zip(motion.velocity).for_each(|(sum, v)| *sum += v);
+                *number += 1;
+            }
+        }
+        let filled = || bins.iter().filter(|(_, number)| *number > 0);
+        self.velocity_flux =
+            std::array::from_fn(|c| filled().map(|(sum, number)| sum[c] / f64::from(*number) * *bin).sum());
     }
 
     /// Where the solid fraction falls below that of the surface for the last time, above the lower face, m:

@@ -3,7 +3,7 @@
 //! One sub-step, symplectic Euler, from top to bottom:
 //!
 //! 1. contact forces at xⁿ, vⁿ, springs take dt vⁿ (eqs 11–16);
-//! 2. kick: gravity, fluid, virtual mass, contact;
+//! 2. kick: gravity, fluid, virtual mass, contact; in beds the drag that changes within the window;
 //! 3. neighbour lists, if the grains may outrun them in this sub-step;
 //! 4. lubrication: implicit impulses over the path of the sub-step (eq. 19);
 //! 5. drift: positions and orientations with the new velocities.
@@ -16,6 +16,7 @@ use crate::general::evaluation::{Evaluation, Window};
 use crate::general::forces::Forces;
 use crate::general::integrate::{Speed, drift};
 use crate::general::rk3::Rk3;
+use crate::general::window_drag::WindowDrag;
 use crate::grains::Grains;
 use crate::motion::Vec3;
 use crate::report::Outcome;
@@ -36,6 +37,7 @@ pub(crate) struct General {
     start: (Vec<Vec3>, Vec<Vec3>),
     /// Velocities and spins predicted for the end of a Verlet step.
     ahead: (Vec<Vec3>, Vec<Vec3>),
+    window_drag: Option<WindowDrag>,
 }
 
 impl General {
@@ -49,6 +51,7 @@ impl General {
             rk3: Rk3::default(),
             start: zeros(grains.len()),
             ahead: zeros(if verlet { grains.len() } else { 0 }),
+            window_drag: WindowDrag::of(spec),
         }
     }
 
@@ -56,6 +59,9 @@ impl General {
     pub(crate) fn advance(&mut self, window: &mut Window<'_>, time: f64, dt: f64, n_sub: u32) -> Outcome {
         self.start.0.copy_from_slice(&window.grains.velocity);
         self.start.1.copy_from_slice(&window.grains.spin);
+        if let Some(drag) = &mut self.window_drag {
+            drag.begin(if window.loaded { dt * f64::from(n_sub) } else { 0.0 });
+        }
         window.observed.clear();
         window.observed.split.begin(&window.grains.velocity);
         self.evaluation.begin();
@@ -120,9 +126,12 @@ impl General {
 
     /// Kick of `h`, lists, lubrication and drift of `dt`.
     fn kick_and_drift(&mut self, window: &mut Window<'_>, t: f64, dt: f64, h: f64) -> Speed {
-        let evaluation = &mut self.evaluation;
+        let Self { evaluation, window_drag, start, .. } = self;
         window.fall(t, t + h);
         let speed = evaluation.kick(h, window.grains, window.response);
+        if let Some(drag) = window_drag {
+            drag.act(dt, window.grains, window.response, &evaluation.lists, (&start.0, &start.1));
+        }
         evaluation.refresh(&speed, window.grains, window.around, t, dt);
         evaluation.lubricate(window, t, dt);
         drift(dt, t, window.grains, &evaluation.prescribed);

@@ -25,6 +25,8 @@ pub(crate) struct Window<'a> {
     pub(crate) observed: &'a mut Observations,
     /// Where it changes over time.
     pub(crate) gravity: Option<&'a OverTime<[f64; 3]>>,
+    /// Whether loads of a fluid act.
+    pub(crate) loaded: bool,
 }
 
 impl Window<'_> {

@@ -11,3 +11,4 @@ mod integrate;
 pub(crate) mod pair_lanes;
 mod pair_law;
 mod rk3;
+mod window_drag;

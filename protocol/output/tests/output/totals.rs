@@ -94,8 +94,8 @@ fn totals_are_those_of_a_layer_of_discs() {
         let stress = (GIVEN[1 + k] + GIVEN[6 + k] + GIVEN[10 + k]) / 4.0;
         assert!((value(name) - stress).abs() < 1e-15, "{name}");
     }
-    // of each of the eight planes that the four discs fill a quarter moves at 0.2
-    assert!((value("velocity_flux_x") - 0.2 / 4.0).abs() < 1e-14, "{}", value("velocity_flux_x"));
+    // The centres of all four lie in the first bin, of height R, and one of them moves at 0.2.
+    assert!((value("velocity_flux_x") - 0.5 * 0.2 / 4.0).abs() < 1e-14, "{}", value("velocity_flux_x"));
     let first = watch.columns.names().iter().position(|name| name == NAMES[0]).expect("the first");
     assert_eq!(watch.columns.names()[first..], NAMES);
     assert!((watch.value("flux") - flux).abs() < 1e-15);
