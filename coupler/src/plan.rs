@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::bounds::{self, Bound, Drag, Facts, TimeSteps};
 use crate::config::Coupling;
+use crate::files::Files;
 use crate::notices;
 use crate::number::Short;
 use bedload_scene::speeds::Speeds;
@@ -80,6 +81,8 @@ pub struct Plan {
     pub memory: u64,
     /// Size of `exchange.mcap`, estimated, bytes before compression.
     pub log: u64,
+    /// Fields and checkpoints.
+    pub files: Files,
     /// Time steps.
     #[serde(flatten)]
     pub steps: TimeSteps,
@@ -216,6 +219,19 @@ impl Plan {
         let cost = windows * attempts * of_a_window;
         let more = notices::of(&facts, cost, windows * attempts);
         let drag = bounds::drag::of(&facts);
+        let bytes = |of: (fn(&FluidFacts) -> u64, fn(&DemFacts) -> u64)| {
+            let known = [fluid.map(of.0), dem.map(of.1)];
+            // One that does not say its size leaves the sum unknown.
+            known.into_iter().flatten().try_fold(0, |sum, part| (part > 0).then_some(sum + part)).unwrap_or(0)
+        };
+        let files = Files::of(
+            &scene.scene.observe,
+            scene.scene.until,
+            windows,
+            cost,
+            bytes((|fluid| fluid.field_bytes, |dem| dem.field_bytes)),
+            bytes((|fluid| fluid.checkpoint_bytes, |dem| dem.checkpoint_bytes)),
+        );
         Ok(Self {
             participants,
             scheme: facts.scheme,
@@ -223,6 +239,7 @@ impl Plan {
             grains: scene.grains.len(),
             memory: fluid.map_or(0, |fluid| fluid.memory) + dem.map_or(0, |dem| dem.memory),
             log: log_bytes(participants.alone(), scene.grains.len(), windows * attempts) as u64,
+            files,
             steps,
             dt_dem_target,
             adaptive,
@@ -292,6 +309,7 @@ impl Plan {
         lines.push(line("cost", cost));
         let log = self.log as f64 / f64::from(1 << 20);
         lines.push(line("log", format!("up to {} MiB before compression (--no-record: none)", Short(log))));
+        lines.extend(self.files.lines().map(|(name, said)| line(name, said)));
         lines
     }
 }
