@@ -219,18 +219,18 @@ impl Plan {
         let cost = windows * attempts * of_a_window;
         let more = notices::of(&facts, cost, windows * attempts);
         let drag = bounds::drag::of(&facts);
-        let bytes = |of: (fn(&FluidFacts) -> u64, fn(&DemFacts) -> u64)| {
-            let known = [fluid.map(of.0), dem.map(of.1)];
+        let bytes = |of_fluid: fn(&FluidFacts) -> u64, of_dem: fn(&DemFacts) -> u64| {
+            let mut known = fluid.map(of_fluid).into_iter().chain(dem.map(of_dem));
             // One that does not say its size leaves the sum unknown.
-            known.into_iter().flatten().try_fold(0, |sum, part| (part > 0).then_some(sum + part)).unwrap_or(0)
+            known.try_fold(0, |sum, part| (part > 0).then_some(sum + part)).unwrap_or(0)
         };
         let files = Files::of(
             &scene.scene.observe,
             scene.scene.until,
             windows,
             cost,
-            bytes((|fluid| fluid.field_bytes, |dem| dem.field_bytes)),
-            bytes((|fluid| fluid.checkpoint_bytes, |dem| dem.checkpoint_bytes)),
+            bytes(|fluid| fluid.field_bytes, |dem| dem.field_bytes),
+            bytes(|fluid| fluid.checkpoint_bytes, |dem| dem.checkpoint_bytes),
         );
         Ok(Self {
             participants,

@@ -89,7 +89,8 @@ pub(crate) fn facts(
     Ok(facts)
 }
 
-/// Bytes of the files of an instant: 18 numbers for a grain, and for the outline of a body 13 and four a corner.
+/// Bytes of the files of an instant: 18 numbers for a grain, and for the outline of a body 13 and four a
+/// corner.
 fn field_bytes(scene: &CheckedScene, spec: &DemSpec) -> u64 {
     let corners: usize = scene.grains.iter().filter_map(|grain| Some(grain.outline()?.corners().len())).sum();
     let bodies = scene.grains.iter().filter(|grain| grain.outline().is_some()).count();

@@ -32,8 +32,8 @@ pub struct Film {
 const STRIP: usize = 40;
 /// Size of a frame in either direction, pixels.
 const SIZES: std::ops::RangeInclusive<usize> = 64..=4096;
-/// Neighbouring colours of the scale that are one in the film, and a number that stands for what the frame before
-/// has: with both a film takes a third of the bytes.
+/// Neighbouring colours of the scale that are one in the film, and a number that stands for what the frame
+/// before has: with both a film takes a third of the bytes.
 const MERGED: u8 = 5;
 const SAME: u8 = u8::MAX;
 

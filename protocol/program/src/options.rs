@@ -57,8 +57,8 @@ impl RunOptions {
         }
     }
 
-    /// The scene, with `--set` and then `--until` applied, read and checked, and with the time between field files
-    /// that `bedload` chose.
+    /// The scene, with `--set` and then `--until` applied, read and checked, and with the time between field
+    /// files that `bedload` chose.
     ///
     /// # Errors
     /// [`SceneError`] at the first fault.

@@ -121,7 +121,8 @@ impl<'a> Shape<'a> {
         let mirrored = summary.size.geometry == Geometry::Axisymmetric;
         let mut shape = Self { mirrored, ..Self::UNKNOWN };
         let Some(CheckedScene { scene, grains, .. }) = scene else { return shape };
-        (shape.ends, shape.grains) = (Some([(0.0, 0.0); 3]), grains);
+        shape.ends = Some([(0.0, 0.0); 3]);
+        shape.grains = grains;
         let domain = &scene.domain;
         for axis in 0..domain.dimensions() {
             let component = domain.geometry.component(axis);
@@ -274,9 +275,9 @@ pub(crate) struct Grain {
     pub(crate) copy: bool,
 }
 
-/// Where a plane shows a body that spans `from` to `to`: at its place, and as copies, mirrored about the axis of
-/// symmetry and beyond each periodic side that it reaches over. Sign along the first axis and shift, its own place
-/// first. Films, reports and the player draw what this names; there is no other rule.
+/// Where a plane shows a body that spans `from` to `to`: at its place, and as copies, mirrored about the axis
+/// of symmetry and beyond each periodic side that it reaches over. Sign along the first axis and shift, its
+/// own place first. Films, reports and the player draw what this names; there is no other rule.
 fn copies(view: View, mirrored: bool, periodic: [bool; 2], (from, to): View) -> Vec<(f64, Point)> {
     let ((left, below), (right, above)) = view;
     let shifts = |on: bool, from: f64, to: f64, low: f64, high: f64| {
