@@ -1,6 +1,7 @@
 //! The plan of a run: who takes part, every time step, every bound, and what it will cost.
 
 use bedload_output::{Observer, Sides};
+use bedload_program::alone::Clock;
 use bedload_program::log_bytes;
 use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
@@ -217,6 +218,14 @@ impl Plan {
             _ => 1.0,
         };
         let cost = windows * attempts * of_a_window;
+        let exchanged = match participants {
+            Participants::Dem => {
+                let Clock { window, .. } =
+                    Clock::of_dem(dt_dem_target, scene.scene.observe.every, scene.scene.until);
+                (scene.scene.until / window).ceil()
+            }
+            _ => windows * attempts,
+        };
         let more = notices::of(&facts, cost, windows * attempts);
         let drag = bounds::drag::of(&facts);
         let bytes = |of_fluid: fn(&FluidFacts) -> u64, of_dem: fn(&DemFacts) -> u64| {
@@ -227,7 +236,7 @@ impl Plan {
         let files = Files::of(
             &scene.scene.observe,
             scene.scene.until,
-            windows,
+            exchanged,
             cost,
             bytes(|fluid| fluid.field_bytes, |dem| dem.field_bytes),
             bytes(|fluid| fluid.checkpoint_bytes, |dem| dem.checkpoint_bytes),
@@ -238,7 +247,7 @@ impl Plan {
             cells: fluid.map_or(0, |fluid| fluid.cells),
             grains: scene.grains.len(),
             memory: fluid.map_or(0, |fluid| fluid.memory) + dem.map_or(0, |dem| dem.memory),
-            log: log_bytes(participants.alone(), scene.grains.len(), windows * attempts) as u64,
+            log: log_bytes(participants.alone(), scene.grains.len(), exchanged) as u64,
             files,
             steps,
             dt_dem_target,

@@ -68,7 +68,7 @@ pub(crate) fn facts(
         bounds: bounds::of(scene, spec, &limits),
         field_bytes: field_bytes(scene, spec),
         // State, contacts of a bed, and the last motion.
-        checkpoint_bytes: 1000 + 330 * grains as u64,
+        checkpoint_bytes: 1000 + 440 * grains as u64,
         substep_cost: 2e-7 * grains as f64,
         notices: sliding_notice(spec).into_iter().collect(),
         resolved,
