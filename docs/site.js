@@ -1,14 +1,11 @@
-// Subscripts and exponents of formulas on the pages about equations: u_k, u_{k-1}, x^n.
+// Subscripts and exponents of symbols in the text of the pages about equations: u_k, u_{k-1}, x^n.
 (function () {
     if (!/(equations(-immersed)?|numerics)\.html$/.test(location.pathname)) return;
     const part = /(?<=[\p{L}\p{M}\p{N}\p{S})\]'*⟩|])([_^])(?:\{([^}]*)\}|(-?[\p{Ll}\p{Lu}0-9]+[*+−]?))/gu;
     const texts = [];
     const walk = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
     while (walk.nextNode()) {
-        const code = walk.currentNode.parentElement.closest("code");
-        // Indented blocks are formulas; other code is code.
-        const formula = code && code.parentElement.tagName === "PRE" && !/language/.test(code.className);
-        if (!code || formula) texts.push(walk.currentNode);
+        if (!walk.currentNode.parentElement.closest("code, .katex")) texts.push(walk.currentNode);
     }
     for (const node of texts) {
         const found = [...node.data.matchAll(part)];

@@ -11,9 +11,9 @@
 //! | [`verify::run`] | the same, on finer and finer grids until it is as exact as asked |
 //! | [`failure::Failure`] | how all of them fail |
 //!
-//! Behind these: [`config`], the `[coupling]` section; [`scheme`], which window comes next; [`keys`],
-//! what rules name of the solvers; [`limit`], where a refinement leads. The command line and the studies
-//! are crates above this one.
+//! Behind these: [`config`], the `[coupling]` section; [`scheme`], which window comes next; [`files`], fields
+//! by default and sizes; [`keys`], what rules name of the solvers; [`limit`], where a refinement leads. The
+//! command line and the studies are crates above this one.
 //!
 //! | inside | what it holds |
 //! |---|---|
@@ -35,6 +35,7 @@ mod coupled;
 mod descriptors;
 pub mod export;
 pub mod failure;
+pub mod files;
 mod iterate;
 pub mod keys;
 pub mod limit;

@@ -1,6 +1,7 @@
 //! The plan of a run: who takes part, every time step, every bound, and what it will cost.
 
 use bedload_output::{Observer, Sides};
+use bedload_program::alone::Clock;
 use bedload_program::log_bytes;
 use bedload_scene::{CheckedScene, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
@@ -10,6 +11,7 @@ use serde::Serialize;
 
 use crate::bounds::{self, Bound, Drag, Facts, TimeSteps};
 use crate::config::Coupling;
+use crate::files::Files;
 use crate::notices;
 use crate::number::Short;
 use bedload_scene::speeds::Speeds;
@@ -80,6 +82,8 @@ pub struct Plan {
     pub memory: u64,
     /// Size of `exchange.mcap`, estimated, bytes before compression.
     pub log: u64,
+    /// Fields and checkpoints.
+    pub files: Files,
     /// Time steps.
     #[serde(flatten)]
     pub steps: TimeSteps,
@@ -214,15 +218,37 @@ impl Plan {
             _ => 1.0,
         };
         let cost = windows * attempts * of_a_window;
+        let exchanged = match participants {
+            Participants::Dem => {
+                let Clock { window, .. } =
+                    Clock::of_dem(dt_dem_target, scene.scene.observe.every, scene.scene.until);
+                (scene.scene.until / window).ceil()
+            }
+            _ => windows * attempts,
+        };
         let more = notices::of(&facts, cost, windows * attempts);
         let drag = bounds::drag::of(&facts);
+        let bytes = |of_fluid: fn(&FluidFacts) -> u64, of_dem: fn(&DemFacts) -> u64| {
+            let mut known = fluid.map(of_fluid).into_iter().chain(dem.map(of_dem));
+            // One that does not say its size leaves the sum unknown.
+            known.try_fold(0, |sum, part| (part > 0).then_some(sum + part)).unwrap_or(0)
+        };
+        let files = Files::of(
+            &scene.scene.observe,
+            scene.scene.until,
+            exchanged,
+            cost,
+            bytes(|fluid| fluid.field_bytes, |dem| dem.field_bytes),
+            bytes(|fluid| fluid.checkpoint_bytes, |dem| dem.checkpoint_bytes),
+        );
         Ok(Self {
             participants,
             scheme: facts.scheme,
             cells: fluid.map_or(0, |fluid| fluid.cells),
             grains: scene.grains.len(),
             memory: fluid.map_or(0, |fluid| fluid.memory) + dem.map_or(0, |dem| dem.memory),
-            log: log_bytes(participants.alone(), scene.grains.len(), windows * attempts) as u64,
+            log: log_bytes(participants.alone(), scene.grains.len(), exchanged) as u64,
+            files,
             steps,
             dt_dem_target,
             adaptive,
@@ -292,6 +318,7 @@ impl Plan {
         lines.push(line("cost", cost));
         let log = self.log as f64 / f64::from(1 << 20);
         lines.push(line("log", format!("up to {} MiB before compression (--no-record: none)", Short(log))));
+        lines.extend(self.files.lines().map(|(name, said)| line(name, said)));
         lines
     }
 }

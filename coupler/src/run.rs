@@ -29,12 +29,27 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     if let Some(expected) = expected {
         protocol::say!("bedload: {expected}");
     }
-    let prepared = Prepared::new(options)?;
+    let mut prepared = Prepared::new(options)?;
     for line in prepared.notices() {
         protocol::say!("bedload: {line}");
     }
     prepared.refuse_broken()?;
-    carry_out(options, &prepared, &listen()?, report)
+    let every = fields_every(options, &prepared);
+    prepared.scene.scene.observe.fields_every = Some(every);
+    let options = RunOptions { fields_every: Some(every), ..options.clone() };
+    carry_out(&options, &prepared, &listen()?, report)
+}
+
+/// Time between fields, s: as the scene says, or the plan; a run that goes on keeps that which it had.
+fn fields_every(options: &RunOptions, prepared: &Prepared) -> f64 {
+    let files = &prepared.plan.files;
+    let before = || {
+        let text = protocol::input_file::read_text(&options.out_path().join("scene.toml")).ok()?;
+        let scene: toml::Table = toml::from_str(&text).ok()?;
+        scene.get("observe")?.get("fields_every")?.as_float()
+    };
+    let before = if options.resume && !files.fields_asked { before() } else { None };
+    before.unwrap_or(files.fields_every)
 }
 
 /// Before the first run of this process.
@@ -171,6 +186,10 @@ fn alone_arguments(options: &RunOptions) -> Vec<OsString> {
     }
     if options.no_record {
         arguments.push("--no-record".into());
+    }
+    // Only where it says something: a solver of another need not know the option.
+    if let Some(every) = options.fields_every.filter(|every| *every > 0.0) {
+        arguments.extend(["--fields-every".into(), every.to_string().into()]);
     }
     arguments
 }

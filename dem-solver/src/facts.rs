@@ -66,6 +66,9 @@ pub(crate) fn facts(
         interaction_range: spec.range(),
         values_over_time: true,
         bounds: bounds::of(scene, spec, &limits),
+        field_bytes: field_bytes(scene, spec),
+        // State, contacts of a bed, and the last motion.
+        checkpoint_bytes: 1000 + 440 * grains as u64,
         substep_cost: 2e-7 * grains as f64,
         notices: sliding_notice(spec).into_iter().collect(),
         resolved,
@@ -84,6 +87,15 @@ pub(crate) fn facts(
         ));
     }
     Ok(facts)
+}
+
+/// Bytes of the files of an instant: 18 numbers for a grain, and for the outline of a body 13 and four a
+/// corner.
+fn field_bytes(scene: &CheckedScene, spec: &DemSpec) -> u64 {
+    let corners: usize = scene.grains.iter().filter_map(|grain| Some(grain.outline()?.corners().len())).sum();
+    let bodies = scene.grains.iter().filter(|grain| grain.outline().is_some()).count();
+    let head = if bodies > 0 { 2 * 1300 } else { 1300 };
+    (head + 144 * spec.grains.len() + 104 * bodies + 32 * corners) as u64
 }
 
 /// Films of discs that slide past each other: no map says where they are stable.

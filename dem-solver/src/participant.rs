@@ -368,11 +368,7 @@ impl Solver for DemParticipant {
     }
 
     fn clock(scene: &CheckedScene, facts: &DemFacts) -> Clock {
-        // Windows of 100 sub-steps: short enough to observe, long enough to cost nothing.
-        let observe = &scene.scene.observe;
-        let longest = if observe.every > 0.0 { observe.every } else { scene.scene.until };
-        let window = (100.0 * facts.dt).min(longest);
-        Clock { window, substep: facts.dt, adaptive: false }
+        Clock::of_dem(facts.dt, scene.scene.observe.every, scene.scene.until)
     }
 
     fn scalars(&self) -> Vec<f64> {

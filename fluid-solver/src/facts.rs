@@ -181,10 +181,26 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
         foreign: false,
         values_over_time: true,
         bounds: bounds::of(scene, medium, &choices, &iterations, &plan),
+        field_bytes: field_bytes(&grid),
+        checkpoint_bytes: checkpoint_bytes(&grid, needs.force, scene.grains.len()),
         step_cost: cells as f64 * cost::<D>(choices.scheme, implicit, cells),
         notices,
         resolved,
     })
+}
+
+/// Bytes of the file of an instant: velocity, pressure, vorticity and solid fraction of each cell, and the
+/// faces.
+fn field_bytes<const D: usize>(grid: &Grid<D>) -> u64 {
+    let faces: usize = grid.cells.iter().map(|cells| cells + 1).sum();
+    (1600 + 64 * grid.cell_count() + 8 * faces) as u64
+}
+
+/// Bytes of a checkpoint: velocity, its history, pressure and the force that is carried, and what is kept of
+/// grains.
+fn checkpoint_bytes<const D: usize>(grid: &Grid<D>, carried: bool, grains: usize) -> u64 {
+    let fields = 2 * D + 1 + if carried { D } else { 0 };
+    (500 + 8 * fields * grid.len() + 360 * grains) as u64
 }
 
 /// How the method resolves films of lines, for a DEM that adds the rest of them

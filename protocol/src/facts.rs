@@ -37,6 +37,10 @@ pub struct FluidFacts {
     pub values_over_time: bool,
     /// Its own bounds.
     pub bounds: Vec<SolverBound>,
+    /// Files of the fields at an instant, bytes; zero: it does not say.
+    pub field_bytes: u64,
+    /// A checkpoint, bytes; zero: it does not say.
+    pub checkpoint_bytes: u64,
     /// Estimated cost of a step, s.
     pub step_cost: f64,
     /// Things the user should know (fallbacks, say).
@@ -77,6 +81,10 @@ pub struct DemFacts {
     pub values_over_time: bool,
     /// Its own bounds.
     pub bounds: Vec<SolverBound>,
+    /// Files of the grains at an instant, bytes; zero: it does not say.
+    pub field_bytes: u64,
+    /// A checkpoint, bytes; zero: it does not say.
+    pub checkpoint_bytes: u64,
     /// Estimated cost of a sub-step, s.
     pub substep_cost: f64,
     /// Things the user should know.

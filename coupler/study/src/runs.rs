@@ -275,6 +275,8 @@ impl Task {
         for value in &self.set {
             command.arg("--set").arg(value);
         }
+        // A study takes numbers of its runs: fields where its scene asks for them.
+        command.args(["--fields-every", "0"]);
         command.arg("--threads").arg(self.threads.to_string()).arg("--out").arg(&self.folder);
         // What is kept was looked at before: a folder of a study is the study's.
         command.arg(if resume { "--resume" } else { "--overwrite" });

@@ -38,9 +38,6 @@ pub fn vtp(time: f64, grains: &Grains, seen: &Observations) -> Vec<u8> {
     points(time, flat(&grains.position), &data)
 }
 
-/// Points along an ellipse.
-const ALONG_ELLIPSE: u32 = 64;
-
 /// Polygons of the bodies that are not round, with the same but the radius; none where all are round.
 pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Outline]) -> Option<Vec<u8>> {
     let (mut position, mut ends, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
@@ -48,13 +45,7 @@ pub fn outlines(time: f64, grains: &Grains, seen: &Observations, outlines: &[Out
         let Some(outline) = grains.outline[i].and_then(|place| outlines.get(place as usize)) else {
             continue;
         };
-        let angles =
-            (0..ALONG_ELLIPSE).map(|k| std::f64::consts::TAU * f64::from(k) / f64::from(ALONG_ELLIPSE));
-        let own: Vec<[f64; 2]> = match outline {
-            Outline::Ellipse { semi_axes: [a, b] } => angles.map(|t| [a * t.cos(), b * t.sin()]).collect(),
-            Outline::Polygon { vertices } => vertices.clone(),
-        };
-        for [x, z] in own {
+        for [x, z] in outline.corners() {
             let place = grains.position[i] + grains.orientation[i] * Vec3::new(x, 0.0, z);
             position.extend([place.x, place.y, place.z]);
         }

@@ -16,7 +16,7 @@ fn exact() -> Profile {
         perimeter: 40.0,
         shape: Shape::Sphere,
         cells: vec![Cell::default(); 200],
-        inward: vec![0.0; 200],
+        walls: vec![[0.0; 2]; 200],
     };
     for slab in 0..160 {
         let depth = 16.0 - profile.middle(slab);

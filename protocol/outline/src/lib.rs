@@ -40,6 +40,20 @@ impl Outline {
     /// Most vertices of a polygon.
     pub const MOST_VERTICES: usize = 64;
 
+    /// Points along an ellipse, as pictures have it.
+    const ALONG_ELLIPSE: u32 = 64;
+
+    /// Points (x, z) around it, m, between which pictures draw lines.
+    pub fn corners(&self) -> Vec<[f64; 2]> {
+        let angle = |k: u32| 2.0 * PI * f64::from(k) / f64::from(Self::ALONG_ELLIPSE);
+        match self {
+            Self::Ellipse { semi_axes: [a, b] } => {
+                (0..Self::ALONG_ELLIPSE).map(angle).map(|t| [a * t.cos(), b * t.sin()]).collect()
+            }
+            Self::Polygon { vertices } => vertices.clone(),
+        }
+    }
+
     /// A rectangle with `sides` along x and z, m.
     pub fn rectangle([along_x, along_z]: [f64; 2]) -> Self {
         let (a, b) = (0.5 * along_x, 0.5 * along_z);

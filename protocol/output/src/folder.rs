@@ -380,6 +380,7 @@ pub fn resolved_scene(
     let mut resolved = scene.scene.clone();
     let observed = observed_grains(scene);
     resolved.observe.grains = Some(observed);
+    resolved.observe.fields_every.get_or_insert(0.0);
     if let Some(fluid) = fluid {
         resolved.fluid.clone_from(&fluid.resolved);
     }

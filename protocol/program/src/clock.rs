@@ -2,6 +2,9 @@
 
 use protocol::participant::Window;
 
+/// Sub-steps in a window of a DEM alone: short enough to observe, long enough to cost nothing.
+const SUBSTEPS_ALONE: f64 = 100.0;
+
 /// Steps of a solver alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
@@ -14,6 +17,12 @@ pub struct Clock {
 }
 
 impl Clock {
+    /// Of a DEM alone, that observes every `observed` seconds, or where that is 0 nothing within `until`.
+    pub fn of_dem(substep: f64, observed: f64, until: f64) -> Self {
+        let longest = if observed > 0.0 { observed } else { until };
+        Self { window: (SUBSTEPS_ALONE * substep).min(longest), substep, adaptive: false }
+    }
+
     /// The next window from `time`, ending at `until` at the latest; the last two share what is left, so that
     /// none is a sliver, over which the mean of a force means nothing.
     pub fn next(&self, step: u64, time: f64, until: f64, limit: f64, output: bool) -> Window {

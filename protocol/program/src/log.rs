@@ -1,7 +1,7 @@
 //! The log of a run, in parts: `exchange.mcap`, and `exchange.<n>.mcap` for each resume.
 
 use bedload_output::OutputError;
-use protocol::log::{FRAMES, LogError, MOST_SPHERES, Manifest, Recorder, RecorderOptions};
+use protocol::log::{FRAMES, LogError, MOST_PLOTTED, MOST_SPHERES, Manifest, Recorder, RecorderOptions};
 use protocol::message::{Command, Kinematics, Loads};
 use protocol::participant::{Role, Window};
 
@@ -18,8 +18,9 @@ const MOST_MESSAGE: usize = 16 << 20;
 
 /// Bytes of the rest of a window, coupled (orders, headers, both answers) and alone.
 const WINDOW: [f64; 2] = [1700.0, 200.0];
-/// Bytes of a grain in a frame for viewers: a sphere, while they are drawn, and a point.
-const FRAME: [f64; 2] = [140.0, 32.0];
+/// Bytes of a grain in a frame for viewers, measured: a sphere (111 to 143), while they are drawn, a point,
+/// and what is plotted of the first grains.
+const FRAME: [f64; 3] = [125.0, 32.0, 84.0];
 
 /// Size of the log of a run of so many windows, bytes, before compression; of few grains it packs to an
 /// eighth, of many hardly. `alone` is the solver that runs alone.
@@ -38,7 +39,8 @@ pub fn log_bytes(alone: Option<Role>, grains: usize, windows: f64) -> f64 {
     let spheres = if grains <= MOST_SPHERES { FRAME[0] } else { 0.0 };
     let frames = if alone == Some(Role::Fluid) { 0.0 } else { messages.min(FRAMES) };
     let rest = windows * WINDOW[usize::from(alone.is_some())];
-    messages * bytes + rest + frames * grains as f64 * (spheres + FRAME[1])
+    let plotted = FRAME[2] * grains.min(MOST_PLOTTED) as f64;
+    messages * bytes + rest + frames * (grains as f64 * (spheres + FRAME[1]) + plotted)
 }
 
 /// The log of a run under way.

@@ -32,6 +32,9 @@ pub struct RunOptions {
     /// Do not record the exchange (no exchange.mcap)
     #[arg(long)]
     pub no_record: bool,
+    /// Time between field files where the scene names none, s: `bedload` chooses it.
+    #[arg(long, hide = true, value_name = "T")]
+    pub fields_every: Option<f64>,
     /// Are commands that the scene names left alone? Those who only look at a scene start nothing.
     #[arg(skip)]
     pub no_commands: bool,
@@ -49,16 +52,21 @@ impl RunOptions {
             resume: false,
             overwrite: false,
             no_record: false,
+            fields_every: None,
             no_commands: false,
         }
     }
 
-    /// The scene, with `--set` and then `--until` applied, read and checked.
+    /// The scene, with `--set` and then `--until` applied, read and checked, and with the time between field
+    /// files that `bedload` chose.
     ///
     /// # Errors
     /// [`SceneError`] at the first fault.
     pub fn read_scene(&self) -> Result<CheckedScene, SceneError> {
-        CheckedScene::new(SceneSource::read(&self.scene, &self.all_overrides())?)
+        let mut scene = CheckedScene::new(SceneSource::read(&self.scene, &self.all_overrides())?)?;
+        let observe = &mut scene.scene.observe;
+        observe.fields_every = observe.fields_every.or(self.fields_every);
+        Ok(scene)
     }
 
     /// `--set` as given, then `--until` as `until=T`: what a solver process needs to read

@@ -15,8 +15,10 @@ pub struct Observe {
     pub grains: Option<Vec<usize>>,
     /// Times at which fields and grains are written, s.
     pub fields_at: Vec<f64>,
-    /// Time between field files, s; 0: none besides `fields_at`.
-    pub fields_every: f64,
+    /// Time between field files, s; 0: none besides `fields_at`. Without it `bedload run` chooses one, and
+    /// others take 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fields_every: Option<f64>,
     /// Coarse-grained profile of the grains: written with the fields and at the end of a DEM run.
     pub profile: Option<Profile>,
     /// Averages of fluid and grains over planes of cells.
@@ -182,7 +184,7 @@ impl Observe {
             .fields_at
             .iter()
             .any(|t| (start < early(*t) || (start == 0.0 && *t <= 0.0)) && early(*t) <= end);
-        let every = self.fields_every;
+        let every = self.fields_every.unwrap_or(0.0);
         asked || (every > 0.0 && periods(end, every) > periods(start, every))
     }
 }

@@ -150,3 +150,33 @@ fn only_prose_counts() {
     assert_eq!(prose(text).collect::<Vec<_>>(), [(1, "a"), (6, "b")]);
     assert!(could_be_shorter(&"word ".repeat(30)) && !could_be_shorter(&"x".repeat(200)));
 }
+
+/// A page of so many lines begins with its contents.
+const LONG: usize = 400;
+
+#[test]
+fn long_pages_begin_with_their_contents() {
+    let mut without = Vec::new();
+    for path in files(&repository().join("docs"), ".md") {
+        let text = read(&path);
+        let parts = text.split("\n## ").count() - 1;
+        let begin = text.split("\n## ").next().unwrap_or_default();
+        let named = begin.split("**Contents.**").nth(1).map_or(0, |list| list.matches("](#").count());
+        if text.lines().count() > LONG && named < parts {
+            without.push(format!("{}: {parts} parts, {named} in its contents", path.display()));
+        }
+    }
+    assert!(without.is_empty(), "{}", without.join("\n"));
+}
+
+#[test]
+fn pictures_of_the_readme_are_small() {
+    let text = read(&repository().join("README.md"));
+    let pictures: Vec<_> = text.split("![").skip(1).flat_map(links).collect();
+    let size = |name: &String| std::fs::metadata(repository().join(name)).expect(name).len();
+    let shown: Vec<_> = pictures.iter().filter(|name| name.contains("/figures/")).collect();
+    assert!(!shown.is_empty());
+    for name in shown {
+        assert!(size(name) <= 200_000, "{name}: {} bytes", size(name));
+    }
+}

@@ -8,6 +8,7 @@ mod coupled;
 mod dry;
 mod ensemble;
 mod evidence;
+mod files;
 mod film;
 mod handover;
 mod kill;

@@ -133,6 +133,7 @@ fn plan(dt: f64, dt_dem: f64, until: f64, adaptive: bool) -> Plan {
         grains: 1,
         memory: 0,
         log: 0,
+        files: coupler::files::Files::default(),
         steps: coupler::bounds::TimeSteps { dt_fluid: dt, dt_dem, substeps: 1, contact_time: 1.0 },
         dt_dem_target: dt_dem,
         adaptive,
@@ -241,7 +242,7 @@ fn a_resume_plans_the_same_windows() {
 
 #[test]
 fn fields_are_due_once_each() {
-    let observe = Observe { fields_at: vec![0.0, 0.25, 0.3], fields_every: 0.5, ..Observe::default() };
+    let observe = Observe { fields_at: vec![0.0, 0.25, 0.3], fields_every: Some(0.5), ..Observe::default() };
     let mut planner = Planner::new(&plan(0.1, 1.0, 1.2, false), &Coupling::default(), &observe);
     let due: Vec<u64> = collect(&mut planner, |_| (-1.0, 1.0))
         .iter()

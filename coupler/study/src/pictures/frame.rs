@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use bedload_output::Summary;
 use bedload_output::vtk::{self, Appended, Vtr};
+use bedload_program::alone::motion_at;
 use bedload_scene::{CheckedScene, Geometry};
 
 use crate::folder::files;
@@ -98,26 +99,30 @@ impl Slice {
     }
 }
 
-/// The box of the run.
+/// The box of the run, and its bodies as the scene has them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shape {
+pub(crate) struct Shape<'a> {
     /// Does the picture show both sides of an axis?
     pub(crate) mirrored: bool,
     /// Components along which it is periodic.
     pub(crate) periodic: [bool; 3],
     /// Its ends along each component, m; none where the scene cannot be read.
     pub(crate) ends: Option<[(f64, f64); 3]>,
+    /// Drawn where a fluid ran alone: no file has them.
+    pub(crate) grains: &'a [bedload_scene::Grain],
 }
 
-impl Shape {
+impl<'a> Shape<'a> {
+    /// A box of which nothing is known.
+    pub(crate) const UNKNOWN: Self = Self { mirrored: false, periodic: [false; 3], ends: None, grains: &[] };
+
     /// Of a run; without periodic sides where its scene cannot be read here any more.
-    pub(crate) fn of(summary: &Summary, scene: Option<&CheckedScene>) -> Self {
-        let mut shape = Self {
-            mirrored: summary.size.geometry == Geometry::Axisymmetric,
-            periodic: [false; 3],
-            ends: scene.map(|_| [(0.0, 0.0); 3]),
-        };
-        let Some(CheckedScene { scene, .. }) = scene else { return shape };
+    pub(crate) fn of(summary: &Summary, scene: Option<&'a CheckedScene>) -> Self {
+        let mirrored = summary.size.geometry == Geometry::Axisymmetric;
+        let mut shape = Self { mirrored, ..Self::UNKNOWN };
+        let Some(CheckedScene { scene, grains, .. }) = scene else { return shape };
+        shape.ends = Some([(0.0, 0.0); 3]);
+        shape.grains = grains;
         let domain = &scene.domain;
         for axis in 0..domain.dimensions() {
             let component = domain.geometry.component(axis);
@@ -248,9 +253,9 @@ pub(crate) struct Frame {
     pub(crate) time: f64,
     pub(crate) view: View,
     pub(crate) field: Option<Field>,
-    /// What the plane cuts, with images beyond periodic faces.
+    /// What the plane cuts, with its [`copies`].
     pub(crate) bodies: Vec<Body>,
-    /// All grains of the file, wherever the plane lies.
+    /// All grains of the file, wherever the plane lies, and the copies of those that it cuts.
     pub(crate) grains: Vec<Grain>,
     /// What is coloured.
     pub(crate) quantity: Quantity,
@@ -266,6 +271,27 @@ pub(crate) struct Grain {
     pub(crate) speed: f64,
     /// Is it fixed, or moved by prescription?
     pub(crate) held: bool,
+    /// Is it one of the [`copies`]?
+    pub(crate) copy: bool,
+}
+
+/// Where a plane shows a body that spans `from` to `to`: at its place, and as copies, mirrored about the axis
+/// of symmetry and beyond each periodic side that it reaches over. Sign along the first axis and shift, its
+/// own place first. Films, reports and the player draw what this names; there is no other rule.
+fn copies(view: View, mirrored: bool, periodic: [bool; 2], (from, to): View) -> Vec<(f64, Point)> {
+    let ((left, below), (right, above)) = view;
+    let shifts = |on: bool, from: f64, to: f64, low: f64, high: f64| {
+        let beyond = [(from < low).then_some(high - low), (to > high).then_some(low - high)];
+        std::iter::once(0.0).chain(beyond.into_iter().flatten().filter(move |_| on))
+    };
+    let signs: &[f64] = if mirrored && from.0 + to.0 > 0.0 { &[1.0, -1.0] } else { &[1.0] };
+    let mut found = Vec::new();
+    for sign in signs {
+        for x in shifts(periodic[0], from.0, to.0, left, right) {
+            found.extend(shifts(periodic[1], from.1, to.1, below, above).map(|z| (*sign, (x, z))));
+        }
+    }
+    found
 }
 
 /// Time and grains of a file of grains.
@@ -286,6 +312,7 @@ fn grains_of(path: &Path) -> Result<(f64, Vec<Grain>), String> {
         radius: *radius,
         speed: *speed,
         held: *held != 0,
+        copy: false,
     };
     Ok((file.time(), grains.map(grain).collect()))
 }
@@ -296,7 +323,7 @@ impl Frame {
         instant: &Instant,
         slice: &dyn Fn(f64) -> Option<Slice>,
         quantity: Quantity,
-        shape: Shape,
+        shape: Shape<'_>,
     ) -> Result<Self, String> {
         let (mut frame, fields) = Self::read_several(instant, slice, &[quantity], shape)?;
         frame.field = fields.into_iter().next().flatten();
@@ -308,7 +335,7 @@ impl Frame {
         instant: &Instant,
         slice: &dyn Fn(f64) -> Option<Slice>,
         quantities: &[Quantity],
-        shape: Shape,
+        shape: Shape<'_>,
     ) -> Result<(Self, Vec<Option<Field>>), String> {
         let quantity = quantities.first().copied().unwrap_or(Quantity::GRAINS);
         let mut fields = Vec::new();
@@ -333,15 +360,16 @@ impl Frame {
                 fields.push(frame.take_field(&grid, plane, shape.mirrored, *quantity)?);
             }
         }
-        if let Some(path) = &instant.grains {
-            frame.take_grains(path, slice, shape)?;
+        match &instant.grains {
+            Some(path) => frame.take_grains(path, slice, shape)?,
+            None if instant.has_fluid() => frame.take_held(shape.grains),
+            None => {}
         }
         if let Some(path) = &instant.bodies {
             frame.take_bodies(path)?;
         }
-        if fields.iter().any(Option::is_some) || shape.ends.is_some() {
-            frame.repeat(frame.axes().map(|axis| shape.periodic[axis]));
-        }
+        let known = fields.iter().any(Option::is_some) || shape.ends.is_some();
+        frame.repeat(shape.mirrored, frame.axes().map(|axis| known && shape.periodic[axis]));
         if frame.view.1.0 > frame.view.0.0 && frame.view.1.1 > frame.view.0.1 {
             return Ok((frame, fields));
         }
@@ -361,21 +389,39 @@ impl Frame {
         Slice::seen(self.cut.map_or(1, |slice| slice.axis))
     }
 
-    /// Adds a sphere with its speed, where the plane cuts it.
-    pub(crate) fn add_sphere(&mut self, at: [f64; 3], radius: f64, speed: f64, held: bool, mirrored: bool) {
+    /// Radius of the circle in which the plane cuts a sphere; none where it does not.
+    fn seen(&self, at: [f64; 3], radius: f64) -> Option<f64> {
         let aside = self.cut.map_or(0.0, |slice| at[slice.axis] - slice.position);
-        let seen = (radius * radius - aside * aside).max(0.0).sqrt();
-        if seen == 0.0 {
-            return;
-        }
+        Some((radius * radius - aside * aside).max(0.0).sqrt()).filter(|seen| *seen > 0.0)
+    }
+
+    /// Adds a sphere with its speed, where the plane cuts it.
+    pub(super) fn add_sphere(&mut self, at: [f64; 3], radius: f64, speed: f64, held: bool) {
+        let Some(seen) = self.seen(at, radius) else { return };
         let [right, up] = self.axes();
-        let sides = if mirrored && at[right] > 0.0 { vec![1.0, -1.0] } else { vec![1.0] };
-        for side in sides {
-            let corner = |k: u32| {
-                let angle = std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
-                (side * at[right] + seen * angle.cos(), at[up] + seen * angle.sin())
+        let corner = |k: u32| {
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
+            (at[right] + seen * angle.cos(), at[up] + seen * angle.sin())
+        };
+        self.bodies.push(Body { outline: (0..CORNERS).map(corner).collect(), speed, held });
+    }
+
+    /// Adds the bodies of a fluid alone, which go as the scene says.
+    fn take_held(&mut self, grains: &[bedload_scene::Grain]) {
+        for grain in grains {
+            let motion = motion_at(grain, self.time);
+            let (at, speed) = (motion.position, motion.velocity.iter().map(|v| v * v).sum::<f64>().sqrt());
+            self.grains.push(Grain { at, radius: grain.radius, speed, held: true, copy: false });
+            let Some(outline) = grain.outline() else {
+                self.add_sphere(at, grain.radius, speed, true);
+                continue;
             };
-            self.bodies.push(Body { outline: (0..CORNERS).map(corner).collect(), speed, held });
+            // A turn about y.
+            let [w, _, y, _] = motion.orientation;
+            let (cos, sin) = (1.0 - 2.0 * y * y, 2.0 * w * y);
+            let place = |[x, z]: [f64; 2]| (at[0] + cos * x + sin * z, at[2] - sin * x + cos * z);
+            let outline = outline.corners().into_iter().map(place).collect();
+            self.bodies.push(Body { outline, speed, held: true });
         }
     }
 
@@ -420,7 +466,7 @@ impl Frame {
         &mut self,
         path: &Path,
         slice: &dyn Fn(f64) -> Option<Slice>,
-        shape: Shape,
+        shape: Shape<'_>,
     ) -> Result<(), String> {
         let (time, grains) = grains_of(path)?;
         // Without a fluid the picture shows the box, and the plane goes through its middle; where the box is
@@ -442,9 +488,9 @@ impl Frame {
             let left = if shape.mirrored { -ends[right].1 } else { ends[right].0 };
             self.view = ((left, ends[up].0), (ends[right].1, ends[up].1));
         }
-        for Grain { at, radius, speed, held } in &grains {
+        for Grain { at, radius, speed, held, .. } in &grains {
             let known = self.bodies.len();
-            self.add_sphere(*at, *radius, *speed, *held, shape.mirrored);
+            self.add_sphere(*at, *radius, *speed, *held);
             if alone && shape.ends.is_none() && self.bodies.len() > known {
                 let (x, z) = (at[right], at[up]);
                 self.view = around(self.view, ((x - radius, z - radius), (x + radius, z + radius)));
@@ -454,26 +500,30 @@ impl Frame {
         Ok(())
     }
 
-    /// Shows what reaches out of a periodic box on the other side, too.
-    fn repeat(&mut self, periodic: [bool; 2]) {
-        let (low, high) = self.view;
-        let extent = (high.0 - low.0, high.1 - low.1);
-        let shifts = |on: bool, length: f64| if on { vec![-length, 0.0, length] } else { vec![0.0] };
-        let mut images = Vec::new();
-        for (x, z) in shifts(periodic[0], extent.0)
-            .into_iter()
-            .flat_map(|x| shifts(periodic[1], extent.1).into_iter().map(move |z| (x, z)))
-            .filter(|shift| *shift != (0.0, 0.0))
-        {
-            for body in &self.bodies {
-                let outline: Vec<Point> = body.outline.iter().map(|at| (at.0 + x, at.1 + z)).collect();
-                let seen = |at: &Point| at.0 > low.0 && at.0 < high.0 && at.1 > low.1 && at.1 < high.1;
-                if outline.iter().any(seen) {
-                    images.push(Body { outline, ..*body });
-                }
-            }
+    /// Adds the [`copies`] of all bodies, and of the grains that the plane cuts.
+    fn repeat(&mut self, mirrored: bool, periodic: [bool; 2]) {
+        let view = self.view;
+        let copies = |extent: View| copies(view, mirrored, periodic, extent).into_iter().skip(1);
+        let mut bodies = Vec::new();
+        for body in &self.bodies {
+            bodies.extend(copies(body.extent()).map(|(sign, shift)| {
+                let outline = body.outline.iter().map(|at| (sign * at.0 + shift.0, at.1 + shift.1)).collect();
+                Body { outline, ..*body }
+            }));
         }
-        self.bodies.extend(images);
+        let [right, up] = self.axes();
+        let mut grains = Vec::new();
+        for grain in &self.grains {
+            let Some(seen) = self.seen(grain.at, grain.radius) else { continue };
+            let (x, z) = (grain.at[right], grain.at[up]);
+            grains.extend(copies(((x - seen, z - seen), (x + seen, z + seen))).map(|(sign, shift)| {
+                let mut copy = Grain { copy: true, ..*grain };
+                (copy.at[right], copy.at[up]) = (sign * x + shift.0, z + shift.1);
+                copy
+            }));
+        }
+        self.bodies.extend(bodies);
+        self.grains.extend(grains);
     }
 
     /// Bodies that are not round, in place of the circles around them.
@@ -524,7 +574,8 @@ fn plane_of(grid: &Vtr, slice: Option<Slice>) -> Result<Slice, String> {
 
 #[cfg(test)]
 mod tests {
-    use bedload_output::vtk::{Array, points};
+    use bedload_output::vtk::{Array, points, rectilinear_part};
+    use bedload_scene::Shape as Form;
 
     use super::*;
 
@@ -560,8 +611,7 @@ mod tests {
     fn read(name: &str, bytes: &[u8]) -> Result<Frame, String> {
         let path = std::env::temp_dir().join(format!("bedload-{}-{name}.vtp", std::process::id()));
         std::fs::write(&path, bytes).unwrap();
-        let shape = Shape { mirrored: false, periodic: [false; 3], ends: None };
-        let frame = Frame::read(&Instant::of_grains(&path), &|_| None, Quantity::GRAINS, shape);
+        let frame = Frame::read(&Instant::of_grains(&path), &|_| None, Quantity::GRAINS, Shape::UNKNOWN);
         std::fs::remove_file(&path).unwrap();
         frame
     }
@@ -576,6 +626,49 @@ mod tests {
         assert_eq!(space.cut, Some(Slice { axis: 1, position: 0.0 }));
         assert_eq!(space.bodies.len(), 1, "two do not reach the plane");
         assert!((space.bodies[0].outline[0].0 - 5.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn copies_stand_beyond_periodic_sides_and_across_the_axis() {
+        let view = ((0.0, 0.0), (4.0, 6.0));
+        let of = |mirrored, periodic, extent| copies(view, mirrored, periodic, extent);
+        let inside = ((1.0, 1.0), (2.0, 2.0));
+        assert_eq!(of(false, [true; 2], inside), [(1.0, (0.0, 0.0))]);
+        assert_eq!(of(true, [false; 2], inside), [(1.0, (0.0, 0.0)), (-1.0, (0.0, 0.0))]);
+        assert_eq!(of(true, [false; 2], ((-1.0, 1.0), (1.0, 3.0))).len(), 1, "it stands on the axis");
+        let corner = ((-0.5, 5.5), (0.5, 6.5));
+        assert_eq!(of(false, [false; 2], corner).len(), 1);
+        assert_eq!(of(false, [true, false], corner)[1..], [(1.0, (4.0, 0.0))]);
+        assert_eq!(
+            of(false, [true; 2], corner)[1..],
+            [(1.0, (0.0, -6.0)), (1.0, (4.0, 0.0)), (1.0, (4.0, -6.0))]
+        );
+    }
+
+    /// A disc that moves by prescription over a periodic side, and a square that turns: no file has them.
+    #[test]
+    fn bodies_of_a_fluid_alone_are_those_of_the_scene() {
+        let faces = [vec![0.0, 2.0, 4.0], vec![0.0], vec![0.0, 6.0]];
+        let data = [Array::real("velocity", 3, vec![1.0; 6])];
+        let path = std::env::temp_dir().join(format!("bedload-{}-held.vtr", std::process::id()));
+        std::fs::write(&path, rectilinear_part(2.0, &faces, 0, &data)).unwrap();
+        let mut disc = bedload_scene::Grain::at([3.0, 0.0, 2.0], 0.5, 1.0);
+        (disc.motion, disc.velocity) = (bedload_scene::Motion::Prescribed, [0.4, 0.0, 0.0].into());
+        let mut square = bedload_scene::Grain::at([1.0, 0.0, 4.0], 0.5, 1.0);
+        (square.shape, square.sides) = (Form::Rectangle, Some([0.8, 0.8]));
+        (square.motion, square.spin) =
+            (bedload_scene::Motion::Prescribed, [0.0, std::f64::consts::FRAC_PI_8, 0.0].into());
+        let grains = [disc, square];
+        let shape = Shape { periodic: [true, false, false], grains: &grains, ..Shape::UNKNOWN };
+        let instant = Instant { fluid: Some(path.clone()), ..Instant::default() };
+        let frame = Frame::read(&instant, &|_| None, Quantity::SPEED, shape).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!((frame.bodies.len(), frame.grains.len()), (3, 3), "two and a copy");
+        assert!(frame.bodies.iter().all(|body| body.held));
+        let [places, copy] = [&frame.bodies[0], &frame.bodies[2]].map(|body| body.outline[0].0);
+        assert!((places - 4.3).abs() < 1e-12 && (copy - 0.3).abs() < 1e-12, "{places} {copy}");
+        let left = frame.bodies[1].outline.iter().map(|at| at.0).fold(f64::INFINITY, f64::min);
+        assert!((left - (1.0 - 0.4 * 2f64.sqrt())).abs() < 1e-12, "turned by 45°: {left}");
     }
 
     #[test]

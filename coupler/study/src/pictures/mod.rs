@@ -201,8 +201,8 @@ pub(crate) struct GrainSheet {
 
 /// The grains of these files coloured by speed, as [`sheet`] has them.
 pub(crate) fn sheet_of_grains(files: &[PathBuf]) -> Result<GrainSheet, Failure> {
-    let shape = Shape { mirrored: false, periodic: [false; 3], ends: None };
-    let read = |path: &PathBuf| Frame::read(&Instant::of_grains(path), &|_| None, Quantity::GRAINS, shape);
+    let read =
+        |path: &PathBuf| Frame::read(&Instant::of_grains(path), &|_| None, Quantity::GRAINS, Shape::UNKNOWN);
     let (frames, faults): (Vec<_>, Vec<_>) = files.iter().map(read).partition(Result::is_ok);
     let mut frames: Vec<Frame> = frames.into_iter().filter_map(Result::ok).collect();
     let faults = faults.into_iter().filter_map(Result::err).collect();
@@ -244,9 +244,9 @@ mod tests {
         let (bodies, grains) = (Vec::new(), Vec::new());
         let mut frame = Frame { time, view: NOWHERE, field: None, bodies, grains, quantity, cut };
         for i in 0..500_u32 {
-            frame.add_sphere([f64::from(i % 50), 0.0, f64::from(i / 50)], 0.5, speed, false, false);
+            frame.add_sphere([f64::from(i % 50), 0.0, f64::from(i / 50)], 0.5, speed, false);
         }
-        frame.add_sphere([1e4, 0.0, 0.0], 0.5, speed, false, false);
+        frame.add_sphere([1e4, 0.0, 0.0], 0.5, speed, false);
         frame
     }
 

@@ -56,14 +56,6 @@ pub(super) fn vorticity(run: &RunFiles) -> Result<Option<Panel>, Failure> {
     for frame in &mut frames {
         let at = position(run, scene, grain, frame.time);
         frame.view = ((at[0] - aside, at[2] - down), (at[0] + aside, at[2] + up));
-        if frame.bodies.is_empty() {
-            for other in run.grains() {
-                if let Some(data) = scene.grains.get(other) {
-                    let at = position(run, scene, other, frame.time);
-                    frame.add_sphere(at, data.radius, 0.0, false, shape.mirrored);
-                }
-            }
-        }
     }
     let (time, unit) = if run.scales.by_gravity { (" √(D/g)", "√(g/D)") } else { (" s", "1/s") };
     let caption = |frame: &Frame| format!("t = {}{time}", number(frame.time / run.scales.time));

@@ -31,7 +31,8 @@ const QUANTITIES: [Quantity; 3] = [Quantity::SPEED, Quantity::VORTICITY, Quantit
 const MOST_COLUMNS: usize = 24;
 const MOST_POINTS: usize = 600;
 
-/// Bytes of a grain: position and radius in steps of the scale, 16 bits each, colour, and whether it is held.
+/// Bytes of a grain: position and radius in steps of the scale, 16 bits each, colour, and whether it is held
+/// (1) and a copy, for the plane alone (2).
 const BYTES: usize = 10;
 
 /// What `templates/player.js` draws.
@@ -45,11 +46,8 @@ struct Player {
     axes: [usize; 3],
     /// Where the plane cuts that axis, m; none in two dimensions.
     cut: Option<f64>,
-    /// Whether both sides of an axis are shown.
-    mirrored: bool,
-    /// Ends of the box along each axis, m, and along which it is periodic.
+    /// Ends of the box along each axis, m.
     ends: [(f64, f64); 3],
-    periodic: [bool; 3],
     quantities: Vec<Pictures>,
     /// Of each instant the grains, [`BYTES`] each, as base64.
     grains: Vec<String>,
@@ -104,7 +102,7 @@ struct Read {
 
 impl Read {
     /// As many instants of a run as memory, time and the page allow. Where there is a fluid, those with it.
-    fn of(run: &RunFiles, shape: Shape) -> Self {
+    fn of(run: &RunFiles, shape: Shape<'_>) -> Self {
         let with_fluid = run.instants.iter().any(Instant::has_fluid);
         let instants: Vec<&Instant> =
             run.instants.iter().filter(|instant| instant.has_fluid() == with_fluid).collect();
@@ -172,9 +170,7 @@ pub(super) fn film(run: &RunFiles) -> Result<Option<Film>, Failure> {
         view: [view.0.0, view.0.1, view.1.0, view.1.1],
         axes: [right, up, 3 - right - up],
         cut: first.cut.map(|cut| cut.position).filter(|_| run.summary.size.geometry == Geometry::Space),
-        mirrored: shape.mirrored,
         ends: shape.ends.unwrap_or([(0.0, 0.0); 3]),
-        periodic: shape.periodic,
         quantities: (0..of_fluid).map(|q| pictures(&read, q)).collect::<Result<_, Failure>>()?,
         grains: read.frames.iter().map(|frame| base64(&bytes(&frame.grains, &steps, fastest))).collect(),
         steps,
@@ -239,7 +235,8 @@ fn bytes(grains: &[Grain], steps: &[(f64, f64); 4], fastest: f64) -> Vec<u8> {
         for (value, (low, step)) in [x, y, z, grain.radius].into_iter().zip(steps) {
             bytes.extend((((value - low) / step).round() as u16).to_le_bytes());
         }
-        bytes.extend([(255.0 * grain.speed / fastest).round() as u8, u8::from(grain.held)]);
+        let flags = u8::from(grain.held) + 2 * u8::from(grain.copy);
+        bytes.extend([(255.0 * grain.speed / fastest).round() as u8, flags]);
     }
     bytes
 }

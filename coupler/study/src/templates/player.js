@@ -11,14 +11,14 @@
 
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const known = new Map();
-  // Grains of an instant: position, radius, speed from 0 to 1, held.
+  // Grains of an instant: position, radius, speed from 0 to 1, held, a copy that only the plane shows.
   function grains(instant) {
     if (!known.has(instant)) {
       if (known.size > 120) known.delete(known.keys().next().value);
       const raw = bytes(data.grains[instant]), view = new DataView(raw.buffer), list = [];
       for (let at = 0; at < raw.length; at += 10) {
         const value = (k) => data.steps[k][0] + data.steps[k][1] * view.getUint16(at + 2 * k, true);
-        list.push({ at: [value(0), value(1), value(2)], r: value(3), speed: raw[at + 8] / 255, held: raw[at + 9] > 0 });
+        list.push({ at: [value(0), value(1), value(2)], r: value(3), speed: raw[at + 8] / 255, held: (raw[at + 9] & 1) > 0, copy: raw[at + 9] > 1 });
       }
       known.set(instant, list);
     }
@@ -72,25 +72,13 @@
       }
       return;
     }
-    const shifts = (axis, low, high, place, r) => {
-      const length = high - low, list = [0];
-      if (data.periodic[axis] && place - r < low) list.push(length);
-      if (data.periodic[axis] && place + r > high) list.push(-length);
-      return list;
-    };
     for (const grain of grains(now)) {
       const aside = space ? grain.at[normal] - data.cut : 0;
       const seen = Math.sqrt(Math.max(grain.r * grain.r - aside * aside, 0));
       if (seen === 0) continue;
-      const [x, y] = [grain.at[right], grain.at[up]];
-      const sides = data.mirrored && x > 0 ? [x, -x] : [x];
-      for (const x of sides)
-        for (const dx of shifts(right, x0, x1, x, seen))
-          for (const dy of shifts(up, y0, y1, y, seen)) {
-            pen.beginPath();
-            pen.arc(...at(x + dx, y + dy), seen * scale, 0, 2 * Math.PI);
-            outline(shade(grain));
-          }
+      pen.beginPath();
+      pen.arc(...at(grain.at[right], grain.at[up]), seen * scale, 0, 2 * Math.PI);
+      outline(shade(grain));
     }
   }
 
@@ -115,7 +103,7 @@
           pen.lineTo(...corner(k | (1 << a)).slice(0, 2));
           pen.stroke();
         }
-    const balls = grains(now).map((grain) => ({ grain, place: seen(grain.at) }));
+    const balls = grains(now).filter((grain) => !grain.copy).map((grain) => ({ grain, place: seen(grain.at) }));
     balls.sort((a, b) => b.place[2] - a.place[2]);
     const ball = ({ grain, place: [x, y] }) => {
       const r = Math.max(grain.r * scale, 0.7), fill = shade(grain);
@@ -224,7 +212,8 @@
     list.append(entry);
   };
   data.quantities.forEach((q, k) => option(part("quantity"), k, `${q.name} of the fluid`));
-  if (data.grains.some((text) => text !== "")) option(part("quantity"), "", "speed of the grains");
+  // Where all are held, their speed shows nothing.
+  if (data.grains.some((text) => text !== "") && (data.fastest > 1e-300 || !data.quantities.length)) option(part("quantity"), "", "speed of the grains");
   data.series.names.forEach((name, k) => option(part("column"), k, name));
   part("curve").hidden = part("column").hidden = data.series.names.length === 0;
   part("in-space").hidden = !space;

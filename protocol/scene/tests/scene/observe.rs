@@ -4,7 +4,7 @@ use bedload_scene::{Axis, Observe, ObservedPlanes, ObservedSubsteps};
 
 #[test]
 fn fields_are_due_once_each() {
-    let observe = Observe { fields_at: vec![0.0, 0.25], fields_every: 0.1, ..Observe::default() };
+    let observe = Observe { fields_at: vec![0.0, 0.25], fields_every: Some(0.1), ..Observe::default() };
     let dt = 0.05;
     let due: Vec<bool> =
         (0..8).map(|k| observe.fields_due(f64::from(k) * dt, f64::from(k + 1) * dt)).collect();
@@ -32,7 +32,7 @@ fn fields_are_due_in_the_window_that_ends_then_whatever_the_rounding() {
     for dt in [0.01, 0.02, 1.0 / 60.0] {
         for summed in [true, false] {
             let at = Observe { fields_at: asked.clone(), ..Observe::default() };
-            let every = Observe { fields_every: 0.1, ..Observe::default() };
+            let every = Observe { fields_every: Some(0.1), ..Observe::default() };
             let near = |due: Vec<f64>, times: &[f64]| {
                 assert_eq!(due.len(), times.len(), "{dt} {summed}: {due:?}");
                 assert!(due.iter().zip(times).all(|(end, t)| (end - t).abs() < 1e-12), "{dt}: {due:?}");
