@@ -32,7 +32,7 @@ fn main() -> ExitCode {
     let folder = std::env::temp_dir().join(format!("bedload-storm-{seed}-{}", std::process::id()));
     rustix::process::set_child_subreaper(Some(rustix::process::getpid())).expect("Linux 3.4");
     println!("{kills} kills, seed {seed}, in {}", folder.display());
-    let plan = Plan { kills: kills as usize, seed, kinds, folder: folder.clone() };
+    let plan = Plan { kills: kills as usize, seed, kinds, gone: 2.0, folder: folder.clone() };
     let mut told = 0;
     let report = storm(&plan, &mut |report| {
         for broken in &report.broken[told..] {

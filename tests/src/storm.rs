@@ -21,8 +21,6 @@ use scenes::Work;
 pub use scenes::{KINDS, Kind};
 use traces::{Traces, processes};
 
-/// Processes of a run are gone after this, s.
-const GONE: f64 = 2.0;
 /// Nothing here takes so long, s: what does hangs.
 const HANGS: f64 = 60.0;
 /// The log of a run.
@@ -39,6 +37,8 @@ pub struct Plan {
     pub seed: u64,
     /// Kinds of runs, of [`KINDS`].
     pub kinds: Vec<&'static Kind>,
+    /// Processes of a run are gone after this, s.
+    pub gone: f64,
     /// Folder for the runs; that of a run with a broken promise stays.
     pub folder: PathBuf,
 }
@@ -166,7 +166,7 @@ pub fn storm(plan: &Plan, tell: &mut dyn FnMut(&Report)) -> Report {
     while report.kills() < plan.kills {
         let reference = &references[random.one_of(&(0..references.len()).collect::<Vec<_>>())];
         number += 1;
-        let mut run = Run::new(reference, &plan.folder, number, plan.seed);
+        let mut run = Run::new(reference, plan, number);
         run.strikes(&mut random, &mut report, plan.kills);
         tell(&report);
     }
@@ -235,10 +235,12 @@ struct Run<'a> {
     /// Traces of the last kill in shared memory, to be gone after the next start.
     traces: Traces,
     victim: &'static str,
+    gone: f64,
 }
 
 impl<'a> Run<'a> {
-    fn new(reference: &'a Reference, folder: &Path, number: usize, seed: u64) -> Self {
+    fn new(reference: &'a Reference, plan: &Plan, number: usize) -> Self {
+        let Plan { folder, seed, gone, .. } = plan;
         let home = folder.join(format!("run-{number}"));
         let (scene, out) = write_scene(reference.kind, &home);
         if reference.kind.work == Work::Replay {
@@ -246,7 +248,7 @@ impl<'a> Run<'a> {
             std::fs::copy(reference.out.join(LOG), out.join(LOG)).expect("the log of the whole run");
         }
         let name = format!("seed {seed}, run {number} ({})", reference.kind.name);
-        Self { reference, home, scene, out, name, traces: Traces::default(), victim: "" }
+        Self { reference, home, scene, out, name, traces: Traces::default(), victim: "", gone: *gone }
     }
 
     /// Strikes, goes on, is perhaps struck again, and ends.
@@ -317,9 +319,11 @@ impl<'a> Run<'a> {
             let _ = child.try_wait();
             let mut left = processes(&self.home);
             left.extend(family.iter().filter(|pid| is_alive(**pid)));
+            left.sort_unstable();
+            left.dedup();
             left
         };
-        let gone = wait_until(if goes_on { HANGS } else { GONE }, || left(&mut child).is_empty());
+        let gone = wait_until(if goes_on { HANGS } else { self.gone }, || left(&mut child).is_empty());
         if gone.is_err() {
             let left = left(&mut child);
             self.blame(
