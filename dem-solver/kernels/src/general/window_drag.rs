@@ -1,8 +1,8 @@
 //! The drag that changes within a window (docs/equations-immersed.md, section 12).
 //!
-//! A fluid sends one force a window, that of the motion with which the window begins. Contacts make the grains
-//! of a bed vibrate, and where windows are not short against a period that force feeds the vibration. What the
-//! fluid would add within the window is, for a sphere of velocity v and spin ω,
+//! A fluid sends one force a window, that of the motion with which the window begins. Contacts make the
+//! grains of a bed vibrate, and where windows are not short against a period that force feeds the vibration.
+//! What the fluid would add within the window is, for a sphere of velocity v and spin ω,
 //!
 //! ```text
 //! −2c (v − vⁿ),     2c  = m_f (18 n + 10.2 n^½)/dt,   n = ν dt/D²
@@ -15,8 +15,8 @@
 //! −c (v − vⁿ) + ½ c dt A_prev
 //! ```
 //!
-//! no window is too long (**test** `tests/dem/window_drag.rs`). The second term gives back what the first took
-//! in the window before, so that a steady change of velocity feels neither.
+//! no window is too long (**test** `tests/dem/window_drag.rs`). The second term gives back what the first
+//! took in the window before, so that a steady change of velocity feels neither.
 
 use crate::grain::Shape;
 use crate::grains::{Grains, Response};
