@@ -60,8 +60,13 @@ fn a_force_of_one_window_feeds_a_vibration_and_the_drag_within_it_takes_that_awa
         let damped = energy(&set_up, dt, frequency);
         assert!(damped < 1e-3, "{windows}: {damped:e}");
         set_up.fluid_density = 0.0;
-        let grown = energy(&set_up, dt, frequency).powf(1.0 / WINDOWS as f64);
-        assert!(feeds > 1.05 && (grown / feeds - 1.0).abs() < 0.02, "{windows}: {grown} for {feeds}");
+        // Where it stands in its period at the start and at the end: a factor of ten at most, in 60 windows.
+        let (room, grown) = (10f64.powf(1.0 / WINDOWS as f64), energy(&set_up, dt, frequency));
+        let grown = grown.powf(1.0 / WINDOWS as f64);
+        assert!(
+            feeds > 1.05 && (1.0 / room..room).contains(&(grown / feeds)),
+            "{windows}: {grown} for {feeds}"
+        );
     }
 }
 

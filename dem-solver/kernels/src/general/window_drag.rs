@@ -32,9 +32,9 @@ const TURNING: [f64; 2] = [60.0, 5.6];
 /// second on. Of dt/t_c …
 const LONG: [f64; 2] = [0.1, 0.25];
 /// … of the fluid's answer to a spin in a window over what it turns, (60 n + 5.6 n^½)/(ρ_p/ρ + ½) …
-const VISCOUS: [f64; 2] = [0.15, 0.3];
+const VISCOUS: [f64; 2] = [0.2, 0.4];
 /// … and, the other way round, of −ln(e_n) dt/t_c, what a contact's own dashpot takes in a window.
-const DAMPED: [f64; 2] = [0.3, 0.45];
+const DAMPED: [f64; 2] = [0.2, 0.3];
 /// Contacts from which on a grain is one of a bed, as in the fluid's virtual mass.
 const OF_A_BED: u8 = 2;
 
