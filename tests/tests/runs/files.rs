@@ -148,7 +148,7 @@ fn sizes_are_those_that_the_plan_says() {
 
 /// Discs that lie on the floor, in a run that would be long and ends at once.
 const RESTING: &str = r#"
-until = 4000.0
+until = 32000.0
 gravity = [0.0, 0.0, -1.0]
 stop_when = { kinetic_energy_per_grain_below = 1e-3 }
 [domain]
@@ -174,8 +174,8 @@ fn a_long_run_writes_fields_by_default_and_keeps_their_rhythm() {
     let folder = Folder::new("default-fields");
     let file = folder.write("resting.toml", RESTING);
     let planned = plan(&file, &[])["files"]["fields_every"].as_f64().expect("a time");
-    assert!((100.0..800.0).contains(&planned), "{planned}");
-    let later = plan(&file, &["--until", "6000"])["files"]["fields_every"].as_f64().expect("a time");
+    assert!((800.0..6400.0).contains(&planned), "{planned}");
+    let later = plan(&file, &["--until", "48000"])["files"]["fields_every"].as_f64().expect("a time");
     assert!(later > 0.0 && later != planned, "{later}");
     let out = folder.join("out");
     let run = |more: &[&str]| {
@@ -187,7 +187,7 @@ fn a_long_run_writes_fields_by_default_and_keeps_their_rhythm() {
         scene["observe"]["fields_every"].as_float().expect("a time")
     };
     assert_eq!(run(&[]), planned);
-    assert_eq!(run(&["--resume", "--until", "6000"]), planned, "goes on as it began");
+    assert_eq!(run(&["--resume", "--until", "48000"]), planned, "goes on as it began");
     assert_eq!(run(&["--overwrite", "--set", "observe.fields_every=0.0"]), 0.0);
     assert_eq!(run(&["--overwrite", "--until", "1.0"]), 0.0, "a short run writes none");
 }
