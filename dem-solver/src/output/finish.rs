@@ -1,5 +1,5 @@
-//! What a run of the DEM alone leaves at its end: `grains.csv`, `profile.csv`, metrics of a silo and of a dense
-//! flow.
+//! What a run of the DEM alone leaves at its end: `grains.csv`, `profile.csv`, metrics of a silo and of a
+//! dense flow.
 
 use std::collections::BTreeMap;
 
