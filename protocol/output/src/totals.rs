@@ -284,8 +284,8 @@ impl Bed {
         self.sum_velocities(sample);
     }
 
-    /// q_v = Σ v̄ R, v̄ the mean velocity of the grains whose centres lie in a bin (Biegert et al. 2017, eq. 34
-    /// and section 6.2).
+    /// q_v = Σ v̄ R, v̄ the mean velocity of the grains whose centres lie in a bin (Biegert et al. 2017, eq.
+    /// 34 and section 6.2).
     fn sum_velocities(&mut self, sample: &Sample) {
         let Self { domain, across, lower, height, bin, bins, grains, present, .. } = self;
         bins.fill(([0.0; 3], 0));

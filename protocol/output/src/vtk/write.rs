@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::error::OutputError;
-use crate::file::atomic_write;
+use crate::file::replace;
 
 use super::read::attribute;
 
@@ -223,5 +223,5 @@ pub fn list(path: &Path, time: f64, file: &str) -> Result<(), OutputError> {
         let _ = writeln!(text, "<DataSet timestep=\"{time:e}\" group=\"\" part=\"0\" file=\"{name}\"/>");
     }
     text += "</Collection>\n</VTKFile>\n";
-    atomic_write(path, text.as_bytes())
+    replace(path, text.as_bytes())
 }
