@@ -16,7 +16,7 @@ pub fn atomic_write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     write_beside(path, bytes, true)
 }
 
-/// The same without a wait for the disk: of a file that is written often, and is small loss after a power cut.
+/// The same without a wait for the disk: of a file that is written often, and little loss after a power cut.
 ///
 /// # Errors
 /// [`OutputError::File`].
