@@ -20,8 +20,8 @@ const PART: f64 = 0.01;
 /// Bytes of fields a second that are made and written, measured: 33 instants of 2.6 MB in 0.4 s of CPU time.
 const RATE: f64 = 200e6;
 
-/// What an instant costs besides, s: 0.018 s of CPU time in the report, measured, and lists that wait for the
-/// disk.
+/// What an instant costs besides, s: 0.018 s of CPU time in the report, measured; the rest is for slow disks,
+/// and was not.
 const DRAWN: f64 = 0.05;
 
 /// Files that a run will leave.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use bedload_output::{Claim, atomic_write};
 use bedload_scene::SceneSource;
 
-use super::folder::{self, cannot, content, cores};
+use super::folder::{self, cannot, cores};
 use super::kind::Kind;
 use super::make::{How, make};
 use super::stability::counts::Counts;
@@ -47,10 +47,6 @@ impl Options {
 fn of_scene(scene: &Path, kind: Kind, options: &Options) -> Result<(Table, PathBuf), Failure> {
     let study = Study::read(scene, kind, false)?;
     let out = options.folder(&format!("{}-{}", study.name(), kind.name()));
-    if out.join("summary.json").exists() {
-        let what = "is the output folder of a run; name another with --out".to_owned();
-        return Err(content(&out)(what));
-    }
     let _claim = folder::open(&out, &study.source)?;
     let how = options.how(kind);
     let mut made = make(&[(&study, out.clone())], how)?;

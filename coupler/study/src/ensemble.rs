@@ -106,10 +106,6 @@ pub fn ensemble(asked: &Ensemble, options: &Options) -> Result<(), Failure> {
     let stages = stages(asked)?;
     let Some(last) = stages.last() else { return Err(Failure::Input("no scene was named".into())) };
     let out = options.folder(&format!("{}-ensemble", last.name));
-    if out.join("summary.json").exists() {
-        let what = "is the output folder of a run; name another with --out".to_owned();
-        return Err(content(&out)(what));
-    }
     let whole = std::path::absolute(&out).map_err(folder::cannot("find", &out))?;
     let jobs = options.jobs.map_or(cores(), usize::from).clamp(1, asked.seeds);
     let threads = (cores() / jobs).max(1);

@@ -21,6 +21,10 @@ const MARKER: &str = "# A study by Bedload, of";
 
 /// Makes and claims the folder, and leaves the scene in it. What holds files of others is left alone.
 pub(super) fn open(folder: &Path, scene: &SceneSource) -> Result<Claim, Failure> {
+    if folder.join("summary.json").exists() {
+        let what = "is the output folder of a run; name another with --out".to_owned();
+        return Err(content(folder)(what));
+    }
     let is_empty = std::fs::read_dir(folder).map_or(true, |mut entries| entries.next().is_none());
     let file = folder.join(SCENE);
     if !is_empty && !read(&file).is_ok_and(|text| text.starts_with(MARKER)) {
@@ -75,4 +79,24 @@ pub(super) fn files(folder: &Path, begin: &str, end: &str) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(ours).collect();
     files.sort();
     files
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_study_takes_its_own_folder_or_an_empty_one() {
+        let root = std::env::temp_dir().join(format!("bedload-study-folder-{}", std::process::id()));
+        let scene = SceneSource { file: "bed.toml".into(), text: "until = 1.0\n".into() };
+        open(&root, &scene).map(drop).expect("a new one");
+        open(&root, &scene).map(drop).expect("its own");
+        std::fs::write(root.join("summary.json"), "{}").unwrap();
+        assert!(open(&root, &scene).unwrap_err().to_string().contains("output folder of a run"));
+        std::fs::remove_file(root.join("summary.json")).unwrap();
+        std::fs::write(root.join(SCENE), &scene.text).unwrap();
+        assert!(open(&root, &scene).unwrap_err().to_string().contains("nothing was changed"));
+        assert_eq!(read(&root.join(SCENE)).unwrap(), scene.text);
+        std::fs::remove_dir_all(&root).unwrap();
+    }
 }
