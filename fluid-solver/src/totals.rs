@@ -2,7 +2,7 @@
 //! [`bedload_output::totals::fluid_values`].
 
 use crate::boundary::Boundary;
-use crate::field::for_each_own_unknown;
+use crate::field::for_each_own_row;
 use crate::solver::Solver;
 use bedload_scene::{CheckedScene, Total};
 
@@ -49,20 +49,30 @@ impl Totals {
     fn add_component<const D: usize>(&self, solver: &Solver<D>, d: usize, sums: &mut [[f64; 3]]) {
         let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[d]);
         let friction = 2.0 * solver.density() * solver.stepper().options().viscosity;
-        for_each_own_unknown(grid, d, |at, index| {
-            let volume = grid.control_volume(d, at);
-            sums[0][d] += u[index] * volume;
-            sums[1][d] += volume;
-            for a in (0..D).filter(|a| self.forces && *a != d) {
-                for (side, face) in [0, grid.cells[a] - 1].into_iter().enumerate() {
-                    let boundary = &grid.boundaries[a][side];
-                    if at[a] == face && matches!(boundary, Boundary::NoSlip { .. }) {
-                        let width = grid.axes[a].widths[face];
-                        let area = volume / width;
-                        sums[2 + 2 * a + side][d] +=
-                            friction * (u[index] - boundary.velocity(d)) / width * area;
+        for_each_own_row(grid, d, |mut at, places| {
+            // What is beside a wall along other axes, the whole row is.
+            let walls = |a: usize, cell: usize| {
+                let sides = [0, grid.cells[a] - 1].into_iter().enumerate();
+                let wall = move |side: usize| matches!(grid.boundaries[a][side], Boundary::NoSlip { .. });
+                sides.filter(move |(side, face)| self.forces && a != d && cell == *face && wall(*side))
+            };
+            let beside = (1..D).any(|a| walls(a, at[a]).next().is_some());
+            let ends = [at[0], at[0] + places.len() - 1];
+            for index in places {
+                let volume = grid.control_volume(d, at);
+                sums[0][d] += u[index] * volume;
+                sums[1][d] += volume;
+                if beside || ends.contains(&at[0]) {
+                    for a in 0..D {
+                        for (side, face) in walls(a, at[a]) {
+                            let width = grid.axes[a].widths[face];
+                            let (area, slip) =
+                                (volume / width, u[index] - grid.boundaries[a][side].velocity(d));
+                            sums[2 + 2 * a + side][d] += friction * slip / width * area;
+                        }
                     }
                 }
+                at[0] += 1;
             }
         });
     }
@@ -72,15 +82,19 @@ impl Totals {
         let (grid, p) = (solver.grid(), &solver.stepper().state().pressure);
         for row in grid.own_rows().filter(|_| self.forces) {
             let rest = [0, row % grid.cells[1], row / grid.cells[1]];
-            for i in 0..grid.cells[0] {
+            let face = |a: usize, side: usize| if side == 0 { 0 } else { grid.cells[a] - 1 };
+            let wall = |a: usize, side: usize| is_wall(&grid.boundaries[a][side]);
+            let beside =
+                |a: usize, cell: usize| (0..2).filter(move |side| cell == face(a, *side) && wall(a, *side));
+            let rows = (1..D).any(|a| beside(a, rest[a]).next().is_some());
+            let cells = if rows { 0..grid.cells[0] } else { 0..1 };
+            let last = (!rows && grid.cells[0] > 1).then(|| grid.cells[0] - 1);
+            for i in cells.chain(last) {
                 let at: [usize; D] = std::array::from_fn(|a| if a == 0 { i } else { rest[a] });
-                for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
-                    let face = if side == 0 { 0 } else { grid.cells[a] - 1 };
-                    if at[a] == face && is_wall(&grid.boundaries[a][side]) {
-                        let area = grid.cell_volume(at) / grid.axes[a].widths[face];
-                        let outward = if side == 0 { -1.0 } else { 1.0 };
-                        sums[2 + 2 * a + side][a] += outward * solver.density() * p[grid.row(row) + i] * area;
-                    }
+                for (a, side) in (0..D).flat_map(|a| beside(a, at[a]).map(move |side| (a, side))) {
+                    let area = grid.cell_volume(at) / grid.axes[a].widths[at[a]];
+                    let outward = if side == 0 { -1.0 } else { 1.0 };
+                    sums[2 + 2 * a + side][a] += outward * solver.density() * p[grid.row(row) + i] * area;
                 }
             }
         }

@@ -93,10 +93,24 @@ pub fn for_each_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: impl Fn
 
 /// The same for the unknowns on the planes of this process.
 pub fn for_each_own_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: impl FnMut([usize; D], usize)) {
+    for_each_in(grid, own_unknowns(grid, d), visit);
+}
+
+/// Visits the rows of unknowns of component `d` on the planes of this process, in memory order: the indices of
+/// the first one and the places of all.
+pub fn for_each_own_row<const D: usize>(
+    grid: &Grid<D>,
+    d: usize,
+    visit: impl FnMut([usize; D], Range<usize>),
+) {
+    for_each_row_in(grid, own_unknowns(grid, d), visit);
+}
+
+fn own_unknowns<const D: usize>(grid: &Grid<D>, d: usize) -> [Range<usize>; D] {
     let (mut ranges, own) = (grid.unknowns(d), grid.division.own());
     ranges[D - 1].start = ranges[D - 1].start.max(own.start);
     ranges[D - 1].end = own.end;
-    for_each_in(grid, ranges, visit);
+    ranges
 }
 
 fn for_each_in<const D: usize>(
@@ -104,10 +118,24 @@ fn for_each_in<const D: usize>(
     ranges: [Range<usize>; D],
     mut visit: impl FnMut([usize; D], usize),
 ) {
+    for_each_row_in(grid, ranges, |mut at, places| {
+        for index in places {
+            visit(at, index);
+            at[0] += 1;
+        }
+    });
+}
+
+fn for_each_row_in<const D: usize>(
+    grid: &Grid<D>,
+    ranges: [Range<usize>; D],
+    mut visit: impl FnMut([usize; D], Range<usize>),
+) {
     let mut at: [usize; D] = std::array::from_fn(|a| ranges[a].start);
     'all: loop {
-        visit(at, grid.index(at.map(|i| i as isize)));
-        for a in 0..D {
+        let first = grid.index(at.map(|i| i as isize));
+        visit(at, first..first + ranges[0].len());
+        for a in 1..D {
             at[a] += 1;
             if at[a] < ranges[a].end {
                 continue 'all;

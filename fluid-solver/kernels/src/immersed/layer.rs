@@ -43,9 +43,32 @@ pub struct Part {
     pub arm: f64,
     /// When the grain was last moved.
     stamp: u64,
-    /// Number of its spans, and of their places.
-    spans: usize,
-    places: usize,
+    /// Its spans, and the mask ratios of their places.
+    spans: Run,
+    places: Run,
+}
+
+/// Neighbouring entries of a list.
+#[derive(Clone, Copy, Debug, Default)]
+struct Run {
+    first: usize,
+    count: usize,
+}
+
+impl Run {
+    #[inline(always)]
+    fn range(self) -> std::ops::Range<usize> {
+        self.first..self.first + self.count
+    }
+
+    /// Moves the run to `end` in its list, which is at or before it, and `end` behind it.
+    fn pull<T: Copy>(&mut self, list: &mut [T], end: &mut usize) {
+        if self.first != *end {
+            list.copy_within(self.range(), *end);
+        }
+        self.first = *end;
+        *end += self.count;
+    }
 }
 
 /// What is the same for all places of a row.
@@ -68,7 +91,7 @@ pub(super) struct Room {
     /// Cells of a part.
     cells: Cells,
     /// What was known of the layer.
-    before: Layer,
+    known: Vec<Part>,
 }
 
 impl Part {
@@ -79,7 +102,8 @@ impl Part {
     }
 }
 
-/// The rows of all grains in a layer, and the mask ratios of their cells.
+/// The rows of all grains in a layer, and the mask ratios of their cells. Between those of its parts there may
+/// be others that are of no use any more.
 #[derive(Clone, Debug, Default)]
 pub struct Layer {
     parts: Vec<Part>,
@@ -91,7 +115,7 @@ pub struct Layer {
 
 impl Layer {
     /// Finds the rows of layer `k` and the mask ratios of their cells. What is known of grains that have not
-    /// moved is taken over.
+    /// moved is kept.
     pub(super) fn fill<const D: usize>(
         &mut self,
         grid: &Grid<D>,
@@ -103,17 +127,15 @@ impl Layer {
         if std::mem::replace(&mut self.fresh, grains.caches) || self.holds(grains, k) {
             return;
         }
-        let Room { profiles, cells, before } = room;
-        std::mem::swap(self, before);
-        self.fresh = before.fresh;
+        let Room { profiles, cells, known } = room;
         if !grains.caches {
             // That was another layer.
-            before.parts.clear();
+            self.parts.clear();
         }
+        self.forget(grains, k);
+        std::mem::swap(&mut self.parts, known);
         self.parts.clear();
-        self.spans.clear();
-        self.ratios.clear();
-        dispatch(Fill { layer: self, before, grid, grains, model, k, profiles, cells });
+        dispatch(Fill { layer: self, known, grid, grains, model, k, profiles, cells });
     }
 
     /// Whether this is what the grains hold of layer `k` as they are placed.
@@ -123,28 +145,48 @@ impl Layer {
         grains.caches && self.parts.len() == slices.len() && self.parts.iter().zip(slices).all(same)
     }
 
-    /// All rows, and all mask ratios, one after the other.
-    pub(super) fn rows(&self) -> (&[Span], &[f64]) {
-        (&self.spans, &self.ratios)
+    /// Forgets the parts of grains that have moved, or are not in layer `k` any more; what is left is moved
+    /// together where it is less than half of all.
+    fn forget<const D: usize>(&mut self, grains: &GrainsByLayer<D>, k: usize) {
+        let Self { parts, spans, ratios, .. } = self;
+        // Both are in the order of the grains.
+        let mut slices = grains.of(k).iter().peekable();
+        parts.retain(|part| {
+            while slices.next_if(|slice| slice.grain < part.grain).is_some() {}
+            slices.peek().is_some_and(|slice| part.is_of(grains, slice.grain))
+        });
+        let (mut kept, mut end) = ([0; 2], [0; 2]);
+        for part in &*parts {
+            for (n, run) in [part.spans, part.places].into_iter().enumerate() {
+                (kept[n], end[n]) = (kept[n] + run.count, end[n].max(run.range().end));
+            }
+        }
+        if kept != end && 2 * kept[1] < ratios.len() {
+            parts.sort_unstable_by_key(|part| part.places.first);
+            end = [0; 2];
+            for part in &mut *parts {
+                part.spans.pull(spans, &mut end[0]);
+                part.places.pull(ratios, &mut end[1]);
+            }
+            parts.sort_unstable_by_key(|part| part.grain);
+        }
+        spans.truncate(end[0]);
+        ratios.truncate(end[1]);
     }
 
     /// What each grain holds: its rows with their mask ratios, in the order of the grains.
     #[inline(always)]
     pub fn parts(&self) -> impl Iterator<Item = (&Part, &[Span], &[f64])> {
-        let (mut spans, mut ratios) = (self.spans.as_slice(), self.ratios.as_slice());
-        self.parts.iter().map(move |part| {
-            let (mine, rest) = spans.split_at(part.spans);
-            let (held, left) = ratios.split_at(part.places);
-            (spans, ratios) = (rest, left);
-            (part, mine, held)
-        })
+        let Self { parts, spans, ratios, .. } = self;
+        parts.iter().map(|part| (part, &spans[part.spans.range()], &ratios[part.places.range()]))
     }
 }
 
 /// [`Layer::fill`].
 struct Fill<'a, const D: usize> {
     layer: &'a mut Layer,
-    before: &'a Layer,
+    /// Parts that are still so.
+    known: &'a [Part],
     grid: &'a Grid<D>,
     grains: &'a GrainsByLayer<D>,
     model: &'a MaskModel,
@@ -160,14 +202,10 @@ impl<const D: usize> Fill<'_, D> {
         let Self { grid, grains, model, k, .. } = *self;
         let (nodes, extent) = (&grains.nodes, &grains.extents[slice.grain]);
         let first = [self.layer.spans.len(), self.layer.ratios.len()];
+        let [spans, places] = first.map(|first| Run { first, count: 0 });
         let chord = extent.outer * extent.outer - slice.arm * slice.arm;
-        let mut part = Part {
-            grain: slice.grain,
-            arm: slice.arm,
-            stamp: grains.stamp(slice.grain),
-            spans: 0,
-            places: 0,
-        };
+        let mut part =
+            Part { grain: slice.grain, arm: slice.arm, stamp: grains.stamp(slice.grain), spans, places };
         if chord <= 0.0 {
             self.layer.parts.push(part);
             return;
@@ -212,7 +250,8 @@ impl<const D: usize> Fill<'_, D> {
             }
         }
         law.finish(self.cells, &mut self.layer.ratios);
-        [part.spans, part.places] = [self.layer.spans.len() - first[0], self.layer.ratios.len() - first[1]];
+        part.spans.count = self.layer.spans.len() - first[0];
+        part.places.count = self.layer.ratios.len() - first[1];
         self.layer.parts.push(part);
     }
 
@@ -271,18 +310,10 @@ impl<const D: usize> lanes::Kernel for Fill<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
         // Both are in the order of the grains.
-        let mut known = self.before.parts();
-        let mut next = known.next();
+        let mut known = self.known.iter().peekable();
         for slice in self.grains.of(self.k) {
-            while next.is_some_and(|(part, ..)| part.grain < slice.grain) {
-                next = known.next();
-            }
-            if let Some((part, spans, ratios)) =
-                next.filter(|(part, ..)| part.is_of(self.grains, slice.grain))
-            {
+            if let Some(part) = known.next_if(|part| part.grain == slice.grain) {
                 self.layer.parts.push(*part);
-                self.layer.spans.extend_from_slice(spans);
-                self.layer.ratios.extend_from_slice(ratios);
             } else {
                 self.part(simd, slice);
             }

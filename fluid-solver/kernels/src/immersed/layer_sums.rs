@@ -6,6 +6,7 @@ use super::layers::Layers;
 use super::mask_model::MaskModel;
 use super::nodes::Nodes;
 use crate::grid::Grid;
+use crate::lanes::ZERO;
 use crate::vector::Real;
 use pulp::Simd;
 use std::ops::Range;
@@ -52,9 +53,13 @@ impl LayerSums {
     #[inline(always)]
     pub(super) fn mark_covered<const D: usize>(&mut self, grid: &Grid<D>, layer: &Layer) {
         let words = words(grid);
-        for Span { row, first, count, .. } in layer.rows().0 {
-            for eight in first / 8..=(first + count - 1) / 8 {
-                self.covered[row * words + eight / 64] |= 1 << (eight % 64);
+        for Span { row, first, count, .. } in layer.parts().flat_map(|(_, spans, _)| spans) {
+            let (mut eight, end) = (first / 8, (first + count - 1) / 8 + 1);
+            // Word by word.
+            while eight < end {
+                let bits = (end - eight).min(64 - eight % 64);
+                self.covered[row * words + eight / 64] |= (u64::MAX >> (64 - bits)) << (eight % 64);
+                eight += bits;
             }
         }
     }
@@ -62,15 +67,16 @@ impl LayerSums {
     /// Sums the mask ratios of all grains.
     #[inline(always)]
     pub(crate) fn gather(&mut self, layer: &Layer) {
-        let (spans, ratios) = layer.rows();
-        let mut rest = ratios.as_chunks::<8>().0;
-        for span in spans {
-            let (ratios, after) = rest.split_at(span.count / 8);
-            rest = after;
-            let totals = self.totals[span.at..][..span.count].as_chunks_mut::<8>().0;
-            for (total, ratios) in totals.iter_mut().zip(ratios) {
-                for l in 0..8 {
-                    total[l] += ratios[l];
+        for (_, spans, ratios) in layer.parts() {
+            let mut rest = ratios.as_chunks::<8>().0;
+            for span in spans {
+                let (ratios, after) = rest.split_at(span.count / 8);
+                rest = after;
+                let totals = self.totals[span.at..][..span.count].as_chunks_mut::<8>().0;
+                for (total, ratios) in totals.iter_mut().zip(ratios) {
+                    for l in 0..8 {
+                        total[l] += ratios[l];
+                    }
                 }
             }
         }
@@ -113,8 +119,9 @@ impl LayerSums {
     /// Forgets the sums of the layer.
     #[inline(always)]
     pub(crate) fn clear(&mut self, layer: &Layer) {
-        for span in layer.rows().0 {
-            self.totals[span.at..][..span.count].fill(0.0);
+        for span in layer.parts().flat_map(|(_, spans, _)| spans) {
+            // In eights, which spares a call of memset.
+            self.totals[span.at..][..span.count].as_chunks_mut().0.iter_mut().for_each(|eight| *eight = ZERO);
         }
         self.covered.fill(0);
     }

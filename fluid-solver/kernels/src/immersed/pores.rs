@@ -22,6 +22,8 @@
 use super::body::{Motion, Shape, along_axes};
 use super::mask_model::{Mask, MaskModel};
 use crate::grid::{Geometry, Grid};
+use crate::lanes::{Kernel, dispatch};
+use pulp::Simd;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
@@ -39,9 +41,6 @@ const WAVE_BEND: f64 = 0.0047;
 /// Largest solid fraction that is believed: random close packing.
 const PACKED: f64 = 0.64;
 
-/// End of a list of grains.
-const NONE: u32 = u32::MAX;
-
 /// Solid fraction about every grain.
 #[derive(Clone, Debug)]
 pub struct Pores<const D: usize> {
@@ -54,11 +53,19 @@ pub struct Pores<const D: usize> {
     spacing: f64,
     /// Cells in which grains are looked for, along each axis; none where there are no pores.
     count: [usize; D],
-    /// First grain of each cell, and the next one in the cell of each grain.
-    first: Vec<u32>,
-    next: Vec<u32>,
-    /// Centres of all grains, and solid fractions about them.
+    /// Of each cell and one more: how many grains stand before its first one in the order of cells.
+    begins: Vec<u32>,
+    /// Cell of each grain.
+    cells: Vec<u32>,
+    /// Centres of all grains, m.
     centres: Vec<[f64; D]>,
+    /// In the order of cells, in each from the last grain to the first: number, centre by axis, m, and volume.
+    order: Vec<u32>,
+    places: [Vec<f64>; D],
+    volumes: Vec<f64>,
+    /// Room for the grains of a cell.
+    weighed: Vec<f64>,
+    /// Solid fractions about all grains.
     fractions: Vec<f64>,
 }
 
@@ -80,9 +87,13 @@ impl<const D: usize> Pores<D> {
             knots,
             spacing: grid.smallest_width(),
             count,
-            first: vec![NONE; if grains > 0 { count.iter().product() } else { 0 }],
-            next: vec![NONE; grains],
+            begins: vec![0; if grains > 0 { count.iter().product::<usize>() + 1 } else { 0 }],
+            cells: vec![0; grains],
             centres: vec![[0.0; D]; grains],
+            order: vec![0; grains],
+            places: std::array::from_fn(|_| vec![0.0; grains]),
+            volumes: vec![0.0; grains],
+            weighed: vec![0.0; grains],
             fractions: vec![0.0; grains],
         }
     }
@@ -95,11 +106,9 @@ impl<const D: usize> Pores<D> {
         shapes: &mut [Shape],
         motions: &[Motion],
     ) {
-        if !self.next.is_empty() {
-            self.sort(geometry, motions);
-            for grain in 0..shapes.len() {
-                self.fractions[grain] = self.fraction(grain, shapes);
-            }
+        if !self.cells.is_empty() {
+            self.sort(geometry, motions, shapes);
+            dispatch(Fractions { pores: self, shapes });
         }
         for (grain, shape) in shapes.iter_mut().enumerate() {
             let fraction = self.fractions.get(grain).copied().unwrap_or(0.0);
@@ -116,8 +125,8 @@ impl<const D: usize> Pores<D> {
     }
 
     /// Puts every grain into its cell; those beyond a wall into the last one.
-    fn sort(&mut self, geometry: Geometry, motions: &[Motion]) {
-        self.first.fill(NONE);
+    fn sort(&mut self, geometry: Geometry, motions: &[Motion], shapes: &[Shape]) {
+        self.begins.fill(0);
         for (grain, motion) in motions.iter().enumerate() {
             let at: [f64; D] = along_axes(geometry, motion.centre);
             let (mut cell, mut stride) = (0, 1);
@@ -128,8 +137,23 @@ impl<const D: usize> Pores<D> {
                 cell += stride * ((from * n as f64).max(0.0) as usize).min(n - 1);
                 stride *= n;
             }
-            self.next[grain] = self.first[cell];
-            self.first[cell] = grain as u32;
+            self.cells[grain] = cell as u32;
+            self.begins[cell] += 1;
+        }
+        let mut end = 0;
+        for begin in &mut self.begins {
+            end += *begin;
+            *begin = end;
+        }
+        for (grain, cell) in self.cells.iter().enumerate() {
+            let place = &mut self.begins[*cell as usize];
+            *place -= 1;
+            let place = *place as usize;
+            self.order[place] = grain as u32;
+            self.volumes[place] = shapes[grain].volume;
+            for (places, centre) in self.places.iter_mut().zip(self.centres[grain]) {
+                places[place] = centre;
+            }
         }
     }
 
@@ -143,7 +167,8 @@ impl<const D: usize> Pores<D> {
     }
 
     /// Solid fraction about a grain.
-    fn fraction(&self, grain: usize, shapes: &[Shape]) -> f64 {
+    #[inline(always)]
+    fn fraction(&mut self, grain: usize, shapes: &[Shape]) -> f64 {
         let at = self.centres[grain];
         let near: [RangeInclusive<isize>; D] = std::array::from_fn(|a| self.near(a, at[a]));
         let mut others = 0.0;
@@ -156,17 +181,18 @@ impl<const D: usize> Pores<D> {
                 stride *= n as usize;
                 shift[a] = cell[a].div_euclid(n) as f64 * self.length[a];
             }
-            let mut other = self.first[place];
-            while other != NONE {
-                let number = other as usize;
-                let distance = |a: usize| (self.centres[number][a] + shift[a] - at[a]) / self.knots;
-                // Most pairs are out of reach along some axis.
-                let felt = (0..D).all(|a| distance(a).abs() < 2.0);
-                if felt && (number != grain || shift != [0.0; D]) {
-                    let weight: f64 = (0..D).map(|a| spline(distance(a))).product();
-                    others += weight * shapes[number].volume;
+            let grains = self.begins[place] as usize..self.begins[place + 1] as usize;
+            let weighed = &mut self.weighed[grains.clone()];
+            weighed.fill(1.0);
+            for a in 0..D {
+                for (weight, place) in weighed.iter_mut().zip(&self.places[a][grains.clone()]) {
+                    *weight *= spline((place + shift[a] - at[a]) / self.knots);
                 }
-                other = self.next[number];
+            }
+            let own = if shift == [0.0; D] { grain as u32 } else { u32::MAX };
+            let grains = self.order[grains.clone()].iter().zip(&self.volumes[grains]);
+            for (weight, (number, volume)) in weighed.iter().zip(grains) {
+                others += if *number == own { 0.0 } else { weight * volume };
             }
             // The next cell.
             let Some(axis) = (0..D).find(|a| cell[*a] < *near[*a].end()) else { break };
@@ -184,13 +210,28 @@ impl<const D: usize> Pores<D> {
     }
 }
 
-/// Cubic B-spline with knots at −2, −1, 0, 1, 2.
-fn spline(x: f64) -> f64 {
-    match x.abs() {
-        x if x < 1.0 => 2.0 / 3.0 - x * x + 0.5 * x * x * x,
-        x if x < 2.0 => (2.0 - x).powi(3) / 6.0,
-        _ => 0.0,
+/// [`Pores::fraction`] of every grain.
+struct Fractions<'a, const D: usize> {
+    pores: &'a mut Pores<D>,
+    shapes: &'a [Shape],
+}
+
+impl<const D: usize> Kernel for Fractions<'_, D> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        for grain in 0..self.shapes.len() {
+            self.pores.fractions[grain] = self.pores.fraction(grain, self.shapes);
+        }
     }
+}
+
+/// Cubic B-spline with knots at −2, −1, 0, 1, 2.
+#[inline(always)]
+fn spline(x: f64) -> f64 {
+    let x = x.abs();
+    let (middle, rest) = (2.0 / 3.0 - x * x + 0.5 * x * x * x, (2.0 - x).max(0.0));
+    // No branch, so that whole vectors go together.
+    if x < 1.0 { middle } else { rest * rest * rest / 6.0 }
 }
 
 /// Its integral from −∞ to `x`.

@@ -45,13 +45,23 @@ pub(super) fn wrap(cell: isize, cells: usize) -> usize {
 struct Over {
     begins: [usize; POINTS],
     weights: Weights,
+    /// Whether what is met beyond the ends of a row stands in its [`pads`].
+    near: bool,
+}
+
+/// Places met beyond either end of a row by a grain that moves by less than a cell.
+const BEYOND: usize = 2;
+
+/// Whether there is room for so many between two rows.
+fn pads<const D: usize>(grid: &Grid<D>) -> bool {
+    grid.stride(1) - grid.cells[0] >= 2 * BEYOND
 }
 
 /// What is taken along, and whither.
 #[derive(Clone, Copy)]
 struct Path<'a, const D: usize> {
     grid: &'a Grid<D>,
-    /// λ and b, where they stood.
+    /// b λ and b², where they stood.
     from: [&'a [f64]; 2],
     points: &'a [[Interpolation; D]],
 }
@@ -75,6 +85,9 @@ impl<const D: usize> Path<'_, D> {
         to: &mut [f64],
     ) {
         let points = &self.points[part.grain];
+        if points.iter().all(Interpolation::stays) {
+            return self.stay(spans, ratios, totals, place_of(self.grid, k), to);
+        }
         let mut reach: Reach = [EMPTY; PIECES];
         for span in spans {
             let reach = &mut reach[span.piece];
@@ -85,7 +98,8 @@ impl<const D: usize> Path<'_, D> {
             ring.sums.iter_mut().for_each(|sums| sums.fit(lane_count(reach.len())));
             rows.sums.fit(lane_count(reach.len()));
         }
-        let over = self.over(&points[D - 1], k);
+        let near = pads(self.grid) && (-(BEYOND as isize)..0).contains(&points[0].low);
+        let over = Over { near, ..self.over(&points[D - 1], k) };
         // counted on over a periodic face
         let (mut turn, mut before) = (0, 0);
         for span in spans {
@@ -101,11 +115,23 @@ impl<const D: usize> Path<'_, D> {
         }
     }
 
+    /// The same with a grain that stands still; layer `k` begins at `begin`.
+    #[inline(always)]
+    fn stay(&self, spans: &[Span], mut ratios: &[f64], totals: &[f64], begin: usize, to: &mut [f64]) {
+        for span in spans {
+            let (mine, rest) = ratios.split_at(span.count);
+            ratios = rest;
+            let range = span.at..span.at + span.count;
+            let [force, square] = self.from.map(|from| &from[begin + span.at..][..span.count]);
+            sums::keep([force, square], mine, &totals[range.clone()], &mut to[range]);
+        }
+    }
+
     /// The layers about layer `k`.
     #[inline(always)]
     fn over(&self, points: &Interpolation, k: usize) -> Over {
         let Self { grid, .. } = self;
-        let mut over = Over { begins: [0; POINTS], weights: points.weights };
+        let mut over = Over { begins: [0; POINTS], weights: points.weights, near: false };
         for up in 0..POINTS {
             let above = k as isize + points.low + up as isize;
             let layer = wrap(above, grid.cells[D - 1]);
@@ -168,18 +194,18 @@ impl<const D: usize> Path<'_, D> {
         let (n, start) = (grid.cells[0], row * grid.stride(1));
         let groups = lane_count(count);
         // what follows the row may be read, too: nobody asks for it
-        let last = over.begins.iter().max().expect("four") + start;
+        let last = (over.begins.iter().max().expect("four") + start).saturating_add_signed(first);
         let inside = first >= 0 && first as usize + count + POINTS - 1 <= n;
-        let whole = inside && last + first as usize + 8 * groups <= from[0].len();
+        let whole = (inside || over.near) && last + 8 * groups <= from[0].len();
         let mut rows: [[&[Lanes]; POINTS]; 2] = [[&[]; POINTS]; 2];
         for ((rows, cut), field) in rows.iter_mut().zip(cut).zip(from) {
             for ((row, cut), begin) in rows.iter_mut().zip(cut).zip(over.begins) {
                 let begin = begin + start;
                 *row = if whole {
-                    field[begin + first as usize..][..8 * groups].as_chunks().0
+                    field[begin.saturating_add_signed(first)..][..8 * groups].as_chunks().0
                 } else {
                     put_together(cut, &field[begin..][..n], first, 8 * groups, grid.periodic(0));
-                    cut.as_chunks().0
+                    cut[..8 * groups].as_chunks().0
                 };
             }
         }
@@ -189,16 +215,19 @@ impl<const D: usize> Path<'_, D> {
 
 /// `cut` ← `count` places of a row from `first` on, over its ends if they are `periodic`, else zero there.
 fn put_together(cut: &mut Vec<f64>, row: &[f64], first: isize, count: usize, periodic: bool) {
-    cut.clear();
-    while cut.len() < count {
-        let cell = first + cut.len() as isize;
+    cut.resize(cut.len().max(count), 0.0);
+    let mut done = 0;
+    while done < count {
+        let cell = first + done as isize;
         let wrapped = wrap(cell, row.len());
-        let piece = (row.len() - wrapped).min(count - cut.len());
+        let piece = (row.len() - wrapped).min(count - done);
+        let to = &mut cut[done..][..piece];
         if periodic || wrapped as isize == cell {
-            cut.extend_from_slice(&row[wrapped..][..piece]);
+            to.copy_from_slice(&row[wrapped..][..piece]);
         } else {
-            cut.resize(cut.len() + piece, 0.0);
+            to.fill(0.0);
         }
+        done += piece;
     }
 }
 
@@ -214,6 +243,21 @@ impl<const D: usize> Component<D> {
         [from, mask, to]: [&mut [f64]; 3],
     ) {
         let grid = placed.grid;
+        // The planes of other ranks come as products.
+        self.each_forced(grid, |at| {
+            let places = from[at..at + 8].iter_mut().zip(&mut mask[at..at + 8]);
+            places.for_each(|(force, mask)| (*force, *mask) = (*mask * *force, *mask * *mask));
+        });
+        let wraps = grid.periodic(0) && pads(grid);
+        if wraps {
+            let n = grid.cells[0];
+            self.each_forced_row(grid, |row| {
+                for field in [&mut *from, &mut *mask] {
+                    field.copy_within(row..row + BEYOND, row + n);
+                    field.copy_within(row + n - BEYOND..row + n, row - BEYOND);
+                }
+            });
+        }
         fetch(grid, points, [&mut *from, &mut *mask]);
         let path = Path { grid, from: [&*from, &*mask], points };
         self.place(placed);
@@ -245,20 +289,43 @@ impl<const D: usize> Component<D> {
         } else {
             along.for_each(dispatch);
         }
-        self.clear_forced(grid, [from, mask]);
+        self.each_forced(grid, |at| {
+            from[at..at + 8].fill(0.0);
+            mask[at..at + 8].fill(0.0);
+        });
+        if wraps {
+            let n = grid.cells[0];
+            self.each_forced_row(grid, |row| {
+                for field in [&mut *from, &mut *mask] {
+                    field[row + n..row + n + BEYOND].fill(0.0);
+                    field[row - BEYOND..row].fill(0.0);
+                }
+            });
+        }
         self.next = std::mem::replace(self.forced_mut(), next);
     }
 
-    /// Sets fields to zero where there may be force.
-    fn clear_forced(&self, grid: &Grid<D>, mut fields: [&mut [f64]; 2]) {
+    /// Visits the rows where there may be force, each at its first place.
+    fn each_forced_row(&self, grid: &Grid<D>, mut visit: impl FnMut(usize)) {
+        let words_each = self.forced().len() / grid.cells[D - 1];
+        for (k, layer) in self.forced().chunks_exact(words_each).enumerate() {
+            for (j, bits) in layer.chunks_exact(words(grid)).enumerate() {
+                if bits.iter().any(|bits| *bits != 0) {
+                    visit(place_of(grid, k) + j * grid.stride(1));
+                }
+            }
+        }
+    }
+
+    /// Visits the first of every eight places where there may be force.
+    fn each_forced(&self, grid: &Grid<D>, mut visit: impl FnMut(usize)) {
         let words_each = self.forced().len() / grid.cells[D - 1];
         for (word, bits) in self.forced().iter().enumerate() {
             let (k, word, mut bits) = (word / words_each, word % words_each, *bits);
             let place = place_of(grid, k) + word / words(grid) * grid.stride(1) + word % words(grid) * 512;
             while bits != 0 {
-                let at = place + 8 * bits.trailing_zeros() as usize;
+                visit(place + 8 * bits.trailing_zeros() as usize);
                 bits &= bits - 1;
-                fields.iter_mut().for_each(|field| field[at..at + 8].fill(0.0));
             }
         }
     }

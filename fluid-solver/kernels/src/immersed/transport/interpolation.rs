@@ -35,6 +35,12 @@ impl Interpolation {
         })
     }
 
+    /// Whether the place is the same.
+    #[inline(always)]
+    pub(super) fn stays(&self) -> bool {
+        self.low == -1 && self.weights.cubic == [0.0, 1.0, 0.0, 0.0]
+    }
+
     /// For a place `shift` cells back.
     fn back(shift: f64) -> Self {
         let low = (-shift).floor();

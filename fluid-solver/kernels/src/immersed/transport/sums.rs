@@ -28,28 +28,27 @@ impl Sums {
         }
     }
 
-    /// Weighed sums of rows of λ and b.
+    /// Weighed sums of rows of b λ and b².
     #[inline(always)]
     pub(super) fn of_fields(
         &mut self,
         points: &Weights,
-        [lambda, mask]: [[&[Lanes]; POINTS]; 2],
+        [forces, squares]: [[&[Lanes]; POINTS]; 2],
         count: usize,
     ) {
-        let [lambda, mask] = [cut_to(lambda, count), cut_to(mask, count)];
+        let [forces, squares] = [cut_to(forces, count), cut_to(squares, count)];
         let [a, b, c, d] = &mut self.0;
         let (a, b, c, d) = (&mut a[..count], &mut b[..count], &mut c[..count], &mut d[..count]);
         for e in 0..count {
             let mut sums = [ZERO; 4];
             for t in 0..POINTS {
-                let (lambda, mask) = (&lambda[t][e], &mask[t][e]);
+                let (force, square) = (&forces[t][e], &squares[t][e]);
                 for l in 0..8 {
-                    let (force, square) = (mask[l] * lambda[l], mask[l] * mask[l]);
-                    sums[0][l] += points.cubic[t] * force;
-                    sums[1][l] += points.cubic[t] * square;
+                    sums[0][l] += points.cubic[t] * force[l];
+                    sums[1][l] += points.cubic[t] * square[l];
                     if INNER.contains(&t) {
-                        sums[2][l] += points.linear[t] * force;
-                        sums[3][l] += points.linear[t] * square;
+                        sums[2][l] += points.linear[t] * force[l];
+                        sums[3][l] += points.linear[t] * square[l];
                     }
                 }
             }
@@ -96,6 +95,19 @@ impl Sums {
                 sum[l] += ratios[l] * force[l] / ((1.0 + totals[l]) * (mask[l] + NOTHING));
             }
             *to = sum;
+        }
+    }
+}
+
+/// What [`Sums::bring`] adds where all stays in its place, `force` b λ and `square` b².
+#[inline(always)]
+pub(super) fn keep([force, square]: [&[f64]; 2], ratios: &[f64], totals: &[f64], to: &mut [f64]) {
+    let places = to.as_chunks_mut::<8>().0.iter_mut();
+    let grains = ratios.as_chunks::<8>().0.iter().zip(totals.as_chunks::<8>().0);
+    let values = force.as_chunks::<8>().0.iter().zip(square.as_chunks::<8>().0);
+    for ((to, (ratios, totals)), (force, square)) in places.zip(grains).zip(values) {
+        for l in 0..8 {
+            to[l] += ratios[l] * force[l] / ((1.0 + totals[l]) * (square[l] + NOTHING));
         }
     }
 }
