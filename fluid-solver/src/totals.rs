@@ -49,6 +49,7 @@ impl Totals {
     fn add_component<const D: usize>(&self, solver: &Solver<D>, d: usize, sums: &mut [[f64; 3]]) {
         let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[d]);
         let friction = 2.0 * solver.density() * solver.stepper().options().viscosity;
+        let [mut momentum, mut whole] = [sums[0][d], sums[1][d]];
         for_each_own_row(grid, d, |mut at, places| {
             // What is beside a wall along other axes, the whole row is.
             let walls = |a: usize, cell: usize| {
@@ -58,10 +59,12 @@ impl Totals {
             };
             let beside = (1..D).any(|a| walls(a, at[a]).next().is_some());
             let ends = [at[0], at[0] + places.len() - 1];
-            for index in places {
-                let volume = grid.control_volume(d, at);
-                sums[0][d] += u[index] * volume;
-                sums[1][d] += volume;
+            let rest: [f64; D] = std::array::from_fn(|a| grid.volumes(d, a)[at[a]]);
+            for (index, first) in places.zip(&grid.volumes(d, 0)[at[0]..]) {
+                // As `control_volume` has it.
+                let volume = rest[1..].iter().fold(grid.turn() * first, |volume, next| volume * next);
+                momentum += u[index] * volume;
+                whole += volume;
                 if beside || ends.contains(&at[0]) {
                     for a in 0..D {
                         for (side, face) in walls(a, at[a]) {
@@ -75,6 +78,7 @@ impl Totals {
                 at[0] += 1;
             }
         });
+        [sums[0][d], sums[1][d]] = [momentum, whole];
     }
 
     /// Pressure on walls, whose slope across them is zero.

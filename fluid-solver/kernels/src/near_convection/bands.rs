@@ -46,8 +46,6 @@ pub(super) struct Segment {
 
 /// What a cell within reach holds beside twice its weight.
 const REACHED: u16 = 1;
-/// Weight 1 within reach.
-const WHOLE: u16 = 2 * 255 + REACHED;
 
 /// Cells within reach of grains, and those beside them.
 #[derive(Clone, Debug)]
@@ -77,39 +75,33 @@ struct Arms<'a> {
     centre: f64,
     /// Squared distance of the row from it, m².
     across: f64,
-    /// Mean number of cells per metre, 1/m.
-    rate: f64,
+    /// The weight at the centre if it rose on, 255 for 1, and how much it falls in a metre.
+    most: f64,
+    fall: f64,
 }
 
 impl Arms<'_> {
-    /// Squared distance of a cell, m².
+    /// Raises the cells from place `at` on, as many as there are lanes.
     #[inline(always)]
-    fn square(&self, x: f64) -> f64 {
-        let arm = x - self.centre;
-        self.across + arm * arm
+    fn raise<const N: usize>(&self, cells: &mut [u16], at: usize) {
+        let x = self.x[at..].first_chunk::<N>().expect("as many as asked for");
+        let cells = cells[at..].first_chunk_mut::<N>().expect("as many as asked for");
+        for l in 0..N {
+            let arm = x[l] - self.centre;
+            let weight = self.most - self.fall * (self.across + arm * arm).sqrt();
+            cells[l] = cells[l].max(2 * (weight.clamp(0.0, 255.0) as i32 as u16) + REACHED);
+        }
     }
 
-    /// The first of the cells `range` that is `behind` a place near `guess`, which all from there on are.
+    /// Raises all cells.
     #[inline(always)]
-    fn first(&self, range: Range<usize>, guess: f64, behind: impl Fn(f64) -> bool) -> usize {
-        let guess = ((guess - self.x[0]) * self.rate).ceil().max(0.0) as usize;
-        let mut first = guess.clamp(range.start, range.end);
-        while first > range.start && behind(self.x[first - 1]) {
-            first -= 1;
+    fn raise_all(&self, cells: &mut [u16]) {
+        let n = cells.len();
+        if n < 8 {
+            return (0..n).for_each(|at| self.raise::<1>(cells, at));
         }
-        while first < range.end && !behind(self.x[first]) {
-            first += 1;
-        }
-        first
-    }
-
-    /// The cells whose squared distance is `inside` of what is about `limit`, m²: it falls up to the centre,
-    /// where cell `middle` is, and rises from there.
-    #[inline(always)]
-    fn within(&self, middle: usize, limit: f64, inside: impl Fn(f64) -> bool) -> Range<usize> {
-        let half = (limit - self.across).max(0.0).sqrt();
-        let low = self.first(0..middle, self.centre - half, |x| inside(self.square(x)));
-        low..self.first(middle..self.x.len(), self.centre + half, |x| !inside(self.square(x)))
+        // The last eight may be raised twice.
+        (0..n - 8).step_by(8).chain([n - 8]).for_each(|at| self.raise::<8>(cells, at));
     }
 }
 
@@ -187,11 +179,8 @@ impl<const D: usize> Bands<D> {
     fn weigh(&mut self, grid: &Grid<D>, grain: &Ball<D>) {
         let Self { nodes, wanted, cells, reach, .. } = self;
         let half = grain.radius + (REACH + MARGIN) * grain.width;
-        let [scale, most] = [255.0 / ((REACH - FULL) * grain.width), 255.0 * REACH / (REACH - FULL)];
-        let most = most + scale * grain.radius;
-        // Squares of the distances up to which the weight is 1 and from which it is 0, but for rounding.
-        let [whole, none] = [(FULL, 1.0 - 1e-9), (REACH, 1.0 + 1e-9)]
-            .map(|(cells, exactly)| ((grain.radius + cells * grain.width) * exactly).powi(2));
+        let fall = 255.0 / ((REACH - FULL) * grain.width);
+        let most = 255.0 * REACH / (REACH - FULL) + fall * grain.radius;
         let range = |a: usize, half: f64| nodes.range(grid, a, grain.centre[a], half);
         let (n, x) = (grid.cells[0] as isize, grid.nodes(D, 0));
         let (j_range, k_range) = (range(1, half), if D == 3 { range(D - 1, half) } else { (0, 1) });
@@ -220,22 +209,7 @@ impl<const D: usize> Bands<D> {
                     let centre = grain.centre[0] - turn as f64 * grid.axes[0].length();
                     let (from, to) = (from as usize, to as usize);
                     let cells = &mut cells[row * n as usize + from..][..to - from];
-                    let rate = (to - from) as f64 / (x[to - 1] - x[from] + grain.width);
-                    let arms = Arms { x: &x[from..to], centre, across, rate };
-                    let middle = arms.first(0..to - from, centre, |x| x >= centre);
-                    let solid = arms.within(middle, whole, |square| square < whole);
-                    let felt = arms.within(middle, none, |square| square <= none);
-                    let raise = |cells: &mut [u16]| cells.iter_mut().for_each(|c| *c = (*c).max(REACHED));
-                    raise(&mut cells[..felt.start]);
-                    raise(&mut cells[felt.end..]);
-                    let solid = if solid.is_empty() { felt.end..felt.end } else { solid };
-                    cells[solid.clone()].fill(WHOLE);
-                    for edge in [felt.start..solid.start, solid.end..felt.end] {
-                        for (cell, x) in cells[edge.clone()].iter_mut().zip(&arms.x[edge]) {
-                            let weight = (most - scale * arms.square(*x).sqrt()) as u8;
-                            *cell = (*cell).max(2 * u16::from(weight) + REACHED);
-                        }
-                    }
+                    Arms { x: &x[from..to], centre, across, most, fall }.raise_all(cells);
                 }
             }
         }
