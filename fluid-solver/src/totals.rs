@@ -4,7 +4,15 @@
 use crate::boundary::Boundary;
 use crate::field::for_each_own_row;
 use crate::solver::Solver;
+use crate::step::Stepper;
 use bedload_scene::{CheckedScene, Total};
+use rayon::prelude::*;
+
+/// Number of sums of a component: velocity times volume, volume, and the forces by axis and side.
+const SUMS: usize = 2 + 6;
+
+/// All of them, by sum and component.
+type Sums = [[f64; 3]; SUMS];
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug)]
@@ -25,13 +33,17 @@ impl Totals {
     /// The values now. Every rank must call it; one adds its planes after the other.
     pub(crate) fn measure<const D: usize>(&self, solver: &Solver<D>, out: &mut Vec<f64>) {
         let grid = solver.grid();
-        // Velocity times volume and volume by component, then forces by axis, side and component.
-        let mut sums = [[0.0; 3]; 2 + 6];
+        let mut sums = Sums::default();
         let flat = sums.as_flattened_mut();
         grid.division.ranks().relay(flat, |flat| {
-            let sums: &mut [[f64; 3]] = flat.as_chunks_mut().0;
-            for d in 0..D {
-                self.add_component(solver, d, sums);
+            let sums: &mut Sums = flat.as_chunks_mut().0.try_into().expect("as many as there are");
+            // A component is summed from below, by one thread.
+            let mut columns: [_; D] = std::array::from_fn(|d| sums.each_ref().map(|sums| sums[d]));
+            let fluid = (solver.stepper(), solver.density());
+            let each = columns.par_iter_mut().enumerate();
+            each.for_each(|(d, column)| self.add_component(fluid, d, column));
+            for (d, column) in columns.iter().enumerate() {
+                sums.iter_mut().zip(column).for_each(|(sums, sum)| sums[d] = *sum);
             }
             self.add_pressure(solver, sums);
         });
@@ -46,10 +58,15 @@ impl Totals {
     }
 
     /// Momentum, and friction on walls: μ (u − U)/(½ Δ) over the face, with the value next to it.
-    fn add_component<const D: usize>(&self, solver: &Solver<D>, d: usize, sums: &mut [[f64; 3]]) {
-        let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[d]);
-        let friction = 2.0 * solver.density() * solver.stepper().options().viscosity;
-        let [mut momentum, mut whole] = [sums[0][d], sums[1][d]];
+    fn add_component<const D: usize>(
+        &self,
+        (stepper, density): (&Stepper<D>, f64),
+        d: usize,
+        sums: &mut [f64; SUMS],
+    ) {
+        let (grid, u) = (stepper.grid(), &stepper.state().velocity[d]);
+        let friction = 2.0 * density * stepper.options().viscosity;
+        let [mut momentum, mut whole] = [sums[0], sums[1]];
         for_each_own_row(grid, d, |mut at, places| {
             // What is beside a wall along other axes, the whole row is.
             let walls = |a: usize, cell: usize| {
@@ -71,18 +88,18 @@ impl Totals {
                             let width = grid.axes[a].widths[face];
                             let (area, slip) =
                                 (volume / width, u[index] - grid.boundaries[a][side].velocity(d));
-                            sums[2 + 2 * a + side][d] += friction * slip / width * area;
+                            sums[2 + 2 * a + side] += friction * slip / width * area;
                         }
                     }
                 }
                 at[0] += 1;
             }
         });
-        [sums[0][d], sums[1][d]] = [momentum, whole];
+        [sums[0], sums[1]] = [momentum, whole];
     }
 
     /// Pressure on walls, whose slope across them is zero.
-    fn add_pressure<const D: usize>(&self, solver: &Solver<D>, sums: &mut [[f64; 3]]) {
+    fn add_pressure<const D: usize>(&self, solver: &Solver<D>, sums: &mut Sums) {
         let (grid, p) = (solver.grid(), &solver.stepper().state().pressure);
         for row in grid.own_rows().filter(|_| self.forces) {
             let rest = [0, row % grid.cells[1], row / grid.cells[1]];

@@ -145,3 +145,41 @@ fn for_each_row_in<const D: usize>(
         return;
     }
 }
+
+/// Calls `work` with the first row of every layer of this process and, from there on, the layer of some
+/// fields, side by side where there are threads.
+pub(crate) fn by_layers<const D: usize, const N: usize>(
+    grid: &Grid<D>,
+    fields: [&mut [f64]; N],
+    work: impl Fn(usize, [&mut [f64]; N]) + Sync,
+) {
+    let (layers, size) = (grid.division.own(), grid.stride(D - 1));
+    let rows = grid.rows() / grid.cells[D - 1];
+    let begin = grid.row(layers.start * rows);
+    let threads = rayon::current_num_threads();
+    let most = if threads > 1 { layers.len().div_ceil(4 * threads) } else { layers.len() };
+    let work = |k: usize, fields: [&mut [f64]; N]| work(k * rows, fields);
+    halve(layers, fields.map(|field| &mut field[begin..]), (size, most), &work);
+}
+
+/// Calls `work` with `layers`, in halves side by side down to `most` of them; a layer has `size` values.
+fn halve<const N: usize>(
+    layers: Range<usize>,
+    fields: [&mut [f64]; N],
+    (size, most): (usize, usize),
+    work: &(impl Fn(usize, [&mut [f64]; N]) + Sync),
+) {
+    if layers.len() <= most {
+        let mut chunks = fields.map(|field| field.chunks_mut(size));
+        layers.for_each(|k| work(k, chunks.each_mut().map(|chunks| chunks.next().expect("a layer"))));
+        return;
+    }
+    let middle = layers.start + layers.len() / 2;
+    let mut halves = fields.map(|field| field.split_at_mut((middle - layers.start) * size));
+    let low = halves.each_mut().map(|(low, _)| std::mem::take(low));
+    let high = halves.map(|(_, high)| high);
+    rayon::join(
+        || halve(layers.start..middle, low, (size, most), work),
+        || halve(middle..layers.end, high, (size, most), work),
+    );
+}

@@ -20,6 +20,7 @@ use super::component::{Placed, Rule};
 use super::layer_sums::words;
 use super::mask_model::MaskModel;
 use super::transport::wrap;
+use crate::field::by_layers;
 use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
 use crate::immersed::body::{Motion, Shape};
@@ -27,7 +28,6 @@ use crate::lanes::{Kernel, dispatch};
 use crate::stencil::Stencil;
 use crate::vector::Real;
 use pulp::Simd;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Sweeps at most, and at least where there is anything to do.
@@ -207,7 +207,7 @@ impl<const D: usize> Brinkman<D> {
                 given: self.given.each_ref().map(Vec::as_slice),
                 factor,
             };
-            for_each_layer(grid, [next], |first, [next]| dispatch(SweepLayer { sweep, first, next }));
+            by_layers(grid, [next], |first, [next]| dispatch(SweepLayer { sweep, first, next }));
             let [now, next] = &mut self.iterates;
             if grid.periodic(0) {
                 close(grid, next);
@@ -225,29 +225,37 @@ impl<const D: usize> Brinkman<D> {
             ratio: &self.given[0],
             rate: 1.0 / dt,
         };
-        for_each_layer(grid, [velocity, lambda], |first, fields| {
+        by_layers(grid, [velocity, lambda], |first, fields| {
             dispatch(TakeLayer { take, first, fields });
         });
     }
 
     /// Forgets what was worked with.
     fn clear(&mut self, grid: &Grid<D>) {
-        let Self { given, iterates, near, ghosts, .. } = self;
+        let Self { given: [q, right], iterates, near, ghosts, .. } = self;
         iterates.iter_mut().for_each(|field| ghosts.forget(field));
-        for row in grid.own_rows() {
-            if near[0][bits_of(grid, row)].iter().all(|bits| *bits == 0) {
-                continue;
-            }
-            let at = grid.row(row);
-            for field in given.iter_mut().chain(&mut *iterates) {
-                field[at - 1..at + grid.stride(1) - 1].fill(0.0);
-            }
+        let rows = grid.rows() / grid.cells[D - 1];
+        for row in grid.own_rows().step_by(rows) {
+            // The halo before a layer.
+            let at = grid.row(row) - 1;
+            iterates.iter_mut().for_each(|field| field[at] = 0.0);
         }
+        let [now, next] = iterates;
+        by_layers(grid, [q, right, now, next], |first, mut fields| {
+            for (j, row) in (first..first + rows).enumerate() {
+                if near[0][bits_of(grid, row)].iter().any(|bits| *bits != 0) {
+                    let at = j * grid.stride(1);
+                    // From its left halo on.
+                    let places = at.saturating_sub(1)..at + grid.stride(1) - 1;
+                    fields.iter_mut().for_each(|field| field[places.clone()].fill(0.0));
+                }
+            }
+        });
     }
 }
 
 /// Where the bits of row `row` stand.
-fn bits_of<const D: usize>(grid: &Grid<D>, row: usize) -> Range<usize> {
+pub(super) fn bits_of<const D: usize>(grid: &Grid<D>, row: usize) -> Range<usize> {
     let per_layer = grid.rows() / grid.cells[D - 1];
     let row = row / per_layer * (grid.stride(D - 1) / grid.stride(1)) + row % per_layer;
     row * words(grid)..(row + 1) * words(grid)
@@ -333,25 +341,6 @@ fn close<const D: usize>(grid: &Grid<D>, field: &mut [f64]) {
     for row in grid.own_rows() {
         let at = grid.row(row);
         (field[at - 1], field[at + n]) = (field[at + n - 1], field[at]);
-    }
-}
-
-/// Calls `work` with every layer of this process of some fields, side by side where there are threads.
-fn for_each_layer<const D: usize, const N: usize>(
-    grid: &Grid<D>,
-    fields: [&mut [f64]; N],
-    work: impl Fn(usize, [&mut [f64]; N]) + Sync,
-) {
-    let (layers, size) = (grid.division.own(), grid.stride(D - 1));
-    let rows = grid.rows() / grid.cells[D - 1];
-    let begin = grid.row(layers.start * rows);
-    let mut chunks = fields.map(|field| field[begin..].chunks_mut(size));
-    let parts = layers.map(|k| (k * rows, chunks.each_mut().map(|c| c.next().expect("a layer"))));
-    if rayon::current_num_threads() > 1 {
-        let parts: Vec<_> = parts.collect();
-        parts.into_par_iter().for_each(|(first, fields)| work(first, fields));
-    } else {
-        parts.for_each(|(first, fields)| work(first, fields));
     }
 }
 

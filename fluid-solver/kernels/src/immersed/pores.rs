@@ -24,6 +24,7 @@ use super::mask_model::{Mask, MaskModel};
 use crate::grid::{Geometry, Grid};
 use crate::lanes::{Kernel, dispatch};
 use pulp::Simd;
+use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
@@ -40,6 +41,9 @@ const WAVE_BEND: f64 = 0.0047;
 
 /// Largest solid fraction that is believed: random close packing.
 const PACKED: f64 = 0.64;
+
+/// Grains that are taken together.
+const TOGETHER: usize = 32;
 
 /// Solid fraction about every grain.
 #[derive(Clone, Debug)]
@@ -63,8 +67,6 @@ pub struct Pores<const D: usize> {
     order: Vec<u32>,
     places: [Vec<f64>; D],
     volumes: Vec<f64>,
-    /// Room for the grains of a cell.
-    weighed: Vec<f64>,
     /// Solid fractions about all grains.
     fractions: Vec<f64>,
 }
@@ -93,7 +95,6 @@ impl<const D: usize> Pores<D> {
             order: vec![0; grains],
             places: std::array::from_fn(|_| vec![0.0; grains]),
             volumes: vec![0.0; grains],
-            weighed: vec![0.0; grains],
             fractions: vec![0.0; grains],
         }
     }
@@ -108,7 +109,16 @@ impl<const D: usize> Pores<D> {
     ) {
         if !self.cells.is_empty() {
             self.sort(geometry, motions, shapes);
-            dispatch(Fractions { pores: self, shapes });
+            let mut fractions = std::mem::take(&mut self.fractions);
+            let each = |(part, fractions): (usize, &mut [f64])| {
+                dispatch(Fractions { pores: self, shapes, first: part * TOGETHER, fractions });
+            };
+            if rayon::current_num_threads() > 1 {
+                fractions.par_chunks_mut(TOGETHER).enumerate().for_each(each);
+            } else {
+                fractions.chunks_mut(TOGETHER).enumerate().for_each(each);
+            }
+            self.fractions = fractions;
         }
         for (grain, shape) in shapes.iter_mut().enumerate() {
             let fraction = self.fractions.get(grain).copied().unwrap_or(0.0);
@@ -168,7 +178,7 @@ impl<const D: usize> Pores<D> {
 
     /// Solid fraction about a grain.
     #[inline(always)]
-    fn fraction(&mut self, grain: usize, shapes: &[Shape]) -> f64 {
+    fn fraction(&self, grain: usize, shapes: &[Shape]) -> f64 {
         let at = self.centres[grain];
         let near: [RangeInclusive<isize>; D] = std::array::from_fn(|a| self.near(a, at[a]));
         let mut others = 0.0;
@@ -181,18 +191,21 @@ impl<const D: usize> Pores<D> {
                 stride *= n as usize;
                 shift[a] = cell[a].div_euclid(n) as f64 * self.length[a];
             }
-            let grains = self.begins[place] as usize..self.begins[place + 1] as usize;
-            let weighed = &mut self.weighed[grains.clone()];
-            weighed.fill(1.0);
-            for a in 0..D {
-                for (weight, place) in weighed.iter_mut().zip(&self.places[a][grains.clone()]) {
-                    *weight *= spline((place + shift[a] - at[a]) / self.knots);
-                }
-            }
             let own = if shift == [0.0; D] { grain as u32 } else { u32::MAX };
-            let grains = self.order[grains.clone()].iter().zip(&self.volumes[grains]);
-            for (weight, (number, volume)) in weighed.iter().zip(grains) {
-                others += if *number == own { 0.0 } else { weight * volume };
+            let (mut first, end) = (self.begins[place] as usize, self.begins[place + 1] as usize);
+            while first < end {
+                let grains = first..end.min(first + TOGETHER);
+                first = grains.end;
+                let mut weights = [1.0; TOGETHER];
+                for a in 0..D {
+                    for (weight, place) in weights.iter_mut().zip(&self.places[a][grains.clone()]) {
+                        *weight *= spline((place + shift[a] - at[a]) / self.knots);
+                    }
+                }
+                let grains = self.order[grains.clone()].iter().zip(&self.volumes[grains]);
+                for (weight, (number, volume)) in weights.iter().zip(grains) {
+                    others += if *number == own { 0.0 } else { weight * volume };
+                }
             }
             // The next cell.
             let Some(axis) = (0..D).find(|a| cell[*a] < *near[*a].end()) else { break };
@@ -210,17 +223,20 @@ impl<const D: usize> Pores<D> {
     }
 }
 
-/// [`Pores::fraction`] of every grain.
+/// [`Pores::fraction`] of some grains.
 struct Fractions<'a, const D: usize> {
-    pores: &'a mut Pores<D>,
+    pores: &'a Pores<D>,
     shapes: &'a [Shape],
+    /// The first of them.
+    first: usize,
+    fractions: &'a mut [f64],
 }
 
 impl<const D: usize> Kernel for Fractions<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        for grain in 0..self.shapes.len() {
-            self.pores.fractions[grain] = self.pores.fraction(grain, self.shapes);
+        for (n, fraction) in self.fractions.iter_mut().enumerate() {
+            *fraction = self.pores.fraction(self.first + n, self.shapes);
         }
     }
 }

@@ -16,14 +16,16 @@ mod interpolation;
 pub(super) mod rows;
 mod sums;
 
+use super::brinkman::bits_of;
 use super::by_layer::GrainsByLayer;
 use super::component::{Component, Placed, Workspace};
 use super::layer::{Layer, Part, Span};
 use super::layer_sums::{first as place_of, words};
 use super::piece::PIECES;
+use crate::field::by_layers;
 use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
-use crate::lanes::{Kernel, Lanes, dispatch};
+use crate::lanes::{Kernel, Lanes, ZERO, dispatch, lanes_at_mut};
 use interpolation::{POINTS, Weights};
 use pulp::Simd;
 use rayon::prelude::*;
@@ -244,9 +246,10 @@ impl<const D: usize> Component<D> {
     ) {
         let grid = placed.grid;
         // The planes of other ranks come as products.
-        self.each_forced(grid, |at| {
-            let places = from[at..at + 8].iter_mut().zip(&mut mask[at..at + 8]);
-            places.for_each(|(force, mask)| (*force, *mask) = (*mask * *force, *mask * *mask));
+        self.change_forced(grid, [&mut *from, &mut *mask], |force, mask| {
+            for l in 0..8 {
+                (force[l], mask[l]) = (mask[l] * force[l], mask[l] * mask[l]);
+            }
         });
         let wraps = grid.periodic(0) && pads(grid);
         if wraps {
@@ -289,10 +292,7 @@ impl<const D: usize> Component<D> {
         } else {
             along.for_each(dispatch);
         }
-        self.each_forced(grid, |at| {
-            from[at..at + 8].fill(0.0);
-            mask[at..at + 8].fill(0.0);
-        });
+        self.change_forced(grid, [&mut *from, &mut *mask], |force, mask| (*force, *mask) = (ZERO, ZERO));
         if wraps {
             let n = grid.cells[0];
             self.each_forced_row(grid, |row| {
@@ -317,17 +317,26 @@ impl<const D: usize> Component<D> {
         }
     }
 
-    /// Visits the first of every eight places where there may be force.
-    fn each_forced(&self, grid: &Grid<D>, mut visit: impl FnMut(usize)) {
-        let words_each = self.forced().len() / grid.cells[D - 1];
-        for (word, bits) in self.forced().iter().enumerate() {
-            let (k, word, mut bits) = (word / words_each, word % words_each, *bits);
-            let place = place_of(grid, k) + word / words(grid) * grid.stride(1) + word % words(grid) * 512;
-            while bits != 0 {
-                visit(place + 8 * bits.trailing_zeros() as usize);
-                bits &= bits - 1;
+    /// Changes two fields where there may be force, eight places at a time.
+    fn change_forced(
+        &self,
+        grid: &Grid<D>,
+        fields: [&mut [f64]; 2],
+        change: impl Fn(&mut Lanes, &mut Lanes) + Sync,
+    ) {
+        let rows = grid.rows() / grid.cells[D - 1];
+        by_layers(grid, fields, |first, [one, other]| {
+            for (j, row) in (first..first + rows).enumerate() {
+                for (word, bits) in self.forced()[bits_of(grid, row)].iter().enumerate() {
+                    let mut bits = *bits;
+                    while bits != 0 {
+                        let at = j * grid.stride(1) + 512 * word + 8 * bits.trailing_zeros() as usize;
+                        change(lanes_at_mut(one, at), lanes_at_mut(other, at));
+                        bits &= bits - 1;
+                    }
+                }
             }
-        }
+        });
     }
 }
 

@@ -5,6 +5,7 @@ use crate::immersed::body::along_axes;
 use crate::immersed::nodes::Nodes;
 use crate::lanes::{Kernel, dispatch};
 use pulp::Simd;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Cells from the surface of a grain within which the weight is 1, and beyond which it is 0.
@@ -97,25 +98,85 @@ impl Arms<'_> {
     #[inline(always)]
     fn raise_all(&self, cells: &mut [u16]) {
         let n = cells.len();
-        if n < 8 {
-            return (0..n).for_each(|at| self.raise::<1>(cells, at));
+        for at in 0..if n < 8 { n } else { 0 } {
+            self.raise::<1>(cells, at);
         }
         // The last eight may be raised twice.
-        (0..n - 8).step_by(8).chain([n - 8]).for_each(|at| self.raise::<8>(cells, at));
+        for eight in 0..if n < 8 { 0 } else { n.div_ceil(8) } {
+            self.raise::<8>(cells, (8 * eight).min(n - 8));
+        }
     }
 }
 
-/// The weights of the cells near all grains.
+/// The weights of the cells of some planes near all grains.
 struct Weigh<'a, const D: usize> {
-    bands: &'a mut Bands<D>,
     grid: &'a Grid<D>,
+    nodes: &'a Nodes<D>,
+    wanted: &'a [bool],
     grains: &'a [Ball<D>],
+    planes: Range<usize>,
+    /// See [`Bands::cells`] and [`Bands::reach`]: from the first of the planes on.
+    cells: &'a mut [u16],
+    reach: &'a mut [[u32; 2]],
 }
 
 impl<const D: usize> Kernel for Weigh<'_, D> {
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
-        self.grains.iter().for_each(|grain| self.bands.weigh(self.grid, grain));
+    fn run<S: Simd>(mut self, _: S) {
+        for (cells, reach) in self.cells.chunks_exact_mut(self.grid.cells[0]).zip(&mut *self.reach) {
+            if let [from, to] = std::mem::replace(reach, NOTHING)
+                && from < to
+            {
+                cells[from as usize..to as usize].fill(0);
+            }
+        }
+        for grain in self.grains {
+            self.weigh(grain);
+        }
+    }
+}
+
+impl<const D: usize> Weigh<'_, D> {
+    /// Weights of the cells near a grain, where they are above those of other grains.
+    #[inline(always)]
+    fn weigh(&mut self, grain: &Ball<D>) {
+        let Self { grid, nodes, wanted, planes, cells, reach, .. } = self;
+        let half = grain.radius + (REACH + MARGIN) * grain.width;
+        let fall = 255.0 / ((REACH - FULL) * grain.width);
+        let most = 255.0 * REACH / (REACH - FULL) + fall * grain.radius;
+        let range = |a: usize, half: f64| nodes.range(grid, a, grain.centre[a], half);
+        let (n, x) = (grid.cells[0] as isize, grid.nodes(D, 0));
+        let (j_range, k_range) = (range(1, half), if D == 3 { range(D - 1, half) } else { (0, 1) });
+        for k in k_range.0..k_range.1 {
+            let deep = (D == 3).then(|| nodes.node(grid, D - 1, grain.centre[D - 1], k));
+            let plane = deep.map_or(0, |deep| deep.index);
+            if !wanted[plane] || !planes.contains(&plane) {
+                continue;
+            }
+            for j in j_range.0..j_range.1 {
+                let node = nodes.node(grid, 1, grain.centre[1], j);
+                let row = node.index + (plane - planes.start) * grid.cells[1];
+                let across = node.arm * node.arm + deep.map_or(0.0, |deep| deep.arm * deep.arm);
+                let left = half * half - across;
+                if left <= 0.0 {
+                    continue;
+                }
+                let (from, to) = range(0, left.sqrt());
+                // On a periodic axis a part may lie beyond either end.
+                for turn in [-1, 0, 1] {
+                    let (from, to) = ((from - turn * n).clamp(0, n), (to - turn * n).clamp(0, n));
+                    if from >= to {
+                        continue;
+                    }
+                    let [first, last] = &mut reach[row];
+                    (*first, *last) = ((*first).min(from as u32), (*last).max(to as u32));
+                    let centre = grain.centre[0] - turn as f64 * grid.axes[0].length();
+                    let (from, to) = (from as usize, to as usize);
+                    let cells = &mut cells[row * n as usize + from..][..to - from];
+                    Arms { x: &x[from..to], centre, across, most, fall }.raise_all(cells);
+                }
+            }
+        }
     }
 }
 
@@ -162,57 +223,22 @@ impl<const D: usize> Bands<D> {
 
     /// Finds the cells near `grains`.
     pub(super) fn set(&mut self, grid: &Grid<D>, grains: &[Ball<D>]) {
-        let n = grid.cells[0];
-        for (cells, reach) in self.cells.chunks_exact_mut(n).zip(&mut self.reach) {
-            if let [from, to] = std::mem::replace(reach, NOTHING)
-                && from < to
-            {
-                cells[from as usize..to as usize].fill(0);
-            }
-        }
-        dispatch(Weigh { bands: self, grid, grains });
-        self.cut(n, grid.cells[1]);
-    }
-
-    /// Weights of the cells near a grain, where they are above those of other grains.
-    #[inline(always)]
-    fn weigh(&mut self, grid: &Grid<D>, grain: &Ball<D>) {
+        let (n, rows) = (grid.cells[0], grid.cells[1]);
         let Self { nodes, wanted, cells, reach, .. } = self;
-        let half = grain.radius + (REACH + MARGIN) * grain.width;
-        let fall = 255.0 / ((REACH - FULL) * grain.width);
-        let most = 255.0 * REACH / (REACH - FULL) + fall * grain.radius;
-        let range = |a: usize, half: f64| nodes.range(grid, a, grain.centre[a], half);
-        let (n, x) = (grid.cells[0] as isize, grid.nodes(D, 0));
-        let (j_range, k_range) = (range(1, half), if D == 3 { range(D - 1, half) } else { (0, 1) });
-        for k in k_range.0..k_range.1 {
-            let deep = (D == 3).then(|| nodes.node(grid, D - 1, grain.centre[D - 1], k));
-            if !wanted[deep.map_or(0, |deep| deep.index)] {
-                continue;
-            }
-            for j in j_range.0..j_range.1 {
-                let node = nodes.node(grid, 1, grain.centre[1], j);
-                let row = node.index + deep.map_or(0, |deep| deep.index * grid.cells[1]);
-                let across = node.arm * node.arm + deep.map_or(0.0, |deep| deep.arm * deep.arm);
-                let left = half * half - across;
-                if left <= 0.0 {
-                    continue;
-                }
-                let (from, to) = range(0, left.sqrt());
-                // On a periodic axis a part may lie beyond either end.
-                for turn in [-1, 0, 1] {
-                    let (from, to) = ((from - turn * n).clamp(0, n), (to - turn * n).clamp(0, n));
-                    if from >= to {
-                        continue;
-                    }
-                    let [first, last] = &mut reach[row];
-                    (*first, *last) = ((*first).min(from as u32), (*last).max(to as u32));
-                    let centre = grain.centre[0] - turn as f64 * grid.axes[0].length();
-                    let (from, to) = (from as usize, to as usize);
-                    let cells = &mut cells[row * n as usize + from..][..to - from];
-                    Arms { x: &x[from..to], centre, across, most, fall }.raise_all(cells);
-                }
-            }
+        let (count, threads) = (wanted.len(), rayon::current_num_threads());
+        let most = if D == 3 && threads > 1 { count.div_ceil(2 * threads) } else { count };
+        let each = |(part, (cells, reach)): (usize, (&mut [u16], &mut [[u32; 2]]))| {
+            let planes = part * most..count.min((part + 1) * most);
+            dispatch(Weigh { grid, nodes, wanted, grains, planes, cells, reach });
+        };
+        let rows_each = if D == 3 { rows * most } else { reach.len() };
+        if most < count {
+            let parts = cells.par_chunks_mut(rows_each * n).zip(reach.par_chunks_mut(rows_each));
+            parts.enumerate().for_each(each);
+        } else {
+            each((0, (cells, reach)));
         }
+        self.cut(n, rows);
     }
 
     /// Segments of the cells within reach, in rows of `n` cells and planes of `rows` rows.

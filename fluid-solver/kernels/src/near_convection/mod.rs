@@ -112,8 +112,11 @@ impl<const D: usize> Shared<'_, D> {
         if let [(planes_about, fluxes)] = rooms {
             return self.sweep(planes, values, planes_about, fluxes);
         }
-        let middle = planes.start + planes.len() / 2;
-        let cut = self.values(middle).start - self.values(planes.start).start;
+        // Where half of the values lie on either side.
+        let [first, last] = [self.values(planes.start).start, self.values(planes.end - 1).end];
+        let below = |k: &usize| self.values(*k).start < first.midpoint(last);
+        let middle = (planes.start + 1..planes.end - 1).find(|k| !below(k)).unwrap_or(planes.end - 1);
+        let cut = self.values(middle).start - first;
         let mut cuts = values.map(|values| values.split_at_mut(cut));
         let low = cuts.each_mut().map(|(low, _)| std::mem::take(low));
         let high = cuts.map(|(_, high)| high);
