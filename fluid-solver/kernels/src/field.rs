@@ -96,8 +96,8 @@ pub fn for_each_own_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: imp
     for_each_in(grid, own_unknowns(grid, d), visit);
 }
 
-/// Visits the rows of unknowns of component `d` on the planes of this process, in memory order: the indices of
-/// the first one and the places of all.
+/// Visits the rows of unknowns of component `d` on the planes of this process, in memory order: the indices
+/// of the first one and the places of all.
 pub fn for_each_own_row<const D: usize>(
     grid: &Grid<D>,
     d: usize,

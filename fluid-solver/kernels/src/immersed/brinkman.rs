@@ -17,7 +17,7 @@
 
 use super::Immersed;
 use super::component::{Placed, Rule};
-use super::layer_sums::words;
+use super::layer_sums::{bits_of, words};
 use super::mask_model::MaskModel;
 use super::transport::wrap;
 use crate::field::by_layers;
@@ -252,13 +252,6 @@ impl<const D: usize> Brinkman<D> {
             }
         });
     }
-}
-
-/// Where the bits of row `row` stand.
-pub(super) fn bits_of<const D: usize>(grid: &Grid<D>, row: usize) -> Range<usize> {
-    let per_layer = grid.rows() / grid.cells[D - 1];
-    let row = row / per_layer * (grid.stride(D - 1) / grid.stride(1)) + row % per_layer;
-    row * words(grid)..(row + 1) * words(grid)
 }
 
 /// Sweeps after which an error is [`LEFT`] of what it was.

@@ -102,8 +102,8 @@ impl Part {
     }
 }
 
-/// The rows of all grains in a layer, and the mask ratios of their cells. Between those of its parts there may
-/// be others that are of no use any more.
+/// The rows of all grains in a layer, and the mask ratios of their cells. Between those of its parts there
+/// may be others that are of no use any more.
 #[derive(Clone, Debug, Default)]
 pub struct Layer {
     parts: Vec<Part>,

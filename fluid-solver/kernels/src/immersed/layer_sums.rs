@@ -33,6 +33,13 @@ pub(super) fn words<const D: usize>(grid: &Grid<D>) -> usize {
     grid.stride(1).div_ceil(8 * 64)
 }
 
+/// Where the bits of the eights of row `row` stand.
+pub(super) fn bits_of<const D: usize>(grid: &Grid<D>, row: usize) -> Range<usize> {
+    let per_layer = grid.rows() / grid.cells[D - 1];
+    let row = row / per_layer * (grid.stride(D - 1) / grid.stride(1)) + row % per_layer;
+    row * words(grid)..(row + 1) * words(grid)
+}
+
 impl LayerSums {
     /// Room for the layers of a grid.
     pub(crate) fn fit<const D: usize>(&mut self, grid: &Grid<D>) {

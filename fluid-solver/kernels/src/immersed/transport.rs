@@ -16,11 +16,10 @@ mod interpolation;
 pub(super) mod rows;
 mod sums;
 
-use super::brinkman::bits_of;
 use super::by_layer::GrainsByLayer;
 use super::component::{Component, Placed, Workspace};
 use super::layer::{Layer, Part, Span};
-use super::layer_sums::{first as place_of, words};
+use super::layer_sums::{bits_of, first as place_of, words};
 use super::piece::PIECES;
 use crate::field::by_layers;
 use crate::ghosts::{Ghosts, Side};

@@ -43,7 +43,7 @@ use protocol::scheme::Scheme;
 /// Part of the smallest cell width within which a grain counts as where it was expected. The mask falls by
 /// about one over a cell, so this changes a cell's share by as much at most; and it never adds up, as every
 /// window expects a grain from where it truly is.
-const AS_EXPECTED: f64 = 1e-3;
+const AS_EXPECTED: f64 = 1e-4;
 
 /// The calibrated method.
 pub struct Calibrated<const D: usize> {
