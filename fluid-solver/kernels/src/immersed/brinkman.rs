@@ -28,7 +28,6 @@ use crate::lanes::{Kernel, dispatch};
 use crate::stencil::Stencil;
 use crate::vector::Real;
 use pulp::Simd;
-use std::ops::Range;
 
 /// Sweeps at most, and at least where there is anything to do.
 const SWEEPS: [u32; 2] = [2, 12];
