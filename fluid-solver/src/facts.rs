@@ -91,9 +91,7 @@ fn kept_bytes<const D: usize>(scene: &CheckedScene, spacing: f64) -> u64 {
 
 /// What convection near grains keeps, bytes: terms of every cell that it reaches, and planes of each thread.
 fn near_bytes<const D: usize>(scene: &CheckedScene, grid: &Grid<D>, spacing: f64) -> u64 {
-    let across = |grain: &bedload_scene::Grain| 2.0 * grain.radius / spacing + 9.0;
-    let ball = if D == 2 { PI / 4.0 } else { PI / 6.0 };
-    let cells = scene.grains.iter().map(|grain| ball * across(grain).powi(D as i32)).sum::<f64>() as u64;
+    let cells = cells_near::<D>(scene, spacing, 4.5) as u64;
     let (planes, threads) = if D == 3 { (27, rayon::current_num_threads()) } else { (8, 1) };
     let plane = (grid.cells[0] + 28) * (grid.cells[1] + 5);
     (8 * D + 1) as u64 * cells.min(grid.cell_count() as u64) + (8 * planes * threads * plane) as u64
@@ -183,7 +181,7 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
         bounds: bounds::of(scene, medium, &choices, &iterations, &plan),
         field_bytes: field_bytes(&grid),
         checkpoint_bytes: checkpoint_bytes(&grid, needs.force, scene.grains.len()),
-        step_cost: cells as f64 * cost::<D>(choices.scheme, implicit, cells),
+        step_cost: cost::<D>(scene, choices.scheme, implicit, plan.spacing, cells as f64),
         notices,
         resolved,
     })
@@ -243,19 +241,28 @@ fn transformed_axes<const D: usize>(grid: &Grid<D>) -> Vec<usize> {
 }
 
 /// Nanoseconds per cell and stage (one projection each) on two axes at 1e4, 1e5 and 1e6 cells: implicit and
-/// explicit viscosity, the mean of r–z and the plane (20 % apart at 1e6). One core, measured
-/// (`docs/performance.md`).
-const PLANE: [[f64; 3]; 2] = [[25.0, 36.0, 55.0], [15.0, 18.0, 30.0]];
+/// explicit viscosity, the mean of r–z and the plane. One core, by `examples/step_cost.rs`.
+const PLANE: [[f64; 3]; 2] = [[14.0, 18.0, 32.0], [10.0, 11.0, 18.0]];
 
-/// The same in space, measured at 64³ cells only.
-const SPACE: [f64; 2] = [110.0, 58.0];
+/// The same in space.
+const SPACE: [f64; 2] = [45.0, 17.0];
 
-/// Seconds per cell and step on one core of the machine of `docs/performance.md`: the caches make
-/// it depend on the number of cells.
-fn cost<const D: usize>(scheme: SchemeKey, implicit: bool, cells: u64) -> f64 {
+/// Nanoseconds per step and cell within three cells of a grain, by whole runs with 100 to 270 grains of 6 to
+/// 16 cells: 95 to 120, with the force that goes with the grains or without it.
+const NEAR_GRAINS: f64 = 100.0;
+
+/// Seconds per step on one core of the machine of `docs/performance.md`: the caches make it depend on the
+/// number of cells.
+fn cost<const D: usize>(
+    scene: &CheckedScene,
+    scheme: SchemeKey,
+    implicit: bool,
+    spacing: f64,
+    cells: f64,
+) -> f64 {
     let kind = usize::from(!implicit);
     let stage = if D == 2 {
-        let decades = ((cells as f64).log10() - 4.0).clamp(0.0, 2.0);
+        let decades = (cells.log10() - 4.0).clamp(0.0, 2.0);
         let below = (decades as usize).min(1);
         let [low, high] = [PLANE[kind][below], PLANE[kind][below + 1]];
         low + (high - low) * (decades - below as f64)
@@ -266,5 +273,12 @@ fn cost<const D: usize>(scheme: SchemeKey, implicit: bool, cells: u64) -> f64 {
         SchemeKey::Rk3 => 3.0,
         SchemeKey::Ab2 => 1.0,
     };
-    1e-9 * stage * stages
+    1e-9 * (cells * stage * stages + NEAR_GRAINS * cells_near::<D>(scene, spacing, 3.0))
+}
+
+/// Cells of all grains and of a layer `wide` (cells) about each.
+fn cells_near<const D: usize>(scene: &CheckedScene, spacing: f64, wide: f64) -> f64 {
+    let ball = if D == 2 { PI / 4.0 } else { PI / 6.0 };
+    let of = |grain: &Grain| ball * (2.0 * grain.radius / spacing + 2.0 * wide).powi(D as i32);
+    scene.grains.iter().map(of).sum()
 }

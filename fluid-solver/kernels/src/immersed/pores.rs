@@ -63,8 +63,8 @@ pub struct Pores<const D: usize> {
     cells: Vec<u32>,
     /// Centres of all grains, m.
     centres: Vec<[f64; D]>,
-    /// In the order of cells, in each from the last grain to the first: number, centre by axis, m, and volume,
-    /// m³ (in the plane m²).
+    /// In the order of cells, in each from the last grain to the first: number, centre by axis, m, and
+    /// volume, m³ (in the plane m²).
     order: Vec<u32>,
     places: [Vec<f64>; D],
     volumes: Vec<f64>,
