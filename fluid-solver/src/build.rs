@@ -154,7 +154,7 @@ fn drive(scene: &CheckedScene, medium: &Medium, axis: usize, c: usize) -> f64 {
     medium.body_force.start()[c] + gravity - medium.pressure_gradient.start()[c] / medium.density
 }
 
-/// What of that, and of the walls, changes over time.
+/// What of that, of the walls and of the inflows changes over time.
 pub fn drive_over_time(scene: &CheckedScene, medium: &Medium) -> Drive {
     let domain = &scene.scene.domain;
     let faces = (0..domain.dimensions()).filter_map(|axis| Some((axis, domain.boundary(axis)?)));
@@ -170,7 +170,7 @@ pub fn drive_over_time(scene: &CheckedScene, medium: &Medium) -> Drive {
     let parts =
         [medium.body_force.clone(), scene.scene.gravity.map(fall), medium.pressure_gradient.map(per_mass)];
     let constant = !parts.iter().any(OverTime::varies);
-    Drive { walls: sides.collect(), force: if constant { Vec::new() } else { parts.into() } }
+    Drive { faces: sides.collect(), force: if constant { Vec::new() } else { parts.into() } }
 }
 
 /// Which grains the fluid moves.

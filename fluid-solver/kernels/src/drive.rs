@@ -1,5 +1,6 @@
-//! What moves the fluid from outside and changes over time: walls along themselves, a uniform force.
+//! What moves the fluid from outside and changes over time: walls along themselves, a uniform force, inflows.
 //!
+//! An inflow has its velocity at the end of the stage, when the projection makes it felt.
 //! A force acts in a stage with its mean over the stage, so that its impulse is complete. With implicit
 //! viscosity a wall has its mean velocity over the stage: Crank–Nicolson asks for ½ (V' + V), which is the
 //! same to the order of the scheme. With explicit viscosity, which extrapolates, it has that of the start.
@@ -14,8 +15,8 @@ use bedload_over_time::OverTime;
 /// Walls and forces that change, as vectors (x, y, z) of the laboratory.
 #[derive(Clone, Debug, Default)]
 pub struct Drive {
-    /// Velocity of the no-slip walls that move so, m/s, by axis and side.
-    pub walls: Vec<(usize, usize, OverTime<[f64; 3]>)>,
+    /// Velocity of the no-slip walls that move so, and mean velocity of the inflows, m/s, by axis and side.
+    pub faces: Vec<(usize, usize, OverTime<[f64; 3]>)>,
     /// Parts of the uniform force per unit mass, m/s²; none where all are constant.
     pub force: Vec<OverTime<[f64; 3]>>,
 }
@@ -23,12 +24,22 @@ pub struct Drive {
 impl Drive {
     /// Whether nothing changes.
     pub fn is_empty(&self) -> bool {
-        self.walls.is_empty() && self.force.is_empty()
+        self.faces.is_empty() && self.force.is_empty()
     }
 
     /// Gives the walls their velocity at `time`, s.
     pub(crate) fn move_walls<const D: usize>(&self, grid: &mut Grid<D>, time: f64) {
         self.set_walls(grid, |wall| wall.at(time));
+    }
+
+    /// Gives the inflows their velocity at `time`, s.
+    pub(crate) fn enter<const D: usize>(&self, flow: &mut Flow<D>, time: f64) {
+        for (axis, side, velocity) in &self.faces {
+            if let Boundary::Inflow { .. } = flow.grid.boundaries[*axis][*side] {
+                let (now, geometry) = (velocity.at(time), flow.grid.geometry);
+                flow.state.open.enter(*axis, *side, std::array::from_fn(|a| now[laboratory(geometry, a)]));
+            }
+        }
     }
 
     /// Walls and force for a stage from `from` to `to`, s.
@@ -48,7 +59,7 @@ impl Drive {
     }
 
     fn set_walls<const D: usize>(&self, grid: &mut Grid<D>, value: impl Fn(&OverTime<[f64; 3]>) -> [f64; 3]) {
-        for (axis, side, wall) in &self.walls {
+        for (axis, side, wall) in &self.faces {
             let now = value(wall);
             if let Boundary::NoSlip { velocity } = &mut grid.boundaries[*axis][*side] {
                 *velocity = std::array::from_fn(|a| now[laboratory(grid.geometry, a)]);

@@ -29,6 +29,8 @@ pub struct OpenFace<const D: usize> {
     /// Velocity on the face, m/s: each component at its own nodes, indices `0..n` of the other axes,
     /// the first of them fastest.
     pub values: [Vec<f64>; D],
+    /// Normal velocity of an inflow where its mean is 1; of an outflow none.
+    shape: Vec<f64>,
 }
 
 /// All open faces of a grid: none for most.
@@ -44,12 +46,15 @@ impl<const D: usize> OpenFaces<D> {
         for axis in 0..D {
             for (side, boundary) in grid.boundaries[axis].iter().enumerate() {
                 let len = grid.cell_count() / grid.cells[axis];
-                let values = match boundary {
-                    Boundary::Inflow { velocity, profile } => inflow(grid, axis, velocity, *profile),
-                    Boundary::Outflow => std::array::from_fn(|_| vec![0.0; len]),
+                let (values, shape) = match boundary {
+                    Boundary::Inflow { velocity, profile } => {
+                        let shape = std::mem::take(&mut inflow(grid, axis, &[1.0; D], *profile)[axis]);
+                        (inflow(grid, axis, velocity, *profile), shape)
+                    }
+                    Boundary::Outflow => (std::array::from_fn(|_| vec![0.0; len]), Vec::new()),
                     _ => continue,
                 };
-                faces.push(OpenFace { axis, side, outflow: *boundary == Boundary::Outflow, values });
+                faces.push(OpenFace { axis, side, outflow: *boundary == Boundary::Outflow, values, shape });
             }
         }
         let mut open = Self { faces };
@@ -81,6 +86,18 @@ impl<const D: usize> OpenFaces<D> {
     pub fn copy_from(&mut self, from: &Self) {
         for (to, from) in self.fields_mut().zip(from.fields()) {
             to.copy_from_slice(from);
+        }
+    }
+
+    /// Gives an inflow face the mean velocity `mean`, m/s, in its own shape.
+    pub(crate) fn enter(&mut self, axis: usize, side: usize, mean: [f64; D]) {
+        let Some(face) = self.faces.iter_mut().find(|f| (f.axis, f.side) == (axis, side)) else { return };
+        for (d, (values, mean)) in face.values.iter_mut().zip(mean).enumerate() {
+            if d == axis {
+                values.iter_mut().zip(&face.shape).for_each(|(value, shape)| *value = mean * shape);
+            } else {
+                values.fill(mean);
+            }
         }
     }
 

@@ -88,6 +88,9 @@ impl<const D: usize> Stepper<D> {
             if stage.fills_halos {
                 flow.fill_halos();
             }
+            if let Some(drive) = drive {
+                drive.enter(flow, time);
+            }
             flow.convect_outflow(stage.length());
             if stage.refreshes_near {
                 flow.refresh_near();

@@ -47,22 +47,20 @@ pub(crate) fn face(
 fn inflow(scene: &Scene, axis: usize, upper: bool, face: &Face, key: &str, source: &SceneSource) -> Check {
     let domain = &scene.domain;
     let component = domain.geometry.component(axis);
-    let velocity = face.velocity.constant().ok_or_else(|| {
-        source.error(
-            &format!("{key}.velocity"),
-            "changes over time, which an inflow cannot do",
-            "give a constant mean velocity",
-        )
-    })?;
-    let normal = velocity[component];
-    let inward = if upper { -normal } else { normal };
-    if inward <= 0.0 {
+    // The largest of each component, and of the normal one the least: at times an inflow may stand.
+    let velocity = face.velocity.peak(scene.until);
+    let normal = face.velocity.map(|v| if upper { -v[component] } else { v[component] }).range(scene.until);
+    if normal[0] < 0.0 || normal[1] <= 0.0 {
         let (axis, sign) = (["x", "y", "z"][component], if upper { "below" } else { "above" });
         return Err(source.error(
             &format!("{key}.velocity"),
             format!(
-                "is {:?}: an inflow enters the box; allowed: a component along {axis} {sign} 0",
-                velocity
+                "is {}: an inflow enters the box; allowed: a component along {axis} {sign} 0, at times 0",
+                if face.velocity.varies() {
+                    format!("between {} and {} m/s into the box", normal[0], normal[1])
+                } else {
+                    format!("{velocity:?}")
+                }
             ),
             "give the mean velocity of what enters, as { type = \"inflow\", velocity = [x, y, z] }, or \
              write \"outflow\"",

@@ -2,12 +2,12 @@
 
 use crate::flow::common::{SCHEMES, distance, error, grid, observed_order, uniform};
 use bedload_scene::{OverTime, Sine};
-use fluid_solver::boundary::Boundary;
+use fluid_solver::boundary::{Boundary, Profile};
 use fluid_solver::drive::Drive;
 use fluid_solver::engines::HasEngine;
 use fluid_solver::field::set_component;
 use fluid_solver::grid::Grid;
-use fluid_solver::measure::momentum;
+use fluid_solver::measure::{mean_velocity, momentum};
 use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;
 use std::f64::consts::{PI, TAU};
@@ -30,7 +30,7 @@ fn layer(n: usize) -> Grid<2> {
 }
 
 fn wall(side: usize, velocity: OverTime<[f64; 3]>) -> Drive {
-    Drive { walls: vec![(1, side, velocity)], force: Vec::new() }
+    Drive { faces: vec![(1, side, velocity)], force: Vec::new() }
 }
 
 fn swing(frequency: f64) -> OverTime<[f64; 3]> {
@@ -127,7 +127,7 @@ fn a_swinging_wall_in_space_is_that_of_the_plane() {
             axes[3 - axis] = uniform(1.0, 4);
             let mut boundaries = [p; 3];
             boundaries[axis] = [Boundary::WALL; 2];
-            let drive = Drive { walls: vec![(axis, 1, swing(0.5))], force: Vec::new() };
+            let drive = Drive { faces: vec![(axis, 1, swing(0.5))], force: Vec::new() };
             let mut space = stepper(grid(axes, boundaries), 0.05, scheme, viscous, drive);
             (0..50).for_each(|_| space.step(0.01, None));
             if axis == 1 {
@@ -150,7 +150,7 @@ fn an_impulse_is_complete_and_a_mean_is_kept() {
     for scheme in SCHEMES {
         let periodic = grid([uniform(1.0, 6), uniform(1.0, 8)], [[Boundary::Periodic; 2]; 2]);
         let constant = OverTime::from([0.5, 0.0, 0.0]);
-        let drive = Drive { walls: Vec::new(), force: vec![constant, force.clone()] };
+        let drive = Drive { faces: Vec::new(), force: vec![constant, force.clone()] };
         let mut s = stepper(periodic, 0.1, scheme, Viscous::Implicit, drive);
         (0..9).for_each(|_| s.step(0.1, None));
         for (d, c) in [(0, 0), (1, 2)] {
@@ -166,6 +166,54 @@ fn an_impulse_is_complete_and_a_mean_is_kept() {
                 s.step(0.04, None);
                 let wrong = momentum(s.grid(), 0, &s.state().velocity[0]) - mean.at(0.04 * f64::from(k));
                 assert!(wrong.abs() < 1e-12, "{scheme:?} {viscous:?}, step {k}: {wrong:e}");
+            }
+        }
+    }
+}
+
+/// A stream that pulses between slip walls is uniform at any time; between walls every cross-section lets
+/// through what enters.
+#[test]
+fn an_inflow_that_pulses_goes_through_every_section() {
+    let pulse = |axis: usize, sign: f64| {
+        let mut of = [[0.0; 3]; 2];
+        (of[0][2 * axis], of[1][2 * axis]) = (0.5 * sign, sign);
+        OverTime::sine(Sine { amplitude: of[0], frequency: 0.5, phase: 0.3, offset: of[1] })
+    };
+    for (scheme, viscous) in SCHEMES.into_iter().flat_map(|scheme| BOTH.map(|viscous| (scheme, viscous))) {
+        for (axis, side) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let sign = if side == 0 { 1.0 } else { -1.0 };
+            let velocity = pulse(axis, sign);
+            let start = velocity.at(0.0);
+            for (profile, wall) in
+                [(Profile::Uniform, Boundary::FreeSlip), (Profile::Parabolic, Boundary::WALL)]
+            {
+                let inflow = Boundary::Inflow { velocity: [start[0], start[2]], profile };
+                let mut boundaries = [[wall; 2]; 2];
+                boundaries[axis] = [Boundary::Outflow; 2];
+                boundaries[axis][side] = inflow;
+                let mut axes = [uniform(1.0, 8), uniform(1.0, 8)];
+                axes[axis] = uniform(2.0, 16);
+                let drive = Drive { faces: vec![(axis, side, velocity.clone())], force: Vec::new() };
+                let mut s = stepper(grid(axes, boundaries), 0.05, scheme, viscous, drive);
+                set_component(&s.grid().clone(), axis, &mut s.state_mut().velocity[axis], |_| {
+                    start[2 * axis]
+                });
+                s.project_velocity();
+                for _ in 0..40 {
+                    s.step(0.02, None);
+                    let now = velocity.at(s.state().time)[2 * axis];
+                    let (g, u) = (s.grid(), &s.state().velocity[axis]);
+                    let mean = mean_velocity(g, axis, u);
+                    assert!(
+                        (mean - now).abs() < 1e-11,
+                        "{scheme:?} {viscous:?} {axis} {side}: {mean} for {now}"
+                    );
+                    if profile == Profile::Uniform {
+                        let wrong = error(g, axis, u, |_| now);
+                        assert!(wrong < 1e-11, "{scheme:?} {viscous:?} {axis} {side}: {wrong:e}");
+                    }
+                }
             }
         }
     }

@@ -72,6 +72,7 @@ pub(crate) const BOXES: &[Case] = cases! {
     "unknown boundary": "y = \"periodic\"" => "§y = \"sticky\""; "domain.boundary.y", "sticky", "no-slip";
     "inflow without velocity": "y = \"periodic\"" => "§y = \"inflow\""; "domain.boundary.y.velocity", "enters the box", "y above 0";
     "inflow that leaves": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.0, -1.0, 0.0] }\ny_upper = \"outflow\""; "domain.boundary.y_lower.velocity", "-1", "y above 0";
+    "inflow that turns back": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = { amplitude = [0.0, 1.0, 0.0], frequency = 1.0, offset = [0.0, 0.5, 0.0] } }\ny_upper = \"outflow\""; "domain.boundary.y_lower.velocity", "between -0.5", "y above 0";
     "inflow from above that rises": "y = \"periodic\"" => "y_lower = \"outflow\"\n§y_upper = { type = \"inflow\", velocity = [0.0, 1.0, 0.0] }"; "domain.boundary.y_upper.velocity", "y below 0";
     "inflow not a number": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.0, nan, 0.0] }\ny_upper = \"outflow\""; "domain.boundary.y_lower.velocity", "NaN";
     "inflow without outflow": "y = \"periodic\"" => "§y_lower = { type = \"inflow\", velocity = [0.0, 1.0, 0.0] }\ny_upper = \"no-slip\""; "domain.boundary.y_lower", "no face is an outflow";
