@@ -1,8 +1,6 @@
 //! What goes in comes out, bit for bit.
 
-use protocol::log::{
-    LogReader, Manifest, Message, Recorder, RecorderOptions, Topic, nanoseconds,
-};
+use protocol::log::{LogReader, Manifest, Message, Recorder, RecorderOptions, Topic, nanoseconds};
 use protocol::message::{Command, Header, Kinematics, Loads, Order, Record, Status};
 use protocol::participant::Role;
 
