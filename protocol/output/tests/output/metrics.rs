@@ -302,7 +302,7 @@ fn means_of_what_is_of_the_ends_of_windows_are_of_second_order_and_those_of_wind
 
 #[test]
 fn an_unknown_column_is_refused_with_the_known_ones() {
-    let scene = sphere(COLUMNS);
+    let scene = sphere(&COLUMNS.replace("hydrodynamic_force_z[0]", "flow_rate"));
     let columns = Columns::new(&scene, Sides::coupled());
     let error = Metrics::new(&scene, &columns, Sides::coupled()).err().expect("no such column");
     assert_eq!(error.key, "metrics[0].column");
