@@ -97,10 +97,10 @@ impl Channel {
     }
 }
 
-/// Takes the weight, the channels and the values of each grain in window number `windows`. Returns the channel
-/// that alternates most, with the places of its grain and of its value, where Σ weight · d² of all that do so
-/// counts beside `scale`, the largest smooth value so far, of a grain of weight `whole`; and that scale, which
-/// then takes in this window.
+/// Takes the weight, the channels and the values of each grain in window number `windows`. Returns the
+/// channel that alternates most, with the places of its grain and of its value, where Σ weight · d² of all
+/// that do so counts beside `scale`, the largest smooth value so far, of a grain of weight `whole`; and that
+/// scale, which then takes in this window.
 pub fn strongest<'a, const N: usize>(
     grains: impl Iterator<Item = (f64, &'a mut [Channel; N], [f64; N])>,
     windows: u64,
