@@ -17,46 +17,6 @@ use crate::failure::Failure;
 use crate::scratch::Scratch;
 use crate::supervise::program;
 
-/// Why a solver could not be asked.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum SolverCommandError {
-    /// The scene's `command` makes no command.
-    #[error(transparent)]
-    Scene(#[from] Box<SceneError>),
-    /// The program cannot be started.
-    #[error(
-        "cannot start the {role} solver `{command}`: {source}; build it beside bedload (cargo build \
-         --release), put it on PATH, or name it in [{role}] command (a path there counts from the scene's \
-         folder)"
-    )]
-    Start { role: Role, command: String, source: std::io::Error },
-    /// It refused the scene: its own words.
-    #[error("the {role} solver refuses the scene (exit code {code}):\n{words}")]
-    Refused { role: Role, code: i32, words: String },
-    /// The scene that it is to be asked about cannot be written down for it.
-    #[error("{0}; free some room there, or name another folder in TMPDIR")]
-    Scratch(String),
-    /// What it printed are no facts.
-    #[error(
-        "`{command} check SCENE --json` of the {role} solver printed no facts: {what}; mend the solver, or \
-         rebuild it with this version of bedload"
-    )]
-    Facts { role: Role, command: String, what: String },
-}
-
-impl From<SolverCommandError> for Failure {
-    fn from(error: SolverCommandError) -> Self {
-        match error {
-            SolverCommandError::Scene(error) => Self::Scene(error),
-            SolverCommandError::Start { .. } => Self::Peer(error.to_string()),
-            SolverCommandError::Refused { code: 2, .. } => Self::Input(error.to_string()),
-            SolverCommandError::Refused { .. }
-            | SolverCommandError::Facts { .. }
-            | SolverCommandError::Scratch(_) => Self::Run(error.to_string()),
-        }
-    }
-}
-
 /// A solver as a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Solver {
@@ -122,11 +82,14 @@ impl Solver {
     }
 
     /// Runs `command arguments…` to its end, at most `limit`, and returns exit code and output.
-    fn ask(&self, arguments: &[OsString], limit: Duration) -> Result<Answer, SolverCommandError> {
-        ask(&self.command, arguments, limit).map_err(|source| SolverCommandError::Start {
-            role: self.role,
-            command: self.line(),
-            source,
+    fn ask(&self, arguments: &[OsString], limit: Duration) -> Result<Answer, Failure> {
+        let (role, command) = (self.role, self.line());
+        ask(&self.command, arguments, limit).map_err(|error| {
+            Failure::Peer(format!(
+                "cannot start the {role} solver `{command}`: {error}; build it beside bedload (cargo build \
+                 --release), put it on PATH, or name it in [{role}] command (a path there counts from the \
+                 scene's folder)"
+            ))
         })
     }
 
@@ -137,18 +100,19 @@ impl Solver {
         path: &Path,
         overrides: &[String],
         limit: Duration,
-    ) -> Result<Option<F>, SolverCommandError> {
+    ) -> Result<Option<F>, Failure> {
         if self.is_ours() {
             return self.facts_of(scene, path, overrides, limit);
         }
-        let folder = Scratch::new().map_err(SolverCommandError::Scratch)?;
+        let no_room = |what: String| {
+            Failure::Run(format!("{what}; free some room there, or name another folder in TMPDIR"))
+        };
+        let folder = Scratch::new().map_err(no_room)?;
         let path = folder.path().join("scene.toml");
         resolved_scene(&in_full(scene), None, None, None)
             .map_err(|error| error.to_string())
             .and_then(|text| std::fs::write(&path, text).map_err(|error| error.to_string()))
-            .map_err(|error| {
-                SolverCommandError::Scratch(format!("cannot write {}: {error}", path.display()))
-            })?;
+            .map_err(|error| no_room(format!("cannot write {}: {error}", path.display())))?;
         self.facts_of(scene, &path, &[], limit)
     }
 
@@ -158,7 +122,8 @@ impl Solver {
         path: &Path,
         overrides: &[String],
         limit: Duration,
-    ) -> Result<Option<F>, SolverCommandError> {
+    ) -> Result<Option<F>, Failure> {
+        let (role, command) = (self.role, self.line());
         let mut arguments: Vec<OsString> = vec!["check".into(), path.into(), "--json".into()];
         for text in overrides {
             arguments.extend(["--set".into(), text.into()]);
@@ -169,7 +134,10 @@ impl Solver {
                 Ok(facts) => Ok(Some(facts)),
                 // One that prints something else does not know the word.
                 Err(_) if self.foreign && !answer.stdout.trim_start().starts_with(['{', '[']) => Ok(None),
-                Err(what) => Err(SolverCommandError::Facts { role: self.role, command: self.line(), what }),
+                Err(what) => Err(Failure::Run(format!(
+                    "`{command} check SCENE --json` of the {role} solver printed no facts: {what}; mend the \
+                     solver, or rebuild it with this version of bedload"
+                ))),
             };
         }
         // A foreign solver may not know the word; ours, named by `command`, refuses with 2 and says
@@ -178,11 +146,9 @@ impl Solver {
         if self.foreign && !refused {
             return Ok(None);
         }
-        Err(SolverCommandError::Refused {
-            role: self.role,
-            code: answer.code.unwrap_or(-1),
-            words: answer.stderr.trim_end().to_owned(),
-        })
+        let (code, words) = (answer.code.unwrap_or(-1), answer.stderr.trim_end());
+        let what = format!("the {role} solver refuses the scene (exit code {code}):\n{words}");
+        Err(if code == 2 { Failure::Input(what) } else { Failure::Run(what) })
     }
 
     /// JSON Schema of the solver's section; `None` if it is not there or does not print one.
@@ -213,7 +179,7 @@ pub(crate) fn fluid_facts(
     path: &Path,
     overrides: &[String],
     ask: Ask,
-) -> Result<FluidFacts, SolverCommandError> {
+) -> Result<FluidFacts, Failure> {
     let foreign = !solver.is_ours();
     let asked = ask.commands || !foreign;
     let known = if asked {
@@ -259,7 +225,7 @@ pub(crate) fn dem_facts(
     path: &Path,
     overrides: &[String],
     ask: Ask,
-) -> Result<DemFacts, SolverCommandError> {
+) -> Result<DemFacts, Failure> {
     let asked = ask.commands || solver.is_ours();
     let known = if asked {
         solver.facts(scene, path, overrides, patience(ask.limit, scene.grains.len()))?
@@ -325,7 +291,7 @@ fn refuse_changes(
     solver: &Solver,
     scene: &CheckedScene,
     concerns: impl Fn(&str) -> bool,
-) -> Result<(), SolverCommandError> {
+) -> Result<(), Failure> {
     let Some(value) = changing(scene).into_iter().find(|value| concerns(&value.key)) else { return Ok(()) };
     let what = format!(
         "changes over time, and the {} solver `{}` does not say that it follows such values",

@@ -281,22 +281,6 @@ mod tests {
     }
 
     #[test]
-    fn an_exit_is_seen_at_once_with_its_last_words() {
-        let mut supervisor = Supervisor::default();
-        supervisor
-            .start(Role::Dem, &shell("echo one >&2; echo two >&2; exit 7"), &[], StderrMode::Kept)
-            .unwrap();
-        assert!(supervisor.wait_all(Duration::from_secs(5)));
-        let exit = supervisor.exits().remove(0);
-        assert_eq!((exit.role, exit.code()), (Role::Dem, Some(7)));
-        let patience = Instant::now();
-        while supervisor.last_words(Role::Dem) != "one\ntwo" && patience.elapsed() < Duration::from_secs(2) {
-            std::thread::sleep(LOOK_EVERY);
-        }
-        assert_eq!(supervisor.last_words(Role::Dem), "one\ntwo");
-    }
-
-    #[test]
     fn a_child_that_ignores_sigterm_is_killed_after_the_grace() {
         let mut supervisor = Supervisor::default();
         supervisor

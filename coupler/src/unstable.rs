@@ -8,7 +8,7 @@
 //! grains one that rings in a contact is no failure of the exchange. Only what was exchanged is looked at, so
 //! that this holds for any solver. The same difference classifies a run of a map when it is over.
 
-use bedload_program::alternation::{Channel, PART};
+use bedload_program::alternation::{Channel, strongest};
 pub(crate) use bedload_program::unstable::NAME;
 use bedload_program::unstable::{Found, SpeedLimit};
 use bedload_scene::{CheckedScene, Motion};
@@ -63,32 +63,20 @@ impl Alternation {
     pub(crate) fn take(&mut self, window: &Window, motion: &[Kinematics]) -> Option<Found> {
         let Seen { channels, windows, scale } = &mut self.seen;
         *windows += 1;
-        let (mut smooth, mut found) = (*scale, None);
-        // Σ m d² of what alternates, and the largest of it.
-        let (mut energy, mut largest) = (0.0, None);
-        for ((grain, radius, mass), channels) in self.free.iter().zip(channels) {
-            let Kinematics { velocity, spin, .. } = motion[*grain];
-            found = found.or_else(|| self.limit.judge(*grain, &motion[*grain], window));
-            let values = velocity.into_iter().chain(spin.map(|spin| radius * spin));
-            for (place, (channel, value)) in channels.iter_mut().zip(values).enumerate() {
-                smooth = smooth.max(channel.take(value, *windows));
-                if channel.alternates() {
-                    energy += mass * channel.size().powi(2);
-                    if largest.is_none_or(|(other, ..): (Channel, _, _)| channel.size() > other.size()) {
-                        largest = Some((*channel, *grain, place));
-                    }
-                }
-            }
-        }
-        if found.is_none() && energy >= self.mass * (PART * *scale).powi(2) {
-            found = largest.map(|(channel, grain, place)| {
-                let what = ["velocity", "spin"][place / 3];
-                let what = format!("{what}_{} of grain {grain}", ["x", "y", "z"][place % 3]);
-                channel.found(&what, window, (*scale, "the largest speed"))
-            });
-        }
-        *scale = smooth;
-        found
+        let beyond =
+            self.free.iter().find_map(|(grain, ..)| self.limit.judge(*grain, &motion[*grain], window));
+        let grains = self.free.iter().zip(channels).map(|((grain, radius, mass), channels)| {
+            let Kinematics { velocity: [x, y, z], spin, .. } = motion[*grain];
+            let [a, b, c] = spin.map(|spin| radius * spin);
+            (*mass, channels, [x, y, z, a, b, c])
+        });
+        let (largest, scale) = strongest(grains, *windows, scale, self.mass);
+        beyond.or_else(|| {
+            let (channel, place, value) = largest?;
+            let what = ["velocity", "spin"][value / 3];
+            let what = format!("{what}_{} of grain {}", ["x", "y", "z"][value % 3], self.free[place].0);
+            Some(channel.found(&what, window, (scale, "the largest speed")))
+        })
     }
 }
 

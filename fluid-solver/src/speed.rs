@@ -3,12 +3,8 @@
 //! They differ on purpose. The bound `cfl` may refuse a run only for a speed that is certain
 //! ([`named`]); the first step must bear the speed that the run may reach ([`expected`]).
 
-use bedload_scene::speeds::volume;
+use bedload_scene::speeds::{norm, start, volume};
 use bedload_scene::{CheckedScene, Face, InitialVelocity, Medium, Motion, peak_of_sum};
-
-fn length(v: &[f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
 
 /// Largest speed that the scene itself names, m/s: of grains, faces and the flow at the start. Nothing is
 /// estimated, so that a bound on it refuses only what is certain.
@@ -19,18 +15,8 @@ pub(crate) fn named(scene: &CheckedScene) -> f64 {
     let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis)).flat_map(|faces| {
         [faces.lower, Some(faces.upper)].into_iter().flatten().map(|face| face.velocity.largest(until))
     });
-    let start = match scene.scene.medium.as_ref().map(|medium| &medium.initial) {
-        Some(InitialVelocity::Uniform { velocity }) => length(velocity),
-        Some(InitialVelocity::TaylorGreen { amplitude }) => amplitude.abs(),
-        Some(InitialVelocity::Shear { gradient, rate, origin, .. }) => {
-            let axis = domain.geometry.axes().iter().position(|axis| axis == gradient).unwrap_or(0);
-            let reach = (domain.upper[axis] - origin).abs().max((domain.lower[axis] - origin).abs());
-            rate.abs() * reach
-        }
-        // A run that was made is measured, not named: see `Plan::start`.
-        Some(InitialVelocity::Rest | InitialVelocity::Run { .. }) | None => 0.0,
-    };
-    grains.chain(faces).fold(start, f64::max)
+    // A flow that starts from another run is measured, not named: see `Plan::start`.
+    grains.chain(faces).fold(start(scene), f64::max)
 }
 
 /// An estimate of the largest speed of a run, m/s, for its cost and its first step: walls, initial and
@@ -40,12 +26,10 @@ pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
     let domain = &scene.scene.domain;
     let extent = |a: usize| domain.upper[a] - domain.lower[a];
     let mut speed = match &medium.initial {
-        InitialVelocity::Rest | InitialVelocity::Run { .. } => 0.0,
-        InitialVelocity::Uniform { velocity } => length(velocity),
         InitialVelocity::Shear { rate, .. } => {
             rate.abs() * (0..domain.dimensions()).map(extent).fold(0.0, f64::max)
         }
-        InitialVelocity::TaylorGreen { amplitude } => amplitude.abs(),
+        _ => start(scene),
     };
     for a in 0..domain.dimensions() {
         if let Some(faces) = domain.boundary(a) {
@@ -88,6 +72,6 @@ pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
         peak_of_sum(&[medium.body_force.map(|f| f[c]), gravity, gradient], until)
     });
     let width = (0..domain.dimensions()).map(extent).fold(f64::INFINITY, f64::min);
-    let drive = length(&drive);
+    let drive = norm(&drive);
     speed.max((drive * width * width / (8.0 * nu)).min(drive * scene.scene.until))
 }

@@ -230,68 +230,7 @@ pub fn leftovers(solver: &Solver) -> Vec<PathBuf> {
 
 /// A sphere that falls on a wall from a small height in a small, coarse, axisymmetric box: the main
 /// job in a second or two. D = g = ρ = 1, ρ_r = 8.
-pub const SMALL_BOUNCE: &str = r#"
-title = "Small bounce"
-until = 3.0
-gravity = [0.0, 0.0, -1.0]
-
-[domain]
-geometry = "axisymmetric"
-lower = [0.0, 0.0]
-upper = [3.0, 4.0]
-cells = [16, 32]
-stretching = { axis = "r", uniform_to = 1.5, spacing = 0.125 }
-
-[domain.boundary]
-r_upper = "free-slip"
-z_lower = "no-slip"
-z_upper = "free-slip"
-
-[medium]
-density = 1.0
-viscosity = 0.05
-
-[[grains]]
-position = [0.0, 0.0, 1.6]
-radius = 0.5
-density = 8.0
-
-[fluid.time]
-dt = 0.01
-
-[dem.contact]
-law = "linear-spring-dashpot"
-restitution = 0.97
-contact_time = 2e-3
-friction = 0.25
-
-[[metrics]]
-name = "impact_velocity_ratio"
-kind = "impact-velocity-ratio"
-
-[[metrics]]
-name = "rebound_height_over_diameter"
-kind = "rebound-height"
-"#;
+pub const SMALL_BOUNCE: &str = include_str!("scenes/small-bounce.toml");
 
 /// A grain that flies to and fro for hours.
-pub const LONG_FLIGHT: &str = r#"
-until = 1e6
-gravity = [0.0, 0.0, 0.0]
-[domain]
-geometry = "space"
-lower = [0.0, 0.0, 0.0]
-upper = [1.0, 1.0, 1.0]
-boundary = { x = "periodic", y = "free-slip", z = "free-slip" }
-[[grains]]
-position = [0.5, 0.5, 0.5]
-velocity = [0.25, 0.0, 0.0]
-radius = 0.05
-density = 2.0
-[dem.contact]
-law = "linear-spring-dashpot"
-restitution = 0.5
-contact_time = 0.01
-[observe]
-every = 10.0
-"#;
+pub const LONG_FLIGHT: &str = include_str!("scenes/long-flight.toml");

@@ -63,45 +63,11 @@ pub(super) const TRIALS: [Trial; 5] = [
 
 impl Trial {
     pub(super) fn scene(&self) -> String {
-        let Self { grains, gravity, restitution, .. } = self;
-        format!(
-            r#"title = "conformance: {}"
-until = 1.0
-gravity = [0.0, 0.0, {gravity:?}]
-
-[domain]
-geometry = "space"
-lower = [0.0, 0.0, 0.0]
-upper = [4.0, 3.0, 3.0]
-cells = [32, 24, 24]
-boundary = {{ x = "no-slip", y = "no-slip", z = "no-slip" }}
-
-[medium]
-density = 1.0
-viscosity = 0.1
-
-[[grains]]
-{grains}
-radius = 0.5
-density = 2.0
-
-[fluid.time]
-dt = 0.01
-
-[dem.contact]
-law = "linear-spring-dashpot"
-form = "izard-2014"
-restitution = {restitution:?}
-contact_time = 0.02
-
-[dem.lubrication]
-form = "none"
-
-[coupling]
-scheme = "semi-implicit"
-"#,
-            self.name
-        )
+        include_str!("trial.toml")
+            .replace("NAME", self.name)
+            .replace("# GRAINS", self.grains)
+            .replace("\"GRAVITY\"", &format!("{:?}", self.gravity))
+            .replace("\"RESTITUTION\"", &format!("{:?}", self.restitution))
     }
 
     /// Plays it on a bench that was made of its scene.

@@ -244,7 +244,6 @@ fn difference(table: &Table, row: &Row, text: &dyn Fn(&str) -> String) -> Option
     let others = match table.kind {
         Kind::Stability => vec![("growth", row.growth)],
         // Of a curve there are errors alone.
-        Kind::Chart if table.metrics.is_empty() => vec![("error", row.error)],
         Kind::Chart | Kind::Case => Vec::new(),
     };
     // A case of an older build does not have every value of a run.

@@ -101,7 +101,7 @@ impl<'a> Made<'a> {
         let metrics = value_columns(study.kind, &study.section.metrics());
         let mut table = Table { kind: study.kind, keys, metrics, rows };
         match study.kind {
-            Kind::Chart => chart::errors(study, &mut table, &self.folder)?,
+            Kind::Chart => chart::errors(study, &mut table),
             Kind::Stability => stability::runs::classify(study, &mut table, &self.runs, jobs)?,
             Kind::Case => {}
         }

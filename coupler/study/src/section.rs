@@ -15,7 +15,14 @@ use super::vary::{SingleRun, Vary};
 pub const ANY: &str = "any";
 
 /// Keys that have another name now.
-const RETIRED: [Retired; 1] = [Retired::key("chart.seed", "chart.baseline")];
+const RETIRED: [Retired; 3] = [
+    Retired::key("chart.seed", "chart.baseline"),
+    Retired::dropped(
+        "chart.reference.file",
+        "chart a [[metrics]] of kind \"series-difference\" with that file, and chart.reference = 0.0",
+    ),
+    Retired::dropped("chart.reference.finer", "leave it out: cells and steps are finer where they are more"),
+];
 
 /// Keys that every kind has.
 const COMMON: [&str; 8] = ["title", "about", "source", "set", "threads", "repeat", "vary", "runs"];
@@ -135,17 +142,12 @@ fn any() -> String {
 
 /// What the runs are compared with.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "expected a number, { richardson = KEY } or { file = FILE, x = COLUMN, y = COLUMN, column = COLUMN }"
-)]
+#[serde(untagged, expecting = "expected a number, or { richardson = KEY }")]
 pub enum Reference {
     /// A value of the metric.
     Number(f64),
     /// The refinement's own limit.
     Limit(LimitOf),
-    /// A curve against which a column of `series.csv` is held.
-    Curve(Curve),
 }
 
 /// The limit of the three finest runs of one key (Richardson 1911).
@@ -154,9 +156,6 @@ pub enum Reference {
 pub struct LimitOf {
     /// Varied key, or name of bundles, with numbers as values.
     pub richardson: String,
-    /// Are finer runs those of `larger` or of `smaller` numbers? By default larger for D/Δx, cells
-    /// and steps, smaller for the rest.
-    pub finer: Option<Finer>,
     /// Values of other varied keys that pick the refinement, as they stand in `chart.csv`; by default the
     /// first refinement.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
@@ -168,27 +167,12 @@ pub struct LimitOf {
 }
 
 /// Which way a key refines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finer {
     /// Cells, steps: h = 1/value.
     Larger,
     /// Widths, time steps: h = value.
     Smaller,
-}
-
-/// Two columns of a CSV file and the column of `series.csv` that should follow them.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Curve {
-    /// CSV file with a header, from the scene's folder.
-    pub file: PathBuf,
-    /// Its column of times, s.
-    pub x: String,
-    /// Its column of values.
-    pub y: String,
-    /// Column of `series.csv`.
-    pub column: String,
 }
 
 /// A point of somebody else.

@@ -31,8 +31,6 @@ pub struct Cell {
     pub kinetic: Matrix3<f64>,
     /// Contact stress, Pa; first index the force.
     pub contact: Matrix3<f64>,
-    /// Sum of the forces of walls and held grains on free grains at points of contact here, N.
-    pub boundary: Vec3,
 }
 
 impl Cell {
@@ -82,11 +80,6 @@ pub fn coarse_grain(
     for contact in contacts.iter().filter(|contact| inside(&contact.end)) {
         let virial = contact.force * (contact.end - contact.start).transpose();
         partition.line(&contact.start, &contact.end, |cell, part| cells[cell].contact += virial * part);
-        if contact.held {
-            partition.line(&contact.point, &contact.point, |cell, part| {
-                cells[cell].boundary += contact.force * part;
-            });
-        }
     }
     let per_volume = 1.0 / partition.volume();
     for cell in &mut cells {

@@ -122,6 +122,4 @@ fn a_stack_bears_the_weight_above() {
             "slab {slab}: {cell:?} {expected}"
         );
     }
-    // the force on the floor is the whole weight, in the lowest slab
-    assert!((cells[0].boundary.z / (f64::from(n) * mass * g) - 1.0).abs() < 1e-6);
 }

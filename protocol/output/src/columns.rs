@@ -9,7 +9,7 @@ use crate::totals::{Bed, Made};
 /// Grains with columns of their own where the scene does not say.
 const GRAINS_BY_DEFAULT: usize = 16;
 
-/// What `observe.energy` adds behind other extras: a DEM alone gives the values in this order.
+/// What `observe.energy` adds: a DEM alone gives the values in this order.
 pub fn energy_columns() -> [Extra; 6] {
     [
         "elastic_energy",
@@ -22,7 +22,7 @@ pub fn energy_columns() -> [Extra; 6] {
     .map(|name| Extra { name: name.to_owned(), unit: "J".to_owned(), when: When::End })
 }
 
-/// The mean pressure gradient that `medium.flow_rate` adds: behind other extras, as energies are.
+/// The mean pressure gradient that `medium.flow_rate` adds.
 fn flow_rate_column(scene: &CheckedScene) -> Option<Extra> {
     let flow = scene.scene.medium.as_ref()?.flow_rate.as_ref()?;
     let name = format!("pressure_gradient_{}", ["x", "y", "z"][flow.axis.component()]);
@@ -185,7 +185,7 @@ pub(crate) fn observed_grains(scene: &CheckedScene) -> Vec<usize> {
 
 impl Columns {
     /// The columns of `scene` as `sides` sees it; scalars first, then grain by grain.
-    pub fn new(scene: &CheckedScene, sides: Sides, extras: &[Extra]) -> Self {
+    pub fn new(scene: &CheckedScene, sides: Sides) -> Self {
         let present = scene.present();
         let free: Vec<FreeGrain> = scene
             .grains
@@ -213,9 +213,8 @@ impl Columns {
             bed: None,
         };
         let energies = scene.scene.observe.energy && sides == Sides::dry();
-        let mut more = if energies { energy_columns().to_vec() } else { Vec::new() };
-        more.extend(sides.loads.then(|| flow_rate_column(scene)).flatten());
-        let extras = [extras, &more].concat();
+        let mut extras = if energies { energy_columns().to_vec() } else { Vec::new() };
+        extras.extend(sides.loads.then(|| flow_rate_column(scene)).flatten());
         columns.add_scalars(scene.scene.domain.geometry, sides, &extras);
         columns.add_totals(scene, sides, extras.len());
         if scene.scene.observe.values_over_time {

@@ -9,7 +9,7 @@ use crate::file::atomic_write;
 use crate::folder::OutputFolder;
 use crate::metrics::{Metrics, MetricsState};
 use crate::planes::Record;
-use crate::sample::{Extra, Sample, Sides};
+use crate::sample::{Sample, Sides};
 use crate::series::{SeriesMark, SeriesWriter};
 use crate::summary::{Summary, Tally};
 use bedload_scene::{CheckedScene, ObservedPlanes, SceneError};
@@ -45,20 +45,15 @@ impl Observer {
     /// # Errors
     /// If a metric names an unknown column.
     pub fn check(scene: &CheckedScene, sides: Sides) -> Result<(), SceneError> {
-        Metrics::new(scene, &Columns::new(scene, sides, &[]), sides).map(|_| ())
+        Metrics::new(scene, &Columns::new(scene, sides), sides).map(|_| ())
     }
 
     /// Watches a new run: starts `series.csv`.
     ///
     /// # Errors
     /// [`OutputError::Scene`] if a metric names an unknown column; [`OutputError::File`].
-    pub fn create(
-        folder: &OutputFolder,
-        scene: &CheckedScene,
-        sides: Sides,
-        extras: &[Extra],
-    ) -> Result<Self, OutputError> {
-        Self::begin(folder, scene, sides, extras, None)
+    pub fn create(folder: &OutputFolder, scene: &CheckedScene, sides: Sides) -> Result<Self, OutputError> {
+        Self::begin(folder, scene, sides, None)
     }
 
     /// Watches a run that goes on from a checkpoint: rows of `series.csv` after it are cut off. `last`: the
@@ -70,11 +65,10 @@ impl Observer {
         folder: &OutputFolder,
         scene: &CheckedScene,
         sides: Sides,
-        extras: &[Extra],
         state: ObserverState,
         last: Option<&[Kinematics]>,
     ) -> Result<Self, OutputError> {
-        let mut observer = Self::begin(folder, scene, sides, extras, Some(state))?;
+        let mut observer = Self::begin(folder, scene, sides, Some(state))?;
         observer.metrics.restore_last(last.unwrap_or_default());
         Ok(observer)
     }
@@ -83,10 +77,9 @@ impl Observer {
         folder: &OutputFolder,
         scene: &CheckedScene,
         sides: Sides,
-        extras: &[Extra],
         state: Option<ObserverState>,
     ) -> Result<Self, OutputError> {
-        let mut columns = Columns::new(scene, sides, extras);
+        let mut columns = Columns::new(scene, sides);
         let mut ends = Vec::new();
         let mut metrics = Metrics::new(scene, &columns, sides).map_err(Box::new)?;
         let (path, names, every) = (folder.series(), columns.names(), scene.scene.observe.every);

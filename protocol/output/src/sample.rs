@@ -31,7 +31,7 @@ impl Sides {
     }
 }
 
-/// A scalar column that the caller adds (a flow rate, say).
+/// A scalar column whose values the solvers give, such as a pressure gradient.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Extra {
     /// Name of the column.

@@ -30,7 +30,7 @@ const JUMP: f64 = 4.0;
 const FORGETS: f64 = 8.0;
 /// Alternation counts whose energy is above the square of this part of the energy that all free grains would
 /// have at the largest smooth speed so far. Of one grain: 1 % of that speed, as in a map.
-pub const PART: f64 = 0.01;
+const PART: f64 = 0.01;
 /// Alternation that falls to this part of its largest value dies away.
 const DECAYED: f64 = 0.3679;
 
@@ -97,6 +97,32 @@ impl Channel {
     }
 }
 
+/// Takes the weight, the channels and the values of each grain in window number `windows`. Returns the
+/// channel that alternates most, with the places of its grain and of its value, where Σ weight · d² of all
+/// that do so counts beside `scale`, the largest smooth value so far, of a grain of weight `whole`; and that
+/// scale, which then takes in this window.
+pub fn strongest<'a, const N: usize>(
+    grains: impl Iterator<Item = (f64, &'a mut [Channel; N], [f64; N])>,
+    windows: u64,
+    scale: &mut f64,
+    whole: f64,
+) -> (Option<(Channel, usize, usize)>, f64) {
+    let before = *scale;
+    let (mut sum, mut largest) = (0.0, None);
+    for (grain, (weight, channels, values)) in grains.enumerate() {
+        for (place, (channel, value)) in channels.iter_mut().zip(values).enumerate() {
+            *scale = scale.max(channel.take(value, windows));
+            if channel.alternates() {
+                sum += weight * channel.size().powi(2);
+                if largest.is_none_or(|(other, ..): (Channel, _, _)| channel.size() > other.size()) {
+                    largest = Some((*channel, grain, place));
+                }
+            }
+        }
+    }
+    (largest.filter(|_| sum >= whole * (PART * before).powi(2)), before)
+}
+
 /// Speeds of a fluid above this many times the largest that the scene leads to, or that it had in its first
 /// window, are not physical; a jet through a gap of one of some hundred cells is.
 const BEYOND: f64 = 1000.0;
@@ -145,27 +171,12 @@ impl Flow {
             );
             return Some(Found { text, window: window.step });
         }
-        let mut smooth = *scale;
-        // Σ d² of what alternates, and the largest of it.
-        let (mut sum, mut largest) = (0.0, None);
-        for (grain, (load, channels)) in loads.iter().zip(forces).enumerate() {
-            for (axis, (channel, value)) in channels.iter_mut().zip(load.force).enumerate() {
-                smooth = smooth.max(channel.take(value, *windows));
-                if channel.alternates() {
-                    sum += channel.size().powi(2);
-                    if largest.is_none_or(|(other, ..): (Channel, _, _)| channel.size() > other.size()) {
-                        largest = Some((*channel, grain, axis));
-                    }
-                }
-            }
-        }
-        let force = largest.filter(|_| sum >= loads.len() as f64 * (PART * *scale).powi(2));
-        let found = force.map(|(channel, grain, axis)| {
+        let forces = forces.iter_mut().zip(loads).map(|(channels, load)| (1.0, channels, load.force));
+        let (largest, scale) = strongest(forces, *windows, scale, loads.len() as f64);
+        largest.map(|(channel, grain, axis)| {
             let what = format!("force_{} of grain {grain}", ["x", "y", "z"][axis]);
-            channel.found(&what, window, (*scale, "the largest force"))
-        });
-        *scale = smooth;
-        found
+            channel.found(&what, window, (scale, "the largest force"))
+        })
     }
 }
 

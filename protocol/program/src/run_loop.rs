@@ -66,10 +66,10 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
         };
         let (folder, scene) = (job.folder, job.scene);
         let (observer, before, resumed) = match from {
-            None => (Observer::create(folder, scene, job.sides, &[])?, Cost::default(), None),
+            None => (Observer::create(folder, scene, job.sides)?, Cost::default(), None),
             Some((state, before, motion)) => {
                 let last = motion.as_ref().map(|(_, motion)| motion.as_slice());
-                (Observer::resume(folder, scene, job.sides, &[], state, last)?, before, motion)
+                (Observer::resume(folder, scene, job.sides, state, last)?, before, motion)
             }
         };
         let until = scene.scene.until;

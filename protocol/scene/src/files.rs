@@ -8,10 +8,9 @@ use toml_edit::{DocumentMut, Item, TableLike, Value};
 use crate::source::SceneSource;
 
 /// Keys that name a file or a folder; `[]` stands for each entry of a list.
-const FILES: [&str; 22] = [
+const FILES: [&str; 21] = [
     "grain_files[].file",
     "metrics[].file",
-    "chart.reference.file",
     "dem.initial_state",
     "medium.initial.folder",
     "gravity.file",

@@ -80,8 +80,8 @@ pub fn drive(scene: &Scene) -> [f64; 3] {
     })
 }
 
-/// Largest speed of the fluid at the start.
-fn start(scene: &CheckedScene) -> f64 {
+/// Largest speed of the fluid at the start, m/s; of a flow from another run zero: it is not known here.
+pub fn start(scene: &CheckedScene) -> f64 {
     let Some(medium) = &scene.scene.medium else { return 0.0 };
     let domain = &scene.scene.domain;
     match &medium.initial {

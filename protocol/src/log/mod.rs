@@ -33,5 +33,5 @@ pub use records::{Logged, Records};
 pub use repair::{Repaired, flip_bit, repair, thin};
 pub use sequence::{Sequence, nanoseconds};
 pub use topic::{DATA_ENCODING, DATA_SCHEMA_ENCODING, Topic};
-pub use viewer::{Decimation, FRAMES, MOST_PLOTTED, MOST_SPHERES, OPEN_RUN};
+pub use viewer::{FRAMES, MOST_PLOTTED, MOST_SPHERES, OPEN_RUN};
 pub use windows::{LoggedWindow, Windows};

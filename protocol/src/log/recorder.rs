@@ -20,7 +20,7 @@ use super::queue::Batch;
 use super::sequence::Sequence;
 use super::sink::Sink;
 use super::topic::Topic;
-use super::viewer::{Decimation, Viewer};
+use super::viewer::Viewer;
 use crate::message::{Command, Header, Kinematics, Loads, Record, Status};
 use crate::new_file::OwnFile;
 use crate::participant::Role;
@@ -35,8 +35,6 @@ pub struct RecorderOptions {
     pub flush_period: Duration,
     /// Room of the queue, bytes; 0: 64 MiB, or four windows where a window is larger than that.
     pub queue_bytes: usize,
-    /// Which windows become frames for viewers.
-    pub viewer: Decimation,
     /// How long [`Recorder::finish`] waits for the disk.
     pub finish_deadline: Duration,
 }
@@ -47,7 +45,6 @@ impl Default for RecorderOptions {
             chunk_bytes: 64 << 10,
             flush_period: Duration::from_millis(100),
             queue_bytes: 0,
-            viewer: Decimation::Auto,
             finish_deadline: Duration::from_secs(30),
         }
     }
@@ -165,9 +162,9 @@ impl Recorder {
         manifest: &Manifest,
         options: RecorderOptions,
     ) -> Result<Self, LogError> {
-        let viewer = Viewer::new(options.viewer, manifest);
+        let viewer = Viewer::new(manifest);
         let bytes = Arc::new(AtomicU64::new(0));
-        let sink = Sink::create(inner, name, manifest, viewer.is_on(), bytes.clone())?;
+        let sink = Sink::create(inner, name, manifest, bytes.clone())?;
         let shared = Arc::new(Shared {
             state: Mutex::new(State {
                 filling: Batch::default(),

@@ -67,7 +67,6 @@ impl<W: Write> Sink<W> {
         inner: W,
         file: &str,
         manifest: &Manifest,
-        viewer: bool,
         bytes: Arc<AtomicU64>,
     ) -> Result<Self, LogError> {
         let fail = |error| LogError::write(file, error);
@@ -76,7 +75,7 @@ impl<W: Write> Sink<W> {
         let metadata = Metadata { name: METADATA.to_owned(), metadata: manifest.to_metadata() };
         writer.write_metadata(&metadata).map_err(fail)?;
         writer.attach(&scene(manifest)).map_err(fail)?;
-        let channels = add_channels(&mut writer, viewer).map_err(fail)?;
+        let channels = add_channels(&mut writer).map_err(fail)?;
         writer.flush().map_err(fail)?;
         Ok(Self { file: file.to_owned(), writer, channels, open: 0, clock: 0 })
     }
@@ -137,13 +136,9 @@ fn scene(manifest: &Manifest) -> Attachment<'_> {
 
 fn add_channels<W: Write + std::io::Seek>(
     writer: &mut Writer<W>,
-    viewer: bool,
 ) -> mcap::McapResult<[u16; Topic::ALL.len()]> {
     let mut channels = [0; Topic::ALL.len()];
     for topic in Topic::ALL {
-        if !topic.is_data() && !viewer {
-            continue;
-        }
         let layout = topic.layout();
         let (encoding, schema_encoding, schema) = match topic {
             Topic::Scene | Topic::Points => ("protobuf", "protobuf", schema::FOXGLOVE),

@@ -33,49 +33,26 @@ const SLACK: f64 = 1e-6;
 /// Fields of a point, 4 bytes each.
 const POINT: [&str; 8] = ["x", "y", "z", "vx", "vy", "vz", "radius", "gap"];
 
-/// How many windows become frames.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Decimation {
-    /// [`FRAMES`] over the run, or every [`OPEN_RUN`]th window where its end is not known.
-    #[default]
-    Auto,
-    /// No viewer channels.
-    Off,
-    /// Every n-th window, counted from the first.
-    Windows(u64),
-    /// One frame per so many simulated seconds.
-    Period(f64),
-}
-
-/// Which windows are due: a function of the window alone, so a log does not depend on the machine.
+/// Which windows become frames: [`FRAMES`] over the run, or every [`OPEN_RUN`]th where its end is not known.
+/// A function of the window alone, so a log does not depend on the machine.
 #[derive(Clone, Copy, Debug)]
 enum Due {
-    Never,
-    Windows { first: u64, every: u64 },
+    Windows { first: u64 },
     Period { start: f64, period: f64, next: f64 },
 }
 
 impl Due {
-    fn new(decimation: Decimation, manifest: &Manifest) -> Self {
-        let start = manifest.first_time;
-        let windows = |every: u64| Self::Windows { first: manifest.first_step, every: every.max(1) };
-        match decimation {
-            Decimation::Off => Self::Never,
-            Decimation::Windows(every) => windows(every),
-            Decimation::Period(period) if period > 0.0 => Self::Period { start, period, next: start },
-            Decimation::Period(_) => windows(1),
-            Decimation::Auto if manifest.until.is_finite() && manifest.until > start => {
-                let period = (manifest.until - start) / FRAMES;
-                Self::Period { start, period, next: start }
-            }
-            Decimation::Auto => windows(OPEN_RUN),
+    fn new(manifest: &Manifest) -> Self {
+        let (start, length) = (manifest.first_time, manifest.until - manifest.first_time);
+        if length > 0.0 && length.is_finite() {
+            return Self::Period { start, period: length / FRAMES, next: start };
         }
+        Self::Windows { first: manifest.first_step }
     }
 
     fn is_due(&self, header: &Header) -> bool {
         match *self {
-            Self::Never => false,
-            Self::Windows { first, every } => header.step.saturating_sub(first).is_multiple_of(every),
+            Self::Windows { first } => header.step.saturating_sub(first).is_multiple_of(OPEN_RUN),
             Self::Period { period, next, .. } => header.time + header.dt >= next - SLACK * period,
         }
     }
@@ -100,9 +77,9 @@ pub(crate) struct Viewer {
 }
 
 impl Viewer {
-    pub(crate) fn new(decimation: Decimation, manifest: &Manifest) -> Self {
+    pub(crate) fn new(manifest: &Manifest) -> Self {
         Self {
-            due: Due::new(decimation, manifest),
+            due: Due::new(manifest),
             radii: manifest.radii.clone(),
             pending: None,
             grains: Vec::new(),
@@ -111,15 +88,10 @@ impl Viewer {
         }
     }
 
-    /// Whether the viewer channels exist at all.
-    pub(crate) fn is_on(&self) -> bool {
-        !matches!(self.due, Due::Never)
-    }
-
     /// Looks at a data message on its way to the file.
     pub(crate) fn watch(&mut self, topic: Topic, payload: &[u8]) -> Result<(), CodecError> {
         match topic {
-            Topic::Kinematics if self.is_on() => {
+            Topic::Kinematics => {
                 let header = codec::decode_header(payload)?;
                 self.pending = self.due.is_due(&header).then_some(header);
                 if self.pending.is_some() {
@@ -266,10 +238,10 @@ fn norm([x, y, z]: [f64; 3]) -> f64 {
 mod tests {
     use super::*;
 
-    fn frames(decimation: Decimation, until: f64) -> Vec<u64> {
+    fn frames(until: f64) -> Vec<u64> {
         let mut manifest = Manifest::new("", "", vec![1.0], 1e-3, until);
         manifest.first_step = 2;
-        let mut viewer = Viewer::new(decimation, &manifest);
+        let mut viewer = Viewer::new(&manifest);
         let mut steps = Vec::new();
         for step in 2..22 {
             let header = Header { step, time: step as f64 * 0.1, dt: 0.1, ..Header::default() };
@@ -290,12 +262,9 @@ mod tests {
     }
 
     #[test]
-    fn decimation_depends_on_the_window_alone() {
-        assert_eq!(frames(Decimation::Windows(5), 2.0), [2, 7, 12, 17]);
-        assert_eq!(frames(Decimation::Auto, f64::INFINITY), [2, 12]);
-        assert_eq!(frames(Decimation::Auto, 60.0), (2..22).collect::<Vec<_>>());
-        assert_eq!(frames(Decimation::Auto, 600.0), [2, 9, 19]);
-        assert_eq!(frames(Decimation::Period(0.45), 2.0), [2, 4, 8, 13, 17]);
-        assert!(frames(Decimation::Off, 2.0).is_empty());
+    fn frames_depend_on_the_window_alone() {
+        assert_eq!(frames(f64::INFINITY), [2, 12]);
+        assert_eq!(frames(60.0), (2..22).collect::<Vec<_>>());
+        assert_eq!(frames(600.0), [2, 9, 19]);
     }
 }

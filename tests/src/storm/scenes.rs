@@ -64,54 +64,7 @@ pub const KINDS: [Kind; 6] = [
 ];
 
 /// Spheres that fall on a floor.
-const FALL: &str = r#"
-title = "Spheres that fall on a floor"
-until = 12.0
-gravity = [0.0, 0.0, -1.0]
-
-[domain]
-geometry = "space"
-lower = [0.0, 0.0, 0.0]
-upper = [6.0, 6.0, 8.0]
-boundary = { x = "no-slip", y = "no-slip", z = "no-slip" }
-
-[[groups]]
-count = 60
-lower = [0.5, 0.5, 0.5]
-upper = [5.5, 5.5, 7.5]
-radius = 0.4
-density = 1.0
-seed = 1
-
-[dem.contact]
-law = "linear-spring-dashpot"
-restitution = 0.6
-contact_time = 0.01
-friction = 0.3
-
-[observe]
-every = 0.05
-"#;
+const FALL: &str = include_str!("../scenes/fall.toml");
 
 /// A driven cavity.
-const CAVITY: &str = r#"
-title = "Driven cavity"
-until = 12.0
-
-[domain]
-geometry = "plane"
-lower = [0.0, 0.0]
-upper = [1.0, 1.0]
-cells = [24, 24]
-boundary = { x = "no-slip", z_lower = "no-slip", z_upper = { type = "no-slip", velocity = [1.0, 0.0, 0.0] } }
-
-[medium]
-density = 1.0
-viscosity = 0.01
-
-[fluid.time]
-dt = 0.005
-
-[observe]
-every = 0.05
-"#;
+const CAVITY: &str = include_str!("../scenes/cavity.toml");

@@ -65,7 +65,7 @@ fn check(name: &str, text: &str) {
         Participants::Dem => Sides::dry(),
         Participants::Fluid => Sides::fluid_alone(true),
     };
-    let columns = Columns::new(&scene, sides, &[]);
+    let columns = Columns::new(&scene, sides);
     Metrics::new(&scene, &columns, sides).unwrap_or_else(|error| panic!("{error}"));
 }
 

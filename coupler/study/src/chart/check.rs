@@ -51,14 +51,9 @@ fn axis(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
 fn metrics(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     let wrong = |key: &str, message: &str, remedy: &str| Err(scene.source.error(key, message, remedy));
     let names = section.metrics();
-    let is_curve = matches!(section.reference, Some(Reference::Curve(_)));
-    if names.is_empty() && !is_curve {
-        let remedy = "add metric = \"...\", one of the scene's [[metrics]], or a reference with a file";
+    if names.is_empty() {
+        let remedy = "add metric = \"...\", one of the scene's [[metrics]]";
         return wrong("chart", "has no `metric`, so there is nothing to chart", remedy);
-    }
-    if is_curve && !names.is_empty() {
-        let message = "is a curve, so its column is charted, but a metric is named too";
-        return wrong("chart.reference", message, "remove chart.metric, or give a number");
     }
     let metrics = &scene.scene.metrics;
     let key = if section.metric.is_some() { "chart.metric" } else { "chart.metrics" };

@@ -88,15 +88,6 @@ pub(super) fn references(
     names: &Names,
     known: &Result<Vec<Compared>, String>,
 ) -> Vec<String> {
-    if let Some(Reference::Curve(curve)) = &chart.reference {
-        let source = chart.source.as_ref().map_or(String::new(), |source| format!(" ({source})"));
-        return vec![format!(
-            "Error of {}: root mean square of its difference from {} in {} over that of the latter{source}.",
-            curve.column,
-            curve.y,
-            curve.file.file_name().unwrap_or_default().display()
-        )];
-    }
     let known = match known {
         Ok(known) => known,
         Err(why) => return vec![format!("There are no errors: {why}.")],
@@ -168,13 +159,12 @@ pub(super) struct Order {
 pub(super) fn orders(chart: &Section, table: &Table, names: &Names) -> Vec<Order> {
     let mut orders = Vec::new();
     let asked = match &chart.reference {
-        Some(Reference::Limit(of)) => Some((of.richardson.as_str(), of.finer)),
+        Some(Reference::Limit(of)) => Some(of.richardson.as_str()),
         _ => None,
     };
     for (column, key) in table.keys.iter().enumerate() {
-        let own = asked.filter(|(asked, _)| asked == key);
-        let finer = own.and_then(|(_, finer)| finer).or(limit::refines(key));
-        let Some(finer) = finer.or(own.map(|_| Finer::Smaller)) else { continue };
+        let own = (asked == Some(key)).then_some(Finer::Smaller);
+        let Some(finer) = limit::refines(key).or(own) else { continue };
         for refinement in limit::refinements(table, column, finer) {
             if refinement.rows.len() < 3 {
                 continue;

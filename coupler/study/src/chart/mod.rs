@@ -20,31 +20,20 @@ use bedload_output::atomic_write;
 use bedload_scene::{Metric, SceneSource};
 use serde::Deserialize;
 
-use crate::folder::{SCENE, read};
+use crate::folder::SCENE;
 use crate::kind::Kind;
-use crate::section::{Reference, Section};
+use crate::section::Section;
 use crate::study::Study;
 use crate::table::Table;
 use coupler::failure::Failure;
 use describe::Names;
 use page::Page;
 
-/// Fills in errors and the Pareto front; `runs` holds the folder of each run.
-pub(crate) fn errors(study: &Study, table: &mut Table, runs: &Path) -> Result<(), Failure> {
-    if let Some(Reference::Curve(curve)) = &study.section.reference {
-        let text = read(&curve.file)?;
-        for row in table.rows.iter_mut().filter(|row| row.repeats > 0) {
-            match reference::misfit(curve, &text, &runs.join(&row.label)) {
-                Ok(error) => row.error = Some(error),
-                Err(why) => row.add_note(&why),
-            }
-        }
-    } else {
-        let known = reference::values(&study.section, &study.metrics, table);
-        reference::compare(table, &known);
-    }
+/// Fills in errors and the Pareto front.
+pub(crate) fn errors(study: &Study, table: &mut Table) {
+    let known = reference::values(&study.section, &study.metrics, table);
+    reference::compare(table, &known);
     table.mark_front();
-    Ok(())
 }
 
 /// The document as far as a page goes that is made again.

@@ -1,14 +1,10 @@
 //! What the runs are compared with, and their errors.
 
-use std::path::Path;
-
-use bedload_output::{Series, points};
 use bedload_scene::Metric;
 
 use super::limit::{self, Limit, Refinement};
-use crate::section::{Curve, Finer, LimitOf, Reference, Section};
-use crate::table::{Row, Table};
-use crate::table::{error, interpolated};
+use crate::section::{Finer, LimitOf, Reference, Section};
+use crate::table::{Row, Table, error};
 use crate::vary::text;
 
 /// The reference of one metric.
@@ -57,7 +53,7 @@ pub(super) fn values(chart: &Section, metrics: &[Metric], table: &Table) -> Resu
                     _ => known.into_iter().collect(),
                 }
             }
-            Some(Reference::Curve(_)) | None => {
+            None => {
                 let own = own.ok_or_else(|| format!("the scene has no metric {name}"))?;
                 let value = own.reference.ok_or_else(|| format!("the metric {name} has no reference"))?;
                 Ok(vec![known(value, source.or(own.source.clone()))])
@@ -96,7 +92,7 @@ fn extrapolated(
 ) -> Result<(Limit, Refinement), String> {
     let key = &of.richardson;
     let column = column_of(table, key)?;
-    let finer = of.finer.or(limit::refines(key)).unwrap_or(Finer::Smaller);
+    let finer = limit::refines(key).unwrap_or(Finer::Smaller);
     let wanted = |row: &Row| {
         case.iter().all(|(column, value)| row.values[*column] == *value)
             && of.with.iter().all(|(key, value)| {
@@ -143,36 +139,6 @@ pub(super) fn compare(table: &mut Table, known: &Result<Vec<Compared>, String>) 
                 }
             }
         }
-    }
-}
-
-/// The error of a run against a curve: root mean square of the difference in time over that of the
-/// curve, where both are.
-pub(super) fn misfit(curve: &Curve, text: &str, run: &Path) -> Result<f64, String> {
-    let (file, column) = (curve.file.display(), &curve.column);
-    let reference = points(text, &curve.x, &curve.y).map_err(|what| format!("{file} {what}"))?;
-    if reference.windows(2).any(|pair| pair[1].0 <= pair[0].0) || reference.len() < 2 {
-        return Err(format!("{file}: {} must grow from row to row, over two rows at least", curve.x));
-    }
-    let series = Series::read(&run.join("series.csv")).map_err(|error| error.to_string())?;
-    let values = series.column(column).ok_or_else(|| format!("series.csv has no column {column}"))?;
-    let mut both: Vec<(f64, f64, f64)> = Vec::new();
-    for (time, value) in series.time().iter().zip(values) {
-        if let Some(expected) = interpolated(&reference, *time).filter(|_| value.is_finite()) {
-            both.push((*time, *value, expected));
-        }
-    }
-    // Trapezoids: rows may stand closer together where the step was short.
-    let (mut off, mut scale) = (0.0, 0.0);
-    for pair in both.windows(2) {
-        let [(t0, v0, e0), (t1, v1, e1)] = [pair[0], pair[1]];
-        off += 0.5 * (t1 - t0) * ((v0 - e0).powi(2) + (v1 - e1).powi(2));
-        scale += 0.5 * (t1 - t0) * (e0 * e0 + e1 * e1);
-    }
-    if scale > 0.0 {
-        Ok((off / scale).sqrt())
-    } else {
-        Err(format!("{column} and {file} have no time in common"))
     }
 }
 
@@ -229,29 +195,5 @@ mod tests {
         let mut table = table;
         compare(&mut table, &Ok(each));
         assert!(table.rows.iter().all(|row| row.error.unwrap() < 0.02), "each against its own limit");
-    }
-
-    #[test]
-    fn a_curve_is_followed_up_to_its_root_mean_square() {
-        let folder = std::env::temp_dir().join(format!("bedload-misfit-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        // The run is 10 % above the line v = 2 everywhere, on rows that stand unevenly.
-        std::fs::write(folder.join("series.csv"), "t,v\n0,2.2\n1,2.2\n1.5,2.2\n4,2.2\n9,70\n").unwrap();
-        let curve = Curve { file: "x.csv".into(), x: "t".into(), y: "v".into(), column: "v".into() };
-        let misfit = |curve: &Curve, text: &str| misfit(curve, text, &folder);
-        assert!((misfit(&curve, "t,v\n0,2\n5,2\n").unwrap() - 0.1).abs() < 1e-12);
-        assert!(misfit(&curve, "t,v\n20,2\n30,2\n").unwrap_err().contains("no time in common"));
-        assert!(misfit(&curve, "t,v\n2,2\n1,2\n").unwrap_err().contains("must grow"));
-        assert!(
-            misfit(&Curve { column: "w".into(), ..curve }, "t,v\n0,2\n5,2\n")
-                .unwrap_err()
-                .contains("no column w")
-        );
-        let line = [(0.0, 0.0), (2.0, 4.0), (3.0, 4.0)];
-        assert_eq!(
-            [-1.0, 0.0, 1.0, 2.5, 3.0, 4.0].map(|x| interpolated(&line, x)),
-            [None, Some(0.0), Some(2.0), Some(4.0), Some(4.0), None]
-        );
-        std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -41,7 +41,7 @@ pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), Scene
 /// The columns of `series.csv` that the section names.
 fn columns(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     let source = &scene.source;
-    let columns = Columns::new(scene, Participants::of(scene).sides(), &[]);
+    let columns = Columns::new(scene, Participants::of(scene).sides());
     let known = |name: &str| columns.names().iter().any(|column| column == name);
     let unknown = |key: &str, name: &str| {
         source.error(

@@ -145,7 +145,7 @@ fn watch(observer: &mut Observer, steps: std::ops::Range<u64>) {
 
 fn run(root: &std::path::Path, scene: &CheckedScene, cut: Option<u64>) -> (Vec<u8>, Summary) {
     let mut folder = OutputFolder::create(root, scene, false).expect("creates");
-    let mut observer = Observer::create(&folder, scene, Sides::coupled(), &[]).expect("observes");
+    let mut observer = Observer::create(&folder, scene, Sides::coupled()).expect("observes");
     if let Some(cut) = cut {
         watch(&mut observer, 0..cut);
         let state = observer.state().expect("state");
@@ -153,7 +153,7 @@ fn run(root: &std::path::Path, scene: &CheckedScene, cut: Option<u64>) -> (Vec<u
         watch(&mut observer, cut..cut + 3);
         drop((observer, folder));
         folder = OutputFolder::resume(root).expect("opens");
-        observer = Observer::resume(&folder, scene, Sides::coupled(), &[], state, None).expect("resumes");
+        observer = Observer::resume(&folder, scene, Sides::coupled(), state, None).expect("resumes");
         watch(&mut observer, cut..20);
     } else {
         watch(&mut observer, 0..20);

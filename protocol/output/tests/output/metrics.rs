@@ -1,6 +1,6 @@
 //! Metrics against exact values of analytic trajectories.
 
-use bedload_output::{Columns, Extra, Metrics, MetricsState, Sides, When};
+use bedload_output::{Columns, Metrics, MetricsState, Sides};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
 
@@ -219,7 +219,7 @@ const COLUMNS: &str = r#"
 [[metrics]]
 name = "mean"
 kind = "mean"
-column = "flow_rate"
+column = "hydrodynamic_force_z[0]"
 from = 1.5
 [[metrics]]
 name = "last"
@@ -228,22 +228,22 @@ column = "velocity_z[0]"
 [[metrics]]
 name = "most"
 kind = "max"
-column = "flow_rate"
+column = "hydrodynamic_force_z[0]"
 "#;
 
 #[test]
 fn means_weigh_with_time_from_their_start() {
-    let extras = [Extra { name: "flow_rate".into(), unit: "m^3/s".into(), when: When::Window }];
-    let mut watch = Watch::with_extras(&sphere(COLUMNS), 1.0, &extras);
-    for (step, rate) in [7.0, 2.0, 8.0].into_iter().enumerate() {
+    let mut watch = Watch::new(&sphere(COLUMNS), 1.0);
+    for (step, force) in [7.0, 2.0, 8.0].into_iter().enumerate() {
         let motion = falling(-(step as f64), 1.0);
-        watch.feed_all(&[Loads::default()], &Header::default(), &[motion], &[rate]);
+        let loads = Loads { force: [0.0, 0.0, force], ..Loads::default() };
+        watch.feed_all(&[loads], &Header::default(), &[motion], &[]);
     }
     // Half of the second window, the whole of the third.
     assert_eq!(watch.value("mean"), (0.5 * 2.0 + 8.0) / 1.5);
     assert_eq!(watch.value("last"), -2.0);
     assert_eq!(watch.value("most"), 8.0);
-    assert_eq!(watch.metrics.finish()["mean"].unit, "m^3/s");
+    assert_eq!(watch.metrics.finish()["mean"].unit, "N");
 }
 
 /// Of a sphere whose velocity is 2 + sin 3t and whose force is the mean of that over each window, in uneven
@@ -302,13 +302,13 @@ fn means_of_what_is_of_the_ends_of_windows_are_of_second_order_and_those_of_wind
 
 #[test]
 fn an_unknown_column_is_refused_with_the_known_ones() {
-    let scene = sphere(COLUMNS);
-    let columns = Columns::new(&scene, Sides::coupled(), &[]);
+    let scene = sphere(&COLUMNS.replace("hydrodynamic_force_z[0]", "flow_rate"));
+    let columns = Columns::new(&scene, Sides::coupled());
     let error = Metrics::new(&scene, &columns, Sides::coupled()).err().expect("no such column");
     assert_eq!(error.key, "metrics[0].column");
     assert!(error.message.contains("flow_rate") && error.message.contains("kinetic_energy"), "{error}");
     // A DEM alone cannot know what the fluid adds: it goes on without.
-    let metrics = Metrics::new(&scene, &Columns::new(&scene, Sides::dry(), &[]), Sides::dry()).expect("runs");
+    let metrics = Metrics::new(&scene, &Columns::new(&scene, Sides::dry()), Sides::dry()).expect("runs");
     assert_eq!(metrics.finish()["mean"].note.as_deref(), Some("this run has no column `flow_rate`"));
 }
 

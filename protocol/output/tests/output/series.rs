@@ -165,7 +165,7 @@ fn names_with_commas_and_quotes_survive() {
 
 #[test]
 fn columns_follow_the_geometry() {
-    let axis = Columns::new(&sphere(""), Sides::coupled(), &[]);
+    let axis = Columns::new(&sphere(""), Sides::coupled());
     assert_eq!(
         axis.names(),
         [
@@ -183,7 +183,7 @@ fn columns_follow_the_geometry() {
             "gap[0]"
         ]
     );
-    let plane = Columns::new(&discs("[observe]\ngrains = [1]\n"), Sides::dry(), &[]);
+    let plane = Columns::new(&discs("[observe]\ngrains = [1]\n"), Sides::dry());
     assert_eq!(
         plane.names(),
         [
@@ -207,7 +207,7 @@ fn columns_follow_the_geometry() {
             "gap[1]"
         ]
     );
-    let fluid = Columns::new(&sphere(""), Sides::fluid_alone(false), &[]);
+    let fluid = Columns::new(&sphere(""), Sides::fluid_alone(false));
     assert_eq!(fluid.names(), ["t", "dt", "hydrodynamic_force_z[0]"]);
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bedload_output::{Columns, Extra, Metrics, Sample, Sides};
+use bedload_output::{Columns, Metrics, Sample, Sides};
 use bedload_scene::{CheckedScene, SceneSource};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
@@ -68,11 +68,7 @@ pub(crate) struct Watch {
 
 impl Watch {
     pub(crate) fn new(scene: &CheckedScene, dt: f64) -> Self {
-        Self::with_extras(scene, dt, &[])
-    }
-
-    pub(crate) fn with_extras(scene: &CheckedScene, dt: f64, extras: &[Extra]) -> Self {
-        let columns = Columns::new(scene, Sides::coupled(), extras);
+        let columns = Columns::new(scene, Sides::coupled());
         let metrics = Metrics::new(scene, &columns, Sides::coupled()).expect("metrics of the scene");
         Self { columns, metrics, step: 0, dt }
     }

@@ -127,12 +127,12 @@ fn what_is_not_there_is_no_number() {
     let header = window.header();
     let sample =
         |extras| Sample { window: &window, loads: &[], header: &header, kinematics: &motion, extras };
-    let mut columns = Columns::new(&scene, Sides::coupled(), &[]);
+    let mut columns = Columns::new(&scene, Sides::coupled());
     let row = columns.fill(&sample(&[])).to_vec();
     let value = |name: &str| row[columns.find(name).expect("a column").0];
     assert!(["fluid_flux_x", "shields", "coordination_number"].iter().all(|name| value(name).is_nan()));
     assert!(value("bed_height") > 0.9 && value("grain_flux_x") > 0.0);
-    let mut alone = Columns::new(&scene, Sides::fluid_alone(true), &[]);
+    let mut alone = Columns::new(&scene, Sides::fluid_alone(true));
     let row = alone.fill(&sample(&GIVEN[..5])).to_vec();
     let stress = -0.03 / 4.0 / 10.0;
     assert_eq!(alone.find("coordination_number"), None);

@@ -7,7 +7,7 @@ use bedload_scene::SceneSource;
 #[test]
 fn every_file_is_looked_up_from_the_scene_and_all_else_stays() {
     let text = "# a bed\nuntil = 1.0\ngrain_files = [{ file = \"a.csv\" }]\n[[metrics]] # one\nname = \"u\"\n\
-                file = \"../b.csv\" # here\n[[metrics]]\nname = \"n\"\n[chart]\nreference = { file = \"/c.csv\" }\n\
+                file = \"../b.csv\" # here\n[[metrics]]\nname = \"n\"\nfile = \"/c.csv\"\n\
                 [dem]\ninitial_state = \"runs/d\"\ncommand = [\"bin/dem\", \"-q\", \"no-file\"]\n\
                 [fluid]\ncommand = [\"fluid\"]\n\
                 [medium]\ninitial = { type = \"run\", folder = \"runs/f\" }\n";

@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use protocol::log::{
-    Decimation, LogError, LogReader, Message, RecorderOptions, Topic, flip_bit, repair, thin,
-};
+use protocol::log::{LogError, LogReader, Manifest, Message, RecorderOptions, Topic, flip_bit, repair, thin};
 
 use crate::log::support::{coupled_log, coupled_log_with, manifest, path};
 
@@ -209,8 +207,9 @@ fn a_gap_is_named_and_the_log_goes_on_behind_it() {
 #[test]
 fn a_thinned_log_has_some_frames_and_no_messages() {
     let (full, small) = (path("to-thin.mcap"), path("thin.mcap"));
-    let frames = |every| RecorderOptions { viewer: Decimation::Windows(every), ..RecorderOptions::default() };
-    coupled_log_with(&full, 40, &[], &manifest(), frames(1));
+    // 600 frames in 0.3 s: each window of 1 ms is one.
+    let manifest = Manifest { until: 0.3, ..manifest() };
+    coupled_log_with(&full, 40, &[], &manifest, RecorderOptions::default());
     let report = thin(&full, &small, 10).unwrap();
     let topics: Vec<_> = report.kept.iter().map(|(topic, count)| (topic.as_str(), *count)).collect();
     let viewers = ["viewer/grains", "viewer/points", "viewer/scene", "viewer/window"];

@@ -1,8 +1,6 @@
 //! What goes in comes out, bit for bit.
 
-use protocol::log::{
-    Decimation, LogReader, Manifest, Message, Recorder, RecorderOptions, Topic, nanoseconds,
-};
+use protocol::log::{LogReader, Manifest, Message, Recorder, RecorderOptions, Topic, nanoseconds};
 use protocol::message::{Command, Header, Kinematics, Loads, Order, Record, Status};
 use protocol::participant::Role;
 
@@ -151,17 +149,6 @@ fn every_message_has_its_step_and_a_time_that_never_falls() {
     assert_eq!(last.1, 20);
     assert_eq!(frames % 4, 0);
     assert!((4 * 10..=4 * 14).contains(&frames), "{frames}");
-}
-
-#[test]
-fn viewer_channels_can_be_left_out() {
-    let file = path("plain.mcap");
-    let options = RecorderOptions { viewer: Decimation::Off, ..RecorderOptions::default() };
-    crate::log::support::coupled_log_with(&file, 5, &[], &crate::log::support::manifest(), options);
-    let topics: Vec<String> =
-        LogReader::open(&file).unwrap().map(|entry| entry.unwrap().channel.topic.clone()).collect();
-    assert!(topics.iter().all(|topic| topic.starts_with("bedload/")));
-    assert_eq!(topics.len(), 5 * 6 + 1);
 }
 
 #[test]

@@ -66,7 +66,7 @@ pub(crate) fn fill(root: &Path) {
     let scene = SceneSource { file: "test.toml".into(), text: SCENE.into() };
     let scene = CheckedScene::new(scene).expect("the scene of this test");
     let folder = OutputFolder::create(root, &scene, false).expect("a folder");
-    let mut observer = Observer::create(&folder, &scene, Sides::coupled(), &[]).expect("an observer");
+    let mut observer = Observer::create(&folder, &scene, Sides::coupled()).expect("an observer");
     let way = way(scene.scene.until);
     for (step, motion) in way.iter().enumerate() {
         let substeps = if motion.contact_force[2] > 0.0 { 40 } else { 25 + (step % 3) as u64 };
