@@ -73,7 +73,7 @@ fn wrong_tables_and_values_are_named() {
             "z_lower = \"no-slip\"",
             "z_lower = { type = \"inflow\", velocity = { amplitude = [0.0, 0.0, 1.0], frequency = 1.0 } }",
             "domain.boundary.z_lower.velocity",
-            "an inflow cannot",
+            "an inflow enters the box",
         ),
         (
             "x = \"periodic\"",
