@@ -124,6 +124,46 @@ fn dense_arrays_at_rest_and_moving_are_as_permeable_as_they_should() {
     }
 }
 
+/// A grain that never moves is the same, however that is written: to the last bit of the sphere that falls
+/// beside it.
+#[test]
+fn a_grain_at_rest_is_at_rest_however_it_is_held() {
+    let all = "locked = [\"x\", \"y\", \"z\", \"spin-x\", \"spin-y\", \"spin-z\"]";
+    let fall = |held: &str| {
+        let mut run = Run::new(&format!(
+            "until = 1.0
+            gravity = [0.0, 0.0, -1.0]
+            [domain]
+            geometry = \"space\"
+            lower = [0.0, 0.0, 0.0]
+            upper = [2.0, 2.0, 3.0]
+            cells = [16, 16, 24]
+            boundary = {{ x = \"periodic\", y = \"periodic\", z = \"no-slip\" }}
+            [medium]
+            density = 1.0
+            viscosity = 0.05
+            [[grains]]
+            position = [0.5, 1.0, 1.0]
+            radius = 0.3
+            density = 2.0
+            {held}
+            [[grains]]
+            position = [1.0, 1.0, 2.2]
+            radius = 0.3
+            density = 2.0
+            [fluid]
+            time = {{ dt = 0.02 }}
+            "
+        ));
+        run.windows(30);
+        (run.newton.motions[1], run.newton.loads[0].force)
+    };
+    let fixed = fall("motion = \"fixed\"");
+    for held in ["motion = \"prescribed\"", all] {
+        assert_eq!(fall(held), fixed, "{held}");
+    }
+}
+
 /// The force stays in its cells.
 const EULERIAN: Calibration = Calibration { force_transport: ForceTransport::Eulerian, ..ADVECTED };
 
