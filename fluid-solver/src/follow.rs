@@ -56,7 +56,7 @@ pub fn follow(ranks: &Ranks) -> Result<(), SolverError> {
                 fluid.mean_velocity(axis);
             }
             (Order::Speed, Some(fluid)) => {
-                fluid.speed();
+                fluid.mean_speed();
             }
             (Order::Show, Some(fluid)) => fluid.show(),
             (_, None) => {}

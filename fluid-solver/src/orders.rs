@@ -31,7 +31,7 @@ pub(crate) enum Order {
     WriteFields(Told),
     /// [`Fluid::mean_velocity`](crate::participant::Fluid::mean_velocity).
     MeanVelocity(usize),
-    /// [`Fluid::speed`](crate::participant::Fluid::speed).
+    /// [`Fluid::mean_speed`](crate::participant::Fluid::mean_speed).
     Speed,
     /// Bring the fields to the first rank, see [`crate::solver::Solver::show`].
     Show,

@@ -170,7 +170,7 @@ impl Fluid {
     }
 
     /// Root mean square of the velocity over the box, grains included, m/s; the other ranks add theirs.
-    pub(crate) fn speed(&self) -> f64 {
+    pub(crate) fn mean_speed(&self) -> f64 {
         // A rank that is gone is told at the next order.
         let _ = tell(&self.ranks, &Order::Speed);
         any!(&self.solver, solver => mean_square(solver.grid(), &solver.stepper().state().velocity).sqrt())

@@ -75,7 +75,7 @@ impl Fluid {
     fn warn_of_leak(&self, scene: &CheckedScene) {
         let stays = |grain: &Grain| grain.stays(scene.scene.domain.geometry);
         let leak = self.leak().filter(|_| scene.grains.iter().all(stays));
-        let speed = self.speed();
+        let speed = self.mean_speed();
         let Some((leak, grain)) = leak.filter(|(leak, _)| *leak > LEAK * speed) else { return };
         protocol::say!(
             "{}: warning: the force on grain {grain} was still growing at the end: fluid went through it at \
