@@ -74,9 +74,11 @@ impl Fluid {
     /// dt/(ρ l U) windows to 5 % (measured: blocks that leave 1/2 to 1/48 of a channel, ν dt/Δx² 1 to 64).
     fn warn_of_leak(&self, scene: &CheckedScene) {
         let stays = |grain: &Grain| grain.stays(scene.scene.domain.geometry);
-        let leak = self.leak().filter(|_| scene.grains.iter().all(stays));
+        let Some((leak, grain)) = self.leak().filter(|_| scene.grains.iter().all(stays)) else { return };
         let speed = self.mean_speed();
-        let Some((leak, grain)) = leak.filter(|(leak, _)| *leak > LEAK * speed) else { return };
+        if leak <= LEAK * speed {
+            return;
+        }
         protocol::say!(
             "{}: warning: the force on grain {grain} was still growing at the end: fluid went through it at \
              {:.0} % of the root mean square of the velocity, and the flow is not that around it; run on, lower \

@@ -187,6 +187,8 @@ pub struct GrainLoads {
     displaced_mass: bool,
     /// Of each grain: the motions along x, y, z and about them that obey Newton's law.
     freedoms: Vec<[bool; 6]>,
+    /// Whether forces of the window before are known: not at first, and not after a resume.
+    follows: bool,
     pub(super) measured: Vec<Measured>,
     volumes: Vec<[f64; 3]>,
 }
@@ -201,6 +203,7 @@ impl GrainLoads {
             by_gap: free.contains(&true).then(|| ByGap::new(grid, &shapes, free)),
             displaced_mass: true,
             freedoms: build::freedoms(scene),
+            follows: false,
             measured: vec![Measured::default(); shapes.len()],
             volumes: vec![[0.0; 3]; shapes.len()],
         }
@@ -219,9 +222,11 @@ impl GrainLoads {
     /// Takes −G/dt of every grain, found at its predicted place.
     pub(super) fn set_forces(&mut self, forces: &[Wrench]) {
         for (m, force) in self.measured.iter_mut().zip(forces) {
-            m.change = std::array::from_fn(|c| force.force[c] - m.force.force[c]);
+            let change = |c| force.force[c] - m.force.force[c];
+            m.change = if self.follows { std::array::from_fn(change) } else { [0.0; 3] };
             m.force = *force;
         }
+        self.follows = true;
     }
 
     /// Largest change of a carried force times the step over the mass that has it, m/s, and the grain.
