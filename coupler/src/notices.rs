@@ -25,6 +25,9 @@ const LAYER: f64 = 0.02;
 /// Least St with a bounce at all, and the largest in which roughness is worth a word.
 const BOUNCES: [f64; 2] = [10.0, 200.0];
 
+/// End of the clock of a log, s.
+const CLOCK: f64 = 1.8446744e10;
+
 /// Restitutions that differ by no more are the same.
 const SAME_RESTITUTION: f64 = 0.002;
 
@@ -40,10 +43,35 @@ pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
         restitution(facts),
         moving_walls(facts.scene),
         leaving(facts.scene),
+        late_fields(facts.scene),
+        log_clock(facts),
     ]
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// Fields at a time that the run does not reach.
+fn late_fields(scene: &CheckedScene) -> Option<String> {
+    let until = scene.scene.until;
+    let late = scene.scene.observe.fields_at.iter().find(|at| **at > until * (1.0 + 1e-9))?;
+    Some(format!(
+        "observe.fields_at: {} s is after the end of the run, until = {} s: no fields are written for it; \
+         raise until, or take it out",
+        Short(*late),
+        Short(until)
+    ))
+}
+
+/// A run beyond the clock of its log.
+fn log_clock(facts: &Facts<'_>) -> Option<String> {
+    (facts.coupling.record && facts.scene.scene.until > CLOCK).then(|| {
+        format!(
+            "until: the clock of exchange.mcap counts 2^64 ns, {} s, and stands from then on, so that viewers \
+             put all that is later there; choose a larger unit of time, or coupling.record = false",
+            Short(CLOCK)
+        )
+    })
 }
 
 /// A sub-step that the scene asks for and a coupled run does not take.

@@ -56,9 +56,15 @@ Show(AnnotateTimeFilter(Input=fluid or grains, Format="t = {time:g} s"), view)
 
 animation = GetAnimationScene()
 animation.UpdateAnimationUsingDataTimeSteps()
+coloured = shown.CellData if fluid else spheres.PointData
+times = list((fluid or grains).TimestepValues)
+# The fastest of all instants, or of some 20 of many.
+fastest = 0.0
+for time in times[:: -(-len(times) // 20)] + times[-1:]:
+    (shown if fluid else spheres).UpdatePipeline(time)
+    fastest = max(fastest, coloured["velocity"].GetRange(-1)[1])
 animation.GoToLast()
-if fluid:
-    GetColorTransferFunction("velocity").RescaleTransferFunction(0.0, shown.CellData["velocity"].GetRange(-1)[1])
+GetColorTransferFunction("velocity").RescaleTransferFunction(0.0, fastest)
 bar = GetScalarBar(GetColorTransferFunction("velocity"), view)
 bar.Orientation, bar.WindowLocation = "Horizontal", "Lower Center"
 # z upwards, x to the right.

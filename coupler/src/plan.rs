@@ -118,10 +118,6 @@ pub struct Plan {
 /// Schemes).
 const ITERATIONS: f64 = 6.0;
 
-/// By how much the cost of a DEM alone is estimated too high: 200 ns per grain and sub-step for 23 to 29
-/// (docs/performance.md).
-const DEM_ESTIMATE: f64 = 8.0;
-
 /// Takes another order of the exchange where the scene names none, a bound of the fluid is broken, and the
 /// fluid says that the bound is wider in that order: the cost of repeated windows is paid only there. A bound
 /// that the scene forces asks for nothing.
@@ -241,7 +237,7 @@ impl Plan {
             &scene.scene.observe,
             scene.scene.until,
             exchanged,
-            if participants == Participants::Dem { cost / DEM_ESTIMATE } else { cost },
+            cost,
             bytes(|fluid| fluid.field_bytes, |dem| dem.field_bytes),
             bytes(|fluid| fluid.checkpoint_bytes, |dem| dem.checkpoint_bytes),
         );

@@ -69,7 +69,7 @@ pub(crate) fn facts(
         field_bytes: field_bytes(scene, spec),
         // State, contacts of a bed, and the last motion.
         checkpoint_bytes: 1000 + 440 * grains as u64,
-        substep_cost: 2e-7 * grains as f64,
+        substep_cost: cost(spec) * grains as f64,
         notices: sliding_notice(spec).into_iter().collect(),
         resolved,
     };
@@ -87,6 +87,17 @@ pub(crate) fn facts(
         ));
     }
     Ok(facts)
+}
+
+/// Cost of a grain and sub-step, s, as measured: with films (114 to 145 ns), without (38 ns: `repose`), and
+/// with the engine for many grains, where a bed rests (24 to 29 ns: `collapse-2d`, `packing-8000`) or flows
+/// (52 to 66 ns: `collapse-beads`, `incline`, `beverloo`); a gas takes 8 ns (`haff`).
+fn cost(spec: &DemSpec) -> f64 {
+    match (spec.lubrication_model().is_some(), spec.takes_bulk()) {
+        (true, _) => 1.2e-7,
+        (false, false) => 5e-8,
+        (false, true) => 4e-8,
+    }
 }
 
 /// Bytes of the files of an instant: 18 numbers for a grain, and for the outline of a body 13 and four a

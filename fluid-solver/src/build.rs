@@ -13,7 +13,7 @@ use crate::methods::needs::Needs;
 use crate::ranks::Ranks;
 use crate::scheme::{Options, Scheme, Viscous};
 use bedload_scene::{
-    CheckedScene, Face, InflowProfile, InitialVelocity, Medium, OverTime, SceneError, WallKind,
+    CheckedScene, Face, Freedom, InflowProfile, InitialVelocity, Medium, OverTime, SceneError, WallKind,
 };
 use std::sync::Arc;
 
@@ -175,7 +175,16 @@ pub fn drive_over_time(scene: &CheckedScene, medium: &Medium) -> Drive {
 
 /// Which grains the fluid moves.
 pub fn free(scene: &CheckedScene) -> Vec<bool> {
-    scene.grains.iter().map(|grain| grain.motion == bedload_scene::Motion::Free).collect()
+    let geometry = scene.scene.domain.geometry;
+    let moves =
+        |grain: &bedload_scene::Grain| grain.motion == bedload_scene::Motion::Free && !grain.stays(geometry);
+    scene.grains.iter().map(moves).collect()
+}
+
+/// Of each grain: the motions along x, y, z and about them that obey Newton's law.
+pub fn freedoms(scene: &CheckedScene) -> Vec<[bool; 6]> {
+    let geometry = scene.scene.domain.geometry;
+    scene.grains.iter().map(|grain| Freedom::ALL.map(|freedom| grain.is_free(freedom, geometry))).collect()
 }
 
 /// Shapes of the grains, in message order.

@@ -152,8 +152,8 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
     let number = medium.kinematic_viscosity() * plan.expected / (plan.spacing * plan.spacing);
     if !scene.grains.is_empty() && number > 2.0 {
         notices.push(format!(
-            "ν dt/Δx² = {number:.2} is above 2: in dense beds the force on the grains then settles over \
-             hundreds of steps"
+            "ν dt/Δx² = {number:.2} is above 2: in dense beds and where grains all but close a channel the \
+             force on them then settles over hundreds of steps and more"
         ));
     }
     for (grain, g) in scene.grains.iter().enumerate() {

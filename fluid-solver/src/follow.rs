@@ -55,6 +55,9 @@ pub fn follow(ranks: &Ranks) -> Result<(), SolverError> {
             (Order::MeanVelocity(axis), Some(fluid)) => {
                 fluid.mean_velocity(axis);
             }
+            (Order::Speed, Some(fluid)) => {
+                fluid.mean_speed();
+            }
             (Order::Show, Some(fluid)) => fluid.show(),
             (_, None) => {}
         }

@@ -31,6 +31,8 @@ pub(crate) enum Order {
     WriteFields(Told),
     /// [`Fluid::mean_velocity`](crate::participant::Fluid::mean_velocity).
     MeanVelocity(usize),
+    /// [`Fluid::mean_speed`](crate::participant::Fluid::mean_speed).
+    Speed,
     /// Bring the fields to the first rank, see [`crate::solver::Solver::show`].
     Show,
     /// Let the fluid go.

@@ -3,7 +3,7 @@
 use crate::checkpoint;
 use crate::coupling;
 use crate::lines::{self, Line};
-use crate::measure::mean_velocity;
+use crate::measure::{mean_square, mean_velocity};
 use crate::methods::calibrated::calibration::Calibration;
 use crate::orders::{Leader, Order, tell, told};
 use crate::ranks::Ranks;
@@ -167,6 +167,18 @@ impl Fluid {
             let velocity = &solver.stepper().state().velocity;
             velocity.get(axis).map_or(0.0, |u| mean_velocity(solver.grid(), axis, u))
         })
+    }
+
+    /// Root mean square of the velocity over the box, grains included, m/s; the other ranks add theirs.
+    pub(crate) fn mean_speed(&self) -> f64 {
+        // A rank that is gone is told at the next order.
+        let _ = tell(&self.ranks, &Order::Speed);
+        any!(&self.solver, solver => mean_square(solver.grid(), &solver.stepper().state().velocity).sqrt())
+    }
+
+    /// How fast the fluid still goes through a grain, m/s, and through which; none where no force is carried.
+    pub(crate) fn leak(&self) -> Option<(f64, usize)> {
+        any!(&self.solver, solver => solver.leak())
     }
 
     /// Is a flow rate held?

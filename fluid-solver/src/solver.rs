@@ -284,6 +284,11 @@ impl<const D: usize> Solver<D> {
         }
     }
 
+    /// How fast the fluid still goes through a grain, m/s, and through which: see [`ImmersedBoundary::leak`].
+    pub(crate) fn leak(&self) -> Option<(f64, usize)> {
+        self.method.leak(&self.grains)
+    }
+
     /// Largest Σ|u|/Δx after the last window times the smallest Δx, m/s.
     pub fn fastest(&self) -> f64 {
         self.rate * self.plan.spacing

@@ -223,7 +223,8 @@ enum Command {
         #[arg(required = true)]
         dirs: Vec<PathBuf>,
     },
-    /// Draw a plane of a run's fields, with the grains in it, frame by frame: film/*.png and film.gif
+    /// Draw a plane of a run's fields, with the grains in it, frame by frame: film/*.png and film.gif, and
+    /// film.mp4 where ffmpeg is
     Film {
         /// Output folder of a run with fields (observe.fields_every)
         dir: PathBuf,
@@ -449,7 +450,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         }
         Command::Film { dir, field, slice, width, rate } => {
             let film = study::film::Film { dir, field, slice, width, rate };
-            println!("{}", study::film::film(&film)?.display());
+            study::film::film(&film)?.iter().for_each(|path| println!("{}", path.display()));
             Ok(())
         }
         Command::Schema => {

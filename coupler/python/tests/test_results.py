@@ -58,6 +58,9 @@ def test_grains_at_the_nearest_time(finished):
     assert grains["velocity"][0, 2] == np.asarray(series["velocity_z[0]"])[row]
     assert grains["radius"][0] == 0.5 and grains["id"][0] == 0
     assert finished.grains().time == finished.times[-1]
+    for time in (float("nan"), float("inf")):
+        with pytest.raises(bedload.BedloadError, match="Run.times"):
+            finished.grains(time)
 
 
 def test_a_field_on_its_grid(finished):
@@ -143,6 +146,8 @@ def test_the_log_has_every_message(finished):
     frame = next(log.messages("viewer/window"))
     assert frame.head.time == frame.time == 0.02
     assert next(log.messages("status")).head["text"] == ""
+    with pytest.raises(bedload.BedloadError, match="no topic 'nope'.*loads"):
+        next(log.messages("nope"))
 
 
 def test_the_report_is_made_again(finished):

@@ -156,10 +156,19 @@ fn stages(asked: &Ensemble) -> Result<Vec<Stage<'_>>, Failure> {
     }
     let mut sets = vec![Vec::new(); names.len()];
     for text in &asked.overrides {
-        let of = text
-            .split_once(':')
-            .and_then(|(name, rest)| Some((names.iter().position(|known| known == name)?, rest)));
-        let (place, text) = of.unwrap_or((names.len().saturating_sub(1), text));
+        // A value may have a colon, a key has none.
+        let key = text.split_once('=').map_or(text.as_str(), |(key, _)| key);
+        let (place, text) = match key.split_once(':') {
+            None => (names.len().saturating_sub(1), text.as_str()),
+            Some((name, _)) => match names.iter().position(|known| known == name) {
+                Some(place) => (place, &text[name.len() + 1..]),
+                None => {
+                    let known = names.join(", ");
+                    let what = format!("--set {text}: no scene is called {name}; the scenes are: {known}");
+                    return Err(Failure::Input(what));
+                }
+            },
+        };
         sets[place].push(text.to_owned());
     }
     if let Some(set) = sets.last_mut() {

@@ -1,10 +1,12 @@
 //! `bedload film`: a plane of the flow and the grains in it, frame by frame, as PNG files and one animated
-//! GIF.
+//! GIF, and an MP4 where ffmpeg is.
 //!
 //! Frames are drawn straight into numbered colours, so that no display, font or encoder of the system is
 //! needed.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 use bedload_output::{OutputFolder, Summary, atomic_write};
 use bedload_scene::{CheckedScene, SceneSource};
@@ -37,12 +39,12 @@ const SIZES: std::ops::RangeInclusive<usize> = 64..=4096;
 const MERGED: u8 = 5;
 const SAME: u8 = u8::MAX;
 
-/// Draws the film; returns its path.
+/// Draws the film; returns its paths.
 ///
 /// # Errors
 /// [`Failure::Input`] if the folder is no run, has no such files or field, or the plane misses the box;
 /// [`Failure::Run`] if it cannot be written.
-pub fn film(film: &Film) -> Result<PathBuf, Failure> {
+pub fn film(film: &Film) -> Result<Vec<PathBuf>, Failure> {
     let folder = OutputFolder::open(&film.dir)?;
     let summary = Summary::read(&folder.summary())?;
     let slice = film.slice.as_deref().map(Slice::parse).transpose().map_err(Failure::Input)?;
@@ -67,17 +69,15 @@ pub fn film(film: &Film) -> Result<PathBuf, Failure> {
         view = pictures::around(view, frame.view);
         Ok::<_, Failure>(frame.values())
     }))?;
-    let frames = folder.root().join("film");
-    super::folder::make(&frames)?;
-    remove_old(&frames);
-    let path = folder.root().join("film.gif");
+    super::folder::make(&folder.frames())?;
+    folder.remove_frames()?;
+    let path = folder.film();
     let mut gif: Option<gif::Encoder<Vec<u8>>> = None;
     let mut last: Vec<u8> = Vec::new();
     for (number, instant) in instants.iter().enumerate() {
         let frame = Frame { view, ..read(instant)? };
         let raster = draw(&frame, &scale, usize::from(film.width))?;
-        let png = frames.join(format!("frame_{number:05}.png"));
-        atomic_write(&png, &raster.png().map_err(Failure::Run)?)?;
+        atomic_write(&folder.frame(number), &raster.png().map_err(Failure::Run)?)?;
         let encoder = match &mut gif {
             Some(encoder) => encoder,
             None => gif.insert(begin(&raster).map_err(|error| cannot(&path, &error))?),
@@ -89,7 +89,35 @@ pub fn film(film: &Film) -> Result<PathBuf, Failure> {
     }
     let Some(encoder) = gif else { return Err(Failure::Input("there is no frame".into())) };
     atomic_write(&path, &encoder.into_inner().map_err(|error| cannot(&path, &error))?)?;
-    Ok(path)
+    Ok([path].into_iter().chain(mp4(&folder, film.rate)).collect())
+}
+
+/// The frames as an MP4 by the ffmpeg on the `PATH`; none where there is none. One that fails is told: the
+/// GIF is there.
+fn mp4(folder: &OutputFolder, rate: u16) -> Option<PathBuf> {
+    let path = folder.film_mp4();
+    let _ = std::fs::remove_file(&path);
+    // Sizes are even with H.264. From the folder of the frames, whose name may have a %.
+    let output = Command::new("ffmpeg")
+        .current_dir(folder.frames())
+        .args(["-y", "-loglevel", "error", "-framerate", &rate.to_string(), "-i", "frame_%05d.png"])
+        .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "../film.mp4"])
+        .stdin(Stdio::null())
+        .output();
+    let why = match output {
+        Ok(output) if output.status.success() => return Some(path),
+        Ok(output) => String::from_utf8_lossy(&output.stderr).trim().to_owned(),
+        Err(error) if error.kind() == ErrorKind::NotFound => return None,
+        Err(error) => error.to_string(),
+    };
+    protocol::say!("bedload: no film.mp4: ffmpeg: {why}");
+    None
+}
+
+/// The longest of 1, 2, 5, 10 … that is no longer than `most`.
+fn round_length(most: f64) -> f64 {
+    let decade = 10_f64.powi(most.log10().floor() as i32);
+    [5.0, 2.0].map(|times| times * decade).into_iter().find(|length| *length <= most).unwrap_or(decade)
 }
 
 /// The frame with what differs from the `last` one, which it then is.
@@ -110,19 +138,11 @@ fn begin(raster: &Raster) -> Result<gif::Encoder<Vec<u8>>, gif::EncodingError> {
     Ok(encoder)
 }
 
-/// Frames of an earlier film.
-fn remove_old(frames: &Path) {
-    for path in super::folder::files(frames, "frame_", ".png") {
-        // One that stays is written over, or seen beside the new ones.
-        let _ = std::fs::remove_file(path);
-    }
-}
-
 fn cannot(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     Failure::Run(format!("cannot write {}: {error}", path.display()))
 }
 
-/// Draws one frame: field, grains, time and the scale of the colours.
+/// Draws one frame: field, grains, time, a length to scale and the scale of the colours.
 fn draw(frame: &Frame, scale: &Scale, width: usize) -> Result<Raster, Failure> {
     let height = pictures::height(frame, width);
     if !SIZES.contains(&height) || !SIZES.contains(&width) {
@@ -151,12 +171,32 @@ fn draw(frame: &Frame, scale: &Scale, width: usize) -> Result<Raster, Failure> {
         (height + 12..height + 28).for_each(|k| raster.set(left + i, k, scale.tone(value)));
     }
     raster.text(left + bar, height + 12, &end);
+    let unit = width as f64 / (frame.view.1.0 - frame.view.0.0);
+    let length = round_length(bar as f64 / unit);
+    let (begin, long) = (32 + Raster::wide(&time), (length * unit).round() as usize);
+    let name = format!(" {} m", Short(length));
+    // A narrow frame has no room for it.
+    if begin + long + Raster::wide(&name) + 24 < start {
+        (0..=long).for_each(|i| raster.set(begin + i, height + 20, Tone::INK));
+        for k in height + 14..height + 27 {
+            raster.set(begin, k, Tone::INK);
+            raster.set(begin + long, k, Tone::INK);
+        }
+        raster.text(begin + long, height + 12, &name);
+    }
     Ok(raster)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_length_to_scale_is_round() {
+        let found = [0.0199, 0.02, 0.7, 1.0, 99.0].map(round_length);
+        let wanted = [0.01, 0.02, 0.5, 1.0, 50.0];
+        assert!(found.iter().zip(wanted).all(|(a, b)| (a / b - 1.0).abs() < 1e-12), "{found:?}");
+    }
 
     #[test]
     fn frames_add_up_to_what_was_drawn() {

@@ -34,6 +34,13 @@ pub trait ImmersedBoundary<const D: usize>: Send {
     /// Finds again what follows from fields and grains, after these were set.
     fn resume(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>);
 
+    /// How fast the fluid still goes through the grain through which it goes fastest, m/s, and which one that
+    /// is, as far as grains at rest are meant: a force that is carried from window to window grows by what is
+    /// left of the flow through its grain, over dt. None where no force is carried.
+    fn leak(&self, _: &Grains<D>) -> Option<(f64, usize)> {
+        None
+    }
+
     /// Values at points of the bodies that decide the next window, by component: the method's part of a
     /// checkpoint beside fields and grains.
     fn points(&self) -> Option<&[Vec<f64>; D]> {

@@ -12,9 +12,10 @@
 use super::grains::Grains;
 use super::immersed_boundary::ImmersedBoundary;
 use super::limits::{self, Limits};
+use crate::build;
 use crate::immersed::Wrench;
 use crate::step::Stepper;
-use bedload_scene::{CheckedScene, Freedom, Medium, Motion};
+use bedload_scene::{CheckedScene, Medium, Motion};
 use protocol::facts::{Measure, Side, SolverBound};
 use protocol::message::Loads;
 use protocol::participant::Window;
@@ -36,13 +37,7 @@ impl Izard2014 {
     /// For the grains of a scene in a fluid of density `density`, kg/m³.
     #[must_use]
     pub fn new(scene: &CheckedScene, density: f64) -> Self {
-        let freedoms = [Freedom::X, Freedom::Y, Freedom::Z, Freedom::SpinX, Freedom::SpinY, Freedom::SpinZ];
-        let geometry = scene.scene.domain.geometry;
-        let free: Vec<_> = scene
-            .grains
-            .iter()
-            .map(|grain| freedoms.map(|freedom| grain.is_free(freedom, geometry)))
-            .collect();
+        let free = build::freedoms(scene);
         Self { density, forces: vec![Wrench::default(); free.len()], free }
     }
 }

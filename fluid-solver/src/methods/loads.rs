@@ -15,10 +15,12 @@
 
 use super::grains::{Grains, Memory};
 use super::virtual_mass::{self, ByGap};
+use crate::build;
 use crate::grid::Grid;
 use crate::immersed::Wrench;
 use crate::immersed::body::{Motion, Shape};
 use crate::step::Stepper;
+use bedload_scene::CheckedScene;
 use protocol::message::Loads;
 
 /// Largest mass, and inertia, that may act through the acceleration of the window before, over those of
@@ -48,6 +50,8 @@ struct LoadsRule {
 pub(super) struct Measured {
     /// −G/dt.
     pub(super) force: Wrench,
+    /// Its change since the window before.
+    change: [f64; 3],
     /// Acceleration and angular acceleration over the window before.
     pub(super) acceleration: Wrench,
     /// The part of a contact in it, ΔU_c over the length of the window before, and over that of this window,
@@ -70,6 +74,8 @@ pub(super) struct Measured {
     volume: Option<[f64; 3]>,
     /// Acceleration that the fluid as a whole begins with, m/s²: in the first window only.
     pub(super) drive: [f64; 3],
+    /// The same along the axes along which the fluid moves the grain, which begins with it there.
+    begins: [f64; 3],
     /// Is it the first window of a fluid at rest? Then the grain starts with C_v alone (Izard et al. 2014,
     /// eq. 20).
     starts: bool,
@@ -164,7 +170,7 @@ impl LoadsRule {
         for (c, here) in volumes.into_iter().enumerate() {
             let uneven = if here > 0.0 { self.density * (here - volume) } else { 0.0 };
             // The mask held no jump.
-            let known = a.force[c] - measured.jump[0][c] + ahead.force[c] + measured.drive[c];
+            let known = a.force[c] - measured.jump[0][c] + ahead.force[c] + measured.begins[c];
             loads.force[c] -= now * mass * a.force[c] + (late * mass + (late + now) * uneven) * known;
             loads.torque[c] -=
                 inertia * (now_spin * a.torque[c] + late_spin * (a.torque[c] + ahead.torque[c]));
@@ -179,23 +185,25 @@ pub struct GrainLoads {
     by_gap: Option<ByGap>,
     /// Whether the mass counts by which the mask differs from the grain.
     displaced_mass: bool,
+    /// Of each grain: the motions along x, y, z and about them that obey Newton's law.
+    freedoms: Vec<[bool; 6]>,
+    /// Whether forces of the window before are known: not at first, and not after a resume.
+    follows: bool,
     pub(super) measured: Vec<Measured>,
     volumes: Vec<[f64; 3]>,
 }
 
 impl GrainLoads {
-    /// For grains of which `free` says whether the fluid moves them, in a fluid of density `density` (kg/m³).
-    pub(super) fn new<const D: usize>(
-        grid: &Grid<D>,
-        shapes: Vec<Shape>,
-        free: Vec<bool>,
-        density: f64,
-    ) -> Self {
+    /// For the grains of a scene in a fluid of density `density`, kg/m³.
+    pub(super) fn new<const D: usize>(grid: &Grid<D>, scene: &CheckedScene, density: f64) -> Self {
         let dimensions = grid.geometry.grain_dimensions();
+        let (shapes, free) = (build::shapes(scene), build::free(scene));
         Self {
             rule: LoadsRule { virtual_mass: virtual_mass::ALONE, gravity: [0.0; 3], density, dimensions },
             by_gap: free.contains(&true).then(|| ByGap::new(grid, &shapes, free)),
             displaced_mass: true,
+            freedoms: build::freedoms(scene),
+            follows: false,
             measured: vec![Measured::default(); shapes.len()],
             volumes: vec![[0.0; 3]; shapes.len()],
         }
@@ -213,7 +221,22 @@ impl GrainLoads {
 
     /// Takes −G/dt of every grain, found at its predicted place.
     pub(super) fn set_forces(&mut self, forces: &[Wrench]) {
-        self.measured.iter_mut().zip(forces).for_each(|(m, force)| m.force = *force);
+        for (m, force) in self.measured.iter_mut().zip(forces) {
+            let change = |c| force.force[c] - m.force.force[c];
+            m.change = if self.follows { std::array::from_fn(change) } else { [0.0; 3] };
+            m.force = *force;
+        }
+        self.follows = true;
+    }
+
+    /// Largest change of a carried force times the step over the mass that has it, m/s, and the grain.
+    pub(super) fn leak<const D: usize>(&self, grains: &Grains<D>) -> Option<(f64, usize)> {
+        let shapes = grains.immersed.shapes().iter().zip(&self.measured).enumerate();
+        let leak = |(grain, (shape, m)): (usize, (&Shape, &Measured))| {
+            let change = m.change.iter().map(|change| change * change).sum::<f64>().sqrt();
+            (change * grains.model.dt / shape.volume, grain)
+        };
+        shapes.map(leak).max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// Takes volumes, accelerations and what drives the fluid at first.
@@ -232,6 +255,7 @@ impl GrainLoads {
                 m.taken = memory.taken[grain].map(|taken| taken / grains.model.dt);
             }
             m.drive = drive;
+            m.begins = std::array::from_fn(|c| if self.freedoms[grain][c] { drive[c] } else { 0.0 });
             m.starts = memory.before_dt == 0.0 && drive == [0.0; 3];
             m.volume = self.displaced_mass.then(|| self.volumes[grain]);
         }

@@ -54,7 +54,7 @@ pub(crate) fn build<const D: usize>(
     let mut grains = Grains::new(immersed, model, build::motions(scene), needs.force.then_some(grid));
     let loads = |displaced_mass: bool| {
         let parts = choices.calibration;
-        GrainLoads::new(grid, build::shapes(scene), build::free(scene), medium.density)
+        GrainLoads::new(grid, scene, medium.density)
             .with_parts(!parts.without_virtual_mass, displaced_mass && !parts.without_displaced_mass)
     };
     let method: Box<dyn ImmersedBoundary<D>> = match choices.method {

@@ -28,7 +28,7 @@ pub struct Needs {
 impl Needs {
     /// Of a scene.
     pub fn of(scene: &CheckedScene, choices: &Choices, scheme: Scheme) -> Self {
-        let fixed = scene.grains.iter().all(|grain| grain.motion == Motion::Fixed);
+        let fixed = scene.grains.iter().all(|grain| grain.stays(scene.scene.domain.geometry));
         let grains = !scene.grains.is_empty();
         let transport = match choices.method {
             Method::Calibrated => advection::transport(scene, &choices.calibration, scheme),

@@ -50,6 +50,10 @@ files! {
     plan = "plan.json";
     /// `report.html`.
     report = "report.html";
+    /// `film.gif`.
+    film = "film.gif";
+    /// `film.mp4`.
+    film_mp4 = "film.mp4";
 }
 
 /// Those of metrics and of comparisons.
@@ -236,7 +240,7 @@ impl OutputFolder {
     /// Removes the files of the last run, but for `scene.toml`, which marks the folder as ours and is
     /// replaced.
     fn remove_run(&self) -> Result<(), OutputError> {
-        for path in [self.fields(), self.checkpoint()] {
+        for path in [self.fields(), self.checkpoint(), self.frames()] {
             if fs::symlink_metadata(&path).is_ok_and(|data| data.is_symlink()) {
                 return Err(OutputError::Link(path));
             }
@@ -248,6 +252,7 @@ impl OutputFolder {
             let name = path.file_stem().and_then(|name| name.to_str()).unwrap_or("");
             CHECKPOINT_NAMES.iter().any(|known| name.split(['.', '-', '_']).next() == Some(known))
         })?;
+        self.remove_frames()?;
         self.remove_log_parts();
         protocol::checkpoints::remove_others(&self.checkpoint(), None);
         let mut files = FILES.iter().chain(&TABLES);
@@ -310,6 +315,27 @@ impl OutputFolder {
     /// Folder of the field files.
     pub fn fields(&self) -> PathBuf {
         self.root.join("fields")
+    }
+
+    /// Folder of the frames of a film.
+    pub fn frames(&self) -> PathBuf {
+        self.root.join("film")
+    }
+
+    /// Path of a frame, counted from 0.
+    pub fn frame(&self, number: usize) -> PathBuf {
+        self.frames().join(format!("frame_{number:05}.png"))
+    }
+
+    /// Removes the frames of an earlier film.
+    ///
+    /// # Errors
+    /// [`OutputError::File`].
+    pub fn remove_frames(&self) -> Result<(), OutputError> {
+        remove_files(&self.frames(), |path| {
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
+            name.starts_with("frame_") && name.ends_with(".png")
+        })
     }
 
     /// Folder of the checkpoint.
@@ -399,7 +425,7 @@ mod tests {
 
     #[test]
     fn every_file_of_a_run_is_known_to_the_scene_as_taken() {
-        let own = [BEGUN, "scene.toml", "fields", "checkpoint"];
+        let own = [BEGUN, "scene.toml", "fields", "checkpoint", "film"];
         for name in FILES.iter().chain(&TABLES).chain(&own) {
             assert!(bedload_scene::OUTPUT_FILES.contains(name), "{name}");
         }

@@ -4,7 +4,7 @@
 const MOST: usize = 100;
 
 /// Files and folders that a run or a command on it writes in the output folder itself.
-pub const OUTPUT_FILES: [&str; 19] = [
+pub const OUTPUT_FILES: [&str; 22] = [
     "scene.toml",
     "scene.toml.tmp",
     "scene-in-full.toml",
@@ -16,6 +16,9 @@ pub const OUTPUT_FILES: [&str; 19] = [
     "exchange.mcap",
     "plan.json",
     "report.html",
+    "film.gif",
+    "film.mp4",
+    "film",
     "divergence.csv",
     "divergence.svg",
     "oblique.csv",

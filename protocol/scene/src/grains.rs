@@ -60,6 +60,11 @@ pub enum Freedom {
     SpinZ,
 }
 
+impl Freedom {
+    /// All of them, in this order.
+    pub const ALL: [Self; 6] = [Self::X, Self::Y, Self::Z, Self::SpinX, Self::SpinY, Self::SpinZ];
+}
+
 /// One grain.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -197,6 +202,13 @@ impl Grain {
     /// Mass (plane: per unit depth).
     pub fn mass(&self) -> f64 {
         self.density * self.volume()
+    }
+
+    /// Whether it never moves: fixed, or, which is the same, prescribed or locked in all freedoms at rest.
+    pub fn stays(&self, geometry: Geometry) -> bool {
+        let rests = || self.velocity.is_zero() && self.spin.is_zero();
+        let free = |freedom: &Freedom| self.is_free(*freedom, geometry);
+        self.motion == Motion::Fixed || (rests() && !Freedom::ALL.iter().any(free))
     }
 
     /// Is this degree of freedom free in `geometry`?

@@ -118,8 +118,9 @@ impl Sequence {
     /// Moves the clock to the start of a window.
     fn tick(&mut self, step: u64, time: f64) -> Result<(), SequenceError> {
         let now = nanoseconds(time);
-        // The coupler may sum dt in another order than t + dt: one nanosecond is rounding.
-        if !time.is_finite() || now + 1 < self.clock {
+        // The coupler may sum dt in another order than t + dt: one nanosecond is rounding. Beyond its end the
+        // clock stands.
+        if !time.is_finite() || now.saturating_add(1) < self.clock {
             return Err(SequenceError::Time { step, time: time.to_string() });
         }
         self.clock = self.clock.max(now);

@@ -141,4 +141,13 @@ fn what_is_no_ensemble_is_refused() {
         assert_eq!(output.status.code(), Some(2), "{}", said(&output));
         assert!(said(&output).contains(words), "{words}: {}", said(&output));
     }
+    // A prefix that is no scene: at once, not once per seed; a value may have a colon.
+    let set = |text: &str| {
+        let discs = discs.to_str().expect("UTF-8");
+        bedload(&["ensemble", discs, "--seeds", "2", "--out", "/dev/null/out", "--set", text])
+    };
+    let output = set("fl:until=0.1");
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("no scene is called fl; the scenes are: discs"), "{}", said(&output));
+    assert!(!said(&set("title=\"a:b\"")).contains("no scene is called"));
 }

@@ -1,6 +1,6 @@
 //! `bedload film`: frames and a film of a run, on any machine.
 
-use tests::harness::{Folder, bedload, said};
+use tests::harness::{Folder, bedload, program, said};
 
 /// A disc that falls in a box, with fields at five instants.
 const SCENE: &str = r#"
@@ -72,6 +72,36 @@ fn a_film_has_a_frame_for_every_instant_and_says_what_it_cannot_show() {
         assert_eq!(film.status.code(), Some(2), "{bad:?}: {}", said(&film));
         assert!(said(&film).contains(word), "{bad:?}: {}", said(&film));
     }
+}
+
+/// With an `ffmpeg` on the `PATH`, here one that writes down what it was asked, there is a film for players,
+/// too; with one that fails the GIF stays.
+#[test]
+fn an_ffmpeg_makes_a_film_for_players() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new("film-mp4");
+    let (scene, out) = (folder.write("falls.toml", SCENE), folder.join("out"));
+    let out = out.to_str().expect("UTF-8");
+    let run = bedload(&["run", scene.to_str().expect("UTF-8"), "--out", out]);
+    assert!(run.status.success(), "{}", said(&run));
+    let others = std::env::var("PATH").unwrap_or_default();
+    let path = format!("{}:{others}", folder.join("").display());
+    let film = |text: &str| {
+        let encoder = folder.write("ffmpeg", text);
+        std::fs::set_permissions(&encoder, std::fs::Permissions::from_mode(0o755)).expect("its mode");
+        let mut command = std::process::Command::new(program("bedload"));
+        let made = command.args(["film", out, "--rate", "7"]).env("PATH", &path).output().expect("starts");
+        assert!(made.status.success(), "{}", said(&made));
+        (said(&made), std::fs::read_to_string(folder.join("out/film.mp4")))
+    };
+    let writes = "#!/bin/sh\nfor last; do :; done\n(ls frame_00000.png; echo \"$*\") > \"$last\"\n";
+    let (told, made) = film(writes);
+    let made = made.expect("a film");
+    let asked = "-framerate 7 -i frame_%05d.png";
+    assert!(made.starts_with("frame_00000.png\n") && made.contains(asked), "{made}");
+    assert!(told.contains("film.gif") && told.contains("film.mp4"), "{told}");
+    let (told, made) = film("#!/bin/sh\necho no such encoder >&2\nexit 1\n");
+    assert!(made.is_err() && told.contains("no film.mp4: ffmpeg: no such encoder"), "{told}");
 }
 
 /// Names and times in a list of files over time.

@@ -528,6 +528,20 @@ fn few_windows_in_a_period_and_long_ones_after_a_release_are_told() {
 }
 
 #[test]
+fn fields_and_a_log_beyond_the_end_are_told() {
+    let told = |overrides: &[&'static str], word: &str| {
+        let case = Case { scene: overrides.to_vec(), ..Case::new() };
+        case.plan().notices.into_iter().find(|notice| notice.starts_with(word))
+    };
+    let late = told(&["until=0.3", "observe.fields_at=[0.1, 5.0]"], "observe.fields_at").expect("a notice");
+    assert!(late.contains("5 s is after the end of the run, until = 0.3 s"), "{late}");
+    assert_eq!(told(&["until=0.3", "observe.fields_at=[0.1, 0.3]"], "observe.fields_at"), None);
+    let clock = told(&["until=4e11"], "until").expect("a notice");
+    assert!(clock.contains("1.845e10 s") && clock.contains("larger unit of time"), "{clock}");
+    assert_eq!(told(&["until=1e10"], "until"), None);
+}
+
+#[test]
 fn a_wall_that_moves_in_a_fluid_and_a_face_that_lets_grains_out_are_told() {
     let told = |overrides: &[&'static str], word: &str| {
         let case = Case { scene: overrides.to_vec(), ..Case::new() };

@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ._program import BedloadError
+
 
 class Message(NamedTuple):
     """A message of a log."""
@@ -76,7 +78,10 @@ class Log:
         return dict(Counter(_short(channel.topic) for _, channel, _ in self._raw(None)))
 
     def messages(self, *topics: str) -> Iterator[Message]:
-        """The messages of these topics, or of all, in their order."""
+        """The messages of these topics, or of all, in their order; one that the log has not is an error."""
+        if topics and (unknown := {_short(topic) for topic in topics} - (known := self._known())):
+            what = f"no topic {min(unknown)!r} in {self.paths[0]}"
+            raise BedloadError(2, f"{what}; remedy: one of {', '.join(sorted(known))}")
         layouts: dict[tuple[Path, int], _Layout] = {}
         decoders: dict[tuple[Path, int], Any] = {}
         for path in self.paths:
@@ -95,6 +100,19 @@ class Log:
                 time = head.get("header.time", head.get("time")) if isinstance(head, dict) else None
                 time = 1e-9 * message.log_time if time is None else time
                 yield Message(_short(channel.topic), message.sequence, time, head, grains)
+
+    def _known(self) -> set[str]:
+        """Topics that the log has, as far as its files are whole; else those that have messages."""
+        import mcap.reader
+
+        known: set[str] = set()
+        for path in self.paths:
+            with open(path, "rb") as stream:
+                summary = mcap.reader.make_reader(stream).get_summary()
+            if summary is None:
+                return set(self.topics)
+            known |= {_short(channel.topic) for channel in summary.channels.values()}
+        return known
 
     def _raw(self, topics: tuple[str, ...] | None) -> Iterator[Any]:
         for path in self.paths:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import os
 import re
 import webbrowser
@@ -162,6 +163,8 @@ class Run:
             raise BedloadError(
                 2, f"the run has no files of {what}; remedy: observe.fields_every or observe.fields_at"
             )
+        if time is not None and not math.isfinite(time):
+            raise BedloadError(2, f"{time} is no instant; remedy: one of Run.times, or none for the last")
         return files[-1] if time is None else min(files, key=lambda file: abs(file[0] - time))
 
     def grains(self, time: float | None = None) -> Timed:

@@ -2,7 +2,7 @@
 
 use crate::page::{Figure, Key};
 use crate::plot::{Axis, Look, Plot, Point, Series, colour};
-use coupler::number::decade;
+use coupler::number::{Short, decade};
 
 /// Points that a line keeps per chart: more than a screen has columns.
 const MOST_POINTS: usize = 1600;
@@ -77,7 +77,10 @@ impl Chart {
         if series.is_empty() {
             return None;
         }
-        let format = self.log_y.then_some(decade as fn(f64) -> String);
+        let format = match self.log_y {
+            true => Some(decade as fn(f64) -> String),
+            false => is_narrow(&series).then_some(fine as fn(f64) -> String),
+        };
         let plot = Plot {
             size: SIZE,
             x: Axis { label: self.x_label.clone(), ..Axis::default() },
@@ -89,13 +92,27 @@ impl Chart {
         Some(plot.draw().inner().to_owned())
     }
 
-    /// Lower end of a logarithmic axis: the least positive value, but not below the largest by more
-    /// than [`DECADES`]. Zero and less are drawn there, so that a short contact shows as a peak.
+    /// Lower end of a logarithmic axis, which has whole decades: that below the least positive value, which
+    /// counts as no less than [`DECADES`] of the largest. Zero and less are drawn there, so that a short
+    /// contact shows as a peak.
     fn floor(&self) -> Option<f64> {
         let values = || self.lines.iter().flat_map(|line| &line.points).map(|(_, y)| *y).filter(|y| *y > 0.0);
         let most = values().fold(0.0, f64::max);
-        (most > 0.0).then(|| values().fold(f64::INFINITY, f64::min).max(most * DECADES))
+        let least = || values().fold(f64::INFINITY, f64::min).max(most * DECADES);
+        (most > 0.0).then(|| 10_f64.powi(least().log10().floor() as i32))
     }
+}
+
+/// Do the lines keep so near a value that ticks of four digits would be alike?
+fn is_narrow(lines: &[Series]) -> bool {
+    let values = || lines.iter().flat_map(|line| &line.points).map(|(_, y)| *y);
+    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
+    high > low && high - low < 5e-3 * high.abs().max(low.abs())
+}
+
+/// A tick of eight digits.
+fn fine(value: f64) -> String {
+    format!("{:.8}", Short(value))
 }
 
 /// What is drawn of a line: nothing below `floor`, and not more points than can be seen.
@@ -143,6 +160,24 @@ mod tests {
         assert!(kept.contains(&(54_321.0, 7.0)) && kept.contains(&(12_345.0, -3.0)));
         assert_eq!((kept[0], kept[kept.len() - 1]), (points[0], points[99_999]));
         assert!(kept.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    }
+
+    #[test]
+    fn ticks_of_a_narrow_range_differ() {
+        let lines = |y: [f64; 2]| [line("a", 0, &[0.0, 1.0], &y)];
+        assert!(is_narrow(&lines([6.0131, 6.0134])) && !is_narrow(&lines([6.0, 7.0])));
+        assert!(!is_narrow(&lines([6.0, 6.0])) && !is_narrow(&lines([0.0, 0.0])));
+        assert_eq!([6.01315, 6.0132].map(fine), ["6.01315", "6.0132"]);
+    }
+
+    #[test]
+    fn zero_lies_on_the_lower_edge() {
+        let lines = vec![line("a", 0, &[0.0, 1.0], &[6.4, 7.0]), line("b", 1, &[0.0, 1.0], &[0.0, 0.0])];
+        let (caption, x_label, y_label) = ("x".into(), "x".into(), "y".into());
+        let chart = Chart { caption, x_label, y_label, lines, log_y: true, closeup: None };
+        assert_eq!(chart.floor(), Some(1.0));
+        let y = |line: &Series| visible(&line.points, 1.0).iter().map(|(_, y)| *y).collect::<Vec<_>>();
+        assert_eq!((y(&chart.lines[0]), y(&chart.lines[1])), (vec![6.4, 7.0], vec![1.0, 1.0]));
     }
 
     #[test]

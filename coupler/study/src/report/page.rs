@@ -55,7 +55,8 @@ fn page(run: &RunFiles) -> Result<String, Failure> {
         name: &run.name,
         identity: summary.scene_sha256.get(..12).unwrap_or(&summary.scene_sha256),
         faults: &run.remarks,
-        curves: [plots::all(run), bed::all(run)].concat(),
+        // The bed first, where there is one; the sub-steps last.
+        curves: [bed::all(run), plots::all(run)].concat(),
         player: film(run)?,
         vorticity: panels::vorticity(run)?,
         grains: panels::grains(run)?,

@@ -130,7 +130,10 @@ impl Plots<'_> {
     }
 
     fn substeps(&self) -> Option<Chart> {
-        let lines = vec![line("sub-steps", 0, &self.time, self.run.series.column("substeps")?)];
+        // One in each window says nothing.
+        let counts = self.run.series.column("substeps")?;
+        counts.iter().find(|count| **count != 1.0)?;
+        let lines = vec![line("sub-steps", 0, &self.time, counts)];
         let caption = "DEM sub-steps in the window at each recorded instant".to_owned();
         Some(self.chart(caption, ("sub-steps", "sub-steps"), false, lines))
     }

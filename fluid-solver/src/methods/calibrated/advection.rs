@@ -34,14 +34,15 @@ pub(crate) fn transport(
     calibration: &Calibration,
     scheme: Scheme,
 ) -> Option<Transport> {
-    let moving = scene.grains.iter().filter(|grain| grain.motion != Motion::Fixed).count();
+    let geometry = scene.scene.domain.geometry;
+    let moving = scene.grains.iter().filter(|grain| !grain.stays(geometry)).count();
     if moving == 0 || scheme == Scheme::Iterated {
         return None;
     }
     match calibration.force_transport {
         ForceTransport::Advected => Some(Transport::Always),
         ForceTransport::Auto => {
-            let lags = match scene.scene.domain.geometry {
+            let lags = match geometry {
                 Geometry::Plane => true,
                 Geometry::Space => moving > 1 || is_full(scene),
                 Geometry::Axisymmetric => false,

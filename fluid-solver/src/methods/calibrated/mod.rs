@@ -152,6 +152,10 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
         self.loads.write(grains.immersed.shapes(), out);
     }
 
+    fn leak(&self, grains: &Grains<D>) -> Option<(f64, usize)> {
+        self.loads.leak(grains)
+    }
+
     /// Masks and carried force at the motion known now. A grain that came back where it was expected is held
     /// there, where its mask is known.
     fn impose(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {

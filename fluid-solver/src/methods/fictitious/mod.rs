@@ -66,6 +66,10 @@ impl<const D: usize> ImmersedBoundary<D> for FictitiousDomain<D> {
         self.loads.write(grains.immersed.shapes(), out);
     }
 
+    fn leak(&self, grains: &Grains<D>) -> Option<(f64, usize)> {
+        self.loads.leak(grains)
+    }
+
     /// The points stay where they were expected; the motion is the one that came back.
     fn impose(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
         let numbers = [dt, grains.model.viscosity];

@@ -105,6 +105,44 @@ fn fixed_grain_load_is_the_body_force_on_the_cell() {
     assert!(forces.iter().all(|force| *force == forces[0]), "{forces:?}");
 }
 
+/// In the first window, too, in which the mask's own mass is not carried along either: what holds the fluid
+/// within the mask, ρ ∫β dV a, and the virtual mass that the grain sees in a fluid with the acceleration a.
+#[test]
+fn the_first_load_of_a_held_grain_does_not_hang_on_its_density() {
+    for motion in ["motion = \"fixed\"", "motion = \"prescribed\"", "locked = [\"x\", \"y\", \"z\"]"] {
+        let load = |density: f64, dt: f64| {
+            let mut run = Run::new(&format!(
+                "until = 1.0
+                [domain]
+                geometry = \"space\"
+                lower = [0.0, 0.0, 0.0]
+                upper = [2.0, 2.0, 2.0]
+                cells = [16, 16, 16]
+                boundary = {{ x = \"periodic\", y = \"periodic\", z = \"periodic\" }}
+                [medium]
+                density = 1.0
+                viscosity = 1.0
+                body_force = [1.0, 0.0, 0.0]
+                [[grains]]
+                position = [1.03, 1.0, 0.97]
+                radius = 0.5
+                density = {density}
+                {motion}
+                [fluid]
+                time = {{ dt = {dt}, convection = false }}
+                "
+            ));
+            run.windows(1);
+            run.newton.loads[0].force[0]
+        };
+        let forces = [0.1, 1.0, 2.65, 1000.0].map(|density| load(density, 0.01));
+        assert!(forces.iter().all(|force| *force == forces[0]), "{motion}: {forces:?}");
+        // 3/2 of the displaced mass, and what viscosity adds until the end of a short window.
+        let exact = 1.5 * PI / 6.0;
+        assert!((1.0..1.1).contains(&(load(2.0, 1e-3) / exact)), "{motion}: {}", load(2.0, 1e-3) / exact);
+    }
+}
+
 /// Simple cubic array: K = 2.810 at φ = 0.064 (Zick & Homsy 1982).
 #[test]
 fn sphere_array_drag_approaches_zick_and_homsy() {

@@ -124,6 +124,43 @@ fn dense_arrays_at_rest_and_moving_are_as_permeable_as_they_should() {
     }
 }
 
+/// A grain that never moves is the same, however that is written: to the last bit of the sphere that falls
+/// beside it (0.4 % of its velocity before).
+#[test]
+fn a_grain_at_rest_is_at_rest_however_it_is_held() {
+    let fall = |held: &str| {
+        let mut run = Run::new(&format!(
+            "until = 1.0
+            gravity = [0.0, 0.0, -4.0]
+            [domain]
+            geometry = \"space\"
+            lower = [0.0, 0.0, 0.0]
+            upper = [2.0, 2.0, 3.0]
+            cells = [16, 16, 24]
+            boundary = {{ x = \"periodic\", y = \"periodic\", z = \"no-slip\" }}
+            [medium]
+            density = 1.0
+            viscosity = 0.2
+            [[grains]]
+            position = [0.5, 1.0, 1.0]
+            radius = 0.35
+            density = 2.0
+            {held}
+            [[grains]]
+            position = [1.0, 1.0, 2.2]
+            radius = 0.35
+            density = 6.0
+            [fluid]
+            time = {{ dt = 0.02 }}
+            "
+        ));
+        run.windows(20);
+        (run.newton.motions[1], run.newton.loads[0].force)
+    };
+    let fixed = fall("motion = \"fixed\"");
+    assert_eq!(fall("motion = \"prescribed\""), fixed);
+}
+
 /// The force stays in its cells.
 const EULERIAN: Calibration = Calibration { force_transport: ForceTransport::Eulerian, ..ADVECTED };
 

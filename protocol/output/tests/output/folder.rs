@@ -42,11 +42,19 @@ fn a_run_is_replaced_and_foreign_files_stay() {
         folder.series(),
         folder.log(),
         folder.report(),
+        folder.film(),
+        folder.film_mp4(),
+        folder.frame(3),
         folder.fields().join("fluid_00000001.vtr"),
         folder.checkpoint().join("fluid.checkpoint"),
     ];
-    let foreign =
-        [root.join("notes.txt"), folder.fields().join("movie.mp4"), folder.checkpoint().join("mine.txt")];
+    let foreign = [
+        root.join("notes.txt"),
+        folder.fields().join("movie.mp4"),
+        folder.checkpoint().join("mine.txt"),
+        folder.frames().join("mine.png"),
+    ];
+    fs::create_dir(folder.frames()).expect("makes");
     for path in ours.iter().chain(&foreign) {
         fs::write(path, "x").expect("writes");
     }

@@ -9,7 +9,7 @@ use crate::source::SceneSource;
 pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
     not_negative(source, "observe.every", scene.observe.every)?;
     not_negative(source, "observe.fields_every", scene.observe.fields_every.unwrap_or(0.0))?;
-    finite(source, "observe.fields_at", &scene.observe.fields_at)?;
+    scene.observe.fields_at.iter().try_for_each(|at| not_negative(source, "observe.fields_at", *at))?;
     source.refuse_if(
         scene.observe.energy && scene.medium.is_some(),
         "observe.energy",

@@ -32,6 +32,20 @@ fn windows_and_repeats_in_order_pass() {
     assert_eq!(sequence.clock(), 6_000_000_000);
 }
 
+/// The clock counts 2^64 ns; windows go on beyond it.
+#[test]
+fn windows_beyond_the_end_of_the_clock_pass() {
+    let mut sequence = sequence(0);
+    for step in 0..4 {
+        let command = order(Order::Advance, step, 0);
+        sequence.command(&Command { time: 1e10 * step as f64, ..command }).unwrap();
+        let header = Header { step, ..Header::default() };
+        sequence.loads(&header, 1).unwrap();
+        sequence.kinematics(&header, 1).unwrap();
+    }
+    assert_eq!(sequence.clock(), u64::MAX);
+}
+
 #[test]
 fn every_kind_of_gap_is_named() {
     let mut s = sequence(0);

@@ -213,6 +213,7 @@ pub(crate) const SECTIONS: &[Case] = cases! {
 pub(crate) const OBSERVATIONS: &[Case] = cases! {
     "rows backwards": "every = 0.1" => "§every = -0.1"; "observe.every", "-0.1";
     "fields never": "every = 0.1" => "every = 0.1\n§fields_at = [0.1, nan]"; "observe.fields_at", "NaN";
+    "fields before the start": "every = 0.1" => "every = 0.1\n§fields_at = [0.1, -1.0]"; "observe.fields_at", "-1";
     "no total": "every = 0.1" => "every = 0.1\n§totals = { columns = [] }"; "observe.totals.columns", "no column";
     "a total twice": "every = 0.1" => "every = 0.1\n§totals = { columns = [\"bed-height\", \"bed-height\"] }"; "observe.totals.columns", "twice";
     "unknown total": "every = 0.1" => "every = 0.1\n§totals = { columns = [\"height\"] }"; "observe.totals.columns[0]", "unknown variant", "bed-height";

@@ -67,6 +67,7 @@ fn the_page_holds_every_part() {
     ] {
         assert!(html.contains(&format!("<figcaption>{caption}")), "no chart {caption}");
     }
+    assert!(html.contains("warned of") && !html.contains(">broken<"), "a bound that warns is not broken");
     assert_eq!(html.matches("<image ").count(), 14, "a picture of each file of fields");
     // dt_f/t_c and t_c/dt_dem as planned; 3500 windows done.
     assert!(html.contains("<td>125</td>") && html.contains("<td>0.2</td>") && html.contains("3\u{202f}500"));
