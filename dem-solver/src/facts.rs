@@ -7,6 +7,7 @@ use crate::bounds::{self, LARGEST_DASHPOT};
 use crate::grain::{Grain, Shape};
 use crate::motion::Motion;
 use crate::spec::DemSpec;
+use crate::takes_bulk;
 
 const LEAST_STEPS: f64 = DemFacts::LEAST_CONTACT_STEPS;
 
@@ -93,7 +94,7 @@ pub(crate) fn facts(
 /// with the engine for many grains, where a bed rests (24 to 29 ns: `collapse-2d`, `packing-8000`) or flows
 /// (52 to 66 ns: `collapse-beads`, `incline`, `beverloo`); a gas takes 8 ns (`haff`).
 fn cost(spec: &DemSpec) -> f64 {
-    match (spec.lubrication_model().is_some(), spec.takes_bulk()) {
+    match (spec.lubrication_model().is_some(), takes_bulk(spec)) {
         (true, _) => 1.2e-7,
         (false, false) => 5e-8,
         (false, true) => 4e-8,

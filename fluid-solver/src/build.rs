@@ -8,23 +8,14 @@ use crate::division::{Division, DivisionError};
 use crate::drive::Drive;
 use crate::field::{State, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
-use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
+use crate::immersed::body::{along_axes, laboratory};
 use crate::methods::needs::Needs;
 use crate::ranks::Ranks;
+use crate::scene_grains::geometry;
 use crate::scheme::{Options, Scheme, Viscous};
 use bedload_scene::{
-    CheckedScene, Face, Freedom, InflowProfile, InitialVelocity, Medium, OverTime, SceneError, WallKind,
+    CheckedScene, Face, InflowProfile, InitialVelocity, Medium, OverTime, SceneError, WallKind,
 };
-use std::sync::Arc;
-
-/// Geometry of the scene in this crate's words.
-pub fn geometry(scene: &CheckedScene) -> Geometry {
-    match scene.scene.domain.geometry {
-        bedload_scene::Geometry::Plane => Geometry::Plane,
-        bedload_scene::Geometry::Axisymmetric => Geometry::Axisymmetric,
-        bedload_scene::Geometry::Space => Geometry::Space,
-    }
-}
 
 /// The grid of a scene with `D` axes.
 ///
@@ -171,54 +162,6 @@ pub fn drive_over_time(scene: &CheckedScene, medium: &Medium) -> Drive {
         [medium.body_force.clone(), scene.scene.gravity.map(fall), medium.pressure_gradient.map(per_mass)];
     let constant = !parts.iter().any(OverTime::varies);
     Drive { faces: sides.collect(), force: if constant { Vec::new() } else { parts.into() } }
-}
-
-/// Which grains the fluid moves.
-pub fn free(scene: &CheckedScene) -> Vec<bool> {
-    let geometry = scene.scene.domain.geometry;
-    let moves =
-        |grain: &bedload_scene::Grain| grain.motion == bedload_scene::Motion::Free && !grain.stays(geometry);
-    scene.grains.iter().map(moves).collect()
-}
-
-/// Of each grain: the motions along x, y, z and about them that obey Newton's law.
-pub fn freedoms(scene: &CheckedScene) -> Vec<[bool; 6]> {
-    let geometry = scene.scene.domain.geometry;
-    scene.grains.iter().map(|grain| Freedom::ALL.map(|freedom| grain.is_free(freedom, geometry))).collect()
-}
-
-/// Shapes of the grains, in message order.
-pub fn shapes(scene: &CheckedScene) -> Vec<Shape> {
-    let shape = |grain: &bedload_scene::Grain| Shape {
-        radius: grain.radius,
-        mask_radius: grain.radius,
-        wave: 1.0,
-        outline: grain.outline().map(Arc::new),
-        density: grain.density,
-        volume: grain.volume(),
-        gyration: grain.gyration(),
-    };
-    scene.grains.iter().map(shape).collect()
-}
-
-/// Motion of the grains at t = 0.
-pub fn motions(scene: &CheckedScene) -> Vec<Motion> {
-    let geometry = geometry(scene);
-    let motion = |grain: &bedload_scene::Grain| {
-        let from = protocol::message::Kinematics {
-            position: grain.position,
-            velocity: grain.velocity.start(),
-            spin: grain.spin.start(),
-            orientation: grain.orientation,
-            ..Default::default()
-        };
-        let motion = Motion::received(geometry, &from);
-        match grain.motion {
-            bedload_scene::Motion::Fixed => Motion { velocity: [0.0; 3], spin: [0.0; 3], ..motion },
-            _ => motion,
-        }
-    };
-    scene.grains.iter().map(motion).collect()
 }
 
 /// Sets the velocity at t = 0.

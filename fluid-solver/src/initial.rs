@@ -19,6 +19,7 @@ use crate::interpolate::{Kind, interpolate};
 use crate::methods::grains::Memory;
 use crate::methods::method::Method;
 use crate::open::OpenFaces;
+use crate::scene_grains;
 use crate::scheme::Viscous;
 use bedload_scene::{CheckedScene, InitialVelocity, Medium, Scene, SceneError, SceneSource, changing};
 use protocol::checkpoints;
@@ -207,7 +208,7 @@ impl<const D: usize> Start<D> {
         let speed = velocity.iter().map(|u| largest(u).powi(2)).sum::<f64>().sqrt();
         let fastest = if health.finite { [speed, health.rate] } else { [f64::NAN; 2] };
 
-        let (now, left) = (build::motions(scene), &whole.memory.motions);
+        let (now, left) = (scene_grains::motions(scene), &whole.memory.motions);
         let place = |motion: &Motion| motion.centre.map(f64::to_bits);
         let same_grains = now.len() == left.len() && now.iter().zip(left).all(|(a, b)| place(a) == place(b));
         let moves = |a: &Motion, b: &Motion| a.velocity == b.velocity && a.spin == b.spin;

@@ -36,6 +36,7 @@ pub mod participant;
 pub mod plan;
 pub mod planes;
 pub mod program;
+mod scene_grains;
 pub mod solver;
 mod speed;
 mod stress;

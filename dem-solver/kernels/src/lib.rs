@@ -75,6 +75,7 @@ mod validate;
 mod vector;
 
 pub use bedload_over_time::{OverTime, Sine};
+pub use bulk::requirements::takes as takes_bulk;
 pub use error::{AdvanceError, RestoreError, SpecError};
 pub use grain::{Grain, Shape};
 pub use laws::linear::LinearSpringDashpot;

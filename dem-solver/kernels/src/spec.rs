@@ -95,12 +95,6 @@ pub struct DemSpec {
 }
 
 impl DemSpec {
-    /// Whether the engine for many grains runs a checked spec.
-    #[must_use]
-    pub fn takes_bulk(&self) -> bool {
-        crate::bulk::requirements::takes(self)
-    }
-
     /// Grains and one law; no wall, gravity, lubrication or period.
     #[must_use]
     pub fn new(grains: Vec<Grain>, contact: ContactLaw) -> Self {

@@ -88,7 +88,7 @@ fn schema_carries_the_documentation() {
 /// A dry scene of two grains with the given lines in `[dem]`.
 fn dry(dem: &str) -> Result<protocol::facts::DemFacts, bedload_scene::SceneError> {
     let text = format!(
-        "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [1.0, 1.0, 1.0]\n\
+        "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [1.0, 1.0, 1.0]\ncells = [64, 64, 64]\n\
          boundary = {{ x = \"no-slip\", y = \"no-slip\", z = \"no-slip\" }}\n\
          [[grains]]\nposition = [0.5, 0.5, 0.2]\nradius = 0.1\ndensity = 2500.0\n\
          [[grains]]\nposition = [0.5, 0.5, 0.6]\nradius = 0.05\ndensity = 2500.0\n\
@@ -105,7 +105,9 @@ fn the_cost_is_that_of_the_engine_that_runs() {
     let law = "contact = { law = \"linear-spring-dashpot\", restitution = 0.9, contact_time = 1e-3 }";
     let few = |more: &str| dry(&format!("{law}\n{more}")).expect("a scene").substep_cost / 2.0;
     assert_eq!(few(""), 5e-8);
-    assert_eq!(few("lubrication = { form = \"as-printed\", roughness = 1e-3, cut_off = 0.2 }"), 1.2e-7);
+    let films = "lubrication = { form = \"as-printed\", roughness = 1e-3, cut_off = 0.2 }\n[medium]\n\
+                 density = 1.0\nviscosity = 1e-3";
+    assert_eq!(few(films), 1.2e-7);
     let bed = format!(
         "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [9.0, 9.0, 9.0]\n\
          boundary = {{ x = \"no-slip\", y = \"no-slip\", z = \"no-slip\" }}\n[[groups]]\ncount = 300\n\

@@ -12,8 +12,8 @@
 use super::grains::Grains;
 use super::immersed_boundary::ImmersedBoundary;
 use super::limits::{self, Limits};
-use crate::build;
 use crate::immersed::Wrench;
+use crate::scene_grains;
 use crate::step::Stepper;
 use bedload_scene::{CheckedScene, Medium, Motion};
 use protocol::facts::{Measure, Side, SolverBound};
@@ -37,7 +37,7 @@ impl Izard2014 {
     /// For the grains of a scene in a fluid of density `density`, kg/m³.
     #[must_use]
     pub fn new(scene: &CheckedScene, density: f64) -> Self {
-        let free = build::freedoms(scene);
+        let free = scene_grains::freedoms(scene);
         Self { density, forces: vec![Wrench::default(); free.len()], free }
     }
 }

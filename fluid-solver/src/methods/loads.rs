@@ -15,10 +15,10 @@
 
 use super::grains::{Grains, Memory};
 use super::virtual_mass::{self, ByGap};
-use crate::build;
 use crate::grid::Grid;
 use crate::immersed::Wrench;
 use crate::immersed::body::{Motion, Shape};
+use crate::scene_grains;
 use crate::step::Stepper;
 use bedload_scene::CheckedScene;
 use protocol::message::Loads;
@@ -197,12 +197,12 @@ impl GrainLoads {
     /// For the grains of a scene in a fluid of density `density`, kg/m³.
     pub(super) fn new<const D: usize>(grid: &Grid<D>, scene: &CheckedScene, density: f64) -> Self {
         let dimensions = grid.geometry.grain_dimensions();
-        let (shapes, free) = (build::shapes(scene), build::free(scene));
+        let (shapes, free) = (scene_grains::shapes(scene), scene_grains::free(scene));
         Self {
             rule: LoadsRule { virtual_mass: virtual_mass::ALONE, gravity: [0.0; 3], density, dimensions },
             by_gap: free.contains(&true).then(|| ByGap::new(grid, &shapes, free)),
             displaced_mass: true,
-            freedoms: build::freedoms(scene),
+            freedoms: scene_grains::freedoms(scene),
             follows: false,
             measured: vec![Measured::default(); shapes.len()],
             volumes: vec![[0.0; 3]; shapes.len()],

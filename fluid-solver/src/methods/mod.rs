@@ -22,11 +22,11 @@ pub mod method;
 pub mod needs;
 pub mod virtual_mass;
 
-use crate::build;
 use crate::config::Choices;
 use crate::grid::Grid;
 use crate::immersed::Immersed;
 use crate::immersed::mask_model::MaskModel;
+use crate::scene_grains;
 use bedload_scene::{CheckedScene, Medium};
 use calibrated::Calibrated;
 use fictitious::FictitiousDomain;
@@ -50,8 +50,8 @@ pub(crate) fn build<const D: usize>(
 ) -> (Box<dyn ImmersedBoundary<D>>, Grains<D>) {
     let needs = Needs::of(scene, choices, scheme);
     let model = MaskModel { dt, ..choices.method.mask(grid.geometry, medium.kinematic_viscosity()) };
-    let immersed = Immersed::new(grid, build::shapes(scene), needs.mask_ratios);
-    let mut grains = Grains::new(immersed, model, build::motions(scene), needs.force.then_some(grid));
+    let immersed = Immersed::new(grid, scene_grains::shapes(scene), needs.mask_ratios);
+    let mut grains = Grains::new(immersed, model, scene_grains::motions(scene), needs.force.then_some(grid));
     let loads = |displaced_mass: bool| {
         let parts = choices.calibration;
         GrainLoads::new(grid, scene, medium.density)

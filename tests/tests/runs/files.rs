@@ -174,7 +174,7 @@ fn a_long_run_writes_fields_by_default_and_keeps_their_rhythm() {
     let folder = Folder::new("default-fields");
     let file = folder.write("resting.toml", RESTING);
     let planned = plan(&file, &[])["files"]["fields_every"].as_f64().expect("a time");
-    assert!((800.0..6400.0).contains(&planned), "{planned}");
+    assert!((640.0..6400.0).contains(&planned), "{planned}"); // at most 50 instants
     let later = plan(&file, &["--until", "48000"])["files"]["fields_every"].as_f64().expect("a time");
     assert!(later > 0.0 && later != planned, "{later}");
     let out = folder.join("out");

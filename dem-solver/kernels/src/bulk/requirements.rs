@@ -9,7 +9,8 @@ use crate::spec::{DemSpec, Engine, Integrator};
 const FROM: usize = 256;
 
 /// Whether a checked spec is run by this engine.
-pub(crate) fn takes(spec: &DemSpec) -> bool {
+#[must_use]
+pub fn takes(spec: &DemSpec) -> bool {
     match spec.engine {
         Engine::Auto => spec.grains.len() >= FROM && prevents(spec).is_none(),
         asked => asked == Engine::Bulk,

@@ -24,12 +24,12 @@ use super::grains::Grains;
 use super::immersed_boundary::ImmersedBoundary;
 use super::loads::GrainLoads;
 use super::needs::Needs;
-use crate::build;
 use crate::config::Choices;
 use crate::grid::Grid;
 use crate::immersed::body::Motion;
 use crate::immersed::mask_model::MaskModel;
 use crate::immersed::pores::Pores;
+use crate::scene_grains;
 use crate::step::Stepper;
 use advection::Advection;
 use bedload_scene::{CheckedScene, Geometry, Medium};
@@ -84,7 +84,7 @@ impl<const D: usize> Calibrated<D> {
             }),
             refines: needs.near_convection,
             iterations: (scheme == Scheme::Iterated).then(|| Box::new(Iterations::new(gyration))),
-            contact: needs.jumps.then(|| Contact::new(grid, shapes, build::free(scene))),
+            contact: needs.jumps.then(|| Contact::new(grid, shapes, scene_grains::free(scene))),
         };
         method.set_radii(grid, grains);
         method
