@@ -241,14 +241,15 @@ fn transformed_axes<const D: usize>(grid: &Grid<D>) -> Vec<usize> {
 }
 
 /// Nanoseconds per cell and stage (one projection each) on two axes at 1e4, 1e5 and 1e6 cells: implicit and
-/// explicit viscosity, the mean of r–z and the plane. One core, by `examples/step_cost.rs`.
+/// explicit viscosity, the mean of r–z and the plane. One core, by `examples/step_cost.rs`; of explicit
+/// viscosity only 1e5 cells were measured, the others go as with implicit viscosity.
 const PLANE: [[f64; 3]; 2] = [[14.0, 18.0, 32.0], [10.0, 11.0, 18.0]];
 
 /// The same in space.
 const SPACE: [f64; 2] = [45.0, 17.0];
 
-/// Nanoseconds per step and cell within three cells of a grain, by whole runs with 100 to 270 grains of 6 to
-/// 16 cells: 95 to 120, with the force that goes with the grains or without it.
+/// Nanoseconds per step and cell within three cells of a grain: 97 with 100 discs of 16 cells, 131 with 200
+/// spheres of 10, 140 in a dense bed of spheres of 6 whose force goes with them, on busy cores.
 const NEAR_GRAINS: f64 = 100.0;
 
 /// Seconds per step on one core of the machine of `docs/performance.md`: the caches make it depend on the
