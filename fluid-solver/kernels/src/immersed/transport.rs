@@ -250,16 +250,11 @@ impl<const D: usize> Component<D> {
                 (force[l], mask[l]) = (mask[l] * force[l], mask[l] * mask[l]);
             }
         });
-        let wraps = grid.periodic(0) && pads(grid);
-        if wraps {
-            let n = grid.cells[0];
-            self.each_forced_row(grid, |row| {
-                for field in [&mut *from, &mut *mask] {
-                    field.copy_within(row..row + BEYOND, row + n);
-                    field.copy_within(row + n - BEYOND..row + n, row - BEYOND);
-                }
-            });
-        }
+        let end = grid.cells[0];
+        self.change_pads(grid, [&mut *from, &mut *mask], |field, row| {
+            field.copy_within(row..row + BEYOND, row + end);
+            field.copy_within(row + end - BEYOND..row + end, row - BEYOND);
+        });
         fetch(grid, points, [&mut *from, &mut *mask]);
         let path = Path { grid, from: [&*from, &*mask], points };
         self.place(placed);
@@ -292,28 +287,25 @@ impl<const D: usize> Component<D> {
             along.for_each(dispatch);
         }
         self.change_forced(grid, [&mut *from, &mut *mask], |force, mask| (*force, *mask) = (ZERO, ZERO));
-        if wraps {
-            let n = grid.cells[0];
-            self.each_forced_row(grid, |row| {
-                for field in [&mut *from, &mut *mask] {
-                    field[row + n..row + n + BEYOND].fill(0.0);
-                    field[row - BEYOND..row].fill(0.0);
-                }
-            });
-        }
+        self.change_pads(grid, [from, mask], |field, row| {
+            field[row + end..row + end + BEYOND].fill(0.0);
+            field[row - BEYOND..row].fill(0.0);
+        });
         self.next = std::mem::replace(self.forced_mut(), next);
     }
 
-    /// Visits the rows where there may be force, each at its first place.
-    fn each_forced_row(&self, grid: &Grid<D>, mut visit: impl FnMut(usize)) {
-        let words_each = self.forced().len() / grid.cells[D - 1];
-        for (k, layer) in self.forced().chunks_exact(words_each).enumerate() {
-            for (j, bits) in layer.chunks_exact(words(grid)).enumerate() {
-                if bits.iter().any(|bits| *bits != 0) {
-                    visit(place_of(grid, k) + j * grid.stride(1));
-                }
-            }
+    /// Changes what stands beyond the ends of the rows where there may be force, where the box goes on there
+    /// and there is room for it. `change` is given a field and the first place of a row.
+    fn change_pads(&self, grid: &Grid<D>, mut fields: [&mut [f64]; 2], change: impl Fn(&mut [f64], usize)) {
+        if !(grid.periodic(0) && pads(grid)) {
+            return;
         }
+        let rows = self.forced().chunks_exact(words(grid)).enumerate();
+        let rows_each = grid.stride(D - 1) / grid.stride(1);
+        let rows = rows
+            .filter(|(_, bits)| bits.iter().any(|bits| *bits != 0))
+            .map(|(row, _)| place_of(grid, row / rows_each) + row % rows_each * grid.stride(1));
+        rows.for_each(|row| fields.iter_mut().for_each(|field| change(field, row)));
     }
 
     /// Changes two fields where there may be force, eight places at a time.
