@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use bedload_program::RunOptions;
+use protocol::loudness::is_quiet;
 use protocol::participant::Role;
 use serde_json::Value;
 
@@ -25,8 +26,11 @@ pub fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
         let text =
             serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;
         println!("{text}");
+    } else if is_quiet() {
+        prepared.tell();
     } else {
-        print_plan(&prepared);
+        prepared.table().iter().for_each(|line| protocol::show!("{line}"));
+        prepared.notices().iter().for_each(|notice| protocol::show!("\n  {notice}"));
         if let Some(expected) = expected {
             protocol::show!("\n  {expected}");
         }
@@ -46,17 +50,13 @@ pub fn cheaper(options: &RunOptions, name: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-fn print_plan(prepared: &Prepared) {
-    protocol::show!("{}", prepared.scene.source.file);
-    for line in prepared.plan.lines() {
-        protocol::show!("  {line}");
-    }
-    println!("\n  {:<8}{:<25}{:<14}{:>11}    {:>11}{:>9}", "bound", "", "", "value", "limit", "margin");
-    for bound in &prepared.plan.bounds {
-        protocol::show!("  {}", row(bound, &prepared.plan.forced));
-    }
-    for notice in prepared.notices() {
-        protocol::show!("\n  {notice}");
+impl Prepared {
+    /// The plan and its bounds, line by line.
+    pub(crate) fn table(&self) -> Vec<String> {
+        let lines = self.plan.lines().into_iter().map(|line| format!("  {line}"));
+        let head = format!("\n  {:<8}{:<39}{:>11}    {:>11}{:>9}", "bound", "", "value", "limit", "margin");
+        let bounds = self.plan.bounds.iter().map(|bound| format!("  {}", row(bound, &self.plan.forced)));
+        [self.scene.source.file.clone()].into_iter().chain(lines).chain([head]).chain(bounds).collect()
     }
 }
 

@@ -91,6 +91,18 @@ impl Prepared {
         if broken.is_empty() { Ok(()) } else { Err(Bound::broken(&broken)) }
     }
 
+    /// Says before the run what the user should know; where the program is verbose, the whole plan.
+    pub(crate) fn tell(&self) {
+        self.table().iter().for_each(|line| protocol::detail!("{line}"));
+        for line in self.notices() {
+            if line.starts_with("warning") {
+                protocol::say!("bedload: {line}");
+            } else {
+                protocol::tell!("bedload: {line}");
+            }
+        }
+    }
+
     /// What the user should know before the run, line by line.
     pub fn notices(&self) -> Vec<String> {
         let mut lines: Vec<String> =

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::time::Instant;
 
 use bedload_output::{OutputFolder, Sides, Summary};
-use bedload_program::{Interrupts, Job, LogKind, RunOptions, VERSION, summarise};
+use bedload_program::{Interrupts, Job, LogKind, Loudness, RunOptions, VERSION, summarise};
 use protocol::channel::remove_stale_runs;
 use protocol::participant::Role;
 use rustix::process::Signal;
@@ -27,17 +27,17 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     begin()?;
     let (options, expected) = &accuracy::resolve(options)?;
     if let Some(expected) = expected {
-        protocol::say!("bedload: {expected}");
+        protocol::tell!("bedload: {expected}");
     }
     let mut prepared = Prepared::new(options)?;
-    for line in prepared.notices() {
-        protocol::say!("bedload: {line}");
-    }
+    prepared.tell();
     prepared.refuse_broken()?;
     let every = fields_every(options, &prepared);
     prepared.scene.scene.observe.fields_every = Some(every);
     let options = RunOptions { fields_every: Some(every), ..options.clone() };
-    carry_out(&options, &prepared, &listen()?, report)
+    carry_out(&options, &prepared, &listen()?, report)?;
+    bedload_program::done("bedload", &options.out_path(), "");
+    Ok(())
 }
 
 /// Time between fields, s: as the scene says, or the plan; a run that goes on keeps that which it had.
@@ -57,7 +57,7 @@ pub(crate) fn begin() -> Result<(), Failure> {
     descriptors::allow(descriptors::ANY_RUN).map_err(Failure::Run)?;
     match remove_stale_runs() {
         Ok(0) => {}
-        Ok(count) => protocol::say!("bedload: removed what {count} dead run(s) had left in shared memory"),
+        Ok(count) => protocol::tell!("bedload: removed what {count} dead run(s) had left in shared memory"),
         Err(error) => protocol::say!("bedload: warning: cannot remove what dead runs left: {error}"),
     }
     Ok(())
@@ -110,9 +110,7 @@ fn coupled(
         begin,
     };
     let setup = Coupled { options, prepared, folder: &folder, interrupts: interrupts.clone(), report };
-    bedload_program::run(&job, &setup)?;
-    protocol::say!("bedload: done, see {}", folder.root().display());
-    Ok(())
+    bedload_program::run(&job, &setup)
 }
 
 /// A scene that needs one solver only: its own `run` does everything.
@@ -125,7 +123,7 @@ fn alone(
 ) -> Result<(), Failure> {
     let mut passed_on = 0;
     let silence = Silence::of(&prepared.coupling, prepared.scene.grains.len());
-    let exit = by_itself::run(solver, &alone_arguments(options), silence, |supervisor| {
+    let exit = by_itself::run(solver, &alone_arguments(options, solver), silence, |supervisor| {
         let count = interrupts.count();
         if count > passed_on {
             passed_on = count;
@@ -169,7 +167,7 @@ fn lost(
     Err(failure)
 }
 
-fn alone_arguments(options: &RunOptions) -> Vec<OsString> {
+fn alone_arguments(options: &RunOptions, solver: &Solver) -> Vec<OsString> {
     let mut arguments: Vec<OsString> = vec!["run".into(), options.scene.clone().into()];
     arguments.extend(["--out".into(), options.out_path().into()]);
     for text in options.all_overrides() {
@@ -187,6 +185,7 @@ fn alone_arguments(options: &RunOptions) -> Vec<OsString> {
     if options.no_record {
         arguments.push("--no-record".into());
     }
+    arguments.extend(Loudness::option().filter(|_| solver.is_ours()).map(OsString::from));
     // Only where it says something: a solver of another need not know the option.
     if let Some(every) = options.fields_every.filter(|every| *every > 0.0) {
         arguments.extend(["--fields-every".into(), every.to_string().into()]);

@@ -436,13 +436,10 @@ fn ask(command: &[String], arguments: &[OsString], limit: Duration) -> std::io::
     let Some((executable, leading)) = command.split_first() else {
         return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty"));
     };
-    let mut child = Command::new(executable)
-        .args(leading)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()?;
+    let mut asked = Command::new(executable);
+    asked.args(leading).args(arguments);
+    protocol::detail!("bedload: asks {asked:?}");
+    let mut child = asked.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
     let (stdout, stderr) = (read_all(child.stdout.take()), read_all(child.stderr.take()));
     if stdout.is_err() || stderr.is_err() {
         child.kill()?;

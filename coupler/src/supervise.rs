@@ -123,6 +123,7 @@ impl Supervisor {
         };
         let mut command = Command::new(executable);
         command.args(leading).args(arguments).process_group(0);
+        protocol::detail!("bedload: starts {command:?}");
         command.env(bedload_program::PARENT, bedload_program::parent_name());
         command.envs(self.heartbeats.as_ref().map(Heartbeats::variable));
         if words != StderrMode::Own {
@@ -239,7 +240,7 @@ fn keep_words(role: Role, mut stderr: impl BufRead, kept: &Mutex<VecDeque<String
         if text.is_empty() {
             continue;
         }
-        if say {
+        if say && (!protocol::loudness::is_quiet() || is_grave(&text)) {
             protocol::say!("{role}: {text}");
         }
         let mut kept = locked(kept);
@@ -248,6 +249,12 @@ fn keep_words(role: Role, mut stderr: impl BufRead, kept: &Mutex<VecDeque<String
         }
         kept.push_back(text);
     }
+}
+
+/// Is a line of a solver, which may be one of others, a warning or an error?
+fn is_grave(line: &str) -> bool {
+    let line = line.to_lowercase();
+    ["warn", "error", "fail"].iter().any(|word| line.contains(word))
 }
 
 /// Reads up to a line break, of which the first [`LONGEST_LINE`] bytes are put into `line`; false at the end.

@@ -30,7 +30,7 @@ pub fn main() -> ExitCode {
             let _ = dismiss(&ranks);
             let (size, Traffic { messages, bytes }) = (ranks.size(), ranks.traffic());
             let megabytes = bytes as f64 * 1e-6;
-            protocol::say!(
+            protocol::tell!(
                 "{}: {size} ranks; the first sent {messages} messages, {megabytes:.1} MB",
                 Fluid::PROGRAM
             );

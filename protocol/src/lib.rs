@@ -21,6 +21,7 @@ pub mod checkpoints;
 pub mod facts;
 pub mod input_file;
 pub mod log;
+pub mod loudness;
 pub mod memory;
 pub mod message;
 pub mod new_file;
@@ -40,6 +41,26 @@ macro_rules! say {
             $crate::printable::printable(&text).as_bytes(),
         );
     }};
+}
+
+/// [`say!`] of news: not where the program is quiet.
+#[macro_export]
+macro_rules! tell {
+    ($($text:tt)*) => {
+        if !$crate::loudness::is_quiet() {
+            $crate::say!($($text)*);
+        }
+    };
+}
+
+/// [`say!`] of details: only where the program is verbose.
+#[macro_export]
+macro_rules! detail {
+    ($($text:tt)*) => {
+        if $crate::loudness::is_verbose() {
+            $crate::say!($($text)*);
+        }
+    };
 }
 
 /// `println!` of text that others may have written: made [`printable::printable`].

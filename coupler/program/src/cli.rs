@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use bedload_program::RunOptions;
+use bedload_program::{Loudness, RunOptions};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use protocol::participant::Role;
@@ -32,6 +32,8 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("BEDLOAD_COM
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    loudness: Loudness,
 }
 
 #[derive(Debug, Subcommand)]
@@ -353,7 +355,9 @@ impl Format {
 pub(crate) fn main() -> ExitCode {
     bedload_program::end_where_nothing_is_printed();
     bedload_program::fail_at_file_limit();
-    match dispatch(Arguments::parse().command) {
+    let Arguments { command, loudness } = Arguments::parse();
+    loudness.set();
+    match dispatch(command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             let code = failure.exit_code();

@@ -26,8 +26,9 @@ pub type Report = fn(&Path) -> Result<PathBuf, Failure>;
 
 /// Makes the report; a failure there costs no result.
 pub(crate) fn draw(folder: &Path, report: Report) {
-    if let Err(error) = report(folder) {
-        protocol::say!("bedload: warning: no report.html: {error}");
+    match report(folder) {
+        Ok(page) => protocol::detail!("bedload: wrote {}", page.display()),
+        Err(error) => protocol::say!("bedload: warning: no report.html: {error}"),
     }
 }
 

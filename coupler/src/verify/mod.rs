@@ -82,11 +82,11 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     }
     let set = match accuracy::choose(&scene, target, &text) {
         Ok(expected) => {
-            protocol::say!("bedload: {expected}");
+            protocol::tell!("bedload: {expected}");
             expected.set
         }
         Err(refused) => {
-            protocol::say!("bedload: accuracy {}; its own grids are measured", refused.message);
+            protocol::tell!("bedload: accuracy {}; its own grids are measured", refused.message);
             Vec::new()
         }
     };
@@ -102,9 +102,7 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     }
     let ladder = Ladder::of(&scene, charted);
     let planned = planned(&ladder, &base)?;
-    for line in planned[0].prepared.notices() {
-        protocol::say!("bedload: {line}");
-    }
+    planned[0].prepared.tell();
     price(&planned, ladder.needed);
     let folder = options.folder(&scene)?;
     let interrupts = run::listen()?;
@@ -120,9 +118,8 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     let outcome = summarise(&folder, &mut summary, outcome);
     crate::coupled::draw(folder.root(), report);
     outcome?;
-    let more: Vec<String> =
-        planned[rung].options.overrides.iter().map(|set| format!("--set '{set}'")).collect();
-    protocol::say!("bedload: done, see {}; to go on: {}", folder.root().display(), more.join(" "));
+    let more: String = planned[rung].options.overrides.iter().map(|set| format!(" --set '{set}'")).collect();
+    bedload_program::done("bedload", folder.root(), &format!("; to go on:{more}"));
     Ok(())
 }
 
@@ -174,7 +171,7 @@ fn is_too_dear(plan: &Plan, before: &[Planned]) -> bool {
 fn price(planned: &[Planned], needed: usize) {
     for (place, grid) in planned.iter().enumerate() {
         let when = if place <= needed { "is run" } else { "where the ones before do not suffice" };
-        protocol::say!("bedload: grid {}: {}: {when}", place + 1, grid.line());
+        protocol::tell!("bedload: grid {}: {}: {when}", place + 1, grid.line());
     }
 }
 
@@ -203,7 +200,7 @@ fn climb(
     found: &mut Found,
 ) -> Result<(), Failure> {
     for (place, grid) in planned.iter().enumerate() {
-        protocol::say!("bedload: grid {} of at most {}: {}", place + 1, planned.len(), grid.line());
+        protocol::tell!("bedload: grid {} of at most {}: {}", place + 1, planned.len(), grid.line());
         run::carry_out(&grid.options, &grid.prepared, interrupts, |folder| Ok(folder.to_owned()))?;
         if interrupts.count() > 0 {
             return Err(Failure::Interrupted(format!("after grid {}", place + 1)));
@@ -218,7 +215,7 @@ fn climb(
             return Err(Failure::Run(format!("none of {} could be measured", names.join(", "))));
         }
         let (name, error) = worst(&metrics);
-        protocol::say!(
+        protocol::tell!(
             "bedload: grid {}: error {} % by estimate, {} % asked for; {}",
             place + 1,
             Short(100.0 * error),
@@ -230,7 +227,7 @@ fn climb(
             return Ok(());
         }
         if !follows {
-            protocol::say!("bedload: grid {}: {STEPS}", place + 1);
+            protocol::tell!("bedload: grid {}: {STEPS}", place + 1);
         }
         if place + 1 == planned.len() {
             return Err(Failure::Run(format!(

@@ -184,11 +184,11 @@ impl Task {
         };
         let resume = left.as_ref().is_some_and(|left| left.status == RunStatus::Interrupted);
         if left.is_none() && self.folder.join("summary.json").exists() {
-            protocol::say!("bedload: {}: its scene, a table of it or the version has changed", self.name);
+            protocol::tell!("bedload: {}: its scene, a table of it or the version has changed", self.name);
         }
         match left.and_then(|summary| reuse.outcome(summary)) {
             Some(outcome) => {
-                protocol::say!("bedload: {}: finished before", self.name);
+                protocol::tell!("bedload: {}: finished before", self.name);
                 Ok(outcome)
             }
             None => self.make(program, reuse, resume, origin),
@@ -197,7 +197,7 @@ impl Task {
 
     fn make(&self, program: &Path, reuse: Reuse, resume: bool, origin: &Origin) -> Result<Outcome, Failure> {
         let name = &self.name;
-        protocol::say!("bedload: {name}: {}", if resume { "goes on" } else { "runs" });
+        protocol::tell!("bedload: {name}: {}", if resume { "goes on" } else { "runs" });
         let said = self.beside("log");
         let note = toml::to_string(origin).unwrap_or_default();
         if let Err(error) = atomic_write(&self.beside("origin"), note.as_bytes()) {
@@ -214,7 +214,7 @@ impl Task {
         // Only what this run wrote is taken for its result: there was nothing to reuse before it.
         let outcome = match self.finished(reuse) {
             Ok(Some(Outcome::Done(summary))) if status.success() => {
-                protocol::say!("bedload: {name}: done in {:.1} s", summary.cost.wall_s);
+                protocol::tell!("bedload: {name}: done in {:.1} s", summary.cost.wall_s);
                 Outcome::Done(summary)
             }
             left => {

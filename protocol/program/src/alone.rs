@@ -281,6 +281,9 @@ pub(crate) fn run<S: Solver>(options: &RunOptions) -> Result<(), Failure> {
     let facts = S::facts(&scene)?;
     // Refuses a scene that needs the other solver.
     let _ = S::stand_in(&scene)?;
+    if let Ok(facts) = toml::Table::try_from(&facts) {
+        protocol::detail!("{facts}");
+    }
     let folder = options.folder(&scene)?;
     // The section is the coupler's; of it only these keys mean something to a solver alone.
     let key = |name: &str| scene.scene.coupling.get(name);

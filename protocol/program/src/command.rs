@@ -8,8 +8,9 @@ use protocol::channel::Wire;
 
 use crate::disk::fail_at_file_limit;
 use crate::failure::Failure;
+use crate::loudness::{Loudness, done};
 use crate::options::RunOptions;
-use crate::orphan::end_with_parent;
+use crate::orphan::{PARENT, end_with_parent};
 use crate::printing::end_where_nothing_is_printed;
 use crate::solver::Solver;
 use crate::threads::with_threads;
@@ -20,6 +21,8 @@ use crate::{alone, replay, serve};
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    loudness: Loudness,
 }
 
 #[derive(Subcommand)]
@@ -77,7 +80,8 @@ where
 {
     end_where_nothing_is_printed();
     fail_at_file_limit();
-    let command = arguments(S::PROGRAM, S::ABOUT).command;
+    let Arguments { command, loudness } = arguments(S::PROGRAM, S::ABOUT);
+    loudness.set();
     match bedload_vectors::check().map_err(Failure::Input).and_then(|()| dispatch::<S>(command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -107,7 +111,12 @@ where
         }
         Command::Run { options } => {
             end_with_parent()?;
-            alone::run::<S>(&options)
+            alone::run::<S>(&options)?;
+            // `bedload` says it itself.
+            if std::env::var_os(PARENT).is_none() {
+                done(S::PROGRAM, &options.out_path(), "");
+            }
+            Ok(())
         }
         Command::Serve { options, connect, checkpoint } => {
             serve::serve::<S>(&options, connect.as_deref(), checkpoint.as_deref())

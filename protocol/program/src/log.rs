@@ -111,7 +111,7 @@ impl Log {
                 absent.clear();
                 let bytes = record * grains;
                 if bytes > MOST_MESSAGE {
-                    protocol::say!(
+                    protocol::tell!(
                         "{}: note: no exchange.mcap: a message of {grains} grains is beyond 16 MiB",
                         job.program
                     );

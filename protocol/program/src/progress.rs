@@ -27,7 +27,7 @@ impl Progress {
     /// most the time left.
     pub(crate) fn new(program: &'static str, from: f64, until: f64, may_end_sooner: bool) -> Self {
         let most = if may_end_sooner { "at most " } else { "" };
-        let bar = std::io::stderr().is_terminal().then(|| {
+        let bar = (std::io::stderr().is_terminal() && !protocol::loudness::is_quiet()).then(|| {
             let bar =
                 ProgressBar::with_draw_target(Some(TICKS as u64), ProgressDrawTarget::stderr_with_hz(5));
             let template = format!("{{bar:30}} {{percent:>3}} %  {{msg}}  {most}{{eta}} left");
@@ -54,7 +54,7 @@ impl Progress {
             None => {
                 let begin = self.begin.elapsed().as_secs_f64();
                 let left = begin * (self.until - time) / (time - self.from);
-                protocol::say!("{}: {}, {}{left:.0} s to go", self.program, text(), self.most);
+                protocol::tell!("{}: {}, {}{left:.0} s to go", self.program, text(), self.most);
             }
         }
     }

@@ -59,7 +59,7 @@ pub fn run<S: Setup>(job: &Job<'_>, setup: &S) -> Result<(), Failure> {
         scene.goes_on_from(state.observer.tally.simulated)?;
         if folder.is_finished_to(scene.scene.until) {
             let root = folder.root().display();
-            protocol::say!(
+            protocol::tell!(
                 "{}: {root} is finished: nothing to do; --until with a later time goes on",
                 job.program
             );
@@ -164,7 +164,7 @@ fn rewind<S: Setup>(job: &Job<'_>, setup: &S, step: u64) -> Result<String, Failu
     if from.is_some() && start == step {
         return Ok(format!("the checkpoint stands at step {step}, before the failure"));
     }
-    protocol::say!(
+    protocol::tell!(
         "{}: doing steps {start} to {step} again for a checkpoint before the failure",
         job.program
     );

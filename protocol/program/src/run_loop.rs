@@ -192,6 +192,7 @@ impl<'a, L: Link, S: Schedule> RunLoop<'a, L, S> {
         }
         checkpoint::complete(folder, step, &identity, &state)?;
         output.saved = Instant::now();
+        protocol::detail!("{}: checkpoint of step {step}", output.job.program);
         Ok(())
     }
 

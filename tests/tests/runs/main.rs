@@ -13,6 +13,7 @@ mod film;
 mod handover;
 mod kill;
 mod light;
+mod loudness;
 mod memory;
 mod new;
 mod no_room;

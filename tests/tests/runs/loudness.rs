@@ -1,0 +1,88 @@
+//! `--quiet` and `--verbose`: what is said, and where.
+
+use std::process::{Command, Output};
+
+use tests::harness::{Folder, program, said};
+
+/// A disc that falls in a box.
+const WET: &str = r#"
+until = 0.1
+gravity = [0.0, 0.0, -1.0]
+[domain]
+geometry = "plane"
+lower = [0.0, 0.0]
+upper = [4.0, 6.0]
+cells = [32, 48]
+boundary = { x = "periodic", z = "no-slip" }
+[medium]
+density = 1.0
+viscosity = 0.1
+[[grains]]
+position = [0.2, 0.0, 4.0]
+radius = 0.5
+density = 2.0
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.9
+contact_time = 0.02
+"#;
+
+fn both(output: &Output) -> (String, String) {
+    assert!(output.status.success(), "{}", said(output));
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn a_quiet_run_says_its_folder_alone_and_a_verbose_one_what_it_does() {
+    let dry = WET.replace("[medium]\ndensity = 1.0\nviscosity = 0.1\n", "").replace("cells = [32, 48]\n", "");
+    let folder = Folder::new("loudness");
+    for (name, text, by) in
+        [("wet", WET, "bedload"), ("dry", &*dry, "bedload"), ("grains", &*dry, "bedload-dem")]
+    {
+        let (scene, out) = (folder.write(&format!("{name}.toml"), text), folder.join(name));
+        let run = |before: &[&str], after: &[&str]| {
+            let mut command = Command::new(program(by));
+            command.args(before).arg("run").arg(&scene).arg("--out").arg(&out).arg("--overwrite").args(after);
+            both(&command.output().expect("it starts"))
+        };
+        let path = format!("{}\n", out.display());
+        assert_eq!(run(&[], &["-q"]), (path.clone(), String::new()), "{name}");
+        assert_eq!(run(&["--quiet"], &[]), (path.clone(), String::new()), "{name}");
+        let usual = format!("{by}: done, see {path}");
+        let (shown, told) = run(&[], &[]);
+        assert!(shown.is_empty() && told.ends_with(&usual) && !told.contains("checkpoint"), "{told}");
+        let (shown, told) = run(&[], &["-v"]);
+        let planned = if by == "bedload" { "  sub-steps " } else { "contact_time = " };
+        let started = if by == "bedload" { "bedload: starts " } else { "" };
+        for word in [planned, started, "checkpoint of step ", &usual] {
+            assert!(shown.is_empty() && told.contains(word), "{name}: {word}: {told}");
+        }
+    }
+    let check = |option: &str| {
+        let mut command = Command::new(program("bedload"));
+        both(&command.arg("check").arg(folder.join("wet.toml")).arg(option).output().expect("it starts"))
+    };
+    assert_eq!(check("-q"), (String::new(), String::new()));
+    assert!(check("-v").1.contains("bedload: asks "), "{}", check("-v").1);
+    let mut command = Command::new(program("bedload"));
+    let refused = command.args(["check", "-qv"]).arg(folder.join("wet.toml")).output().expect("it starts");
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+}
+
+/// What remains of the words of a solver is what may matter.
+#[test]
+fn a_quiet_run_still_warns() {
+    let folder = Folder::new("warns");
+    // It leaves through a face that no grain touches.
+    let open = WET
+        .replace("z = \"no-slip\"", "z = \"free-slip\"")
+        .replace("0.0, 4.0]", "0.0, 0.01]\nvelocity = [0.0, 0.0, -1.0]");
+    let scene = folder.write("leaves.toml", &open);
+    let mut command = Command::new(program("bedload"));
+    let run = command.arg("run").arg(&scene).arg("--out").arg(folder.join("out")).arg("-q");
+    let (_, told) = both(&run.output().expect("it starts"));
+    let lines: Vec<&str> = told.lines().collect();
+    assert!(!lines.is_empty() && lines.iter().all(|line| line.contains("warning")), "{told}");
+    assert!(told.contains("dem: bedload-dem: warning: grain 0 left the box"), "{told}");
+}
