@@ -239,7 +239,7 @@ enum Command {
         slice: Option<String>,
         /// Width of a frame, pixels
         #[arg(long, value_name = "PIXELS", default_value_t = 960,
-              value_parser = clap::value_parser!(u16).range(64..=4096))]
+              value_parser = clap::value_parser!(u16).range(160..=4096))]
         width: u16,
         /// Frames per second of the film
         #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=50))]

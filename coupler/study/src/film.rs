@@ -11,7 +11,9 @@ use std::process::{Command, Stdio};
 use bedload_output::{OutputFolder, Summary, atomic_write};
 use bedload_scene::{CheckedScene, SceneSource};
 
-use super::pictures::{self, COLOURS, Frame, Instant, Quantity, Raster, Scale, Shape, Slice, Tone, instants};
+use super::pictures::{
+    self, COLOURS, Frame, HIGH, Instant, Quantity, Raster, Scale, Shape, Slice, Tone, instants,
+};
 use coupler::failure::Failure;
 use coupler::number::Short;
 
@@ -30,8 +32,11 @@ pub struct Film {
     pub rate: u16,
 }
 
-/// Height of the strip below the picture, pixels.
-const STRIP: usize = 40;
+/// Margins above the picture, to its right and below its axis, pixels, and length of a tick.
+const ABOVE: usize = HIGH + HIGH / 2 + 4;
+const RIGHT: usize = 16;
+const STRIP: usize = HIGH + 16;
+const TICK: usize = 6;
 /// Size of a frame in either direction, pixels.
 const SIZES: std::ops::RangeInclusive<usize> = 64..=4096;
 /// Neighbouring colours of the scale that are one in the film, and a number that stands for what the frame
@@ -76,7 +81,7 @@ pub fn film(film: &Film) -> Result<Vec<PathBuf>, Failure> {
     let mut last: Vec<u8> = Vec::new();
     for (number, instant) in instants.iter().enumerate() {
         let frame = Frame { view, ..read(instant)? };
-        let raster = draw(&frame, &scale, usize::from(film.width))?;
+        let raster = draw(&frame, &scale, usize::from(film.width), shape.mirrored)?;
         atomic_write(&folder.frame(number), &raster.png().map_err(Failure::Run)?)?;
         let encoder = match &mut gif {
             Some(encoder) => encoder,
@@ -114,10 +119,18 @@ fn mp4(folder: &OutputFolder, rate: u16) -> Option<PathBuf> {
     None
 }
 
-/// The longest of 1, 2, 5, 10 … that is no longer than `most`.
-fn round_length(most: f64) -> f64 {
-    let decade = 10_f64.powi(most.log10().floor() as i32);
-    [5.0, 2.0].map(|times| times * decade).into_iter().find(|length| *length <= most).unwrap_or(decade)
+/// The shortest of 1, 2, 5, 10 … that is no shorter than `least`.
+fn round_length(least: f64) -> f64 {
+    let decade = 10_f64.powi(least.log10().floor() as i32);
+    let lengths = [1.0, 2.0, 5.0].map(|times| times * decade);
+    lengths.into_iter().find(|length| *length >= least * (1.0 - 1e-9)).unwrap_or(10.0 * decade)
+}
+
+/// Places of round numbers from `low` to `high`, at least `least` apart, and the numbers over `unit`.
+fn ticks((low, high): (f64, f64), least: f64, unit: f64) -> Vec<(f64, String)> {
+    let step = round_length(least / unit) * unit;
+    let numbers = (low / step - 1e-6).ceil() as i64..=(high / step + 1e-6).floor() as i64;
+    numbers.map(|k| (k as f64 * step, Short(k as f64 * step / unit).to_string())).collect()
 }
 
 /// The frame with what differs from the `last` one, which it then is.
@@ -142,49 +155,77 @@ fn cannot(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     Failure::Run(format!("cannot write {}: {error}", path.display()))
 }
 
-/// Draws one frame: field, grains, time, a length to scale and the scale of the colours.
-fn draw(frame: &Frame, scale: &Scale, width: usize) -> Result<Raster, Failure> {
-    let height = pictures::height(frame, width);
-    if !SIZES.contains(&height) || !SIZES.contains(&width) {
+/// Draws one frame: field, grains, axes and legend; `mirrored`: the first axis is a radius.
+fn draw(frame: &Frame, scale: &Scale, width: usize, mirrored: bool) -> Result<Raster, Failure> {
+    let ((west, south), (east, north)) = frame.view;
+    let largest = [west, south, east, north].map(f64::abs).into_iter().fold(0.0, f64::max);
+    let (unit, symbol) = if largest < 0.1 { (1e-3, "mm") } else { (1.0, "m") };
+    let [x, z] = frame.axes().map(|axis| format!("{}, {symbol}", ["x", "y", "z"][axis]));
+    let x = if mirrored { x.replace('x', "r") } else { x };
+    // Of a first guess of the size of a pixel: the margin hangs on the numbers, and they on it.
+    let levels = |pixel: f64| ticks((south, north), 4.0 * HIGH as f64 * pixel, unit);
+    let wide = |levels: &[(f64, String)]| levels.iter().map(|(_, number)| Raster::wide(number)).max();
+    let left =
+        wide(&levels((east - west) / width as f64)).max(Some(Raster::wide(&x))).unwrap_or(0) + 3 * TICK;
+    let across = width.saturating_sub(left + RIGHT).max(1);
+    let height = pictures::height(frame, across);
+    let bottom = ABOVE + height;
+    let whole = bottom + 2 * TICK + HIGH + STRIP;
+    if !SIZES.contains(&whole) || !SIZES.contains(&width) {
         return Err(Failure::Input(format!(
-            "a frame would be {width} × {height} pixels; allowed: {} to {} in either direction: choose another --width",
+            "a frame would be {width} × {whole} pixels; allowed: {} to {} in either direction: choose another --width",
             SIZES.start(),
             SIZES.end()
         )));
     }
-    let mut raster = pictures::draw(frame, scale, width, STRIP);
-    (0..width).for_each(|i| raster.set(i, height, Tone::INK));
+    let picture = pictures::draw(frame, scale, across);
+    let mut raster = picture.within([left, ABOVE, RIGHT, whole - bottom]);
+    let pixel = (east - west) / across as f64;
+    raster.text(TICK, 2, &z);
+    for (at, number) in levels(pixel) {
+        let row = ABOVE + (((north - at) / pixel) as usize).min(height);
+        (left - TICK..left).for_each(|i| raster.set(i, row, Tone::INK));
+        raster.text(
+            left.saturating_sub(2 * TICK + Raster::wide(&number)) + TICK / 2,
+            row - HIGH / 2,
+            &number,
+        );
+    }
+    (ABOVE..=bottom).for_each(|k| raster.set(left - 1, k, Tone::INK));
+    let under = bottom + TICK + TICK / 2;
+    raster.text(TICK, under, &x);
+    let widest = [west, east].map(|at| Raster::wide(&Short(at / unit).to_string()));
+    for (at, number) in ticks((west, east), (4 * RIGHT + widest[0].max(widest[1])) as f64 * pixel, unit) {
+        let (column, half) = (left + ((at - west) / pixel) as usize, Raster::wide(&number) / 2);
+        (bottom..bottom + TICK).for_each(|k| raster.set(column, k, Tone::INK));
+        let start = column.saturating_sub(half).max(2 * TICK + Raster::wide(&x));
+        raster.text(start.min(width.saturating_sub(2 * half)), under, &number);
+    }
+    (left - 1..left + across).for_each(|i| raster.set(i, bottom, Tone::INK));
+    legend(&mut raster, frame, scale, whole - STRIP + 8);
+    Ok(raster)
+}
+
+/// Writes the time and the scale of the colours below row `row`.
+fn legend(raster: &mut Raster, frame: &Frame, scale: &Scale, row: usize) {
+    let width = raster.width;
     let time = format!("t = {} s", Short(frame.time));
-    raster.text(8, height + 12, &time);
+    raster.text(TICK, row, &time);
     let (bar, end) = (width / 6, format!(" {}", Short(scale.high)));
     let begin = |legend: &str| width.saturating_sub(8 + bar + Raster::wide(legend) + Raster::wide(&end));
-    let mut legend = format!("{} {} ", frame.quantity.label(), Short(scale.low));
+    let mut legend = format!("{}, {} {} ", frame.quantity.label(), frame.quantity.unit(), Short(scale.low));
     // A narrow frame has no room for the name beside the time.
     if begin(&legend) < 24 + Raster::wide(&time) {
         legend = format!("{} ", Short(scale.low));
     }
     let start = begin(&legend);
-    raster.text(start, height + 12, &legend);
-    let left = start + Raster::wide(&legend);
+    raster.text(start, row, &legend);
+    let from = start + Raster::wide(&legend);
     for i in 0..bar {
         let value = scale.low + (scale.high - scale.low) * i as f64 / bar as f64;
-        (height + 12..height + 28).for_each(|k| raster.set(left + i, k, scale.tone(value)));
+        (row..row + HIGH).for_each(|k| raster.set(from + i, k, scale.tone(value)));
     }
-    raster.text(left + bar, height + 12, &end);
-    let unit = width as f64 / (frame.view.1.0 - frame.view.0.0);
-    let length = round_length(bar as f64 / unit);
-    let (begin, long) = (32 + Raster::wide(&time), (length * unit).round() as usize);
-    let name = format!(" {} m", Short(length));
-    // A narrow frame has no room for it.
-    if begin + long + Raster::wide(&name) + 24 < start {
-        (0..=long).for_each(|i| raster.set(begin + i, height + 20, Tone::INK));
-        for k in height + 14..height + 27 {
-            raster.set(begin, k, Tone::INK);
-            raster.set(begin + long, k, Tone::INK);
-        }
-        raster.text(begin + long, height + 12, &name);
-    }
-    Ok(raster)
+    raster.text(from + bar, row, &end);
 }
 
 #[cfg(test)]
@@ -192,10 +233,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_length_to_scale_is_round() {
-        let found = [0.0199, 0.02, 0.7, 1.0, 99.0].map(round_length);
-        let wanted = [0.01, 0.02, 0.5, 1.0, 50.0];
-        assert!(found.iter().zip(wanted).all(|(a, b)| (a / b - 1.0).abs() < 1e-12), "{found:?}");
+    fn ticks_are_at_round_numbers_up_to_both_ends() {
+        let numbers = |ends, least, unit| -> Vec<String> {
+            ticks(ends, least, unit).into_iter().map(|(_, number)| number).collect()
+        };
+        assert_eq!(numbers((-0.3, 0.3), 0.1, 1.0), ["-0.3", "-0.2", "-0.1", "0", "0.1", "0.2", "0.3"]);
+        assert_eq!(numbers((0.0, 0.011), 0.0021, 1e-3), ["0", "5", "10"]);
+        assert_eq!(numbers((0.9, 99.0), 60.0, 1.0), Vec::<String>::new());
     }
 
     #[test]

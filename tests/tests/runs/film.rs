@@ -59,14 +59,14 @@ fn a_film_has_a_frame_for_every_instant_and_says_what_it_cannot_show() {
         assert_eq!(frames, instants);
         let first = std::fs::read(folder.join("out/film/frame_00000.png")).expect("a frame");
         let film = std::fs::read(folder.join("out/film.gif")).expect("a film");
-        assert_eq!(size(&first), (200, 340), "six over four, and the strip");
+        assert_eq!(size(&first), (200, 289), "six over four, and the margins");
         assert_eq!(size(&film), size(&first));
     }
     for (bad, word) in [
         (["--field", "colour"], "vorticity"),
         (["--slice", "y=0"], "no extent along y"),
         (["--slice", "w"], "not a plane"),
-        (["--width", "10"], "64"),
+        (["--width", "10"], "160"),
     ] {
         let film = bedload(&["film", out, bad[0], bad[1]]);
         assert_eq!(film.status.code(), Some(2), "{bad:?}: {}", said(&film));
@@ -158,6 +158,10 @@ fn a_film_of_a_dry_run_shows_the_box_while_its_grains_move() {
         .collect();
     assert!(frames.len() >= 4, "{}", frames.len());
     for frame in frames {
-        assert_eq!(size(&std::fs::read(frame).expect("a frame")), (200, 340), "six over four, and the strip");
+        assert_eq!(
+            size(&std::fs::read(frame).expect("a frame")),
+            (200, 289),
+            "six over four, and the margins"
+        );
     }
 }

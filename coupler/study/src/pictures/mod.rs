@@ -18,7 +18,7 @@ use coupler::number::Short;
 
 pub(crate) use frame::{Field, Frame, Grain, Instant, Point, Quantity, Shape, Slice, View, instants};
 pub(crate) use frame::{NOWHERE, around};
-pub(crate) use raster::{COLOURS, Raster, Tone, stops};
+pub(crate) use raster::{COLOURS, HIGH, Raster, Tone, stops};
 
 /// Part of the values beyond which a colour scale does not reach: single cells beside a wall would leave the
 /// rest dark.
@@ -95,12 +95,12 @@ pub(crate) fn view_of_grains(frames: &[Frame]) -> Option<View> {
     (view.1.0 > view.0.0).then_some(view)
 }
 
-/// Draws field and grains of a frame, `width` pixels wide, with `strip` pixels left free below.
-pub(crate) fn draw(frame: &Frame, scale: &Scale, width: usize, strip: usize) -> Raster {
+/// Draws field and grains of a frame, `width` pixels wide.
+pub(crate) fn draw(frame: &Frame, scale: &Scale, width: usize) -> Raster {
     let (low, high) = frame.view;
     let unit = width as f64 / (high.0 - low.0);
     let height = height(frame, width);
-    let mut raster = Raster::new(width, height + strip, scale.is_signed());
+    let mut raster = Raster::new(width, height, scale.is_signed());
     let at = |i: usize, k: usize| (low.0 + (i as f64 + 0.5) / unit, high.1 - (k as f64 + 0.5) / unit);
     if let Some(field) = &frame.field {
         for k in 0..height {
@@ -117,7 +117,7 @@ pub(crate) fn draw(frame: &Frame, scale: &Scale, width: usize, strip: usize) -> 
             (false, false) => Tone::GRAIN,
         };
         let place = |(x, z): &Point| (unit * (x - low.0), unit * (high.1 - z));
-        raster.polygon(&body.outline.iter().map(place).collect::<Vec<_>>(), height, fill);
+        raster.polygon(&body.outline.iter().map(place).collect::<Vec<_>>(), fill);
     }
     raster
 }
@@ -170,7 +170,7 @@ pub(crate) fn sheet<'a>(
     let pixels = (PIXELS * width / WIDTH).min((MOST_PIXELS / aspect).sqrt()).max(1.0) as usize;
     let picture = |(number, (frame, caption)): (usize, (&Frame, &'a String))| {
         let (column, row) = ((number % columns) as f64, (number / columns) as f64);
-        let raster = draw(frame, &scale, pixels, 0);
+        let raster = draw(frame, &scale, pixels);
         let corner = (column * (width + LINE), row * (size.1 + LINE) + LINE);
         Ok(Picture { corner, caption, png: base64(&raster.png().map_err(Failure::Run)?) })
     };

@@ -8,8 +8,9 @@ const LEAST_OUTLINED: f64 = 8.0;
 /// Colours of the scale; the rest of the 256 are those of [`Tone`].
 pub(crate) const COLOURS: u8 = 240;
 
-/// Height and width of a letter, pixels.
-const LETTER: usize = 16;
+/// Width and height of a letter, pixels.
+const WIDE: usize = 8;
+pub(crate) const HIGH: usize = 16;
 
 /// Viridis (Smith & van der Walt 2015) in nine steps.
 const SEQUENTIAL: [[u8; 3]; 9] = [
@@ -95,13 +96,24 @@ impl Raster {
         }
     }
 
-    /// A convex or other polygon above row `bottom`, filled, with a thin line around it.
-    pub(crate) fn polygon(&mut self, points: &[(f64, f64)], bottom: usize, fill: Tone) {
+    /// The same within margins to the left, above, to the right and below.
+    pub(crate) fn within(self, [left, above, right, below]: [usize; 4]) -> Self {
+        let (width, height) = (left + self.width + right, above + self.height + below);
+        let mut whole = Self { width, height, pixels: vec![Tone::PAPER.0; width * height], ..self };
+        for (row, line) in self.pixels.chunks(self.width).enumerate() {
+            let start = left + width * (above + row);
+            whole.pixels[start..start + self.width].copy_from_slice(line);
+        }
+        whole
+    }
+
+    /// A convex or other polygon, filled, with a thin line around it.
+    pub(crate) fn polygon(&mut self, points: &[(f64, f64)], fill: Tone) {
         let edges = || points.iter().zip(points.iter().cycle().skip(1));
         let (low, high) = points
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, y)| (low.min(*y), high.max(*y)));
-        let rows = low.max(0.0) as usize..(high.max(0.0).ceil() as usize).min(bottom);
+        let rows = low.max(0.0) as usize..(high.max(0.0).ceil() as usize).min(self.height);
         for row in rows {
             let y = row as f64 + 0.5;
             let crossing = |(from, to): (&(f64, f64), &(f64, f64))| {
@@ -121,7 +133,7 @@ impl Raster {
             for step in 0..length {
                 let part = step as f64 / length as f64;
                 let (x, y) = (from.0 + part * (to.0 - from.0), from.1 + part * (to.1 - from.1));
-                if x >= 0.0 && y >= 0.0 && (y as usize) < bottom {
+                if x >= 0.0 && y >= 0.0 {
                     self.set(x as usize, y as usize, Tone::INK);
                 }
             }
@@ -130,7 +142,7 @@ impl Raster {
 
     /// Width of a text, pixels.
     pub(crate) fn wide(text: &str) -> usize {
-        LETTER * text.chars().count()
+        WIDE * text.chars().count()
     }
 
     /// Writes a text with its upper left corner at a place.
@@ -140,9 +152,9 @@ impl Raster {
             else {
                 continue;
             };
-            for (k, i) in (0..LETTER).flat_map(|k| (0..LETTER).map(move |i| (k, i))) {
-                if lines[k / 2] >> (i / 2) & 1 == 1 {
-                    self.set(column + LETTER * number + i, row + k, Tone::INK);
+            for (k, i) in (0..HIGH).flat_map(|k| (0..WIDE).map(move |i| (k, i))) {
+                if lines[k / 2] >> i & 1 == 1 {
+                    self.set(column + WIDE * number + i, row + k, Tone::INK);
                 }
             }
         }
@@ -167,10 +179,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_polygon_fills_what_it_encloses_above_the_strip() {
-        let mut raster = Raster::new(20, 20, false);
-        raster.polygon(&[(2.0, 2.0), (10.0, 2.0), (10.0, 30.0), (2.0, 30.0)], 12, Tone::GRAIN);
-        let at = |column: usize, row: usize| raster.pixels[column + 20 * row];
+    fn a_polygon_fills_what_it_encloses_and_no_margin() {
+        let mut raster = Raster::new(20, 12, false);
+        raster.polygon(&[(2.0, 2.0), (10.0, 2.0), (10.0, 30.0), (2.0, 30.0)], Tone::GRAIN);
+        let raster = raster.within([3, 1, 2, 8]);
+        assert_eq!((raster.width, raster.height, raster.pixels.len()), (25, 21, 525));
+        let at = |column: usize, row: usize| raster.pixels[3 + column + 25 * (1 + row)];
         assert_eq!(
             (at(5, 6), at(5, 11), at(5, 13), at(15, 6)),
             (Tone::GRAIN.0, Tone::GRAIN.0, Tone::PAPER.0, Tone::PAPER.0)
