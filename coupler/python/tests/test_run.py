@@ -148,13 +148,26 @@ def test_progress_is_told_and_can_end_a_run(scene):
 
     def told(progress):
         seen.append(progress)
-        raise Enough
+        if progress.time > 0.0:
+            raise Enough
 
     with pytest.raises(Enough):
         bedload.run(scene, "told", until=1e5, threads=1, record=False, progress=told)
-    (progress,) = seen
+    start, progress = seen
+    assert (start.time, start.until, start.part) == (0.0, 1e5, 0.0)
     assert 0.0 < progress.time < progress.until == 1e5 and 0.0 < progress.part < 1.0
     assert bedload.Run("told").summary["status"] == "interrupted"
+
+
+def test_progress_is_told_at_the_start_and_at_the_end_of_a_short_run(scene):
+    seen = []
+    bedload.run(scene, "short", set={"until": 0.1}, progress=seen.append)
+    assert (seen[0].time, seen[0].until, seen[0].part) == (0.0, 0.1, 0.0)
+    assert seen[-1].time == pytest.approx(0.1) and seen[-1].part == 1.0
+    seen.clear()
+    with pytest.raises(bedload.BedloadError):
+        bedload.run("nothing.toml", "none", progress=seen.append)
+    assert [(progress.until, progress.part) for progress in seen] == [(float("inf"), 0.0)]
 
 
 def test_progress_prints(scene, capfd):

@@ -6,11 +6,12 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable
 
 from ._program import BedloadError, Progress, call, listener
-from ._scene import Scene, file_of, settings
+from ._scene import Scene, file_of, read, settings
 
 if TYPE_CHECKING:
     from ._results import Run, Table
@@ -27,6 +28,14 @@ def _options(**values: object) -> list[object]:
 
 def _stem(scene: Scene) -> str:
     return "scene" if isinstance(scene, Mapping) else Path(scene).stem
+
+
+def _end(file: Path, set: Mapping[str, Any] | None, until: float | None) -> float:
+    """End of a run, s; infinite where the scene does not say it in a way that can be read here."""
+    try:
+        return float(until if until is not None else {**read(file), **(set or {})}["until"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return inf
 
 
 def run(
@@ -49,7 +58,8 @@ def run(
     folder, by default out/NAME; `set` changes keys, such as {"grains[0].density": 2.0}; `until` is the end,
     s; `threads` those of each solver; `resume` goes on from the checkpoint in `out`; `overwrite` replaces a
     finished run there; `record=False` leaves out the log; `accuracy`, such as "2%", and `verify` as in
-    docs/resolution.md. `progress=True` prints what the program says; a function is given each `Progress`.
+    docs/resolution.md. `progress=True` prints what the program says; a function is given each `Progress`:
+    of the start, every two seconds, and of the end.
 
     Ctrl-C ends the run in order, with a checkpoint from which `resume=True` goes on.
     Raises BedloadError if the run fails; its folder is `out` of the error.
@@ -68,12 +78,18 @@ def run(
         verify=verify,
     )
     with file_of(scene) as file:
+        if callable(progress):
+            progress(Progress(0.0, _end(file, set, until), "starts"))
         try:
             call("run", file, *words, *settings(set), line=listener(progress))
         except BedloadError as error:
             error.out = folder
             raise
-    return Run(folder)
+    result = Run(folder)
+    if callable(progress):
+        time = result.summary["time"]["simulated"]
+        progress(Progress(time, time, "done"))
+    return result
 
 
 def check(

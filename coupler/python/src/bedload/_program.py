@@ -61,12 +61,12 @@ class BedloadError(Exception):
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is. A program says so every two seconds."""
+    """How far a run is: at its start, every two seconds, at its end."""
 
     #: Simulated time and end of the run, s (`inf`: open).
     time: float
     until: float
-    #: The line of the program.
+    #: The line of the program; at the start "starts", at the end "done".
     text: str
 
     @property
