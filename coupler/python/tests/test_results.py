@@ -159,3 +159,17 @@ def test_the_report_is_made_again(finished):
 def test_a_folder_of_others_is_refused(tmp_path):
     with pytest.raises(bedload.BedloadError, match="no output folder"):
         bedload.Run(tmp_path)
+
+
+def test_a_table_by_its_name_and_an_instant_that_is_none(finished):
+    rows = list(finished.table("grains")["id"])
+    assert rows == list(finished.table("grains.csv")["id"])
+    with pytest.raises(bedload.BedloadError, match="'x' is no instant"):
+        finished.grains("x")
+
+
+def test_a_scene_without_a_fluid_has_no_fields(scene):
+    scene.pop("medium"), scene.pop("fluid"), scene.pop("metrics")
+    run = bedload.run(scene, "dry", until=0.1)
+    with pytest.raises(bedload.BedloadError, match="no \\[medium\\]"):
+        run.field("velocity")

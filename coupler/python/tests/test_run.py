@@ -219,3 +219,24 @@ def test_an_ensemble_has_a_mean(scene):
     table = bedload.ensemble(scene, 2, jobs=1, out="ensemble")
     row = list(table["name"]).index("position_z[0]")
     assert table["runs"][row] == 2 and 2.0 < table["mean"][row] < 7.0 and 0.0 < table["standard_error"][row]
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"set": ["a=1"]}, "set: .*dict"),
+        ({"until": "x"}, "until: 'x'.*finite"),
+        ({"until": float("nan")}, "until: nan.*finite"),
+        ({"record": "none"}, "record: 'none'"),
+        ({"progress": 7}, "progress: 7"),
+    ],
+)
+def test_values_of_another_type_are_named(scene, options, named):
+    with pytest.raises(TypeError, match=named):
+        bedload.run(scene, "typed", **options)
+    assert not os.path.exists("typed")
+
+
+def test_a_scene_is_a_path_or_a_dict():
+    with pytest.raises(TypeError, match="scene: 3.*path"):
+        bedload.run(3, "typed")

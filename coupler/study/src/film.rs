@@ -213,11 +213,11 @@ fn legend(raster: &mut Raster, frame: &Frame, scale: &Scale, row: usize) {
     raster.text(TICK, row, &time);
     let (bar, end) = (width / 6, format!(" {}", Short(scale.high)));
     let begin = |legend: &str| width.saturating_sub(8 + bar + Raster::wide(legend) + Raster::wide(&end));
-    let mut legend = format!("{}, {} {} ", frame.quantity.label(), frame.quantity.unit(), Short(scale.low));
-    // A narrow frame has no room for the name beside the time.
-    if begin(&legend) < 24 + Raster::wide(&time) {
-        legend = format!("{} ", Short(scale.low));
-    }
+    let low = format!("{} ", Short(scale.low));
+    let named = format!("{}, {} {low}", frame.quantity.label(), frame.quantity.unit());
+    // A narrow frame has no room for the name, a very narrow one for the number beside the time.
+    let fits = |legend: &&String| begin(legend) >= 24 + Raster::wide(&time);
+    let legend = [&named, &low].into_iter().find(fits).cloned().unwrap_or_default();
     let start = begin(&legend);
     raster.text(start, row, &legend);
     let from = start + Raster::wide(&legend);

@@ -6,12 +6,12 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable
 
 from ._program import BedloadError, Progress, call, listener
-from ._scene import Scene, file_of, read, settings
+from ._scene import Scene, file_of, path_of, read, settings
 
 if TYPE_CHECKING:
     from ._results import Run, Table
@@ -27,7 +27,18 @@ def _options(**values: object) -> list[object]:
 
 
 def _stem(scene: Scene) -> str:
-    return "scene" if isinstance(scene, Mapping) else Path(scene).stem
+    path = path_of(scene)
+    return "scene" if path is None else path.stem
+
+
+def _number(name: str, value: float | None) -> str | None:
+    """A number as an option has it."""
+    try:
+        if value is None or isfinite(value):
+            return None if value is None else repr(float(value))
+    except TypeError:
+        pass
+    raise TypeError(f"{name}: {value!r}; remedy: a finite number")
 
 
 def _end(file: Path, set: Mapping[str, Any] | None, until: float | None) -> float:
@@ -67,9 +78,11 @@ def run(
     from ._results import Run
 
     folder = Path(out) if out is not None else Path("out", _stem(scene))
+    if not isinstance(record, bool):
+        raise TypeError(f"record: {record!r}; remedy: True or False")
     words = _options(
         out=folder,
-        until=None if until is None else repr(float(until)),
+        until=_number("until", until),
         threads=threads,
         resume=resume,
         overwrite=overwrite,
@@ -106,7 +119,7 @@ def check(
     `allow_commands` lets solvers that the scene names be asked. Raises BedloadError if the scene is wrong, or
     if it breaks a bound: then the plan is in `plan` of the error."""
     words = _options(
-        until=None if until is None else repr(float(until)), accuracy=accuracy, allow_commands=allow_commands
+        until=_number("until", until), accuracy=accuracy, allow_commands=allow_commands
     )
     with file_of(scene) as file:
         try:
@@ -182,7 +195,7 @@ def ensemble(
 
     chain: Sequence[Scene] = scene if isinstance(scene, (list, tuple)) else [scene]  # type: ignore[list-item]
     folder = Path(out) if out is not None else Path("out", f"{_stem(chain[-1])}-ensemble")
-    words = _options(seeds=seeds, until=until, jobs=jobs, out=folder)
+    words = _options(seeds=seeds, until=_number("until", until), jobs=jobs, out=folder)
     with ExitStack() as files:
         paths = [files.enter_context(file_of(one, named=True)) for one in chain]
         call("ensemble", *paths, *words, *settings(set), line=listener(progress))

@@ -196,6 +196,8 @@ _TIME = re.compile(r"\bt = (\S+) of (\S+) s\b.* to go$")
 
 def listener(progress: bool | Callable[[Progress], object] | None) -> Callable[[str], object] | None:
     """What is done with each line of a run."""
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise TypeError(f"progress: {progress!r}; remedy: True, False or a function of a Progress")
     if not callable(progress):
         return (lambda text: print(text, file=sys.stderr, flush=True)) if progress else None
 

@@ -10,7 +10,7 @@ import re
 import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Union, cast
+from typing import TYPE_CHECKING, Any, SupportsFloat, Union, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,7 +141,8 @@ class Run:
         return self.table("series.csv")
 
     def table(self, name: str) -> Table:
-        """A table of the folder, such as `planes.csv` or `grains.csv`."""
+        """A table of the folder, such as `planes` or `grains.csv`."""
+        name = name if name.endswith(".csv") else f"{name}.csv"
         return read_table(self._need(name, "see docs/results.md for the key that asks for it"))
 
     def _grain_files(self) -> list[tuple[float, Path]]:
@@ -157,14 +158,17 @@ class Run:
         """Instants of the fields and of the grains, s."""
         return sorted({time for time, _ in self._field_files() + self._grain_files()})
 
-    @staticmethod
-    def _nearest(files: list[tuple[float, Path]], time: float | None, what: str) -> tuple[float, Path]:
+    def _nearest(
+        self, files: list[tuple[float, Path]], time: float | None, what: str
+    ) -> tuple[float, Path]:
+        if not files and what == "the fluid" and "medium" not in self.scene:
+            raise BedloadError(2, "the scene has no [medium]: there are no fields of a fluid")
         if not files:
             raise BedloadError(
                 2, f"the run has no files of {what}; remedy: observe.fields_every or observe.fields_at"
             )
-        if time is not None and not math.isfinite(time):
-            raise BedloadError(2, f"{time} is no instant; remedy: one of Run.times, or none for the last")
+        if time is not None and not (isinstance(time, SupportsFloat) and math.isfinite(time)):
+            raise BedloadError(2, f"{time!r} is no instant; remedy: one of Run.times, or none for the last")
         return files[-1] if time is None else min(files, key=lambda file: abs(file[0] - time))
 
     def grains(self, time: float | None = None) -> Timed:

@@ -70,13 +70,23 @@ def document(scene: Mapping[str, Any]) -> str:
     return "\n".join(own + tables) + "\n"
 
 
+def path_of(scene: Scene) -> Path | None:
+    """The file of a scene that is given as one; none of a dictionary."""
+    if isinstance(scene, Mapping):
+        return None
+    if isinstance(scene, (str, os.PathLike)):
+        return Path(scene)
+    raise TypeError(f"scene: {scene!r}; remedy: the path of a file, or a dict")
+
+
 @contextmanager
 def file_of(scene: Scene, named: bool = False) -> Iterator[Path]:
     """The file of a scene. That of a dictionary lies in the current folder, from which files in it are looked
     up, as long as it is used; `named`: its name follows from what it says."""
-    if not isinstance(scene, Mapping):
-        yield Path(scene)
+    if (path := path_of(scene)) is not None:
+        yield path
         return
+    assert isinstance(scene, Mapping)
     text = document(scene).encode()
     name = hashlib.sha256(text).hexdigest() if named else uuid.uuid4().hex
     path = Path("." if os.access(".", os.W_OK) else tempfile.gettempdir(), f".scene-{name[:12]}.toml")
@@ -89,6 +99,8 @@ def file_of(scene: Scene, named: bool = False) -> Iterator[Path]:
 
 def settings(values: Mapping[str, Any] | None) -> list[str]:
     """The options `--set KEY=VALUE`."""
+    if not isinstance(values or {}, Mapping):
+        raise TypeError(f'set: {values!r}; remedy: a dict, such as {{"grains[0].density": 2.0}}')
     return [
         word for key, value in (values or {}).items() for word in ("--set", f"{key}={inline(value, key)}")
     ]
