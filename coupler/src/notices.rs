@@ -78,7 +78,8 @@ fn log_clock(facts: &Facts<'_>) -> Option<String> {
 fn substep(facts: &Facts<'_>) -> Option<String> {
     let dem = facts.dem.filter(|_| facts.fluid.is_some())?;
     let longest = dem.contact_time / facts.coupling.steps_per_contact;
-    (dem.dt > longest * (1.0 + 1e-9)).then(|| {
+    // One that was not asked has an infinite one.
+    (dem.dt.is_finite() && dem.dt > longest * (1.0 + 1e-9)).then(|| {
         format!(
             "dem.dt: the DEM asks for sub-steps of {} s ({} in a contact time); a coupled run takes at most {} s, \
              t_c/coupling.steps_per_contact = t_c/{}",

@@ -153,11 +153,11 @@ fn read<T: Quantity>(path: &std::path::Path) -> Result<Vec<(f64, T)>, String> {
         protocol::input_file::read_text(path).map_err(|error| format!("cannot read {name}: {error}"))?;
     let table = Table::parse(&text).map_err(|what| format!("{name} {what}"))?;
     table.refuse_odd().map_err(|what| format!("{name}:{what}"))?;
+    let time = table.need("t").map_err(|what| format!("{name} {what}"))?;
     let known = |column: &&String| *column == "t" || T::COLUMNS.contains(&column.as_str());
     if let Some(other) = table.columns.iter().find(|column| !known(column)) {
         return Err(format!("{name} has a column `{other}`, which is not read"));
     }
-    let time = table.need("t").map_err(|what| format!("{name} {what}"))?;
     let columns: Vec<Option<usize>> = T::COLUMNS.iter().map(|column| table.find(column)).collect();
     if columns.iter().all(Option::is_none) {
         return Err(format!("{name} has times, but no column of values"));

@@ -85,7 +85,10 @@ impl Table {
     /// # Errors
     /// Which column is missing, and which there are.
     pub fn need(&self, name: &str) -> Result<usize, String> {
-        self.find(name).ok_or_else(|| format!("has no column `{name}`; it has {}", self.columns.join(", ")))
+        self.find(name).ok_or_else(|| match &self.columns[..] {
+            [] => format!("is empty: there is no column `{name}`"),
+            columns => format!("has no column `{name}`; it has `{}`", columns.join("`, `")),
+        })
     }
 }
 
