@@ -21,7 +21,7 @@ mod tests {
     fn published_points_are_read_by_column() {
         let text = "# remark\nSt, e,note\n10,0.03,a\n\n20, 0.17 ,b\n";
         assert_eq!(points(text, "St", "e"), Ok(vec![(10.0, 0.03), (20.0, 0.17)]));
-        assert!(points(text, "St", "E").unwrap_err().contains("St, e, note"));
+        assert!(points(text, "St", "E").unwrap_err().contains("`St`, `e`, `note`"));
         assert!(points(text, "St", "note").unwrap_err().contains("10,0.03,a"));
     }
 }
