@@ -3,7 +3,7 @@
 use tests::harness::{Folder, bedload, program, said};
 
 /// A disc that falls in a box, with fields at five instants.
-const SCENE: &str = r#"
+pub(crate) const SCENE: &str = r#"
 until = 0.4
 gravity = [0.0, 0.0, -1.0]
 [domain]

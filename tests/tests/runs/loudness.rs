@@ -2,30 +2,9 @@
 
 use std::process::{Command, Output};
 
-use tests::harness::{Folder, program, said};
+use tests::harness::{Folder, bedload, program, said};
 
-/// A disc that falls in a box.
-const WET: &str = r#"
-until = 0.1
-gravity = [0.0, 0.0, -1.0]
-[domain]
-geometry = "plane"
-lower = [0.0, 0.0]
-upper = [4.0, 6.0]
-cells = [32, 48]
-boundary = { x = "periodic", z = "no-slip" }
-[medium]
-density = 1.0
-viscosity = 0.1
-[[grains]]
-position = [0.2, 0.0, 4.0]
-radius = 0.5
-density = 2.0
-[dem.contact]
-law = "linear-spring-dashpot"
-restitution = 0.9
-contact_time = 0.02
-"#;
+use crate::film::SCENE as WET;
 
 fn both(output: &Output) -> (String, String) {
     assert!(output.status.success(), "{}", said(output));
@@ -59,14 +38,12 @@ fn a_quiet_run_says_its_folder_alone_and_a_verbose_one_what_it_does() {
             assert!(shown.is_empty() && told.contains(word), "{name}: {word}: {told}");
         }
     }
-    let check = |option: &str| {
-        let mut command = Command::new(program("bedload"));
-        both(&command.arg("check").arg(folder.join("wet.toml")).arg(option).output().expect("it starts"))
-    };
-    assert_eq!(check("-q"), (String::new(), String::new()));
-    assert!(check("-v").1.contains("bedload: asks "), "{}", check("-v").1);
-    let mut command = Command::new(program("bedload"));
-    let refused = command.args(["check", "-qv"]).arg(folder.join("wet.toml")).output().expect("it starts");
+    let check =
+        |option: &str| bedload(&["check".as_ref(), folder.join("wet.toml").as_os_str(), option.as_ref()]);
+    assert_eq!(both(&check("-q")), (String::new(), String::new()));
+    let (_, told) = both(&check("-v"));
+    assert!(told.contains("bedload: asks "), "{told}");
+    let refused = check("-qv");
     assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
 }
 

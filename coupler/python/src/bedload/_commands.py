@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from math import inf, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable
+from typing import TYPE_CHECKING, Any, Callable, SupportsFloat
 
 from ._program import BedloadError, Progress, call, listener
 from ._scene import Scene, file_of, path_of, read, settings
@@ -33,11 +33,10 @@ def _stem(scene: Scene) -> str:
 
 def _number(name: str, value: float | None) -> str | None:
     """A number as an option has it."""
-    try:
-        if value is None or isfinite(value):
-            return None if value is None else repr(float(value))
-    except TypeError:
-        pass
+    if value is None:
+        return None
+    if isinstance(value, SupportsFloat) and isfinite(value):
+        return repr(float(value))
     raise TypeError(f"{name}: {value!r}; remedy: a finite number")
 
 
