@@ -15,6 +15,9 @@ const REACH: f64 = 3.0;
 /// Cells from there to the last value that depends on such a weight: a diagonal of a cell, and a bit.
 const MARGIN: f64 = 1.5;
 
+/// Adding it leaves the nearest whole number in the last bits, 2⁵².
+const WHOLE: f64 = 4_503_599_627_370_496.0;
+
 /// A grain: where it is, along the axes of the grid, its radius and the width of the cells about it, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ball<const D: usize> {
@@ -89,8 +92,11 @@ impl Arms<'_> {
         let cells = cells[at..].first_chunk_mut::<N>().expect("as many as asked for");
         for l in 0..N {
             let arm = x[l] - self.centre;
-            let weight = self.most - self.fall * (self.across + arm * arm).sqrt();
-            cells[l] = cells[l].max(2 * (weight.clamp(0.0, 255.0) as i32 as u16) + REACHED);
+            let weight = (self.most - self.fall * (self.across + arm * arm).sqrt()).clamp(0.0, 255.0);
+            // The whole number below, by the last bits: a cast would take the lanes one by one.
+            let near = weight + WHOLE;
+            let level = (near.to_bits() as u16) - u16::from(near - WHOLE > weight);
+            cells[l] = cells[l].max(2 * level + REACHED);
         }
     }
 

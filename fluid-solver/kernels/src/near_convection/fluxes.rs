@@ -59,6 +59,16 @@ fn slope<S: Simd>(simd: S, lines: [Line<'_, S>; 4], t: usize) -> Real<S> {
     (b - a) + (d - c)
 }
 
+/// Mean of the squared differences to the values `down` and `up` beside, and beside the one behind.
+#[inline(always)]
+fn square_beside<S: Simd>(
+    [before, behind]: [Real<S>; 2],
+    [down, up, behind_down, behind_up]: [Real<S>; 4],
+) -> Real<S> {
+    let (a, b, c, d) = (up - before, before - down, behind_up - behind, behind - behind_down);
+    ((a * a + b * b) + (c * c + d * d)) * 0.25
+}
+
 /// Lines of the fluxes over an edge, the lower one of a cell along two axes `d` and `a`.
 pub(super) struct Edge<'a, S: Simd> {
     /// u_d along `a`: two below the edge, two above.
@@ -124,8 +134,10 @@ pub(super) fn over_edge<S: Simd>(simd: S, outs: [&mut [f64]; 2], edge: &Edge<'_,
 pub(super) struct Centre<'a, S: Simd> {
     /// u_d along `d`: two before the centre, two behind.
     pub(super) u: [Line<'a, S>; 4],
-    /// u_d before and behind, one place down and up along each other axis.
-    pub(super) beside: [Option<[Line<'a, S>; 4]>; 2],
+    /// u_d before and behind, one place down and up along another axis.
+    pub(super) beside: [Line<'a, S>; 4],
+    /// The same along the third axis.
+    pub(super) third: Option<[Line<'a, S>; 4]>,
     /// Half the area of the faces before and behind.
     pub(super) mass: [Line<'a, S>; 2],
     /// Area at the centre.
@@ -144,16 +156,15 @@ pub(super) fn through_centre<S: Simd>(simd: S, out: &mut [f64], centre: &Centre<
     let out = S::as_mut_simd_f64s(out).0;
     let m = out.len();
     let (u, mass) = (cut::<S, 4>(centre.u, m), cut::<S, 2>(centre.mass, m));
-    let beside = centre.beside.map(|lines| lines.map(|lines| cut::<S, 4>(lines, m)));
+    let beside = cut::<S, 4>(centre.beside, m);
+    let third = centre.third.map(|lines| cut::<S, 4>(lines, m));
     let [area, weight, open] = cut::<S, 3>([centre.area, centre.weight, centre.open], m);
     for t in 0..m {
         let [low, before, behind, high] = four(simd, u, t);
         let du = behind - before;
-        let mut square = du * du;
-        for lines in beside.into_iter().flatten() {
-            let [down, up, behind_down, behind_up] = four(simd, lines, t);
-            let (a, b, c, d) = (up - before, before - down, behind_up - behind, behind - behind_down);
-            square = square + ((a * a + b * b) + (c * c + d * d)) * 0.25;
+        let mut square = du * du + square_beside([before, behind], four(simd, beside, t));
+        if let Some(third) = third {
+            square = square + square_beside([before, behind], four(simd, third, t));
         }
         let stress = at(simd, area, t) * parts.limited(square, square);
         let flux = at(simd, mass[0], t) * before + at(simd, mass[1], t) * behind;

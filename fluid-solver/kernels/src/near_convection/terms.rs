@@ -223,10 +223,8 @@ impl<'a, const D: usize> PlaneTerms<'a, D> {
         let [one, half] = [&factors.one, &factors.half].map(|line| vectors::<S>(&line[..run.count]));
         let centre = Centre {
             u: self.along::<S>(d, d, -1, run),
-            beside: [
-                if b < D { Some(self.beside::<S>(d, run, [d, b])) } else { None },
-                if c < D { Some(self.beside::<S>(d, run, [d, c])) } else { None },
-            ],
+            beside: self.beside::<S>(d, run, [d, if b < D { b } else { c }]),
+            third: if D == 3 { Some(self.beside::<S>(d, run, [d, c])) } else { None },
             mass: if d == 0 {
                 [Self::part::<S>(half_area, run, 0), Self::part::<S>(half_area, run, 1)]
             } else {
