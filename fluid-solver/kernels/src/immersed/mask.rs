@@ -127,14 +127,21 @@ impl Cells {
     fn add<S: Simd>(&mut self, simd: S, profile: &Profile, window: Range<usize>, rest: &Sums) {
         let (at, n) = (self.count, window.len());
         self.count += n;
-        let rest = [rest.square, rest.size, rest.across, rest.fourth].map(|rest| simd.splat_f64s(rest));
-        let along = profile.lines().map(|line| S::as_simd_f64s(&line[window.clone()]).0);
-        let Profile { square, size, across, fourth } = &mut self.sums;
-        let out = [square, size, across, fourth].map(|line| S::as_mut_simd_f64s(&mut line[at..at + n]).0);
-        for ((out, along), rest) in out.into_iter().zip(along).zip(rest) {
-            for (out, along) in out.iter_mut().zip(along) {
-                *out = simd.add_f64s(rest, *along);
-            }
+        let [square, size, across, fourth] =
+            [rest.square, rest.size, rest.across, rest.fourth].map(|rest| simd.splat_f64s(rest));
+        let [a, b, c, d] = profile.lines().map(|line| S::as_simd_f64s(&line[window.clone()]).0);
+        let sums = &mut self.sums;
+        let lines = [&mut sums.square, &mut sums.size, &mut sums.across, &mut sums.fourth];
+        let [p, q, r, s] = lines.map(|line| S::as_mut_simd_f64s(&mut line[at..at + n]).0);
+        let m = p.len();
+        let (a, b, c, d) = (&a[..m], &b[..m], &c[..m], &d[..m]);
+        let (q, r, s) = (&mut q[..m], &mut r[..m], &mut s[..m]);
+        // All four at once: rows are short.
+        for t in 0..m {
+            p[t] = simd.add_f64s(square, a[t]);
+            q[t] = simd.add_f64s(size, b[t]);
+            r[t] = simd.add_f64s(across, c[t]);
+            s[t] = simd.add_f64s(fourth, d[t]);
         }
     }
 }

@@ -79,7 +79,7 @@ pub(super) fn round(x: f64) -> f64 {
 }
 
 /// Adding it leaves the nearest whole number in the last bits.
-pub(super) const ROUND: f64 = 6_755_399_441_055_744.0;
+pub(crate) const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// Form of the mask.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,6 @@
 //! Runs of nodes along axis 0 that a grain covers.
 
+use super::mask_model::ROUND;
 use super::nodes::Nodes;
 use crate::grid::Grid;
 use std::ops::Range;
@@ -61,14 +62,22 @@ impl Piece {
         if self.rate == 0.0 {
             return 0..self.count;
         }
-        let low = (((-half - self.arm) * self.rate).ceil().max(0.0) as usize).max(self.begin - self.first);
+        let low = ((-half - self.arm) * self.rate).ceil().max(0.0);
         let high = ((half - self.arm) * self.rate).floor();
-        if high < low as f64 {
+        let begin = self.begin - self.first;
+        if high < low.max(begin as f64) {
             return 0..0;
         }
-        let high = (high as usize).min(self.end - self.first - 1);
+        let low = small(low).max(begin);
+        let high = small(high).min(self.end - self.first - 1);
         let count = (high + 1).saturating_sub(low).next_multiple_of(8);
         let low = low.min(self.count - count);
         low..low + count
     }
+}
+
+/// A whole number from 0 to 2³², in fewer steps than a cast that minds other numbers.
+#[inline(always)]
+fn small(whole: f64) -> usize {
+    (whole + ROUND).to_bits() as u32 as usize
 }

@@ -2,6 +2,7 @@
 
 use crate::grid::Grid;
 use crate::immersed::body::along_axes;
+use crate::immersed::mask_model::ROUND;
 use crate::immersed::nodes::Nodes;
 use crate::lanes::{Kernel, dispatch};
 use pulp::Simd;
@@ -14,9 +15,6 @@ const FULL: f64 = 2.0;
 const REACH: f64 = 3.0;
 /// Cells from there to the last value that depends on such a weight: a diagonal of a cell, and a bit.
 const MARGIN: f64 = 1.5;
-
-/// Adding it leaves the nearest whole number in the last bits, 2⁵².
-const WHOLE: f64 = 4_503_599_627_370_496.0;
 
 /// A grain: where it is, along the axes of the grid, its radius and the width of the cells about it, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,8 +92,8 @@ impl Arms<'_> {
             let arm = x[l] - self.centre;
             let weight = (self.most - self.fall * (self.across + arm * arm).sqrt()).clamp(0.0, 255.0);
             // The whole number below, by the last bits: a cast would take the lanes one by one.
-            let near = weight + WHOLE;
-            let level = (near.to_bits() as u16) - u16::from(near - WHOLE > weight);
+            let near = weight + ROUND;
+            let level = (near.to_bits() as u16) - u16::from(near - ROUND > weight);
             cells[l] = cells[l].max(2 * level + REACHED);
         }
     }
