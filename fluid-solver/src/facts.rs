@@ -6,7 +6,7 @@ use crate::grid::Grid;
 use crate::initial;
 use crate::launcher::{self, Launch};
 use crate::memory::{self, Demand, Share};
-use crate::methods::calibrated::calibration::Calibration;
+use crate::methods::calibrated::{calibration::Calibration, room};
 use crate::methods::fictitious::body_points;
 use crate::methods::method::Method;
 use crate::methods::needs::Needs;
@@ -132,7 +132,7 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
         Demand {
             carried: needs.force,
             along: needs.transport.is_some(),
-            told: needs.local_solve,
+            room: room(&needs, D),
             jumps: needs.jumps,
             implicit,
             repeated,

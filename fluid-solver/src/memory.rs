@@ -43,8 +43,8 @@ pub struct Demand {
     pub implicit: bool,
     /// Whether it is taken along with the grains.
     pub along: bool,
-    /// Whether viscosity is told of its change in its own step.
-    pub told: bool,
+    /// Fields for what is worked with in between.
+    pub room: usize,
     /// Whether the jumps of contacts go to the fluid in their own window.
     pub jumps: bool,
     /// Whether windows are repeated, from a copy of the state at their start.
@@ -66,22 +66,18 @@ pub struct Demand {
 /// the grains is counted whole for each, as are the fields of a run that this one starts from, though they go
 /// before the first window.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) -> u64 {
-    let Demand { carried, along, told, jumps, implicit, repeated, held, near, start } = demand;
+    let Demand { carried, along, room, jumps, implicit, repeated, held, near, start } = demand;
     let axes = D as u64;
-    let kept = 2 * axes
-        + 1
-        + if carried { axes } else { 0 }
-        + if along { 2 * axes } else { 0 }
-        + if told { 4 } else { 0 };
+    let kept = 2 * axes + 1 + if carried { axes } else { 0 } + if along { axes } else { 0 };
     let work = match (D, implicit) {
         (2, false) => 7,
         (2, true) => 17,
         (_, false) => 1,
         (_, true) => 4,
     };
-    // What is projected, and φ in space.
-    let jumps = if jumps { axes + u64::from(D == 3) } else { 0 };
-    let fields = (1 + u64::from(repeated)) * kept + work + jumps;
+    // φ of what is projected.
+    let jumps = u64::from(jumps && D == 3);
+    let fields = (1 + u64::from(repeated)) * kept + work + room as u64 + jumps;
     if share.planes == 0 {
         return BASE + held + near + start + 8 * grid.len() as u64 * fields;
     }

@@ -81,10 +81,6 @@ pub struct Brinkman<const D: usize> {
     ghosts: Ghosts,
     /// Sweeps asked for; none: as many as ν dt/Δx² needs.
     asked: Option<u32>,
-    /// Mask ratios q and right sides.
-    given: [Vec<f64>; 2],
-    /// The last two iterates.
-    iterates: [Vec<f64>; 2],
     /// Groups of eight cells where y may differ from zero, and those beside: a bit each, row by row.
     near: [Vec<u64>; 2],
     /// Room for as many, and for a row of them.
@@ -132,15 +128,14 @@ impl<const D: usize> Brinkman<D> {
             steepest,
             ghosts: Ghosts::new(grid),
             asked,
-            given: [grid.new_field(), grid.new_field()],
-            iterates: [grid.new_field(), grid.new_field()],
             row: vec![0; words(grid)],
             near: [bits.clone(), bits.clone()],
             spare: bits,
         }
     }
 
-    /// Changes velocity and force, grains being at `motions`: `model.dt` is the step that led there.
+    /// Changes velocity and force, grains being at `motions`: `model.dt` is the step that led there. `room`:
+    /// all zero before and after, for mask ratios q, right sides and the last two iterates.
     pub fn respond(
         &mut self,
         immersed: &mut Immersed<D>,
@@ -148,6 +143,7 @@ impl<const D: usize> Brinkman<D> {
         model: &MaskModel,
         motions: &[Motion],
         [velocity, lambda]: [&mut [Vec<f64>; D]; 2],
+        room: &mut [Vec<f64>; 4],
     ) {
         let half = 0.5 * model.viscosity * model.dt;
         let radius = half * self.steepest / (1.0 + half * self.steepest);
@@ -158,7 +154,7 @@ impl<const D: usize> Brinkman<D> {
         let Immersed { shapes, components, workspaces, .. } = immersed;
         let placed = Placed { grid, model, shapes, motions };
         for (d, component) in components.iter_mut().enumerate() {
-            let [q, right] = &mut self.given;
+            let [q, right, ..] = room;
             let rule = Gather { dt: model.dt };
             let fields = [&mut velocity[d][..], &mut lambda[d][..], &mut q[..], &mut right[..]];
             component.change(placed, workspaces, fields, &rule);
@@ -168,9 +164,11 @@ impl<const D: usize> Brinkman<D> {
             let bits: &mut [f64] = pulp::bytemuck::cast_slice_mut(bits);
             Ghosts::packed(grid, each).fetch(beside + 1, &mut [(bits, Side::Both)]);
             self.find(grid, component.forced(), beside);
-            self.solve(grid, d, half, radius, sweeps);
-            self.take(grid, d, half, model.dt, [&mut velocity[d], &mut lambda[d]]);
-            self.clear(grid);
+            // The planes beside the own ones.
+            room[2..].iter_mut().for_each(|iterate| self.ghosts.forget(iterate));
+            self.solve(grid, d, half, radius, sweeps, room);
+            self.take(grid, d, half, model.dt, [&mut velocity[d], &mut lambda[d]], room);
+            self.clear(grid, room);
         }
     }
 
@@ -191,7 +189,15 @@ impl<const D: usize> Brinkman<D> {
     }
 
     /// The iteration; its result is the first of the iterates.
-    fn solve(&mut self, grid: &Grid<D>, d: usize, half: f64, radius: f64, sweeps: u32) {
+    fn solve(
+        &self,
+        grid: &Grid<D>,
+        d: usize,
+        half: f64,
+        radius: f64,
+        sweeps: u32,
+        [q, right, now, next]: &mut [Vec<f64>; 4],
+    ) {
         let mut factor = 1.0;
         for sweep in 0..sweeps {
             factor = match sweep {
@@ -199,29 +205,35 @@ impl<const D: usize> Brinkman<D> {
                 1 => 1.0 / (1.0 - 0.5 * radius * radius),
                 _ => 1.0 / (1.0 - 0.25 * radius * radius * factor),
             };
-            let [now, next] = &mut self.iterates;
             let sweep = Sweep {
                 rows: Rows { grid, d, half, stencils: &self.stencils[d], near: &self.near[0] },
                 now,
-                given: self.given.each_ref().map(Vec::as_slice),
+                given: [q, right],
                 factor,
             };
-            by_layers(grid, [next], |first, [next]| dispatch(SweepLayer { sweep, first, next }));
-            let [now, next] = &mut self.iterates;
+            by_layers(grid, [&mut *next], |first, [next]| dispatch(SweepLayer { sweep, first, next }));
             if grid.periodic(0) {
                 close(grid, next);
             }
-            self.ghosts.fetch(1, &mut [(next, Side::Both)]);
+            self.ghosts.fetch(1, &mut [(&mut *next, Side::Both)]);
             std::mem::swap(now, next);
         }
     }
 
     /// Velocity and force with the result.
-    fn take(&self, grid: &Grid<D>, d: usize, half: f64, dt: f64, [velocity, lambda]: [&mut [f64]; 2]) {
+    fn take(
+        &self,
+        grid: &Grid<D>,
+        d: usize,
+        half: f64,
+        dt: f64,
+        [velocity, lambda]: [&mut [f64]; 2],
+        [ratio, _, now, _]: &[Vec<f64>; 4],
+    ) {
         let take = Take {
             rows: Rows { grid, d, half, stencils: &self.stencils[d], near: &self.near[1] },
-            now: &self.iterates[0],
-            ratio: &self.given[0],
+            now,
+            ratio,
             rate: 1.0 / dt,
         };
         by_layers(grid, [velocity, lambda], |first, fields| {
@@ -230,19 +242,16 @@ impl<const D: usize> Brinkman<D> {
     }
 
     /// Forgets what was worked with.
-    fn clear(&mut self, grid: &Grid<D>) {
-        let Self { given: [q, right], iterates, near, ghosts, .. } = self;
-        iterates.iter_mut().for_each(|field| ghosts.forget(field));
+    fn clear(&self, grid: &Grid<D>, [q, right, now, next]: &mut [Vec<f64>; 4]) {
         let rows = grid.rows() / grid.cells[D - 1];
         for row in grid.own_rows().step_by(rows) {
             // The halo before a layer.
             let at = grid.row(row) - 1;
-            iterates.iter_mut().for_each(|field| field[at] = 0.0);
+            (now[at], next[at]) = (0.0, 0.0);
         }
-        let [now, next] = iterates;
         by_layers(grid, [q, right, now, next], |first, mut fields| {
             for (j, row) in (first..first + rows).enumerate() {
-                if near[0][bits_of(grid, row)].iter().any(|bits| *bits != 0) {
+                if self.near[0][bits_of(grid, row)].iter().any(|bits| *bits != 0) {
                     let at = j * grid.stride(1);
                     // From its left halo on.
                     let places = at.saturating_sub(1)..at + grid.stride(1) - 1;

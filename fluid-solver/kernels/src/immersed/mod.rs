@@ -134,22 +134,22 @@ impl<const D: usize> Immersed<D> {
         }
     }
 
-    /// Takes the force λ along with the grains from `motions` to where they lead in `model.dt`; `spare`, all
+    /// Takes the force λ along with the grains from `motions` to where they lead in `model.dt`; `room`, all
     /// zero before and after, is room for it.
     pub fn advect_force(
         &mut self,
         grid: &Grid<D>,
         model: &MaskModel,
         [motions, predicted]: [&[Motion]; 2],
-        [lambda, masks, spare]: [&mut [Vec<f64>; D]; 3],
+        [lambda, masks]: [&mut [Vec<f64>; D]; 2],
+        room: &mut Vec<f64>,
     ) {
         self.points.clear();
         self.points.extend(motions.iter().map(|motion| Interpolation::of(grid, motion, model.dt)));
         let placed = Placed { grid, model, shapes: &self.shapes, motions: predicted };
-        let fields = lambda.iter_mut().zip(masks).zip(spare);
-        for (component, ((lambda, mask), spare)) in self.components.iter_mut().zip(fields) {
-            component.advect_force(placed, &mut self.workspaces, &self.points, [lambda, mask, spare]);
-            std::mem::swap(lambda, spare);
+        for (component, (lambda, mask)) in self.components.iter_mut().zip(lambda.iter_mut().zip(masks)) {
+            component.advect_force(placed, &mut self.workspaces, &self.points, [lambda, mask, room]);
+            std::mem::swap(lambda, room);
         }
     }
 

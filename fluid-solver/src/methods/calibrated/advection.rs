@@ -80,8 +80,6 @@ pub(super) struct Advection<const D: usize> {
     transport: Transport,
     /// Mask b of the grains where the force is.
     pub(super) masks: [Vec<f64>; D],
-    /// Space for the force, all zero.
-    spare: [Vec<f64>; D],
     local_solve: Option<Brinkman<D>>,
     /// Longest step of the local solve, s.
     longest: f64,
@@ -101,7 +99,6 @@ impl<const D: usize> Advection<D> {
         Self {
             transport,
             masks: grid.new_vector(),
-            spare: grid.new_vector(),
             local_solve: sweeps.map(|sweeps| Brinkman::new(grid, sweeps)),
             longest: match transport {
                 Transport::Always => f64::INFINITY,
@@ -112,30 +109,36 @@ impl<const D: usize> Advection<D> {
     }
 
     /// Takes the force to where the grains will be, if it would lag.
-    pub(super) fn move_force(&mut self, grid: &Grid<D>, grains: &mut Grains<D>) {
+    pub(super) fn move_force(&mut self, grid: &Grid<D>, grains: &mut Grains<D>, room: &mut Vec<f64>) {
         let Grains { immersed, model, memory, predicted, force, .. } = grains;
         self.lag = match self.transport {
             Transport::Always => f64::INFINITY,
             Transport::WhereItLags => lag(grid, model, immersed.shapes(), &memory.motions),
         };
         if self.lag >= LAG[0] {
-            let fields = [force, &mut self.masks, &mut self.spare];
-            immersed.advect_force(grid, model, [&memory.motions, predicted], fields);
+            let fields = [force, &mut self.masks];
+            immersed.advect_force(grid, model, [&memory.motions, predicted], fields, room);
         }
     }
 
     /// Lets viscosity feel the change of the force, in steps that the grains allow.
-    pub(super) fn respond(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
+    pub(super) fn respond(
+        &mut self,
+        fluid: &mut Stepper<D>,
+        grains: &mut Grains<D>,
+        dt: f64,
+        room: &mut [Vec<f64>; 4],
+    ) {
         let wanted = self.lag >= LAG[1] && dt <= self.longest;
         let Some(local_solve) = self.local_solve.as_mut().filter(|_| wanted) else { return };
         let Grains { immersed, model, predicted, force, .. } = grains;
         let (grid, state) = fluid.parts_mut();
-        local_solve.respond(immersed, grid, model, predicted, [&mut state.velocity, force]);
+        local_solve.respond(immersed, grid, model, predicted, [&mut state.velocity, force], room);
     }
 
     /// Forgets where the force is.
     pub(super) fn clear(&mut self, grid: &Grid<D>) {
         let own = own_planes(grid);
-        self.masks.iter_mut().chain(&mut self.spare).for_each(|field| field[own.clone()].fill(0.0));
+        self.masks.iter_mut().for_each(|field| field[own.clone()].fill(0.0));
     }
 }

@@ -41,8 +41,6 @@ pub(super) struct Contact<const D: usize> {
     /// ∫ b dV of each grain, m³.
     volumes: Vec<[f64; 3]>,
     places: Places<D>,
-    /// What is projected.
-    field: [Vec<f64>; D],
     /// At the places: b, and b times the control volume, m³.
     mask: Values<D>,
     weight: Values<D>,
@@ -64,7 +62,6 @@ impl<const D: usize> Contact<D> {
             motions: vec![Motion::default(); shapes.len()],
             volumes: vec![[0.0; 3]; shapes.len()],
             places: Places::default(),
-            field: grid.new_vector(),
             mask: values(),
             weight: values(),
             force: values(),
@@ -75,8 +72,15 @@ impl<const D: usize> Contact<D> {
     }
 
     /// Gives the fluid the jumps of `grains`, whose contacts began at the `parts` of the window of length
-    /// `dt`, s; what it took goes to the memory.
-    pub(super) fn give(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, parts: &[f64], dt: f64) {
+    /// `dt`, s; what it took goes to the memory. `field`: all zero before and after, for what is projected.
+    pub(super) fn give(
+        &mut self,
+        fluid: &mut Stepper<D>,
+        grains: &mut Grains<D>,
+        parts: &[f64],
+        dt: f64,
+        field: &mut [Vec<f64>; D],
+    ) {
         let memory = &mut grains.memory;
         memory.taken.fill([0.0; 3]);
         if memory.jumps.as_flattened().iter().all(|jump| *jump == 0.0) {
@@ -91,9 +95,9 @@ impl<const D: usize> Contact<D> {
             let radius = self.immersed.shapes()[grain].radius;
             self.immersed.set_mask_radius(grain, radius * if holds { 1.0 } else { NO_MASK });
         }
-        self.fit(fluid.grid(), &model);
-        self.solve(fluid, &model);
-        let Self { immersed, places, field, mask, force, residual, direction, image, .. } = self;
+        self.fit(fluid.grid(), &model, field);
+        self.solve(fluid, &model, field);
+        let Self { immersed, places, mask, force, residual, direction, image, .. } = self;
         project(fluid, places, field, mask, force, image);
         let own = own_planes(fluid.grid());
         for (u, flow) in fluid.state_mut().velocity.iter_mut().zip(&*field) {
@@ -109,12 +113,13 @@ impl<const D: usize> Contact<D> {
         for (((taken, jump), force), shape) in taken.filter(|(((_, jump), _), _)| **jump != [0.0; 3]) {
             *taken = std::array::from_fn(|c| force.force[c] / shape.volume - jump[c]);
         }
+        clear(fluid.grid(), field);
     }
 
     /// Gives each mask the volume of its grain: its smooth edge holds more outside than it lacks inside. One
     /// that the box cuts stays as it is.
-    fn fit(&mut self, grid: &Grid<D>, model: &MaskModel) {
-        let Self { immersed, motions, field, volumes, .. } = self;
+    fn fit(&mut self, grid: &Grid<D>, model: &MaskModel, field: &[Vec<f64>; D]) {
+        let Self { immersed, motions, volumes, .. } = self;
         immersed.contents(grid, model, motions, field);
         immersed.volumes(grid.geometry, volumes);
         // The first rank alone knows them.
@@ -135,12 +140,9 @@ impl<const D: usize> Contact<D> {
     }
 
     /// Finds the places, b and Y.
-    fn solve(&mut self, fluid: &mut Stepper<D>, model: &MaskModel) {
-        let Self {
-            immersed, motions, places, field, mask, weight, force, residual, direction, image, ..
-        } = self;
+    fn solve(&mut self, fluid: &mut Stepper<D>, model: &MaskModel, field: &mut [Vec<f64>; D]) {
+        let Self { immersed, motions, places, mask, weight, force, residual, direction, image, .. } = self;
         let grid = fluid.grid();
-        clear(grid, field);
         immersed.impose_direct(grid, model, motions, field);
         places.clear();
         places.add(grid, immersed);
@@ -284,7 +286,9 @@ mod tests {
         let mut grains = Grains::new(Immersed::new(grid, shapes.clone(), false), model, motions, None);
         let mut contact = Contact::new(grid, &shapes, free.to_vec());
         grains.memory.jumps = jumps.to_vec();
-        contact.give(fluid, &mut grains, &vec![1.0; jumps.len()], DT);
+        let mut field = grid.new_vector();
+        contact.give(fluid, &mut grains, &vec![1.0; jumps.len()], DT, &mut field);
+        assert!(field.iter().flatten().all(|value| *value == 0.0));
         grains.memory.taken
     }
 

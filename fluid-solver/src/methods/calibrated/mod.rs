@@ -25,6 +25,7 @@ use super::immersed_boundary::ImmersedBoundary;
 use super::loads::GrainLoads;
 use super::needs::Needs;
 use crate::config::Choices;
+use crate::field::own_planes;
 use crate::grid::Grid;
 use crate::immersed::body::Motion;
 use crate::immersed::mask_model::MaskModel;
@@ -58,7 +59,13 @@ pub struct Calibrated<const D: usize> {
     iterations: Option<Box<Iterations<D>>>,
     /// What contacts do to the fluid in their own window, where there may be contacts.
     contact: Option<Contact<D>>,
+    /// Fields for what is worked with in between, all zero: as many as the parts of a step need, one after
+    /// the other.
+    room: [Vec<f64>; ROOM],
 }
+
+/// Fields of room at most, those of the local solve.
+const ROOM: usize = 4;
 
 impl<const D: usize> Calibrated<D> {
     /// For the grains of a scene.
@@ -85,6 +92,7 @@ impl<const D: usize> Calibrated<D> {
             refines: needs.near_convection,
             iterations: (scheme == Scheme::Iterated).then(|| Box::new(Iterations::new(gyration))),
             contact: needs.jumps.then(|| Contact::new(grid, shapes, scene_grains::free(scene))),
+            room: std::array::from_fn(|n| if n < room(needs, D) { grid.new_field() } else { Vec::new() }),
         };
         method.set_radii(grid, grains);
         method
@@ -96,6 +104,13 @@ impl<const D: usize> Calibrated<D> {
             grains.immersed.set_radii(grid, &grains.model, pores, &grains.memory.motions);
         }
     }
+}
+
+/// Fields of room that the parts of a step need on `axes` axes.
+pub(crate) fn room(needs: &Needs, axes: usize) -> usize {
+    let transport = usize::from(needs.transport.is_some());
+    let solve = if needs.local_solve { ROOM } else { 0 };
+    transport.max(solve).max(if needs.jumps { axes } else { 0 })
 }
 
 /// Whether masks have the radius that the flow feels: where the correction was measured, off an axis of
@@ -119,7 +134,7 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
             iterations.place(&mut grains.predicted);
         }
         if let Some(advection) = &mut self.advection {
-            advection.move_force(fluid.grid(), grains);
+            advection.move_force(fluid.grid(), grains, &mut self.room[0]);
         }
     }
 
@@ -133,7 +148,7 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
 
     fn measure(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
         if let Some(advection) = &mut self.advection {
-            advection.respond(fluid, grains, dt);
+            advection.respond(fluid, grains, dt, &mut self.room);
         }
         let Grains { immersed, model, predicted, force, .. } = &mut *grains;
         if predicted.is_empty() {
@@ -188,7 +203,8 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
             iterations.note(dt, grid, grains);
         }
         if let Some(contact) = &mut self.contact {
-            contact.give(fluid, grains, self.loads.touches(), dt);
+            let field = self.room.first_chunk_mut().expect("as many as axes");
+            contact.give(fluid, grains, self.loads.touches(), dt, field);
         }
     }
 
@@ -205,6 +221,9 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
             immersed.mark_forced(grid, &model, &memory.imposed);
             if let Some(advection) = &mut self.advection {
                 advection.clear(grid);
+                let own = own_planes(grid);
+                let room = self.room.iter_mut().filter(|field| !field.is_empty());
+                room.for_each(|field| field[own.clone()].fill(0.0));
                 immersed.store_mask(grid, &model, &memory.imposed, &mut advection.masks);
             }
         }
