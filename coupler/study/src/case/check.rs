@@ -32,6 +32,12 @@ pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), Scene
     if let Some((key, run)) = pictures.chain(differences).chain(tables).find(|(_, label)| !is_run(label)) {
         return wrong(key, format!("is of no run {run:?}"), "name the label of a run");
     }
+    let is_meant = |run: &str| section.runs.iter().any(|it| matches(run, &it.label));
+    let mut series = section.drawn().flat_map(|figure| &figure.series);
+    if let Some(series) = series.find(|series| !is_meant(&series.run)) {
+        let message = format!("has a series of no run {:?}", series.run);
+        return wrong("case.figures", message, "name the label of a run, or the beginning of labels and a star");
+    }
     for curve in section.drawn().flat_map(|figure| &figure.curves) {
         let value = formula::evaluate(&curve.formula, &|name| (name == "x").then_some(1.0));
         value.map(|_| ()).or_else(|what| wrong("case.figure", what, "mend the formula of the curve"))?;

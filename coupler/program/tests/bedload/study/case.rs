@@ -60,6 +60,12 @@ fn a_wrong_case_is_refused_with_what_is_wrong() {
     let axes = "title = \"\"\nx = { label = \"\" }\ny = { label = \"\" }\n";
     let twice = read(&format!("{GOOD}[case.figure]\n{axes}[[case.figures]]\n{axes}"));
     assert!(twice.expect_err("two without a name").to_string().contains("becomes a file"));
+    for (run, is_meant) in [("coarse-*", true), ("*-8", false)] {
+        let series = format!("[[case.figure.series]]\nname = \"\"\nrun = {run:?}\n");
+        let found = read(&format!("{GOOD}[case.figure]\n{axes}{series}"));
+        let of_none = found.err().is_some_and(|error| error.to_string().contains("series of no run"));
+        assert_eq!(of_none, !is_meant, "{run}");
+    }
     let pictures = "[[case.pictures]]\nname = \"grains\"\ntitle = \"\"\nrun = \"fine-8\"\n";
     let of_none = read(&format!("{GOOD}{pictures}")).expect_err("no such run").to_string();
     assert!(of_none.contains("of no run"), "{of_none}");
