@@ -8,7 +8,7 @@ use crate::lubrication::packs::FilmPack;
 use crate::lubrication::rows::Rows;
 use crate::lubrication::sliding::unresolved;
 use crate::vector::kernel::Kernel;
-use crate::vector::lanes::{Lanes8, Mask};
+use crate::vector::lanes::{Lanes8, Mask, PAIR};
 use crate::vector::rows::{Row, load_all, pairs, store_all, write_pairs};
 use crate::vector::rows::{rows_from, rows_minus, rows_plus, rows_times};
 
@@ -209,18 +209,22 @@ fn sweep<L: Lanes8, const LOCKED: bool>(
         let y = without * L::load(token, &pack.inverse);
         let [c1, c2, c3, c4] = load_all::<L, 4>(token, &pack.c);
         let series = y.times_plus(y.times_plus(y.times_plus(c4, c3), c2), c1);
-        let mut impulse = zero - y * series;
+        let impulse = zero - y * series;
+        largest = without.max((zero - without).max(largest));
         let long = L::load(token, &pack.limit).lt(y.max(zero - y));
         if Mask::any(long) {
-            let mut rates = [0.0; 8];
+            // One by one to the end: what lives on through a call has no register.
+            let (mut rates, mut impulses) = ([0.0; 8], [0.0; 8]);
             without.store(&mut rates);
-            impulse = L::load(token, &long_paths(model, pack, long, &rates, dt)).select(long, impulse);
+            impulse.store(&mut impulses);
+            let changed = long_paths(model, pack, (long, &rates, impulses), (motion, free), dt);
+            change = L::load(token, &changed).max(change);
+            continue;
         }
         impulse.store(&mut pack.impulse);
         let kick = impulse - before;
         let changed = inverse_mass * kick;
         change = changed.max((zero - changed).max(change));
-        largest = without.max((zero - without).max(largest));
         push::<L, LOCKED>(token, pack, (normal, kick), partners, (motion, free));
     }
     let (mut changes, mut rates) = ([0.0; 8], [0.0; 8]);
@@ -230,15 +234,34 @@ fn sweep<L: Lanes8, const LOCKED: bool>(
     most(&changes) <= CONVERGED * most(&rates)
 }
 
-/// [`LubricationLaw::impulse`] in some lanes.
+/// The rest of a visit where paths are long in some `lanes`: [`LubricationLaw::impulse`] there. Returns how
+/// much gap rates changed.
 #[inline(never)]
-fn long_paths(model: &LubricationModel, pack: &FilmPack, lanes: u8, rates: &[f64; 8], dt: f64) -> [f64; 8] {
-    let mut impulse = [0.0; 8];
-    for k in (0..8).filter(|k| lanes >> k & 1 == 1) {
-        let [coefficient, roughness, cut_off, shift] = pack.law.normal.each_ref().map(|column| column[k]);
-        let (shape, resolved_length) = (model.shape, model.length());
-        let law = LubricationLaw { shape, coefficient, roughness, cut_off, resolved_length, shift };
-        impulse[k] = law.impulse(pack.gap[k], rates[k], dt, pack.inverse_mass[k]);
+fn long_paths(
+    model: &LubricationModel,
+    pack: &mut FilmPack,
+    (lanes, rates, mut impulse): (u8, &[f64; 8], [f64; 8]),
+    (motion, free): (&mut [Row], &[Row]),
+    dt: f64,
+) -> [f64; 8] {
+    let mut changed = [0.0; 8];
+    for k in 0..8 {
+        if lanes >> k & 1 == 1 {
+            let [coefficient, roughness, cut_off, shift] = pack.law.normal.each_ref().map(|column| column[k]);
+            let (shape, resolved_length) = (model.shape, model.length());
+            let law = LubricationLaw { shape, coefficient, roughness, cut_off, resolved_length, shift };
+            impulse[k] = law.impulse(pack.gap[k], rates[k], dt, pack.inverse_mass[k]);
+        }
+        let kick = impulse[k] - pack.impulse[k];
+        changed[k] = (pack.inverse_mass[k] * kick).abs();
+        let (pair, from) = PAIR[k];
+        for (row, share) in [(pack.i[k], pack.weight[0][k]), (pack.j[k], -pack.weight[1][k])] {
+            let along = free.get(row as usize).unwrap_or(&[1.0; 4]);
+            for (axis, v) in motion[row as usize][..3].iter_mut().enumerate() {
+                *v += pack.normal[pair][from + axis] * along[axis] * (kick * share);
+            }
+        }
     }
-    impulse
+    pack.impulse = impulse;
+    changed
 }

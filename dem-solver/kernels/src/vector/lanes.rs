@@ -279,4 +279,4 @@ impl Lanes8 for Portable8 {
 }
 
 /// Where [`crate::vector::rows::pairs`] has the row of each lane: which pair, and its first number.
-const PAIR: [(usize, usize); 8] = [(0, 0), (1, 0), (0, 4), (1, 4), (2, 0), (3, 0), (2, 4), (3, 4)];
+pub(crate) const PAIR: [(usize, usize); 8] = [(0, 0), (1, 0), (0, 4), (1, 4), (2, 0), (3, 0), (2, 4), (3, 4)];
