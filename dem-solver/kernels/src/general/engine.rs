@@ -152,8 +152,9 @@ impl General {
     }
 
     /// A_prev and means of the window.
-    pub(crate) fn finish(&self, window: &mut Window<'_>, dt_window: f64, n_sub: u32) {
+    pub(crate) fn finish(&mut self, window: &mut Window<'_>, dt_window: f64, n_sub: u32) {
         let Window { grains, observed, .. } = window;
+        self.evaluation.finish(observed);
         let each = 1.0 / f64::from(n_sub);
         for i in 0..grains.len() {
             grains.acceleration[i] = (grains.velocity[i] - self.start.0[i]) / dt_window;

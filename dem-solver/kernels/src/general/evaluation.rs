@@ -79,6 +79,11 @@ impl Evaluation {
         self.forces.overlap = 0.0;
     }
 
+    /// A window ends: what was collected by pairs goes to the observations.
+    pub(super) fn finish(&mut self, observed: &mut Observations) {
+        self.lanes.finish(observed);
+    }
+
     /// Forces at the present state; springs take `dt` of the present slip.
     pub(super) fn evaluate(&mut self, window: &mut Window<'_>, t: f64, dt: f64, spring: SpringStep) {
         let Window { grains, around, response, observed, .. } = window;
@@ -129,7 +134,7 @@ impl Evaluation {
             let step = 1.5 * dt * speed.largest2.sqrt().max(self.wall_speed);
             let built = self.lists.refresh(step, grains, &around.walls, &around.periods, t);
             if built {
-                self.lanes.reserve(self.lists.pairs.len());
+                self.lanes.take(&self.lists.pairs, grains);
             }
             if let (true, Some((model, _))) = (built, &self.model) {
                 self.lubrication.take(around, model, grains, (&self.lists.pairs, &self.lists.walls));

@@ -2,7 +2,7 @@
 
 use crate::general::contact::{Frame, Kinematics, Near, Partners, SpringStep, path_of, resolve, roll_torque};
 use crate::general::energy::{Account, Entry};
-use crate::general::pair_lanes::{PairLanes, PairPass, Sums};
+use crate::general::pair_lanes::{PairLanes, PairPass};
 use crate::grains::{Grains, Response};
 use crate::laws::rolling::Roll;
 use crate::laws::table::PairLaw;
@@ -56,8 +56,6 @@ pub(crate) fn contact_forces(
     if let Some(account) = &mut account {
         account.clear();
     }
-    forces.contact.fill(Vec3::zeros());
-    forces.torque.fill(Vec3::zeros());
     forces.contacts = 0;
     let Scene { around, grains, response, kinematics } = *scene;
     let linear = match &around.law {
@@ -69,10 +67,7 @@ pub(crate) fn contact_forces(
         && lanes.load(grains, response, kinematics)
     {
         let plain = lanes.is_plain();
-        let Forces { contact, torque, overlap, .. } = forces;
-        let sums = Sums { contact, torque, observed, contacts: 0, overlap: *overlap };
-        let pass = PairPass { around, law, kinematics, lanes, list: pairs, sums };
-        (forces.contacts, forces.overlap) = dispatch(pass, plain);
+        dispatch(PairPass { around, law, kinematics, lanes, list: pairs, forces, observed }, plain);
     } else {
         pair_forces(scene, pairs, forces, observed, account.as_deref_mut());
     }
@@ -87,6 +82,8 @@ fn pair_forces(
     mut account: Option<&mut Account>,
 ) {
     let Scene { around, grains, .. } = *scene;
+    forces.contact.fill(Vec3::zeros());
+    forces.torque.fill(Vec3::zeros());
     for i in 0..grains.len() {
         let (x, r) = (grains.position[i], grains.radius[i]);
         for k in list.row(i) {

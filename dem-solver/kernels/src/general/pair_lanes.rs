@@ -5,6 +5,7 @@
 //! the same.
 
 use crate::general::contact::Kinematics;
+use crate::general::forces::Forces;
 use crate::general::pair_law::{Contacts, Law, Relative, cross};
 use crate::grains::{Grains, Response};
 use crate::laws::coefficients::LinearPair;
@@ -15,15 +16,21 @@ use crate::surroundings::Surroundings;
 use crate::vector::images::Images;
 use crate::vector::kernel::Kernel;
 use crate::vector::lanes::Lanes8;
-use crate::vector::rows::{Row, columns};
+use crate::vector::rows::{EACH, Row, columns, load_all, pairs, rows_minus, write_pairs};
 use crate::vector::vec3::Vec3Lanes;
 
-/// Grains as rows, and the contacts found.
+/// Grains as rows, pairs in eights, and the contacts found.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PairLanes {
     place: Vec<Row>,
     motion: [Vec<Row>; 2],
     spin: [Vec<Row>; 2],
+    /// Force and torque of each grain.
+    sums: [Vec<Row>; 2],
+    /// All pairs, and lanes without a pair up to the next eight.
+    eights: Vec<Eight>,
+    /// Smallest gap of each grain over the window, but for the pairs of `eights`.
+    smallest: Vec<f64>,
     /// Entries whose force must be evaluated, with their gaps.
     acting: Vec<u32>,
     gap: Vec<f64>,
@@ -31,10 +38,67 @@ pub(crate) struct PairLanes {
     plain: bool,
 }
 
+/// Eight pairs of the list.
+#[derive(Clone, Debug)]
+struct Eight {
+    first: [u32; 8],
+    second: [u32; 8],
+    /// Radii of both.
+    radius: [[f64; 8]; 2],
+    /// Smallest gaps since the list was built or the window began.
+    smallest: [f64; 8],
+}
+
 impl PairLanes {
     /// `plain` leaves the widest vectors unused.
     pub(crate) fn new(plain: bool) -> Self {
         Self { plain, ..Self::default() }
+    }
+
+    /// Takes a new list of pairs.
+    pub(crate) fn take(&mut self, list: &ContactList, grains: &Grains) {
+        self.smallest.resize(grains.len(), f64::INFINITY);
+        self.gather();
+        self.eights.clear();
+        let none = grains.len() as u32;
+        for (first, second) in list.first.chunks(8).zip(list.other.chunks(8)) {
+            let mut eight = Eight {
+                first: [none; 8],
+                second: [none; 8],
+                radius: [[0.0; 8]; 2],
+                smallest: [f64::INFINITY; 8],
+            };
+            eight.first[..first.len()].copy_from_slice(first);
+            eight.second[..second.len()].copy_from_slice(second);
+            for (k, (i, j)) in first.iter().zip(second).enumerate() {
+                eight.radius[0][k] = grains.radius[*i as usize];
+                eight.radius[1][k] = grains.radius[*j as usize];
+            }
+            self.eights.push(eight);
+        }
+        let count = list.len();
+        self.acting.reserve(count.saturating_sub(self.acting.len()));
+        self.gap.reserve(count.saturating_sub(self.gap.len()));
+    }
+
+    /// Hands the smallest gaps of pairs to their grains.
+    fn gather(&mut self) {
+        for Eight { first, second, smallest, .. } in &mut self.eights {
+            for (gap, grain) in smallest.iter().chain(&*smallest).zip(first.iter().chain(&*second)) {
+                if let Some(of) = self.smallest.get_mut(*grain as usize) {
+                    *of = gap.min(*of);
+                }
+            }
+            smallest.fill(f64::INFINITY);
+        }
+    }
+
+    /// Ends a window: its smallest gaps go to the observations.
+    pub(crate) fn finish(&mut self, observed: &mut Observations) {
+        self.gather();
+        for (gap, of) in self.smallest.iter_mut().zip(&mut observed.smallest_gap) {
+            *of = of.min(std::mem::replace(gap, f64::INFINITY));
+        }
     }
 
     /// Takes the present state. False if some grain can turn but not move: then m* is no sum of inverse
@@ -61,28 +125,17 @@ impl PairLanes {
             self.spin[k].extend(spin.iter().map(|spin| row(spin, 0.0)));
             self.spin[k].push([0.0; 4]);
         }
+        for sums in &mut self.sums {
+            sums.clear();
+            sums.resize(grains.len() + 1, [0.0; 4]);
+        }
         true
-    }
-
-    /// Makes room for `count` contacts.
-    pub(crate) fn reserve(&mut self, count: usize) {
-        self.acting.reserve(count.saturating_sub(self.acting.len()));
-        self.gap.reserve(count.saturating_sub(self.gap.len()));
     }
 
     /// Whether the widest vectors are left unused.
     pub(crate) fn is_plain(&self) -> bool {
         self.plain
     }
-}
-
-/// The sums that contacts add to.
-pub(crate) struct Sums<'a> {
-    pub(crate) contact: &'a mut [Vec3],
-    pub(crate) torque: &'a mut [Vec3],
-    pub(crate) observed: &'a mut Observations,
-    pub(crate) contacts: usize,
-    pub(crate) overlap: f64,
 }
 
 /// One evaluation of all pairs.
@@ -92,20 +145,26 @@ pub(crate) struct PairPass<'a> {
     pub(crate) kinematics: &'a Kinematics<'a>,
     pub(crate) lanes: &'a mut PairLanes,
     pub(crate) list: &'a mut ContactList,
-    pub(crate) sums: Sums<'a>,
+    /// Forces on the grains, replaced; contacts, counted from 0; the largest overlap.
+    pub(crate) forces: &'a mut Forces,
+    pub(crate) observed: &'a mut Observations,
 }
 
 impl Kernel for PairPass<'_> {
-    /// Contacts that bear a force, and the largest overlap.
-    type Output = (usize, f64);
+    type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes8>(mut self, token: L::Token) -> (usize, f64) {
+    fn run<L: Lanes8>(mut self, token: L::Token) {
         let length = std::array::from_fn(|axis| self.around.periods.of(axis).1);
         let images = Images::<L>::new(token, length);
         self.find(token, &images);
         self.resolve(token, &images);
-        (self.sums.contacts, self.sums.overlap)
+        let Forces { contact, torque, .. } = self.forces;
+        for (total, rows) in [contact, torque].into_iter().zip(&self.lanes.sums) {
+            for (total, [x, y, z, _]) in total.iter_mut().zip(rows) {
+                *total = Vec3::new(*x, *y, *z);
+            }
+        }
     }
 }
 
@@ -113,48 +172,52 @@ impl PairPass<'_> {
     /// Gaps of all pairs, and which must be evaluated: overlaps, and once more contacts that end.
     #[inline(always)]
     fn find<L: Lanes8>(&mut self, token: L::Token, images: &Images<L>) {
-        let Self { around, lanes, list, sums, .. } = self;
-        let PairLanes { place, acting, gap: gaps, .. } = &mut **lanes;
+        let Self { around, lanes, list, forces, .. } = self;
+        let PairLanes { place, eights, acting, gap: gaps, .. } = &mut **lanes;
         acting.clear();
         gaps.clear();
-        let none = place.len() as u32 - 1;
-        let reach = L::splat(token, around.range);
-        for from in (0..list.len()).step_by(8) {
-            let count = (list.len() - from).min(8);
-            let (mut first, mut second, mut touching) = ([none; 8], [none; 8], 0u8);
-            first[..count].copy_from_slice(&list.first[from..from + count]);
-            second[..count].copy_from_slice(&list.other[from..from + count]);
-            for (k, touches) in list.touching[from..from + count].iter().enumerate() {
-                touching |= u8::from(*touches) << k;
+        let (zero, reach) = (L::splat(token, 0.0), L::splat(token, around.range));
+        let mut overlap = L::splat(token, forces.overlap);
+        for (at, (eight, touching)) in eights.iter_mut().zip(list.touching.chunks(8)).enumerate() {
+            let apart =
+                rows_minus(pairs::<L>(token, place, &eight.first), pairs(token, place, &eight.second));
+            let [x, y, z, _] = L::columns_of(apart);
+            let d = Vec3Lanes(images.nearest(0, x), images.nearest(1, y), images.nearest(2, z));
+            let [ri, rj] = load_all::<L, 2>(token, &eight.radius);
+            let gap = (d.0 * d.0 + d.1 * d.1 + d.2 * d.2).sqrt() - ri - rj;
+            let mut touches = 0u8;
+            for (k, touching) in touching.iter().enumerate() {
+                touches |= u8::from(*touching) << k;
             }
-            let (_, _, gap) = apart(token, images, place, &first, &second);
-            let listed = u8::MAX >> (8 - count);
-            let near = listed & (touching | !reach.lt(gap));
-            if near == 0 {
-                continue;
-            }
-            let acts = listed & (touching | gap.lt(L::splat(token, 0.0)));
-            let mut each = [0.0; 8];
-            gap.store(&mut each);
-            for k in (0..count).filter(|k| near >> k & 1 == 1) {
-                for grain in [first[k], second[k]] {
-                    let smallest = &mut sums.observed.smallest_gap[grain as usize];
-                    *smallest = smallest.min(each[k]);
-                }
-                sums.overlap = sums.overlap.max(-each[k]);
-                if acts >> k & 1 == 1 {
-                    acting.push((from + k) as u32);
+            let listed = u8::MAX >> (8 - touching.len());
+            let near = listed & (touches | !reach.lt(gap));
+            let smallest = L::load(token, &eight.smallest);
+            let less = near & gap.lt(smallest);
+            gap.select(less, smallest).store(&mut eight.smallest);
+            overlap = (zero - gap).max(overlap).select(near, overlap);
+            let mut acts = listed & (touches | gap.lt(zero));
+            if acts != 0 {
+                let mut each = [0.0; 8];
+                gap.store(&mut each);
+                while acts != 0 {
+                    let k = acts.trailing_zeros() as usize;
+                    acts &= acts - 1;
+                    acting.push((8 * at + k) as u32);
                     gaps.push(each[k]);
                 }
             }
         }
+        let mut overlaps = [0.0; 8];
+        overlap.store(&mut overlaps);
+        forces.overlap = overlaps.into_iter().fold(0.0, f64::max);
     }
 
     /// Forces and springs of the contacts found.
     #[inline(always)]
     fn resolve<L: Lanes8>(&mut self, token: L::Token, images: &Images<L>) {
-        let Self { law, kinematics, lanes, list, sums, .. } = self;
-        let PairLanes { place, motion, spin, acting, gap: gaps, .. } = &**lanes;
+        let Self { law, kinematics, lanes, list, forces, observed, .. } = self;
+        let PairLanes { place, motion, spin, sums, acting, gap: gaps, .. } = &mut **lanes;
+        let [contact, torque] = sums;
         let none = place.len() as u32 - 1;
         let law = Law::splat(token, law);
         let zero = L::splat(token, 0.0);
@@ -188,40 +251,42 @@ impl PairPass<'_> {
             let contacts = Contacts { begins, normal, gap, distance, mass, arms, now, path, dt };
             let answer = contacts.resolve(token, &law, Vec3Lanes::load(token, &springs));
             let moment = cross(answer.tangential, normal);
-            let mut out = [[[0.0; 8]; 3]; 4];
-            answer.spring.store(&mut out[0]);
-            answer.force.store(&mut out[1]);
-            moment.scale(arms.0).store(&mut out[2]);
-            moment.scale(arms.1).store(&mut out[3]);
+            let mut out = [[[0.0; 4]; 8]; 4];
+            let (on_i, on_j) = (moment.scale(arms.0), moment.scale(arms.1));
+            for (out, what) in out.iter_mut().zip([answer.spring, answer.force, on_i, on_j]) {
+                write_pairs(L::rows_of([what.0, what.1, what.2, zero]), out, &EACH);
+            }
             let mut rates = [0.0; 8];
             answer.rate.store(&mut rates);
             for (k, entry) in entries.iter().enumerate() {
-                let of = |what: usize| Vec3::new(out[what][0][k], out[what][1][k], out[what][2][k]);
                 let (entry, i, j) = (*entry as usize, first[k] as usize, second[k] as usize);
                 let bears = answer.bears >> k & 1 == 1;
-                list.spring[entry] = of(0);
+                let [x, y, z, _] = out[0][k];
+                list.spring[entry] = Vec3::new(x, y, z);
                 if bears != list.touching[entry] {
                     list.touching[entry] = bears;
-                    sums.note_event(bears, rates[k], i, j);
+                    note_event(observed, bears, rates[k], i, j);
                 }
-                sums.contacts += usize::from(bears);
-                sums.contact[i] += of(1);
-                sums.contact[j] -= of(1);
-                sums.torque[i] += of(2);
-                sums.torque[j] += of(3);
+                forces.contacts += usize::from(bears);
+                for c in 0..4 {
+                    contact[i][c] += out[1][k][c];
+                    torque[i][c] += out[2][k][c];
+                }
+                for c in 0..4 {
+                    contact[j][c] -= out[1][k][c];
+                    torque[j][c] += out[3][k][c];
+                }
             }
         }
     }
 }
 
-impl Sums<'_> {
-    /// A contact begins or ends, with this gap rate.
-    fn note_event(&mut self, begins: bool, rate: f64, i: usize, j: usize) {
-        let Observations { impact_speed, rebound_speed, .. } = &mut *self.observed;
-        let (speeds, speed) = if begins { (impact_speed, -rate) } else { (rebound_speed, rate) };
-        speeds[i] = speed.max(0.0);
-        speeds[j] = speed.max(0.0);
-    }
+/// A contact begins or ends, with this gap rate.
+fn note_event(observed: &mut Observations, begins: bool, rate: f64, i: usize, j: usize) {
+    let Observations { impact_speed, rebound_speed, .. } = observed;
+    let (speeds, speed) = if begins { (impact_speed, -rate) } else { (rebound_speed, rate) };
+    speeds[i] = speed.max(0.0);
+    speeds[j] = speed.max(0.0);
 }
 
 /// Relative motion, and the sum of the inverse masses.

@@ -3,14 +3,14 @@
 
 use crate::grains::Grains;
 use crate::laws::walls::Plane;
-use crate::lubrication::law::{LubricationLaw, LubricationModel};
+use crate::lubrication::law::LubricationModel;
 use crate::lubrication::rows::Rows;
 use crate::lubrication::sliding::{Film, reach_at};
 use crate::search::contact_list::ContactList;
 use crate::vector::images::Images;
 use crate::vector::kernel::Kernel;
 use crate::vector::lanes::Lanes8;
-use crate::vector::rows::{Row, both, columns};
+use crate::vector::rows::{EACH, Row, pairs, rows_minus, write_pairs};
 
 /// Place of a gap in the order: pairs of grains before walls.
 pub(super) type Key = (bool, u32, u32);
@@ -23,8 +23,10 @@ pub(super) struct FilmList {
     /// Rows of the second partners.
     pub(super) second: Vec<u32>,
     cut_off: Vec<f64>,
-    /// c, η, δ_c, shift of [`LubricationLaw`].
-    law: Vec<Row>,
+    /// Sums of the radii.
+    reach: Vec<f64>,
+    /// c, η, δ_c, shift of [`crate::lubrication::law::LubricationLaw`].
+    pub(super) law: Vec<Row>,
     /// Film of sliding surfaces at unit viscosity, and L_t.
     pub(super) film: Vec<Row>,
     /// Radii of both, and the part of the gap by which each lever arm is longer than its radius.
@@ -69,6 +71,7 @@ impl FilmList {
         self.first.clear();
         self.second.clear();
         self.cut_off.clear();
+        self.reach.clear();
         for rows in [&mut self.law, &mut self.film, &mut self.body, &mut self.near] {
             rows.clear();
         }
@@ -81,6 +84,7 @@ impl FilmList {
         self.first.push(first);
         self.second.push(second);
         self.cut_off.push(law.cut_off);
+        self.reach.push(a + b);
         self.law.push([law.coefficient, law.roughness, law.cut_off, law.shift]);
         self.film.push(Film::new(model.shape, model.viscosity, a, b).row(reach_at(model, at_wall)));
         self.body.push(if at_wall { [a, 0.0, 0.0, 0.0] } else { [a, b, 0.5, 0.0] });
@@ -91,6 +95,7 @@ impl FilmList {
         self.first.push(none);
         self.second.push(none);
         self.cut_off.push(f64::NEG_INFINITY);
+        self.reach.push(0.0);
         self.law.push([0.0, 1.0, -1.0, 0.0]);
         self.film.push([0.0; 4]);
         self.body.push([0.0; 4]);
@@ -110,24 +115,6 @@ impl FilmList {
     /// Entry `at` in the order of all.
     pub(super) fn key(&self, at: usize) -> Key {
         (at >= self.pairs, self.first[at], self.second[at])
-    }
-
-    /// η of entry `at`, m.
-    pub(super) fn roughness(&self, at: usize) -> f64 {
-        self.law[at][1]
-    }
-
-    /// The law of entry `at`.
-    pub(super) fn law(&self, model: &LubricationModel, at: usize) -> LubricationLaw {
-        let [coefficient, roughness, cut_off, shift] = self.law[at];
-        let (shape, resolved_length) = (model.shape, model.length());
-        LubricationLaw { shape, coefficient, roughness, cut_off, resolved_length, shift }
-    }
-
-    /// Columns of the geometry (normal, gap) and of the law (c, η, δ_c, shift) of eight entries.
-    #[inline(always)]
-    pub(super) fn columns<L: Lanes8>(&self, token: L::Token, entry: &[u32; 8]) -> [L; 8] {
-        both(token, (&self.near, entry), (&self.law, entry))
     }
 
     /// Geometry and activity of the walls at time `t`, in a sub-step of `dt`; those of pairs are
@@ -186,17 +173,15 @@ impl Kernel for Geometry<'_> {
             else {
                 continue;
             };
-            let [xi, yi, zi, ri, xj, yj, zj, rj] = columns::<L>(token, &rows.place, first, second);
-            let (x, y, z) =
-                (images.nearest(0, xi - xj), images.nearest(1, yi - yj), images.nearest(2, zi - zj));
+            let Some(reach) = list.reach[at..].first_chunk() else { continue };
+            let apart = rows_minus(pairs::<L>(token, &rows.place, first), pairs(token, &rows.place, second));
+            let [x, y, z, _] = L::columns_of(apart);
+            let (x, y, z) = (images.nearest(0, x), images.nearest(1, y), images.nearest(2, z));
             let distance = (x * x + y * y + z * z).sqrt();
-            let gap = distance - ri - rj;
+            let gap = distance - L::load(token, reach);
             let inverse = one / distance;
-            let (nx, ny, nz) = (x * inverse, y * inverse, z * inverse);
-            let turned = L::transpose([nx, ny, nz, gap, nx, ny, nz, gap]);
-            for (near, row) in list.near[at..].iter_mut().zip(turned) {
-                row.store_low(near);
-            }
+            let near = L::rows_of([x * inverse, y * inverse, z * inverse, gap]);
+            write_pairs(near, &mut list.near[at..], &EACH);
             let Some(cut_off) = list.cut_off[at..].first_chunk() else { continue };
             let cut_off = L::load(token, cut_off);
             let beyond: u8 = cut_off.lt(gap);

@@ -10,58 +10,87 @@ use crate::lubrication::rows::Rows;
 /// Classes; what finds none gets a pack of its own.
 const CLASSES: usize = 64;
 
-/// Eight films that act.
+/// Eight films that act: what sweeps read and change.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct FilmPack {
-    /// Normal, from the second to the first.
-    pub(super) normal: [[f64; 8]; 3],
-    /// Gap, m.
-    pub(super) gap: [f64; 8],
+    /// Normals, from the second to the first, as [`crate::vector::rows::pairs`]; zeros behind.
+    pub(super) normal: [[f64; 8]; 4],
+    /// Inverse masses of the partners.
+    pub(super) weight: [[f64; 8]; 2],
+    /// … and of both along the normal.
     pub(super) inverse_mass: [f64; 8],
     /// [`crate::lubrication::law::Expansion`].
     pub(super) c: [[f64; 8]; 4],
     pub(super) inverse: [f64; 8],
-    pub(super) low: [f64; 8],
-    pub(super) high: [f64; 8],
+    /// Largest |y| that it is good for.
+    pub(super) limit: [f64; 8],
     /// N s.
     pub(super) impulse: [f64; 8],
-    /// Impulse at the end of the sub-step before.
-    pub(super) former: [f64; 8],
-    /// Entries of the list.
-    pub(super) entry: [u32; 8],
     /// Rows of the partners.
     pub(super) i: [u32; 8],
     pub(super) j: [u32; 8],
+    /// Impulse at the end of the sub-step before.
+    pub(super) former: [f64; 8],
+    /// Gap, m.
+    pub(super) gap: [f64; 8],
+    /// What does not change while the pack stays.
+    pub(super) law: PackLaw,
     /// Lanes that hold a film.
-    pub(super) filled: u8,
+    filled: u8,
     /// Lanes whose film acted in the sub-step before.
     pub(super) seen: u8,
     /// … and in that before it.
     pub(super) twice: u8,
 }
 
+/// What does not change of eight films.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PackLaw {
+    /// Entries of the list.
+    pub(super) entry: [u32; 8],
+    /// c, η, δ_c, shift of [`crate::lubrication::law::LubricationLaw`].
+    pub(super) normal: [[f64; 8]; 4],
+    /// Film of sliding surfaces, and L_t.
+    pub(super) film: [[f64; 8]; 4],
+    /// Radii of both, and the part of the gap by which each lever arm is longer.
+    pub(super) body: [[f64; 8]; 4],
+}
+
 impl FilmPack {
     fn empty(list: &FilmList) -> Self {
         let none = list.none();
-        let row = list.first[none as usize];
         let zero = [0.0; 8];
-        Self {
-            normal: [zero; 3],
-            gap: zero,
+        let law = PackLaw { entry: [none; 8], normal: [zero; 4], film: [zero; 4], body: [zero; 4] };
+        let mut pack = Self {
+            normal: [zero; 4],
+            weight: [zero; 2],
             inverse_mass: zero,
             c: [zero; 4],
             inverse: zero,
-            low: zero,
-            high: zero,
+            limit: zero,
             impulse: zero,
+            i: [0; 8],
+            j: [0; 8],
             former: zero,
-            entry: [none; 8],
-            i: [row; 8],
-            j: [row; 8],
+            gap: zero,
+            law,
             filled: 0,
             seen: 0,
             twice: 0,
+        };
+        (0..8).for_each(|lane| pack.put(lane, list, none as usize));
+        pack
+    }
+
+    /// Puts entry `at` of the list into a lane.
+    fn put(&mut self, lane: usize, list: &FilmList, at: usize) {
+        (self.i[lane], self.j[lane], self.law.entry[lane]) = (list.first[at], list.second[at], at as u32);
+        let PackLaw { normal, film, body, .. } = &mut self.law;
+        for (columns, rows) in [(normal, &list.law), (film, &list.film), (body, &list.body)] {
+            for (column, value) in columns.iter_mut().zip(rows[at]) {
+                column[lane] = value;
+            }
         }
     }
 
@@ -130,7 +159,7 @@ impl Packs {
             for k in pack.lanes() {
                 let (impulse, former) = (pack.impulse[k], pack.former[k]);
                 let (seen, twice) = (pack.seen >> k & 1 == 1, pack.twice >> k & 1 == 1);
-                let key = list.key(pack.entry[k] as usize);
+                let key = list.key(pack.law.entry[k] as usize);
                 self.carried.push(Carried { key, impulse, former, seen, twice });
             }
         }
@@ -186,7 +215,7 @@ impl Packs {
             }
             let Some(pack) = self.packs.last_mut() else { break };
             let at = at as usize;
-            (pack.entry[lane], pack.i[lane], pack.j[lane]) = (at as u32, list.first[at], list.second[at]);
+            pack.put(lane, list, at);
             pack.filled |= 1 << lane;
             let key = list.key(at);
             if let Ok(found) = self.carried.binary_search_by_key(&key, |carried| carried.key) {

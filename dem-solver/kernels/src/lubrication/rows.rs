@@ -21,6 +21,8 @@ pub(super) struct Rows {
     pub(super) free: Vec<Row>,
     /// The same for rotation.
     pub(super) turns: Vec<Row>,
+    /// Mean forces of the films over the sub-step, N.
+    pub(super) push: Vec<Row>,
     /// Largest speed, m/s.
     pub(super) fastest: f64,
     /// Number of grains.
@@ -61,6 +63,8 @@ impl Rows {
         self.motion.extend(walls.iter().map(|wall| row(&wall.velocity_at(t), 0.0)));
         self.motion.push([0.0; 4]);
         self.place.resize(self.motion.len(), [0.0; 4]);
+        self.push.clear();
+        self.push.resize(self.motion.len(), [0.0; 4]);
         self.turning.clear();
         if spins {
             let inertia = response.inverse_inertia.iter();
@@ -84,8 +88,11 @@ impl Rows {
         self.motion[row][3] > 0.0 || self.turning.get(row).is_some_and(|turning| turning[3] > 0.0)
     }
 
-    /// Hands velocities and spins back.
-    pub(super) fn store(&self, grains: &mut Grains) {
+    /// Hands velocities, spins and the mean forces on grains and walls back.
+    pub(super) fn store(&self, grains: &mut Grains, force: &mut [Vec3], on_walls: &mut [Vec3]) {
+        for (force, [x, y, z, _]) in force.iter_mut().chain(on_walls).zip(&self.push) {
+            *force = Vec3::new(*x, *y, *z);
+        }
         for (velocity, [x, y, z, _]) in grains.velocity.iter_mut().zip(&self.motion) {
             *velocity = Vec3::new(*x, *y, *z);
         }

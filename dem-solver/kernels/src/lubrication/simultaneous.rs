@@ -79,20 +79,17 @@ impl LubricationSolver {
         (t, dt): (f64, f64),
         force: &mut [Vec3],
     ) {
-        force.fill(Vec3::zeros());
         let Self { list, packs, rows, on_walls, plain } = self;
-        on_walls.fill(Vec3::zeros());
         rows.load(grains, response, (&around.walls, t), model.tangential);
         let length = std::array::from_fn(|axis| around.periods.of(axis).1);
         dispatch(Geometry { list, rows, length, dt }, *plain);
         list.meet_walls(rows, &around.walls, (t, dt));
         packs.update(list, rows);
-        if packs.films == 0 {
-            return;
+        if packs.films > 0 {
+            let sweeps = if packs.films == 1 { 1 } else { sweeps };
+            let pass = Pass { model, list, packs: &mut packs.packs, rows, sweeps, dt };
+            dispatch(pass, *plain);
         }
-        let sweeps = if packs.films == 1 { 1 } else { sweeps };
-        let pass = Pass { model, list, packs: &mut packs.packs, rows, sweeps, dt, force, on_walls };
-        dispatch(pass, *plain);
-        rows.store(grains);
+        rows.store(grains, force, on_walls);
     }
 }

@@ -41,6 +41,8 @@
 
 use crate::grain::Shape;
 use crate::lubrication::law::LubricationModel;
+use crate::vector::lanes::Lanes8;
+use crate::vector::logarithm::ln;
 use std::f64::consts::PI;
 
 /// L_t over the length L that the normal film has, at a wall …
@@ -103,22 +105,35 @@ impl Film {
     }
 }
 
-/// What the flow does not resolve at a gap, of the film that slides and of that which rolls: part of the
-/// logarithm with `length` L_t, none in overlap; for discs part of (δ + η)^{−1/2}.
-pub(super) fn unresolved(model: &LubricationModel, gap: f64, roughness: f64, length: f64) -> [f64; 2] {
+/// What the flow does not resolve at gaps, of films that slide and of those that roll: part of the logarithm
+/// with `length` L_t, none in overlap; for discs part of (δ + η)^{−1/2}. None where there is none of all.
+#[inline(always)]
+pub(super) fn unresolved<L: Lanes8>(
+    token: L::Token,
+    model: &LubricationModel,
+    [gap, roughness, length]: [L; 3],
+) -> Option<[L; 2]> {
+    let k = |value: f64| L::splat(token, value);
+    let (zero, one) = (k(0.0), k(1.0));
+    let a = gap.max(zero) + roughness;
     match model.shape {
-        Shape::Sphere if !(0.0..=REACH * length).contains(&gap) => [0.0; 2],
         Shape::Sphere => {
-            let ratio = length / (gap + roughness);
-            [0.5 * (ratio * ratio).ln_1p(); 2]
+            let beyond: u8 = gap.lt(zero) | (k(REACH) * length).lt(gap);
+            if beyond == u8::MAX {
+                return None;
+            }
+            let ratio = length / a;
+            let left = zero.select(beyond, k(0.5) * ln(token, ratio.times_plus(ratio, one)));
+            Some([left; 2])
         }
         Shape::Disc => {
-            let a = gap.max(0.0) + roughness;
             let cells = a / length;
-            let left = |[part, fade]: [f64; 2]| {
-                1.0 / a.sqrt() - 1.0 / (a + part * length / (1.0 + fade * cells * cells)).sqrt()
-            };
-            [left(model.line.slip), left(model.line.roll)]
+            let mut left = [one / a.sqrt(); 2];
+            for (left, [part, fade]) in left.iter_mut().zip([model.line.slip, model.line.roll]) {
+                let longer = k(part) * length / (k(fade) * cells).times_plus(cells, one);
+                *left = *left - one / (a + longer).sqrt();
+            }
+            Some(left)
         }
     }
 }
@@ -137,6 +152,7 @@ pub(super) fn reach_at(model: &LubricationModel, at_wall: bool) -> f64 {
 mod tests {
     use super::*;
     use crate::lubrication::law::LineResolution;
+    use crate::vector::lanes::{Lanes, Portable8};
 
     /// Forces and torques of the film are the published ones: of a wall (Goldman, Cox & Brenner 1967) and of
     /// equal spheres (Jeffrey & Onishi 1984), factors of πμa ln(R/δ), radii 1.
@@ -205,7 +221,14 @@ mod tests {
             tangential: true,
             viscosity: 1.0,
         };
-        let left = |gap: f64| unresolved(&model, gap, 1e-6, 0.05)[0];
+        let left = |gap: f64| {
+            let of = [gap, 1e-6, 0.05].map(|value| Portable8::splat((), value));
+            let mut left = [0.0; 8];
+            unresolved((), &model, of).map_or(0.0, |[slip, _]| {
+                slip.store(&mut left);
+                left[0]
+            })
+        };
         assert_eq!(left(-1e-9), 0.0);
         assert_eq!(left(0.2001), 0.0);
         assert!((left(1e-4) - left(1e-3) - 10.0_f64.ln()).abs() < 0.02);

@@ -1,16 +1,16 @@
 //! Films of a sub-step, eight at a time: their laws at the present gaps, sweeps over them, and their forces.
 
 use crate::grain::Shape;
-use crate::lubrication::brake::{Spins, left};
+use crate::lubrication::brake::brake;
 use crate::lubrication::film_list::FilmList;
 use crate::lubrication::law::{Expansion, LINE_SERIES, LubricationLaw, LubricationModel};
 use crate::lubrication::packs::FilmPack;
 use crate::lubrication::rows::Rows;
-use crate::motion::Vec3;
+use crate::lubrication::sliding::unresolved;
 use crate::vector::kernel::Kernel;
-use crate::vector::lanes::{Lanes, Lanes8, Mask};
-use crate::vector::rows::{Row, columns, write};
-use crate::vector::vec3::Vec3Lanes;
+use crate::vector::lanes::{Lanes8, Mask, PAIR};
+use crate::vector::rows::{Row, load_all, pairs, store_all, write_pairs};
+use crate::vector::rows::{rows_from, rows_minus, rows_plus, rows_times};
 
 /// A sweep that changes no gap rate by more than this part of the largest is the last. After a window of 87
 /// sub-steps the velocities of a dense bed are 0.1 to 0.2 of this part off.
@@ -24,10 +24,6 @@ pub(super) struct Pass<'a> {
     pub(super) rows: &'a mut Rows,
     pub(super) sweeps: u32,
     pub(super) dt: f64,
-    /// Mean force on each grain, N: added to.
-    pub(super) force: &'a mut [Vec3],
-    /// Mean force on each wall, N: added to.
-    pub(super) on_walls: &'a mut [Vec3],
 }
 
 impl Kernel for Pass<'_> {
@@ -46,96 +42,55 @@ impl Kernel for Pass<'_> {
 impl Pass<'_> {
     #[inline(always)]
     fn all<L: Lanes8, const LOCKED: bool>(self, token: L::Token) {
-        let Self { model, list, packs, rows, sweeps, dt, force, on_walls } = self;
+        let Self { model, list, packs, rows, sweeps, dt } = self;
         let (motion, free) = (&mut rows.motion[..], &rows.free[..]);
         for pack in &mut *packs {
             begin::<L, LOCKED>(token, model, list, pack, (motion, free), dt);
         }
         for _ in 0..sweeps {
-            if sweep::<L, LOCKED>(token, model, list, packs, (motion, free), dt) {
+            if sweep::<L, LOCKED>(token, model, packs, (motion, free), dt) {
                 break;
             }
         }
-        let rate = 1.0 / dt;
+        let (rate, step) = (L::splat(token, 1.0 / dt), L::splat(token, dt));
         for pack in packs {
-            let normal = Vec3Lanes::<L>::load(token, &pack.normal);
-            let mut push = normal.scale(L::load(token, &pack.impulse) * L::splat(token, rate));
+            let force = (L::load(token, &pack.impulse) * rate).spread();
+            let mut push = rows_times(load_all::<L, 4>(token, &pack.normal), force);
             if model.tangential {
-                let left = left(model, list, pack);
-                if left != [[0.0; 8]; 2] {
-                    let spins = Spins { turning: &mut rows.turning, free: &rows.free, turns: &rows.turns };
-                    let slid = spins.brake::<L, LOCKED>(token, list, pack, &left, &mut rows.motion, dt);
-                    push = slid.scale_plus(L::splat(token, rate), push);
+                let [_, roughness, _, _] = load_all::<L, 4>(token, &pack.law.normal);
+                let [_, _, _, length] = load_all::<L, 4>(token, &pack.law.film);
+                let of = [L::load(token, &pack.gap), roughness, length];
+                if let Some([slip, roll]) = unresolved(token, model, of) {
+                    let slid = brake::<L, LOCKED>(token, pack, [slip * step, roll * step], rows);
+                    push = rows_plus(slid, [rate; 4], push);
                 }
             }
-            add(token, pack, push, (force, on_walls));
+            let one = [L::splat(token, 1.0); 4];
+            let first = rows_plus(push, one, pairs(token, &rows.push, &pack.i));
+            write_pairs(first, &mut rows.push, &pack.i);
+            let second = rows_from(push, one, pairs(token, &rows.push, &pack.j));
+            write_pairs(second, &mut rows.push, &pack.j);
         }
     }
 }
 
-/// Adds the forces `push` on first partners to the sums; second ones get as much less.
+/// Gives the impulses `kick` to the first partners, which move as `first`, and takes them from the second.
 #[inline(always)]
-fn add<L: Lanes8>(
-    _: L::Token,
+fn push<L: Lanes8, const LOCKED: bool>(
+    token: L::Token,
     pack: &FilmPack,
-    push: Vec3Lanes<L>,
-    (force, on_walls): (&mut [Vec3], &mut [Vec3]),
+    (normal, kick): ([L; 4], L),
+    [first, second]: [[L; 4]; 2],
+    (motion, free): (&mut [Row], &[Row]),
 ) {
-    let mut lanes = [[0.0; 8]; 3];
-    push.store(&mut lanes);
-    let [x, y, z] = &lanes;
-    for (k, (i, j)) in pack.i.iter().zip(&pack.j).enumerate() {
-        let push = Vec3::new(x[k], y[k], z[k]);
-        // the last row, of lanes without a film, is of no grain and no wall
-        if let Some(first) = force.get_mut(*i as usize) {
-            *first += push;
-        }
-        let (n, second) = (force.len(), *j as usize);
-        let second = if second < n { force.get_mut(second) } else { on_walls.get_mut(second - n) };
-        if let Some(second) = second {
-            *second -= push;
-        }
+    let [weight_i, weight_j] = load_all::<L, 2>(token, &pack.weight);
+    let (mut along_i, mut along_j) = (normal, normal);
+    if LOCKED {
+        along_i = rows_times(normal, pairs(token, free, &pack.i));
+        along_j = rows_times(normal, pairs(token, free, &pack.j));
     }
-}
-
-/// Both partners of eight films, as they move along the normals.
-struct Partners<L: Lanes> {
-    /// Velocities.
-    v: [Vec3Lanes<L>; 2],
-    /// Inverse masses.
-    weight: [L; 2],
-    /// Velocity per impulse.
-    yields: [Vec3Lanes<L>; 2],
-}
-
-impl<L: Lanes8> Partners<L> {
-    #[inline(always)]
-    fn load<const LOCKED: bool>(
-        token: L::Token,
-        pack: &FilmPack,
-        motion: &[Row],
-        free: &[Row],
-        n: Vec3Lanes<L>,
-    ) -> Self {
-        let [ax, ay, az, wa, bx, by, bz, wb] = columns::<L>(token, motion, &pack.i, &pack.j);
-        let (mut na, mut nb) = (n, n);
-        if LOCKED {
-            let [ax, ay, az, _, bx, by, bz, _] = columns::<L>(token, free, &pack.i, &pack.j);
-            na = Vec3Lanes(n.0 * ax, n.1 * ay, n.2 * az);
-            nb = Vec3Lanes(n.0 * bx, n.1 * by, n.2 * bz);
-        }
-        let v = [Vec3Lanes(ax, ay, az), Vec3Lanes(bx, by, bz)];
-        Self { v, weight: [wa, wb], yields: [na.scale(wa), nb.scale(wb)] }
-    }
-
-    /// Gives the impulse `kick` to the first, and takes it from the second.
-    #[inline(always)]
-    fn push(self, pack: &FilmPack, motion: &mut [Row], kick: L) {
-        let a = self.yields[0].scale_plus(kick, self.v[0]);
-        let b = self.yields[1].scale_from(kick, self.v[1]);
-        let columns = [a.0, a.1, a.2, self.weight[0], b.0, b.1, b.2, self.weight[1]];
-        write(columns, motion, &pack.i, &pack.j);
-    }
+    write_pairs(rows_plus(along_i, (kick * weight_i).spread(), first), motion, &pack.i);
+    write_pairs(rows_from(along_j, (kick * weight_j).spread(), second), motion, &pack.j);
 }
 
 /// Geometry and law of a pack in this sub-step, and the impulses to begin with: those of the sub-step before,
@@ -149,14 +104,23 @@ fn begin<L: Lanes8, const LOCKED: bool>(
     (motion, free): (&mut [Row], &[Row]),
     dt: f64,
 ) {
-    let [x, y, z, gap, c, roughness, cut_off, shift] = list.columns::<L>(token, &pack.entry);
-    let n = Vec3Lanes(x, y, z);
-    let partners = Partners::load::<LOCKED>(token, pack, motion, free, n);
-    let inverse_mass = partners.yields[0].plus(partners.yields[1]).dot(n);
-    n.store(&mut pack.normal);
+    let near = pairs::<L>(token, &list.near, &pack.law.entry);
+    let [_, _, _, gap] = L::columns_of(near);
+    let normal = rows_times(near, [L::load_halves(token, &[1.0, 1.0, 1.0, 0.0], &[1.0, 1.0, 1.0, 0.0]); 4]);
+    let partners = [pairs::<L>(token, motion, &pack.i), pairs::<L>(token, motion, &pack.j)];
+    let ([.., weight_i], [.., weight_j]) = (L::columns_of(partners[0]), L::columns_of(partners[1]));
+    let mut inverse_mass = weight_i + weight_j;
+    if LOCKED {
+        let squares = rows_times(normal, normal);
+        let of_i = L::row_sums(rows_times(squares, pairs(token, free, &pack.i)));
+        let of_j = L::row_sums(rows_times(squares, pairs(token, free, &pack.j)));
+        inverse_mass = weight_i * of_i + weight_j * of_j;
+    }
+    store_all(normal, &mut pack.normal);
+    store_all([weight_i, weight_j], &mut pack.weight);
     gap.store(&mut pack.gap);
     inverse_mass.store(&mut pack.inverse_mass);
-    expand(token, model, pack, [gap, c, roughness, cut_off, shift, inverse_mass], dt);
+    expand(token, model, pack, [gap, inverse_mass], dt);
     // no film without anything that it can move
     let zero = L::splat(token, 0.0);
     let some = zero.lt(inverse_mass);
@@ -164,10 +128,10 @@ fn begin<L: Lanes8, const LOCKED: bool>(
     let growth = (impulse - former).select(pack.twice & some, zero);
     let impulse = impulse.select(pack.seen & some, zero);
     impulse.store(&mut pack.former);
-    (pack.twice, pack.seen) = (pack.seen, pack.filled);
+    (pack.twice, pack.seen) = (pack.seen, u8::MAX);
     let impulse = impulse + growth;
     impulse.store(&mut pack.impulse);
-    partners.push(pack, motion, impulse);
+    push::<L, LOCKED>(token, pack, (normal, impulse), partners, (motion, free));
 }
 
 /// [`LubricationLaw::expansion`] of eight films: the same expressions.
@@ -176,9 +140,10 @@ fn expand<L: Lanes8>(
     token: L::Token,
     model: &LubricationModel,
     pack: &mut FilmPack,
-    [gap, coefficient, roughness, cut_off, shift, inverse_mass]: [L; 6],
+    [gap, inverse_mass]: [L; 2],
     dt: f64,
 ) {
+    let [coefficient, roughness, cut_off, shift] = load_all::<L, 4>(token, &pack.law.normal);
     let k = |value: f64| L::splat(token, value);
     let (zero, one, two) = (k(0.0), k(1.0), k(2.0));
     // In overlap there is no film, and no root of what would be left of a.
@@ -208,19 +173,18 @@ fn expand<L: Lanes8>(
     let (free, braked) = (inertia * inverse, inverse_mass * inverse * k2);
     let third = free * (k3 - two * braked * k2);
     let fourth = free * (k4 + k(5.0) * braked * (braked * k2 - k3));
-    let within = k(1.0 - Expansion::BEND) / a;
-    let far = k(Expansion::FAR);
-    // the larger of the lower ends: least of both upper ones, turned round
-    let low = ((zero - gap) * within).max(zero - far);
-    let high = zero - ((gap - cut_off) * within).max(zero - far);
-    let outside: u8 = gap.lt(zero) | cut_off.lt(gap);
-    k1.store(&mut pack.c[0]);
-    (free * k2).store(&mut pack.c[1]);
-    third.store(&mut pack.c[2]);
-    fourth.store(&mut pack.c[3]);
+    // Of both bends the nearer one bounds |y|; outside the film the free path to where it begins does.
+    let beyond = (zero - gap).max(gap - cut_off);
+    let outside: u8 = zero.lt(beyond);
+    let within = zero - (beyond * (k(1.0 - Expansion::BEND) / a)).max(k(-Expansion::FAR));
+    let limit = (beyond * k(1.0 / dt) * inverse).select(outside, within);
+    let none = outside | !zero.lt(inverse_mass);
+    let c = [k1, free * k2, third, fourth];
+    for (c, kept) in c.into_iter().zip(&mut pack.c) {
+        zero.select(none, c).store(kept);
+    }
     inverse.store(&mut pack.inverse);
-    k(f64::INFINITY).select(outside, low).store(&mut pack.low);
-    k(f64::NEG_INFINITY).select(outside, high).store(&mut pack.high);
+    limit.select(zero.lt(inverse_mass), k(f64::INFINITY)).store(&mut pack.limit);
 }
 
 /// One pass over all films, each solved against the present velocities; true when nothing worth another pass
@@ -229,43 +193,39 @@ fn expand<L: Lanes8>(
 fn sweep<L: Lanes8, const LOCKED: bool>(
     token: L::Token,
     model: &LubricationModel,
-    list: &FilmList,
     packs: &mut [FilmPack],
     (motion, free): (&mut [Row], &[Row]),
     dt: f64,
 ) -> bool {
     let zero = L::splat(token, 0.0);
-    let step = L::splat(token, dt);
     let (mut change, mut largest) = (zero, zero);
     for pack in packs {
-        let n = Vec3Lanes::<L>::load(token, &pack.normal);
-        let partners = Partners::load::<LOCKED>(token, pack, motion, free, n);
+        let normal = load_all::<L, 4>(token, &pack.normal);
+        let partners = [pairs::<L>(token, motion, &pack.i), pairs::<L>(token, motion, &pack.j)];
         let inverse_mass = L::load(token, &pack.inverse_mass);
         let before = L::load(token, &pack.impulse);
-        let rate = partners.v[0].minus(partners.v[1]).dot(n);
+        let rate = L::row_sums(rows_times(rows_minus(partners[0], partners[1]), normal));
         let without = inverse_mass.times_from(before, rate);
         let y = without * L::load(token, &pack.inverse);
-        let [c1, c2, c3, c4] = &pack.c;
-        let series = y.times_plus(L::load(token, c4), L::load(token, c3));
-        let series = y.times_plus(y.times_plus(series, L::load(token, c2)), L::load(token, c1));
-        let short: u8 = !(y.lt(L::load(token, &pack.low)) | L::load(token, &pack.high).lt(y));
-        let mut impulse = (zero - y * series).select(short & pack.filled, zero);
-        // overlaps that last have no film; logarithms are rare
-        let gap = L::load(token, &pack.gap);
-        let flat: u8 = !(zero.lt(gap) | zero.lt(without.times_plus(step, gap)));
-        let long = pack.filled & !short & !flat & zero.lt(inverse_mass);
+        let [c1, c2, c3, c4] = load_all::<L, 4>(token, &pack.c);
+        let series = y.times_plus(y.times_plus(y.times_plus(c4, c3), c2), c1);
+        let impulse = zero - y * series;
+        largest = without.max((zero - without).max(largest));
+        let long = L::load(token, &pack.limit).lt(y.max(zero - y));
         if Mask::any(long) {
-            let mut rates = [0.0; 8];
+            // One by one to the end: what lives on through a call has no register.
+            let (mut rates, mut impulses) = ([0.0; 8], [0.0; 8]);
             without.store(&mut rates);
-            impulse = L::load(token, &long_paths(model, list, pack, long, &rates, dt)).select(long, impulse);
+            impulse.store(&mut impulses);
+            let changed = long_paths(model, pack, (long, &rates, impulses), (motion, free), dt);
+            change = L::load(token, &changed).max(change);
+            continue;
         }
-        impulse = impulse.select(zero.lt(inverse_mass), zero);
         impulse.store(&mut pack.impulse);
         let kick = impulse - before;
         let changed = inverse_mass * kick;
         change = changed.max((zero - changed).max(change));
-        largest = without.max((zero - without).max(largest));
-        partners.push(pack, motion, kick);
+        push::<L, LOCKED>(token, pack, (normal, kick), partners, (motion, free));
     }
     let (mut changes, mut rates) = ([0.0; 8], [0.0; 8]);
     change.store(&mut changes);
@@ -274,20 +234,34 @@ fn sweep<L: Lanes8, const LOCKED: bool>(
     most(&changes) <= CONVERGED * most(&rates)
 }
 
-/// [`LubricationLaw::impulse`] in some lanes.
+/// The rest of a visit where paths are long in some `lanes`: [`LubricationLaw::impulse`] there. Returns how
+/// much gap rates changed.
 #[inline(never)]
 fn long_paths(
     model: &LubricationModel,
-    list: &FilmList,
-    pack: &FilmPack,
-    lanes: u8,
-    rates: &[f64; 8],
+    pack: &mut FilmPack,
+    (lanes, rates, mut impulse): (u8, &[f64; 8], [f64; 8]),
+    (motion, free): (&mut [Row], &[Row]),
     dt: f64,
 ) -> [f64; 8] {
-    let mut impulse = [0.0; 8];
-    for k in (0..8).filter(|k| lanes >> k & 1 == 1) {
-        let law: LubricationLaw = list.law(model, pack.entry[k] as usize);
-        impulse[k] = law.impulse(pack.gap[k], rates[k], dt, pack.inverse_mass[k]);
+    let mut changed = [0.0; 8];
+    for k in 0..8 {
+        if lanes >> k & 1 == 1 {
+            let [coefficient, roughness, cut_off, shift] = pack.law.normal.each_ref().map(|column| column[k]);
+            let (shape, resolved_length) = (model.shape, model.length());
+            let law = LubricationLaw { shape, coefficient, roughness, cut_off, resolved_length, shift };
+            impulse[k] = law.impulse(pack.gap[k], rates[k], dt, pack.inverse_mass[k]);
+        }
+        let kick = impulse[k] - pack.impulse[k];
+        changed[k] = (pack.inverse_mass[k] * kick).abs();
+        let (pair, from) = PAIR[k];
+        for (row, share) in [(pack.i[k], pack.weight[0][k]), (pack.j[k], -pack.weight[1][k])] {
+            let along = free.get(row as usize).unwrap_or(&[1.0; 4]);
+            for (axis, v) in motion[row as usize][..3].iter_mut().enumerate() {
+                *v += pack.normal[pair][from + axis] * along[axis] * (kick * share);
+            }
+        }
     }
-    impulse
+    pack.impulse = impulse;
+    changed
 }

@@ -49,6 +49,14 @@ impl Avx512 {
         Self { simd: self.simd, lanes: cast(lanes) }
     }
 
+    /// Numbers by their places in both, one after the other.
+    #[inline(always)]
+    fn pick(self, places: [u64; 8], other: Self) -> Self {
+        let f = self.simd.avx512f;
+        let lanes = f._mm512_permutex2var_pd(cast(self.lanes), cast(places), cast(other.lanes));
+        Self { lanes: cast(lanes), ..self }
+    }
+
     /// Quarters `0, 2` (`even`) or `1, 3` of both.
     #[inline(always)]
     fn quarters(self, other: Self, even: bool) -> Self {
@@ -169,5 +177,41 @@ impl Lanes8 for Avx512 {
             a2.quarters(b2, false),
             a3.quarters(b3, false),
         ]
+    }
+
+    #[inline(always)]
+    fn columns_of([a, b, c, d]: [Self; 4]) -> [Self; 4] {
+        let (l0, h0) = (a.unpack(b, true), a.unpack(b, false));
+        let (l1, h1) = (c.unpack(d, true), c.unpack(d, false));
+        [l0.quarters(l1, true), h0.quarters(h1, true), l0.quarters(l1, false), h0.quarters(h1, false)]
+    }
+
+    #[inline(always)]
+    fn rows_of([x, y, z, w]: [Self; 4]) -> [Self; 4] {
+        let (a, b) = (x.unpack(y, true), z.unpack(w, true));
+        let (c, d) = (x.unpack(y, false), z.unpack(w, false));
+        let (low, high) = ([0, 1, 8, 9, 2, 3, 10, 11], [4, 5, 12, 13, 6, 7, 14, 15]);
+        [a.pick(low, b), c.pick(low, d), a.pick(high, b), c.pick(high, d)]
+    }
+
+    #[inline(always)]
+    fn row_sums([a, b, c, d]: [Self; 4]) -> Self {
+        let first = a.unpack(b, true) + a.unpack(b, false);
+        let second = c.unpack(d, true) + c.unpack(d, false);
+        first.quarters(second, true) + first.quarters(second, false)
+    }
+
+    #[inline(always)]
+    fn spread(self) -> [Self; 4] {
+        let [a, b] = [[0, 0, 0, 0, 2, 2, 2, 2], [1, 1, 1, 1, 3, 3, 3, 3]];
+        let [c, d] = [[4, 4, 4, 4, 6, 6, 6, 6], [5, 5, 5, 5, 7, 7, 7, 7]];
+        [self.pick(a, self), self.pick(b, self), self.pick(c, self), self.pick(d, self)]
+    }
+
+    #[inline(always)]
+    fn split(self) -> (Self, Self) {
+        let (f, x) = (self.simd.avx512f, cast(self.lanes));
+        let mantissa = f._mm512_getmant_pd::<0, 0>(x);
+        (Self { lanes: cast(f._mm512_getexp_pd(x)), ..self }, Self { lanes: cast(mantissa), ..self })
     }
 }

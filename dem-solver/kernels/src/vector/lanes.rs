@@ -70,6 +70,16 @@ pub(crate) trait Lanes8: Lanes<Mask = u8> {
     fn max_bits(self, other: Self) -> Self;
     /// Rows to columns.
     fn transpose(rows: [Self; 8]) -> [Self; 8];
+    /// Columns of eight rows of four, as [`crate::vector::rows::pairs`] has them.
+    fn columns_of(rows: [Self; 4]) -> [Self; 4];
+    /// Such rows of columns.
+    fn rows_of(columns: [Self; 4]) -> [Self; 4];
+    /// The sum (a + b) + (c + d) of each such row.
+    fn row_sums(rows: [Self; 4]) -> Self;
+    /// Such rows, each of one number.
+    fn spread(self) -> [Self; 4];
+    /// Exponents and mantissas from 1 to below 2, of normal positive numbers.
+    fn split(self) -> (Self, Self);
 }
 
 /// Lanes for any machine.
@@ -222,4 +232,51 @@ impl Lanes8 for Portable8 {
         }
         out
     }
+
+    #[inline(always)]
+    fn columns_of(rows: [Self; 4]) -> [Self; 4] {
+        let mut out = [Self([0.0; 8]); 4];
+        for (c, column) in out.iter_mut().enumerate() {
+            for (k, value) in column.0.iter_mut().enumerate() {
+                *value = rows[PAIR[k].0].0[PAIR[k].1 + c];
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn rows_of(columns: [Self; 4]) -> [Self; 4] {
+        let mut out = [Self([0.0; 8]); 4];
+        for (c, column) in columns.iter().enumerate() {
+            for (k, value) in column.0.iter().enumerate() {
+                out[PAIR[k].0].0[PAIR[k].1 + c] = *value;
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn row_sums(rows: [Self; 4]) -> Self {
+        let [x, y, z, w] = Self::columns_of(rows);
+        (x + y) + (z + w)
+    }
+
+    #[inline(always)]
+    fn spread(self) -> [Self; 4] {
+        Self::rows_of([self; 4])
+    }
+
+    #[inline(always)]
+    fn split(self) -> (Self, Self) {
+        let (mut exponent, mut mantissa) = (self, self);
+        for k in 0..8 {
+            let bits = self.0[k].to_bits();
+            exponent.0[k] = (bits >> 52) as i32 as f64 - 1023.0;
+            mantissa.0[k] = f64::from_bits(bits & ((1 << 52) - 1) | 1023 << 52);
+        }
+        (exponent, mantissa)
+    }
 }
+
+/// Where [`crate::vector::rows::pairs`] has the row of each lane: which pair, and its first number.
+pub(crate) const PAIR: [(usize, usize); 8] = [(0, 0), (1, 0), (0, 4), (1, 4), (2, 0), (3, 0), (2, 4), (3, 4)];

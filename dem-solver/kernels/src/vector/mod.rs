@@ -7,5 +7,6 @@ pub(crate) mod images;
 pub(crate) mod kernel;
 pub(crate) mod lane_pair;
 pub(crate) mod lanes;
+pub(crate) mod logarithm;
 pub(crate) mod rows;
 pub(crate) mod vec3;
