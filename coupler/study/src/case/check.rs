@@ -36,7 +36,11 @@ pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), Scene
     let mut series = section.drawn().flat_map(|figure| &figure.series);
     if let Some(series) = series.find(|series| !is_meant(&series.run)) {
         let message = format!("has a series of no run {:?}", series.run);
-        return wrong("case.figures", message, "name the label of a run, or the beginning of labels and a star");
+        return wrong(
+            "case.figures",
+            message,
+            "name the label of a run, or the beginning of labels and a star",
+        );
     }
     for curve in section.drawn().flat_map(|figure| &figure.curves) {
         let value = formula::evaluate(&curve.formula, &|name| (name == "x").then_some(1.0));
