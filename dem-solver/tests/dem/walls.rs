@@ -7,10 +7,10 @@ use dem_solver::{DemSpec, Engine, Freedom, Grain, Integrator, Motion, OverTime, 
 const INTEGRATORS: [Integrator; 3] =
     [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk3];
 
-/// A sphere that does not roll, at `x`, in its static overlap on a floor of friction 0.5 under gravity 1.
-fn slider(x: f64) -> DemSpec {
+/// A sphere that does not roll, at `x`, in its static overlap on a floor of friction `mu` under gravity 1.
+fn slider(x: f64, mu: f64) -> DemSpec {
     let mut law = law(0.5, 0.01);
-    law.friction = 0.5;
+    law.friction = mu;
     let mut grain = Grain::new([x, 0.0, 0.5 - 1.0 / law.pair().stiffness], 0.5, 1.0);
     grain.free = Freedom { rotation: [false; 3], ..Freedom::SPACE };
     let mut set_up = spec(vec![grain], law);
@@ -47,7 +47,7 @@ fn a_plate_drags_grains_as_it_turns() {
     for integrator in INTEGRATORS {
         let (omega, r) = (0.5, 1.2);
         let plate = Wall { spin: [0.0, 0.0, omega].into(), about: Some([0.2, 0.0, 0.0]), ..floor() };
-        let mut set_up = DemSpec { walls: vec![plate], integrator, ..slider(0.2 + r) };
+        let mut set_up = DemSpec { walls: vec![plate], integrator, ..slider(0.2 + r, 0.5) };
         let mut solver = dem(&set_up);
         solver.advance(0.1, 500, &[]).expect("advances");
         let v = solver.grains.velocity[0];
@@ -79,7 +79,8 @@ fn a_plane_that_tilts_holds_its_grain() {
             (3.0, [0.0; 3]),
         ]);
         let about = Some([-2.0, 0.0, 0.0]);
-        let mut set_up = DemSpec { walls: vec![Wall { spin, about, ..floor() }], integrator, ..slider(0.0) };
+        let mut set_up =
+            DemSpec { walls: vec![Wall { spin, about, ..floor() }], integrator, ..slider(0.0, 1.0) };
         let weight = std::f64::consts::PI / 6.0;
         set_up.periods[1] = Some((-5.0, 10.0));
         let mut solver = dem(&set_up);
@@ -94,7 +95,8 @@ fn a_plane_that_tilts_holds_its_grain() {
         assert_eq!(contact.wall, Some(0));
         assert!((held.0 / (weight * cos) - 1.0).abs() < 1e-3, "{integrator:?}: {held:?}");
         assert!((held.1 / (weight * sin) - 1.0).abs() < 1e-3, "{integrator:?}: {held:?}");
-        let place = Vec3::new(-2.0, 0.0, 0.0) + along * 2.0 + n * 0.5;
+        // It does not turn, so that the plane rolls below it by R θ.
+        let place = Vec3::new(-2.0, 0.0, 0.0) + along * (2.0 + 0.5 * theta) + n * 0.5;
         let off = solver.grains.position[0] - place;
         assert!(off.norm() < 2e-4, "{integrator:?}: {off:?}");
     }
@@ -145,7 +147,8 @@ fn a_lid_presses_a_bed_as_given() {
             for stress in [on(0), on(1), servo.stress().z] {
                 assert!((stress / pressure - 1.0).abs() < 0.01, "{integrator:?}: {stress} for {pressure}");
             }
-            assert!(servo.speed.abs() < 1e-4, "{integrator:?}: {} m/s", servo.speed);
+            // A thousandth of what it may do: the bed still creeps.
+            assert!(servo.speed.abs() < 5e-4, "{integrator:?}: {} m/s", servo.speed);
         }
         assert!(fastest <= 0.5 && fastest > 0.3, "{integrator:?}: at most 0.5 m/s, {fastest}");
     }
@@ -184,18 +187,27 @@ fn a_layer_goes_with_its_lid() {
             set_up.grains.push(grain);
         }
         let mut solver = dem(&set_up);
-        let (mut mean, from) = (Vec3::zeros(), 800);
+        let (mut mean, mut begin) = (Vec3::zeros(), [0.0; 2]);
         for window in 0..2000 {
             solver.advance(0.01, 20, &[]).expect("advances");
             let (_, servo) = solver.servos().next().expect("a servo");
             let height = 5.0 - servo.way_at(solver.time());
             let off = solver.grains.position[70].z - height;
             assert!(off.abs() < 1e-12, "{integrator:?}, window {window}: {off}");
-            if window >= from {
-                mean += servo.stress() / f64::from(2000 - from);
+            if window >= 1000 {
+                mean += servo.stress() / 1000.0;
+            } else {
+                begin = [servo.way_at(solver.time()), servo.speed];
             }
         }
-        assert!((mean.z / 5.0 - 1.0).abs() < 0.01, "{integrator:?}: {mean:?}");
+        // Momentum of the lid over ten seconds: what is not its load has settled the bed, or is in its speed.
+        let (_, servo) = solver.servos().next().expect("a servo");
+        let [way, speed] = [servo.way_at(solver.time()) - begin[0], servo.speed - begin[1]];
+        let gained = 16.0 / 0.95f64.powi(2) / 4.4f64.powi(2) * speed / 10.0;
+        let load = 5.0 * (1.0 - way / (0.5 * 10.0)) - gained;
+        // Verlet's force is that of the end of a sub-step.
+        assert!((mean.z / load - 1.0).abs() < 1e-5, "{integrator:?}: {mean:?} for {load}");
+        assert!((load / 5.0 - 1.0).abs() < 0.05, "{integrator:?}: {load}");
         assert!(mean.x < -0.3, "{integrator:?}: {mean:?} holds the lid back");
     }
 }
@@ -211,8 +223,8 @@ fn wrong_walls_are_refused() {
     let servo = |set_up: &mut DemSpec, change: &dyn Fn(&mut Servo)| {
         change(set_up.walls[1].servo.as_mut().expect("a servo"));
     };
-    for (words, change) in [
-        ("the bulk engine", &(|s| s.engine = Engine::Bulk) as &dyn Fn(&mut DemSpec)),
+    let cases: [(&str, &dyn Fn(&mut DemSpec)); 10] = [
+        ("the bulk engine", &|s| s.engine = Engine::Bulk),
         ("rk3", &|s| s.integrator = Integrator::Rk3),
         ("along every periodic axis", &|s| s.walls[0].spin = [0.0, 0.0, 1.0].into()),
         ("along the normal", &|s| {
@@ -230,7 +242,8 @@ fn wrong_walls_are_refused() {
             s.grains[3].wall = Some(7);
         }),
         ("wall is 1", &|s| s.grains[3].wall = Some(1)),
-    ] {
+    ];
+    for (words, change) in cases {
         let error = refused(change);
         assert!(error.contains(words), "{words}: {error}");
     }
