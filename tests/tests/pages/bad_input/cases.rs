@@ -150,7 +150,7 @@ pub(crate) const GRAINS: &[Case] = cases! {
     "wall about no axis": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§about = [0.0, 0.0, 1.0]"; "walls[0].about", "does not turn";
     "wall that turns across a period": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§spin = [0.0, 0.0, 1.0]"; "walls[0].spin", "x is periodic";
     "wall about two axes": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§spin = [[0.0, [1.0, 0.0, 0.0]], [1.0, [0.0, 1.0, 0.0]]]"; "walls[0].spin", "axis that changes";
-    "servo without a limit": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§servo = { pressure = 1.0 }"; "walls[0].servo", "largest_speed";
+    "servo without a limit": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§servo = { pressure = 1.0 }"; "walls[0].servo.largest_speed", "missing";
     "servo of a force": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§servo = { force = 1.0, largest_speed = 1.0 }"; "walls[0].servo.force", "pressure";
     "servo at no speed": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§servo = { pressure = 1.0, largest_speed = 0.0 }"; "walls[0].servo.largest_speed", "> 0";
     "servo that pulls": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§servo = { pressure = -1.0, largest_speed = 1.0 }"; "walls[0].servo.pressure", "-1";
