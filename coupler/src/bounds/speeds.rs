@@ -28,7 +28,8 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     bounds.push(if facts.fluid.is_some() && named { bound } else { bound.warning() });
 }
 
-/// The way in a window of a wall that turns, follows a pressure or changes its velocity: what it meets must be known before.
+/// The way in a window of a wall that turns, follows a pressure or changes its velocity: what it meets must
+/// be known before.
 fn wall_speed(facts: &Facts<'_>) -> Option<Bound> {
     let (scene, until) = (facts.scene, facts.scene.scene.until);
     let radius = scene.grains.iter().map(|grain| grain.radius).reduce(f64::min)?;

@@ -278,7 +278,7 @@ impl OverTime<[f64; 3]> {
         self.extremes().all(|w| cross(&w, &axis).iter().all(|across| across.abs() <= 1e-12 * size))
     }
 
-    /// `v` turned from 0 to `t`, s, at this angular velocity, rad/s: exact where its axis keeps its direction.
+    /// `v` turned from 0 to `t`, s, at this angular velocity, rad/s: exact where its axis stays the same.
     #[must_use]
     pub fn turn(&self, v: &[f64; 3], t: f64) -> [f64; 3] {
         let turned = self.integral(t);
